@@ -1,0 +1,84 @@
+# The commands of this workspace; `make help` lists them.
+SHELL := bash
+.SHELLFLAGS := -eu -o pipefail -c
+.ONESHELL:
+.DEFAULT_GOAL := help
+.PHONY: help setup demo test check format bench colcon lock clean
+
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
+PACKAGES := $(patsubst %/setup.py,%,$(wildcard src/*/setup.py))
+PYENV := $(or $(PYENV_ROOT),$(HOME)/.pyenv)
+PYTHONS := python3.12 $(wildcard $(PYENV)/versions/3.12*/bin/python3.12)
+# The first Python that really runs and can make a venv: a pyenv shim may exist and yet fail.
+PYTHON = $(firstword $(shell for python in $(PYTHONS); do \
+	"$$python" -c "import ensurepip, venv" 2>/dev/null && echo "$$python" || true; done))
+
+# A sourced ROS 2 Jazzy is used as it is, with the Python it was built for; otherwise ROS comes from the wheels in the lock.
+ifeq ($(ROS_DISTRO)$(if $(AMENT_PREFIX_PATH), sourced),jazzy sourced)
+ROS := sourced
+PYTHONS := /usr/bin/python3.12 $(PYTHONS)
+VENV_OPTIONS := --system-site-packages
+PINS := grep -v '^ros-' requirements.lock
+else
+ROS := wheels
+VENV_OPTIONS :=
+PINS := cat requirements.lock
+# Called from another venv with these wheels: forget that venv's libraries.
+ifdef _ROS_WHEELS_BOOTSTRAP_COMPLETE
+unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE LD_LIBRARY_PATH
+endif
+endif
+
+help: ## list these commands
+	@sed -nE 's/^([a-z]+):[^#]*## (.*)/make \1\t\2/p' $(firstword $(MAKEFILE_LIST)) | expand -t 14
+
+setup: $(VENV)/.installed-$(ROS) ## create .venv with everything pinned; nothing when it is up to date
+
+demo: setup ## conceal physics in an emulated rig, record it, diagnose it, report
+	@$(BIN)/python -m pendulum_bridge.emulator.demo --out out/demo $(ARGS)
+
+test: setup ## run the test suite (ARGS="-k word" and the like go to pytest)
+	@$(BIN)/python -m pytest -n 2 $(ARGS)
+
+check: setup ## format, lint, types
+	@$(BIN)/ruff format --check src tests
+	$(BIN)/ruff check src tests
+	$(BIN)/mypy
+
+format: setup ## write the format, and the fixes that lint can make by itself
+	@$(BIN)/ruff check --fix-only --quiet src tests
+	$(BIN)/ruff format src tests
+
+bench: setup ## the benchmarks, each figure beside its peer
+	@$(BIN)/python tests/bench/run.py $(ARGS)
+
+colcon: setup ## build the ROS packages into build/ and install/ (ARGS="--symlink-install")
+	@$(BIN)/colcon build --base-paths src $(ARGS)
+
+lock: setup ## resolve requirements.in anew into requirements.lock
+	@$(PIP) install --dry-run --ignore-installed --report $(VENV)/resolved.json -r requirements.in
+	$(BIN)/python -c 'import json, sys
+	pins = ["{name}=={version}".format_map(p["metadata"]) for p in json.load(sys.stdin)["install"]]
+	print(*sorted(pins, key=str.casefold), sep="\n")' < $(VENV)/resolved.json > requirements.lock
+
+clean: ## remove what was built; .venv stays
+	@rm -rf build install log out .mypy_cache .ruff_cache .pytest_cache .hypothesis src/*/build src/*/*.egg-info
+
+# The venv is made anew when a pin changes or ROS is sourced or left, so that it never holds more than the lock says.
+$(VENV)/.pinned-$(ROS): requirements.lock
+	@python="$(PYTHON)"
+	if [ -z "$$python" ]; then
+		echo "Python 3.12 is missing: install it with its venv module (apt install python3.12-venv, or pyenv install 3.12)." >&2
+		exit 1
+	fi
+	echo "Setting up $(VENV) with $$python, ROS 2 Jazzy: $(ROS)"
+	"$$python" -m venv --clear $(VENV_OPTIONS) $(VENV)
+	$(PINS) > $(VENV)/pins.txt
+	$(PIP) install --no-deps -r $(VENV)/pins.txt
+	touch $@
+
+$(VENV)/.installed-$(ROS): $(VENV)/.pinned-$(ROS) $(PACKAGES:%=%/setup.py)
+	@$(PIP) install --no-deps --no-build-isolation --use-pep517 $(PACKAGES:%=-e ./%)
+	touch $@

@@ -1,0 +1,1 @@
+"""The rig's side: wire protocol, limits, excitation, and an emulated rig on MuJoCo."""

@@ -1,0 +1,21 @@
+from setuptools import find_packages, setup
+
+NAME = "pendulum_sysid"
+EXECUTABLES = {"sysid": "pendulum_sysid.cli:main"}
+
+setup(
+    name=NAME,
+    version="0.1.0",
+    description="Diagnosis of recordings: where the twin is wrong, which physics is missing, and by how much",
+    license="Apache-2.0",
+    packages=find_packages(exclude=["test", "test.*"]),
+    package_data={"pendulum_sysid": ["templates/*"]},
+    python_requires=">=3.12",
+    install_requires=["Jinja2", "matplotlib", "numpy", "PyYAML", "rosbags", "scipy"],
+    entry_points={"console_scripts": [f"{name} = {function}" for name, function in EXECUTABLES.items()]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
+        (f"share/{NAME}", ["package.xml"]),
+        (f"lib/{NAME}", [f"lib/{name}" for name in EXECUTABLES]),
+    ],
+)

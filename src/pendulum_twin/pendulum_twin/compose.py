@@ -1,0 +1,100 @@
+"""The catalogue's laws, put together into the few functions that the kernel calls.
+
+Numba cannot walk through a list of different functions, so the walk is written out, one call an effect. The laws of
+cart and pole are called whether they are on or not: at their neutral values they add exactly nothing, and code
+without branches is computed for many lanes at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from pendulum_twin.effects import CATALOGUE
+from pendulum_twin.effects.effect import Effect, Form, Place
+from pendulum_twin.equations import inner
+from pendulum_twin.words import BASE, SLOTS
+
+LANE = "p[{word} * width + i]"  # words of a block of lanes lie word by word
+ALONE = "p[{word}]"
+TRANSCENDENTAL = {"exp", "sin", "cos", "sin_cos", "tanh"}
+
+
+def _arguments(effect: Effect, where: str) -> list[str]:
+    slot = SLOTS[effect.name]
+    words = [BASE.index(name) for name in effect.constants] + list(range(slot.start, slot.stop))
+    return [where.format(word=word) for word in words]
+
+
+def costly(effect: Effect) -> bool:
+    """Return whether the law calls a transcendental function: kernels are compiled with and without these."""
+    return not TRANSCENDENTAL.isdisjoint(effect.law.__code__.co_names)
+
+
+def _calls(form: Form, places: tuple[Place, ...]) -> list[tuple[int, Effect]]:
+    return [(k, e) for k, e in enumerate(CATALOGUE) if e.form is form and e.place in places]
+
+
+def _compile(name: str, signature: str, lines: list[str], effects: list[tuple[int, Effect]]) -> Callable[..., Any]:
+    scope: dict[str, Any] = {e.name: inner(e.law) for _, e in effects}
+    source = f"def {name}({signature}):\n" + "\n".join(f"    {line}" for line in lines)
+    exec(compile(source, f"<{name} of the catalogue>", "exec"), scope)
+    return inner(scope[name])
+
+
+def filters() -> Callable[..., Any]:
+    """Return chain(out, memory, offsets, h, first_step, p, active): command and drive in place, filter by filter.
+
+    Nothing feeds back, so each filter may run over all substeps before the next begins.
+    """
+    effects = _calls(Form.FILTER, (Place.COMMAND, Place.DRIVE))
+    lines = []
+    for n, (k, e) in enumerate(effects):
+        arguments = ", ".join(["out[at]", "part", "h", "(first_step + at) * h", *_arguments(e, ALONE)])
+        lines += [
+            f"if active[{k}]:",
+            f"    part = memory[offsets[{n}] : offsets[{n + 1}]]",
+            "    for at in range(len(out)):",
+            f"        out[at] = {e.name}({arguments})",
+        ]
+    return _compile("chain", "out, memory, offsets, h, first_step, p, active", lines, effects)
+
+
+def memory_sizes(h: float) -> list[int]:
+    """Return how many numbers each filter keeps, in chain order."""
+    sizes = []
+    for _, effect in _calls(Form.FILTER, (Place.COMMAND, Place.DRIVE)):
+        assert effect.memory is not None
+        sizes.append(effect.memory(h))
+    return sizes
+
+
+def forces(place: Place) -> Callable[..., Any]:
+    """Return total(x, v, th, w, p, i, width, laws): the sum of a place's smooth forces (torques) on lane i."""
+    effects = _calls(Form.FORCE, (place,))
+    lines = ["total = 0.0"]
+    for _, e in effects:
+        lines += _where_compiled(e, f"total += {e.name}({', '.join(['x', 'v', 'th', 'w', *_arguments(e, LANE)])})")
+    return _compile("total", "x, v, th, w, p, i, width, laws", [*lines, "return total"], effects)
+
+
+def dry_level(place: Place) -> Callable[..., Any]:
+    """Return level(speed, position, way, p, i, width, laws): a joint's dry friction, slipping or pushed one way."""
+    dry, ratios = _calls(Form.DRY, (place,)), _calls(Form.DRY_RATIO, (place,))
+    lines = ["level = 0.0"]
+    for _, e in dry:
+        lines += _where_compiled(e, f"level += {e.name}({', '.join(['speed', 'position', *_arguments(e, LANE)])})")
+    for _, e in ratios:
+        lines += _where_compiled(e, f"level *= {e.name}({', '.join(['way', *_arguments(e, LANE)])})")
+    return _compile("level", "speed, position, way, p, i, width, laws", [*lines, "return level"], dry + ratios)
+
+
+def _where_compiled(effect: Effect, line: str) -> list[str]:
+    return ["if len(laws) > 1:", f"    {line}"] if costly(effect) else [line]
+
+
+def holds() -> Callable[..., Any]:
+    """Return frozen(force, v, w, p, i, width): whether lane i stands still."""
+    effects = _calls(Form.HOLD, (Place.CART,))
+    calls = [f"{e.name}({', '.join(['force', 'v', 'w', *_arguments(e, LANE)])})" for _, e in effects]
+    return _compile("frozen", "force, v, w, p, i, width", [f"return {' | '.join(calls) or 'False'}"], effects)

@@ -1,0 +1,25 @@
+"""The encoder's zero is off: the measured angle is the true one plus a constant."""
+
+from pendulum_twin.effects.effect import Effect, Form, Parameter, Place
+
+
+def law(x, v, th, w, angle_rad):
+    """Return the measured state."""
+    return x, v, th + angle_rad, w
+
+
+def inverse(x, v, th, w, angle_rad):
+    """Return the true state."""
+    return x, v, th - angle_rad, w
+
+
+EFFECT = Effect(
+    name="angle_offset",
+    place=Place.SENSOR,
+    form=Form.MEASURE,
+    law=law,
+    inverse=inverse,
+    parameters=(Parameter("angle_rad", "rad", 0.0, -3.2, 3.2, (0.02,)),),
+    sentence="The measured angle is {angle_rad} larger than the true one.",
+    source="bias of an incremental encoder whose zero was set by hand",
+)

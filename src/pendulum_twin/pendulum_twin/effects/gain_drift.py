@@ -1,0 +1,20 @@
+"""The drive's gain changes as the recording goes on: a motor that warms up, a battery that sags."""
+
+from pendulum_twin.effects.effect import Effect, Form, Parameter, Place, Scale
+
+
+def law(u, memory, h, t, per_s):
+    """Return u times (1 + per_s t), t counted from the start of the recording."""
+    return u * (1.0 + per_s * t)
+
+
+EFFECT = Effect(
+    name="gain_drift",
+    place=Place.COMMAND,
+    form=Form.FILTER,
+    law=law,
+    memory=lambda h: 0,
+    parameters=(Parameter("per_s", "1/s", 0.0, -1.0, 1.0, (0.05,), Scale.ONE, Scale.SECONDS),),
+    sentence="The drive's gain changes by {per_s} of its first value.",
+    source="first term of a gain that varies in time; Ljung, System Identification (1999), section 5.2",
+)

@@ -1,0 +1,20 @@
+"""Small commands do nothing; larger ones lose the width of the zone."""
+
+from pendulum_twin.effects.effect import Effect, Form, Parameter, Place, Scale
+
+
+def law(u, memory, h, t, width):
+    """Return u moved towards 0 by width, 0 inside +-width."""
+    return max(u - width, 0.0) + min(u + width, 0.0)
+
+
+EFFECT = Effect(
+    name="input_dead_zone",
+    place=Place.COMMAND,
+    form=Form.FILTER,
+    law=law,
+    memory=lambda h: 0,
+    parameters=(Parameter("width", "1", 0.0, 0.0, 1e6, (0.05, 0.2), Scale.COMMAND),),
+    sentence="Commands within +-{width} do nothing.",
+    source="Tao and Kokotovic, Adaptive Control of Systems with Actuator and Sensor Nonlinearities (1996), chapter 2",
+)

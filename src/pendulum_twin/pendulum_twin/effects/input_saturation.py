@@ -1,0 +1,20 @@
+"""The command is clipped below the limit that is known."""
+
+from pendulum_twin.effects.effect import Effect, Form, Parameter, Place, Scale
+
+
+def law(u, memory, h, t, limit):
+    """Return u clipped to +-limit."""
+    return min(max(u, -limit), limit)
+
+
+EFFECT = Effect(
+    name="input_saturation",
+    place=Place.COMMAND,
+    form=Form.FILTER,
+    law=law,
+    memory=lambda h: 0,
+    parameters=(Parameter("limit", "1", 1e6, 0.0, 1e6, (0.9, 0.7, 0.5), Scale.COMMAND, shape=True),),
+    sentence="The command is clipped at +-{limit}.",
+    source="Tao and Kokotovic, Adaptive Control of Systems with Actuator and Sensor Nonlinearities (1996), chapter 2",
+)

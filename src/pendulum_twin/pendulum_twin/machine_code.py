@@ -1,0 +1,100 @@
+"""Compile for the processor at hand, and keep the machine code from one process to the next.
+
+Kept in the user's cache folder, or else in a folder of the user's own among the temporary files, or else not at all: a
+program then compiles each time, which takes seconds, and says nothing.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import functools
+import hashlib
+import os
+import tempfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numba
+from numba.core.caching import FunctionCache
+
+HERE = Path(__file__).parent
+# All that goes into the kernel; Numba itself sees a change only of the file that holds the compiled function.
+SOURCES = ("compose.py", "equations.py", "kernel.py", "motion.py", "stick_slip.py", "words.py", "effects/*.py")
+
+
+def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a function when it is first called, or take its machine code from the cache."""
+    result = numba.njit(error_model="numpy")(function)
+    folder = cache_folder()
+    if folder is not None:
+        before = numba.config.CACHE_DIR
+        numba.config.CACHE_DIR = str(folder)
+        try:
+            result._cache = _SharedCache(function, folder)
+        finally:
+            numba.config.CACHE_DIR = before
+    return result
+
+
+@functools.cache
+def cache_folder() -> Path | None:
+    """Return where machine code is kept, a folder named by its sources' digest; None where nothing can be kept."""
+    digest = hashlib.sha256()
+    for path in sorted(path for pattern in SOURCES for path in HERE.glob(pattern)):
+        digest.update(path.read_bytes())
+    for root in _roots():
+        folder = root / "pendulum_twin" / digest.hexdigest()[:16]
+        if _is_ours(folder):
+            return folder
+    return None
+
+
+def _roots() -> Iterator[Path]:
+    if "XDG_CACHE_HOME" in os.environ:
+        yield Path(os.environ["XDG_CACHE_HOME"])
+    with contextlib.suppress(RuntimeError):  # no home
+        yield Path.home() / ".cache"
+    with contextlib.suppress(OSError):  # no place for temporary files
+        root = Path(tempfile.gettempdir()) / f"pendulum_twin-{os.getuid()}"
+        if _is_ours(root):
+            yield root
+
+
+def _is_ours(folder: Path) -> bool:
+    """Return whether folder, made if need be, can be written by us and by nobody else: code is run from it."""
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            status = folder.stat()
+            return status.st_uid == os.getuid() and not status.st_mode & 0o022
+    except OSError:
+        return False
+
+
+class _SharedCache(FunctionCache):
+    """A cache that several processes may use at once, and that fails silently: what cannot be read is compiled."""
+
+    def __init__(self, function: Callable[..., Any], folder: Path) -> None:
+        super().__init__(function)
+        self._lock_path = folder / "lock"
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        try:
+            return super().load_overload(sig, target_context)
+        except Exception:  # whatever a damaged file raises when it is unpickled: forget them all
+            with self._alone():
+                self.flush()
+            return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        with self._alone():
+            super().save_overload(sig, data)
+
+    @contextlib.contextmanager
+    def _alone(self) -> Iterator[None]:
+        """Keep other processes out: Numba looks for a free file name, and only then takes it."""
+        with contextlib.suppress(OSError), self._lock_path.open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            yield

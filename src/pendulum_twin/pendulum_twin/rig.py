@@ -1,0 +1,121 @@
+"""The measured constants of a rig, with the units in their names."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
+
+from pendulum_twin.errors import BadInputError
+
+CART_KEYS = ("cart_mass_kg", "force_per_pwm_n", "cart_viscous_n_s_m")
+POLE_KEYS = ("pole_mass_kg", "com_distance_m", "pole_inertia_kg_m2", "pole_viscous_n_m_s")
+
+# Lowest and highest value that is believed; open at 0 where a division needs it.
+RANGES: dict[str, tuple[float, float]] = {
+    "cart_mass_kg": (1e-6, 1e6),
+    "pole_mass_kg": (1e-6, 1e6),
+    "com_distance_m": (0.0, 100.0),
+    "pole_inertia_kg_m2": (1e-9, 1e6),
+    "gravity_m_s2": (0.0, 100.0),
+    "force_per_pwm_n": (0.0, 1e6),
+    "cart_viscous_n_s_m": (0.0, 1e6),
+    "pole_viscous_n_m_s": (0.0, 1e6),
+    "rail_half_length_m": (1e-6, 1e3),
+    "pwm_limit": (1e-6, 1e6),
+}
+UNITS: dict[str, str] = {
+    "cart_mass_kg": "kg",
+    "pole_mass_kg": "kg",
+    "com_distance_m": "m",
+    "pole_inertia_kg_m2": "kg m^2",
+    "gravity_m_s2": "m/s^2",
+    "force_per_pwm_n": "N",
+    "cart_viscous_n_s_m": "N s/m",
+    "pole_viscous_n_m_s": "N m s/rad",
+    "rail_half_length_m": "m",
+    "pwm_limit": "1",
+}
+
+
+@dataclass(frozen=True)
+class Rig:
+    """Hold the constants of a cart, a pole, or both (thesis, table 1).
+
+    com_distance_m: from the axis to the centre of mass of cart and pole together (l).
+    pole_inertia_kg_m2: about the axis of rotation (Jp).
+    force_per_pwm_n: force on the cart a unit of command (p1).
+    None stands for a part that the rig does not have: a cart alone has no pole keys, a pole alone (cart locked) no
+    cart keys.
+
+    Raises BadInputError for a value out of range, and for a part of which only some keys are given.
+    """
+
+    cart_mass_kg: float | None = None
+    pole_mass_kg: float | None = None
+    com_distance_m: float | None = None
+    pole_inertia_kg_m2: float | None = None
+    gravity_m_s2: float = 9.81
+    force_per_pwm_n: float | None = None
+    cart_viscous_n_s_m: float | None = None
+    pole_viscous_n_m_s: float | None = None
+    rail_half_length_m: float | None = None
+    pwm_limit: float | None = None
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if value is not None:
+                object.__setattr__(self, field.name, checked_number(field.name, value, *RANGES[field.name]))
+        for part, keys in (("cart", CART_KEYS), ("pole", POLE_KEYS)):
+            missing = [k for k in keys if getattr(self, k) is None]
+            if missing and len(missing) < len(keys):
+                raise BadInputError(f"expected all keys of the {part} or none of them, found {missing[0]} missing")
+        if not (self.has_cart or self.has_pole):
+            raise BadInputError(f"expected a cart ({', '.join(CART_KEYS)}) or a pole ({', '.join(POLE_KEYS)})")
+
+    @property
+    def has_cart(self) -> bool:
+        """Return whether the rig has a cart that moves."""
+        return self.cart_mass_kg is not None
+
+    @property
+    def has_pole(self) -> bool:
+        """Return whether the rig has a pole."""
+        return self.pole_mass_kg is not None
+
+    @property
+    def total_mass_kg(self) -> float:
+        """Return the moved mass m = cart + pole in kg."""
+        return (self.cart_mass_kg or 0.0) + (self.pole_mass_kg or 0.0)
+
+    def to_mapping(self) -> dict[str, float]:
+        """Return the keys that the rig has, in the order of the twin file."""
+        return {key: value for key, value in asdict(self).items() if value is not None}
+
+
+def rig_from_mapping(mapping: object) -> Rig:
+    """Return the rig of a twin file's `rig` block; raise BadInputError naming the key that is wrong."""
+    if not isinstance(mapping, Mapping):
+        raise BadInputError(f"expected 'rig' to be a mapping of names to numbers, found {type(mapping).__name__}")
+    for key in mapping:
+        if key not in RANGES:
+            raise BadInputError(unknown_key("rig", str(key), tuple(RANGES)))
+    return Rig(**mapping)
+
+
+def checked_number(key: str, value: object, low: float, high: float) -> float:
+    """Return value as a float; raise BadInputError when it is no finite number in [low, high]."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise BadInputError(f"{key}: expected a number, found {value!r}")
+    if not (math.isfinite(value) and low <= value <= high):
+        raise BadInputError(f"{key}: expected a number from {low:g} to {high:g}, found {value!r}")
+    return float(value)
+
+
+def unknown_key(where: str, key: str, known: tuple[str, ...]) -> str:
+    """Return the sentence for an unknown key, with the known key of the same quantity if its unit alone differs."""
+    stems = {k: k.split("_")[:2] for k in known}
+    near = [k for k in known if stems[k] == key.split("_")[:2]]
+    hint = f"; did you mean {near[0]} (the unit is part of the name)?" if near else f"; known are {', '.join(known)}"
+    return f"{where}: unknown key {key}{hint}"

@@ -1,0 +1,79 @@
+"""The same kernel one sample at a time, for the live twin and the environment."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pendulum_twin import compose, kernel
+from pendulum_twin.model import Twin
+from pendulum_twin.signals import Floats
+from pendulum_twin.simulate import code_for, measuring, through_sensors, unmeasured
+from pendulum_twin.words import active, words_of
+
+HANGING = (0.0, math.pi, 0.0, 0.0)
+ONE_LANE = (0,)
+
+
+class Stepper:
+    """Advance one twin sample by sample; a run of steps gives the same bits as one free run.
+
+    state: measured x (m), th (rad), v (m/s), w (rad/s).
+    """
+
+    def __init__(self, twin: Twin, period_s: float, state: tuple[float, ...] = HANGING) -> None:
+        self._words = words_of(twin)[None]
+        self._on = active(self._words)
+        self._sensors = measuring(self._words)
+        self._laws, self._dry = code_for(self._words)
+        self._sub = kernel.substeps(period_s)
+        self._h = period_s / self._sub
+        self._offsets = np.concatenate([[0], np.cumsum(compose.memory_sizes(self._h))]).astype(np.int64)
+        self._command = np.empty(1)
+        self._drive = np.empty((1, self._sub))
+        self._out = np.empty((1, 2, 4))  # the true state before and after the last step
+        self._zero = np.zeros(1, dtype=np.int64)
+        self.reset(state)
+
+    def reset(self, state: tuple[float, ...] = HANGING) -> None:
+        """Start again from a measured state, with nothing left of earlier commands."""
+        self._true = unmeasured(np.array([state], dtype=np.float64), self._words)
+        self._memory = np.zeros(self._offsets[-1])
+        self._steps = 0
+
+    @property
+    def state(self) -> Floats:
+        """Return the measured state now, shape (4,): x, th, v, w."""
+        return through_sensors(self._true, self._words, self._sensors)[0]
+
+    def step(self, command: float) -> Floats:
+        """Hold the command for one sample period and return the measured state at its end, shape (4,)."""
+        self._command[0] = command
+        kernel.drive(
+            self._command,
+            self._memory,
+            self._offsets,
+            self._h,
+            self._sub,
+            self._steps,
+            self._words[0],
+            self._on,
+            self._drive[0],
+        )
+        kernel.mechanics(
+            ONE_LANE,
+            self._laws,
+            self._dry,
+            self._drive,
+            self._zero,
+            self._zero,
+            self._true,
+            self._words,
+            self._h,
+            self._sub,
+            self._out,
+        )
+        self._steps += self._sub
+        self._true[:] = self._out[:, 1]
+        return self.state

@@ -1,0 +1,20 @@
+from setuptools import find_packages, setup
+
+NAME = "pendulum_twin"
+EXECUTABLES = {"twin_node": "pendulum_twin.nodes.twin_node:main"}
+
+setup(
+    name=NAME,
+    version="0.1.0",
+    description="Digital twin of a cart-pendulum rig: measured constants, believed effects, compiled kernel",
+    license="Apache-2.0",
+    packages=find_packages(exclude=["test", "test.*"]),
+    python_requires=">=3.12",
+    install_requires=["numba", "numpy", "PyYAML"],
+    entry_points={"console_scripts": [f"{name} = {function}" for name, function in EXECUTABLES.items()]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
+        (f"share/{NAME}", ["package.xml"]),
+        (f"lib/{NAME}", [f"lib/{name}" for name in EXECUTABLES]),
+    ],
+)

@@ -1,0 +1,258 @@
+"""The benchmarks, one table: each figure beside its peer's, measured in turn in the same run, one thread each.
+
+Figures are medians; the machine may be busy, so trust the ratios more than the figures.
+"""
+
+import os
+import statistics
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import peers
+from scipy.optimize import minimize
+
+from pendulum_twin import kernel
+from pendulum_twin.model import Twin
+from pendulum_twin.rig import Rig
+from pendulum_twin.signals import Signals
+from pendulum_twin.simulate import free_runs, run_mechanics
+from pendulum_twin.stepper import Stepper
+from pendulum_twin.words import BASE, words_of
+
+REPEATS = 5
+RIG = Rig(0.5723, 0.12, 0.01955717, 0.00292, 9.81, 12.86, 0.5, 0.00027344, 0.9, 0.5)
+COULOMB = {"cart_coulomb_friction": {"level_n": 1.2}}
+GYMNASIUM, MUJOCO = "Gymnasium CartPole (1 Euler step)", "MuJoCo (30 RK4 steps)"
+START = np.array([0.0, 2.6, 0.0, 0.1])
+
+
+@dataclass(frozen=True)
+class Row:
+    """Hold one line of the table; a figure is (value, unit), the ratio says how many times better ours is."""
+
+    what: str
+    ours: str
+    peer: str
+    theirs: str
+    ratio: float
+
+
+def seconds(*functions: Callable[[], object], repeats: int = REPEATS) -> list[float]:
+    """Return the median duration of each function; they take turns, so that all see the same machine."""
+    for function in functions:
+        function()  # compile, fill caches
+    taken: list[list[float]] = [[] for _ in functions]
+    for _ in range(repeats):
+        for function, durations in zip(functions, taken, strict=True):
+            begin = time.perf_counter()
+            function()
+            durations.append(time.perf_counter() - begin)
+    return [statistics.median(durations) for durations in taken]
+
+
+def kernel_steps(effects: dict, starts: np.ndarray, command: np.ndarray) -> Callable[[], np.ndarray]:
+    """Return a function that runs pendulums through control steps of 30 ms, each 30 steps of 1 ms."""
+    lanes = len(starts)
+    words = np.tile(words_of(Twin("bench", RIG, effects)), (lanes, 1))
+    drives = np.repeat(command, peers.SUBSTEPS)[None]
+    first, out = np.zeros(lanes, dtype=np.int64), np.empty((lanes, len(command) + 1, 4))
+
+    def go() -> np.ndarray:
+        run_mechanics(drives, first, first, starts, words, 1e-3, peers.SUBSTEPS, out)
+        return out[:, 1:]
+
+    return go
+
+
+def bench_kernel() -> list[Row]:
+    """Control steps a second: alone, and many pendulums together."""
+    rows = []
+    for lanes, ours, gyms, mujocos in ((1, 20_000, 2_000, 60), (16, 10_000, 2_000, 5), (1024, 200, 300, 1)):
+        starts = START + np.array([0.0, 0.003, 0.0, 0.0]) * np.arange(lanes)[:, None]
+        command = 0.3 * np.sin(0.2 * np.arange(ours))
+        theirs = peers.mujoco_steps(RIG, starts, command[:mujocos])
+        np.testing.assert_allclose(theirs(), kernel_steps({}, starts, command[:mujocos])(), atol=1e-9)
+        base, dry, gym, mujoco = seconds(
+            kernel_steps({}, starts, command),
+            kernel_steps(COULOMB, starts, command),
+            peers.gymnasium_steps(lanes, gyms),
+            theirs,
+        )
+        fast = lanes * ours / np.array([base, dry])
+        slow = lanes * np.array([gyms / gym, mujocos / mujoco])
+        group = f"{lanes} pendulum{'s' * (lanes > 1)}"
+        for rate, model in zip(fast, ("base model", "with Coulomb friction"), strict=True):
+            for peer_rate, peer in zip(slow, ("Gymnasium CartPole (1 Euler step)", "MuJoCo (30 RK4 steps)"), strict=True):
+                what = f"control steps/s, {group}, {model}"
+                rows.append(Row(what, f"{rate:,.0f}", peer, f"{peer_rate:,.0f}", rate / peer_rate))
+    return rows
+
+
+def bench_step() -> list[Row]:
+    """One step of the live twin, 10 ms, called from Python."""
+    rows, gym = [], peers.gymnasium_steps(1, 1000)
+    for name, effects in (("base model", {}), ("with Coulomb friction", COULOMB)):
+        stepper = Stepper(Twin("bench", RIG, effects), 0.01)
+
+        def go(stepper: Stepper = stepper) -> None:
+            stepper.reset()
+            for _ in range(1000):
+                stepper.step(0.1)
+
+        ours, theirs = seconds(go, gym)
+        what = f"one Python call for 10 ms, {name}"
+        rows.append(
+            Row(
+                what,
+                f"{ours * 1e3:.1f} us",
+                GYMNASIUM,
+                f"{theirs * 1e3:.1f} us",
+                theirs / ours,
+            )
+        )
+    return rows
+
+
+def recording(seconds: float = 120.0, effects: dict | None = None, noise: bool = False) -> Signals:
+    """Return a recording at 100 Hz of a rig driven up and down the rail; with the rounding of encoders if asked for."""
+    samples = round(seconds / 0.01)
+    t = 0.01 * np.arange(samples)
+    command = 0.25 * np.sin(4.0 * t) * np.sin(0.31 * t) + 0.15 * np.sign(np.sin(1.7 * t))
+    valid = np.ones(samples, dtype=bool)
+    empty = Signals(0.01, command, 0.0 * t, 0.0 * t, valid, valid)
+    words, first = words_of(Twin("truth", RIG, effects or {}))[None], np.zeros(1, dtype=np.int64)
+    states = free_runs(empty, words, first, first, START[None], samples)[0]
+    grains = (1e-4, 2 * np.pi / 4096) if noise else (1e-12, 1e-12)
+    cart, pole = (np.round(states[:, k] / grain) * grain for k, grain in enumerate(grains))
+    return Signals(0.01, command, cart, pole, valid, valid)
+
+
+def bench_cost() -> list[Row]:
+    """One evaluation of a recording of 120 s: as one run, in a block of 16 parameter sets, and as windows of 1 s."""
+    signals = recording()
+    words, first = words_of(Twin("bench", RIG))[None], np.zeros(1, dtype=np.int64)
+    sixteen = np.repeat(words, 16, axis=0)
+    sixteen[:, : len(BASE)] *= 1 + 1e-6 * np.arange(16)[:, None]
+    begin = np.arange(0, len(signals) - 100, 100)
+    starts = np.tile(START, (len(begin), 1))
+    zeros = np.zeros(16, dtype=np.int64)
+    one, block, windows, scipy = seconds(
+        lambda: free_runs(signals, words, first, first, START[None], len(signals)),
+        lambda: free_runs(signals, sixteen, np.arange(16), zeros, np.tile(START, (16, 1)), len(signals)),
+        lambda: free_runs(signals, words, np.zeros(len(begin), dtype=np.int64), begin, starts, 101),
+        peers.scipy_run(RIG, START, signals.command, signals.period_s),
+    )
+    ours = (
+        ("one run", one),
+        ("one of a block of 16 parameter sets", block / 16),
+        ("in windows of 1 s", windows),
+    )
+    return [
+        Row(
+            f"cost of 120 s, 1 ms steps, {what}",
+            f"{t * 1e3:.2f} ms",
+            "SciPy solve_ivp",
+            f"{scipy * 1e3:.0f} ms",
+            scipy / t,
+        )
+        for what, t in ours
+    ]
+
+
+TRUTH = {
+    "motor_lag": {"time_constant_s": 0.02},
+    "cart_stribeck_friction": {"level_n": 0.8, "static_n": 0.3, "velocity_m_s": 0.1},
+    "rail_tilt": {"angle_rad": 0.01},
+    "pole_quadratic_drag": {"n_m_s2": 2e-5},
+    "angle_offset": {"angle_rad": 0.02},
+}
+
+
+def bench_fit() -> list[Row]:
+    """A fit of 12 parameters to 120 s in windows of 1 s, beside Nelder-Mead on the very same windows and kernel."""
+    from pendulum_sysid.gauss_newton import Problem, solve
+    from pendulum_sysid.parameters import free_parameters, scales_of
+    from pendulum_sysid.windows import channels, cut, gather, smooth_state
+
+    signals = recording(effects=TRUTH, noise=True)
+    state = smooth_state(signals)
+    windows = cut(signals, state, 1.0)
+    wrong = Rig(0.5723, 0.12, 0.022, 0.0035, 9.81, 10.0, 1.0, 0.0006, 0.9, 0.5)
+    believed = Twin("bench", wrong, {name: dict.fromkeys(values, 0.01) for name, values in TRUTH.items()})
+    start = words_of(believed)
+    free = free_parameters(believed, tuple(TRUTH), scales_of(signals, state, start))
+    measured, _ = gather(signals, windows.begin, windows.samples)
+    set_of = np.zeros(len(windows), dtype=np.int64)
+
+    def cost(scaled: np.ndarray) -> float:
+        words = start.copy()
+        for one, value in zip(free, scaled, strict=True):
+            one.put(words, float(np.clip(value * one.size, one.low, one.high)))
+        runs = free_runs(signals, words[None], set_of, windows.begin, windows.starts, windows.samples)
+        errors = measured - runs[..., list(channels(signals))]
+        return float(np.sum(np.log(np.mean(errors**2, axis=(0, 1)))))
+
+    begin = np.array([one.get(start) / one.size for one in free])
+    problem = Problem(signals, windows, state.deviations)
+    (ours,) = seconds(lambda: solve(problem, start, free))
+    solution = solve(problem, start, free)
+    before = time.perf_counter()
+    simplex = minimize(cost, begin, method="Nelder-Mead", options={"maxfev": 2000})
+    theirs = time.perf_counter() - before
+    truth = words_of(Twin("truth", RIG, TRUTH))
+    wanted = np.array([one.get(truth) for one in free])
+
+    def off(found: np.ndarray) -> float:
+        return float(np.median(np.abs(found / wanted - 1)))
+
+    found = np.array([one.get(solution.words) for one in free])
+    simplex_found = simplex.x * np.array([one.size for one in free])
+    peer = f"SciPy Nelder-Mead, {simplex.nfev} runs, once"
+    what = f"fit of {len(free)} parameters to 120 s"
+    return [
+        Row(what, f"{ours:.2f} s", peer, f"{theirs:.1f} s", theirs / ours),
+        Row(
+            f"{what}: median error",
+            f"{off(found):.2%}",
+            peer,
+            f"{off(simplex_found):.2%}",
+            off(simplex_found) / off(found),
+        ),
+    ]
+
+
+def table(rows: list[Row]) -> str:
+    """Return rows as aligned text."""
+    lines = [("", "this twin", "peer", "", "ratio")]
+    lines += [(r.what, r.ours, r.peer, r.theirs, f"{r.ratio:,.1f}") for r in rows]
+    widths = [max(len(line[k]) for line in lines) for k in range(5)]
+    aligns = ("<", ">", "<", ">", ">")
+    return "\n".join(
+        "  ".join(f"{cell:{align}{width}}" for cell, align, width in zip(line, aligns, widths, strict=True)).rstrip()
+        for line in lines
+    )
+
+
+def main() -> None:
+    """Measure, and print the table."""
+    begin = time.perf_counter()
+    rows = []
+    for bench in (bench_kernel, bench_step, bench_cost, bench_fit):
+        print(f"{(bench.__doc__ or '').split(':')[0].rstrip('.')} ...", file=sys.stderr)
+        rows += bench()
+    print(table(rows))
+    print(
+        f"\nOne thread, blocks of {kernel.WIDTH} pendulums, medians of {REPEATS}; the ratio says how many times better "
+        f"this twin is. {time.perf_counter() - begin:.0f} s."
+    )
+
+
+ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+
+if __name__ == "__main__":
+    if not ONE_THREAD.items() <= os.environ.items():  # libraries read these when they are loaded: begin again
+        os.execve(sys.executable, [sys.executable, *sys.argv], os.environ | ONE_THREAD)
+    main()

@@ -1,0 +1,176 @@
+"""Each effect does what its sentence says: one run a formula."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from twin.rigs import CART_ALONE, HANGING, POLE_ALONE, SLIDING_CART, TH, THESIS, V, W, X, run, wild_command
+
+from pendulum_twin.effects import BY_NAME
+
+COMMAND = wild_command(300)
+START = (0.0, 2.5, 0.2, 0.0)
+REST = np.zeros(300)
+T = 0.01 * np.arange(300)
+MASS, GAIN = SLIDING_CART.cart_mass_kg, SLIDING_CART.force_per_pwm_n
+
+
+def same(effects, command, other=None, start=START, atol=1e-12):
+    """Hold that a twin with effects moves as one without (or with others) does under another command."""
+    np.testing.assert_allclose(run(THESIS, COMMAND, effects, start), run(THESIS, command, other, start), rtol=0, atol=atol)
+
+
+def test_input_sign_inverted():
+    same({"input_sign_inverted": {}}, -COMMAND)
+
+
+@pytest.mark.parametrize("samples", [1, 7, 30])
+def test_input_delay_by_whole_samples(samples):
+    # before the recording the command is taken to have been what it is at first
+    late = np.concatenate([np.full(samples, COMMAND[0]), COMMAND[:-samples]])
+    same({"input_delay": {"delay_s": samples * 0.01}}, late)
+
+
+def test_input_delay_between_samples():
+    """A step of the command that arrives 12.3 ms late pushes the cart for that much less."""
+    step = np.where(T >= 0.1, 0.1, 0.0)
+    states = run(SLIDING_CART, step, {"input_delay": {"delay_s": 0.0123}})
+    a = 0.1 * GAIN / MASS
+    late = np.maximum(T - 0.1123, 0.0)
+    np.testing.assert_allclose(states[:, V], a * late, atol=1e-12)
+    np.testing.assert_allclose(states[:, X], a * late**2 / 2, atol=1e-6)
+
+
+def test_input_dead_zone():
+    same({"input_dead_zone": {"width": 0.1}}, np.sign(COMMAND) * np.maximum(np.abs(COMMAND) - 0.1, 0.0))
+
+
+def test_input_saturation():
+    same({"input_saturation": {"limit": 0.2}}, np.clip(COMMAND, -0.2, 0.2))
+
+
+def test_gain_asymmetry():
+    same({"gain_asymmetry": {"ratio": 0.1}}, np.where(COMMAND > 0, 1.1, 0.9) * COMMAND)
+
+
+def test_gain_drift():
+    states = run(SLIDING_CART, REST + 0.1, {"gain_drift": {"per_s": 0.2}})
+    np.testing.assert_allclose(states[:, V], 0.1 * GAIN / MASS * (T + 0.2 * T**2 / 2), atol=1e-3)
+
+
+def test_motor_lag():
+    tau, step = 0.05, np.where(T >= 0.1, 0.1, 0.0)
+    states = run(SLIDING_CART, step, {"motor_lag": {"time_constant_s": tau}})
+    on = np.maximum(T - 0.1, 0.0)
+    # exact in the velocity, for the mean force of every step is
+    np.testing.assert_allclose(states[:, V], 0.1 * GAIN / MASS * (on - tau * (1 - np.exp(-on / tau))), atol=1e-12)
+
+
+def acceleration_of(effects, state, command=0.0, rig=SLIDING_CART):
+    """Return the acceleration of cart and pole at a state, from a very short run."""
+    h = 1e-5
+    states = run(rig, np.full(2, command), effects, state, h)
+    return (states[1, [V, W]] - states[0, [V, W]]) / h
+
+
+@pytest.mark.parametrize("v", [0.1, -0.1, 0.7, -0.7])
+def test_cart_friction_laws(v):
+    def force(effects):
+        return MASS * acceleration_of(effects, (0.05, np.pi, v, 0.0))[0]
+
+    speed, way = abs(v), np.sign(v)
+    assert force({"cart_coulomb_friction": {"level_n": 0.3}}) == pytest.approx(-0.3 * way, abs=1e-4)
+    stribeck = {"level_n": 0.3, "static_n": 0.2, "velocity_m_s": 0.15}
+    curve = 0.3 + 0.2 * np.exp(-((v / 0.15) ** 2))
+    assert force({"cart_stribeck_friction": stribeck}) == pytest.approx(-curve * way, abs=1e-4)
+    thesis = {"viscous_n_s_m": 1.1976, "level_n": 0.5, "limit_n": 1.0}
+    assert force({"cart_saturating_friction": thesis}) == pytest.approx(-min(1.1976 * speed + 0.5, 1.0) * way, abs=1e-4)
+    assert force({"cart_quadratic_drag": {"n_s2_m2": 0.4}}) == pytest.approx(-0.4 * v * speed, abs=1e-4)
+    lopsided = {"cart_coulomb_friction": {"level_n": 0.3}, "cart_friction_asymmetry": {"ratio": 0.2}}
+    assert force(lopsided) == pytest.approx(-0.3 * (1 + 0.2 * way) * way, abs=1e-4)
+
+
+@pytest.mark.parametrize("w", [0.5, -0.5, 6.0, -6.0])
+def test_pole_friction_laws(w):
+    def torque(effects):
+        return POLE_ALONE.pole_inertia_kg_m2 * acceleration_of(effects, (0.0, np.pi, 0.0, w), rig=POLE_ALONE)[1]
+
+    assert torque({"pole_coulomb_friction": {"level_n_m": 0.004}}) == pytest.approx(-0.004 * np.sign(w), abs=1e-5)
+    assert torque({"pole_quadratic_drag": {"n_m_s2": 1e-4}}) == pytest.approx(-1e-4 * w * abs(w), abs=1e-5)
+
+
+def test_cart_quadratic_drag_in_closed_form():
+    states = run(SLIDING_CART, REST, {"cart_quadratic_drag": {"n_s2_m2": 0.4}}, (0.0, np.pi, 0.9, 0.0))
+    np.testing.assert_allclose(states[:, V], 0.9 / (1 + 0.9 * 0.4 / MASS * T), rtol=1e-10)
+
+
+def test_rail_tilt_is_a_constant_force():
+    force = THESIS.total_mass_kg * 9.81 * 0.02
+    same({"rail_tilt": {"angle_rad": 0.02}}, COMMAND + force / THESIS.force_per_pwm_n)
+
+
+def test_rail_spring():
+    states = run(SLIDING_CART, REST, {"rail_spring": {"n_per_m": 8.0, "centre_m": 0.1}}, (0.15, np.pi, 0.0, 0.0))
+    np.testing.assert_allclose(states[:, X] - 0.1, 0.05 * np.cos(np.sqrt(8.0 / MASS) * T), atol=1e-10)
+
+
+def test_cogging():
+    effects = {"cogging": {"amplitude_n": 0.4, "period_m": 0.05, "phase_rad": 0.3}}
+    for x in (-0.31, 0.0, 0.012, 0.2):
+        force = MASS * acceleration_of(effects, (x, np.pi, 0.0, 0.0))[0]
+        assert force == pytest.approx(0.4 * np.sin(2 * np.pi * x / 0.05 + 0.3), abs=1e-6)
+
+
+def test_pole_spring():
+    p = POLE_ALONE
+    weight = p.pole_mass_kg * p.com_distance_m * 9.81
+    states = run(p, REST, {"pole_spring": {"n_m_per_rad": 0.05}}, (0.0, np.pi + 1e-4, 0.0, 0.0))
+    rate = np.sqrt((weight + 0.05) / p.pole_inertia_kg_m2)
+    np.testing.assert_allclose(states[:, TH] - np.pi, 1e-4 * np.cos(rate * T), atol=1e-10)
+
+
+def test_thesis_dead_zones_hold_the_state_while_all_is_small():
+    zones = {"thesis_dead_zones": {"force_n": 0.2, "cart_velocity_m_s": 0.1, "pole_velocity_rad_s": 1.5}}
+    slow = (0.1, 2.5, 0.05, 1.0)
+    held = run(THESIS, REST + 0.19 / GAIN, zones, slow)
+    assert np.all(held == np.array(slow))
+    for command, start in (
+        (0.21 / GAIN, slow),
+        (0.19 / GAIN, (0.1, 2.5, 0.11, 1.0)),
+        (0.19 / GAIN, (0.1, 2.5, 0.05, -1.6)),
+    ):
+        assert np.all(run(THESIS, REST[:2] + command, zones, start)[1] != np.array(start))
+
+
+def test_angle_offset():
+    measured = run(THESIS, COMMAND, {"angle_offset": {"angle_rad": 0.2}}, START)
+    true = run(THESIS, COMMAND, {}, (START[0], START[1] - 0.2, START[2], START[3]))
+    np.testing.assert_allclose(measured - true, np.tile([0.0, 0.2, 0.0, 0.0], (300, 1)), atol=1e-12)
+
+
+def test_cart_sign_inverted():
+    mirrored = run(THESIS, COMMAND, {"cart_sign_inverted": {}}, (-0.1, 2.5, -0.2, 1.0))
+    true = run(THESIS, COMMAND, {}, (0.1, 2.5, 0.2, 1.0))
+    np.testing.assert_array_equal(mirrored, true * [-1, 1, -1, 1])
+
+
+def test_angle_sign_inverted():
+    mirrored = run(THESIS, COMMAND, {"angle_sign_inverted": {}}, (0.1, 2 * np.pi - 2.5, 0.2, -1.0))
+    true = run(THESIS, COMMAND, {}, (0.1, 2.5, 0.2, 1.0))
+    np.testing.assert_allclose(mirrored, np.array([0, 2 * np.pi, 0, 0]) + true * [1, -1, 1, -1], atol=1e-12)
+
+
+def test_back_emf_is_viscous_friction():
+    """The catalogue lists no back-EMF, for a term -k v is one whatever its cause; quadratic drag is another."""
+    assert "back_emf" not in BY_NAME
+    assert not np.allclose(
+        run(CART_ALONE, COMMAND, {"cart_quadratic_drag": {"n_s2_m2": 0.5}}, HANGING),
+        run(CART_ALONE, COMMAND),
+        atol=1e-3,
+    )
+
+
+def test_every_effect_has_a_check():
+    here = Path(__file__).parent
+    text = "".join((here / name).read_text() for name in ("test_each_formula.py", "test_dry_friction.py"))
+    assert [name for name in BY_NAME if f'"{name}"' not in text] == []

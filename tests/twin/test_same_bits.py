@@ -1,0 +1,154 @@
+"""The same inputs give the same bits: run after run, in any company, sample by sample, with any code for the laws."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from twin.rigs import CART_ALONE, POLE_ALONE, THESIS, recording, run, wild_command
+
+from pendulum_twin import kernel
+from pendulum_twin.model import Twin
+from pendulum_twin.motion import ALL_LAWS, NO_LAWS, PLAIN_LAWS
+from pendulum_twin.simulate import drive_pass, free_runs, run_mechanics
+from pendulum_twin.stepper import Stepper
+from pendulum_twin.words import words_of
+
+COMMAND = wild_command(200)
+START = (0.0, 2.5, 0.2, 0.0)
+TWINS = {
+    "base": (THESIS, {}),
+    "cart alone": (CART_ALONE, {"cart_coulomb_friction": {"level_n": 0.6}}),
+    "pole alone": (POLE_ALONE, {"pole_coulomb_friction": {"level_n_m": 0.002}}),
+    "plain laws": (THESIS, {"cart_quadratic_drag": {"n_s2_m2": 0.2}, "rail_tilt": {"angle_rad": 0.01}}),
+    "dry": (THESIS, {"cart_coulomb_friction": {"level_n": 1.2}, "pole_coulomb_friction": {"level_n_m": 0.003}}),
+    "all at once": (
+        THESIS,
+        {
+            "input_delay": {"delay_s": 0.0234},
+            "input_dead_zone": {"width": 0.02},
+            "gain_drift": {"per_s": 0.01},
+            "motor_lag": {"time_constant_s": 0.03},
+            "cart_stribeck_friction": {"level_n": 0.8, "static_n": 0.4, "velocity_m_s": 0.05},
+            "cart_friction_asymmetry": {"ratio": 0.1},
+            "cogging": {"amplitude_n": 0.3, "period_m": 0.04, "phase_rad": 1.0},
+            "pole_coulomb_friction": {"level_n_m": 0.002},
+            "angle_offset": {"angle_rad": 0.05},
+            "cart_sign_inverted": {},
+        },
+    ),
+    "thesis": (
+        THESIS,
+        {
+            "cart_saturating_friction": {"viscous_n_s_m": 1.1976, "level_n": 0.5, "limit_n": 1.0},
+            "thesis_dead_zones": {"force_n": 0.2, "cart_velocity_m_s": 0.1, "pole_velocity_rad_s": 1.5},
+        },
+    ),
+}
+named = pytest.mark.parametrize("name", TWINS)
+
+
+def words(name):
+    rig, effects = TWINS[name]
+    return words_of(Twin(name, rig, effects))
+
+
+@named
+def test_run_after_run(name):
+    rig, effects = TWINS[name]
+    assert run(rig, COMMAND, effects, START).tobytes() == run(rig, COMMAND, effects, START).tobytes()
+
+
+@named
+def test_step_by_step_as_in_one_run(name):
+    rig, effects = TWINS[name]
+    whole = run(rig, COMMAND, effects, START)
+    stepper = Stepper(Twin(name, rig, effects), 0.01, START)
+    steps = np.array([stepper.state, *(stepper.step(u) for u in COMMAND[:-1])])
+    assert steps.tobytes() == whole.tobytes()
+
+
+def test_a_reset_stepper_is_a_new_one():
+    twin = Twin("test", *TWINS["all at once"])
+    stepper, fresh = Stepper(twin, 0.01), Stepper(twin, 0.01, START)
+    for u in COMMAND[:50]:
+        stepper.step(u)
+    stepper.reset(START)
+    for u in COMMAND[:50]:
+        assert stepper.step(u).tobytes() == fresh.step(u).tobytes()
+
+
+def test_a_returned_state_is_not_changed_by_later_steps():
+    stepper = Stepper(Twin("test", THESIS), 0.01, START)
+    first = stepper.step(0.3)
+    kept = first.copy()
+    first += 1.0
+    second = stepper.step(0.3)
+    assert not np.array_equal(second, first)
+    fresh = Stepper(Twin("test", THESIS), 0.01, START)
+    assert fresh.step(0.3).tobytes() == kept.tobytes()
+    assert fresh.step(0.3).tobytes() == second.tobytes()
+
+
+@pytest.mark.parametrize("lanes", [2, 16, 17, 35])
+def test_alone_as_in_any_company(lanes):
+    """Lanes with other words, starts and times of beginning beside them, in full blocks and in part-filled ones."""
+    names = [list(TWINS)[k % len(TWINS)] for k in range(lanes)]
+    sets = np.array([words(name) for name in TWINS])
+    set_of = np.arange(lanes) % len(TWINS)
+    begin = np.arange(lanes) % 50
+    starts = np.array(START) + 0.03 * np.arange(lanes)[:, None]
+    signals = recording(COMMAND, 0.01)
+    together = free_runs(signals, sets, set_of, begin, starts, 100)
+    for k, name in enumerate(names):
+        alone = free_runs(signals, words(name)[None], np.zeros(1, int), begin[[k]], starts[[k]], 100)
+        assert alone[0].tobytes() == together[k].tobytes(), name
+
+
+def mechanics(words, width, laws, dry):
+    signals = recording(COMMAND, 0.01)
+    drives, _ = drive_pass(signals, words[None])
+    out, zeros = np.empty((3, 200, 4)), np.zeros(3, dtype=np.int64)
+    starts = np.array(START) + 0.1 * np.arange(3)[:, None]
+    kernel.mechanics((0,) * width, laws, dry, drives, zeros, zeros, starts, np.tile(words, (3, 1)), 1e-3, 10, out)
+    return out
+
+
+@pytest.mark.parametrize("width", [1, kernel.WIDTH])
+@pytest.mark.parametrize("laws", [NO_LAWS, PLAIN_LAWS, ALL_LAWS], ids=["none", "plain", "all"])
+@pytest.mark.parametrize("dry", [False, True])
+def test_laws_that_are_off_add_exactly_nothing(width, laws, dry):
+    assert np.array_equal(mechanics(words("base"), width, laws, dry), mechanics(words("base"), 1, NO_LAWS, False))
+
+
+@pytest.mark.parametrize("name", ["plain laws", "dry", "thesis"])
+def test_costly_laws_that_are_off_add_exactly_nothing(name):
+    assert np.array_equal(mechanics(words(name), 16, ALL_LAWS, True), mechanics(words(name), 16, PLAIN_LAWS, True))
+
+
+def test_run_mechanics_begins_where_it_is_told():
+    signals = recording(COMMAND, 0.01)
+    whole = free_runs(signals, words("base")[None], np.zeros(1, int), np.zeros(1, int), np.array([START]), 200)[0]
+    rest = free_runs(signals, words("base")[None], np.zeros(1, int), np.array([80]), whole[[80]], 120)[0]
+    assert rest.tobytes() == whole[80:].tobytes()
+
+
+def test_drives_of_stretches_start_afresh():
+    """A delay does not carry the end of one recording into the next."""
+    joined = replace(recording(np.concatenate([COMMAND, COMMAND]), 0.01), starts=(0, 200))
+    drives, row_of = drive_pass(joined, words("all at once")[None])
+    assert row_of.tolist() == [0]
+    assert drives[0, :2000].tobytes() == drives[0, 2000:].tobytes()
+
+
+def test_twins_with_the_same_drive_share_its_row():
+    drives, row_of = drive_pass(recording(COMMAND, 0.01), np.array([words(n) for n in ("base", "all at once", "dry")]))
+    assert len(drives) == 2
+    assert row_of[0] == row_of[2] != row_of[1]
+
+
+def test_a_block_is_as_wide_as_it_says():
+    out = np.empty((3, 2, 4))
+    drives, zeros = np.zeros((1, 10)), np.zeros(3, dtype=np.int64)
+    starts, sets = np.tile(START, (3, 1)), np.tile(words("base"), (3, 1))
+    run_mechanics(drives, zeros, zeros, starts, sets, 1e-3, 10, out)
+    assert np.array_equal(out[0], out[2])

@@ -1,0 +1,169 @@
+"""Twin files: what goes in comes out, and whatever is wrong is refused by name."""
+
+import copy
+from pathlib import Path
+
+import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
+from twin.rigs import CART_ALONE, POLE_ALONE, THESIS
+
+from pendulum_twin.effects import BY_NAME, CATALOGUE
+from pendulum_twin.errors import BadInputError
+from pendulum_twin.model import Twin, load_twin, save_twin, twin_from_mapping
+from pendulum_twin.rig import RANGES, UNITS, Rig
+from pendulum_twin.words import SLOTS, words_of
+
+GOOD = {
+    "schema": "pendulum_twin/1",
+    "name": "inteco",
+    "rig": THESIS.to_mapping(),
+    "effects": {"cart_coulomb_friction": {"level_n": 1.2}, "input_sign_inverted": {}},
+}
+
+
+def changed(*path_and_value):
+    """Return a good file's mapping with one place changed; a value of None takes the key away."""
+    mapping = copy.deepcopy(GOOD)
+    *path, key, value = path_and_value
+    place = mapping
+    for name in path:
+        place = place[name]
+    if value is None:
+        del place[key]
+    else:
+        place[key] = value
+    return mapping
+
+
+def refused(mapping, *words):
+    with pytest.raises(BadInputError) as error:
+        twin_from_mapping(mapping)
+    for word in words:
+        assert word in str(error.value)
+
+
+def test_a_good_file_is_read():
+    twin = twin_from_mapping(GOOD)
+    assert (twin.name, twin.rig) == ("inteco", THESIS)
+    assert twin.effects == {"cart_coulomb_friction": {"level_n": 1.2}, "input_sign_inverted": {}}
+    assert twin.to_mapping() == GOOD
+
+
+def test_an_effect_without_parameters_may_be_left_empty():
+    text = "schema: pendulum_twin/1\nrig: {pole_mass_kg: 1, com_distance_m: 1, pole_inertia_kg_m2: 2, "
+    twin = twin_from_mapping(yaml.safe_load(text + "pole_viscous_n_m_s: 0}\neffects: {angle_sign_inverted: }"))
+    assert twin.effects == {"angle_sign_inverted": {}}
+    assert words_of(twin)[SLOTS["angle_sign_inverted"]] == [1.0]
+
+
+@pytest.mark.parametrize("key", RANGES)
+def test_each_number_of_the_rig_is_checked(key):
+    low, high = RANGES[key]
+    refused(changed("rig", key, 2 * high), key, f"{low:g} to {high:g}")
+    refused(changed("rig", key, -1.0), key, "-1.0")
+    refused(changed("rig", key, float("nan")), key, "nan")
+    refused(changed("rig", key, float("inf")), key, "inf")
+    refused(changed("rig", key, True), key, "expected a number", "True")
+    refused(changed("rig", key, "0.5 kg"), key, "expected a number", "0.5 kg")
+
+
+@pytest.mark.parametrize("effect", CATALOGUE, ids=lambda e: e.name)
+def test_each_number_of_an_effect_is_checked(effect):
+    middle = {p.name: min(max(p.neutral, p.low), p.high) for p in effect.parameters}
+    refused(changed("effects", effect.name, middle | {"strength": 1.0}), effect.name, "strength")
+    refused(changed("effects", effect.name, [1.0]), effect.name, "expected a mapping")
+    for p in effect.parameters:
+        for bad in (p.high * 2 + 1, p.low - 1, float("nan"), float("inf"), True, "1"):
+            refused(changed("effects", effect.name, middle | {p.name: bad}), effect.name, p.name)
+        missing = {name: value for name, value in middle.items() if name != p.name}
+        refused(changed("effects", effect.name, missing), effect.name, p.name, "missing")
+
+
+def test_unknown_names_are_refused_with_a_hint():
+    refused(changed("rig", "cart_mass_g", 572.3), "cart_mass_g", "did you mean cart_mass_kg", "unit")
+    refused(changed("rig", "wheel_count", 4), "wheel_count", "known are", "cart_mass_kg")
+    refused(changed("effects", "cart_coulomb_friction", {"level_mn": 1200}), "level_mn", "level_n")
+    refused(changed("effects", "cart_rust", {}), "cart_rust", "cart_coulomb_friction")
+    refused(changed("colour", "red"), "colour")
+
+
+def test_other_shapes_are_refused():
+    refused(None, "expected a mapping")
+    refused([1, 2], "expected a mapping", "list")
+    refused(changed("schema", "pendulum_twin/2"), "pendulum_twin/1", "pendulum_twin/2")
+    refused(changed("schema", None), "pendulum_twin/1")
+    refused(changed("rig", None), "rig", "mapping")
+    refused(changed("rig", "inteco"), "rig", "str")
+    refused(changed("effects", ["rail_tilt"]), "effects", "list")
+
+
+def test_a_part_is_whole_or_absent():
+    refused(changed("rig", "cart_viscous_n_s_m", None), "all keys of the cart", "cart_viscous_n_s_m")
+    refused(changed("rig", "pole_inertia_kg_m2", None), "all keys of the pole", "pole_inertia_kg_m2")
+    with pytest.raises(BadInputError, match=r"expected a cart .* or a pole"):
+        Rig()
+
+
+def test_rigs_of_one_part():
+    assert CART_ALONE.has_cart
+    assert not CART_ALONE.has_pole
+    assert POLE_ALONE.has_pole
+    assert not POLE_ALONE.has_cart
+    assert not set(CART_ALONE.to_mapping()) & {"pole_mass_kg", "com_distance_m"}
+    assert CART_ALONE.total_mass_kg == CART_ALONE.cart_mass_kg
+
+
+def test_every_number_of_the_rig_has_a_unit():
+    assert set(UNITS) == set(RANGES) == set(Rig.__dataclass_fields__)
+
+
+def effects():
+    def parameters(effect):
+        return st.fixed_dictionaries({p.name: st.floats(p.low, p.high, allow_subnormal=False) for p in effect.parameters})
+
+    return st.lists(st.sampled_from(CATALOGUE), unique_by=lambda e: e.name).flatmap(
+        lambda chosen: st.fixed_dictionaries({e.name: parameters(e) for e in chosen})
+    )
+
+
+@given(effects(), st.text(st.characters(codec="utf-8", exclude_categories=["Cc", "Cs"]), max_size=20))
+def test_a_file_gives_back_the_very_twin(tmp_path_factory, effects, name):
+    path = tmp_path_factory.mktemp("twins") / "twin.yaml"
+    for rig in (THESIS, CART_ALONE, POLE_ALONE):
+        twin = Twin(name, rig, effects)
+        save_twin(twin, path)
+        assert load_twin(path) == twin
+
+
+def test_files_that_cannot_be_read_are_refused_by_their_path(tmp_path):
+    path = tmp_path / "twin.yaml"
+    for content, word in ((b"rig: [", "expected YAML"), (b"\xff\xfe\x00", "cannot be read"), (b"", "NoneType")):
+        path.write_bytes(content)
+        with pytest.raises(BadInputError, match=word) as error:
+            load_twin(path)
+        assert str(path) in str(error.value)
+    with pytest.raises(BadInputError, match="cannot be read"):
+        load_twin(tmp_path / "nowhere.yaml")
+    with pytest.raises(BadInputError, match="cannot be read"):
+        load_twin(tmp_path)
+
+
+def test_a_twin_is_written_whole_or_not_at_all(tmp_path, monkeypatch):
+    path = tmp_path / "new folder" / "twin.yaml"
+    save_twin(twin_from_mapping(GOOD), path)
+    before = path.read_text()
+
+    def fail(*_):
+        raise OSError("disk full")
+
+    monkeypatch.setattr(Path, "replace", fail)
+    with pytest.raises(OSError, match="disk full"):
+        save_twin(twin_from_mapping(changed("name", "other")), path)
+    assert path.read_text() == before
+    assert [p.name for p in path.parent.iterdir()] == ["twin.yaml"]
+
+
+def test_the_catalogue_has_each_name_once():
+    assert len(BY_NAME) == len(CATALOGUE)

@@ -1,0 +1,59 @@
+"""The decisions of the live twin, without ROS."""
+
+import pytest
+
+from pendulum_twin.command_hold import CommandHold
+from pendulum_twin.sample_clock import SampleClock
+
+MS = 1_000_000
+
+
+def test_a_command_holds_until_it_is_stale() -> None:
+    hold = CommandHold(limit=0.5, timeout_s=0.2)
+    assert hold.at(0) == 0.0
+    assert hold.offer(0.3, 1000 * MS)
+    assert [hold.at(t * MS) for t in (1000, 1200, 1201)] == [0.3, 0.3, 0.0]
+
+
+@pytest.mark.parametrize(("sent", "held"), [(0.7, 0.5), (-3.0, -0.5), (0.2, 0.2)])
+def test_a_command_is_clipped(sent: float, held: float) -> None:
+    hold = CommandHold(0.5, 0.2)
+    hold.offer(sent, 0)
+    assert hold.at(0) == held
+
+
+def test_what_is_no_number_is_refused_and_counted() -> None:
+    hold = CommandHold(None, 0.2)
+    hold.offer(4.0, 0)
+    assert not hold.offer(float("nan"), 0) and not hold.offer(float("inf"), 0)
+    assert hold.refused == 2 and hold.at(0) == 4.0
+    hold.clear()
+    assert hold.at(0) == 0.0 and hold.refused == 2
+
+
+def test_a_jittering_timer_gives_even_times() -> None:
+    clock = SampleClock(0.01)
+    asked = [0, 10.4, 19.8, 34.0, 34.1, 50.3]
+    given = [t // MS for now in asked for t in clock.due(round(now * MS))]
+    assert given == [0, 10, 20, 30, 40, 50]
+
+
+def test_a_standstill_is_given_up_and_counted() -> None:
+    clock = SampleClock(0.01)
+    assert clock.due(0) == [0]
+    assert clock.due(2000 * MS) == [2000 * MS]
+    assert clock.lost == 199
+    assert clock.due(2010 * MS) == [2010 * MS]
+
+
+def test_a_clock_set_back_starts_anew() -> None:
+    clock = SampleClock(0.01)
+    clock.due(5000 * MS)
+    assert clock.due(1000 * MS) == [1000 * MS]
+    assert clock.due(1010 * MS) == [1010 * MS]
+
+
+def test_no_drift_over_an_hour() -> None:
+    clock = SampleClock(1 / 300)
+    times = [t for k in range(3000) for t in clock.due(round(k * 1e9 / 300))]
+    assert times[-1] == pytest.approx(2999 / 300 * 1e9, abs=1) and len(times) == 3000
