@@ -1,0 +1,93 @@
+"""From the command to the force: the emulator's own command and drive effects, one closure a stage.
+
+Every stage is called once a step of the engine, in the order of STAGES, and returns what it makes of the command.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable, Mapping
+
+Stage = Callable[[float], float]
+Effects = Mapping[str, Mapping[str, float]]
+
+
+def inverted(step_s: float) -> Stage:
+    """Turn the command's sign."""
+    return lambda u: -u
+
+
+def delayed(step_s: float, delay_s: float) -> Stage:
+    """Give the command of delay_s ago; before the first there was none. Parts of a step are shared by weight."""
+    whole, part = divmod(delay_s / step_s, 1.0)
+    past = deque([0.0] * (int(whole) + 2), maxlen=int(whole) + 2)
+
+    def stage(u: float) -> float:
+        past.append(u)
+        return past[1] + part * (past[0] - past[1])
+
+    return stage
+
+
+def dead_zone(step_s: float, width: float) -> Stage:
+    """Give 0 within +-width, and take width away from larger commands."""
+    return lambda u: math.copysign(max(abs(u) - width, 0.0), u)
+
+
+def saturated(step_s: float, limit: float) -> Stage:
+    """Clip the command at +-limit."""
+    return lambda u: math.copysign(min(abs(u), limit), u)
+
+
+def asymmetric(step_s: float, ratio: float) -> Stage:
+    """Make positive commands stronger by ratio and negative ones weaker."""
+    return lambda u: u + ratio * abs(u)
+
+
+def drifting(step_s: float, per_s: float) -> Stage:
+    """Change the gain by per_s of its first value every second."""
+    steps = 0
+
+    def stage(u: float) -> float:
+        nonlocal steps
+        steps += 1
+        return u + u * per_s * (steps - 0.5) * step_s
+
+    return stage
+
+
+def lagging(step_s: float, time_constant_s: float) -> Stage:
+    """Follow the command with a first-order lag; gives its value in the middle of the step."""
+    output, over_half = 0.0, math.exp(-0.5 * step_s / time_constant_s)
+
+    def stage(u: float) -> float:
+        nonlocal output
+        middle = u + (output - u) * over_half
+        output = u + (middle - u) * over_half
+        return middle
+
+    return stage
+
+
+STAGES: dict[str, Callable[..., Stage]] = {
+    "input_sign_inverted": inverted,
+    "input_delay": delayed,
+    "input_dead_zone": dead_zone,
+    "input_saturation": saturated,
+    "gain_asymmetry": asymmetric,
+    "gain_drift": drifting,
+    "motor_lag": lagging,
+}
+
+
+def chain(effects: Effects, step_s: float) -> Stage:
+    """Return all stages that the effects ask for as one, with nothing remembered yet."""
+    stages = [make(step_s, **effects[name]) for name, make in STAGES.items() if name in effects]
+
+    def stage(u: float) -> float:
+        for each in stages:
+            u = each(u)
+        return u
+
+    return stage

@@ -1,0 +1,50 @@
+"""The sealed answer: what was concealed in an emulated rig, as a file that is opened after the diagnosis."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from pendulum_twin.errors import BadInputError
+from pendulum_twin.model import Twin, write_whole
+from pendulum_twin.rig import Rig, rig_from_mapping
+
+SCHEMA = "pendulum_seal/1"
+
+
+@dataclass(frozen=True)
+class Concealed:
+    """Hold the truth of an emulated rig.
+
+    effects: catalogue name -> parameter name -> value (SI units, in the parameter's name). rig: the true constants.
+    Raises BadInputError when the catalogue has no such effect or parameter.
+    """
+
+    effects: Mapping[str, Mapping[str, float]]
+    rig: Rig
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "effects", Twin("sealed", self.rig, self.effects).effects)
+
+
+def write_seal(concealed: Concealed, path: str | Path) -> None:
+    """Write the seal whole or not at all."""
+    effects = {name: dict(values) for name, values in concealed.effects.items()}
+    content = {"schema": SCHEMA, "effects": effects, "rig": concealed.rig.to_mapping()}
+    write_whole(path, json.dumps(content, indent=2) + "\n")
+
+
+def open_seal(path: str | Path) -> Concealed:
+    """Return what a seal holds; raise BadInputError when it is no seal."""
+    try:
+        content = json.loads(Path(path).read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise BadInputError(f"{path}: expected a seal, but it cannot be read: {error}") from error
+    if not isinstance(content, dict) or content.get("schema") != SCHEMA or not isinstance(content.get("effects"), dict):
+        raise BadInputError(f"{path}: expected a seal with schema {SCHEMA}, effects and rig")
+    try:
+        return Concealed(content["effects"], rig_from_mapping(content.get("rig")))
+    except BadInputError as error:
+        raise BadInputError(f"{path}: {error}") from error
