@@ -1,0 +1,86 @@
+"""Decide between fits on the choosing windows, which none of them was fitted on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pendulum_sysid.records import Fit
+from pendulum_twin.effects import BY_NAME
+from pendulum_twin.signals import Floats
+
+SURE = 2.0  # standard errors over windows by which a richer twin must be ahead
+WORTH = 1.005  # ... and at least this factor of misfit
+
+
+@dataclass(frozen=True)
+class Lead:
+    """Say how far a rich fit is ahead of a simple one: ratio of misfits, and standard errors over paired windows."""
+
+    ratio: float
+    errors: float
+
+    @property
+    def real(self) -> bool:
+        """Return whether the lead is more than chance."""
+        return self.ratio >= WORTH and self.errors >= SURE
+
+
+def lead(rich: Fit, simple: Fit) -> Lead:
+    """Return how far the rich fit is ahead on the choosing windows.
+
+    Windows are compared pair by pair under a heavy-tailed likelihood whose scale is the rich fit's typical window (Lange,
+    Little and Taylor, J. Am. Stat. Assoc. 84 (1989) 881): neither one wild window nor many quiet ones decide alone.
+    """
+    scale = np.median(_powers(rich), axis=0)
+    gains = (_log_errors(simple, scale) - _log_errors(rich, scale)).mean(axis=1)
+    spread = float(np.std(gains, ddof=1)) / np.sqrt(len(gains)) if len(gains) > 1 else np.inf
+    return Lead(float(np.exp(np.mean(gains))), float(np.mean(gains)) / max(spread, 1e-12))
+
+
+def _log_errors(fit: Fit, scale: Floats) -> Floats:
+    return 0.5 * np.log1p(_powers(fit) / scale)
+
+
+def _powers(fit: Fit) -> Floats:
+    """Return each choosing window's mean squared error, (windows, channels); parts of one window are averaged."""
+    power = fit.window_squares / np.maximum(fit.counts, 1.0)
+    return np.maximum(power.reshape(-1, fit.parts, power.shape[1]).mean(axis=1), (0.1 * fit.noise) ** 2)
+
+
+def size(fit: Fit) -> int:
+    """Return how many parameters the effects of a fit have."""
+    return sum(max(len(BY_NAME[name].parameters), 1) for name in fit.effects)
+
+
+def needed(rich: Fit, simple: Fit, effect: str, expected: bool = False) -> bool:
+    """Return whether a rich fit needs the effect that it has more than a simple one.
+
+    Its interval from the training windows must leave out the value at which the effect vanishes, and it must be really
+    ahead on the choosing windows; an effect that is expected, for other evidence named it, need only be ahead there.
+    """
+    found = lead(rich, simple)
+    return distance(rich, effect, simple.effects) > 1.0 and (found.real or (expected and found.ratio > 1.0))
+
+
+def distance(fit: Fit, effect: str, held: tuple[str, ...] = ()) -> float:
+    """Return how many half widths of its interval an effect's clearest size lies from where it vanishes.
+
+    Sizes that a simpler effect among those held has as well do not count: they are not what the effect adds.
+    """
+    known = {p.name for name in held if name in BY_NAME[effect].simpler for p in BY_NAME[name].parameters}
+    sizes = [p for p in BY_NAME[effect].parameters if not p.shape and p.name not in known]
+    far = [] if sizes else [np.inf]
+    for p in sizes:
+        one = fit.estimates[f"{effect}.{p.name}"]
+        half = max(one.high - one.value, one.value - one.low, 1e-300)
+        far.append(abs(one.value - p.neutral) / half if one.identifiable else 0.0)
+    return max(far)
+
+
+def simplest(fits: list[Fit]) -> Fit:
+    """Return the fit with the fewest parameters that the best one is not really ahead of."""
+    best = min(fits, key=lambda one: one.choose)
+    near = [one for one in fits if one is best or not lead(best, one).real]
+    return min(near, key=lambda one: (size(one), one.choose))

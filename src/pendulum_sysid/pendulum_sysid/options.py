@@ -1,0 +1,108 @@
+"""The verbs of `sysid` and their options."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    Verbs = argparse._SubParsersAction[argparse.ArgumentParser]
+
+BAG = "a rosbag2 folder or its data file"
+
+
+def parser() -> argparse.ArgumentParser:
+    """Return the parser; what it gives holds `verb`, the verb's own `parser`, `traceback`, and the verb's options."""
+    whole = argparse.ArgumentParser(
+        prog="sysid", description="Find where a digital twin of a cart-pendulum is wrong, and put it right."
+    )
+    whole.add_argument("--traceback", action="store_true", help="show Python's traceback of an internal error")
+    verbs = whole.add_subparsers(dest="verb", metavar="VERB", required=True)
+    for add in (_diagnose, _fit, _replay, _compare, _effects, _import):
+        add(verbs)
+    return whole
+
+
+def _diagnose(verbs: Verbs) -> None:
+    one = _verb(verbs, "diagnose", "say which physics the twin is missing, where, and how much")
+    one.add_argument("bag", nargs="+", type=Path, metavar="BAG", help=BAG)
+    _topics(one)
+    one.add_argument("--twin", required=True, type=Path, help="the twin file to start from")
+    one.add_argument("--out", required=True, type=Path, metavar="DIR", help="gets verdict.json, report.html, twin.yaml")
+
+
+def _fit(verbs: Verbs) -> None:
+    one = _verb(verbs, "fit", "fit the twin's own parameters, adding no physics")
+    one.add_argument("bag", nargs="+", type=Path, metavar="BAG", help=BAG)
+    _topics(one)
+    one.add_argument("--twin", required=True, type=Path, help="the twin file to start from")
+    one.add_argument("--out", required=True, type=Path, metavar="TWIN.yaml", help="the fitted twin file")
+    how = "windows (default), or the thesis's own procedure to compare with"
+    one.add_argument("--method", choices=("windows", "thesis"), default="windows", help=how)
+    most = "with --method thesis: runs of the whole recording at most (default: 2000)"
+    one.add_argument("--max-evaluations", type=_whole, metavar="N", help=most)
+
+
+def _replay(verbs: Verbs) -> None:
+    one = _verb(verbs, "replay", "say how well a twin runs on a recording")
+    one.add_argument("bag", type=Path, metavar="BAG", help=BAG)
+    _topics(one)
+    one.add_argument("--twin", required=True, type=Path, help="the twin file")
+    one.add_argument("--json", action="store_true", help="print one JSON object")
+
+
+def _compare(verbs: Verbs) -> None:
+    one = _verb(verbs, "compare", "put two twins side by side on a recording")
+    one.add_argument("bag", type=Path, metavar="BAG", help=BAG)
+    _topics(one)
+    one.add_argument("--twin", required=True, type=Path, action="append", help="a twin file; give it twice")
+    one.add_argument("--out", type=Path, metavar="PLOT.png", help="draw both runs and their errors (png, svg or pdf)")
+
+
+def _effects(verbs: Verbs) -> None:
+    one = _verb(verbs, "effects", "list the catalogue of physics beyond the base model")
+    one.add_argument("--json", action="store_true", help="print one JSON object")
+
+
+def _import(verbs: Verbs) -> None:
+    one = _verb(verbs, "import", "turn columns of a CSV file into a recording, SI units taken for granted")
+    one.add_argument("csv", type=Path, metavar="FILE.csv", help="a CSV file whose first line names its columns")
+    one.add_argument("--out", required=True, type=Path, metavar="BAG", help="the rosbag2 folder to write")
+    one.add_argument("--time", required=True, metavar="COLUMN", help="time of each sample, s")
+    one.add_argument("--command", metavar="COLUMN", help="what was sent to the drive")
+    one.add_argument("--cart", metavar="COLUMN", help="cart position, m")
+    one.add_argument("--pole", metavar="COLUMN", help="pole angle, rad, counterclockwise")
+    one.add_argument("--pole-zero", choices=("up", "down"), default="up", help="where the angle is 0 (default: up)")
+    one.add_argument("--skip", type=_seconds, default=0.0, metavar="S", help="leave out the first S seconds")
+    one.add_argument("--invert-cart", action="store_true", help="turn the cart's sign round")
+    one.add_argument("--invert-pole", action="store_true", help="turn the pole's sign round")
+
+
+def _verb(verbs: Verbs, name: str, sentence: str) -> argparse.ArgumentParser:
+    one = verbs.add_parser(name, help=sentence, description=sentence[0].upper() + sentence[1:] + ".")
+    one.add_argument("--traceback", action="store_true", default=argparse.SUPPRESS, help=argparse.SUPPRESS)
+    one.set_defaults(parser=one)
+    return one
+
+
+def _topics(one: argparse.ArgumentParser) -> None:
+    one.add_argument("--state-topic", metavar="T", help="topic of the states (default: /rig/joint_states)")
+    one.add_argument("--command-topic", metavar="T", help="topic of the commands (default: /rig/pwm)")
+
+
+def _whole(text: str) -> int:
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"expected a whole number from 1 on, found {text!r}")
+    return int(text)
+
+
+def _seconds(text: str) -> float:
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = math.nan
+    if not 0.0 <= seconds < math.inf:
+        raise argparse.ArgumentTypeError(f"expected a number of seconds from 0 on, found {text!r}")
+    return seconds

@@ -1,0 +1,85 @@
+"""The stages in order: recordings -> signals -> residuals -> place -> hypotheses -> fits -> verdict."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from pendulum_sysid.case import Case, case_of
+from pendulum_sysid.localise import localise
+from pendulum_sysid.noise_floor import noise_floor
+from pendulum_sysid.records import Diagnosis, Overlay, Recording, Split
+from pendulum_sysid.search import Search, missing, named, parameters_alone, seen_from
+from pendulum_sysid.split import split
+from pendulum_sysid.unanswered import without_unanswered
+from pendulum_sysid.verdict import Findings, unusable, verdict_of
+from pendulum_sysid.window_runs import JOINTS, UNITS, WindowRuns, run_windows
+from pendulum_sysid.windows import WINDOW_S, cut
+from pendulum_twin.errors import BadInputError
+from pendulum_twin.model import Twin
+from pendulum_twin.signals import joined
+
+Progress = Callable[[str], None]
+
+
+def diagnose(recordings: list[Recording], twin: Twin, progress: Progress) -> Diagnosis:
+    """Return what recordings of one rig say about a twin of it.
+
+    Raises BadInputError when the recordings do not fit together or hold a joint that the twin lacks; a recording that cannot
+    answer ends in a diagnosis whose outcome is `unusable`.
+    """
+    began = time.monotonic()
+    recording = one_recording([without_unanswered(one) for one in recordings])
+    case = case_of(recording, twin)
+    try:
+        parts = split(case.signals, case.state)
+    except BadInputError as error:
+        return Diagnosis(unusable(recording, str(error), time.monotonic() - began), None, None, (), ())
+    search = Search(case, parts, progress)
+    progress(f"{recording.name}: {len(case.signals)} samples, fitting the rig's constants alone")
+    base = parameters_alone(search)
+    best = missing(search, base)
+    found = named(search, base, best)
+    base = base if base.parts == best.parts else seen_from(search, base, best.parts)
+    improved = replace(case, twin=best.twin)
+    before, after = runs_by_part(case, parts), runs_by_part(improved, parts)
+    location = localise(
+        case, base.words, run_windows(replace(case, twin=base.twin), cut(case.signals, case.state, WINDOW_S))
+    )
+    remains = localise(case, best.words, after["train"])
+    findings = Findings(case, base, best, found, location, remains, before, after, noise_floor(improved, best.words))
+    verdict = verdict_of(findings, recording, time.monotonic() - began)
+    return Diagnosis(verdict, best.twin, location, tuple(search.trials), overlays(before, after))
+
+
+def one_recording(recordings: list[Recording]) -> Recording:
+    """Return several recordings of one rig as one, each its own stretch; their findings follow each other in time."""
+    if len(recordings) == 1:
+        return recordings[0]
+    signals = joined([one.signals for one in recordings])
+    findings, offset = [], 0.0
+    for one in recordings:
+        for finding in one.findings:
+            moved = tuple((a + offset, b + offset) for a, b in finding.intervals_s)
+            findings.append(replace(finding, intervals_s=moved))
+        offset += one.signals.seconds
+    name, digest = (" + ".join(parts) for parts in zip(*((r.name, r.digest) for r in recordings), strict=True))
+    return Recording(name, digest, signals, tuple(findings))
+
+
+def runs_by_part(case: Case, parts: Split) -> dict[str, WindowRuns]:
+    """Return the free runs of the case's twin on the windows that were fitted on and on those that were held out."""
+    return {"train": run_windows(case, parts.train), "held_out": run_windows(case, parts.held_out)}
+
+
+def overlays(before: dict[str, WindowRuns], after: dict[str, WindowRuns]) -> tuple[Overlay, ...]:
+    """Return the held-out runs of both twins beside what was measured, a channel each."""
+    old, new = before["held_out"], after["held_out"]
+    times = new.begin_s[:, None] + new.period_s * np.arange(new.measured.shape[1])
+    return tuple(
+        Overlay(JOINTS[joint], UNITS[joint], times, new.measured[..., k], old.runs[..., k], new.runs[..., k])
+        for k, joint in enumerate(new.channels)
+    )

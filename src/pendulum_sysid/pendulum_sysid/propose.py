@@ -1,0 +1,156 @@
+"""Which effects might explain what a fit leaves: rank the catalogue by one linearised step each.
+
+Every candidate is tried at a typical size; how far to go along it is solved for together with everything that is fitted
+already (a score test; Rao, Proc. Cambridge Phil. Soc. 44 (1948) 50). Where a candidate has many possible starts (a
+period, a place on the rail) the force that the smoothed motion lacks picks the best few first.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pendulum_sysid.case import Case
+from pendulum_sysid.gauss_newton import System, linearised
+from pendulum_sysid.parameters import Free, free_parameters, size_of
+from pendulum_sysid.records import Fit, Split
+from pendulum_sysid.windows import shorter
+from pendulum_twin.effects import BY_NAME, CATALOGUE
+from pendulum_twin.effects.effect import Effect, Form, Place
+from pendulum_twin.inverse_dynamics import laws_along, missing_force
+from pendulum_twin.signals import Floats
+from pendulum_twin.words import SLOTS, neutral
+
+MANY_PROBES = 8  # more starts than this are thinned out by the missing force first
+KEPT_PROBES = 3
+LARGEST = 10.0  # times a typical size
+STARTS = 3
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """Hold one candidate: the set of effects with it, the words from which a fit should start, and the gain it promises.
+
+    effect: the new one; effects that it contains as special cases have left the set. words: (starts, SIZE), several for
+    an effect with a place, a period or a limit. gain: of the log likelihood on the training windows, to first order.
+    """
+
+    effect: str
+    effects: tuple[str, ...]
+    words: Floats
+    gain: float
+
+
+def propose(case: Case, split: Split, fit: Fit) -> list[Proposal]:
+    """Return every effect that the rig can have and the fit does not hold yet, the most promising first."""
+    probed = [(effect, words) for effect in candidates(case, fit.effects) for words in probes(case, fit, effect)]
+    free = free_parameters(case.twin, fit.effects, case.scales)
+    problem = case.problem(shorter(case.state, split.train, fit.parts))
+    system = linearised(problem, fit.words, fit.starts, free, fit.power, np.array([words for _, words in probed]))
+    promised = [_promise(system, len(free) + k, fit, free, effect, words) for k, (effect, words) in enumerate(probed)]
+    ranked = sorted(promised, key=lambda one: -one.gain)
+    return [_joined([one for one in ranked if one.effect == name]) for name in dict.fromkeys(o.effect for o in ranked)]
+
+
+def _joined(same: list[Proposal]) -> Proposal:
+    """Return proposals of one effect, the best first, as one with several starts."""
+    shaped = any(parameter.shape for parameter in BY_NAME[same[0].effect].parameters)
+    kept = same[: STARTS if shaped else 1]
+    return replace(same[0], words=np.concatenate([one.words for one in kept]))
+
+
+def _promise(system: System, column: int, fit: Fit, free: tuple[Free, ...], effect: Effect, words: Floats) -> Proposal:
+    """Return how far along a probe to go, everything fitted already following, and what that gains (a score test)."""
+    held = slice(0, len(free))
+    follow = np.linalg.lstsq(system.normal[held, held], system.normal[held, column], rcond=1e-12)[0]
+    own = max(float(system.normal[column, column] - system.normal[column, held] @ follow), 1e-300)
+    slope = float(system.gradient[column] - system.gradient[held] @ follow)
+    sizes = [p for p in effect.parameters if not p.shape]
+    least = 0.0 if not sizes or any(p.low >= 0.0 for p in sizes) else -LARGEST
+    far = float(np.clip(slope / own, least, LARGEST if sizes else 1.0))
+    start = words.copy()
+    for k, parameter in enumerate(effect.parameters):
+        word = SLOTS[effect.name].start + k
+        if not parameter.shape:
+            reached = parameter.neutral + far * (words[word] - parameter.neutral)
+            start[word] = np.clip(reached, parameter.low, parameter.high)
+    for one, change in zip(free, -follow * far, strict=True):
+        one.put(start, float(np.clip(one.get(fit.words) + change * one.size, one.low, one.high)))
+    if replaced(effect, fit.effects):
+        start = words
+    return Proposal(effect.name, with_effect(effect, fit.effects), start[None], far * slope - 0.5 * far**2 * own)
+
+
+def replaced(effect: Effect, held: tuple[str, ...]) -> tuple[str, ...]:
+    """Return which of the held effects a candidate contains as special cases."""
+    return tuple(name for name in held if name in effect.simpler)
+
+
+def with_effect(effect: Effect, held: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the set of effects with a candidate in it, in place of those that it contains."""
+    return (*(name for name in held if name not in effect.simpler), effect.name)
+
+
+def candidates(case: Case, held: tuple[str, ...]) -> list[Effect]:
+    """Return the effects that make sense on this rig beside those already held."""
+    rig = case.twin.rig
+    places = {Place.COMMAND, Place.DRIVE, Place.CART} if rig.has_cart else set()
+    if rig.has_pole:
+        places |= {Place.POLE, Place.SENSOR}
+    dry = any(BY_NAME[name].form is Form.DRY and BY_NAME[name].place is Place.CART for name in held)
+    return [
+        e
+        for e in CATALOGUE
+        if e.searched
+        and e.parameters
+        and e.place in places
+        and e.name not in held
+        and not any(e.name in BY_NAME[name].simpler for name in held)
+        and (e.form is not Form.DRY_RATIO or dry)
+    ]
+
+
+def probes(case: Case, fit: Fit, effect: Effect) -> list[Floats]:
+    """Return the fit's words with the candidate's typical sizes put in, thinned out when there are many."""
+    sizes = [size_of(p, case.scales) for p in effect.parameters]
+    combinations = itertools.product(*(p.probes for p in effect.parameters))
+    found = []
+    for one in combinations:
+        words = fit.words.copy()
+        words[SLOTS[effect.name]] = [a * b for a, b in zip(one, sizes, strict=True)]
+        for name in replaced(effect, fit.effects):
+            hand_over(words, BY_NAME[name], effect)
+        found.append(words)
+    if len(found) <= MANY_PROBES or effect.place not in (Place.CART, Place.POLE):
+        return found
+    return _thinned(case, fit, effect, found)
+
+
+def hand_over(words: Floats, old: Effect, new: Effect) -> None:
+    """Take an effect out of words and give its values to the parameters of the same name of another."""
+    kept = {p.name: words[SLOTS[old.name].start + k] for k, p in enumerate(old.parameters)}
+    words[SLOTS[old.name]] = neutral(old)
+    for k, parameter in enumerate(new.parameters):
+        if parameter.name in kept:
+            words[SLOTS[new.name].start + k] = kept[parameter.name]
+
+
+def _thinned(case: Case, fit: Fit, effect: Effect, found: list[Floats]) -> list[Floats]:
+    """Return the starts whose law looks most like the missing force along the smoothed motion, unlike one another."""
+    column = 0 if effect.place is Place.CART else 1
+    lacking, usable = missing_force(case.signals, case.state.states, case.state.accelerations, fit.words)
+    target = lacking[usable, column]
+    shapes = []
+    for words in found:
+        shape = (laws_along(case.state.states, words) - laws_along(case.state.states, fit.words))[usable, column]
+        shapes.append(shape / max(float(np.linalg.norm(shape)), 1e-300))
+    likeness = np.array([float(shape @ target) for shape in shapes])
+    kept: list[int] = []
+    for k in np.argsort(-likeness):
+        if all(abs(float(shapes[k] @ shapes[other])) < 0.7 for other in kept):
+            kept.append(int(k))
+        if len(kept) == KEPT_PROBES:
+            break
+    return [found[k] for k in kept]
