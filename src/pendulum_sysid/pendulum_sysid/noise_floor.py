@@ -1,4 +1,4 @@
-"""The score that a perfect model would reach on a recording: the twin judged on data that the twin itself made."""
+"""The score that a perfect model would reach: the twin judged on recordings that the twin itself made."""
 
 from __future__ import annotations
 
@@ -7,32 +7,45 @@ from dataclasses import replace
 import numpy as np
 
 from pendulum_sysid.case import Case, case_of
+from pendulum_sysid.records import Windows
 from pendulum_sysid.window_runs import run_windows
-from pendulum_sysid.windows import WINDOW_S, cut
 from pendulum_twin.signals import Floats
 from pendulum_twin.simulate import free_runs
 
-CHUNK_S = 3.0  # a perfect record is made in runs so long, each from a recorded state
+LEAD_S = 0.5  # of motion before a window, from which its start is smoothed
+TRIES = 5
 
 
-def noise_floor(case: Case, words: Floats, seed: int = 0) -> float:
-    """Return the score of case.twin, whose words are given, on its own noisy runs, smoothed and replayed as recordings are.
+def noise_floor(case: Case, words: Floats, windows: Windows, seed: int = 0) -> float:
+    """Return the score of case.twin, whose words are given, on its own noisy runs through the same windows.
 
-    What it exceeds 1 by is what noise in the smoothed starts alone costs.
+    The runs are smoothed and replayed as recordings are; what the floor exceeds 1 by is what noise in the smoothed starts
+    costs. The root mean square of several draws of the noise.
     """
-    signals, random = case.signals, np.random.default_rng(seed)
-    length = round(CHUNK_S / signals.period_s)
-    begin = np.array([b for s in signals.stretches for b in range(s.start, s.stop - length, length)], dtype=np.int64)
+    signals = case.signals
+    lead = round(LEAD_S / signals.period_s)
+    stretch = np.searchsorted(signals.starts, windows.begin, side="right") - 1
+    reach = windows.begin - lead >= np.array(signals.starts)[stretch]
+    begin = windows.begin[reach] - lead
     if not len(begin):
         return 1.0
+    length = lead + windows.samples
     set_of = np.zeros(len(begin), dtype=np.int64)
     runs = free_runs(signals, words[None], set_of, begin, case.state.states[begin], length)
+    scores = [_score(case, runs, begin, lead, np.random.default_rng((seed, k))) for k in range(TRIES)]
+    return float(np.sqrt(np.mean(np.square(scores))))
+
+
+def _score(case: Case, runs: Floats, begin: np.ndarray, lead: int, random: np.random.Generator) -> float:
+    """Return the score on runs (windows, n, 4) with noise on them, each its own stretch with its window after the lead."""
+    signals, length = case.signals, runs.shape[1]
     at = (begin[:, None] + np.arange(length)).reshape(-1)
     positions = []
     for k, (there, noise) in enumerate(((signals.cart, case.state.noise.cart_m), (signals.pole, case.state.noise.pole_rad))):
         made = runs[..., k].reshape(-1)
         positions.append(None if there is None or noise is None else made + random.normal(0.0, noise, len(made)))
     every = np.ones(len(at), dtype=bool)
+    starts = np.arange(len(begin)) * length
     perfect = replace(
         signals,
         command=signals.command[at],
@@ -40,7 +53,8 @@ def noise_floor(case: Case, words: Floats, seed: int = 0) -> float:
         pole=positions[1],
         cart_valid=every,
         pole_valid=every,
-        starts=tuple(range(0, len(at), length)),
+        starts=tuple(int(s) for s in starts),
     )
     made_case = case_of(replace(case.recording, signals=perfect), case.twin)
-    return run_windows(made_case, cut(perfect, made_case.state, WINDOW_S)).score
+    windows = Windows(starts + lead, length - lead, made_case.state.states[starts + lead])
+    return run_windows(made_case, windows).score

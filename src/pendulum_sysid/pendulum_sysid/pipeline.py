@@ -50,7 +50,9 @@ def diagnose(recordings: list[Recording], twin: Twin, progress: Progress) -> Dia
         case, base.words, run_windows(replace(case, twin=base.twin), cut(case.signals, case.state, WINDOW_S))
     )
     remains = localise(case, best.words, after["train"])
-    findings = Findings(case, base, best, found, location, remains, before, after, noise_floor(improved, best.words))
+    findings = Findings(
+        case, base, best, found, location, remains, before, after, noise_floor(improved, best.words, parts.held_out)
+    )
     verdict = verdict_of(findings, recording, time.monotonic() - began)
     return Diagnosis(verdict, best.twin, location, tuple(search.trials), overlays(before, after))
 

@@ -165,15 +165,17 @@ def with_pole_effects(search: Search, base: Fit) -> Fit:
 
 
 def pruned(search: Search, kept: tuple[str, ...], best: Fit) -> Fit:
-    """Return the fit without those effects, beyond the kept, that it does not need: left out, or made simpler."""
+    """Return the fit without those effects, beyond the kept, that it does not need: left out, or made simpler.
+
+    Taking one away changes what the others are needed for, so the question is asked until nothing goes any more.
+    """
     for name in [e for e in best.effects if e not in kept and BY_NAME[e].parameters]:
         others = [n for n in best.effects if n != name]
         smaller = [tuple(others), *((*others, s) for s in BY_NAME[name].simpler if s not in others)]
         for effects in smaller:
             one = search.fitted(effects, best, without(best, name, effects))
             if not judge.needed(best, one, name, name in search.expected):
-                best = one
-                break
+                return pruned(search, kept, one)
     return best
 
 
