@@ -75,7 +75,8 @@ def distance(fit: Fit, effect: str, held: tuple[str, ...] = ()) -> float:
     for p in sizes:
         one = fit.estimates[f"{effect}.{p.name}"]
         half = max(one.high - one.value, one.value - one.low, 1e-300)
-        far.append(abs(one.value - p.neutral) / half if one.identifiable else 0.0)
+        off = abs(one.value - p.neutral)
+        far.append(off / half if one.identifiable and off >= p.least else 0.0)
     return max(far)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from pendulum_sysid.case import Case, case_of
 from pendulum_sysid.localise import localise
 from pendulum_sysid.noise_floor import noise_floor
-from pendulum_sysid.records import Diagnosis, Overlay, Recording, Split
+from pendulum_sysid.records import Diagnosis, Overlay, QualityFinding, Recording, Split
 from pendulum_sysid.search import Search, missing, named, parameters_alone, seen_from
 from pendulum_sysid.split import split
 from pendulum_sysid.unanswered import without_unanswered
@@ -58,18 +58,22 @@ def diagnose(recordings: list[Recording], twin: Twin, progress: Progress) -> Dia
 
 
 def one_recording(recordings: list[Recording]) -> Recording:
-    """Return several recordings of one rig as one, each its own stretch; their findings follow each other in time."""
+    """Return several recordings of one rig as one, each its own stretch; their times follow each other."""
     if len(recordings) == 1:
         return recordings[0]
-    signals = joined([one.signals for one in recordings])
-    findings, offset = [], 0.0
-    for one in recordings:
-        for finding in one.findings:
-            moved = tuple((a + offset, b + offset) for a, b in finding.intervals_s)
-            findings.append(replace(finding, intervals_s=moved))
-        offset += one.signals.seconds
+    begins = np.cumsum([0.0, *(one.signals.seconds for one in recordings[:-1])])
+    moved = [
+        replace(finding, intervals_s=tuple((begin + a, begin + b) for a, b in finding.intervals_s))
+        for begin, one in zip(begins.tolist(), recordings, strict=True)
+        for finding in one.findings
+    ]
+    kinds = {kind: [one for one in moved if one.kind == kind] for kind in dict.fromkeys(one.kind for one in moved)}
+    findings = tuple(
+        QualityFinding(kind, sum(one.count for one in same), tuple(pair for one in same for pair in one.intervals_s))
+        for kind, same in kinds.items()
+    )
     name, digest = (" + ".join(parts) for parts in zip(*((r.name, r.digest) for r in recordings), strict=True))
-    return Recording(name, digest, signals, tuple(findings))
+    return Recording(name, digest, joined([one.signals for one in recordings]), findings)
 
 
 def runs_by_part(case: Case, parts: Split) -> dict[str, WindowRuns]:

@@ -57,9 +57,7 @@ class Search:
         """Return the best fit of these effects from some start words (starts, SIZE), warm from another fit."""
         starts = start.starts
         fits = [fit(self.case, self.split, effects, one, start.parts, starts) for one in np.atleast_2d(words)]
-        best = min(fits, key=lambda one: one.train)
-        self.note(best, "tried")
-        return best
+        return min(fits, key=lambda one: one.train)
 
     def note(self, one: Fit, verdict: str) -> None:
         """Keep a row for the report's table."""
@@ -82,7 +80,7 @@ def parameters_alone(search: Search) -> Fit:
             other = words.copy()
             other[SLOTS[sign]] = 1.0
             turned.append(fit(case, search.split, (*held, sign), other, HORIZONS[0]))
-            search.note(turned[-1], "sign asked")
+            search.note(turned[-1], "one sign turned")
     best = min(turned, key=lambda one: one.choose, default=plain)
     return best if best.choose * SIGN_WORTH < plain.choose else plain
 
@@ -102,9 +100,12 @@ def grown(search: Search, base: Fit) -> Fit:
         proposals = propose(search.case, search.split, best)[:REFITTED]
         fits = [search.fitted(one.effects, best, one.words) for one in proposals]
         good = [one for one in fits if judge.needed(one, best, one.effects[-1])]
-        if not good:
+        chosen = judge.simplest(good) if good else None
+        for one in fits:
+            search.note(one, "kept" if one is chosen else "no better than the one kept" if one in good else "not needed")
+        if chosen is None:
             break
-        best = judge.simplest(good)
+        best = chosen
     return best
 
 
@@ -174,7 +175,9 @@ def pruned(search: Search, kept: tuple[str, ...], best: Fit) -> Fit:
         smaller = [tuple(others), *((*others, s) for s in BY_NAME[name].simpler if s not in others)]
         for effects in smaller:
             one = search.fitted(effects, best, without(best, name, effects))
-            if not judge.needed(best, one, name, name in search.expected):
+            needed = judge.needed(best, one, name, name in search.expected)
+            search.note(one, f"worse without {name}" if needed else f"as good without {name}")
+            if not needed:
                 return pruned(search, kept, one)
     return best
 
@@ -217,6 +220,8 @@ def _asked_again(search: Search, best: Fit, name: str) -> Named:
     different = [one for one in propose(search.case, search.split, less) if not related(one.effect, name)]
     others = [(one.effect, search.fitted(one.effects, less, one.words)) for one in different[:RIVALS]]
     rivals = tuple(effect for effect, one in others if judge.needed(one, less, effect) and not judge.lead(best, one).real)
+    for effect, one in others:
+        search.note(one, f"{'as good as' if effect in rivals else 'worse than'} {name} in its place")
     return Named(name, judge.lead(best, less), rivals)
 
 

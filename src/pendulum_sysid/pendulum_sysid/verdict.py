@@ -237,4 +237,6 @@ def _finite(value: float) -> float | None:
 
 
 def _number(value: float) -> str:
-    return "no end" if not np.isfinite(value) else f"{value:.3g}"
+    if not np.isfinite(value):
+        return "beyond measure"
+    return f"{value:.0f}" if abs(value) >= 1000 else f"{value:.3g}"

@@ -20,6 +20,6 @@ EFFECT = Effect(
     law=law,
     inverse=inverse,
     parameters=(Parameter("angle_rad", "rad", 0.0, -3.2, 3.2, (0.02,)),),
-    sentence="The measured angle is {angle_rad} larger than the true one.",
+    sentence="The measured angle is the true one plus {angle_rad}.",
     source="bias of an incremental encoder whose zero was set by hand",
 )

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
+HALF_STEP_S = 5e-4  # of the kernel's longest step: finer times are lost in it
+
 
 class Place(Enum):
     """The places of the chain command -> drive -> cart and pole -> sensor, and the clock beside it."""
@@ -51,6 +53,7 @@ class Parameter:
     neutral: the value at which the effect vanishes exactly (together with its other parameters' neutral values).
     low, high: range that a twin file may give and a fit may reach.
     most: largest value that a fit may reach, in units of scale: beyond it the parameter shows nothing of the effect.
+    least: distance from neutral below which a size means nothing, because the simulation itself is no finer.
     shape: True for a parameter that says where or how (a period, a place, a limit) rather than how much.
     probes: typical sizes, from which a search starts; in units of scale (or of scale/other scale: see `per`).
     per: a second scale by which the first is divided, e.g. FORCE per CART_SPEED for a viscous coefficient; squared where
@@ -68,6 +71,7 @@ class Parameter:
     per_power: int = 1
     shape: bool = False
     most: float = math.inf
+    least: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 import math
 
-from pendulum_twin.effects.effect import Effect, Form, Parameter, Place
+from pendulum_twin.effects.effect import HALF_STEP_S, Effect, Form, Parameter, Place
 
 LONGEST_S = 0.3
 
@@ -32,7 +32,7 @@ EFFECT = Effect(
     form=Form.FILTER,
     law=law,
     memory=memory,
-    parameters=(Parameter("delay_s", "s", 0.0, 0.0, LONGEST_S, (0.01, 0.04)),),
+    parameters=(Parameter("delay_s", "s", 0.0, 0.0, LONGEST_S, (0.01, 0.04), least=HALF_STEP_S),),
     sentence="The command takes effect {delay_s} late.",
     source="pure transport delay; Ljung, System Identification (1999), section 4.2",
 )
