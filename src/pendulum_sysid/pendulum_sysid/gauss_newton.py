@@ -19,6 +19,7 @@ from pendulum_twin.signals import Floats, Signals
 from pendulum_twin.simulate import free_runs
 
 STEP = 1e-4  # of a parameter's size, for differences
+FAR = 1e6  # deviations: as wrong as a run may count that has left all bounds
 CONVERGED = 1e-5  # relative gain of the likelihood a sample
 
 
@@ -179,7 +180,7 @@ def linearised(
         runs[len(sets) + k, :, index] += sizes[k]
     at = np.tile(np.arange(count), many)
     off_by = _errors(problem, sets, runs.reshape(-1, 4), set_of, at) / np.sqrt(power)
-    errors = off_by.reshape(many, count, -1)
+    errors = np.nan_to_num(off_by, nan=FAR, posinf=FAR, neginf=-FAR).clip(-FAR, FAR).reshape(many, count, -1)
     base = errors[0]
     change = base - errors[1:]
     change[: len(free)] *= scale[:, None, None]

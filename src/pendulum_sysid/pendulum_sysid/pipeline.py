@@ -10,9 +10,10 @@ import numpy as np
 
 from pendulum_sysid.case import Case, case_of
 from pendulum_sysid.localise import localise
+from pendulum_sysid.motion import moving
 from pendulum_sysid.noise_floor import noise_floor
 from pendulum_sysid.records import Diagnosis, Overlay, QualityFinding, Recording, Split
-from pendulum_sysid.search import Search, missing, named, parameters_alone, seen_from
+from pendulum_sysid.search import Search, answers, missing, named, parameters_alone, seen_from
 from pendulum_sysid.split import split
 from pendulum_sysid.unanswered import without_unanswered
 from pendulum_sysid.verdict import Findings, unusable, verdict_of
@@ -23,6 +24,10 @@ from pendulum_twin.model import Twin
 from pendulum_twin.signals import joined
 
 Progress = Callable[[str], None]
+NO_ANSWER = (
+    "expected the cart to follow the command, found it moving no more by it than without: check the command topic, the "
+    "stamps and the drive"
+)
 
 
 def diagnose(recordings: list[Recording], twin: Twin, progress: Progress) -> Diagnosis:
@@ -33,14 +38,22 @@ def diagnose(recordings: list[Recording], twin: Twin, progress: Progress) -> Dia
     """
     began = time.monotonic()
     recording = one_recording([without_unanswered(one) for one in recordings])
-    case = case_of(recording, twin)
+
+    def cannot_tell(why: str) -> Diagnosis:
+        return Diagnosis(unusable(recording, why, time.monotonic() - began), None, None, (), ())
+
+    case_of(recording, twin)  # a twin that lacks a joint is wrong use, whatever the recording shows
     try:
+        recording = moving(recording)
+        case = case_of(recording, twin)
         parts = split(case.signals, case.state)
     except BadInputError as error:
-        return Diagnosis(unusable(recording, str(error), time.monotonic() - began), None, None, (), ())
+        return cannot_tell(str(error))
     search = Search(case, parts, progress)
     progress(f"{recording.name}: {len(case.signals)} samples, fitting the rig's constants alone")
     base = parameters_alone(search)
+    if not answers(search, base):
+        return cannot_tell(NO_ANSWER)
     best = missing(search, base)
     found = named(search, base, best)
     base = base if base.parts == best.parts else seen_from(search, base, best.parts)
