@@ -11,7 +11,7 @@ setup(
     packages=find_packages(exclude=["test", "test.*"]),
     package_data={"pendulum_sysid": ["templates/*"]},
     python_requires=">=3.12",
-    install_requires=["Jinja2", "lz4", "matplotlib", "numpy", "PyYAML", "rosbags", "scipy", "zstandard"],
+    install_requires=["Jinja2", "lz4", "MarkupSafe", "matplotlib", "numpy", "PyYAML", "rosbags", "scipy", "zstandard"],
     entry_points={"console_scripts": [f"{name} = {function}" for name, function in EXECUTABLES.items()]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),

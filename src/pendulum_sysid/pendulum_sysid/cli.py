@@ -104,7 +104,7 @@ def _fit(arguments: argparse.Namespace) -> int:
         arguments.parser.error("--max-evaluations goes with --method thesis")
     check_file(arguments.out)
     twin = load_twin(arguments.twin)
-    recording = _joined(_recordings(arguments.bag, arguments))
+    recording = _joined(_answered(arguments.bag, arguments))
     by_method = {"windows": _fit_windows, "thesis": _fit_thesis}
     fitted = by_method[arguments.method](recording, twin, arguments)
     with writing(arguments.out):
@@ -131,6 +131,8 @@ def _fit_windows(recording: Recording, twin: Twin, arguments: argparse.Namespace
     if not found.converged:
         _progress("the fit stopped before it had settled: more may be gained by fitting again from its result")
     print(table(ESTIMATES, estimate_rows(case.twin, found)))
+    if runs[1].score > runs[0].score:
+        _progress("the fit is worse on windows it has not seen: no parameter repairs what is missing; ask sysid diagnose")
     print(f"\n{len(split.held_out)} held-out windows, which the fit has not seen")
     print(table(("", "before", "after", "unit"), held_out_rows(*runs)))
     return found.twin
@@ -161,7 +163,7 @@ def _replay(arguments: argparse.Namespace) -> int:
     from pendulum_twin.model import load_twin
 
     twin = load_twin(arguments.twin)
-    found = compare(_recordings([arguments.bag], arguments)[0], twin)
+    found = compare(_answered([arguments.bag], arguments)[0], twin)
     _say_if_diverged(arguments.twin, found)
     if arguments.json:
         print(json_text(_replay_mapping(found)))
@@ -202,7 +204,7 @@ def _compare(arguments: argparse.Namespace) -> int:
         check_format(arguments.out)
         check_file(arguments.out)
     twins = [load_twin(path) for path in arguments.twin]
-    recording = _recordings([arguments.bag], arguments)[0]
+    recording = _answered([arguments.bag], arguments)[0]
     pair = compare_two(recording, *twins)
     for path, one in zip(arguments.twin, pair.comparisons, strict=True):
         _say_if_diverged(path, one)
@@ -245,6 +247,13 @@ def _import(arguments: argparse.Namespace) -> int:
 
 
 # What the verbs share
+
+
+def _answered(paths: list[Path], arguments: argparse.Namespace) -> list[Recording]:
+    """Return the recordings without what goes before the cart's first answer, as a diagnosis judges them."""
+    from pendulum_sysid.unanswered import without_unanswered
+
+    return [without_unanswered(one) for one in _recordings(paths, arguments)]
 
 
 def _recordings(paths: list[Path], arguments: argparse.Namespace) -> list[Recording]:

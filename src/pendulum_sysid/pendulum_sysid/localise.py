@@ -17,10 +17,12 @@ from pendulum_sysid.window_runs import WindowRuns
 from pendulum_twin.inverse_dynamics import missing_force
 from pendulum_twin.signals import Floats, Mask
 from pendulum_twin.simulate import unmeasured
+from pendulum_twin.words import COUPLING, INERTIA, MASS
 
 BINS = 24
 BLOCK_S = 0.5  # samples go to making and to measuring averages in blocks this long
 LEAST_SHARE = 0.02
+CLEAR = 2.0  # times the power that noise alone makes, to be asked about
 MOST_EVIDENCE = 3
 OUTSTANDING = 2.0  # times the median window's error, to be named as a stretch
 
@@ -31,9 +33,16 @@ FORCE_PLACES = {
     "cart_velocity": "cart",
     "cart_position": "cart",
     "pole_angle": "pole",
+    "constant": "cart",
     "time": "drive",
 }
-TORQUE_PLACES = {"pole_rate": "pole", "pole_angle": "pole", "cart_acceleration": "sensor", "time": "pole"}
+TORQUE_PLACES = {
+    "pole_rate": "pole",
+    "pole_angle": "pole",
+    "cart_acceleration": "sensor",
+    "constant": "pole",
+    "time": "pole",
+}
 
 
 @dataclass(frozen=True)
@@ -53,13 +62,24 @@ def localise(case: Case, words: Floats, runs: WindowRuns) -> Localisation:
     lacking, usable = missing_force(case.signals, case.state.states, case.state.accelerations, words)
     variables = _variables(case, words)
     found: list[tuple[float, str, Evidence]] = []
-    if case.signals.cart is not None:
-        found += _explained(case, lacking[:, 0], usable, variables, FORCE_PLACES, "N")
-    if case.signals.pole is not None:
-        found += _explained(case, lacking[:, 1], usable, variables, TORQUE_PLACES, "N m")
+    noise = _noise_of_missing(case, words)
+    for column, there, places, unit in (
+        (0, case.signals.cart, FORCE_PLACES, "N"),
+        (1, case.signals.pole, TORQUE_PLACES, "N m"),
+    ):
+        if there is not None and np.mean(lacking[usable, column] ** 2) > CLEAR * noise[column] ** 2:
+            found += _explained(case, lacking[:, column], usable, variables, places, unit)
     found.sort(key=lambda one: -one[0])
     place = found[0][1] if found else _worse_joint(runs)
     return Localisation(place, tuple(evidence for _, _, evidence in found[:MOST_EVIDENCE]), stretches(runs))
+
+
+def _noise_of_missing(case: Case, words: Floats) -> Floats:
+    """Return the deviation of missing force (N) and torque (N m) that the sensors' noise alone makes."""
+    a, b = case.state.acceleration_deviations
+    coupling = words[COUPLING]
+    mass = words[MASS] if case.signals.cart is not None else 0.0
+    return np.array([np.hypot(mass * a, coupling * b), np.hypot(words[INERTIA] * b, coupling * a)])
 
 
 def _variables(case: Case, words: Floats) -> dict[str, Floats]:
@@ -73,6 +93,7 @@ def _variables(case: Case, words: Floats) -> dict[str, Floats]:
         "cart_acceleration": state.accelerations[:, 0],
         "pole_angle": np.mod(th, 2 * np.pi),
         "pole_rate": w,
+        "constant": np.ones(len(signals)),
         "time": np.arange(len(signals)) * signals.period_s,
     }
 
@@ -87,9 +108,12 @@ def _explained(
     found: list[tuple[float, str, Evidence]] = []
     left = dict(places)
     while left and len(found) < MOST_EVIDENCE and power > 0:
-        tried = {name: _gain(variables[name][usable], rest, making) / power for name in left}
+        asked = ["constant"] if "constant" in left else list(left)  # any variable that hardly changes would do for it
+        tried = {name: _gain(variables[name][usable], rest, making) / power for name in asked}
         name = max(tried, key=lambda one: tried[one])
         if tried[name] < LEAST_SHARE:
+            if left.pop("constant", None):
+                continue
             break
         curve = averaged(variables[name][usable], rest)
         finding = f"explains {tried[name]:.0%} of the missing {'force' if unit == 'N' else 'torque'}; " + _shape(curve, unit)
@@ -125,6 +149,8 @@ def averaged(variable: Floats, values: Floats) -> Curve:
 
 def _shape(curve: Curve, unit: str) -> str:
     low, high = int(np.argmin(curve.y)), int(np.argmax(curve.y))
+    if len(curve.y) == 1:
+        return f"{curve.y[0]:.3g} {unit} all the time"
     return f"from {curve.y[low]:.3g} {unit} at {curve.x[low]:.3g} to {curve.y[high]:.3g} {unit} at {curve.x[high]:.3g}"
 
 

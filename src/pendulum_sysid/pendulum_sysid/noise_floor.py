@@ -32,6 +32,8 @@ def noise_floor(case: Case, words: Floats, windows: Windows, seed: int = 0) -> f
     length = lead + windows.samples
     set_of = np.zeros(len(begin), dtype=np.int64)
     runs = free_runs(signals, words[None], set_of, begin, case.state.states[begin], length)
+    if not np.all(np.isfinite(runs)):
+        return 1.0  # a twin that leaves all bounds says nothing about what is possible
     scores = [_score(case, runs, begin, lead, np.random.default_rng((seed, k))) for k in range(TRIES)]
     return float(np.sqrt(np.mean(np.square(scores))))
 

@@ -13,9 +13,9 @@ from pendulum_sysid.localise import localise
 from pendulum_sysid.motion import moving
 from pendulum_sysid.noise_floor import noise_floor
 from pendulum_sysid.records import Diagnosis, Overlay, QualityFinding, Recording, Split
-from pendulum_sysid.search import Search, answers, missing, named, parameters_alone, seen_from
+from pendulum_sysid.search import Search, missing, named, parameters_alone, seen_from
 from pendulum_sysid.split import split
-from pendulum_sysid.unanswered import without_unanswered
+from pendulum_sysid.unanswered import follows_command, without_unanswered
 from pendulum_sysid.verdict import Findings, unusable, verdict_of
 from pendulum_sysid.window_runs import JOINTS, UNITS, WindowRuns, run_windows
 from pendulum_sysid.windows import WINDOW_S, cut
@@ -47,13 +47,13 @@ def diagnose(recordings: list[Recording], twin: Twin, progress: Progress) -> Dia
         recording = moving(recording)
         case = case_of(recording, twin)
         parts = split(case.signals, case.state)
+        if case.signals.cart is not None and not follows_command(recording):
+            raise BadInputError(NO_ANSWER)
     except BadInputError as error:
         return cannot_tell(str(error))
     search = Search(case, parts, progress)
     progress(f"{recording.name}: {len(case.signals)} samples, fitting the rig's constants alone")
     base = parameters_alone(search)
-    if not answers(search, base):
-        return cannot_tell(NO_ANSWER)
     best = missing(search, base)
     found = named(search, base, best)
     base = base if base.parts == best.parts else seen_from(search, base, best.parts)

@@ -18,11 +18,11 @@ from pendulum_sysid.gauss_newton import refined
 from pendulum_sysid.propose import hand_over, propose
 from pendulum_sysid.records import Fit, Split, Trial
 from pendulum_sysid.split import split
-from pendulum_sysid.windows import WINDOW_S, shorter
+from pendulum_sysid.windows import WINDOW_S
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Place
 from pendulum_twin.signals import Floats
-from pendulum_twin.words import FORCE_PER_PWM, SLOTS, neutral, words_of
+from pendulum_twin.words import SLOTS, neutral, words_of
 
 Progress = Callable[[str], None]
 REFITTED = 5  # candidates that are fitted in full at every step
@@ -83,17 +83,6 @@ def parameters_alone(search: Search) -> Fit:
             search.note(turned[-1], "one sign turned")
     best = min(turned, key=lambda one: one.choose, default=plain)
     return best if best.choose * SIGN_WORTH < plain.choose else plain
-
-
-def answers(search: Search, base: Fit) -> bool:
-    """Return whether the cart follows its command: whether the base is really ahead of a twin that has no drive."""
-    if search.case.signals.cart is None:
-        return True
-    words = base.words.copy()
-    words[FORCE_PER_PWM] = 0.0
-    idle = refined(search.case.problem(shorter(search.case.state, search.split.choose, base.parts)), words)
-    without_drive = replace(base, window_squares=idle.squares, counts=idle.counts, choose=idle.misfit(base.noise))
-    return judge.lead(base, without_drive).real
 
 
 def _makes_sense(case: Case, sign: str) -> bool:
@@ -160,7 +149,7 @@ def with_pole_effects(search: Search, base: Fit) -> Fit:
         return base
     held = tuple(name for name in base.effects if name in case.twin.effects or BY_NAME[name].place is Place.SENSOR)
     search.progress("asking the pole by itself, its axis moved as recorded")
-    alone = Search(case, split(case.signals, case.state), search.progress)
+    alone = Search(case, split(case.signals, case.state), lambda line: search.progress(f"the pole by itself: {line}"))
     words = words_of(
         replace(case.twin, effects={n: {} if not BY_NAME[n].parameters else case.twin.effects[n] for n in held})
     )

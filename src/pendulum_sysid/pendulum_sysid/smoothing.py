@@ -19,17 +19,18 @@ HALF_LENGTHS = (4, 5, 6, 8, 10, 13, 16, 20, 26, 32, 40, 52, 64, 80)
 
 @dataclass(frozen=True)
 class Smooth:
-    """Hold a signal's smoothed value, rate (1/s) and acceleration (1/s^2), each (n,).
+    """Hold a signal's smoothed value and rate (1/s), each (n,).
 
-    noise: standard deviation of one sample. value_noise, rate_noise: what is left of it in value and rate.
+    noise: standard deviation of one sample. value_noise, rate_noise: what is left of it in value and rate. half_length:
+    samples to either side that each polynomial spans.
     """
 
     value: Floats
     rate: Floats
-    acceleration: Floats
     noise: float
     value_noise: float
     rate_noise: float
+    half_length: int
 
 
 def smooth(values: Floats, valid: Mask, stretches: tuple[slice, ...], period_s: float) -> Smooth:
@@ -41,27 +42,27 @@ def smooth(values: Floats, valid: Mask, stretches: tuple[slice, ...], period_s: 
     usable = [h for h in HALF_LENGTHS if 2 * h + 1 <= longest] or [4]
     errors = {h: _left_out_error(values, valid, stretches, h) for h in usable}
     half = min(errors, key=lambda h: errors[h][0])
-    orders = [np.empty_like(values) for _ in range(3)]
+    value, rate = (derivative(values, stretches, period_s, half, d) for d in (0, 1))
+    noise = max(errors[half][1], _rounding(values, valid))
+    gains = [noise_gain(half, period_s, d) for d in (0, 1)]
+    return Smooth(value, rate, noise, noise * gains[0], noise * gains[1], half)
+
+
+def noise_gain(half: int, period_s: float, order: int) -> float:
+    """Return how much of a sample's deviation is left in a derivative of an order (0 to 2) by such polynomials."""
+    return float(np.linalg.norm(savgol_coeffs(2 * half + 1, ORDER, deriv=order, delta=period_s)))
+
+
+def derivative(values: Floats, stretches: tuple[slice, ...], period_s: float, half: int, order: int) -> Floats:
+    """Return the derivative of an order (0 to 2) of values (n,), by polynomials that span half a length to either side."""
+    found = np.empty_like(values)
     for stretch in stretches:
         part = values[stretch]
         length = min(2 * half + 1, (len(part) - 1) // 2 * 2 + 1)
-        for derivative, out in enumerate(orders):
-            out[stretch] = _filtered(part, length if derivative < 2 else _longer(part, half), derivative, period_s)
-    noise = max(errors[half][1], _rounding(values, valid))
-    gains = [float(np.linalg.norm(savgol_coeffs(2 * half + 1, ORDER, deriv=d, delta=period_s))) for d in (0, 1)]
-    return Smooth(orders[0], orders[1], orders[2], noise, noise * gains[0], noise * gains[1])
-
-
-def _longer(part: Floats, half: int) -> int:
-    """Return the length for accelerations, whose noise falls with the fifth power of the length."""
-    return min(4 * half + 1, (len(part) - 1) // 2 * 2 + 1)
-
-
-def _filtered(part: Floats, length: int, derivative: int, period_s: float) -> Floats:
-    order = min(ORDER, length - 1)
-    if derivative > order:
-        return np.zeros_like(part)
-    return savgol_filter(part, length, order, deriv=derivative, delta=period_s, mode="interp")
+        degree = min(ORDER, length - 1)
+        short = order > degree
+        found[stretch] = 0.0 if short else savgol_filter(part, length, degree, deriv=order, delta=period_s, mode="interp")
+    return found
 
 
 def _left_out_error(values: Floats, valid: Mask, stretches: tuple[slice, ...], half: int) -> tuple[float, float]:
@@ -81,7 +82,11 @@ def _left_out_error(values: Floats, valid: Mask, stretches: tuple[slice, ...], h
 
 
 def _rounding(values: Floats, valid: Mask) -> float:
-    """Return the deviation of rounding to the smallest step between neighbours that occurs often."""
+    """Return the deviation of rounding to the smallest step between neighbours that occurs often.
+
+    Where a joint never rests, its own motion makes the smallest steps: the noise is then overestimated, which is the side
+    on which a start state may be: smoothing rounds the kinks of a motion by more than noise does.
+    """
     both = valid[1:] & valid[:-1]
     steps = np.abs(np.diff(values))[both]
     steps = steps[steps > 0]

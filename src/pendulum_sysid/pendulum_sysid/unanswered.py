@@ -17,14 +17,23 @@ from pendulum_twin.signals import Floats, Signals
 EARLY = 0.25  # only this part of a stretch, from its start, is suspected
 LONG_S = 0.2  # shorter silences are left to delay, lag and dry friction
 STRONG = 0.35  # of the largest command: what the cart must have been told meanwhile
+GRIP = 2.0  # times the dry friction in motion that a cart at rest may be held by
+DRY = 1  # its column among the brakes
 CERTAIN = 50.0  # log likelihood by which the silence must beat an answer
+LATER_S, LATEST_S = 0.01, 0.2  # steps in which, and the most by which, an answer may come late
+BLOCK_S = 0.5
+SURE = 3.0  # standard errors over blocks
 AT_REST = 0.05  # of the root mean square speed
 
 
 @dataclass(frozen=True)
 class Answer:
-    """Hold the cart's acceleration as a linear answer, by least squares: drive a unit command, brakes, and what is left."""
+    """Hold the cart's acceleration as a linear answer, by least squares: drive a unit command, brakes, and what is left.
 
+    late: samples by which it follows the command.
+    """
+
+    late: int
     drive: float
     brakes: Floats
     spread: float
@@ -61,18 +70,36 @@ def without_unanswered(recording: Recording) -> Recording:
 def _brakes(state: SmoothState) -> Floats:
     """Return what can slow the cart or push it without a command, (n, 3): viscous, dry, constant."""
     v = state.states[:, 2]
-    slow = AT_REST * np.sqrt(np.mean(v**2)) + 1e-12
-    return np.stack([v, np.tanh(v / slow), np.ones_like(v)], axis=1)
+    return np.stack([v, np.tanh(v / _slow(state)), np.ones_like(v)], axis=1)
+
+
+def _slow(state: SmoothState) -> float:
+    """Return the speed of a cart that hardly moves, m/s."""
+    return float(AT_REST * np.sqrt(np.mean(state.states[:, 2] ** 2)) + 1e-12)
 
 
 def _answer(signals: Signals, state: SmoothState) -> Answer:
-    """Return how the cart answers in the part of every stretch that is not suspected."""
-    late = np.concatenate([np.arange(s.start + _early(s), s.stop) for s in signals.stretches])
-    columns = np.column_stack([signals.command, _brakes(state)])[late]
-    target = state.accelerations[late, 0]
-    found = np.linalg.lstsq(columns, target, rcond=None)[0]
-    spread = float(np.std(target - columns @ found))
-    return Answer(float(found[0]), found[1:], max(spread, 1e-12))
+    """Return how the cart answers in the part of every stretch that is not suspected, as late as fits it best."""
+    late_part = np.concatenate([np.arange(s.start + _early(s), s.stop) for s in signals.stretches])
+    trusted = late_part[np.abs(state.states[late_part, 2]) > _slow(state)]  # at rest, friction takes any value
+    target, brakes = state.accelerations[trusted, 0], _brakes(state)[trusted]
+    step = max(round(LATER_S / signals.period_s), 1)
+    answers = []
+    for late in range(0, round(LATEST_S / signals.period_s) + 1, step):
+        columns = np.column_stack([delayed(signals, late)[trusted], brakes])
+        found = np.linalg.lstsq(columns, target, rcond=None)[0]
+        spread = float(np.std(target - columns @ found))
+        answers.append(Answer(late, float(found[0]), found[1:], max(spread, 1e-12)))
+    return min(answers, key=lambda one: one.spread)
+
+
+def delayed(signals: Signals, late: int) -> Floats:
+    """Return the command as it was so many samples ago, within each stretch; before its start the first one held."""
+    found = np.empty(len(signals))
+    for stretch in signals.stretches:
+        part = signals.command[stretch]
+        found[stretch] = part[np.maximum(np.arange(len(part)) - late, 0)]
+    return found
 
 
 def _early(stretch: slice) -> int:
@@ -82,14 +109,38 @@ def _early(stretch: slice) -> int:
 def _silent_samples(signals: Signals, state: SmoothState, stretch: slice, answer: Answer) -> int:
     """Return for how many samples a stretch is more likely without the drive than with it (a change point by likelihood)."""
     part = slice(stretch.start, stretch.start + _early(stretch))
-    command = signals.command[part]
+    command = delayed(signals, answer.late)[part]
     rest = state.accelerations[part, 0] - _brakes(state)[part] @ answer.brakes
-    gain = ((rest - answer.drive * command) ** 2 - rest**2) / (2 * answer.spread**2)
+    still = np.abs(state.states[part, 2]) < _slow(state)
+    gripped = still & (np.abs(answer.drive * command) < GRIP * np.abs(answer.brakes[DRY]))
+    gain = np.where(gripped, 0.0, (rest - answer.drive * command) ** 2 - rest**2) / (2 * answer.spread**2)
     total = np.cumsum(gain)
     if not len(total):
         return 0
-    end = int(np.argmax(total)) + 1
+    end = len(total) - int(np.argmax(total[::-1]))  # the last of equal ones: a grip proves nothing
     strong = STRONG * float(np.max(np.abs(signals.command[stretch])))
     long_enough = end * signals.period_s >= LONG_S
     told = float(np.sqrt(np.mean(command[:end] ** 2)))
     return end if long_enough and told > strong and total[end - 1] > CERTAIN else 0
+
+
+def follows_command(recording: Recording) -> bool:
+    """Return whether the cart's acceleration follows the command at all, as late as it may come.
+
+    The command must explain acceleration in blocks of the recording on which its effect was not estimated.
+    """
+    signals = recording.signals
+    state = smooth_state(signals)
+    answer = _answer(signals, state)
+    valid = signals.cart_valid
+    columns = np.column_stack([delayed(signals, answer.late), _brakes(state)])
+    target = state.accelerations[:, 0]
+    block = (np.arange(len(signals)) * signals.period_s // BLOCK_S).astype(int)
+    gains = []
+    for half in (block % 2 == 0, block % 2 == 1):
+        made, judged = valid & half, valid & ~half
+        with_it, without = (np.linalg.lstsq(columns[made, k:], target[made], rcond=None)[0] for k in (0, 1))
+        better = (target - columns[:, 1:] @ without) ** 2 - (target - columns @ with_it) ** 2
+        gains += [float(np.mean(better[judged & (block == b)])) for b in np.unique(block[judged])]
+    spread = float(np.std(gains)) / np.sqrt(len(gains))
+    return float(np.mean(gains)) > SURE * max(spread, 1e-300)

@@ -1,0 +1,170 @@
+"""The fit itself: it finds what is known, agrees with dense algebra and brute force, and its intervals are honest."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from made_recordings import INTECO, made
+from scipy.optimize import least_squares
+
+from pendulum_sysid.case import Case, case_of
+from pendulum_sysid.fit import HORIZONS, fit
+from pendulum_sysid.gauss_newton import Problem, half_widths, linearised, solve
+from pendulum_sysid.parameters import Free, rig_parameters
+from pendulum_sysid.split import split
+from pendulum_sysid.windows import channels, cut, gather
+from pendulum_twin.model import Twin
+from pendulum_twin.signals import Floats
+from pendulum_twin.simulate import free_runs
+from pendulum_twin.words import words_of
+
+TRUTH = replace(INTECO, rig=replace(INTECO.rig, cart_viscous_n_s_m=2.0))
+FAR = {  # factors on the truth
+    "force_per_pwm_n": 2.0,
+    "cart_viscous_n_s_m": 0.5,
+    "com_distance_m": 1.5,
+    "pole_inertia_kg_m2": 0.6,
+    "pole_viscous_n_m_s": 2.0,
+}
+NEAR = 0.05  # of an interval: one-sided differences over steps of finite size leave this much
+
+
+def off(factors: dict[str, float]) -> Twin:
+    return replace(TRUTH, rig=replace(TRUTH.rig, **{k: f * getattr(TRUTH.rig, k) for k, f in factors.items()}))
+
+
+def true_value(name: str) -> float:
+    return getattr(TRUTH.rig, name)
+
+
+@pytest.fixture(scope="module")
+def near() -> Case:
+    return case_of(made(TRUTH, 12.0, 0.3, seed=1), off({"force_per_pwm_n": 1.02, "cart_viscous_n_s_m": 0.95}))
+
+
+@pytest.fixture(scope="module")
+def problem(near: Case) -> Problem:
+    return near.problem(split(near.signals, near.state).train)
+
+
+@pytest.fixture(scope="module")
+def free(near: Case) -> tuple[Free, ...]:
+    return rig_parameters(near.twin)
+
+
+@pytest.mark.parametrize("power", [1, -1])
+def test_parameters_are_found_from_far(power: int) -> None:
+    case = case_of(made(TRUTH, 20.0, 0.3, seed=2), off({k: f**power for k, f in FAR.items()}))
+    parts_apart = split(case.signals, case.state)
+    words = words_of(case.twin)
+    for parts in HORIZONS:
+        found = fit(case, parts_apart, (), words, parts)
+        words = found.words
+    assert HORIZONS == (4, 1) and found.converged
+    for name, one in found.estimates.items():
+        assert one.value == pytest.approx(true_value(name), rel=0.02), name
+        assert one.low < one.value < one.high and one.identifiable
+        assert getattr(found.twin.rig, name) == one.value
+    assert found.train == pytest.approx(1.0, abs=0.1) and found.choose == pytest.approx(1.0, abs=0.15)
+
+
+def residuals(problem: Problem, words: Floats, starts: Floats, power: Floats) -> Floats:
+    """Return all that a fit makes small, one long vector, written anew: errors of runs, then moves of starts."""
+    windows = problem.windows
+    set_of = np.zeros(len(windows), dtype=np.int64)
+    runs = free_runs(problem.signals, words[None], set_of, windows.begin, starts, windows.samples)
+    measured, counts = gather(problem.signals, windows.begin, windows.samples)
+    errors = (measured - runs[..., list(channels(problem.signals))]) * counts / np.sqrt(power)
+    moves = (starts - windows.starts) / problem.deviations
+    return np.concatenate([errors.ravel(), -moves.ravel()])
+
+
+def turned(words: Floats, free: tuple[Free, ...], values: Floats) -> Floats:
+    words = words.copy()
+    for one, value in zip(free, values, strict=True):
+        one.put(words, value * one.size)
+    return words
+
+
+def test_the_normal_equations_are_those_of_dense_differences(near: Case, free: tuple[Free, ...]) -> None:
+    windows = cut(near.signals, near.state, 1.0).pick(np.array([2, 5, 9]))
+    problem, words = near.problem(windows), words_of(near.twin)
+    power = near.noise**2
+    values = np.array([one.get(words) / one.size for one in free])
+    many = len(free)
+
+    def all_of(z: Floats) -> Floats:
+        starts = windows.starts + z[many:].reshape(-1, 4) * problem.deviations
+        return residuals(problem, turned(words, free, z[:many]), starts, power)
+
+    z = np.concatenate([values, np.zeros(4 * len(windows))])
+    step = 1e-4
+    columns = [(all_of(z - step * e) - all_of(z + step * e)) / (2 * step) for e in np.eye(len(z))]
+    dense = np.stack(columns, axis=1)  # of the model: residuals fall as it rises
+    normal, gradient = dense.T @ dense, dense.T @ all_of(z)
+    follow = np.linalg.solve(normal[many:, many:], normal[many:, :many])
+    system = linearised(problem, words, windows.starts, free, power)
+    ours, theirs = system.normal, normal[:many, :many] - normal[:many, many:] @ follow
+    scale = np.sqrt(np.diag(theirs))
+    assert np.all(np.abs(ours - theirs) < 3e-3 * np.outer(scale, scale))
+    reduced = gradient[:many] - follow.T @ gradient[many:]
+    assert np.allclose(system.gradient, reduced, rtol=2e-3, atol=2e-3 * np.abs(reduced).max())
+
+
+def test_brute_force_over_parameters_and_starts_ends_in_the_same_place(problem: Problem, free: tuple[Free, ...]) -> None:
+    words = words_of(off({"force_per_pwm_n": 1.02, "cart_viscous_n_s_m": 0.95}))
+    ours = solve(problem, words, free)
+    for _ in range(3):  # a fit ends when little is to be gained; here it is to settle
+        ours = solve(problem, ours.words, free, ours.starts)
+    many = len(free)
+
+    def all_of(z: Floats) -> Floats:
+        starts = problem.windows.starts + z[many:].reshape(-1, 4) * problem.deviations
+        return residuals(problem, turned(words, free, z[:many]), starts, ours.power)
+
+    first = np.concatenate([[one.get(words) / one.size for one in free], np.zeros(4 * len(problem.windows))])
+    theirs = least_squares(all_of, first, xtol=1e-12, ftol=1e-12, gtol=1e-12)
+    apart = [
+        abs(one.get(ours.words) - value * one.size) / half
+        for one, value, half in zip(free, theirs.x[:many], half_widths(ours, free), strict=True)
+    ]
+    assert max(apart) < NEAR, apart
+
+
+def test_a_parameter_stays_within_its_bounds_and_the_others_make_the_best_of_it(
+    problem: Problem, free: tuple[Free, ...]
+) -> None:
+    bound = 0.98 * true_value("force_per_pwm_n")
+    held = tuple(replace(one, high=bound) if one.name == "force_per_pwm_n" else one for one in free)
+    others = tuple(one for one in free if one.name != "force_per_pwm_n")
+    words = words_of(off({"force_per_pwm_n": 0.95}))
+    found = solve(problem, words, held)
+    assert held[0].get(found.words) == bound
+    words = words_of(off({"force_per_pwm_n": 0.98}))
+    best = solve(problem, words, others)
+    for one, half in zip(others, half_widths(best, others), strict=True):
+        assert one.get(found.words) == pytest.approx(one.get(best.words), abs=0.05 * half), one.name
+
+
+def test_the_same_problem_gives_the_same_bits(problem: Problem, free: tuple[Free, ...]) -> None:
+    first, second = (solve(problem, words_of(off(FAR)), free) for _ in range(2))
+    assert np.array_equal(first.words, second.words) and np.array_equal(first.starts, second.starts)
+
+
+def test_what_the_data_do_not_fix_is_not_identifiable() -> None:
+    """Without a command nothing says how strong the drive is."""
+    still = made(TRUTH, 12.0, 0.0, seed=3)
+    case = case_of(still, TRUTH)
+    found = fit(case, split(case.signals, case.state), (), words_of(case.twin))
+    assert not found.estimates["force_per_pwm_n"].identifiable
+
+
+def test_intervals_hold_the_truth() -> None:
+    inside: dict[str, list[bool]] = {}
+    for seed in range(40):
+        case = case_of(made(TRUTH, 12.0, 0.3, seed=seed), TRUTH)
+        found = fit(case, split(case.signals, case.state), (), words_of(case.twin))
+        for name, one in found.estimates.items():
+            inside.setdefault(name, []).append(one.low <= true_value(name) <= one.high)
+    shares = {name: float(np.mean(one)) for name, one in inside.items()}
+    assert len(shares) == 5 and all(0.85 <= share <= 1.0 for share in shares.values()), shares
