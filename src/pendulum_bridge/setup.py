@@ -1,7 +1,7 @@
 from setuptools import find_packages, setup
 
 NAME = "pendulum_bridge"
-EXECUTABLES = {}
+EXECUTABLES = {"rig_emulator": "pendulum_bridge.emulator.rig_emulator:main"}
 
 setup(
     name=NAME,

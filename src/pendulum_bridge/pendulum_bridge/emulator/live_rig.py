@@ -1,0 +1,64 @@
+"""An emulated rig that takes the protocol's commands and gives its samples: it holds the last command, and swings down."""
+
+from __future__ import annotations
+
+from pendulum_bridge.emulator.rig import EmulatedRig
+from pendulum_bridge.emulator.seal import Concealed
+from pendulum_bridge.emulator.sensors import Encoders
+from pendulum_bridge.emulator.swing_down import Phase, SwingDown, advance, tuned
+from pendulum_bridge.protocol import Command, Sample
+
+
+class LiveRig:
+    """Hold the last command as the real rig does, for ever: whoever drives it has to watch. Before the first, PWM is 0.
+
+    A rising edge of the reset flag starts the swing-down, or starts it anew; while it runs, commands are remembered and not
+    obeyed. Then the last command counts again. rate_hz: samples a second; encoders and seed: as `EmulatedRig` has them.
+    """
+
+    def __init__(
+        self,
+        concealed: Concealed,
+        rate_hz: float = 100.0,
+        encoders: Encoders = Encoders(),  # noqa: B008 (frozen)
+        seed: int = 0,
+    ) -> None:
+        self._rig = EmulatedRig(concealed, rate_hz, encoders, seed)
+        self._tuning = tuned(concealed.rig, concealed.effects)
+        self._command = Command(0.0)
+        self._swing_down: SwingDown | None = None
+
+    @property
+    def period_s(self) -> float:
+        """Return the sample period in s of the rig's own time."""
+        return self._rig.period_s
+
+    @property
+    def sample(self) -> Sample:
+        """Return the last sample."""
+        cart_m, pole_rad, cart_velocity, pole_rate = (float(value) for value in self._rig.sample)
+        return Sample(pole_rad, pole_rate, cart_m, cart_velocity)
+
+    @property
+    def swinging_down(self) -> bool:
+        """Tell whether a swing-down runs."""
+        return self._swing_down is not None
+
+    def take(self, command: Command) -> None:
+        """Hold this command from now on."""
+        if command.reset and not self._command.reset:
+            self._swing_down = SwingDown()
+        self._command = command
+
+    def step(self) -> Sample:
+        """Move on by one sample period and return the sample at its end."""
+        self._rig.step(self._pwm())
+        return self.sample
+
+    def _pwm(self) -> float:
+        if self._swing_down is not None:
+            self._swing_down, pwm = advance(self._swing_down, self._rig.truth, self._tuning, self.period_s)
+            if self._swing_down.phase is Phase.RUNNING:
+                return pwm
+            self._swing_down = None
+        return self._command.pwm

@@ -1,0 +1,157 @@
+"""A rig that is none: MuJoCo behind the rig's own UDP protocol, with physics concealed if asked.
+
+It sends a sample at every sampling time, and holds the last command for ever, as the real rig does.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from threading import Event
+
+from pendulum_bridge.emulator.conceal import BY_NAME, draw
+from pendulum_bridge.emulator.live_rig import LiveRig
+from pendulum_bridge.emulator.seal import Concealed, write_seal
+from pendulum_bridge.emulator.sensors import Encoders
+from pendulum_bridge.emulator.server import Ended, Served, serve_in_lockstep, serve_in_time
+from pendulum_bridge.protocol import Command
+from pendulum_bridge.udp import RIG, USER, Endpoint, address_of
+from pendulum_twin.errors import BadInputError
+from pendulum_twin.model import load_twin
+from pendulum_twin.rig import checked_number
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Serve until SIGINT, SIGTERM or the end of --seconds and return 0.
+
+    Returns 1 with a sentence on stderr when it cannot be served, and ends with 2 for wrong use.
+    """
+    stopped = _signalled()
+    options = options_of(arguments)
+    try:
+        run(options, stopped)
+    except (BadInputError, OSError) as error:
+        print(f"rig_emulator: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def run(options: argparse.Namespace, stopped: Event) -> None:
+    """Serve as the options say until stopped is set; raise BadInputError or OSError when it cannot be done."""
+    concealed = _concealed(options)
+    rig = LiveRig(concealed, options.rate, Encoders(spike_rate=options.spikes), options.conceal or 0)
+    with Endpoint(options.listen, options.send, Command.unpack) as port:
+        if options.seal:
+            write_seal(concealed, options.seal)
+        pace = "in lockstep" if options.lockstep else f"{options.rate:g} Hz, {options.speed:g} times real time"
+        _say(f"rig_emulator: listens on {options.listen}, sends to {options.send}, {pace}")
+        served = _serve(rig, port, options, _ending(stopped, options.seconds))
+        _say(_summary(served, port))
+
+
+def _serve(rig: LiveRig, port: Endpoint[Command], options: argparse.Namespace, ended: Ended) -> Served:
+    if options.lockstep:
+        return serve_in_lockstep(rig, port, ended)
+    return serve_in_time(rig, port, options.speed, ended)
+
+
+def _summary(served: Served, port: Endpoint[Command]) -> str:
+    behind = f"; fell {served.given_up_s:.1f} s behind" if served.given_up_s else ""
+    return (
+        f"rig_emulator: {served.samples} samples sent, {served.commands} commands taken, "
+        f"{port.malformed} malformed and {port.foreign} foreign packets dropped{behind}"
+    )
+
+
+def _concealed(options: argparse.Namespace) -> Concealed:
+    """Return what the seed draws for the twin's rig, or, without a seed, the twin as its file has it."""
+    twin = load_twin(options.twin)
+    if options.conceal is not None:
+        return draw(options.conceal, options.effects, twin.rig)
+    for name in twin.effects:
+        if name not in BY_NAME:
+            raise BadInputError(
+                f"{options.twin}: expected effects that can be emulated ({', '.join(BY_NAME)}), found {name}"
+            )
+    return Concealed(twin.effects, twin.rig)
+
+
+def _ending(stopped: Event, seconds: float | None) -> Ended:
+    end = None if seconds is None else time.monotonic() + seconds
+    return lambda: stopped.is_set() or (end is not None and time.monotonic() >= end)
+
+
+def _signalled() -> Event:
+    stopped = Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stopped.set())
+    return stopped
+
+
+def _say(line: str) -> None:
+    """Print a line at once; somebody who stopped reading is no reason to end."""
+    try:
+        print(line, flush=True)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def options_of(arguments: list[str] | None) -> argparse.Namespace:
+    """Return the command line's options; print what is wrong and exit with 2 for wrong use."""
+    parser = argparse.ArgumentParser(prog="rig_emulator", description=__doc__)
+    add = parser.add_argument
+    add("--twin", type=Path, default=Path("config/inteco.yaml"), help="twin file of the nominal rig (config/inteco.yaml)")
+    add("--conceal", type=_whole, metavar="SEED", help="conceal the effects and wrong parameters that this seed draws")
+    add("--effects", type=_whole, metavar="N", help="how many effects are concealed (1)")
+    add("--seal", type=Path, metavar="FILE", help="write what is concealed here, to be opened after the diagnosis")
+    add("--rate", type=_number("rate", 10, 1000), default=100.0, metavar="HZ", help="samples a second (100)")
+    add("--spikes", type=_number("spikes", 0, 1), default=0.0, metavar="SHARE", help="share of samples with a spike (0)")
+    pace = parser.add_mutually_exclusive_group()
+    pace.add_argument("--speed", type=_number("speed", 0.1, 1000), default=1.0, metavar="X", help="times real time (1)")
+    pace.add_argument("--lockstep", action="store_true", help="one command in, one sample out, as fast as it goes")
+    add("--seconds", type=_number("seconds", 0, 1e9), metavar="S", help="end by itself after so long on the wall's clock")
+    add("--listen", type=_typed(address_of), default=RIG, metavar="HOST:PORT", help=f"where commands arrive ({RIG})")
+    add("--send", type=_typed(address_of), default=USER, metavar="HOST:PORT", help=f"where samples go ({USER})")
+    options = parser.parse_args(arguments)
+    if options.effects is not None and options.conceal is None:
+        parser.error("--effects: expected --conceal SEED with it")
+    options.effects = 1 if options.effects is None else options.effects
+    return options
+
+
+def _typed[T](read: Callable[[str], T]) -> Callable[[str], T]:
+    """Return the reader with its sentences as argparse wants them."""
+
+    def reader(text: str) -> T:
+        try:
+            return read(text)
+        except BadInputError as error:
+            raise argparse.ArgumentTypeError(str(error)) from error
+
+    return reader
+
+
+def _number(name: str, low: float, high: float) -> Callable[[str], float]:
+    def read(text: str) -> float:
+        try:
+            number = float(text)
+        except ValueError as error:
+            raise BadInputError(f"expected a number, found {text!r}") from error
+        return checked_number(name, number, low, high)
+
+    return _typed(read)
+
+
+def _whole(text: str) -> int:
+    if not (text.isascii() and text.isdigit()):
+        raise argparse.ArgumentTypeError(f"expected a whole number from 0 on, found {text!r}")
+    return int(text)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

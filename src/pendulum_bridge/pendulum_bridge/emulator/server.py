@@ -1,0 +1,56 @@
+"""Serve an emulated rig over UDP: at its own pace, or one sample for each command."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from pendulum_bridge.emulator.live_rig import LiveRig
+from pendulum_bridge.emulator.schedule import Schedule
+from pendulum_bridge.protocol import Command
+from pendulum_bridge.udp import Endpoint
+
+LONGEST_WAIT_S = 0.1  # until the end is seen when no command comes
+Ended = Callable[[], bool]
+
+
+@dataclass(frozen=True)
+class Served:
+    """Count what was served; given_up_s: how far the samples fell behind their times."""
+
+    samples: int
+    commands: int
+    given_up_s: float = 0.0
+
+
+def serve_in_time(rig: LiveRig, port: Endpoint[Command], speed: float, ended: Ended) -> Served:
+    """Send a sample at every sampling time, speed times as fast as the clock on the wall, until ended.
+
+    A command acts from the sampling time nearest to its arrival: the answer to a sample, when it comes within half a
+    period, acts from that sample on.
+    """
+    schedule = Schedule(rig.period_s / speed)
+    samples = commands = 0
+    while not ended():
+        schedule.wait_for(samples)
+        port.send(rig.sample.pack())
+        schedule.wait_for(samples + 0.5)
+        for command in port.waiting():
+            rig.take(command)
+            commands += 1
+        rig.step()
+        samples += 1
+    return Served(samples, commands, schedule.given_up_s)
+
+
+def serve_in_lockstep(rig: LiveRig, port: Endpoint[Command], ended: Ended) -> Served:
+    """Answer each command with the sample at the end of the period through which it was held, until ended."""
+    exchanges = 0
+    while not ended():
+        command = port.receive(time.monotonic() + LONGEST_WAIT_S)
+        if command is not None:
+            rig.take(command)
+            port.send(rig.step().pack())
+            exchanges += 1
+    return Served(exchanges, exchanges)

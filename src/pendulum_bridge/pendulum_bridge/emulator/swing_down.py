@@ -1,0 +1,144 @@
+"""The rig's own swing-down: bring the cart to the middle and the pole to rest hanging, and say when both are there.
+
+It belongs to the rig, so it reads the true state, before anything that is concealed behind the sensors, and knows the
+rig's constants, as the maker who tuned it does. The cart is asked for a velocity, k sin(ph) - c x with ph the pole's angle
+from hanging: following the pole takes k (m l) w^2 cos(ph)^2 of its energy a second, and the rest leads to the middle.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pendulum_twin.rig import Rig
+
+Floats = NDArray[np.float64]
+
+POLE_DAMPING = 0.25  # of the hanging pole's oscillation, as a share of critical
+CENTRING_PER_S = 1.0
+VELOCITY_LOOP_PER_S = 6.0
+INTEGRAL_PER_S2 = 6.0
+MOST_STUCK_RAD = 0.2
+MOST_INTEGRAL = 2.0  # m/s^2: tilt and spring need less
+SIGN_WIDTH_M_S = 0.01  # asked velocity over which the help against dry friction changes its sign
+
+
+class Phase(Enum):
+    """Tell how a swing-down stands."""
+
+    RUNNING = "the pendulum is brought to rest"
+    AT_REST = "the pendulum hangs at rest in the middle of the rail"
+    GAVE_UP = "the pendulum did not come to rest in time"
+
+
+@dataclass(frozen=True)
+class Rest:
+    """Say what counts as at rest, for how long, and how long to try.
+
+    cart_m, cart_m_s: distance from the middle and speed. pole_rad, pole_rad_s: angle from hanging, in whatever turn, and
+    rate. samples: in a row. limit_s: time after which it gives up.
+    """
+
+    cart_m: float = 0.01
+    cart_m_s: float = 0.02
+    pole_rad: float = 0.02
+    pole_rad_s: float = 0.1
+    samples: int = 20
+    limit_s: float = 30.0
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """Hold the controller's constants, all in SI units.
+
+    per_m_s2: command for an acceleration of 1 m/s^2. viscous_per_s: deceleration of the cart per unit of its speed.
+    follow_m_s: k above. breakaway: command that just overcomes dead zone and dry friction. way: -1 when the drive is
+    wired the wrong way round, else 1. limit: largest command. turn_rad: from one resting angle to the next, less than a
+    full turn where a spring winds up. stuck_rad: as far from there the pole's dry friction can hold it.
+    """
+
+    per_m_s2: float
+    viscous_per_s: float
+    follow_m_s: float
+    breakaway: float
+    way: int
+    limit: float
+    turn_rad: float
+    stuck_rad: float
+
+
+@dataclass(frozen=True)
+class SwingDown:
+    """Hold how far a swing-down has come: seconds run, samples at rest in a row, integral of the velocity loop (m/s^2)."""
+
+    phase: Phase = Phase.RUNNING
+    elapsed_s: float = 0.0
+    still: int = 0
+    integral: float = 0.0
+
+
+def tuned(rig: Rig, effects: Mapping[str, Mapping[str, float]]) -> Tuning:
+    """Return the tuning for a rig with cart and pole; a rig without gravity or lever gets no pole damping."""
+    force, mass = rig.force_per_pwm_n or 1.0, rig.total_mass_kg
+    lever, inertia = mass * (rig.com_distance_m or 0.0), rig.pole_inertia_kg_m2 or 1.0
+    weight = lever * rig.gravity_m_s2  # N m a rad from hanging
+    twist = effects.get("pole_spring", {}).get("n_m_per_rad", 0.0)
+    sticking = effects.get("pole_coulomb_friction", {}).get("level_n_m", 0.0)
+    dry = sum(effects.get("cart_coulomb_friction", {}).values())
+    dry += sum(effects.get("cart_stribeck_friction", {}).get(key, 0.0) for key in ("level_n", "static_n"))
+    return Tuning(
+        per_m_s2=mass / force,
+        viscous_per_s=(rig.cart_viscous_n_s_m or 0.0) / mass,
+        follow_m_s=2 * POLE_DAMPING * math.sqrt(weight * inertia) / lever if lever else 0.0,
+        breakaway=effects.get("input_dead_zone", {}).get("width", 0.0) + dry / force,
+        way=-1 if "input_sign_inverted" in effects else 1,
+        limit=rig.pwm_limit or math.inf,
+        turn_rad=math.tau * weight / (weight + twist) if weight else math.tau,
+        stuck_rad=min(sticking / weight, MOST_STUCK_RAD) if weight else MOST_STUCK_RAD,
+    )
+
+
+def advance(now: SwingDown, state: Floats, tuning: Tuning, period_s: float, rest: Rest = Rest()) -> tuple[SwingDown, float]:
+    """Return the next stand and the command (PWM fraction) to hold for one sample period; 0 once it is over.
+
+    state: true x (m, 0 in the middle), th (rad, 0 upright), v (m/s), w (rad/s).
+    """
+    if now.phase is not Phase.RUNNING:
+        return now, 0.0
+    still = now.still + 1 if at_rest(state, tuning, rest) else 0
+    if still >= rest.samples:
+        return replace(now, phase=Phase.AT_REST, still=still), 0.0
+    if now.elapsed_s >= rest.limit_s:
+        return replace(now, phase=Phase.GAVE_UP, still=still), 0.0
+    integral, command = _control(now.integral, state, tuning, period_s)
+    return SwingDown(Phase.RUNNING, now.elapsed_s + period_s, still, integral), command
+
+
+def at_rest(state: Floats, tuning: Tuning, rest: Rest = Rest()) -> bool:
+    """Tell whether the cart stands in the middle and the pole hangs, as closely as rest says."""
+    x, angle, v, w = _from_hanging(state, tuning)
+    near = abs(x) <= rest.cart_m and abs(angle) <= rest.pole_rad
+    return near and abs(v) <= rest.cart_m_s and abs(w) <= rest.pole_rad_s
+
+
+def _control(integral: float, state: Floats, tuning: Tuning, period_s: float) -> tuple[float, float]:
+    x, angle, v, w = _from_hanging(state, tuning)
+    asked = tuning.follow_m_s * math.sin(angle) - CENTRING_PER_S * x
+    asked_per_s = tuning.follow_m_s * math.cos(angle) * w - CENTRING_PER_S * v
+    integral += INTEGRAL_PER_S2 * (asked - v) * period_s
+    integral = min(max(integral, -MOST_INTEGRAL), MOST_INTEGRAL)
+    acceleration = asked_per_s + VELOCITY_LOOP_PER_S * (asked - v) + integral + tuning.viscous_per_s * v
+    command = tuning.per_m_s2 * acceleration + tuning.breakaway * math.tanh(asked / SIGN_WIDTH_M_S)
+    return integral, tuning.way * min(max(command, -tuning.limit), tuning.limit)
+
+
+def _from_hanging(state: Floats, tuning: Tuning) -> tuple[float, float, float, float]:
+    """Return x, angle, v, w; the angle from where the pole hangs, 0 wherever its dry friction can hold it."""
+    x, th, v, w = (float(value) for value in state)
+    angle = math.remainder(th - math.pi, tuning.turn_rad)
+    return x, math.copysign(max(abs(angle) - tuning.stuck_rad, 0.0), angle), v, w

@@ -1,0 +1,115 @@
+"""The emulated rig as the protocol sees it: what it holds, when it swings down, and when samples are due."""
+
+import pytest
+
+from pendulum_bridge.emulator.live_rig import LiveRig
+from pendulum_bridge.emulator.rig import EmulatedRig
+from pendulum_bridge.emulator.schedule import Schedule
+from pendulum_bridge.emulator.seal import Concealed
+from pendulum_bridge.protocol import Command, Sample
+from pendulum_twin.rig import Rig
+
+MOST_STEPS = 4000
+
+
+@pytest.fixture
+def concealed(nominal: Rig) -> Concealed:
+    return Concealed({}, nominal)
+
+
+def sample_of(rig: EmulatedRig) -> Sample:
+    x, th, v, w = rig.sample
+    return Sample(pole_rad=th, pole_rate=w, cart_m=x, cart_velocity=v)
+
+
+def swing_down(rig: LiveRig) -> None:
+    for _ in range(MOST_STEPS):
+        rig.step()
+        if not rig.swinging_down:
+            return
+    pytest.fail(f"swings down for more than {MOST_STEPS} samples")
+
+
+def test_nothing_moves_before_the_first_command(concealed: Concealed) -> None:
+    rig = LiveRig(concealed)
+    first = rig.sample
+    assert all(rig.step() == first for _ in range(50))
+
+
+def test_a_command_is_held_until_the_next(concealed: Concealed) -> None:
+    rig, bare = LiveRig(concealed), EmulatedRig(concealed)
+    assert rig.sample == sample_of(bare)
+    for pwm in (0.2, -0.35, 9.0):  # the last beyond the limit: clipped
+        rig.take(Command(pwm))
+        for _ in range(5):
+            bare.step(pwm)
+            assert rig.step() == sample_of(bare)
+    assert rig.sample.cart_m != 0
+
+
+def test_only_a_rising_edge_starts_the_swing_down(concealed: Concealed) -> None:
+    rig = LiveRig(concealed)
+    rig.take(Command(0.0))
+    assert not rig.swinging_down
+    rig.take(Command(0.0, reset=True))
+    assert rig.swinging_down
+    swing_down(rig)
+    rig.take(Command(0.0, reset=True))  # still high: no edge
+    assert not rig.swinging_down
+    rig.take(Command(0.0))
+    rig.take(Command(0.0, reset=True))
+    assert rig.swinging_down
+
+
+def test_commands_wait_until_the_swing_down_is_over(concealed: Concealed) -> None:
+    rig = LiveRig(concealed)
+    rig.take(Command(0.3))
+    for _ in range(15):
+        rig.step()
+    rig.take(Command(0.0, reset=True))
+    rig.take(Command(0.4))  # neither obeyed nor an end of it
+    swing_down(rig)
+    assert abs(rig.sample.cart_m) < 0.03 and rig.sample.cart_velocity > -0.1
+    before = rig.sample.cart_m
+    for _ in range(10):
+        rig.step()
+    assert rig.sample.cart_m > before + 0.01  # 0.4 acts now
+
+
+class Clock:
+    """A clock that sleeping moves on."""
+
+    def __init__(self) -> None:
+        self.now_s = 100.0
+
+    def now(self) -> float:
+        return self.now_s
+
+    def sleep(self, seconds: float) -> None:
+        self.now_s += seconds
+
+
+def test_samples_are_due_at_whole_periods_however_long_each_took() -> None:
+    clock = Clock()
+    schedule = Schedule(0.01, clock.now, clock.sleep)
+    times = []
+    for k in range(1000):
+        schedule.wait_for(k)
+        times.append(clock.now_s)
+        clock.sleep(0.009 if k % 3 else 0.0)
+    assert times == pytest.approx([100 + 0.01 * k for k in range(1000)], abs=1e-9)
+    assert schedule.given_up_s == 0
+
+
+def test_a_short_delay_is_caught_up_and_a_standstill_given_up() -> None:
+    clock = Clock()
+    schedule = Schedule(0.01, clock.now, clock.sleep)
+    clock.sleep(0.2)
+    for k in range(30):
+        schedule.wait_for(k)
+    assert clock.now_s == pytest.approx(100.29)
+    clock.sleep(5.0)
+    schedule.wait_for(30)
+    schedule.wait_for(31)
+    assert clock.now_s == pytest.approx(105.30)
+    assert schedule.given_up_s == pytest.approx(4.99)

@@ -1,0 +1,116 @@
+"""The emulator serves the thesis's own client library, and a stand-in that uses its sockets in the same way.
+
+The library (`drl-platform` 0.1.5) cannot be among the locked packages: it asks for gym 0.19.0, which needs cloudpickle below
+1.7 and cannot be built with a current setuptools. Where it is installed without its dependencies, it is tested as it is;
+of gym it only wants a class to inherit from, which gymnasium gives.
+"""
+
+import importlib
+import importlib.util
+import math
+import select
+import socket
+import struct
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from typing import Any
+
+import gymnasium
+import pytest
+from running_emulator import LONG_S, TWIN, free_ports, start
+
+LIBRARY = "DrlPlatform"
+
+
+class StandIn:
+    """Do what the library's UDP server does: a new socket for each command, a thread that keeps the latest payload."""
+
+    def __init__(self, host: str, port: int, rig_host: str, rig_port: int, package_timeout: float) -> None:
+        self._rig, self._timeout_s = (rig_host, rig_port), package_timeout
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.bind((host, port))
+        self._latest, self._arrived, self._closing = b"", threading.Event(), threading.Event()
+        self._thread = threading.Thread(target=self._serve)
+
+    def _serve(self) -> None:
+        self._socket.settimeout(self._timeout_s)
+        with self._socket:
+            while not self._closing.is_set():
+                try:
+                    self._latest = self._socket.recv(4096)
+                    self._arrived.set()
+                except TimeoutError:
+                    continue
+
+    def start_server(self) -> None:
+        self._thread.start()
+
+    def close_server(self) -> None:
+        self._closing.set()
+        self._thread.join()
+
+    def receive_payload(self, mask: str) -> list[float]:
+        assert self._arrived.wait(LONG_S)
+        payload = struct.unpack(mask, self._latest)
+        self._arrived.clear()
+        return list(payload)
+
+    def send_payload(self, payload: tuple[float, ...], mask: str) -> None:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+            sender.sendto(struct.pack(mask, *payload), self._rig)
+
+
+def the_library(monkeypatch: pytest.MonkeyPatch) -> Any:
+    if importlib.util.find_spec(LIBRARY) is None:
+        pytest.skip("install it with `pip install --no-deps drl-platform==0.1.5`")
+    if importlib.util.find_spec("gym") is None:
+        monkeypatch.setitem(sys.modules, "gym", gymnasium)
+    return importlib.import_module(f"{LIBRARY}.EnvironmentServer.udp_environment_server").EnvironmentServer
+
+
+@pytest.fixture(params=["stand-in", "library"])
+def client(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
+    """Return the client's server, started, with an emulator at its other end."""
+    make = StandIn if request.param == "stand-in" else the_library(monkeypatch)
+    rig, user = free_ports()
+    addresses = ("--listen", f"127.0.0.1:{rig}", "--send", f"127.0.0.1:{user}")
+    process = start("--twin", TWIN, "--speed", "4", *addresses)
+    try:
+        assert select.select([process.stdout], [], [], LONG_S)[0] and "listens on" in process.stdout.readline()
+        server = make("127.0.0.1", user, "127.0.0.1", rig, package_timeout=0.5)
+        server.start_server()
+        yield server
+        server.close_server()
+    finally:
+        end(process)
+
+
+def end(process: subprocess.Popen) -> None:
+    process.terminate()
+    _, complaints = process.communicate(timeout=LONG_S)
+    assert (process.returncode, complaints) == (0, "")
+
+
+def test_a_reset_and_500_steps(client: Any) -> None:
+    def step(pwm: float, reset: float) -> list[float]:
+        client.send_payload((pwm, reset), ">dd")
+        return client.receive_payload(">dddd")
+
+    for _ in range(20):
+        step(0.4, 0.0)  # out of the middle
+    step(0.0, 0.0)
+    still = 0
+    for _ in range(2000):
+        pole_rad, pole_rate, cart_m, cart_velocity = step(0.0, 1.0)
+        calm = abs(pole_rate) < 0.15 and abs(cart_velocity) < 0.05
+        still = still + 1 if calm and abs(pole_rad - math.pi) < 0.05 and abs(cart_m) < 0.03 else 0
+        if still == 20:
+            break
+    assert still == 20, "the reset did not bring the pendulum to rest"
+    samples = [step(0.1 * (-1) ** (k // 15), 0.0) for k in range(500)]
+    carts = [sample[2] for sample in samples]
+    assert max(carts) - min(carts) > 0.02
+    assert max(abs(sample[0] - math.pi) for sample in samples) > 0.05
+    assert all(math.isfinite(value) for sample in samples for value in sample)

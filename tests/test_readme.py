@@ -1,0 +1,112 @@
+"""Every command of the README runs: in its order, by a real shell, in a copy of the workspace, and ends with status 0."""
+
+import os
+import random
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from made_recordings import HANGING, INTECO, made
+
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+LEFT_BEHIND = shutil.ignore_patterns(
+    ".venv", ".git", "build", "install", "log", "out", "*.egg-info", "__pycache__", ".*_cache", ".hypothesis"
+)
+NOT_RUN = ("git clone ",)  # there is no place yet to clone from
+ONLY_PRINTED = re.compile(r"make (setup|test|check|bench)\b")  # they would set up, or test, within a test
+STARTED = re.compile(r"\]: twin .* runs at .* Hz")
+LONGEST_S = 120.0
+
+
+def commands(text: str) -> list[str]:
+    """Return the commands of all `sh` blocks, one a line; a backslash continues a line."""
+    blocks = re.findall(r"^```sh\n(.*?)^```", text, flags=re.MULTILINE | re.DOTALL)
+    lines = "".join(blocks).replace("\\\n", " ").splitlines()
+    return [line for line in lines if line.strip() and not line.startswith("#")]
+
+
+def environment() -> dict[str, str]:
+    """Return what a user's shell has: nothing of the venv that runs the tests, and a ROS domain of its own."""
+    kept = {k: v for k, v in os.environ.items() if k not in ("_ROS_WHEELS_BOOTSTRAP_COMPLETE", "VIRTUAL_ENV", "PYTHONPATH")}
+    if "_ROS_WHEELS_BOOTSTRAP_COMPLETE" in os.environ:
+        kept.pop("LD_LIBRARY_PATH", None)
+    return kept | {
+        "ROS_DOMAIN_ID": str(random.SystemRandom().randrange(1, 100)),
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+        "PYTHONUNBUFFERED": "1",
+    }
+
+
+@pytest.fixture
+def workspace(tmp_path: Path) -> Path:
+    """Return a copy of the workspace, with the venv of the original and a CSV file of a run."""
+    copy = tmp_path / "pendulum"
+    shutil.copytree(ROOT, copy, ignore=LEFT_BEHIND)
+    (copy / ".venv").symlink_to(sys.prefix)
+    up_to_date = subprocess.run(["make", "--question", "setup"], cwd=copy, env=environment(), check=False)
+    assert up_to_date.returncode == 0, "the venv that runs the tests is not what `make setup` makes: run `make setup`"
+    signals = made(INTECO, seconds=20.0).signals
+    rows = zip(signals.command, signals.cart, signals.pole - HANGING[1], strict=True)
+    lines = [f"{k * signals.period_s:.6f},{u:.9f},{x:.9f},{th:.9f}\n" for k, (u, x, th) in enumerate(rows)]
+    (copy / "run.csv").write_text("t,volts,x,theta\n" + "".join(lines), encoding="utf-8")
+    return copy
+
+
+def run_to_its_end(command: str, where: Path) -> None:
+    shell = ["bash", "-euo", "pipefail", "-c", command]
+    done = subprocess.run(
+        shell, cwd=where, env=environment(), capture_output=True, text=True, timeout=LONGEST_S, check=False
+    )
+    assert done.returncode == 0, f"{command}\nended with {done.returncode}\n{done.stdout}\n{done.stderr}"
+
+
+def run_until_it_is_stopped(command: str, where: Path) -> None:
+    """Start a node, wait until it says that it runs, stop it as Ctrl-C does, and hold that it ends well."""
+    log = where / "node.log"
+    with log.open("w", encoding="utf-8") as stream:
+        node = subprocess.Popen(
+            ["bash", "-c", command],
+            cwd=where, env=environment(), stdout=stream, stderr=subprocess.STDOUT, start_new_session=True,
+        )  # fmt: skip
+    try:
+        end = time.monotonic() + LONGEST_S
+        while not STARTED.search(log.read_text(encoding="utf-8")):
+            assert node.poll() is None and time.monotonic() < end, f"{command}\n{log.read_text(encoding='utf-8')}"
+            time.sleep(0.05)
+        os.killpg(node.pid, signal.SIGINT)
+        assert node.wait(timeout=LONGEST_S) == 0, f"{command}\n{log.read_text(encoding='utf-8')}"
+    finally:
+        if node.poll() is None:
+            os.killpg(node.pid, signal.SIGKILL)
+            node.wait()
+
+
+def test_every_command_of_the_readme_runs(workspace: Path) -> None:
+    asked = [one for one in commands(README) if not one.startswith(NOT_RUN)]
+    assert len(asked) >= 10
+    for command in asked:
+        if "ros2 run" in command and shutil.which("ros2") is None:
+            command = command.replace(
+                "ros2 run pendulum_twin twin_node", "install/pendulum_twin/lib/pendulum_twin/twin_node"
+            )
+        if ONLY_PRINTED.match(command):
+            run_to_its_end(ONLY_PRINTED.sub(r"make --dry-run \1", command), workspace)
+        elif "twin_node" in command:
+            run_until_it_is_stopped(command, workspace)
+        else:
+            run_to_its_end(command, workspace)
+
+
+def test_commands_are_read_as_a_shell_reads_them() -> None:
+    text = "```sh\n# why\nmake demo\nsysid \\\n  effects\n\n```\n```text\nnot run\n```\n```sh\nmake test\n```\n"
+    assert commands(text) == ["make demo", "sysid    effects", "make test"]
+
+
+def test_the_readme_is_short() -> None:
+    assert len(README.splitlines()) < 150
