@@ -21,13 +21,14 @@ HALF_LENGTHS = (4, 5, 6, 8, 10, 13, 16, 20, 26, 32, 40, 52, 64, 80)
 class Smooth:
     """Hold a signal's smoothed value and rate (1/s), each (n,).
 
-    noise: standard deviation of one sample. value_noise, rate_noise: what is left of it in value and rate. half_length:
+    noise: standard deviation of one sample; scatter: what of it the polynomials show. value_noise, rate_noise: what is left of it in value and rate. half_length:
     samples to either side that each polynomial spans.
     """
 
     value: Floats
     rate: Floats
     noise: float
+    scatter: float
     value_noise: float
     rate_noise: float
     half_length: int
@@ -45,7 +46,7 @@ def smooth(values: Floats, valid: Mask, stretches: tuple[slice, ...], period_s: 
     value, rate = (derivative(values, stretches, period_s, half, d) for d in (0, 1))
     noise = max(errors[half][1], _rounding(values, valid))
     gains = [noise_gain(half, period_s, d) for d in (0, 1)]
-    return Smooth(value, rate, noise, noise * gains[0], noise * gains[1], half)
+    return Smooth(value, rate, noise, errors[half][1], noise * gains[0], noise * gains[1], half)
 
 
 def noise_gain(half: int, period_s: float, order: int) -> float:

@@ -50,7 +50,7 @@ def smooth_state(signals: Signals) -> SmoothState:
         states[:, k], states[:, k + 2] = one.value, one.rate
         accelerations[:, k] = derivative(values, signals.stretches, signals.period_s, longer, 2)
         noises[k] = one.noise
-        acceleration_deviations[k] = one.noise * noise_gain(longer, signals.period_s, 2)
+        acceleration_deviations[k] = one.scatter * noise_gain(longer, signals.period_s, 2)
         deviations[[k, k + 2]] = one.value_noise, one.rate_noise
     return SmoothState(states, accelerations, Noise(*noises), deviations, acceleration_deviations)
 
