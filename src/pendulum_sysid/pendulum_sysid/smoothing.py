@@ -21,8 +21,8 @@ HALF_LENGTHS = (4, 5, 6, 8, 10, 13, 16, 20, 26, 32, 40, 52, 64, 80)
 class Smooth:
     """Hold a signal's smoothed value and rate (1/s), each (n,).
 
-    noise: standard deviation of one sample; scatter: what of it the polynomials show. value_noise, rate_noise: what is left of it in value and rate. half_length:
-    samples to either side that each polynomial spans.
+    noise: standard deviation of one sample; scatter: what of it the polynomials show. value_noise, rate_noise: what is
+    left of it in value and rate. half_length: samples to either side that each polynomial spans.
     """
 
     value: Floats
