@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pendulum_sysid.case import Case, case_of
 from pendulum_sysid.records import Windows
-from pendulum_sysid.window_runs import run_windows
+from pendulum_sysid.window_runs import WindowRuns, run_windows
 from pendulum_twin.signals import Floats
 from pendulum_twin.simulate import free_runs
 
@@ -16,8 +16,16 @@ LEAD_S = 0.5  # of motion before a window, from which its start is smoothed
 TRIES = 5
 
 
-def noise_floor(case: Case, words: Floats, windows: Windows, seed: int = 0) -> float:
-    """Return the score of case.twin, whose words are given, on its own noisy runs through the same windows.
+@dataclass(frozen=True)
+class NoiseFloor:
+    """Hold what a perfect model reaches: the score over all windows, and the error of the median window (noise = 1)."""
+
+    score: float
+    typical: float
+
+
+def noise_floor(case: Case, words: Floats, windows: Windows, seed: int = 0) -> NoiseFloor:
+    """Return what case.twin, whose words are given, reaches on its own noisy runs through the same windows.
 
     The runs are smoothed and replayed as recordings are; what the floor exceeds 1 by is what noise in the smoothed starts
     costs. The root mean square of several draws of the noise.
@@ -28,18 +36,19 @@ def noise_floor(case: Case, words: Floats, windows: Windows, seed: int = 0) -> f
     reach = windows.begin - lead >= np.array(signals.starts)[stretch]
     begin = windows.begin[reach] - lead
     if not len(begin):
-        return 1.0
+        return NoiseFloor(1.0, 1.0)
     length = lead + windows.samples
     set_of = np.zeros(len(begin), dtype=np.int64)
     runs = free_runs(signals, words[None], set_of, begin, case.state.states[begin], length)
     if not np.all(np.isfinite(runs)):
-        return 1.0  # a twin that leaves all bounds says nothing about what is possible
-    scores = [_score(case, runs, begin, lead, np.random.default_rng((seed, k))) for k in range(TRIES)]
-    return float(np.sqrt(np.mean(np.square(scores))))
+        return NoiseFloor(1.0, 1.0)  # a twin that leaves all bounds says nothing about what is possible
+    tries = [_perfect(case, runs, begin, lead, np.random.default_rng((seed, k))) for k in range(TRIES)]
+    score, typical = (np.sqrt(np.mean(np.square(v))) for v in zip(*((t.score, t.typical) for t in tries), strict=True))
+    return NoiseFloor(float(score), float(typical))
 
 
-def _score(case: Case, runs: Floats, begin: np.ndarray, lead: int, random: np.random.Generator) -> float:
-    """Return the score on runs (windows, n, 4) with noise on them, each its own stretch with its window after the lead."""
+def _perfect(case: Case, runs: Floats, begin: np.ndarray, lead: int, random: np.random.Generator) -> WindowRuns:
+    """Return replays of runs (windows, n, 4) with noise on them, each its own stretch with its window after the lead."""
     signals, length = case.signals, runs.shape[1]
     at = (begin[:, None] + np.arange(length)).reshape(-1)
     positions = []
@@ -59,4 +68,4 @@ def _score(case: Case, runs: Floats, begin: np.ndarray, lead: int, random: np.ra
     )
     made_case = case_of(replace(case.recording, signals=perfect), case.twin)
     windows = Windows(starts + lead, length - lead, made_case.state.states[starts + lead])
-    return run_windows(made_case, windows).score
+    return run_windows(made_case, windows)

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.stats import norm
 
 from pendulum_sysid.case import Case
+from pendulum_sysid.noise_floor import NoiseFloor
 from pendulum_sysid.parameters import Free, rig_parameters
 from pendulum_sysid.records import Estimate, Fit, Localisation, Outcome, Recording
 from pendulum_sysid.search import Named
@@ -27,7 +28,7 @@ MASKED = 0.05  # relative change of a parameter that is worth a sentence
 class Findings:
     """Hold what the stages found: the fit of parameters alone, the final fit, what it names, and its free runs.
 
-    floor: score of a perfect model on this recording. before,
+    floor: what a perfect model reaches on this recording. before,
     after: free runs of the given and of the improved twin, by part ("train", "held_out").
     """
 
@@ -39,7 +40,7 @@ class Findings:
     remains: Localisation
     before: dict[str, WindowRuns]
     after: dict[str, WindowRuns]
-    floor: float
+    floor: NoiseFloor
 
 
 def outcome_of(found: Findings) -> Outcome:
@@ -61,10 +62,12 @@ def explained(found: Findings) -> float:
 def left_over(found: Findings) -> float:
     """Return how far the improved twin is above what noise explains, 1 for not at all.
 
-    Judged twice: by free runs on the held-out windows beside those of a perfect model, and by runs whose starts are refined.
-    Starting near upright the first can drown, the second cannot.
+    Whether anything is left is asked of runs whose starts are refined, for noise in the starts drowns the rest; how much, of
+    the median free run on the held-out windows beside that of a perfect model.
     """
-    return max(found.after["held_out"].score / found.floor, found.best.choose)
+    if found.best.choose <= AT_FLOOR:
+        return 1.0
+    return max(found.after["held_out"].typical / found.floor.typical, found.best.choose)
 
 
 def verdict_of(found: Findings, recording: Recording, elapsed_s: float) -> dict:
@@ -238,7 +241,7 @@ def _fit(found: Findings) -> dict:
         before, after = (runs.of_joint(joint, runs.rmse) for runs in (found.before["held_out"], found.after["held_out"]))
         if before is not None and after is not None:
             parts[f"held_out_{name}"] = {"before": _finite(before * scale), "after": _finite(after * scale)}
-    return {**parts, "noise_floor": found.floor, "unit": "score"}
+    return {**parts, "noise_floor": found.floor.score, "unit": "score"}
 
 
 def _remainder(found: Findings) -> dict | None:

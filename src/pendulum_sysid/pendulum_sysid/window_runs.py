@@ -64,6 +64,11 @@ class WindowRuns:
         """Return the root mean square of all errors, each in units of its sensor's noise."""
         return float(np.sqrt(np.sum(self.squares / self.noise**2) / np.sum(self.counts)))
 
+    @property
+    def typical(self) -> float:
+        """Return the error of the median window, in units of the sensors' noise: one wild window does not move it."""
+        return float(np.median(np.sqrt(np.mean((self.window_rmse / self.noise) ** 2, axis=1))))
+
     def of_joint(self, joint: int, values: Floats) -> float | None:
         """Return the entry of values (channels,) for the cart (0) or the pole (1); None when it is not recorded."""
         return float(values[self.channels.index(joint)]) if joint in self.channels else None
