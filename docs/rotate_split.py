@@ -1,0 +1,28 @@
+"""Diagnose one recording once for every rotation of the split: how much do names and held-out errors hang on it?
+
+Run as `python docs/rotate_split.py BAG TWIN`.
+"""
+
+import sys
+
+from pendulum_sysid import split
+from pendulum_sysid.bag import read_bag
+from pendulum_sysid.pipeline import diagnose
+from pendulum_sysid.quality import cleaned
+from pendulum_twin.model import load_twin
+
+
+def main() -> None:
+    """Print names and held-out errors, a line for each rotation."""
+    recording, twin = cleaned(read_bag(sys.argv[1])), load_twin(sys.argv[2])
+    pattern = split.PATTERN
+    for k in range(len(pattern)):
+        split.PATTERN = pattern[k:] + pattern[:k]
+        found = diagnose([recording], twin, lambda line: None).verdict
+        errors = {name: one["after"] for name, one in found["fit"].items() if name.startswith("held_out_")}
+        names = ", ".join(one["effect"] for one in found["missing_physics"])
+        print(k, found["outcome"], {name: float(f"{value:.3g}") for name, value in errors.items()}, names, flush=True)
+
+
+if __name__ == "__main__":
+    main()
