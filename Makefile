@@ -20,11 +20,11 @@ ifeq ($(ROS_DISTRO)$(if $(AMENT_PREFIX_PATH), sourced),jazzy sourced)
 ROS := sourced
 PYTHONS := /usr/bin/python3.12 $(PYTHONS)
 VENV_OPTIONS := --system-site-packages
-PINS := grep -v '^ros-' requirements.lock
+PINS := grep -hv '^ros-' requirements.lock requirements.nodeps
 else
 ROS := wheels
 VENV_OPTIONS :=
-PINS := cat requirements.lock
+PINS := cat requirements.lock requirements.nodeps
 # Called from another venv with these wheels: forget that venv's libraries.
 ifdef _ROS_WHEELS_BOOTSTRAP_COMPLETE
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE LD_LIBRARY_PATH
@@ -67,7 +67,7 @@ clean: ## remove what was built; .venv stays
 	@rm -rf build install log out .mypy_cache .ruff_cache .pytest_cache .hypothesis src/*/build src/*/*.egg-info
 
 # The venv is made anew when a pin changes or ROS is sourced or left, so that it never holds more than the lock says.
-$(VENV)/.pinned-$(ROS): requirements.lock
+$(VENV)/.pinned-$(ROS): requirements.lock requirements.nodeps
 	@python="$(PYTHON)"
 	if [ -z "$$python" ]; then
 		echo "Python 3.12 is missing: install it with its venv module (apt install python3.12-venv, or pyenv install 3.12)." >&2

@@ -1,8 +1,7 @@
 """The emulator serves the thesis's own client library, and a stand-in that uses its sockets in the same way.
 
-The library (`drl-platform` 0.1.5) cannot be among the locked packages: it asks for gym 0.19.0, which needs cloudpickle below
-1.7 and cannot be built with a current setuptools. Where it is installed without its dependencies, it is tested as it is;
-of gym it only wants a class to inherit from, which gymnasium gives.
+The library (`drl-platform` 0.1.5) is installed without its dependencies: it asks for gym 0.19.0, which needs cloudpickle
+below 1.7 and cannot be built with a current setuptools. Of gym it only wants a class to inherit from, which gymnasium gives.
 """
 
 import importlib
@@ -63,8 +62,6 @@ class StandIn:
 
 
 def the_library(monkeypatch: pytest.MonkeyPatch) -> Any:
-    if importlib.util.find_spec(LIBRARY) is None:
-        pytest.skip("install it with `pip install --no-deps drl-platform==0.1.5`")
     if importlib.util.find_spec("gym") is None:
         monkeypatch.setitem(sys.modules, "gym", gymnasium)
     return importlib.import_module(f"{LIBRARY}.EnvironmentServer.udp_environment_server").EnvironmentServer

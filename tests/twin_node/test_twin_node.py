@@ -1,24 +1,16 @@
 """The live twin over real topics: what it publishes is the stepper's trajectory, in order."""
 
 import math
-import os
-import random
 import re
 import signal
-import subprocess
-import sys
-import time
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 rclpy = pytest.importorskip("rclpy")
-from rclpy.context import Context  # noqa: E402
-from rclpy.executors import SingleThreadedExecutor  # noqa: E402
-from rclpy.node import Node  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
+from ros_graph import Graph  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from std_msgs.msg import Float64  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
@@ -30,31 +22,24 @@ from pendulum_twin.stepper import Stepper  # noqa: E402
 
 CONFIG = Path(__file__).parents[2] / "config"
 TWIN = CONFIG / "inteco.yaml"
-DEADLINE_S = 20.0
+MODULE = "pendulum_twin.nodes.twin_node"
 RATE_HZ = 100.0
 HANGING = [0.0, math.pi, 0.0, 0.0]
 
 
-class User(Node):
+class User:
     """Send commands and keep what comes back."""
 
-    def __init__(self, context: Context, executor: SingleThreadedExecutor) -> None:
-        super().__init__("user", context=context)
+    def __init__(self, ros: Graph) -> None:
+        node = ros.user()
+        self.ros = ros
         self.states: list[JointState] = []
         self.applied: list[float] = []
-        self.create_subscription(JointState, "joint_states", self.states.append, 100)
-        self.create_subscription(Float64, "applied_pwm", lambda m: self.applied.append(m.data), 100)
-        self.sender = self.create_publisher(Float64, "pwm", 1)
-        self.resetter = self.create_client(Trigger, "reset")
-        self._spinner = executor
-        executor.add_node(self)
-
-    def until(self, done: Callable[[], bool], what: str) -> None:
-        """Spin until done; fail after a deadline."""
-        end = time.monotonic() + DEADLINE_S
-        while not done():
-            assert time.monotonic() < end, f"waited {DEADLINE_S} s for {what}"
-            self._spinner.spin_once(timeout_sec=0.05)
+        node.create_subscription(JointState, "joint_states", self.states.append, 100)
+        node.create_subscription(Float64, "applied_pwm", lambda m: self.applied.append(m.data), 100)
+        self.sender = node.create_publisher(Float64, "pwm", 1)
+        self.resetter = node.create_client(Trigger, "reset")
+        self.until = ros.until
 
     def more(self, count: int) -> None:
         wanted = len(self.states) + count
@@ -64,41 +49,25 @@ class User(Node):
         self.sender.publish(Float64(data=value))
 
     def reset(self) -> Trigger.Response:
-        self.until(self.resetter.service_is_ready, "the reset service")
-        answer = self.resetter.call_async(Trigger.Request())
-        self.until(answer.done, "the answer to reset")
-        return answer.result()
+        return self.ros.call(self.resetter)
+
+
+def make_twin(ros: Graph, **values: object) -> TwinNode:
+    return ros.add(TwinNode, **{"twin": str(TWIN), **values})
 
 
 @pytest.fixture
-def context(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-    context = Context()
-    rclpy.init(context=context, domain_id=random.SystemRandom().randrange(1, 200))
-    yield context
-    context.try_shutdown()
-
-
-def make_twin(context: Context, **values: object) -> TwinNode:
-    values = {"twin": str(TWIN), **values}
-    return TwinNode(context=context, parameter_overrides=[Parameter(name, value=v) for name, v in values.items()])
-
-
-@pytest.fixture
-def pair(context: Context):
+def pair(ros: Graph):
     """Return twin and user who know one another before the twin's first sample: both lists begin with it."""
-    executor = SingleThreadedExecutor(context=context)
-    twin = make_twin(context, rate_hz=RATE_HZ, command_timeout_s=0.2)
-    user = User(context, executor)
+    user = User(ros)
+    twin = make_twin(ros, rate_hz=RATE_HZ, command_timeout_s=0.2)
+    ros.executor.remove_node(twin)
     ours = [p for p in twin.publishers if p.topic_name in ("/joint_states", "/applied_pwm")]
     user.until(lambda: all(p.get_subscription_count() == 1 for p in ours), "discovery of the user")
     user.until(lambda: user.sender.get_subscription_count() == 1, "discovery of the twin")
-    executor.add_node(twin)
+    ros.executor.add_node(twin)
     user.until(lambda: user.states and user.applied, "the first sample")
-    yield twin, user
-    executor.shutdown()
-    user.destroy_node()
-    twin.destroy_node()
+    return twin, user
 
 
 def arrays(user: User) -> tuple[np.ndarray, np.ndarray]:
@@ -174,25 +143,22 @@ def test_a_failing_callback_does_not_kill_the_node(pair, monkeypatch: pytest.Mon
     assert not user.reset().success
 
 
-def test_a_pole_alone_has_one_joint(context: Context, tmp_path) -> None:
+def test_a_pole_alone_has_one_joint(ros: Graph, tmp_path) -> None:
     text = "schema: pendulum_twin/1\nname: p\nrig:\n  pole_mass_kg: 0.1\n  com_distance_m: 0.1\n"
     (tmp_path / "pole.yaml").write_text(text + "  pole_inertia_kg_m2: 0.002\n  pole_viscous_n_m_s: 0.0\n")
-    executor = SingleThreadedExecutor(context=context)
-    twin = make_twin(context, twin=str(tmp_path / "pole.yaml"))
-    executor.add_node(twin)
-    user = User(context, executor)
+    make_twin(ros, twin=str(tmp_path / "pole.yaml"))
+    user = User(ros)
     user.more(2)
     assert user.states[-1].name == ["pole"]
     assert arrays(user)[1][-1] == pytest.approx([math.pi, 0.0], abs=1e-12)
-    executor.shutdown()
 
 
-def test_an_int_is_accepted_for_a_double(context: Context) -> None:
-    assert make_twin(context, rate_hz=50, command_timeout_s=1).get_parameter("rate_hz").value == 50
+def test_an_int_is_accepted_for_a_double(ros: Graph) -> None:
+    assert make_twin(ros, rate_hz=50, command_timeout_s=1).get_parameter("rate_hz").value == 50
 
 
-def test_parameters_say_what_they_are_and_stay_as_they_are(context: Context) -> None:
-    node = make_twin(context)
+def test_parameters_say_what_they_are_and_stay_as_they_are(ros: Graph) -> None:
+    node = make_twin(ros)
     described = node.describe_parameter("rate_hz")
     assert described.description == "samples a second" and described.read_only
     assert (described.floating_point_range[0].from_value, described.floating_point_range[0].to_value) == (1.0, 1000.0)
@@ -211,20 +177,9 @@ def test_parameters_say_what_they_are_and_stay_as_they_are(context: Context) -> 
         ({"twin": "/no/such.yaml"}, "/no/such.yaml: expected a twin file"),
     ],
 )
-def test_wrong_parameters_are_refused_in_a_sentence(context: Context, values: dict, sentence: str) -> None:
+def test_wrong_parameters_are_refused_in_a_sentence(ros: Graph, values: dict, sentence: str) -> None:
     with pytest.raises(BadInputError, match=re.escape(sentence)):
-        make_twin(context, **values)
-
-
-def start(*arguments: str) -> subprocess.Popen:
-    environment = {
-        **os.environ,
-        "ROS_DOMAIN_ID": str(random.SystemRandom().randrange(1, 200)),
-        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-        "PYTHONPATH": os.pathsep.join(sys.path),
-    }
-    command = [sys.executable, "-m", "pendulum_twin.nodes.twin_node", *arguments]
-    return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        make_twin(ros, **values)
 
 
 @pytest.mark.parametrize(
@@ -236,17 +191,17 @@ def start(*arguments: str) -> subprocess.Popen:
         (["--speed"], 2, "unrecognized arguments: --speed"),
     ],
 )
-def test_what_cannot_run_ends_with_a_sentence(arguments, status, sentence, tmp_path) -> None:
+def test_what_cannot_run_ends_with_a_sentence(ros: Graph, arguments, status, sentence, tmp_path) -> None:
     (tmp_path / "broken.yaml").write_text("schema: other\n")
-    node = start(*[a.replace("broken.yaml", str(tmp_path / "broken.yaml")) for a in arguments])
+    node = ros.start(MODULE, *[a.replace("broken.yaml", str(tmp_path / "broken.yaml")) for a in arguments])
     _, said = node.communicate(timeout=60)
     assert node.returncode == status
     assert sentence in said and "Traceback" not in said
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_ends_it_cleanly(number: signal.Signals) -> None:
-    node = start("--ros-args", "-p", f"twin:={TWIN}")
+def test_a_signal_ends_it_cleanly(ros: Graph, number: signal.Signals) -> None:
+    node = ros.start(MODULE, "--ros-args", "-p", f"twin:={TWIN}")
     assert "runs at 100 Hz" in node.stderr.readline()
     node.send_signal(number)
     _, said = node.communicate(timeout=60)

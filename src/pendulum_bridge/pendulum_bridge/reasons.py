@@ -2,15 +2,9 @@
 
 from __future__ import annotations
 
-from enum import Enum, IntEnum
+from enum import Enum
 
-
-class Level(IntEnum):
-    """How bad a reason is; the numbers are those of `diagnostic_msgs/DiagnosticStatus`."""
-
-    OK = 0
-    WARN = 1
-    ERROR = 2
+from pendulum_twin.health import Level
 
 
 class Reason(Enum):

@@ -9,6 +9,9 @@ JOINT_STATES = "joint_states"  # sensor_msgs/JointState: position [m, rad], velo
 PWM = "pwm"  # std_msgs/Float64: PWM fraction asked for
 APPLIED_PWM = "applied_pwm"  # std_msgs/Float64: what was really sent, after limits
 RESET = "reset"  # std_srvs/Trigger: returns when the pendulum hangs at rest in the middle of the rail, or says why not
+STOP, CLEAR_STOP = "stop", "clear_stop"  # std_srvs/Trigger: the latching emergency stop
+STOPPED = "stopped"  # std_msgs/Bool, transient local: whether the stop is latched
+DIAGNOSTICS = "/diagnostics"  # diagnostic_msgs/DiagnosticArray, once a second
 
 CART, POLE = "cart", "pole"
 JOINTS = (CART, POLE)

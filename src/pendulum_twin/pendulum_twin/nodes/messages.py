@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
 from builtin_interfaces.msg import Time
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
+from pendulum_twin.errors import BadInputError
 from pendulum_twin.rig import Rig
 from pendulum_twin.signals import Floats
-from pendulum_twin.topics import CART, POLE
+from pendulum_twin.topics import CART, JOINTS, POLE
 
 
 def joints_of(rig: Rig) -> list[str]:
@@ -24,14 +26,40 @@ def to_time(stamp_ns: int) -> Time:
     return Time(sec=seconds, nanosec=nanoseconds)
 
 
+def from_time(stamp: Time) -> int:
+    """Return a stamp in nanoseconds."""
+    return int(stamp.sec) * 10**9 + int(stamp.nanosec)
+
+
 def to_joint_state(joints: Sequence[str], state: Floats, stamp_ns: int) -> JointState:
     """Return x (m), th (rad), v (m/s), w (rad/s), sampled at stamp_ns, as a message of the joints there are."""
-    columns = [(CART, POLE).index(name) for name in joints]
+    columns = [JOINTS.index(name) for name in joints]
     message = JointState(name=list(joints))
     message.header.stamp = to_time(stamp_ns)
     message.position = [float(state[k]) for k in columns]
     message.velocity = [float(state[2 + k]) for k in columns]
     return message
+
+
+def from_joint_state(message: JointState) -> Floats:
+    """Return x (m), th (rad), v (m/s), w (rad/s) of a message, shape (4,); 0 for a joint that it does not name.
+
+    Raises BadInputError when it names neither cart nor pole, or lacks a finite position and velocity for one it names.
+    """
+    state = np.zeros(4)
+    there = [(k, message.name.index(name)) for k, name in enumerate(JOINTS) if name in message.name]
+    if not there:
+        raise BadInputError(f"joint_states: expected joints named cart or pole, found {list(message.name)}")
+    if max(at for _, at in there) >= min(len(message.position), len(message.velocity)):
+        raise BadInputError(
+            f"joint_states: expected a position and a velocity for each of {list(message.name)}, "
+            f"found {len(message.position)} and {len(message.velocity)}"
+        )
+    for k, at in there:
+        state[k], state[2 + k] = message.position[at], message.velocity[at]
+    if not np.all(np.isfinite(state)):
+        raise BadInputError(f"joint_states: expected finite numbers, found {state.tolist()}")
+    return state
 
 
 def to_float(value: float) -> Float64:

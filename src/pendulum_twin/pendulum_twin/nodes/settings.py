@@ -1,76 +1,123 @@
-"""The node's settings: a frozen dataclass on one side, ROS parameters with ranges and descriptions on the other."""
+"""A node's settings: a frozen dataclass on one side, ROS parameters with ranges and descriptions on the other.
+
+Each field is made by `number`, `whole`, `words` or `flag`, and `__post_init__` calls `check`.
+"""
 
 from __future__ import annotations
 
-from dataclasses import Field, dataclass, field, fields
-from typing import Any
+from collections.abc import Callable
+from dataclasses import Field, field, fields, replace
+from typing import Any, ClassVar, Protocol
 
-from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.rig import checked_number
 
-
-def _number(default: float, low: float, high: float, text: str) -> Any:
-    return field(default=default, metadata={"text": text, "range": (low, high)})
+Check = Callable[[str, Any], Any]
 
 
-@dataclass(frozen=True)
-class TwinSettings:
-    """Hold the parameters of `twin_node`, checked: a wrong type, NaN or out of range raises BadInputError."""
+class Settings(Protocol):
+    """Any dataclass."""
 
-    twin: str = field(default="", metadata={"text": "path of the twin file"})
-    rate_hz: float = _number(100.0, 1.0, 1000.0, "samples a second")
-    command_timeout_s: float = _number(0.2, 0.001, 60.0, "without a command for so long, PWM is 0")
-
-    def __post_init__(self) -> None:
-        for each in fields(self):
-            object.__setattr__(self, each.name, _checked(each, getattr(self, each.name)))
-        if not self.twin:
-            raise BadInputError("twin: expected the path of a twin file, found none: give -p twin:=FILE")
+    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
 
 
-def _checked(each: Field[Any], value: object) -> object:
-    if "range" in each.metadata:
-        return checked_number(each.name, value, *each.metadata["range"])
-    if not isinstance(value, str):
-        raise BadInputError(f"{each.name}: expected text, found {value!r}")
-    return value
+def number(default: float, low: float, high: float, text: str, live: bool = False) -> Any:
+    """Return a field for a number from low to high; an int is taken too. live: it may change while the node runs."""
+    return _field(default, text, live, lambda name, value: checked_number(name, value, low, high), (low, high))
 
 
-def declared(node: Node) -> TwinSettings:
-    """Declare the parameters on a node and return the settings that were given; raise BadInputError for a wrong one.
+def whole(default: int, low: int, high: int, text: str, live: bool = False) -> Any:
+    """Return a field for a whole number from low to high."""
 
-    An int for a double is accepted. They cannot be changed while the node runs.
-    """
+    def checked(name: str, value: Any) -> int:
+        if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
+            raise BadInputError(f"{name}: expected a whole number from {low} to {high}, found {value!r}")
+        return value
+
+    return _field(default, text, live, checked, (low, high))
+
+
+def words(default: str, text: str, live: bool = False, choices: tuple[str, ...] = ()) -> Any:
+    """Return a field for text; choices: what it may be, everything when empty."""
+
+    def checked(name: str, value: Any) -> str:
+        if not isinstance(value, str):
+            raise BadInputError(f"{name}: expected text, found {value!r}")
+        if choices and value not in choices:
+            raise BadInputError(f"{name}: expected one of {', '.join(choices)}, found {value!r}")
+        return value
+
+    return _field(default, f"{text} ({', '.join(choices)})" if choices else text, live, checked)
+
+
+def flag(default: bool, text: str, live: bool = False) -> Any:
+    """Return a field for true or false."""
+
+    def checked(name: str, value: Any) -> bool:
+        if not isinstance(value, bool):
+            raise BadInputError(f"{name}: expected true or false, found {value!r}")
+        return value
+
+    return _field(default, text, live, checked)
+
+
+def _field(default: Any, text: str, live: bool, check: Check, span: tuple[float, float] | None = None) -> Any:
+    return field(default=default, metadata={"text": text, "live": live, "check": check, "span": span})
+
+
+def check(settings: Settings) -> None:
+    """Check every field of a frozen dataclass and put it in its type; raise BadInputError for a wrong one."""
+    for each in fields(settings):
+        object.__setattr__(settings, each.name, each.metadata["check"](each.name, getattr(settings, each.name)))
+
+
+def declared[S: Settings](node: Node, kind: type[S]) -> S:
+    """Declare the parameters on a node and return the settings that were given; raise BadInputError for a wrong one."""
     anything = ParameterDescriptor(dynamic_typing=True)  # so that a wrong one gets our own sentence
-    values: dict[str, Any] = {
-        each.name: node.declare_parameter(each.name, each.default, anything).value for each in fields(TwinSettings)
-    }
-    settings = TwinSettings(**values)
-    for each in fields(TwinSettings):
+    values = {each.name: node.declare_parameter(each.name, each.default, anything).value for each in fields(kind)}
+    settings = kind(**values)
+    for each in fields(kind):
         node.set_descriptor(each.name, _descriptor(each))
     return settings
 
 
+def when_changed[S: Settings](node: Node, current: Callable[[], S], accept: Callable[[S], None]) -> None:
+    """Hand changed settings to accept, which may raise BadInputError to refuse them; then all stays as it was."""
+
+    def changed(parameters: list[Parameter]) -> SetParametersResult:
+        known = {each.name for each in fields(current())}
+        try:
+            accept(replace(current(), **{p.name: p.value for p in parameters if p.name in known}))
+        except BadInputError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    node.add_on_set_parameters_callback(changed)
+
+
 def _descriptor(each: Field[Any]) -> ParameterDescriptor:
-    limits = each.metadata.get("range")
-    return ParameterDescriptor(
-        description=each.metadata["text"],
-        read_only=True,
-        dynamic_typing=True,
-        floating_point_range=[FloatingPointRange(from_value=limits[0], to_value=limits[1])] if limits else [],
+    span, whole_numbers = each.metadata["span"], isinstance(each.default, int)
+    descriptor = ParameterDescriptor(
+        description=each.metadata["text"], read_only=not each.metadata["live"], dynamic_typing=True
     )
+    if span and whole_numbers:
+        descriptor.integer_range = [IntegerRange(from_value=span[0], to_value=span[1])]
+    elif span:
+        descriptor.floating_point_range = [FloatingPointRange(from_value=span[0], to_value=span[1])]
+    return descriptor
 
 
-def described() -> str:
+def described(kind: type[Settings]) -> str:
     """Return the parameters as lines of help."""
-    return "\n".join(f"  {each.name:<20} {each.metadata['text']}{_span(each)}" for each in fields(TwinSettings))
+    return "\n".join(f"  {each.name:<20} {each.metadata['text']}{_span(each)}" for each in fields(kind))
 
 
 def _span(each: Field[Any]) -> str:
-    if "range" not in each.metadata:
-        return ""
-    low, high = each.metadata["range"]
+    if each.metadata["span"] is None:
+        return f" (default {str(each.default).lower()})" if each.default != "" else ""
+    low, high = each.metadata["span"]
     return f" ({low:g} to {high:g}; default {each.default:g})"

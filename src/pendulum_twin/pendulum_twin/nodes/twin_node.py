@@ -6,21 +6,10 @@ stale), publishes it as applied, and holds it to the next sampling time: no comm
 
 from __future__ import annotations
 
-import argparse
-import signal
 import sys
-from collections.abc import Callable
-from functools import wraps
-from threading import Event
 from typing import Any
 
-import rclpy
-from rclpy._rclpy_pybind11 import RCLInvalidROSArgsError, UnknownROSArgsError
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.qos import QoSProfile
-from rclpy.signals import SignalHandlerOptions
-from rclpy.utilities import remove_ros_args
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
@@ -29,30 +18,14 @@ from pendulum_twin import topics
 from pendulum_twin.command_hold import CommandHold
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import load_twin
+from pendulum_twin.nodes.guard import guarded
 from pendulum_twin.nodes.messages import joints_of, to_float, to_joint_state
-from pendulum_twin.nodes.settings import declared, described
+from pendulum_twin.nodes.qos import LATEST, SAMPLES
+from pendulum_twin.nodes.running import run
+from pendulum_twin.nodes.settings import declared
+from pendulum_twin.nodes.twin_settings import TwinSettings
 from pendulum_twin.sample_clock import SampleClock
 from pendulum_twin.stepper import Stepper
-
-LATEST, QUEUE = QoSProfile(depth=1), QoSProfile(depth=10)  # both reliable: rclpy's default
-LONGEST_WAIT_S = 0.2  # until a signal is seen
-
-
-def guarded(callback: Callable[..., Any]) -> Callable[..., Any]:
-    """Keep the node alive when a callback fails: say so, and hold no command. A failed service answers so."""
-
-    @wraps(callback)
-    def run(self: TwinNode, *arguments: Any) -> Any:
-        try:
-            return callback(self, *arguments)
-        except Exception as error:
-            if not self.context.ok():
-                return None
-            self._hold.clear()
-            self.get_logger().error(f"{callback.__name__} failed, PWM is 0: {error!r}", throttle_duration_sec=1.0)
-            return Trigger.Response(success=False, message=repr(error)) if len(arguments) == 2 else None
-
-    return run
 
 
 class TwinNode(Node):
@@ -61,7 +34,7 @@ class TwinNode(Node):
     def __init__(self, **options: Any) -> None:
         super().__init__("twin", **options)
         try:
-            settings = declared(self)
+            settings = declared(self, TwinSettings)
             twin = load_twin(settings.twin)
         except BadInputError:
             self.destroy_node()
@@ -70,8 +43,8 @@ class TwinNode(Node):
         self._stepper = _warm(Stepper(twin, 1 / settings.rate_hz))
         self._hold = CommandHold(twin.rig.pwm_limit, settings.command_timeout_s)
         self._samples = SampleClock(1 / settings.rate_hz)
-        self._states = self.create_publisher(JointState, topics.JOINT_STATES, QUEUE)
-        self._applied = self.create_publisher(Float64, topics.APPLIED_PWM, QUEUE)
+        self._states = self.create_publisher(JointState, topics.JOINT_STATES, SAMPLES)
+        self._applied = self.create_publisher(Float64, topics.APPLIED_PWM, SAMPLES)
         self.create_subscription(Float64, topics.PWM, self.on_command, LATEST)
         self.create_service(Trigger, topics.RESET, self.on_reset)
         self.create_timer(1 / settings.rate_hz, self.on_timer)
@@ -81,6 +54,10 @@ class TwinNode(Node):
     def refused(self) -> int:
         """Return how many commands were refused."""
         return self._hold.refused
+
+    def fail_safe(self) -> None:
+        """Hold no command."""
+        self._hold.clear()
 
     @guarded
     def on_timer(self) -> None:
@@ -120,55 +97,8 @@ def _warm(stepper: Stepper) -> Stepper:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the node until SIGINT or SIGTERM and return 0.
-
-    Returns 1 with a sentence on stderr when a parameter or the twin file is wrong or ROS cannot run, 2 for wrong use.
-    """
-    arguments = sys.argv if arguments is None else arguments
-    try:
-        _parser().parse_args(remove_ros_args(arguments)[1:])
-        stopped = _signalled()
-        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
-        _spin(TwinNode(), stopped)
-    except BadInputError as error:
-        print(f"twin_node: {error}", file=sys.stderr)
-        return 1
-    except (RCLInvalidROSArgsError, UnknownROSArgsError) as error:
-        print(f"twin_node: wrong --ros-args: {str(error).splitlines()[0]}", file=sys.stderr)
-        return 2
-    except RuntimeError as error:  # what else rclpy raises: a name that is none, no middleware
-        print(f"twin_node: ROS cannot run it: {str(error).splitlines()[0]}", file=sys.stderr)
-        return 1
-    finally:
-        rclpy.try_shutdown()
-    return 0
-
-
-def _signalled() -> Event:
-    """Return what SIGINT and SIGTERM set; rclpy's own handlers raise whatever the node is doing, start-up included."""
-    stopped = Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stopped.set())
-    return stopped
-
-
-def _spin(node: TwinNode, stopped: Event) -> None:
-    executor = SingleThreadedExecutor()
-    executor.add_node(node)
-    try:
-        while not stopped.is_set():
-            executor.spin_once(timeout_sec=LONGEST_WAIT_S)
-    finally:
-        executor.shutdown()
-        node.destroy_node()
-
-
-def _parser() -> argparse.ArgumentParser:
-    return argparse.ArgumentParser(
-        prog="twin_node",
-        description="The digital twin in real time. Parameters (--ros-args -p NAME:=VALUE):\n" + described(),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    """Run the node, see `running.run`."""
+    return run("twin_node", "The digital twin in real time.", TwinSettings, TwinNode, arguments)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,49 @@
+"""A node's health on `/diagnostics`, once a second."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+
+from pendulum_twin import topics
+from pendulum_twin.health import Health
+from pendulum_twin.nodes.messages import to_time
+from pendulum_twin.nodes.qos import SAMPLES
+
+PERIOD_S = 1.0
+
+
+def publish_health(node: Node, hardware: str, health: Callable[[], Health]) -> None:
+    """Publish what health() returns once a second of real time, whatever the simulated time is; hardware: the rig's name."""
+    publisher = node.create_publisher(DiagnosticArray, topics.DIAGNOSTICS, SAMPLES)
+
+    def publish() -> None:
+        publisher.publish(to_diagnostics(node.get_fully_qualified_name(), hardware, health(), now_ns(node)))
+
+    node.create_timer(PERIOD_S, publish, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+
+def now_ns(node: Node) -> int:
+    """Return the node's time, ns."""
+    return int(node.get_clock().now().nanoseconds)
+
+
+def to_diagnostics(name: str, hardware: str, health: Health, stamp_ns: int) -> DiagnosticArray:
+    """Return a node's health as a message."""
+    status = DiagnosticStatus(
+        level=bytes([health.level]),
+        name=name,
+        message=health.sentence,
+        hardware_id=hardware,
+        values=[KeyValue(key=key, value=_shown(value)) for key, value in health.figures.items()],
+    )
+    message = DiagnosticArray(status=[status])
+    message.header.stamp = to_time(stamp_ns)
+    return message
+
+
+def _shown(value: float | str) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)

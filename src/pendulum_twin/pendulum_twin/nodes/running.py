@@ -1,0 +1,86 @@
+"""Run one node as a program: arguments, signals, exit status. What can go wrong ends in one sentence."""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import sys
+from collections.abc import Callable
+from threading import Event
+from typing import Any
+
+import rclpy
+from rclpy._rclpy_pybind11 import RCLInvalidROSArgsError, UnknownROSArgsError
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import remove_ros_args
+
+from pendulum_twin.errors import BadInputError
+from pendulum_twin.nodes.settings import described
+
+LONGEST_WAIT_S = 0.2  # until a signal is seen
+
+
+def spin(node: Node, stopped: Event) -> None:
+    """Serve a node's callbacks until stopped is set."""
+    executor = SingleThreadedExecutor(context=node.context)
+    executor.add_node(node)
+    try:
+        while not stopped.is_set():
+            executor.spin_once(timeout_sec=LONGEST_WAIT_S)
+    finally:
+        executor.shutdown()
+
+
+def run[N: Node](
+    name: str,
+    description: str,
+    settings: type[Any],
+    make: Callable[[], N],
+    arguments: list[str] | None = None,
+    serve: Callable[[N, Event], None] = spin,
+) -> int:
+    """Make a node and serve it until SIGINT or SIGTERM; return 0.
+
+    Returns 1 with a sentence on stderr when a setting is wrong or ROS cannot run, 2 for wrong use. The node is destroyed
+    at the end in any case; what it has to do last belongs in its `destroy_node`.
+    """
+    arguments = sys.argv if arguments is None else arguments
+    try:
+        _parser(name, description, settings).parse_args(remove_ros_args(arguments)[1:])
+        stopped = _signalled()
+        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+        node = make()
+        try:
+            serve(node, stopped)
+        finally:
+            node.destroy_node()
+    except BadInputError as error:
+        print(f"{name}: {error}", file=sys.stderr)
+        return 1
+    except (RCLInvalidROSArgsError, UnknownROSArgsError) as error:
+        print(f"{name}: wrong --ros-args: {str(error).splitlines()[0]}", file=sys.stderr)
+        return 2
+    except RuntimeError as error:  # what else rclpy raises: a name that is none, no middleware
+        print(f"{name}: ROS cannot run it: {str(error).splitlines()[0]}", file=sys.stderr)
+        return 1
+    finally:
+        rclpy.try_shutdown()
+    return 0
+
+
+def _signalled() -> Event:
+    """Return what SIGINT and SIGTERM set; rclpy's own handlers raise whatever the node is doing, start-up included."""
+    stopped = Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stopped.set())
+    return stopped
+
+
+def _parser(name: str, description: str, settings: type[Any]) -> argparse.ArgumentParser:
+    return argparse.ArgumentParser(
+        prog=name,
+        description=f"{description} Parameters (--ros-args -p NAME:=VALUE):\n{described(settings)}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )

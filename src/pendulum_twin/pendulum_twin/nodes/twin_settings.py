@@ -1,0 +1,22 @@
+"""The settings of `twin_node`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pendulum_twin.errors import BadInputError
+from pendulum_twin.nodes.settings import check, number, words
+
+
+@dataclass(frozen=True)
+class TwinSettings:
+    """Hold the parameters of `twin_node`, checked: a wrong type, NaN or out of range raises BadInputError."""
+
+    twin: str = words("", "path of the twin file")
+    rate_hz: float = number(100.0, 1.0, 1000.0, "samples a second")
+    command_timeout_s: float = number(0.2, 0.001, 60.0, "without a command for so long, PWM is 0")
+
+    def __post_init__(self) -> None:
+        check(self)
+        if not self.twin:
+            raise BadInputError("twin: expected the path of a twin file, found none: give -p twin:=FILE")
