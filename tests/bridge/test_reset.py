@@ -27,6 +27,8 @@ HINDRANCES = {
     "tilt": {"rail_tilt": {"angle_rad": 0.03}},
     "tilt and friction": {"rail_tilt": {"angle_rad": -0.03}, "cart_coulomb_friction": {"level_n": 0.6}},
     "the thesis's friction": {"cart_saturating_friction": {"viscous_n_s_m": 1.2, "level_n": 0.5, "limit_n": 1.0}},
+    "dead zone": {"input_dead_zone": {"width": 0.02}},
+    "wide dead zone and friction": {"input_dead_zone": {"width": 0.04}, "cart_coulomb_friction": {"level_n": 0.5}},
     "sticky pole": {"pole_coulomb_friction": {"level_n_m": 0.002}},
 }
 
