@@ -14,7 +14,7 @@ from pendulum_twin.rig import Rig
 
 @pytest.fixture(scope="module")
 def log(nominal: Rig):
-    return play(EmulatedRig(Concealed({}, nominal)), standard())
+    return play(EmulatedRig(Concealed({}, nominal), timestep_s=1e-3), standard())
 
 
 def reversals(velocity: np.ndarray) -> int:
@@ -42,7 +42,7 @@ def test_the_cart_stays_on_the_rail_and_commands_in_the_limit(chosen: Concealabl
     signs = {name: -1 if name in ("cart_viscous_n_s_m", "pole_viscous_n_m_s") else 1 for name in WRONG}
     lively = {name: getattr(nominal, name) * (1 + sign * LARGEST_ERROR) for name, sign in signs.items()}
     rig = Rig(**{**nominal.to_mapping(), **lively})
-    emulator = EmulatedRig(Concealed(largest(chosen), rig), timestep_s=1e-3)
+    emulator = EmulatedRig(Concealed(largest(chosen), rig), timestep_s=2e-3)
     kept = play(emulator, standard(seed=1))
     assert np.max(np.abs(kept.positions[:, 0])) < 0.95 * rig.rail_half_length_m
     assert np.max(np.abs(kept.commands)) <= rig.pwm_limit
@@ -50,13 +50,13 @@ def test_the_cart_stays_on_the_rail_and_commands_in_the_limit(chosen: Concealabl
 
 @pytest.mark.parametrize("seed", range(2))
 def test_three_effects_at_once_stay_on_the_rail(seed: int, nominal: Rig) -> None:
-    kept = play(EmulatedRig(draw(seed, 3, nominal), timestep_s=1e-3), standard(seed=seed))
+    kept = play(EmulatedRig(draw(seed, 3, nominal), timestep_s=2e-3), standard(seed=seed))
     assert np.max(np.abs(kept.positions[:, 0])) < 0.95 * nominal.rail_half_length_m
 
 
 def test_the_same_seed_gives_the_same_recording(nominal: Rig) -> None:
     first, again, other = (
-        play(EmulatedRig(draw(seed, 1, nominal), timestep_s=1e-3), standard(seconds=40, seed=seed)) for seed in (4, 4, 5)
+        play(EmulatedRig(draw(seed, 1, nominal), timestep_s=2e-3), standard(seconds=40, seed=seed)) for seed in (4, 4, 5)
     )
     for name in ("stamps_ns", "positions", "velocities", "commands"):
         assert np.array_equal(getattr(first, name), getattr(again, name))

@@ -22,12 +22,12 @@ from pendulum_twin.nodes.settings import described
 LONGEST_WAIT_S = 0.2  # until a signal is seen
 
 
-def spin(node: Node, stopped: Event) -> None:
-    """Serve a node's callbacks until stopped is set."""
+def spin(node: Node, stopped: Event, over: Callable[[], bool] = lambda: False) -> None:
+    """Serve a node's callbacks until stopped is set, or until over() says that the node is done by itself."""
     executor = SingleThreadedExecutor(context=node.context)
     executor.add_node(node)
     try:
-        while not stopped.is_set():
+        while not stopped.is_set() and not over():
             executor.spin_once(timeout_sec=LONGEST_WAIT_S)
     finally:
         executor.shutdown()
@@ -39,12 +39,12 @@ def run[N: Node](
     settings: type[Any],
     make: Callable[[], N],
     arguments: list[str] | None = None,
-    serve: Callable[[N, Event], None] = spin,
+    serve: Callable[[N, Event], str | None] = spin,
 ) -> int:
-    """Make a node and serve it until SIGINT or SIGTERM; return 0.
+    """Make a node and serve it until SIGINT or SIGTERM, or until `serve` ends by itself; return 0.
 
-    Returns 1 with a sentence on stderr when a setting is wrong or ROS cannot run, 2 for wrong use. The node is destroyed
-    at the end in any case; what it has to do last belongs in its `destroy_node`.
+    Returns 1 with a sentence on stderr when a setting is wrong, ROS cannot run, or `serve` returns why it failed; 2 for
+    wrong use. The node is destroyed at the end in any case; what it has to do last belongs in its `destroy_node`.
     """
     arguments = sys.argv if arguments is None else arguments
     try:
@@ -53,7 +53,7 @@ def run[N: Node](
         rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
         node = make()
         try:
-            serve(node, stopped)
+            failure = serve(node, stopped)
         finally:
             node.destroy_node()
     except BadInputError as error:
@@ -67,7 +67,9 @@ def run[N: Node](
         return 1
     finally:
         rclpy.try_shutdown()
-    return 0
+    if failure is not None:
+        print(f"{name}: {failure}", file=sys.stderr)
+    return 0 if failure is None else 1
 
 
 def _signalled() -> Event:

@@ -1,6 +1,6 @@
 """A node's settings: a frozen dataclass on one side, ROS parameters with ranges and descriptions on the other.
 
-Each field is made by `number`, `whole`, `words` or `flag`, and `__post_init__` calls `check`.
+Each field is made by `number`, `whole`, `words`, `listed` or `flag`, and `__post_init__` calls `check`.
 """
 
 from __future__ import annotations
@@ -54,6 +54,18 @@ def words(default: str, text: str, live: bool = False, choices: tuple[str, ...] 
     return _field(default, f"{text} ({', '.join(choices)})" if choices else text, live, checked)
 
 
+def listed(default: tuple[str, ...], text: str, live: bool = False) -> Any:
+    """Return a field for texts; a single text is taken for a list of one."""
+
+    def checked(name: str, value: Any) -> tuple[str, ...]:
+        texts = [value] if isinstance(value, str) else value
+        if not isinstance(texts, list | tuple) or not all(isinstance(each, str) for each in texts):
+            raise BadInputError(f"{name}: expected a list of texts, found {value!r}")
+        return tuple(texts)
+
+    return _field(default, text, live, checked)
+
+
 def flag(default: bool, text: str, live: bool = False) -> Any:
     """Return a field for true or false."""
 
@@ -90,8 +102,10 @@ def when_changed[S: Settings](node: Node, current: Callable[[], S], accept: Call
 
     def changed(parameters: list[Parameter]) -> SetParametersResult:
         known = {each.name for each in fields(current())}
+        given = {p.name: p.value for p in parameters if p.name in known}
         try:
-            accept(replace(current(), **{p.name: p.value for p in parameters if p.name in known}))
+            if given:  # not when it is one of rclpy's own parameters
+                accept(replace(current(), **given))
         except BadInputError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
@@ -118,6 +132,10 @@ def described(kind: type[Settings]) -> str:
 
 def _span(each: Field[Any]) -> str:
     if each.metadata["span"] is None:
-        return f" (default {str(each.default).lower()})" if each.default != "" else ""
+        return f" (default {_shown(each.default)})" if each.default != "" else ""
     low, high = each.metadata["span"]
     return f" ({low:g} to {high:g}; default {each.default:g})"
+
+
+def _shown(default: Any) -> str:
+    return ", ".join(default) if isinstance(default, tuple) else str(default).lower()

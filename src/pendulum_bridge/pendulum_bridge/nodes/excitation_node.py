@@ -1,0 +1,278 @@
+"""Play a plan to rig and twin at once: each sample of the rig is answered with its command, the same to both.
+
+The node waits until all is there, resets both, looks at some samples, plays, and sends 0: at the end, on whatever goes
+wrong (`excitation_guard`), and when it is told to end. Its services: `start` (for start:=service) and `abort`; its topic
+`progress`: how much of the plan has been played, 0 to 1.
+"""
+
+from __future__ import annotations
+
+import sys
+from threading import Event
+from time import monotonic
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Bool, Float64
+from std_srvs.srv import Trigger
+
+from pendulum_bridge.excitation import standard
+from pendulum_bridge.excitation_guard import Bounds, Stopped, StopReason
+from pendulum_bridge.excitation_run import Run, Stage, ended, entered, health, looking, sampled, share, silent, where
+from pendulum_bridge.nodes.excitation_settings import AUTO, ExcitationSettings
+from pendulum_bridge.nodes.pendulum_client import PendulumClient
+from pendulum_bridge.nodes.resetting import Resetting
+from pendulum_bridge.plan_file import load_plan
+from pendulum_bridge.rig_state import RigState
+from pendulum_bridge.waveforms import Envelope, envelope_of
+from pendulum_twin import topics
+from pendulum_twin.errors import BadInputError
+from pendulum_twin.health import Level
+from pendulum_twin.model import load_twin
+from pendulum_twin.nodes.diagnostics import publish_health
+from pendulum_twin.nodes.guard import guarded
+from pendulum_twin.nodes.messages import from_joint_state, from_time, to_float
+from pendulum_twin.nodes.qos import LATCHED, SAMPLES
+from pendulum_twin.nodes.running import run, spin
+from pendulum_twin.nodes.settings import declared
+
+TICK_S = 0.05
+PROGRESS_S, SAY_S = 0.5, 5.0  # between two messages of progress, and between two lines of it
+EARLIER_S = 1.0  # what the driver reports so soon after the start may be about the time before
+
+
+class ExcitationNode(Node):
+    """Play one plan; raise BadInputError when a parameter, the plan or the twin file is wrong."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__("excitation", **options)
+        try:
+            self._settings = settings = declared(self, ExcitationSettings)
+            room = envelope_of(load_twin(settings.twin_file).rig)
+            self._plan = load_plan(settings.plan, room) if settings.plan else standard(room)
+        except BadInputError:
+            super().destroy_node()
+            raise
+        self._bounds = bounds_of(settings, room)
+        self._rig = PendulumClient(self, settings.rig)
+        self._pendulums = (self._rig, *([PendulumClient(self, settings.twin)] if settings.twin else []))
+        self._run = Run()
+        self._applied: float | None = None
+        self._emergency = False
+        self._resetting = Resetting((), 0.0)
+        self._ticked_s = self._reported_s = self._said_s = monotonic()
+        self._listen()
+        if settings.start == AUTO:
+            self._begin()
+
+    def _listen(self) -> None:
+        self._progress = self.create_publisher(Float64, "progress", LATCHED)
+        self.create_subscription(JointState, self._rig.topic(topics.JOINT_STATES), self.on_sample, SAMPLES)
+        self.create_subscription(Float64, self._rig.topic(topics.APPLIED_PWM), self.on_applied, SAMPLES)
+        self.create_subscription(Bool, self._rig.topic(topics.STOPPED), self.on_emergency, LATCHED)
+        self.create_subscription(DiagnosticArray, topics.DIAGNOSTICS, self.on_diagnostics, SAMPLES)
+        self.create_service(Trigger, "start", self.on_start)
+        self.create_service(Trigger, "abort", self.on_abort)
+        self.create_timer(TICK_S, self.on_tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        publish_health(self, self._settings.rig, lambda: health(self._run, self._plan, self._lacking()))
+
+    @property
+    def over(self) -> bool:
+        """Tell whether the node is done by itself."""
+        return self._settings.exit_when_done and self._run.stage in (Stage.DONE, Stage.STOPPED)
+
+    def end(self) -> str | None:
+        """Stop what is under way, and return why the last plan was not played to its end; None when it was."""
+        if self._run.stage.active:
+            self._stop(StopReason.INTERRUPTED, self._where)
+        return self._run.stopped.sentence if self._run.stopped else None
+
+    def fail_safe(self) -> None:
+        """Stop the plan: a callback failed."""
+        if self._run.stage.active:
+            self._stop(StopReason.FAILED, "its log says how")
+
+    def destroy_node(self) -> None:
+        """Send 0 if a plan is under way, let the last command arrive, and go."""
+        if self.context.ok():
+            if self._run.stage.commanding:
+                self._send(0.0)
+            for pendulum in self._pendulums:
+                pendulum.deliver()
+        super().destroy_node()
+
+    @guarded
+    def on_sample(self, message: JointState) -> None:
+        """Answer a sample of the rig."""
+        if not self._run.stage.active:
+            return
+        try:
+            state = _state(message)
+        except BadInputError as error:
+            self._stop(StopReason.SAMPLE_MALFORMED, str(error))
+            return
+        stamp_ns, applied, before = from_time(message.header.stamp), self._applied or 0.0, self._run.stage
+        step = sampled(stamp_ns, state, applied, monotonic(), self._run, self._plan, self._bounds)
+        if step.command is not None:
+            self._send(step.command)
+        self._run = step.run
+        if self._run.stage is not before:
+            self._entered()
+
+    @guarded
+    def on_applied(self, message: Float64) -> None:
+        """Keep what the driver has sent."""
+        self._applied = message.data
+
+    @guarded
+    def on_emergency(self, message: Bool) -> None:
+        """Stop with the emergency stop."""
+        self._emergency = message.data
+        if message.data and self._run.stage.active:
+            self._stop(StopReason.EMERGENCY_STOP)
+
+    @guarded
+    def on_diagnostics(self, message: DiagnosticArray) -> None:
+        """Stop when a node of the rig reports an error."""
+        if self._run.stage is not Stage.PLAYING or monotonic() - self._run.since_s < EARLIER_S:
+            return
+        for status in message.status:
+            if status.name.startswith(self._rig.topic("")) and status.level[0] == Level.ERROR:
+                self._stop(StopReason.DRIVER_ERROR, status.message)
+                return
+
+    @guarded
+    def on_start(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        """Begin, unless a plan is under way."""
+        response.success = not self._run.stage.active
+        response.message = "the plan begins when all is ready" if response.success else f"the node {self._where} already"
+        if response.success:
+            self._begin()
+        return response
+
+    @guarded
+    def on_abort(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        """Stop the plan that is under way."""
+        response.success = self._run.stage.active
+        response.message = "the plan is aborted" if response.success else f"nothing to abort: the node {self._where}"
+        if response.success:
+            self._stop(StopReason.ABORTED, self._where)
+        return response
+
+    @guarded
+    def on_tick(self) -> None:
+        """Go on with what does not hang on a sample."""
+        now = monotonic()
+        late, self._ticked_s = now - self._ticked_s > 2 * TICK_S, now
+        if self._run.stage is Stage.WAITING:
+            self._wait(now)
+        elif self._run.stage is Stage.RESETTING:
+            self._reset(now)
+        elif not late and (quiet := silent(now, self._run, self._bounds)):  # if late itself, it has samples waiting
+            self._stop(quiet.reason, quiet.found)
+        if self._run.stage is Stage.PLAYING:
+            self._report(now)
+
+    def _begin(self) -> None:
+        self._run = entered(Stage.WAITING, monotonic(), Run())
+        self._applied = None
+        self._entered()
+
+    def _wait(self, now: float) -> None:
+        if self._emergency:
+            self._stop(StopReason.EMERGENCY_STOP)
+        elif not (lacking := self._lacking()):
+            pendulums = self._pendulums if self._settings.reset_first else ()
+            self._resetting = Resetting(pendulums, self._settings.reset_timeout_s)
+            self._run = entered(Stage.RESETTING, now, self._run)
+            self._entered()
+        elif now - self._run.since_s > self._settings.ready_timeout_s:
+            self._stop(StopReason.NOT_READY, f"{lacking}, after {self._settings.ready_timeout_s:g} s")
+
+    def _lacking(self) -> str:
+        """Return what is missing before the plan can begin; nothing when all is there, or nothing is waited for."""
+        if self._run.stage is not Stage.WAITING:
+            return ""
+        if self._run.sampled_s is None:
+            return f"no samples on {self._rig.topic(topics.JOINT_STATES)}: does the driver run, and is the rig on?"
+        if self._applied is None:
+            return f"nothing on {self._rig.topic(topics.APPLIED_PWM)}: does the driver run?"
+        wanted = [self._settings.listeners] + [1] * (len(self._pendulums) - 1)
+        lacking = (p.lacking(n, self._settings.reset_first) for p, n in zip(self._pendulums, wanted, strict=True))
+        return next((each for each in lacking if each), "")
+
+    def _reset(self, now: float) -> None:
+        if not self._resetting.done(now):
+            return
+        if self._resetting.failure:
+            self._stop(StopReason.RESET_FAILED, self._resetting.failure)
+        else:
+            self._run = looking(now, self._run)
+            self._entered()
+
+    def _stop(self, reason: StopReason, found: str = "") -> None:
+        if self._run.stage.commanding:
+            self._send(0.0)
+        self._run = ended(Stopped(reason, found), monotonic(), self._run)
+        self._entered()
+
+    def _send(self, pwm: float) -> None:
+        for pendulum in self._pendulums:
+            pendulum.send(pwm)
+
+    def _entered(self) -> None:
+        """Say that another stage has begun."""
+        self._reported_s = self._said_s = monotonic()
+        self._progress.publish(to_float(share(self._run, self._plan)))
+        if self._run.stopped is None:
+            self.get_logger().info(self._where)
+        elif not self._settings.exit_when_done:  # else it is said at the end
+            self.get_logger().error(self._run.stopped.sentence)
+
+    def _report(self, now: float) -> None:
+        if now - self._reported_s >= PROGRESS_S:
+            self._reported_s = now
+            self._progress.publish(to_float(share(self._run, self._plan)))
+        if now - self._said_s >= SAY_S:
+            self._said_s = now
+            self.get_logger().info(self._where)
+
+    @property
+    def _where(self) -> str:
+        return where(self._run, self._plan)
+
+
+def bounds_of(settings: ExcitationSettings, room: Envelope) -> Bounds:
+    """Return what a rig may do while a plan is played."""
+    return Bounds(
+        settings.rail_share * room.half_length_m,
+        settings.cart_limit_m_s,
+        settings.pole_limit_rad_s,
+        settings.silence_s,
+        settings.overruled_s,
+    )
+
+
+def _state(message: JointState) -> RigState:
+    """Return a sample; raise BadInputError when it cannot be read, or no cart is in it."""
+    if topics.CART not in message.name:
+        raise BadInputError(f"joint_states: expected a joint named {topics.CART}, found {list(message.name)}")
+    return RigState(*from_joint_state(message).tolist())
+
+
+def serve(node: ExcitationNode, stopped: Event) -> str | None:
+    """Serve the node until it is done or stopped is set; return why the plan was not played to its end."""
+    spin(node, stopped, lambda: node.over)
+    return node.end()
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the node, see `running.run`."""
+    return run("excitation_node", "Play a plan to rig and twin.", ExcitationSettings, ExcitationNode, arguments, serve)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

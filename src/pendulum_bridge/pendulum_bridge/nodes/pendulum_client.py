@@ -1,0 +1,61 @@
+"""A pendulum, rig or twin, as who commands it sees it: where its commands go, and its reset."""
+
+from __future__ import annotations
+
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rclpy.task import Future
+from std_msgs.msg import Float64
+from std_srvs.srv import Trigger
+
+from pendulum_twin import topics
+from pendulum_twin.nodes.messages import to_float
+from pendulum_twin.nodes.qos import LATEST
+
+DELIVERY_S = 0.5  # at most, for the last command
+
+
+class PendulumClient:
+    """Command the pendulum of one namespace on behalf of a node."""
+
+    def __init__(self, node: Node, namespace: str) -> None:
+        self.namespace = namespace
+        self._node = node
+        self._commands = node.create_publisher(Float64, self.topic(topics.PWM), LATEST)
+        self._resets = node.create_client(Trigger, self.topic(topics.RESET))
+
+    def topic(self, name: str) -> str:
+        """Return a name of the graph in this namespace."""
+        return f"{self.namespace}/{name}"
+
+    def send(self, pwm: float) -> None:
+        """Send a command (PWM fraction)."""
+        self._commands.publish(to_float(pwm))
+
+    def deliver(self) -> None:
+        """Wait until the last command has arrived, not for long."""
+        self._commands.wait_for_all_acked(Duration(seconds=DELIVERY_S))
+
+    def reset(self) -> Future:
+        """Ask for a reset and return what will hold the answer."""
+        return self._resets.call_async(Trigger.Request())
+
+    def lacking(self, listeners: int, reset: bool) -> str:
+        """Return what is missing before it can be commanded; nothing when all is there.
+
+        listeners: so many nodes must listen to its commands. reset: whether its reset is needed.
+        """
+        if (heard := self._listening()) < listeners:
+            return f"{heard} of {listeners} listen to {self.topic(topics.PWM)}"
+        others = self._node.count_publishers(self.topic(topics.PWM)) - 1
+        if others > 0:
+            return f"{others} other(s) command {self.topic(topics.PWM)}"
+        if reset and not self._resets.service_is_ready():
+            return f"nobody offers {self.topic(topics.RESET)}"
+        return ""
+
+    def _listening(self) -> int:
+        """Return how many nodes listen to the commands; one node may do so twice."""
+        known = self._node.get_subscriptions_info_by_topic(self.topic(topics.PWM))
+        nodes = {(each.node_namespace, each.node_name) for each in known}
+        return min(len(nodes), self._commands.get_subscription_count())  # known is not yet connected

@@ -1,0 +1,212 @@
+"""The kinds of phases that a plan is made of: for each its keys, what they may be, and the commands it stands for.
+
+Each kind is a frozen dataclass whose fields are its keys in a plan file (`plan_file`); a wrong value raises BadInputError.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import MISSING, Field, dataclass
+from typing import Any, ClassVar, Protocol
+
+import numpy as np
+
+from pendulum_bridge import waveforms
+from pendulum_bridge.excitation import SHORTEST_S, Part, standard_parts
+from pendulum_bridge.plan_keys import check, flag, number, numbers, whole
+from pendulum_bridge.waveforms import LEAD_S, LONGEST_HOLD_S, PUSH_S, TONES_HZ, Envelope, Floats, Wave
+from pendulum_twin.errors import BadInputError
+
+BRIEFEST_S, LONGEST_S = 0.1, 3600.0
+MOST_SAMPLES, MOST_TONES = 1_000_000, 100
+WHOLE_PUSH_S = LEAD_S + 4 * PUSH_S
+
+
+class Phase(Protocol):
+    """What every kind of phase offers. A kind's fields are its keys in a plan file."""
+
+    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
+
+    def parts(self, room: Envelope, rate_hz: float) -> list[Part]:
+        """Return its stretches on a rig; raise BadInputError when the rig or the rate does not allow them."""
+
+
+def _seconds(default: Any = MISSING, least: float = BRIEFEST_S) -> Any:
+    return number(least, LONGEST_S, default)
+
+
+def _made(name: str, wave: Wave, seconds: float, rate_hz: float, centred: bool) -> Part:
+    """Return a wave as a stretch; it has two samples at least, for waves need a period."""
+    return Part(name, wave(np.arange(max(2, round(seconds * rate_hz))) / rate_hz), centred)
+
+
+def _within(amplitude: float, room: Envelope) -> float:
+    """Return an amplitude that the limit allows."""
+    if amplitude > room.limit:
+        raise BadInputError(f"amplitude: expected at most the limit {room.limit:g}, found {amplitude:g}")
+    return amplitude
+
+
+def _below_half(name: str, hz: float, rate_hz: float) -> None:
+    if hz > rate_hz / 2:
+        raise BadInputError(f"{name}: expected at most {rate_hz / 2:g} Hz, half of rate_hz, found {hz:g}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Push:
+    """A short push back and forth that shows which way the cart goes: what is centred needs it, at the plan's start."""
+
+    seconds: float = _seconds(1.5, WHOLE_PUSH_S)
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    def parts(self, room: Envelope, rate_hz: float) -> list[Part]:
+        """Return the push and the rest after it."""
+        return [_made("push", waveforms.push, self.seconds, rate_hz, False)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rest:
+    """Nothing is sent; when centred, the cart is brought back towards the middle."""
+
+    seconds: float = _seconds()
+    centred: bool = flag(False)
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    def parts(self, room: Envelope, rate_hz: float) -> list[Part]:
+        """Return the rest."""
+        return [_made("rest", waveforms.rest, self.seconds, rate_hz, self.centred)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Chirp:
+    """A tone that glides evenly, in octaves a second, from one frequency to another, up or down."""
+
+    seconds: float = _seconds()
+    from_hz: float = number(0.01, 500.0)
+    to_hz: float = number(0.01, 500.0)
+    amplitude: float = number(0.001, 1e6)
+    centred: bool = flag(True)
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    def parts(self, room: Envelope, rate_hz: float) -> list[Part]:
+        """Return the sweep."""
+        _below_half("from_hz", self.from_hz, rate_hz)
+        _below_half("to_hz", self.to_hz, rate_hz)
+        wave = waveforms.chirp(room, self.from_hz, self.to_hz, _within(self.amplitude, room))
+        return [_made("chirp", wave, self.seconds, rate_hz, self.centred)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Multisine:
+    """Many tones at once, their phases drawn by the seed; amplitude: of their sum."""
+
+    seconds: float = _seconds()
+    amplitude: float = number(0.001, 1e6)
+    tones_hz: tuple[float, ...] = numbers(0.01, 500.0, MOST_TONES, TONES_HZ)
+    seed: int = whole(0, 2**32 - 1, 0)
+    centred: bool = flag(True)
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    def parts(self, room: Envelope, rate_hz: float) -> list[Part]:
+        """Return the tones."""
+        for k, hz in enumerate(self.tones_hz):
+            _below_half(f"tones_hz[{k}]", hz, rate_hz)
+        wave = waveforms.multisine(room, self.tones_hz, _within(self.amplitude, room), np.random.default_rng(self.seed))
+        return [_made("multisine", wave, self.seconds, rate_hz, self.centred)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Steps:
+    """Pairs of steps, one way and back, of drawn sizes up to amplitude, none longer than hold_s."""
+
+    seconds: float = _seconds()
+    amplitude: float = number(0.001, 1e6)
+    hold_s: float = number(0.02, 10.0, LONGEST_HOLD_S)
+    seed: int = whole(0, 2**32 - 1, 0)
+    centred: bool = flag(True)
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    def parts(self, room: Envelope, rate_hz: float) -> list[Part]:
+        """Return the steps."""
+        wave = waveforms.steps(room, np.random.default_rng(self.seed), _within(self.amplitude, room), self.hold_s)
+        return [_made("steps", wave, self.seconds, rate_hz, self.centred)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class FreeDecay:
+    """Make the pole swing by so many swings at its own frequency, then send nothing while it swings out."""
+
+    seconds: float = _seconds()
+    amplitude: float = number(0.001, 1e6)
+    swings: int = whole(1, 100, 2)
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    def parts(self, room: Envelope, rate_hz: float) -> list[Part]:
+        """Return the kick and the decay."""
+        kicked_s = waveforms.kick_s(room, self.swings)
+        if not kicked_s + BRIEFEST_S <= self.seconds:
+            raise BadInputError(
+                f"seconds: expected more than the {kicked_s:.3g} s that {self.swings} swings take, found {self.seconds:g}"
+            )
+        kicked = _made("kick", waveforms.kick(room, _within(self.amplitude, room)), kicked_s, rate_hz, False)
+        return [kicked, _made("free decay", waveforms.rest, self.seconds - kicked_s, rate_hz, False)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Samples:
+    """Commands one by one, one a sample period."""
+
+    commands: tuple[float, ...] = numbers(-1e6, 1e6, MOST_SAMPLES)
+    centred: bool = flag(True)
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    def parts(self, room: Envelope, rate_hz: float) -> list[Part]:
+        """Return the commands; raise BadInputError for one beyond the limit."""
+        commands: Floats = np.array(self.commands)
+        beyond = np.flatnonzero(np.abs(commands) > room.limit)
+        if len(beyond):
+            k = beyond[0]
+            raise BadInputError(f"commands[{k}]: expected from {-room.limit:g} to {room.limit:g}, found {commands[k]:g}")
+        return [Part("samples", commands, self.centred)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Standard:
+    """The standard plan, which begins with a push of its own."""
+
+    seconds: float = _seconds(60.0, SHORTEST_S)
+    seed: int = whole(0, 2**32 - 1, 0)
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    def parts(self, room: Envelope, rate_hz: float) -> list[Part]:
+        """Return all its stretches."""
+        return standard_parts(room, self.seconds, rate_hz, self.seed)
+
+
+KINDS: Mapping[str, type[Phase]] = {
+    "push": Push,
+    "rest": Rest,
+    "chirp": Chirp,
+    "multisine": Multisine,
+    "steps": Steps,
+    "free_decay": FreeDecay,
+    "samples": Samples,
+    "standard": Standard,
+}
+BEGINNINGS = (Push, Standard)  # the phases from which the cart's way is seen
