@@ -1,0 +1,172 @@
+"""Topics as bytes: found in the graph, subscribed as they are offered, and drained without an executor.
+
+An executor would wake up for every message. The middleware queues them and notes when each arrived, so it is enough to
+look a few dozen times a second, at a few microseconds a message.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from importlib import import_module
+from typing import Any
+
+from rclpy.callback_groups import CallbackGroup
+from rclpy.node import Node
+from rclpy.subscription import Subscription
+from rclpy.topic_endpoint_info import TopicEndpointInfo
+
+from pendulum_bridge.nodes.offered_qos import demands_more, entry, fitting
+from pendulum_bridge.recording.definition import definition_of
+from pendulum_bridge.recording.received_clock import ReceivedClock
+from pendulum_bridge.recording.records import Message, Topic
+from pendulum_bridge.recording.sequence_gaps import SequenceGaps
+from pendulum_twin.errors import BadInputError
+
+QUEUE = 5000  # messages a topic; the middleware keeps no more
+CLOCK = "/clock"
+
+
+class Undisturbed(CallbackGroup):
+    """Keep executors from waiting for what is in this group, and from taking it."""
+
+    def can_execute(self, entity: Any) -> bool:
+        """Refuse."""
+        return False
+
+    def beginning_execution(self, entity: Any) -> bool:
+        """Refuse."""
+        return False
+
+    def ending_execution(self, entity: Any) -> None:
+        """Do nothing."""
+
+
+@dataclass
+class _Heard:
+    """Hold one topic: its subscription as soon as its type is known, and who published so far."""
+
+    name: str
+    subscription: Subscription | None = None
+    publishers: set[bytes] = field(default_factory=set)
+    gaps: SequenceGaps = field(default_factory=SequenceGaps)
+    useless: bool = False  # its type is not installed
+
+
+class RawTopics:
+    """Listen to topics by name; raise BadInputError for a name that is none.
+
+    With use_sim_time messages carry the simulated time at which they were received, and those before the first `/clock`
+    message are left out.
+    """
+
+    def __init__(self, node: Node, names: Sequence[str]) -> None:
+        self._node, self._group = node, Undisturbed()
+        self._heard = [_Heard(name) for name in dict.fromkeys(_resolved(node, name) for name in names)]
+        simulated = bool(node.get_parameter("use_sim_time").value)
+        self._clock_topic = _Heard(CLOCK) if simulated else None
+        self._clock = ReceivedClock()
+
+    @property
+    def waiting(self) -> list[str]:
+        """Return the topics that nobody publishes so far."""
+        return [heard.name for heard in self._heard if heard.subscription is None]
+
+    @property
+    def dropped(self) -> dict[str, int]:
+        """Return how many messages of each topic were published and never came."""
+        return {heard.name: heard.gaps.dropped for heard in self._heard if heard.subscription is not None}
+
+    def discover(self) -> list[Topic]:
+        """Look at the graph: subscribe what is published by now, loosen what a new publisher does not fulfil.
+
+        Returns the topics that are new.
+        """
+        if self._clock_topic is not None:
+            self._look_for(self._clock_topic)
+        found = [self._look_for(heard) for heard in self._heard if not heard.useless]
+        return [topic for topic in found if topic is not None]
+
+    def drain(self) -> list[Message]:
+        """Return what has come since the last time."""
+        messages = [message for heard in self._heard for message in _taken(heard)]
+        if self._clock_topic is None:
+            return messages
+        for tick in _taken(self._clock_topic):
+            self._clock.hear(tick.received_ns, tick.data)
+        timed = [(self._clock.at(message.received_ns), message) for message in messages]
+        self._clock.forget_before_last()
+        return [message._replace(received_ns=time_ns) for time_ns, message in timed if time_ns is not None]
+
+    def _look_for(self, heard: _Heard) -> Topic | None:
+        publishers = self._node.get_publishers_info_by_topic(heard.name)
+        if not publishers:
+            return None
+        heard.publishers |= {bytes(each.endpoint_gid) for each in publishers}
+        request = fitting([each.qos_profile for each in publishers], QUEUE)
+        if heard.subscription is None:
+            return self._subscribe(heard, publishers, request)
+        if demands_more(heard.subscription.qos_profile, request):
+            kind = heard.subscription.msg_type
+            self._node.destroy_subscription(heard.subscription)
+            heard.subscription = self._subscription(kind, heard.name, request)
+        return None
+
+    def _subscribe(self, heard: _Heard, publishers: Sequence[TopicEndpointInfo], request: Any) -> Topic | None:
+        type_name = publishers[0].topic_type
+        try:
+            kind = _message_class(type_name)
+            heard.subscription = self._subscription(kind, heard.name, request)
+        except (ImportError, AttributeError, ValueError) as error:
+            heard.useless = True
+            self._node.get_logger().error(f"{heard.name} is not recorded: {type_name} is not installed ({error})")
+            return None
+        type_hash = str(publishers[0].topic_type_hash)
+        return Topic(
+            name=heard.name,
+            type=type_name,
+            definition=definition_of(type_name),
+            type_hash="" if type_hash == "INVALID" else type_hash,
+            offered_qos=tuple(entry(each.qos_profile) for each in publishers),
+        )
+
+    def _subscription(self, kind: Any, name: str, request: Any) -> Subscription:
+        return self._node.create_subscription(kind, name, _never, request, callback_group=self._group, raw=True)
+
+
+def _never(message: bytes) -> None:
+    """Be the callback that `Undisturbed` never lets run."""
+
+
+def _taken(heard: _Heard) -> Iterator[Message]:
+    """Take what is queued, not more than a queue holds, so that a flood does not keep us here."""
+    subscription = heard.subscription
+    if subscription is None:
+        return
+    known = len(heard.publishers)
+    handle = subscription.handle
+    with handle:
+        for _ in range(QUEUE):
+            taken = handle.take_message(subscription.msg_type, True)
+            if taken is None:
+                return
+            data, info = taken
+            received_ns = info["received_timestamp"] or time.time_ns()
+            number = info["publication_sequence_number"] or 0
+            if number:
+                heard.gaps.take(number, known)
+            yield Message(heard.name, received_ns, info["source_timestamp"] or received_ns, number, data)
+
+
+def _resolved(node: Node, name: str) -> str:
+    try:
+        return str(node.resolve_topic_name(name))
+    except (RuntimeError, ValueError) as error:
+        reason = str(error).splitlines()[0].split(", at ")[0]
+        raise BadInputError(f"topics: expected names of topics, found {name!r} ({reason})") from error
+
+
+def _message_class(type_name: str) -> type:
+    package, kind, name = type_name.split("/")
+    return getattr(import_module(f"{package}.{kind}"), name)

@@ -1,0 +1,137 @@
+"""The recorder: topics as they come over the wire into a rosbag2 folder that survives a crash."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import asdict
+from pathlib import Path
+from threading import Event
+from typing import Any
+
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+
+from pendulum_bridge.nodes.raw_topics import RawTopics
+from pendulum_bridge.nodes.recorder_settings import RecorderSettings
+from pendulum_bridge.recording.bag import MEGABYTE, Bag
+from pendulum_bridge.recording.kept_files import kept_files
+from pendulum_bridge.recording.recover_command import OPTION, recover_command
+from pendulum_bridge.recording.session import Session
+from pendulum_twin.errors import BadInputError
+from pendulum_twin.health import Health, Level
+from pendulum_twin.nodes.diagnostics import publish_health
+from pendulum_twin.nodes.running import run, spin
+from pendulum_twin.nodes.settings import declared
+
+DRAIN_S = 0.05
+LOOK_S = 0.1  # a topic that appears is subscribed so much later
+PROGRESS_S = 5.0
+
+
+class RecorderNode(Node):
+    """Record from the first moment until destroyed; raise BadInputError for a wrong parameter or place.
+
+    when_ended is called when the recording ends by itself: it lasted long enough, or could not go on.
+    """
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__("recorder", **options)
+        self._session: Session | None = None
+        self.when_ended: Callable[[], None] = lambda: None
+        try:
+            settings = declared(self, RecorderSettings)
+            self._topics = RawTopics(self, settings.topics)
+            self._session = Session(_new_bag(settings), settings.seconds, time.monotonic())
+        except BadInputError:
+            self.destroy_node()
+            raise
+        steady = Clock(clock_type=ClockType.STEADY_TIME)  # real time, whatever the simulated time is
+        self._looked_s = time.monotonic() - LOOK_S
+        self.create_timer(DRAIN_S, self.on_timer, clock=steady)
+        self.create_timer(PROGRESS_S, self.on_progress, clock=steady)
+        publish_health(self, "recorder", self.health)
+        self.get_logger().info(f"recording to {settings.out}")
+
+    @property
+    def ended(self) -> bool:
+        """Tell whether nothing more is recorded."""
+        return self._session is None or self._session.ended
+
+    def on_timer(self) -> None:
+        """Take what has come; end when there is a reason to."""
+        if self._session is None or self._session.ended:
+            return
+        self._take(self._session)
+        if self._session.ended:
+            self.when_ended()
+
+    def _take(self, session: Session) -> None:
+        now_s, new = time.monotonic(), []
+        try:
+            if now_s - self._looked_s >= LOOK_S:
+                self._looked_s, new = now_s, self._topics.discover()
+            messages = self._topics.drain()
+            session.take(new, messages, self._topics.dropped, now_s)
+        except Exception as error:  # it would end the node, and leave the bag without its end
+            session.failure = f"the recording ended: {error!r}"
+
+    def on_progress(self) -> None:
+        """Say how far it is."""
+        if self._session is not None:
+            self.get_logger().info(self._session.summary)
+
+    def health(self) -> Health:
+        """Return how it goes."""
+        if self._session is None:
+            return Health(Level.OK, "the recording is closed")
+        return self._session.health(self._topics.waiting, time.monotonic())
+
+    def finish(self) -> None:
+        """Take what is left and close the bag; raise BadInputError with the reason when it ended before its time."""
+        session, self._session = self._session, None
+        if session is None:
+            return
+        self._take(session)
+        session.close()
+        self.get_logger().info(f"recorded {session.summary}")
+
+    def destroy_node(self) -> None:
+        """Close the bag and end."""
+        with suppress(BadInputError):
+            self.finish()
+        super().destroy_node()
+
+
+def _new_bag(settings: RecorderSettings) -> Bag:
+    files = {"twin": settings.twin, "plan": settings.plan, "driver": settings.driver}
+    custom = {"settings": json.dumps(asdict(settings)), **kept_files(files)}
+    if settings.note:
+        custom["note"] = settings.note
+    return Bag(Path(settings.out), settings.compression, time.time_ns(), custom, int(settings.least_free_mb * MEGABYTE))
+
+
+def record(node: RecorderNode, stopped: Event) -> None:
+    """Serve the recorder until stopped is set or it has ended; raise BadInputError when it could not go on."""
+    node.when_ended = stopped.set
+    spin(node, stopped)
+    node.finish()
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the node, see `running.run`; with --recover, make a whole bag of a damaged one instead."""
+    arguments = sys.argv if arguments is None else arguments
+    if any(each.split("=")[0] == OPTION for each in arguments[1:]):
+        return recover_command(arguments[1:])
+    description = (
+        "Record topics as a rosbag2 folder that stays readable whatever happens. "
+        f"`recorder_node {OPTION} FOLDER_OR_FILE` makes a whole bag of what a killed recorder left."
+    )
+    return run("recorder_node", description, RecorderSettings, RecorderNode, arguments, record)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,191 @@
+"""A rosbag2 folder while it is being written: a bag from the first moment, whole when closed.
+
+A killed process loses what was kept since the last flush, nothing else. A power cut loses besides what the system had
+not yet carried to the disk, with usual settings the last half minute: only the index at the start and the closed bag
+are waited for.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+from collections.abc import Mapping
+from contextlib import suppress
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from pendulum_bridge.recording.mcap_file import McapFile, in_chunks
+from pendulum_bridge.recording.metadata import index_of, to_yaml, write_index
+from pendulum_bridge.recording.records import Message, Tally, Topic
+from pendulum_twin.errors import BadInputError
+
+IN_FILE = "rosbag2"  # the name under which readers look for the index in the data file
+MEGABYTE = 1_000_000
+
+
+class Bag:
+    """Write one new folder.
+
+    custom: texts for the index's `custom_data`; it may be changed until `close`. least_free_bytes: nothing is written
+    when less is free on the disk. Raises BadInputError when the folder exists or cannot be made, or the disk is full.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        compression: str = "none",
+        started_ns: int = 0,
+        custom: Mapping[str, str] | None = None,
+        least_free_bytes: int = 0,
+    ) -> None:
+        self.folder = Path(os.path.abspath(folder))
+        self.custom = {"state": "recording", "started": _date(started_ns), **(custom or {})}
+        self.tally = Tally()
+        self._started_ns, self._least_free_bytes = started_ns, least_free_bytes
+        self._topics: dict[str, Topic] = {}
+        self._kept: list[Message] = []
+        self._cut = self._closed = False
+        self._data_path = self.folder / f"{self.folder.name}_0.mcap"
+        _make_folder(self.folder)
+        try:
+            self._check_space()
+            self._file = McapFile(self._data_path, compression)
+            self._note_index()
+            self.refresh(sync=True)
+        except OSError as error:
+            shutil.rmtree(self.folder, ignore_errors=True)
+            raise _no_place(self.folder, error) from error
+        except BadInputError:
+            self.folder.rmdir()
+            raise
+
+    @property
+    def size_bytes(self) -> int:
+        """Return how large the data file is."""
+        return self._file.size_bytes
+
+    def add_topic(self, topic: Topic) -> None:
+        """Make a topic known before its first message; a second time changes nothing."""
+        if topic.name not in self._topics:
+            self._topics[topic.name] = topic
+            self._file.add_topic(topic)
+
+    def keep(self, message: Message) -> None:
+        """Take a message of a known topic; it is written by the next `flush`."""
+        self._kept.append(message)
+
+    def flush(self) -> None:
+        """Hand what was kept to the system, in the order of receiving.
+
+        Raises BadInputError when the disk is full or fails; only `close` may follow.
+        """
+        try:
+            self._write_kept()
+            self._check_space()
+        except OSError as error:
+            raise self._broken(error) from error
+
+    def refresh(self, sync: bool = False) -> None:
+        """Write the index anew, with what is flushed so far; sync: wait for the disk. Raises OSError."""
+        self.custom["seconds"] = f"{self.tally.duration_ns / 1e9:.3f}"
+        self.custom["messages"] = json.dumps(self.tally.messages)
+        write_index(self.folder, self._index(), sync)
+
+    def close(self, state: str = "whole") -> None:
+        """Write what was kept, the summary, the index and in it the digest; a second time does nothing.
+
+        After a failed write the data file stays without a summary, and the index says that it was cut. Raises
+        BadInputError when the disk fails now.
+        """
+        if self._closed:
+            return
+        self._closed = True
+        try:
+            self._end(state)
+            self.refresh(sync=True)
+            _sync_folder(self.folder)
+        except OSError as error:
+            raise self._broken(error) from error
+
+    def _end(self, state: str) -> None:
+        """Bring the data file to its end."""
+        if self._cut:
+            self.custom["state"] = "cut"
+            self._file.abandon()
+            return
+        try:
+            self._write_kept()
+            self.custom["state"] = state
+            self._note_index()
+            self._file.close()
+            self.custom["digest"] = digest_of(self._data_path)
+        except OSError:
+            self.custom["state"] = "cut"
+            with suppress(OSError):
+                self._file.abandon()
+                self.refresh()
+            raise
+
+    def _write_kept(self) -> None:
+        kept, self._kept = sorted(self._kept, key=lambda message: message.received_ns), []
+        for run in in_chunks(kept, self._file.room_bytes):
+            self._file.write_chunk(run)
+            for message in run:
+                self.tally.add(message)
+
+    def _check_space(self) -> None:
+        free = shutil.disk_usage(self.folder).free
+        if free < self._least_free_bytes:
+            raise BadInputError(
+                f"{self.folder}: expected at least {self._least_free_bytes / MEGABYTE:g} MB free on the disk, found "
+                f"{free / MEGABYTE:.0f} MB: make room, or name another place"
+            )
+
+    def _broken(self, error: OSError) -> BadInputError:
+        self._cut = True
+        return BadInputError(
+            f"{self.folder}: the recording ends after {self.tally.total} messages ({error.strerror}); they are readable, "
+            f"and `recorder_node --recover {self.folder}` makes a whole bag of them"
+        )
+
+    def _index(self) -> dict[str, Any]:
+        return index_of(self._data_path.name, self._topics.values(), self.tally, self._started_ns, self.custom)
+
+    def _note_index(self) -> None:
+        self._file.note(IN_FILE, {"serialized_metadata": to_yaml(self._index())})
+
+
+def digest_of(path: Path) -> str:
+    """Return "sha256:<hex>" over the bytes of a file."""
+    with path.open("rb") as stream:
+        return f"sha256:{hashlib.file_digest(stream, 'sha256').hexdigest()}"
+
+
+def _make_folder(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True)
+    except FileExistsError:
+        raise BadInputError(
+            f"{folder}: expected no folder there, found one: recordings are not overwritten, name another"
+        ) from None
+    except OSError as error:
+        raise _no_place(folder, error) from error
+
+
+def _no_place(folder: Path, error: OSError) -> BadInputError:
+    return BadInputError(f"{folder}: expected a place to write to, found {error.strerror}: name another")
+
+
+def _sync_folder(folder: Path) -> None:
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _date(time_ns: int) -> str:
+    return datetime.fromtimestamp(time_ns / 1e9, UTC).isoformat(timespec="milliseconds")

@@ -1,0 +1,57 @@
+"""The text of a message type and of all types in it, as a recording has to carry it (ros2msg)."""
+
+from __future__ import annotations
+
+import re
+from importlib.util import find_spec
+from pathlib import Path
+
+SEPARATOR = "=" * 80
+BUILT_IN = {
+    "bool", "byte", "char", "float32", "float64", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64",
+    "string", "wstring",
+}  # fmt: skip
+FIELD = re.compile(r"^\s*(?P<type>[A-Za-z][\w/]*)(?:<=\d+)?(?:\[[^\]]*\])?\s+\w+")
+
+
+def definition_of(type_name: str) -> str:
+    """Return the definition of a type such as "sensor_msgs/msg/JointState", "" when a text of it is not installed."""
+    texts: dict[str, str] = {}
+    waiting = [_short(type_name)]
+    while waiting:
+        name = waiting.pop(0)
+        if name in texts:
+            continue
+        path = _file(name)
+        if path is None:
+            return ""
+        texts[name] = path.read_text(encoding="utf-8")
+        waiting += types_in(texts[name], package=name.split("/")[0])
+    first, *others = texts.items()
+    parts = [first[1], *(f"{SEPARATOR}\nMSG: {name}\n{text}" for name, text in others)]
+    return "\n".join(part.rstrip("\n") for part in parts) + "\n"
+
+
+def types_in(text: str, package: str) -> list[str]:
+    """Return the types ("package/Name") of a definition's fields that are no built-in ones, in their order."""
+    found = []
+    for line in text.splitlines():
+        field = FIELD.match(line.split("#")[0])
+        if field and field["type"] not in BUILT_IN:
+            name = _short(field["type"])
+            found.append(name if "/" in name else f"{package}/{name}")
+    return found
+
+
+def _short(type_name: str) -> str:
+    return type_name.replace("/msg/", "/")
+
+
+def _file(name: str) -> Path | None:
+    """Return where a type's text is: in `share` beside the `lib` that its Python package is in."""
+    package, _, short = name.partition("/")
+    spec = find_spec(package)
+    if spec is None or spec.origin is None:
+        return None
+    candidates = (above / "share" / package / "msg" / f"{short}.msg" for above in Path(spec.origin).parents)
+    return next((path for path in candidates if path.is_file()), None)

@@ -1,0 +1,103 @@
+"""A rosbag2 data file that is readable up to its last chunk at any moment."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import IO, cast
+
+import yaml
+from mcap.writer import CompressionType, Writer
+
+from pendulum_bridge.recording.growing_file import GrowingFile
+from pendulum_bridge.recording.records import Message, Topic
+
+LARGEST_CHUNK = 64 * 1024  # bytes before compression
+NEVER = 1 << 62  # chunks end where we say, not where the writer would
+MESSAGE_HEAD = 31  # bytes of a message's record before its data
+COMPRESSIONS = {"none": CompressionType.NONE, "zstd": CompressionType.ZSTD}
+SEQUENCE_MASK = 0xFFFFFFFF  # the format keeps 32 bits
+
+
+class McapFile:
+    """Write topics and messages; each chunk of messages is in the kernel's hands when `write_chunk` returns.
+
+    After an OSError the file ends with the last whole chunk, and only `abandon` may follow.
+    """
+
+    def __init__(self, path: Path, compression: str = "none") -> None:
+        self._file = GrowingFile(path)
+        stream = cast(IO[bytes], self._file)  # the writer needs write, tell and flush
+        self._writer = Writer(stream, chunk_size=NEVER, compression=COMPRESSIONS[compression])
+        self._writer.start(profile="ros2", library="pendulum_bridge")
+        self._writer.flush()
+        self._schemas: dict[str, int] = {}
+        self._channels: dict[str, int] = {}
+        self._begun = 0  # bytes of definitions in the chunk to come
+
+    @property
+    def size_bytes(self) -> int:
+        """Return how much is written."""
+        return self._file.tell()
+
+    @property
+    def room_bytes(self) -> int:
+        """Return how much the next chunk may hold."""
+        return LARGEST_CHUNK - self._begun
+
+    def add_topic(self, topic: Topic) -> None:
+        """Make a topic known; it is written with the next chunk."""
+        if topic.type not in self._schemas:
+            encoding = "ros2msg" if topic.definition else ""
+            self._schemas[topic.type] = self._writer.register_schema(topic.type, encoding, topic.definition.encode())
+            self._begun += 64 + len(topic.definition.encode())
+        described = {"offered_qos_profiles": _qos_text(topic), "topic_type_hash": topic.type_hash}
+        self._channels[topic.name] = self._writer.register_channel(topic.name, "cdr", self._schemas[topic.type], described)
+        self._begun += 128 + len(topic.name) + sum(map(len, described.values()))
+
+    def write_chunk(self, messages: Iterable[Message]) -> None:
+        """Write messages of known topics as one chunk."""
+        for message in messages:
+            self._writer.add_message(
+                self._channels[message.topic],
+                log_time=message.received_ns,
+                data=message.data,
+                publish_time=message.published_ns,
+                sequence=message.sequence & SEQUENCE_MASK,
+            )
+        self._writer.flush()
+        self._begun = 0
+
+    def note(self, name: str, entries: Mapping[str, str]) -> None:
+        """Write a named set of texts."""
+        self._writer.add_metadata(name, dict(entries))
+
+    def close(self) -> None:
+        """Write the summary, wait for the disk and close the file."""
+        self._writer.finish()
+        self._file.sync()
+        self._file.close()
+
+    def abandon(self) -> None:
+        """Close the file as it is, without a summary."""
+        self._file.close()
+
+
+def in_chunks(messages: Iterable[Message], first_room: int) -> Iterator[list[Message]]:
+    """Cut messages into runs that fit a chunk, the first into first_room bytes; one that fits none stands alone."""
+    run: list[Message] = []
+    room = first_room
+    for message in messages:
+        size = MESSAGE_HEAD + len(message.data)
+        if run and size > room:
+            yield run
+            run, room = [], LARGEST_CHUNK
+        run.append(message)
+        room -= size
+    if run:
+        yield run
+
+
+def _qos_text(topic: Topic) -> str:
+    offered = [dict(each) for each in topic.offered_qos]
+    return yaml.safe_dump(offered, sort_keys=False).strip() if offered else ""

@@ -1,0 +1,106 @@
+"""The index of a rosbag2 folder, `metadata.yaml`, version 9."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from pendulum_bridge.recording.records import Tally, Topic
+
+INDEX = "metadata.yaml"
+ROOT = "rosbag2_bagfile_information"
+VERSION = 9
+ROS_DISTRO = "jazzy"
+
+
+def index_of(
+    data_file: str, topics: Iterable[Topic], tally: Tally, started_ns: int, custom: Mapping[str, str]
+) -> dict[str, Any]:
+    """Return the index of one data file; started_ns stands for the first message's time as long as there is none."""
+    span = {
+        "duration": {"nanoseconds": tally.duration_ns},
+        "starting_time": {"nanoseconds_since_epoch": started_ns if tally.first_ns is None else tally.first_ns},
+        "message_count": tally.total,
+    }
+    return {
+        "version": VERSION,
+        "storage_identifier": "mcap",
+        **span,
+        "topics_with_message_count": [_entry(topic, tally.messages.get(topic.name, 0)) for topic in topics],
+        "compression_format": "",  # chunks may be packed, which the data file says itself
+        "compression_mode": "",
+        "relative_file_paths": [data_file],
+        "files": [{"path": data_file, **span}],
+        "custom_data": dict(custom),
+        "ros_distro": ROS_DISTRO,
+    }
+
+
+def _entry(topic: Topic, count: int) -> dict[str, Any]:
+    about = {
+        "name": topic.name,
+        "type": topic.type,
+        "serialization_format": "cdr",
+        "offered_qos_profiles": [dict(each) for each in topic.offered_qos],
+        "type_description_hash": topic.type_hash,
+    }
+    return {"topic_metadata": about, "message_count": count}
+
+
+def to_yaml(index: Mapping[str, Any]) -> str:
+    """Return an index, or a file that holds one, as text; texts of several lines stay readable."""
+    return yaml.dump(dict(index), Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=1000)
+
+
+class _Dumper(yaml.SafeDumper):
+    """Write texts of several lines as they are, and nothing by reference."""
+
+    def ignore_aliases(self, data: Any) -> bool:
+        return True
+
+
+def _text(dumper: yaml.SafeDumper, text: str) -> yaml.ScalarNode:
+    return dumper.represent_scalar("tag:yaml.org,2002:str", text, style="|" if "\n" in text else None)
+
+
+_Dumper.add_representer(str, _text)
+
+
+def write_index(folder: Path, index: Mapping[str, Any], sync: bool = False) -> None:
+    """Put the index into the folder in one move: a reader sees the old one or the new one.
+
+    sync: wait for the disk. Raises OSError; then the old one stays.
+    """
+    temporary = folder / f".{INDEX}.new"
+    try:
+        with temporary.open("w", encoding="utf-8") as stream:
+            stream.write(to_yaml({ROOT: index}))
+            if sync:
+                stream.flush()
+                os.fsync(stream.fileno())
+        temporary.replace(folder / INDEX)
+    except OSError:
+        temporary.unlink(missing_ok=True)
+        raise
+
+
+def read_index(folder: Path) -> dict[str, Any]:
+    """Return a folder's index, empty when there is none that can be read."""
+    try:
+        return parsed((folder / INDEX).read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError):
+        return {}
+
+
+def parsed(text: str) -> dict[str, Any]:
+    """Return the index that a text holds, with or without its root, empty when it holds none."""
+    try:
+        whole = yaml.safe_load(text)
+    except yaml.YAMLError:
+        return {}
+    index = whole.get(ROOT, whole) if isinstance(whole, dict) else {}
+    return index if isinstance(index, dict) else {}
