@@ -11,6 +11,7 @@ from pathlib import Path
 
 from pendulum_bridge.link import Link
 from pendulum_bridge.protocol import Sample
+from pendulum_bridge.tcp import tcp_link
 from pendulum_bridge.udp import Address
 
 TWIN = Path(__file__).parents[1] / "config" / "inteco.yaml"
@@ -21,8 +22,8 @@ def udp_socket() -> socket.socket:
     return socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
 
 
-def free_ports(count: int = 2) -> list[int]:
-    probes = [udp_socket() for _ in range(count)]
+def free_ports(count: int = 2, kind: socket.SocketKind = socket.SOCK_DGRAM) -> list[int]:
+    probes = [socket.socket(socket.AF_INET, kind) for _ in range(count)]
     for probe in probes:
         probe.bind(("127.0.0.1", 0))
     ports = [probe.getsockname()[1] for probe in probes]
@@ -32,13 +33,14 @@ def free_ports(count: int = 2) -> list[int]:
 
 
 class Emulator:
-    """A running `rig_emulator` on free ports, and the link to it."""
+    """A running `rig_emulator` on free ports, over UDP or TCP, and the link to it."""
 
-    def __init__(self, *arguments: str | Path) -> None:
-        rig, user = (Address("127.0.0.1", port) for port in free_ports())
-        self.rig = rig
-        self.link = Link(user, rig)
-        self.process = start("--twin", TWIN, "--listen", str(rig), "--send", str(user), *arguments)
+    def __init__(self, *arguments: str | Path, tcp: bool = False) -> None:
+        kind = socket.SOCK_STREAM if tcp else socket.SOCK_DGRAM
+        self.rig, user = (Address("127.0.0.1", port) for port in free_ports(kind=kind))
+        self.link = tcp_link(self.rig) if tcp else Link(user, self.rig)
+        way = ["--tcp"] if tcp else ["--send", str(user)]
+        self.process = start("--twin", TWIN, "--listen", str(self.rig), *way, *arguments)
         try:
             assert select.select([self.process.stdout], [], [], LONG_S)[0], "it never said that it is ready"
             self.ready = self.process.stdout.readline()

@@ -12,6 +12,7 @@ import pytest
 
 from pendulum_bridge.link import Counts, Link
 from pendulum_bridge.protocol import Command, Sample
+from pendulum_bridge.receive_time import SO_TIMESTAMPNS, received_ns
 from pendulum_bridge.udp import RIG, USER, Address, address_of
 from pendulum_twin.errors import BadInputError
 
@@ -64,6 +65,41 @@ def test_a_command_goes_out_and_samples_come_in_order(bench: Bench) -> None:
     bench.sends(OTHER.pack())
     assert [bench.receive(), bench.receive()] == [SAMPLE, OTHER]
     assert bench.link.counts == Counts(received=2)
+
+
+def test_a_sample_has_the_time_at_which_it_came_not_that_of_reading(bench: Bench) -> None:
+    """The kernel begins to note times a moment after it was asked: so again until it does."""
+    end = time.monotonic() + LONG_S
+    while time.monotonic() < end:
+        before_ns = time.time_ns()
+        bench.sends(SAMPLE.pack())
+        after_ns = time.time_ns()
+        while time.time_ns() < after_ns + 20_000_000:
+            pass
+        arrival = bench.link.receive_stamped(time.monotonic() + LONG_S)
+        assert arrival is not None and arrival.sample == SAMPLE
+        if before_ns <= arrival.arrival_ns <= after_ns:
+            return
+    pytest.fail(f"the time was {arrival.arrival_ns - after_ns} ns after the sending")
+
+
+def test_without_the_kernels_time_it_is_that_of_reading() -> None:
+    before_ns = time.time_ns()
+    for ancillary in ([], [(socket.SOL_SOCKET, 99, bytes(16))], [(socket.SOL_SOCKET, SO_TIMESTAMPNS, b"short")]):
+        assert before_ns <= received_ns(ancillary) <= time.time_ns()
+    given = struct.pack("@qq", 12, 345)
+    assert received_ns([(socket.SOL_SOCKET, SO_TIMESTAMPNS, given)]) == 12_000_000_345
+
+
+def test_no_arrival_at_the_deadline(bench: Bench) -> None:
+    assert bench.link.receive_stamped(time.monotonic() + 0.01) is None
+    assert bench.link.counts == Counts(lost=1)
+
+
+def test_the_link_says_where_it_sends_and_never_changes_its_socket(bench: Bench) -> None:
+    link = bench.link
+    assert (link.connected, link.trouble, link.connections, link.peer) == (True, "", 1, bench.rig.getsockname())
+    assert socket.socket(fileno=socket.dup(link.fileno())).getsockname() == bench.user
 
 
 def test_silence_ends_at_the_deadline(bench: Bench) -> None:

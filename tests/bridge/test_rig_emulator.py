@@ -201,6 +201,7 @@ def test_what_cannot_be_emulated_is_refused(tmp_path: Path, nominal: Rig) -> Non
         (["--conceal", "-1"], "argument --conceal: expected"),
         (["--effects", "1"], "--effects: expected --conceal SEED with it"),
         (["--listen", "16384"], "argument --listen: expected HOST:PORT"),
+        (["--tcp", "--send", "127.0.0.1:5"], "argument --send: not allowed with argument --tcp"),
     ],
 )
 def test_wrong_use_is_status_2(arguments: list[str], sentence: str, capsys: pytest.CaptureFixture) -> None:

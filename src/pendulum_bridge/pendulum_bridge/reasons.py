@@ -21,6 +21,13 @@ class Reason(Enum):
     NO_COMMAND_YET = (Level.OK, "No command has come since the start, the last stop or the last reset: PWM is 0.")
     COMMAND_OLD = (Level.ERROR, "The last command is too old: PWM is 0 until the next one.")
 
+    TWO_WRITERS = (
+        Level.ERROR,
+        "Two nodes send commands at the same time: PWM is 0, and both are dropped until one has been silent for 0.5 s.",
+    )
+
+    FAILED = (Level.ERROR, "The driver itself failed: PWM is 0 until the next command. Its log says what failed.")
+
     RAIL_BRAKING = (Level.WARN, "The cart comes too near the end of the rail: it is braked or sent back to the middle.")
     RAIL_NOT_HELD = (
         Level.ERROR,
@@ -29,7 +36,27 @@ class Reason(Enum):
     )
 
     COMMAND_NOT_FINITE = (Level.WARN, "A command was NaN or infinite and was refused; the one before still holds.")
-    SAMPLE_NOT_FINITE = (Level.WARN, "A sample of the rig held NaN or infinity and was refused.")
+    SAMPLE_NOT_FINITE = (Level.WARN, "A sample of the rig held NaN, infinity or an absurdly large number and was refused.")
+    ENCODER_SPIKE = (
+        Level.WARN,
+        "A position jumped further than the rig can move: PWM is 0 until it is back. If this comes often, check the "
+        "encoders' cables.",
+    )
+    ENCODER_JUMPED = (
+        Level.ERROR,
+        "A position jumped further than the rig can move, and stayed there: PWM is 0. Check the encoders' cables, zero "
+        "both encoders (cart in the middle, pole hanging still), then stop and clear the stop.",
+    )
+    CART_STUCK = (
+        Level.ERROR,
+        "The cart's position does not change at all though the drive, or the velocity reported with it, must change it: "
+        "PWM is 0. Check the cart's encoder, that the drive is on and that the cart is free, then stop and clear the stop.",
+    )
+    POLE_STUCK = (
+        Level.ERROR,
+        "The pole's angle does not change at all though the cart's motion, or the rate reported with it, must change it: "
+        "PWM is 0. Check the pole's encoder and that the pole is free, then stop and clear the stop.",
+    )
     OVER_LIMIT = (Level.OK, "The command is larger than the limit and was clipped.")
     TOO_FAST = (Level.OK, "The command changes faster than the slew limit and follows at that rate.")
 
@@ -42,6 +69,8 @@ class Reason(Enum):
     )
     RESET_STOPPED = (Level.WARN, "The reset was given up: the emergency stop is latched. Clear it, then reset again.")
     RESET_SILENT = (Level.ERROR, "The reset was given up: the rig is silent. See that it sends samples, then reset again.")
+    RESET_FAILED = (Level.ERROR, "The reset was given up: the driver itself failed. Its log says what failed.")
+    RESET_ENDED = (Level.WARN, "The reset was given up: the driver ends.")
     ZERO_WRONG = (
         Level.ERROR,
         "The reset was given up: the pole is at rest, but its angle is not pi. If it hangs, the encoder was zeroed "

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import astuple, dataclass
 
+ABSURD = 1e9  # m, rad, m/s or rad/s: no rig gets there, and the square of a much larger one is no float any more
+
 
 @dataclass(frozen=True)
 class RigState:
@@ -21,8 +23,8 @@ class RigState:
 
     @property
     def finite(self) -> bool:
-        """Return whether all of it are numbers that can be used."""
-        return all(math.isfinite(value) for value in astuple(self))
+        """Return whether all of it are numbers that can be used: no NaN, no infinity, nothing beyond ABSURD."""
+        return all(abs(value) < ABSURD for value in astuple(self))
 
     @property
     def from_hanging_rad(self) -> float:

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Self
 
+from pendulum_bridge.receive_time import ROOM, ask_for_times, received_ns
 from pendulum_twin.errors import BadInputError
 
 LONGEST_PACKET = 64  # bytes; a longer one arrives cut to this, and is still of a wrong length
@@ -50,11 +51,13 @@ class Endpoint[Packet]:
     def __init__(
         self, listen: Address, peer: Address, unpack: Callable[[bytes], Packet], peer_port: int | None = None
     ) -> None:
-        self._peer = (_number_of(peer), peer.port)
+        self._peer = (number_of(peer), peer.port)
         self._peer_port, self._unpack = peer_port, unpack
-        self._socket = _bound(listen)
+        self._socket = bound(listen, socket.SOCK_DGRAM)
+        ask_for_times(self._socket)
         self.malformed = 0
         self.foreign = 0
+        self.stranger: Address | None = None  # who sent the last foreign packet
 
     def __enter__(self) -> Self:
         return self
@@ -65,6 +68,30 @@ class Endpoint[Packet]:
     def close(self) -> None:
         """Give the address back."""
         self._socket.close()
+
+    def fileno(self) -> int:
+        """Return the socket's number; -1 once closed."""
+        return self._socket.fileno()
+
+    @property
+    def connected(self) -> bool:
+        """Return True: there is no connection that could be missing."""
+        return True
+
+    @property
+    def trouble(self) -> str:
+        """Return no trouble."""
+        return ""
+
+    @property
+    def connections(self) -> int:
+        """Return 1: the socket stays the same."""
+        return 1
+
+    @property
+    def peer(self) -> tuple[str, int]:
+        """Return where packets go: number and port."""
+        return self._peer
 
     def send(self, packet: bytes) -> None:
         """Send to the peer, whether or not it listens; raise BadInputError when the network refuses."""
@@ -80,13 +107,18 @@ class Endpoint[Packet]:
 
         What others send never makes it longer. A deadline that has passed takes one that waits already.
         """
+        came = self.receive_stamped(deadline)
+        return None if came is None else came[0]
+
+    def receive_stamped(self, deadline: float) -> tuple[Packet, int] | None:
+        """Return the same packet, and when the kernel received it, in ns of the system's clock."""
         while True:
             left = max(deadline - time.monotonic(), 0.0)
             if not select.select([self._socket], [], [], left)[0]:
                 return None
-            packet = self._next()
-            if packet is not None or not left:
-                return packet
+            came = self._next()
+            if came is not None or not left:
+                return came
 
     def waiting(self) -> list[Packet]:
         """Return the peer's packets that are there already, oldest first, without waiting."""
@@ -94,31 +126,40 @@ class Endpoint[Packet]:
         for _ in range(MOST_AT_ONCE):
             if not select.select([self._socket], [], [], 0)[0]:
                 break
-            packet = self._next()
-            if packet is not None:
-                packets.append(packet)
+            came = self._next()
+            if came is not None:
+                packets.append(came[0])
         return packets
 
-    def _next(self) -> Packet | None:
+    def _next(self) -> tuple[Packet, int] | None:
         try:
-            packet, (host, port) = self._socket.recvfrom(LONGEST_PACKET)
+            packet, ancillary, _, (host, port) = self._socket.recvmsg(LONGEST_PACKET, ROOM)
         except OSError:
             return None  # it was announced, but its checksum was wrong
         if host != self._peer[0] or self._peer_port not in (None, port):
             self.foreign += 1
+            self.stranger = Address(host, port)
             return None
         try:
-            return self._unpack(packet)
+            return self._unpack(packet), received_ns(ancillary)
         except BadInputError:
             self.malformed += 1
             return None
 
 
-def _bound(listen: Address) -> socket.socket:
-    opened = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+def bound(listen: Address, kind: socket.SocketKind) -> socket.socket:
+    """Return a socket of a kind at this address that never waits, one for streams listening already.
+
+    Raises BadInputError when the address cannot be used.
+    """
+    opened = socket.socket(socket.AF_INET, kind)
     opened.setblocking(False)
     try:
-        opened.bind((_number_of(listen), listen.port))
+        if kind == socket.SOCK_STREAM:  # what is left of earlier connections does not keep it from being used again
+            opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        opened.bind((number_of(listen), listen.port))
+        if kind == socket.SOCK_STREAM:
+            opened.listen()
     except (OSError, BadInputError) as error:
         opened.close()
         if isinstance(error, BadInputError):
@@ -129,7 +170,8 @@ def _bound(listen: Address) -> socket.socket:
     return opened
 
 
-def _number_of(address: Address) -> str:
+def number_of(address: Address) -> str:
+    """Return the number of an address's host; raise BadInputError for one that nobody knows."""
     try:
         return socket.gethostbyname(address.host)
     except (OSError, UnicodeError) as error:

@@ -1,6 +1,7 @@
-"""A rig that is none: MuJoCo behind the rig's own UDP protocol, with physics concealed if asked.
+"""A rig that is none: MuJoCo behind the rig's own protocol, over UDP or TCP, with physics concealed if asked.
 
-It sends a sample at every sampling time, and holds the last command for ever, as the real rig does.
+It sends a sample at every sampling time, and holds the last command for ever, as the real rig does. It does so over TCP
+too, even when the connection closes: a rig that then stopped by itself would hide a driver that does not stop it.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import signal
 import sys
 import time
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from threading import Event
 
@@ -19,7 +21,9 @@ from pendulum_bridge.emulator.live_rig import LiveRig
 from pendulum_bridge.emulator.seal import Concealed, write_seal
 from pendulum_bridge.emulator.sensors import Encoders
 from pendulum_bridge.emulator.server import Ended, Served, serve_in_lockstep, serve_in_time
-from pendulum_bridge.protocol import Command
+from pendulum_bridge.emulator.tcp_server import TcpServer
+from pendulum_bridge.port import Port
+from pendulum_bridge.protocol import COMMAND, Command
 from pendulum_bridge.udp import RIG, USER, Endpoint, address_of
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import load_twin
@@ -45,22 +49,29 @@ def run(options: argparse.Namespace, stopped: Event) -> None:
     """Serve as the options say until stopped is set; raise BadInputError or OSError when it cannot be done."""
     concealed = _concealed(options)
     rig = LiveRig(concealed, options.rate, Encoders(spike_rate=options.spikes), options.conceal or 0)
-    with Endpoint(options.listen, options.send, Command.unpack) as port:
+    with closing(_port(options)) as port:
         if options.seal:
             write_seal(concealed, options.seal)
+        where = "answers there over TCP" if options.tcp else f"sends to {options.send}"
         pace = "in lockstep" if options.lockstep else f"{options.rate:g} Hz, {options.speed:g} times real time"
-        _say(f"rig_emulator: listens on {options.listen}, sends to {options.send}, {pace}")
+        _say(f"rig_emulator: listens on {options.listen}, {where}, {pace}")
         served = _serve(rig, port, options, _ending(stopped, options.seconds))
         _say(_summary(served, port))
 
 
-def _serve(rig: LiveRig, port: Endpoint[Command], options: argparse.Namespace, ended: Ended) -> Served:
+def _port(options: argparse.Namespace) -> Port[Command]:
+    if options.tcp:
+        return TcpServer(options.listen, COMMAND.size, Command.unpack)
+    return Endpoint(options.listen, options.send, Command.unpack)
+
+
+def _serve(rig: LiveRig, port: Port[Command], options: argparse.Namespace, ended: Ended) -> Served:
     if options.lockstep:
         return serve_in_lockstep(rig, port, ended)
     return serve_in_time(rig, port, options.speed, ended)
 
 
-def _summary(served: Served, port: Endpoint[Command]) -> str:
+def _summary(served: Served, port: Port[Command]) -> str:
     behind = f"; fell {served.given_up_s:.1f} s behind" if served.given_up_s else ""
     return (
         f"rig_emulator: {served.samples} samples sent, {served.commands} commands taken, "
@@ -116,7 +127,9 @@ def options_of(arguments: list[str] | None) -> argparse.Namespace:
     pace.add_argument("--lockstep", action="store_true", help="one command in, one sample out, as fast as it goes")
     add("--seconds", type=_number("seconds", 0, 1e9), metavar="S", help="end by itself after so long on the wall's clock")
     add("--listen", type=_typed(address_of), default=RIG, metavar="HOST:PORT", help=f"where commands arrive ({RIG})")
-    add("--send", type=_typed(address_of), default=USER, metavar="HOST:PORT", help=f"where samples go ({USER})")
+    way = parser.add_mutually_exclusive_group()
+    way.add_argument("--send", type=_typed(address_of), default=USER, metavar="HOST:PORT", help=f"where samples go ({USER})")
+    way.add_argument("--tcp", action="store_true", help="send samples to the one who connects to --listen over TCP")
     options = parser.parse_args(arguments)
     if options.effects is not None and options.conceal is None:
         parser.error("--effects: expected --conceal SEED with it")

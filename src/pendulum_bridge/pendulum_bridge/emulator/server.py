@@ -1,4 +1,4 @@
-"""Serve an emulated rig over UDP: at its own pace, or one sample for each command."""
+"""Serve an emulated rig over any port: at its own pace, or one sample for each command."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from pendulum_bridge.emulator.live_rig import LiveRig
 from pendulum_bridge.emulator.schedule import Schedule
+from pendulum_bridge.port import Port
 from pendulum_bridge.protocol import Command
-from pendulum_bridge.udp import Endpoint
 
 LONGEST_WAIT_S = 0.1  # until the end is seen when no command comes
 Ended = Callable[[], bool]
@@ -24,7 +24,7 @@ class Served:
     given_up_s: float = 0.0
 
 
-def serve_in_time(rig: LiveRig, port: Endpoint[Command], speed: float, ended: Ended) -> Served:
+def serve_in_time(rig: LiveRig, port: Port[Command], speed: float, ended: Ended) -> Served:
     """Send a sample at every sampling time, speed times as fast as the clock on the wall, until ended.
 
     A command acts from the sampling time nearest to its arrival: the answer to a sample, when it comes within half a
@@ -44,7 +44,7 @@ def serve_in_time(rig: LiveRig, port: Endpoint[Command], speed: float, ended: En
     return Served(samples, commands, schedule.given_up_s)
 
 
-def serve_in_lockstep(rig: LiveRig, port: Endpoint[Command], ended: Ended) -> Served:
+def serve_in_lockstep(rig: LiveRig, port: Port[Command], ended: Ended) -> Served:
     """Answer each command with the sample at the end of the period through which it was held, until ended."""
     exchanges = 0
     while not ended():

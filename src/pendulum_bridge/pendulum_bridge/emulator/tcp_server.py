@@ -1,0 +1,97 @@
+"""The rig's end of a TCP connection: it listens, takes one connection at a time, and outlives it."""
+
+from __future__ import annotations
+
+import select
+import socket
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Self
+
+from pendulum_bridge.stream import Stream
+from pendulum_bridge.udp import MOST_AT_ONCE, Address, bound
+from pendulum_twin.errors import BadInputError
+
+
+class TcpServer[Packet]:
+    """Exchange packets with whoever is connected.
+
+    listen: where to wait for a connection. size: bytes of a packet that comes in. unpack: bytes to packet, raising
+    BadInputError for what is none. While one is connected, another is turned away and counted as foreign; what is sent
+    while nobody is connected is lost. Raises BadInputError when the address cannot be used.
+    """
+
+    def __init__(self, listen: Address, size: int, unpack: Callable[[bytes], Packet]) -> None:
+        self._listener = bound(listen, socket.SOCK_STREAM)
+        self._size, self._unpack = size, unpack
+        self._stream: Stream | None = None
+        self.malformed = self.foreign = 0
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End the connection and give the address back."""
+        self._drop()
+        self._listener.close()
+
+    def send(self, packet: bytes) -> None:
+        """Send to whoever is connected."""
+        try:
+            if self._stream is not None:
+                self._stream.send(packet)
+        except OSError:
+            self._drop()
+
+    def receive(self, deadline: float) -> Packet | None:
+        """Return the next packet, or None at the deadline (a time of `time.monotonic`, in s)."""
+        while True:
+            if (packet := self._next()) is not None:
+                return packet
+            self._greet()
+            if (left := deadline - time.monotonic()) <= 0:
+                return None
+            listened = [each.fileno() for each in (self._listener, self._stream) if each is not None]
+            select.select(listened, [], [], left)
+
+    def waiting(self) -> list[Packet]:
+        """Return the packets that are there already, oldest first, without waiting."""
+        packets: list[Packet] = []
+        while len(packets) < MOST_AT_ONCE and (packet := self._next()) is not None:
+            packets.append(packet)
+        self._greet()  # only now: who has just left makes room for who has just come
+        return packets
+
+    def _next(self) -> Packet | None:
+        for _ in range(MOST_AT_ONCE):
+            try:
+                came = None if self._stream is None else self._stream.next()
+            except OSError:
+                self._drop()
+                return None
+            if came is None:
+                return None
+            try:
+                return self._unpack(came[0])
+            except BadInputError:
+                self.malformed += 1
+        return None
+
+    def _greet(self) -> None:
+        """Take a connection that waits, or turn it away."""
+        with suppress(OSError):  # nobody waits, or who did has gone again
+            connected, _ = self._listener.accept()
+            if self._stream is None:
+                self._stream = Stream(connected, self._size)
+            else:
+                self.foreign += 1
+                connected.close()
+
+    def _drop(self) -> None:
+        if self._stream is not None:
+            self._stream.close()
+            self._stream = None
