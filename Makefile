@@ -3,7 +3,7 @@ SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .ONESHELL:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test check format bench colcon lock clean
+.PHONY: help setup demo test check format bench faults colcon lock clean
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -37,7 +37,7 @@ help: ## list these commands
 setup: $(VENV)/.installed-$(ROS) ## create .venv with everything pinned; nothing when it is up to date
 
 demo: setup ## conceal physics in an emulated rig, record it, diagnose it, report
-	@$(BIN)/python -m pendulum_bridge.emulator.demo --out out/demo $(ARGS)
+	@$(BIN)/python -m pendulum_bridge.demo --out out/demo $(ARGS)
 
 test: setup ## run the test suite (ARGS="-k word" and the like go to pytest)
 	@$(BIN)/python -m pytest -n 2 $(ARGS)
@@ -53,6 +53,9 @@ format: setup ## write the format, and the fixes that lint can make by itself
 
 bench: setup ## the benchmarks, each figure beside its peer
 	@$(BIN)/python tests/bench/run.py $(ARGS)
+
+faults: setup ## make every fault in turn: time until PWM 0, what is right, what was said
+	@$(BIN)/python tests/faults/run.py $(ARGS)
 
 colcon: setup ## build the ROS packages into build/ and install/ (ARGS="--symlink-install")
 	@$(BIN)/colcon build --base-paths src $(ARGS)

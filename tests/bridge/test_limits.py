@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pendulum_bridge.limits import Limits, limited, refusal
+from pendulum_bridge.limits import Limits, left_s, limited, refusal, slewing_s
 from pendulum_bridge.reasons import Reason
 from pendulum_twin.errors import BadInputError
 
@@ -67,3 +67,27 @@ def test_a_flood_of_messages_moves_no_further_than_one(asked: float, applied: fl
 def test_a_limit_that_is_none_is_refused(magnitude: float, slew: float) -> None:
     with pytest.raises(BadInputError, match="expected a number above 0, found"):
         Limits(magnitude, slew)
+
+
+@given(st.lists(st.tuples(st.floats(0, 0.05), WITHIN), max_size=60), st.floats(0.1, 100.0))
+def test_over_any_time_a_command_moves_no_further_than_that_time_and_a_period_allow(steps: list, slew: float) -> None:
+    period_s, limits = 0.01, Limits(0.5, slew)
+    applied, unused_s, ahead_s = 0.0, 0.0, 0.0  # how far it is ahead of its slew limit, since when that is most
+    for passed_s, asked in steps:
+        may_s = slewing_s(unused_s, passed_s, period_s)
+        pwm = limited(asked, applied, may_s, limits).pwm
+        unused_s = left_s(may_s, pwm - applied, limits)
+        ahead_s = max(ahead_s - passed_s, -passed_s) + abs(pwm - applied) / slew
+        assert ahead_s <= period_s + 1e-9
+        assert 0 <= unused_s <= max(period_s, passed_s) + 1e-12
+        applied = pwm
+
+
+def test_what_is_left_over_is_used_later_but_never_more_than_a_period_of_it() -> None:
+    limits = Limits(0.5, 10.0)
+    assert left_s(0.01, 0.04, limits) == pytest.approx(0.006)
+    assert left_s(0.01, -0.2, limits) == 0.0  # the rail guard moved it further
+    assert slewing_s(0.006, 0.002, 0.01) == pytest.approx(0.008)
+    assert slewing_s(0.006, 0.007, 0.01) == 0.01
+    assert slewing_s(0.006, 0.5, 0.01) == 0.5
+    assert left_s(0.01, 1.0, Limits(0.5, math.inf)) == 0.01

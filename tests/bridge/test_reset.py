@@ -106,7 +106,7 @@ def test_it_never_goes_on_beyond_its_deadline(nominal: Rig) -> None:
     plan = swing_down(nominal, 0.5, deadline_s=3.0)
     reset, swinging = Reset(), replace(HANGING, pole_rad_s=5.0)
     for _ in range(299):
-        reset = waited(swung(reset, swinging, 0.0, 0.005, plan), 0.005)
+        reset = waited(swung(reset, swinging, 0.0, PERIOD_S, plan), PERIOD_S)
         assert ended(reset, plan) is None
     assert ended(waited(reset, 0.02), plan) is Reason.RESET_LATE
 

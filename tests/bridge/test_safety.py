@@ -1,6 +1,7 @@
 """What is sent: the stop wins over the watchdog, the watchdog over the rail guard, the rail guard over the limits."""
 
 import math
+from dataclasses import replace
 
 import pytest
 from guarded_rigs import PERIOD_S, seen, settled, stepper
@@ -15,6 +16,8 @@ from pendulum_bridge.safety import (
     at_start,
     commanded,
     decided,
+    failed,
+    heard,
     reset_asked,
     rules_for,
     stop_cleared,
@@ -77,6 +80,17 @@ def test_bad_commands_and_samples_are_counted_and_change_nothing(rules: Rules) -
     assert safety.applied == 0.0 and safety.counts.commands == 31  # refused commands feed no watchdog
 
 
+@pytest.mark.parametrize("absurd", [1e9, -1e200, 1.7e308, -math.inf])
+@pytest.mark.parametrize("field", ["cart_m", "pole_rad", "cart_m_s", "pole_rad_s"])
+def test_an_absurd_number_in_a_sample_is_refused_like_nan_and_fails_nothing(rules: Rules, field: str, absurd: float) -> None:
+    safety = decided(0.1, MIDDLE, 0.01, settled(rules, MIDDLE), rules).safety
+    for k in range(10):
+        decision = decided(None, replace(MIDDLE, **{field: absurd}), 0.02 + k * PERIOD_S, safety, rules)
+        safety = decision.safety
+    assert safety.counts.samples == 10 and safety.rig == MIDDLE
+    assert Reason.SAMPLE_NOT_FINITE in decision.reasons and not safety.encoders.fault
+
+
 def test_commands_during_a_stop_are_dropped_and_not_sent_after_it(rules: Rules) -> None:
     safety, _ = stopped(decided(0.3, MIDDLE, 0.01, settled(rules, MIDDLE), rules).safety)
     for command, answer in ((0.3, Reason.ZERO_FIRST), (0.0, Reason.STOP_CLEARED)):
@@ -122,6 +136,109 @@ def test_an_integer_is_a_command_and_rules_take_the_lower_limit(nominal: Rig, ru
     assert commanded(1, settled(rules, MIDDLE))[1] is None
 
 
+def test_of_two_writers_at_once_nobody_is_obeyed(nominal: Rig, rules: Rules) -> None:
+    rig, sent = stepper(nominal, {}, (0.0, math.pi, 0.0, 0.0)), []
+    safety = settled(rules, seen(rig))
+    for k in range(120):
+        now = 0.01 * (k + 1)
+        numbers = (1000 + k, 1 + k) if k < 30 else (1000 + k,)
+        for number in numbers:
+            safety, _ = commanded(0.1, heard(number, now, safety), now)
+        decision = decided(None, seen(rig), now, safety, rules)
+        safety = decision.safety
+        sent.append(decision.pwm)
+        rig.step(decision.pwm)
+        if k == 20:
+            assert decision.reasons == (Reason.TWO_WRITERS,) and decision.level is Level.ERROR
+            assert reset_asked(now, safety, rules)[1] is Reason.RESETTING  # it needs no writer at all
+    assert not any(sent[1:79]) and sent[83] == 0.1  # half a second after the second has fallen silent
+    assert 100 < safety.counts.of_two_writers < 115
+
+
+@pytest.mark.parametrize("lasting", [True, False])
+def test_a_sample_that_cannot_be_true_brings_0_and_guards_no_rail(
+    rules: Rules, monkeypatch: pytest.MonkeyPatch, lasting: bool
+) -> None:
+    fault = Reason.ENCODER_JUMPED if lasting else Reason.ENCODER_SPIKE
+    good = decided(0.1, MIDDLE, 0.01, settled(rules, MIDDLE), rules).safety
+    moving, _ = reset_asked(0.01, good, rules)
+    monkeypatch.setattr("pendulum_bridge.encoder_check.checked", lambda encoders, *_: replace(encoders, fault=fault))
+    for safety in (good, moving):
+        decision = decided(None, AT_THE_END, 0.02, safety, rules)
+        assert decision.pwm == 0.0 and decision.reasons[0] is fault and decision.safety.rig == MIDDLE
+        assert decision.reset_ended is (fault if lasting and safety.reset else None)
+        assert stopped(decision.safety)[0].stop.latched
+    assert reset_asked(0.02, decision.safety, rules)[1] is (fault if lasting else Reason.RESETTING)
+    assert decided(None, None, 0.5, decision.safety, rules).reasons[0] is Reason.RIG_SILENT
+    trusted = []
+    monkeypatch.setattr("pendulum_bridge.encoder_check.trusted_again", trusted.append)
+    latched, _ = stopped(decision.safety)
+    assert stop_cleared(latched)[1] is Reason.ZERO_FIRST and not trusted
+    assert stop_cleared(commanded(0.0, latched)[0])[1] is Reason.STOP_CLEARED and len(trusted) == 1
+
+
+def test_an_answer_just_after_its_samples_decision_moves_as_far_as_at_the_sample(rules: Rules) -> None:
+    """10 a second: 0.1 in a period, whenever in it, and no more however often it is decided."""
+    safety, sent = settled(rules, MIDDLE), []
+    for k in range(1, 6):
+        safety = decided(None, MIDDLE, 0.01 * k, safety, rules).safety
+        for part in range(1, 5):
+            decision = decided(0.5, None, 0.01 * k + 0.0003 * part, safety, rules)
+            safety = decision.safety
+            sent.append(decision.pwm)
+    assert sent[0] == pytest.approx(0.1) and sent[4] == pytest.approx(0.103 + 0.1 - 0.003, abs=0.004)
+    assert sent[-1] == pytest.approx(0.5, abs=0.005)
+
+
+def test_decisions_between_samples_do_not_disturb_a_reset(nominal: Rig, rules: Rules) -> None:
+    ends = []
+    for between in (0, 3):
+        rig, now = stepper(nominal, {}, (0.3, 2.0, 0.0, 5.0)), 0.0
+        safety, _ = reset_asked(0.0, settled(rules, seen(rig)), rules)
+        ended = None
+        while ended is None:
+            for part in range(between):
+                safety = decided(0.3, None, now + 0.002 * (part + 1), safety, rules).safety
+            now += PERIOD_S
+            decision = decided(None, seen(rig), now, safety, rules)
+            safety, ended = decision.safety, decision.reset_ended
+            rig.step(decision.pwm)
+        ends.append((ended, now))
+    assert ends[0][0] is ends[1][0] is Reason.RESET_DONE
+    assert ends[1][1] == pytest.approx(ends[0][1], abs=0.05)
+
+
+def test_commands_that_may_have_waited_while_the_driver_stood_still_are_not_taken(rules: Rules) -> None:
+    before = decided(0.1, MIDDLE, 0.01, settled(rules, MIDDLE), rules).safety
+    assert commanded(0.3, before, 1.0)[1] is Reason.COMMAND_OLD  # the command wakes before the rig's thread
+    resumed = decided(None, MIDDLE, 1.0, before, rules).safety
+    assert commanded(0.3, resumed, 1.1, ago_s=0.2)[1] is Reason.COMMAND_OLD
+    assert commanded(0.3, resumed, 1.1, ago_s=0.02)[1] is None  # sent since then
+    for k in range(120):
+        resumed = decided(None, MIDDLE, 1.01 + 0.01 * k, resumed, rules).safety
+    assert resumed.applied == 0.0 and commanded(0.3, resumed, 2.21, ago_s=60.0)[1] is None  # a clock that is wrong
+
+
+def test_a_sample_that_was_looked_at_late_is_as_old_as_it_is(rules: Rules) -> None:
+    """Two samples a period apart, the first looked at 8 ms late: the time between them stays a period."""
+    moved = RigState(0.003, math.pi, 0.3, 0.0)
+    safety, _ = reset_asked(0.0, settled(rules, MIDDLE), rules)
+    steps = []
+    for first_late_s in (0.0, 0.008):
+        one = decided(None, MIDDLE, 0.01 + first_late_s, safety, rules, ago_s=first_late_s)
+        assert one.safety.ages.sample_s == first_late_s
+        two = decided(None, moved, 0.02, one.safety, rules)
+        steps.append(two.safety.reset)
+    assert steps[0].bias != 0.0 and steps[1].bias == pytest.approx(steps[0].bias)
+
+
+def test_after_a_failure_nothing_is_left_of_command_and_reset(rules: Rules) -> None:
+    safety, ended = failed(decided(0.3, MIDDLE, 0.01, settled(rules, MIDDLE), rules).safety)
+    assert ended is None and decided(None, MIDDLE, 0.02, safety, rules).reasons == (Reason.NO_COMMAND_YET,)
+    safety, ended = failed(reset_asked(0.02, safety, rules)[0])
+    assert ended is Reason.RESET_FAILED and safety.reset is None
+
+
 EVENTS = st.lists(
     st.tuples(
         st.one_of(st.none(), st.floats()),
@@ -139,7 +256,7 @@ def test_whatever_happens_the_order_holds(rules: Rules, nominal: Rig, events: li
     """Within the limit always; 0 while stopped or silent; whatever differs from the command has its reason."""
     rig, now, safety = stepper(nominal, {}, (0.3, 2.0, 0.0, 5.0)), 0.0, at_start(0.0)
     silent_s = math.inf
-    for request, heard, step, event in events:
+    for request, comes, step, event in events:
         if event == "stop":
             safety, _ = stopped(safety)
         elif event == "clear":
@@ -147,8 +264,8 @@ def test_whatever_happens_the_order_holds(rules: Rules, nominal: Rig, events: li
         elif event == "reset":
             safety, _ = reset_asked(now, safety, rules)
         now += step
-        silent_s = 0.0 if heard else silent_s + max(step, 0.0)
-        decision = decided(request, seen(rig) if heard else None, now, safety, rules)
+        silent_s = 0.0 if comes else silent_s + max(step, 0.0)
+        decision = decided(request, seen(rig) if comes else None, now, safety, rules)
         safety = decision.safety
         assert abs(decision.pwm) <= 0.5 and safety.applied == decision.pwm
         if safety.stop.latched:

@@ -77,3 +77,9 @@ def test_a_timeout_that_is_none_is_refused(wrong: float) -> None:
         Timeouts(0.2, wrong)
     with pytest.raises(BadInputError, match="command timeout"):
         Timeouts(command_s=wrong)
+
+
+def test_a_command_between_two_looks_at_the_clock_is_as_old_as_it_is() -> None:
+    ages = command_came(Ages(7.0), 7.015)
+    assert aged(ages, 7.02).command_s == pytest.approx(0.005)
+    assert command_came(Ages(7.0), 6.0).command_s == 0.0  # the clock jumped back

@@ -54,6 +54,21 @@ def limited(asked: float, applied: float, elapsed_s: float, limits: Limits) -> L
     return Limited(min(max(pwm, -limits.magnitude), limits.magnitude), tuple(reason for on, reason in found if on))
 
 
+def slewing_s(unused_s: float, passed_s: float, period_s: float) -> float:
+    """Return for how long a command may be moving by now: the time passed, and what an earlier decision left unused.
+
+    What is left over is never more than a sample period. So an answer that comes just after the decision at its sample
+    may move as far as one at the sample itself, and over any time the command moves no further than that time and one
+    period allow.
+    """
+    return min(unused_s + passed_s, max(period_s, passed_s))
+
+
+def left_s(may_s: float, moved: float, limits: Limits) -> float:
+    """Return what is left unused of the time for which a command could move, after it has moved so far (PWM fraction)."""
+    return max(may_s - abs(moved) / limits.slew_per_s, 0.0)
+
+
 def _reach(elapsed_s: float, limits: Limits) -> float:
     """Return how far a command may move from the one applied."""
     if limits.slew_per_s == math.inf:

@@ -93,10 +93,10 @@ def swing_down(rig: Rig, limit: float, way: int = 1, pole_way: int = 1, deadline
 class Reset:
     """Hold a reset that is under way.
 
-    elapsed_s: since it began. at_rest: consecutive samples at rest so far. standing_s: how long the pole has been still,
-    but not hanging. pwm: command until the next sample (PWM fraction). cart_m_s: the cart's velocity in the last sample,
-    None before the first. dry, bias, dead: what of the command the motion does not show, PWM, along the rail's positive
-    way: against the motion, always, and against the command.
+    elapsed_s: since it began. at_rest: consecutive samples at rest so far.
+    standing_s: how long the pole has been still, but not hanging. pwm: command until the next sample (PWM fraction).
+    cart_m_s: the cart's velocity in the last sample, None before the first. dry, bias, dead: what of the command the motion
+    does not show, PWM, along the rail's positive way: against the motion, always, and against the command.
     """
 
     elapsed_s: float = 0.0
@@ -110,16 +110,16 @@ class Reset:
 
 
 def waited(reset: Reset, passed_s: float) -> Reset:
-    """Return the reset passed_s later, without a new sample: its command stays."""
+    """Return the reset passed_s later; its command stays until a new sample has `swung` it."""
     return replace(reset, elapsed_s=reset.elapsed_s + max(passed_s, 0.0))
 
 
-def swung(reset: Reset, state: RigState, applied: float, passed_s: float, plan: SwingDown) -> Reset:
-    """Return the reset after a new sample, passed_s later, in which `applied` (PWM fraction) was sent.
+def swung(reset: Reset, state: RigState, applied: float, gap_s: float, plan: SwingDown) -> Reset:
+    """Return the reset after a new sample, gap_s after the last, between which `applied` (PWM fraction) was sent.
 
     The command lets the cart be while nothing moves.
     """
-    step = min(max(passed_s, 0.0), LONGEST_STEP_S)
+    step = min(max(gap_s, 0.0), LONGEST_STEP_S)
     resting, standing = at_rest(state, plan.rest), zero_wrong(state, plan.rest)
     quiet = resting or standing
     reset = replace(reset, cart_m_s=state.cart_m_s) if quiet else _observed(reset, state, applied * plan.way, step, plan)
@@ -128,7 +128,6 @@ def swung(reset: Reset, state: RigState, applied: float, passed_s: float, plan: 
     pwm = pushing + reset.dead * clipped(pushing / plan.narrow, 1.0)
     return replace(
         reset,
-        elapsed_s=reset.elapsed_s + max(passed_s, 0.0),
         at_rest=reset.at_rest + 1 if resting else 0,
         standing_s=reset.standing_s + step if standing else 0.0,
         pwm=plan.way * clipped(pwm, plan.limit),

@@ -46,9 +46,9 @@ def aged(ages: Ages, now_s: float) -> Ages:
     return Ages(now_s, *(None if age is None else age + step for age in (ages.command_s, ages.sample_s)))
 
 
-def command_came(ages: Ages) -> Ages:
-    """Return the ages with a command that came at this moment."""
-    return replace(ages, command_s=0.0)
+def command_came(ages: Ages, now_s: float | None = None) -> Ages:
+    """Return the ages with a command that came at this moment, or at now_s, later than the last look at the clock."""
+    return replace(ages, command_s=0.0 if now_s is None else -passed_s(ages, now_s))
 
 
 def command_forgotten(ages: Ages) -> Ages:
@@ -56,9 +56,9 @@ def command_forgotten(ages: Ages) -> Ages:
     return replace(ages, command_s=None)
 
 
-def sample_came(ages: Ages) -> Ages:
-    """Return the ages with a sample that came at this moment."""
-    return replace(ages, sample_s=0.0)
+def sample_came(ages: Ages, ago_s: float = 0.0) -> Ages:
+    """Return the ages with a sample that came at this moment, or so long ago."""
+    return replace(ages, sample_s=ago_s)
 
 
 def silence(ages: Ages, timeouts: Timeouts) -> Reason | None:

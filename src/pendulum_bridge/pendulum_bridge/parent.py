@@ -1,0 +1,20 @@
+"""Notice that the program which started this one has ended."""
+
+from __future__ import annotations
+
+import os
+
+
+class Parent:
+    """Remember who is the parent now.
+
+    Looked at again and again, as the kernel's own signal comes already when the thread ends that started this program.
+    """
+
+    def __init__(self) -> None:
+        self._process = os.getppid()
+
+    @property
+    def ended(self) -> bool:
+        """Tell whether this process has been handed on to another parent."""
+        return os.getppid() != self._process
