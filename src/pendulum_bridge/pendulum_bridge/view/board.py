@@ -1,0 +1,70 @@
+"""Where one thread writes what it hears and another reads it: frozen records behind a lock."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from threading import Lock
+
+from pendulum_bridge.view.samples import NodeHealth, Sample, Snapshot, Source, Word
+
+SAMPLES_KEPT = 256  # enough to find samples of matching stamps at 1 kHz
+NODES_KEPT = 24
+FORGOTTEN_AFTER_S = 60.0  # a node that has been silent for so long is no longer listed
+
+
+class Board:
+    """Keep the latest of everything; every method may be called from any thread.
+
+    rig, twin: their namespaces, None for one that is not listened to.
+    """
+
+    def __init__(self, rig: str | None, twin: str | None) -> None:
+        given = {"rig": rig, "twin": twin}
+        self._sources = {key: Source(name) for key, name in given.items() if name is not None}
+        self._nodes: dict[str, NodeHealth] = {}
+        self._lock = Lock()
+
+    def sample(self, key: str, sample: Sample) -> None:
+        """Take a sample of `rig` or `twin`; one that is not later than the last begins anew."""
+
+        def taken(source: Source) -> Source:
+            before = source.samples[-(SAMPLES_KEPT - 1) :]
+            rising = before and before[-1].stamp_ns < sample.stamp_ns
+            return replace(source, samples=(*before, sample) if rising else (sample,))
+
+        self._change(key, taken)
+
+    def refuse(self, key: str, complaint: str) -> None:
+        """Count a message that is no sample."""
+        self._change(key, lambda source: replace(source, refused=source.refused + 1, complaint=complaint))
+
+    def pwm(self, key: str, word: Word) -> None:
+        """Take a command as it was asked for."""
+        self._change(key, lambda source: replace(source, pwm=word))
+
+    def applied(self, key: str, word: Word) -> None:
+        """Take a command as it was applied."""
+        self._change(key, lambda source: replace(source, applied=word))
+
+    def stopped(self, key: str, latched: bool | None) -> None:
+        """Take whether the stop is latched; None when there is nobody to say."""
+        self._change(key, lambda source: replace(source, stopped=latched))
+
+    def health(self, said: NodeHealth) -> None:
+        """Take a node's health; of too many nodes the ones heard longest ago are forgotten."""
+        with self._lock:
+            self._nodes[said.name] = said
+            if len(self._nodes) > NODES_KEPT:
+                del self._nodes[min(self._nodes.values(), key=lambda node: node.heard_s).name]
+
+    def snapshot(self, now_s: float) -> Snapshot:
+        """Return everything as it is now."""
+        with self._lock:
+            rig, twin = self._sources.get("rig"), self._sources.get("twin")
+            nodes = [node for node in self._nodes.values() if now_s - node.heard_s < FORGOTTEN_AFTER_S]
+        return Snapshot(now_s, rig, twin, tuple(sorted(nodes, key=lambda node: node.name)))
+
+    def _change(self, key: str, change: Callable[[Source], Source]) -> None:
+        with self._lock:
+            self._sources[key] = change(self._sources[key])

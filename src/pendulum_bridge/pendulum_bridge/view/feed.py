@@ -1,0 +1,65 @@
+"""The frames as they come, and the last seconds of the plots; whoever asks gets the newest, never a queue."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections import deque
+from collections.abc import Callable
+from itertools import islice
+from typing import Any
+
+from pendulum_bridge.view.frame import COLUMNS, frame, point
+from pendulum_bridge.view.samples import Snapshot
+
+RATE_HZ = 30.0
+HISTORY_S = 15.0
+
+
+class Feed:
+    """Make a frame out of look(now) at every tick; fixed: what every frame says besides. For one event loop.
+
+    Frames are numbered from 0. A reader says which frame it has; the next answer holds the newest frame
+    and the points of all frames in between, so that a slow reader misses nothing and owes nothing.
+    """
+
+    def __init__(self, look: Callable[[float], Snapshot], fixed: dict[str, Any] | None = None) -> None:
+        self._look = look
+        self._fixed = {"history_s": HISTORY_S, "columns": COLUMNS, **(fixed or {})}
+        self._points: deque[list[float | None]] = deque(maxlen=round(HISTORY_S * RATE_HZ))
+        self._latest: dict[str, Any] = {}
+        self._ticked = asyncio.Event()
+        self.number = -1
+
+    def tick(self, now_s: float) -> None:
+        """Take the frame of now."""
+        self._latest = frame(self._look(now_s))
+        self._points.append(point(self._latest))
+        self.number += 1
+        ticked, self._ticked = self._ticked, asyncio.Event()
+        ticked.set()
+
+    async def newer_than(self, number: int) -> None:
+        """Wait until there is a frame after this one."""
+        while self.number <= number:
+            await self._ticked.wait()
+
+    def text(self, after: int) -> str:
+        """Return the newest frame as JSON, with the points after that frame, or all there are for an unknown one."""
+        known = -1 if after > self.number else max(after, -1)
+        missed = min(self.number - known, len(self._points))
+        points = list(islice(self._points, len(self._points) - missed, None))
+        return json.dumps({**self._fixed, **self._latest, "number": self.number, "points": points}, allow_nan=False)
+
+
+async def ticking(feed: Feed, clock: Callable[[], float], complain: Callable[[str], None]) -> None:
+    """Tick for ever; a tick that fails is told to complain, and the next one follows all the same."""
+    loop = asyncio.get_running_loop()
+    due_s = loop.time()
+    while True:
+        try:
+            feed.tick(clock())
+        except Exception as error:  # a page that stands still looks like a rig that does
+            complain(f"no frame: {error!r}")
+        due_s = max(due_s + 1 / RATE_HZ, loop.time())
+        await asyncio.sleep(due_s - loop.time())

@@ -1,0 +1,51 @@
+"""Who may talk to the page's server: only the page itself, opened by an address that no foreign name can stand for.
+
+A foreign page may send requests to a loopback address too, and a foreign name may be made to resolve to one (DNS
+rebinding). The browser tells both: by `Origin`, which must be the page's own, and by `Host`, which must be a literal
+address, localhost, or the host that was set.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from ipaddress import IPv4Address, IPv6Address, ip_address
+from urllib.parse import urlsplit
+
+
+def refusal(headers: Mapping[str, str], host: str, acts: bool) -> str | None:
+    """Return why a request is refused, None when it may pass; host: where the server listens.
+
+    acts: whether the request does or reveals something that a foreign page must not get, so that Origin must be given.
+    """
+    asked = headers.get("Host", "")
+    if not _is_ours(asked, host):
+        return f"Host: expected the address of this server, found {asked!r}"
+    origin = headers.get("Origin")
+    if origin is None:
+        return "Origin: expected the page of this server, found none" if acts else None
+    if origin not in (f"http://{asked}", f"https://{asked}"):
+        return f"Origin: expected the page of this server, found {origin!r}"
+    return None
+
+
+def is_loopback(host: str) -> bool:
+    """Tell whether a host is reached from this machine only."""
+    address = _address(host)
+    return host == "localhost" or (address is not None and address.is_loopback)
+
+
+def _is_ours(asked: str, host: str) -> bool:
+    try:
+        name = urlsplit(f"//{asked}").hostname or ""
+    except ValueError:
+        return False
+    if is_loopback(host):
+        return is_loopback(name)
+    return name in (host.lower(), "localhost") or _address(name) is not None
+
+
+def _address(host: str) -> IPv4Address | IPv6Address | None:
+    try:
+        return ip_address(host)
+    except ValueError:
+        return None

@@ -1,0 +1,170 @@
+"""The page's server: the page itself, its live frames over a WebSocket, and its buttons.
+
+A browser asks for every frame by the number of the last one it has (-1: none), so that nothing piles up before a slow
+one, and a fast one gets each frame once. Buttons are POST requests; the answer is `{"success": .., "sentence": ..}`.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import suppress
+from dataclasses import asdict, dataclass, field
+from importlib.resources import files
+
+from aiohttp import WSCloseCode, WSMsgType, web
+from aiohttp.typedefs import Handler
+
+from pendulum_bridge.view.feed import Feed, ticking
+from pendulum_bridge.view.same_origin import refusal
+
+STOP = "stop"
+BUTTONS = (STOP, "clear_stop", "reset", "reset_twin")
+KINDS = {"html": "text/html", "css": "text/css", "js": "text/javascript", "svg": "image/svg+xml"}
+MOST_BROWSERS = 32
+LONGEST_QUESTION = 32  # bytes: a number
+GOODBYE_S = 1.0  # a browser has so long to answer a goodbye
+HEADERS = {
+    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; "
+    "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+    "Cache-Control": "no-cache",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+}
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Hold what a service said."""
+
+    success: bool
+    sentence: str
+
+
+@dataclass
+class Page:
+    """Hold what the server needs, and who is connected.
+
+    host: where it listens. press: does what a button says and answers. clock: s, as the feed counts. complain: tells a
+    person what failed. heartbeat_s: a browser that does not answer for so long is let go. pending: buttons whose answer is
+    awaited; each at most once, as a browser holds six requests at most and the stop must be among them.
+    """
+
+    host: str
+    feed: Feed
+    press: Callable[[str], Awaitable[Answer]]
+    clock: Callable[[], float]
+    complain: Callable[[str], None]
+    heartbeat_s: float = 10.0
+    browsers: set[web.WebSocketResponse] = field(default_factory=set)
+    pending: set[str] = field(default_factory=set)
+
+
+PAGE: web.AppKey[Page] = web.AppKey("page", Page)
+
+
+def make_app(page: Page) -> web.Application:
+    """Return the server of a page; the feed ticks while it runs."""
+    app = web.Application(middlewares=[_checked], client_max_size=1024)
+    app[PAGE] = page
+    for path, (kind, content) in _assets().items():
+        app.router.add_get(path, _asset(kind, content))
+    app.router.add_get("/live", _live)
+    for button in BUTTONS:
+        app.router.add_post(f"/{button}", _pressed)
+    app.on_response_prepare.append(_with_headers)
+    app.on_shutdown.append(_say_goodbye)
+    app.cleanup_ctx.append(_ticking)
+    return app
+
+
+def _assets() -> dict[str, tuple[str, bytes]]:
+    """Return the files of the page by path: kind and content."""
+    found = {
+        f"/{item.name}": (KINDS[item.name.rpartition(".")[2]], item.read_bytes())
+        for item in (files("pendulum_bridge.view") / "static").iterdir()
+        if item.name.rpartition(".")[2] in KINDS
+    }
+    return {**found, "/": found["/index.html"]}
+
+
+def _asset(kind: str, content: bytes) -> Handler:
+    async def answer(request: web.Request) -> web.Response:
+        return web.Response(body=content, content_type=kind, charset="utf-8")
+
+    return answer
+
+
+@web.middleware
+async def _checked(request: web.Request, handler: Handler) -> web.StreamResponse:
+    page = request.app[PAGE]
+    acts = request.method not in ("GET", "HEAD") or request.path == "/live"
+    refused = refusal(request.headers, page.host, acts)
+    if refused:
+        return web.json_response(asdict(Answer(False, f"refused. {refused}")), status=403)
+    try:
+        return await handler(request)
+    except (web.HTTPException, asyncio.CancelledError):
+        raise
+    except Exception as error:
+        page.complain(f"{request.path} failed: {error!r}")
+        return web.json_response(asdict(Answer(False, f"{request.path} failed: {error!r}")), status=500)
+
+
+async def _with_headers(request: web.Request, response: web.StreamResponse) -> None:
+    response.headers.update(HEADERS)
+
+
+async def _pressed(request: web.Request) -> web.Response:
+    page, button = request.app[PAGE], request.path[1:]
+    if button in page.pending and button != STOP:
+        return web.json_response(asdict(Answer(False, f"{button}: asked for already, its answer is awaited")))
+    page.pending.add(button)
+    try:
+        return web.json_response(asdict(await page.press(button)))
+    finally:
+        page.pending.discard(button)
+
+
+async def _live(request: web.Request) -> web.StreamResponse:
+    page = request.app[PAGE]
+    if len(page.browsers) >= MOST_BROWSERS:
+        raise web.HTTPServiceUnavailable(text=f"expected at most {MOST_BROWSERS} pages at a time: close one")
+    socket = web.WebSocketResponse(
+        heartbeat=page.heartbeat_s, timeout=GOODBYE_S, compress=False, max_msg_size=LONGEST_QUESTION
+    )
+    await socket.prepare(request)
+    page.browsers.add(socket)
+    try:
+        with suppress(ConnectionError):
+            await _answer_all(socket, page.feed)
+    finally:
+        page.browsers.discard(socket)
+    return socket
+
+
+async def _answer_all(socket: web.WebSocketResponse, feed: Feed) -> None:
+    sent = -1
+    async for question in socket:
+        if question.type is not WSMsgType.TEXT or not question.data.removeprefix("-").isdecimal():
+            await socket.close(code=WSCloseCode.POLICY_VIOLATION, message=b"expected the number of a frame")
+            return
+        after = int(question.data)
+        await feed.newer_than(max(sent, min(after, feed.number)))
+        sent = feed.number
+        await socket.send_str(feed.text(after))
+
+
+async def _say_goodbye(app: web.Application) -> None:
+    goodbyes = (socket.close(code=WSCloseCode.GOING_AWAY, message=b"view_node ends") for socket in app[PAGE].browsers)
+    await asyncio.gather(*goodbyes, return_exceptions=True)
+
+
+async def _ticking(app: web.Application) -> AsyncIterator[None]:
+    page = app[PAGE]
+    task = asyncio.create_task(ticking(page.feed, page.clock, page.complain))
+    yield
+    task.cancel()
+    with suppress(asyncio.CancelledError):
+        await task

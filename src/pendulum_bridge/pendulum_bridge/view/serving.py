@@ -1,0 +1,82 @@
+"""Run a server in a thread of its own: its address taken first, where a failure can still end in a sentence."""
+
+from __future__ import annotations
+
+import asyncio
+import errno
+import socket
+from collections.abc import Callable
+from contextlib import suppress
+from threading import Thread
+
+from aiohttp import web
+
+from pendulum_twin.errors import BadInputError
+
+LONGEST_END_S = 5.0
+
+
+def listening(host: str, port: int) -> socket.socket:
+    """Return a socket that listens; port 0: any free one. Raises BadInputError when the address cannot be had."""
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    taken = socket.socket(family, socket.SOCK_STREAM)
+    try:
+        taken.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # so that a node can follow another at once
+        taken.bind((host, port))
+        taken.listen()
+    except OSError as error:
+        taken.close()
+        raise BadInputError(_sentence(host, port, error)) from error
+    return taken
+
+
+def url(taken: socket.socket) -> str:
+    """Return the address of a page served on this socket."""
+    host, port = taken.getsockname()[:2]
+    return f"http://[{host}]:{port}/" if ":" in host else f"http://{host}:{port}/"
+
+
+def _sentence(host: str, port: int, error: OSError) -> str:
+    if error.errno == errno.EADDRINUSE:
+        return f"port: expected a free port of {host}, found {port} in use: give another one, or -p port:=0 for any"
+    if error.errno == errno.EACCES:
+        return f"port: expected one that you may listen on, found {port}: give one from 1024 on, or -p port:=0 for any"
+    return f"host: expected an address of this machine, found {host!r} ({error.strerror}): give -p host:=127.0.0.1"
+
+
+class Serving:
+    """Serve an application on a socket until closed. make: makes it, in the server's thread and event loop.
+
+    failed: told what ended the server before it was closed.
+    """
+
+    def __init__(self, taken: socket.socket, make: Callable[[], web.Application], failed: Callable[[str], None]) -> None:
+        self._socket, self._make, self._failed = taken, make, failed
+        self._loop = asyncio.new_event_loop()
+        self._ended = asyncio.Event()
+        self._thread = Thread(target=self._run, name="page", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """End it, and wait until it has ended."""
+        with suppress(RuntimeError):  # it ended by itself
+            self._loop.call_soon_threadsafe(self._ended.set)
+        self._thread.join(LONGEST_END_S)
+
+    def _run(self) -> None:
+        try:
+            with asyncio.Runner(loop_factory=lambda: self._loop) as runner:
+                runner.run(self._serve())
+        except Exception as error:
+            self._failed(f"the page is no longer served: {error!r}")
+        finally:
+            self._socket.close()
+
+    async def _serve(self) -> None:
+        runner = web.AppRunner(self._make(), access_log=None, handle_signals=False, shutdown_timeout=1.0)
+        await runner.setup()
+        try:
+            await web.SockSite(runner, self._socket).start()
+            await self._ended.wait()
+        finally:
+            await runner.cleanup()

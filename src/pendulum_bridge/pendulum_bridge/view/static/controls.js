@@ -1,0 +1,40 @@
+// The buttons, and Space or Escape for stop wherever the focus is; Enter presses the other buttons.
+
+const LONGEST_MS = { stop: 4000, clear_stop: 4000, reset: 65000, reset_twin: 65000 };
+const NAMES = { stop: "Stop", clear_stop: "Clear stop", reset: "Reset rig", reset_twin: "Reset twin" };
+
+// said({button, name, success, sentence}); success is null while the answer is awaited.
+export function control(said) {
+  const buttons = [...document.querySelectorAll("[data-button]")];
+
+  async function press(element) {
+    const button = element.dataset.button, name = NAMES[button];
+    if (element.ariaDisabled === "true") return;
+    if (button !== "stop") element.ariaDisabled = "true"; // a disabled one would lose the focus
+    said({ button, name, success: null, sentence: "asked" });
+    const answer = await ask(button);
+    element.ariaDisabled = null;
+    said({ button, name, ...answer });
+  }
+
+  for (const element of buttons) element.addEventListener("click", () => press(element));
+  const stop = buttons.find((element) => element.dataset.button === "stop");
+  const isStop = (event) => event.code === "Space" || event.key === "Escape";
+  window.addEventListener("keydown", (event) => {
+    if (!isStop(event)) return;
+    event.preventDefault();
+    event.stopPropagation();
+    if (!event.repeat) press(stop);
+  }, true);
+  window.addEventListener("keyup", (event) => { if (isStop(event)) event.preventDefault(); }, true);
+}
+
+async function ask(button) {
+  try {
+    const response = await fetch(`/${button}`, { method: "POST", signal: AbortSignal.timeout(LONGEST_MS[button]) });
+    return await response.json();
+  } catch (error) {
+    const late = error.name === "TimeoutError";
+    return { success: false, sentence: late ? "view_node gave no answer in time" : "view_node cannot be reached" };
+  }
+}

@@ -1,0 +1,126 @@
+// The page: frames in, drawings and numbers out.
+
+import { Banners } from "./banners.js";
+import { control } from "./controls.js";
+import { follow } from "./link.js";
+import { Nodes } from "./nodes.js";
+import { Panel } from "./panel.js";
+import { Plot } from "./plot.js";
+import { DEGREES, made, say, signed, tick } from "./words.js";
+
+const by = (id) => document.getElementById(id);
+const banners = new Banners(by("banners"));
+const nodes = new Nodes(by("nodes"));
+const panels = [new Panel(by("rig"), "twin", ", dashed: the twin"), new Panel(by("twin"), null, "")];
+
+const both = (column) => ["rig", "twin"].map((source) =>
+  ({ key: `${source}_${column}`, label: source, colour: source, source, broad: source === "rig" }));
+const commands = ["rig", "twin"].flatMap((source) => {
+  const common = { colour: source, source, broad: source === "rig", stepped: true };
+  return [
+    { key: `${source}_pwm`, label: `${source} asked for`, dashed: true, ...common },
+    { key: `${source}_applied_pwm`, label: source, ...common },
+  ];
+});
+const apart = (column) => [{ key: `mismatch_${column}`, label: "rig − twin", colour: "mismatch", source: "mismatch" }];
+const plots = [
+  new Plot({ title: "Cart position", unit: "m", digits: 3, narrowest: 0.02, series: both("cart_m") }),
+  new Plot({ title: "Mismatch of the cart", unit: "mm", scale: 1000, digits: 1, narrowest: 1, series: apart("cart_m") }),
+  new Plot({ title: "Pole angle", unit: "°", scale: DEGREES, digits: 1, narrowest: 2, degrees: true,
+    series: both("pole_rad") }),
+  new Plot({ title: "Mismatch of the pole", unit: "°", scale: DEGREES, digits: 2, narrowest: 0.2, degrees: true,
+    jump: Math.PI, series: apart("pole_rad") }),
+  new Plot({ title: "PWM applied", unit: "", digits: 2, narrowest: 0.1, series: commands }),
+];
+by("plots").prepend(...plots.map((plot) => plot.element));
+const [, , , poleMismatch] = plots;
+const also = made("span", { data: { value: "mismatch.also" } });
+poleMismatch.series[0].item.append(also);
+
+let frame = null, points = [], asked = false;
+
+function keep(latest, first) {
+  if (first) points = [];
+  for (const values of latest.points) {
+    points.push(Object.fromEntries(latest.columns.map((column, k) => [column, values[k]])));
+  }
+  const oldest = latest.time_s - latest.history_s;
+  while (points.length && points[0].time_s < oldest) points.shift();
+}
+
+function draw() {
+  asked = false;
+  if (!frame) return;
+  const there = ["rig", "twin"].filter((key) => frame[key]);
+  if (there.length === 2) there.push("mismatch");
+  for (const panel of panels) panel.draw(frame);
+  for (const plot of plots) {
+    plot.show(there);
+    plot.draw(points, frame.history_s);
+  }
+  by("plots").toggleAttribute("data-single", there.length < 3);
+  say(also, alsoOf(frame.mismatch));
+}
+
+function alsoOf(mismatch) {
+  if (!mismatch || mismatch.pole_rad === null) return "";
+  const turns = mismatch.turns ? ` and ${signed(mismatch.turns, 0)} turns` : "";
+  return `(${signed(mismatch.pole_rad, 1, 1000)} mrad${turns})`;
+}
+
+function soon() {
+  if (asked) return;
+  asked = true;
+  requestAnimationFrame(draw);
+}
+
+function warn() {
+  for (const key of ["rig", "twin"]) {
+    const source = frame[key];
+    banners.set(key, source?.state === "stale" ? "warn" : "info", source?.notice);
+  }
+  warnOfStop(frame.rig ? frame.rig.stopped : null);
+  for (const element of document.querySelectorAll("[data-button]")) {
+    element.hidden = !frame[element.dataset.button === "reset_twin" ? "twin" : "rig"];
+  }
+}
+
+function warnOfStop(stopped) {
+  const latch = by("latch");
+  latch.dataset.latch = stopped === null ? "unknown" : stopped ? "latched" : "clear";
+  say(latch, stopped === null ? "stop state unknown" : stopped ? "stop latched" : "stop not latched");
+  banners.set("stop", "error", stopped ? "The stop is latched: the rig takes no command until it is cleared." : null);
+}
+
+follow((latest, first) => {
+  keep(latest, first);
+  frame = latest;
+  warn();
+  nodes.draw(frame.nodes);
+  soon();
+}, (state) => {
+  document.body.dataset.link = state;
+  say(by("link"), state === "open" ? "connected" : "connection lost");
+  const lost = "Connection lost: nothing here is live, and Stop may not get through. Trying again.";
+  banners.set("link", "error", state === "lost" ? lost : null);
+  if (state !== "lost") return;
+  for (const key of ["rig", "twin"]) banners.set(key, "info", null);
+  warnOfStop(null);
+});
+
+control(({ button, name, success, sentence }) => {
+  const answer = by("answer");
+  if (success === null) delete answer.dataset.success;
+  else answer.dataset.success = String(success);
+  say(answer, `${name}: ${sentence}`);
+  if (button !== "stop" || success === null) return;
+  banners.set("unstopped", "error", success ? null : `Stop did not get through: ${sentence}. Use the switch of the rig.`);
+});
+
+new ResizeObserver(soon).observe(document.body);
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", soon);
+setInterval(() => {
+  if (!frame) return;
+  for (const panel of panels) panel.describe(frame);
+  for (const plot of plots) plot.describe();
+}, 1000);
