@@ -18,6 +18,7 @@ SCRIPTS = [script for package in PACKAGES for script in metadata.distribution(pa
 ROS_IS_SOURCED = "AMENT_PREFIX_PATH" in os.environ and os.environ.get("ROS_DISTRO") == "jazzy"
 LOCK = (ROOT / "requirements.lock").read_text().splitlines()
 DEPEND_TAGS = ("depend", "exec_depend")
+SHARED = ("launch", "config", "rviz", "foxglove")  # folders of pendulum_bridge that launch files look for in its share
 
 
 def run(*command: str | Path, **environment: str) -> str:
@@ -64,6 +65,14 @@ def assert_executables(prefix: Path, package: str) -> None:
         assert os.access(wrapper, os.X_OK), f"{wrapper} is missing or not executable"
         real.write_text('#!/bin/sh\necho "$0" "$@"\n')
         assert run(wrapper, "one", "two words").split(" ", 1)[1] == "one two words\n"
+
+
+def assert_shared_files(prefix: Path) -> None:
+    """Check that share/pendulum_bridge has every file of the folders that are shared."""
+    for folder in SHARED:
+        here, there = ROOT / "src" / "pendulum_bridge" / folder, prefix / "share" / "pendulum_bridge" / folder
+        files = {path.name: path.read_bytes() for path in here.iterdir()}
+        assert files and {path.name: path.read_bytes() for path in there.iterdir()} == files
 
 
 def test_lock_is_nothing_but_exact_versions() -> None:
@@ -135,6 +144,7 @@ def test_pip_install(sources: Path, tmp_path: Path) -> None:
         assert (tmp_path / "share/ament_index/resource_index/packages" / package).is_file()
         assert (tmp_path / "share" / package / "package.xml").is_file()
         assert_executables(tmp_path, package)
+    assert_shared_files(tmp_path)
 
 
 @pytest.mark.parametrize("options", [[], ["--symlink-install"]], ids=["copied", "symlinked"])
@@ -151,3 +161,4 @@ def test_colcon_build(sources: Path, tmp_path: Path, options: list[str]) -> None
         found = run("sh", "-c", where, setup, sys.executable, COLCON_CURRENT_PREFIX=str(prefix))
         assert str(tmp_path) in found, "sourcing the installed package leads to another copy of it"
         assert_executables(prefix, package)
+    assert_shared_files(tmp_path / "install-base" / "pendulum_bridge")

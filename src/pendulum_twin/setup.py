@@ -1,7 +1,7 @@
 from setuptools import find_packages, setup
 
 NAME = "pendulum_twin"
-EXECUTABLES = {"twin_node": "pendulum_twin.nodes.twin_node:main"}
+EXECUTABLES = {"twin_node": "pendulum_twin.nodes.twin_node:main", "twin_urdf": "pendulum_twin.urdf:main"}
 
 setup(
     name=NAME,

@@ -1,0 +1,138 @@
+"""Play a plan on a rig by the driver's own safety rules, and keep what happened. It ends with PWM 0, however it ends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from pendulum_bridge.doctor.pushes import Moment, Plan
+from pendulum_bridge.doctor.track import Track
+from pendulum_bridge.doctor.wire import Heard, Wire
+from pendulum_bridge.protocol import Command, Sample
+from pendulum_bridge.reasons import Reason
+from pendulum_bridge.rig_state import RigState
+from pendulum_bridge.safety import Rules, Safety, at_start, decided
+from pendulum_twin.errors import BadInputError
+
+WAIT_S = 0.02  # longest time without a decision, as in the driver
+SILENT_S = 0.5
+OLD = 1.5  # periods; a sample that is older is surely followed by a newer one
+LAST_WORDS = 5  # packets with PWM 0: any may be lost
+BRAKING_S, COASTING_S, SLOW_M_S = 1.0, 0.5, 0.05
+SILENT, BRAKED = f"the rig sent nothing for {SILENT_S:g} s", "the rail guard had to brake the cart"
+GUARDED = {Reason.RAIL_BRAKING, Reason.RAIL_NOT_HELD}
+JUMPED, STOOD, HUNG = (
+    "a position jumped further than the rig can move",
+    "the cart's position did not change at all",
+    "the pole's angle did not change at all while the cart moved",
+)
+# reasons for which the safety rules send nothing any more
+DISBELIEVED = {Reason.ENCODER_JUMPED: JUMPED, Reason.CART_STUCK: STOOD, Reason.POLE_STUCK: HUNG}
+
+
+@dataclass(frozen=True)
+class Driven[Seen]:
+    """Hold what happened: the track, what the plan has seen (None when it was broken off), and why, in words."""
+
+    track: Track
+    seen: Seen | None
+    broken_off: str = ""
+
+
+@dataclass
+class _Log:
+    arrivals: list[float] = field(default_factory=list)
+    samples: list[tuple[float, float, float, float]] = field(default_factory=list)
+    sent_at: list[float] = field(default_factory=list)
+    sent: list[float] = field(default_factory=list)
+
+    def track(self) -> Track:
+        return Track(*(np.array(each) for each in (self.arrivals, self.samples, self.sent_at, self.sent)))
+
+
+def drive[Seen](wire: Wire, plan: Plan[Seen], rules: Rules, signs_known: bool = True, reset: bool = False) -> Driven[Seen]:
+    """Play the plan until it ends or the rail guard has to brake.
+
+    signs_known: whether the guard knows which way a command moves the cart; if not, its brake is not sent but 0. reset:
+    hold the reset flag meanwhile. Raises BadInputError when the network refuses a command.
+    """
+    log = _Log()
+    try:
+        seen, why, safety = _played(wire, plan, rules, reset, log)
+        if why == BRAKED and signs_known:
+            _braked(wire, safety, rules)
+    finally:
+        stop(wire)
+    if why == JUMPED:
+        _watched(wire, log)
+    return Driven(log.track(), seen, why)
+
+
+def stop(wire: Wire) -> None:
+    """Send PWM 0 and no reset, several times."""
+    for _ in range(LAST_WORDS):
+        wire.send(Command(0.0))
+
+
+def _played[Seen](wire: Wire, plan: Plan[Seen], rules: Rules, reset: bool, log: _Log) -> tuple[Seen | None, str, Safety]:
+    """Return what the plan has seen, why it was broken off, and the state of the safety rules at the end."""
+    begin = heard_s = wire.now()
+    safety = at_start(begin)
+    next(plan)
+    while True:
+        heard = wire.receive(wire.now() + WAIT_S)
+        state, now = _noted(heard, log), wire.now()
+        heard_s = heard_s if state is None else now
+        if now - heard_s > SILENT_S:
+            return None, SILENT, safety
+        if heard is not None and now - heard.at_s > OLD * rules.period_s:
+            continue
+        request = None
+        if state is not None:
+            try:
+                request = plan.send(Moment(now - begin, state))
+            except StopIteration as over:
+                return over.value, "", safety
+        decision = decided(request, state, now, safety, rules)
+        safety = decision.safety
+        if why := next((DISBELIEVED[each] for each in decision.reasons if each in DISBELIEVED), ""):
+            return None, why, safety
+        if GUARDED & set(decision.reasons):
+            if state is not None:
+                return None, BRAKED, safety
+            safety = replace(safety, applied=0.0)  # nothing new is heard: no brake for a cart that nobody sees
+        wire.send(Command(safety.applied, reset))
+        log.sent_at.append(wire.now())
+        log.sent.append(safety.applied)
+
+
+def _watched(wire: Wire, log: _Log) -> None:
+    """Note for a while how the cart coasts: what its samples look like then tells why they were not believed."""
+    end = wire.now() + COASTING_S
+    while wire.now() < end:
+        _noted(wire.receive(end), log)
+
+
+def _braked(wire: Wire, safety: Safety, rules: Rules) -> None:
+    """Ask for nothing until the guard has brought the cart to a stand."""
+    end = wire.now() + BRAKING_S
+    while wire.now() < end:
+        state = _noted(wire.receive(wire.now() + WAIT_S), _Log())
+        decision = decided(0.0, state, wire.now(), safety, rules)
+        safety = decision.safety
+        wire.send(Command(decision.pwm))
+        if state is not None and abs(state.cart_m_s) < SLOW_M_S:
+            return
+
+
+def _noted(heard: Heard | None, log: _Log) -> RigState | None:
+    if heard is None:
+        return None
+    try:
+        sample = Sample.unpack(heard.packet)
+    except BadInputError:
+        return None
+    log.arrivals.append(heard.at_s)
+    log.samples.append((sample.pole_rad, sample.pole_rate, sample.cart_m, sample.cart_velocity))
+    return RigState(sample.cart_m, sample.pole_rad, sample.cart_velocity, sample.pole_rate)

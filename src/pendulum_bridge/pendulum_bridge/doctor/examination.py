@@ -1,0 +1,57 @@
+"""All checks of a rig that can be heard, in their order."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from pendulum_bridge.doctor import moving, standing
+from pendulum_bridge.doctor.faults import Verdict
+from pendulum_bridge.doctor.findings import Check, Finding, skipped
+from pendulum_bridge.doctor.listening import listen
+from pendulum_bridge.doctor.resting import CART
+from pendulum_bridge.doctor.standing import Standing
+from pendulum_bridge.doctor.wire import Wire
+from pendulum_bridge.doctor.zeros import check_rail
+from pendulum_twin.model import Twin
+
+NOT_ASKED = "not without --move, which moves the cart"
+
+
+@dataclass(frozen=True)
+class Task:
+    """Hold what is to be examined: the twin file's rig, samples a second, seconds of listening, whether it may be moved."""
+
+    twin: Twin
+    rate_hz: float = 100.0
+    listen_s: float = 3.0
+    may_move: bool = False
+
+
+def examine(wire: Wire, task: Task) -> Iterator[Finding]:
+    """Yield every finding from the samples on, as it is made. Raises BadInputError when the network refuses a command."""
+    stood = standing.stand(listen(wire, task.listen_s), task.twin, task.rate_hz)
+    yield from stood.findings
+    why = moving.why_not(stood.findings, task.twin) if task.may_move else NOT_ASKED
+    made: list[Check] = []
+    if stood.rest is not None and not why:
+        stage = moving.move(wire, task.twin, stood.rest, task.rate_hz)
+        while True:
+            try:
+                finding = next(stage)
+            except StopIteration as over:
+                why = over.value
+                break
+            made.append(finding.check)
+            yield finding
+    for check in moving.CHECKS[len(made) :]:
+        yield _rail(stood, task.twin) if check is Check.RAIL else skipped(check, why)
+
+
+def _rail(stood: Standing, twin: Twin) -> Finding:
+    """Return whether the cart stood on the rail, when it was not moved."""
+    zero = next(each for each in stood.findings if each.check is Check.CART_ZERO)
+    if zero.verdict in (Verdict.FAIL, Verdict.SKIPPED):
+        return skipped(Check.RAIL, "see the cart's zero")
+    cart = stood.samples[:, CART]
+    return check_rail(float(cart.min()), float(cart.max()), twin.rig.rail_half_length_m)

@@ -1,0 +1,97 @@
+"""What a check can come to: one finding each, with what was expected, what was found, and what to do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from pendulum_bridge.doctor.faults import Fault, Verdict
+
+
+class Check(Enum):
+    """The checks, in the order in which they are made: group and name."""
+
+    ADDRESS = ("ports", "rig's address")
+    OUR_PORT = ("ports", "our port")
+    RIG_PORT = ("ports", "rig listens")
+    SAMPLES = ("samples", "arrive")
+    PACKETS = ("samples", "packets")
+    FIELDS = ("samples", "fields at rest")
+    RATE = ("rate", "rate")
+    JITTER = ("rate", "jitter")
+    LOSSES = ("rate", "losses")
+    REST = ("rest", "stands still")
+    NOISE = ("rest", "noise")
+    VELOCITIES = ("rest", "velocities")
+    POLE_ZERO = ("zero", "pole")
+    CART_ZERO = ("zero", "cart")
+    MOVES = ("command", "cart moves")
+    FIELDS_MOVING = ("command", "fields")
+    VELOCITIES_MOVING = ("command", "velocities")
+    DIRECTIONS = ("command", "directions")
+    LATENCY = ("command", "latency")
+    ACCELERATION = ("command", "acceleration")
+    CLIPPING = ("limits", "command")
+    RAIL = ("limits", "rail")
+    RESET = ("reset", "reset flag")
+
+    @property
+    def group(self) -> str:
+        """Return what the check belongs to."""
+        return self.value[0]
+
+    @property
+    def title(self) -> str:
+        """Return the check's name within its group."""
+        return self.value[1]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Hold what one check came to.
+
+    expected, found: for a person. fault: what is wrong, None when nothing is. skipped: not looked at; found then says why.
+    """
+
+    check: Check
+    expected: str
+    found: str
+    fault: Fault | None = None
+    skipped: bool = False
+
+    @property
+    def verdict(self) -> Verdict:
+        """Return how bad it is."""
+        if self.skipped:
+            return Verdict.SKIPPED
+        return Verdict.OK if self.fault is None else self.fault.verdict
+
+    @property
+    def advice(self) -> str:
+        """Return what to do; empty when there is nothing to do."""
+        return "" if self.fault is None else self.fault.advice
+
+    @property
+    def line(self) -> str:
+        """Return the finding in one line."""
+        head = f"{self.verdict.name:<8} {f'{self.check.group}, {self.check.title}':<22} "
+        if self.skipped:
+            return head + self.found
+        return head + f"expected {self.expected}; found {self.found}" + (f". {self.advice}" if self.advice else "")
+
+    def to_mapping(self) -> dict[str, str | None]:
+        """Return the finding as JSON holds it."""
+        return {
+            "group": self.check.group,
+            "check": self.check.title,
+            "verdict": self.verdict.name,
+            "fault": self.fault.name.lower() if self.fault else None,
+            "expected": self.expected,
+            "found": self.found,
+            "advice": self.advice,
+        }
+
+
+def skipped(check: Check, why: str) -> Finding:
+    """Return the finding of a check that was not made."""
+    return Finding(check, "", why, skipped=True)

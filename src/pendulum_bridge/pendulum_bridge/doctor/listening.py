@@ -1,0 +1,59 @@
+"""Hear the rig for a while, and say whether it is the rig that is heard."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pendulum_bridge.doctor.faults import Fault
+from pendulum_bridge.doctor.findings import Check, Finding
+from pendulum_bridge.doctor.wire import Heard, Wire
+from pendulum_bridge.udp import Address
+
+FIRST_S = 2.0  # until the first sample
+SILENT_S = 0.5  # without one more at the end: it has stopped
+
+
+@dataclass(frozen=True)
+class Listened:
+    """Hold what was heard: packets of the rig's host; foreign: how many were not; stranger: who sent the last of these.
+
+    silent_s: from the last packet to the end. trouble: why the rig is not connected, empty when it is.
+    """
+
+    heard: tuple[Heard, ...]
+    foreign: int = 0
+    stranger: Address | None = None
+    silent_s: float = 0.0
+    trouble: str = ""
+
+
+def listen(wire: Wire, seconds: float) -> Listened:
+    """Hear the wire for so many seconds from the first packet on; give up when none comes within FIRST_S."""
+    heard: list[Heard] = []
+    end = wire.now() + FIRST_S
+    while (now := wire.now()) < end:
+        packet = wire.receive(end)
+        if packet is not None:
+            end = end if heard else now + seconds
+            heard.append(packet)
+    silent_s = wire.now() - heard[-1].at_s if heard else FIRST_S
+    return Listened(tuple(heard), wire.foreign, wire.stranger, silent_s, wire.trouble)
+
+
+def check_samples(listened: Listened) -> Finding:
+    """Return whether the rig is heard, and nobody else."""
+    expected = f"a first packet of the rig within {FIRST_S:g} s, and no others"
+    count, strangers = len(listened.heard), f"{listened.foreign} packets of another host"
+    if listened.stranger is not None:
+        strangers += f" ({listened.stranger.host})"
+    if not count and listened.trouble:
+        return Finding(Check.SAMPLES, expected, f"no connection: {listened.trouble.rstrip('.')}", Fault.NOT_CONNECTED)
+    if not count:
+        found, fault = (strangers, Fault.ALL_FOREIGN) if listened.foreign else ("nothing", Fault.SILENT)
+        return Finding(Check.SAMPLES, expected, f"{found}, none of the rig" if listened.foreign else found, fault)
+    if listened.silent_s > SILENT_S:
+        found = f"{count} packets, then nothing for {listened.silent_s:.1f} s"
+        return Finding(Check.SAMPLES, expected, found, Fault.FELL_SILENT)
+    if listened.foreign:
+        return Finding(Check.SAMPLES, expected, f"{count} packets, and {strangers}", Fault.SOME_FOREIGN)
+    return Finding(Check.SAMPLES, expected, f"{count} packets of the rig")

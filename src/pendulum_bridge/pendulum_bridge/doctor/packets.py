@@ -1,0 +1,72 @@
+"""Whether packets hold samples as the protocol has them, and by which mistake not."""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections import Counter
+from collections.abc import Sequence
+
+from pendulum_bridge.doctor.faults import Fault
+from pendulum_bridge.doctor.findings import Check, Finding
+from pendulum_bridge.protocol import SAMPLE, Sample
+from pendulum_bridge.udp import LONGEST_PACKET
+from pendulum_twin.errors import BadInputError
+
+SWAPPED = struct.Struct("<dddd")
+POSITIONS = (0, 2)  # of the fields; velocities that die out may be as small as a swapped number looks
+HANGING_RAD = 0.3
+LEAST, MOST = 1e-9, 1e6  # m, rad: what a position that is not 0 may be
+EXPECTED = f"{SAMPLE.size} bytes, four big-endian doubles (>dddd)"
+
+
+def samples_of(packets: Sequence[bytes]) -> list[Sample | None]:
+    """Return each packet's sample, None for one that holds none."""
+    return [_sample(packet) for packet in packets]
+
+
+def check_packets(packets: Sequence[bytes]) -> Finding:
+    """Return whether the packets hold samples; more than half of one mistake is that mistake, fewer are strays."""
+    mistakes = Counter(mistake for packet in packets if (mistake := _mistake(packet)) is not None)
+    right, total = len(packets) - mistakes.total(), len(packets)
+    if not mistakes:
+        return Finding(Check.PACKETS, EXPECTED, f"that in all {total} packets")
+    (fault, what), count = mistakes.most_common(1)[0]
+    if 2 * right >= total:
+        fault = Fault.SOME_MALFORMED
+    return Finding(Check.PACKETS, EXPECTED, f"{what} in {count} of {total} packets", fault)
+
+
+def _mistake(packet: bytes) -> tuple[Fault, str] | None:
+    if len(packet) != SAMPLE.size:
+        return Fault.WRONG_LENGTH, _description(packet)
+    straight, swapped = SAMPLE.unpack(packet), SWAPPED.unpack(packet)
+    if _believable(swapped) and (not _believable(straight) or (_hanging(swapped) and not _hanging(straight))):
+        return Fault.BYTES_SWAPPED, f"little-endian doubles (angle {swapped[0]:.3f})"
+    return None if all(map(math.isfinite, straight)) else (Fault.NOT_FINITE, "NaN or infinity")
+
+
+def _believable(fields: tuple[float, ...]) -> bool:
+    return all(fields[k] == 0 or LEAST <= abs(fields[k]) <= MOST for k in POSITIONS) and all(map(math.isfinite, fields))
+
+
+def _hanging(fields: tuple[float, ...]) -> bool:
+    """Tell whether the pole hangs: one number in some dozens is as believable swapped as straight, but not so near pi."""
+    return abs(math.remainder(fields[0] - math.pi, math.tau)) < HANGING_RAD
+
+
+def _description(packet: bytes) -> str:
+    """Return what a packet of a wrong length may be."""
+    size = f"{len(packet)} bytes" if len(packet) < LONGEST_PACKET else f"{LONGEST_PACKET} bytes or more"
+    if packet and packet.isascii() and packet.decode().strip().isprintable():
+        return f"{size} of text ({packet.decode().strip()[:20]!r})"
+    if len(packet) == 16:
+        return f"{size} (a command, perhaps our own, or four floats: mask >ffff)"
+    return f"{size} ({len(packet) // 8} doubles?)" if packet and len(packet) % 8 == 0 else size
+
+
+def _sample(packet: bytes) -> Sample | None:
+    try:
+        return Sample.unpack(packet)
+    except BadInputError:
+        return None

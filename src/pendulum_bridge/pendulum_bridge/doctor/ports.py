@@ -1,0 +1,73 @@
+"""Whether the addresses can work at all: known, on networks that meet, free on this machine, somebody there at the rig."""
+
+from __future__ import annotations
+
+import errno
+import ipaddress
+import select
+import socket
+
+from pendulum_bridge.doctor.faults import Fault
+from pendulum_bridge.doctor.findings import Check, Finding
+from pendulum_bridge.doctor.port_owner import owner_of
+from pendulum_bridge.protocol import Command
+from pendulum_bridge.udp import Address, number_of
+from pendulum_twin.errors import BadInputError
+
+REFUSAL_S = 0.2  # until a machine in the same network has said that nobody listens
+
+
+def check_address(listen: Address | None, rig: Address) -> Finding:
+    """Return whether the rig's host is known, and can send to where we listen (None over TCP: we listen nowhere)."""
+    expected = "a host that this machine knows, in a network that it is in"
+    try:
+        number = number_of(rig)
+    except BadInputError:
+        return Finding(Check.ADDRESS, expected, f"{rig.host!r}, which nobody knows", Fault.HOST_UNKNOWN)
+    loopback = ipaddress.ip_address(number).is_loopback
+    found = f"{number}, {'this machine itself (loopback)' if loopback else 'another machine'}"
+    if listen is not None and not _meet(listen, loopback):
+        return Finding(Check.ADDRESS, expected, f"{found}, while we listen on {listen}", Fault.LOOPBACK_MIXED)
+    return Finding(Check.ADDRESS, expected, found)
+
+
+def _meet(listen: Address, loopback: bool) -> bool:
+    """Tell whether packets of a rig on the loopback network, or not, can reach an address."""
+    try:
+        here = ipaddress.ip_address(number_of(listen))
+    except BadInputError:
+        return True  # what is wrong with the address itself, its own check says
+    return here.is_unspecified or here.is_loopback == loopback
+
+
+def our_port_open(listen: Address) -> Finding:
+    """Return the finding of an address that could be listened on."""
+    return Finding(Check.OUR_PORT, f"{listen} free to listen on", "it is")
+
+
+def our_port_refused(listen: Address, error: BadInputError) -> Finding:
+    """Return why an address could not be listened on: taken, and by whom, or not ours."""
+    expected = f"{listen} free to listen on"
+    number = error.__cause__.errno if isinstance(error.__cause__, OSError) else None
+    if number == errno.EADDRINUSE:
+        return Finding(Check.OUR_PORT, expected, f"it is taken by {owner_of(listen.port)}", Fault.PORT_TAKEN)
+    return Finding(Check.OUR_PORT, expected, str(error).split(";")[0], Fault.PORT_REFUSED)
+
+
+def check_rig_port(rig: Address) -> Finding:
+    """Return whether anybody refuses packets at the rig's address; it is sent PWM 0.
+
+    Only a refusal is certain: a firewall may swallow packets without a word.
+    """
+    expected = f"somebody to listen on {rig}"
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect((number_of(rig), rig.port))
+            probe.send(Command(0.0).pack())
+            if select.select([probe], [], [], REFUSAL_S)[0]:
+                probe.recv(1)
+        except ConnectionRefusedError:
+            return Finding(Check.RIG_PORT, expected, "nobody: packets are refused", Fault.NOBODY_LISTENS)
+        except OSError as error:
+            return Finding(Check.RIG_PORT, expected, f"no way there: {error.strerror}", Fault.NOBODY_LISTENS)
+    return Finding(Check.RIG_PORT, expected, "packets are not refused")

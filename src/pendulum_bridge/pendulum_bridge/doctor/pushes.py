@@ -1,0 +1,186 @@
+"""What is asked of the cart: small pushes whose size is only as large as the cart needs.
+
+A plan is a generator: it is sent each moment and yields the command (PWM fraction) to hold until the next; what it
+returns is what it has seen. The first command, before any moment, is 0. Whoever plays it limits what it asks.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator
+from dataclasses import dataclass
+
+from pendulum_bridge.reset import Rest, clipped
+from pendulum_bridge.rig_state import RigState
+
+SURE = 3  # samples in a row; one alone may be a spike
+MOVED_M = 0.005  # a cart that has come so far moves
+ROOM_M = 0.15  # from where a plan began; further is too far
+TILT_RAD = 0.06  # the pole so far from hanging, with a cart that seems to stand: something is blind
+PAUSE_S = 0.3
+HOMING_S = 3.0
+NEAR_M, SLOW_ENOUGH_M_S = 0.03, 0.05  # of where the cart is brought; a swinging pole hardly lets it stand
+STANDS_M_S = 0.02  # a cart that is no faster coasts no further than 0.03 m
+POSITION_1_S2, VELOCITY_1_S, MOST_M_S2 = 4.0, 3.5, 1.5  # of homing
+AHEAD_S, SLOW_M_S = 0.05, 0.02  # how far ahead, and from which speed on, the way the cart is going counts
+
+
+@dataclass(frozen=True)
+class Moment:
+    """Hold a sample's state and the time since the plan began, s."""
+
+    elapsed_s: float
+    state: RigState
+
+
+type Plan[Seen] = Generator[float, Moment, Seen]
+
+
+@dataclass(frozen=True)
+class Nudged:
+    """Hold how the cart answered commands that grow slowly.
+
+    forth, back: the commands (PWM fraction, signed) at which it had moved, the positive one first; None where it had not.
+    way: which way the positive one moved it, 0 when it did not. blind: the pole swung while the cart seemed to stand.
+    """
+
+    forth: float | None = None
+    back: float | None = None
+    way: int = 0
+    blind: bool = False
+
+    @property
+    def breakaway(self) -> float:
+        """Return the larger of both commands, 0 where there are none."""
+        return max(abs(self.forth or 0.0), abs(self.back or 0.0))
+
+
+def nudge(most: float, rise_per_s: float) -> Plan[Nudged]:
+    """Raise the command from 0 until the cart moves, then the same the other way; no larger than most."""
+    moment = yield 0.0
+    hanging = moment.state.pole_rad
+    begin, start, carts, tilts, pwm = moment.elapsed_s, moment.state.cart_m, [moment.state.cart_m], [0.0], 0.0
+    while abs(_middle(carts) - start) <= MOVED_M:
+        if min(tilts[-SURE:]) > TILT_RAD:
+            yield from _undone(moment, pwm, moment.elapsed_s - begin)
+            return Nudged(blind=True)
+        if (pwm := rise_per_s * (moment.elapsed_s - begin)) > most:
+            return Nudged()
+        moment = yield pwm
+        carts.append(moment.state.cart_m)
+        tilts.append(abs(math.remainder(moment.state.pole_rad - hanging, math.tau)))
+    way, forth = int(math.copysign(1, _middle(carts) - start)), pwm
+    moment = yield from _pause(moment)
+    begin, carts = moment.elapsed_s, [moment.state.cart_m]
+    furthest = moment.state.cart_m
+    while way * (furthest - _middle(carts)) <= MOVED_M:
+        pwm = -rise_per_s * (moment.elapsed_s - begin)
+        if pwm < -most or abs(_middle(carts) - start) > ROOM_M:
+            return Nudged(forth, None, way)
+        moment = yield pwm
+        carts.append(moment.state.cart_m)
+        furthest = way * max(way * furthest, way * _middle(carts))  # on its way from the first push for a while
+    yield from _pause(moment)
+    return Nudged(forth, pwm, way)
+
+
+@dataclass(frozen=True)
+class Homing:
+    """Hold how to bring the cart somewhere.
+
+    way: +1, or -1 where a positive command moves the cart the negative way. per_m_s2: command for 1 m/s^2. dry: command
+    (PWM fraction) that friction and dead zone take.
+    """
+
+    way: int
+    per_m_s2: float
+    dry: float
+
+
+def home(target_m: float, homing: Homing) -> Plan[None]:
+    """Bring the cart to target_m, as well as it goes in HOMING_S."""
+    moment = yield 0.0
+    yield from _homed(moment, target_m, homing, STANDS_M_S)
+
+
+@dataclass(frozen=True)
+class Doublet:
+    """Hold a push: pwm for seconds, -pwm for twice as long, pwm again, so that the cart ends where it was, at rest."""
+
+    pwm: float
+    seconds: float
+
+
+def push(doublets: tuple[Doublet, ...], homing: Homing) -> Plan[None]:
+    """Play doublets, each from the middle, and end there."""
+    moment = yield 0.0
+    for each in doublets:
+        moment = yield from _homed(moment, 0.0, homing)
+        moment = yield from _pause(moment)
+        begin = moment.elapsed_s
+        while (part := (moment.elapsed_s - begin) / each.seconds) < 4.0:
+            moment = yield -each.pwm if 1.0 <= part < 3.0 else each.pwm
+    yield from _homed(moment, 0.0, homing)
+
+
+@dataclass(frozen=True)
+class ResetSeen:
+    """Hold what the rig's own swing-down did.
+
+    moved: the cart came half of the way to the middle, further than it coasts. rest_s: when it came to rest, or None.
+    """
+
+    moved: bool
+    rest_s: float | None
+
+
+def watch_reset(hanging_rad: float, deadline_s: float, ignored_s: float) -> Plan[ResetSeen]:
+    """Ask for nothing until the pendulum hangs still in the middle, or the deadline.
+
+    hanging_rad: what hanging reads. ignored_s: a cart that has not come
+    nearer to the middle by then will not.
+    """
+    moment, moved, resting, rest = (yield 0.0), False, 0, Rest()
+    start_m = abs(moment.state.cart_m)
+    while moment.elapsed_s < deadline_s and (moved or moment.elapsed_s < ignored_s):
+        state = moment.state
+        moved = moved or abs(state.cart_m) < 0.5 * start_m
+        hangs = abs(math.remainder(state.pole_rad - hanging_rad, math.tau)) < 2 * rest.pole_rad
+        still = abs(state.cart_m_s) < rest.cart_m_s and abs(state.pole_rad_s) < rest.pole_rad_s
+        resting = resting + 1 if hangs and still and abs(state.cart_m) < rest.cart_m else 0
+        if moved and resting >= rest.samples:
+            return ResetSeen(True, moment.elapsed_s)
+        moment = yield 0.0
+    return ResetSeen(moved, None)
+
+
+def _pause(moment: Moment) -> Generator[float, Moment, Moment]:
+    end = moment.elapsed_s + PAUSE_S
+    while moment.elapsed_s < end:
+        moment = yield 0.0
+    return moment
+
+
+def _middle(values: list[float]) -> float:
+    """Return the median of the last SURE values: one alone may be a spike."""
+    return sorted(values[-SURE:])[len(values[-SURE:]) // 2]
+
+
+def _undone(moment: Moment, pwm: float, seconds: float) -> Generator[float, Moment, None]:
+    """Take back the momentum that a command rising to pwm has given in so many seconds, without seeing the cart."""
+    end = moment.elapsed_s + seconds
+    while moment.elapsed_s < end:
+        moment = yield -0.5 * pwm
+
+
+def _homed(
+    moment: Moment, target_m: float, homing: Homing, slow_m_s: float = SLOW_ENOUGH_M_S
+) -> Generator[float, Moment, Moment]:
+    end, still = moment.elapsed_s + HOMING_S, 0
+    while moment.elapsed_s < end and still < SURE:
+        off, speed = moment.state.cart_m - target_m, moment.state.cart_m_s
+        still = still + 1 if abs(off) < NEAR_M and abs(speed) < slow_m_s else 0
+        wanted = clipped(-(POSITION_1_S2 * off + VELOCITY_1_S * speed), MOST_M_S2)
+        going = clipped((speed + AHEAD_S * wanted) / SLOW_M_S, 1.0) if still == 0 else 0.0
+        moment = yield homing.way * (homing.per_m_s2 * wanted + homing.dry * going)
+    return moment

@@ -1,0 +1,153 @@
+"""How a cart answers pushes: how late, how strongly, and up to which command.
+
+Looked at is the centre of mass of cart and pole, which the drive and the cart's friction alone move (see `rail_guard`).
+Its second differences over 4 samples are means, with triangular weights, of gain (u - dead sign u) - friction over mass; u
+is the command of some delay ago after some lag. For each delay and lag, gain, dead zone, dry friction and bias are a linear
+fit; the best of all is taken. What a command near the limit did is then measured in terms of smaller ones.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pendulum_bridge.doctor.directions import least_squares
+from pendulum_bridge.doctor.faults import Fault
+from pendulum_bridge.doctor.findings import Check, Finding, skipped
+from pendulum_bridge.doctor.held import Held
+from pendulum_bridge.doctor.resting import CART, POLE
+from pendulum_bridge.doctor.track import Grid, Track, slopes
+from pendulum_twin.rig import Rig
+
+Floats = NDArray[np.float64]
+HALF = 2  # samples: half the length of a second difference
+SLOW_M_S = 0.02  # a slower cart may stick
+LONGEST_S, FINENESS_S = 0.2, 0.0025  # of the delays tried
+LAGS_S = (0.0, 0.01, 0.02, 0.03, 0.045, 0.06, 0.08, 0.1)
+ACTS = 0.3  # share of a push that a second difference has to see
+BELIEVED_S = 0.02  # what the rail guard reckons with
+UNSURE = 0.15  # share; a gain whose standard deviation is larger says nothing
+GAIN_CLOSE = 1.25  # factor that nobody need mend
+CLIPPED_SHARE = 0.85  # of a command; less effect is a clipped one
+
+
+@dataclass(frozen=True)
+class Response:
+    """Hold how the cart answers.
+
+    latency_s: from a sample to the motion that the answer to it makes, the drive's lag included. gain: m/s^2 a unit of
+    command, along the measured cart. deviation: its standard deviation. strongest: the largest command sent; effect: the
+    one that would have done as much as it did, None when it could not be told.
+    """
+
+    latency_s: float
+    gain: float
+    deviation: float
+    strongest: float
+    effect: float | None
+
+    @property
+    def sure(self) -> bool:
+        """Tell whether the gain was measured well enough to judge."""
+        return self.deviation < UNSURE * abs(self.gain)
+
+
+def response_of(track: Track, grid: Grid, rig: Rig, pole_way: int, small: float) -> Response:
+    """Return the response; commands up to small (PWM fraction) give the gain, larger ones, after them, its limit."""
+    motion = _Motion(track, grid, rig, pole_way, small)
+    fits = [motion.fitted(lag_s) for lag_s in LAGS_S]
+    best = min(fits, key=lambda each: each.left)
+    strongest = float(np.max(np.abs(track.sent), initial=0.0))
+    gain, deviation = float(best.factors[0]), float(best.deviations[0])
+    return Response(best.delay_s + best.lag_s, gain, deviation, strongest, motion.effect(best))
+
+
+def check_latency(response: Response, period_s: float) -> Finding:
+    """Return whether commands act as soon as the rail guard believes, to half a period."""
+    expected = f"at most {1e3 * BELIEVED_S:g} ms from a command to the cart's motion"
+    if not response.sure:
+        return skipped(Check.LATENCY, "the motion was too small or too disturbed to tell")
+    slow = response.latency_s > BELIEVED_S + 0.5 * period_s
+    return Finding(Check.LATENCY, expected, f"{1e3 * response.latency_s:.0f} ms", Fault.SLOW_ANSWER if slow else None)
+
+
+def check_acceleration(response: Response, expected: float, least: float, most: float) -> Finding:
+    """Return whether the gain (m/s^2 a unit of command) is what the twin file says; outside least..most the guard errs."""
+    if not response.sure:
+        return skipped(Check.ACCELERATION, "the motion was too small or too disturbed to tell")
+    gain = abs(response.gain)
+    fault = None if 1 / GAIN_CLOSE < gain / expected < GAIN_CLOSE else Fault.GAIN_OFF
+    if not least < gain < most:
+        fault = Fault.GAIN_UNSAFE
+    found = f"{gain:.1f} (+-{response.deviation:.1f}), {gain / expected:.2f} times that"
+    return Finding(Check.ACCELERATION, f"{expected:.1f} m/s^2 for a command of 1", found, fault)
+
+
+def check_clipping(response: Response, limit: float) -> Finding:
+    """Return whether commands up to limit (PWM fraction) act in full."""
+    expected = f"commands up to {limit:g} to act in full"
+    if response.effect is None or not response.sure:
+        return skipped(Check.CLIPPING, "no command near the limit was sent, or the motion did not tell")
+    found = f"{response.strongest:.2f} acts like {response.effect:.2f}"
+    return Finding(Check.CLIPPING, expected, found, Fault.CLIPPED if response.effect < CLIPPED_SHARE * limit else None)
+
+
+@dataclass(frozen=True)
+class _Fit:
+    """Hold gain, gain times dead zone, dry friction and bias, their deviations, and what is left (mean square)."""
+
+    delay_s: float
+    lag_s: float
+    factors: Floats
+    deviations: Floats
+    left: float
+
+
+class _Motion:
+    """The second differences of a track's centre of mass, and what explains them."""
+
+    def __init__(self, track: Track, grid: Grid, rig: Rig, pole_way: int, small: float) -> None:
+        self._track, self._times, self._period_s = track, grid.times[HALF:-HALF], grid.period_s
+        cart = grid.samples[:, CART]
+        centre = cart - pole_way * (rig.com_distance_m or 0.0) * np.sin(grid.samples[:, POLE])
+        second = (centre[2 * HALF :] - 2 * centre[HALF:-HALF] + centre[: -2 * HALF]) / (HALF * grid.period_s) ** 2
+        speed = slopes(cart, grid.period_s, HALF)
+        self._changes = second + (rig.cart_viscous_n_s_m or 0.0) / rig.total_mass_kg * speed
+        self._moving, self._dry = np.abs(speed) > SLOW_M_S, -np.sign(speed)
+        self._large = np.abs(track.sent) > small
+        self._end_s = float(np.min(track.sent_at[self._large], initial=np.inf)) - HALF * grid.period_s
+
+    def fitted(self, lag_s: float) -> _Fit:
+        """Return the best fit of what was sent before the large commands, for one lag."""
+        held = self._held(self._track.sent, lag_s), self._held(np.sign(self._track.sent), lag_s)
+        delays = np.arange(0.0, LONGEST_S, FINENESS_S).tolist()
+        return min((self._fit(delay_s, lag_s, held) for delay_s in delays), key=lambda each: each.left)
+
+    def effect(self, best: _Fit) -> float | None:
+        """Return the command (PWM fraction) that would have done what the large ones did."""
+        times, sent = self._times - best.delay_s, self._track.sent
+        share = self._held(np.where(self._large, np.sign(sent), 0.0), best.lag_s).around(times)
+        chosen = self._moving & (np.abs(share) > ACTS)
+        if chosen.sum() < 2 or not best.factors[0]:
+            return None
+        rest = self._terms(
+            times, *(self._held(each, best.lag_s) for each in (np.where(self._large, 0.0, sent), np.sign(sent)))
+        )
+        unexplained = (self._changes - rest @ best.factors)[chosen] / best.factors[0]
+        return float(unexplained @ share[chosen] / (share[chosen] @ share[chosen]))
+
+    def _fit(self, delay_s: float, lag_s: float, held: tuple[Held, Held]) -> _Fit:
+        chosen = self._moving & (self._times < self._end_s)
+        terms, changes = self._terms(self._times - delay_s, *held)[chosen], self._changes[chosen]
+        if len(terms) <= terms.shape[1]:
+            return _Fit(delay_s, lag_s, np.zeros(4), np.full(4, np.inf), np.inf)
+        factors, deviations = least_squares(terms, changes)
+        return _Fit(delay_s, lag_s, factors, deviations, float(np.mean((changes - terms @ factors) ** 2)))
+
+    def _terms(self, times: Floats, command: Held, sign: Held) -> Floats:
+        return np.stack([command.around(times), -sign.around(times), self._dry, np.ones_like(times)], axis=1)
+
+    def _held(self, values: Floats, lag_s: float) -> Held:
+        return Held(self._track.sent_at, values, lag_s, HALF * self._period_s, self._period_s)

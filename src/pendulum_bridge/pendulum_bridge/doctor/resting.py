@@ -1,0 +1,108 @@
+"""What the rig shows while nothing is asked of it: whether it is still, and how cleanly it measures.
+
+Samples are arrays (n, 4) in the protocol's order: pole angle (rad), pole rate, cart position (m), cart velocity.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+
+from pendulum_bridge.doctor.faults import Fault
+from pendulum_bridge.doctor.findings import Check, Finding
+from pendulum_bridge.reset import Rest
+
+Floats = NDArray[np.float64]
+POLE, POLE_RATE, CART, CART_VELOCITY = range(4)
+REST = Rest()  # what the reset calls at rest
+WINDOW = 5  # samples of the running median; spikes are shorter than half of it
+MOVED_RAD, MOVED_M = 0.05, 0.005
+NOISE_RAD, NOISE_M = 0.01, 0.001  # standard deviation from sample to sample
+SPIKE_RAD, SPIKE_M = 0.05, 0.005
+WRAP_NEAR_RAD = 0.3  # a jump that is so near a whole turn is a wrapped angle
+
+
+@dataclass(frozen=True)
+class AtRest:
+    """Hold the medians of the samples at rest: pole_rad, pole_rad_s, cart_m, cart_m_s; wrapped: whether the angle jumps."""
+
+    pole_rad: float
+    pole_rad_s: float
+    cart_m: float
+    cart_m_s: float
+    wrapped: bool
+
+
+def at_rest(samples: Floats) -> AtRest:
+    """Return the medians of samples (n, 4), n at least 1."""
+    pole, pole_rate, cart, cart_velocity = np.median(samples, axis=0).tolist()
+    return AtRest(pole, pole_rate, cart, cart_velocity, wraps(samples[:, POLE]))
+
+
+def wraps(angles: Floats) -> bool:
+    """Tell whether angles (n,) jump by a whole turn, and stay inside one."""
+    jumps = np.abs(np.abs(np.diff(angles)) - math.tau) < WRAP_NEAR_RAD
+    return bool(jumps.any() and np.ptp(angles) < math.tau + WRAP_NEAR_RAD)
+
+
+def without_spikes(values: Floats) -> Floats:
+    """Return the running median of values (n, ...) along the first axis, with ends repeated."""
+    half = WINDOW // 2
+    padded = np.concatenate([values[:1].repeat(half, axis=0), values, values[-1:].repeat(half, axis=0)])
+    return np.median(sliding_window_view(padded, WINDOW, axis=0), axis=-1)
+
+
+def check_rest(samples: Floats) -> Finding:
+    """Return whether cart and pole stand still."""
+    pole, cart = (np.ptp(np.percentile(without_spikes(values), [5, 95])) for values in _positions(samples))
+    fault = Fault.MOVING if pole > MOVED_RAD or cart > MOVED_M else None
+    expected = f"under {MOVED_RAD:g} rad and {1e3 * MOVED_M:g} mm of motion at PWM 0"
+    return Finding(Check.REST, expected, f"{pole:.4f} rad and {1e3 * cart:.2f} mm", fault)
+
+
+def check_noise(samples: Floats) -> Finding:
+    """Return whether the positions are measured cleanly, with the encoders' steps as far as they are seen."""
+    pole, cart = _positions(samples)
+    spikes = _spiky(pole, SPIKE_RAD) | _spiky(cart, SPIKE_M)
+    expected = f"noise under {NOISE_RAD:g} rad and {1e3 * NOISE_M:g} mm, no spikes"
+    if spikes.any():
+        found = f"{int(spikes.sum())} of {len(samples)} samples far off their neighbours"
+        return Finding(Check.NOISE, expected, found, Fault.SPIKES)
+    pole_noise, cart_noise = _noise(pole), _noise(cart)
+    found = f"{pole_noise:.2g} rad ({_step(pole, 1, 'rad')}) and {1e3 * cart_noise:.2g} mm ({_step(cart, 1e3, 'mm')})"
+    noisy = pole_noise > NOISE_RAD or cart_noise > NOISE_M
+    return Finding(Check.NOISE, expected, found, Fault.NOISY if noisy else None)
+
+
+def check_velocities(samples: Floats) -> Finding:
+    """Return whether the velocities agree with positions that do not change."""
+    rest = at_rest(samples)
+    wrong = abs(rest.pole_rad_s) > REST.pole_rad_s or abs(rest.cart_m_s) > REST.cart_m_s
+    found = f"{rest.pole_rad_s:.3g} rad/s and {rest.cart_m_s:.3g} m/s"
+    return Finding(Check.VELOCITIES, "0 rad/s and 0 m/s, as nothing moves", found, Fault.VELOCITY_AT_REST if wrong else None)
+
+
+def _positions(samples: Floats) -> tuple[Floats, Floats]:
+    """Return angles, without whole turns in between, and cart positions."""
+    angles = samples[:, POLE]
+    return np.unwrap(angles) if wraps(angles) else angles, samples[:, CART]
+
+
+def _spiky(values: Floats, least: float) -> NDArray[np.bool_]:
+    away = np.abs(values - without_spikes(values))
+    return away > max(least, 8 * float(np.median(away)))
+
+
+def _noise(values: Floats) -> float:
+    return float(np.std(np.diff(values)) / math.sqrt(2)) if len(values) > 1 else 0.0
+
+
+def _step(values: Floats, scale: float, unit: str) -> str:
+    """Say the smallest change seen, which is the encoder's step where it changes at all."""
+    steps = np.diff(np.unique(values))
+    steps = steps[steps > 1e-12]
+    return f"steps of {scale * steps.min():.2g} {unit}" if len(steps) else "no step seen"

@@ -1,0 +1,83 @@
+"""How often samples come, how evenly, and whether any are lost. Times are arrivals at this machine, s.
+
+Samples carry no number and no time. One that is lost moves all later ones by a period; one that is late moves only itself.
+So what is left of the lateness when one always looks at the earliest of all later samples, are losses.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pendulum_bridge.doctor.faults import Fault
+from pendulum_bridge.doctor.findings import Check, Finding
+
+Floats = NDArray[np.float64]
+SPAN = 10  # samples over which the period is measured: a coarse timer evens out
+CLOSE, FAR = 0.02, 0.1  # shares by which a rate may be off, and may be off before nothing works
+LOST, MANY_LOST = 0.005, 0.1  # shares of samples
+AT_ONCE = 0.2  # periods; closer samples came in a burst
+BURST_SHARE = 0.1
+EARLY = 0.3  # periods by which a sample after a loss may be less late than the earliest before it
+UNEVEN = 0.5  # periods; a later 99th percentile is a fault
+FEWEST = 2 * SPAN
+
+
+def period_of(arrivals: Floats, expected_s: float) -> float:
+    """Return the sample period in s, from at least 2 arrivals (n,), unmoved by a few losses and by jitter.
+
+    Where most samples keep the expected period, a slower mean is taken for losses; where they come in bursts, a line
+    through all is all there is.
+    """
+    intervals = np.diff(arrivals)
+    single = float(np.median(intervals))
+    if len(arrivals) < FEWEST or _at_once(intervals, expected_s) > BURST_SHARE:
+        return float(np.polyfit(np.arange(len(arrivals)), arrivals - arrivals[0], 1)[0])
+    spans = float(np.median(arrivals[SPAN:] - arrivals[:-SPAN])) / SPAN
+    keeps = abs(single / expected_s - 1) < 2 * CLOSE
+    return single if keeps and spans > (1 + 2 * CLOSE) * expected_s else spans
+
+
+def numbers_of(arrivals: Floats, period_s: float) -> NDArray[np.int64]:
+    """Return the number of each sample (n,), counted from 0, lost ones included, but for losses among the last few."""
+    count = np.arange(len(arrivals))
+    late = arrivals - count * period_s
+    after = np.minimum.accumulate(late[::-1])[::-1]
+    after[-SPAN:] = after[-SPAN:][0]  # these have too few after them to tell lost from late
+    return count + np.floor((after - after[0]) / period_s + EARLY).astype(np.int64)
+
+
+def check_rate(arrivals: Floats, expected_hz: float) -> Finding:
+    """Return whether samples come at the expected rate."""
+    expected = f"{expected_hz:g} Hz"
+    if len(arrivals) < FEWEST:
+        return Finding(Check.RATE, expected, f"{len(arrivals)} samples in all", Fault.RATE_WRONG)
+    found_hz = 1 / period_of(arrivals, 1 / expected_hz)
+    off = abs(found_hz / expected_hz - 1)
+    fault = None if off <= CLOSE else Fault.RATE_OFF if off <= FAR else Fault.RATE_WRONG
+    return Finding(Check.RATE, expected, f"{found_hz:.1f} Hz", fault)
+
+
+def check_jitter(arrivals: Floats, period_s: float) -> Finding:
+    """Return whether samples come evenly: how far intervals are off the period, and how many come at once."""
+    intervals = np.diff(arrivals)
+    off_ms = 1e3 * np.abs(intervals - period_s)
+    at_once = _at_once(intervals, period_s)
+    p50, p99, most = np.percentile(off_ms, [50, 99, 100])
+    found = f"{p50:.2f} ms (p50), {p99:.2f} ms (p99), {most:.1f} ms (most)"
+    expected = f"intervals off by under {1e3 * UNEVEN * period_s:.1f} ms (p99)"
+    if at_once > BURST_SHARE:
+        return Finding(Check.JITTER, expected, f"{found}; {at_once:.0%} of the samples together with another", Fault.BURSTS)
+    return Finding(Check.JITTER, expected, found, Fault.JITTER if p99 > 1e3 * UNEVEN * period_s else None)
+
+
+def check_losses(arrivals: Floats, period_s: float) -> Finding:
+    """Return whether samples are missing."""
+    lost = int(numbers_of(arrivals, period_s)[-1]) + 1 - len(arrivals)
+    share = lost / (lost + len(arrivals))
+    fault = None if share <= LOST else Fault.SOME_LOST if share <= MANY_LOST else Fault.MANY_LOST
+    return Finding(Check.LOSSES, "no sample lost", f"{lost} of {lost + len(arrivals)} lost", fault)
+
+
+def _at_once(intervals: Floats, period_s: float) -> float:
+    return float(np.mean(intervals < AT_ONCE * period_s))

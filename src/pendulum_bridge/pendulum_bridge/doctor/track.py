@@ -1,0 +1,52 @@
+"""What a rig did while it was driven, as it came, and put on an even grid of times."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pendulum_bridge.doctor.resting import without_spikes
+from pendulum_bridge.doctor.timing import numbers_of, period_of
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Track:
+    """Hold a stretch of driving.
+
+    arrivals: (n,) s. samples: (n, 4) in the protocol's order. sent_at: (m,) s, on the same clock, when each command was
+    sent; it holds until the next. sent: (m,) PWM fraction.
+    """
+
+    arrivals: Floats
+    samples: Floats
+    sent_at: Floats
+    sent: Floats
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Hold samples at even times: times (n,) s, samples (n, 4) without spikes, lost ones filled in, period_s."""
+
+    times: Floats
+    samples: Floats
+    period_s: float
+
+
+def gridded(track: Track, expected_s: float) -> Grid:
+    """Return a track of at least two samples at even times, the earliest that its arrivals allow."""
+    period_s = period_of(track.arrivals, expected_s)
+    numbers = numbers_of(track.arrivals, period_s)
+    start = float(np.min(track.arrivals - numbers * period_s))
+    even = np.arange(int(numbers[-1]) + 1)
+    columns = without_spikes(track.samples).T
+    samples = np.stack([np.interp(even, numbers, column) for column in columns], axis=1)
+    return Grid(np.asarray(start + even * period_s), samples, period_s)
+
+
+def slopes(values: Floats, period_s: float, half: int = 2) -> Floats:
+    """Return the derivative of values (n,) by differences over 2 half samples, shape (n - 2 half,)."""
+    return (values[2 * half :] - values[: -2 * half]) / (2 * half * period_s)

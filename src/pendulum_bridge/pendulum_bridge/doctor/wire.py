@@ -1,0 +1,129 @@
+"""What the doctor hears a rig through: packets as they come, before anybody has dropped those that hold nothing."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+from pendulum_bridge.protocol import SAMPLE, Command
+from pendulum_bridge.tcp import TcpPort
+from pendulum_bridge.udp import Address, Endpoint
+
+
+@dataclass(frozen=True)
+class Heard:
+    """Hold a packet and when it reached this machine, s on the wire's clock."""
+
+    packet: bytes
+    at_s: float
+
+
+class Wire(Protocol):
+    """Carry commands to a rig and packets back, with a clock of its own, in s."""
+
+    def now(self) -> float:
+        """Return the time."""
+        ...
+
+    def send(self, command: Command) -> None:
+        """Send a command; raise BadInputError when the network refuses."""
+        ...
+
+    def receive(self, deadline: float) -> Heard | None:
+        """Return the oldest packet not yet seen, or None at the deadline."""
+        ...
+
+    @property
+    def foreign(self) -> int:
+        """Return how many packets have come from other hosts than the rig's."""
+        ...
+
+    @property
+    def stranger(self) -> Address | None:
+        """Return who sent the last of them."""
+        ...
+
+    @property
+    def trouble(self) -> str:
+        """Return why the rig is not connected; empty while it is, and always over UDP."""
+        ...
+
+
+class Packets(Protocol):
+    """What carries packets as they come: `Endpoint` or `TcpPort`."""
+
+    foreign: int
+
+    @property
+    def trouble(self) -> str:
+        """Return why the rig is not connected; empty while it is."""
+        ...
+
+    def send(self, packet: bytes) -> None:
+        """Send a packet."""
+        ...
+
+    def receive_stamped(self, deadline: float) -> tuple[bytes, int] | None:
+        """Return the oldest packet and when it came (ns of the system's clock), or None at the deadline."""
+        ...
+
+    def close(self) -> None:
+        """Give the address back."""
+        ...
+
+
+class PortWire:
+    """Hear a rig over UDP or TCP, by the monotonic clock. stranger: who sent the last foreign packet. Close it after use."""
+
+    def __init__(self, port: Packets, stranger: Callable[[], Address | None] = lambda: None) -> None:
+        self._port, self._stranger = port, stranger
+
+    def now(self) -> float:
+        """Return the monotonic time."""
+        return time.monotonic()
+
+    def send(self, command: Command) -> None:
+        """Send a command; raise BadInputError when it cannot be done."""
+        self._port.send(command.pack())
+
+    def receive(self, deadline: float) -> Heard | None:
+        """Return the oldest packet of the rig's host, whatever it holds, or None at the deadline."""
+        came = self._port.receive_stamped(deadline)
+        return None if came is None else Heard(came[0], _monotonic(came[1]))
+
+    @property
+    def foreign(self) -> int:
+        """Return how many packets of other hosts were dropped."""
+        return self._port.foreign
+
+    @property
+    def stranger(self) -> Address | None:
+        """Return who sent the last of them."""
+        return self._stranger()
+
+    @property
+    def trouble(self) -> str:
+        """Return why the rig is not connected; empty while it is."""
+        return self._port.trouble
+
+    def close(self) -> None:
+        """Give the address back."""
+        self._port.close()
+
+
+def udp_wire(listen: Address, rig: Address) -> PortWire:
+    """Return a wire to a rig over UDP; raise BadInputError when the listening address cannot be used."""
+    endpoint = Endpoint(listen, rig, bytes)
+    return PortWire(endpoint, lambda: endpoint.stranger)
+
+
+def tcp_wire(rig: Address) -> PortWire:
+    """Return a wire to a rig that listens over TCP, where a stream leaves no packet of another length."""
+    return PortWire(TcpPort(rig, SAMPLE.size, bytes))
+
+
+def _monotonic(system_ns: int) -> float:
+    """Return a time of the system's clock as one of the monotonic clock; a clock that was set long ago does no harm."""
+    return time.monotonic() - 1e-9 * (time.time_ns() - system_ns)

@@ -1,0 +1,75 @@
+"""The ROS parameter files: real rclpy reads them, nodes accept them, and they say what they are."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import Field, fields
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+pytest.importorskip("rclpy")
+from rclpy.node import Node
+from ros_graph import Graph
+
+from pendulum_bridge.nodes.driver_settings import DriverSettings
+from pendulum_bridge.nodes.excitation_settings import ExcitationSettings
+from pendulum_bridge.nodes.recorder_settings import RecorderSettings
+from pendulum_bridge.nodes.view_settings import ViewSettings
+from pendulum_twin.nodes.settings import declared
+from pendulum_twin.nodes.twin_settings import TwinSettings
+
+FOLDER = Path(__file__).parents[2] / "config" / "ros"
+KINDS: dict[str, type] = {
+    "driver": DriverSettings,
+    "excitation": ExcitationSettings,
+    "recorder": RecorderSettings,
+    "twin": TwinSettings,
+    "view": ViewSettings,
+}
+NEEDED = {"driver": "twin", "excitation": "twin_file", "recorder": "out", "twin": "twin"}  # what has no default
+VALUE = re.compile(r" {4}(\w+): (.*?)(?:  +# (.*))?$")
+
+
+def values(name: str) -> dict[str, Any]:
+    mapping = yaml.safe_load((FOLDER / f"{name}.yaml").read_text(encoding="utf-8"))
+    assert list(mapping) == ["/**"] and list(mapping["/**"]) == ["ros__parameters"]
+    return mapping["/**"]["ros__parameters"]
+
+
+def commented(name: str) -> Iterator[tuple[str, str]]:
+    """Yield each parameter with the comment beside it, or above it."""
+    above = ""
+    for line in (FOLDER / f"{name}.yaml").read_text(encoding="utf-8").splitlines():
+        if found := VALUE.fullmatch(line):
+            yield found[1], found[3] or above
+        above = line.strip().removeprefix("# ") if line.startswith("    #") else ""
+
+
+def test_there_is_a_file_for_each_node() -> None:
+    assert sorted(path.name for path in FOLDER.iterdir()) == sorted(f"{name}.yaml" for name in KINDS)
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_rclpy_reads_it_and_the_node_takes_it(name: str, ros: Graph) -> None:
+    kind, arguments = KINDS[name], ["--ros-args", "--params-file", str(FOLDER / f"{name}.yaml")]
+    arguments += ["-p", f"{NEEDED[name]}:=somewhere"] if name in NEEDED else []
+    node = ros.serve(Node(name, context=ros.context, cli_args=arguments))
+    settings = declared(node, kind)
+    for key, value in values(name).items():
+        found = getattr(settings, key)
+        assert (list(found) if isinstance(found, tuple) else found) == value, key
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_it_holds_the_defaults_with_meaning_and_range(name: str) -> None:
+    known: dict[str, Field[Any]] = {each.name: each for each in fields(KINDS[name])}
+    comments = dict(commented(name))
+    assert set(comments) == set(values(name)) <= set(known)
+    for key, value in values(name).items():
+        default, span = known[key].default, known[key].metadata["span"]
+        assert value == (list(default) if isinstance(default, tuple) else default), f"{key}: default {default}"
+        assert type(value) is type(default) or isinstance(value, list), key
+        assert known[key].metadata["text"] in comments[key], key
+        assert span is None or f"{span[0]:g} to {span[1]:g}" in comments[key], key
