@@ -2,18 +2,18 @@
 
 import json
 import sys
-from functools import partial
 from pathlib import Path
 
 import pytest
 
-from pendulum_bridge.emulator import demo
+from pendulum_bridge import demo
 from pendulum_bridge.emulator.comparison import Answer, answer, read_verdict, table
 from pendulum_bridge.emulator.seal import Concealed
-from pendulum_bridge.excitation import standard
+from pendulum_sysid.bag import read_bag
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.rig import Rig
 
+PLAN = "schema: pendulum_plan/1\nrate_hz: 100\nphases: [{kind: push}, {kind: rest, seconds: 1}]\n"
 CONFIG = Path(__file__).parents[2] / "config" / "inteco.yaml"
 
 
@@ -110,16 +110,18 @@ def sysid(tmp_path, monkeypatch):
     return make
 
 
-def test_the_demo_runs_from_concealing_to_the_answer(sysid, tmp_path, monkeypatch, capsys) -> None:
+def test_the_demo_runs_from_concealing_to_the_answer(sysid, tmp_path, capsys) -> None:
     given = verdict(physics("rail_tilt"))
     sysid(
+        "assert sys.argv[7:] == ['--command-topic', '/rig/applied_pwm'], sys.argv\n"
         "assert sys.argv[1] == 'diagnose' and sys.argv[3] == '--twin' and sys.argv[5] == '--out', sys.argv\n"
         "assert pathlib.Path(sys.argv[2], 'metadata.yaml').is_file() and pathlib.Path(sys.argv[4]).is_file()\n"
         f"out = pathlib.Path(sys.argv[6]); out.mkdir(); (out / 'verdict.json').write_text({json.dumps(given)!r})"
     )
-    monkeypatch.setattr(demo, "standard", partial(standard, seconds=40))
+    (tmp_path / "plan.yaml").write_text(PLAN)
+    options = ["--seed", "3", "--twin", str(CONFIG), "--plan", str(tmp_path / "plan.yaml")]
     for _ in range(2):  # an earlier demo's folder is used again
-        assert demo.main(["--out", str(tmp_path / "out"), "--seed", "3", "--twin", str(CONFIG)]) == 0
+        assert demo.main(["--out", str(tmp_path / "out"), *options]) == 0
     said = capsys.readouterr().out
     assert "--seed 3" in said and str(tmp_path / "out" / "diagnosis" / "report.html") in said
     assert {p.name for p in (tmp_path / "out").iterdir()} == {
@@ -127,7 +129,10 @@ def test_the_demo_runs_from_concealing_to_the_answer(sysid, tmp_path, monkeypatc
         "recording",
         "nominal_twin.yaml",
         "diagnosis",
+        "logs",
     }
+    recorded = read_bag(tmp_path / "out" / "recording", command_topic=demo.APPLIED)
+    assert recorded.state_stamp_s[-1] > 2 and max(abs(recorded.command)) == pytest.approx(0.3)
 
 
 def test_a_failed_diagnosis_is_one_sentence(sysid, tmp_path, monkeypatch, capfd) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from pendulum_twin.signals import Floats, Mask
 
 ALIGNED = 0.02  # part of a period by which a stamp may be off its grid and still count as on it
-PAIRED = 0.25  # part of a period by which a command may be off a sample and still belong to it
+PAIRED = 0.4  # part of a period by which a command may be off a sample and still belong to it: an answer takes a while
 LONGEST_FILL = 5  # samples missing in a row that are filled; more begin a new stretch
 UNMISTAKABLE = 0.25  # of a period: steps that are no further from whole periods need no following
 FOLLOW = 0.1  # of its error, by which the clock that follows is set after each stamp
@@ -123,13 +123,13 @@ def held(instants: Floats, period_s: float, stamps: Floats, command: Floats) -> 
     """Return the command in force from each instant to the next one; 0 before the first message.
 
     stamps, command: (m,) when each message came, and its value, which is held until the next. When nearly every message
-    came within a quarter of a period of an instant, messages belong to instants and keep their values; otherwise the
-    held command is averaged over each period.
+    came within PAIRED of an instant, as answers to samples do, each belongs to the nearest instant and keeps its value;
+    otherwise the held command is averaged over each period.
     """
     if not len(stamps):
         return np.zeros(len(instants))
     if _belong(instants, period_s, stamps):
-        latest = np.searchsorted(stamps, instants + PAIRED * period_s, side="right") - 1
+        latest = np.searchsorted(stamps, instants + 0.5 * period_s, side="right") - 1
         return np.where(latest >= 0, command[latest], 0.0)
     end = max(stamps[-1], instants[-1]) + 2 * period_s
     knots = np.append(stamps, end)
