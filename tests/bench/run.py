@@ -8,10 +8,10 @@ import statistics
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 import peers
+from rows import Row, table
 from scipy.optimize import minimize
 
 from pendulum_twin import kernel
@@ -27,17 +27,6 @@ RIG = Rig(0.5723, 0.12, 0.01955717, 0.00292, 9.81, 12.86, 0.5, 0.00027344, 0.9, 
 COULOMB = {"cart_coulomb_friction": {"level_n": 1.2}}
 GYMNASIUM, MUJOCO = "Gymnasium CartPole (1 Euler step)", "MuJoCo (30 RK4 steps)"
 START = np.array([0.0, 2.6, 0.0, 0.1])
-
-
-@dataclass(frozen=True)
-class Row:
-    """Hold one line of the table; a figure is (value, unit), the ratio says how many times better ours is."""
-
-    what: str
-    ours: str
-    peer: str
-    theirs: str
-    ratio: float
 
 
 def seconds(*functions: Callable[[], object], repeats: int = REPEATS) -> list[float]:
@@ -224,29 +213,24 @@ def bench_fit() -> list[Row]:
     ]
 
 
-def table(rows: list[Row]) -> str:
-    """Return rows as aligned text."""
-    lines = [("", "this twin", "peer", "", "ratio")]
-    lines += [(r.what, r.ours, r.peer, r.theirs, f"{r.ratio:,.1f}") for r in rows]
-    widths = [max(len(line[k]) for line in lines) for k in range(5)]
-    aligns = ("<", ">", "<", ">", ">")
-    return "\n".join(
-        "  ".join(f"{cell:{align}{width}}" for cell, align, width in zip(line, aligns, widths, strict=True)).rstrip()
-        for line in lines
-    )
+def bench_graph() -> list[Row]:
+    """The twin on the ROS graph: lockstep and jitter (graph.py by itself listens longer)."""
+    from graph import measure  # brings ROS, whose threads would disturb the others
+
+    return measure(steps=2000, jitter_s=20.0)
 
 
 def main() -> None:
     """Measure, and print the table."""
     begin = time.perf_counter()
     rows = []
-    for bench in (bench_kernel, bench_step, bench_cost, bench_fit):
+    for bench in (bench_kernel, bench_step, bench_cost, bench_fit, bench_graph):
         print(f"{(bench.__doc__ or '').split(':')[0].rstrip('.')} ...", file=sys.stderr)
         rows += bench()
     print(table(rows))
     print(
         f"\nOne thread, blocks of {kernel.WIDTH} pendulums, medians of {REPEATS}; the ratio says how many times better "
-        f"this twin is. {time.perf_counter() - begin:.0f} s."
+        f"this twin is, or how near it comes to the bare graph. {time.perf_counter() - begin:.0f} s."
     )
 
 

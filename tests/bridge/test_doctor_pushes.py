@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Generator
+from dataclasses import replace
 from itertools import pairwise
 
 import pytest
@@ -75,6 +76,18 @@ def test_a_pole_that_swings_over_a_standing_cart_ends_the_push() -> None:
     assert seen.blind and max(asked) < 0.03
 
 
+@pytest.mark.parametrize("effects", [{}, {"input_sign_inverted": {}}])
+def test_a_cart_that_nobody_sees_is_stopped_again(effects: dict) -> None:
+    def stuck(sample: Sample) -> bytes:
+        return replace(sample, cart_m=0.0, cart_velocity=0.0).pack()
+
+    bench = Bench(Twin("rig", TWIN.rig, effects), stuck)
+    driven = drive(bench, nudge(0.4, 0.1), RULES, signs_known=False)
+    assert driven.seen is not None and driven.seen.blind
+    drive(bench, hold(0.0, 3.0), RULES)
+    assert bench.furthest_m < 0.06
+
+
 def test_a_cart_that_runs_away_ends_the_push() -> None:
     seen, asked = fed(nudge(0.4, 0.1), states(*(0.002 * k for k in range(1000))))
     assert (seen.way, seen.back) == (1, None) and max(map(abs, asked)) < 0.1
@@ -114,6 +127,7 @@ def test_a_silent_rig_gets_pwm_0_and_ends_the_drive() -> None:
     assert (driven.seen, driven.broken_off) == (None, SILENT)
     silent = [command.pwm for command in bench.sent[-20:]]
     assert silent[0] == 0.0 and bench.pwm == 0.0 and bench.now() < 1.0
+    assert min(command.pwm for command in bench.sent) == 0.0, "it braked a cart that nobody saw"
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, RuntimeError])

@@ -8,6 +8,7 @@ import pytest
 from doctor_bench import TWIN
 
 from pendulum_bridge.doctor.derivatives import check_order, check_velocities_moving, fit
+from pendulum_bridge.doctor.directions import pole_answer
 from pendulum_bridge.doctor.faults import Fault, Verdict
 from pendulum_bridge.doctor.held import Held
 from pendulum_bridge.doctor.response import (
@@ -44,8 +45,11 @@ def commands() -> np.ndarray:
     return np.concatenate([pause, 0.1 * doublet, pause, 0.19 * doublet, pause, 0.5 * kick, pause])
 
 
-def driven(cart: Cart) -> Track:
-    """Return what the cart does, in steps of a fiftieth of the period, measured in encoder steps."""
+def driven(cart: Cart, swing_rad: float = 0.0) -> Track:
+    """Return what the cart does, in steps of a fiftieth of the period, measured in encoder steps.
+
+    swing_rad: how far a pole swings, and shakes the cart about the centre of mass, which is what the drive moves.
+    """
     u, step = np.repeat(commands(), FINE), PERIOD_S / FINE
     u = np.concatenate([np.zeros(round(cart.delay_s / step)), u])[: len(u)]
     viscous = (TWIN.rig.cart_viscous_n_s_m or 0.0) / TWIN.rig.total_mass_kg
@@ -64,7 +68,8 @@ def driven(cart: Cart) -> Track:
         x += v * step
     times = 3.0 + PERIOD_S * np.arange(len(shown))
     samples = np.zeros((len(shown), 4))
-    samples[:, 0], samples[:, 2] = math.pi, shown
+    samples[:, 0] = math.pi + swing_rad * np.sin(9 * times)
+    samples[:, 2] = np.array(shown) + (TWIN.rig.com_distance_m or 0.0) * np.sin(samples[:, 0])
     return Track(times, samples, times, commands())
 
 
@@ -93,6 +98,11 @@ def test_what_was_made_up_is_found(cart: Cart) -> None:
     assert found.latency_s == pytest.approx(cart.delay_s + cart.lag_s, abs=0.006)
     assert found.effect == pytest.approx(min(cart.most, 0.5), rel=0.06)
     assert found.strongest == 0.5
+
+
+def test_a_swinging_pole_does_not_matter() -> None:
+    found = response(driven(Cart(delay_s=0.02), swing_rad=1.0))
+    assert (found.gain, found.latency_s) == (pytest.approx(18.6, rel=0.1), pytest.approx(0.02, abs=0.006))
 
 
 def test_jitter_and_losses_do_not_matter() -> None:
@@ -165,6 +175,22 @@ def test_a_wrapped_angle_is_found() -> None:
     angles = np.where(grid.samples[:, 0] > math.pi, grid.samples[:, 0] - math.tau, grid.samples[:, 0])
     samples = np.column_stack([angles, grid.samples[:, 1:]])
     assert check_order(Grid(grid.times, samples, PERIOD_S)).fault is Fault.WRAPPED
+
+
+@pytest.mark.parametrize(("per_m", "way"), [(-4.6, 1), (4.6, -1), (0.0, 0)])
+def test_the_pole_tells_which_way_it_counts(per_m: float, way: int) -> None:
+    """The linear equation of a hanging pole, ph'' = per_m (v' + g ph) with per_m < 0, integrated beside the test."""
+    t, step = np.arange(0, 1.5, 1e-4), 1e-4
+    speed = 0.1 * np.sin(8 * t) ** 2
+    angle, rate, shown = 0.0, 0.0, []
+    for k, faster in enumerate(np.gradient(speed, step)):
+        if k % 100 == 0:
+            shown.append((math.pi + round(angle / 1.5e-3) * 1.5e-3, 0.0, float(np.sum(speed[:k]) * step), 0.0))
+        rate += (per_m * faster - 4.6 * 9.81 * angle) * step
+        angle += rate * step
+    answer = pole_answer(Grid(PERIOD_S * np.arange(len(shown)), np.array(shown), PERIOD_S), math.pi, 4.6)
+    assert (answer.way, answer.stands) == (way, per_m == 0.0)
+    assert answer.per_m == pytest.approx(per_m, abs=0.5)
 
 
 def test_nothing_that_moves_fits_nothing() -> None:

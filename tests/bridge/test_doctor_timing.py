@@ -64,6 +64,12 @@ def test_the_figures_are_the_ones_of_the_arrivals() -> None:
     assert check_rate(arrivals(80.0), 100.0).found == "80.0 Hz"
 
 
+def test_samples_that_are_late_at_the_end_are_not_lost() -> None:
+    times = arrivals()
+    times[-3:] += 0.02
+    assert check_losses(times, 0.01).found == "0 of 300 lost"
+
+
 def test_hardly_any_samples_are_a_wrong_rate() -> None:
     finding = check_rate(arrivals(count=7), 100.0)
     assert (finding.fault, finding.found) == (Fault.RATE_WRONG, "7 samples in all")

@@ -1,59 +1,23 @@
 """The live twin over real topics: what it publishes is the stepper's trajectory, in order."""
 
 import math
-import re
-import signal
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 rclpy = pytest.importorskip("rclpy")
+from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
 from ros_graph import Graph  # noqa: E402
-from sensor_msgs.msg import JointState  # noqa: E402
-from std_msgs.msg import Float64  # noqa: E402
-from std_srvs.srv import Trigger  # noqa: E402
+from rosgraph_msgs.msg import Clock  # noqa: E402
+from twin_node.real_time_user import TWIN, User, arrays, known_to, make_twin  # noqa: E402
 
-from pendulum_twin.errors import BadInputError  # noqa: E402
-from pendulum_twin.model import load_twin  # noqa: E402
-from pendulum_twin.nodes.twin_node import TwinNode  # noqa: E402
+from pendulum_twin.model import Twin, load_twin, save_twin  # noqa: E402
+from pendulum_twin.nodes.messages import from_time, to_time  # noqa: E402
 from pendulum_twin.stepper import Stepper  # noqa: E402
 
-CONFIG = Path(__file__).parents[2] / "config"
-TWIN = CONFIG / "inteco.yaml"
-MODULE = "pendulum_twin.nodes.twin_node"
 RATE_HZ = 100.0
 HANGING = [0.0, math.pi, 0.0, 0.0]
-
-
-class User:
-    """Send commands and keep what comes back."""
-
-    def __init__(self, ros: Graph) -> None:
-        node = ros.user()
-        self.ros = ros
-        self.states: list[JointState] = []
-        self.applied: list[float] = []
-        node.create_subscription(JointState, "joint_states", self.states.append, 100)
-        node.create_subscription(Float64, "applied_pwm", lambda m: self.applied.append(m.data), 100)
-        self.sender = node.create_publisher(Float64, "pwm", 1)
-        self.resetter = node.create_client(Trigger, "reset")
-        self.until = ros.until
-
-    def more(self, count: int) -> None:
-        wanted = len(self.states) + count
-        self.until(lambda: len(self.states) >= wanted, f"{count} samples")
-
-    def send(self, value: float) -> None:
-        self.sender.publish(Float64(data=value))
-
-    def reset(self) -> Trigger.Response:
-        return self.ros.call(self.resetter)
-
-
-def make_twin(ros: Graph, **values: object) -> TwinNode:
-    return ros.add(TwinNode, **{"twin": str(TWIN), **values})
 
 
 @pytest.fixture
@@ -62,17 +26,11 @@ def pair(ros: Graph):
     user = User(ros)
     twin = make_twin(ros, rate_hz=RATE_HZ, command_timeout_s=0.2)
     ros.executor.remove_node(twin)
-    ours = [p for p in twin.publishers if p.topic_name in ("/joint_states", "/applied_pwm")]
-    user.until(lambda: all(p.get_subscription_count() == 1 for p in ours), "discovery of the user")
+    user.until(lambda: known_to(twin), "discovery of the user")
     user.until(lambda: user.sender.get_subscription_count() == 1, "discovery of the twin")
     ros.executor.add_node(twin)
     user.until(lambda: user.states and user.applied, "the first sample")
     return twin, user
-
-
-def arrays(user: User) -> tuple[np.ndarray, np.ndarray]:
-    stamps = np.array([m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in user.states])
-    return stamps, np.array([[*m.position, *m.velocity] for m in user.states])
 
 
 def test_samples_are_the_steppers_in_order(pair) -> None:
@@ -89,6 +47,46 @@ def test_samples_are_the_steppers_in_order(pair) -> None:
     assert np.max(np.abs(states[:, 0])) > 0.01
     assert np.mean(np.diff(stamps) == 10_000_000) > 0.9  # all, unless the machine stood still
     assert user.states[0].name == ["cart", "pole"]
+
+
+def in_time_of_the_test(ros: Graph, commands: list[float]) -> User:
+    """Drive a twin whose clock the test moves: each command arrives between two samples."""
+    user = User(ros)
+    twin = make_twin(ros, rate_hz=RATE_HZ, use_sim_time=True)
+    clock = ros.user("clock").create_publisher(Clock, "/clock", 10)
+    user.until(lambda: clock.get_subscription_count() and user.sender.get_subscription_count(), "discovery")
+    user.until(lambda: known_to(twin), "discovery of the user")
+
+    def sample(k: int) -> None:
+        now = Clock(clock=to_time(10**9 + k * 10_000_000))
+        user.until(lambda: (clock.publish(now), len(user.states) > k)[1], f"sample {k}")
+
+    for k, command in enumerate(commands):
+        sample(k)
+        user.send(command)
+        user.until(lambda k=k: twin.figures().commands > k, f"command {k}")
+    sample(len(commands))
+    sample(len(commands) + 1)
+    user.until(lambda: len(user.applied) == len(commands) + 2, "the last applied command")
+    return user
+
+
+COMMANDS = np.random.default_rng(11).uniform(-0.5, 0.5, 40).tolist()
+
+
+def test_each_command_acts_from_the_next_sample_on(ros: Graph) -> None:
+    user = in_time_of_the_test(ros, COMMANDS)
+    stamps, states = arrays(user)
+    assert np.array_equal(stamps, 10**9 + 10_000_000 * np.arange(len(COMMANDS) + 2))
+    assert user.applied == [0.0, *COMMANDS, COMMANDS[-1]]
+    assert states.tobytes() == trajectory([0.0, *COMMANDS]).tobytes()
+    for shifted in ([*COMMANDS, 0.0], [0.0, 0.0, *COMMANDS[:-1]]):  # a step early, a step late
+        assert not np.array_equal(states, trajectory(shifted))
+
+
+def trajectory(commands: list[float]) -> np.ndarray:
+    stepper = Stepper(load_twin(TWIN), 1 / RATE_HZ)
+    return np.array([stepper.state, *[stepper.step(command) for command in commands]])
 
 
 def test_a_command_acts_after_it_arrived_and_stops_when_stale(pair) -> None:
@@ -111,9 +109,9 @@ def test_a_command_beyond_the_limit_is_clipped(pair) -> None:
 def test_what_is_no_number_is_refused_and_counted(pair) -> None:
     twin, user = pair
     for bad in (math.nan, math.inf, -math.inf):
-        refused = twin.refused
+        refused = twin.figures().refused
         user.send(bad)
-        user.until(lambda before=refused: twin.refused == before + 1, "the refusal")
+        user.until(lambda before=refused: twin.figures().refused == before + 1, "the refusal")
     user.more(3)
     assert set(user.applied) == {0.0}
     assert np.all(np.isfinite(arrays(user)[1]))
@@ -134,13 +132,73 @@ def test_a_failing_callback_does_not_kill_the_node(pair, monkeypatch: pytest.Mon
     user.send(0.4)
     user.until(lambda: 0.4 in user.applied, "the command")
     with monkeypatch.context() as broken:
-        broken.setattr(twin._stepper, "step", lambda command: 1 / 0)
+        broken.setattr(twin._live, "advance", lambda now_ns: 1 / 0)
         user.more(3)
     user.applied.clear()
     user.more(3)
     assert user.applied[-1] == 0.0
-    monkeypatch.setattr(twin._stepper, "reset", lambda: 1 / 0)
+    monkeypatch.setattr(twin._live, "reset", lambda: 1 / 0)
     assert not user.reset().success
+
+
+def test_another_twin_goes_on_from_the_present_state(pair, tmp_path) -> None:
+    twin, user = pair
+    other = Twin("other", load_twin(TWIN).rig, {"input_delay": {"delay_s": 0.02}, "rail_tilt": {"angle_rad": 0.02}})
+    save_twin(other, tmp_path / "other.yaml")
+    user.until(lambda: (user.send(0.4), user.more(1), abs(user.states[-1].position[0]) > 0.01)[-1], "motion")
+    swapped = twin.set_parameters([Parameter("twin", value=str(tmp_path / "other.yaml"))])[0]
+    first = twin.figures().samples - 1  # the last sample of the twin before
+    assert swapped.successful and twin.figures().twin == "other"
+    for k in range(20):
+        user.send(0.3 * math.cos(k))
+        user.more(1)
+    user.until(lambda: len(user.applied) >= len(user.states), "the last applied command")
+    _, states = arrays(user)
+    steps = Stepper(load_twin(TWIN), 1 / RATE_HZ, tuple(states[first]))
+    later = Stepper(other, 1 / RATE_HZ, tuple(steps.step(user.applied[first])))
+    for k in range(first + 1, len(states)):
+        assert np.array_equal(states[k], later.state), f"sample {k}"
+        later.step(user.applied[k])
+
+
+def test_a_twin_that_is_none_is_refused_and_all_stays(pair, tmp_path) -> None:
+    twin, user = pair
+    (tmp_path / "bad.yaml").write_text(TWIN.read_text().replace("pwm_limit: 0.5", "pwm_limit: .nan"))
+    result = twin.set_parameters([Parameter("twin", value=str(tmp_path / "bad.yaml"))])[0]
+    assert not result.successful and "pwm_limit: expected a number" in result.reason
+    assert not twin.set_parameters([Parameter("twin", value=3)])[0].successful
+    assert twin.get_parameter("twin").value == str(TWIN) and twin.figures().twin == "inteco"
+    user.more(3)
+
+
+def test_a_setting_of_rclpy_does_not_load_the_twin_anew(pair, monkeypatch: pytest.MonkeyPatch) -> None:
+    twin, _ = pair
+    monkeypatch.setattr(twin._live, "become", lambda other: pytest.fail("loaded"))
+    assert twin.set_parameters([Parameter("use_sim_time", value=False)])[0].successful
+
+
+@pytest.mark.parametrize("lockstep", [False, True])
+def test_health_is_told_once_a_second(ros: Graph, lockstep: bool) -> None:
+    told: list[DiagnosticArray] = []
+    user = User(ros)
+    user.node.create_subscription(DiagnosticArray, "/diagnostics", told.append, 10)
+    twin = make_twin(ros, lockstep=lockstep)
+    user.until(lambda: told, "a report")
+    assert told[-1].status[0].level == b"\x00" and told[-1].status[0].name == "/twin"
+    user.until(lambda: user.sender.get_subscription_count(), "discovery")
+    user.send(math.nan)
+    user.until(lambda: twin.answer() or twin.figures().refused == 1, "the refusal")
+    user.until(lambda: told[-1].status[0].level == b"\x01", "a warning")
+    said = told[-1].status[0]
+    assert said.message == "1 commands refused since the last report"
+    figures = {value.key: value.value for value in said.values}
+    assert figures["twin"] == "inteco" and figures["refused_commands"] == "1" and figures["command_age_s"] == "none"
+    assert set(figures) == {
+        "twin", "samples", "commands", "refused_commands", "lost_samples", "applied_pwm", "command_age_s",
+    }  # fmt: skip
+    user.until(lambda: told[-1].status[0].level == b"\x00", "health again")
+    stamps = [from_time(each.header.stamp) for each in told]
+    assert np.min(np.diff(stamps)) > 0.5e9
 
 
 def test_a_pole_alone_has_one_joint(ros: Graph, tmp_path) -> None:
@@ -151,58 +209,3 @@ def test_a_pole_alone_has_one_joint(ros: Graph, tmp_path) -> None:
     user.more(2)
     assert user.states[-1].name == ["pole"]
     assert arrays(user)[1][-1] == pytest.approx([math.pi, 0.0], abs=1e-12)
-
-
-def test_an_int_is_accepted_for_a_double(ros: Graph) -> None:
-    assert make_twin(ros, rate_hz=50, command_timeout_s=1).get_parameter("rate_hz").value == 50
-
-
-def test_parameters_say_what_they_are_and_stay_as_they_are(ros: Graph) -> None:
-    node = make_twin(ros)
-    described = node.describe_parameter("rate_hz")
-    assert described.description == "samples a second" and described.read_only
-    assert (described.floating_point_range[0].from_value, described.floating_point_range[0].to_value) == (1.0, 1000.0)
-    assert not node.set_parameters([Parameter("rate_hz", value=50.0)])[0].successful
-
-
-@pytest.mark.parametrize(
-    ("values", "sentence"),
-    [
-        ({"rate_hz": math.nan}, "rate_hz: expected a number from 1 to 1000, found nan"),
-        ({"rate_hz": 0}, "rate_hz: expected a number from 1 to 1000, found 0"),
-        ({"rate_hz": "fast"}, "rate_hz: expected a number, found 'fast'"),
-        ({"command_timeout_s": -1.0}, "command_timeout_s: expected a number from 0.001 to 60, found -1.0"),
-        ({"twin": 3}, "twin: expected text, found 3"),
-        ({"twin": ""}, "twin: expected the path of a twin file, found none: give -p twin:=FILE"),
-        ({"twin": "/no/such.yaml"}, "/no/such.yaml: expected a twin file"),
-    ],
-)
-def test_wrong_parameters_are_refused_in_a_sentence(ros: Graph, values: dict, sentence: str) -> None:
-    with pytest.raises(BadInputError, match=re.escape(sentence)):
-        make_twin(ros, **values)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "status", "sentence"),
-    [
-        (["--ros-args", "-p", "twin:=/no/such.yaml"], 1, "twin_node: /no/such.yaml: expected a twin file"),
-        (["--ros-args", "-p", "twin:=broken.yaml"], 1, "expected schema: pendulum_twin/1"),
-        (["--ros-args", "-p"], 2, "twin_node: wrong --ros-args"),
-        (["--speed"], 2, "unrecognized arguments: --speed"),
-    ],
-)
-def test_what_cannot_run_ends_with_a_sentence(ros: Graph, arguments, status, sentence, tmp_path) -> None:
-    (tmp_path / "broken.yaml").write_text("schema: other\n")
-    node = ros.start(MODULE, *[a.replace("broken.yaml", str(tmp_path / "broken.yaml")) for a in arguments])
-    _, said = node.communicate(timeout=60)
-    assert node.returncode == status
-    assert sentence in said and "Traceback" not in said
-
-
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_ends_it_cleanly(ros: Graph, number: signal.Signals) -> None:
-    node = ros.start(MODULE, "--ros-args", "-p", f"twin:={TWIN}")
-    assert "runs at 100 Hz" in node.stderr.readline()
-    node.send_signal(number)
-    _, said = node.communicate(timeout=60)
-    assert node.returncode == 0 and said == ""

@@ -27,6 +27,7 @@ LOOPBACK = "127.0.0.1"
 START_S = 60.0  # a program that takes longer to start will not
 PLAYED_S = 150.0  # the plan's minute, and its start
 PATIENCE_S = 2.0  # instead of 0.2 s: on a busy machine an emulated rig may stand still for a moment, and no harm is done
+OVERRULED_S = 10.0  # after such a moment the rail guard may have to bring the cart back
 DOMAINS = range(1, 100)  # higher ones need ports that the system gives to others
 
 
@@ -88,7 +89,8 @@ def _excite(programs: Programs, **settings: object) -> None:
 
     No reset before it: the emulated rig hangs at rest, and a driver cannot reset a rig whose signs are concealed.
     """
-    arguments = _node("/excitation", reset_first="false", silence_s=PATIENCE_S, **settings)
+    patience = {"silence_s": PATIENCE_S, "overruled_s": OVERRULED_S}
+    arguments = _node("/excitation", reset_first="false", **patience, **settings)
     wait_until_done(programs.start("excitation_node", *arguments, heard=True), programs, PLAYED_S)
 
 

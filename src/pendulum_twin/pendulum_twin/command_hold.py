@@ -4,34 +4,41 @@ from __future__ import annotations
 
 import math
 
-NEVER_NS = -(10**18)
-
 
 class CommandHold:
     """Keep the last command and say what of it is applied.
 
-    limit: largest magnitude (PWM fraction); None for no limit. timeout_s: a command older than this counts as 0.
-    refused: how many commands were no finite numbers.
+    limit: largest magnitude (PWM fraction); None for no limit; it may be set anew at any time. timeout_s: a command older
+    than this counts as 0. taken, refused: how many commands were finite numbers, and were not.
     """
 
     def __init__(self, limit: float | None, timeout_s: float) -> None:
-        self._limit = math.inf if limit is None else limit
-        self._timeout_ns = round(timeout_s * 1e9)
-        self.refused = 0
+        self.limit = limit
+        self._timeout_ns = timeout_s * 1e9
+        self.taken = self.refused = 0
         self.clear()
 
     def clear(self) -> None:
-        """Forget the last command; the count of refused ones stays."""
-        self._command, self._received_ns = 0.0, NEVER_NS
+        """Forget the last command; the counts stay."""
+        self._command = 0.0
+        self._received_ns: int | None = None
 
     def offer(self, command: float, now_ns: int) -> bool:
         """Take a command that arrived at now_ns, and return True; refuse and count one that is NaN or infinite."""
         if not math.isfinite(command):
             self.refused += 1
             return False
-        self._command, self._received_ns = min(max(command, -self._limit), self._limit), now_ns
+        self.taken += 1
+        self._command, self._received_ns = command, now_ns
         return True
 
     def at(self, now_ns: int) -> float:
-        """Return the command to apply from now_ns on."""
-        return self._command if now_ns - self._received_ns <= self._timeout_ns else 0.0
+        """Return the command to apply from now_ns on; a clock that was set back makes a command stale, never fresh."""
+        if self._received_ns is None or abs(now_ns - self._received_ns) > self._timeout_ns:
+            return 0.0
+        limit = math.inf if self.limit is None else self.limit
+        return min(max(self._command, -limit), limit)
+
+    def age_s(self, now_ns: int) -> float | None:
+        """Return how long ago the last command came; None when there was none since the last `clear`."""
+        return None if self._received_ns is None else (now_ns - self._received_ns) / 1e9

@@ -79,7 +79,7 @@ def load_twin(path: str | Path) -> Twin:
         mapping = yaml.safe_load(text)
     except (OSError, UnicodeDecodeError) as error:
         raise BadInputError(f"{path}: expected a twin file, but it cannot be read: {error}") from error
-    except yaml.YAMLError as error:
+    except (yaml.YAMLError, ValueError, RecursionError) as error:  # a date that is none, a thousand brackets
         raise BadInputError(f"{path}: expected YAML, found {str(error).splitlines()[0]}") from error
     try:
         return twin_from_mapping(mapping)

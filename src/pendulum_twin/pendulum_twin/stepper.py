@@ -8,6 +8,7 @@ import numpy as np
 
 from pendulum_twin import compose, kernel
 from pendulum_twin.model import Twin
+from pendulum_twin.motion import ALL_LAWS, NO_LAWS, PLAIN_LAWS
 from pendulum_twin.signals import Floats
 from pendulum_twin.simulate import code_for, measuring, through_sensors, unmeasured
 from pendulum_twin.words import active, words_of
@@ -77,3 +78,10 @@ class Stepper:
         self._steps += self._sub
         self._true[:] = self._out[:, 1]
         return self.state
+
+
+def compile_for_any_effect(twin: Twin, period_s: float) -> None:
+    """Compile all that a stepper of any twin can need, so that none stands still in the middle of a run."""
+    stepper = Stepper(twin, period_s)
+    for stepper._laws in (NO_LAWS, PLAIN_LAWS, ALL_LAWS):
+        stepper.step(0.0)

@@ -11,6 +11,7 @@ APPLIED_PWM = "applied_pwm"  # std_msgs/Float64: what was really sent, after lim
 RESET = "reset"  # std_srvs/Trigger: returns when the pendulum hangs at rest in the middle of the rail, or says why not
 STOP, CLEAR_STOP = "stop", "clear_stop"  # std_srvs/Trigger: the latching emergency stop
 STOPPED = "stopped"  # std_msgs/Bool, transient local: whether the stop is latched
+CLOCK = "/clock"  # rosgraph_msgs/Clock: simulated time, from a twin in lockstep
 DIAGNOSTICS = "/diagnostics"  # diagnostic_msgs/DiagnosticArray, once a second
 
 CART, POLE = "cart", "pole"

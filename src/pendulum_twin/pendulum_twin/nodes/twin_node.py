@@ -1,104 +1,177 @@
-"""The live twin: commands in, samples out in real time, by the same names and types as the rig.
+"""The live twin: commands in, samples out, by the same names and types as the rig.
 
-At every sampling time the node publishes the sample, decides the command (the last that arrived; clipped, 0 when
-stale), publishes it as applied, and holds it to the next sampling time: no command acts before it arrived.
+`pendulum_twin.paces` says which sample answers which command, in real time and in lockstep.
+
+In real time `applied_pwm` is published after the sample from which on it is held; a reset shows in the next sample.
+
+In lockstep each accepted command brings one `applied_pwm` (it, clipped) and then one sample, stamped with simulated time.
+`/clock` follows the samples, at most 100 times a second of wall time, never ahead of them, and at the latest 10 ms behind.
+A reset publishes one sample, the start state, and answers with its stamp (`pendulum_twin.reset_answer`); time goes on, and
+commands still waiting are dropped. Messages that nobody listens to yet are lost, the first sample among them. So a user
+begins, early or late, like this: when publisher and subscriber know each other, call `reset` and take samples until the
+stamp is the one told; if it does not come, call `reset` again. From then on, send a command, and take its sample before
+sending the next; it is one period younger than the last. Commands of who does not wait queue up, ten at most.
+
+Setting the parameter `twin` replaces the twin while it runs; its measured state stays (see `LiveTwin.become`).
 """
 
 from __future__ import annotations
 
 import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from threading import Event, Lock
 from typing import Any
 
 from rclpy.node import Node
-from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 
 from pendulum_twin import topics
-from pendulum_twin.command_hold import CommandHold
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.health import Health
+from pendulum_twin.live_twin import LiveTwin
 from pendulum_twin.model import load_twin
+from pendulum_twin.nodes.diagnostics import publish_health
+from pendulum_twin.nodes.direct import DirectSubscription
 from pendulum_twin.nodes.guard import guarded
-from pendulum_twin.nodes.messages import joints_of, to_float, to_joint_state
 from pendulum_twin.nodes.qos import LATEST, SAMPLES
-from pendulum_twin.nodes.running import run
-from pendulum_twin.nodes.settings import declared
+from pendulum_twin.nodes.running import LONGEST_WAIT_S, run, spin
+from pendulum_twin.nodes.settings import declared, when_changed
+from pendulum_twin.nodes.sim_clock import CLOCK_PERIOD_S, SimClock
+from pendulum_twin.nodes.twin_outlet import TwinOutlet
 from pendulum_twin.nodes.twin_settings import TwinSettings
-from pendulum_twin.sample_clock import SampleClock
-from pendulum_twin.stepper import Stepper
+from pendulum_twin.paces import Lockstep, RealTime
+from pendulum_twin.reset_answer import told
+from pendulum_twin.twin_health import TwinFigures, TwinHealth
 
 
 class TwinNode(Node):
-    """Run one twin in real time; raise BadInputError when a parameter or the twin file is wrong."""
+    """Run one twin; raise BadInputError when a parameter or the twin file is wrong. In lockstep it needs `serve`."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__("twin", **options)
         try:
-            settings = declared(self, TwinSettings)
+            self._settings = settings = declared(self, TwinSettings)
             twin = load_twin(settings.twin)
         except BadInputError:
             self.destroy_node()
             raise
-        self._joints = joints_of(twin.rig)
-        self._stepper = _warm(Stepper(twin, 1 / settings.rate_hz))
-        self._hold = CommandHold(twin.rig.pwm_limit, settings.command_timeout_s)
-        self._samples = SampleClock(1 / settings.rate_hz)
-        self._states = self.create_publisher(JointState, topics.JOINT_STATES, SAMPLES)
-        self._applied = self.create_publisher(Float64, topics.APPLIED_PWM, SAMPLES)
-        self.create_subscription(Float64, topics.PWM, self.on_command, LATEST)
+        period_s = 1 / settings.rate_hz
+        self._lock = Lock()  # in lockstep commands have a thread of their own
+        self._live = LiveTwin(twin, period_s, settings.command_timeout_s)
+        self._sim_clock = SimClock(self) if settings.lockstep else None
+        self._commands = DirectSubscription(self, Float64, topics.PWM, SAMPLES) if settings.lockstep else None
+        self._outlet = TwinOutlet(self, twin.rig, self._sim_clock)
+        self._pace = (Lockstep if settings.lockstep else RealTime)(self._live, period_s, self._outlet)
+        self._health = TwinHealth()
+        if not settings.lockstep:
+            self.create_subscription(Float64, topics.PWM, self.on_command, LATEST)
+            self.create_timer(period_s, self.on_timer)
         self.create_service(Trigger, topics.RESET, self.on_reset)
-        self.create_timer(1 / settings.rate_hz, self.on_timer)
-        self.get_logger().info(f"twin {twin.name} of {settings.twin} runs at {settings.rate_hz:g} Hz")
+        when_changed(self, lambda: self._settings, self._accept)
+        publish_health(self, "twin", self._healthy)
+        how = "in lockstep, in steps of 1 s /" if settings.lockstep else "at"
+        self.get_logger().info(f"twin {twin.name} of {settings.twin} runs {how} {settings.rate_hz:g} Hz")
 
     @property
-    def refused(self) -> int:
-        """Return how many commands were refused."""
-        return self._hold.refused
+    def lockstep(self) -> bool:
+        """Return whether simulated time waits for commands."""
+        return self._settings.lockstep
+
+    def figures(self) -> TwinFigures:
+        """Return what was counted up to now."""
+        live, pace = self._live, self._pace
+        taken, refused, age_s = live.commands.taken, live.commands.refused, live.commands.age_s(self._now_ns())
+        return TwinFigures(live.twin.name, pace.samples, taken, refused, pace.lost, live.applied, age_s)
 
     def fail_safe(self) -> None:
         """Hold no command."""
-        self._hold.clear()
+        self._live.commands.clear()
 
     @guarded
     def on_timer(self) -> None:
-        """Publish what is due, usually one sample."""
-        for stamp_ns in self._samples.due(self._now_ns()):
-            self._states.publish(to_joint_state(self._joints, self._stepper.state, stamp_ns))
-            command = self._hold.at(stamp_ns)
-            self._applied.publish(to_float(command))
-            self._stepper.step(command)
+        """Publish what is due: in real time usually one sample, in lockstep the first."""
+        with self._lock:
+            self._pace.tick(self._now_ns())
 
     @guarded
     def on_command(self, message: Float64) -> None:
-        """Take a command, or refuse what is no number."""
-        if not self._hold.offer(message.data, self._now_ns()):
-            self.get_logger().warning(
-                f"{topics.PWM}: expected a finite number, found {message.data} ({self._hold.refused} refused so far)",
-                throttle_duration_sec=1.0,
-            )
+        """Take a command in real time."""
+        with self._lock:
+            self._take(message)
+
+    @guarded
+    def answer(self) -> bool:
+        """Answer the oldest command of lockstep and return True; False when none waits."""
+        with self._lock:
+            message = None if self._commands is None else self._commands.take()
+            if message is not None:
+                self._take(message)
+            return message is not None
+
+    def wait(self) -> None:
+        """Wait for the next command of lockstep, not for long."""
+        if self._commands is not None and self._sim_clock is not None:
+            with self._lock:
+                behind = self._sim_clock.catch_up()
+            self._commands.pause(CLOCK_PERIOD_S if behind else LONGEST_WAIT_S)
 
     @guarded
     def on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Start again, hanging at rest in the middle of the rail."""
-        self._hold.clear()
-        self._stepper.reset()
-        response.success, response.message = True, "the pendulum hangs at rest in the middle of the rail"
+        with self._lock:
+            if self._commands is not None:
+                self._commands.clear()
+            stamp_ns = self._pace.reset()
+        response.success, response.message = True, told(stamp_ns)
         return response
 
+    def _take(self, message: Float64) -> None:
+        if not self._pace.command(message.data, self._now_ns()):
+            self.get_logger().warning(
+                f"{topics.PWM}: expected a finite number, found {message.data} "
+                f"({self._live.commands.refused} refused so far)",
+                throttle_duration_sec=1.0,
+            )
+
+    def _accept(self, settings: TwinSettings) -> None:
+        """Go on with another twin file, or raise BadInputError with nothing changed."""
+        twin = load_twin(settings.twin)
+        with self._lock:
+            self._live.become(twin)
+            self._outlet.show(twin.rig)
+            self._settings = settings
+        self.get_logger().info(f"twin {twin.name} of {settings.twin} goes on")
+
+    def _healthy(self) -> Health:
+        return self._health.of(self.figures())
+
     def _now_ns(self) -> int:
-        return self.get_clock().now().nanoseconds
+        return time.monotonic_ns() if self.lockstep else self.get_clock().now().nanoseconds
 
 
-def _warm(stepper: Stepper) -> Stepper:
-    """Return the stepper with its kernel compiled, so that the first sample is not late."""
-    stepper.step(0.0)
-    stepper.reset()
-    return stepper
+def serve(node: TwinNode, stopped: Event) -> None:
+    """Serve the node until stopped is set; in lockstep the commands in this thread, all else in another."""
+    if not node.lockstep:
+        spin(node, stopped)
+        return
+    with ThreadPoolExecutor(1, "services") as pool:
+        services = pool.submit(spin, node, stopped)
+        services.add_done_callback(lambda _: stopped.set())
+        try:
+            node.on_timer()
+            while not stopped.is_set():
+                node.wait()
+                node.answer()
+        finally:
+            stopped.set()
+        services.result()
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the node, see `running.run`."""
-    return run("twin_node", "The digital twin in real time.", TwinSettings, TwinNode, arguments)
+    return run("twin_node", "The digital twin, in real time or in lockstep.", TwinSettings, TwinNode, arguments, serve)
 
 
 if __name__ == "__main__":

@@ -5,16 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.nodes.settings import check, number, words
+from pendulum_twin.nodes.settings import check, flag, number, words
 
 
 @dataclass(frozen=True)
 class TwinSettings:
     """Hold the parameters of `twin_node`, checked: a wrong type, NaN or out of range raises BadInputError."""
 
-    twin: str = words("", "path of the twin file")
+    twin: str = words("", "path of the twin file; set while it runs, the twin goes on with it from its present state", True)
     rate_hz: float = number(100.0, 1.0, 1000.0, "samples a second")
-    command_timeout_s: float = number(0.2, 0.001, 60.0, "without a command for so long, PWM is 0")
+    command_timeout_s: float = number(0.2, 0.001, 60.0, "without a command for so long, PWM is 0; not in lockstep")
+    lockstep: bool = flag(False, "one command in, one sample out, as fast as it goes, with simulated time on /clock")
 
     def __post_init__(self) -> None:
         check(self)

@@ -1,0 +1,53 @@
+"""What a live twin says, as messages."""
+
+from __future__ import annotations
+
+from array import array
+
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64
+
+from pendulum_twin import topics
+from pendulum_twin.nodes.messages import joints_of
+from pendulum_twin.nodes.qos import SAMPLES
+from pendulum_twin.nodes.sim_clock import SimClock
+from pendulum_twin.rig import Rig
+from pendulum_twin.signals import Floats
+from pendulum_twin.topics import JOINTS
+
+
+class TwinOutlet:
+    """Publish samples of the joints that a rig has, and keep the clock at them, where there is one.
+
+    One message is filled anew each time: making a sample costs as much as publishing it.
+    """
+
+    def __init__(self, node: Node, rig: Rig, clock: SimClock | None) -> None:
+        self._states = node.create_publisher(JointState, topics.JOINT_STATES, SAMPLES)
+        self._applied = node.create_publisher(Float64, topics.APPLIED_PWM, SAMPLES)
+        self._pwm = Float64()
+        self._clock = clock
+        self.show(rig)
+
+    def show(self, rig: Rig) -> None:
+        """Name the joints of this rig from now on."""
+        self._sample = JointState(name=joints_of(rig))
+        self._positions = [JOINTS.index(name) for name in joints_of(rig)]
+        self._velocities = [len(JOINTS) + k for k in self._positions]
+
+    def sample(self, state: Floats, stamp_ns: int) -> None:
+        """Publish a measured state."""
+        message, values = self._sample, state.tolist()
+        stamp = message.header.stamp
+        stamp.sec, stamp.nanosec = divmod(stamp_ns, 10**9)
+        message.position = array("d", [values[k] for k in self._positions])
+        message.velocity = array("d", [values[k] for k in self._velocities])
+        self._states.publish(message)
+        if self._clock is not None:
+            self._clock.move(stamp_ns)
+
+    def applied(self, pwm: float) -> None:
+        """Publish what is held."""
+        self._pwm.data = pwm
+        self._applied.publish(self._pwm)

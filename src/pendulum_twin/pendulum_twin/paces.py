@@ -1,0 +1,97 @@
+"""How a live twin keeps pace: with real time, or in lockstep with its user. Which sample answers which command.
+
+Samples are numbered k = 0, 1, ...; sample 0 is the start state.
+
+Real time: sample k is due at its time, whether commands come or not. The command that is held from sample k to sample
+k + 1 is the last that arrived before sample k was published (0 when stale). So the answer to sample k acts from sample
+k + 1 on, and shows first in sample k + 2.
+
+Lockstep: simulated time stands still until a command comes. The k-th command (from 0) is held from sample k to sample
+k + 1, and is answered by sample k + 1: one command in, one sample out, in order. Sample k has the time k * period.
+A command that is no number is refused and gets no answer; no command is ever stale. A reset counts as a step without
+a command: its sample is the start state, and time goes on.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from pendulum_twin.live_twin import LiveTwin
+from pendulum_twin.sample_clock import SampleClock
+from pendulum_twin.signals import Floats
+
+
+class Outlet(Protocol):
+    """Where a live twin's output goes."""
+
+    def sample(self, state: Floats, stamp_ns: int) -> None:
+        """Take the measured state (x, th, v, w) at a time, ns."""
+
+    def applied(self, pwm: float) -> None:
+        """Take the PWM fraction that is held from the last sample to the next."""
+
+
+class RealTime:
+    """Give out samples when their time has come."""
+
+    def __init__(self, live: LiveTwin, period_s: float, outlet: Outlet) -> None:
+        self._live = live
+        self._outlet = outlet
+        self._clock = SampleClock(period_s)
+        self.samples = 0
+
+    @property
+    def lost(self) -> int:
+        """Return how many samples a standing machine has cost."""
+        return self._clock.lost
+
+    def command(self, value: float, now_ns: int) -> bool:
+        """Take a command that arrived at now_ns and return True, or refuse it."""
+        return self._live.commands.offer(value, now_ns)
+
+    def tick(self, now_ns: int) -> None:
+        """Give out the samples that are due, usually one."""
+        for stamp_ns in self._clock.due(now_ns):
+            self._outlet.sample(self._live.state, stamp_ns)
+            self.samples += 1
+            self._outlet.applied(self._live.advance(stamp_ns))
+
+    def reset(self) -> None:
+        """Hang at rest in the middle of the rail, from the next sample on, whose stamp is not known yet."""
+        self._live.reset()
+
+
+class Lockstep:
+    """Give out one sample for each command."""
+
+    lost = 0  # nothing is late where time waits
+
+    def __init__(self, live: LiveTwin, period_s: float, outlet: Outlet) -> None:
+        self._live = live
+        self._outlet = outlet
+        self._period_ns = period_s * 1e9
+        self.samples = 0
+
+    def tick(self, now_ns: int) -> None:
+        """Give out the start state, once."""
+        if self.samples == 0:
+            self._sample()
+
+    def command(self, value: float, now_ns: int) -> bool:
+        """Answer a command with a sample and return True, or refuse it."""
+        if not self._live.commands.offer(value, now_ns):
+            return False
+        self._outlet.applied(self._live.advance(now_ns))
+        self._sample()
+        return True
+
+    def reset(self) -> int:
+        """Hang at rest in the middle of the rail, and say so in a sample; return its stamp, ns."""
+        self._live.reset()
+        return self._sample()
+
+    def _sample(self) -> int:
+        stamp_ns = round(self.samples * self._period_ns)
+        self._outlet.sample(self._live.state, stamp_ns)
+        self.samples += 1
+        return stamp_ns
