@@ -53,13 +53,13 @@ def in_lockstep(commands: list[float], twin: Twin = TWIN) -> Outlet:
 
 
 def in_real_time(commands: list[float]) -> Outlet:
-    """Send each command half a period after a sample."""
+    """Answer each sample within half a period."""
     _, pace, outlet = live(RealTime)
     for k, command in enumerate(commands):
         pace.tick(k * PERIOD_NS)
-        pace.command(command, k * PERIOD_NS + PERIOD_NS // 2)
+        pace.command(command, k * PERIOD_NS + PERIOD_NS // 4)
+        pace.settle(k * PERIOD_NS + PERIOD_NS // 2)
     pace.tick(len(commands) * PERIOD_NS)
-    pace.tick((len(commands) + 1) * PERIOD_NS)
     return outlet
 
 
@@ -70,11 +70,22 @@ def test_in_lockstep_each_command_is_answered_by_the_next_sample() -> None:
     assert outlet.pwm == COMMANDS
 
 
-def test_in_real_time_each_command_acts_from_the_next_sample_on() -> None:
+def test_in_real_time_each_command_acts_from_the_sample_that_it_answers() -> None:
     outlet = in_real_time(COMMANDS)
-    assert np.array(outlet.states).tobytes() == trajectory([0.0, *COMMANDS]).tobytes()
-    assert outlet.stamps == [k * PERIOD_NS for k in range(len(COMMANDS) + 2)]
-    assert outlet.pwm == [0.0, *COMMANDS, COMMANDS[-1]]
+    assert np.array(outlet.states).tobytes() == trajectory(COMMANDS).tobytes()
+    assert outlet.stamps == [k * PERIOD_NS for k in range(len(COMMANDS) + 1)]
+    assert outlet.pwm == COMMANDS
+
+
+def test_in_real_time_a_late_answer_acts_from_the_next_sample() -> None:
+    _, pace, outlet = live(RealTime)
+    pace.tick(0)
+    pace.settle(PERIOD_NS // 2)
+    pace.command(0.4, PERIOD_NS // 2 + 1)
+    pace.tick(PERIOD_NS)
+    pace.tick(2 * PERIOD_NS)  # on a machine that stood still, nobody settled in time
+    assert outlet.pwm == [0.0, 0.4]
+    assert np.array(outlet.states).tobytes() == trajectory([0.0, 0.4]).tobytes()
 
 
 @pytest.mark.parametrize("shift", [-1, 1])
@@ -83,7 +94,7 @@ def test_a_shift_by_one_step_shows(shift: int) -> None:
     shifted = [*COMMANDS[1:], 0.0] if shift < 0 else [0.0, *COMMANDS[:-1]]
     assert not np.array_equal(trajectory(COMMANDS)[:4], trajectory(shifted)[:4])
     assert not np.array_equal(np.array(in_lockstep(COMMANDS).states), trajectory(shifted))
-    assert not np.array_equal(np.array(in_real_time(COMMANDS).states), trajectory([0.0, *shifted]))
+    assert not np.array_equal(np.array(in_real_time(COMMANDS).states), trajectory(shifted))
 
 
 def test_the_last_command_before_a_sample_counts_in_real_time() -> None:
@@ -92,7 +103,7 @@ def test_the_last_command_before_a_sample_counts_in_real_time() -> None:
     for command in (0.1, 0.2, 0.3):
         pace.command(command, 1)
     pace.tick(PERIOD_NS)
-    assert outlet.pwm == [0.0, 0.3]
+    assert outlet.pwm == [0.3]
 
 
 @pytest.mark.parametrize("pace", [Lockstep, RealTime])

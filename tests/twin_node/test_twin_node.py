@@ -67,20 +67,20 @@ def in_time_of_the_test(ros: Graph, commands: list[float]) -> User:
         user.until(lambda k=k: twin.figures().commands > k, f"command {k}")
     sample(len(commands))
     sample(len(commands) + 1)
-    user.until(lambda: len(user.applied) == len(commands) + 2, "the last applied command")
+    user.until(lambda: len(user.applied) == len(commands) + 1, "the last applied command")
     return user
 
 
 COMMANDS = np.random.default_rng(11).uniform(-0.5, 0.5, 40).tolist()
 
 
-def test_each_command_acts_from_the_next_sample_on(ros: Graph) -> None:
+def test_each_command_acts_from_the_sample_that_it_answers(ros: Graph) -> None:
     user = in_time_of_the_test(ros, COMMANDS)
     stamps, states = arrays(user)
     assert np.array_equal(stamps, 10**9 + 10_000_000 * np.arange(len(COMMANDS) + 2))
-    assert user.applied == [0.0, *COMMANDS, COMMANDS[-1]]
-    assert states.tobytes() == trajectory([0.0, *COMMANDS]).tobytes()
-    for shifted in ([*COMMANDS, 0.0], [0.0, 0.0, *COMMANDS[:-1]]):  # a step early, a step late
+    assert user.applied == [*COMMANDS, COMMANDS[-1]]
+    assert states.tobytes() == trajectory([*COMMANDS, COMMANDS[-1]]).tobytes()
+    for shifted in ([*COMMANDS[1:], 0.0, 0.0], [0.0, *COMMANDS]):  # a step early, a step late
         assert not np.array_equal(states, trajectory(shifted))
 
 

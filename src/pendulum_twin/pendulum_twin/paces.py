@@ -3,8 +3,8 @@
 Samples are numbered k = 0, 1, ...; sample 0 is the start state.
 
 Real time: sample k is due at its time, whether commands come or not. The command that is held from sample k to sample
-k + 1 is the last that arrived before sample k was published (0 when stale). So the answer to sample k acts from sample
-k + 1 on, and shows first in sample k + 2.
+k + 1 is the last that arrived within half a period after sample k (0 when stale): a command acts from the sampling time
+nearest to it, as in `rig_emulator`. So the answer to sample k acts from sample k on, and shows first in sample k + 1.
 
 Lockstep: simulated time stands still until a command comes. The k-th command (from 0) is held from sample k to sample
 k + 1, and is answered by sample k + 1: one command in, one sample out, in order. Sample k has the time k * period.
@@ -32,12 +32,13 @@ class Outlet(Protocol):
 
 
 class RealTime:
-    """Give out samples when their time has come."""
+    """Give out samples when their time has come, and settle each one's command half a period later."""
 
     def __init__(self, live: LiveTwin, period_s: float, outlet: Outlet) -> None:
         self._live = live
         self._outlet = outlet
         self._clock = SampleClock(period_s)
+        self._open = False  # whether the last sample's command is not settled yet
         self.samples = 0
 
     @property
@@ -52,13 +53,23 @@ class RealTime:
     def tick(self, now_ns: int) -> None:
         """Give out the samples that are due, usually one."""
         for stamp_ns in self._clock.due(now_ns):
+            self.settle(stamp_ns)  # nobody came to do it in time
             self._outlet.sample(self._live.state, stamp_ns)
             self.samples += 1
-            self._outlet.applied(self._live.advance(stamp_ns))
+            self._open = True
+
+    def settle(self, now_ns: int) -> None:
+        """Hold the last command from the last sample to the next; call it half a period after each sample."""
+        if self._open:
+            self._open = False
+            self._outlet.applied(self._live.advance(now_ns))
 
     def reset(self) -> None:
         """Hang at rest in the middle of the rail, from the next sample on, whose stamp is not known yet."""
         self._live.reset()
+        if self._open:
+            self._open = False
+            self._outlet.applied(0.0)
 
 
 class Lockstep:
@@ -84,6 +95,9 @@ class Lockstep:
         self._outlet.applied(self._live.advance(now_ns))
         self._sample()
         return True
+
+    def settle(self, now_ns: int) -> None:
+        """Do nothing: each command is settled as it comes."""
 
     def reset(self) -> int:
         """Hang at rest in the middle of the rail, and say so in a sample; return its stamp, ns."""

@@ -2,7 +2,8 @@
 
 `pendulum_twin.paces` says which sample answers which command, in real time and in lockstep.
 
-In real time `applied_pwm` is published after the sample from which on it is held; a reset shows in the next sample.
+In real time `applied_pwm` is published half a period after the sample from which on it is held; a reset shows in the next
+sample.
 
 In lockstep each accepted command brings one `applied_pwm` (it, clipped) and then one sample, stamped with simulated time.
 `/clock` follows the samples, at most 100 times a second of wall time, never ahead of them, and at the latest 10 ms behind.
@@ -68,6 +69,7 @@ class TwinNode(Node):
         if not settings.lockstep:
             self.create_subscription(Float64, topics.PWM, self.on_command, LATEST)
             self.create_timer(period_s, self.on_timer)
+            self._settling = self.create_timer(period_s / 2, self.on_settling)
         self.create_service(Trigger, topics.RESET, self.on_reset)
         when_changed(self, lambda: self._settings, self._accept)
         publish_health(self, "twin", self._healthy)
@@ -94,6 +96,15 @@ class TwinNode(Node):
         """Publish what is due: in real time usually one sample, in lockstep the first."""
         with self._lock:
             self._pace.tick(self._now_ns())
+        if not self.lockstep:
+            self._settling.reset()  # half a period from now
+
+    @guarded
+    def on_settling(self) -> None:
+        """Settle the last sample's command, half a period after it was published."""
+        self._settling.cancel()
+        with self._lock:
+            self._pace.settle(self._now_ns())
 
     @guarded
     def on_command(self, message: Float64) -> None:
@@ -139,6 +150,7 @@ class TwinNode(Node):
         """Go on with another twin file, or raise BadInputError with nothing changed."""
         twin = load_twin(settings.twin)
         with self._lock:
+            self._pace.settle(self._now_ns())  # the period that has begun is the former twin's
             self._live.become(twin)
             self._outlet.show(twin.rig)
             self._settings = settings
