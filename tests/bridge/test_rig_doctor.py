@@ -18,6 +18,7 @@ from pathlib import Path
 import pytest
 from running_emulator import LONG_S, TWIN, free_ports, start, udp_socket
 
+from pendulum_bridge.doctor.driving import LAST_WORDS
 from pendulum_bridge.doctor.rig_doctor import NOTICE, SCHEMA, options_of
 from pendulum_bridge.protocol import Command, Sample
 from pendulum_twin.model import Twin, load_twin, save_twin
@@ -138,7 +139,7 @@ def twin_file(folder: Path, name: str, effects: dict) -> Path:
 
 def test_emulated_rigs_that_are_moved_are_found_as_they_are(tmp_path: Path) -> None:
     mirrored = twin_file(tmp_path, "mirrored", {"cart_sign_inverted": {}})
-    answers = side_by_side([Rig(), Rig("--twin", mirrored)], [set(), {"cart_mirrored"}], "--move")
+    answers = side_by_side([Rig(), Rig("--twin", mirrored)], [set(), {"cart_mirrored"}], "--move", "--seconds", "1")
     assert [status for status, _, _ in answers] == [0, 1]
     for _, answer, _ in answers:
         assert "SKIPPED" not in [each["verdict"] for each in answer["findings"]]
@@ -165,6 +166,7 @@ def test_what_a_bare_socket_sends_is_recognised() -> None:
         assert found == faults and words in json.dumps(answer)
         assert status == int(not faults <= {"some_malformed"})
         assert bare.commands and set(bare.commands) == {Command(0.0)}, "without --move nothing but PWM 0 is sent"
+        assert len(bare.commands) > LAST_WORDS, "and that also at the end"
 
 
 def test_an_interrupted_push_ends_with_pwm_0() -> None:
