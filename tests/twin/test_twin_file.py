@@ -65,6 +65,7 @@ def test_each_number_of_the_rig_is_checked(key):
     refused(changed("rig", key, -1.0), key, "-1.0")
     refused(changed("rig", key, float("nan")), key, "nan")
     refused(changed("rig", key, float("inf")), key, "inf")
+    refused(changed("rig", key, 10**400), key, "found 1000")
     refused(changed("rig", key, True), key, "expected a number", "True")
     refused(changed("rig", key, "0.5 kg"), key, "expected a number", "0.5 kg")
 

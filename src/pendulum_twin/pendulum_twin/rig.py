@@ -108,7 +108,7 @@ def checked_number(key: str, value: object, low: float, high: float) -> float:
     """Return value as a float; raise BadInputError when it is no finite number in [low, high]."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise BadInputError(f"{key}: expected a number, found {value!r}")
-    if not (math.isfinite(value) and low <= value <= high):
+    if not low <= value <= high or abs(value) == math.inf:  # NaN is in no range; a whole number may be too large for a float
         raise BadInputError(f"{key}: expected a number from {low:g} to {high:g}, found {value!r}")
     return float(value)
 

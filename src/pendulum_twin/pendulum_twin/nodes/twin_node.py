@@ -68,7 +68,7 @@ class TwinNode(Node):
         self._health = TwinHealth()
         if not settings.lockstep:
             self.create_subscription(Float64, topics.PWM, self.on_command, LATEST)
-            self.create_timer(period_s, self.on_timer)
+            self._sampling = self.create_timer(period_s, self.on_timer)
             self._settling = self.create_timer(period_s / 2, self.on_settling)
         self.create_service(Trigger, topics.RESET, self.on_reset)
         when_changed(self, lambda: self._settings, self._accept)
@@ -98,6 +98,8 @@ class TwinNode(Node):
             self._pace.tick(self._now_ns())
         if not self.lockstep:
             self._settling.reset()  # half a period from now
+            if self._pace.samples == 1:
+                self._sampling.reset()  # stamps count from the first sample, which was late: so do the others
 
     @guarded
     def on_settling(self) -> None:
