@@ -10,12 +10,12 @@ from std_msgs.msg import Float64
 from pendulum_bridge.excitation_guard import StopReason
 from pendulum_bridge.excitation_run import Stage
 from pendulum_bridge.nodes.excitation_node import ExcitationNode
-from pendulum_bridge.plan_file import Plan, save_plan
-from pendulum_bridge.plan_phases import Phase, Push, Rest, Samples
 from pendulum_twin.model import load_twin
 from pendulum_twin.nodes.messages import to_joint_state
 from pendulum_twin.nodes.qos import LATCHED, SAMPLES
 from pendulum_twin.nodes.twin_node import TwinNode
+from pendulum_twin.plans.plan_file import Plan, save_plan
+from pendulum_twin.plans.plan_phases import Phase, Push, Rest, Samples
 from pendulum_twin.stepper import Stepper
 
 TWIN = Path(__file__).parents[1] / "config" / "inteco.yaml"

@@ -17,11 +17,11 @@ from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.session import play
 from pendulum_bridge.encoder_check import EncoderCheck, Encoders, checked, encoder_check, trusted_again
 from pendulum_bridge.encoder_jump import UNEVEN_SLACK
-from pendulum_bridge.excitation import standard
 from pendulum_bridge.reasons import Level, Reason
 from pendulum_bridge.rig_state import RigState
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin, load_twin
+from pendulum_twin.plans.excitation import standard
 from pendulum_twin.rig import Rig
 from pendulum_twin.stepper import Stepper
 

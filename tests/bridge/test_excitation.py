@@ -7,8 +7,8 @@ from pendulum_bridge.emulator.conceal import LARGEST_ERROR, TABLE, WRONG, Concea
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.emulator.session import play
-from pendulum_bridge.excitation import Envelope, next_command, standard, way_of
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.plans.excitation import Envelope, next_command, standard, way_of
 from pendulum_twin.rig import Rig
 
 

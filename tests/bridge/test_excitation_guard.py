@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed
-from pendulum_bridge.excitation import Excitation, standard
 from pendulum_bridge.excitation_guard import Bounds, Stopped, StopReason, Watch, asking, beyond, missing, obeyed, watched
 from pendulum_bridge.excitation_run import (
     Run,
@@ -23,13 +22,14 @@ from pendulum_bridge.excitation_run import (
     where,
 )
 from pendulum_bridge.performance import Performance, performed
-from pendulum_bridge.plan_file import Plan, excitation_of
-from pendulum_bridge.plan_phases import Push, Rest, Samples, Steps
 from pendulum_bridge.playback import LOOKED_AT, LOOKS
 from pendulum_bridge.rig_state import RigState
-from pendulum_bridge.waveforms import Envelope
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.health import Level
+from pendulum_twin.plans.excitation import Excitation, standard
+from pendulum_twin.plans.plan_file import Plan, excitation_of
+from pendulum_twin.plans.plan_phases import Push, Rest, Samples, Steps
+from pendulum_twin.plans.waveforms import Envelope
 from pendulum_twin.rig import Rig
 
 PERIOD_S, PERIOD_NS = 0.01, 10_000_000

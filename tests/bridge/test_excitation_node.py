@@ -15,15 +15,15 @@ from ros_graph import Graph  # noqa: E402
 from std_msgs.msg import Float64  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 
-from pendulum_bridge.excitation import Excitation, next_command  # noqa: E402
 from pendulum_bridge.excitation_run import Stage  # noqa: E402
-from pendulum_bridge.plan_file import load_plan  # noqa: E402
-from pendulum_bridge.plan_phases import Chirp, Push, Rest  # noqa: E402
 from pendulum_bridge.playback import LOOKED_AT  # noqa: E402
-from pendulum_bridge.waveforms import envelope_of  # noqa: E402
 from pendulum_twin.errors import BadInputError  # noqa: E402
 from pendulum_twin.model import load_twin  # noqa: E402
 from pendulum_twin.nodes.qos import LATEST, SAMPLES  # noqa: E402
+from pendulum_twin.plans.excitation import Excitation, next_command  # noqa: E402
+from pendulum_twin.plans.plan_file import load_plan  # noqa: E402
+from pendulum_twin.plans.plan_phases import Chirp, Push, Rest  # noqa: E402
+from pendulum_twin.plans.waveforms import envelope_of  # noqa: E402
 
 MODULE = "pendulum_bridge.nodes.excitation_node"
 

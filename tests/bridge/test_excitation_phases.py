@@ -11,11 +11,11 @@ from pendulum_bridge.emulator.conceal import draw
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.emulator.session import play
-from pendulum_bridge.excitation import Excitation
-from pendulum_bridge.plan_file import Plan, excitation_of
-from pendulum_bridge.plan_phases import Chirp, FreeDecay, Multisine, Phase, Push, Rest, Samples, Steps
-from pendulum_bridge.waveforms import Envelope, envelope_of, reach
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.plans.excitation import Excitation
+from pendulum_twin.plans.plan_file import Plan, excitation_of
+from pendulum_twin.plans.plan_phases import Chirp, FreeDecay, Multisine, Phase, Push, Rest, Samples, Steps
+from pendulum_twin.plans.waveforms import Envelope, envelope_of, reach
 from pendulum_twin.rig import Rig
 
 ROOM = Envelope()

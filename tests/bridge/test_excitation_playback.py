@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.emulator.session import play
-from pendulum_bridge.excitation import Excitation
-from pendulum_bridge.plan_file import Plan, excitation_of
-from pendulum_bridge.plan_phases import Chirp, Push, Rest, Samples, Steps
 from pendulum_bridge.playback import Playback, answered, over, rate_fits, rate_of
-from pendulum_bridge.waveforms import Envelope
+from pendulum_twin.plans.excitation import Excitation
+from pendulum_twin.plans.plan_file import Plan, excitation_of
+from pendulum_twin.plans.plan_phases import Chirp, Push, Rest, Samples, Steps
+from pendulum_twin.plans.waveforms import Envelope
 from pendulum_twin.rig import Rig
 
 PERIOD_NS = 10_000_000

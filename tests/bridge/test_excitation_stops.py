@@ -18,9 +18,9 @@ from std_srvs.srv import Trigger  # noqa: E402
 from pendulum_bridge.excitation_guard import StopReason  # noqa: E402
 from pendulum_bridge.excitation_run import Stage  # noqa: E402
 from pendulum_bridge.nodes.excitation_node import ExcitationNode  # noqa: E402
-from pendulum_bridge.plan_phases import Push, Rest  # noqa: E402
 from pendulum_twin.model import Twin, load_twin, save_twin  # noqa: E402
 from pendulum_twin.nodes.qos import LATCHED, LATEST, SAMPLES  # noqa: E402
+from pendulum_twin.plans.plan_phases import Push, Rest  # noqa: E402
 
 
 @pytest.fixture

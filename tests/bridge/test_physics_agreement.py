@@ -12,9 +12,9 @@ from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.emulator.sensors import Encoders
 from pendulum_bridge.emulator.session import play
-from pendulum_bridge.excitation import Excitation, standard
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin
+from pendulum_twin.plans.excitation import Excitation, standard
 from pendulum_twin.rig import Rig
 from pendulum_twin.signals import Signals
 from pendulum_twin.simulate import free_runs

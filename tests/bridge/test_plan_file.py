@@ -10,11 +10,11 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pendulum_bridge.excitation import standard
-from pendulum_bridge.plan_file import Plan, excitation_of, load_plan, plan_from_mapping, read_plan, save_plan
-from pendulum_bridge.plan_phases import KINDS, Chirp, FreeDecay, Multisine, Push, Rest, Samples, Standard, Steps
-from pendulum_bridge.waveforms import Envelope, envelope_of
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.plans.excitation import standard
+from pendulum_twin.plans.plan_file import Plan, excitation_of, load_plan, plan_from_mapping, read_plan, save_plan
+from pendulum_twin.plans.plan_phases import KINDS, Chirp, FreeDecay, Multisine, Push, Rest, Samples, Standard, Steps
+from pendulum_twin.plans.waveforms import Envelope, envelope_of
 from pendulum_twin.rig import Rig
 
 CHIRP = {"kind": "chirp", "seconds": 2, "from_hz": 0.5, "to_hz": 3, "amplitude": 0.3}
@@ -62,7 +62,7 @@ def test_a_plan_is_read_back_as_it_was_written(tmp_path_factory, phases, name, r
 
 def test_the_format_is_as_documented(tmp_path) -> None:
     """The example of the documentation, letter by letter, and its table of keys."""
-    from pendulum_bridge import plan_file
+    from pendulum_twin.plans import plan_file
 
     example, table = re.findall(r"\n\n((?:    .*\n)+)", plan_file.__doc__)
     (tmp_path / "plan.yaml").write_text(example)

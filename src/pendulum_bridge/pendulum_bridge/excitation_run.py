@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from enum import Enum
 
-from pendulum_bridge.excitation import Excitation
 from pendulum_bridge.excitation_guard import Bounds, Stopped, StopReason, missing
 from pendulum_bridge.performance import Performance, performed
 from pendulum_bridge.playback import LOOKED_AT, LOOKS, rate_fits, rate_of
 from pendulum_bridge.rig_state import RigState
 from pendulum_twin.health import Health, Level
+from pendulum_twin.plans.excitation import Excitation
 
 
 class Stage(Enum):

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pendulum_bridge.excitation import Excitation
 from pendulum_bridge.excitation_guard import Bounds, Stopped, StopReason, Watch, asking, missing, watched
 from pendulum_bridge.playback import Playback, answered, over
 from pendulum_bridge.rig_state import RigState
+from pendulum_twin.plans.excitation import Excitation
 
 
 @dataclass(frozen=True)

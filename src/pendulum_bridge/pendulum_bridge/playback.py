@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
-from pendulum_bridge.excitation import Excitation, next_command, way_of
+from pendulum_twin.plans.excitation import Excitation, next_command, way_of
 
 FOLLOWING = 0.05  # share of a stamp's deviation that is taken over: jitter is averaged over 20 samples
 LOOKED_AT = 25  # samples before the start, by which the rate is seen; more than a subscription's queue holds

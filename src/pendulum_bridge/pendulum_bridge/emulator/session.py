@@ -6,7 +6,7 @@ import numpy as np
 
 from pendulum_bridge.bag_writer import Log
 from pendulum_bridge.emulator.rig import EmulatedRig
-from pendulum_bridge.excitation import Excitation, next_command, way_of
+from pendulum_twin.plans.excitation import Excitation, next_command, way_of
 
 FIRST_STAMP_NS = 10**9  # the emulated clock's; the same run gives the same file
 JOINTS = ("cart", "pole")

@@ -19,15 +19,12 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, Float64
 from std_srvs.srv import Trigger
 
-from pendulum_bridge.excitation import standard
 from pendulum_bridge.excitation_guard import Bounds, Stopped, StopReason
 from pendulum_bridge.excitation_run import Run, Stage, ended, entered, health, looking, sampled, share, silent, where
 from pendulum_bridge.nodes.excitation_settings import AUTO, ExcitationSettings
 from pendulum_bridge.nodes.pendulum_client import PendulumClient
 from pendulum_bridge.nodes.resetting import Resetting
-from pendulum_bridge.plan_file import load_plan
 from pendulum_bridge.rig_state import RigState
-from pendulum_bridge.waveforms import Envelope, envelope_of
 from pendulum_twin import topics
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.health import Level
@@ -38,6 +35,9 @@ from pendulum_twin.nodes.messages import from_joint_state, from_time, to_float
 from pendulum_twin.nodes.qos import LATCHED, SAMPLES
 from pendulum_twin.nodes.running import run, spin
 from pendulum_twin.nodes.settings import declared
+from pendulum_twin.plans.excitation import standard
+from pendulum_twin.plans.plan_file import load_plan
+from pendulum_twin.plans.waveforms import Envelope, envelope_of
 
 TICK_S = 0.05
 PROGRESS_S, SAY_S = 0.5, 5.0  # between two messages of progress, and between two lines of it

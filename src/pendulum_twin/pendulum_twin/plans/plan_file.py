@@ -43,12 +43,12 @@ from typing import Any
 
 import yaml
 
-from pendulum_bridge.excitation import SLOWEST_HZ, Excitation, Part, composed
-from pendulum_bridge.plan_keys import in_range
-from pendulum_bridge.plan_phases import BEGINNINGS, KINDS, LONGEST_S, MOST_SAMPLES, Phase
-from pendulum_bridge.waveforms import Envelope
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import write_whole
+from pendulum_twin.plans.excitation import SLOWEST_HZ, Excitation, Part, composed
+from pendulum_twin.plans.plan_keys import in_range
+from pendulum_twin.plans.plan_phases import BEGINNINGS, KINDS, LONGEST_S, MOST_SAMPLES, Phase
+from pendulum_twin.plans.waveforms import Envelope
 from pendulum_twin.rig import unknown_key
 
 SCHEMA = "pendulum_plan/1"

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pendulum_bridge import waveforms
-from pendulum_bridge.waveforms import LEAD_S, PUSH_S, Envelope, Floats, Wave, push, rest
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.plans import waveforms
+from pendulum_twin.plans.waveforms import LEAD_S, PUSH_S, Envelope, Floats, Wave, push, rest
 
 SHORTEST_S = 40.0
 SLOWEST_HZ = 20.0

@@ -11,11 +11,11 @@ from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
-from pendulum_bridge import waveforms
-from pendulum_bridge.excitation import SHORTEST_S, Part, standard_parts
-from pendulum_bridge.plan_keys import check, flag, number, numbers, whole
-from pendulum_bridge.waveforms import LEAD_S, LONGEST_HOLD_S, PUSH_S, TONES_HZ, Envelope, Floats, Wave
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.plans import waveforms
+from pendulum_twin.plans.excitation import SHORTEST_S, Part, standard_parts
+from pendulum_twin.plans.plan_keys import check, flag, number, numbers, whole
+from pendulum_twin.plans.waveforms import LEAD_S, LONGEST_HOLD_S, PUSH_S, TONES_HZ, Envelope, Floats, Wave
 
 BRIEFEST_S, LONGEST_S = 0.1, 3600.0
 MOST_SAMPLES, MOST_TONES = 1_000_000, 100
