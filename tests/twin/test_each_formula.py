@@ -1,5 +1,6 @@
 """Each effect does what its sentence says: one run a formula."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -158,6 +159,102 @@ def test_angle_sign_inverted():
     mirrored = run(THESIS, COMMAND, {"angle_sign_inverted": {}}, (0.1, 2 * np.pi - 2.5, 0.2, -1.0))
     true = run(THESIS, COMMAND, {}, (0.1, 2.5, 0.2, 1.0))
     np.testing.assert_allclose(mirrored, np.array([0, 2 * np.pi, 0, 0]) + true * [1, -1, 1, -1], atol=1e-12)
+
+
+def test_rail_friction_patch():
+    patch = {"rail_friction_patch": {"level_n": 0.4, "centre_m": 0.1, "width_m": 0.05}}
+    for x, v in ((0.1, 0.2), (0.12, -0.3), (0.3, 0.2)):
+        force = MASS * acceleration_of(patch, (x, np.pi, v, 0.0))[0]
+        assert force == pytest.approx(-np.sign(v) * 0.4 * np.exp(-(((x - 0.1) / 0.05) ** 2)), abs=1e-4)
+
+
+def test_pole_imbalance():
+    """The twin's angle is that of the centre of mass, which hangs straight down when the pole's line does not."""
+    states = run(THESIS, REST, {"pole_imbalance": {"angle_rad": 0.1}}, (0.0, np.pi - 0.1, 0.0, 0.0))
+    np.testing.assert_allclose(states, np.tile([0.0, np.pi - 0.1, 0.0, 0.0], (300, 1)), atol=1e-12)
+
+
+def test_encoder_slip():
+    slipped = run(THESIS, COMMAND, {"encoder_slip": {"angle_rad": 0.2, "time_s": 1.0}}, START)
+    true = run(THESIS, COMMAND, {}, START)
+    np.testing.assert_allclose(slipped - true, np.outer(T >= 1.0, [0.0, 0.2, 0.0, 0.0]), atol=1e-12)
+
+
+def test_sensor_delay():
+    """From rest, what is reported is what was so long ago."""
+    late = run(THESIS, COMMAND, {"sensor_delay": {"delay_s": 0.03}})
+    true = run(THESIS, np.concatenate([[0.0, 0.0, 0.0], COMMAND]))
+    np.testing.assert_allclose(late, true[:300], atol=1e-12)
+
+
+def test_angle_scale():
+    states = run(THESIS, COMMAND, {"angle_scale": {"ratio": 0.1}}, (0.0, 1.1 * 2.5, 0.2, 0.0))
+    np.testing.assert_allclose(states, run(THESIS, COMMAND, {}, START) * [1, 1.1, 1, 1.1], atol=1e-11)
+
+
+def test_position_scale():
+    states = run(THESIS, COMMAND, {"position_scale": {"ratio": -0.2}}, (0.08, 2.5, 0.16, 0.0))
+    true = run(THESIS, COMMAND, {}, (0.1, 2.5, 0.2, 0.0))
+    np.testing.assert_allclose(states, true * [0.8, 1, 0.8, 1], atol=1e-11)
+
+
+def test_velocity_filter():
+    tau = 0.05
+    states = run(SLIDING_CART, REST + 0.1, {"velocity_filter": {"time_constant_s": tau}})
+    np.testing.assert_array_equal(states[:, X], run(SLIDING_CART, REST + 0.1)[:, X])
+    keep, expected = np.exp(-0.01 / tau), [0.0]
+    for true in 0.1 * GAIN / MASS * T[1:]:
+        expected.append(keep * expected[-1] + (1 - keep) * true)
+    np.testing.assert_allclose(states[:, V], expected, atol=1e-12)
+
+
+def test_sample_period_error():
+    """By stamps that run too fast, motion of a shorter time takes longer: the same states, slower."""
+    stamped = run(THESIS, COMMAND, {"sample_period_error": {"ratio": 0.25}}, (0.0, 2.5, 0.16, 0.0), period_s=0.01)
+    true = run(THESIS, COMMAND, {}, START, period_s=0.008)
+    np.testing.assert_allclose(stamped, true / [1, 1, 1.25, 1.25], atol=1e-6)
+
+
+def test_stale_start():
+    same({"stale_start": {"seconds": 0.5}}, np.where(T < 0.5 - 1e-9, 0.0, COMMAND))
+
+
+def test_belt_backlash():
+    """After a reversal the force is missing while a tenth of the mass, free, crosses the gap."""
+    gap, u = 0.002, 0.3
+    turn = np.where(T < 0.5, u, -u)
+    crossing = np.sqrt(2 * gap * 0.1 * MASS / (u * GAIN))
+    states = run(SLIDING_CART, turn, {"belt_backlash": {"gap_m": gap}})
+    without = run(SLIDING_CART, turn)
+    lost = np.clip(T - 0.5, 0.0, crossing) * u * GAIN / MASS
+    np.testing.assert_allclose(states[:, V] - without[:, V], lost, atol=3e-3)
+    assert states[-1, V] - without[-1, V] == pytest.approx(crossing * u * GAIN / MASS, rel=0.02)
+
+
+def test_no_motion_parts_the_delays_or_the_offsets():
+    same({"sensor_delay": {"delay_s": 0.033}}, COMMAND, {"input_delay": {"delay_s": 0.033}})
+    same({"pole_imbalance": {"angle_rad": 0.1}}, COMMAND, {"angle_offset": {"angle_rad": -0.1}})
+    assert BY_NAME["sensor_delay"].shows_as == "input_delay"
+    assert BY_NAME["pole_imbalance"].shows_as == "angle_offset"
+
+
+def test_no_motion_parts_a_wrong_clock_from_a_wrong_scale():
+    """By the stamps the weight is 1/s^2 of itself beside the inertia; by a scale q = 1/s^2 of the way it is, too."""
+    s = 1.1
+    q = s**-2
+    mass = THESIS.total_mass_kg
+    other = replace(
+        THESIS,
+        com_distance_m=THESIS.com_distance_m / q,
+        pole_inertia_kg_m2=THESIS.pole_inertia_kg_m2 / q**2,
+        cart_viscous_n_s_m=THESIS.cart_viscous_n_s_m / s,
+        pole_viscous_n_m_s=THESIS.pole_viscous_n_m_s / (s * q**2),
+    )
+    assert other.total_mass_kg == mass
+    by_clock = run(THESIS, COMMAND, {"sample_period_error": {"ratio": s - 1}}, START)
+    by_scale = run(other, COMMAND, {"position_scale": {"ratio": q - 1}}, START)
+    np.testing.assert_allclose(by_clock, by_scale, atol=2e-5)
+    assert BY_NAME["sample_period_error"].shows_as == "position_scale"
 
 
 def test_back_emf_is_viscous_friction():

@@ -78,6 +78,7 @@ def test_has_the_parts_that_its_form_needs(effect):
     assert (effect.inverse is not None) == (effect.form is Form.MEASURE)
     assert (effect.memory is not None) == (effect.form is Form.FILTER)
     assert set(effect.simpler) <= set(BY_NAME)
+    assert effect.shows_as is None or BY_NAME[effect.shows_as].shows_as is None
     assert set(effect.constants) <= set(BASE)
     if effect.form in (Form.DRY, Form.DRY_RATIO):
         assert effect.place in (Place.CART, Place.POLE)
@@ -164,8 +165,9 @@ def test_un_measuring_gives_back_the_true_state(effects, state, part):
     values = {e.name: {p.name: p.low + part * (p.high - p.low) for p in e.parameters} for e in effects}
     words = words_of(Twin("test", THESIS, values))[None]
     states = np.array([[state]])
-    np.testing.assert_allclose(unmeasured(measured(states, words), words), states, atol=1e-9)
-    np.testing.assert_allclose(measured(unmeasured(states, words), words), states, atol=1e-9)
+    t = np.array([[0.5]])
+    np.testing.assert_allclose(unmeasured(measured(states, words, t), words, t), states, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(measured(unmeasured(states, words, t), words, t), states, rtol=1e-9, atol=1e-9)
 
 
 def test_words_lie_side_by_side():

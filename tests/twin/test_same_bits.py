@@ -9,6 +9,7 @@ from twin.rigs import CART_ALONE, POLE_ALONE, THESIS, recording, run, wild_comma
 from pendulum_twin import kernel
 from pendulum_twin.model import Twin
 from pendulum_twin.motion import ALL_LAWS, NO_LAWS, PLAIN_LAWS
+from pendulum_twin.signals import joined
 from pendulum_twin.simulate import drive_pass, free_runs, run_mechanics
 from pendulum_twin.stepper import Stepper
 from pendulum_twin.words import words_of
@@ -134,10 +135,18 @@ def test_run_mechanics_begins_where_it_is_told():
 
 def test_drives_of_stretches_start_afresh():
     """A delay does not carry the end of one recording into the next."""
-    joined = replace(recording(np.concatenate([COMMAND, COMMAND]), 0.01), starts=(0, 200))
-    drives, row_of = drive_pass(joined, words("all at once")[None])
+    one = recording(COMMAND, 0.01)
+    drives, row_of = drive_pass(joined([one, one]), words("all at once")[None])
     assert row_of.tolist() == [0]
     assert drives[0, :2000].tobytes() == drives[0, 2000:].tobytes()
+
+
+def test_time_goes_on_over_a_gap():
+    """A gain that drifts has drifted on when the recording comes back after a gap."""
+    twin = words_of(Twin("drifting", THESIS, {"gain_drift": {"per_s": 0.01}}))[None]
+    gap = replace(recording(np.ones(20), 0.01), starts=(0, 10), begin_s=(0.0, 5.0))
+    drives, _ = drive_pass(gap, twin)
+    np.testing.assert_allclose(drives[0, [0, 100]], [1.0, 1.05])
 
 
 def test_twins_with_the_same_drive_share_its_row():

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from pendulum_sysid.angle_steps import AngleStep, angle_steps
 from pendulum_sysid.gauss_newton import Problem
 from pendulum_sysid.parameters import Scales, scales_of
 from pendulum_sysid.records import Recording, Windows
@@ -25,12 +26,16 @@ START_DOUBT = 1.0  # times the deviation that noise leaves in a smoothed start
 
 @dataclass(frozen=True)
 class Case:
-    """Hold a recording with its smoothed states, the twin to start from, and typical sizes for the fit's steps."""
+    """Hold a recording with its smoothed states, the twin to start from, and typical sizes for the fit's steps.
+
+    angle_steps: where an encoder may have slipped.
+    """
 
     recording: Recording
     state: SmoothState
     twin: Twin
     scales: Scales
+    angle_steps: tuple[AngleStep, ...] = ()
 
     @property
     def signals(self) -> Signals:
@@ -55,7 +60,8 @@ def case_of(recording: Recording, twin: Twin) -> Case:
     signals = recording.signals
     twin = _cut_to(twin, signals)
     state = smooth_state(signals)
-    return Case(recording, state, twin, scales_of(signals, state, words_of(twin)))
+    steps = angle_steps(signals, state.noise.pole_rad)
+    return Case(recording, state, twin, scales_of(signals, state, words_of(twin)), steps)
 
 
 def pole_on_its_moving_axis(case: Case, words: Floats) -> Case | None:
@@ -67,7 +73,7 @@ def pole_on_its_moving_axis(case: Case, words: Floats) -> Case | None:
     signals, state = case.signals, case.state
     if signals.cart is None or signals.pole is None:
         return None
-    v = unmeasured(state.states[None], words[None])[0][:, 2]
+    v = unmeasured(state.states[None], words[None], signals.clock_s)[0][:, 2]
     acceleration = np.zeros(len(signals))
     for stretch in signals.stretches:
         acceleration[stretch] = np.append(np.diff(v[stretch]), 0.0) / signals.period_s

@@ -9,7 +9,9 @@ from pendulum_sysid.gauss_newton import Solution, half_widths, refined, solve
 from pendulum_sysid.parameters import Free, free_parameters, rig_parameters, twin_from
 from pendulum_sysid.records import Estimate, Fit, Split
 from pendulum_sysid.windows import shorter
+from pendulum_twin.effects import BY_NAME
 from pendulum_twin.signals import Floats
+from pendulum_twin.words import SLOTS
 
 HORIZONS = (4, 1)  # into how many parts a window is cut
 
@@ -34,7 +36,7 @@ def fit(
     return Fit(
         twin=twin_from(case.twin, solution.words, effects, rig_parameters(case.twin)),
         effects=effects,
-        estimates=_estimates(solution, free, parts),
+        estimates={**_estimates(solution, free, parts), **_located(case, effects, solution.words)},
         words=solution.words,
         starts=solution.starts,
         power=solution.power,
@@ -46,6 +48,17 @@ def fit(
         parts=parts,
         converged=solution.converged,
     )
+
+
+def _located(case: Case, effects: tuple[str, ...], words: Floats) -> dict[str, Estimate]:
+    """Return the times that were read off the recording: known to the sample in which it happened."""
+    found, period = {}, case.signals.period_s
+    for name in effects:
+        for k, p in enumerate(BY_NAME[name].parameters):
+            if p.located:
+                value = float(words[SLOTS[name].start + k])
+                found[f"{name}.{p.name}"] = Estimate(value, max(value - period, p.low), value + period)
+    return found
 
 
 def _estimates(solution: Solution, free: tuple[Free, ...], parts: int) -> dict[str, Estimate]:

@@ -84,7 +84,7 @@ def _noise_of_missing(case: Case, words: Floats) -> Floats:
 
 def _variables(case: Case, words: Floats) -> dict[str, Floats]:
     signals, state = case.signals, case.state
-    x, th, v, w = unmeasured(state.states[None], words[None])[0].T
+    x, th, v, w = unmeasured(state.states[None], words[None], signals.clock_s)[0].T
     return {
         "command": signals.command,
         "command_rate": np.gradient(signals.command) / signals.period_s,

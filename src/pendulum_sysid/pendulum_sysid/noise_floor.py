@@ -65,6 +65,8 @@ def _perfect(case: Case, runs: Floats, begin: np.ndarray, lead: int, random: np.
         cart_valid=every,
         pole_valid=every,
         starts=tuple(int(s) for s in starts),
+        begin_s=tuple(signals.clock_s[begin].tolist()),
+        after_s=None,
     )
     made_case = case_of(replace(case.recording, signals=perfect), case.twin)
     windows = Windows(starts + lead, length - lead, made_case.state.states[starts + lead])

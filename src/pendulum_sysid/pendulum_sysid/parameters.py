@@ -118,6 +118,7 @@ def effect_parameters(effect: Effect, scales: Scales) -> tuple[Free, ...]:
             size_of(p, scales) * max((abs(probe) for probe in p.probes), default=1.0) or size_of(p, scales),
         )
         for k, p in enumerate(effect.parameters)
+        if not p.located
     )
 
 

@@ -74,7 +74,7 @@ def one_recording(recordings: list[Recording]) -> Recording:
     """Return several recordings of one rig as one, each its own stretch; their times follow each other."""
     if len(recordings) == 1:
         return recordings[0]
-    begins = np.cumsum([0.0, *(one.signals.seconds for one in recordings[:-1])])
+    begins = np.cumsum([0.0, *(one.signals.end_s for one in recordings[:-1])])
     moved = [
         replace(finding, intervals_s=tuple((begin + a, begin + b) for a, b in finding.intervals_s))
         for begin, one in zip(begins.tolist(), recordings, strict=True)

@@ -27,6 +27,7 @@ MANY_PROBES = 8  # more starts than this are thinned out by the missing force fi
 KEPT_PROBES = 3
 LARGEST = 10.0  # times a typical size
 STARTS = 3
+SEARCHED_FORMS = (Form.FILTER, Form.FORCE, Form.DRY, Form.DRY_RATIO, Form.MEASURE)  # those that motion shows
 
 
 @dataclass(frozen=True)
@@ -95,37 +96,52 @@ def with_effect(effect: Effect, held: tuple[str, ...]) -> tuple[str, ...]:
 
 def candidates(case: Case, held: tuple[str, ...]) -> list[Effect]:
     """Return the effects that make sense on this rig beside those already held."""
-    rig = case.twin.rig
-    places = {Place.COMMAND, Place.DRIVE, Place.CART} if rig.has_cart else set()
-    if rig.has_pole:
-        places |= {Place.POLE, Place.SENSOR}
     dry = any(BY_NAME[name].form is Form.DRY and BY_NAME[name].place is Place.CART for name in held)
     return [
         e
         for e in CATALOGUE
         if e.searched
         and e.parameters
-        and e.place in places
+        and e.form in SEARCHED_FORMS
+        and e.shows_as is None
+        and _makes_sense(case, e)
         and e.name not in held
         and not any(e.name in BY_NAME[name].simpler for name in held)
         and (e.form is not Form.DRY_RATIO or dry)
     ]
 
 
+def _makes_sense(case: Case, effect: Effect) -> bool:
+    """Return whether a rig with these joints can show the effect."""
+    rig = case.twin.rig
+    if effect.name == "position_scale":  # a cart alone fits any scale: nothing of it is known in metres
+        return rig.has_cart and rig.has_pole
+    if any(p.located for p in effect.parameters) and not case.angle_steps:
+        return False
+    return rig.has_pole if effect.place in (Place.POLE, Place.SENSOR) else rig.has_cart
+
+
 def probes(case: Case, fit: Fit, effect: Effect) -> list[Floats]:
     """Return the fit's words with the candidate's typical sizes put in, thinned out when there are many."""
-    sizes = [size_of(p, case.scales) for p in effect.parameters]
-    combinations = itertools.product(*(p.probes for p in effect.parameters))
     found = []
-    for one in combinations:
+    for one in _typical(case, effect):
         words = fit.words.copy()
-        words[SLOTS[effect.name]] = [a * b for a, b in zip(one, sizes, strict=True)]
+        words[SLOTS[effect.name]] = one
         for name in replaced(effect, fit.effects):
             hand_over(words, BY_NAME[name], effect)
         found.append(words)
     if len(found) <= MANY_PROBES or effect.place not in (Place.CART, Place.POLE):
         return found
     return _thinned(case, fit, effect, found)
+
+
+def _typical(case: Case, effect: Effect) -> list[tuple[float, ...]]:
+    """Return the sizes from which to start; those of a slip are read off the recording."""
+    if any(p.located for p in effect.parameters):
+        return [(step.angle_rad, step.time_s) for step in case.angle_steps]
+    sizes = [size_of(p, case.scales) for p in effect.parameters]
+    combinations = itertools.product(*(p.probes for p in effect.parameters))
+    return [tuple(a * b for a, b in zip(one, sizes, strict=True)) for one in combinations]
 
 
 def hand_over(words: Floats, old: Effect, new: Effect) -> None:
@@ -143,8 +159,9 @@ def _thinned(case: Case, fit: Fit, effect: Effect, found: list[Floats]) -> list[
     lacking, usable = missing_force(case.signals, case.state.states, case.state.accelerations, fit.words)
     target = lacking[usable, column]
     shapes = []
+    held = laws_along(case.signals, case.state.states, fit.words)
     for words in found:
-        shape = (laws_along(case.state.states, words) - laws_along(case.state.states, fit.words))[usable, column]
+        shape = (laws_along(case.signals, case.state.states, words) - held)[usable, column]
         shapes.append(shape / max(float(np.linalg.norm(shape)), 1e-300))
     likeness = np.array([float(shape @ target) for shape in shapes])
     kept: list[int] = []

@@ -56,13 +56,10 @@ def without_unanswered(recording: Recording) -> Recording:
     valid = np.ones(len(signals), dtype=bool)
     for begin, end in found:
         valid[begin:end] = False
-    cleaned = replace(
-        signals,
-        cart_valid=signals.cart_valid & valid,
-        pole_valid=signals.pole_valid & valid,
-        starts=tuple(sorted({*signals.starts, *(end for _, end in found)})),
-    )
-    intervals = tuple((begin * signals.period_s, end * signals.period_s) for begin, end in found)
+    cleaned = replace(signals, cart_valid=signals.cart_valid & valid, pole_valid=signals.pole_valid & valid)
+    cleaned = cleaned.broken_at(end for _, end in found)
+    times = signals.times_s
+    intervals = tuple((float(times[begin]), float(times[end - 1]) + signals.period_s) for begin, end in found)
     stale = QualityFinding("stale", len(found), intervals)
     return replace(recording, signals=cleaned, findings=(*recording.findings, stale))
 

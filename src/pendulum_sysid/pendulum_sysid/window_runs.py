@@ -84,7 +84,7 @@ def run_windows(case: Case, windows: Windows) -> WindowRuns:
     measured, counts = gather(signals, windows.begin, windows.samples)
     return WindowRuns(
         channels=present,
-        begin_s=windows.begin.astype(np.float64) * signals.period_s,
+        begin_s=signals.times_s[windows.begin],
         period_s=signals.period_s,
         measured=measured,
         runs=states[..., list(present)],

@@ -43,11 +43,11 @@ def _compile(name: str, signature: str, lines: list[str], effects: list[tuple[in
 
 
 def filters() -> Callable[..., Any]:
-    """Return chain(out, memory, offsets, h, first_step, p, active): command and drive in place, filter by filter.
+    """Return chain(out, memory, offsets, h, first_step, p, active): the filters of the command in place, one by one.
 
     Nothing feeds back, so each filter may run over all substeps before the next begins.
     """
-    effects = _calls(Form.FILTER, (Place.COMMAND, Place.DRIVE))
+    effects = _calls(Form.FILTER, tuple(Place))
     lines = []
     for n, (k, e) in enumerate(effects):
         arguments = ", ".join(["out[at]", "part", "h", "(first_step + at) * h", *_arguments(e, ALONE)])
@@ -63,10 +63,17 @@ def filters() -> Callable[..., Any]:
 def memory_sizes(h: float) -> list[int]:
     """Return how many numbers each filter keeps, in chain order."""
     sizes = []
-    for _, effect in _calls(Form.FILTER, (Place.COMMAND, Place.DRIVE)):
+    for _, effect in _calls(Form.FILTER, tuple(Place)):
         assert effect.memory is not None
         sizes.append(effect.memory(h))
     return sizes
+
+
+def pace() -> Callable[..., Any]:
+    """Return pace(p, i, width): how much time passes on lane i while its stamps go on by one second."""
+    effects = _calls(Form.CLOCK, (Place.CLOCK,))
+    lines = ["pace = 1.0"] + [f"pace *= {e.name}({', '.join(_arguments(e, LANE))})" for _, e in effects]
+    return _compile("pace", "p, i, width", [*lines, "return pace"], effects)
 
 
 def forces(place: Place) -> Callable[..., Any]:

@@ -7,7 +7,7 @@ import numpy as np
 from pendulum_twin import kernel
 from pendulum_twin.motion import ALL_LAWS, add_cart_forces, add_pole_torques, cart_level, pole_level
 from pendulum_twin.signals import Floats, Mask, Signals
-from pendulum_twin.simulate import drive_pass, unmeasured
+from pendulum_twin.simulate import drive_pass, paces, unmeasured
 from pendulum_twin.words import (
     CART_VISCOUS,
     COUPLING,
@@ -32,9 +32,9 @@ def _laws(x, th, v, w, p, out):  # type: ignore[no-untyped-def]
         out[n, 1] -= pole_way * pole_level(abs(w[n]), th[n], pole_way, p, 0, 1, ALL_LAWS)
 
 
-def laws_along(states: Floats, words: Floats) -> Floats:
+def laws_along(signals: Signals, states: Floats, words: Floats) -> Floats:
     """Return the force (N) and torque (N m) of the effects of cart and pole along measured states (n, 4), shape (n, 2)."""
-    true = unmeasured(states[None], words[None])[0]
+    true = unmeasured(states[None], words[None], signals.clock_s)[0]
     out = np.empty((len(states), 2))
     _laws(*(np.ascontiguousarray(true[:, k]) for k in range(4)), words, out)
     return out
@@ -46,13 +46,13 @@ def missing_force(signals: Signals, states: Floats, accelerations: Floats, words
     states: (n, 4) measured and smoothed; accelerations: (n, 2) of cart and pole. They do not count where a sample is not
     valid or the cart hardly moves, for dry friction at rest takes any value.
     """
-    true = unmeasured(states[None], words[None])[0]
+    true = unmeasured(states[None], words[None], signals.clock_s)[0]
     turned = np.concatenate([states[:, :2], accelerations], axis=1)
-    a, b = unmeasured(turned[None], words[None])[0][:, 2:].T
+    a, b = unmeasured(turned[None], words[None], signals.clock_s)[0][:, 2:].T / paces(words)
     _, th, v, w = true.T
     coupling = words[COUPLING]
     sine, cosine = np.sin(th), np.cos(th)
-    laws = laws_along(states, words)
+    laws = laws_along(signals, states, words)
     force = words[MASS] * a - coupling * (cosine * b - sine * w**2) + words[CART_VISCOUS] * v - laws[:, 0]
     force -= words[FORCE_PER_PWM] * _drive_at_samples(signals, words)
     torque = words[INERTIA] * b - coupling * cosine * a - words[MOMENT] * words[GRAVITY] * sine

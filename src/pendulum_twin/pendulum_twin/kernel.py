@@ -25,14 +25,16 @@ from pendulum_twin.words import FORCE_PER_PWM, SIZE
 WIDTH = 16
 LONGEST_STEP_S = 1e-3
 
-ROWS = SIZE + 14
+ROWS = SIZE + 15
 X, TH, V, W = range(SIZE, SIZE + 4)
 X_BEFORE, TH_BEFORE, V_BEFORE, W_BEFORE = range(SIZE + 4, SIZE + 8)  # the state at the begin of the step
 CART_WAY, POLE_WAY, CART_FREE, POLE_FREE = range(SIZE + 8, SIZE + 12)  # the modes; see `motion.py`
 FORCE, ENDED = SIZE + 12, SIZE + 13  # ENDED: 1 where a mode has ended within the step
+H = SIZE + 14  # the step, s
 
 chain = compose.filters()
 frozen = compose.holds()
+pace = compose.pace()
 
 
 def substeps(period_s: float) -> int:
@@ -64,7 +66,7 @@ def _put_four(p, row, i, width, four):
 
 
 @numba.njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
-def _advance(lanes, laws, dry, p, h):
+def _advance(lanes, laws, dry, p):
     """Advance every lane of a block by one step."""
     width = len(lanes)
     resting = False
@@ -72,10 +74,10 @@ def _advance(lanes, laws, dry, p, h):
         resting = dry and _begin_step(lanes, laws, p)
     for i in range(width):
         modes = _four(p, CART_WAY, i, width) if laws is not None else MOVING
-        after = step(_four(p, X, i, width), p[FORCE * width + i], modes, p, i, width, laws, h)
+        after = step(_four(p, X, i, width), p[FORCE * width + i], modes, p, i, width, laws, p[H * width + i])
         _put_four(p, X, i, width, after)
     if laws is not None and dry:
-        _end_step(lanes, laws, p, resting, h)
+        _end_step(lanes, laws, p, resting)
 
 
 @inner
@@ -96,7 +98,7 @@ def _begin_step(lanes, laws, p):
 
 
 @inner
-def _end_step(lanes, laws, p, resting, h):
+def _end_step(lanes, laws, p, resting):
     """Do again, in parts, the steps in which a mode ended; put back the states that are held."""
     width = len(lanes)
     ends = 0
@@ -117,7 +119,8 @@ def _end_step(lanes, laws, p, resting, h):
             if p[ENDED * width + i] > 0.0:
                 state, after = _four(p, X_BEFORE, i, width), _four(p, X, i, width)
                 modes = _four(p, CART_WAY, i, width)
-                _put_four(p, X, i, width, cut_step(state, after, p[FORCE * width + i], modes, p, i, width, laws, h))
+                force, h = p[FORCE * width + i], p[H * width + i]
+                _put_four(p, X, i, width, cut_step(state, after, force, modes, p, i, width, laws, h))
     for i in range(width):
         x, th, v, w = _four(p, X_BEFORE, i, width)
         held = frozen(p[FORCE * width + i], v, w, p, i, width)
@@ -134,7 +137,8 @@ def mechanics(lanes, laws, dry, drives, drive_of, begin, starts, words, h, sub, 
     dry: whether dry friction (or a hold) is on in any lane.
     drives: (sets, steps) what command and drive give, before the gain; drive_of: (lanes,) row of each lane; begin:
         (lanes,) step at which each lane starts.
-    starts: (lanes, 4) x, th, v, w; words: (lanes, SIZE); out: (lanes, samples, 4), the first sample the start itself.
+    starts: (lanes, 4) x, th, v, w; words: (lanes, SIZE); h: s by the stamps; out: (lanes, samples, 4), the first sample
+        the start itself.
     """
     width = len(lanes)
     count, samples = out.shape[0], out.shape[1]
@@ -149,6 +153,7 @@ def mechanics(lanes, laws, dry, drives, drive_of, begin, starts, words, h, sub, 
             for k in range(4):
                 p[(X + k) * width + i] = starts[lane, k]
             _put_four(p, CART_WAY, i, width, MOVING)
+            p[H * width + i] = h * pace(p, i, width)
         for n in range(samples):
             for i in range(min(width, count - first)):
                 for k in range(4):
@@ -158,6 +163,6 @@ def mechanics(lanes, laws, dry, drives, drive_of, begin, starts, words, h, sub, 
             for j in range(sub):
                 for i in range(width):
                     p[FORCE * width + i] = drives[row[i], at[i] + j] * p[FORCE_PER_PWM * width + i]
-                _advance(lanes, laws, dry, p, h)
+                _advance(lanes, laws, dry, p)
             for i in range(width):
                 at[i] += sub

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,6 +26,9 @@ class Signals:
     cart_valid, pole_valid: False where the sample was missing, a spike or stale; its value is a placeholder.
     starts: first sample of every stretch. Nothing is carried over from one stretch to the next: a gap, a jump of the
         recording or another bag begins a new one. starts[0] is 0.
+    begin_s: when every stretch begins, on the clock of its recording, 0 at that recording's start; None when they follow
+        each other without a gap.
+    after_s: how long the recordings before that of each stretch are, in all; None when there are none.
 
     Raises BadInputError when lengths differ, a value is not finite or neither cart nor pole is there.
     """
@@ -36,6 +40,8 @@ class Signals:
     cart_valid: Mask
     pole_valid: Mask
     starts: tuple[int, ...] = (0,)
+    begin_s: tuple[float, ...] | None = None
+    after_s: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
         if self.cart is None and self.pole is None:
@@ -58,6 +64,10 @@ class Signals:
         starts = self.starts
         if not starts or starts[0] != 0 or list(starts) != sorted(set(starts)) or starts[-1] >= max(len(self), 1):
             raise BadInputError(f"expected rising starts of stretches from 0 to {len(self) - 1}, found {starts}")
+        for name in ("begin_s", "after_s"):
+            values = getattr(self, name)
+            if values is not None and len(values) != len(starts):
+                raise BadInputError(f"expected {name} of {len(starts)} stretches, found {len(values)}")
 
     def __len__(self) -> int:
         return len(self.command)
@@ -66,6 +76,42 @@ class Signals:
     def seconds(self) -> float:
         """Return the length in s."""
         return len(self) * self.period_s
+
+    @property
+    def end_s(self) -> float:
+        """Return when the last sample's period ends, counted through all recordings, gaps included."""
+        return self._after_s[-1] + self._begin_s[-1] + (len(self) - self.starts[-1]) * self.period_s
+
+    @property
+    def clock_s(self) -> Floats:
+        """Return the time of every sample on the clock of its recording, (n,)."""
+        return self._times(self._begin_s)
+
+    @property
+    def times_s(self) -> Floats:
+        """Return the time of every sample counted through all recordings, one after another, (n,)."""
+        return self._times(tuple(a + b for a, b in zip(self._begin_s, self._after_s, strict=True)))
+
+    @property
+    def _begin_s(self) -> tuple[float, ...]:
+        return tuple(k * self.period_s for k in self.starts) if self.begin_s is None else self.begin_s
+
+    @property
+    def _after_s(self) -> tuple[float, ...]:
+        return (0.0,) * len(self.starts) if self.after_s is None else self.after_s
+
+    def _times(self, begin_s: tuple[float, ...]) -> Floats:
+        parts = [b + np.arange(s.stop - s.start) * self.period_s for s, b in zip(self.stretches, begin_s, strict=True)]
+        return np.concatenate(parts)
+
+    def broken_at(self, samples: Iterable[int]) -> Signals:
+        """Return the same with further stretches that begin at these samples."""
+        starts = tuple(sorted({*self.starts, *samples}))
+        stretch = np.searchsorted(self.starts, starts, side="right") - 1
+        begin_s = tuple(
+            self._begin_s[s] + (k - self.starts[s]) * self.period_s for k, s in zip(starts, stretch.tolist(), strict=True)
+        )
+        return replace(self, starts=starts, begin_s=begin_s, after_s=tuple(self._after_s[s] for s in stretch.tolist()))
 
     @property
     def stretches(self) -> tuple[slice, ...]:
@@ -91,6 +137,7 @@ def joined(parts: list[Signals]) -> Signals:
     if len(parts) == 1:
         return first
     offsets = np.cumsum([0] + [len(p) for p in parts[:-1]])
+    after = np.cumsum([0.0] + [p.end_s for p in parts[:-1]]).tolist()
 
     def stack(name: str) -> NDArray:
         return np.concatenate([getattr(p, name) for p in parts])
@@ -103,4 +150,6 @@ def joined(parts: list[Signals]) -> Signals:
         cart_valid=stack("cart_valid"),
         pole_valid=stack("pole_valid"),
         starts=tuple(int(o) + s for o, p in zip(offsets, parts, strict=True) for s in p.starts),
+        begin_s=tuple(b for p in parts for b in p._begin_s),
+        after_s=tuple(a + b for a, p in zip(after, parts, strict=True) for b in p._after_s),
     )

@@ -9,18 +9,21 @@ from numpy.typing import NDArray
 
 from pendulum_twin import compose, kernel
 from pendulum_twin.effects import CATALOGUE
-from pendulum_twin.effects.effect import Effect, Form, Place
+from pendulum_twin.effects.effect import Effect, Form
 from pendulum_twin.motion import ALL_LAWS, NO_LAWS, PLAIN_LAWS
 from pendulum_twin.signals import Floats, Signals
-from pendulum_twin.words import SIZE, SLOTS, active
+from pendulum_twin.words import BASE, SLOTS, active
 
 Ints = NDArray[np.int64]
 
-_MECHANICAL = np.array([e.place in (Place.CART, Place.POLE) for e in CATALOGUE])
+_MECHANICAL = np.array([e.form in (Form.FORCE, Form.DRY, Form.DRY_RATIO, Form.HOLD) for e in CATALOGUE])
 _COSTLY = np.array([compose.costly(e) for e in CATALOGUE])
 _STICKING = np.array([e.form in (Form.DRY, Form.HOLD) for e in CATALOGUE])
 _MEASURING = [(k, e) for k, e in enumerate(CATALOGUE) if e.form is Form.MEASURE]
-_FILTERING = np.concatenate([np.arange(SIZE)[SLOTS[e.name]] for e in CATALOGUE if e.form is Form.FILTER])
+_FILTERING = [(k, e) for k, e in enumerate(CATALOGUE) if e.form in (Form.FILTER, Form.CLOCK)]
+_REPORTING = [(k, e) for k, e in enumerate(CATALOGUE) if e.form is Form.REPORT]
+_CLOCKS = [e for e in CATALOGUE if e.form is Form.CLOCK]
+RATES = (2, 3)
 
 
 def free_runs(signals: Signals, words: Floats, set_of: Ints, begin: Ints, starts: Floats, samples: int) -> Floats:
@@ -34,17 +37,20 @@ def free_runs(signals: Signals, words: Floats, set_of: Ints, begin: Ints, starts
     drives, drive_of = drive_pass(signals, words)
     lane_words = words[set_of]
     true = np.empty((len(begin), samples, 4))
+    begin = np.asarray(begin, dtype=np.int64)
+    t = signals.clock_s[begin]
     run_mechanics(
         drives,
         drive_of[set_of],
-        np.asarray(begin, dtype=np.int64) * sub,
-        unmeasured(starts, lane_words),
+        begin * sub,
+        unmeasured(starts, lane_words, t),
         lane_words,
         signals.period_s / sub,
         sub,
         true,
     )
-    return measured(true, lane_words)
+    shown = measured(true, lane_words, t[:, None] + signals.period_s * np.arange(samples))
+    return reported(shown, lane_words, signals.period_s)
 
 
 def drive_pass(signals: Signals, words: Floats) -> tuple[Floats, Ints]:
@@ -53,18 +59,43 @@ def drive_pass(signals: Signals, words: Floats) -> tuple[Floats, Ints]:
     Twins whose command and drive are the same share a row; the gain is not in it.
     """
     sub = kernel.substeps(signals.period_s)
-    h = signals.period_s / sub
-    _, first, row_of = np.unique(words[:, _FILTERING], axis=0, return_index=True, return_inverse=True)
+    _, first, row_of = np.unique(_filtering(words), axis=0, return_index=True, return_inverse=True)
     rows = np.empty((len(first), len(signals) * sub))
-    sizes = compose.memory_sizes(h)
-    offsets = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
+    clock_s = signals.clock_s
     for row, chosen in zip(rows, first, strict=True):
         on = active(words[chosen])
+        h = signals.period_s / sub * float(paces(words[chosen]))
+        offsets = memory_offsets(h)
         for stretch in signals.stretches:
-            memory = np.zeros(offsets[-1])
+            steps = round(clock_s[stretch.start] / signals.period_s) * sub
             out = row[stretch.start * sub : stretch.stop * sub]
-            kernel.drive(signals.command[stretch], memory, offsets, h, sub, 0, words[chosen], on, out)
+            kernel.drive(signals.command[stretch], np.zeros(offsets[-1]), offsets, h, sub, steps, words[chosen], on, out)
     return rows, row_of.reshape(-1).astype(np.int64)
+
+
+def _filtering(words: Floats) -> Floats:
+    """Return the words that command and drive depend on; the base's only where a filter that is on asks for them."""
+    columns = []
+    on = active(words)
+    for k, e in _FILTERING:
+        columns.append(words[:, SLOTS[e.name]])
+        if on[k] and e.constants:
+            columns.append(words[:, [BASE.index(name) for name in e.constants]])
+    return np.concatenate(columns, axis=1)
+
+
+def memory_offsets(h: float) -> Ints:
+    """Return where each filter's memory begins for substeps of h s, and the size of all."""
+    return np.concatenate([[0], np.cumsum(compose.memory_sizes(h))]).astype(np.int64)
+
+
+def paces(words: Floats) -> Floats:
+    """Return how much time passes while the stamps go on by one second, for words (..., SIZE), shape (...)."""
+    passed = np.ones(words.shape[:-1])
+    for e in _CLOCKS:
+        slot = SLOTS[e.name]
+        passed = passed * e.law(*(words[..., k] for k in range(slot.start, slot.stop)))
+    return passed
 
 
 def run_mechanics(
@@ -94,15 +125,53 @@ def code_for(words: Floats) -> tuple[tuple[int, ...] | None, bool]:
     return ALL_LAWS if np.any(on & _MECHANICAL & _COSTLY) else PLAIN_LAWS, dry
 
 
-def measured(states: Floats, words: Floats) -> Floats:
-    """Return what the sensors show of true states (..., 4) of lanes with words (lanes, SIZE); lanes come first."""
-    return through_sensors(states, words, measuring(words))
+def measured(states: Floats, words: Floats, t: Floats) -> Floats:
+    """Return what the sensors show of true states (..., 4) of lanes with words (lanes, SIZE); lanes come first.
+
+    t: (...) by the stamps, s from the start of the recording. Velocities are by the stamps, too; see also `reported`.
+    """
+    return _by_stamps(through_sensors(states, words, measuring(words), t), words, 1.0)
 
 
-def unmeasured(states: Floats, words: Floats) -> Floats:
+def unmeasured(states: Floats, words: Floats, t: Floats) -> Floats:
     """Return the true states behind measured ones; the inverse of `measured`."""
     effects = [replace(e, law=e.inverse) for e in reversed(measuring(words)) if e.inverse is not None]
-    return through_sensors(states, words, effects)
+    return through_sensors(_by_stamps(states, words, -1.0), words, effects, t)
+
+
+def _by_stamps(states: Floats, words: Floats, power: float) -> Floats:
+    """Return states whose velocities are multiplied by a power of their lane's pace."""
+    passed = paces(words)
+    if np.all(passed == 1.0):
+        return states
+    states = states.copy()
+    states[..., RATES] *= (passed**power).reshape(_lanes_first(states))
+    return states
+
+
+def reported(states: Floats, words: Floats, period_s: float) -> Floats:
+    """Return measured states (lanes, samples, 4) with the velocities as they are reported, sample after sample."""
+    effects = reporting(words)
+    if effects:
+        states = states.copy()
+        for n in range(1, states.shape[1]):
+            states[:, n, RATES] = report(states[:, n, RATES], states[:, n - 1, RATES], words, effects, period_s)
+    return states
+
+
+def report(rates: Floats, before: Floats, words: Floats, effects: list[Effect], period_s: float) -> Floats:
+    """Return what is reported of velocities (lanes, 2), given what was reported a sample before."""
+    for e in effects:
+        slot = SLOTS[e.name]
+        for i in range(len(rates)):
+            rates[i] = e.law(rates[i], before[i], period_s, *words[i, slot])
+    return rates
+
+
+def reporting(words: Floats) -> list[Effect]:
+    """Return the effects on reported velocities that are on in any lane."""
+    on = active(words)
+    return [e for k, e in _REPORTING if on[k]]
 
 
 def measuring(words: Floats) -> list[Effect]:
@@ -111,13 +180,18 @@ def measuring(words: Floats) -> list[Effect]:
     return [e for k, e in _MEASURING if on[k]]
 
 
-def through_sensors(states: Floats, words: Floats, effects: list[Effect]) -> Floats:
+def through_sensors(states: Floats, words: Floats, effects: list[Effect], t: Floats) -> Floats:
     """Return states after the sensor's effects; see `measured`."""
     if not effects:
         return states.copy()
     x, th, v, w = (states[..., k] for k in range(4))
     for effect in effects:
         slot = SLOTS[effect.name]
-        shape = (-1,) + (1,) * (states.ndim - 2)
-        x, v, th, w = effect.law(x, v, th, w, *(words[:, k].reshape(shape) for k in range(slot.start, slot.stop)))
+        columns = (words[:, k].reshape(_lanes_first(x)) for k in range(slot.start, slot.stop))
+        x, v, th, w = effect.law(x, v, th, w, t, *columns)
     return np.stack([x, th, v, w], axis=-1)
+
+
+def _lanes_first(values: Floats) -> tuple[int, ...]:
+    """Return the shape in which a number a lane goes with values (lanes, ...)."""
+    return (-1,) + (1,) * (values.ndim - 1)

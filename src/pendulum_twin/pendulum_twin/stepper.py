@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
-from pendulum_twin import compose, kernel
+from pendulum_twin import kernel
 from pendulum_twin.model import Twin
 from pendulum_twin.motion import ALL_LAWS, NO_LAWS, PLAIN_LAWS
 from pendulum_twin.signals import Floats
-from pendulum_twin.simulate import code_for, measuring, through_sensors, unmeasured
+from pendulum_twin.simulate import RATES, code_for, measured, memory_offsets, paces, report, reporting, unmeasured
 from pendulum_twin.words import active, words_of
 
 HANGING = (0.0, math.pi, 0.0, 0.0)
@@ -26,11 +26,13 @@ class Stepper:
     def __init__(self, twin: Twin, period_s: float, state: tuple[float, ...] = HANGING) -> None:
         self._words = words_of(twin)[None]
         self._on = active(self._words)
-        self._sensors = measuring(self._words)
+        self._reports = reporting(self._words)
         self._laws, self._dry = code_for(self._words)
+        self._period_s = period_s
         self._sub = kernel.substeps(period_s)
-        self._h = period_s / self._sub
-        self._offsets = np.concatenate([[0], np.cumsum(compose.memory_sizes(self._h))]).astype(np.int64)
+        self._h = period_s / self._sub  # by the stamps; really it is pace times as long
+        self._pace = float(paces(self._words)[0])
+        self._offsets = memory_offsets(self._h * self._pace)
         self._command = np.empty(1)
         self._drive = np.empty((1, self._sub))
         self._out = np.empty((1, 2, 4))  # the true state before and after the last step
@@ -39,14 +41,15 @@ class Stepper:
 
     def reset(self, state: tuple[float, ...] = HANGING) -> None:
         """Start again from a measured state, with nothing left of earlier commands."""
-        self._true = unmeasured(np.array([state], dtype=np.float64), self._words)
         self._memory = np.zeros(self._offsets[-1])
         self._steps = 0
+        self._true = unmeasured(np.array([state], dtype=np.float64), self._words, np.zeros(1))
+        self._shown = np.array([state], dtype=np.float64)
 
     @property
     def state(self) -> Floats:
         """Return the measured state now, shape (4,): x, th, v, w."""
-        return through_sensors(self._true, self._words, self._sensors)[0]
+        return self._shown[0].copy()
 
     def step(self, command: float) -> Floats:
         """Hold the command for one sample period and return the measured state at its end, shape (4,)."""
@@ -55,7 +58,7 @@ class Stepper:
             self._command,
             self._memory,
             self._offsets,
-            self._h,
+            self._h * self._pace,
             self._sub,
             self._steps,
             self._words[0],
@@ -77,6 +80,11 @@ class Stepper:
         )
         self._steps += self._sub
         self._true[:] = self._out[:, 1]
+        t = np.array([self._steps // self._sub * self._period_s])
+        shown = measured(self._true, self._words, t)
+        if self._reports:
+            shown[:, RATES] = report(shown[:, RATES], self._shown[:, RATES], self._words, self._reports, self._period_s)
+        self._shown = shown
         return self.state
 
 

@@ -3,12 +3,12 @@
 from pendulum_twin.effects.effect import Effect, Form, Parameter, Place
 
 
-def law(x, v, th, w, angle_rad):
+def law(x, v, th, w, t, angle_rad):
     """Return the measured state."""
     return x, v, th + angle_rad, w
 
 
-def inverse(x, v, th, w, angle_rad):
+def inverse(x, v, th, w, t, angle_rad):
     """Return the true state."""
     return x, v, th - angle_rad, w
 

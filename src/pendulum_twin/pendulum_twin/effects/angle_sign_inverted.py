@@ -5,7 +5,7 @@ import math
 from pendulum_twin.effects.effect import Effect, Form, Place
 
 
-def law(x, v, th, w, on):
+def law(x, v, th, w, t, on):
     """Return the measured state, mirrored at hanging (pi stays pi); the law is its own inverse."""
     sign = 1.0 - 2.0 * on
     return x, v, sign * th + 2.0 * math.pi * on, sign * w

@@ -3,7 +3,7 @@
 from pendulum_twin.effects.effect import Effect, Form, Place
 
 
-def law(x, v, th, w, on):
+def law(x, v, th, w, t, on):
     """Return the measured state; the law is its own inverse."""
     sign = 1.0 - 2.0 * on
     return sign * x, sign * v, th, w

@@ -25,12 +25,14 @@ class Place(Enum):
 class Form(Enum):
     """How an effect's law is called; see `Effect.law`."""
 
-    FILTER = "filter"  # of the command: law(u, memory, h, t, *parameters) -> u, once a substep
+    FILTER = "filter"  # of the command: law(u, memory, h, t, *constants, *parameters) -> u, once a substep
     FORCE = "force"  # on the cart in N, or torque on the pole in N m: law(x, v, th, w, *constants, *parameters)
     DRY = "dry"  # level of dry friction in N or N m, at least 0: law(speed, position, *parameters)
     DRY_RATIO = "dry_ratio"  # factor on the dry friction of its joint: law(direction, *parameters)
     HOLD = "hold"  # True while the whole state is frozen: law(force, v, w, *parameters)
-    MEASURE = "measure"  # true state to measured state: law(x, v, th, w, *parameters) -> (x, v, th, w)
+    MEASURE = "measure"  # true state to measured state: law(x, v, th, w, t, *parameters) -> (x, v, th, w)
+    REPORT = "report"  # what is reported of a velocity, sample by sample: law(v, before, period_s, *parameters) -> v
+    CLOCK = "clock"  # how much time passes while the stamps go on by one second: law(*parameters)
 
 
 class Scale(Enum):
@@ -54,6 +56,7 @@ class Parameter:
     low, high: range that a twin file may give and a fit may reach.
     most: largest value that a fit may reach, in units of scale: beyond it the parameter shows nothing of the effect.
     least: distance from neutral below which a size means nothing, because the simulation itself is no finer.
+    located: True for a time that is read off the recording, to a sample, and not fitted: a run jumps with it.
     shape: True for a parameter that says where or how (a period, a place, a limit) rather than how much.
     probes: typical sizes, from which a search starts; in units of scale (or of scale/other scale: see `per`).
     per: a second scale by which the first is divided, e.g. FORCE per CART_SPEED for a viscous coefficient; squared where
@@ -72,6 +75,7 @@ class Parameter:
     shape: bool = False
     most: float = math.inf
     least: float = 0.0
+    located: bool = False
 
 
 @dataclass(frozen=True)
@@ -87,6 +91,8 @@ class Effect:
     memory: of a FILTER law: how many numbers it keeps from substep to substep, given the substep h in s. They start as
         zeros; memory[0] stays 0 until the law has been called once.
     simpler: names of effects that this one contains as a special case; a search falls back to them.
+    shows_as: name of the effect from which no motion of a rig can part this one, whatever its constants; a search names
+        that one, and this one beside it.
     searched: False for effects that only describe an existing simulation and are no hypothesis about a rig.
     An effect without parameters is on or off: its law gets one number, 1 or 0.
     """
@@ -102,4 +108,5 @@ class Effect:
     inverse: Callable[..., Any] | None = None
     memory: Callable[[float], int] | None = None
     simpler: tuple[str, ...] = ()
+    shows_as: str | None = None
     searched: bool = True
