@@ -9,19 +9,22 @@ from dataclasses import replace
 import numpy as np
 
 from pendulum_sysid.case import Case, case_of
+from pendulum_sysid.judge import Lead
 from pendulum_sysid.localise import localise
 from pendulum_sysid.motion import moving
 from pendulum_sysid.noise_floor import noise_floor
-from pendulum_sysid.records import Diagnosis, Overlay, QualityFinding, Recording, Split
-from pendulum_sysid.search import Search, missing, named, parameters_alone, seen_from
+from pendulum_sysid.records import Diagnosis, Fit, Overlay, QualityFinding, Recording, Split
+from pendulum_sysid.search import Named, Search, missing, named, parameters_alone, seen_from
 from pendulum_sysid.split import split
 from pendulum_sysid.unanswered import follows_command, without_unanswered
+from pendulum_sysid.velocity_lag import EFFECT, velocity_lag
 from pendulum_sysid.verdict import Findings, unusable, verdict_of
 from pendulum_sysid.window_runs import JOINTS, UNITS, WindowRuns, run_windows
 from pendulum_sysid.windows import WINDOW_S, cut
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin
 from pendulum_twin.signals import joined
+from pendulum_twin.words import SLOTS
 
 Progress = Callable[[str], None]
 NO_ANSWER = (
@@ -56,6 +59,7 @@ def diagnose(recordings: list[Recording], twin: Twin, progress: Progress) -> Dia
     base = parameters_alone(search)
     best = missing(search, base)
     found = named(search, base, best)
+    best, found = with_velocity_lag(recording, case, best, found)
     base = base if base.parts == best.parts else seen_from(search, base, best.parts)
     improved = replace(case, twin=best.twin)
     before, after = runs_by_part(case, parts), runs_by_part(improved, parts)
@@ -68,6 +72,22 @@ def diagnose(recordings: list[Recording], twin: Twin, progress: Progress) -> Dia
     )
     verdict = verdict_of(findings, recording, time.monotonic() - began)
     return Diagnosis(verdict, best.twin, location, tuple(search.trials), overlays(before, after))
+
+
+def with_velocity_lag(
+    recording: Recording, case: Case, best: Fit, found: tuple[Named, ...]
+) -> tuple[Fit, tuple[Named, ...]]:
+    """Return fit and names with the filter of the reported velocities, where it shows and the twin does not have it."""
+    lag = None if EFFECT in case.twin.effects else velocity_lag(recording, case.state)
+    if lag is None:
+        return best, found
+    constant = lag.time_constant_s
+    words = best.words.copy()
+    words[SLOTS[EFFECT]] = constant.value
+    effects = {**best.twin.effects, EFFECT: {"time_constant_s": constant.value}}
+    estimates = {**best.estimates, f"{EFFECT}.time_constant_s": constant}
+    best = replace(best, words=words, twin=replace(best.twin, effects=effects), estimates=estimates)
+    return best, (*found, Named(EFFECT, Lead(lag.ratio, lag.errors), ()))
 
 
 def one_recording(recordings: list[Recording]) -> Recording:
@@ -86,7 +106,10 @@ def one_recording(recordings: list[Recording]) -> Recording:
         for kind, same in kinds.items()
     )
     name, digest = (" + ".join(parts) for parts in zip(*((r.name, r.digest) for r in recordings), strict=True))
-    return Recording(name, digest, joined([one.signals for one in recordings]), findings)
+    rates = None
+    if all(one.rates is not None for one in recordings):
+        rates = np.concatenate([one.rates for one in recordings if one.rates is not None])
+    return Recording(name, digest, joined([one.signals for one in recordings]), findings, rates)
 
 
 def runs_by_part(case: Case, parts: Split) -> dict[str, WindowRuns]:

@@ -80,7 +80,20 @@ def cleaned(raw: RawRecording) -> Recording:
     command_stamps, command = _usable_commands(raw, faults)
     signals = _on_one_clock(stamps[moving], sensors, command_stamps, command, rate)
     _check_enough(len(signals), signals.seconds)
-    return Recording(raw.name, raw.digest, signals, faults.findings(rate.period_s))
+    rates = _reported_rates(raw, keep, signals, rate)
+    return Recording(raw.name, raw.digest, signals, faults.findings(rate.period_s), rates)
+
+
+def _reported_rates(raw: RawRecording, keep: Mask, signals: Signals, rate: Rate) -> Floats | None:
+    """Return the reported velocities on the signals' clock, (n, 2), NaN where there are none; None for none at all."""
+    found = np.full((len(signals), len(JOINTS)), np.nan)
+    for k, joint in enumerate(JOINTS):
+        values = getattr(raw, f"{joint}_velocity")
+        if values is not None and np.isfinite(values[keep]).sum() > 1:
+            there = keep & np.isfinite(values)
+            column, valid = resampled(signals.clock_s, raw.state_stamp_s[there], values[there], rate)
+            found[:, k] = np.where(valid, column, np.nan)
+    return found if np.any(np.isfinite(found)) else None
 
 
 def _check_enough(samples: int, seconds: float) -> None:

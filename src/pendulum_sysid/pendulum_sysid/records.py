@@ -38,12 +38,14 @@ class Recording:
     """Hold one recording as read and cleaned.
 
     name: for titles. digest: "sha256:..." of the files. signals: on one clock. findings: what the cleaning met.
+    rates: (n, 2) velocities of cart (m/s) and pole (rad/s) as they were reported, NaN where they were not; None for none.
     """
 
     name: str
     digest: str
     signals: Signals
     findings: tuple[QualityFinding, ...] = ()
+    rates: Floats | None = None
 
 
 @dataclass(frozen=True)

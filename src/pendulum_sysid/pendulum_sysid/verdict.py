@@ -14,8 +14,8 @@ from pendulum_sysid.parameters import Free, rig_parameters
 from pendulum_sysid.records import Estimate, Fit, Localisation, Outcome, Recording
 from pendulum_sysid.search import Named
 from pendulum_sysid.window_runs import WindowRuns
-from pendulum_twin.effects import BY_NAME
-from pendulum_twin.effects.effect import Place
+from pendulum_twin.effects import BY_NAME, CATALOGUE
+from pendulum_twin.effects.effect import Form, Place
 from pendulum_twin.words import words_of
 
 SCHEMA = "pendulum_verdict/1"
@@ -45,13 +45,25 @@ class Findings:
 
 def outcome_of(found: Findings) -> Outcome:
     """Return how the diagnosis ended."""
-    physics = [one for one in found.named if BY_NAME[one.effect].parameters]
+    physics = [one for one in found.named if moves(one.effect)]
     unexplained = found.best.choose > AT_FLOOR and explained(found) < EXPLAINED
     if unexplained:
         return Outcome.NOT_IN_CATALOGUE
     if any(one.rivals for one in physics):
         return Outcome.AMBIGUOUS
     return Outcome.NAMED if found.named else Outcome.NOTHING_MISSING
+
+
+def moves(effect: str) -> bool:
+    """Return whether an effect changes how the rig moves: not a sign, not the filter of the reported velocities."""
+    return bool(BY_NAME[effect].parameters) and BY_NAME[effect].form is not Form.REPORT
+
+
+def ties(one: Named, found: Findings) -> list[str]:
+    """Return what cannot be told from an effect: on this recording, and by no motion whatever."""
+    rig = found.case.twin.rig
+    whole = rig.has_cart and rig.has_pole
+    return [*one.rivals, *(e.name for e in CATALOGUE if e.shows_as == one.effect and (whole or e.place is not Place.CLOCK))]
 
 
 def explained(found: Findings) -> float:
@@ -73,9 +85,7 @@ def left_over(found: Findings) -> float:
 def verdict_of(found: Findings, recording: Recording, elapsed_s: float) -> dict:
     """Return the verdict of a recording that could be used."""
     outcome = outcome_of(found)
-    named = tuple(
-        one for one in found.named if outcome is not Outcome.NOT_IN_CATALOGUE or not BY_NAME[one.effect].parameters
-    )
+    named = tuple(one for one in found.named if outcome is not Outcome.NOT_IN_CATALOGUE or not moves(one.effect))
     return {
         "schema": SCHEMA,
         "outcome": outcome.value,
@@ -139,6 +149,8 @@ def _sentence(outcome: Outcome, named: tuple[Named, ...], found: Findings) -> st
         )
     effects = " ".join(_plain(one, found.best) for one in named)
     tied = [f"{one.effect} cannot be told from {', '.join(one.rivals)} on this recording." for one in named if one.rivals]
+    alike = {one.effect: [e for e in ties(one, found) if e not in one.rivals] for one in named}
+    tied += [f"No motion can tell {name} from {', '.join(others)}." for name, others in alike.items() if others]
     left = [f"What remains is {_number(ratio)} times the noise floor."] if ratio > AT_FLOOR else []
     return " ".join([effects, *tied, f"With {'it' if len(named) == 1 else 'them'}, {errors}.", *left])
 
@@ -163,7 +175,7 @@ def _plain(one: Named, best: Fit) -> str:
 
 
 def _location(outcome: Outcome, named: tuple[Named, ...], found: Findings) -> dict:
-    physics = [one for one in named if BY_NAME[one.effect].parameters] or list(named)
+    physics = [one for one in named if moves(one.effect)] or list(named)
     place = found.location.place
     if physics and outcome is not Outcome.NOT_IN_CATALOGUE:
         place = BY_NAME[max(physics, key=lambda one: one.lead.ratio).effect].place.value
@@ -181,12 +193,12 @@ def _missing(one: Named, found: Findings) -> dict:
     """Return one entry; the confidence is that of the lead, shared with its rivals, and less while much is unexplained."""
     effect, best = BY_NAME[one.effect], found.best
     sure = float(norm.cdf(min(one.lead.errors, 3.0))) / (1 + len(one.rivals))
-    if best.choose > AT_FLOOR and effect.parameters:
+    if best.choose > AT_FLOOR and moves(one.effect):
         sure *= explained(found)
     parameters = {p.name: {**_interval(best.estimates[f"{one.effect}.{p.name}"]), "unit": p.unit} for p in effect.parameters}
     return {
         "effect": one.effect,
-        "cannot_be_told_from": list(one.rivals),
+        "cannot_be_told_from": ties(one, found),
         "confidence": round(sure, 4),
         "parameters": parameters,
         "sentence": _plain(one, best),
@@ -217,7 +229,7 @@ def _masking(named: tuple[Named, ...], found: Findings) -> list[str]:
     sentences = []
     for free in rig_parameters(found.case.twin):
         alone, after = found.base.estimates[free.name], found.best.estimates[free.name]
-        hidden = [one.effect for one in named if BY_NAME[one.effect].parameters and _same_joint(free.name, one.effect)]
+        hidden = [one.effect for one in named if moves(one.effect) and _same_joint(free.name, one.effect)]
         moved = abs(alone.value - after.value) > MASKED * abs(after.value)
         if hidden and moved and not alone.low <= after.value <= alone.high:
             sentences.append(
