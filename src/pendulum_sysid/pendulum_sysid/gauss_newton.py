@@ -13,14 +13,15 @@ import numpy as np
 from scipy.stats import t as student
 
 from pendulum_sysid.parameters import Free
-from pendulum_sysid.records import Windows
+from pendulum_sysid.records import Ints, Windows
 from pendulum_sysid.windows import channels, gather
 from pendulum_twin.signals import Floats, Signals
-from pendulum_twin.simulate import free_runs
+from pendulum_twin.simulate import drive_pass, driven_runs
 
 STEP = 1e-4  # of a parameter's size, for differences
 FAR = 1e6  # deviations: as wrong as a run may count that has left all bounds
 CONVERGED = 1e-5  # relative gain of the likelihood a sample
+AT_ONCE = 4_000_000  # numbers of runs that are held at one time, so that a long recording needs no more memory
 
 
 @dataclass(frozen=True)
@@ -79,17 +80,20 @@ def _varied(problem: Problem) -> list[int]:
     return [*present, *(k + 2 for k in present)]
 
 
-def _errors(problem: Problem, words: Floats, starts: Floats, set_of: np.ndarray, at: np.ndarray) -> Floats:
+def _errors(
+    problem: Problem, drives: tuple[Floats, Ints], words: Floats, starts: Floats, set_of: np.ndarray, at: np.ndarray
+) -> Floats:
     """Return measured minus run, (runs, samples, channels); `at` is the window of each run."""
     windows = problem.windows
-    runs = free_runs(problem.signals, words, set_of, windows.begin[at], starts, windows.samples)
+    runs = driven_runs(problem.signals, drives, words, set_of, windows.begin[at], starts, windows.samples)
     measured, counts = gather(problem.signals, windows.begin, windows.samples)
     return (measured[at] - runs[..., list(channels(problem.signals))]) * counts[at]
 
 
 def _squares(problem: Problem, words: Floats, starts: Floats) -> Floats:
     at = np.arange(len(starts))
-    errors = _errors(problem, words[None], starts, np.zeros(len(at), dtype=np.int64), at)
+    drives = drive_pass(problem.signals, words[None])
+    errors = _errors(problem, drives, words[None], starts, np.zeros(len(at), dtype=np.int64), at)
     return np.sum(errors**2, axis=1)
 
 
@@ -168,27 +172,56 @@ def linearised(
     power: (channels,) each channel's mean squared error. whole_steps: (more, SIZE) further word vectors, each of which
     adds one column: what going all the way there changes.
     """
-    varied = _varied(problem)
-    sizes = problem.deviations[varied]
     more = np.empty((0, words.size)) if whole_steps is None else whole_steps
     sets, scale = _neighbours(words, free)
     sets = np.concatenate([sets, more])
-    count, many = len(starts), len(sets) + len(varied)
+    drives = drive_pass(problem.signals, sets)
+    many = len(sets) + len(_varied(problem))
+    size = max(AT_ONCE // (many * problem.windows.samples * starts.shape[1]), 1)
+    parts = [np.arange(a, min(a + size, len(starts))) for a in range(0, len(starts), size)]
+    systems = [_part_of_system(problem, drives, sets, scale, starts, power, part) for part in parts]
+
+    def stack(name: str) -> Floats:
+        return np.concatenate([getattr(one, name) for one in systems])
+
+    return System(
+        normal=np.sum([one.normal for one in systems], axis=0),
+        scores=stack("scores"),
+        start_normal=stack("start_normal"),
+        start_gradient=stack("start_gradient"),
+        cross=stack("cross"),
+        start_sizes=systems[0].start_sizes,
+        varied=systems[0].varied,
+    )
+
+
+def _part_of_system(
+    problem: Problem,
+    drives: tuple[Floats, Ints],
+    sets: Floats,
+    scale: Floats,
+    starts: Floats,
+    power: Floats,
+    chosen: Ints,
+) -> System:
+    """Return the normal equations of the chosen windows; sets: words, their neighbours (scale of each), whole steps."""
+    varied = _varied(problem)
+    sizes = problem.deviations[varied]
+    count, many = len(chosen), len(sets) + len(varied)
     set_of = np.repeat(np.array([*range(len(sets)), *([0] * len(varied))]), count)
-    runs = np.tile(starts, (many, 1, 1))
+    runs = np.tile(starts[chosen], (many, 1, 1))
     for k, index in enumerate(varied):
         runs[len(sets) + k, :, index] += sizes[k]
-    at = np.tile(np.arange(count), many)
-    off_by = _errors(problem, sets, runs.reshape(-1, 4), set_of, at) / np.sqrt(power)
+    off_by = _errors(problem, drives, sets, runs.reshape(-1, 4), set_of, np.tile(chosen, many)) / np.sqrt(power)
     errors = np.nan_to_num(off_by, nan=FAR, posinf=FAR, neginf=-FAR).clip(-FAR, FAR).reshape(many, count, -1)
     base = errors[0]
     change = base - errors[1:]
-    change[: len(free)] *= scale[:, None, None]
+    change[: len(scale)] *= scale[:, None, None]
     by_column = np.moveaxis(change[: len(sets) - 1], 0, 2)
     by_start = np.moveaxis(change[len(sets) - 1 :], 0, 2)
     start_normal = by_start.transpose(0, 2, 1) @ by_start
     start_normal += np.eye(len(varied))  # the smoothed start is a measurement, too
-    off = (problem.windows.starts - starts)[:, varied] / sizes
+    off = (problem.windows.starts - starts)[chosen][:, varied] / sizes
     start_gradient = (by_start.transpose(0, 2, 1) @ base[..., None])[..., 0] + off
     cross = by_start.transpose(0, 2, 1) @ by_column
     moved = np.linalg.solve(start_normal, cross)  # how the best start follows the parameters

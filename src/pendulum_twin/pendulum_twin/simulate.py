@@ -33,15 +33,22 @@ def free_runs(signals: Signals, words: Floats, set_of: Ints, begin: Ints, starts
     the run must stay inside the recording. starts: (runs, 4) measured x, th, v, w there. Returns (runs, samples, 4),
     the first sample the start itself.
     """
+    return driven_runs(signals, drive_pass(signals, words), words, set_of, begin, starts, samples)
+
+
+def driven_runs(
+    signals: Signals, drives: tuple[Floats, Ints], words: Floats, set_of: Ints, begin: Ints, starts: Floats, samples: int
+) -> Floats:
+    """Return what `free_runs` does, from what `drive_pass` has made of the command for these words."""
     sub = kernel.substeps(signals.period_s)
-    drives, drive_of = drive_pass(signals, words)
+    rows, row_of = drives
     lane_words = words[set_of]
     true = np.empty((len(begin), samples, 4))
     begin = np.asarray(begin, dtype=np.int64)
     t = signals.clock_s[begin]
     run_mechanics(
-        drives,
-        drive_of[set_of],
+        rows,
+        row_of[set_of],
         begin * sub,
         unmeasured(starts, lane_words, t),
         lane_words,
