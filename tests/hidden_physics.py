@@ -23,17 +23,23 @@ HIDDEN: dict[str, dict[str, float]] = {
     "gain_asymmetry": {"ratio": 0.06},
     "gain_drift": {"per_s": -0.002},
     "motor_lag": {"time_constant_s": 0.04},
+    "belt_backlash": {"gap_m": 0.002},
     "cart_coulomb_friction": {"level_n": 0.5},
     "cart_stribeck_friction": {"level_n": 0.4, "static_n": 0.4, "velocity_m_s": 0.08},
     "cart_saturating_friction": {"viscous_n_s_m": 1.5, "level_n": 0.2, "limit_n": 0.6},
     "cart_quadratic_drag": {"n_s2_m2": 1.0},
     "rail_tilt": {"angle_rad": 0.008},
     "rail_spring": {"n_per_m": 1.0, "centre_m": 0.1},
+    "rail_friction_patch": {"level_n": 0.8, "centre_m": 0.05, "width_m": 0.05},
     "cogging": {"amplitude_n": 0.3, "period_m": 0.12, "phase_rad": 1.0},
     "pole_coulomb_friction": {"level_n_m": 0.001},
     "pole_quadratic_drag": {"n_m_s2": 2e-5},
     "pole_spring": {"n_m_per_rad": 0.002},
     "angle_offset": {"angle_rad": 0.03},
+    "encoder_slip": {"angle_rad": 0.05, "time_s": 17.295},
+    "angle_scale": {"ratio": 0.02},
+    "position_scale": {"ratio": -0.03},
+    "velocity_filter": {"time_constant_s": 0.03},
     "cart_sign_inverted": {},
     "angle_sign_inverted": {},
 }
@@ -68,4 +74,14 @@ def hidden(effects: dict[str, dict[str, float]], seed: int, seconds: float = 40.
     states = free_runs(blank, words_of(truth)[None], zero, zero, HANGING[None], n)[0]
     cart = np.round((states[:, 0] + random.normal(0, 1e-5, n)) / CART_STEP_M) * CART_STEP_M
     pole = np.round((states[:, 1] + random.normal(0, 1e-4, n)) / POLE_STEP_RAD) * POLE_STEP_RAD
-    return Recording("hidden", f"sha256:{seed}", replace(blank, cart=cart, pole=pole)), truth
+    rates = reported_rates(np.stack([cart, pole], axis=1), effects.get("velocity_filter", {}).get("time_constant_s", 0.0))
+    return Recording("hidden", f"sha256:{seed}", replace(blank, cart=cart, pole=pole), rates=rates), truth
+
+
+def reported_rates(positions: Floats, time_constant_s: float) -> Floats:
+    """Return the differences of positions (n, 2), through a first-order lag."""
+    rates = np.diff(positions, axis=0, prepend=positions[:1]) / PERIOD_S
+    keep = np.exp(-PERIOD_S / time_constant_s) if time_constant_s else 0.0
+    for n in range(1, len(rates)):
+        rates[n] = keep * rates[n - 1] + (1 - keep) * rates[n]
+    return rates

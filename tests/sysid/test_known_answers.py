@@ -50,7 +50,24 @@ def test_a_hidden_effect_is_named_and_its_size_found(effect: str) -> None:
 
 def test_every_effect_that_a_search_may_name_is_hidden_here() -> None:
     with_others = {"cart_friction_asymmetry"}  # shows only beside a dry friction: see the pair below
-    assert set(HIDDEN) | with_others == {effect.name for effect in CATALOGUE if effect.searched}
+    nameable = {effect.name for effect in CATALOGUE if effect.searched and effect.shows_as is None}
+    assert set(HIDDEN) | with_others == nameable
+
+
+@pytest.mark.parametrize(
+    ("hides", "named"),
+    [
+        ({"sensor_delay": {"delay_s": 0.02}}, "input_delay"),
+        ({"pole_imbalance": {"angle_rad": 0.03}}, "angle_offset"),
+        ({"sample_period_error": {"ratio": 0.03}}, "position_scale"),
+    ],
+    ids=["delay", "imbalance", "clock"],
+)
+def test_what_no_motion_can_tell_stands_beside_the_name(hides: dict, named: str) -> None:
+    found = verdict(hides, seed=1)
+    assert found["outcome"] == "named"  # another recording would not help
+    assert [(one["effect"], one["cannot_be_told_from"]) for one in found["missing_physics"]] == [(named, [*hides])]
+    assert f"No motion can tell {named} from {next(iter(hides))}." in found["sentence"]
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])

@@ -119,6 +119,8 @@ def _half_width(errors: Callable[[float, float], Floats], delay: float, constant
     step = 1e-3 * constant + 1e-6
     off = errors(delay, constant)
     slope = (errors(delay, constant + step) - errors(delay, max(constant - step, 0.0))) / (2 * step)
-    own = np.sum(off * slope, axis=1)
+    square = np.sum(off**2, axis=1)
+    tame = square < WILD**2 * max(float(np.median(square)), 1e-12)
+    own = np.sum(off * slope, axis=1) * tame
     scores = np.array([float(np.sum(own[block == b])) for b in np.unique(block)])
-    return 1.96 * float(np.sqrt(np.sum(scores**2))) / max(float(np.sum(slope**2)), 1e-300)
+    return 1.96 * float(np.sqrt(np.sum(scores**2))) / max(float(np.sum(slope[tame] ** 2)), 1e-300)
