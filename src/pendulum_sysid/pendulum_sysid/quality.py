@@ -22,6 +22,7 @@ from pendulum_twin.signals import Floats, Mask, Signals
 
 LEAST_SAMPLES, LEAST_S = 100, 2.0
 SHORTEST_STRETCH = 10  # samples; a shorter stretch between two breaks says nothing and is left out
+EARLY = 0.25  # of a recording, in which what belongs to another run is looked for
 JITTER = 0.1  # deviation of the stamps, in periods, from which it is told
 
 Interval = tuple[float, float]
@@ -59,8 +60,8 @@ def cleaned(raw: RawRecording) -> Recording:
     that stays begins a new stretch. Commands are held from message to message, 0 before the first. Findings:
     spike: samples out of line in a position or a reported velocity (a velocity invalidates nothing).
     gap: samples missing, not finite or lost with the end of the file, commands not finite, and jumps that stay.
-    jitter: stamps off their grid. wrap: jumps by whole turns, undone. stale: samples that came twice, or a sensor that
-    stood still while the rig moved. clipped: a command at its limit, which is no fault.
+    jitter: stamps off their grid. wrap: jumps by whole turns, undone. stale: samples that came twice, a sensor that
+    stood still while the rig moved, or a beginning that belongs to another run. clipped: a command at its limit, which is no fault.
     count is how many of them there are, intervals_s where, in s from the first sample.
     Raises BadInputError when fewer than 100 samples or less than 2 s are left.
     """
@@ -76,6 +77,10 @@ def cleaned(raw: RawRecording) -> Recording:
         joint: _sensor(stamps[moving], values[moving], rate, TURN if joint == "pole" else None, faults)
         for joint, values in positions.items()
     }
+    own = _own_run(stamps, sensors, rate, faults)
+    if own > 0.0:
+        sensors = {joint: _since(one, own) for joint, one in sensors.items()}
+        moving &= stamps >= own
     _judge_velocities(raw, keep, sensors, rate, faults)
     command_stamps, command = _usable_commands(raw, faults)
     signals = _on_one_clock(stamps[moving], sensors, command_stamps, command, rate)
@@ -154,6 +159,28 @@ def _sensor(stamps: Floats, values: Floats, rate: Rate, turn: float | None, faul
     faults.add("spike", _spans(stamps, runs(~good)))
     faults.add("gap", _steps(stamps, jumps.stays))
     return _Sensor(stamps[good], values[good], stamps[jumps.stays])
+
+
+def _own_run(stamps: Floats, sensors: dict[str, _Sensor], rate: Rate, faults: _Faults) -> float:
+    """Return when the run begins to which the recording belongs: 0, or after an early jump of cart and pole together.
+
+    No motion takes both elsewhere within a sample: what goes before is left of another run.
+    """
+    if len(sensors) < len(JOINTS):
+        return 0.0
+    cart, pole = (sensors[joint].breaks for joint in JOINTS)
+    together = [t for t in cart if np.any(np.abs(pole - t) < 1.5 * rate.period_s)]
+    early = [t for t in together if t - stamps[0] <= EARLY * (stamps[-1] - stamps[0])]
+    if not early:
+        return 0.0
+    last = float(max(early)) + 0.5 * rate.period_s
+    faults.add("stale", [(float(stamps[0]), float(max(early)))])
+    return last
+
+
+def _since(sensor: _Sensor, begin_s: float) -> _Sensor:
+    inside = sensor.stamps >= begin_s
+    return _Sensor(sensor.stamps[inside], sensor.values[inside], sensor.breaks[sensor.breaks >= begin_s])
 
 
 def _judge_velocities(raw: RawRecording, keep: Mask, sensors: dict[str, _Sensor], rate: Rate, faults: _Faults) -> None:
