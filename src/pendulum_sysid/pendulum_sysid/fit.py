@@ -51,13 +51,15 @@ def fit(
 
 
 def _located(case: Case, effects: tuple[str, ...], words: Floats) -> dict[str, Estimate]:
-    """Return the times that were read off the recording: known to the sample in which it happened."""
-    found, period = {}, case.signals.period_s
+    """Return the times that were read off the recording, as far as its samples tell them."""
+    found = {}
+    known = {step.time_s: step.half_s for step in case.angle_steps}
     for name in effects:
         for k, p in enumerate(BY_NAME[name].parameters):
             if p.located:
                 value = float(words[SLOTS[name].start + k])
-                found[f"{name}.{p.name}"] = Estimate(value, max(value - period, p.low), value + period)
+                half = known.get(value, case.signals.period_s)
+                found[f"{name}.{p.name}"] = Estimate(value, max(value - half, p.low), value + half)
     return found
 
 

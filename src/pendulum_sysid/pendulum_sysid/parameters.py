@@ -113,7 +113,7 @@ def effect_parameters(effect: Effect, scales: Scales) -> tuple[Free, ...]:
             p.unit,
             (slot.start + k,),
             (1.0,),
-            p.low,
+            max(p.low, p.fewest * size_of(p, scales)),
             min(p.high, p.most * size_of(p, scales)),
             size_of(p, scales) * max((abs(probe) for probe in p.probes), default=1.0) or size_of(p, scales),
         )

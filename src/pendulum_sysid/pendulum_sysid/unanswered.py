@@ -16,9 +16,10 @@ from pendulum_twin.signals import Floats, Signals
 
 EARLY = 0.25  # only this part of a stretch, from its start, is suspected
 LONG_S = 0.2  # shorter silences are left to delay, lag and dry friction
-STRONG = 0.35  # of the largest command: what the cart must have been told meanwhile
+STRONG = 0.35  # of the largest command: weaker ones may be lost in a dead zone
 GRIP = 2.0  # times the dry friction in motion that a cart at rest may be held by
 DRY = 1  # its column among the brakes
+COMPARABLE_S = 1.0  # of weak commands later on, at least, to say how they are answered
 CERTAIN = 50.0  # log likelihood by which the silence must beat an answer
 LATER_S, LATEST_S = 0.01, 0.2  # steps in which, and the most by which, an answer may come late
 BLOCK_S = 0.5
@@ -49,6 +50,7 @@ def without_unanswered(recording: Recording) -> Recording:
         return recording
     state = smooth_state(signals)
     answer = _answer(signals, state)
+    assert answer is not None
     ends = [(s.start, s.start + _silent_samples(signals, state, s, answer)) for s in signals.stretches]
     found = [(begin, end) for begin, end in ends if end > begin]
     if not found:
@@ -75,15 +77,22 @@ def _slow(state: SmoothState) -> float:
     return float(AT_REST * np.sqrt(np.mean(state.states[:, 2] ** 2)) + 1e-12)
 
 
-def _answer(signals: Signals, state: SmoothState) -> Answer:
-    """Return how the cart answers in the part of every stretch that is not suspected, as late as fits it best."""
+def _answer(signals: Signals, state: SmoothState, up_to: float = np.inf) -> Answer | None:
+    """Return how the cart answers in the part of every stretch that is not suspected, as late as fits it best.
+
+    up_to: commands larger than this are left out, for the answer to small ones; None where too few are left.
+    """
     late_part = np.concatenate([np.arange(s.start + _early(s), s.stop) for s in signals.stretches])
-    trusted = late_part[np.abs(state.states[late_part, 2]) > _slow(state)]  # at rest, friction takes any value
-    target, brakes = state.accelerations[trusted, 0], _brakes(state)[trusted]
+    moving = late_part[np.abs(state.states[late_part, 2]) > _slow(state)]  # at rest, friction takes any value
+    brakes = _brakes(state)
     step = max(round(LATER_S / signals.period_s), 1)
     answers = []
     for late in range(0, round(LATEST_S / signals.period_s) + 1, step):
-        columns = np.column_stack([delayed(signals, late)[trusted], brakes])
+        command = delayed(signals, late)
+        trusted = moving[np.abs(command[moving]) <= up_to]
+        if len(trusted) < COMPARABLE_S / signals.period_s and np.isfinite(up_to):
+            return None
+        columns, target = np.column_stack([command[trusted], brakes[trusted]]), state.accelerations[trusted, 0]
         found = np.linalg.lstsq(columns, target, rcond=None)[0]
         spread = float(np.std(target - columns @ found))
         answers.append(Answer(late, float(found[0]), found[1:], max(spread, 1e-12)))
@@ -104,7 +113,21 @@ def _early(stretch: slice) -> int:
 
 
 def _silent_samples(signals: Signals, state: SmoothState, stretch: slice, answer: Answer) -> int:
-    """Return for how many samples a stretch is more likely without the drive than with it (a change point by likelihood)."""
+    """Return for how many samples a stretch is more likely without the drive than with it (a change point by likelihood).
+
+    Weak commands may go unanswered for a dead zone, too: then those of later on that are as weak must be answered.
+    """
+    end = _silence(signals, state, stretch, answer)
+    if not end:
+        return 0
+    told = np.abs(delayed(signals, answer.late)[stretch.start : stretch.start + end])
+    if np.sqrt(np.mean(told**2)) > STRONG * np.max(np.abs(signals.command[stretch])):
+        return end
+    to_weak = _answer(signals, state, up_to=float(np.max(told)))
+    return 0 if to_weak is None else min(end, _silence(signals, state, stretch, to_weak))
+
+
+def _silence(signals: Signals, state: SmoothState, stretch: slice, answer: Answer) -> int:
     part = slice(stretch.start, stretch.start + _early(stretch))
     command = delayed(signals, answer.late)[part]
     rest = state.accelerations[part, 0] - _brakes(state)[part] @ answer.brakes
@@ -115,10 +138,8 @@ def _silent_samples(signals: Signals, state: SmoothState, stretch: slice, answer
     if not len(total):
         return 0
     end = len(total) - int(np.argmax(total[::-1]))  # the last of equal ones: a grip proves nothing
-    strong = STRONG * float(np.max(np.abs(signals.command[stretch])))
     long_enough = end * signals.period_s >= LONG_S
-    told = float(np.sqrt(np.mean(command[:end] ** 2)))
-    return end if long_enough and told > strong and total[end - 1] > CERTAIN else 0
+    return end if long_enough and total[end - 1] > CERTAIN else 0
 
 
 def follows_command(recording: Recording) -> bool:
@@ -129,6 +150,7 @@ def follows_command(recording: Recording) -> bool:
     signals = recording.signals
     state = smooth_state(signals)
     answer = _answer(signals, state)
+    assert answer is not None
     valid = signals.cart_valid
     columns = np.column_stack([delayed(signals, answer.late), _brakes(state)])
     target = state.accelerations[:, 0]

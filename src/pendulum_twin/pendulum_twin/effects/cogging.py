@@ -26,6 +26,7 @@ EFFECT = Effect(
             Scale.CART_TRAVEL,
             shape=True,
             most=2.0,
+            fewest=0.03,
         ),
         Parameter("phase_rad", "rad", 0.0, -10.0, 10.0, tuple(0.7853981633974483 * k for k in range(-4, 4)), shape=True),
     ),

@@ -55,6 +55,7 @@ class Parameter:
     neutral: the value at which the effect vanishes exactly (together with its other parameters' neutral values).
     low, high: range that a twin file may give and a fit may reach.
     most: largest value that a fit may reach, in units of scale: beyond it the parameter shows nothing of the effect.
+    fewest: smallest value that a fit may reach, in units of scale: below it the recording holds hardly a sample of it.
     least: distance from neutral below which a size means nothing, because the simulation itself is no finer.
     located: True for a time that is read off the recording, to a sample, and not fitted: a run jumps with it.
     shape: True for a parameter that says where or how (a period, a place, a limit) rather than how much.
@@ -74,6 +75,7 @@ class Parameter:
     per_power: int = 1
     shape: bool = False
     most: float = math.inf
+    fewest: float = -math.inf
     least: float = 0.0
     located: bool = False
 

@@ -28,7 +28,7 @@ EFFECT = Effect(
             shape=True,
             most=1.2,
         ),
-        Parameter("width_m", "m", 1.0, 1e-3, 1e2, (0.1, 0.25, 0.5), Scale.CART_TRAVEL, shape=True, most=1.0),
+        Parameter("width_m", "m", 1.0, 1e-3, 1e2, (0.1, 0.25, 0.5), Scale.CART_TRAVEL, shape=True, most=1.0, fewest=0.03),
     ),
     sentence="Dry friction is larger by {level_n} around {centre_m} of the rail, over a width of {width_m}.",
     source="position-dependent friction; Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994), section 2.2",
