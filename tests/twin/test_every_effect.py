@@ -77,7 +77,7 @@ def test_has_parameters_with_units_and_ranges(effect):
 def test_has_the_parts_that_its_form_needs(effect):
     assert (effect.inverse is not None) == (effect.form is Form.MEASURE)
     assert (effect.memory is not None) == (effect.form is Form.FILTER)
-    assert set(effect.simpler) <= set(BY_NAME)
+    assert set(effect.simpler) | set(effect.becomes) <= set(BY_NAME)
     assert effect.shows_as is None or BY_NAME[effect.shows_as].shows_as is None
     assert set(effect.constants) <= set(BASE)
     if effect.form in (Form.DRY, Form.DRY_RATIO):

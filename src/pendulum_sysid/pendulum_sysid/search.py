@@ -226,5 +226,5 @@ def _asked_again(search: Search, best: Fit, name: str) -> Named:
 
 
 def related(one: str, other: str) -> bool:
-    """Return whether an effect is another one or contains it as a special case."""
-    return one == other or other in BY_NAME[one].simpler
+    """Return whether an effect is another one, contains it as a special case or becomes it at an end of its range."""
+    return one == other or other in BY_NAME[one].simpler or other in BY_NAME[one].becomes

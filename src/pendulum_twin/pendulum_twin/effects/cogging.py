@@ -32,4 +32,5 @@ EFFECT = Effect(
     ),
     sentence="A force of {amplitude_n} repeats every {period_m} along the rail (phase {phase_rad}).",
     source="first harmonic of cogging torque; Hanselman, Brushless Permanent Magnet Motor Design (2003), chapter 7",
+    becomes=("rail_tilt", "rail_spring"),
 )

@@ -93,6 +93,8 @@ class Effect:
     memory: of a FILTER law: how many numbers it keeps from substep to substep, given the substep h in s. They start as
         zeros; memory[0] stays 0 until the law has been called once.
     simpler: names of effects that this one contains as a special case; a search falls back to them.
+    becomes: names of effects that this one looks like at an end of its range: a patch as wide as the rail is friction
+        everywhere. Nothing is gained by calling these two apart.
     shows_as: name of the effect from which no motion of a rig can part this one, whatever its constants; a search names
         that one, and this one beside it.
     searched: False for effects that only describe an existing simulation and are no hypothesis about a rig.
@@ -110,5 +112,6 @@ class Effect:
     inverse: Callable[..., Any] | None = None
     memory: Callable[[float], int] | None = None
     simpler: tuple[str, ...] = ()
+    becomes: tuple[str, ...] = ()
     shows_as: str | None = None
     searched: bool = True
