@@ -20,7 +20,8 @@ from pendulum_sysid.options import parser
 from pendulum_twin.errors import BadInputError
 
 if TYPE_CHECKING:
-    from pendulum_sysid.records import Comparison, Diagnosis, Recording
+    from pendulum_sysid.case import Case
+    from pendulum_sysid.records import Comparison, Diagnosis, Fit, Recording, Split
     from pendulum_twin.model import Twin
 
 ANSWERED, NOT_ANSWERED, INTERRUPTED = 0, 1, 130
@@ -83,17 +84,24 @@ def _write_diagnosis(diagnosis: Diagnosis, folder: Path, started_from: Path) -> 
     """Write what was found and return the files; an improved twin of an earlier diagnosis must not stand beside it."""
     from pendulum_sysid.output_files import json_text, write_text, writing
     from pendulum_sysid.report import write_report
+    from pendulum_sysid.verdict import NEXT_FILE
     from pendulum_twin.model import save_twin
+    from pendulum_twin.plans.plan_file import plan_from_mapping, save_plan
 
     verdict, report, improved = folder / "verdict.json", folder / "report.html", folder / "twin.yaml"
+    coming = folder / NEXT_FILE
     with writing(folder):
         if diagnosis.twin is None and improved.exists() and not improved.samefile(started_from):
             improved.unlink()
+        coming.unlink(missing_ok=True)
+        if diagnosis.next_plan is not None:
+            save_plan(plan_from_mapping(diagnosis.next_plan), coming)
         write_text(verdict, json_text(diagnosis.verdict) + "\n")
         if diagnosis.twin is not None:
             save_twin(diagnosis.twin, improved)
         write_report(diagnosis, report)
-    return [verdict, report] if diagnosis.twin is None else [verdict, report, improved]
+    there = (verdict, report, improved if diagnosis.twin else None, coming if diagnosis.next_plan else None)
+    return [path for path in there if path is not None]
 
 
 def _fit(arguments: argparse.Namespace) -> int:
@@ -221,7 +229,30 @@ def _effects(arguments: argparse.Namespace) -> int:
     from pendulum_sysid.catalogue_text import catalogue_mapping, catalogue_text
     from pendulum_sysid.output_files import json_text
 
+    if arguments.isolability:
+        return _isolability(arguments)
+    if arguments.twin is not None or arguments.plan is not None:
+        arguments.parser.error("--twin and --plan go with --isolability")
     print(json_text(catalogue_mapping()) if arguments.json else catalogue_text())
+    return ANSWERED
+
+
+def _isolability(arguments: argparse.Namespace) -> int:
+    from pendulum_sysid.isolability import Encoders, isolability
+    from pendulum_sysid.isolability_text import isolability_mapping, isolability_text
+    from pendulum_sysid.output_files import json_text
+    from pendulum_twin.model import load_twin
+    from pendulum_twin.plans.excitation import standard
+    from pendulum_twin.plans.plan_file import load_plan
+    from pendulum_twin.plans.waveforms import envelope_of
+
+    if arguments.twin is None or arguments.plan is None:
+        arguments.parser.error("--isolability needs --twin and --plan")
+    twin = load_twin(arguments.twin)
+    room = envelope_of(twin.rig)
+    plan = standard(room) if arguments.plan == "standard" else load_plan(arguments.plan, room)
+    found = isolability(twin, plan, Encoders(arguments.pole_counts, arguments.cart_step_m))
+    print(json_text(isolability_mapping(found)) if arguments.json else isolability_text(found))
     return ANSWERED
 
 
@@ -243,6 +274,53 @@ def _import(arguments: argparse.Namespace) -> int:
         invert_pole=arguments.invert_pole,
     )
     print(arguments.out)
+    return ANSWERED
+
+
+def _next(arguments: argparse.Namespace) -> int:
+    from pendulum_sysid.identifiability import ties
+    from pendulum_sysid.next_experiment import planned_next
+    from pendulum_sysid.output_files import check_file, writing
+    from pendulum_twin.plans.plan_file import plan_from_mapping, save_plan
+
+    check_file(arguments.out)
+    case, split, best, rivals = _finished(arguments)
+    found = planned_next(case, split, best, ties(case, split, best, rivals), arguments.goal, arguments.seconds)
+    print(found.why)
+    if found.plan is not None:
+        with writing(arguments.out):
+            save_plan(plan_from_mapping(found.plan), arguments.out)
+        print(arguments.out)
+    return ANSWERED
+
+
+def _finished(arguments: argparse.Namespace) -> tuple[Case, Split, Fit, dict[str, tuple[str, ...]]]:
+    """Return recordings, their fit with all that is named, and its rivals: as an earlier diagnosis has it, or found now."""
+    from pendulum_sysid.case import case_of
+    from pendulum_sysid.earlier_verdict import read_verdict
+    from pendulum_sysid.fit import HORIZONS, fit
+    from pendulum_sysid.motion import moving
+    from pendulum_sysid.search import Search, missing, named, parameters_alone
+    from pendulum_sysid.split import split as cut_in_three
+    from pendulum_twin.model import load_twin
+    from pendulum_twin.words import words_of
+
+    earlier = None if arguments.verdict is None else read_verdict(arguments.verdict)
+    twin = load_twin(arguments.twin)
+    case = case_of(moving(_joined(_answered(arguments.bag, arguments))), twin)
+    split = cut_in_three(case.signals, case.state)
+    if earlier is not None:
+        return case, split, fit(case, split, earlier.effects, words_of(earlier.twin), HORIZONS[-1]), earlier.rivals
+    search = Search(case, split, _progress)
+    base = parameters_alone(search)
+    best = missing(search, base)
+    return case, split, best, {one.effect: one.rivals for one in named(search, base, best)}
+
+
+def _prove(arguments: argparse.Namespace) -> int:
+    from pendulum_sysid.prove.verb import run
+
+    run(arguments, _progress)
     return ANSWERED
 
 
@@ -292,6 +370,8 @@ VERBS: dict[str, Callable[[argparse.Namespace], int]] = {
     "compare": _compare,
     "effects": _effects,
     "import": _import,
+    "next": _next,
+    "prove": _prove,
 }
 
 if __name__ == "__main__":

@@ -96,9 +96,19 @@ def shape_panel(evidence: Evidence, key: str, x_label: str, y_label: str) -> str
             for edge in (low, high):
                 axes.plot(x[order], edge, color=ACCENT, linewidth=0.5, linestyle=":")
         axes.plot(x[order], y[order], marker="o" if x.size <= 40 else "", markersize=2.5, **AFTER)
+        if np.all(np.isfinite(y)) and np.all(np.isfinite(band)):
+            axes.set_ylim(*_shape_frame(y, band if band.shape == y.shape else np.zeros_like(y)))
         axes.set_xlabel(x_label)
         axes.set_ylabel(y_label)
         return _svg(figure, key, f"{y_label} against {x_label}")
+
+
+def _shape_frame(y: Floats, band: Floats) -> tuple[float, float]:
+    """Return the lowest and highest value to show of a curve: a band that is wide where little was measured leaves it."""
+    span = max(float(np.ptp([0.0, *y])), 1e-12)
+    room = np.minimum(band, 0.5 * span)
+    low, high = min(0.0, float(np.min(y - room))), max(0.0, float(np.max(y + room)))
+    return low - 0.05 * span, high + 0.05 * span
 
 
 def spread(times_s: Floats, most: int = WINDOWS) -> Ints:

@@ -9,12 +9,12 @@ import numpy as np
 
 from pendulum_sysid.parameters import Scales, size_of
 from pendulum_twin.effects import CATALOGUE
-from pendulum_twin.effects.effect import Effect, Parameter, Place
+from pendulum_twin.effects.effect import Effect, Form, Parameter, Place
 from pendulum_twin.rig import Rig
 from pendulum_twin.signals import Floats
 from pendulum_twin.words import SLOTS
 
-MOST_SHAPES = 12  # of one effect; more are thinned out evenly, and what lies between is reached by moving a shape
+MOST_SHAPES = 6  # of one effect; more are thinned out evenly, and what lies between is reached by moving a shape
 MOVED = 0.05  # of a shape's value (or of its size at 0), by which it is moved to see how its neighbours show
 
 
@@ -23,8 +23,8 @@ class Shape:
     """Hold one way in which an effect may show, as words to compare with those of a twin without it.
 
     whole: (SIZE,) all sizes typical. alone: (sizes, SIZE) each size typical, the others 0. one_way: of each size, whether
-    it has one sign only. moved: (shapes, SIZE) whole, with one shape parameter moved a little; moves: by how much.
-    An effect that is on or off, and one that has shape parameters only, has one size: all of it.
+    it has one sign only. moved: (shapes, SIZE) whole, with one shape parameter moved a little. scales: of each parameter,
+    in its own unit. An effect that is on or off, and one that has shape parameters only, has one size: all of it.
     """
 
     effect: Effect
@@ -32,7 +32,7 @@ class Shape:
     alone: Floats
     one_way: tuple[bool, ...]
     moved: Floats
-    moves: Floats
+    scales: tuple[float, ...]
 
     @property
     def on_or_off(self) -> bool:
@@ -40,46 +40,51 @@ class Shape:
         return not self.effect.parameters
 
     def between(self, words: Floats, share: float) -> Floats:
-        """Return words (SIZE,) with a share of the effect, 1 for all of it; its shape stays, a limit comes nearer."""
-        found, slot = words.copy(), SLOTS[self.effect.name].start
-        sizes = [k for k, p in enumerate(self.effect.parameters) if not p.shape]
+        """Return words (SIZE,) with a share of the effect, 1 for all of it; its shape stays.
+
+        An effect that has no size but a limit vanishes where the limit is what is reached at most, its scale.
+        """
+        found, slot = words.copy(), SLOTS[self.effect.name]
+        sized = any(not p.shape for p in self.effect.parameters)
         for k, p in enumerate(self.effect.parameters):
-            full = self.whole[slot + k]
-            if k in sizes:
-                full = p.neutral + share * (full - p.neutral)
-            elif not sizes:  # a limit acts the less the nearer it is to what is never reached
-                full = full * (1.0 + (1.0 - share) * (1.0 / p.probes[0] - 1.0))
-            found[slot + k] = full
+            full = self.whole[slot.start + k]
+            nothing = p.neutral if sized else self.scales[k]
+            found[slot.start + k] = full if sized and p.shape else nothing + share * (full - nothing)
         return found
 
 
 def possible(rig: Rig) -> tuple[Effect, ...]:
-    """Return the effects that a diagnosis may name on a rig."""
+    """Return the effects that a diagnosis may name on a rig; only positions are read, so none on reported velocities."""
     places = {Place.CLOCK, Place.SENSOR}
     places |= {Place.COMMAND, Place.DRIVE, Place.CART} if rig.has_cart else set()
     places |= {Place.POLE} if rig.has_pole else set()
-    return tuple(e for e in CATALOGUE if e.searched and e.place in places)
+    return tuple(e for e in CATALOGUE if e.searched and e.place in places and e.form is not Form.REPORT)
 
 
-def shapes(words: Floats, effect: Effect, scales: Scales) -> list[Shape]:
-    """Return the ways in which an effect may show beside what words (SIZE,) hold; scales: of the recording."""
+def shapes(words: Floats, effect: Effect, scales: Scales, share: float = 1.0) -> list[Shape]:
+    """Return the ways in which an effect may show beside what words (SIZE,) hold, at a share of its typical size.
+
+    scales: of the recording.
+    """
     if not effect.parameters:
-        on = words.copy()
-        on[SLOTS[effect.name]] = 1.0
-        return [Shape(effect, on, on[None], (True,), np.empty((0, words.size)), np.empty(0))]
+        return [shape_of(words, effect, scales)]
     sizes = [size_of(p, scales) for p in effect.parameters]
-    choices = [p.probes if p.shape else p.probes[:1] for p in effect.parameters]
-    combinations = list(itertools.product(*choices))
+    combinations = list(itertools.product(*(p.probes if p.shape else p.probes[:1] for p in effect.parameters)))
     kept = np.unique(np.linspace(0, len(combinations) - 1, MOST_SHAPES).round().astype(int))
-    return [_shape(words, effect, [a * b for a, b in zip(combinations[k], sizes, strict=True)], sizes) for k in kept]
+    found = [_shape(words, effect, [a * b for a, b in zip(combinations[k], sizes, strict=True)], sizes) for k in kept]
+    if share == 1.0:
+        return found
+    slot = SLOTS[effect.name]
+    return [_shape(words, effect, list(one.between(words, share)[slot]), sizes) for one in found]
 
 
 def shape_of(words: Floats, effect: Effect, scales: Scales) -> Shape:
-    """Return the one way in which words (SIZE,) hold an effect."""
-    values = list(words[SLOTS[effect.name]])
+    """Return the one way in which words (SIZE,) hold an effect; one that is on or off counts as on."""
     if not effect.parameters:
-        return shapes(words, effect, scales)[0]
-    return _shape(words, effect, values, [size_of(p, scales) for p in effect.parameters])
+        on = words.copy()
+        on[SLOTS[effect.name]] = 1.0
+        return Shape(effect, on, on[None], (True,), np.empty((0, words.size)), ())
+    return _shape(words, effect, list(words[SLOTS[effect.name]]), [size_of(p, scales) for p in effect.parameters])
 
 
 def typical(found: list[Shape]) -> Shape:
@@ -99,16 +104,15 @@ def _shape(words: Floats, effect: Effect, values: list[float], sizes: list[float
             if other != k:
                 one[start + other] = effect.parameters[other].neutral
         alone.append(one)
-    moved, moves = [], []
+    moved = []
     for k, p in enumerate(effect.parameters):
         if p.shape and not p.located:
             step = MOVED * (abs(values[k]) or sizes[k])
             one = whole.copy()
             one[start + k] += step
             moved.append(one)
-            moves.append(step)
     one_way = tuple(_one_way(effect.parameters[k]) for k in how_much) or (True,)
-    return Shape(effect, whole, np.array(alone or [whole]), one_way, np.array(moved).reshape(-1, words.size), np.array(moves))
+    return Shape(effect, whole, np.array(alone or [whole]), one_way, np.array(moved).reshape(-1, words.size), tuple(sizes))
 
 
 def _one_way(parameter: Parameter) -> bool:

@@ -76,7 +76,8 @@ def distance(fit: Fit, effect: str, held: tuple[str, ...] = ()) -> float:
         one = fit.estimates[f"{effect}.{p.name}"]
         half = max(one.high - one.value, one.value - one.low, 1e-300)
         off = abs(one.value - p.neutral)
-        far.append(off / half if one.identifiable and off >= p.least else 0.0)
+        least = max(p.least, p.rounding * float(fit.noise[-1]))
+        far.append(off / half if one.identifiable and off >= least else 0.0)
     return max(far)
 
 

@@ -20,7 +20,7 @@ def parser() -> argparse.ArgumentParser:
     )
     whole.add_argument("--traceback", action="store_true", help="show Python's traceback of an internal error")
     verbs = whole.add_subparsers(dest="verb", metavar="VERB", required=True)
-    for add in (_diagnose, _fit, _replay, _compare, _effects, _import):
+    for add in (_diagnose, _fit, _replay, _compare, _effects, _import, _next, _prove):
         add(verbs)
     return whole
 
@@ -64,6 +64,14 @@ def _compare(verbs: Verbs) -> None:
 def _effects(verbs: Verbs) -> None:
     one = _verb(verbs, "effects", "list the catalogue of physics beyond the base model")
     one.add_argument("--json", action="store_true", help="print one JSON object")
+    what = "say instead what a plan's recording will find and tell apart on a rig; needs --twin and --plan"
+    one.add_argument("--isolability", action="store_true", help=what)
+    one.add_argument("--twin", type=Path, help="with --isolability: the rig's twin file")
+    one.add_argument("--plan", metavar="PLAN", help="with --isolability: a plan file, or standard (60 s)")
+    counts = "with --isolability: counts a turn of the pole's encoder (default: 4096)"
+    one.add_argument("--pole-counts", type=_whole, default=4096, metavar="C", help=counts)
+    step = "with --isolability: one step of the cart's encoder, m (default: 57e-6)"
+    one.add_argument("--cart-step-m", type=_above_zero, default=57e-6, metavar="M", help=step)
 
 
 def _import(verbs: Verbs) -> None:
@@ -78,6 +86,42 @@ def _import(verbs: Verbs) -> None:
     one.add_argument("--skip", type=_seconds, default=0.0, metavar="S", help="leave out the first S seconds")
     one.add_argument("--invert-cart", action="store_true", help="turn the cart's sign round")
     one.add_argument("--invert-pole", action="store_true", help="turn the pole's sign round")
+
+
+def _next(verbs: Verbs) -> None:
+    one = _verb(verbs, "next", "plan the experiment that best parts what a recording leaves tied, or narrows an interval")
+    one.add_argument("bag", nargs="+", type=Path, metavar="BAG", help=BAG)
+    _topics(one)
+    one.add_argument("--twin", required=True, type=Path, help="the twin file that the diagnosis started from")
+    one.add_argument("--out", required=True, type=Path, metavar="PLAN.yaml", help="the plan file to write")
+    verdict = "of an earlier diagnosis of the same recordings, twin.yaml beside it (default: diagnose them now)"
+    one.add_argument("--verdict", type=Path, metavar="DIR/verdict.json", help=verdict)
+    goal = "part what is tied, or narrow the widest interval (default: whichever there is)"
+    one.add_argument("--for", dest="goal", choices=("tie", "interval"), help=goal)
+    one.add_argument("--seconds", type=_seconds, default=20.0, metavar="T", help="length of the plan (default: 20)")
+
+
+def _prove(verbs: Verbs) -> None:
+    one = _verb(
+        verbs, "prove", "conceal physics in emulated rigs, diagnose their recordings blindly, and say how often it is right"
+    )
+    one.add_argument("--trials", required=True, type=_whole, metavar="N", help="how many rigs")
+    one.add_argument("--seed", required=True, type=_from_zero, metavar="S", help="what they are drawn from")
+    out = "gets proof.html, proof.json and every recording; goes on from what is there (default: proof_seed_S)"
+    one.add_argument("--out", type=Path, metavar="DIR", help=out)
+    one.add_argument("--pole-counts", type=_whole, metavar="C", help="counts a turn of the pole's encoder (default: 4096)")
+    one.add_argument("--seconds", type=_seconds, metavar="T", help="length of each recording (default: 60)")
+    one.add_argument("--closed-loop", action="store_true", help="record a controller at work instead of a plan")
+    kinds = "how many of nothing, single, pair, triple, unlisted (default: 15, 40, 20, 10, 15)"
+    one.add_argument("--kinds", metavar="KIND:SHARE,...", help=kinds)
+    one.add_argument("--twin", type=Path, metavar="TWIN", help="the nominal rig (default: config/inteco.yaml)")
+    rivals = "name by plain rivals as well, on the same recordings (needs pysindy; takes half a minute each)"
+    one.add_argument("--rivals", action=argparse.BooleanOptionalAction, default=False, help=rivals)
+    dose = "also make every effect smaller until it is not found any more, so many recordings each (2)"
+    one.add_argument("--dose-response", nargs="?", type=_whole, const=2, default=0, metavar="TRIES", help=dose)
+    one.add_argument(
+        "--processes", type=_whole, default=2, metavar="P", help="recordings examined side by side (default: 2)"
+    )
 
 
 def _verb(verbs: Verbs, name: str, sentence: str) -> argparse.ArgumentParser:
@@ -96,6 +140,19 @@ def _whole(text: str) -> int:
     if not text.isdecimal() or int(text) < 1:
         raise argparse.ArgumentTypeError(f"expected a whole number from 1 on, found {text!r}")
     return int(text)
+
+
+def _from_zero(text: str) -> int:
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"expected a whole number from 0 on, found {text!r}")
+    return int(text)
+
+
+def _above_zero(text: str) -> float:
+    number = _seconds(text)
+    if number == 0.0:
+        raise argparse.ArgumentTypeError(f"expected a number above 0, found {text!r}")
+    return number
 
 
 def _seconds(text: str) -> float:

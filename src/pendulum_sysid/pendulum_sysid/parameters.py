@@ -24,6 +24,7 @@ from pendulum_twin.words import (
 )
 
 Scales = dict[Scale, float]
+BELIEVED = 30.0  # times its measured value, up or down, that the pole's moment or inertia may be
 
 
 @dataclass(frozen=True)
@@ -59,8 +60,9 @@ def rig_parameters(twin: Twin) -> tuple[Free, ...]:
     rig = twin.rig
     words = words_of(twin)
 
-    def free(name: str, slots: tuple[int, ...], factors: tuple[float, ...], size: float) -> Free:
+    def free(name: str, slots: tuple[int, ...], factors: tuple[float, ...], size: float, within: float = np.inf) -> Free:
         low, high = RANGES[name]
+        low, high = max(low, size / within), min(high, size * within)
         return Free(name, UNITS[name], slots, factors, low, high, size)
 
     found = []
@@ -71,9 +73,9 @@ def rig_parameters(twin: Twin) -> tuple[Free, ...]:
         found.append(free("cart_viscous_n_s_m", (CART_VISCOUS,), (1.0,), size))
     if rig.has_pole:
         mass = rig.total_mass_kg
-        found.append(free("com_distance_m", (MOMENT, COUPLING), (mass, mass), rig.com_distance_m or 0.1))
+        found.append(free("com_distance_m", (MOMENT, COUPLING), (mass, mass), rig.com_distance_m or 0.1, BELIEVED))
         if rig.has_cart:
-            found.append(free("pole_inertia_kg_m2", (INERTIA,), (1.0,), words[INERTIA]))
+            found.append(free("pole_inertia_kg_m2", (INERTIA,), (1.0,), words[INERTIA], BELIEVED))
         size = max(words[POLE_VISCOUS], 0.01 * words[INERTIA])
         found.append(free("pole_viscous_n_m_s", (POLE_VISCOUS,), (1.0,), size))
     return tuple(found)

@@ -9,12 +9,15 @@ from dataclasses import replace
 import numpy as np
 
 from pendulum_sysid.case import Case, case_of
+from pendulum_sysid.identifiability import ties
 from pendulum_sysid.judge import Lead
 from pendulum_sysid.localise import localise
 from pendulum_sysid.motion import moving
+from pendulum_sysid.next_experiment import planned_next
 from pendulum_sysid.noise_floor import noise_floor
 from pendulum_sysid.records import Diagnosis, Fit, Overlay, QualityFinding, Recording, Split
 from pendulum_sysid.search import Named, Search, missing, named, parameters_alone, seen_from
+from pendulum_sysid.separation import Tie
 from pendulum_sysid.split import split
 from pendulum_sysid.unanswered import follows_command, without_unanswered
 from pendulum_sysid.velocity_lag import EFFECT, velocity_lag
@@ -59,6 +62,8 @@ def diagnose(recordings: list[Recording], twin: Twin, progress: Progress) -> Dia
     base = parameters_alone(search)
     best = missing(search, base)
     found = named(search, base, best)
+    tied = ties(case, parts, best, {one.effect: one.rivals for one in found})
+    found = with_ties(found, tied)
     best, found = with_velocity_lag(recording, case, best, found)
     base = base if base.parts == best.parts else seen_from(search, base, best.parts)
     improved = replace(case, twin=best.twin)
@@ -67,11 +72,20 @@ def diagnose(recordings: list[Recording], twin: Twin, progress: Progress) -> Dia
         case, base.words, run_windows(replace(case, twin=base.twin), cut(case.signals, case.state, WINDOW_S))
     )
     remains = localise(case, best.words, after["train"])
-    findings = Findings(
-        case, base, best, found, location, remains, before, after, noise_floor(improved, best.words, parts.held_out)
-    )
+    floor = noise_floor(improved, best.words, parts.held_out)
+    coming = planned_next(case, parts, best, tied)
+    findings = Findings(case, base, best, found, location, remains, before, after, floor, coming)
     verdict = verdict_of(findings, recording, time.monotonic() - began)
-    return Diagnosis(verdict, best.twin, location, tuple(search.trials), overlays(before, after))
+    return Diagnosis(verdict, best.twin, location, tuple(search.trials), overlays(before, after), coming.plan)
+
+
+def with_ties(found: tuple[Named, ...], tied: tuple[Tie, ...]) -> tuple[Named, ...]:
+    """Return the names with the rivals that sensitivities show beside those that scores showed."""
+    by_name: dict[str, list[str]] = {}
+    for tie in tied:
+        if tie.rival is not None and not tie.by_no_motion:
+            by_name.setdefault(tie.effect, []).append(tie.rival)
+    return tuple(replace(one, rivals=tuple(dict.fromkeys((*one.rivals, *by_name.get(one.effect, ()))))) for one in found)
 
 
 def with_velocity_lag(

@@ -61,7 +61,8 @@ def cleaned(raw: RawRecording) -> Recording:
     spike: samples out of line in a position or a reported velocity (a velocity invalidates nothing).
     gap: samples missing, not finite or lost with the end of the file, commands not finite, and jumps that stay.
     jitter: stamps off their grid. wrap: jumps by whole turns, undone. stale: samples that came twice, a sensor that
-    stood still while the rig moved, or a beginning that belongs to another run. clipped: a command at its limit, which is no fault.
+    stood still while the rig moved, or a beginning that belongs to another run. clipped: a command at its limit, which
+    is no fault.
     count is how many of them there are, intervals_s where, in s from the first sample.
     Raises BadInputError when fewer than 100 samples or less than 2 s are left.
     """

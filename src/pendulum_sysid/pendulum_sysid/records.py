@@ -135,7 +135,12 @@ class Trial:
 
 @dataclass(frozen=True)
 class Evidence:
-    """Say what the unexplained motion depends on: one variable, the share it explains, and the measured shape."""
+    """Say what the unexplained motion depends on: a variable (a product with a star), its share, and the measured shape.
+
+    shape_x, shape_y, shape_band: (points,) where on the axis, how much, and the half width of a 95 % interval; empty where
+    the answer is a single number. shape_axis: the variable drawn along. shape_of, shape_unit: what is drawn. place: where
+    this evidence by itself points to.
+    """
 
     variable: str
     finding: str
@@ -143,6 +148,10 @@ class Evidence:
     shape_x: Floats = field(default_factory=lambda: np.empty(0))
     shape_y: Floats = field(default_factory=lambda: np.empty(0))
     shape_band: Floats = field(default_factory=lambda: np.empty(0))
+    shape_axis: str = ""
+    shape_of: str = ""
+    shape_unit: str = ""
+    place: str = ""
 
 
 @dataclass(frozen=True)
@@ -183,11 +192,29 @@ class Overlay:
 
 
 @dataclass(frozen=True)
+class Next:
+    """Hold the plan of the next experiment, None where none would help, and why, for a person.
+
+    plan: as `pendulum_plan/1` has it. before, after: of the worst-served aim, standard errors between tied twins or the
+    half width of an interval, now and as expected with the plan's recording; None where there is no plan.
+    """
+
+    plan: dict | None
+    why: str
+    before: float | None = None
+    after: float | None = None
+
+
+@dataclass(frozen=True)
 class Diagnosis:
-    """Hold everything that a diagnosis found: the verdict as the contract gives it, the twin, and what a report draws."""
+    """Hold everything that a diagnosis found: the verdict as the contract gives it, the twin, and what a report draws.
+
+    next_plan: what to play next on the rig, as `pendulum_plan/1` has it; None where no experiment would tell more.
+    """
 
     verdict: dict
     twin: Twin | None
     localisation: Localisation | None
     trials: tuple[Trial, ...]
     overlays: tuple[Overlay, ...]
+    next_plan: dict | None = None

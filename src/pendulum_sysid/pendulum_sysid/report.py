@@ -162,12 +162,16 @@ def evidence_rows(diagnosis: Diagnosis) -> list[EvidenceRow]:
 
 def _evidence_row(one: Evidence, place: str, k: int) -> EvidenceRow:
     name, unit = _variable(one.variable)
-    drawn = figures.shape_panel(one, f"shape-{k}", _axis(name, unit), _unexplained(place))
+    along = _axis(*_variable(one.shape_axis)) if one.shape_axis else _axis(name, unit)
+    shown = _axis(one.shape_of, one.shape_unit) if one.shape_of else _unexplained(place)
+    drawn = figures.shape_panel(one, f"shape-{k}", along, shown)
     return EvidenceRow(name, one.finding, one.share, Markup(drawn))
 
 
 def _variable(name: Any) -> tuple[str, str]:
-    return wording.VARIABLES.get(str(name), (str(name).replace("_", " "), ""))
+    """Return a variable's words and unit; a product's, without a unit, are those of its factors."""
+    factors = [wording.VARIABLES.get(part, (part.replace("_", " "), "")) for part in str(name).split("*")]
+    return " × ".join(words for words, _ in factors), factors[0][1] if len(factors) == 1 else ""
 
 
 def _unexplained(place: str) -> str:

@@ -11,7 +11,7 @@ from scipy.stats import norm
 from pendulum_sysid.case import Case
 from pendulum_sysid.noise_floor import NoiseFloor
 from pendulum_sysid.parameters import Free, rig_parameters
-from pendulum_sysid.records import Estimate, Fit, Localisation, Outcome, Recording
+from pendulum_sysid.records import Estimate, Fit, Localisation, Next, Outcome, Recording
 from pendulum_sysid.search import Named
 from pendulum_sysid.window_runs import WindowRuns
 from pendulum_twin.effects import BY_NAME, CATALOGUE
@@ -19,6 +19,7 @@ from pendulum_twin.effects.effect import Form, Place
 from pendulum_twin.words import words_of
 
 SCHEMA = "pendulum_verdict/1"
+NEXT_FILE = "next.yaml"
 AT_FLOOR = 1.5  # misfit up to which nothing is called left
 EXPLAINED = 0.5  # of the error's power that the effects found must take away, to be called the answer
 MASKED = 0.05  # relative change of a parameter that is worth a sentence
@@ -41,6 +42,7 @@ class Findings:
     before: dict[str, WindowRuns]
     after: dict[str, WindowRuns]
     floor: NoiseFloor
+    coming: Next
 
 
 def outcome_of(found: Findings) -> Outcome:
@@ -86,6 +88,7 @@ def verdict_of(found: Findings, recording: Recording, elapsed_s: float) -> dict:
     """Return the verdict of a recording that could be used."""
     outcome = outcome_of(found)
     named = tuple(one for one in found.named if outcome is not Outcome.NOT_IN_CATALOGUE or not moves(one.effect))
+    coming = None if found.coming.plan is None else {"file": NEXT_FILE, "why": found.coming.why}
     return {
         "schema": SCHEMA,
         "outcome": outcome.value,
@@ -97,6 +100,7 @@ def verdict_of(found: Findings, recording: Recording, elapsed_s: float) -> dict:
         "fit": _fit(found),
         "remainder": _remainder(found),
         **_recording(recording, elapsed_s),
+        "next_experiment": coming,
     }
 
 

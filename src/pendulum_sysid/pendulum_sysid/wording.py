@@ -77,8 +77,17 @@ VARIABLES: dict[str, tuple[str, str]] = {  # variable of an evidence -> its word
     "pole_acceleration": ("pole acceleration", "rad/s^2"),
     "command": ("command", "PWM"),
     "pwm": ("command", "PWM"),
+    "command_rate": ("rate of the command", "PWM/s"),
+    "command_history": ("past of the command", "s"),
     "force": ("drive force", "N"),
     "time": ("time", "s"),
+    "time_shift": ("time between the channels", "s"),
+    "frequency": ("frequency", "Hz"),
+    "constant": ("always the same", ""),
+    "pole_turns": ("pole angle, turns counted", "rad"),
+    "lag": ("time since a step of the command", "s"),
+    "way": ("way since the cart turned round", "m"),
+    "turn": ("way since the pole turned round", "rad"),
 }
 
 RIG_PARAMETERS: dict[str, str] = {
@@ -145,7 +154,15 @@ DEFINITIONS: tuple[tuple[str, str], ...] = (
         "Cannot be told from",
         "Effects that move the rig in the same way in this recording, so that it cannot decide between them.",
     ),
-    ("Share", "The part of the unexplained motion that one variable accounts for: 100 % is all of it."),
+    (
+        "Share",
+        "The part of the missing force and torque that one variable accounts for, each measured against what moves its "
+        "joint: all shares together are 100 % at most, and noise has none.",
+    ),
+    (
+        "Product (×)",
+        "A coefficient that varies: force per command, dry or viscous friction, or a sensor's error, and what changes it.",
+    ),
     (
         "Identifiable",
         "Whether this recording fixes the value. Motion fixes ratios only, such as force to mass: the cart's mass "

@@ -9,6 +9,7 @@ from enum import Enum
 from typing import Any
 
 HALF_STEP_S = 5e-4  # of the kernel's longest step: finer times are lost in it
+ROUNDING = 3.0**0.5  # deviations of rounding in half a step
 
 
 class Place(Enum):
@@ -57,6 +58,7 @@ class Parameter:
     most: largest value that a fit may reach, in units of scale: beyond it the parameter shows nothing of the effect.
     fewest: smallest value that a fit may reach, in units of scale: below it the recording holds hardly a sample of it.
     least: distance from neutral below which a size means nothing, because the simulation itself is no finer.
+    rounding: the same in deviations of the pole's sensor: an encoder's zero lies anywhere within a step of its counts.
     located: True for a time that is read off the recording, to a sample, and not fitted: a run jumps with it.
     shape: True for a parameter that says where or how (a period, a place, a limit) rather than how much.
     probes: typical sizes, from which a search starts; in units of scale (or of scale/other scale: see `per`).
@@ -77,6 +79,7 @@ class Parameter:
     most: float = math.inf
     fewest: float = -math.inf
     least: float = 0.0
+    rounding: float = 0.0
     located: bool = False
 
 

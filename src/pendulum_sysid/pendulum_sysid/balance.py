@@ -1,0 +1,236 @@
+"""The balance of forces and torques along a recording: what the motion needs, and what the twin's terms give.
+
+Acceleration can only be had smoothed. So every term of an equation, known or asked about, goes through the same filter as
+the acceleration does: a force that jumps is then compared with what smoothing makes of a jump, and no edge of it looks
+like missing physics (the weak form of an equation; Messenger and Bortz, Multiscale Model. Simul. 19 (2021) 1474).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pendulum_sysid.case import Case
+from pendulum_sysid.records import Ints
+from pendulum_sysid.smoothing import HALF_LENGTHS
+from pendulum_twin.inverse_dynamics import STANDING, missing_force
+from pendulum_twin.signals import Floats, Mask, Signals
+from pendulum_twin.simulate import unmeasured
+from pendulum_twin.words import CART_VISCOUS, COUPLING, FORCE_PER_PWM, INERTIA, MASS, MOMENT, POLE_VISCOUS
+
+BLOCK_S = 0.5  # samples are held out, and errors counted as independent, in blocks this long
+FOLDS = 4
+EDGE = 1  # samples to either side of a difference
+QUIET = 0.004  # of an equation's own size: noise that the filter may leave
+WIDEST_S = 0.13  # to either side
+LEAST_ROWS, MOST_ROWS = 50, 20_000
+AT_REST = 0.2  # of a filter's weight: more of it on a standing joint, where dry friction takes any value, counts out
+FORCE, TORQUE = 0, 1
+# The words that fitting turns, in each equation: what a missing force may have bent, and what is fitted along with it.
+TURNED = ({"drive": (FORCE_PER_PWM,), "viscous": (CART_VISCOUS,), "coupling": (COUPLING,)},
+          {"weight": (COUPLING, MOMENT), "viscous": (POLE_VISCOUS,)})  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Along:
+    """Hold what one may ask about at every sample, (n,) each: true states, accelerations, what drives, and the time.
+
+    Accelerations are those that the twin gives the state: the measured ones hold the noise that the missing force holds."""
+
+    x: Floats
+    th: Floats
+    v: Floats
+    w: Floats
+    a: Floats
+    b: Floats
+    u: Floats
+    t: Floats
+
+
+@dataclass(frozen=True)
+class Sieve:
+    """Hold the filter: weights (2 L + 1,) that add up to 1, and the samples (rows,) at whose place it is taken."""
+
+    weights: Floats
+    at: Ints
+
+    def __call__(self, columns: Floats) -> Floats:
+        """Return columns (n,) or (n, k) filtered, (rows,) or (rows, k)."""
+        reach = len(self.weights) // 2
+        found = np.zeros((len(self.at), *columns.shape[1:]))
+        for weight, offset in zip(self.weights, range(-reach, reach + 1), strict=True):
+            found += weight * columns[self.at + offset]
+        return found
+
+
+@dataclass(frozen=True)
+class Balance:
+    """Hold one equation along a recording, every term through one sieve.
+
+    equation: FORCE (N, on the cart) or TORQUE (N m, on the pole). lacking: (rows,) what the twin lacks. turned: (rows, k)
+    what a word turned by 1 would add; names: of these columns. noise: deviation of a row that the sensors make. size: root
+    mean square of mass (inertia) times acceleration. block: (rows,) number of each row's block; fold: (rows,) its part.
+    """
+
+    equation: int
+    sieve: Sieve
+    lacking: Floats
+    turned: Floats
+    names: tuple[str, ...]
+    noise: float
+    size: float
+    block: Ints
+    fold: Ints
+    seconds: Floats
+    spacing_s: float
+
+    @property
+    def unit(self) -> str:
+        """Return the equation's unit."""
+        return "N" if self.equation == FORCE else "N m"
+
+
+def along(case: Case, words: Floats) -> Along:
+    """Return the true states behind what was measured, seen through a twin's sensors."""
+    signals, state = case.signals, case.state
+    x, th, v, w = unmeasured(state.states[None], words[None], signals.clock_s)[0].T
+    still = np.zeros((len(signals), 2))
+    force, torque = missing_force(signals, state.states, still, words)[0].T
+    coupling = words[COUPLING] * np.cos(th)
+    determinant = words[MASS] * words[INERTIA] - coupling**2
+    a, b = -(words[INERTIA] * force + coupling * torque), -(words[MASS] * torque + coupling * force)
+    return Along(x, th, v, w, a / determinant, b / determinant, _driven(case, words), signals.times_s)
+
+
+def _driven(case: Case, words: Floats) -> Floats:
+    """Return what command and drive make of the command at every sample, as a force per `force_per_pwm_n`."""
+    if case.signals.cart is None:
+        return case.signals.command
+    more = words.copy()
+    more[FORCE_PER_PWM] += 1.0
+    still = np.zeros((len(case.signals), 2))
+    return lacking_along(case, words, still, FORCE) - lacking_along(case, more, still, FORCE)
+
+
+def balances(case: Case, words: Floats) -> tuple[Balance, ...]:
+    """Return the equations of the joints that are there, for a twin with these words."""
+    sharp = sharply(case)
+    found = []
+    for equation, values in ((FORCE, case.signals.cart), (TORQUE, case.signals.pole)):
+        if values is not None:
+            found.append(_balance(case, words, sharp, equation))
+    return tuple(one for one in found if one is not None)
+
+
+def sharply(case: Case) -> Floats:
+    """Return accelerations (n, 2) by second differences: noisy, for the sieve to smooth.
+
+    Of a force that is held from sample to sample they are the mean of the periods before and after, without error.
+    """
+    signals = case.signals
+    found = np.zeros((len(signals), 2))
+    for k, values in enumerate((signals.cart, signals.pole)):
+        if values is not None:
+            found[:, k] = differences(signals, values)[1]
+    return found
+
+
+def differences(signals: Signals, values: Floats) -> tuple[Floats, Floats]:
+    """Return the first and second derivative of values (n,) by central differences; 0 at the ends of stretches."""
+    first, second = np.zeros(len(values)), np.zeros(len(values))
+    for s in signals.stretches:
+        part = values[s]
+        first[s][1:-1] = (part[2:] - part[:-2]) / (2 * signals.period_s)
+        second[s][1:-1] = np.diff(part, 2) / signals.period_s**2
+    return first, second
+
+
+def lacking_along(case: Case, words: Floats, sharp: Floats, equation: int) -> Floats:
+    """Return the force (N) or torque (N m) that a twin lacks at every sample, (n,), for the sieve to smooth."""
+    return missing_force(case.signals, case.state.states, sharp, words)[0][:, equation]
+
+
+def _balance(case: Case, words: Floats, sharp: Floats, equation: int) -> Balance | None:
+    raw = lacking_along(case, words, sharp, equation)
+    inertia = words[MASS] if equation == FORCE else words[INERTIA]
+    own = inertia * sharp[:, equation]
+    sieve, noise = _sieve(case, words, own, equation)
+    if len(sieve.at) < LEAST_ROWS:
+        return None
+    turned = {}
+    for name, slots in TURNED[equation].items():
+        more = words.copy()
+        more[list(slots)] += 1.0
+        column = sieve(raw - lacking_along(case, more, sharp, equation))
+        if np.any(column):
+            turned[name] = column
+    seconds = case.signals.times_s[sieve.at]
+    block = _blocks(case, sieve.at)
+    return Balance(
+        equation, sieve, sieve(raw), np.stack(list(turned.values()), axis=1), tuple(turned), noise,
+        float(np.sqrt(np.mean(sieve(own) ** 2))), block, _folds(block), seconds,
+        int(np.min(np.diff(sieve.at))) * case.signals.period_s,
+    )  # fmt: skip
+
+
+def _blocks(case: Case, at: Ints) -> Ints:
+    """Return the number of each row's block; no block reaches over two stretches."""
+    signals = case.signals
+    stretch = np.searchsorted(signals.starts, at, side="right") - 1
+    inside = ((at - np.array(signals.starts)[stretch]) * signals.period_s // BLOCK_S).astype(np.int64)
+    return np.unique(np.stack([stretch, inside]), axis=1, return_inverse=True)[1].reshape(-1)
+
+
+def _folds(block: Ints) -> Ints:
+    """Return which part each row belongs to; parts are dealt at random, lest a periodic command favour one."""
+    random = np.random.default_rng(0)
+    dealt = random.permutation(np.arange(int(block.max()) + 1) % FOLDS)
+    return dealt[block]
+
+
+def _sieve(case: Case, words: Floats, own: Floats, equation: int) -> tuple[Sieve, float]:
+    """Return the narrowest filter that leaves little noise in an equation, and that noise's deviation."""
+    period_s = case.signals.period_s
+    reaches = [h for h in HALF_LENGTHS if h * period_s <= WIDEST_S] or [HALF_LENGTHS[0]]
+    longest = round(WIDEST_S / period_s)
+    reaches += [h for h in range(2 * reaches[-1], longest, reaches[-1])]
+    for reach in reaches:
+        weights = np.hanning(2 * reach + 3)[1:-1]
+        weights /= weights.sum()
+        noise = _noise(case, words, weights, equation)
+        usable = np.arange(reach, len(own) - reach, reach)
+        sieve = Sieve(weights, usable)
+        if noise < QUIET * np.sqrt(np.mean(sieve(own) ** 2)):
+            break
+    return Sieve(weights, _rows(case, words, weights, equation)), noise
+
+
+def _noise(case: Case, words: Floats, weights: Floats, equation: int) -> float:
+    """Return the deviation that the sensors' noise leaves in a filtered force or torque."""
+    gain = np.linalg.norm(np.convolve([1.0, -2.0, 1.0], weights)) / case.signals.period_s**2
+    cart, pole = (gain * (one or 0.0) for one in (case.state.noise.cart_m, case.state.noise.pole_rad))
+    coupling = words[COUPLING]
+    pair = (words[MASS] * cart, coupling * pole) if equation == FORCE else (words[INERTIA] * pole, coupling * cart)
+    return float(np.hypot(*pair))
+
+
+def _rows(case: Case, words: Floats, weights: Floats, equation: int) -> Ints:
+    """Return the samples at which a filter is taken: inside stretches, on valid samples, joint not at rest."""
+    signals, reach = case.signals, len(weights) // 2
+    bad = _uncounted(case, words, equation).astype(np.float64)
+    stride = max(reach // 2, 1, -(-len(signals) // MOST_ROWS))
+    inside = [np.arange(s.start + reach + EDGE, s.stop - reach - EDGE, stride) for s in signals.stretches]
+    at = np.concatenate(inside).astype(np.int64)
+    return at[Sieve(weights, at)(bad) <= AT_REST] if len(at) else at
+
+
+def _uncounted(case: Case, words: Floats, equation: int) -> Mask:
+    signals = case.signals
+    rates = unmeasured(case.state.states[None], words[None], signals.clock_s)[0][:, 2 + equation]
+    bad = np.abs(rates) < STANDING * np.sqrt(np.mean(rates**2))
+    if signals.cart is not None:
+        bad |= ~signals.cart_valid
+    if signals.pole is not None:
+        bad |= ~signals.pole_valid
+    return bad

@@ -1,0 +1,35 @@
+"""The verb `sysid prove`: options in, lines out."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from pendulum_sysid.prove.plan import Plan
+from pendulum_sysid.prove.printed import printed
+from pendulum_sysid.prove.proof import Say, prove
+from pendulum_sysid.prove.rivals import RIVALS
+
+
+def run(arguments: argparse.Namespace, say: Say) -> None:
+    """Do the proof that the options ask for, print its tables, and name its files."""
+    folder = arguments.out or Path(f"proof_seed_{arguments.seed}")
+    proof = prove(plan_of(arguments), folder, say)
+    print(printed(proof.judged, proof.responses))
+    print("", folder / "proof.json", folder / "proof.html", sep="\n")
+
+
+def plan_of(arguments: argparse.Namespace) -> Plan:
+    """Return the plan that the options stand for."""
+    return Plan(
+        trials=arguments.trials,
+        seed=arguments.seed,
+        pole_counts=arguments.pole_counts,
+        seconds=arguments.seconds,
+        closed_loop=arguments.closed_loop,
+        kinds=arguments.kinds,
+        twin=None if arguments.twin is None else str(arguments.twin),
+        rivals=tuple(one.name for one in RIVALS) if arguments.rivals else (),
+        dose_tries=arguments.dose_response,
+        processes=arguments.processes,
+    )
