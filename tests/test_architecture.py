@@ -35,6 +35,7 @@ MAY_IMPORT_STAGES = {
     "pendulum_sysid.search",
     "pendulum_sysid.cli",
     "pendulum_sysid.importing",
+    "pendulum_sysid.next_verb",
     "pendulum_sysid.prove.examine",
     "pendulum_sysid.prove.told",
 }

@@ -8,6 +8,7 @@ EXECUTABLES = {
     "excitation_node": "pendulum_bridge.nodes.excitation_node:main",
     "recorder_node": "pendulum_bridge.nodes.recorder_node:main",
     "view_node": "pendulum_bridge.nodes.view_node:main",
+    "watch_node": "pendulum_bridge.nodes.watch_node:main",
     "rig_doctor": "pendulum_bridge.doctor.rig_doctor:main",
     "rig_emulator": "pendulum_bridge.emulator.rig_emulator:main",
 }

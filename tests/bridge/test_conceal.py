@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from pendulum_bridge.emulator.conceal import BY_NAME, TABLE, WRONG, draw
+from pendulum_bridge.emulator.conceal import BY_NAME, TABLE, WRONG, completed, concealed_of, draw
 from pendulum_bridge.emulator.seal import Concealed, open_seal, write_seal
 from pendulum_twin.effects import BY_NAME as CATALOGUE
 from pendulum_twin.errors import BadInputError
@@ -36,7 +36,32 @@ def test_draws_are_realistic(seed: int, nominal: Rig) -> None:
 
 
 def test_every_effect_is_drawn_sometime(nominal: Rig) -> None:
-    assert {name for seed in range(300) for name in draw(seed, 1, nominal).effects} == set(BY_NAME)
+    alone = {name for seed in range(300) for name in draw(seed, 1, nominal).effects}
+    assert alone == {each.name for each in TABLE if not each.beside}
+    assert {name for seed in range(300) for name in draw(seed, 2, nominal).effects} == set(BY_NAME)
+
+
+@pytest.mark.parametrize("count", [2, 3])
+def test_what_needs_another_beside_it_has_it(count: int, nominal: Rig) -> None:
+    for first in (each for each in TABLE if each.beside):
+        for seed in range(20):
+            names = completed([first.name], count, seed)
+            assert len(names) == count and set(names) & set(first.beside)
+
+
+def test_a_live_rig_has_nothing_that_counts_from_a_recordings_beginning(nominal: Rig) -> None:
+    drawn = {name for seed in range(300) for name in draw(seed, 2, nominal, live=True).effects}
+    assert drawn == {each.name for each in TABLE if each.live} and "stale_start" not in drawn
+
+
+def test_a_size_factor_brings_sizes_towards_neutral_and_leaves_the_rest(nominal: Rig) -> None:
+    names = ("input_saturation", "cart_stribeck_friction", "rail_spring", "angle_offset", "encoder_slip")
+    whole, half = concealed_of(names, 5, nominal), concealed_of(names, 5, nominal, 0.5)
+    assert whole.rig == half.rig
+    for name in names:
+        for key, value in whole.effects[name].items():
+            shape, neutral = key in BY_NAME[name].shapes, BY_NAME[name].neutral
+            assert half.effects[name][key] == pytest.approx(value if shape else neutral + 0.5 * (value - neutral))
 
 
 def test_nothing_can_be_concealed_too(nominal: Rig) -> None:
@@ -54,7 +79,7 @@ def test_a_seal_opens_to_what_was_sealed(nominal: Rig, tmp_path) -> None:
     write_seal(concealed, tmp_path / "seal.json")
     assert open_seal(tmp_path / "seal.json") == concealed
     content = json.loads((tmp_path / "seal.json").read_text())
-    assert set(content) == {"schema", "effects", "rig"} and content["schema"] == "pendulum_seal/1"
+    assert set(content) == {"schema", "effects", "unlisted", "rig"} and content["schema"] == "pendulum_seal/1"
 
 
 @pytest.mark.parametrize("text", ["", "[]", '{"schema": "pendulum_seal/2", "effects": {}, "rig": {}}'])

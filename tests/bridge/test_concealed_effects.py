@@ -12,7 +12,7 @@ from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.emulator.sensors import Encoders, Sensors, shown
 from pendulum_twin.rig import Rig
 
-EXACT = Encoders(pole_counts=0, cart_step_m=0.0, velocity_filter_s=0.0)
+EXACT = Encoders(pole_counts=0, cart_step_m=0.0)
 MASS, INERTIA = 0.6923, 0.00292
 
 
@@ -125,7 +125,7 @@ def test_encoders_count_in_steps_and_never_wrap() -> None:
 
 
 def test_reported_velocities_are_filtered_differences() -> None:
-    sensors = Sensors(Encoders(pole_counts=0, cart_step_m=0.0, velocity_filter_s=0.02), {}, 0.01)
+    sensors = Sensors(EXACT, {"velocity_filter": {"time_constant_s": 0.02}}, 0.01)
     reported = [sensors.measure(np.array([0.01 * k, 0.0, 1.0, 0.0]))[2] for k in range(60)]
     assert reported[0] == 0.0
     assert reported[2] == pytest.approx(1 - math.exp(-1.0))

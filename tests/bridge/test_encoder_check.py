@@ -227,8 +227,11 @@ def test_a_pole_that_stands_still_while_the_cart_is_shaken_is_stuck() -> None:
 
 
 def test_the_same_sample_again_and_again_is_stuck() -> None:
+    """But for one that says that a joint stands, as at a turning point: nothing is claimed of that joint."""
     shown, command = swung()
-    for at in range(200, 300, 9):
+    moving = [at for at in range(200, 300, 9) if shown[at].pole_rad_s != 0.0]
+    assert len(moving) > 8
+    for at in moving:
         found = first_fault(after(shown[:at] + [shown[at]] * 30, command))
         assert found is not None and found[1] in (Reason.CART_STUCK, Reason.POLE_STUCK) and found[0] - at <= 10
 

@@ -124,7 +124,7 @@ DRIVEN = {
 }
 
 
-@pytest.mark.parametrize("seed", [0, 2, 4])  # dead zone and tilt; lag and a wrong sign; dry friction and a wrong sign
+@pytest.mark.parametrize("seed", [641, 16, 18])  # dead zone and tilt; lag and a wrong sign; dry friction and a wrong sign
 @pytest.mark.parametrize("name", DRIVEN)
 def test_the_cart_stays_on_the_rail(name: str, seed: int, nominal: Rig) -> None:
     kept = play(EmulatedRig(draw(seed, 2, nominal), timestep_s=1e-3), with_rests(nominal, DRIVEN[name]))

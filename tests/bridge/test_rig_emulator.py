@@ -45,7 +45,7 @@ def test_lockstep_gives_the_engines_samples_bit_by_bit(emulated, tmp_path: Path,
     emulator = emulated("--lockstep", "--conceal", "7", "--effects", "2", "--seal", tmp_path / "seal.json")
     assert "in lockstep" in emulator.ready
     concealed = open_seal(tmp_path / "seal.json")
-    assert concealed == draw(7, 2, nominal)
+    assert concealed == draw(7, 2, nominal, live=True)
     bare = EmulatedRig(concealed, seed=7)
     for k in range(300):
         pwm = 0.4 * math.cos(0.05 * k)
@@ -182,7 +182,10 @@ def test_a_wrong_file_is_one_sentence() -> None:
 def test_what_cannot_be_emulated_is_refused(tmp_path: Path, nominal: Rig) -> None:
     free = ["--listen", f"127.0.0.1:{free_ports()[0]}"]
     (tmp_path / "file").write_text("")
-    save_twin(Twin("t", nominal, {"cogging": {"amplitude_n": 0.1, "period_m": 0.1, "phase_rad": 0.0}}), tmp_path / "t.yaml")
+    save_twin(
+        Twin("t", nominal, {"thesis_dead_zones": {"force_n": 0.1, "cart_velocity_m_s": 0.1, "pole_velocity_rad_s": 1.5}}),
+        tmp_path / "t.yaml",
+    )
     for arguments, sentence in (
         (["--twin", tmp_path / "t.yaml"], "expected effects that can be emulated"),
         (["--twin", TWIN, "--seal", tmp_path / "file" / "seal.json"], "File exists"),

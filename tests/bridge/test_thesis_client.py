@@ -101,7 +101,7 @@ def test_a_reset_and_500_steps(client: Any) -> None:
     still = 0
     for _ in range(2000):
         pole_rad, pole_rate, cart_m, cart_velocity = step(0.0, 1.0)
-        calm = abs(pole_rate) < 0.15 and abs(cart_velocity) < 0.05
+        calm = abs(pole_rate) < 0.2 and abs(cart_velocity) < 0.05
         still = still + 1 if calm and abs(pole_rad - math.pi) < 0.05 and abs(cart_m) < 0.03 else 0
         if still == 20:
             break

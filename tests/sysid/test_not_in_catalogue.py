@@ -144,8 +144,12 @@ def test_unlisted_physics_is_located_by_place_and_variable(name: str) -> None:
 
 @pytest.mark.parametrize("name", UNLISTED)
 def test_its_nearest_name_is_doubted(name: str) -> None:
-    """A vibration is no constant push that has the wrong shape; but beside it the push explains nothing."""
-    assert unlisted(name).doubted >= ({"all"} if name == "table_vibration" else set(UNLISTED[name].nearest))
+    assert unlisted(name).doubted & {*UNLISTED[name].nearest, "all"}
+
+
+@pytest.mark.parametrize("name", ["warming_friction", "half_rail_friction", "drag_chain", "soft_amplifier", "stirred_air"])
+def test_a_name_that_explains_most_of_it_is_doubted_by_its_shape(name: str) -> None:
+    assert unlisted(name).doubted >= set(UNLISTED[name].nearest)
 
 
 def test_the_measured_shape_of_a_friction_that_grows_is_its_growth() -> None:

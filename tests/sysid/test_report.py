@@ -258,6 +258,16 @@ def test_a_run_out_of_the_picture_is_cut_and_said() -> None:
     assert "before: up to" in page(Diagnosis({}, None, None, (), (one,)))
 
 
+def test_a_product_and_what_was_measured_of_it_stand_at_the_picture() -> None:
+    one = Evidence(
+        "cart_velocity*time", "dry friction grows", 0.9, np.arange(5.0), np.arange(5.0), np.array([9.0, 0.1, 0.1, 0.1, 9.0]),
+        "time", "dry friction", "N", "cart",
+    )  # fmt: skip
+    diagnosis = replace(named(), localisation=Localisation("cart", (one,)))
+    text = page(diagnosis)
+    assert "cart velocity × time" in text and "dry friction (N) against time (s)" in text
+
+
 def test_windows_are_spread_over_the_record() -> None:
     times = np.arange(40.0)[::-1, None] + np.linspace(0, 1, 5)
     assert figures.spread(times).tolist() == [39, 31, 23, 16, 8, 0]

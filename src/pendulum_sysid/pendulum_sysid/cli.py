@@ -20,8 +20,7 @@ from pendulum_sysid.options import parser
 from pendulum_twin.errors import BadInputError
 
 if TYPE_CHECKING:
-    from pendulum_sysid.case import Case
-    from pendulum_sysid.records import Comparison, Diagnosis, Fit, Recording, Split
+    from pendulum_sysid.records import Comparison, Diagnosis, Recording
     from pendulum_twin.model import Twin
 
 ANSWERED, NOT_ANSWERED, INTERRUPTED = 0, 1, 130
@@ -278,43 +277,10 @@ def _import(arguments: argparse.Namespace) -> int:
 
 
 def _next(arguments: argparse.Namespace) -> int:
-    from pendulum_sysid.identifiability import ties
-    from pendulum_sysid.next_experiment import planned_next
-    from pendulum_sysid.output_files import check_file, writing
-    from pendulum_twin.plans.plan_file import plan_from_mapping, save_plan
+    from pendulum_sysid.next_verb import run
 
-    check_file(arguments.out)
-    case, split, best, rivals = _finished(arguments)
-    found = planned_next(case, split, best, ties(case, split, best, rivals), arguments.goal, arguments.seconds)
-    print(found.why)
-    if found.plan is not None:
-        with writing(arguments.out):
-            save_plan(plan_from_mapping(found.plan), arguments.out)
-        print(arguments.out)
+    run(_joined(_answered(arguments.bag, arguments)), arguments, _progress)
     return ANSWERED
-
-
-def _finished(arguments: argparse.Namespace) -> tuple[Case, Split, Fit, dict[str, tuple[str, ...]]]:
-    """Return recordings, their fit with all that is named, and its rivals: as an earlier diagnosis has it, or found now."""
-    from pendulum_sysid.case import case_of
-    from pendulum_sysid.earlier_verdict import read_verdict
-    from pendulum_sysid.fit import HORIZONS, fit
-    from pendulum_sysid.motion import moving
-    from pendulum_sysid.search import Search, missing, named, parameters_alone
-    from pendulum_sysid.split import split as cut_in_three
-    from pendulum_twin.model import load_twin
-    from pendulum_twin.words import words_of
-
-    earlier = None if arguments.verdict is None else read_verdict(arguments.verdict)
-    twin = load_twin(arguments.twin)
-    case = case_of(moving(_joined(_answered(arguments.bag, arguments))), twin)
-    split = cut_in_three(case.signals, case.state)
-    if earlier is not None:
-        return case, split, fit(case, split, earlier.effects, words_of(earlier.twin), HORIZONS[-1]), earlier.rivals
-    search = Search(case, split, _progress)
-    base = parameters_alone(search)
-    best = missing(search, base)
-    return case, split, best, {one.effect: one.rivals for one in named(search, base, best)}
 
 
 def _prove(arguments: argparse.Namespace) -> int:

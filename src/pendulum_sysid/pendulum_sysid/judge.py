@@ -12,19 +12,26 @@ from pendulum_twin.signals import Floats
 
 SURE = 2.0  # standard errors over windows by which a richer twin must be ahead
 WORTH = 1.005  # ... and at least this factor of misfit
+AT_NOISE = 1.2  # misfit up to which errors are the sensors' noise, and a likelihood can be trusted
+NATS = 20.0  # of it that a richer twin must gain, its best window left out: noise of encoders is not white
+PLAIN = 1.01  # ... and at least this factor of misfit
 
 
 @dataclass(frozen=True)
 class Lead:
-    """Say how far a rich fit is ahead of a simple one: ratio of misfits, and standard errors over paired windows."""
+    """Say how far a rich fit is ahead of a simple one: ratio of misfits, and standard errors over paired windows.
+
+    likely: whether its errors are mere noise and those of the simple one surely are not, in however few windows.
+    """
 
     ratio: float
     errors: float
+    likely: bool = False
 
     @property
     def real(self) -> bool:
         """Return whether the lead is more than chance."""
-        return self.ratio >= WORTH and self.errors >= SURE
+        return (self.ratio >= WORTH and self.errors >= SURE) or self.likely
 
 
 def lead(rich: Fit, simple: Fit) -> Lead:
@@ -36,7 +43,21 @@ def lead(rich: Fit, simple: Fit) -> Lead:
     scale = np.median(_powers(rich), axis=0)
     gains = (_log_errors(simple, scale) - _log_errors(rich, scale)).mean(axis=1)
     spread = float(np.std(gains, ddof=1)) / np.sqrt(len(gains)) if len(gains) > 1 else np.inf
-    return Lead(float(np.exp(np.mean(gains))), float(np.mean(gains)) / max(spread, 1e-12))
+    ahead = float(np.mean(gains)) / max(spread, 1e-12)
+    return Lead(float(np.exp(np.mean(gains))), ahead, _likely(rich, simple))
+
+
+def _likely(rich: Fit, simple: Fit) -> bool:
+    """Return whether the rich fit leaves noise alone and the simple one more: an effect may show in a few windows only.
+
+    The likelihood is that of Gaussian errors with the rich fit's own variance.
+    """
+    if rich.choose > AT_NOISE or simple.choose < PLAIN * rich.choose or rich.parts != simple.parts:
+        return False
+    variance = rich.window_squares.sum(axis=0) / np.maximum(rich.counts.sum(axis=0), 1.0)
+    gains = np.sum((simple.window_squares - rich.window_squares) / (2.0 * variance), axis=1)
+    gains = np.sort(gains.reshape(-1, rich.parts).sum(axis=1))
+    return float(gains[:-1].sum()) > NATS
 
 
 def _log_errors(fit: Fit, scale: Floats) -> Floats:

@@ -18,6 +18,7 @@ from pendulum_sysid.noise_floor import noise_floor
 from pendulum_sysid.records import Diagnosis, Fit, Overlay, QualityFinding, Recording, Split
 from pendulum_sysid.search import Named, Search, missing, named, parameters_alone, seen_from
 from pendulum_sysid.separation import Tie
+from pendulum_sysid.shape_check import misfit_of_named, outweighed, remainders
 from pendulum_sysid.split import split
 from pendulum_sysid.unanswered import follows_command, without_unanswered
 from pendulum_sysid.velocity_lag import EFFECT, velocity_lag
@@ -73,8 +74,11 @@ def diagnose(recordings: list[Recording], twin: Twin, progress: Progress) -> Dia
     )
     remains = localise(case, best.words, after["train"])
     floor = noise_floor(improved, best.words, parts.held_out)
+    names = tuple(one.effect for one in found)
+    misfits = tuple(misfit_of_named(case, best, base, names))
+    outweighing = outweighed(remainders(case, best, base))
     coming = planned_next(case, parts, best, tied)
-    findings = Findings(case, base, best, found, location, remains, before, after, floor, coming)
+    findings = Findings(case, base, best, found, location, remains, before, after, floor, coming, misfits, outweighing)
     verdict = verdict_of(findings, recording, time.monotonic() - began)
     return Diagnosis(verdict, best.twin, location, tuple(search.trials), overlays(before, after), coming.plan)
 

@@ -29,6 +29,7 @@ NEAR = 0.2**2  # of the power that an effect explains: a law off by a fifth of i
 NEGLIGIBLE = 0.05**2  # the same where several laws of one variable were needed: then each proves less
 CHIEFLY = 0.5  # of what the best question about the rest gains, for the rest to be about the effect's own variables
 GREAT_PART = 0.25  # of the rest beyond noise, which the shape must take away
+LIKE_A_CONSTANT = {"cart_position", "time", "pole_angle"}  # a constant push may turn out to be a curve over one of these
 WEAKEST = 0.1  # of an effect's larger share: it is not judged by the equation in which it hardly shows
 
 
@@ -37,7 +38,7 @@ class Misfit:
     """Say that a named effect has not the shape of its law.
 
     share: power that its own variables still explain, over what all effects of these variables explain. variable: on which
-    what is left depends. finding: in words. place: to which the shape points.
+    what is left depends. place: to which the shape points.
     """
 
     effect: str
@@ -145,7 +146,7 @@ class Own:
     def concerns(self, question: Question) -> bool:
         """Return whether a question is about this effect; a constant may turn out to be a curve that is no other's."""
         asked = set(question.variable.split("*"))
-        free = self.variables == {"constant"} and question.cost is Cost.CURVE and not asked & self.taken
+        free = self.variables == {"constant"} and question.cost is Cost.CURVE and asked <= LIKE_A_CONSTANT - self.taken
         return bool(asked & self.variables) or free
 
 

@@ -13,6 +13,7 @@ from pendulum_sysid.noise_floor import NoiseFloor
 from pendulum_sysid.parameters import Free, rig_parameters
 from pendulum_sysid.records import Estimate, Fit, Localisation, Next, Outcome, Recording
 from pendulum_sysid.search import Named
+from pendulum_sysid.shape_check import Misfit
 from pendulum_sysid.window_runs import WindowRuns
 from pendulum_twin.effects import BY_NAME, CATALOGUE
 from pendulum_twin.effects.effect import Form, Place
@@ -22,6 +23,7 @@ SCHEMA = "pendulum_verdict/1"
 NEXT_FILE = "next.yaml"
 AT_FLOOR = 1.5  # misfit up to which nothing is called left
 EXPLAINED = 0.5  # of the error's power that the effects found must take away, to be called the answer
+SUREST = 3.0  # standard errors beyond which no confidence is claimed
 MASKED = 0.05  # relative change of a parameter that is worth a sentence
 
 
@@ -30,7 +32,9 @@ class Findings:
     """Hold what the stages found: the fit of parameters alone, the final fit, what it names, and its free runs.
 
     floor: what a perfect model reaches on this recording. before,
-    after: free runs of the given and of the improved twin, by part ("train", "held_out").
+    after: free runs of the given and of the improved twin, by part ("train", "held_out"). coming: what to play next.
+    misfits: named effects whose laws do not have the shape that is seen. outweighed: whether one thing that is still
+    missing is larger than all that the names explain.
     """
 
     case: Case
@@ -43,13 +47,15 @@ class Findings:
     after: dict[str, WindowRuns]
     floor: NoiseFloor
     coming: Next
+    misfits: tuple[Misfit, ...] = ()
+    outweighed: bool = False
 
 
 def outcome_of(found: Findings) -> Outcome:
     """Return how the diagnosis ended."""
     physics = [one for one in found.named if moves(one.effect)]
-    unexplained = found.best.choose > AT_FLOOR and explained(found) < EXPLAINED
-    if unexplained:
+    misnamed = bool(found.misfits) or found.outweighed
+    if found.best.choose > AT_FLOOR and (explained(found) < EXPLAINED or misnamed):
         return Outcome.NOT_IN_CATALOGUE
     if any(one.rivals for one in physics):
         return Outcome.AMBIGUOUS
@@ -196,7 +202,8 @@ def _location(outcome: Outcome, named: tuple[Named, ...], found: Findings) -> di
 def _missing(one: Named, found: Findings) -> dict:
     """Return one entry; the confidence is that of the lead, shared with its rivals, and less while much is unexplained."""
     effect, best = BY_NAME[one.effect], found.best
-    sure = float(norm.cdf(min(one.lead.errors, 3.0))) / (1 + len(one.rivals))
+    ahead = SUREST if one.lead.likely else min(one.lead.errors, SUREST)
+    sure = float(norm.cdf(ahead)) / (1 + len(one.rivals))
     if best.choose > AT_FLOOR and moves(one.effect):
         sure *= explained(found)
     parameters = {p.name: {**_interval(best.estimates[f"{one.effect}.{p.name}"]), "unit": p.unit} for p in effect.parameters}

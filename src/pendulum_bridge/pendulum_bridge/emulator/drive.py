@@ -9,6 +9,8 @@ import math
 from collections import deque
 from collections.abc import Callable, Mapping
 
+MOTOR_SHARE = 0.1  # of the moved mass: the motor's own, as the belt feels it
+
 Stage = Callable[[float], float]
 Effects = Mapping[str, Mapping[str, float]]
 
@@ -70,6 +72,39 @@ def lagging(step_s: float, time_constant_s: float) -> Stage:
     return stage
 
 
+def slack(step_s: float, gap_m: float, per_command_m_s2: float) -> Stage:
+    """Give nothing while the motor is within the belt's slack, which it crosses as a free mass that the command drives.
+
+    per_command_m_s2: acceleration of everything that moves, a unit of command; the motor alone is lighter (MOTOR_SHARE). It
+    begins at the end from which it pulls the negative way, stops dead where the belt is tight, and pulls from then on.
+    """
+    lightness = per_command_m_s2 / MOTOR_SHARE
+    place, speed = 0.0, 0.0
+
+    def stage(u: float) -> float:
+        nonlocal place, speed
+        tight = place >= gap_m if u > 0 else place <= 0 if u < 0 else speed == 0
+        if tight:
+            speed = 0.0
+            return u
+        after = place + step_s * (speed + 0.5 * step_s * lightness * u)
+        if 0 < after < gap_m:
+            place, speed = after, speed + step_s * lightness * u
+            return 0.0
+        end = gap_m if after >= gap_m else 0.0
+        needed = _time_to(end - place, speed, lightness * u, step_s)
+        place, speed = end, 0.0
+        return u * (1 - needed / step_s) if (u > 0) == (end > 0) else 0.0
+
+    return stage
+
+
+def _time_to(way: float, speed: float, acceleration: float, step_s: float) -> float:
+    """Return when a mass has gone that way, at most a step: the first root of way = speed t + acceleration t^2/2."""
+    root = math.sqrt(max(speed**2 + 2 * acceleration * way, 0.0))
+    return min(max(2 * way / (speed + math.copysign(root, way)), 0.0), step_s) if way else 0.0
+
+
 STAGES: dict[str, Callable[..., Stage]] = {
     "input_sign_inverted": inverted,
     "input_delay": delayed,
@@ -78,12 +113,17 @@ STAGES: dict[str, Callable[..., Stage]] = {
     "gain_asymmetry": asymmetric,
     "gain_drift": drifting,
     "motor_lag": lagging,
+    "belt_backlash": slack,
 }
 
 
-def chain(effects: Effects, step_s: float) -> Stage:
-    """Return all stages that the effects ask for as one, with nothing remembered yet."""
-    stages = [make(step_s, **effects[name]) for name, make in STAGES.items() if name in effects]
+def chain(effects: Effects, step_s: float, per_command_m_s2: float = 1.0) -> Stage:
+    """Return all stages that the effects ask for as one, with nothing remembered yet; per_command_m_s2: see `slack`."""
+    stages = []
+    for name, make in STAGES.items():
+        if name in effects:
+            more = {"per_command_m_s2": per_command_m_s2} if make is slack else {}
+            stages.append(make(step_s, **effects[name], **more))
 
     def stage(u: float) -> float:
         for each in stages:

@@ -13,6 +13,7 @@ finer, which leaves less than the encoder's step.) The engine's defaults creep a
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import mujoco
@@ -38,7 +39,7 @@ TEMPLATE = """
       <inertial pos="0 0 0" mass="{cart_mass}" diaginertia="1e-3 1e-3 1e-3"/>
       <body name="pole">
         <joint name="pole" type="hinge" axis="0 -1 0" {pole_joint}/>
-        <inertial pos="0 0 {centre}" mass="{pole_mass}" diaginertia="{inertia} {inertia} {inertia}"/>
+        <inertial pos="{aside} 0 {centre}" mass="{pole_mass}" diaginertia="{inertia} {inertia} {inertia}"/>
       </body>
     </body>
   </worldbody>
@@ -51,6 +52,8 @@ Effects = Mapping[str, Mapping[str, float]]
 def build(rig: Rig, effects: Effects, timestep_s: float = TIMESTEP_S) -> mujoco.MjModel:
     """Return the compiled model of a rig with cart and pole; of the effects, those that the engine has by itself.
 
+    Dry friction that changes is set by `rig`, step by step.
+
     Joint 0 is the cart (m, positive along the rail), joint 1 the pole (rad, 0 upright, counterclockwise positive when
     the rail points right and one looks along +y). The cart stops at the ends of the rail. Raises BadInputError when a
     part is missing or no bodies have the rig's constants.
@@ -60,7 +63,8 @@ def build(rig: Rig, effects: Effects, timestep_s: float = TIMESTEP_S) -> mujoco.
 
 def mjcf(rig: Rig, effects: Effects, timestep_s: float = TIMESTEP_S) -> str:
     """Return the model's XML; see `build`."""
-    pole_mass, centre, inertia = pole_body(rig)
+    pole_mass, distance, inertia = pole_body(rig)
+    ahead = effects.get("pole_imbalance", {}).get("angle_rad", 0.0)
     end = rig.rail_half_length_m or 1e3
     return TEMPLATE.format(
         timestep=repr(timestep_s),
@@ -70,7 +74,8 @@ def mjcf(rig: Rig, effects: Effects, timestep_s: float = TIMESTEP_S) -> str:
         right=repr(end),
         cart_mass=repr(rig.total_mass_kg - pole_mass),
         pole_mass=repr(pole_mass),
-        centre=repr(centre),
+        aside=repr(-distance * math.sin(ahead)),
+        centre=repr(distance * math.cos(ahead)),
         inertia=repr(inertia),
         cart_joint=_cart_joint(rig, effects),
         pole_joint=_pole_joint(rig, effects),
@@ -100,7 +105,6 @@ def pole_body(rig: Rig) -> tuple[float, float, float]:
 def _cart_joint(rig: Rig, effects: Effects) -> str:
     drag = effects.get("cart_quadratic_drag", {}).get("n_s2_m2", 0.0)
     level = effects.get("cart_coulomb_friction", {}).get("level_n", 0.0)
-    level += sum(effects.get("cart_stribeck_friction", {}).get(key, 0.0) for key in ("level_n", "static_n"))
     spring = effects.get("rail_spring", {"n_per_m": 0.0, "centre_m": 0.0})
     return _joint(rig.cart_viscous_n_s_m, drag, level, spring["n_per_m"], spring["centre_m"])
 
@@ -109,7 +113,7 @@ def _pole_joint(rig: Rig, effects: Effects) -> str:
     drag = effects.get("pole_quadratic_drag", {}).get("n_m_s2", 0.0)
     level = effects.get("pole_coulomb_friction", {}).get("level_n_m", 0.0)
     twist = effects.get("pole_spring", {}).get("n_m_per_rad", 0.0)
-    return _joint(rig.pole_viscous_n_m_s, drag, level, twist, 3.141592653589793)
+    return _joint(rig.pole_viscous_n_m_s, drag, level, twist, math.pi)
 
 
 def _joint(viscous: float | None, drag: float, level: float, stiffness: float, rest: float) -> str:

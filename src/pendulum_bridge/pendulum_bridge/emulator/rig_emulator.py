@@ -83,7 +83,7 @@ def _concealed(options: argparse.Namespace) -> Concealed:
     """Return what the seed draws for the twin's rig, or, without a seed, the twin as its file has it."""
     twin = load_twin(options.twin)
     if options.conceal is not None:
-        return draw(options.conceal, options.effects, twin.rig)
+        return draw(options.conceal, options.effects, twin.rig, live=True)
     for name in twin.effects:
         if name not in BY_NAME:
             raise BadInputError(

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
+from pendulum_bridge.emulator.unlisted import BY_NAME, checked
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin, write_whole
 from pendulum_twin.rig import Rig, rig_from_mapping
@@ -19,21 +20,30 @@ class Concealed:
     """Hold the truth of an emulated rig.
 
     effects: catalogue name -> parameter name -> value (SI units, in the parameter's name). rig: the true constants.
-    Raises BadInputError when the catalogue has no such effect or parameter.
+    unlisted: the same of effects that the catalogue does not hold (see `unlisted`). Raises BadInputError when the
+    catalogue (the table of unlisted effects) has no such effect or parameter.
     """
 
     effects: Mapping[str, Mapping[str, float]]
     rig: Rig
+    unlisted: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "effects", Twin("sealed", self.rig, self.effects).effects)
+        object.__setattr__(self, "unlisted", {name: checked(name, values) for name, values in self.unlisted.items()})
 
 
 def write_seal(concealed: Concealed, path: str | Path) -> None:
     """Write the seal whole or not at all."""
     effects = {name: dict(values) for name, values in concealed.effects.items()}
-    content = {"schema": SCHEMA, "effects": effects, "rig": concealed.rig.to_mapping()}
+    unlisted = {name: _described(name, values) for name, values in concealed.unlisted.items()}
+    content = {"schema": SCHEMA, "effects": effects, "unlisted": unlisted, "rig": concealed.rig.to_mapping()}
     write_whole(path, json.dumps(content, indent=2) + "\n")
+
+
+def _described(name: str, values: Mapping[str, float]) -> dict[str, object]:
+    known = BY_NAME[name]
+    return {"place": known.place, "variables": list(known.variables), "parameters": dict(values)}
 
 
 def open_seal(path: str | Path) -> Concealed:
@@ -45,6 +55,9 @@ def open_seal(path: str | Path) -> Concealed:
     if not isinstance(content, dict) or content.get("schema") != SCHEMA or not isinstance(content.get("effects"), dict):
         raise BadInputError(f"{path}: expected a seal with schema {SCHEMA}, effects and rig")
     try:
-        return Concealed(content["effects"], rig_from_mapping(content.get("rig")))
+        unlisted = {str(name): each["parameters"] for name, each in (content.get("unlisted") or {}).items()}
+        return Concealed(content["effects"], rig_from_mapping(content.get("rig")), unlisted)
     except BadInputError as error:
         raise BadInputError(f"{path}: {error}") from error
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
+        raise BadInputError(f"{path}: expected unlisted effects with their parameters, found others") from error

@@ -1,13 +1,15 @@
-"""From the true state to what the rig reports: signs, zeros, encoder steps, differences, spikes."""
+"""From the true state to what the rig reports: slips, zeros, scales, signs, encoder steps, differences, spikes."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from pendulum_bridge.emulator.unlisted import Shown
 
 Effects = Mapping[str, Mapping[str, float]]
 Floats = NDArray[np.float64]
@@ -18,13 +20,11 @@ class Encoders:
     """Describe how finely and how cleanly the rig measures; defaults are those of the INTECO rig.
 
     pole_counts: encoder counts a turn of the pole. cart_step_m: one step of the cart's encoder. A step of 0 (or 0
-    counts) measures exactly. velocity_filter_s: time constant of the reported velocities, which are differences of the
-    reported positions. spike_rate: share of samples whose positions are wrong by spike_m and spike_rad.
+    counts) measures exactly. spike_rate: share of samples whose positions are wrong by spike_m and spike_rad.
     """
 
     pole_counts: int = 4096
     cart_step_m: float = 57e-6
-    velocity_filter_s: float = 0.02
     spike_rate: float = 0.0
     spike_m: float = 0.05
     spike_rad: float = 1.0
@@ -35,10 +35,19 @@ class Encoders:
         return 2 * math.pi / self.pole_counts if self.pole_counts else 0.0
 
 
-def shown(state: Floats, effects: Effects) -> tuple[float, float]:
-    """Return position (m) and angle (rad) as the sensors' mounting and wiring show the true x, th, v, w."""
+def shown(state: Floats, effects: Effects, stamp_s: float = 0.0) -> tuple[float, float]:
+    """Return position (m) and angle (rad) as the sensors' mounting and wiring show the true x, th, v, w at a time.
+
+    th is the angle of the centre of mass; where that lies beside the pole's line, the line's angle is what is read.
+    """
     cart, pole = float(state[0]), float(state[1])
+    pole -= effects.get("pole_imbalance", {}).get("angle_rad", 0.0)
     pole += effects.get("angle_offset", {}).get("angle_rad", 0.0)
+    slip = effects.get("encoder_slip")
+    if slip and stamp_s >= slip["time_s"]:
+        pole += slip["angle_rad"]
+    pole += pole * effects.get("angle_scale", {}).get("ratio", 0.0)
+    cart += cart * effects.get("position_scale", {}).get("ratio", 0.0)
     if "cart_sign_inverted" in effects:
         cart = -cart
     if "angle_sign_inverted" in effects:
@@ -47,19 +56,27 @@ def shown(state: Floats, effects: Effects) -> tuple[float, float]:
 
 
 class Sensors:
-    """Measure a sample at a time; remember only what velocities need."""
+    """Measure a sample at a time, a period apart by the rig's own clock; remember only what velocities need.
 
-    def __init__(self, encoders: Encoders, effects: Effects, period_s: float, seed: int = 0) -> None:
-        self._encoders, self._effects, self._period_s = encoders, effects, period_s
-        self._keep = math.exp(-period_s / encoders.velocity_filter_s) if encoders.velocity_filter_s > 0 else 0.0
+    Reported velocities are differences of the last two reported positions, over the period; a concealed velocity filter
+    smooths them. more: what else the sensors make of positions, before all else.
+    """
+
+    def __init__(
+        self, encoders: Encoders, effects: Effects, period_s: float, seed: int = 0, more: Sequence[Shown] = ()
+    ) -> None:
+        self._encoders, self._effects, self._period_s, self._more = encoders, effects, period_s, more
+        filter_s = effects.get("velocity_filter", {}).get("time_constant_s", 0.0)
+        self._keep = math.exp(-period_s / filter_s) if filter_s > 0 else 0.0
         self._random = np.random.default_rng(seed)
         self._last: Floats | None = None
         self._speed = np.zeros(2)
+        self._count = 0
 
     def measure(self, state: Floats) -> Floats:
         """Return the reported x (m), th (rad, not wrapped), v (m/s), w (rad/s), shape (4,)."""
-        cart, pole = shown(state, self._effects)
-        positions = np.array([_stepped(cart, self._encoders.cart_step_m), _stepped(pole, self._encoders.pole_step_rad)])
+        positions = self._read(state, self._count * self._period_s)
+        self._count += 1
         if self._encoders.spike_rate and self._random.random() < self._encoders.spike_rate:
             positions += self._random.choice([-1.0, 1.0]) * np.array([self._encoders.spike_m, self._encoders.spike_rad])
         if self._last is not None:
@@ -67,6 +84,12 @@ class Sensors:
             self._speed = difference + self._keep * (self._speed - difference)
         self._last = positions
         return np.concatenate([positions, self._speed])
+
+    def _read(self, state: Floats, stamp_s: float) -> Floats:
+        for law in self._more:
+            state = np.array([*law(stamp_s, float(state[0]), float(state[1])), *state[2:]])
+        cart, pole = shown(state, self._effects, stamp_s)
+        return np.array([_stepped(cart, self._encoders.cart_step_m), _stepped(pole, self._encoders.pole_step_rad)])
 
 
 def _stepped(value: float, step: float) -> float:

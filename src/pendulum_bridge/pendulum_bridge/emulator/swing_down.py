@@ -25,6 +25,12 @@ VELOCITY_LOOP_PER_S = 6.0
 INTEGRAL_PER_S2 = 6.0
 MOST_STUCK_RAD = 0.2
 MOST_INTEGRAL = 2.0  # m/s^2: tilt and spring need less
+HOLDING = (  # what holds the cart at rest
+    ("cart_coulomb_friction", "level_n"),
+    ("cart_stribeck_friction", "level_n"),
+    ("cart_stribeck_friction", "static_n"),
+    ("cart_saturating_friction", "level_n"),
+)
 SIGN_WIDTH_M_S = 0.01  # asked velocity over which the help against dry friction changes its sign
 
 
@@ -89,8 +95,7 @@ def tuned(rig: Rig, effects: Mapping[str, Mapping[str, float]]) -> Tuning:
     weight = lever * rig.gravity_m_s2  # N m a rad from hanging
     twist = effects.get("pole_spring", {}).get("n_m_per_rad", 0.0)
     sticking = effects.get("pole_coulomb_friction", {}).get("level_n_m", 0.0)
-    dry = sum(effects.get("cart_coulomb_friction", {}).values())
-    dry += sum(effects.get("cart_stribeck_friction", {}).get(key, 0.0) for key in ("level_n", "static_n"))
+    dry = sum(effects.get(name, {}).get(key, 0.0) for name, key in HOLDING)
     return Tuning(
         per_m_s2=mass / force,
         viscous_per_s=(rig.cart_viscous_n_s_m or 0.0) / mass,

@@ -1,0 +1,85 @@
+"""Cart and pole on MuJoCo: a step of the engine at a time, under a command and the laws of what is concealed."""
+
+from __future__ import annotations
+
+import math
+
+import mujoco
+
+from pendulum_bridge.emulator.laws import Laws
+from pendulum_bridge.emulator.mjcf import build
+from pendulum_bridge.emulator.seal import Concealed
+
+CART, POLE = 0, 1
+FINER = 32  # parts of a step in which a joint turns round: dry friction is of first order in the engine's step
+STUCK = 1e-6  # m/s, rad/s: below it a joint with dry friction counts as sticking
+
+State = tuple[float, float, float, float]  # x (m), th (rad, 0 where the centre of mass is upright), v (m/s), w (rad/s)
+
+
+class Engine:
+    """Hold the mechanics; the same steps give the same bits. step_s: the usual step, for which friction is stiffened."""
+
+    def __init__(self, concealed: Concealed, laws: Laws, step_s: float) -> None:
+        self._model = build(concealed.rig, concealed.effects, step_s / FINER)
+        self._data = mujoco.MjData(self._model)
+        self._laws = laws
+        self._force_n = concealed.rig.force_per_pwm_n or 0.0
+        self._ahead_rad = concealed.effects.get("pole_imbalance", {}).get("angle_rad", 0.0)
+        self._dry = bool(laws.dry) or bool(self._model.dof_frictionloss.any())
+        # MuJoCo's own arrays, seen through numpy: asking the engine for them anew costs as much as a tenth of a step
+        self._qpos, self._qvel, self._qacc = self._data.qpos, self._data.qvel, self._data.qacc
+        self._applied, self._loss = self._data.qfrc_applied, self._model.dof_frictionloss
+        self._time_s, self._part_s = 0.0, step_s / FINER
+
+    def put(self, state: tuple[float, ...]) -> None:
+        """Go on from this state, with nothing remembered of how it moved before."""
+        x, th, v, w = state
+        self._qpos[:], self._qvel[:] = (x, th - self._ahead_rad), (v, w)
+        self._qacc[:] = self._data.qacc_warmstart[:] = 0.0
+
+    @property
+    def state(self) -> State:
+        """Return where cart and pole are."""
+        (x, angle), (v, w) = self._qpos.tolist(), self._qvel.tolist()
+        return x, angle + self._ahead_rad, v, w
+
+    def step(self, command: float, step_s: float) -> None:
+        """Hold what the drive makes of the command (PWM fraction) for step_s."""
+        parts = FINER if self._dry and self._turns_round(step_s) else 1
+        part_s = step_s / parts
+        if part_s != self._part_s:
+            self._model.opt.timestep = self._part_s = part_s
+        if not self._laws.of_state:
+            self._applied[CART] = self._force_n * command
+        for _ in range(parts):
+            if self._laws.of_state:
+                self._apply(command, part_s)
+            mujoco.mj_step(self._model, self._data)
+            self._time_s += part_s
+
+    def _turns_round(self, step_s: float) -> bool:
+        """Tell whether a joint with dry friction may pass zero velocity in this step, and does not just stick."""
+        loss, speeds, changes = self._loss.tolist(), self._qvel.tolist(), self._qacc.tolist()
+        for level, v, a in zip(loss, speeds, changes, strict=True):
+            if level > 0 and STUCK < abs(v) < 2 * abs(a) * step_s:
+                return True
+        return False
+
+    def _apply(self, command: float, step_s: float) -> None:
+        """Set force, torque and dry friction to what the laws say in the middle of a step."""
+        (x, angle), (v, w), (a, b) = self._qpos.tolist(), self._qvel.tolist(), self._qacc.tolist()
+        half = 0.5 * step_s
+        t, x, th = (
+            self._time_s + half,
+            x + half * (v + 0.5 * half * a),
+            angle + self._ahead_rad + half * (w + 0.5 * half * b),
+        )
+        v, w = v + half * a, w + half * b
+        for gain in self._laws.gain:
+            command = gain(command, t, x, th, v, w)
+        self._applied[CART] = self._force_n * command + sum([law(t, x, th, v, w) for law in self._laws.push])
+        self._applied[POLE] = sum([law(t, x, th, v, w) for law in self._laws.twist])
+        if self._laws.dry is not None:
+            # a cart that sticks creeps the way it is pushed (see `mjcf`), so its velocity tells the way there too
+            self._loss[CART] = self._laws.dry(math.copysign(1.0, v), t, x, th, v, w)

@@ -1,0 +1,60 @@
+"""How the cart's dry friction changes with speed, place and direction: the levels that the engine is given step by step."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+
+Effects = Mapping[str, Mapping[str, float]]
+Law = Callable[[float, float, float, float, float], float]  # of t (s), x (m), th (rad), v (m/s), w (rad/s)
+Level = Callable[[float, float, float, float, float, float], float]  # of the way (+1 or -1), and the same
+
+
+def constant(level_n: float) -> Law:
+    """Give the same level everywhere."""
+    return lambda t, x, th, v, w: level_n
+
+
+def stribeck(level_n: float, static_n: float, velocity_m_s: float) -> Law:
+    """Give more at rest, fading over the Stribeck velocity."""
+    return lambda t, x, th, v, w: level_n + static_n * math.exp(-((v / velocity_m_s) ** 2))
+
+
+def saturating(viscous_n_s_m: float, level_n: float, limit_n: float) -> Law:
+    """Grow with speed from the level up to the limit."""
+
+    def law(t: float, x: float, th: float, v: float, w: float) -> float:
+        grown = level_n + viscous_n_s_m * abs(v)
+        return grown if grown < limit_n else limit_n
+
+    return law
+
+
+def patch(level_n: float, centre_m: float, width_m: float) -> Law:
+    """Give a bell along the rail."""
+    return lambda t, x, th, v, w: level_n * math.exp(-(((x - centre_m) / width_m) ** 2))
+
+
+LEVELS: dict[str, Callable[..., Law]] = {
+    "cart_coulomb_friction": constant,
+    "cart_stribeck_friction": stribeck,
+    "cart_saturating_friction": saturating,
+    "rail_friction_patch": patch,
+}
+CHANGING = {"cart_stribeck_friction", "cart_saturating_friction", "rail_friction_patch", "cart_friction_asymmetry"}
+
+
+def dry_level(effects: Effects, more: Sequence[Law] = ()) -> Level | None:
+    """Return the cart's dry friction (N) as a law of way and state; None when it is constant, which the engine has itself.
+
+    The way is that of the motion, or at rest that of the push (+1 or -1). more: levels that no catalogue has.
+    """
+    if not more and not CHANGING & effects.keys():
+        return None
+    laws = [make(**effects[name]) for name, make in LEVELS.items() if name in effects] + list(more)
+    ratio = effects.get("cart_friction_asymmetry", {}).get("ratio", 0.0)
+
+    def level(way: float, t: float, x: float, th: float, v: float, w: float) -> float:
+        return (1.0 + ratio * way) * sum(law(t, x, th, v, w) for law in laws)
+
+    return level

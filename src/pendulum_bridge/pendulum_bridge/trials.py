@@ -1,0 +1,146 @@
+"""Record trials of a diagnosis: emulated rigs in which physics is concealed, each a folder with recording, seal and twin.
+
+Every trial has bag/ (the recording), seal.json (the truth), twin.yaml (the nominal twin: wrong constants, no effects) and
+trial.json (how it was made). Its path is printed as soon as it is complete. Trial k of a seed is the same, however many
+are recorded. Run as `python -m pendulum_bridge.trials --out DIR --trials N --seed S`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shutil
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+from pendulum_bridge.bag_writer import Log, write_bag
+from pendulum_bridge.emulator.conceal import BY_NAME
+from pendulum_bridge.emulator.rig import EmulatedRig
+from pendulum_bridge.emulator.seal import write_seal
+from pendulum_bridge.emulator.sensors import Encoders
+from pendulum_bridge.emulator.session import play, recorded
+from pendulum_bridge.emulator.unlisted import BY_NAME as UNLISTED
+from pendulum_bridge.trial.controller import Controller, tuning_of
+from pendulum_bridge.trial.mix import USUAL, shares_of
+from pendulum_bridge.trial.trial import Trial, trial_at, trial_with
+from pendulum_twin.errors import BadInputError
+from pendulum_twin.model import Twin, load_twin, save_twin, write_whole
+from pendulum_twin.plans.excitation import standard
+from pendulum_twin.plans.waveforms import envelope_of
+from pendulum_twin.rig import checked_number
+
+SCHEMA = "pendulum_trial/1"
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Record all trials and return 0; 1 with a sentence on stderr when one cannot be made."""
+    options = options_of(arguments)
+    try:
+        nominal = load_twin(options.twin)
+        for number in range(options.first, options.first + options.trials):
+            print(record(_trial(number, options, nominal), nominal, options), flush=True)
+    except (BadInputError, OSError) as error:
+        print(f"trials: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def record(trial: Trial, nominal: Twin, options: argparse.Namespace) -> Path:
+    """Write the trial's folder whole or not at all, and return it; raise BadInputError when it is there already."""
+    folder: Path = options.out / f"trial_{trial.number:04d}"
+    if folder.exists():
+        raise BadInputError(f"{folder}: expected no folder there, found one: trials are not overwritten")
+    log = _log(trial, nominal, options)
+    options.out.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=options.out, prefix=f".{folder.name}.") as temporary:
+        made = Path(temporary) / folder.name
+        write_bag(log, made / "bag")
+        write_seal(trial.concealed, made / "seal.json")
+        save_twin(Twin(f"{nominal.name}_nominal", nominal.rig), made / "twin.yaml")
+        write_whole(made / "trial.json", json.dumps(_how(trial, options), indent=2) + "\n")
+        shutil.move(made, folder)
+    return folder
+
+
+def _log(trial: Trial, nominal: Twin, options: argparse.Namespace) -> Log:
+    rig = EmulatedRig(trial.concealed, options.rate_hz, Encoders(options.pole_counts), trial.seed)
+    if options.closed_loop:
+        controller = Controller(tuning_of(nominal.rig, options.seconds, rig.period_s, trial.seed))
+        return recorded(rig, controller, round(options.seconds * options.rate_hz))
+    return play(rig, standard(envelope_of(nominal.rig), options.seconds, options.rate_hz, trial.seed))
+
+
+def _how(trial: Trial, options: argparse.Namespace) -> dict[str, object]:
+    return {
+        "schema": SCHEMA,
+        "kind": trial.kind,
+        "seed": trial.seed,
+        "pole_counts": options.pole_counts,
+        "seconds": options.seconds,
+        "closed_loop": options.closed_loop,
+        "size_factor": options.size_factor,
+    }
+
+
+def _trial(number: int, options: argparse.Namespace, nominal: Twin) -> Trial:
+    if options.effects:
+        return trial_with(number, options.seed, options.effects, nominal.rig, options.size_factor)
+    return trial_at(number, options.seed, options.kinds, nominal.rig, options.size_factor)
+
+
+def options_of(arguments: list[str] | None) -> argparse.Namespace:
+    """Return the command line's options; print what is wrong and exit with 2 for wrong use."""
+    usual = ",".join(f"{kind}:{share}" for kind, share in USUAL.items())
+    parser = argparse.ArgumentParser(prog="trials", description=" ".join((__doc__ or "").split()))
+    add = parser.add_argument
+    add("--out", type=Path, required=True, help="folder for the trials' folders")
+    add("--trials", type=_whole, required=True, metavar="N", help="how many")
+    add("--seed", type=_whole, required=True, metavar="S", help="what they are drawn from")
+    add("--first", type=_whole, default=0, metavar="K", help="number of the first (0)")
+    add("--seconds", type=_number(40, 36000), default=60.0, metavar="S", help="length of a recording (60)")
+    add("--rate-hz", type=_number(20, 1000), default=100.0, metavar="HZ", help="samples a second (100)")
+    add("--pole-counts", type=_whole, default=4096, metavar="N", help="the pole's encoder's counts a turn (4096)")
+    add("--kinds", type=_shares, default=USUAL, metavar="KIND:SHARE,...", help=f"kinds and their shares ({usual})")
+    add("--effects", type=_effects, nargs="+", metavar="A+B", help="conceal these, sets taking turns, instead of kinds")
+    add("--size-factor", type=_number(0, 100), default=1.0, metavar="F", help="times every drawn size (1)")
+    add("--closed-loop", action="store_true", help="record a controller at work instead of the standard plan")
+    add("--twin", type=Path, default=Path("config/inteco.yaml"), help="twin file of the nominal rig (config/inteco.yaml)")
+    return parser.parse_args(arguments)
+
+
+def _whole(text: str) -> int:
+    if not (text.isascii() and text.isdigit()):
+        raise argparse.ArgumentTypeError(f"expected a whole number from 0 on, found {text!r}")
+    return int(text)
+
+
+def _number(low: float, high: float) -> Callable[[str], float]:
+    def read(text: str) -> float:
+        try:
+            return checked_number("this option", float(text), low, high)
+        except (BadInputError, ValueError) as error:
+            raise argparse.ArgumentTypeError(f"expected a number from {low:g} to {high:g}, found {text!r}") from error
+
+    return read
+
+
+def _shares(text: str) -> dict[str, int]:
+    try:
+        return shares_of(text)
+    except BadInputError as error:
+        raise argparse.ArgumentTypeError(str(error)) from error
+
+
+def _effects(text: str) -> tuple[str, ...]:
+    names = tuple(text.split("+"))
+    for name in names:
+        if name not in BY_NAME and name not in UNLISTED:
+            known = ", ".join([*BY_NAME, *UNLISTED])
+            raise argparse.ArgumentTypeError(f"expected effects that can be concealed ({known}), found {name!r}")
+    return names
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,176 @@
+"""Samples and commands as they come, on one even clock, for as long as they are needed."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pendulum_twin.signals import Floats
+
+FOLLOW = 0.02  # of a stamp's error, by which the clock's phase is set after it
+OFF_RATE = 0.01  # part by which the rate may be off before nothing can be said
+FAR_OFF = 0.25  # part by which samples may be fewer or more than slots before the rate is what is wrong
+RATE_AFTER = 100  # samples, from which the rate is judged
+NEAR = 0.6  # of a period, by which a stamp may be off its slot before it is taken for another's
+LONGEST_GAP_S = 0.1  # a longer silence begins anew: what the rig did meanwhile is not known
+ANSWERS = 0.75  # of a period after a sample, until which a command answers it; later ones answer the next
+TELEPORT_M, TELEPORT_RAD = 0.02, 0.1  # both joints jumping so far at once is a reset, not a slip
+HANGING = (0.0, math.pi)  # where a twin's reset puts it
+FULL_TURN = 2 * math.pi
+
+
+@dataclass(frozen=True)
+class History:
+    """Hold the last slots of the even clock, oldest first.
+
+    slot: number of the last one; end_ns: its sample's stamp. command: (n,) held from each slot to the next. positions:
+    (n, 2) of cart (m) and pole (rad), NaN where a sample was lost or a joint is missing.
+    """
+
+    slot: int
+    end_ns: int
+    command: Floats
+    positions: Floats
+
+
+class Stream:
+    """Sort samples and commands into slots, one a period; keeps `slots` of them.
+
+    The rig samples evenly, and stamps scatter about that: a sample belongs to the slot nearest to its stamp, on a clock
+    that follows the stamps slowly. A command belongs to the last sample that was said before it, for the period that
+    follows; one that comes when the next sample is all but due belongs to that, for it acts at once. A twin says what it
+    has applied when the period has passed: then answers is 1. Until another comes, a command is held.
+    """
+
+    def __init__(self, period_s: float, slots: int, answers: float = ANSWERS) -> None:
+        self._period_s, self._answers = period_s, answers
+        self._command: deque[float] = deque(maxlen=slots)
+        self._positions: deque[tuple[float, float]] = deque(maxlen=slots)
+        self._words: deque[tuple[int, float]] = deque(maxlen=slots)  # said, and not yet settled
+        self.samples = self.lost = self.late = self.begun = 0
+        self._turns = self._held = 0.0
+        self._slot = self._first = -1
+        self._here = self._stamp_ns = self._first_ns = 0
+
+    def command(self, value: float, said_ns: int) -> None:
+        """Take a command that was said at said_ns, on the clock of the one who says samples."""
+        if math.isfinite(value):
+            self._words.append((said_ns, value))
+
+    def sample(self, stamp_ns: int, said_ns: int, positions: Sequence[float]) -> bool:
+        """Take a sample (cart m, pole rad; NaN for a joint that is missing) and return whether a slot was added."""
+        if self._slot < 0 or not self._follows(stamp_ns):
+            self._begin(stamp_ns, said_ns, positions)
+            return True
+        at = self._origin + (stamp_ns - self._origin_ns) * 1e-9 / self._period_s
+        ahead = at - self._slot
+        if ahead < 1 - NEAR:
+            self.late += 1
+            self._here += 1
+            return False
+        slot = self._slot + (1 if ahead < 1 + NEAR else round(ahead))
+        self._origin -= FOLLOW * (at - slot)
+        here = self._unwrapped(positions)
+        if slot == self._slot + 1 and self._teleported(here):
+            self._begin(stamp_ns, said_ns, positions)
+            return True
+        self.lost += slot - self._slot - 1
+        for missing in range(slot - self._slot - 1, -1, -1):
+            self._settle(said_ns - round(missing * self._period_s * 1e9))
+            if missing:
+                self._positions.append((math.nan, math.nan))
+                self._command.append(self._held)
+        self._add(slot, stamp_ns, here)
+        return True
+
+    @property
+    def length(self) -> int:
+        """Return how many slots there are since the stretch began, at most those that are kept."""
+        return len(self._positions)
+
+    @property
+    def slot(self) -> int:
+        """Return the number of the last slot."""
+        return self._slot
+
+    @property
+    def stamp_ns(self) -> int:
+        """Return the stamp of the last sample that was taken."""
+        return self._stamp_ns
+
+    @property
+    def rate_is(self) -> float | None:
+        """Return the rate that the samples have, Hz; None when too few have come to tell.
+
+        As they come when that is far from the even clock's; else as the clock has followed them, which a few lost do not
+        change.
+        """
+        counted, seconds = self._here - 1, (self._stamp_ns - self._first_ns) * 1e-9
+        if counted < RATE_AFTER or seconds <= 0:
+            return None
+        if abs(counted / seconds * self._period_s - 1) > FAR_OFF:
+            return counted / seconds
+        return (self._slot - self._first) / seconds
+
+    def history(self, upto: int) -> History:
+        """Return the slots up to that one, which must be kept, as arrays; the last one's command is what is held so far."""
+        beyond = self._slot - upto
+        command = np.array(self._command)[: self.length - beyond]
+        end_ns = self._stamp_ns - round(beyond * self._period_s * 1e9)
+        return History(upto, end_ns, command, np.array(self._positions)[: self.length - beyond])
+
+    def _follows(self, stamp_ns: int) -> bool:
+        return -LONGEST_GAP_S < (stamp_ns - self._stamp_ns) * 1e-9 <= LONGEST_GAP_S + self._period_s
+
+    def _begin(self, stamp_ns: int, said_ns: int, positions: Sequence[float]) -> None:
+        self._positions.clear()
+        self._command.clear()
+        self._settle(said_ns)
+        self._origin_ns, self._first_ns = stamp_ns, stamp_ns
+        self._turns, self._here = 0.0, 0
+        self.begun += 1
+        slot = self._first = self._slot + 1
+        self._origin = float(slot)
+        self._add(slot, stamp_ns, (positions[0], positions[1]))
+
+    def _add(self, slot: int, stamp_ns: int, here: tuple[float, float]) -> None:
+        self.samples += 1
+        self._here += 1
+        self._slot, self._stamp_ns, self._last = slot, stamp_ns, here
+        self._positions.append(here)
+        self._command.append(self._held)  # until it is settled
+
+    def _settle(self, said_ns: int) -> None:
+        """Give the last slot the last command that was said before this sample, but not too close before it."""
+        due_ns = said_ns - (1 - self._answers) * self._period_s * 1e9
+        while self._words and self._words[0][0] <= due_ns:
+            self._held = self._words.popleft()[1]
+        if self._command:
+            self._command[-1] = self._held
+
+    def _unwrapped(self, positions: Sequence[float]) -> tuple[float, float]:
+        """Return the positions with the pole's angle moved by whole turns to where it was last."""
+        cart, pole = positions[0], positions[1] + self._turns
+        if abs(pole - self._last[1]) > math.pi:
+            turns = round((self._last[1] - pole) / FULL_TURN) * FULL_TURN
+            self._turns += turns
+            pole += turns
+        return cart, pole
+
+    def _teleported(self, here: tuple[float, float]) -> bool:
+        """Tell whether both joints jumped off the line through their last two samples, or one to where a reset puts it."""
+        if len(self._positions) < 2:
+            return False
+        (x0, th0), (x1, th1) = self._positions[-2], self._positions[-1]
+        off_m, off_rad = abs(here[0] - 2 * x1 + x0), abs(here[1] - 2 * th1 + th0)
+        jumped = off_m > TELEPORT_M, off_rad > TELEPORT_RAD
+        return all(jumped) or (any(jumped) and here == HANGING)
+
+
+def still(slots: int) -> History:
+    """Return so many slots of a rig that hangs at rest."""
+    return History(slots - 1, 0, np.zeros(slots), np.tile([0.0, math.pi], (slots, 1)))

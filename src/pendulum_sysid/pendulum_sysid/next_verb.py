@@ -1,0 +1,60 @@
+"""The verb `next`: from recordings, and what an earlier diagnosis named, to the plan of the next experiment."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from pendulum_sysid.case import Case, case_of
+from pendulum_sysid.earlier_verdict import read_verdict
+from pendulum_sysid.fit import HORIZONS, fit
+from pendulum_sysid.identifiability import ties
+from pendulum_sysid.motion import moving
+from pendulum_sysid.next_experiment import planned_next
+from pendulum_sysid.output_files import check_file, writing
+from pendulum_sysid.records import Fit, Recording, Split
+from pendulum_sysid.search import Search, missing, named, parameters_alone
+from pendulum_sysid.split import split
+from pendulum_twin.model import load_twin
+from pendulum_twin.plans.plan_file import plan_from_mapping, save_plan
+from pendulum_twin.words import words_of
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Finished:
+    """Hold a recording's case and windows, the fit with all that is named, and the rivals of each name by scores."""
+
+    case: Case
+    split: Split
+    best: Fit
+    rivals: dict[str, tuple[str, ...]]
+
+
+def run(recording: Recording, arguments: argparse.Namespace, progress: Progress) -> None:
+    """Print why to play what next, and write the plan where one helps; arguments as `options` has them."""
+    check_file(arguments.out)
+    done = _finished(recording, arguments, progress)
+    tied = ties(done.case, done.split, done.best, done.rivals)
+    found = planned_next(done.case, done.split, done.best, tied, arguments.goal, arguments.seconds)
+    print(found.why)
+    if found.plan is not None:
+        with writing(arguments.out):
+            save_plan(plan_from_mapping(found.plan), arguments.out)
+        print(arguments.out)
+
+
+def _finished(recording: Recording, arguments: argparse.Namespace, progress: Progress) -> Finished:
+    """Return what is named as an earlier diagnosis has it, or found now."""
+    earlier = None if arguments.verdict is None else read_verdict(arguments.verdict)
+    case = case_of(moving(recording), load_twin(arguments.twin))
+    parts = split(case.signals, case.state)
+    if earlier is not None:
+        best = fit(case, parts, earlier.effects, words_of(earlier.twin), HORIZONS[-1])
+        return Finished(case, parts, best, earlier.rivals)
+    search = Search(case, parts, progress)
+    base = parameters_alone(search)
+    best = missing(search, base)
+    return Finished(case, parts, best, {one.effect: one.rivals for one in named(search, base, best)})
