@@ -81,6 +81,9 @@ class Wire:
     lost: float = 0.0
 
 
+CLEAN = Wire()
+
+
 class KernelRig:
     """A rig moved by the twin's own kernel, fast; its encoders count as given."""
 
@@ -124,7 +127,7 @@ def driven(make: Make, truth: Concealed, seed: int, change: Change | None = None
 
 @dataclass(frozen=True)
 class Watched:
-    """Hold how a watch did: its alarm and when that was raised, s; when it had learned, s; seconds of CPU it took."""
+    """Hold how a watch did: its first alarm and when that came, s; when it had learned, s; how long it saw; its CPU time."""
 
     watch: Watch
     alarm: Alarm | None
@@ -134,13 +137,15 @@ class Watched:
     cpu_s: float
 
 
-def watched(watch: Watch, run: Iterator[tuple], seconds: float, wire: Wire = Wire(), seed: int = 0) -> Watched:
-    """Feed a watch from a run until its first alarm, for so many seconds at most."""
-    random, learned_s, cpu_s = np.random.default_rng(seed), None, 0.0
+def watched(
+    watch: Watch, run: Iterator[tuple], seconds: float, wire: Wire = CLEAN, seed: int = 0, then_s: float = 0.0
+) -> Watched:
+    """Feed a watch from a run until its first alarm, and so long beyond it, for so many seconds at most."""
+    random, learned_s, cpu_s, first, raised_s = np.random.default_rng(seed), None, 0.0, None, None
     for number, positions, command in run:
         now_s = number / RATE_HZ
-        if now_s >= seconds:
-            break
+        if now_s >= (seconds if raised_s is None else min(seconds, raised_s + then_s)):
+            return Watched(watch, first, raised_s, learned_s, now_s, cpu_s)
         at_ns = 10**9 + round(now_s * 1e9)
         stamp_ns, lost = at_ns + round(wire.jitter_s * random.normal() * 1e9), random.random() < wire.lost
         begin = time.process_time()
@@ -149,6 +154,6 @@ def watched(watch: Watch, run: Iterator[tuple], seconds: float, wire: Wire = Wir
         cpu_s += time.process_time() - begin
         if learned_s is None and watch.phase is Phase.WATCHING:
             learned_s = now_s
-        if alarm is not None:
-            return Watched(watch, alarm, now_s, learned_s, now_s, cpu_s)
-    return Watched(watch, None, None, learned_s, seconds, cpu_s)
+        if alarm is not None and first is None:
+            first, raised_s = alarm, now_s
+    return Watched(watch, first, raised_s, learned_s, seconds, cpu_s)

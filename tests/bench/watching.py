@@ -24,6 +24,7 @@ WIRES = {"clean": Wire(), "2 ms jitter": Wire(jitter_s=0.002), "2 % lost": Wire(
 COUNTS = (4096, 1024)
 FIRST_S, LAST_S = 40.0, 95.0  # between these a rig changes
 GIVE_UP_S = 45.0
+THEN_S = 6.0  # after the alarm: by then it has been named once more
 
 
 @dataclass(frozen=True)
@@ -48,7 +49,7 @@ def play(seed: int, seconds: float, change: Change | None = None, at_s: float = 
         return EmulatedRig(rig, encoders=Encoders(pole_counts=setting.counts), seed=seed, start=start)
 
     run = driven(make, truth, seed, change, at_s)
-    done = watched(Watch(twin_of(truth, seed)), run, seconds, WIRES[setting.wire], seed)
+    done = watched(Watch(twin_of(truth, seed)), run, seconds, WIRES[setting.wire], seed, THEN_S)
     said = f"{done.raised_s:.1f} s: {done.alarm.sentence}" if done.alarm else "no alarm"
     print(
         f"seed {seed}, {setting}, {change.name if change else 'healthy'} {at_s:.1f} s -> {said}", file=sys.stderr, flush=True
@@ -86,12 +87,13 @@ def changing(seeds: int) -> list[str]:
         done = [_changed(seed, change, number) for seed in range(100, 100 + seeds)]
         raised = [(one, at_s) for one, at_s in done if one.alarm is not None]
         right = sum(one.alarm.place.value == change.place and one.raised_s >= at_s for one, at_s in raised)
+        later = sum(one.watch.alarm.place.value == change.place and one.raised_s >= at_s for one, at_s in raised)
         delays = [one.raised_s - at_s for one, at_s in raised] or [np.nan]
-        sizes = [one.alarm.size for one, _ in raised] or [np.nan]
-        unit = raised[0][0].alarm.unit if raised else ""
+        sizes = [one.watch.alarm.size for one, _ in raised] or [np.nan]
+        unit = raised[0][0].watch.alarm.unit if raised else ""
         lines.append(
-            f"| {change.name} | {change.place} | {right} of {seeds} | {np.median(delays):.1f} ({max(delays):.1f}) | "
-            f"{np.median(sizes):.3g} {unit} | {seeds - len(raised)} |"
+            f"| {change.name} | {change.place} | {right} of {seeds} | {later} of {seeds} | {np.median(delays):.1f} "
+            f"({max(delays):.1f}) | {np.median(sizes):.3g} {unit} | {seeds - len(raised)} |"
         )
         wrong += [f"- {change.name}: {one.alarm.sentence}" for one, _ in raised if one.alarm.place.value != change.place]
     return [*lines, *wrong]

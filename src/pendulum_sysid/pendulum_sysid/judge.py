@@ -50,9 +50,10 @@ def lead(rich: Fit, simple: Fit) -> Lead:
 def _likely(rich: Fit, simple: Fit) -> bool:
     """Return whether the rich fit leaves noise alone and the simple one more: an effect may show in a few windows only.
 
-    The likelihood is that of Gaussian errors with the rich fit's own variance.
+    The likelihood is that of Gaussian errors with the rich fit's own variance. It is asked over short horizons only: over a
+    long one, an error of the start near upright grows until it is all that counts.
     """
-    if rich.choose > AT_NOISE or simple.choose < PLAIN * rich.choose or rich.parts != simple.parts:
+    if rich.parts == 1 or rich.parts != simple.parts or rich.choose > AT_NOISE or simple.choose < PLAIN * rich.choose:
         return False
     variance = rich.window_squares.sum(axis=0) / np.maximum(rich.counts.sum(axis=0), 1.0)
     gains = np.sum((simple.window_squares - rich.window_squares) / (2.0 * variance), axis=1)

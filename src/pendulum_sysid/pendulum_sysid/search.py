@@ -125,12 +125,25 @@ def missing(search: Search, base: Fit) -> Fit:
     short = pruned(search, base.effects, grown(search, with_pole_effects(search, base)))
     grown_long = grown(search, seen_from(search, short, 1))
     if grown_long.choose <= NEAR_FLOOR:
-        return pruned(search, base.effects, grown_long)
+        return confirmed(search, short, pruned(search, base.effects, grown_long))
     long = pruned(search, short.effects, grown_long)
     near = short
     if long.effects != short.effects:
         near = pruned(search, base.effects, seen_from(search, long, short.parts))
     return long if judge.lead(long, over_whole_windows(search, near)).real else near
+
+
+def confirmed(search: Search, short: Fit, long: Fit) -> Fit:
+    """Return the fit over the long horizon when what it has added shows over the short one, too; else the short one.
+
+    Near upright an error of the start grows over a second until any effect that bends it seems to help.
+    """
+    added = [name for name in long.effects if name not in short.effects]
+    if not added:
+        return long
+    near = seen_from(search, long, short.parts)
+    shows = all(judge.distance(near, name, short.effects) > 1.0 for name in added)
+    return long if shows and judge.lead(near, short).ratio > 1.0 else short
 
 
 def over_whole_windows(search: Search, one: Fit) -> Fit:

@@ -1,8 +1,9 @@
 """What a missing force says about the sensors and the clock: an error of the angle, the position or the stamps.
 
 A measured angle that is off by e moves every term of the pole's equation: Jp e'' + fp e' - S (g cos th - sin th v') e is
-then lacking, to first order, and -S (cos th (th + e))'' in the cart's; for the cart's position it is m e'' + fc e'. Where the stamps run slow by a share r, every
-acceleration is seen too large by 2 r and every velocity by r.
+then lacking, to first order, and -S times the change of cos(th) w' - sin(th) w^2 in the cart's. A position that is off by
+e makes m e'' + fc e' lacking. Where the stamps run slow by a share r, every acceleration is seen too large by 2 r and
+every velocity by r.
 """
 
 from __future__ import annotations

@@ -37,7 +37,9 @@ def judged(sealed: Sealed, answer: Answer) -> Names:
     if not sealed.unlisted:
         return Names(how, cells)
     located = any(one.place == answer.place for one in sealed.unlisted)
-    depends = any(set(one.variables) & set(answer.variables) for one in sealed.unlisted)
+    asked = {part for variable in answer.variables for part in variable.split("*")}
+    asked |= {"time"} if "frequency" in asked else set()
+    depends = any(set(one.variables) & asked for one in sealed.unlisted)
     return Names(how, cells, located, depends)
 
 
