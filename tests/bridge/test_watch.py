@@ -27,7 +27,10 @@ def test_a_change_is_put_in_its_place_within_seconds(change: Change) -> None:
     assert done.alarm is not None and done.learned_s is not None and done.learned_s < 31.0
     assert done.alarm.place.value == change.place
     assert 31.0 < done.raised_s < 44.0
-    assert done.alarm.since_ns * 1e-9 - 1 == pytest.approx(done.raised_s, abs=12.0)
+    assert 30.0 < done.alarm.since_ns * 1e-9 - 1 < done.raised_s
+    if change.place == "sensor":  # a slip is seen as such, at once
+        assert done.alarm.effect == "encoder_slip" and done.raised_s < 32.0
+        assert done.alarm.low < 0.05 < done.alarm.high or done.alarm.size == pytest.approx(0.05, abs=0.003)
 
 
 def test_a_healthy_rig_raises_no_alarm_over_a_poor_wire() -> None:
@@ -61,9 +64,11 @@ def test_an_alarm_stays_until_it_is_cleared_or_learned() -> None:
     assert watch.alarm is not None and watch.alarm.raised_ns == first.raised_ns
     assert watch.alarm.size == pytest.approx(-0.15 * truth.rig.force_per_pwm_n, rel=0.1)
     watch.clear()
+    cleared_ns = watch.stream.stamp_ns
     assert watch.phase is Phase.WATCHING and health(watch, "/rig", 0.0).level is Level.OK
-    again = watched(watch, run, 120.0).alarm
-    assert again is not None and again.place is first.place
+    again = watched(watch, run, 120.0)
+    assert again.alarm is not None and again.alarm.place is first.place
+    assert again.alarm.raised_ns - cleared_ns >= 10**9  # from new windows, not from those before
     watch.learn()  # takes the change for usual
     assert watch.phase is Phase.LEARNING and watch.alarm is None
     assert watched(watch, islice(run, 2600), 200.0).alarm is None and watch.phase is Phase.WATCHING

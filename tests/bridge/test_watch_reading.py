@@ -99,6 +99,7 @@ def test_whole_turns_do_not_matter() -> None:
     history = recorded(TWIN)
     turned = replace(history, positions=np.add(history.positions, [0.0, 6 * np.pi]))
     assert read(turned).off == pytest.approx(read(history).off, abs=1e-9)
+    assert read(turned).by_signature == pytest.approx(read(history).by_signature, abs=1e-6)  # no spring is wound up
 
 
 def test_the_rails_end_and_missing_samples_are_not_read() -> None:

@@ -17,6 +17,7 @@ from pendulum_bridge.nodes.driver_settings import DriverSettings
 from pendulum_bridge.nodes.excitation_settings import ExcitationSettings
 from pendulum_bridge.nodes.recorder_settings import RecorderSettings
 from pendulum_bridge.nodes.view_settings import ViewSettings
+from pendulum_bridge.nodes.watch_settings import WatchSettings
 from pendulum_twin.nodes.settings import declared
 from pendulum_twin.nodes.twin_settings import TwinSettings
 
@@ -27,8 +28,9 @@ KINDS: dict[str, type] = {
     "recorder": RecorderSettings,
     "twin": TwinSettings,
     "view": ViewSettings,
+    "watch": WatchSettings,
 }
-NEEDED = {"driver": "twin", "excitation": "twin_file", "recorder": "out", "twin": "twin"}  # what has no default
+NEEDED = {"driver": "twin", "excitation": "twin_file", "recorder": "out", "twin": "twin", "watch": "twin"}  # what has no default
 VALUE = re.compile(r" {4}(\w+): (.*?)(?:  +# (.*))?$")
 
 

@@ -11,10 +11,10 @@ from pendulum_sysid.propose import Proposal, propose
 from pendulum_sysid.records import Fit, Recording, Split
 from pendulum_sysid.split import split
 from pendulum_twin.effects import BY_NAME
-from pendulum_twin.effects.effect import Place
+from pendulum_twin.effects.effect import Form, Place
 from pendulum_twin.words import words_of
 
-WITH_SIZES = [name for name, sizes in HIDDEN.items() if sizes]
+WITH_SIZES = [name for name, sizes in HIDDEN.items() if sizes and BY_NAME[name].form is not Form.REPORT]
 
 
 def fitted_alone(recording: Recording) -> tuple[Case, Split, Fit]:

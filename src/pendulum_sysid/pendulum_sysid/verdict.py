@@ -54,8 +54,8 @@ class Findings:
 def outcome_of(found: Findings) -> Outcome:
     """Return how the diagnosis ended."""
     physics = [one for one in found.named if moves(one.effect)]
-    misnamed = bool(found.misfits) or found.outweighed
-    if found.best.choose > AT_FLOOR and (explained(found) < EXPLAINED or misnamed):
+    unexplained = explained(found) < EXPLAINED or found.outweighed
+    if found.misfits or (found.best.choose > AT_FLOOR and unexplained):
         return Outcome.NOT_IN_CATALOGUE
     if any(one.rivals for one in physics):
         return Outcome.AMBIGUOUS

@@ -146,7 +146,7 @@ class Stream:
 
     def _settle(self, said_ns: int) -> None:
         """Give the last slot the last command that was said before this sample, but not too close before it."""
-        due_ns = said_ns - (0 - self._answers) * self._period_s * 1e9
+        due_ns = said_ns - (1 - self._answers) * self._period_s * 1e9
         while self._words and self._words[0][0] <= due_ns:
             self._held = self._words.popleft()[1]
         if self._command:
