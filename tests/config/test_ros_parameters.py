@@ -30,7 +30,8 @@ KINDS: dict[str, type] = {
     "view": ViewSettings,
     "watch": WatchSettings,
 }
-NEEDED = {"driver": "twin", "excitation": "twin_file", "recorder": "out", "twin": "twin", "watch": "twin"}  # what has no default
+# What has no default.
+NEEDED = {"driver": "twin", "excitation": "twin_file", "recorder": "out", "twin": "twin", "watch": "twin"}
 VALUE = re.compile(r" {4}(\w+): (.*?)(?:  +# (.*))?$")
 
 

@@ -16,6 +16,7 @@ from pendulum_bridge.watch.reading import Reading
 from pendulum_twin.signals import Floats
 from pendulum_twin.simulate import Ints
 
+ROUNDING = 1e-13  # of the trace: columns that are all but the same must not end in a singular matrix
 START_SD = 1.0  # m, rad and their rates: nothing is known of a start but what the window says
 
 
@@ -53,7 +54,9 @@ def weighed(reading: Reading, noise: Noise, baseline: Floats) -> Weighed:
     sd = noise.sensor[reading.joint]
     push = (noise.slack * reading.activity)[reading.push_joint] * reading.felt_s
     scaled = np.concatenate([reading.by_push * push, START_SD * reading.by_start], axis=1) / sd[:, None]
-    lower = np.linalg.cholesky(np.eye(scaled.shape[1]) + scaled.T @ scaled)
+    grown = scaled.T @ scaled
+    grown[np.diag_indices_from(grown)] += 1 + ROUNDING * np.trace(grown)
+    lower = np.linalg.cholesky(grown)
     wide = np.linalg.solve(lower, scaled.T) / sd
     off = reading.off - reading.by_signature @ baseline
     misfit = float(np.sum((off / sd) ** 2) - np.sum((wide @ off) ** 2))

@@ -13,9 +13,10 @@ import numpy as np
 
 from pendulum_bridge.watch.signatures import PROBE, Signature, full_force_n, full_torque_n_m, probes
 from pendulum_bridge.watch.stream import History
+from pendulum_bridge.watch.window_runs import WindowRuns, runs_away, solved, spikes
 from pendulum_twin.model import Twin
-from pendulum_twin.signals import Floats, Mask, Signals
-from pendulum_twin.simulate import Ints, free_runs
+from pendulum_twin.signals import Floats, Signals
+from pendulum_twin.simulate import Ints
 from pendulum_twin.words import COUPLING, FORCE_PER_PWM, GRAVITY, INERTIA, MASS, SLOTS, words_of
 
 WINDOW_S = 0.5
@@ -26,7 +27,6 @@ PUSH_S = 0.05  # between pushes that stand for what the twin leaves open
 NEAR_END_M = 0.02  # of the rail's end: what happens there is no part of the twin
 LEAST_SAMPLES = 0.6  # of a window
 IDLE = 0.02  # of the largest acceleration: below it nothing counts as active
-SPIKE = 8.0  # times the usual bend of the rows: a larger one is no sample of this motion
 PUSHED = 0.03  # of the activity: size of the pushes from which their effect is computed
 TILT = SLOTS["rail_tilt"].start  # a rail's tilt times g is an acceleration of the cart
 OF_SAMPLE = (0, 1)  # position of cart and pole in a state (x, th, v, w); their rates stand 2 further
@@ -108,24 +108,24 @@ class Reader:
         if start is None:
             return None
         joint, at = np.nonzero(good.T & np.isin(np.arange(2), self._joints)[:, None])
-        run = _Runs(self._signals(history.command), self._words, first, joint, at)
+        run = WindowRuns(self._signals(history.command), self._words, first, joint, at)
         return self._read(history, window.T[joint, at], start, run, sensor)
 
-    def _read(self, history: History, measured: Floats, start: Floats, run: _Runs, sensor: Floats) -> Reading | None:
+    def _read(self, history: History, measured: Floats, start: Floats, run: WindowRuns, sensor: Floats) -> Reading | None:
         states, steps = self._steps(sensor)
         plain = np.zeros(1 + len(states), dtype=np.int64)
         shown, _ = run.shown(plain, self._varied(start, states, steps), self.samples + 1)
         start = start.copy()
-        start[states] += steps * _solved((shown[1:] - shown[0]).T, measured - shown[0], sensor[run.joint])
+        start[states] += steps * solved((shown[1:] - shown[0]).T, measured - shown[0], sensor[run.joint])
         sets = np.concatenate([plain, np.arange(1, len(self._words))])
         starts = np.concatenate([self._varied(start, states, steps), np.repeat(start[None], len(self._sizes), axis=0)])
         shown, path = run.shown(sets, starts, self.samples + 1)
         off, changed = measured - shown[0], (shown[1:] - shown[0]).T
         activity = self._activity(path[0], run)
         by_push, push_joint, felt_s = self._pushed(run, path[0], shown[0], activity)
-        if not (np.all(np.isfinite(changed)) and np.all(np.isfinite(by_push))):
+        if runs_away(changed) or runs_away(by_push):
             return None
-        good = ~_spikes(off, run.joint, run.at, sensor)
+        good = ~spikes(off, run.joint, run.at, sensor)
         return Reading(
             history.slot,
             history.end_ns,
@@ -143,20 +143,23 @@ class Reader:
             bool(np.any(np.ptp(path[0][:, OF_SAMPLE], axis=0)[self._joints] > 10 * sensor[self._joints])),
         )
 
-    def sketched(self, history: History, reading: Reading, sensor: Floats, words: Floats) -> list[Reading]:
+    def sketched(self, history: History, reading: Reading, sensor: Floats, words: Floats) -> list[Reading | None]:
         """Return what the window's reading would be with other twins, (twins, SIZE), in rough: all else is as it was read.
 
         Their starts are varied, but not refined, and they are not pushed; by_signature stays that of the twin itself.
+        None for a twin that runs away.
         """
         states, steps = self._steps(sensor)
         starts = self._varied(reading.start, states, steps)
         first = len(history.command) - 1 - self.samples
-        run = _Runs(self._signals(history.command), words, first, reading.joint, reading.at)
+        run = WindowRuns(self._signals(history.command), words, first, reading.joint, reading.at)
         sets = np.repeat(np.arange(len(words)), len(starts))
         shown, _ = run.shown(sets, np.tile(starts, (len(words), 1)), self.samples + 1)
         shown = shown.reshape(len(words), len(starts), -1)
         return [
-            replace(reading, off=reading.measured - each[0], by_start=((each[1:] - each[0]) / steps[:, None]).T)
+            None
+            if runs_away(each)
+            else replace(reading, off=reading.measured - each[0], by_start=((each[1:] - each[0]) / steps[:, None]).T)
             for each in shown
         ]
 
@@ -186,7 +189,7 @@ class Reader:
         starts[1 + np.arange(len(states)), states] += steps
         return starts
 
-    def _pushed(self, run: _Runs, path: Floats, shown: Floats, activity: Floats) -> tuple[Floats, Ints, Floats]:
+    def _pushed(self, run: WindowRuns, path: Floats, shown: Floats, activity: Floats) -> tuple[Floats, Ints, Floats]:
         """Return the change of the rows with each push, the pushes' joints, and the time for which each is felt.
 
         The cart is pushed by forces that begin at one time and last, each way: what sticks answers to nothing shorter. The
@@ -209,7 +212,7 @@ class Reader:
         both_ways = np.where(np.arange(len(when)) < len(forced), np.sqrt(0.5), PUSH_S)
         return by_push, (np.arange(len(when)) >= len(forced)).astype(np.int64), both_ways
 
-    def _activity(self, path: Floats, run: _Runs) -> Floats:
+    def _activity(self, path: Floats, run: WindowRuns) -> Floats:
         """Return the root mean square of what accelerates each joint: all that pushes the cart, even if it sticks."""
         a, b = np.sqrt(np.mean((np.diff(path[:, 2:], axis=0) / self._period_s) ** 2, axis=0))
         words = self._words[0]
@@ -237,54 +240,3 @@ class Reader:
         padded = np.concatenate([command, np.full(self.samples + 1, command[-1])])
         blank, every = np.zeros(len(padded)), np.ones(len(padded), dtype=bool)
         return Signals(self._period_s, padded, blank, blank, every, every)
-
-
-@dataclass(frozen=True)
-class _Runs:
-    """Run the twin through one window, which begins at sample first of signals; rows as in Reading."""
-
-    signals: Signals
-    words: Floats
-    first: int
-    joint: Ints
-    at: Ints
-
-    def shown(self, sets: Ints, starts: Floats, samples: int) -> tuple[Floats, Floats]:
-        """Return what runs of these words show in the rows, (runs, rows), and their states (runs, samples, 4)."""
-        states = free_runs(self.signals, self.words, sets, np.full(len(sets), self.first), starts, samples)
-        return states[:, self.at, self.joint], states
-
-    def later(self, when: Ints, starts: Floats, words: Floats, samples: int) -> Floats:
-        """Return runs of twins with words (runs, SIZE) that start later in the window."""
-        return free_runs(self.signals, words, np.arange(len(when)), self.first + when, starts, samples)
-
-    def window_command(self, samples: int) -> Floats:
-        """Return the window's commands."""
-        return self.signals.command[self.first : self.first + samples]
-
-
-def _solved(columns: Floats, off: Floats, deviations: Floats) -> Floats:
-    """Return the least-squares sizes of columns (rows, n) that explain off (rows,), held back where they do nothing."""
-    scaled = columns / deviations[:, None]
-    normal = scaled.T @ scaled
-    normal[np.diag_indices_from(normal)] += 1e-6 * np.trace(normal) / len(normal) + 1e-12
-    return np.asarray(np.linalg.solve(normal, scaled.T @ (off / deviations)))
-
-
-def _spikes(off: Floats, joint: Ints, at: Ints, sensor: Floats) -> Mask:
-    """Return which rows are off the line through their neighbours by far more than these are off theirs.
-
-    A single wrong sample is twice as far off as both beside it; at a step, which is kept, two neighbours are as far off.
-    """
-    found = np.zeros(len(off), dtype=bool)
-    for k in np.unique(joint):
-        rows = np.flatnonzero(joint == k)
-        if len(rows) < 5:
-            continue
-        here, t = off[rows], at[rows].astype(float)
-        share = (t[1:-1] - t[:-2]) / (t[2:] - t[:-2])
-        bent = np.abs(here[1:-1] - (1 - share) * here[:-2] - share * here[2:])
-        around = np.pad(bent, 1)
-        usual = SPIKE * max(float(np.median(bent)), sensor[k])
-        found[rows[1:-1]] = (bent > usual) & (bent > 1.5 * np.maximum(around[:-2], around[2:]))
-    return found

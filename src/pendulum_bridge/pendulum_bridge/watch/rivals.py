@@ -15,7 +15,7 @@ import numpy as np
 from pendulum_bridge.watch.baseline import Baseline
 from pendulum_bridge.watch.evidence import Leader
 from pendulum_bridge.watch.noise import Weighed, scores, weighed
-from pendulum_bridge.watch.reading import Reader
+from pendulum_bridge.watch.reading import Reader, Reading
 from pendulum_bridge.watch.signatures import Signature
 from pendulum_bridge.watch.stream import History
 from pendulum_twin.effects.effect import Place
@@ -139,18 +139,22 @@ def _sketches(
         reading = reader.read(history, baseline.noise.sensor)
         if reading is not None:
             sketched = reader.sketched(history, reading, baseline.noise.sensor, words)
-            total += [_unlikely(weighed(each, baseline.noise, baseline.sizes)) for each in sketched]
+            total += np.array([_unlikely(_weighed(each, baseline)) for each in sketched])
     total = total.reshape(sizes.shape)
     best = np.argmin(total, axis=1)
     return [(float(row[k]), float(much[k])) for row, much, k in zip(sizes, total, best, strict=True)]
 
 
-def _unlikely(window: Weighed) -> float:
-    """Return the negative logarithm of a window's likelihood, heavy-tailed from window to window."""
+def _weighed(reading: Reading | None, baseline: Baseline) -> Weighed | None:
+    return None if reading is None else weighed(reading, baseline.noise, baseline.sizes)
+
+
+def _unlikely(window: Weighed | None) -> float:
+    """Return the negative logarithm of a window's likelihood, heavy-tailed from window to window; None for no run at all."""
+    if window is None:
+        return IMPOSSIBLE
     n = len(window.off)
-    return (
-        0.5 * (window.spread + (HEAVY + n) * math.log1p(window.misfit / HEAVY)) if window.misfit < math.inf else IMPOSSIBLE
-    )
+    return 0.5 * (window.spread + (HEAVY + n) * math.log1p(max(window.misfit, 0.0) / HEAVY))
 
 
 def _fitted(trial: _Trial, size: float) -> Rival:
