@@ -12,12 +12,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pendulum_sysid.angle_scan import balancing_ratio
 from pendulum_sysid.case import Case
 from pendulum_sysid.gauss_newton import System, linearised
 from pendulum_sysid.parameters import Free, free_parameters, size_of
 from pendulum_sysid.records import Fit, Split
 from pendulum_sysid.windows import shorter
-from pendulum_twin.effects import BY_NAME, CATALOGUE
+from pendulum_twin.effects import BY_NAME, CATALOGUE, angle_scale
 from pendulum_twin.effects.effect import Effect, Form, Place
 from pendulum_twin.inverse_dynamics import laws_along, missing_force
 from pendulum_twin.signals import Floats
@@ -79,7 +80,7 @@ def _promise(system: System, column: int, fit: Fit, free: tuple[Free, ...], effe
             start[word] = np.clip(reached, parameter.low, parameter.high)
     for one, change in zip(free, -follow * far, strict=True):
         one.put(start, float(np.clip(one.get(fit.words) + change * one.size, one.low, one.high)))
-    if replaced(effect, fit.effects):
+    if replaced(effect, fit.effects) or effect is angle_scale.EFFECT:
         start = words
     return Proposal(effect.name, with_effect(effect, fit.effects), start[None], far * slope - 0.5 * far**2 * own)
 
@@ -124,7 +125,7 @@ def _makes_sense(case: Case, effect: Effect) -> bool:
 def probes(case: Case, fit: Fit, effect: Effect) -> list[Floats]:
     """Return the fit's words with the candidate's typical sizes put in, thinned out when there are many."""
     found = []
-    for one in _typical(case, effect):
+    for one in _typical(case, fit, effect):
         words = fit.words.copy()
         words[SLOTS[effect.name]] = one
         for name in replaced(effect, fit.effects):
@@ -135,10 +136,12 @@ def probes(case: Case, fit: Fit, effect: Effect) -> list[Floats]:
     return _thinned(case, fit, effect, found)
 
 
-def _typical(case: Case, effect: Effect) -> list[tuple[float, ...]]:
-    """Return the sizes from which to start; those of a slip are read off the recording."""
+def _typical(case: Case, fit: Fit, effect: Effect) -> list[tuple[float, ...]]:
+    """Return the sizes from which to start; those of a slip and of a wrong scale are read off the recording."""
     if any(p.located for p in effect.parameters):
         return [(step.angle_rad, step.time_s) for step in case.angle_steps]
+    if effect is angle_scale.EFFECT:
+        return [(balancing_ratio(case, fit.words) or effect.parameters[0].probes[0],)]
     sizes = [size_of(p, case.scales) for p in effect.parameters]
     combinations = itertools.product(*(p.probes for p in effect.parameters))
     return [tuple(a * b for a, b in zip(one, sizes, strict=True)) for one in combinations]
