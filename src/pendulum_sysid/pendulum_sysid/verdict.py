@@ -172,7 +172,7 @@ def _errors(found: Findings) -> str:
     for k, channel in enumerate(after.channels):
         name, unit, scale = (("cart", "mm", 1e3), ("pole", "mrad", 1e3))[channel]
         parts.append(f"{name} {_number(before.rmse[k] * scale)} -> {_number(after.rmse[k] * scale)} {unit}")
-    return f"held-out errors over {after.seconds:g} s fall: {', '.join(parts)}"
+    return f"held-out errors over {after.seconds:.3g} s fall: {', '.join(parts)}"
 
 
 def _plain(one: Named, best: Fit) -> str:
