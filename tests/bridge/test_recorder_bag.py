@@ -2,6 +2,7 @@
 
 import json
 import random
+import resource
 import shutil
 import struct
 from pathlib import Path
@@ -221,6 +222,22 @@ def test_a_disk_that_fails_at_the_end_is_said(tmp_path: Path, monkeypatch: pytes
         bag.close()
     assert sorted(p.name for p in (tmp_path / "run").iterdir()) == [INDEX, "run_0.mcap"]
     assert index(tmp_path / "run")["custom_data"]["state"] == "cut"
+
+
+def test_wherever_the_disk_is_full_the_index_counts_what_is_readable(tmp_path: Path) -> None:
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    for room in range(1, 900, 31):  # a chunk of seven messages and its index are about 700 bytes
+        bag = new_bag(tmp_path / f"run_{room}")
+        fill(bag, range(14))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (bag.size_bytes + room, limits[1]))
+        try:
+            with pytest.raises(BadInputError, match="the recording ends after"):
+                fill(bag, range(14, 42))
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        bag.close()
+        readable = [m for m in Salvage(data_file(bag.folder)) if isinstance(m, Message)]
+        assert counts(bag.folder)["/rig/pwm"] == bag.tally.total == len(readable)
 
 
 def test_what_is_no_mcap_file_is_refused(tmp_path: Path) -> None:

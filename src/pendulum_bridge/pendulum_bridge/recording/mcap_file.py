@@ -71,6 +71,7 @@ class McapFile:
     def note(self, name: str, entries: Mapping[str, str]) -> None:
         """Write a named set of texts."""
         self._writer.add_metadata(name, dict(entries))
+        self._file.flush()
 
     def close(self) -> None:
         """Write the summary, wait for the disk and close the file."""
