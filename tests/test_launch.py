@@ -148,6 +148,13 @@ def test_arguments_reach_the_emulated_rig_and_the_driver_alike() -> None:
     assert given_to(only(launch, "twin_node"))["rate_hz"] == 50.0
 
 
+def test_the_watch_is_asked_for_and_holds_the_rig_against_the_twin_file() -> None:
+    assert not read("rig", twin="t.yaml").of("watch_node")
+    watch = only(read("rig", twin="t.yaml", namespace="lab", watch="true"), "watch_node")
+    assert given_to(watch) == {"twin": "t.yaml", "rig": "/lab"} and not watch.ends_all
+    assert read("pendulum", twin="t.yaml", pendulum="emulated", watch="true").of("watch_node")
+
+
 @pytest.mark.parametrize(("view", "listeners"), [("true", 3), ("false", 2)])
 def test_identify_waits_for_all_that_listen_and_ends_with_its_parts(view: str, listeners: int) -> None:
     launch = read("identify", twin="t.yaml", out="o", view=view)
@@ -188,13 +195,13 @@ class Samples:
 def test_an_emulated_rig_runs_and_ends_well(ros: Graph, tmp_path: Path) -> None:
     rig, user = free_ports()
     samples = Samples(ros, "rig")
-    launch = read("rig", twin=TWIN, emulated="true", rig_port=rig, listen_port=user, **patient(tmp_path))
+    launch = read("rig", twin=TWIN, emulated="true", watch="true", rig_port=rig, listen_port=user, **patient(tmp_path))
     with running(launch, ros.environment, tmp_path / "programs") as programs:
         ros.until(lambda: len(samples.got) > 20 or programs.over(), "samples of the rig", LONG_S)
         assert programs.over() == ""
         assert list(samples.got[-1].name) == ["cart", "pole"]
         assert samples.got[-1].position == pytest.approx([0.0, math.pi], abs=0.01)
-        assert programs.end() == {"rig_emulator": 0, "driver_node": 0}, programs.said()
+        assert programs.end() == {"rig_emulator": 0, "driver_node": 0, "watch_node": 0}, programs.said()
 
 
 def test_identify_records_a_plan_and_ends_by_itself(ros: Graph, tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 import os
 import random
 import re
+import select
 import shutil
 import signal
 import subprocess
@@ -68,23 +69,39 @@ def run_to_its_end(command: str, where: Path) -> None:
 
 def run_until_it_is_stopped(command: str, where: Path) -> None:
     """Start a node, wait until it says that it runs, stop it as Ctrl-C does, and hold that it ends well."""
-    log = where / "node.log"
-    with log.open("w", encoding="utf-8") as stream:
-        node = subprocess.Popen(
-            ["bash", "-c", command],
-            cwd=where, env=environment(), stdout=stream, stderr=subprocess.STDOUT, start_new_session=True,
-        )  # fmt: skip
+    shell = ["bash", "-c", command]
+    node = subprocess.Popen(
+        shell,
+        cwd=where,
+        env=environment(),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        bufsize=0,
+        start_new_session=True,
+    )
     try:
-        end = time.monotonic() + LONGEST_S
-        while not STARTED.search(log.read_text(encoding="utf-8")):
-            assert node.poll() is None and time.monotonic() < end, f"{command}\n{log.read_text(encoding='utf-8')}"
-            time.sleep(0.05)
+        said = said_until(STARTED, node)
+        assert STARTED.search(said), f"{command}\n{said}"
         os.killpg(node.pid, signal.SIGINT)
-        assert node.wait(timeout=LONGEST_S) == 0, f"{command}\n{log.read_text(encoding='utf-8')}"
+        last_words, _ = node.communicate(timeout=LONGEST_S)
+        assert node.returncode == 0, f"{command}\n{said}{last_words.decode()}"
     finally:
         if node.poll() is None:
             os.killpg(node.pid, signal.SIGKILL)
-            node.wait()
+            node.communicate()
+
+
+def said_until(words: re.Pattern[str], node: subprocess.Popen[bytes]) -> str:
+    """Return what a program says until it says these words, ends, or has taken too long."""
+    assert node.stdout is not None
+    said, end = b"", time.monotonic() + LONGEST_S
+    while not words.search(said.decode(errors="replace")):
+        ready, _, _ = select.select([node.stdout], [], [], max(end - time.monotonic(), 0.0))
+        part = node.stdout.read(65536) if ready else b""
+        if not part:
+            break
+        said += part
+    return said.decode(errors="replace")
 
 
 def test_every_command_of_the_readme_runs(workspace: Path) -> None:

@@ -76,7 +76,7 @@ CASES = [
     Case("stiff", {Fault.STIFF}, {"cart_coulomb_friction": {"level_n": 3.0}}),
     Case("cart's encoder stuck", {Fault.CART_BLIND}, shown=stuck_cart),
     Case("pole's encoder stuck", {Fault.POLE_STANDS}, shown=stuck_pole),
-    Case("positions first", {Fault.FIELDS_MIXED}, {"velocity_filter": {"time_constant_s": 0.02}}, shown=positions_first),
+    Case("positions first", {Fault.FIELDS_MIXED}, shown=positions_first),
     Case("angle wrapped", {Fault.WRAPPED}, shown=wrapped),
     Case("cart's encoder jumps", {Fault.JUMPED}, shown=jumping),
     Case("velocity mirrored", {Fault.VELOCITY_WRONG}, shown=mirrored_velocity),

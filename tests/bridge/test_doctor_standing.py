@@ -14,8 +14,9 @@ from hypothesis import strategies as st
 from pendulum_bridge.doctor.faults import Fault, Verdict
 from pendulum_bridge.doctor.findings import Check, Finding
 from pendulum_bridge.doctor.listening import Listened
-from pendulum_bridge.doctor.resting import without_spikes
+from pendulum_bridge.doctor.resting import running_median
 from pendulum_bridge.doctor.standing import CHECKS, stand
+from pendulum_bridge.doctor.track import without_spikes
 from pendulum_bridge.doctor.wire import Heard
 from pendulum_bridge.doctor.zeros import check_rail
 from pendulum_bridge.udp import Address
@@ -204,5 +205,14 @@ def test_the_running_median_takes_spikes_away_and_nothing_else() -> None:
     ramp = np.arange(20.0)
     spiky_ramp = ramp.copy()
     spiky_ramp[[4, 11, 12]] += 100
-    assert without_spikes(ramp)[2:-2].tolist() == ramp[2:-2].tolist()
-    assert np.abs(without_spikes(spiky_ramp) - ramp).max() <= 2
+    assert running_median(ramp)[2:-2].tolist() == ramp[2:-2].tolist()
+    assert np.abs(running_median(spiky_ramp) - ramp).max() <= 2
+
+
+def test_spikes_are_taken_away_and_single_counts_of_a_slow_rate_are_not() -> None:
+    counts = np.tile([0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0, 0.0], 10)
+    spoilt = counts.copy()
+    spoilt[[20, 50, 51]] += 100
+    assert not np.any(running_median(counts))
+    assert without_spikes(counts[:, None])[:, 0].tolist() == counts.tolist()
+    assert np.abs(without_spikes(spoilt[:, None])[:, 0] - counts).max() <= 1

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from enum import Enum
 
+SET_RATE = "Give --rate (and the nodes' rate) what the rig really does, or set the rig's timer."
+USE_CABLE = "Use a cable, not Wi-Fi; see whether the rig's program always keeps its period."
+
 
 class Verdict(Enum):
     """How a check ended; FAIL: nothing should be run on this rig before it is mended."""
@@ -59,8 +62,8 @@ class Fault(Enum):
     SOME_MALFORMED = (Verdict.WARN, "They are dropped. Does another program of that host send to this port?")
     FIELDS_MIXED = (Verdict.FAIL, "Send the fields in the order pole angle, pole rate, cart position, cart velocity.")
 
-    RATE_OFF = (Verdict.WARN, "Give --rate (and the nodes' rate) what the rig really does, or set the rig's timer.")
-    RATE_WRONG = (Verdict.FAIL, "Give --rate (and the nodes' rate) what the rig really does, or set the rig's timer.")
+    RATE_OFF = (Verdict.WARN, SET_RATE)
+    RATE_WRONG = (Verdict.FAIL, SET_RATE)
     BURSTS = (
         Verdict.WARN,
         "Something between collects samples: a coarse timer in the rig's program, a serial adapter's latency timer, "
@@ -71,8 +74,8 @@ class Fault(Enum):
         "Is a computer on the way busy, or saving power, or on Wi-Fi? Use a cable; give the rig's program a higher "
         "priority.",
     )
-    SOME_LOST = (Verdict.WARN, "Use a cable, not Wi-Fi; see whether the rig's program always keeps its period.")
-    MANY_LOST = (Verdict.FAIL, "Use a cable, not Wi-Fi; see whether the rig's program always keeps its period.")
+    SOME_LOST = (Verdict.WARN, USE_CABLE)
+    MANY_LOST = (Verdict.FAIL, USE_CABLE)
 
     MOVING = (
         Verdict.WARN,

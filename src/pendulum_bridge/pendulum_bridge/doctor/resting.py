@@ -49,7 +49,7 @@ def wraps(angles: Floats) -> bool:
     return bool(jumps.any() and np.ptp(angles) < math.tau + WRAP_NEAR_RAD)
 
 
-def without_spikes(values: Floats) -> Floats:
+def running_median(values: Floats) -> Floats:
     """Return the running median of values (n, ...) along the first axis, with ends repeated."""
     half = WINDOW // 2
     padded = np.concatenate([values[:1].repeat(half, axis=0), values, values[-1:].repeat(half, axis=0)])
@@ -58,7 +58,7 @@ def without_spikes(values: Floats) -> Floats:
 
 def check_rest(samples: Floats) -> Finding:
     """Return whether cart and pole stand still."""
-    pole, cart = (np.ptp(np.percentile(without_spikes(values), [5, 95])) for values in _positions(samples))
+    pole, cart = (np.ptp(np.percentile(running_median(values), [5, 95])) for values in _positions(samples))
     fault = Fault.MOVING if pole > MOVED_RAD or cart > MOVED_M else None
     expected = f"under {MOVED_RAD:g} rad and {1e3 * MOVED_M:g} mm of motion at PWM 0"
     return Finding(Check.REST, expected, f"{pole:.4f} rad and {1e3 * cart:.2f} mm", fault)
@@ -93,7 +93,7 @@ def _positions(samples: Floats) -> tuple[Floats, Floats]:
 
 
 def _spiky(values: Floats, least: float) -> NDArray[np.bool_]:
-    away = np.abs(values - without_spikes(values))
+    away = np.abs(values - running_median(values))
     return away > max(least, 8 * float(np.median(away)))
 
 

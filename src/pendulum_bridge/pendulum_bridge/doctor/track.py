@@ -7,10 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pendulum_bridge.doctor.resting import without_spikes
+from pendulum_bridge.doctor.resting import running_median
 from pendulum_bridge.doctor.timing import numbers_of, period_of
 
 Floats = NDArray[np.float64]
+OFTEN = 0.9  # of all changes from sample to sample are smaller than a large one; spikes are rarer than the others
+FAR = 4  # such changes from the running median: a spike
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,19 @@ def gridded(track: Track, expected_s: float) -> Grid:
     columns = without_spikes(track.samples).T
     samples = np.stack([np.interp(even, numbers, column) for column in columns], axis=1)
     return Grid(np.asarray(start + even * period_s), samples, period_s)
+
+
+def without_spikes(values: Floats) -> Floats:
+    """Return values (n, k) with those that lie far from their column's running median replaced by it.
+
+    The others stay as they are: in the differences of an encoder that counts slowly, single counts are all there is of the
+    motion, and a median takes them for spikes.
+    """
+    if len(values) < 2:
+        return values
+    usual = running_median(values)
+    far = FAR * np.quantile(np.abs(np.diff(values, axis=0)), OFTEN, axis=0)
+    return np.where(np.abs(values - usual) > far, usual, values)
 
 
 def slopes(values: Floats, period_s: float, half: int = 2) -> Floats:
