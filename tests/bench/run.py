@@ -162,7 +162,8 @@ TRUTH = {
 
 def bench_fit() -> list[Row]:
     """A fit of 12 parameters to 120 s in windows of 1 s, beside Nelder-Mead on the very same windows and kernel."""
-    from pendulum_sysid.gauss_newton import Problem, solve
+    from pendulum_sysid.gauss_newton import solve
+    from pendulum_sysid.linearised import Problem
     from pendulum_sysid.parameters import free_parameters, scales_of
     from pendulum_sysid.windows import channels, cut, gather, smooth_state
 

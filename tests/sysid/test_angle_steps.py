@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from hidden_physics import hidden
 
@@ -21,6 +22,16 @@ def test_a_slip_is_found_to_the_sample(angle: float, seed: int) -> None:
     first = angle_steps(signals, smooth_state(signals).noise.pole_rad)[0]
     assert first.time_s == pytest.approx(9.995, abs=1e-6)
     assert first.angle_rad == pytest.approx(angle, abs=0.006)
+
+
+def test_a_slip_of_five_steps_of_a_coarse_encoder_is_found() -> None:
+    step = 2 * np.pi / 1024
+    for seed in range(1, 5):
+        signals = signals_of({"encoder_slip": {"angle_rad": 5 * step, "time_s": 9.995}}, seed)
+        coarse = replace(signals, pole=np.round(signals.pole / step) * step)
+        first = angle_steps(coarse, smooth_state(coarse).noise.pole_rad)[0]
+        assert first.time_s == pytest.approx(9.995, abs=1e-6)
+        assert first.angle_rad == pytest.approx(5 * step, abs=2 * step)
 
 
 @pytest.mark.parametrize("effects", [{}, {"cart_coulomb_friction": {"level_n": 1.0}}], ids=["smooth", "sticking"])

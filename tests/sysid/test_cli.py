@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 from made_recordings import INTECO, ROOT, made, made_bag, without_joint
 
-from pendulum_sysid import cli, quality
 from pendulum_sysid.cli import main
 from pendulum_sysid.records import Diagnosis
+from pendulum_sysid.verbs import recordings
+from pendulum_sysid.verbs.diagnose import write_diagnosis
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.model import load_twin, save_twin
 
@@ -139,7 +140,7 @@ def broken(error: BaseException):
 def test_an_internal_error_is_one_sentence(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, bag: str
 ) -> None:
-    monkeypatch.setattr(quality, "cleaned", broken(RuntimeError("two\nlines")))
+    monkeypatch.setattr(recordings, "cleaned", broken(RuntimeError("two\nlines")))
     said = refused(capsys, "replay", bag, "--twin", TWIN)
     assert said == "sysid: internal error (RuntimeError: two lines): please report it, with --traceback for details\n"
     for line in (["--traceback", "replay", bag, "--twin", TWIN], ["replay", bag, "--twin", TWIN, "--traceback"]):
@@ -148,7 +149,7 @@ def test_an_internal_error_is_one_sentence(
 
 
 def test_the_keyboard_stops_it(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, bag: str) -> None:
-    monkeypatch.setattr(quality, "cleaned", broken(KeyboardInterrupt()))
+    monkeypatch.setattr(recordings, "cleaned", broken(KeyboardInterrupt()))
     assert main(["replay", bag, "--twin", TWIN]) == 130
     assert capsys.readouterr().err == "sysid: stopped by the keyboard before the question was answered\n"
 
@@ -275,7 +276,7 @@ def diagnosis(twin=INTECO, **verdict: object) -> Diagnosis:
 
 def test_a_diagnosis_is_written(tmp_path: Path) -> None:
     folder = tmp_path / "new" / "out"
-    written = cli._write_diagnosis(diagnosis(share=np.float64("nan"), count=np.int64(3)), folder, Path(TWIN))
+    written = write_diagnosis(diagnosis(share=np.float64("nan"), count=np.int64(3)), folder, Path(TWIN))
     assert [path.name for path in written] == ["verdict.json", "report.html", "twin.yaml"]
     verdict = json.loads((folder / "verdict.json").read_text())
     assert verdict["share"] is None and verdict["count"] == 3
@@ -284,15 +285,15 @@ def test_a_diagnosis_is_written(tmp_path: Path) -> None:
 
 
 def test_no_twin_of_an_earlier_diagnosis_stays(tmp_path: Path) -> None:
-    cli._write_diagnosis(diagnosis(), tmp_path, Path(TWIN))
-    written = cli._write_diagnosis(diagnosis(twin=None), tmp_path, Path(TWIN))
+    write_diagnosis(diagnosis(), tmp_path, Path(TWIN))
+    written = write_diagnosis(diagnosis(twin=None), tmp_path, Path(TWIN))
     assert [path.name for path in written] == ["verdict.json", "report.html"]
     assert not (tmp_path / "twin.yaml").exists()
 
 
 def test_the_twin_that_was_started_from_is_never_removed(tmp_path: Path) -> None:
     save_twin(INTECO, tmp_path / "twin.yaml")
-    cli._write_diagnosis(diagnosis(twin=None), tmp_path, tmp_path / "twin.yaml")
+    write_diagnosis(diagnosis(twin=None), tmp_path, tmp_path / "twin.yaml")
     assert load_twin(tmp_path / "twin.yaml") == INTECO
 
 

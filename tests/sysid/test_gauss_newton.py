@@ -9,7 +9,8 @@ from scipy.optimize import least_squares
 
 from pendulum_sysid.case import Case, case_of
 from pendulum_sysid.fit import HORIZONS, fit
-from pendulum_sysid.gauss_newton import Problem, half_widths, linearised, solve
+from pendulum_sysid.gauss_newton import half_widths, solve
+from pendulum_sysid.linearised import Problem, linearised
 from pendulum_sysid.parameters import Free, rig_parameters
 from pendulum_sysid.split import split
 from pendulum_sysid.windows import channels, cut, gather
@@ -149,6 +150,20 @@ def test_a_parameter_stays_within_its_bounds_and_the_others_make_the_best_of_it(
 def test_the_same_problem_gives_the_same_bits(problem: Problem, free: tuple[Free, ...]) -> None:
     first, second = (solve(problem, words_of(off(FAR)), free) for _ in range(2))
     assert np.array_equal(first.words, second.words) and np.array_equal(first.starts, second.starts)
+
+
+@pytest.mark.parametrize("limit", ["RUNS_AT_ONCE", "DRIVES_AT_ONCE"])
+def test_a_recording_taken_in_pieces_gives_the_same_equations(
+    problem: Problem, free: tuple[Free, ...], monkeypatch: pytest.MonkeyPatch, limit: str
+) -> None:
+    words, starts = words_of(TRUTH), problem.windows.starts
+    late = words_of(replace(TRUTH, effects={"input_delay": {"delay_s": 0.02}}))[None]
+    whole = linearised(problem, words, starts, free, np.ones(2), late)
+    monkeypatch.setattr(f"pendulum_sysid.linearised.{limit}", 1)
+    pieces = linearised(problem, words, starts, free, np.ones(2), late)
+    for name in ("normal", "scores", "start_normal", "start_gradient", "cross"):
+        expected = getattr(whole, name)
+        assert np.allclose(getattr(pieces, name), expected, rtol=1e-6, atol=1e-9 * np.abs(expected).max()), name
 
 
 def test_what_the_data_do_not_fix_is_not_identifiable() -> None:

@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 from hidden_physics import HIDDEN, INTECO, hidden
 
-from pendulum_sysid.balance import balances
 from pendulum_sysid.case import Case, case_of
-from pendulum_sysid.knots import hats, sided, spread_knots
-from pendulum_sysid.localise import localise, stretches
-from pendulum_sysid.measured_curves import typical_slope
+from pendulum_sysid.localisation.balance import balances
+from pendulum_sysid.localisation.knots import hats, sided, spread_knots
+from pendulum_sysid.localisation.localise import localise, stretches
+from pendulum_sysid.localisation.measured_curves import typical_slope
+from pendulum_sysid.localisation.thinning import thinned
 from pendulum_sysid.records import Evidence, Localisation, Recording
 from pendulum_sysid.search import Search, parameters_alone
 from pendulum_sysid.split import split
-from pendulum_sysid.thinning import thinned
 from pendulum_sysid.window_runs import WindowRuns, run_windows
 from pendulum_sysid.windows import WINDOW_S, cut
 from pendulum_twin.model import Twin

@@ -14,10 +14,10 @@ from pendulum_bridge.emulator.sensors import Encoders
 from pendulum_bridge.emulator.session import play
 from pendulum_sysid.case import Case, case_of
 from pendulum_sysid.fit import fit
-from pendulum_sysid.localise import localise
+from pendulum_sysid.localisation.localise import localise
+from pendulum_sysid.localisation.shape_check import misfit_of_named, outweighed, remainders
 from pendulum_sysid.records import Fit, Localisation, Recording
 from pendulum_sysid.search import Search, parameters_alone
-from pendulum_sysid.shape_check import misfit_of_named, outweighed, remainders
 from pendulum_sysid.split import split
 from pendulum_sysid.window_runs import run_windows
 from pendulum_sysid.windows import WINDOW_S, cut
@@ -60,8 +60,9 @@ class Asked:
     def doubted(self) -> set[str]:
         """Return the names whose shape is wrong; the word for all of them when what remains outweighs what they explain."""
         names = tuple(n for n in self.named.effects if n not in self.base.effects)
-        found = {one.effect for one in misfit_of_named(self.case, self.named, self.base, names)}
-        return found | ({"all"} if outweighed(remainders(self.case, self.named, self.base)) else set())
+        rest = remainders(self.case, self.named, self.base)
+        found = {one.effect for one in misfit_of_named(self.case, self.named.words, rest, names)}
+        return found | ({"all"} if outweighed(rest) else set())
 
 
 def asked(recording: Recording, names: dict[str, dict[str, float]]) -> Asked:

@@ -163,6 +163,19 @@ def test_first_and_last_samples_of_another_run_are_spikes(recording: Make) -> No
     assert found(out)["spike"].intervals_s == ((0.0, 0.01), (29.99, 29.99))
 
 
+def test_a_run_before_is_left_out_though_the_poles_jump_looks_like_a_spike() -> None:
+    """The pole seems to come back: half a radian away, its last samples before the jump are out of line."""
+    n, own = 3000, 68
+    t = np.arange(n) * 0.01
+    cart = 0.1 * np.maximum(t - t[own], 0.0) ** 2 * np.exp(-t)
+    pole = np.pi + np.where(t > t[own], 0.02 * np.sin(5.0 * (t - t[own])), 0.0)
+    cart[:own] = -0.126 - 0.04 * (t[:own] - t[own]) + 0.3 * (t[:own] - t[own]) ** 2
+    pole[:own] = np.pi + 0.57 + 7.0 * (t[:own] - t[own])
+    out = cleaned(RawRecording("two runs", "sha256:1", t, cart, pole, t, np.zeros(n)))
+    assert found(out)["stale"].intervals_s == ((0.0, 0.67),)
+    assert out.signals.begin_s == (pytest.approx(0.68),)
+
+
 def test_one_spike_in_several_sensors_is_one(recording: Make) -> None:
     raw = recording(STAMPS)
     cart, pole = raw.cart.copy(), raw.pole.copy()

@@ -128,3 +128,12 @@ def test_every_stretch_is_asked() -> None:
     found = stale_s(Recording("twice", "sha256:2", both))
     assert [round(begin, 6) for begin, _ in found] == [0.0, 10.0]
     assert [end - begin for begin, end in found] == pytest.approx([0.5, 0.5], abs=0.06)
+
+
+def test_a_stretch_that_ends_early_may_be_left_out_as_a_whole() -> None:
+    """What goes before an early break may be another run from its first to its last sample."""
+    recording = dead_at_first({}, 2.0, 0.05, 1)
+    broken = replace(recording, signals=recording.signals.broken_at([round(2.0 / PERIOD_S)]))
+    ((begin, end),) = stale_s(broken)
+    assert begin == 0.0 and end == pytest.approx(2.0, abs=0.06)
+    assert stale_s(replace(broken, signals=hidden({}, 1, 20.0)[0].signals.broken_at([200]))) == []

@@ -12,9 +12,9 @@ from made_recordings import PERIOD_S, made, without_joint
 
 from pendulum_sysid import pipeline
 from pendulum_sysid.pipeline import diagnose
-from pendulum_sysid.records import Outcome, Recording
+from pendulum_sysid.records import Estimate, Outcome, Recording
 from pendulum_sysid.search import Named
-from pendulum_sysid.verdict import Findings, verdict_of
+from pendulum_sysid.verdict import Findings, outcome_of, verdict_of
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Place
 from pendulum_twin.model import Twin, twin_from_mapping
@@ -167,6 +167,29 @@ def test_effects_that_explain_less_than_half_are_not_the_answer(friction: tuple[
     assert found["sentence"].startswith(f"Physics is missing at the {place} that no effect of the catalogue explains; ")
     explained = replace(missed, base=replace(kept.base, choose=40.0))
     assert verdict_of(explained, kept.case.recording, 1.0)["outcome"] == "named"
+
+
+def test_a_small_part_is_no_answer_while_whole_windows_show_more_than_noise(friction: tuple[dict, Findings]) -> None:
+    kept = friction[1]
+    small = replace(kept, base=replace(kept.base, choose=1.4), best=replace(kept.best, choose=1.2))
+    outcomes = {whole: outcome_of(replace(small, whole=whole)) for whole in (1.1, 4.0)}
+    assert outcomes == {1.1: Outcome.NAMED, 4.0: Outcome.NOT_IN_CATALOGUE}
+    assert outcome_of(replace(kept, whole=4.0)) is Outcome.NAMED  # a great part
+    assert outcome_of(replace(small, named=(), whole=4.0)) is Outcome.NOTHING_MISSING
+
+
+def test_friction_that_is_certain_is_kept_where_something_else_has_no_name(friction: tuple[dict, Findings]) -> None:
+    _, kept = friction
+    far = replace(kept.best, choose=20.0)
+    missed = replace(kept, base=replace(kept.base, choose=25.0), best=far, steady=Estimate(0.34, 0.2, 0.6))
+    found = verdict_of(missed, kept.case.recording, 1.0)
+    assert_as_in_the_contract(found)
+    assert found["outcome"] == "not_in_catalogue"
+    (one,) = found["missing_physics"]
+    assert one["effect"] == "cart_coulomb_friction" and one["parameters"]["level_n"]["value"] == 0.34
+    assert found["sentence"].endswith(" Dry friction holds the cart back with 0.34 N. This part is certain.")
+    named = verdict_of(replace(missed, base=replace(kept.base, choose=40.0)), kept.case.recording, 1.0)
+    assert named["outcome"] == "named" and "certain" not in named["sentence"]
 
 
 # What the catalogue does not hold: a rig of its own equations, with something added

@@ -8,16 +8,15 @@ from typing import Protocol
 import numpy as np
 
 from pendulum_sysid.case import Case
-from pendulum_sysid.gauss_newton import Problem
+from pendulum_sysid.linearised import Problem
 from pendulum_sysid.parameters import Free, free_parameters
 from pendulum_sysid.records import Fit, Split
-from pendulum_sysid.separation import Columns, Tie, columns, deciding, deviations, rest
+from pendulum_sysid.separation import CERTAIN, Columns, Tie, columns, deciding, deviations, rest
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Form
 from pendulum_twin.signals import Floats
 
 WIDE = 0.1  # of a value: half widths beyond it are worth an experiment
-CERTAIN = 1.96  # deviations to either side of a 95 % interval
 
 
 class Aim(Protocol):

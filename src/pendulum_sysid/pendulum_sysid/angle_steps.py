@@ -17,7 +17,7 @@ from pendulum_twin.signals import Floats, Signals
 SIDE = 9  # samples on each side
 DEGREE = 3
 WIDEST = 10  # samples left out between the sides
-CLEAR = 8.0  # deviations of noise, and of the disagreement that this motion usually has
+CLEAR = 5.0  # deviations of noise, and of the disagreement that this motion usually has: chance once in a million
 MOST = 4
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from pendulum_sysid.angle_steps import AngleStep, angle_steps
-from pendulum_sysid.gauss_newton import Problem
+from pendulum_sysid.linearised import Problem
 from pendulum_sysid.parameters import Scales, scales_of
 from pendulum_sysid.records import Recording, Windows
 from pendulum_sysid.windows import SmoothState, noise_of, smooth_state

@@ -13,10 +13,11 @@ import numpy as np
 
 from pendulum_sysid.aims import Aim
 from pendulum_sysid.case import Case
-from pendulum_sysid.gauss_newton import Problem
+from pendulum_sysid.linearised import Problem
 from pendulum_sysid.phase_family import family
 from pendulum_sysid.planned_run import Lanes, Played, hanging, played
 from pendulum_sysid.records import Fit, Windows
+from pendulum_sysid.separation import DECIDING
 from pendulum_sysid.windows import WINDOW_S
 from pendulum_twin.plans.excitation import Excitation
 from pendulum_twin.plans.plan_file import Plan, excitation_of
@@ -29,7 +30,6 @@ SHORTEST_S = PUSH_S + REST_S + 2.0
 SAFE = 0.75  # of the rail each way: the rig is not the twin, and whoever plays the plan stops it near the end
 FASTEST_M_S, FASTEST_RAD_S = 4.0, 30.0  # well below what a plan is stopped at
 SHORTLIST = 12  # candidates that are asked again after the first phase
-DECIDING = 0.75  # of a recording's windows: the rest is held out
 
 
 @dataclass(frozen=True)

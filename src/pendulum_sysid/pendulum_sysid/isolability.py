@@ -13,14 +13,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pendulum_sysid.case import Case, case_of
-from pendulum_sysid.gauss_newton import Problem
 from pendulum_sysid.hypotheses import Shape, possible, shapes, typical
+from pendulum_sysid.linearised import Problem
 from pendulum_sysid.parameters import Free, free_parameters
 from pendulum_sysid.planned_run import hanging, played
 from pendulum_sysid.records import Recording
 from pendulum_sysid.rivals import Question, tied
 from pendulum_sysid.separation import (
     APART,
+    CERTAIN,
+    DECIDING,
     FOUND,
     NOTHING,
     Columns,
@@ -39,11 +41,9 @@ from pendulum_twin.plans.excitation import Excitation
 from pendulum_twin.signals import Floats, Signals
 from pendulum_twin.words import SLOTS, words_of
 
-DECIDING = 0.75  # of the windows: the rest is held out
 ROUNDS = 4  # in which a size is found that stands out as far as asked
 NEAR = 0.2  # of its logarithm
 LARGEST = 14.0  # of the logarithm by which it may be smaller than the typical size
-CERTAIN = 1.96  # deviations to either side of a 95 % interval
 MOST = 100.0  # typical sizes at most: what is not found there is not found
 
 

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from pendulum_sysid.records import Fit
+from pendulum_sysid.separation import SURE, WORTH
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.signals import Floats
 
-SURE = 2.0  # standard errors over windows by which a richer twin must be ahead
-WORTH = 1.005  # ... and at least this factor of misfit
 AT_NOISE = 1.2  # misfit up to which errors are the sensors' noise, and a likelihood can be trusted
 NATS = 20.0  # of it that a richer twin must gain, its best window left out: noise of encoders is not white
 PLAIN = 1.01  # ... and at least this factor of misfit

@@ -12,9 +12,9 @@ from typing import Any
 
 from pendulum_sysid.aims import WIDE, Aim, Narrowing, Parting, narrowings, partings
 from pendulum_sysid.case import Case
-from pendulum_sysid.growing_plan import DECIDING, SHORTEST_S, Grown, grown
+from pendulum_sysid.growing_plan import SHORTEST_S, Grown, grown
 from pendulum_sysid.records import Fit, Next, Split
-from pendulum_sysid.separation import APART, Tie, named_from
+from pendulum_sysid.separation import APART, DECIDING, Tie, named_from
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.plans.waveforms import envelope_of

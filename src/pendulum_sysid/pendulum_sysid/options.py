@@ -27,16 +27,14 @@ def parser() -> argparse.ArgumentParser:
 
 def _diagnose(verbs: Verbs) -> None:
     one = _verb(verbs, "diagnose", "say which physics the twin is missing, where, and how much")
-    one.add_argument("bag", nargs="+", type=Path, metavar="BAG", help=BAG)
-    _topics(one)
+    _bags(one)
     one.add_argument("--twin", required=True, type=Path, help="the twin file to start from")
     one.add_argument("--out", required=True, type=Path, metavar="DIR", help="gets verdict.json, report.html, twin.yaml")
 
 
 def _fit(verbs: Verbs) -> None:
     one = _verb(verbs, "fit", "fit the twin's own parameters, adding no physics")
-    one.add_argument("bag", nargs="+", type=Path, metavar="BAG", help=BAG)
-    _topics(one)
+    _bags(one)
     one.add_argument("--twin", required=True, type=Path, help="the twin file to start from")
     one.add_argument("--out", required=True, type=Path, metavar="TWIN.yaml", help="the fitted twin file")
     how = "windows (default), or the thesis's own procedure to compare with"
@@ -47,16 +45,14 @@ def _fit(verbs: Verbs) -> None:
 
 def _replay(verbs: Verbs) -> None:
     one = _verb(verbs, "replay", "say how well a twin runs on a recording")
-    one.add_argument("bag", type=Path, metavar="BAG", help=BAG)
-    _topics(one)
+    _bag(one)
     one.add_argument("--twin", required=True, type=Path, help="the twin file")
     one.add_argument("--json", action="store_true", help="print one JSON object")
 
 
 def _compare(verbs: Verbs) -> None:
     one = _verb(verbs, "compare", "put two twins side by side on a recording")
-    one.add_argument("bag", type=Path, metavar="BAG", help=BAG)
-    _topics(one)
+    _bag(one)
     one.add_argument("--twin", required=True, type=Path, action="append", help="a twin file; give it twice")
     one.add_argument("--out", type=Path, metavar="PLOT.png", help="draw both runs and their errors (png, svg or pdf)")
 
@@ -90,8 +86,7 @@ def _import(verbs: Verbs) -> None:
 
 def _next(verbs: Verbs) -> None:
     one = _verb(verbs, "next", "plan the experiment that best parts what a recording leaves tied, or narrows an interval")
-    one.add_argument("bag", nargs="+", type=Path, metavar="BAG", help=BAG)
-    _topics(one)
+    _bags(one)
     one.add_argument("--twin", required=True, type=Path, help="the twin file that the diagnosis started from")
     one.add_argument("--out", required=True, type=Path, metavar="PLAN.yaml", help="the plan file to write")
     verdict = "of an earlier diagnosis of the same recordings, twin.yaml beside it (default: diagnose them now)"
@@ -131,21 +126,29 @@ def _verb(verbs: Verbs, name: str, sentence: str) -> argparse.ArgumentParser:
     return one
 
 
+def _bags(one: argparse.ArgumentParser) -> None:
+    one.add_argument("bag", nargs="+", type=Path, metavar="BAG", help=BAG)
+    _topics(one)
+
+
+def _bag(one: argparse.ArgumentParser) -> None:
+    one.add_argument("bag", type=Path, metavar="BAG", help=BAG)
+    _topics(one)
+
+
 def _topics(one: argparse.ArgumentParser) -> None:
     one.add_argument("--state-topic", metavar="T", help="topic of the states (default: /rig/joint_states)")
     one.add_argument("--command-topic", metavar="T", help="topic of the commands (default: /rig/pwm)")
 
 
-def _whole(text: str) -> int:
-    if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"expected a whole number from 1 on, found {text!r}")
+def _whole(text: str, least: int = 1) -> int:
+    if not text.isdecimal() or int(text) < least:
+        raise argparse.ArgumentTypeError(f"expected a whole number from {least} on, found {text!r}")
     return int(text)
 
 
 def _from_zero(text: str) -> int:
-    if not text.isdecimal():
-        raise argparse.ArgumentTypeError(f"expected a whole number from 0 on, found {text!r}")
-    return int(text)
+    return _whole(text, 0)
 
 
 def _above_zero(text: str) -> float:

@@ -9,25 +9,27 @@ from dataclasses import replace
 import numpy as np
 
 from pendulum_sysid.case import Case, case_of
+from pendulum_sysid.gauss_newton import refined
 from pendulum_sysid.identifiability import ties
+from pendulum_sysid.joining import one_recording
 from pendulum_sysid.judge import Lead
-from pendulum_sysid.localise import localise
+from pendulum_sysid.localisation.localise import localise
+from pendulum_sysid.localisation.shape_check import misfit_of_named, outweighed, remainders
 from pendulum_sysid.motion import moving
 from pendulum_sysid.next_experiment import planned_next
 from pendulum_sysid.noise_floor import noise_floor
-from pendulum_sysid.records import Diagnosis, Fit, Overlay, QualityFinding, Recording, Split
+from pendulum_sysid.records import Diagnosis, Fit, Outcome, Overlay, Recording, Split
 from pendulum_sysid.search import Named, Search, missing, named, parameters_alone, seen_from
 from pendulum_sysid.separation import Tie
-from pendulum_sysid.shape_check import misfit_of_named, outweighed, remainders
 from pendulum_sysid.split import split
+from pendulum_sysid.steady_friction import steady_friction
 from pendulum_sysid.unanswered import follows_command, without_unanswered
 from pendulum_sysid.velocity_lag import EFFECT, velocity_lag
-from pendulum_sysid.verdict import Findings, unusable, verdict_of
+from pendulum_sysid.verdict import Findings, outcome_of, unusable, verdict_of
 from pendulum_sysid.window_runs import JOINTS, UNITS, WindowRuns, run_windows
 from pendulum_sysid.windows import WINDOW_S, cut
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin
-from pendulum_twin.signals import joined
 from pendulum_twin.words import SLOTS
 
 Progress = Callable[[str], None]
@@ -74,11 +76,14 @@ def diagnose(recordings: list[Recording], twin: Twin, progress: Progress) -> Dia
     )
     remains = localise(case, best.words, after["train"])
     floor = noise_floor(improved, best.words, parts.held_out)
-    names = tuple(one.effect for one in found)
-    misfits = tuple(misfit_of_named(case, best, base, names))
-    outweighing = outweighed(remainders(case, best, base))
+    rest = remainders(case, best, base)
+    misfits = tuple(misfit_of_named(case, best.words, rest, [one.effect for one in found]))
     coming = planned_next(case, parts, best, tied)
-    findings = Findings(case, base, best, found, location, remains, before, after, floor, coming, misfits, outweighing)
+    whole = refined(case.problem(parts.choose), best.words).misfit(case.noise)
+    heavy = outweighed(rest)
+    findings = Findings(case, base, best, found, location, remains, before, after, floor, coming, misfits, heavy, whole)
+    if outcome_of(findings) is Outcome.NOT_IN_CATALOGUE:
+        findings = replace(findings, steady=steady_friction(case, base.words))
     verdict = verdict_of(findings, recording, time.monotonic() - began)
     return Diagnosis(verdict, best.twin, location, tuple(search.trials), overlays(before, after), coming.plan)
 
@@ -106,28 +111,6 @@ def with_velocity_lag(
     estimates = {**best.estimates, f"{EFFECT}.time_constant_s": constant}
     best = replace(best, words=words, twin=replace(best.twin, effects=effects), estimates=estimates)
     return best, (*found, Named(EFFECT, Lead(lag.ratio, lag.errors), ()))
-
-
-def one_recording(recordings: list[Recording]) -> Recording:
-    """Return several recordings of one rig as one, each its own stretch; their times follow each other."""
-    if len(recordings) == 1:
-        return recordings[0]
-    begins = np.cumsum([0.0, *(one.signals.end_s for one in recordings[:-1])])
-    moved = [
-        replace(finding, intervals_s=tuple((begin + a, begin + b) for a, b in finding.intervals_s))
-        for begin, one in zip(begins.tolist(), recordings, strict=True)
-        for finding in one.findings
-    ]
-    kinds = {kind: [one for one in moved if one.kind == kind] for kind in dict.fromkeys(one.kind for one in moved)}
-    findings = tuple(
-        QualityFinding(kind, sum(one.count for one in same), tuple(pair for one in same for pair in one.intervals_s))
-        for kind, same in kinds.items()
-    )
-    name, digest = (" + ".join(parts) for parts in zip(*((r.name, r.digest) for r in recordings), strict=True))
-    rates = None
-    if all(one.rates is not None for one in recordings):
-        rates = np.concatenate([one.rates for one in recordings if one.rates is not None])
-    return Recording(name, digest, joined([one.signals for one in recordings]), findings, rates)
 
 
 def runs_by_part(case: Case, parts: Split) -> dict[str, WindowRuns]:

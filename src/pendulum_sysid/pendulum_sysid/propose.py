@@ -14,7 +14,7 @@ import numpy as np
 
 from pendulum_sysid.angle_scan import balancing_ratio
 from pendulum_sysid.case import Case
-from pendulum_sysid.gauss_newton import System, linearised
+from pendulum_sysid.linearised import System, linearised
 from pendulum_sysid.parameters import Free, free_parameters, size_of
 from pendulum_sysid.records import Fit, Split
 from pendulum_sysid.windows import shorter

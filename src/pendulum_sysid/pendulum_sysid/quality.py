@@ -165,18 +165,25 @@ def _sensor(stamps: Floats, values: Floats, rate: Rate, turn: float | None, faul
 def _own_run(stamps: Floats, sensors: dict[str, _Sensor], rate: Rate, faults: _Faults) -> float:
     """Return when the run begins to which the recording belongs: 0, or after an early jump of cart and pole together.
 
-    No motion takes both elsewhere within a sample: what goes before is left of another run.
+    No motion takes both elsewhere within a sample: what goes before is left of another run. One of them may seem to come
+    back: its last samples before the jump are then taken for a spike.
     """
     if len(sensors) < len(JOINTS):
         return 0.0
-    cart, pole = (sensors[joint].breaks for joint in JOINTS)
-    together = [t for t in cart if np.any(np.abs(pole - t) < 1.5 * rate.period_s)]
+    breaks = np.concatenate([one.breaks for one in sensors.values()])
+    together = [t for t in breaks if all(_elsewhere(one, t, rate.period_s) for one in sensors.values())]
     early = [t for t in together if t - stamps[0] <= EARLY * (stamps[-1] - stamps[0])]
     if not early:
         return 0.0
     last = float(max(early)) + 0.5 * rate.period_s
     faults.add("stale", [(float(stamps[0]), float(max(early)))])
     return last
+
+
+def _elsewhere(sensor: _Sensor, after_s: float, period_s: float) -> bool:
+    """Return whether a sensor jumps after a time, or has no good sample there."""
+    jumps = np.any(np.abs(sensor.breaks - after_s) < 1.5 * period_s)
+    return bool(jumps) or not np.any(np.abs(sensor.stamps - after_s) < 0.5 * period_s)
 
 
 def _since(sensor: _Sensor, begin_s: float) -> _Sensor:

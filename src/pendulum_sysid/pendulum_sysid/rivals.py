@@ -10,8 +10,9 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
-from pendulum_sysid.gauss_newton import Problem, solve
+from pendulum_sysid.gauss_newton import solve
 from pendulum_sysid.hypotheses import Shape, shape_of, shapes
+from pendulum_sysid.linearised import Problem
 from pendulum_sysid.parameters import Free, Scales, effect_parameters
 from pendulum_sysid.separation import APART, Tie, columns, is_rival, rest, spread, words_with
 from pendulum_twin.effects import BY_NAME

@@ -6,7 +6,7 @@ windows that were kept for choosing. This loop and `pipeline` are the only ones 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -29,6 +29,7 @@ REFITTED = 5  # candidates that are fitted in full at every step
 MOST_EFFECTS = 5
 NEAR_FLOOR = 1.5  # misfit over a short horizon
 RIVALS = 3
+OTHERS = 2  # beginnings that are tried where the first one leaves more than noise
 SIGNS = ("cart_sign_inverted", "angle_sign_inverted", "input_sign_inverted")
 SIGN_WORTH = 1.2  # factor of misfit below which a sign is not believed to be wrong
 
@@ -82,7 +83,22 @@ def parameters_alone(search: Search) -> Fit:
             turned.append(fit(case, search.split, (*held, sign), other, HORIZONS[0]))
             search.note(turned[-1], "one sign turned")
     best = min(turned, key=lambda one: one.choose, default=plain)
-    return best if best.choose * SIGN_WORTH < plain.choose else plain
+    if best.choose * SIGN_WORTH < plain.choose:
+        return best
+    return settled(search, plain, [one for one in turned if one.choose < SIGN_WORTH * plain.choose])
+
+
+def settled(search: Search, plain: Fit, doubtful: list[Fit]) -> Fit:
+    """Return the constants with a sign turned that they leave in doubt, when only with it a search ends at the noise.
+
+    Under a wrong scale of the angle a wrong sign is as bad as the right one.
+    """
+    for one in sorted(doubtful, key=lambda one: one.choose):
+        search.progress(f"misfit {plain.choose:.2f}, and {one.choose:.2f} with {one.effects[-1]}: asking what either lacks")
+        end = grown(search, one).choose
+        if end <= NEAR_FLOOR and end * SIGN_WORTH < grown(search, plain).choose:
+            return one
+    return plain
 
 
 def _makes_sense(case: Case, sign: str) -> bool:
@@ -96,17 +112,23 @@ def grown(search: Search, base: Fit) -> Fit:
     """Return the base with effects added one by one, as long as one is really ahead on the choosing windows."""
     best = base
     while len(best.effects) < len(base.effects) + MOST_EFFECTS:
-        search.progress(f"misfit {best.choose:.2f} with {', '.join(best.effects) or 'no effects'}: asking what is missing")
-        proposals = propose(search.case, search.split, best)[:REFITTED]
-        fits = [search.fitted(one.effects, best, one.words) for one in proposals]
-        good = [one for one in fits if judge.needed(one, best, one.effects[-1])]
-        chosen = judge.simplest(good) if good else None
-        for one in fits:
-            search.note(one, "kept" if one is chosen else "no better than the one kept" if one in good else "not needed")
-        if chosen is None:
+        good = steps(search, best)
+        if not good:
             break
-        best = chosen
+        best = good[0]
     return best
+
+
+def steps(search: Search, best: Fit) -> list[Fit]:
+    """Return the fits with one effect more that are really ahead on the choosing windows, the one to keep first."""
+    search.progress(f"misfit {best.choose:.2f} with {', '.join(best.effects) or 'no effects'}: asking what is missing")
+    proposals = propose(search.case, search.split, best)[:REFITTED]
+    fits = [search.fitted(one.effects, best, one.words) for one in proposals]
+    good = [one for one in fits if judge.needed(one, best, one.effects[-1])]
+    chosen = judge.simplest(good) if good else None
+    for one in fits:
+        search.note(one, "kept" if one is chosen else "no better than the one kept" if one in good else "not needed")
+    return sorted(good, key=lambda one: (one is not chosen, one.choose))
 
 
 def seen_from(search: Search, one: Fit, parts: int) -> Fit:
@@ -122,7 +144,10 @@ def missing(search: Search, base: Fit) -> Fit:
     A short horizon keeps errors where they arise, a long one lets small ones add up until they show. But what is still
     wrong adds up as well: then the long horizon may add to what the short one found, and takes nothing away.
     """
-    short = pruned(search, base.effects, grown(search, with_pole_effects(search, base)))
+    told = with_pole_effects(search, base)
+    first = steps(search, told)
+    found = pruned(search, base.effects, grown(search, first[0]) if first else told)
+    short = begun_otherwise(search, base, first, found)
     grown_long = grown(search, seen_from(search, short, 1))
     if grown_long.choose <= NEAR_FLOOR:
         return confirmed(search, short, pruned(search, base.effects, grown_long))
@@ -131,6 +156,34 @@ def missing(search: Search, base: Fit) -> Fit:
     if long.effects != short.effects:
         near = pruned(search, base.effects, seen_from(search, long, short.parts))
     return long if judge.lead(long, over_whole_windows(search, near)).real else near
+
+
+def begun_otherwise(search: Search, base: Fit, first: list[Fit], found: Fit) -> Fit:
+    """Return a search with another first step when it ends at the noise and what was found does not; else what was found.
+
+    Growing one by one is bound to its beginning: a broad friction patch takes the place of dry friction and a narrow one,
+    and what the pole said by itself may be an answer to a wrong scale of the cart's way. first: the steps there were.
+    """
+    if found.choose <= NEAR_FLOOR:
+        return found
+    search.progress(f"misfit {found.choose:.2f} is more than noise: beginning with other steps")
+    others = simplest_of_each(steps(search, base)) if search.expected else simplest_of_each(first, first[:1])
+    for begin in others[:OTHERS]:
+        other = grown(search, begin)
+        if other.choose <= NEAR_FLOOR and judge.lead(other, found).real:
+            search.expected, search.pole = (), None
+            return pruned(search, base.effects, other)
+    return found
+
+
+def simplest_of_each(good: list[Fit], taken: Sequence[Fit] = ()) -> list[Fit]:
+    """Return the fits whose last effect contains no other's, nor is contained in or is the last one of those taken.
+
+    A search goes from an effect to one that contains it, and back, by itself.
+    """
+    names = {one.effects[-1] for one in good}
+    gone = {name for one in taken for name in (one.effects[-1], *BY_NAME[one.effects[-1]].simpler)}
+    return [one for one in good if one.effects[-1] not in gone and not names & set(BY_NAME[one.effects[-1]].simpler)]
 
 
 def confirmed(search: Search, short: Fit, long: Fit) -> Fit:

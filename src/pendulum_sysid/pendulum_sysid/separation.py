@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pendulum_sysid.gauss_newton import Problem, linearised
 from pendulum_sysid.hypotheses import Shape
+from pendulum_sysid.linearised import Problem, linearised
 from pendulum_sysid.parameters import Free
 from pendulum_sysid.records import Ints, Split, Windows
 from pendulum_sysid.windows import SmoothState, shorter
@@ -27,7 +27,9 @@ from pendulum_twin.words import SLOTS
 # 44 recordings at 4. It is also the lead (`judge.SURE`) that a diagnosis asks for.
 APART = 4.0
 FOUND = 5.0  # standard errors at which an effect is called found
-SURE, WORTH = 2.0, 1.005  # the lead that a diagnosis asks for: see `judge`, whose numbers these are
+SURE, WORTH = 2.0, 1.005  # the lead that a diagnosis asks for: standard errors over windows, and factor of misfit
+DECIDING = 0.75  # of a recording's windows: the rest is held out
+CERTAIN = 1.96  # deviations to either side of a 95 % interval
 WILD = 5.0  # times as much as in the median window that errors of a start may grow
 MOST_WINDOWS = 40  # looked at, spread evenly: the rest tells the same
 NOTHING = 1e-6  # standard errors: what shows less does not show

@@ -14,7 +14,7 @@ from pendulum_sysid.records import QualityFinding, Recording
 from pendulum_sysid.windows import SmoothState, smooth_state
 from pendulum_twin.signals import Floats, Signals
 
-EARLY = 0.25  # only this part of a stretch, from its start, is suspected
+EARLY = 0.25  # only this part of a stretch, from its start, and of the whole recording is suspected
 LONG_S = 0.2  # shorter silences are left to delay, lag and dry friction
 STRONG = 0.35  # of the largest command: weaker ones may be lost in a dead zone
 GRIP = 2.0  # times the dry friction in motion that a cart at rest may be held by
@@ -82,7 +82,7 @@ def _answer(signals: Signals, state: SmoothState, up_to: float = np.inf) -> Answ
 
     up_to: commands larger than this are left out, for the answer to small ones; None where too few are left.
     """
-    late_part = np.concatenate([np.arange(s.start + _early(s), s.stop) for s in signals.stretches])
+    late_part = np.concatenate([np.arange(s.start + _early(signals, s), s.stop) for s in signals.stretches])
     moving = late_part[np.abs(state.states[late_part, 2]) > _slow(state)]  # at rest, friction takes any value
     brakes = _brakes(state)
     step = max(round(LATER_S / signals.period_s), 1)
@@ -108,8 +108,10 @@ def delayed(signals: Signals, late: int) -> Floats:
     return found
 
 
-def _early(stretch: slice) -> int:
-    return int(EARLY * (stretch.stop - stretch.start))
+def _early(signals: Signals, stretch: slice) -> int:
+    """Return how many samples of a stretch are suspected: one that ends early in the recording may belong to it nowhere."""
+    within = min(stretch.stop, int(EARLY * len(signals))) - stretch.start
+    return max(int(EARLY * (stretch.stop - stretch.start)), within)
 
 
 def _silent_samples(signals: Signals, state: SmoothState, stretch: slice, answer: Answer) -> int:
@@ -128,7 +130,7 @@ def _silent_samples(signals: Signals, state: SmoothState, stretch: slice, answer
 
 
 def _silence(signals: Signals, state: SmoothState, stretch: slice, answer: Answer) -> int:
-    part = slice(stretch.start, stretch.start + _early(stretch))
+    part = slice(stretch.start, stretch.start + _early(signals, stretch))
     command = delayed(signals, answer.late)[part]
     rest = state.accelerations[part, 0] - _brakes(state)[part] @ answer.brakes
     still = np.abs(state.states[part, 2]) < _slow(state)

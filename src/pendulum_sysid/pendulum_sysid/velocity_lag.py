@@ -14,10 +14,10 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 from scipy.signal import lfilter
 
-from pendulum_sysid.records import Estimate, Recording
+from pendulum_sysid.records import Estimate, Ints, Recording
 from pendulum_sysid.windows import SmoothState, channels
 from pendulum_twin.effects import velocity_filter
-from pendulum_twin.signals import Floats, Signals
+from pendulum_twin.signals import Floats, Mask, Signals
 
 EFFECT = velocity_filter.EFFECT.name
 LONGEST_S = 0.5
@@ -60,7 +60,7 @@ def velocity_lag(recording: Recording, state: SmoothState) -> Lag | None:
     return _judged(signals, errors, usable)
 
 
-def _usable(signals: Signals, reported: Floats) -> np.ndarray:
+def _usable(signals: Signals, reported: Floats) -> Mask:
     """Return the samples that count: reported, valid, and far enough from a stretch's ends for the derivative."""
     usable = np.all(np.isfinite(reported), axis=1)
     for there, valid in ((signals.cart, signals.cart_valid), (signals.pole, signals.pole_valid)):
@@ -86,7 +86,7 @@ def _reported(signals: Signals, rates: Floats, delay_s: float, time_constant_s: 
     return made
 
 
-def _judged(signals: Signals, errors: Callable[[float, float], Floats], usable: np.ndarray) -> Lag | None:
+def _judged(signals: Signals, errors: Callable[[float, float], Floats], usable: Mask) -> Lag | None:
     period = signals.period_s
     block = (signals.times_s[usable] // BLOCK_S).astype(int)
     if len(np.unique(block)) < 4:
@@ -104,7 +104,7 @@ def _judged(signals: Signals, errors: Callable[[float, float], Floats], usable: 
     tries = [(delay, best(lambda s, d=delay: power(d, s))) for delay in (0.0, 0.5 * period)]  # type: ignore[misc]
     delay, constant = min(tries, key=lambda one: float(np.mean(power(*one))))
     lagged = power(delay, constant)
-    gains = np.array([float(np.sum((plain - lagged)[block == b])) for b in np.unique(block)])
+    gains = _by_block(plain - lagged, block)
     spread = float(np.std(gains, ddof=1)) / np.sqrt(len(gains))
     ahead = float(np.mean(gains)) / max(spread, 1e-300)
     ratio = float(np.sqrt(np.mean(plain) / max(np.mean(lagged), 1e-300)))
@@ -114,7 +114,12 @@ def _judged(signals: Signals, errors: Callable[[float, float], Floats], usable: 
     return Lag(Estimate(constant, constant - half, constant + half), ratio, ahead)
 
 
-def _half_width(errors: Callable[[float, float], Floats], delay: float, constant: float, block: np.ndarray) -> float:
+def _by_block(values: Floats, block: Ints) -> Floats:
+    """Return the sums of values (n,) over each block; block: (n,) rising."""
+    return np.array([np.sum(part) for part in np.split(values, np.flatnonzero(np.diff(block)) + 1)])
+
+
+def _half_width(errors: Callable[[float, float], Floats], delay: float, constant: float, block: Ints) -> float:
     """Return the half width of the 95 % interval, blocks taken as independent (a sandwich)."""
     step = 1e-3 * constant + 1e-6
     off = errors(delay, constant)
@@ -122,5 +127,5 @@ def _half_width(errors: Callable[[float, float], Floats], delay: float, constant
     square = np.sum(off**2, axis=1)
     tame = square < WILD**2 * max(float(np.median(square)), 1e-12)
     own = np.sum(off * slope, axis=1) * tame
-    scores = np.array([float(np.sum(own[block == b])) for b in np.unique(block)])
+    scores = _by_block(own, block)
     return 1.96 * float(np.sqrt(np.sum(scores**2))) / max(float(np.sum(slope[tame] ** 2)), 1e-300)

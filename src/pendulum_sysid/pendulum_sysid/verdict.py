@@ -9,11 +9,13 @@ import numpy as np
 from scipy.stats import norm
 
 from pendulum_sysid.case import Case
+from pendulum_sysid.encoder_steps import encoder_step
+from pendulum_sysid.localisation.shape_check import Misfit
 from pendulum_sysid.noise_floor import NoiseFloor
 from pendulum_sysid.parameters import Free, rig_parameters
 from pendulum_sysid.records import Estimate, Fit, Localisation, Next, Outcome, Recording
 from pendulum_sysid.search import Named
-from pendulum_sysid.shape_check import Misfit
+from pendulum_sysid.steady_friction import entry_of
 from pendulum_sysid.window_runs import WindowRuns
 from pendulum_twin.effects import BY_NAME, CATALOGUE
 from pendulum_twin.effects.effect import Form, Place
@@ -34,7 +36,8 @@ class Findings:
     floor: what a perfect model reaches on this recording. before,
     after: free runs of the given and of the improved twin, by part ("train", "held_out"). coming: what to play next.
     misfits: named effects whose laws do not have the shape that is seen. outweighed: whether one thing that is still
-    missing is larger than all that the names explain.
+    missing is larger than all that the names explain. whole: misfit of the final fit over whole choosing windows. steady:
+    level (N) of dry friction that is there whatever else is missing, asked only when no effect explains that.
     """
 
     case: Case
@@ -49,13 +52,15 @@ class Findings:
     coming: Next
     misfits: tuple[Misfit, ...] = ()
     outweighed: bool = False
+    whole: float = 1.0
+    steady: Estimate | None = None
 
 
 def outcome_of(found: Findings) -> Outcome:
     """Return how the diagnosis ended."""
     physics = [one for one in found.named if moves(one.effect)]
     unexplained = explained(found) < EXPLAINED or found.outweighed
-    if found.misfits or (found.best.choose > AT_FLOOR and unexplained):
+    if found.misfits or (found.best.choose > AT_FLOOR and unexplained) or (physics and slight(found)):
         return Outcome.NOT_IN_CATALOGUE
     if any(one.rivals for one in physics):
         return Outcome.AMBIGUOUS
@@ -79,6 +84,14 @@ def explained(found: Findings) -> float:
     return 1.0 - min((found.best.choose / found.base.choose) ** 2, 1.0)
 
 
+def slight(found: Findings) -> bool:
+    """Return whether the names explain a small part only, and whole windows show what parts of them leave in the noise.
+
+    Of a small effect that is not in the catalogue, several that are may each take a little.
+    """
+    return found.whole > AT_FLOOR and explained(found) < EXPLAINED
+
+
 def left_over(found: Findings) -> float:
     """Return how far the improved twin is above what noise explains, 1 for not at all.
 
@@ -100,7 +113,7 @@ def verdict_of(found: Findings, recording: Recording, elapsed_s: float) -> dict:
         "outcome": outcome.value,
         "sentence": _sentence(outcome, named, found),
         "location": None if outcome is Outcome.NOTHING_MISSING else _location(outcome, named, found),
-        "missing_physics": [_missing(one, found) for one in named],
+        "missing_physics": [*(_missing(one, found) for one in named), *_steady(outcome, found)],
         "rig_parameters": {free.name: _rig_parameter(free, found) for free in rig_parameters(found.case.twin)},
         "masking": _masking(named, found),
         "fit": _fit(found),
@@ -141,6 +154,8 @@ def _recording(recording: Recording, elapsed_s: float) -> dict:
             "samples": len(signals),
             "rate_hz": 1.0 / signals.period_s,
             "digest": recording.digest,
+            "position_step_m": encoder_step(signals.cart),
+            "angle_step_rad": encoder_step(signals.pole),
         },
         "elapsed_s": elapsed_s,
     }
@@ -153,9 +168,10 @@ def _sentence(outcome: Outcome, named: tuple[Named, ...], found: Findings) -> st
         return f"Nothing is missing: other parameters of the rig are enough; {errors}."
     if outcome is Outcome.NOT_IN_CATALOGUE:
         signs = "".join(f" {_plain(one, found.best)}" for one in named)
+        certain = "".join(f" {one['sentence']} This part is certain." for one in _steady(outcome, found))
         return (
             f"Physics is missing at the {found.location.place} that no effect of the catalogue explains; {errors}, "
-            f"{ratio:.2g} times the noise floor.{signs}"
+            f"{ratio:.2g} times the noise floor.{signs}{certain}"
         )
     effects = " ".join(_plain(one, found.best) for one in named)
     tied = [f"{one.effect} cannot be told from {', '.join(one.rivals)} on this recording." for one in named if one.rivals]
@@ -214,6 +230,10 @@ def _missing(one: Named, found: Findings) -> dict:
         "parameters": parameters,
         "sentence": _plain(one, best),
     }
+
+
+def _steady(outcome: Outcome, found: Findings) -> list[dict]:
+    return [entry_of(found.steady)] if outcome is Outcome.NOT_IN_CATALOGUE and found.steady is not None else []
 
 
 def _interval(one: Estimate) -> dict:

@@ -3,6 +3,9 @@
 from pendulum_twin.effects.effect import Effect, Form, Parameter, Place, Scale
 from pendulum_twin.equations import sin_cos
 
+PERIODS = tuple(2.0 / 1.13**k for k in range(26))  # of the travel
+PHASES = tuple(0.7853981633974483 * k for k in range(-4, 4))
+
 
 def law(x, v, th, w, amplitude_n, period_m, phase_rad):
     """Return amplitude sin(2 pi x / period + phase) in N."""
@@ -16,19 +19,8 @@ EFFECT = Effect(
     law=law,
     parameters=(
         Parameter("amplitude_n", "N", 0.0, 0.0, 1e6, (0.02,), Scale.FORCE),
-        Parameter(
-            "period_m",
-            "m",
-            1.0,
-            1e-4,
-            100.0,
-            tuple(2.0 / (1.0 * 1.13**k) for k in range(26)),
-            Scale.CART_TRAVEL,
-            shape=True,
-            most=2.0,
-            fewest=0.03,
-        ),
-        Parameter("phase_rad", "rad", 0.0, -10.0, 10.0, tuple(0.7853981633974483 * k for k in range(-4, 4)), shape=True),
+        Parameter("period_m", "m", 1.0, 1e-4, 100.0, PERIODS, Scale.CART_TRAVEL, shape=True, most=2.0, fewest=0.03),
+        Parameter("phase_rad", "rad", 0.0, -10.0, 10.0, PHASES, shape=True),
     ),
     sentence="A force of {amplitude_n} repeats every {period_m} along the rail (phase {phase_rad}).",
     source="first harmonic of cogging torque; Hanselman, Brushless Permanent Magnet Motor Design (2003), chapter 7",

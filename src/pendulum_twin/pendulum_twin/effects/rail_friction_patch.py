@@ -3,6 +3,8 @@
 from pendulum_twin.effects.effect import Effect, Form, Parameter, Place, Scale
 from pendulum_twin.equations import exp
 
+CENTRES = tuple(0.2 * k for k in range(-4, 5))  # of the travel, from the middle
+
 
 def law(speed, x, level_n, centre_m, width_m):
     """Return level exp(-((x - centre)/width)^2) in N."""
@@ -17,17 +19,7 @@ EFFECT = Effect(
     law=law,
     parameters=(
         Parameter("level_n", "N", 0.0, 0.0, 1e6, (0.1,), Scale.FORCE),
-        Parameter(
-            "centre_m",
-            "m",
-            0.0,
-            -1e2,
-            1e2,
-            tuple(0.2 * k for k in range(-4, 5)),
-            Scale.CART_TRAVEL,
-            shape=True,
-            most=1.2,
-        ),
+        Parameter("centre_m", "m", 0.0, -1e2, 1e2, CENTRES, Scale.CART_TRAVEL, shape=True, most=1.2),
         Parameter("width_m", "m", 1.0, 1e-3, 1e2, (0.1, 0.25, 0.5), Scale.CART_TRAVEL, shape=True, most=1.0, fewest=0.03),
     ),
     sentence="Dry friction is larger by {level_n} around {centre_m} of the rail, over a width of {width_m}.",

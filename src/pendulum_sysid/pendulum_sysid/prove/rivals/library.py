@@ -14,6 +14,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from pendulum_sysid.case import Case
+from pendulum_sysid.localisation.balance import Along
 from pendulum_sysid.prove.rivals.ground import Ground
 from pendulum_sysid.smoothing import derivative, smooth
 from pendulum_twin.inverse_dynamics import missing_force
@@ -49,21 +50,6 @@ class Equation:
     usable: Mask
 
 
-@dataclass(frozen=True)
-class Along:
-    """Hold what the columns are made of, (n,) each: the true smoothed state, accelerations, command and time."""
-
-    x: Floats
-    th: Floats
-    v: Floats
-    w: Floats
-    a: Floats
-    b: Floats
-    u: Floats
-    t: Floats
-    period_s: float
-
-
 def equations(ground: Ground) -> tuple[Equation, ...]:
     """Return the cart's equation and the pole's, those that the recording holds, over all its samples.
 
@@ -82,7 +68,7 @@ def equations(ground: Ground) -> tuple[Equation, ...]:
     if signals.cart is not None:
         whirl = words[COUPLING] * np.sin(along.th) * along.w**2
         target = words[MASS] * along.a - coupled * along.b - _smoothed(base_force - whirl, signals, half)
-        found.append(_equation(cart_terms(along), target, usable, signals, half))
+        found.append(_equation(cart_terms(along, signals.period_s), target, usable, signals, half))
     if signals.pole is not None:
         target = words[INERTIA] * along.b - coupled * along.a - _smoothed(base_torque, signals, half)
         found.append(_equation(pole_terms(along), target, usable, signals, half))
@@ -90,6 +76,7 @@ def equations(ground: Ground) -> tuple[Equation, ...]:
 
 
 def _along(case: Case, words: Floats) -> Along:
+    """Return what the columns are made of: the true smoothed state, the accelerations that were measured, the command."""
     signals, state = case.signals, case.state
     x, th, v, w = unmeasured(state.states[None], words[None], signals.clock_s)[0].T
     turned = np.concatenate([state.states[:, :2], state.accelerations], axis=1)
@@ -97,7 +84,7 @@ def _along(case: Case, words: Floats) -> Along:
     command = -signals.command if words[SLOTS["input_sign_inverted"]][0] else signals.command
     u = 0.5 * (command + np.append(command[:1], command[:-1]))  # about a sample: held before it and after it
     t = np.arange(len(signals), dtype=np.float64) * signals.period_s
-    return Along(x, th, v, w, a, b, u.astype(np.float64), t, signals.period_s)
+    return Along(x, th, v, w, a, b, u.astype(np.float64), t)
 
 
 def _half_length(signals: Signals) -> int:
@@ -118,7 +105,7 @@ def _equation(terms: list[tuple[str, Floats]], target: Floats, usable: Mask, sig
     return Equation(tuple(name for name, _ in terms), columns, target, usable)
 
 
-def cart_terms(along: Along) -> list[tuple[str, Floats]]:
+def cart_terms(along: Along, period_s: float) -> list[tuple[str, Floats]]:
     """Return (effect, column) of what may push the cart."""
     x, v, u = along.x, along.v, along.u
     sign, speed, travel, most = np.sign(v), np.abs(v), np.ptp(x) / 2 or 1.0, np.max(np.abs(u)) or 1.0
@@ -129,7 +116,7 @@ def cart_terms(along: Along) -> list[tuple[str, Floats]]:
         ("", v),
         ("", np.cos(along.th) * along.b - np.sin(along.th) * along.w**2),
         *(("input_delay", _delayed(along, s) - u) for s in DELAYS_S),
-        *(("motor_lag", _lagged(along, s) - u) for s in LAGS_S),
+        *(("motor_lag", _lagged(along, period_s, s) - u) for s in LAGS_S),
         ("input_dead_zone", np.sign(u)),
         *(("input_saturation", np.sign(u) * np.maximum(np.abs(u) - f * most, 0.0)) for f in LIMITS),
         ("gain_asymmetry", np.abs(u)),
@@ -167,6 +154,6 @@ def _delayed(along: Along, seconds: float) -> Floats:
     return np.interp(along.t - seconds, along.t, along.u)
 
 
-def _lagged(along: Along, seconds: float) -> Floats:
-    gone = 1.0 - np.exp(-along.period_s / seconds)
+def _lagged(along: Along, period_s: float, seconds: float) -> Floats:
+    gone = 1.0 - np.exp(-period_s / seconds)
     return np.asarray(lfilter([gone], [1.0, gone - 1.0], along.u))

@@ -5,8 +5,8 @@ from __future__ import annotations
 from itertools import combinations
 from math import comb
 
-from pendulum_sysid.questions import Cost
-from pendulum_sysid.table import Table
+from pendulum_sysid.localisation.questions import Cost
+from pendulum_sysid.localisation.table import Table
 
 LEAST_SHARE = 0.02  # of the missing power
 CLEARLY = 0.05  # of the missing power, by which a dearer answer must be ahead of a cheaper one

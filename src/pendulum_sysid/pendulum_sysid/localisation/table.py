@@ -11,8 +11,8 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.linalg import LinAlgError, solve
 
-from pendulum_sysid.balance import FOLDS, Balance
-from pendulum_sysid.questions import Question
+from pendulum_sysid.localisation.balance import FOLDS, Balance
+from pendulum_sysid.localisation.questions import Question
 from pendulum_sysid.records import Ints
 from pendulum_twin.signals import Floats, Mask
 

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pendulum_sysid.balance import FORCE, Along, Balance, along, balances
 from pendulum_sysid.case import Case
-from pendulum_sysid.explain import explanation, gains, missing_power
-from pendulum_sysid.measured_curves import Curve, curves
-from pendulum_sysid.past_questions import past_questions
-from pendulum_sysid.questions import Question, questions
-from pendulum_sysid.sensor_questions import sensor_questions
-from pendulum_sysid.table import Table
-from pendulum_sysid.thinning import thinned
-from pendulum_sysid.waves import waves
+from pendulum_sysid.localisation.balance import Along, Balance, along, balances
+from pendulum_sysid.localisation.explain import explanation, gains, missing_power
+from pendulum_sysid.localisation.measured_curves import Curve, curves
+from pendulum_sysid.localisation.past_questions import past_questions
+from pendulum_sysid.localisation.questions import Question, questions
+from pendulum_sysid.localisation.sensor_questions import sensor_questions
+from pendulum_sysid.localisation.sieve import FORCE
+from pendulum_sysid.localisation.table import Table
+from pendulum_sysid.localisation.thinning import thinned
+from pendulum_sysid.localisation.waves import waves
 from pendulum_twin.signals import Floats
 from pendulum_twin.words import CART_VISCOUS, COUPLING, FORCE_PER_PWM, MOMENT, POLE_VISCOUS
 
@@ -62,8 +63,13 @@ def asked_of(case: Case, here: Along, balance: Balance, words: Floats) -> list[Q
 
 def curves_of(one: Inspected, words: Floats) -> list[Curve]:
     """Return the measured curves of what explains an equation."""
-    if one.table.balance.equation == FORCE:
+    return curves(one.table, one.keys, own_words(one.table.balance.equation, words))
+
+
+def own_words(equation: int, words: Floats) -> dict[str, float]:
+    """Return the twin's own words that stand in an equation, by the names of the balance's columns."""
+    if equation == FORCE:
         own = {"drive": FORCE_PER_PWM, "viscous": CART_VISCOUS, "coupling": COUPLING}
     else:
         own = {"weight": MOMENT, "viscous": POLE_VISCOUS}
-    return curves(one.table, one.keys, {name: float(words[slot]) for name, slot in own.items()})
+    return {name: float(words[slot]) for name, slot in own.items()}

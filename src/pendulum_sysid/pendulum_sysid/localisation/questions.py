@@ -9,11 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import partial
 
 import numpy as np
 
-from pendulum_sysid.balance import FORCE, Along, Balance
-from pendulum_sysid.knots import hats, sided, spread_knots
+from pendulum_sysid.localisation.balance import Along, Balance
+from pendulum_sysid.localisation.knots import hats, sided, spread_knots
+from pendulum_sysid.localisation.sieve import FORCE
 from pendulum_twin.signals import Floats
 
 KNOTS = 16
@@ -76,20 +78,23 @@ def number(key: str, variable: str, place: str, measured: Measured, column: Floa
 
 @dataclass(frozen=True)
 class Variables:
-    """Hold a recording's variables by name, each with knots and the hats on them, made once."""
+    """Hold a recording's variables by name, each with its knots and what makes the hats on them.
 
-    bases: dict[str, tuple[Floats, Floats]]
+    Hats are made when they are asked for, and no questions keep them.
+    """
+
+    bases: dict[str, tuple[Floats, Callable[[], Floats]]]
 
     def curve(self, name: str, place: str, measured: Measured) -> Question:
         """Ask whether the force depends on a variable."""
         knots, base = self.bases[name]
         variable = "pole_angle" if name == "pole_turns" else name
-        return Question(name, variable, place, Cost.CURVE, measured, lambda: base, knots)
+        return Question(name, variable, place, Cost.CURVE, measured, base, knots)
 
     def product(self, key: str, variable: str, factor: Floats, name: str, place: str, measured: Measured) -> Question:
         """Ask whether the coefficient of a factor (n,) depends on a variable."""
         knots, base = self.bases[name]
-        return Question(key, variable, place, Cost.PRODUCT, measured, lambda: factor[:, None] * base, knots)
+        return Question(key, variable, place, Cost.PRODUCT, measured, lambda: factor[:, None] * base(), knots)
 
 
 def time_knots(here: Along) -> Floats:
@@ -101,7 +106,7 @@ def variables(here: Along) -> Variables:
     """Return the variables of a recording that move."""
     angle = np.mod(here.th, 2 * np.pi)
     turns = spread_knots(here.th, KNOTS) if np.ptp(here.th) > 2 * np.pi else np.zeros(1)
-    bases = {}
+    bases: dict[str, tuple[Floats, Callable[[], Floats]]] = {}
     for name, values, knots in (
         ("cart_position", here.x, spread_knots(here.x, KNOTS)),
         ("pole_angle", angle, spread_knots(angle, ANGLE_KNOTS)),
@@ -110,11 +115,15 @@ def variables(here: Along) -> Variables:
         ("time", here.t, time_knots(here)),
     ):
         if len(knots) > 2:
-            bases[name] = (knots, hats(values, knots))
+            bases[name] = (knots, partial(hats, values, knots))
     for name, values in (("cart_velocity", here.v), ("pole_rate", here.w)):
         if np.ptp(values) > 0:
-            bases[name] = sided(values)
+            bases[name] = (sided(values)[0], partial(_hats_on_sides, values))
     return Variables(bases)
+
+
+def _hats_on_sides(values: Floats) -> Floats:
+    return sided(values)[1]
 
 
 def questions(here: Along, balance: Balance) -> list[Question]:

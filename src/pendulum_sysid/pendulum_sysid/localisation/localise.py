@@ -12,9 +12,9 @@ from collections import defaultdict
 import numpy as np
 
 from pendulum_sysid.case import Case
-from pendulum_sysid.explain import LEAST_SHARE
-from pendulum_sysid.inspection import Inspected, curves_of, inspected
-from pendulum_sysid.measured_curves import Curve
+from pendulum_sysid.localisation.explain import LEAST_SHARE
+from pendulum_sysid.localisation.inspection import Inspected, curves_of, inspected
+from pendulum_sysid.localisation.measured_curves import Curve
 from pendulum_sysid.records import Evidence, Localisation
 from pendulum_sysid.window_runs import WindowRuns
 from pendulum_twin.signals import Floats

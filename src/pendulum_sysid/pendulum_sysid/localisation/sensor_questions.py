@@ -12,9 +12,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pendulum_sysid.balance import FORCE, Along, Balance, differences
-from pendulum_sysid.knots import hats
-from pendulum_sysid.questions import Cost, Measured, Question, number, time_knots
+from pendulum_sysid.localisation.balance import Along, Balance, differences
+from pendulum_sysid.localisation.knots import hats
+from pendulum_sysid.localisation.questions import Cost, Measured, Question, number, time_knots
+from pendulum_sysid.localisation.sieve import FORCE
 from pendulum_twin.signals import Floats, Signals
 from pendulum_twin.words import CART_VISCOUS, COUPLING, GRAVITY, INERTIA, MASS, MOMENT, POLE_VISCOUS
 

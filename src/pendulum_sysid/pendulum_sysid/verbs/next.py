@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
 from dataclasses import dataclass
 
 from pendulum_sysid.case import Case, case_of
@@ -14,13 +13,13 @@ from pendulum_sysid.motion import moving
 from pendulum_sysid.next_experiment import planned_next
 from pendulum_sysid.output_files import check_file, writing
 from pendulum_sysid.records import Fit, Recording, Split
+from pendulum_sysid.said import ANSWERED, progress
 from pendulum_sysid.search import Search, missing, named, parameters_alone
 from pendulum_sysid.split import split
+from pendulum_sysid.verbs.recordings import answered_as_one
 from pendulum_twin.model import load_twin
 from pendulum_twin.plans.plan_file import plan_from_mapping, save_plan
 from pendulum_twin.words import words_of
-
-Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -33,10 +32,10 @@ class Finished:
     rivals: dict[str, tuple[str, ...]]
 
 
-def run(recording: Recording, arguments: argparse.Namespace, progress: Progress) -> None:
-    """Print why to play what next, and write the plan where one helps; arguments as `options` has them."""
+def run(arguments: argparse.Namespace) -> int:
+    """Print why to play what next, and write the plan where one helps."""
     check_file(arguments.out)
-    done = _finished(recording, arguments, progress)
+    done = _finished(answered_as_one(arguments), arguments)
     tied = ties(done.case, done.split, done.best, done.rivals)
     found = planned_next(done.case, done.split, done.best, tied, arguments.goal, arguments.seconds)
     print(found.why)
@@ -44,9 +43,10 @@ def run(recording: Recording, arguments: argparse.Namespace, progress: Progress)
         with writing(arguments.out):
             save_plan(plan_from_mapping(found.plan), arguments.out)
         print(arguments.out)
+    return ANSWERED
 
 
-def _finished(recording: Recording, arguments: argparse.Namespace, progress: Progress) -> Finished:
+def _finished(recording: Recording, arguments: argparse.Namespace) -> Finished:
     """Return what is named as an earlier diagnosis has it, or found now."""
     earlier = None if arguments.verdict is None else read_verdict(arguments.verdict)
     case = case_of(moving(recording), load_twin(arguments.twin))

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pendulum_sysid.questions import Question
-from pendulum_sysid.table import Table
+from pendulum_sysid.localisation.questions import Question
+from pendulum_sysid.localisation.table import Table
 from pendulum_twin.signals import Floats
 
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from pendulum_sysid.balance import FORCE, Along, Balance
-from pendulum_sysid.questions import MISSING, UNITS, Cost, Measured, Question
+from pendulum_sysid.localisation.balance import Along, Balance
+from pendulum_sysid.localisation.questions import MISSING, UNITS, Cost, Measured, Question
+from pendulum_sysid.localisation.sieve import FORCE
 from pendulum_twin.signals import Floats
 
 POINTS = 25  # drawn, of one period

@@ -1,4 +1,4 @@
-"""The verb `sysid prove`: options in, lines out."""
+"""The verb `prove`: how often a diagnosis is right about concealed physics."""
 
 from __future__ import annotations
 
@@ -7,16 +7,18 @@ from pathlib import Path
 
 from pendulum_sysid.prove.plan import Plan
 from pendulum_sysid.prove.printed import printed
-from pendulum_sysid.prove.proof import Say, prove
+from pendulum_sysid.prove.proof import prove
 from pendulum_sysid.prove.rivals import RIVALS
+from pendulum_sysid.said import ANSWERED, progress
 
 
-def run(arguments: argparse.Namespace, say: Say) -> None:
+def run(arguments: argparse.Namespace) -> int:
     """Do the proof that the options ask for, print its tables, and name its files."""
     folder = arguments.out or Path(f"proof_seed_{arguments.seed}")
-    proof = prove(plan_of(arguments), folder, say)
+    proof = prove(plan_of(arguments), folder, progress)
     print(printed(proof.judged, proof.responses))
     print("", folder / "proof.json", folder / "proof.html", sep="\n")
+    return ANSWERED
 
 
 def plan_of(arguments: argparse.Namespace) -> Plan:

@@ -6,8 +6,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pendulum_sysid.balance import FORCE, Along, Balance
-from pendulum_sysid.questions import MISSING, UNITS, Cost, Measured, Question, number
+from pendulum_sysid.localisation.balance import Along, Balance
+from pendulum_sysid.localisation.questions import MISSING, UNITS, Cost, Measured, Question, number
+from pendulum_sysid.localisation.sieve import FORCE
 from pendulum_twin.signals import Floats, Signals
 from pendulum_twin.words import FORCE_PER_PWM
 

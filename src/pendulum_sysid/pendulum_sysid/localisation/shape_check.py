@@ -8,18 +8,19 @@ position. What is left about other variables says that something else is missing
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pendulum_sysid.balance import Balance, along, balances, lacking_along, sharply
 from pendulum_sysid.case import Case
-from pendulum_sysid.explain import explanation, more_than_chance
-from pendulum_sysid.inspection import asked_of, table_of
-from pendulum_sysid.questions import Cost, Question
+from pendulum_sysid.localisation.balance import Balance, along, balances, lacking_along, sharply
+from pendulum_sysid.localisation.explain import explanation, more_than_chance
+from pendulum_sysid.localisation.inspection import asked_of, table_of
+from pendulum_sysid.localisation.questions import Cost, Question
+from pendulum_sysid.localisation.table import Table
+from pendulum_sysid.localisation.thinning import thinned
 from pendulum_sysid.records import Fit
-from pendulum_sysid.table import Table
-from pendulum_sysid.thinning import thinned
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import HALF_STEP_S, Form
 from pendulum_twin.signals import Floats
@@ -99,25 +100,25 @@ def _without_static_filters(words: Floats) -> Floats:
     return words
 
 
-def misfit_of_named(case: Case, fit: Fit, base: Fit, named: tuple[str, ...]) -> list[Misfit]:
+def misfit_of_named(case: Case, words: Floats, rest: Sequence[Remainder], named: Sequence[str]) -> list[Misfit]:
     """Return the named effects whose laws do not have the shape that the recording shows, the worst first.
 
     An effect is in doubt when one question about its own variables gains more than chance, is the best answer to what is
     left or near it, takes away a great part of it, and is not small beside what the effects of these variables explain.
-    base: the fit of parameters alone. An effect without parameters, a sign, has no shape.
+    words: (SIZE,) of the fit that holds the effects; rest: what it leaves. An effect without parameters, a sign, has no
+    shape.
     """
     case = thinned(case)
     sharp = sharply(case)
-    rest = remainders(case, fit, base)
     physics = [name for name in named if BY_NAME[name].parameters]
-    parts = [{name: _part(case, fit.words, sharp, one, name) for name in physics} for one in rest]
+    parts = [{name: _part(case, words, sharp, one, name) for name in physics} for one in rest]
     powers = [
         {name: _power(one.table.balance, part) for name, part in p.items()} for one, p in zip(rest, parts, strict=True)
     ]
     found = []
     for one, part, power in zip(rest, parts, powers, strict=True):
         shown = {name: part[name] for name in physics if power[name] > WEAKEST * max(p[name] for p in powers)}
-        found += _misfits(case, fit.words, one, shown)
+        found += _misfits(case, words, one, shown)
     return sorted(found, key=lambda one: -one.share)
 
 
@@ -195,7 +196,7 @@ def _own_variables(case: Case, words: Floats, name: str, equation: int, part: Fl
     return frozenset(token for key in keys for token in table.asked[key].variable.split("*"))
 
 
-def outweighed(rest: list[Remainder]) -> bool:
+def outweighed(rest: Sequence[Remainder]) -> bool:
     """Return whether one thing that is still missing is larger than all that was explained, in both equations together."""
     explained = sum(one.before - one.left for one in rest)
     return any(one.gains[one.best] > max(explained, 0.0) and one.sure(one.best) for one in rest)

@@ -1,0 +1,51 @@
+"""The verb `compare`: two twins side by side on a recording."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from pendulum_sysid.compare import Pair, compare_two
+from pendulum_sysid.output_files import check_file
+from pendulum_sysid.said import ANSWERED
+from pendulum_sysid.tables import comparison_rows, table
+from pendulum_sysid.verbs.recordings import answered
+from pendulum_sysid.verbs.replay import say_if_diverged
+from pendulum_twin.model import load_twin
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Print both twins' errors on the recording, and draw their runs where that is asked for."""
+    if len(arguments.twin) != 2:
+        arguments.parser.error(f"expected --twin A --twin B, found --twin {len(arguments.twin)} time(s)")
+    names = (str(arguments.twin[0]), str(arguments.twin[1]))
+    if arguments.out is not None:
+        _check_plot(arguments.out)
+    twins = [load_twin(path) for path in arguments.twin]
+    recording = answered(arguments.bag, arguments)
+    pair = compare_two(recording, *twins)
+    for path, one in zip(arguments.twin, pair.comparisons, strict=True):
+        say_if_diverged(path, one)
+    print(f"{pair.comparisons[0].count} windows of {pair.comparisons[0].seconds:g} s")
+    print(table(("measure", *names, "unit"), comparison_rows(pair.comparisons)))
+    print(f"\n{names[1]} is the better one in {pair.second_better} windows of {pair.comparisons[0].count}")
+    if arguments.out is not None:
+        _draw(arguments.out, recording.name, names, pair)
+    return ANSWERED
+
+
+# A picture needs matplotlib, which takes longer to import than all else.
+
+
+def _check_plot(path: Path) -> None:
+    from pendulum_sysid.compare_plot import check_format
+
+    check_format(path)
+    check_file(path)
+
+
+def _draw(path: Path, title: str, names: tuple[str, str], pair: Pair) -> None:
+    from pendulum_sysid.compare_plot import draw
+
+    draw(path, title, names, pair.runs)
+    print(path)

@@ -1,0 +1,48 @@
+"""The verb `replay`: how well a twin runs on a recording."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from dataclasses import astuple
+from pathlib import Path
+from typing import Any
+
+from pendulum_sysid.compare import compare
+from pendulum_sysid.output_files import json_text
+from pendulum_sysid.records import Comparison
+from pendulum_sysid.said import ANSWERED, say
+from pendulum_sysid.tables import comparison_rows, table
+from pendulum_sysid.verbs.recordings import answered
+from pendulum_twin.model import load_twin
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Print the twin's errors on the recording."""
+    twin = load_twin(arguments.twin)
+    found = compare(answered(arguments.bag, arguments), twin)
+    say_if_diverged(arguments.twin, found)
+    if arguments.json:
+        print(json_text(mapping_of(found)))
+    else:
+        print(f"{found.count} windows of {found.seconds:g} s")
+        print(table(("measure", str(arguments.twin), "unit"), comparison_rows([found])))
+    return ANSWERED
+
+
+def mapping_of(found: Comparison) -> dict[str, Any]:
+    """Return what `--json` prints."""
+    windows = {
+        "seconds": found.seconds,
+        "count": found.count,
+        "cart_rmse_m": found.cart_rmse_m,
+        "pole_rmse_rad": found.pole_rmse_rad,
+        "score": found.score,
+    }
+    return {"windows": windows, "whole": {"thesis_rmse": found.thesis_rmse}}
+
+
+def say_if_diverged(name: Path, found: Comparison) -> None:
+    """Say that a twin's errors are no numbers, if they are not."""
+    if not all(math.isfinite(value) for value in astuple(found) if value is not None):
+        say(f"{name}: a run of this twin diverged, so that its error is no number (JSON: null)")

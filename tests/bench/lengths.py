@@ -1,0 +1,94 @@
+"""What a diagnosis costs as recordings grow: CPU seconds and peak memory, each length in a process of its own.
+
+The recordings are the twin's own, of a rig with dry friction and a delay; one thread, machine code compiled beforehand.
+Run as `python tests/bench/lengths.py --minutes 1 10 60`.
+"""
+
+import argparse
+import json
+import os
+import pickle
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from hidden_physics import hidden
+from made_recordings import INTECO
+
+from pendulum_sysid.pipeline import diagnose
+from pendulum_sysid.prove.warm import warm
+from pendulum_sysid.prove.workers import ONE_THREAD
+
+EFFECTS = {"cart_coulomb_friction": {"level_n": 0.5}, "input_delay": {"delay_s": 0.023}}
+SEED = 5
+PEAK, FORGET_PEAK = "VmHWM:", "5"  # of the process alone; getrusage counts the parent's memory in
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Hold what the diagnosis of a recording of so many minutes took, and what it came to."""
+
+    minutes: float
+    cpu_s: float
+    memory_mb: float
+    sentence: str
+
+    def row(self, shortest: "Cost") -> str:
+        """Return a row of the table; ratios are to the shortest recording."""
+        seconds, memory = self.cpu_s / shortest.cpu_s, self.memory_mb / shortest.memory_mb
+        return (
+            f"| {self.minutes:g} | {self.cpu_s:.0f} | {self.cpu_s / self.minutes:.1f} | {self.memory_mb:.0f} | "
+            f"{self.minutes / shortest.minutes:g} | {seconds:.1f} | {memory:.1f} | {self.sentence} |"
+        )
+
+
+def measured(minutes: float) -> Cost:
+    """Return what the diagnosis of a recording takes a process that does nothing else."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "recording.pickle"
+        path.write_bytes(pickle.dumps(hidden(EFFECTS, SEED, 60.0 * minutes)[0]))
+        command = [sys.executable, __file__, "--one", path]
+        done = subprocess.run(command, env={**os.environ, **ONE_THREAD}, stdout=subprocess.PIPE, check=True)
+    return Cost(minutes, **json.loads(done.stdout))
+
+
+def diagnosed(path: Path) -> dict:
+    """Diagnose a recording in this process; return CPU seconds, peak memory and the verdict's sentence."""
+    recording = pickle.loads(path.read_bytes())
+    warm()
+    Path("/proc/self/clear_refs").write_text(FORGET_PEAK, encoding="ascii")  # what compiling took is not the diagnosis's
+    began = time.process_time()
+    found = diagnose([recording], INTECO, lambda line: print(line, file=sys.stderr, flush=True))
+    return {"cpu_s": time.process_time() - began, "memory_mb": peak_mb(), "sentence": found.verdict["sentence"]}
+
+
+def peak_mb() -> float:
+    """Return the largest memory that this process has held, MB."""
+    lines = Path("/proc/self/status").read_text(encoding="utf-8").splitlines()
+    return next(int(line.split()[1]) for line in lines if line.startswith(PEAK)) / 1024
+
+
+def main() -> None:
+    """Print the table, a row as soon as it is measured."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--minutes", type=float, nargs="+", default=[1.0, 10.0, 60.0])
+    parser.add_argument("--one", type=Path, help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.one:
+        print(json.dumps(diagnosed(options.one)))
+        return
+    print("| minutes | CPU s | CPU s a minute | peak MB | minutes, ratio | CPU, ratio | memory, ratio | verdict |")
+    print("| ---: | ---: | ---: | ---: | ---: | ---: | ---: | :--- |", flush=True)
+    shortest = None
+    for minutes in sorted(options.minutes):
+        cost = measured(minutes)
+        shortest = shortest or cost
+        print(cost.row(shortest), flush=True)
+
+
+if __name__ == "__main__":
+    main()
