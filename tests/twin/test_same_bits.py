@@ -63,7 +63,7 @@ def test_run_after_run(name):
 def test_step_by_step_as_in_one_run(name):
     rig, effects = TWINS[name]
     whole = run(rig, COMMAND, effects, START)
-    stepper = Stepper(Twin(name, rig, effects), 0.01, START)
+    stepper = Stepper(Twin(name, rig, effects), 0.01, START, before=None)
     steps = np.array([stepper.state, *(stepper.step(u) for u in COMMAND[:-1])])
     assert steps.tobytes() == whole.tobytes()
 

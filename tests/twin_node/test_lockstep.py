@@ -155,10 +155,10 @@ def test_another_twin_goes_on_from_the_present_state(pair, tmp_path) -> None:
     save_twin(other, tmp_path / "other.yaml")
     assert user.set_twin(tmp_path / "other.yaml").successful
     assert twin.get_parameter("twin").value == str(tmp_path / "other.yaml") and twin.figures().twin == "other"
-    stepper = Stepper(other, PERIOD_S, tuple(before[-1]))
+    stepper = Stepper(other, PERIOD_S, tuple(before[-1]), before=COMMANDS[19])
     for command in COMMANDS[20:40]:
         assert user.step(command)[1].tobytes() == stepper.step(command).tobytes()
-    assert user.reset()[1].tolist() == pytest.approx(HANGING, abs=1e-12)
+    assert user.reset()[1].tolist() == pytest.approx([0.0, np.pi + 0.05, 0.0, 0.0], abs=1e-12)  # by its weight
 
 
 @pytest.mark.parametrize(

@@ -69,6 +69,26 @@ def memory_sizes(h: float) -> list[int]:
     return sizes
 
 
+def sensors() -> Callable[..., Any]:
+    """Return shown(x, v, th, w, t, p, active): what the sensors make of one lane's true state, x, v, th, w again."""
+    effects = _calls(Form.MEASURE, tuple(Place))
+    lines = []
+    for k, e in effects:
+        arguments = ", ".join(["x, v, th, w, t", *_arguments(e, ALONE)])
+        lines += [f"if active[{k}]:", f"    x, v, th, w = {e.name}({arguments})"]
+    return _compile("shown", "x, v, th, w, t, p, active", [*lines, "return x, v, th, w"], effects)
+
+
+def reports() -> Callable[..., Any]:
+    """Return told(rate, before, period_s, p, active): a velocity as it is reported, given the report before."""
+    effects = _calls(Form.REPORT, tuple(Place))
+    lines = []
+    for k, e in effects:
+        arguments = ", ".join(["rate, before, period_s", *_arguments(e, ALONE)])
+        lines += [f"if active[{k}]:", f"    rate = {e.name}({arguments})"]
+    return _compile("told", "rate, before, period_s, p, active", [*lines, "return rate"], effects)
+
+
 def pace() -> Callable[..., Any]:
     """Return pace(p, i, width): how much time passes on lane i while its stamps go on by one second."""
     effects = _calls(Form.CLOCK, (Place.CLOCK,))

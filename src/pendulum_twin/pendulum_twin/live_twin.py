@@ -43,8 +43,8 @@ class LiveTwin:
     def become(self, twin: Twin) -> None:
         """Go on as another twin from the measured state of this one.
 
-        What the drive still remembered of earlier commands (a delay, a lag) is gone; the last command stays.
+        What the drive still remembered of earlier commands (a delay, a lag) is gone; the last command stays as if long held.
         """
-        stepper = Stepper(twin, self._period_s, tuple(map(float, self.state)))
+        stepper = Stepper(twin, self._period_s, tuple(map(float, self.state)), self.applied)
         self.twin, self._stepper = twin, stepper
         self.commands.limit = twin.rig.pwm_limit

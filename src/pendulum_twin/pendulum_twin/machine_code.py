@@ -21,13 +21,21 @@ from numba.core.caching import FunctionCache
 
 HERE = Path(__file__).parent
 # All that goes into the kernel; Numba itself sees a change only of the file that holds the compiled function.
-SOURCES = ("compose.py", "equations.py", "kernel.py", "motion.py", "stick_slip.py", "words.py", "effects/*.py")
+SOURCES = ("compose.py", "equations.py", "kernel.py", "lanes.py", "motion.py", "stick_slip.py", "words.py", "effects/*.py")
 
 
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a function when it is first called, or take its machine code from the cache."""
+    return compiled_from()(function)
+
+
+def compiled_from(*more: Path) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Return `compiled` for functions that also consist of more source files, of another package."""
+    return lambda function: _compiled(function, cache_folder(more))
+
+
+def _compiled(function: Callable[..., Any], folder: Path | None) -> Callable[..., Any]:
     result = numba.njit(error_model="numpy")(function)
-    folder = cache_folder()
     if folder is not None:
         before = numba.config.CACHE_DIR
         numba.config.CACHE_DIR = str(folder)
@@ -39,10 +47,10 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 @functools.cache
-def cache_folder() -> Path | None:
+def cache_folder(more: tuple[Path, ...] = ()) -> Path | None:
     """Return where machine code is kept, a folder named by its sources' digest; None where nothing can be kept."""
     digest = hashlib.sha256()
-    for path in sorted(path for pattern in SOURCES for path in HERE.glob(pattern)):
+    for path in [*sorted(path for pattern in SOURCES for path in HERE.glob(pattern)), *more]:
         digest.update(path.read_bytes())
     for root in _roots():
         folder = root / "pendulum_twin" / digest.hexdigest()[:16]

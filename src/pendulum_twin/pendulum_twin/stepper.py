@@ -17,14 +17,23 @@ HANGING = (0.0, math.pi, 0.0, 0.0)
 ONE_LANE = (0,)
 
 
+def resting(twin: Twin) -> tuple[float, ...]:
+    """Return what the sensors show (x, th, v, w) where the cart stands in the middle and the pole hangs by its weight."""
+    shown = measured(np.array([HANGING]), words_of(twin)[None], np.zeros(1))[0]
+    return tuple(float(value) + 0.0 for value in shown)  # no -0
+
+
 class Stepper:
     """Advance one twin sample by sample; a run of steps gives the same bits as one free run.
 
-    state: measured x (m), th (rad), v (m/s), w (rad/s).
+    state: measured x (m), th (rad), v (m/s), w (rad/s); None: at rest. before: the command that was held until now, which
+    delays and lags still let through; None: that of the first step, as in a free run, which knows of none before.
     """
 
-    def __init__(self, twin: Twin, period_s: float, state: tuple[float, ...] = HANGING) -> None:
-        self._words = words_of(twin)[None]
+    def __init__(
+        self, twin: Twin, period_s: float, state: tuple[float, ...] | None = None, before: float | None = 0.0
+    ) -> None:
+        self._words, self._rest = words_of(twin)[None], resting(twin)
         self._on = active(self._words)
         self._reports = reporting(self._words)
         self._laws, self._dry = code_for(self._words)
@@ -37,12 +46,16 @@ class Stepper:
         self._drive = np.empty((1, self._sub))
         self._out = np.empty((1, 2, 4))  # the true state before and after the last step
         self._zero = np.zeros(1, dtype=np.int64)
-        self.reset(state)
+        self.reset(state, before)
 
-    def reset(self, state: tuple[float, ...] = HANGING) -> None:
-        """Start again from a measured state, with nothing left of earlier commands."""
+    def reset(self, state: tuple[float, ...] | None = None, before: float | None = 0.0) -> None:
+        """Start again from a measured state, with nothing left of earlier commands but `before`."""
+        state = self._rest if state is None else state
         self._memory = np.zeros(self._offsets[-1])
         self._steps = 0
+        if before is not None:
+            self._command[0] = before
+            self._pass(self._drive[0, :1])
         self._true = unmeasured(np.array([state], dtype=np.float64), self._words, np.zeros(1))
         self._shown = np.array([state], dtype=np.float64)
 
@@ -54,17 +67,7 @@ class Stepper:
     def step(self, command: float) -> Floats:
         """Hold the command for one sample period and return the measured state at its end, shape (4,)."""
         self._command[0] = command
-        kernel.drive(
-            self._command,
-            self._memory,
-            self._offsets,
-            self._h * self._pace,
-            self._sub,
-            self._steps,
-            self._words[0],
-            self._on,
-            self._drive[0],
-        )
+        self._pass(self._drive[0])
         kernel.mechanics(
             ONE_LANE,
             self._laws,
@@ -86,6 +89,11 @@ class Stepper:
             shown[:, RATES] = report(shown[:, RATES], self._shown[:, RATES], self._words, self._reports, self._period_s)
         self._shown = shown
         return self.state
+
+    def _pass(self, drive: Floats) -> None:
+        """Fill drive (substeps,) with what the drive makes of the command."""
+        h = self._h * self._pace
+        kernel.drive(self._command, self._memory, self._offsets, h, len(drive), self._steps, self._words[0], self._on, drive)
 
 
 def compile_for_any_effect(twin: Twin, period_s: float) -> None:

@@ -1,0 +1,192 @@
+"""Many live twins side by side: one compiled call advances all of them by a period, sensors included.
+
+A lane is one twin that runs now. Lanes may be of different twins; which effects are compiled in is what any has.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from pendulum_twin import compose, kernel
+from pendulum_twin.encoders import EXACT, Encoders
+from pendulum_twin.equations import inner
+from pendulum_twin.machine_code import compiled
+from pendulum_twin.model import Twin
+from pendulum_twin.signals import Floats
+from pendulum_twin.simulate import Ints, code_for, memory_offsets, paces
+from pendulum_twin.words import active, words_of
+
+HANGING = (0.0, math.pi, 0.0, 0.0)
+AT_REST = (0.0, 0.0, 0.0, 0.0)  # away from it
+
+sensed = compose.sensors()
+told = compose.reports()
+
+
+class Kinds(NamedTuple):
+    """Hold what does not change, for each of the twins that lanes may be of.
+
+    words: (twins, SIZE). on: (effects,) in any of them. offsets: (twins, filters + 1) into a lane's memory. paces: (twins,).
+    steps: of the encoders, m and rad.
+    """
+
+    words: Floats
+    on: np.ndarray
+    offsets: Ints
+    paces: Floats
+    steps: tuple[float, float]
+
+
+class Lanes(NamedTuple):
+    """Hold what changes, a row a lane: kind; words; memory of command and drive; substeps done; true and shown states.
+
+    drives and out: room for one period; row, zero: which drive a lane has and where it begins; held: a period's commands.
+    """
+
+    kind: Ints
+    words: Floats
+    memory: Floats
+    done: Ints
+    true: Floats
+    shown: Floats
+    drives: Floats
+    out: Floats
+    row: Ints
+    zero: Ints
+    held: Floats
+
+
+class Code(NamedTuple):
+    """Hold what the compiled call is specialised to: see `kernel.mechanics`."""
+
+    block: tuple[int, ...]
+    laws: tuple[int, ...] | None
+    dry: bool
+
+
+class Timing(NamedTuple):
+    """Hold how a period is cut: samples, substeps a sample, and a sample's length by the stamps, s."""
+
+    samples: int
+    sub: int
+    sample_s: float
+
+
+def timing_of(period_s: float, samples: int) -> Timing:
+    """Return the timing of a period with so many samples."""
+    sample_s = period_s / samples
+    return Timing(samples, kernel.substeps(sample_s), sample_s)
+
+
+def kinds_of(twins: Sequence[Twin], timing: Timing, encoders: Encoders = EXACT) -> Kinds:
+    """Return what lanes of these twins need."""
+    words = np.array([words_of(twin) for twin in twins])
+    passed = paces(words)
+    h = timing.sample_s / timing.sub
+    offsets = np.array([memory_offsets(h * float(pace)) for pace in passed])
+    return Kinds(words, active(words), offsets, passed, encoders.steps)
+
+
+def lanes_of(kinds: Kinds, timing: Timing, count: int) -> Lanes:
+    """Return so many lanes of the first kind, not started yet: see `begin`."""
+    substeps = timing.samples * timing.sub
+    return Lanes(
+        kind=np.zeros(count, dtype=np.int64),
+        words=np.tile(kinds.words[0], (count, 1)),
+        memory=np.zeros((count, max(1, int(kinds.offsets[:, -1].max())))),
+        done=np.zeros(count, dtype=np.int64),
+        true=np.tile(np.array(HANGING), (count, 1)),
+        shown=np.tile(np.array(HANGING), (count, 1)),
+        drives=np.zeros((count, substeps)),
+        out=np.zeros((count, timing.samples + 1, 4)),
+        row=np.arange(count, dtype=np.int64),
+        zero=np.zeros(count, dtype=np.int64),
+        held=np.zeros(timing.samples),
+    )
+
+
+def code_of(kinds: Kinds, count: int) -> Code:
+    """Return the code for so many lanes of these kinds."""
+    return Code((0,) * (1 if count == 1 else kernel.WIDTH), *code_for(kinds.words))
+
+
+@inner
+def _read(kinds, lanes, i, state, t, period_s):
+    """Show a true state of lane i; period_s: since the last one shown, 0 for the first."""
+    x, th, v, w = state
+    p, pace = lanes.words[i], kinds.paces[lanes.kind[i]]
+    x, v, th, w = sensed(x, v, th, w, t, p, kinds.on)
+    v, w = v * pace, w * pace
+    fine_m, fine_rad = kinds.steps
+    shown = lanes.shown[i]
+    if fine_m > 0.0:
+        x = np.rint(x / fine_m) * fine_m
+    if fine_rad > 0.0:
+        th = np.rint(th / fine_rad) * fine_rad
+    if period_s > 0.0:
+        if (fine_m > 0.0) | (fine_rad > 0.0):
+            v, w = (x - shown[0]) / period_s, (th - shown[1]) / period_s
+        v, w = told(v, shown[2], period_s, p, kinds.on), told(w, shown[3], period_s, p, kinds.on)
+    shown[0], shown[1], shown[2], shown[3] = x, th, v, w
+
+
+@inner
+def begin(kinds, lanes, timing, i, kind, away):
+    """Start lane i as a twin of a kind: it hangs at rest, or a true x, th, v, w away from that; PWM 0 was held until now.
+
+    A pole hangs by its weight, whatever its sensors show of that.
+    """
+    lanes.kind[i] = kind
+    lanes.words[i] = kinds.words[kind]
+    lanes.memory[i] = 0.0
+    lanes.done[i] = 0
+    lanes.held[:] = 0.0
+    h = timing.sample_s / timing.sub * kinds.paces[kind]
+    kernel.drive(
+        lanes.held[:1], lanes.memory[i], kinds.offsets[kind], h, 1, 0, lanes.words[i], kinds.on, lanes.drives[i, :1]
+    )
+    for k in range(4):
+        lanes.true[i, k] = HANGING[k] + away[k]
+    x, th, v, w = lanes.true[i]
+    _read(kinds, lanes, i, (x, th, v, w), 0.0, 0.0)
+
+
+@inner
+def advance(code, kinds, lanes, timing, commands):
+    """Hold a command (PWM fraction, as the rig takes it) a lane over one period; `lanes.shown` is what is measured then."""
+    samples, sub, sample_s = timing
+    h = sample_s / sub
+    for i in range(len(commands)):
+        kind = lanes.kind[i]
+        lanes.held[:] = commands[i]
+        pace = kinds.paces[kind]
+        drive = lanes.drives[i]
+        kernel.drive(
+            lanes.held, lanes.memory[i], kinds.offsets[kind], h * pace, sub, lanes.done[i], lanes.words[i], kinds.on, drive
+        )
+    kernel.mechanics(
+        code.block, code.laws, code.dry, lanes.drives, lanes.row, lanes.zero, lanes.true, lanes.words, h, sub, lanes.out
+    )
+    for i in range(len(commands)):
+        for n in range(1, samples + 1):
+            t = (lanes.done[i] // sub + n) * sample_s
+            x, th, v, w = lanes.out[i, n]
+            _read(kinds, lanes, i, (x, th, v, w), t, sample_s)
+        lanes.true[i] = lanes.out[i, samples]
+        lanes.done[i] += samples * sub
+
+
+@compiled
+def begin_one(kinds, lanes, timing, i, kind, away):
+    """Do `begin`, called from Python."""
+    begin(kinds, lanes, timing, i, kind, away)
+
+
+@compiled
+def advance_all(code, kinds, lanes, timing, commands):
+    """Do `advance`, called from Python."""
+    advance(code, kinds, lanes, timing, commands)
