@@ -34,9 +34,9 @@ endif
 help: ## list these commands
 	@sed -nE 's/^([a-z]+):[^#]*## (.*)/make \1\t\2/p' $(firstword $(MAKEFILE_LIST)) | expand -t 14
 
-setup: $(VENV)/.installed-$(ROS) ## create .venv with everything pinned; nothing when it is up to date
+setup: $(VENV)/.installed-$(ROS) $(VENV)/.learning-$(ROS) ## create .venv with everything pinned; nothing when it is up to date
 
-demo: setup ## conceal physics in an emulated rig, record it, diagnose it, report
+demo: $(VENV)/.installed-$(ROS) ## conceal physics in an emulated rig, record it, diagnose it, report
 	@$(BIN)/python -m pendulum_bridge.demo --out out/demo $(ARGS)
 
 test: setup ## run the test suite (ARGS="-k word" and the like go to pytest)
@@ -54,17 +54,22 @@ format: setup ## write the format, and the fixes that lint can make by itself
 bench: setup ## the benchmarks, each figure beside its peer
 	@$(BIN)/python tests/bench/run.py $(ARGS)
 
-faults: setup ## make every fault in turn: time until PWM 0, what is right, what was said
+faults: $(VENV)/.installed-$(ROS) ## make every fault in turn: time until PWM 0, what is right, what was said
 	@$(BIN)/python tests/faults/run.py $(ARGS)
 
-colcon: setup ## build the ROS packages into build/ and install/ (ARGS="--symlink-install")
+colcon: $(VENV)/.installed-$(ROS) ## build the ROS packages into build/ and install/ (ARGS="--symlink-install")
 	@$(BIN)/colcon build --base-paths src $(ARGS)
 
-lock: setup ## resolve requirements.in anew into requirements.lock
+lock: setup ## resolve requirements.in and requirements-learning.in anew into their locks
 	@$(PIP) install --dry-run --ignore-installed --report $(VENV)/resolved.json -r requirements.in
 	$(BIN)/python -c 'import json, sys
 	pins = ["{name}=={version}".format_map(p["metadata"]) for p in json.load(sys.stdin)["install"]]
 	print(*sorted(pins, key=str.casefold), sep="\n")' < $(VENV)/resolved.json > requirements.lock
+	$(PIP) install --dry-run --ignore-installed --report $(VENV)/resolved.json -c requirements.lock -r requirements-learning.in
+	$(BIN)/python -c 'import json, sys
+	pins = {"{name}=={version}".format_map(p["metadata"]) for p in json.load(sys.stdin)["install"]}
+	print(*sorted(pins - set(open("requirements.lock").read().split()), key=str.casefold), sep="\n")' \
+		< $(VENV)/resolved.json > requirements-learning.lock
 
 clean: ## remove what was built; .venv stays
 	@rm -rf build install log out .mypy_cache .ruff_cache .pytest_cache .hypothesis src/*/build src/*/*.egg-info
@@ -80,6 +85,11 @@ $(VENV)/.pinned-$(ROS): requirements.lock requirements.nodeps
 	"$$python" -m venv --clear $(VENV_OPTIONS) $(VENV)
 	$(PINS) > $(VENV)/pins.txt
 	$(PIP) install --no-deps -r $(VENV)/pins.txt
+	touch $@
+
+# Apart, and last: torch is several times as large as all the rest.
+$(VENV)/.learning-$(ROS): $(VENV)/.pinned-$(ROS) requirements-learning.lock
+	@$(PIP) install --no-deps -r requirements-learning.lock
 	touch $@
 
 $(VENV)/.installed-$(ROS): $(VENV)/.pinned-$(ROS) $(PACKAGES:%=%/setup.py)

@@ -1,16 +1,20 @@
 from setuptools import find_packages, setup
 
 NAME = "pendulum_rl_env"
-EXECUTABLES = {}
+EXECUTABLES = {"train": "pendulum_rl_env.train:main", "evaluate": "pendulum_rl_env.evaluate:main"}
 
 setup(
     name=NAME,
     version="0.1.0",
-    description="Gymnasium environments on the twin or the rig",
+    description="Gymnasium environments on the twin or the rig, and learning on them",
     license="Apache-2.0",
     packages=find_packages(exclude=["test", "test.*"]),
+    package_data={NAME: ["presets/*.yaml"]},
     python_requires=">=3.12",
-    install_requires=["gymnasium", "numpy"],
+    install_requires=["gymnasium", "matplotlib", "numba", "numpy", "pillow", "PyYAML", "scipy"],
+    extras_require={
+        "learning": ["onnx", "onnxruntime", "optuna", "sb3-contrib", "stable-baselines3", "tensorboard", "torch"],
+    },
     entry_points={"console_scripts": [f"{name} = {function}" for name, function in EXECUTABLES.items()]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),

@@ -1,0 +1,9 @@
+"""How this package's functions are compiled: with the kernel that they are put together with."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pendulum_twin.machine_code import compiled_from
+
+compiled = compiled_from(*(Path(__file__).parent / name for name in ("task.py", "reward.py", "fleet.py")))

@@ -1,0 +1,63 @@
+"""The twin in process, as a transport."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pendulum_rl_env.transport import Sample
+from pendulum_twin import lanes
+from pendulum_twin.encoders import EXACT, Encoders
+from pendulum_twin.model import Twin
+
+SAMPLE_S = 0.01  # of the rig: a command is held over several
+
+
+class KernelTransport:
+    """Step one twin, as fast as it goes.
+
+    step_s: from command to command, a whole number of samples of about 10 ms. aside_rad: how far from hanging the pole is
+    let go. What belongs to a recording, not to a rig (a stale start), is left out.
+    """
+
+    def __init__(self, twin: Twin, step_s: float, encoders: Encoders = EXACT, aside_rad: float = 0.0) -> None:
+        twin = lasting(twin)
+        self.step_s, self._away = step_s, (0.0, aside_rad, 0.0, 0.0)
+        self._limit = twin.rig.pwm_limit or math.inf
+        self._timing = lanes.timing_of(step_s, samples_of(step_s))
+        self._kinds = lanes.kinds_of([twin], self._timing, encoders)
+        self._lanes = lanes.lanes_of(self._kinds, self._timing, 1)
+        self._code = lanes.code_of(self._kinds, 1)
+        self._command = np.zeros(1)
+        self._steps = 0
+        self.reset()
+
+    def reset(self) -> Sample:
+        """Hang at rest in the middle, with nothing left of earlier commands."""
+        lanes.begin_one(self._kinds, self._lanes, self._timing, 0, 0, self._away)
+        self._steps = 0
+        return self._sample(0.0)
+
+    def exchange(self, command: float) -> Sample:
+        """Hold the command, clipped to the rig's limit, for a period; return the sample at its end."""
+        self._command[0] = min(max(command, -self._limit), self._limit)
+        lanes.advance_all(self._code, self._kinds, self._lanes, self._timing, self._command)
+        self._steps += 1
+        return self._sample(self.step_s)
+
+    def close(self) -> None:
+        """Do nothing: nothing is held."""
+
+    def _sample(self, dt_s: float) -> Sample:
+        return Sample(self._lanes.shown[0].copy(), self._steps * self.step_s, {"dt_s": dt_s})
+
+
+def samples_of(step_s: float) -> int:
+    """Return into how many samples a step is cut, at least one."""
+    return max(1, round(step_s / SAMPLE_S))
+
+
+def lasting(twin: Twin) -> Twin:
+    """Return the twin without what belongs to one recording of it."""
+    return Twin(twin.name, twin.rig, {name: values for name, values in twin.effects.items() if name != "stale_start"})

@@ -1,0 +1,1 @@
+"""What needs torch: stable-baselines3 on the fleet, presets, results, export."""

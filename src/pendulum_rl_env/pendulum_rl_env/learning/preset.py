@@ -1,0 +1,87 @@
+"""Settings of training: three presets as YAML, keyed by environment id."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from pendulum_rl_env.learning.algorithms import ALGORITHMS, keys_of
+from pendulum_twin.errors import BadInputError
+from pendulum_twin.rig import checked_number, unknown_key
+
+PRESETS = ("fast", "frugal", "thesis")
+IN_PROCESS = "pendulum_rl_env/InvertedPendulum-v0"
+OVER_TOPICS = "pendulum_rl_env/InvertedPendulumRos-v0"
+
+
+@dataclass(frozen=True)
+class Preset:
+    """Hold how to train on one environment.
+
+    algorithm: one of `ALGORITHMS`. timesteps: how many, when not told. environments: how many side by side in process.
+    layers: hidden layers of policy and value. learning_rate: at the start; falling: whether it goes down to 0.
+    start_spread: share of episodes that begin anywhere, see `fleet.AWAY`. evaluate_every: steps from evaluation to
+    evaluation. settings: further arguments of the algorithm. Raises BadInputError, naming the key, for what cannot be.
+    """
+
+    algorithm: str
+    timesteps: int
+    environments: int
+    layers: tuple[int, ...]
+    learning_rate: float
+    evaluate_every: int
+    falling: bool = False
+    start_spread: float = 0.0
+    settings: Mapping[str, Any] = ()  # type: ignore[assignment]
+
+    def __post_init__(self) -> None:
+        if self.algorithm not in ALGORITHMS:
+            raise BadInputError(f"algorithm: expected one of {', '.join(ALGORITHMS)}, found {self.algorithm!r}")
+        for name in ("timesteps", "environments", "evaluate_every"):
+            checked_number(name, getattr(self, name), 1, 1e9)
+        checked_number("learning_rate", self.learning_rate, 1e-7, 1.0)
+        checked_number("start_spread", self.start_spread, 0.0, 1.0)
+        object.__setattr__(self, "layers", tuple(self.layers))
+        object.__setattr__(self, "settings", dict(self.settings))
+        known = keys_of(self.algorithm)
+        for key in self.settings:
+            if key not in known:
+                raise BadInputError(unknown_key("settings", key, tuple(sorted(known))))
+
+
+def load_preset(name: str, environment: str) -> Preset:
+    """Return a preset by its name, or by the path of a file of one's own, for an environment id.
+
+    Over topics the settings of the environment in process hold, with one environment. Raises BadInputError.
+    """
+    path = files("pendulum_rl_env") / "presets" / f"{name}.yaml" if name in PRESETS else Path(name)
+    try:
+        mapping = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        known = ", ".join(PRESETS)
+        raise BadInputError(
+            f"--preset: expected {known} or a YAML file, found {name}: {str(error).splitlines()[0]}"
+        ) from error
+    wanted = IN_PROCESS if environment == OVER_TOPICS else environment
+    if not isinstance(mapping, Mapping) or not isinstance(mapping.get(wanted), Mapping):
+        raise BadInputError(f"{name}: expected settings under the key {wanted}, found none")
+    return preset_of(mapping[wanted], name)
+
+
+def preset_of(mapping: Mapping[str, Any], where: str) -> Preset:
+    """Return the preset that a mapping holds; raise BadInputError naming the key that is wrong."""
+    known = tuple(field.name for field in fields(Preset))
+    for key in mapping:
+        if key not in known:
+            raise BadInputError(unknown_key(where, str(key), known))
+    try:
+        return Preset(**mapping)
+    except BadInputError as error:
+        raise BadInputError(f"{where}: {error}") from error
+    except TypeError as error:  # a key is missing, or a list is none
+        raise BadInputError(f"{where}: expected all of {', '.join(known[:6])}, found {error}") from error

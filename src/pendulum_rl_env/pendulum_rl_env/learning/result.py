@@ -1,0 +1,49 @@
+"""What a training came to, as `result.json` tells it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+from pendulum_twin.model import write_whole
+
+GOOD = 400.0  # mean reward of an evaluation: the thesis's mark
+SCHEMA = "pendulum_training/1"
+
+
+@dataclass
+class Result:
+    """Hold what is known of a training so far.
+
+    steps_to_400, wall_to_400_s: at the first evaluation with a mean of at least 400, None when there was none; wall times
+    count from the start of the program. evaluations: steps, wall_s and mean reward of each.
+    """
+
+    environment: str
+    preset: str
+    algorithm: str
+    seed: int
+    timesteps: int = 0
+    steps_to_400: int | None = None
+    wall_to_400_s: float | None = None
+    best_mean_reward: float | None = None
+    steps_per_s: float = 0.0
+    wall_s: float = 0.0
+    interrupted: bool = False
+    evaluations: list[dict[str, float]] = field(default_factory=list)
+    schema: str = SCHEMA
+
+    def note(self, steps: int, wall_s: float, mean: float) -> bool:
+        """Add an evaluation; return whether it is the best so far."""
+        self.evaluations.append({"steps": steps, "wall_s": round(wall_s, 3), "mean_reward": mean})
+        if mean >= GOOD and self.steps_to_400 is None:
+            self.steps_to_400, self.wall_to_400_s = steps, round(wall_s, 3)
+        if self.best_mean_reward is None or mean > self.best_mean_reward:
+            self.best_mean_reward = mean
+            return True
+        return False
+
+    def save(self, path: Path) -> None:
+        """Write it as JSON, whole or not at all."""
+        write_whole(path, json.dumps(asdict(self), indent=2) + "\n")

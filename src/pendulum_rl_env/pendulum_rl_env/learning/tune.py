@@ -1,0 +1,114 @@
+"""Look for better settings of a preset by Optuna; the study stays on the disk and goes on when called again.
+
+Run as `python -m pendulum_rl_env.learning.tune --preset fast --out DIR --trials N`; the best are written as a preset file.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import numpy as np
+import optuna
+import yaml
+from stable_baselines3.common.callbacks import BaseCallback
+
+from pendulum_rl_env.fleet import Fleet
+from pendulum_rl_env.in_process import twin_of
+from pendulum_rl_env.learning.algorithms import learner
+from pendulum_rl_env.learning.fleet_vec_env import FleetVecEnv
+from pendulum_rl_env.learning.on_rig import mean_reward
+from pendulum_rl_env.learning.preset import IN_PROCESS, Preset, load_preset
+from pendulum_twin.errors import BadInputError
+from pendulum_twin.model import Twin, write_whole
+
+LOOKS = 8  # evaluations a trial: hopeless ones are given up at one
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the search; return 0 when it is done, 1 when it could not (the reason on stderr)."""
+    options = _options(arguments)
+    try:
+        preset, twin = load_preset(options.preset, IN_PROCESS), twin_of(options.twin)
+        options.out.mkdir(parents=True, exist_ok=True)
+        study = optuna.create_study(
+            study_name=options.preset,
+            storage=f"sqlite:///{options.out / 'study.db'}",
+            direction="maximize",
+            sampler=optuna.samplers.TPESampler(seed=options.seed),
+            pruner=optuna.pruners.MedianPruner(n_startup_trials=5, n_warmup_steps=2),
+            load_if_exists=True,
+        )
+        study.optimize(lambda trial: _reward(trial, preset, twin, options), n_trials=options.trials)
+        best = _drawn(optuna.trial.FixedTrial(study.best_params), preset)
+        file = options.out / f"{options.preset}.yaml"
+        write_whole(file, yaml.safe_dump({IN_PROCESS: {**asdict(best), "layers": list(best.layers)}}, sort_keys=False))
+        print(f"{file}: {study.best_value:.1f} after {len(study.trials)} trials; train with --preset {file}")
+    except (BadInputError, OSError, ValueError) as error:
+        print(f"tune: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print(f"tune: interrupted; the same command goes on with the study in {options.out}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def _drawn(trial: optuna.trial.BaseTrial, preset: Preset) -> Preset:
+    """Return the preset with settings that the trial suggests."""
+    rate = trial.suggest_float("learning_rate", 1e-4, 3e-3, log=True)
+    settings = {**preset.settings, "gamma": 1 - trial.suggest_float("one_minus_gamma", 3e-3, 5e-2, log=True)}
+    if preset.algorithm == "ppo":
+        settings["n_epochs"] = trial.suggest_int("n_epochs", 4, 20)
+        settings["batch_size"] = trial.suggest_categorical("batch_size", [128, 256, 512, 1024])
+        settings["clip_range"] = trial.suggest_float("clip_range", 0.1, 0.4)
+    else:
+        settings["batch_size"] = trial.suggest_categorical("batch_size", [128, 256, 512])
+        settings["tau"] = trial.suggest_float("tau", 3e-3, 5e-2, log=True)
+    return replace(preset, learning_rate=rate, settings=settings)
+
+
+class _Looking(BaseCallback):
+    """Evaluate several times in a training, and end it where others were better by then."""
+
+    def __init__(self, trial: optuna.Trial, every: int, evaluation: FleetVecEnv) -> None:
+        super().__init__()
+        self._trial, self._every, self._evaluation = trial, every, evaluation
+        self.means: list[float] = []
+
+    def _on_step(self) -> bool:
+        if self.num_timesteps < self._every * (len(self.means) + 1):
+            return True
+        self.means.append(mean_reward(self.model, self._evaluation, 1))
+        self._trial.report(self.means[-1], len(self.means))
+        return not self._trial.should_prune()
+
+
+def _reward(trial: optuna.Trial, preset: Preset, twin: Twin, options: argparse.Namespace) -> float:
+    """Return the mean of all looks: high early is what is wanted."""
+    drawn = _drawn(trial, preset)
+    steps = options.timesteps or preset.timesteps
+    training = FleetVecEnv(Fleet([twin], drawn.environments, spread=drawn.start_spread, seed=options.seed + trial.number))
+    looking = _Looking(trial, max(steps // LOOKS, 1), FleetVecEnv(Fleet([twin], 1)))
+    model = learner(drawn, training, options.seed + trial.number, None)
+    model.learn(steps, callback=looking)
+    if len(looking.means) < LOOKS and model.num_timesteps < steps:
+        raise optuna.TrialPruned
+    return float(np.mean(looking.means))
+
+
+def _options(arguments: list[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="tune", description=" ".join((__doc__ or "").split()))
+    add = parser.add_argument
+    add("--preset", default="fast", help="where to begin (fast)")
+    add("--twin", type=Path, help="twin file to learn on (without one: the INTECO rig)")
+    add("--out", type=Path, required=True, help="folder of the study")
+    add("--trials", type=int, default=20, metavar="N", help="how many more (20)")
+    add("--timesteps", type=int, help="of each training (the preset's)")
+    add("--seed", type=int, default=0, help="of the search and the trainings (0)")
+    return parser.parse_args(arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,150 @@
+"""A node that commands one pendulum and takes its samples, with a context of its own: several can live in one process."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import time
+
+import rclpy
+from rclpy.context import Context
+from rclpy.duration import Duration
+from rclpy.exceptions import InvalidNamespaceException
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.validate_namespace import validate_namespace
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64
+from std_srvs.srv import Trigger
+
+from pendulum_rl_env.pacing.link import Received
+from pendulum_rl_env.transport import NoAnswerError
+from pendulum_twin import topics
+from pendulum_twin.errors import BadInputError
+from pendulum_twin.nodes.direct import DirectSubscription
+from pendulum_twin.nodes.messages import from_joint_state, from_time, to_float
+from pendulum_twin.nodes.qos import LATEST, SAMPLES
+
+CONNECT_S = 20.0  # discovery can take seconds, and a program its time to start; whoever is not there then is not coming
+DELIVERY_S = 0.5  # at most, for the last command
+TURN_S = 0.1  # until Ctrl-C is seen
+_numbers = itertools.count()
+
+
+class RigClient:
+    """Speak with the rig of a namespace; raise BadInputError when the namespace is none, or ROS cannot run.
+
+    The environment says in which domain (ROS_DOMAIN_ID). `close` it after use.
+    """
+
+    def __init__(self, namespace: str) -> None:
+        self.name = _full(namespace)
+        self.unreadable = ""  # what was wrong with the last sample, when it could not be read
+        self._context = Context()
+        try:
+            rclpy.init(args=[], context=self._context)  # the program's own arguments are not this node's
+            self._node = Node(
+                f"environment_{os.getpid()}_{next(_numbers)}", context=self._context, use_global_arguments=False
+            )
+        except RuntimeError as error:
+            raise BadInputError(f"ROS cannot run the environment's node: {str(error).splitlines()[0]}") from error
+        self._commands = self._node.create_publisher(Float64, self._topic(topics.PWM), LATEST)
+        self._samples = DirectSubscription(self._node, JointState, self._topic(topics.JOINT_STATES), SAMPLES)
+        self._resets = self._node.create_client(Trigger, self._topic(topics.RESET))
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self._node)
+
+    def connect(self, timeout_s: float) -> None:
+        """Return when the rig's node knows this one; raise `NoAnswerError` when it is not there."""
+        end_s = time.monotonic() + timeout_s
+        while lacking := self._lacking():
+            if (left_s := end_s - time.monotonic()) <= 0:
+                raise NoAnswerError(
+                    f"{self.name}: expected a rig's driver or a twin in this namespace, but {lacking} within "
+                    f"{timeout_s:g} s: see that it runs, under the same ROS_DOMAIN_ID"
+                )
+            self._executor.spin_once(timeout_sec=min(TURN_S, left_s))
+
+    def reset(self, timeout_s: float) -> str:
+        """Ask for a reset and return what was answered; raise `NoAnswerError` when it failed, with the rig's reason."""
+        name, end_s = self._topic(topics.RESET), time.monotonic() + timeout_s
+        pending = self._resets.call_async(Trigger.Request())
+        try:
+            while not pending.done():
+                if (left_s := end_s - time.monotonic()) <= 0:
+                    raise NoAnswerError(
+                        f"{name}: expected the pendulum to hang at rest within {timeout_s:.3g} s, found no answer: "
+                        "see what the rig's driver says, then reset again"
+                    )
+                self._executor.spin_once(timeout_sec=min(TURN_S, left_s))
+        finally:
+            self._resets.remove_pending_request(pending)
+        answer = pending.result()
+        if not answer.success:
+            raise NoAnswerError(f"{name}: {answer.message}")
+        return str(answer.message)
+
+    def send(self, command: float) -> None:
+        """Publish a command (PWM fraction)."""
+        self._commands.publish(to_float(command))
+
+    def wait(self, timeout_s: float) -> Received | None:
+        """Return the oldest sample not taken yet, None after timeout_s; one that cannot be read is passed over."""
+        end_s = time.monotonic() + timeout_s
+        while True:
+            left_s = max(end_s - time.monotonic(), 0.0)
+            message = self._samples.wait(min(left_s, TURN_S))
+            if message is None and left_s <= TURN_S:
+                return None
+            if message is not None and (received := self._read(message)) is not None:
+                return received
+
+    def now_s(self) -> float:
+        """Return the monotonic time."""
+        return time.monotonic()
+
+    def now_ns(self) -> int:
+        """Return the node's time, which is the system's."""
+        return int(self._node.get_clock().now().nanoseconds)
+
+    def close(self) -> None:
+        """Publish PWM 0, see it delivered, and end the node."""
+        try:
+            self.send(0.0)
+            self._commands.wait_for_all_acked(Duration(seconds=DELIVERY_S))
+        finally:
+            self._executor.shutdown()
+            self._node.destroy_node()
+            self._context.try_shutdown()
+
+    def _topic(self, name: str) -> str:
+        return f"{self.name.rstrip('/')}/{name}"
+
+    def _lacking(self) -> str:
+        """Return what is missing before the rig can be used, nothing when all is there."""
+        if not self._commands.get_subscription_count():
+            return f"nobody listens to {self._topic(topics.PWM)}"
+        if not self._samples.publishers:
+            return f"nobody publishes {self._topic(topics.JOINT_STATES)}"
+        return "" if self._resets.service_is_ready() else f"nobody offers {self._topic(topics.RESET)}"
+
+    def _read(self, message: JointState) -> Received | None:
+        try:
+            if missing := [name for name in topics.JOINTS if name not in message.name]:
+                raise BadInputError(f"joint_states: expected a {' and a '.join(missing)}, found {list(message.name)}")
+            received = Received(from_joint_state(message), from_time(message.header.stamp), time.monotonic())
+        except BadInputError as error:
+            self.unreadable = str(error)
+            return None
+        self.unreadable = ""
+        return received
+
+
+def _full(namespace: str) -> str:
+    """Return a namespace as the graph has it; raise BadInputError when it is none."""
+    full = f"/{namespace.strip('/')}"
+    try:
+        validate_namespace(full)
+    except InvalidNamespaceException as error:
+        raise BadInputError(f"namespace: expected letters, digits and _, as in rig, found {namespace!r}") from error
+    return full

@@ -1,0 +1,32 @@
+"""The registered environment that runs over topics."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+
+from pendulum_rl_env.env import PendulumEnv
+from pendulum_rl_env.in_process import scaled
+from pendulum_rl_env.nodes.topic_transport import TopicTransport
+from pendulum_rl_env.reward import reward
+from pendulum_rl_env.task import HANGING, Task
+
+
+def ros_env(
+    namespace: str = "rig",
+    lockstep: bool = False,
+    step_s: float = 0.03,
+    deadline_s: float = 1.0,
+    reset_deadline_s: float = 60.0,
+    render_mode: str | None = None,
+) -> gym.Env[Any, Any]:
+    """Return `InvertedPendulumRos-v0`: the rig, or the twin, of a namespace; see `TopicTransport` for what is told.
+
+    Actions are scaled as those of `InvertedPendulum-v0`, so that policies carry over. Close it in a `finally`.
+    """
+    task = Task(step_s=step_s)
+    reward(np.array(HANGING), task)  # compiled now: within a step there is no time for it
+    transport = TopicTransport(namespace, lockstep, step_s, deadline_s, reset_deadline_s)
+    return scaled(PendulumEnv(transport, task, render_mode))

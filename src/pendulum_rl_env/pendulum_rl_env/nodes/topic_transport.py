@@ -1,0 +1,91 @@
+"""A rig or a twin over topics, as a transport."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+
+from pendulum_rl_env.nodes.rig_client import CONNECT_S, RigClient
+from pendulum_rl_env.pacing.lockstep import LockstepPace
+from pendulum_rl_env.pacing.real_time import RealTimePace
+from pendulum_rl_env.transport import NoAnswerError, Sample
+from pendulum_twin.errors import BadInputError
+from pendulum_twin.reset_answer import stamp_of
+from pendulum_twin.rig import checked_number
+
+
+class TopicTransport:
+    """Exchange `pwm` for `joint_states` with whoever serves a namespace: a driver, or a twin, in real time or lockstep.
+
+    step_s: the period; in lockstep a whole number of the twin's. deadline_s: for a sample later than a command, at least
+    step_s. reset_deadline_s: for a reset, discovery included, which gets 20 s of it at most. Each sample's info, floats:
+
+    dt_s: from the stamp of the sample before (for an episode's first step: of the one that its command answered).
+    age_s: now - stamp when it was returned; 0 in lockstep. latency_s: from the command to the arrival of the first sample
+    stamped later. overrun_s: by how much the command came after its step's end; 0 when in time. Since the reset: missed,
+    such steps; lost, samples that never came, by the gaps between stamps; stale, samples out of order, or, in lockstep,
+    answers to somebody else's commands.
+
+    Whatever leaves `reset` or `exchange` other than by a return, Ctrl-C included, publishes PWM 0 first, as `close` does:
+    close it in a `finally`. A driver sets PWM to 0 by itself 0.2 s after the last command, so between steps, too.
+    """
+
+    def __init__(
+        self,
+        namespace: str = "rig",
+        lockstep: bool = False,
+        step_s: float = 0.03,
+        deadline_s: float = 1.0,
+        reset_deadline_s: float = 60.0,
+    ) -> None:
+        checked_number("step_s", step_s, 0.001, 1.0)
+        checked_number("deadline_s", deadline_s, step_s, 60.0)
+        checked_number("reset_deadline_s", reset_deadline_s, 0.001, 3600.0)
+        self.step_s = step_s
+        self._reset_deadline_s = reset_deadline_s
+        self._client: RigClient | None = RigClient(namespace)
+        make = LockstepPace if lockstep else RealTimePace
+        self._pace = make(self._client, step_s, deadline_s)
+
+    def reset(self) -> Sample:
+        """Call the reset service; return the first sample that shows the pendulum hanging at rest.
+
+        Raises `NoAnswerError` with the rig's own sentence when it refuses, or when nothing comes in time.
+        """
+        with self._safely() as client:
+            end_s = time.monotonic() + self._reset_deadline_s
+            client.connect(min(CONNECT_S, self._reset_deadline_s))
+            while True:  # a sample may have come before the subscription was complete: then once more
+                told = client.reset(end_s - time.monotonic())
+                if (sample := self._pace.begin(stamp_of(told))) is not None:
+                    return sample
+
+    def exchange(self, command: float) -> Sample:
+        """Publish a command (PWM fraction) and return the sample at its step's end; raise `NoAnswerError` without one."""
+        with self._safely():
+            if not math.isfinite(command):
+                raise BadInputError(f"command: expected a finite PWM fraction, found {command}")
+            return self._pace.exchange(command)
+
+    def close(self) -> None:
+        """Publish PWM 0 and end the node; a second time does nothing."""
+        client, self._client = self._client, None
+        if client is not None:
+            client.close()
+
+    @contextmanager
+    def _safely(self) -> Iterator[RigClient]:
+        """Leave PWM 0 behind when something goes wrong."""
+        client = self._client
+        if client is None:
+            raise NoAnswerError("expected an open transport, found it closed: make another")
+        try:
+            yield client
+        except BaseException as error:
+            with suppress(RuntimeError):
+                client.send(0.0)
+            if isinstance(error, NoAnswerError) and client.unreadable:
+                raise NoAnswerError(f"{error}; the last that came could not be read: {client.unreadable}") from error
+            raise

@@ -1,0 +1,108 @@
+"""The thesis's study of sample times (table 3) as one command: the same training, commands further and further apart.
+
+An episode lasts as long in all (15.36 s), so rewards are told a step. Run as
+`python -m pendulum_rl_env.sample_times --twin TWIN --out DIR --step-s 0.01 0.02 0.03 0.05 0.1`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pendulum_rl_env import stages
+from pendulum_rl_env.task import EPISODE_S, Task
+from pendulum_twin.errors import BadInputError
+from pendulum_twin.model import load_twin, write_whole
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the study; return 0 when it is done, 1 when it could not (the reason on stderr)."""
+    options = _options(arguments)
+    try:
+        load_twin(options.twin)
+        asked = list(product(options.step_s, range(options.seed, options.seed + options.seeds)))
+        with ThreadPoolExecutor(options.processes) as pool:
+            found = list(pool.map(lambda each: _trained(each[0], each[1], options), asked))
+        rows = [
+            _row(step_s, [r for (s, _), r in zip(asked, found, strict=True) if s == step_s]) for step_s in options.step_s
+        ]
+        write_whole(options.out / "sample_times.json", json.dumps(rows, indent=2) + "\n")
+        print(_table(rows))
+    except BadInputError as error:
+        print(f"sample_times: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print(f"sample_times: interrupted; the same command goes on from what is in {options.out}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def _trained(step_s: float, seed: int, options: argparse.Namespace) -> dict[str, Any]:
+    """Return `result.json` of a training with this sample time."""
+    out = options.out / f"step_{step_s:g}_seed_{seed}"
+    how = [
+        "--step-s",
+        str(step_s),
+        "--preset",
+        options.preset,
+        *(["--timesteps", str(options.timesteps)] if options.timesteps else []),
+    ]
+    policy = stages.train(options.twin, out, seed, how)
+    told: dict[str, Any] = json.loads((policy.parent / "result.json").read_text(encoding="utf-8"))
+    return told
+
+
+def _row(step_s: float, results: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return what trainings with one sample time came to; rewards a step: 1 is upright in the middle all the time."""
+    steps = Task.lasting(step_s).steps
+    best = [result["best_mean_reward"] / steps for result in results]
+    return {
+        "step_s": step_s,
+        "steps_an_episode": steps,
+        "best_reward_a_step": best,
+        "median": float(np.median(best)),
+        "wall_s": [result["wall_s"] for result in results],
+    }
+
+
+def _table(rows: list[dict[str, Any]]) -> str:
+    lines = [
+        "| sample time, s | steps an episode | best reward a step: median, each seed | wall time, s: median |",
+        "|---|---|---|---|",
+    ]
+    for row in rows:
+        each = ", ".join(f"{value:.3f}" for value in row["best_reward_a_step"])
+        lines.append(
+            f"| {row['step_s']:g} | {row['steps_an_episode']} | {row['median']:.3f} ({each}) "
+            f"| {np.median(row['wall_s']):.0f} |"
+        )
+    return "\n".join(lines)
+
+
+def _options(arguments: list[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="sample_times", description=" ".join((__doc__ or "").split()))
+    add = parser.add_argument
+    add("--twin", type=Path, default=Path("config/inteco.yaml"), help="twin file (config/inteco.yaml)")
+    add("--out", type=Path, required=True, help="folder for the trainings; a second run goes on from what is there")
+    add("--step-s", type=float, nargs="+", default=[0.01, 0.02, 0.03, 0.05, 0.1], help="sample times, s")
+    add("--seed", type=int, default=0, help="of the first training (0)")
+    add("--seeds", type=int, default=3, metavar="N", help="trainings a sample time (3)")
+    add("--preset", default="fast", help="how to train (fast)")
+    add("--timesteps", type=int, help="of each training (the preset's)")
+    add("--processes", type=int, default=2, metavar="P", help="trainings at a time (2)")
+    options = parser.parse_args(arguments)
+    for step_s in options.step_s:
+        if not 0.005 <= step_s <= 0.5 * EPISODE_S:
+            parser.error(f"--step-s: expected sample times from 0.005 s to {0.5 * EPISODE_S:g} s, found {step_s:g}")
+    return options
+
+
+if __name__ == "__main__":
+    sys.exit(main())

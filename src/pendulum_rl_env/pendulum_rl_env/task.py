@@ -1,0 +1,104 @@
+"""The task of the thesis (sections 5.3-5.4, appendix B): swing the pole up and keep it up, the cart in the middle.
+
+State: measured x (m, 0 in the middle), th (rad, 0 upright, pi hanging, counterclockwise positive, not wrapped), v (m/s),
+w (rad/s). Observation: x, v, sin th, cos th, w. Action: PWM fraction.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pendulum_rl_env.arithmetic import compiled
+from pendulum_twin.rig import checked_number
+
+Floats = NDArray[np.float64]
+
+EPISODE_S = 512 * 0.03
+HANGING = (0.0, math.pi, 0.0, 0.0)
+OBSERVED = ("cart position, m", "cart velocity, m/s", "sin of the angle", "cos of the angle", "pole rate, rad/s")
+
+
+class End(IntEnum):
+    """Why an episode ended, if it did."""
+
+    NONE = 0
+    RAIL = 1
+    CART_SPEED = 2
+    POLE_SPEED = 3
+
+
+@dataclass(frozen=True)
+class Task:
+    """Hold the task's numbers; the defaults are the thesis's.
+
+    step_s: from command to command. steps: of an episode. x_limit_m, v_limit_m_s, w_limit_rad_s: an episode ends beyond
+    them, with rail_penalty or speed_penalty in place of the reward. Raises BadInputError for a value that is none.
+    """
+
+    step_s: float = 0.03
+    steps: int = 512
+    pwm_limit: float = 0.5
+    x_limit_m: float = 0.7
+    v_limit_m_s: float = 3.0
+    w_limit_rad_s: float = 15.0
+    rail_penalty: float = -50.0
+    speed_penalty: float = -30.0
+
+    def __post_init__(self) -> None:
+        checked_number("step_s", self.step_s, 0.001, 1.0)
+        checked_number("steps", self.steps, 1, 1e6)
+        checked_number("pwm_limit", self.pwm_limit, 1e-3, 1.0)
+        for name in ("x_limit_m", "v_limit_m_s", "w_limit_rad_s"):
+            checked_number(name, getattr(self, name), 1e-3, 1e3)
+
+    @classmethod
+    def lasting(cls, step_s: float) -> Task:
+        """Return the task with another sample time, an episode as long in seconds."""
+        checked_number("step_s", step_s, 0.001, 1.0)
+        return cls(step_s=step_s, steps=round(EPISODE_S / step_s))
+
+    @property
+    def limits(self) -> tuple[float, float, float]:
+        """Return the limits of x (m), v (m/s) and w (rad/s)."""
+        return self.x_limit_m, self.v_limit_m_s, self.w_limit_rad_s
+
+    @property
+    def penalties(self) -> tuple[float, float]:
+        """Return what is given in place of the reward when the episode ends: at the rail, by speed."""
+        return self.rail_penalty, self.speed_penalty
+
+    @property
+    def bounds(self) -> NDArray[np.float32]:
+        """Return the largest size of each observation, shape (5,): one step can carry a state past its limit."""
+        x, v, w = self.limits
+        return np.array([4 * x, 4 * v, 1.0, 1.0, 4 * w], dtype=np.float32)
+
+
+@compiled
+def ended(x, v, w, limits):
+    """Return why a state ends the episode, as the number of an `End`; limits: see `Task.limits`."""
+    if not abs(x) <= limits[0]:
+        return 1
+    if not abs(v) <= limits[1]:
+        return 2
+    if not abs(w) <= limits[2]:
+        return 3
+    return 0
+
+
+def end_of(state: Floats, task: Task) -> End:
+    """Return why a measured state (4,) ends the episode; what is not finite does, too."""
+    x, _, v, w = (float(value) for value in state)
+    return End(ended(x, v, w, task.limits))
+
+
+def observation(state: Floats, task: Task) -> NDArray[np.float32]:
+    """Return what the agent sees of measured states (..., 4): (..., 5), float32, kept within `Task.bounds`."""
+    x, th, v, w = (state[..., k] for k in range(4))
+    seen = np.stack([x, v, np.sin(th), np.cos(th), w], axis=-1)
+    return np.clip(seen, -task.bounds, task.bounds).astype(np.float32)

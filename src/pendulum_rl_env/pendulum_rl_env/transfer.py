@@ -1,0 +1,148 @@
+"""The thesis's table 7 on concealed rigs: does a policy that was trained in a twin work on the rig?
+
+Every rig is drawn with physics concealed and wrong constants in its nominal twin. A minute of excitation is recorded and
+diagnosed. Then policies are trained in the nominal and in the identified twin, and a classical controller is designed from
+the identified twin; all are tried on the rig (MuJoCo, stepped directly), with no training step there. Where the identified
+twin's policy falls short, it is trained on the rig for a little longer. Run as
+`python -m pendulum_rl_env.transfer --rigs 10 --seed S --out DIR`; a second run goes on from what is there.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pendulum_rl_env import stages
+from pendulum_rl_env.classical_design import designed, earned_on
+from pendulum_rl_env.identify_and_control import on_rig
+from pendulum_rl_env.learning.fine_tune import fine_tuned
+from pendulum_rl_env.scoring import words_of
+from pendulum_rl_env.stages import ConcealedRig, Diagnosis
+from pendulum_rl_env.task import Task
+from pendulum_rl_env.transfer_report import plot, table
+from pendulum_twin.errors import BadInputError
+from pendulum_twin.model import load_twin, write_whole
+
+SCHEMA = "pendulum_transfer/1"
+MARK = 423.0  # what the thesis reached on its rig, after 130,000 steps there
+KINDS = "single:5,pair:4,triple:1"
+FINE_STEPS = 10_000
+
+Row = dict[str, Any]
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the study; return 0 when it is done, 1 when it could not (the reason on stderr)."""
+    options = _options(arguments)
+    try:
+        load_twin(options.twin)
+        with ThreadPoolExecutor(options.processes) as pool:
+            rigs = list(pool.map(lambda number: transferred(number, options), range(options.rigs)))
+        told = {"schema": SCHEMA, "seed": options.seed, "preset": options.preset, "mark": MARK, "rigs": rigs}
+        write_whole(options.out / "transfer.json", json.dumps(told, indent=2) + "\n")
+        text = table(told)
+        write_whole(options.out / "transfer.md", text + "\n")
+        plot(told, options.out / "transfer.png")
+        print(text)
+    except BadInputError as error:
+        print(f"transfer: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print(f"transfer: interrupted; the same command goes on from what is in {options.out}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def transferred(number: int, options: argparse.Namespace) -> Row:
+    """Return one rig's row, from its file if it is there already."""
+    file = options.out / f"rig_{number:02d}.json"
+    if file.exists():
+        row: Row = json.loads(file.read_text(encoding="utf-8"))
+        return row
+    rig = stages.conceal(options.out / "rigs", number, options.seed, options.kinds, options.twin)
+    found = stages.diagnose(rig, rig.folder / "found")
+    row = {"number": number, "outcome": found.verdict["outcome"], "named": found.names, "rewards": {}}
+    for name, earn in _controllers(rig, found, options).items():
+        row["rewards"][name] = rewards = earn()
+        print(
+            f"rig {number}: {name}: {np.mean(rewards):.0f}, {words_of(float(np.mean(rewards)))}", file=sys.stderr, flush=True
+        )
+    row.update(_opened(rig))
+    write_whole(file, json.dumps(row, indent=2) + "\n")
+    return row
+
+
+def _controllers(
+    rig: ConcealedRig, found: Diagnosis, options: argparse.Namespace
+) -> Mapping[str, Callable[[], list[float]]]:
+    """Return by name what gives the rewards of each controller on the rig, in the order in which they are to be made."""
+    seeds = range(options.train_seed, options.train_seed + options.train_seeds)
+    how = ["--preset", options.preset, *(["--timesteps", str(options.timesteps)] if options.timesteps else [])]
+    knowing = [*how, "--verdict", str(found.folder / "verdict.json")]
+
+    def policies(twin: Path, name: str, more: list[str]) -> list[Path]:
+        return [stages.train(twin, rig.folder / f"{name}_{seed}", seed, more) for seed in seeds]
+
+    def tuned() -> list[float]:
+        earned = []
+        for policy in policies(found.twin, "identified", knowing):
+            before = on_rig(rig, policy).reward
+            earned.append(before if before > MARK else fine_tuned(policy, rig, options.fine_steps, policy.parent / "fine"))
+        return earned
+
+    return {
+        "nominal": lambda: [on_rig(rig, policy).reward for policy in policies(rig.nominal, "nominal", how)],
+        "identified": lambda: [on_rig(rig, policy).reward for policy in policies(found.twin, "identified", knowing)],
+        "fine_tuned": tuned,
+        "classical": lambda: [classical_on_rig(rig, found.twin)],
+    }
+
+
+def classical_on_rig(rig: ConcealedRig, twin: Path) -> float:
+    """Return what the classical controller that is designed from a twin earns in an episode on the rig."""
+    task = Task()
+    controller = designed(load_twin(twin), task)
+    env = rig.env(task)
+    try:
+        return earned_on(env.transport, controller, task)
+    finally:
+        env.close()
+
+
+def _opened(rig: ConcealedRig) -> Row:
+    """Open the seal, now that all is done: what was concealed, for the table."""
+    sealed = json.loads((rig.folder / "seal.json").read_text(encoding="utf-8"))
+    return {"concealed": sealed.get("effects", sealed)}
+
+
+def _options(arguments: list[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="transfer", description=" ".join((__doc__ or "").split("\n\n")[0].split()))
+    add = parser.add_argument
+    add("--rigs", type=int, default=10, metavar="N", help="how many concealed rigs (10)")
+    add("--seed", type=int, required=True, help="what they are drawn from")
+    add("--out", type=Path, required=True, help="folder for everything; a second run goes on from what is there")
+    add("--kinds", default=KINDS, metavar="KIND:SHARE,...", help=f"how many effects are concealed ({KINDS})")
+    add("--twin", type=Path, default=Path("config/inteco.yaml"), help="the nominal rig (config/inteco.yaml)")
+    add("--preset", default="fast", help="how policies are trained (fast)")
+    add("--timesteps", type=int, help="of each training (the preset's)")
+    add("--train-seed", type=int, default=0, help="of the first training on a twin (0)")
+    add("--train-seeds", type=int, default=1, metavar="N", help="trainings a twin, with seeds counting up (1)")
+    add(
+        "--fine-steps",
+        type=int,
+        default=FINE_STEPS,
+        help=f"training steps on the rig where a policy falls short ({FINE_STEPS})",
+    )
+    add("--processes", type=int, default=2, metavar="P", help="rigs at a time (2)")
+    return parser.parse_args(arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,95 @@
+"""From a concealed rig to one under control, small: the programs run as users run them, only shorter."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("stable_baselines3")
+from pendulum_rl_env import identify_and_control, sample_times, transfer  # noqa: E402
+from pendulum_rl_env.learning import tune  # noqa: E402
+from pendulum_rl_env.scoring import SLICES, words_of  # noqa: E402
+from pendulum_rl_env.transfer_report import interval, table  # noqa: E402
+
+TWIN = str(Path(__file__).parents[2] / "config" / "inteco.yaml")
+QUICK = """
+pendulum_rl_env/InvertedPendulum-v0:
+  {algorithm: ppo, timesteps: 4096, environments: 16, layers: [16], learning_rate: 0.001, evaluate_every: 2048,
+   settings: {n_steps: 64, batch_size: 256, n_epochs: 2}}
+"""
+
+
+@pytest.fixture
+def quick(tmp_path: Path) -> str:
+    (tmp_path / "quick.yaml").write_text(QUICK, encoding="utf-8")
+    return str(tmp_path / "quick.yaml")
+
+
+def test_one_command_goes_from_an_unknown_rig_to_an_episode_on_it(tmp_path: Path, quick: str, capsys) -> None:
+    out = tmp_path / "control"
+    arguments = ["--seed", "3", "--out", str(out), "--twin", TWIN, "--preset", quick, "--kinds", "single:1"]
+    assert identify_and_control.main(arguments) == 0
+    said = capsys.readouterr().out
+    assert "On the rig, with no training step there: reward" in said
+    assert json.loads((out / "diagnosis" / "verdict.json").read_text())["outcome"] == "named"
+    assert (out / "policy.onnx").stat().st_size > 1000 and (out / "episode.gif").read_bytes()[:3] == b"GIF"
+    assert identify_and_control.main(arguments) == 1
+    assert "expected an empty folder" in capsys.readouterr().err
+
+
+def test_the_study_makes_its_table_and_goes_on_from_what_is_there(tmp_path: Path, quick: str, capsys) -> None:
+    arguments = ["--rigs", "1", "--seed", "3", "--out", str(tmp_path / "t"), "--twin", TWIN, "--preset", quick]
+    arguments += ["--kinds", "single:1", "--fine-steps", "2048", "--processes", "1"]
+    assert transfer.main(arguments) == 0
+    first = capsys.readouterr().out
+    told = json.loads((tmp_path / "t" / "transfer.json").read_text(encoding="utf-8"))
+    rewards = told["rigs"][0]["rewards"]
+    assert set(rewards) == {"nominal", "identified", "fine_tuned", "classical"}
+    assert rewards["classical"][0] > 400 > rewards["identified"][0]  # 4,096 steps are no training
+    assert rewards["fine_tuned"][0] >= rewards["identified"][0]
+    assert (tmp_path / "t" / "transfer.png").stat().st_size > 5000
+    assert transfer.main(arguments) == 0
+    assert capsys.readouterr().out == first
+
+
+def test_the_table_says_how_many_are_above_the_mark() -> None:
+    rewards = {name: [430.0] for name in ("nominal", "identified", "fine_tuned", "classical")}
+    rigs = [{"number": k, "outcome": "named", "named": ["rail_tilt"], "concealed": {"rail_tilt": {}}} for k in range(2)]
+    low = {**rewards, "nominal": [-50.0]}
+    told = table({"mark": 423.0, "rigs": [{**rigs[0], "rewards": rewards}, {**rigs[1], "rewards": low}]})
+    assert "| 1 of 2 |" in told and told.count("| 2 of 2 |") == 3 and "| 1 | rail_tilt | rail_tilt | -50 |" in told
+
+
+def test_an_interval_holds_the_mean_and_narrows_with_more_rigs() -> None:
+    values = np.random.default_rng(0).normal(400, 30, 40)
+    few, many = interval(values[:10]), interval(values)
+    assert few[0] < values[:10].mean() < few[1] and many[1] - many[0] < few[1] - few[0]
+
+
+@pytest.mark.parametrize("reward", [-50.0, 0.0, 99.9, 100.0, 250.0, 350.0, 400.0, 512.0])
+def test_every_reward_has_words(reward: float) -> None:
+    low, high, words = next(each for each in SLICES if each[0] <= reward < each[1])
+    assert words_of(reward) == words and low <= reward < high
+
+
+def test_sample_times_are_compared_a_step(tmp_path: Path, quick: str, capsys) -> None:
+    arguments = ["--twin", TWIN, "--out", str(tmp_path / "s"), "--step-s", "0.02", "0.06", "--seeds", "1", "--preset", quick]
+    assert sample_times.main(arguments) == 0
+    assert "| 0.02 | 768 |" in capsys.readouterr().out
+    rows = json.loads((tmp_path / "s" / "sample_times.json").read_text(encoding="utf-8"))
+    assert [row["steps_an_episode"] for row in rows] == [768, 256] and all(-1 < row["median"] < 1 for row in rows)
+
+
+def test_a_study_of_settings_stays_on_the_disk_and_goes_on(tmp_path: Path, quick: str, capsys) -> None:
+    arguments = ["--preset", quick, "--twin", TWIN, "--out", str(tmp_path / "study"), "--trials", "1", "--timesteps", "2048"]
+    assert tune.main(arguments) == 0 and tune.main(arguments) == 0
+    said = capsys.readouterr().out
+    assert "after 1 trials" in said and "after 2 trials" in said
+
+
+@pytest.mark.parametrize("program", [identify_and_control, transfer])
+def test_a_twin_that_is_none_ends_in_a_sentence(program, tmp_path: Path, capsys) -> None:
+    assert program.main(["--seed", "1", "--out", str(tmp_path / "x"), "--twin", "nowhere.yaml"]) == 1
+    said = capsys.readouterr().err
+    assert "nowhere.yaml" in said and "Traceback" not in said
