@@ -89,6 +89,7 @@ def test_named(friction: tuple[dict, Findings]) -> None:
     assert found["fit"]["held_out_cart_mm"]["after"] < 1.0
     assert found["recording"] == {
         "name": "hidden", "seconds": 24.0, "samples": 2400, "rate_hz": pytest.approx(100.0), "digest": "sha256:5",
+        "position_step_m": pytest.approx(57e-6, rel=1e-6), "angle_step_rad": pytest.approx(2 * np.pi / 4096, rel=1e-6),
     }  # fmt: skip
 
 
