@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 pytest.importorskip("stable_baselines3")
-from pendulum_rl_env import identify_and_control, sample_times, transfer  # noqa: E402
-from pendulum_rl_env.learning import tune  # noqa: E402
-from pendulum_rl_env.scoring import SLICES, words_of  # noqa: E402
-from pendulum_rl_env.transfer_report import interval, table  # noqa: E402
+from pendulum_rl_env import identify_and_control, sample_times, transfer
+from pendulum_rl_env.learning import tune
+from pendulum_rl_env.scoring import SLICES, words_of
+from pendulum_rl_env.transfer_report import interval, table
 
 TWIN = str(Path(__file__).parents[2] / "config" / "inteco.yaml")
 QUICK = """

@@ -111,7 +111,7 @@ def test_marks_say_what_is_met_and_what_was_not_tried() -> None:
     assert by_name["not in the catalogue: not misnamed, place right"].met is True
     assert by_name["95 % intervals that hold the truth"].share == Share(1, 2)  # nothing of the unlisted one
     assert by_name["held-out score / that of a fit told the truth"].met is False
-    assert by_name["seconds for 60 s of recording"].met is True
+    assert by_name["seconds of work for 60 s of recording"].met is True
     assert all(one.met is None for one in marks([]))
 
 
