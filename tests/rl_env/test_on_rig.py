@@ -1,0 +1,42 @@
+"""Train and evaluate on a rig over topics, in real time: the twin stands in for it."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("rclpy")
+pytest.importorskip("stable_baselines3")
+from rl_env.topic_rigs import twin_at  # noqa: E402
+
+from pendulum_rl_env import evaluate, train  # noqa: E402
+
+TWIN = str(Path(__file__).parents[2] / "config" / "inteco.yaml")
+SHORT = """
+pendulum_rl_env/InvertedPendulum-v0:
+  {algorithm: ppo, timesteps: 64, environments: 8, layers: [8], learning_rate: 0.001, evaluate_every: 64,
+   settings: {n_steps: 32, batch_size: 32, n_epochs: 1}}
+"""
+
+
+def test_a_policy_is_trained_on_the_rig_and_tried_there(ros, monkeypatch, tmp_path: Path, capsys) -> None:
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(ros.domain))
+    monkeypatch.setattr(train, "EVALUATED_ON_RIG", 1)
+    (tmp_path / "short.yaml").write_text(SHORT, encoding="utf-8")
+    out = tmp_path / "run"
+    with twin_at(ros, "rig", twin=TWIN):
+        how = ["--preset", str(tmp_path / "short.yaml"), "--timesteps", "64", "--rig", "rig"]
+        assert train.main(["--twin", TWIN, "--out", str(out), *how]) == 0
+        told = json.loads((out / "result.json").read_text(encoding="utf-8"))
+        assert told["timesteps"] == 64 and len(told["evaluations"]) == 1 and told["steps_per_s"] < 40  # 33 by its clock
+        capsys.readouterr()
+        assert evaluate.main(["--policy", str(out / "policy.zip"), "--rig", "rig", "--episodes", "1", "--json"]) == 0
+        assert json.loads(capsys.readouterr().out)["episodes"] == 1
+
+
+def test_a_rig_that_is_not_there_ends_in_a_sentence(ros, monkeypatch, tmp_path: Path, capsys) -> None:
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(ros.domain))
+    monkeypatch.setattr("pendulum_rl_env.nodes.rig_client.CONNECT_S", 0.5)
+    assert train.main(["--out", str(tmp_path / "run"), "--rig", "nobody", "--timesteps", "64", "--preset", "fast"]) == 1
+    said = capsys.readouterr().err
+    assert said.startswith("train: ") and "nobody" in said and "Traceback" not in said
