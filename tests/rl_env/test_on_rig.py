@@ -7,9 +7,9 @@ import pytest
 
 pytest.importorskip("rclpy")
 pytest.importorskip("stable_baselines3")
-from rl_env.topic_rigs import twin_at  # noqa: E402
+from rl_env.topic_rigs import twin_at
 
-from pendulum_rl_env import evaluate, train  # noqa: E402
+from pendulum_rl_env import evaluate, train
 
 TWIN = str(Path(__file__).parents[2] / "config" / "inteco.yaml")
 SHORT = """

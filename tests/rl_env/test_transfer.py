@@ -40,12 +40,23 @@ def test_one_command_goes_from_an_unknown_rig_to_an_episode_on_it(tmp_path: Path
 
 def test_the_study_makes_its_table_and_goes_on_from_what_is_there(tmp_path: Path, quick: str, capsys) -> None:
     arguments = ["--rigs", "1", "--seed", "3", "--out", str(tmp_path / "t"), "--twin", TWIN, "--preset", quick]
-    arguments += ["--kinds", "single:1", "--fine-steps", "2048", "--processes", "1"]
+    arguments += [
+        "--kinds",
+        "single:1",
+        "--fine-steps",
+        "2048",
+        "--processes",
+        "1",
+        "--scratch-rigs",
+        "1",
+        "--scratch-steps",
+        "100",
+    ]
     assert transfer.main(arguments) == 0
     first = capsys.readouterr().out
     told = json.loads((tmp_path / "t" / "transfer.json").read_text(encoding="utf-8"))
     rewards = told["rigs"][0]["rewards"]
-    assert set(rewards) == {"nominal", "identified", "fine_tuned", "classical"}
+    assert set(rewards) == {"nominal", "identified", "fine_tuned", "classical", "scratch"}
     assert rewards["classical"][0] > 400 > rewards["identified"][0]  # 4,096 steps are no training
     assert rewards["fine_tuned"][0] >= rewards["identified"][0]
     assert (tmp_path / "t" / "transfer.png").stat().st_size > 5000

@@ -3,8 +3,9 @@
 Every rig is drawn with physics concealed and wrong constants in its nominal twin. A minute of excitation is recorded and
 diagnosed. Then policies are trained in the nominal and in the identified twin, and a classical controller is designed from
 the identified twin; all are tried on the rig (MuJoCo, stepped directly), with no training step there. Where the identified
-twin's policy falls short, it is trained on the rig for a little longer. Run as
-`python -m pendulum_rl_env.transfer --rigs 10 --seed S --out DIR`; a second run goes on from what is there.
+twin's policy falls short, it is trained on the rig for a little longer. On some rigs a policy is also learned from
+nothing. Run as `python -m pendulum_rl_env.transfer --rigs 10 --seed S --out DIR`; a second run goes on from what
+is there.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ import numpy as np
 from pendulum_rl_env import stages
 from pendulum_rl_env.classical_design import designed, earned_on
 from pendulum_rl_env.identify_and_control import on_rig
-from pendulum_rl_env.learning.fine_tune import fine_tuned
+from pendulum_rl_env.learning.on_concealed import fine_tuned, from_scratch
 from pendulum_rl_env.scoring import words_of
 from pendulum_rl_env.stages import ConcealedRig, Diagnosis
 from pendulum_rl_env.task import Task
@@ -61,26 +62,23 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def transferred(number: int, options: argparse.Namespace) -> Row:
-    """Return one rig's row, from its file if it is there already."""
+    """Return one rig's row; what its file has already is not done again."""
     file = options.out / f"rig_{number:02d}.json"
-    if file.exists():
-        row: Row = json.loads(file.read_text(encoding="utf-8"))
-        return row
+    row: Row = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {"number": number, "rewards": {}}
     rig = stages.conceal(options.out / "rigs", number, options.seed, options.kinds, options.twin)
     found = stages.diagnose(rig, rig.folder / "found")
-    row = {"number": number, "outcome": found.verdict["outcome"], "named": found.names, "rewards": {}}
-    for name, earn in _controllers(rig, found, options).items():
-        row["rewards"][name] = rewards = earn()
-        print(
-            f"rig {number}: {name}: {np.mean(rewards):.0f}, {words_of(float(np.mean(rewards)))}", file=sys.stderr, flush=True
-        )
-    row.update(_opened(rig))
-    write_whole(file, json.dumps(row, indent=2) + "\n")
+    row.update(outcome=found.verdict["outcome"], named=found.names, **_opened(rig))
+    for name, earn in _controllers(number, rig, found, options).items():
+        if name not in row["rewards"]:
+            row["rewards"][name] = rewards = earn()
+            write_whole(file, json.dumps(row, indent=2) + "\n")
+            mean = float(np.mean(rewards))
+            print(f"rig {number}: {name}: {mean:.0f}, {words_of(mean)}", file=sys.stderr, flush=True)
     return row
 
 
 def _controllers(
-    rig: ConcealedRig, found: Diagnosis, options: argparse.Namespace
+    number: int, rig: ConcealedRig, found: Diagnosis, options: argparse.Namespace
 ) -> Mapping[str, Callable[[], list[float]]]:
     """Return by name what gives the rewards of each controller on the rig, in the order in which they are to be made."""
     seeds = range(options.train_seed, options.train_seed + options.train_seeds)
@@ -97,11 +95,13 @@ def _controllers(
             earned.append(before if before > MARK else fine_tuned(policy, rig, options.fine_steps, policy.parent / "fine"))
         return earned
 
+    scratch = {"scratch": lambda: [from_scratch(rig, s, options.scratch_steps, rig.folder / f"scratch_{s}") for s in seeds]}
     return {
         "nominal": lambda: [on_rig(rig, policy).reward for policy in policies(rig.nominal, "nominal", how)],
         "identified": lambda: [on_rig(rig, policy).reward for policy in policies(found.twin, "identified", knowing)],
         "fine_tuned": tuned,
         "classical": lambda: [classical_on_rig(rig, found.twin)],
+        **(scratch if number < options.scratch_rigs else {}),
     }
 
 
@@ -140,6 +140,14 @@ def _options(arguments: list[str] | None) -> argparse.Namespace:
         default=FINE_STEPS,
         help=f"training steps on the rig where a policy falls short ({FINE_STEPS})",
     )
+    add(
+        "--scratch-rigs",
+        type=int,
+        default=0,
+        metavar="N",
+        help="also learn from nothing on the first N rigs (0): minutes each",
+    )
+    add("--scratch-steps", type=int, default=50_000, help="steps on the rig, at most, when learning from nothing (50000)")
     add("--processes", type=int, default=2, metavar="P", help="rigs at a time (2)")
     return parser.parse_args(arguments)
 

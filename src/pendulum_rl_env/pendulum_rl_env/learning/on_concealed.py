@@ -1,7 +1,8 @@
-"""Go on training a policy on the rig, carefully and briefly."""
+"""Train on a concealed rig, stepped directly: a policy of its twin, carefully and briefly, or one from nothing."""
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import gymnasium as gym
@@ -10,7 +11,11 @@ from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import DummyVecEnv
 
 from pendulum_rl_env.in_process import scaled
-from pendulum_rl_env.learning.algorithms import load_policy, policy_of
+from pendulum_rl_env.learning.algorithms import learner, load_policy, policy_of
+from pendulum_rl_env.learning.callbacks import Progress
+from pendulum_rl_env.learning.on_rig import learn_on_rig
+from pendulum_rl_env.learning.preset import IN_PROCESS, load_preset
+from pendulum_rl_env.learning.result import GOOD, Result
 from pendulum_rl_env.scoring import run_episode
 from pendulum_rl_env.stages import ConcealedRig
 from pendulum_rl_env.task import Task
@@ -30,12 +35,7 @@ def fine_tuned(policy: Path, rig: ConcealedRig, steps: int, out: Path) -> float:
     before = load_policy(policy)
     if not isinstance(before, PPO):
         raise BadInputError(f"{policy}: expected a policy of PPO to fine-tune, found one of {type(before).__name__}")
-    task = Task()
-
-    def env() -> gym.Env:
-        return Monitor(gym.wrappers.TimeLimit(scaled(rig.env(task)), task.steps))
-
-    training, evaluation = DummyVecEnv([env]), env()
+    training, evaluation = DummyVecEnv([lambda: _env(rig)]), _env(rig)
     try:
         model = PPO.load(policy, training, device="cpu", custom_objects=SETTINGS)
         model.policy.log_std.data.clamp_(max=CALM)
@@ -52,3 +52,24 @@ def fine_tuned(policy: Path, rig: ConcealedRig, steps: int, out: Path) -> float:
         training.close()
         evaluation.close()
     return best
+
+
+def from_scratch(rig: ConcealedRig, seed: int, steps: int, out: Path) -> float:
+    """Learn on the rig alone, by the preset for that, until GOOD or at most so many steps; return the best mean reward."""
+    preset = load_preset("frugal", IN_PROCESS)
+    env = DummyVecEnv([lambda: _env(rig)])
+    out.mkdir(parents=True, exist_ok=True)
+    begun_s = time.monotonic()
+    result = Result(IN_PROCESS, "frugal", preset.algorithm, seed)
+    try:
+        model = learner(preset, env, seed, None)
+        silent = Progress(steps, lambda line: None)
+        learn_on_rig(model, steps, preset.evaluate_every, 1, result, out, GOOD, lambda: time.monotonic() - begun_s, silent)
+    finally:
+        env.close()
+    return result.best_mean_reward or 0.0
+
+
+def _env(rig: ConcealedRig) -> gym.Env:
+    task = Task()
+    return Monitor(gym.wrappers.TimeLimit(scaled(rig.env(task)), task.steps))
