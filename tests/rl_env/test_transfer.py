@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("stable_baselines3")
-from pendulum_rl_env import identify_and_control, sample_times, transfer
+from pendulum_rl_env import identify_and_control, sample_times, stages, transfer
 from pendulum_rl_env.learning import tune
 from pendulum_rl_env.scoring import SLICES, words_of
 from pendulum_rl_env.transfer_report import interval, table
@@ -62,6 +62,21 @@ def test_the_study_makes_its_table_and_goes_on_from_what_is_there(tmp_path: Path
     assert (tmp_path / "t" / "transfer.png").stat().st_size > 5000
     assert transfer.main(arguments) == 0
     assert capsys.readouterr().out == first
+
+
+def test_a_policy_that_got_stuck_in_the_twin_is_trained_again(tmp_path: Path, monkeypatch) -> None:
+    def train(twin: Path, out: Path, seed: int, options: object) -> Path:
+        out.mkdir()
+        (out / "result.json").write_text(json.dumps({"best_mean_reward": learned[seed]}), encoding="utf-8")
+        return out / "policy.zip"
+
+    monkeypatch.setattr(stages, "train", train)
+    learned = {5: 250.0, 1005: 430.0}
+    assert stages.train_well(Path(TWIN), tmp_path / "a", 5) == tmp_path / "a_again_1" / "policy.zip"
+    learned = {5: 250.0, 1005: 300.0, 2005: 270.0}
+    assert stages.train_well(Path(TWIN), tmp_path / "b", 5) == tmp_path / "b_again_1" / "policy.zip"
+    learned = {5: 450.0}
+    assert stages.train_well(Path(TWIN), tmp_path / "c", 5) == tmp_path / "c" / "policy.zip"
 
 
 def test_the_table_says_how_many_are_above_the_mark() -> None:

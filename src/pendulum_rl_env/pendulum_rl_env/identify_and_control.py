@@ -43,7 +43,7 @@ def main(arguments: list[str] | None = None) -> int:
             flush=True,
         )
         how = ["--preset", options.preset, "--verdict", str(found.folder / "verdict.json")]
-        policy = stages.train(found.twin, out / "policy", options.seed, how)
+        policy = stages.train_well(found.twin, out / "policy", options.seed, how)
         learned = json.loads((policy.parent / "result.json").read_text(encoding="utf-8"))
         print(f"  in the twin: mean reward {learned['best_mean_reward']:.0f}, {learned['wall_s']:.0f} s", flush=True)
         episode = on_rig(rig, policy)

@@ -86,7 +86,7 @@ def _controllers(
     knowing = [*how, "--verdict", str(found.folder / "verdict.json")]
 
     def policies(twin: Path, name: str, more: list[str]) -> list[Path]:
-        return [stages.train(twin, rig.folder / f"{name}_{seed}", seed, more) for seed in seeds]
+        return [stages.train_well(twin, rig.folder / f"{name}_{seed}", seed, more) for seed in seeds]
 
     def tuned() -> list[float]:
         earned = []
