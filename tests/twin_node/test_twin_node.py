@@ -155,7 +155,7 @@ def test_another_twin_goes_on_from_the_present_state(pair, tmp_path) -> None:
     user.until(lambda: len(user.applied) >= len(user.states), "the last applied command")
     _, states = arrays(user)
     steps = Stepper(load_twin(TWIN), 1 / RATE_HZ, tuple(states[first]))
-    later = Stepper(other, 1 / RATE_HZ, tuple(steps.step(user.applied[first])))
+    later = Stepper(other, 1 / RATE_HZ, tuple(steps.step(user.applied[first])), before=user.applied[first])
     for k in range(first + 1, len(states)):
         assert np.array_equal(states[k], later.state), f"sample {k}"
         later.step(user.applied[k])
