@@ -87,7 +87,7 @@ def resets(ros: Graph, count: int = 100) -> Row:
     """Reset again and again what hangs at rest, at the highest rate; warmed up with as many, at most 100."""
     rig = DrivenEmulator("--rate", RATE_HZ)
     try:
-        patient = {"rate_hz": RATE_HZ, "rig_timeout_s": 2.0}
+        patient = {"rate_hz": RATE_HZ, "rig_timeout_s": 2.0, "reset_deadline_s": 90.0}
         driver = ros.start(MODULE, *arguments_for(rig, **patient))
         client = ros.user().create_client(Trigger, "reset")
         _reset(ros, client, 1)
