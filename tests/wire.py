@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from running_emulator import free_ports, udp_socket
 
 from pendulum_bridge.protocol import Command
+from pendulum_bridge.receive_time import ROOM, ask_for_times, received_ns
 
 LOOPBACK = "127.0.0.1"
 FOREIGN = "127.0.0.2"  # another host of the loopback network
@@ -20,7 +21,7 @@ Spoil = Callable[[bytes], list[bytes]]
 
 @dataclass(frozen=True)
 class Sent:
-    """Hold a command as the rig got it, and when (monotonic, s)."""
+    """Hold a command as the rig got it, and when it reached the rig's end of the wire (monotonic, s)."""
 
     at_s: float
     pwm: float
@@ -35,7 +36,9 @@ class Wire:
     """Pass packets on in both directions in a thread of its own.
 
     driver_port: where the driver listens; rig_port: where it sends to. emulator_port, user_port: where the emulator
-    listens and sends to. spoil: what becomes of a sample; changed at any time. commands: all that went to the rig.
+    listens and sends to. spoil: what becomes of a sample; changed at any time. commands: all that went to the rig, with
+    the kernel's times: this thread stands still while the test's own `publish` waits, which the middleware's shared memory
+    makes it do for 1 s when a reader is stopped in the middle of a read (measured: 5 of 150 SIGSTOPs).
     """
 
     def __init__(self) -> None:
@@ -43,6 +46,7 @@ class Wire:
         self._from_emulator, self._from_driver, self._foreign = udp_socket(), udp_socket(), udp_socket()
         self._from_emulator.bind((LOOPBACK, self.user_port))
         self._from_driver.bind((LOOPBACK, self.rig_port))
+        ask_for_times(self._from_driver)
         self._foreign.bind((FOREIGN, 0))
         self.commands: list[Sent] = []
         self.odd: list[bytes] = []  # packets of the driver that are no commands
@@ -74,18 +78,18 @@ class Wire:
         both: list[socket.socket] = [self._from_emulator, self._from_driver]
         while not self._closing.is_set():
             for ready in select.select(both, [], [], LONGEST_WAIT_S)[0]:
-                packet = ready.recv(256)
+                packet, ancillary, _, _ = ready.recvmsg(256, ROOM)
                 if ready is self._from_driver:
-                    self._to_rig(packet)
+                    self._to_rig(packet, time.monotonic() - (time.time_ns() - received_ns(ancillary)) / 1e9)
                 else:
                     for each in self.spoil(packet):
                         self._from_driver.sendto(each, (LOOPBACK, self.driver_port))
 
-    def _to_rig(self, packet: bytes) -> None:
+    def _to_rig(self, packet: bytes, at_s: float) -> None:
         try:
             command = Command.unpack(packet)
         except Exception:
             self.odd.append(packet)
             return
-        self.commands.append(Sent(time.monotonic(), command.pwm, command.reset))
+        self.commands.append(Sent(at_s, command.pwm, command.reset))
         self._from_emulator.sendto(packet, (LOOPBACK, self.emulator_port))
