@@ -29,6 +29,7 @@ NOMINAL = load_twin(Path(__file__).parents[2] / "config" / "inteco.yaml").rig
 CHECK = encoder_check(NOMINAL, 0.5, PERIOD_S)
 REST = RigState(0.1, math.pi, 0.0, 0.0)
 COARSE = sensors.Encoders(pole_counts=1024, cart_step_m=400e-6)
+SETTLED = 30  # samples after which the reported velocities know of a start in motion
 Command = Callable[[int], float]
 Wrong = Callable[[int, RigState], RigState]
 
@@ -45,9 +46,10 @@ def measured(
     encoders: sensors.Encoders,
     jump: tuple[float, float] = (0.0, 0.0),
     jumps_at: int = 300,
+    start: tuple[float, float, float, float] = (0.0, math.pi, 0.0, 0.0),
 ) -> list[RigState]:
     """Return what a rig of the twin's equations shows, measured as the emulator measures; jump: m, rad, from then on."""
-    moved, meter = stepper(rig, effects, (0.0, math.pi, 0.0, 0.0)), sensors.Sensors(encoders, {}, PERIOD_S)
+    moved, meter = stepper(rig, effects, start), sensors.Sensors(encoders, {}, PERIOD_S)
     shown = []
     for k in range(count):
         shown.append(RigState(*map(float, meter.measure(moved.state + np.array([*jump, 0.0, 0.0]) * (k >= jumps_at)))))
@@ -185,9 +187,43 @@ def test_a_cart_at_the_end_of_the_rail_may_be_held_by_it() -> None:
     assert first_fault(after([replace(REST, cart_m=0.85)] * 500, lambda _: 0.5)) is None
 
 
-def test_a_cart_may_be_held_by_a_pole_that_spins() -> None:
+def test_a_cart_may_be_held_by_a_pole_that_spins_but_not_for_ever() -> None:
+    """What a spinning pole takes up is bounded by its momentum, and a steady push goes on."""
     spinning = [replace(REST, pole_rad=0.2 * k, pole_rad_s=20.0) for k in range(300)]
-    assert first_fault(after(spinning, lambda _: 0.4)) is None
+    found = first_fault(after(spinning, lambda _: 0.4))
+    assert found is not None and found[1] is Reason.CART_STUCK and 0.4 < found[0] * PERIOD_S < 1.0
+    assert first_fault(after(spinning, lambda _: 0.2)) is None
+
+
+def whirling(rig: Rig, effects: dict, command: Command, encoders: sensors.Encoders, rate_rad_s: float) -> list[RigState]:
+    """Return what a rig shows whose pole was let go fast, from when its velocities have settled."""
+    start = (-0.7 * math.copysign(1, command(0)), 2.0, 0.0, rate_rad_s)
+    return measured(rig, effects, lambda k: command(max(k - SETTLED, 0)), 300, encoders, start=start)[SETTLED:]
+
+
+@pytest.mark.parametrize("rate_rad_s", [-18.0, -8.0, 8.0, 18.0])
+def test_a_stuck_cart_is_found_however_the_pole_whirls(rate_rad_s: float) -> None:
+    command = steps(0.4, 1000)
+    shown = whirling(NOMINAL, {}, command, COARSE, rate_rad_s)
+    took_s = []
+    for at in (5, 20, 35):
+        found = first_fault(after(frozen("cart", at, shown), command))
+        assert found is not None and found[1] in (Reason.CART_STUCK, Reason.POLE_STUCK)  # a dead velocity looks like braking
+        took_s.append((found[0] - at) * PERIOD_S)
+    print(f"pole at {rate_rad_s} rad/s: stuck cart found after at most {1e3 * max(took_s):.0f} ms")
+    assert 0.05 < max(took_s) < 0.9
+
+
+def test_no_alarm_while_a_pole_whirls_on_rigs_as_wrong_as_is_believed_possible() -> None:
+    """The cart is hard to move: pushes that dry friction nearly holds, with the pole's pull for and against them."""
+    random = np.random.default_rng(8)
+    for trial in range(60):
+        rig = varied(NOMINAL, random, corner=trial % 2 == 0)
+        effects = {"cart_coulomb_friction": {"level_n": random.uniform(1.0, 2.0)}}
+        command = steps(random.choice([0.1, 0.15, 0.2, 0.25, 0.3, 0.5]), random.choice([12, 30, 1000]))
+        encoders = COARSE if trial % 3 else sensors.Encoders()
+        shown = whirling(rig, effects, command, encoders, random.uniform(-20, 20))
+        assert first_fault(after(shown, command)) is None, f"trial {trial}: {rig}"
 
 
 def test_a_level_pole_may_stand_still_while_the_cart_is_shaken() -> None:

@@ -15,7 +15,7 @@ from pendulum_bridge.reasons import Reason
 
 TIMEOUT_S = 0.2
 AT_ONCE_S = 0.05  # from the spoilt sample, which may come a period later
-STUCK_S = 1.0  # a swinging pole may pull the cart as hard as the drive does, for a while
+STUCK_S = 1.0  # a whirling pole may take up the push for so long
 Changed = Callable[[Sample], Sample]
 
 

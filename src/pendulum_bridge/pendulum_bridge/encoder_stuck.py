@@ -4,7 +4,8 @@ A reading that is the same to the last bit is nothing in itself: dry friction ho
 is claimed to be stuck only when no rig could stand still there whose constants are wrong by SPREAD and whose dry friction is
 as large as is believed possible:
 
-- the drive's force, through a lag, less all that could hold the cart, would have moved it WAY_M by now;
+- the drive's impulse, through a lag, less what friction and the pole could have taken up, would have moved it WAY_M by
+  now: however wildly the pole swings, what it takes up in all is at most its own change of horizontal momentum;
 - the cart's acceleration has changed by more than the pole's friction, and a constant torque of any size, could hide;
 - the reported velocity is the same to the last bit as well, and not 0: the same sample again and again.
 """
@@ -31,16 +32,14 @@ class Holding:
     """Hold what can keep a rig where it is.
 
     force_n: of the drive a unit of command, at least. dry_n: the cart's dry friction, at most. mass_kg: at most.
-    lever_kg_m, torque_n_m_s2: the pole's pull on the cart by (rad/s)^2, at most, and the cart's on the pole by m/s^2, at
-    least; 0 without a pole. swing_rad_s2: the hanging pole's angular acceleration at a right angle, at most. pole_n_m:
-    torque that may hide. end_m: where the rail may end.
+    lever_kg_m, torque_n_m_s2: the pole's horizontal momentum by its rate in rad/s, at most, and the cart's pull on the pole
+    by m/s^2, at least; 0 without a pole. pole_n_m: torque that may hide. end_m: where the rail may end.
     """
 
     force_n: float
     dry_n: float
     mass_kg: float
     lever_kg_m: float
-    swing_rad_s2: float
     torque_n_m_s2: float
     pole_n_m: float
     end_m: float
@@ -57,7 +56,6 @@ def holding(rig: Rig, dry_n: float = DRY_N) -> Holding:
         dry_n=dry_n,
         mass_kg=most * rig.total_mass_kg,
         lever_kg_m=most * lever,
-        swing_rad_s2=most / least * weight / inertia,
         torque_n_m_s2=least * lever,
         pole_n_m=DRY_SHARE * weight + seen_n_m,
         end_m=math.inf if rig.rail_half_length_m is None else rig.rail_half_length_m - NEAR_END_M,
@@ -68,15 +66,16 @@ def holding(rig: Rig, dry_n: float = DRY_N) -> Holding:
 class Still:
     """Hold for how long both positions have stood still, and what should have moved them.
 
-    state: the last sample. drive: the command (PWM fraction) through the lag. speed_m_s, way_m: of the cart, by the least
-    that the drive must have done. slow_m_s: the cart's velocity through a filter of WINDOW_S. least_m_s2, most_m_s2: the
-    cart's acceleration while the pole has stood still. cart_repeats, pole_repeats: samples with the same
-    velocity as well.
+    state: the last sample. drive: the command (PWM fraction) through the lag. impulse_n_s: of the drive, less friction, at
+    least; from when the pole had rate_rad_s. way_m: of the cart, at least, by that impulse. slow_m_s: the cart's velocity
+    through a filter of WINDOW_S. least_m_s2, most_m_s2: the cart's acceleration while the pole has stood still.
+    cart_repeats, pole_repeats: samples with the same velocity as well.
     """
 
     state: RigState
     drive: float = 0.0
-    speed_m_s: float = 0.0
+    impulse_n_s: float = 0.0
+    rate_rad_s: float = 0.0
     way_m: float = 0.0
     slow_m_s: float | None = None
     least_m_s2: float = math.inf
@@ -108,16 +107,19 @@ def _cart_stood(still: Still, sample: RigState, applied: float, passed_s: float,
     drive = applied + (still.drive - applied) * math.exp(-passed_s / LAG_S)
     before = still.state
     if sample.cart_m != before.cart_m or abs(sample.cart_m) > known.end_m:
-        return replace(still, drive=drive, speed_m_s=0.0, way_m=0.0, cart_repeats=0)
-    swinging = sample.pole_rad_s**2 + known.swing_rad_s2 * abs(math.sin(sample.pole_rad))
-    force_n = known.force_n * min(abs(drive), abs(still.drive)) - known.dry_n - known.lever_kg_m * swinging
+        return replace(still, drive=drive, impulse_n_s=0.0, way_m=0.0, cart_repeats=0)
+    force_n = known.force_n * min(abs(drive), abs(still.drive)) - known.dry_n
     turned = drive * still.drive <= 0
-    speed = 0.0 if turned else max(still.speed_m_s + passed_s * force_n / known.mass_kg, 0.0)
+    impulse = 0.0 if turned else max(still.impulse_n_s + passed_s * force_n, 0.0)
+    rate = still.rate_rad_s if still.impulse_n_s else before.pole_rad_s
+    taken = known.lever_kg_m * (abs(sample.pole_rad_s) + abs(rate))
+    speed = max(impulse - taken, 0.0) / known.mass_kg
     repeated = sample.cart_m_s == before.cart_m_s != 0.0
     return replace(
         still,
         drive=drive,
-        speed_m_s=speed,
+        impulse_n_s=impulse,
+        rate_rad_s=rate,
         way_m=still.way_m + passed_s * speed,
         cart_repeats=still.cart_repeats + 1 if repeated else 0,
     )
