@@ -198,8 +198,8 @@ def test_what_cannot_be_emulated_is_refused(tmp_path: Path, nominal: Rig) -> Non
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        (["--rate", "nan"], "argument --rate: rate: expected a number from 10 to 1000, found nan"),
-        (["--speed", "fast"], "argument --speed: expected a number, found 'fast'"),
+        (["--rate", "nan"], "argument --rate: expected a number from 10 to 1000, found 'nan'"),
+        (["--speed", "fast"], "argument --speed: expected a number from 0.1 to 1000, found 'fast'"),
         (["--speed", "2", "--lockstep"], "not allowed with argument"),
         (["--conceal", "-1"], "argument --conceal: expected"),
         (["--effects", "1"], "--effects: expected --conceal SEED with it"),

@@ -16,8 +16,9 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
 from ros_graph import Graph, until  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
+from served_twin import served_twin  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
-from twin_node.lockstep_user import LockstepUser, served  # noqa: E402
+from twin_node.lockstep_user import LockstepUser  # noqa: E402
 from watched_rigs import rig_of, twin_of  # noqa: E402
 
 from pendulum_bridge.nodes.watch_node import WatchNode  # noqa: E402
@@ -88,7 +89,7 @@ def test_a_drive_that_loses_force_is_named_on_diagnostics(ros: Graph, files: dic
 
     user.node.create_subscription(DiagnosticArray, "/diagnostics", listen, 10)
     with (
-        served(ros, twin=str(files["rig"])),
+        served_twin(ros, lockstep=True, twin=str(files["rig"])),
         watching(ros, twin=str(files["twin"]), rig="/", simulated=True, learn_s=8.0) as node,
     ):
         topics = ("joint_states", "applied_pwm")

@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("rclpy")
 pytest.importorskip("stable_baselines3")
-from rl_env.topic_rigs import twin_at
+from served_twin import served_twin
 
 from pendulum_rl_env import evaluate, train
 
@@ -24,7 +24,7 @@ def test_a_policy_is_trained_on_the_rig_and_tried_there(ros, monkeypatch, tmp_pa
     monkeypatch.setattr(train, "EVALUATED_ON_RIG", 1)
     (tmp_path / "short.yaml").write_text(SHORT, encoding="utf-8")
     out = tmp_path / "run"
-    with twin_at(ros, "rig", twin=TWIN):
+    with served_twin(ros, "rig", twin=TWIN):
         how = ["--preset", str(tmp_path / "short.yaml"), "--timesteps", "64", "--rig", "rig"]
         assert train.main(["--twin", TWIN, "--out", str(out), *how]) == 0
         told = json.loads((out / "result.json").read_text(encoding="utf-8"))

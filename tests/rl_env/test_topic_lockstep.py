@@ -9,7 +9,7 @@ import pytest
 
 rclpy = pytest.importorskip("rclpy")
 from gymnasium.utils.env_checker import check_env  # noqa: E402
-from rl_env.topic_rigs import twin_at  # noqa: E402
+from served_twin import served_twin  # noqa: E402
 from twin_node.lockstep_user import LockstepUser  # noqa: E402
 
 import pendulum_rl_env  # noqa: E402, F401
@@ -38,7 +38,7 @@ def domain(ros, monkeypatch: pytest.MonkeyPatch):
 def transport(domain, tmp_path):
     """Return a transport to a twin that runs at 100 Hz."""
     save_twin(DELAYED, tmp_path / "delayed.yaml")
-    with twin_at(domain, "", lockstep=True, twin=str(tmp_path / "delayed.yaml")):
+    with served_twin(domain, "", lockstep=True, twin=str(tmp_path / "delayed.yaml")):
         made = TopicTransport("", lockstep=True)
         try:
             yield made
@@ -71,7 +71,7 @@ def test_a_reset_amid_an_episode_begins_another(transport: TopicTransport) -> No
 
 
 def test_a_sample_a_step_does_as_well(domain) -> None:
-    with twin_at(domain, "", lockstep=True, twin=str(INTECO), rate_hz=100.0):
+    with served_twin(domain, "", lockstep=True, twin=str(INTECO), rate_hz=100.0):
         transport = TopicTransport("", lockstep=True, step_s=0.01)
         try:
             there = states(transport, COMMANDS)
@@ -91,7 +91,7 @@ def test_somebody_elses_commands_are_noticed(transport: TopicTransport, domain) 
 
 
 def test_two_environments_of_one_process_do_not_meet(transport: TopicTransport, domain) -> None:
-    with twin_at(domain, "second", lockstep=True, twin=str(INTECO)):
+    with served_twin(domain, "second", lockstep=True, twin=str(INTECO)):
         second = TopicTransport("/second/", lockstep=True)
         try:
             expected = KernelTransport(DELAYED, 0.03), KernelTransport(load_twin(INTECO), 0.03)
@@ -106,7 +106,7 @@ def test_two_environments_of_one_process_do_not_meet(transport: TopicTransport, 
 
 
 def test_gymnasium_finds_nothing_wrong(domain) -> None:
-    with twin_at(domain, "rig", lockstep=True, twin=str(INTECO)):
+    with served_twin(domain, "rig", lockstep=True, twin=str(INTECO)):
         env = gym.make("pendulum_rl_env/InvertedPendulumRos-v0", lockstep=True, render_mode="rgb_array")
         try:
             with warnings.catch_warnings():
@@ -118,7 +118,7 @@ def test_gymnasium_finds_nothing_wrong(domain) -> None:
 
 
 def test_policies_carry_over(domain) -> None:
-    with twin_at(domain, "rig", lockstep=True, twin=str(INTECO)):
+    with served_twin(domain, "rig", lockstep=True, twin=str(INTECO)):
         there, here = ros_env(lockstep=True), twin_env(INTECO)
         try:
             assert there.action_space == here.action_space and there.observation_space == here.observation_space

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 rclpy = pytest.importorskip("rclpy")
-from rl_env.topic_rigs import HANGING, MadeRig, made_rig, twin_at  # noqa: E402
+from rl_env.topic_rigs import HANGING, MadeRig, made_rig  # noqa: E402
+from served_twin import served_twin  # noqa: E402
 
 from pendulum_rl_env.nodes.ros_env import ros_env  # noqa: E402
 from pendulum_rl_env.nodes.topic_transport import TopicTransport  # noqa: E402
@@ -44,7 +45,7 @@ def transport(domain) -> Iterator[TopicTransport]:
 
 
 def test_steps_on_the_twin_are_30_ms_by_its_stamps(domain) -> None:
-    with twin_at(domain, "rig", twin=str(INTECO)):
+    with served_twin(domain, "rig", twin=str(INTECO)):
         env = ros_env()
         try:
             env.reset()

@@ -1,4 +1,4 @@
-"""What the environment over topics is tested on: the twin in a namespace, and a rig that does what the test wants."""
+"""What the environment over topics is tested on beside a twin: a rig that does what the test wants."""
 
 import threading
 from collections.abc import Iterator
@@ -8,32 +8,15 @@ import numpy as np
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.parameter import Parameter
-from ros_graph import Graph, until
+from ros_graph import until
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 
 from pendulum_twin.nodes.messages import to_joint_state
 from pendulum_twin.nodes.qos import LATEST, SAMPLES
-from pendulum_twin.nodes.twin_node import TwinNode, serve
 
 HANGING = np.array([0.0, np.pi, 0.0, 0.0])
-
-
-@contextmanager
-def twin_at(ros: Graph, namespace: str, **values: object) -> Iterator[TwinNode]:
-    """Run a twin in a namespace, in threads of its own."""
-    parameters = [Parameter(name, value=value) for name, value in values.items()]
-    twin, stopped = TwinNode(context=ros.context, namespace=namespace, parameter_overrides=parameters), threading.Event()
-    thread = threading.Thread(target=serve, args=(twin, stopped))
-    thread.start()
-    try:
-        yield twin
-    finally:
-        stopped.set()
-        thread.join()
-        twin.destroy_node()
 
 
 class MadeRig:

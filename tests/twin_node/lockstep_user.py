@@ -1,9 +1,5 @@
 """A user of the twin in lockstep, as its docstring says that one begins and goes on."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-from threading import Event, Thread
-
 import numpy as np
 from rcl_interfaces.srv import SetParameters
 from rclpy.node import Node
@@ -16,26 +12,9 @@ from std_srvs.srv import Trigger
 from pendulum_twin.nodes.direct import DirectSubscription
 from pendulum_twin.nodes.messages import from_joint_state, from_time
 from pendulum_twin.nodes.qos import LATEST, SAMPLES
-from pendulum_twin.nodes.twin_node import TwinNode, serve
 from pendulum_twin.reset_answer import stamp_of
 
 ANSWER_S = 20.0
-
-
-@contextmanager
-def served(ros: Graph, **values: object) -> Iterator[TwinNode]:
-    """Run a twin in lockstep in threads of its own."""
-    parameters = [Parameter(name, value=value) for name, value in {"lockstep": True, **values}.items()]
-    twin = TwinNode(context=ros.context, parameter_overrides=parameters)
-    stopped = Event()
-    thread = Thread(target=serve, args=(twin, stopped))
-    thread.start()
-    try:
-        yield twin
-    finally:
-        stopped.set()
-        thread.join()
-        twin.destroy_node()
 
 
 class LockstepUser:

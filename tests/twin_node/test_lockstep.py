@@ -12,8 +12,9 @@ import pytest
 
 rclpy = pytest.importorskip("rclpy")
 from rosgraph_msgs.msg import Clock  # noqa: E402
+from served_twin import served_twin  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
-from twin_node.lockstep_user import LockstepUser, served  # noqa: E402
+from twin_node.lockstep_user import LockstepUser  # noqa: E402
 
 from pendulum_twin.model import Twin, load_twin, save_twin  # noqa: E402
 from pendulum_twin.nodes import twin_node  # noqa: E402
@@ -35,7 +36,7 @@ COMMANDS = np.random.default_rng(7).uniform(-0.5, 0.5, 1000).tolist()
 def pair(ros, tmp_path):
     """Return twin and user, who has the start state and may send its first command."""
     save_twin(DELAYED, tmp_path / "delayed.yaml")
-    with served(ros, twin=str(tmp_path / "delayed.yaml")) as twin:
+    with served_twin(ros, lockstep=True, twin=str(tmp_path / "delayed.yaml")) as twin:
         user = LockstepUser(ros)
         user.begin()
         user.applied.clear()
@@ -222,7 +223,7 @@ def test_a_reset_drops_commands_that_wait(ros) -> None:
 
 def test_resets_between_commands_keep_the_order(ros) -> None:
     """Resets come from another thread than commands: each sample is the start state or a step from the last one."""
-    with served(ros, twin=str(TWIN_FILE)) as twin:
+    with served_twin(ros, lockstep=True, twin=str(TWIN_FILE)) as twin:
         user = LockstepUser(ros)
         user.begin()
         begin = twin.figures().samples

@@ -18,6 +18,7 @@ from pendulum_bridge.emulator.comparison import read_verdict, table
 from pendulum_bridge.emulator.seal import open_seal
 from pendulum_bridge.programs import SCRIPTS, Program, Programs, wait_for, wait_until_done
 from pendulum_bridge.udp import Address
+from pendulum_twin.command_line import ended, whole
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin, load_twin, save_twin
 
@@ -34,20 +35,16 @@ DOMAINS = range(1, 100)  # higher ones need ports that the system gives to other
 def main(arguments: list[str] | None = None) -> int:
     """Run the demo; return 0 when it came to an answer, 1 when it could not (the reason on stderr)."""
     options = _options(arguments)
+    return ended("demo", lambda: _shown(options), "all that it had started has ended")
+
+
+def _shown(options: argparse.Namespace) -> None:
     seed = secrets.randbelow(10**6) if options.seed is None else options.seed
-    try:
-        nominal = load_twin(options.twin)
-        _make_room(options.out)
-        record(options, nominal, seed)
-        diagnose(options.out, SYSID)
-        print(answer(options.out, nominal))
-    except BadInputError as error:
-        print(f"demo: {error}", file=sys.stderr)
-        return 1
-    except KeyboardInterrupt:
-        print("demo: interrupted; all that it had started has ended", file=sys.stderr)
-        return 1
-    return 0
+    nominal = load_twin(options.twin)
+    _make_room(options.out)
+    record(options, nominal, seed)
+    diagnose(options.out, SYSID)
+    print(answer(options.out, nominal))
 
 
 def record(options: argparse.Namespace, nominal: Twin, seed: int) -> None:
@@ -138,18 +135,12 @@ def answer(out: Path, nominal: Twin) -> str:
 def _options(arguments: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="demo", description=" ".join((__doc__ or "").split("\n\n")[0].split()))
     parser.add_argument("--out", type=Path, required=True, help="folder for recording, seal and diagnosis")
-    parser.add_argument("--seed", type=_whole, help="what is concealed; by default another every time")
-    parser.add_argument("--effects", type=_whole, default=1, help="how many effects are concealed (default 1)")
+    parser.add_argument("--seed", type=whole(), help="what is concealed; by default another every time")
+    parser.add_argument("--effects", type=whole(), default=1, help="how many effects are concealed (default 1)")
     parser.add_argument("--twin", type=Path, default=Path("config/inteco.yaml"), help="the rig's nominal constants")
     parser.add_argument("--plan", type=Path, help="a plan file; by default the standard minute")
     parser.add_argument("--view", action="store_true", help="serve the page that shows rig and twin live")
     return parser.parse_args(arguments)
-
-
-def _whole(text: str) -> int:
-    if not (text.isascii() and text.isdigit()):
-        raise argparse.ArgumentTypeError(f"expected a whole number from 0 on, found {text!r}")
-    return int(text)
 
 
 def _make_room(out: Path) -> None:

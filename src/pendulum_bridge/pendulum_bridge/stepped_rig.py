@@ -22,9 +22,9 @@ from pendulum_bridge.emulator.rig import EmulatedRig, Floats
 from pendulum_bridge.emulator.seal import Concealed, open_seal
 from pendulum_bridge.emulator.sensors import Encoders
 from pendulum_bridge.protocol import COMMAND, Command, Sample
+from pendulum_twin.command_line import number_in, whole
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import load_twin
-from pendulum_twin.rig import checked_number
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -95,34 +95,24 @@ def options_of(arguments: list[str] | None) -> argparse.Namespace:
     add = parser.add_argument
     which = parser.add_mutually_exclusive_group(required=True)
     which.add_argument("--seal", type=Path, metavar="FILE", help="the rig that this seal holds, such as a trial's")
-    which.add_argument("--seed", type=_whole(0), metavar="S", help="the rig that this seed draws")
+    which.add_argument("--seed", type=whole(0), metavar="S", help="the rig that this seed draws")
     families = len({each.family for each in BY_NAME.values() if each.live})
-    add("--effects", type=_whole(0, families), metavar="N", help="how many effects the seed conceals (1)")
+    add("--effects", type=whole(0, families), metavar="N", help="how many effects the seed conceals (1)")
     add("--twin", type=Path, default=Path("config/inteco.yaml"), help="nominal rig of --seed (config/inteco.yaml)")
-    add("--pole-counts", type=_whole(0), default=4096, metavar="N", help="the pole's encoder's counts a turn (4096)")
-    add("--rate-hz", type=_rate, default=100.0, metavar="HZ", help="samples a second (100)")
-    add("--samples", type=_whole(1), default=3, metavar="N", help="sample periods that a command is held (3)")
+    add(
+        "--pole-counts",
+        type=whole(0),
+        default=4096,
+        metavar="N",
+        help="the pole's encoder's counts a turn (4096)",
+    )
+    add("--rate-hz", type=number_in(10, 1000), default=100.0, metavar="HZ", help="samples a second (100)")
+    add("--samples", type=whole(1), default=3, metavar="N", help="sample periods that a command is held (3)")
     options = parser.parse_args(arguments)
     if options.effects is not None and options.seed is None:
         parser.error("--effects: expected --seed with it: a seal says itself what is concealed")
     options.effects = 1 if options.effects is None else options.effects
     return options
-
-
-def _whole(low: int, high: int = 10**9) -> Callable[[str], int]:
-    def read(text: str) -> int:
-        if not (text.isascii() and text.isdigit() and low <= int(text) <= high):
-            raise argparse.ArgumentTypeError(f"expected a whole number from {low} to {high}, found {text!r}")
-        return int(text)
-
-    return read
-
-
-def _rate(text: str) -> float:
-    try:
-        return checked_number("this option", float(text), 10, 1000)
-    except (BadInputError, ValueError) as error:
-        raise argparse.ArgumentTypeError(f"expected a number from 10 to 1000, found {text!r}") from error
 
 
 if __name__ == "__main__":

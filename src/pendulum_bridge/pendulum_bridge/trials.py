@@ -12,7 +12,6 @@ import json
 import shutil
 import sys
 import tempfile
-from collections.abc import Callable
 from pathlib import Path
 
 from pendulum_bridge.bag_writer import Log, write_bag
@@ -25,11 +24,11 @@ from pendulum_bridge.emulator.unlisted import BY_NAME as UNLISTED
 from pendulum_bridge.trial.controller import Controller, tuning_of
 from pendulum_bridge.trial.mix import USUAL, shares_of
 from pendulum_bridge.trial.trial import Trial, trial_at, trial_with
+from pendulum_twin.command_line import number_in, option, whole
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin, load_twin, save_twin, write_whole
 from pendulum_twin.plans.excitation import standard
 from pendulum_twin.plans.waveforms import envelope_of
-from pendulum_twin.rig import checked_number
 
 SCHEMA = "pendulum_trial/1"
 
@@ -96,41 +95,36 @@ def options_of(arguments: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="trials", description=" ".join((__doc__ or "").split()))
     add = parser.add_argument
     add("--out", type=Path, required=True, help="folder for the trials' folders")
-    add("--trials", type=_whole, required=True, metavar="N", help="how many")
-    add("--seed", type=_whole, required=True, metavar="S", help="what they are drawn from")
-    add("--first", type=_whole, default=0, metavar="K", help="number of the first (0)")
-    add("--seconds", type=_number(40, 36000), default=60.0, metavar="S", help="length of a recording (60)")
-    add("--rate-hz", type=_number(20, 1000), default=100.0, metavar="HZ", help="samples a second (100)")
-    add("--pole-counts", type=_whole, default=4096, metavar="N", help="the pole's encoder's counts a turn (4096)")
-    add("--kinds", type=_shares, default=USUAL, metavar="KIND:SHARE,...", help=f"kinds and their shares ({usual})")
-    add("--effects", type=_effects, nargs="+", metavar="A+B", help="conceal these, sets taking turns, instead of kinds")
-    add("--size-factor", type=_number(0, 100), default=1.0, metavar="F", help="times every drawn size (1)")
+    add("--trials", type=whole(), required=True, metavar="N", help="how many")
+    add("--seed", type=whole(), required=True, metavar="S", help="what they are drawn from")
+    add("--first", type=whole(), default=0, metavar="K", help="number of the first (0)")
+    add("--seconds", type=number_in(40, 36000), default=60.0, metavar="S", help="length of a recording (60)")
+    add("--rate-hz", type=number_in(20, 1000), default=100.0, metavar="HZ", help="samples a second (100)")
+    add(
+        "--pole-counts",
+        type=whole(),
+        default=4096,
+        metavar="N",
+        help="the pole's encoder's counts a turn (4096)",
+    )
+    add(
+        "--kinds",
+        type=option(shares_of),
+        default=USUAL,
+        metavar="KIND:SHARE,...",
+        help=f"kinds and their shares ({usual})",
+    )
+    add(
+        "--effects",
+        type=option(_effects),
+        nargs="+",
+        metavar="A+B",
+        help="conceal these, sets taking turns, instead of kinds",
+    )
+    add("--size-factor", type=number_in(0, 100), default=1.0, metavar="F", help="times every drawn size (1)")
     add("--closed-loop", action="store_true", help="record a controller at work instead of the standard plan")
     add("--twin", type=Path, default=Path("config/inteco.yaml"), help="twin file of the nominal rig (config/inteco.yaml)")
     return parser.parse_args(arguments)
-
-
-def _whole(text: str) -> int:
-    if not (text.isascii() and text.isdigit()):
-        raise argparse.ArgumentTypeError(f"expected a whole number from 0 on, found {text!r}")
-    return int(text)
-
-
-def _number(low: float, high: float) -> Callable[[str], float]:
-    def read(text: str) -> float:
-        try:
-            return checked_number("this option", float(text), low, high)
-        except (BadInputError, ValueError) as error:
-            raise argparse.ArgumentTypeError(f"expected a number from {low:g} to {high:g}, found {text!r}") from error
-
-    return read
-
-
-def _shares(text: str) -> dict[str, int]:
-    try:
-        return shares_of(text)
-    except BadInputError as error:
-        raise argparse.ArgumentTypeError(str(error)) from error
 
 
 def _effects(text: str) -> tuple[str, ...]:
@@ -138,7 +132,7 @@ def _effects(text: str) -> tuple[str, ...]:
     for name in names:
         if name not in BY_NAME and name not in UNLISTED:
             known = ", ".join([*BY_NAME, *UNLISTED])
-            raise argparse.ArgumentTypeError(f"expected effects that can be concealed ({known}), found {name!r}")
+            raise BadInputError(f"expected effects that can be concealed ({known}), found {name!r}")
     return names
 
 

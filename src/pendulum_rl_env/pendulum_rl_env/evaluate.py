@@ -17,21 +17,14 @@ from pendulum_rl_env.posterior import knowledge_of
 from pendulum_rl_env.scoring import run_episode, summary
 from pendulum_rl_env.task import Task
 from pendulum_rl_env.video import save_video
+from pendulum_twin.command_line import ended, whole
 from pendulum_twin.errors import BadInputError
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run `evaluate`; return 0 when it is done, 1 when it could not (the reason on stderr)."""
     options = _options(arguments)
-    try:
-        print(_evaluated(options))
-    except BadInputError as error:
-        print(f"evaluate: {error}", file=sys.stderr)
-        return 1
-    except KeyboardInterrupt:
-        print("evaluate: interrupted; the drive is at PWM 0", file=sys.stderr)
-        return 1
-    return 0
+    return ended("evaluate", lambda: print(_evaluated(options)), "the drive is at PWM 0")
 
 
 def _evaluated(options: argparse.Namespace) -> str:
@@ -88,18 +81,12 @@ def _options(arguments: list[str] | None) -> argparse.Namespace:
     where.add_argument("--twin", type=Path, help="twin file")
     where.add_argument("--rig", metavar="NAMESPACE", help="the rig of this namespace, over topics, in real time")
     add("--verdict", type=Path, help="verdict.json: measure as finely as that recording's rig did")
-    add("--episodes", type=_positive, default=20, metavar="N", help="how many (20)")
+    add("--episodes", type=whole(1), default=20, metavar="N", help="how many (20)")
     add("--seed", type=int, default=0, help="of the first episode (0); a twin alone draws nothing")
     add("--step-s", type=float, default=0.03, metavar="S", help="from command to command (0.03)")
     add("--video", type=Path, metavar="FILE.gif", help="also write the first episode as an animation")
     add("--json", action="store_true", help="print one JSON object")
     return parser.parse_args(arguments)
-
-
-def _positive(value: str) -> int:
-    if not (value.isascii() and value.isdigit() and int(value) > 0):
-        raise argparse.ArgumentTypeError(f"expected a whole number above 0, found {value!r}")
-    return int(value)
 
 
 if __name__ == "__main__":

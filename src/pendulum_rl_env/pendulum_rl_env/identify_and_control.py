@@ -22,6 +22,7 @@ from pendulum_rl_env.scoring import Episode, run_episode, words_of
 from pendulum_rl_env.stages import ConcealedRig
 from pendulum_rl_env.task import Task
 from pendulum_rl_env.video import save_video
+from pendulum_twin.command_line import ended
 from pendulum_twin.errors import BadInputError
 
 KINDS = "single:1,pair:1"
@@ -30,34 +31,30 @@ KINDS = "single:1,pair:1"
 def main(arguments: list[str] | None = None) -> int:
     """Run all of it; return 0 when it came to the end, 1 when it could not (the reason on stderr)."""
     options = _options(arguments)
+    return ended("identify_and_control", lambda: _done(options), "all that it had started has ended")
+
+
+def _done(options: argparse.Namespace) -> None:
     out: Path = options.out
-    try:
-        if out.exists() and any(out.iterdir()):
-            raise BadInputError(f"{out}: expected an empty folder, or none: give another --out")
-        print(f"Recording a minute of excitation from a rig with something concealed (seed {options.seed}) ...", flush=True)
-        rig = stages.conceal(out, 0, options.seed, options.kinds, options.twin)
-        print("Diagnosing ...", flush=True)
-        found = stages.diagnose(rig, out / "diagnosis")
-        print(
-            f"  {found.verdict['sentence']}\nTraining in the identified twin (about a minute on two idle cores) ...",
-            flush=True,
-        )
-        how = ["--preset", options.preset, "--verdict", str(found.folder / "verdict.json")]
-        policy = stages.train_well(found.twin, out / "policy", options.seed, how)
-        learned = json.loads((policy.parent / "result.json").read_text(encoding="utf-8"))
-        print(f"  in the twin: mean reward {learned['best_mean_reward']:.0f}, {learned['wall_s']:.0f} s", flush=True)
-        episode = on_rig(rig, policy)
-        export(load_policy(policy), Task(), out / "policy.onnx")
-        save_video(episode, Task(), out / "episode.gif")
-    except (BadInputError, OSError) as error:
-        print(f"identify_and_control: {error}", file=sys.stderr)
-        return 1
-    except KeyboardInterrupt:
-        print("identify_and_control: interrupted; all that it had started has ended", file=sys.stderr)
-        return 1
+    if out.exists() and any(out.iterdir()):
+        raise BadInputError(f"{out}: expected an empty folder, or none: give another --out")
+    print(f"Recording a minute of excitation from a rig with something concealed (seed {options.seed}) ...", flush=True)
+    rig = stages.conceal(out, 0, options.seed, options.kinds, options.twin)
+    print("Diagnosing ...", flush=True)
+    found = stages.diagnose(rig, out / "diagnosis")
+    print(
+        f"  {found.verdict['sentence']}\nTraining in the identified twin (about a minute on two idle cores) ...",
+        flush=True,
+    )
+    how = ["--preset", options.preset, "--verdict", str(found.folder / "verdict.json")]
+    policy = stages.train_well(found.twin, out / "policy", options.seed, how)
+    learned = json.loads((policy.parent / "result.json").read_text(encoding="utf-8"))
+    print(f"  in the twin: mean reward {learned['best_mean_reward']:.0f}, {learned['wall_s']:.0f} s", flush=True)
+    episode = on_rig(rig, policy)
+    export(load_policy(policy), Task(), out / "policy.onnx")
+    save_video(episode, Task(), out / "episode.gif")
     print(f"On the rig, with no training step there: reward {episode.reward:.0f}: {words_of(episode.reward)}")
     print(f"Report: {out / 'diagnosis' / 'report.html'}; policy: {out / 'policy.onnx'}; the episode: {out / 'episode.gif'}")
-    return 0
 
 
 def on_rig(rig: ConcealedRig, policy: Path) -> Episode:

@@ -18,30 +18,25 @@ import numpy as np
 
 from pendulum_rl_env import stages
 from pendulum_rl_env.task import EPISODE_S, Task
-from pendulum_twin.errors import BadInputError
+from pendulum_twin.command_line import ended
 from pendulum_twin.model import load_twin, write_whole
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the study; return 0 when it is done, 1 when it could not (the reason on stderr)."""
     options = _options(arguments)
-    try:
-        load_twin(options.twin)
-        asked = list(product(options.step_s, range(options.seed, options.seed + options.seeds)))
-        with ThreadPoolExecutor(options.processes) as pool:
-            found = list(pool.map(lambda each: _trained(each[0], each[1], options), asked))
-        rows = [
-            _row(step_s, [r for (s, _), r in zip(asked, found, strict=True) if s == step_s]) for step_s in options.step_s
-        ]
-        write_whole(options.out / "sample_times.json", json.dumps(rows, indent=2) + "\n")
-        print(_table(rows))
-    except BadInputError as error:
-        print(f"sample_times: {error}", file=sys.stderr)
-        return 1
-    except KeyboardInterrupt:
-        print(f"sample_times: interrupted; the same command goes on from what is in {options.out}", file=sys.stderr)
-        return 1
-    return 0
+    goes_on = f"the same command goes on from what is in {options.out}"
+    return ended("sample_times", lambda: _studied(options), goes_on)
+
+
+def _studied(options: argparse.Namespace) -> None:
+    load_twin(options.twin)
+    asked = list(product(options.step_s, range(options.seed, options.seed + options.seeds)))
+    with ThreadPoolExecutor(options.processes) as pool:
+        found = list(pool.map(lambda each: _trained(each[0], each[1], options), asked))
+    rows = [_row(step_s, [r for (s, _), r in zip(asked, found, strict=True) if s == step_s]) for step_s in options.step_s]
+    write_whole(options.out / "sample_times.json", json.dumps(rows, indent=2) + "\n")
+    print(_table(rows))
 
 
 def _trained(step_s: float, seed: int, options: argparse.Namespace) -> dict[str, Any]:

@@ -31,6 +31,7 @@ from pendulum_rl_env.learning.preset import IN_PROCESS, OVER_TOPICS, PRESETS, Pr
 from pendulum_rl_env.learning.result import Result  # noqa: E402
 from pendulum_rl_env.posterior import Knowledge, knowledge_of  # noqa: E402
 from pendulum_rl_env.task import Task  # noqa: E402
+from pendulum_twin.command_line import ended, whole  # noqa: E402
 from pendulum_twin.errors import BadInputError  # noqa: E402
 
 EVALUATED = 20  # episodes an evaluation
@@ -41,11 +42,7 @@ REPLAY = "replay.pkl"
 def main(arguments: list[str] | None = None) -> int:
     """Run `train`; return 0 when it is done, 1 when it could not or was interrupted (the reason on stderr)."""
     options = _options(arguments)
-    try:
-        return _trained(options)
-    except BadInputError as error:
-        print(f"train: {error}", file=sys.stderr)
-        return 1
+    return ended("train", lambda: _trained(options), "nothing was learned yet")
 
 
 def _trained(options: argparse.Namespace) -> int:
@@ -181,7 +178,7 @@ def _options(arguments: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="train", description=" ".join((__doc__ or "").split()))
     add = parser.add_argument
     add("--twin", type=Path, help="twin file to learn on (without one: the INTECO rig by its maker's constants)")
-    add("--timesteps", type=_positive, help="how many steps (the preset's)")
+    add("--timesteps", type=whole(1), help="how many steps (the preset's)")
     add("--seed", type=int, default=0, help="of everything that is drawn (0)")
     add("--out", type=Path, required=True, help="folder for policy.zip, result.json, checkpoints and tensorboard")
     add("--preset", default="fast", metavar="|".join(PRESETS), help="how to learn, or a YAML file of your own (fast)")
@@ -193,17 +190,11 @@ def _options(arguments: list[str] | None) -> argparse.Namespace:
         type=Path,
         help="verdict.json of the diagnosis that made the twin: learn on all rigs that it leaves possible",
     )
-    add("--draws", type=_positive, default=64, metavar="N", help="how many twins are drawn from the verdict (64)")
+    add("--draws", type=whole(1), default=64, metavar="N", help="how many twins are drawn from the verdict (64)")
     add("--step-s", type=float, default=0.03, metavar="S", help="from command to command (0.03)")
     add("--env", default=IN_PROCESS, help=f"another environment's id ({IN_PROCESS})")
     add("--resume", action="store_true", help="go on from the last checkpoint in --out")
     return parser.parse_args(arguments)
-
-
-def _positive(text: str) -> int:
-    if not (text.isascii() and text.isdigit() and int(text) > 0):
-        raise argparse.ArgumentTypeError(f"expected a whole number above 0, found {text!r}")
-    return int(text)
 
 
 if __name__ == "__main__":

@@ -28,7 +28,7 @@ from pendulum_rl_env.scoring import words_of
 from pendulum_rl_env.stages import ConcealedRig, Diagnosis
 from pendulum_rl_env.task import Task
 from pendulum_rl_env.transfer_report import plot, table
-from pendulum_twin.errors import BadInputError
+from pendulum_twin.command_line import ended
 from pendulum_twin.model import load_twin, write_whole
 
 SCHEMA = "pendulum_transfer/1"
@@ -42,23 +42,20 @@ Row = dict[str, Any]
 def main(arguments: list[str] | None = None) -> int:
     """Run the study; return 0 when it is done, 1 when it could not (the reason on stderr)."""
     options = _options(arguments)
-    try:
-        load_twin(options.twin)
-        with ThreadPoolExecutor(options.processes) as pool:
-            rigs = list(pool.map(lambda number: transferred(number, options), range(options.rigs)))
-        told = {"schema": SCHEMA, "seed": options.seed, "preset": options.preset, "mark": MARK, "rigs": rigs}
-        write_whole(options.out / "transfer.json", json.dumps(told, indent=2) + "\n")
-        text = table(told)
-        write_whole(options.out / "transfer.md", text + "\n")
-        plot(told, options.out / "transfer.png")
-        print(text)
-    except BadInputError as error:
-        print(f"transfer: {error}", file=sys.stderr)
-        return 1
-    except KeyboardInterrupt:
-        print(f"transfer: interrupted; the same command goes on from what is in {options.out}", file=sys.stderr)
-        return 1
-    return 0
+    goes_on = f"the same command goes on from what is in {options.out}"
+    return ended("transfer", lambda: _studied(options), goes_on)
+
+
+def _studied(options: argparse.Namespace) -> None:
+    load_twin(options.twin)
+    with ThreadPoolExecutor(options.processes) as pool:
+        rigs = list(pool.map(lambda number: transferred(number, options), range(options.rigs)))
+    told = {"schema": SCHEMA, "seed": options.seed, "preset": options.preset, "mark": MARK, "rigs": rigs}
+    write_whole(options.out / "transfer.json", json.dumps(told, indent=2) + "\n")
+    text = table(told)
+    write_whole(options.out / "transfer.md", text + "\n")
+    plot(told, options.out / "transfer.png")
+    print(text)
 
 
 def transferred(number: int, options: argparse.Namespace) -> Row:

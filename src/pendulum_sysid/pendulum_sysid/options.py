@@ -7,6 +7,8 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pendulum_twin.command_line import whole
+
 if TYPE_CHECKING:
     Verbs = argparse._SubParsersAction[argparse.ArgumentParser]
 
@@ -15,14 +17,14 @@ BAG = "a rosbag2 folder or its data file"
 
 def parser() -> argparse.ArgumentParser:
     """Return the parser; what it gives holds `verb`, the verb's own `parser`, `traceback`, and the verb's options."""
-    whole = argparse.ArgumentParser(
+    command = argparse.ArgumentParser(
         prog="sysid", description="Find where a digital twin of a cart-pendulum is wrong, and put it right."
     )
-    whole.add_argument("--traceback", action="store_true", help="show Python's traceback of an internal error")
-    verbs = whole.add_subparsers(dest="verb", metavar="VERB", required=True)
+    command.add_argument("--traceback", action="store_true", help="show Python's traceback of an internal error")
+    verbs = command.add_subparsers(dest="verb", metavar="VERB", required=True)
     for add in (_diagnose, _fit, _replay, _compare, _effects, _import, _next, _prove):
         add(verbs)
-    return whole
+    return command
 
 
 def _diagnose(verbs: Verbs) -> None:
@@ -40,7 +42,7 @@ def _fit(verbs: Verbs) -> None:
     how = "windows (default), or the thesis's own procedure to compare with"
     one.add_argument("--method", choices=("windows", "thesis"), default="windows", help=how)
     most = "with --method thesis: runs of the whole recording at most (default: 2000)"
-    one.add_argument("--max-evaluations", type=_whole, metavar="N", help=most)
+    one.add_argument("--max-evaluations", type=whole(1), metavar="N", help=most)
 
 
 def _replay(verbs: Verbs) -> None:
@@ -65,7 +67,7 @@ def _effects(verbs: Verbs) -> None:
     one.add_argument("--twin", type=Path, help="with --isolability: the rig's twin file")
     one.add_argument("--plan", metavar="PLAN", help="with --isolability: a plan file, or standard (60 s)")
     counts = "with --isolability: counts a turn of the pole's encoder (default: 4096)"
-    one.add_argument("--pole-counts", type=_whole, default=4096, metavar="C", help=counts)
+    one.add_argument("--pole-counts", type=whole(1), default=4096, metavar="C", help=counts)
     step = "with --isolability: one step of the cart's encoder, m (default: 57e-6)"
     one.add_argument("--cart-step-m", type=_above_zero, default=57e-6, metavar="M", help=step)
 
@@ -100,11 +102,11 @@ def _prove(verbs: Verbs) -> None:
     one = _verb(
         verbs, "prove", "conceal physics in emulated rigs, diagnose their recordings blindly, and say how often it is right"
     )
-    one.add_argument("--trials", required=True, type=_whole, metavar="N", help="how many rigs")
-    one.add_argument("--seed", required=True, type=_from_zero, metavar="S", help="what they are drawn from")
+    one.add_argument("--trials", required=True, type=whole(1), metavar="N", help="how many rigs")
+    one.add_argument("--seed", required=True, type=whole(), metavar="S", help="what they are drawn from")
     out = "gets proof.html, proof.json and every recording; goes on from what is there (default: proof_seed_S)"
     one.add_argument("--out", type=Path, metavar="DIR", help=out)
-    one.add_argument("--pole-counts", type=_whole, metavar="C", help="counts a turn of the pole's encoder (default: 4096)")
+    one.add_argument("--pole-counts", type=whole(1), metavar="C", help="counts a turn of the pole's encoder (default: 4096)")
     one.add_argument("--seconds", type=_seconds, metavar="T", help="length of each recording (default: 60)")
     one.add_argument("--closed-loop", action="store_true", help="record a controller at work instead of a plan")
     kinds = "how many of nothing, single, pair, triple, unlisted (default: 15, 40, 20, 10, 15)"
@@ -113,9 +115,9 @@ def _prove(verbs: Verbs) -> None:
     rivals = "name by plain rivals as well, on the same recordings (needs pysindy; takes half a minute each)"
     one.add_argument("--rivals", action=argparse.BooleanOptionalAction, default=False, help=rivals)
     dose = "also make every effect smaller until it is not found any more, so many recordings each (2)"
-    one.add_argument("--dose-response", nargs="?", type=_whole, const=2, default=0, metavar="TRIES", help=dose)
+    one.add_argument("--dose-response", nargs="?", type=whole(1), const=2, default=0, metavar="TRIES", help=dose)
     one.add_argument(
-        "--processes", type=_whole, default=2, metavar="P", help="recordings examined side by side (default: 2)"
+        "--processes", type=whole(1), default=2, metavar="P", help="recordings examined side by side (default: 2)"
     )
 
 
@@ -139,16 +141,6 @@ def _bag(one: argparse.ArgumentParser) -> None:
 def _topics(one: argparse.ArgumentParser) -> None:
     one.add_argument("--state-topic", metavar="T", help="topic of the states (default: /rig/joint_states)")
     one.add_argument("--command-topic", metavar="T", help="topic of the commands (default: /rig/pwm)")
-
-
-def _whole(text: str, least: int = 1) -> int:
-    if not text.isdecimal() or int(text) < least:
-        raise argparse.ArgumentTypeError(f"expected a whole number from {least} on, found {text!r}")
-    return int(text)
-
-
-def _from_zero(text: str) -> int:
-    return _whole(text, 0)
 
 
 def _above_zero(text: str) -> float:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import math
 import signal
 import sys
 from collections import Counter
@@ -23,9 +22,9 @@ from pendulum_bridge.doctor.findings import Check, Finding, skipped
 from pendulum_bridge.doctor.ports import check_address, check_rig_port, our_port_open, our_port_refused
 from pendulum_bridge.doctor.wire import PortWire, tcp_wire, udp_wire
 from pendulum_bridge.udp import RIG, USER, Address, address_of
+from pendulum_twin.command_line import number_in, option
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import load_twin
-from pendulum_twin.rig import checked_number
 
 SCHEMA = "rig_doctor/1"
 NOTICE = (
@@ -141,33 +140,26 @@ def options_of(arguments: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="rig_doctor", description=__doc__)
     add = parser.add_argument
     add("--twin", type=Path, default=Path("config/inteco.yaml"), help="twin file of the rig (config/inteco.yaml)")
-    add("--listen", type=_address, default=USER, metavar="HOST:PORT", help=f"where the rig sends its samples ({USER})")
-    add("--rig", type=_address, default=RIG, metavar="HOST:PORT", help=f"where the rig listens ({RIG})")
-    add("--rate", type=_number("rate", 10, 1000), default=100.0, metavar="HZ", help="samples a second (100)")
-    add("--seconds", type=_number("seconds", 1, 600), default=3.0, metavar="S", help="how long to listen (3)")
+    add(
+        "--listen",
+        type=option(address_of),
+        default=USER,
+        metavar="HOST:PORT",
+        help=f"where the rig sends its samples ({USER})",
+    )
+    add(
+        "--rig",
+        type=option(address_of),
+        default=RIG,
+        metavar="HOST:PORT",
+        help=f"where the rig listens ({RIG})",
+    )
+    add("--rate", type=number_in(10, 1000), default=100.0, metavar="HZ", help="samples a second (100)")
+    add("--seconds", type=number_in(1, 600), default=3.0, metavar="S", help="how long to listen (3)")
     add("--move", action="store_true", help="allow to move the cart, gently, both ways: only so signs and limits show")
     add("--tcp", action="store_true", help="connect to --rig over TCP instead of UDP")
     add("--json", action="store_true", help="print one JSON object at the end, instead of lines")
     return parser.parse_args(arguments)
-
-
-def _address(text: str) -> Address:
-    try:
-        return address_of(text)
-    except BadInputError as error:
-        raise argparse.ArgumentTypeError(str(error)) from error
-
-
-def _number(name: str, low: float, high: float) -> Callable[[str], float]:
-    def read(text: str) -> float:
-        try:
-            return checked_number(name, float(text) if text else math.nan, low, high)
-        except ValueError as error:
-            raise argparse.ArgumentTypeError(f"expected a number, found {text!r}") from error
-        except BadInputError as error:
-            raise argparse.ArgumentTypeError(str(error)) from error
-
-    return read
 
 
 if __name__ == "__main__":

@@ -11,7 +11,6 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 from threading import Event
@@ -25,9 +24,9 @@ from pendulum_bridge.emulator.tcp_server import TcpServer
 from pendulum_bridge.port import Port
 from pendulum_bridge.protocol import COMMAND, Command
 from pendulum_bridge.udp import RIG, USER, Endpoint, address_of
+from pendulum_twin.command_line import number_in, option, whole
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import load_twin
-from pendulum_twin.rig import checked_number
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -117,53 +116,35 @@ def options_of(arguments: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="rig_emulator", description=__doc__)
     add = parser.add_argument
     add("--twin", type=Path, default=Path("config/inteco.yaml"), help="twin file of the nominal rig (config/inteco.yaml)")
-    add("--conceal", type=_whole, metavar="SEED", help="conceal the effects and wrong parameters that this seed draws")
-    add("--effects", type=_whole, metavar="N", help="how many effects are concealed (1)")
+    add(
+        "--conceal",
+        type=whole(),
+        metavar="SEED",
+        help="conceal the effects and wrong parameters that this seed draws",
+    )
+    add("--effects", type=whole(), metavar="N", help="how many effects are concealed (1)")
     add("--seal", type=Path, metavar="FILE", help="write what is concealed here, to be opened after the diagnosis")
-    add("--rate", type=_number("rate", 10, 1000), default=100.0, metavar="HZ", help="samples a second (100)")
-    add("--spikes", type=_number("spikes", 0, 1), default=0.0, metavar="SHARE", help="share of samples with a spike (0)")
+    add("--rate", type=number_in(10, 1000), default=100.0, metavar="HZ", help="samples a second (100)")
+    add("--spikes", type=number_in(0, 1), default=0.0, metavar="SHARE", help="share of samples with a spike (0)")
     pace = parser.add_mutually_exclusive_group()
-    pace.add_argument("--speed", type=_number("speed", 0.1, 1000), default=1.0, metavar="X", help="times real time (1)")
+    pace.add_argument("--speed", type=number_in(0.1, 1000), default=1.0, metavar="X", help="times real time (1)")
     pace.add_argument("--lockstep", action="store_true", help="one command in, one sample out, as fast as it goes")
-    add("--seconds", type=_number("seconds", 0, 1e9), metavar="S", help="end by itself after so long on the wall's clock")
-    add("--listen", type=_typed(address_of), default=RIG, metavar="HOST:PORT", help=f"where commands arrive ({RIG})")
+    add("--seconds", type=number_in(0, 1e9), metavar="S", help="end by itself after so long on the wall's clock")
+    add(
+        "--listen",
+        type=option(address_of),
+        default=RIG,
+        metavar="HOST:PORT",
+        help=f"where commands arrive ({RIG})",
+    )
     way = parser.add_mutually_exclusive_group()
-    way.add_argument("--send", type=_typed(address_of), default=USER, metavar="HOST:PORT", help=f"where samples go ({USER})")
+    way.add_argument("--send", type=option(address_of), default=USER, metavar="HOST:PORT", help=f"where samples go ({USER})")
     way.add_argument("--tcp", action="store_true", help="send samples to the one who connects to --listen over TCP")
     options = parser.parse_args(arguments)
     if options.effects is not None and options.conceal is None:
         parser.error("--effects: expected --conceal SEED with it")
     options.effects = 1 if options.effects is None else options.effects
     return options
-
-
-def _typed[T](read: Callable[[str], T]) -> Callable[[str], T]:
-    """Return the reader with its sentences as argparse wants them."""
-
-    def reader(text: str) -> T:
-        try:
-            return read(text)
-        except BadInputError as error:
-            raise argparse.ArgumentTypeError(str(error)) from error
-
-    return reader
-
-
-def _number(name: str, low: float, high: float) -> Callable[[str], float]:
-    def read(text: str) -> float:
-        try:
-            number = float(text)
-        except ValueError as error:
-            raise BadInputError(f"expected a number, found {text!r}") from error
-        return checked_number(name, number, low, high)
-
-    return _typed(read)
-
-
-def _whole(text: str) -> int:
-    if not (text.isascii() and text.isdigit()):
-        raise argparse.ArgumentTypeError(f"expected a whole number from 0 on, found {text!r}")
-    return int(text)
 
 
 if __name__ == "__main__":

@@ -21,7 +21,7 @@ from pendulum_rl_env.learning.algorithms import learner
 from pendulum_rl_env.learning.fleet_vec_env import FleetVecEnv
 from pendulum_rl_env.learning.on_rig import mean_reward
 from pendulum_rl_env.learning.preset import IN_PROCESS, Preset, load_preset
-from pendulum_twin.errors import BadInputError
+from pendulum_twin.command_line import ended
 from pendulum_twin.model import Twin, write_whole
 
 LOOKS = 8  # evaluations a trial: hopeless ones are given up at one
@@ -30,29 +30,26 @@ LOOKS = 8  # evaluations a trial: hopeless ones are given up at one
 def main(arguments: list[str] | None = None) -> int:
     """Run the search; return 0 when it is done, 1 when it could not (the reason on stderr)."""
     options = _options(arguments)
-    try:
-        preset, twin = load_preset(options.preset, IN_PROCESS), twin_of(options.twin)
-        options.out.mkdir(parents=True, exist_ok=True)
-        study = optuna.create_study(
-            study_name=options.preset,
-            storage=f"sqlite:///{options.out / 'study.db'}",
-            direction="maximize",
-            sampler=optuna.samplers.TPESampler(seed=options.seed),
-            pruner=optuna.pruners.MedianPruner(n_startup_trials=5, n_warmup_steps=2),
-            load_if_exists=True,
-        )
-        study.optimize(lambda trial: _reward(trial, preset, twin, options), n_trials=options.trials)
-        best = _drawn(optuna.trial.FixedTrial(study.best_params), preset)
-        file = options.out / f"{options.preset}.yaml"
-        write_whole(file, yaml.safe_dump({IN_PROCESS: {**asdict(best), "layers": list(best.layers)}}, sort_keys=False))
-        print(f"{file}: {study.best_value:.1f} after {len(study.trials)} trials; train with --preset {file}")
-    except (BadInputError, OSError, ValueError) as error:
-        print(f"tune: {error}", file=sys.stderr)
-        return 1
-    except KeyboardInterrupt:
-        print(f"tune: interrupted; the same command goes on with the study in {options.out}", file=sys.stderr)
-        return 1
-    return 0
+    goes_on = f"the same command goes on with the study in {options.out}"
+    return ended("tune", lambda: _searched(options), goes_on)
+
+
+def _searched(options: argparse.Namespace) -> None:
+    preset, twin = load_preset(options.preset, IN_PROCESS), twin_of(options.twin)
+    options.out.mkdir(parents=True, exist_ok=True)
+    study = optuna.create_study(
+        study_name=options.preset,
+        storage=f"sqlite:///{options.out / 'study.db'}",
+        direction="maximize",
+        sampler=optuna.samplers.TPESampler(seed=options.seed),
+        pruner=optuna.pruners.MedianPruner(n_startup_trials=5, n_warmup_steps=2),
+        load_if_exists=True,
+    )
+    study.optimize(lambda trial: _reward(trial, preset, twin, options), n_trials=options.trials)
+    best = _drawn(optuna.trial.FixedTrial(study.best_params), preset)
+    file = options.out / f"{options.preset}.yaml"
+    write_whole(file, yaml.safe_dump({IN_PROCESS: {**asdict(best), "layers": list(best.layers)}}, sort_keys=False))
+    print(f"{file}: {study.best_value:.1f} after {len(study.trials)} trials; train with --preset {file}")
 
 
 def _drawn(trial: optuna.trial.BaseTrial, preset: Preset) -> Preset:
