@@ -150,8 +150,8 @@ def test_arguments_reach_the_emulated_rig_and_the_driver_alike() -> None:
 
 def test_the_watch_is_asked_for_and_holds_the_rig_against_the_twin_file() -> None:
     assert not read("rig", twin="t.yaml").of("watch_node")
-    watch = only(read("rig", twin="t.yaml", namespace="lab", watch="true"), "watch_node")
-    assert given_to(watch) == {"twin": "t.yaml", "rig": "/lab"} and not watch.ends_all
+    watch = only(read("rig", twin="t.yaml", namespace="lab", watch="true", rate_hz=50), "watch_node")
+    assert given_to(watch) == {"twin": "t.yaml", "rig": "/lab", "rate_hz": 50.0} and not watch.ends_all
     assert read("pendulum", twin="t.yaml", pendulum="emulated", watch="true").of("watch_node")
 
 

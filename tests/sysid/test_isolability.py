@@ -17,7 +17,7 @@ from pendulum_twin.model import Twin, save_twin
 from pendulum_twin.plans.excitation import Excitation
 from pendulum_twin.plans.plan_file import Plan, excitation_of, save_plan
 from pendulum_twin.plans.plan_phases import Chirp, Push, Rest
-from pendulum_twin.stepper import HANGING, Stepper
+from pendulum_twin.stepper import Stepper
 from pendulum_twin.words import words_of
 
 SLOW = Plan((Push(), Chirp(seconds=12.0, from_hz=0.4, to_hz=0.6, amplitude=0.02), Rest(seconds=2.0, centred=True)))
@@ -112,7 +112,7 @@ def test_lanes_give_the_bits_of_a_stepper() -> None:
     first = played(hanging(words, 0.01), [plan, plan], 400)
     second = played(first.lanes.of(np.array([1, 0])), [plan, plan], 100)
     for lane, twin in enumerate(twins):
-        stepper = Stepper(twin, 0.01, HANGING, before=None)
+        stepper = Stepper(twin, 0.01)
         commands = np.concatenate([first.commands[lane], second.commands[1 - lane]])
         states = np.array([stepper.state, *(stepper.step(u) for u in commands)])[:-1]
         assert np.array_equal(states, np.concatenate([first.states[lane], second.states[1 - lane]]))

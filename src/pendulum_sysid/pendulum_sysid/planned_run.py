@@ -13,7 +13,7 @@ from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Form
 from pendulum_twin.plans.excitation import Excitation, next_command, way_of
 from pendulum_twin.signals import Floats, Mask, Signals
-from pendulum_twin.simulate import RATES, measured, memory_offsets, paces, report, reporting, run_mechanics, unmeasured
+from pendulum_twin.simulate import RATES, measured, memory_offsets, paces, report, reporting, run_mechanics
 from pendulum_twin.stepper import HANGING
 from pendulum_twin.words import active
 
@@ -74,11 +74,11 @@ class Played:
 
 
 def hanging(words: Floats, period_s: float) -> Lanes:
-    """Return twins with words (lanes, SIZE) at the begin of their plans, as after a reset: at rest in the middle."""
-    shown = np.repeat(np.array([HANGING]), len(words), axis=0)
+    """Return twins with words (lanes, SIZE) at the begin of their plans, as after a reset: truly at rest in the middle."""
+    true = np.repeat(np.array([HANGING]), len(words), axis=0)
+    shown = measured(true, words, np.zeros(len(words)))
     sub = kernel.substeps(period_s)
     memory = tuple(np.zeros(memory_offsets(period_s / sub * float(paces(one)))[-1]) for one in words)
-    true = unmeasured(shown, words, np.zeros(len(words)))
     return Lanes(words, period_s, true, shown, memory, 0, shown[:, 0].copy(), (None,) * len(words))
 
 
