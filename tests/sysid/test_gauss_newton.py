@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from made_recordings import INTECO, made
 from scipy.optimize import least_squares
+from scipy.stats import t as student
 
 from pendulum_sysid.case import Case, case_of
 from pendulum_sysid.fit import HORIZONS, fit
-from pendulum_sysid.gauss_newton import half_widths, solve
+from pendulum_sysid.gauss_newton import Solution, half_widths, solve
 from pendulum_sysid.linearised import Problem, linearised
 from pendulum_sysid.parameters import Free, rig_parameters
 from pendulum_sysid.split import split
@@ -183,3 +184,33 @@ def test_intervals_hold_the_truth() -> None:
             inside.setdefault(name, []).append(one.low <= true_value(name) <= one.high)
     shares = {name: float(np.mean(one)) for name, one in inside.items()}
     assert len(shares) == 5 and all(0.85 <= share <= 1.0 for share in shares.values()), shares
+
+
+def test_the_sandwich_is_unbiased_however_few_and_uneven_the_windows_are() -> None:
+    """Known errors on a linear fit of 4 parameters to 7 windows, one of which carries most of the weight."""
+    random, free = (
+        np.random.default_rng(4),
+        tuple(Free(name, "", (k,), (1.0,), -9.0, 9.0, 1.0) for k, name in enumerate("abcd")),
+    )
+    design = random.standard_normal((7, 10, 4)) * np.array([3.0, 1, 1, 1, 1, 1, 1])[:, None, None]
+    normals = design.transpose(0, 2, 1) @ design
+    inverse = np.linalg.inv(normals.sum(axis=0))
+    found = []
+    for _ in range(4000):
+        off = 2.0 * random.standard_normal((7, 10))  # twice as large as the classical width takes them to be
+        best = inverse @ np.einsum("wsk,ws->k", design, off)
+        scores = np.einsum("wsk,ws->wk", design, off - design @ best)
+        nothing = np.zeros(4)
+        solution = Solution(nothing, nothing, nothing, nothing, True, normals, scores)
+        found.append((half_widths(solution, free) / student.ppf(0.975, 6)) ** 2)
+    ratios = np.mean(found, axis=0) / (4.0 * np.diag(inverse))
+    assert np.all(np.abs(ratios - 1) < 0.08), ratios  # the classical width as the least lifts some
+
+
+def test_a_direction_that_one_window_alone_fixes_has_the_classical_width() -> None:
+    free = tuple(Free(name, "", (k,), (1.0,), -9.0, 9.0, 1.0) for k, name in enumerate("ab"))
+    normals = np.array([np.diag([1.0, 0.0])] * 5 + [np.diag([1.0, 4.0])])
+    nothing = np.zeros(2)
+    scores = np.zeros((6, 2))
+    found = half_widths(Solution(nothing, nothing, nothing, nothing, True, normals, scores), free)
+    assert found == pytest.approx(student.ppf(0.975, 5) * np.sqrt([1 / 6, 1 / 4]))

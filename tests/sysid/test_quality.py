@@ -150,6 +150,16 @@ def test_small_spikes_in_smooth_motion_are_found(recording: Make) -> None:
     ]
 
 
+@pytest.mark.parametrize("size_rad", [0.05, 0.055, 0.06, 0.07])
+def test_a_small_step_that_stays_is_no_spike(recording: Make, size_rad: float) -> None:
+    """A slip of an encoder's count, in fast motion and coarsely counted: no samples left out make it come back."""
+    count, swing = 2 * np.pi / 1024, np.pi + 0.7 * np.sin(2 * np.pi * 0.9 * STAMPS)
+    for at in range(1000, 1111, 2):
+        pole = swing + np.where(np.arange(3000) >= at, size_rad, 0.0)
+        out = cleaned(recording(STAMPS, pole=np.floor(pole / count) * count))
+        assert out.signals.pole_valid.all() and "spike" not in found(out), at
+
+
 def test_first_and_last_samples_of_another_run_are_spikes(recording: Make) -> None:
     raw = recording(STAMPS)
     cart, pole = raw.cart.copy(), raw.pole.copy()

@@ -18,13 +18,14 @@ from pendulum_sysid.windows import gather
 from pendulum_twin.signals import Floats
 
 CONVERGED = 1e-5  # relative gain of the likelihood a sample
+HEAVIEST = 0.99  # share of a direction's weight: what one window alone fixes has no scatter to go by
 
 
 @dataclass(frozen=True)
 class Solution:
     """Hold a fit: words (SIZE,), start states (windows, 4), squared errors and counts (windows, channels).
 
-    normal: (parameters, parameters) of the reduced problem; scores: (windows, parameters) each window's gradient.
+    normals: (windows, parameters, parameters) of the reduced problem; scores: (windows, parameters) each window's gradient.
     """
 
     words: Floats
@@ -32,7 +33,7 @@ class Solution:
     squares: Floats
     counts: Floats
     converged: bool = True
-    normal: Floats | None = None
+    normals: Floats | None = None
     scores: Floats | None = None
 
     @property
@@ -96,7 +97,7 @@ def solve(
             break
     if system is None:
         return Solution(words, starts, squares, counts, converged)
-    return Solution(words, starts, squares, counts, converged, system.normal, system.scores)
+    return Solution(words, starts, squares, counts, converged, system.normals, system.scores)
 
 
 def _stepped(system: System, words: Floats, starts: Floats, free: tuple[Free, ...], damping: float) -> tuple[Floats, Floats]:
@@ -133,19 +134,24 @@ def half_widths(solution: Solution, free: tuple[Free, ...], together: int = 1) -
     """Return the half widths of 95 % intervals, (parameters,), infinite where the data fix nothing.
 
     together: how many windows in a row are parts of one. The windows' gradients are taken as independent, their scatter
-    as it is: a sandwich clustered by window with its usual correction for few clusters (Cameron and Miller, J. Human
-    Resources 50 (2015) 317, section VI), which stays honest when the model is wrong; the classical width is the least.
+    as it is: a sandwich clustered by window, which stays honest when the model is wrong; the classical width is the least.
+    What a window's own weight in the fit takes off its gradient is put back (CR2 of Bell and McCaffrey, Survey Methodology
+    28 (2002) 169; Cameron and Miller, J. Human Resources 50 (2015) 317, section VI).
     """
     if not free:
         return np.empty(0)
-    assert solution.normal is not None and solution.scores is not None
+    assert solution.normals is not None and solution.scores is not None
     scores = solution.scores.reshape(-1, together, len(free)).sum(axis=1)
+    normals = solution.normals.reshape(-1, together, len(free), len(free)).sum(axis=1)
     count = len(scores)
-    values, vectors = np.linalg.eigh(solution.normal)
+    values, vectors = np.linalg.eigh(normals.sum(axis=0))
     blind = values < 1e-10 * max(values.max(), 1e-300)
-    inverse = (vectors / np.where(blind, np.inf, values)) @ vectors.T
-    spread = inverse @ (scores.T @ scores) @ inverse * count / max(count - 1, 1)
-    variance = np.maximum(np.diag(spread), np.diag(inverse))
+    root = vectors / np.sqrt(np.where(blind, np.inf, values))  # root @ root.T is the inverse
+    weights, directions = np.linalg.eigh(root.T @ normals @ root)
+    turned = (directions.transpose(0, 2, 1) @ (scores @ root)[..., None])[..., 0]
+    whole = (directions @ (turned / np.sqrt(1 - weights.clip(0.0, HEAVIEST)))[..., None])[..., 0]
+    spread = root @ (whole.T @ whole) @ root.T
+    variance = np.maximum(np.diag(spread), np.sum(root**2, axis=1))
     variance = np.where((vectors**2 @ blind) > 1e-6, np.inf, variance)
     return student.ppf(0.975, max(count - 1, 1)) * np.sqrt(variance) * np.array([one.size for one in free])
 

@@ -30,6 +30,7 @@ SPEED_SHARE = 0.25  # encoders also err in proportion to the speed
 GOES_ALONG = 3.0  # a neighbour with more than one part in so many of the same excess
 TURN_SHARE = 0.125
 NO_STEP = 1e-9  # m or rad: below it a step is rounding
+BACK = 0.25  # of a step out of line: what a spike's other step goes the other way, at least; a step that stays has none
 AS_GOOD = 0.4  # of what is allowed: a spike of fewer samples explains a step as well as one of more
 STAYING = 2.0  # a step that is not seen to return must be so many times out of line
 
@@ -111,12 +112,13 @@ def _one_pass(stamps: Floats, values: Floats, rate: Rate, turn: float | None) ->
         return spikes, np.array(stays, dtype=np.int64)
     steps, every = np.diff(values), np.arange(len(values) - 1)
     motion = _motion(steps, np.diff(stamps) / rate.period_s, floor_of(values))
+    off = steps - 0.5 * (motion.low + motion.high) * motion.periods
     excess, allowed = motion.beyond(steps, every, every)
     out = np.where(np.diff(stamps) < rate.break_s, _alone(excess, turn) / allowed, 0.0)
     for step in np.flatnonzero(out > 1.0):
         if spikes and step < spikes[-1][1]:
             continue
-        spike = _spike_at(values, motion, int(step), turn)
+        spike = _spike_at(values, motion, off, int(step), turn)
         returns = spike is not None and spike[0] > 0 and spike[1] < len(values)
         if spike and (returns or out[step] > STAYING):
             spikes.append(spike)
@@ -149,8 +151,11 @@ def _alone(excess: Floats, turn: float | None) -> Floats:
     return np.where(slips, 0.0, np.abs(excess))
 
 
-def _spike_at(values: Floats, motion: _Motion, step: int, turn: float | None) -> tuple[int, int] | None:
-    """Return the fewest samples beside a step whose removal leaves a motion, None when the signal stays elsewhere."""
+def _spike_at(values: Floats, motion: _Motion, off: Floats, step: int, turn: float | None) -> tuple[int, int] | None:
+    """Return the fewest samples beside a step whose removal leaves a motion, None when the signal stays elsewhere.
+
+    off: (n-1,) how far every step is from the middle of what motion does.
+    """
     to_end = min(step + 1, len(values) - 1 - step)
     widths = range(1, min(LONGEST_SPIKE, to_end) + 1)
     sides = np.array([side for w in widths for side in ((step + 1, step + 1 + w), (step + 1 - w, step + 1))])
@@ -159,7 +164,8 @@ def _spike_at(values: Floats, motion: _Motion, step: int, turn: float | None) ->
     sides, before, after = sides[inner], before[inner], after[inner]
     if len(sides):
         excess, allowed = motion.beyond(shortest(values[after] - values[before], turn), before, after - 1)
-        rest = np.abs(excess) / allowed
+        other = np.where(before == step, after - 1, before)  # the step at the other end of what would be left out
+        rest = np.where(-off[other] * np.sign(off[step]) > BACK * abs(off[step]), np.abs(excess) / allowed, np.inf)
         if rest.min() <= 1.0:
             first, stop = sides[int(np.argmax(rest <= rest.min() + AS_GOOD))]
             return int(first), int(stop)

@@ -7,6 +7,7 @@ eliminated by a Schur complement (Golub and Pereyra, SIAM J. Numer. Anal. 10 (19
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -67,16 +68,21 @@ class System:
     """Hold the normal equations of columns with the start states eliminated, and what gives the starts back.
 
     Residuals are in units of each channel's deviation, columns change by a parameter's size (a start's deviation).
-    normal: (columns, columns); scores: (windows, columns), each window's part of the gradient.
+    normals: (windows, columns, columns) and scores: (windows, columns), each window's part of the matrix and the gradient.
     """
 
-    normal: Floats
+    normals: Floats
     scores: Floats
     start_normal: Floats  # (windows, s, s)
     start_gradient: Floats  # (windows, s)
     cross: Floats  # (windows, s, columns)
     start_sizes: Floats
     varied: list[int]
+
+    @cached_property
+    def normal(self) -> Floats:
+        """Return the matrix over all windows, (columns, columns)."""
+        return self.normals.sum(axis=0)
 
     @property
     def gradient(self) -> Floats:
@@ -111,7 +117,7 @@ def linearised(
         return np.concatenate([getattr(one, name) for one in systems])
 
     return System(
-        normal=np.sum([one.normal for one in systems], axis=0),
+        normals=stack("normals"),
         scores=stack("scores"),
         start_normal=stack("start_normal"),
         start_gradient=stack("start_gradient"),
@@ -167,8 +173,8 @@ def _part_of_system(problem: Problem, off_by: Floats, scale: Floats, starts: Flo
     moved = np.linalg.solve(start_normal, cross)  # how the best start follows the parameters
     scores = (by_column.transpose(0, 2, 1) @ base[..., None])[..., 0]
     scores -= (moved.transpose(0, 2, 1) @ start_gradient[..., None])[..., 0]
-    normal = np.tensordot(by_column, by_column, ((0, 1), (0, 1))) - np.tensordot(cross, moved, ((0, 1), (0, 1)))
-    return System(normal, scores, start_normal, start_gradient, cross, sizes, turned)
+    normals = by_column.transpose(0, 2, 1) @ by_column - cross.transpose(0, 2, 1) @ moved
+    return System(normals, scores, start_normal, start_gradient, cross, sizes, turned)
 
 
 def _neighbours(words: Floats, free: tuple[Free, ...]) -> tuple[Floats, Floats]:
