@@ -105,7 +105,7 @@ def test_a_real_trial_is_made_and_read(tmp_path: Path) -> None:
 
 
 def test_a_folder_that_is_no_trial(tmp_path: Path) -> None:
-    with pytest.raises(BadInputError, match=r"trial\.json: expected a file of schema pendulum_trial/1"):
+    with pytest.raises(BadInputError, match=r"trial\.json: expected a trial with schema pendulum_trial/1"):
         read_sealed(tmp_path)
 
 

@@ -7,7 +7,6 @@ recording allows, never narrower.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -17,7 +16,7 @@ import numpy as np
 
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.encoders import EXACT, Encoders
-from pendulum_twin.errors import BadInputError
+from pendulum_twin.json_file import read_object
 from pendulum_twin.model import Twin
 
 DEVIATIONS = 1.96  # of a 95 % interval
@@ -37,19 +36,9 @@ def knowledge_of(twin: Twin, verdict: Path | None, draws: int, seed: int) -> Kno
     """Return the twin alone, or with a verdict (JSON) so many drawn from its intervals beside it; raise BadInputError."""
     if verdict is None:
         return Knowledge((twin,), EXACT)
-    told = _read(verdict)
+    told = read_object(verdict, SCHEMA, "a verdict")
     random = np.random.default_rng(seed)
     return Knowledge((twin, *(_drawn(twin, told, random) for _ in range(draws))), _encoders(told))
-
-
-def _read(path: Path) -> Mapping[str, Any]:
-    try:
-        told = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise BadInputError(f"{path}: expected a verdict.json of sysid diagnose, but it cannot be read: {error}") from error
-    if not isinstance(told, Mapping) or told.get("schema") != SCHEMA:
-        raise BadInputError(f"{path}: expected a verdict with schema {SCHEMA}, found another file")
-    return told
 
 
 def _drawn(twin: Twin, told: Mapping[str, Any], random: np.random.Generator) -> Twin:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Form
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.json_file import read_object
 from pendulum_twin.model import Twin, load_twin
 
 SCHEMA = "pendulum_verdict/1"
@@ -29,13 +29,8 @@ class EarlierVerdict:
 
 def read_verdict(path: Path) -> EarlierVerdict:
     """Return an earlier diagnosis; raise BadInputError when its files are missing, or it found the recording unusable."""
+    mapping = read_object(path, SCHEMA, "a verdict")
     try:
-        mapping = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
-        raise BadInputError(f"{path}: expected a verdict, but it cannot be read: {error}") from error
-    try:
-        if mapping["schema"] != SCHEMA:
-            raise KeyError("schema")
         rivals = {str(one["effect"]): tuple(map(str, one["cannot_be_told_from"])) for one in mapping["missing_physics"]}
         outcome = mapping["outcome"]
     except (KeyError, TypeError) as error:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from enum import Enum
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import Any
 
 from pendulum_bridge.emulator.seal import Concealed
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.json_file import read_object
 from pendulum_twin.rig import UNITS, Rig
 
 SCHEMA = "pendulum_verdict/1"
@@ -27,13 +27,7 @@ class Answer(Enum):
 
 def read_verdict(path: str | Path) -> dict[str, Any]:
     """Return the verdict in a file; raise BadInputError when it is none."""
-    try:
-        verdict = json.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise BadInputError(f"{path}: expected a verdict, but it cannot be read: {error}") from error
-    if not isinstance(verdict, dict) or verdict.get("schema") != SCHEMA:
-        raise BadInputError(f"{path}: expected a verdict with schema {SCHEMA}")
-    return verdict
+    return read_object(Path(path), SCHEMA, "a verdict")
 
 
 def answer(concealed: Concealed, verdict: Mapping[str, Any]) -> Answer:

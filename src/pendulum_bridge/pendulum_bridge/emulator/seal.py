@@ -9,6 +9,7 @@ from pathlib import Path
 
 from pendulum_bridge.emulator.unlisted import BY_NAME, checked
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.json_file import read_object
 from pendulum_twin.model import Twin, write_whole
 from pendulum_twin.rig import Rig, rig_from_mapping
 
@@ -48,12 +49,9 @@ def _described(name: str, values: Mapping[str, float]) -> dict[str, object]:
 
 def open_seal(path: str | Path) -> Concealed:
     """Return what a seal holds; raise BadInputError when it is no seal."""
-    try:
-        content = json.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise BadInputError(f"{path}: expected a seal, but it cannot be read: {error}") from error
-    if not isinstance(content, dict) or content.get("schema") != SCHEMA or not isinstance(content.get("effects"), dict):
-        raise BadInputError(f"{path}: expected a seal with schema {SCHEMA}, effects and rig")
+    content = read_object(Path(path), SCHEMA, "a seal")
+    if not isinstance(content.get("effects"), dict):
+        raise BadInputError(f"{path}: expected a seal with effects and rig, found no effects")
     try:
         unlisted = {str(name): each["parameters"] for name, each in (content.get("unlisted") or {}).items()}
         return Concealed(content["effects"], rig_from_mapping(content.get("rig")), unlisted)

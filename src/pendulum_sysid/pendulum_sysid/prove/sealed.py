@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
-from typing import Any
 
 from pendulum_sysid.prove.records import Sealed, Unlisted
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.json_file import read_object
 from pendulum_twin.rig import rig_from_mapping
 
 TRIAL, SEAL = "pendulum_trial/1", "pendulum_seal/1"
@@ -15,7 +14,7 @@ TRIAL, SEAL = "pendulum_trial/1", "pendulum_seal/1"
 
 def read_sealed(folder: Path) -> Sealed:
     """Return a trial's folder opened; raise BadInputError, naming the file, when it is none."""
-    trial, seal = _mapping(folder / "trial.json", TRIAL), _mapping(folder / "seal.json", SEAL)
+    trial, seal = read_object(folder / "trial.json", TRIAL, "a trial"), read_object(folder / "seal.json", SEAL, "a seal")
     try:
         return Sealed(
             name=folder.name,
@@ -36,13 +35,3 @@ def read_sealed(folder: Path) -> Sealed:
         )
     except (KeyError, TypeError, ValueError, AttributeError, BadInputError) as error:
         raise BadInputError(f"{folder}: expected a trial with its seal, found it incomplete ({error})") from error
-
-
-def _mapping(path: Path, schema: str) -> dict[str, Any]:
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise BadInputError(f"{path}: expected a file of schema {schema}, but it cannot be read: {error}") from error
-    if not isinstance(content, dict) or content.get("schema") != schema:
-        raise BadInputError(f"{path}: expected a file of schema {schema}, found another")
-    return content
