@@ -1,5 +1,6 @@
 """The environment over real topics, in real time: on the twin, and on a rig that does what the test wants."""
 
+import math
 import os
 import signal
 import threading
@@ -14,6 +15,7 @@ rclpy = pytest.importorskip("rclpy")
 from rl_env.topic_rigs import HANGING, MadeRig, made_rig  # noqa: E402
 from served_twin import served_twin  # noqa: E402
 
+from pendulum_bridge.nodes.view_node import ViewNode  # noqa: E402
 from pendulum_rl_env.nodes.ros_env import ros_env  # noqa: E402
 from pendulum_rl_env.nodes.topic_transport import TopicTransport  # noqa: E402
 from pendulum_rl_env.transport import NoAnswerError  # noqa: E402
@@ -59,6 +61,24 @@ def test_steps_on_the_twin_are_30_ms_by_its_stamps(domain) -> None:
     assert all(each["latency_s"] > 0.0 for each in told)
     assert all(each["age_s"] > -0.005 for each in told)  # a timer may fire a little early
     assert np.median([each["age_s"] for each in told]) > 0.0
+
+
+def test_the_browser_view_shows_the_episode(domain) -> None:
+    """Commands and samples of an episode over topics are what the page's frames hold, as for any other user of the rig."""
+    with served_twin(domain, "rig", twin=str(INTECO)):
+        view, env = domain.add(ViewNode, port=0), ros_env()
+        try:
+            env.reset()
+            for command in (0.3, -0.3, 0.25):
+                env.step(np.array([command], dtype=np.float32))
+
+                def shown(command: float = command) -> bool:
+                    rig = view.board.snapshot(0.0).rig
+                    return bool(rig.samples and rig.pwm and math.isclose(rig.pwm.value, 0.5 * command, rel_tol=1e-6))
+
+                domain.until(shown, f"the page to show {command}")
+        finally:
+            env.close()
 
 
 def test_every_sample_is_later_than_its_command_and_shows_it(rig: MadeRig, transport: TopicTransport) -> None:
