@@ -163,7 +163,7 @@ def test_a_reset_that_takes_too_long_says_so(ros: Graph, shared: DrivenEmulator)
     weak = {"pwm_limit": 0.02, "slew_per_s": 1, "reset_deadline_s": 1}  # too weak to be quick; ints are numbers too
     make_driver(ros, shared, rig_timeout_s=PATIENT_S, **weak)
     user.meet()
-    user.holding(0.02, lambda: abs(user.states[-1].velocity[0]) > 0.03, "motion")
+    user.holding(0.02, lambda: abs(user.states[-1].position[0]) > 0.15, "a way from the middle")
     answer = user.call("reset")
     assert not answer.success and answer.message == Reason.RESET_LATE.sentence
 
