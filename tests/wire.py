@@ -32,13 +32,20 @@ def untouched(packet: bytes) -> list[bytes]:
     return [packet]
 
 
+def system_less_monotonic_s() -> float:
+    """Return the system's clock less the monotonic one, from the pair that was read fastest."""
+    pairs = [(time.monotonic(), time.time(), time.monotonic()) for _ in range(20)]
+    before, system, after = min(pairs, key=lambda each: each[2] - each[0])
+    return system - 0.5 * (before + after)
+
+
 class Wire:
     """Pass packets on in both directions in a thread of its own.
 
     driver_port: where the driver listens; rig_port: where it sends to. emulator_port, user_port: where the emulator
     listens and sends to. spoil: what becomes of a sample; changed at any time. commands: all that went to the rig, with
     the kernel's times: this thread stands still while the test's own `publish` waits, which the middleware's shared memory
-    makes it do for 1 s when a reader is stopped in the middle of a read (measured: 5 of 150 SIGSTOPs).
+    makes it do for 1 s when a reader is stopped in the middle of a read (`docs/faults.md`).
     """
 
     def __init__(self) -> None:
@@ -51,6 +58,7 @@ class Wire:
         self.commands: list[Sent] = []
         self.odd: list[bytes] = []  # packets of the driver that are no commands
         self.spoil: Spoil = untouched
+        self._system_less_monotonic_s = system_less_monotonic_s()
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run)
         self._thread.start()
@@ -80,7 +88,7 @@ class Wire:
             for ready in select.select(both, [], [], LONGEST_WAIT_S)[0]:
                 packet, ancillary, _, _ = ready.recvmsg(256, ROOM)
                 if ready is self._from_driver:
-                    self._to_rig(packet, time.monotonic() - (time.time_ns() - received_ns(ancillary)) / 1e9)
+                    self._to_rig(packet, received_ns(ancillary) / 1e9 - self._system_less_monotonic_s)
                 else:
                     for each in self.spoil(packet):
                         self._from_driver.sendto(each, (LOOPBACK, self.driver_port))

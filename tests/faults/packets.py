@@ -15,7 +15,7 @@ from pendulum_bridge.reasons import Reason
 
 TIMEOUT_S = 0.2
 AT_ONCE_S = 0.05  # from the spoilt sample, which may come a period later
-STUCK_S = 1.0  # a whirling pole may take up the push for so long
+STUCK_S = 1.0  # a whirling pole may take up a push of 0.4 for so long
 Changed = Callable[[Sample], Sample]
 
 

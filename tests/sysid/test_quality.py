@@ -150,6 +150,25 @@ def test_small_spikes_in_smooth_motion_are_found(recording: Make) -> None:
     ]
 
 
+@pytest.mark.parametrize("sizes_m", [(0.1, 0.02), (0.02, 0.1), (0.3, 0.2, 0.05)])
+def test_a_spike_of_uneven_samples_is_one(recording: Make, sizes_m: tuple[float, ...]) -> None:
+    cart, hit = recording(STAMPS).cart.copy(), np.arange(150, 2900, 250)
+    for k, size_m in enumerate(sizes_m):
+        cart[hit + k] += size_m
+    out = cleaned(recording(STAMPS, cart=cart))
+    largest = int(np.argmax(sizes_m))
+    assert out.signals.starts == (0,) and not out.signals.cart_valid[hit + largest].any()
+
+
+def test_half_a_turn_off_for_a_sample_is_a_spike(recording: Make) -> None:
+    """A reading of 0 of a pole that hangs: away and back may both be the same way round."""
+    pole = np.pi + 0.004 * np.random.default_rng(2).standard_normal(3000)
+    hit = np.arange(150, 2900, 250)
+    pole[hit] = 0.0
+    out = cleaned(recording(STAMPS, pole=pole))
+    assert out.signals.starts == (0,) and np.flatnonzero(~out.signals.pole_valid).tolist() == hit.tolist()
+
+
 @pytest.mark.parametrize("size_rad", [0.05, 0.055, 0.06, 0.07])
 def test_a_small_step_that_stays_is_no_spike(recording: Make, size_rad: float) -> None:
     """A slip of an encoder's count, in fast motion and coarsely counted: no samples left out make it come back."""

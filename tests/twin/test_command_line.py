@@ -8,7 +8,7 @@ from pendulum_twin.command_line import ended, number_in, option, whole
 from pendulum_twin.errors import BadInputError
 
 
-@pytest.mark.parametrize("text", ["-1", "1.0", "", "²", "٣", "1e3", "4"])
+@pytest.mark.parametrize("text", ["-1", "1.0", "", "²", "٣", "1e3", "4", "1" * 5000])
 def test_only_a_whole_number_within_its_bounds_is_taken(text):
     with pytest.raises(argparse.ArgumentTypeError, match=f"expected a whole number from 0 to 3, found {text!r}"):
         whole(0, 3)(text)

@@ -42,7 +42,7 @@ REPLAY = "replay.pkl"
 def main(arguments: list[str] | None = None) -> int:
     """Run `train`; return 0 when it is done, 1 when it could not or was interrupted (the reason on stderr)."""
     options = _options(arguments)
-    return ended("train", lambda: _trained(options), "nothing was learned yet")
+    return ended("train", lambda: _trained(options), f"what was saved before is in {options.out}")
 
 
 def _trained(options: argparse.Namespace) -> int:

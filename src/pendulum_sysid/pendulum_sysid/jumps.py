@@ -30,7 +30,7 @@ SPEED_SHARE = 0.25  # encoders also err in proportion to the speed
 GOES_ALONG = 3.0  # a neighbour with more than one part in so many of the same excess
 TURN_SHARE = 0.125
 NO_STEP = 1e-9  # m or rad: below it a step is rounding
-BACK = 0.25  # of a step out of line: what a spike's other step goes the other way, at least; a step that stays has none
+BACK = 0.25  # of a step out of line: what another step of a spike goes the other way, at least; a step that stays has none
 AS_GOOD = 0.4  # of what is allowed: a spike of fewer samples explains a step as well as one of more
 STAYING = 2.0  # a step that is not seen to return must be so many times out of line
 
@@ -164,8 +164,12 @@ def _spike_at(values: Floats, motion: _Motion, off: Floats, step: int, turn: flo
     sides, before, after = sides[inner], before[inner], after[inner]
     if len(sides):
         excess, allowed = motion.beyond(shortest(values[after] - values[before], turn), before, after - 1)
-        other = np.where(before == step, after - 1, before)  # the step at the other end of what would be left out
-        rest = np.where(-off[other] * np.sign(off[step]) > BACK * abs(off[step]), np.abs(excess) / allowed, np.inf)
+        back = -off * np.sign(off[step])
+        if turn is not None:  # half a turn has no sign
+            back = np.where(np.abs(off) >= TURN_SHARE * turn, np.abs(off), back)
+        back[step] = 0.0
+        most = np.array([back[first:last].max() for first, last in zip(before, after, strict=True)])
+        rest = np.where(most > BACK * abs(off[step]), np.abs(excess) / allowed, np.inf)
         if rest.min() <= 1.0:
             first, stop = sides[int(np.argmax(rest <= rest.min() + AS_GOOD))]
             return int(first), int(stop)

@@ -9,6 +9,8 @@ from collections.abc import Callable
 
 from pendulum_twin.errors import BadInputError
 
+MOST_DIGITS = 18
+
 
 def ended(name: str, work: Callable[[], int | None], interrupted: str) -> int:
     """Do the work and return the exit status: its own, 0 when it gives none, or 1 when it could not be done.
@@ -43,9 +45,10 @@ def whole(low: int = 0, high: int | None = None) -> Callable[[str], int]:
 
     @option
     def read(text: str) -> int:
-        if not (text.isascii() and text.isdigit() and low <= int(text) <= (math.inf if high is None else high)):
+        number = int(text) if text.isascii() and text.isdigit() and len(text) <= MOST_DIGITS else -1
+        if number < low or (high is not None and number > high):
             raise BadInputError(f"expected a whole number {wanted}, found {text!r}")
-        return int(text)
+        return number
 
     return read
 

@@ -21,7 +21,8 @@ from pendulum_rl_env.learning.algorithms import learner
 from pendulum_rl_env.learning.fleet_vec_env import FleetVecEnv
 from pendulum_rl_env.learning.on_rig import mean_reward
 from pendulum_rl_env.learning.preset import IN_PROCESS, Preset, load_preset
-from pendulum_twin.command_line import ended
+from pendulum_twin.command_line import ended, whole
+from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin, write_whole
 
 LOOKS = 8  # evaluations a trial: hopeless ones are given up at one
@@ -45,8 +46,11 @@ def _searched(options: argparse.Namespace) -> None:
         pruner=optuna.pruners.MedianPruner(n_startup_trials=5, n_warmup_steps=2),
         load_if_exists=True,
     )
-    study.optimize(lambda trial: _reward(trial, preset, twin, options), n_trials=options.trials)
-    best = _drawn(optuna.trial.FixedTrial(study.best_params), preset)
+    try:
+        study.optimize(lambda trial: _reward(trial, preset, twin, options), n_trials=options.trials)
+        best = _drawn(optuna.trial.FixedTrial(study.best_params), preset)
+    except ValueError as error:  # another search's study, or none of its trials came to an end
+        raise BadInputError(f"{options.out}: expected a study of this search, found otherwise: {error}") from error
     file = options.out / f"{options.preset}.yaml"
     write_whole(file, yaml.safe_dump({IN_PROCESS: {**asdict(best), "layers": list(best.layers)}}, sort_keys=False))
     print(f"{file}: {study.best_value:.1f} after {len(study.trials)} trials; train with --preset {file}")
@@ -101,8 +105,8 @@ def _options(arguments: list[str] | None) -> argparse.Namespace:
     add("--preset", default="fast", help="where to begin (fast)")
     add("--twin", type=Path, help="twin file to learn on (without one: the INTECO rig)")
     add("--out", type=Path, required=True, help="folder of the study")
-    add("--trials", type=int, default=20, metavar="N", help="how many more (20)")
-    add("--timesteps", type=int, help="of each training (the preset's)")
+    add("--trials", type=whole(1), default=20, metavar="N", help="how many more (20)")
+    add("--timesteps", type=whole(1), help="of each training (the preset's)")
     add("--seed", type=int, default=0, help="of the search and the trainings (0)")
     return parser.parse_args(arguments)
 
