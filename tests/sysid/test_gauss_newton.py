@@ -214,16 +214,3 @@ def test_a_direction_that_one_window_alone_fixes_has_the_classical_width() -> No
     scores = np.zeros((6, 2))
     found = half_widths(Solution(nothing, nothing, nothing, nothing, True, normals, scores), free)
     assert found == pytest.approx(student.ppf(0.975, 5) * np.sqrt([1 / 6, 1 / 4]))
-
-
-def test_intervals_do_not_depend_on_how_near_the_optimum_the_fit_has_stopped() -> None:
-    random = np.random.default_rng(6)
-    free = tuple(Free(name, "", (k,), (1.0,), -9.0, 9.0, 1.0) for k, name in enumerate("ab"))
-    design = random.standard_normal((8, 10, 2)) * np.array([30.0, 1, 1, 1, 1, 1, 1, 1])[:, None, None]
-    normals, off, nothing = design.transpose(0, 2, 1) @ design, random.standard_normal((8, 10)), np.zeros(2)
-    best = np.linalg.solve(normals.sum(axis=0), np.einsum("wsk,ws->k", design, off))
-    found = []
-    for at in (best, best + 0.01):
-        scores = np.einsum("wsk,ws->wk", design, off - design @ at)
-        found.append(half_widths(Solution(nothing, nothing, nothing, nothing, True, normals, scores), free))
-    assert found[0] == pytest.approx(found[1], rel=1e-9)

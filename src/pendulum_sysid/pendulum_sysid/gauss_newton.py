@@ -147,7 +147,6 @@ def half_widths(solution: Solution, free: tuple[Free, ...], together: int = 1) -
     values, vectors = np.linalg.eigh(normals.sum(axis=0))
     blind = values < 1e-10 * max(values.max(), 1e-300)
     root = vectors / np.sqrt(np.where(blind, np.inf, values))  # root @ root.T is the inverse
-    scores = scores - normals @ (root @ (root.T @ scores.sum(axis=0)))  # as at the very optimum, one step on
     weights, directions = np.linalg.eigh(root.T @ normals @ root)
     turned = (directions.transpose(0, 2, 1) @ (scores @ root)[..., None])[..., 0]
     whole = (directions @ (turned / np.sqrt(1 - weights.clip(0.0, HEAVIEST)))[..., None])[..., 0]
