@@ -5,7 +5,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import fields, replace
 from pathlib import Path
-from threading import Event, Thread
 
 import numpy as np
 import pytest
@@ -16,7 +15,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
 from ros_graph import Graph, until  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
-from served_twin import served_twin  # noqa: E402
+from served_twin import served, served_twin  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 from twin_node.lockstep_user import LockstepUser  # noqa: E402
 from watched_rigs import rig_of, twin_of  # noqa: E402
@@ -37,15 +36,8 @@ FORCE_N = TRUTH.rig.force_per_pwm_n
 def watching(ros: Graph, **values: object) -> Iterator[WatchNode]:
     """Run a watch in a thread of its own."""
     parameters = [Parameter(name, value=value) for name, value in values.items()]
-    node, stopped = WatchNode(context=ros.context, parameter_overrides=parameters), Event()
-    thread = Thread(target=spin, args=(node, stopped))
-    thread.start()
-    try:
+    with served(WatchNode(context=ros.context, parameter_overrides=parameters), spin) as node:
         yield node
-    finally:
-        stopped.set()
-        thread.join()
-        node.destroy_node()
 
 
 class Driver:

@@ -99,13 +99,7 @@ def options_of(arguments: list[str] | None) -> argparse.Namespace:
     families = len({each.family for each in BY_NAME.values() if each.live})
     add("--effects", type=whole(0, families), metavar="N", help="how many effects the seed conceals (1)")
     add("--twin", type=Path, default=Path("config/inteco.yaml"), help="nominal rig of --seed (config/inteco.yaml)")
-    add(
-        "--pole-counts",
-        type=whole(0, 10**9),
-        default=4096,
-        metavar="N",
-        help="the pole's encoder's counts a turn (4096)",
-    )
+    add("--pole-counts", type=whole(0, 10**9), default=4096, metavar="N", help="the pole's encoder's counts a turn (4096)")
     add("--rate-hz", type=number_in(10, 1000), default=100.0, metavar="HZ", help="samples a second (100)")
     add("--samples", type=whole(1, 10**9), default=3, metavar="N", help="sample periods that a command is held (3)")
     options = parser.parse_args(arguments)

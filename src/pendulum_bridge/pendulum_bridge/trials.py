@@ -100,20 +100,8 @@ def options_of(arguments: list[str] | None) -> argparse.Namespace:
     add("--first", type=whole(), default=0, metavar="K", help="number of the first (0)")
     add("--seconds", type=number_in(40, 36000), default=60.0, metavar="S", help="length of a recording (60)")
     add("--rate-hz", type=number_in(20, 1000), default=100.0, metavar="HZ", help="samples a second (100)")
-    add(
-        "--pole-counts",
-        type=whole(),
-        default=4096,
-        metavar="N",
-        help="the pole's encoder's counts a turn (4096)",
-    )
-    add(
-        "--kinds",
-        type=option(shares_of),
-        default=USUAL,
-        metavar="KIND:SHARE,...",
-        help=f"kinds and their shares ({usual})",
-    )
+    add("--pole-counts", type=whole(), default=4096, metavar="N", help="the pole's encoder's counts a turn (4096)")
+    add("--kinds", type=option(shares_of), default=USUAL, metavar="KIND:SHARE,...", help=f"kinds and their shares ({usual})")
     add(
         "--effects",
         type=option(_effects),

@@ -147,13 +147,7 @@ def options_of(arguments: list[str] | None) -> argparse.Namespace:
         metavar="HOST:PORT",
         help=f"where the rig sends its samples ({USER})",
     )
-    add(
-        "--rig",
-        type=option(address_of),
-        default=RIG,
-        metavar="HOST:PORT",
-        help=f"where the rig listens ({RIG})",
-    )
+    add("--rig", type=option(address_of), default=RIG, metavar="HOST:PORT", help=f"where the rig listens ({RIG})")
     add("--rate", type=number_in(10, 1000), default=100.0, metavar="HZ", help="samples a second (100)")
     add("--seconds", type=number_in(1, 600), default=3.0, metavar="S", help="how long to listen (3)")
     add("--move", action="store_true", help="allow to move the cart, gently, both ways: only so signs and limits show")

@@ -116,12 +116,7 @@ def options_of(arguments: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="rig_emulator", description=__doc__)
     add = parser.add_argument
     add("--twin", type=Path, default=Path("config/inteco.yaml"), help="twin file of the nominal rig (config/inteco.yaml)")
-    add(
-        "--conceal",
-        type=whole(),
-        metavar="SEED",
-        help="conceal the effects and wrong parameters that this seed draws",
-    )
+    add("--conceal", type=whole(), metavar="SEED", help="conceal the effects and wrong parameters that this seed draws")
     add("--effects", type=whole(), metavar="N", help="how many effects are concealed (1)")
     add("--seal", type=Path, metavar="FILE", help="write what is concealed here, to be opened after the diagnosis")
     add("--rate", type=number_in(10, 1000), default=100.0, metavar="HZ", help="samples a second (100)")
@@ -130,13 +125,7 @@ def options_of(arguments: list[str] | None) -> argparse.Namespace:
     pace.add_argument("--speed", type=number_in(0.1, 1000), default=1.0, metavar="X", help="times real time (1)")
     pace.add_argument("--lockstep", action="store_true", help="one command in, one sample out, as fast as it goes")
     add("--seconds", type=number_in(0, 1e9), metavar="S", help="end by itself after so long on the wall's clock")
-    add(
-        "--listen",
-        type=option(address_of),
-        default=RIG,
-        metavar="HOST:PORT",
-        help=f"where commands arrive ({RIG})",
-    )
+    add("--listen", type=option(address_of), default=RIG, metavar="HOST:PORT", help=f"where commands arrive ({RIG})")
     way = parser.add_mutually_exclusive_group()
     way.add_argument("--send", type=option(address_of), default=USER, metavar="HOST:PORT", help=f"where samples go ({USER})")
     way.add_argument("--tcp", action="store_true", help="send samples to the one who connects to --listen over TCP")
