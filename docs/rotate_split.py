@@ -5,10 +5,10 @@ Run as `python docs/rotate_split.py BAG TWIN`.
 
 import sys
 
-from pendulum_sysid import split
-from pendulum_sysid.bag import read_bag
+from pendulum_sysid.cleaning.clean import cleaned
+from pendulum_sysid.fitting import split
 from pendulum_sysid.pipeline import diagnose
-from pendulum_sysid.quality import cleaned
+from pendulum_sysid.reading.bag import read_bag
 from pendulum_twin.model import load_twin
 
 
@@ -19,9 +19,19 @@ def main() -> None:
     for k in range(len(pattern)):
         split.PATTERN = pattern[k:] + pattern[:k]
         found = diagnose([recording], twin, lambda line: None).verdict
-        errors = {name: one["after"] for name, one in found["fit"].items() if name.startswith("held_out_")}
+        errors = {
+            name: one["after"]
+            for name, one in found["fit"].items()
+            if name.startswith("held_out_")
+        }
         names = ", ".join(one["effect"] for one in found["missing_physics"])
-        print(k, found["outcome"], {name: float(f"{value:.3g}") for name, value in errors.items()}, names, flush=True)
+        print(
+            k,
+            found["outcome"],
+            {name: float(f"{value:.3g}") for name, value in errors.items()},
+            names,
+            flush=True,
+        )
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ import pytest
 def ros() -> Iterator[Any]:
     """Give a ROS graph of its own (`ros_graph.Graph`)."""
     pytest.importorskip("rclpy")
-    from ros_graph import graph
+    from support.ros_graph import graph
 
     with graph() as made:
         yield made

@@ -9,14 +9,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from made_recordings import INTECO, made, made_bag
+from support.made_recordings import INTECO, made, made_bag
+from support.paths import ROOT
 
-from pendulum_sysid.bag import read_bag
-from pendulum_sysid.options import parser
+from pendulum_sysid.reading.bag import read_bag
+from pendulum_sysid.verbs.options import parser
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.model import load_twin
 
-ROOT = Path(__file__).parents[1]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 REAL_RIGS = (ROOT / "docs" / "real_rigs.md").read_text(encoding="utf-8")
@@ -24,7 +24,9 @@ REAL_RIGS = (ROOT / "docs" / "real_rigs.md").read_text(encoding="utf-8")
 
 def shell_lines(text: str) -> list[str]:
     return [
-        line for block in re.findall(r"^```sh\n(.*?)^```", text, re.MULTILINE | re.DOTALL) for line in block.splitlines()
+        line
+        for block in re.findall(r"^```sh\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+        for line in block.splitlines()
     ]
 
 
@@ -41,8 +43,12 @@ def section(text: str, title: str) -> str:
 
 def run(command: str, where: Path) -> None:
     shell = ["bash", "-euo", "pipefail", "-c", command]
-    done = subprocess.run(shell, cwd=where, capture_output=True, text=True, timeout=300, check=False)
-    assert done.returncode == 0, f"{command}\nended with {done.returncode}\n{done.stdout}\n{done.stderr}"
+    done = subprocess.run(
+        shell, cwd=where, capture_output=True, text=True, timeout=300, check=False
+    )
+    assert done.returncode == 0, (
+        f"{command}\nended with {done.returncode}\n{done.stdout}\n{done.stderr}"
+    )
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
@@ -54,21 +60,34 @@ def test_calls_of_sysid_are_right_use(page: Path) -> None:
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_links_lead_somewhere(page: Path) -> None:
     links = re.findall(r"\]\(([^)#]+)\)", page.read_text(encoding="utf-8"))
-    assert [link for link in links if "://" not in link and not (page.parent / link).exists()] == []
+    assert [
+        link for link in links if "://" not in link and not (page.parent / link).exists()
+    ] == []
 
 
 def test_the_readme_lists_the_catalogue() -> None:
-    assert set(re.findall(r"`(\w+)`", section(README, "The catalogue"))) - {"CATALOGUE"} == set(BY_NAME)
+    assert set(re.findall(r"`(\w+)`", section(README, "The catalogue"))) - {"CATALOGUE"} == set(
+        BY_NAME
+    )
 
 
-@pytest.mark.parametrize("file", sorted((ROOT / "config").glob("*.yaml")), ids=lambda file: file.stem)
+@pytest.mark.parametrize(
+    "file", sorted((ROOT / "config").glob("*.yaml")), ids=lambda file: file.stem
+)
 def test_twin_files_load_and_bear_their_name(file: Path) -> None:
     assert load_twin(file).name == file.stem
 
 
 def test_a_part_of_a_recording_is_that_part(tmp_path: Path) -> None:
     whole = read_bag(made_bag(tmp_path / "whole", made(INTECO, seconds=6.0)))
-    script = [sys.executable, ROOT / "docs" / "cut_recording.py", tmp_path / "whole", tmp_path / "part", "2", "5"]
+    script = [
+        sys.executable,
+        ROOT / "docs" / "cut_recording.py",
+        tmp_path / "whole",
+        tmp_path / "part",
+        "2",
+        "5",
+    ]
     subprocess.run([str(part) for part in script], check=True, timeout=60)
     part = read_bag(tmp_path / "part")
     np.testing.assert_allclose(part.state_stamp_s, np.arange(300) * 0.01, atol=1e-9)
@@ -78,8 +97,14 @@ def test_a_part_of_a_recording_is_that_part(tmp_path: Path) -> None:
 
 def test_commands_on_real_rigs_run(tmp_path: Path) -> None:
     if "RIGS" not in os.environ:
-        pytest.skip("takes minutes: set RIGS to the folder that holds the recordings of docs/real_rigs.md")
-    for name, place in ((".venv", sys.prefix), ("config", ROOT / "config"), ("docs", ROOT / "docs")):
+        pytest.skip(
+            "takes minutes: set RIGS to the folder that holds the recordings of docs/real_rigs.md"
+        )
+    for name, place in (
+        (".venv", sys.prefix),
+        ("config", ROOT / "config"),
+        ("docs", ROOT / "docs"),
+    ):
         (tmp_path / name).symlink_to(place)
     (tmp_path / "out").mkdir()
     for command in shell_lines(REAL_RIGS):

@@ -3,21 +3,21 @@
 from dataclasses import replace
 
 import numpy as np
-from made_recordings import INTECO, PERIOD_S
-from tied_recordings import ROOM, gentle
+from support.made_recordings import INTECO, PERIOD_S
+from support.tied_recordings import ROOM, gentle
 
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.playback import Playback, answered
-from pendulum_sysid.case import case_of
-from pendulum_sysid.identifiability import ties
-from pendulum_sysid.next_experiment import planned_next
+from pendulum_sysid.finding.identifiability import ties
+from pendulum_sysid.finding.search import Search, missing, named, parameters_alone
+from pendulum_sysid.fitting.case import case_of
+from pendulum_sysid.fitting.split import split
 from pendulum_sysid.pipeline import one_recording
+from pendulum_sysid.planning.next_experiment import planned_next
 from pendulum_sysid.records import Recording
-from pendulum_sysid.search import Search, missing, named, parameters_alone
-from pendulum_sysid.split import split
 from pendulum_twin.plans.excitation import Excitation
-from pendulum_twin.plans.plan_file import excitation_of, plan_from_mapping
+from pendulum_twin.plans.plan_file import make_excitation, parse_plan
 from pendulum_twin.signals import Floats, Signals
 
 CONCEALED = Concealed(
@@ -40,7 +40,11 @@ def recorded(plan: Excitation | Floats) -> Recording:
         commands.append(command)
         rig.step(command)
     shown, every = np.array(states), np.ones(len(states), dtype=bool)
-    return Recording("emulated", f"sha256:{len(every)}", Signals(PERIOD_S, np.array(commands), *shown.T[:2], every, every))
+    return Recording(
+        "emulated",
+        f"sha256:{len(every)}",
+        Signals(PERIOD_S, np.array(commands), *shown.T[:2], every, every),
+    )
 
 
 def searched(recordings: list[Recording]):
@@ -59,8 +63,11 @@ def test_what_a_gentle_recording_ties_the_next_experiment_parts() -> None:
     assert [{one.effect, one.rival} for one in tied] == [{"motor_lag", "input_delay"}]
     found = planned_next(case, parts, best, tied)
     assert found.plan is not None
-    second = recorded(excitation_of(plan_from_mapping(found.plan), ROOM))
-    assert second.signals.cart is not None and np.max(np.abs(second.signals.cart)) < ROOM.half_length_m
+    second = recorded(make_excitation(parse_plan(found.plan), ROOM))
+    assert (
+        second.signals.cart is not None
+        and np.max(np.abs(second.signals.cart)) < ROOM.half_length_m
+    )
     case, parts, best, rivals = searched([first, second])
     assert best.effects == ("motor_lag",) and rivals == {"motor_lag": ()}
     assert ties(case, parts, best, rivals) == ()

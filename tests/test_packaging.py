@@ -11,20 +11,31 @@ from importlib import metadata
 from pathlib import Path
 
 import pytest
+from support.paths import ROOT
 
-ROOT = Path(__file__).parents[1]
 PACKAGES = ["pendulum_bridge", "pendulum_rl_env", "pendulum_sysid", "pendulum_twin"]
-SCRIPTS = [script for package in PACKAGES for script in metadata.distribution(package).entry_points]
+SCRIPTS = [
+    script for package in PACKAGES for script in metadata.distribution(package).entry_points
+]
 ROS_IS_SOURCED = "AMENT_PREFIX_PATH" in os.environ and os.environ.get("ROS_DISTRO") == "jazzy"
 LOCK = (ROOT / "requirements.lock").read_text().splitlines()
 DEPEND_TAGS = ("depend", "exec_depend")
-SHARED = ("launch", "config", "rviz", "foxglove")  # folders of pendulum_bridge that launch files look for in its share
+SHARED = (
+    "launch",
+    "config",
+    "rviz",
+    "foxglove",
+)  # folders of pendulum_bridge that launch files look for in its share
 
 
 def run(*command: str | Path, **environment: str) -> str:
     """Run a command to its end and return its output; fail with both its streams."""
-    done = subprocess.run(command, env=os.environ | environment, capture_output=True, text=True, timeout=300)
-    assert done.returncode == 0, f"{command} ended with {done.returncode}\n{done.stdout}\n{done.stderr}"
+    done = subprocess.run(
+        command, env=os.environ | environment, capture_output=True, text=True, timeout=300
+    )
+    assert done.returncode == 0, (
+        f"{command} ended with {done.returncode}\n{done.stdout}\n{done.stderr}"
+    )
     return done.stdout
 
 
@@ -53,7 +64,9 @@ def third_party_imports(package: str) -> set[str]:
 def sources(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Copy src/, so that building leaves nothing in the working tree and sees nothing of earlier builds."""
     copy = tmp_path_factory.mktemp("workspace") / "src"
-    shutil.copytree(ROOT / "src", copy, ignore=shutil.ignore_patterns("build", "*.egg-info", "__pycache__"))
+    shutil.copytree(
+        ROOT / "src", copy, ignore=shutil.ignore_patterns("build", "*.egg-info", "__pycache__")
+    )
     return copy
 
 
@@ -70,13 +83,18 @@ def assert_executables(prefix: Path, package: str) -> None:
 def assert_shared_files(prefix: Path) -> None:
     """Check that share/pendulum_bridge has every file of the folders that are shared."""
     for folder in SHARED:
-        here, there = ROOT / "src" / "pendulum_bridge" / folder, prefix / "share" / "pendulum_bridge" / folder
+        here, there = (
+            ROOT / "src" / "pendulum_bridge" / folder,
+            prefix / "share" / "pendulum_bridge" / folder,
+        )
         files = {path.name: path.read_bytes() for path in here.iterdir()}
         assert files and {path.name: path.read_bytes() for path in there.iterdir()} == files
 
 
 def test_lock_is_nothing_but_exact_versions() -> None:
-    assert [line for line in LOCK if not re.fullmatch(r"[A-Za-z0-9._-]+==[A-Za-z0-9.]+", line)] == []
+    assert [
+        line for line in LOCK if not re.fullmatch(r"[A-Za-z0-9._-]+==[A-Za-z0-9.]+", line)
+    ] == []
     assert len({normal(line.split("==")[0]) for line in LOCK}) == len(LOCK)
 
 
@@ -90,8 +108,14 @@ def test_lock_is_what_is_installed() -> None:
 @pytest.mark.skipif(ROS_IS_SOURCED, reason="the system's packages are seen as well")
 def test_lock_is_complete() -> None:
     alone = re.findall(r"^([\w-]+)==", (ROOT / "requirements.nodeps").read_text(), re.MULTILINE)
-    asked = subprocess.run([sys.executable, "-m", "pip", "check"], capture_output=True, text=True, check=False).stdout
-    missing = [line for line in asked.splitlines() if not line.startswith((*alone, "No broken requirements"))]
+    asked = subprocess.run(
+        [sys.executable, "-m", "pip", "check"], capture_output=True, text=True, check=False
+    ).stdout
+    missing = [
+        line
+        for line in asked.splitlines()
+        if not line.startswith((*alone, "No broken requirements"))
+    ]
     assert alone and missing == []
 
 
@@ -133,11 +157,19 @@ def test_every_import_is_declared(package: str) -> None:
         for name in third_party_imports(package) - ros
         if pip.isdisjoint(normal(distribution) for distribution in distributions.get(name, [name]))
     }
-    assert undeclared == set(), "add it to install_requires in setup.py, or, if ROS ships it, to package.xml"
+    assert undeclared == set(), (
+        "add it to install_requires in setup.py, or, if ROS ships it, to package.xml"
+    )
 
 
 def test_pip_install(sources: Path, tmp_path: Path) -> None:
-    options = ["--quiet", "--no-deps", "--no-build-isolation", "--use-pep517", "--ignore-installed"]
+    options = [
+        "--quiet",
+        "--no-deps",
+        "--no-build-isolation",
+        "--use-pep517",
+        "--ignore-installed",
+    ]
     folders = [sources / package for package in PACKAGES]
     run(sys.executable, "-m", "pip", "install", *options, "--prefix", tmp_path, *folders)
     for package in PACKAGES:
@@ -151,7 +183,15 @@ def test_pip_install(sources: Path, tmp_path: Path) -> None:
 def test_colcon_build(sources: Path, tmp_path: Path, options: list[str]) -> None:
     colcon = Path(sys.executable).parent / "colcon"
     places = [f"--{place}={tmp_path / place}" for place in ("build-base", "install-base")]
-    run(colcon, f"--log-base={tmp_path / 'log'}", "build", *places, "--base-paths", sources, *options)
+    run(
+        colcon,
+        f"--log-base={tmp_path / 'log'}",
+        "build",
+        *places,
+        "--base-paths",
+        sources,
+        *options,
+    )
     for package in PACKAGES:
         prefix = tmp_path / "install-base" / package
         assert (prefix / "share/ament_index/resource_index/packages" / package).is_file()

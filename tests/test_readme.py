@@ -12,15 +12,26 @@ import time
 from pathlib import Path
 
 import pytest
-from made_recordings import HANGING, INTECO, made
+from support.made_recordings import HANGING, INTECO, made
+from support.paths import ROOT
 
-ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 LEFT_BEHIND = shutil.ignore_patterns(
-    ".venv", ".git", "build", "install", "log", "out", "*.egg-info", "__pycache__", ".*_cache", ".hypothesis"
+    ".venv",
+    ".git",
+    "build",
+    "install",
+    "log",
+    "out",
+    "*.egg-info",
+    "__pycache__",
+    ".*_cache",
+    ".hypothesis",
 )
 NOT_RUN = ("git clone ",)  # there is no place yet to clone from
-ONLY_PRINTED = re.compile(r"make (setup|test|check|bench)\b")  # they would set up, or test, within a test
+ONLY_PRINTED = re.compile(
+    r"make (setup|test|check|bench)\b"
+)  # they would set up, or test, within a test
 STARTED = re.compile(r"\]: twin .* runs at .* Hz")
 LONGEST_S = 120.0
 
@@ -34,7 +45,11 @@ def commands(text: str) -> list[str]:
 
 def environment() -> dict[str, str]:
     """Return what a user's shell has: nothing of the venv that runs the tests, and a ROS domain of its own."""
-    kept = {k: v for k, v in os.environ.items() if k not in ("_ROS_WHEELS_BOOTSTRAP_COMPLETE", "VIRTUAL_ENV", "PYTHONPATH")}
+    kept = {
+        k: v
+        for k, v in os.environ.items()
+        if k not in ("_ROS_WHEELS_BOOTSTRAP_COMPLETE", "VIRTUAL_ENV", "PYTHONPATH")
+    }
     if "_ROS_WHEELS_BOOTSTRAP_COMPLETE" in os.environ:
         kept.pop("LD_LIBRARY_PATH", None)
     return kept | {
@@ -50,11 +65,18 @@ def workspace(tmp_path: Path) -> Path:
     copy = tmp_path / "pendulum"
     shutil.copytree(ROOT, copy, ignore=LEFT_BEHIND)
     (copy / ".venv").symlink_to(sys.prefix)
-    up_to_date = subprocess.run(["make", "--question", "setup"], cwd=copy, env=environment(), check=False)
-    assert up_to_date.returncode == 0, "the venv that runs the tests is not what `make setup` makes: run `make setup`"
+    up_to_date = subprocess.run(
+        ["make", "--question", "setup"], cwd=copy, env=environment(), check=False
+    )
+    assert up_to_date.returncode == 0, (
+        "the venv that runs the tests is not what `make setup` makes: run `make setup`"
+    )
     signals = made(INTECO, seconds=20.0).signals
     rows = zip(signals.command, signals.cart, signals.pole - HANGING[1], strict=True)
-    lines = [f"{k * signals.period_s:.6f},{u:.9f},{x:.9f},{th:.9f}\n" for k, (u, x, th) in enumerate(rows)]
+    lines = [
+        f"{k * signals.period_s:.6f},{u:.9f},{x:.9f},{th:.9f}\n"
+        for k, (u, x, th) in enumerate(rows)
+    ]
     (copy / "run.csv").write_text("t,volts,x,theta\n" + "".join(lines), encoding="utf-8")
     return copy
 
@@ -62,9 +84,17 @@ def workspace(tmp_path: Path) -> Path:
 def run_to_its_end(command: str, where: Path) -> None:
     shell = ["bash", "-euo", "pipefail", "-c", command]
     done = subprocess.run(
-        shell, cwd=where, env=environment(), capture_output=True, text=True, timeout=LONGEST_S, check=False
+        shell,
+        cwd=where,
+        env=environment(),
+        capture_output=True,
+        text=True,
+        timeout=LONGEST_S,
+        check=False,
     )
-    assert done.returncode == 0, f"{command}\nended with {done.returncode}\n{done.stdout}\n{done.stderr}"
+    assert done.returncode == 0, (
+        f"{command}\nended with {done.returncode}\n{done.stdout}\n{done.stderr}"
+    )
 
 
 def run_until_it_is_stopped(command: str, where: Path) -> None:
@@ -110,7 +140,8 @@ def test_every_command_of_the_readme_runs(workspace: Path) -> None:
     for command in asked:
         if "ros2 run" in command and shutil.which("ros2") is None:
             command = command.replace(
-                "ros2 run pendulum_twin twin_node", "install/pendulum_twin/lib/pendulum_twin/twin_node"
+                "ros2 run pendulum_twin twin_node",
+                "install/pendulum_twin/lib/pendulum_twin/twin_node",
             )
         if ONLY_PRINTED.match(command):
             run_to_its_end(ONLY_PRINTED.sub(r"make --dry-run \1", command), workspace)

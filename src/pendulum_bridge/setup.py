@@ -22,8 +22,19 @@ setup(
     packages=find_packages(exclude=["test", "test.*"]),
     package_data={NAME: ["view/static/*"]},
     python_requires=">=3.12",
-    install_requires=["aiohttp", "lz4", "mcap", "mujoco", "numpy", "PyYAML", "rosbags", "zstandard"],
-    entry_points={"console_scripts": [f"{name} = {function}" for name, function in EXECUTABLES.items()]},
+    install_requires=[
+        "aiohttp",
+        "lz4",
+        "mcap",
+        "mujoco",
+        "numpy",
+        "PyYAML",
+        "rosbags",
+        "zstandard",
+    ],
+    entry_points={
+        "console_scripts": [f"{name} = {function}" for name, function in EXECUTABLES.items()]
+    },
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),

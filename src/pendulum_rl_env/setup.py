@@ -13,9 +13,19 @@ setup(
     python_requires=">=3.12",
     install_requires=["gymnasium", "matplotlib", "numba", "numpy", "pillow", "PyYAML", "scipy"],
     extras_require={
-        "learning": ["onnx", "onnxruntime", "optuna", "sb3-contrib", "stable-baselines3", "tensorboard", "torch"],
+        "learning": [
+            "onnx",
+            "onnxruntime",
+            "optuna",
+            "sb3-contrib",
+            "stable-baselines3",
+            "tensorboard",
+            "torch",
+        ],
     },
-    entry_points={"console_scripts": [f"{name} = {function}" for name, function in EXECUTABLES.items()]},
+    entry_points={
+        "console_scripts": [f"{name} = {function}" for name, function in EXECUTABLES.items()]
+    },
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),

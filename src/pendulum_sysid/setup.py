@@ -9,10 +9,22 @@ setup(
     description="Diagnosis of recordings: where the twin is wrong, which physics is missing, and by how much",
     license="Apache-2.0",
     packages=find_packages(exclude=["test", "test.*"]),
-    package_data={"pendulum_sysid": ["templates/*"]},
+    package_data={"pendulum_sysid": ["telling/templates/*"]},
     python_requires=">=3.12",
-    install_requires=["Jinja2", "lz4", "MarkupSafe", "matplotlib", "numpy", "PyYAML", "rosbags", "scipy", "zstandard"],
-    entry_points={"console_scripts": [f"{name} = {function}" for name, function in EXECUTABLES.items()]},
+    install_requires=[
+        "Jinja2",
+        "lz4",
+        "MarkupSafe",
+        "matplotlib",
+        "numpy",
+        "PyYAML",
+        "rosbags",
+        "scipy",
+        "zstandard",
+    ],
+    entry_points={
+        "console_scripts": [f"{name} = {function}" for name, function in EXECUTABLES.items()]
+    },
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),

@@ -1,7 +1,10 @@
 from setuptools import find_packages, setup
 
 NAME = "pendulum_twin"
-EXECUTABLES = {"twin_node": "pendulum_twin.nodes.twin_node:main", "twin_urdf": "pendulum_twin.urdf:main"}
+EXECUTABLES = {
+    "twin_node": "pendulum_twin.nodes.twin_node:main",
+    "twin_urdf": "pendulum_twin.urdf:main",
+}
 
 setup(
     name=NAME,
@@ -11,7 +14,9 @@ setup(
     packages=find_packages(exclude=["test", "test.*"]),
     python_requires=">=3.12",
     install_requires=["numba", "numpy", "PyYAML"],
-    entry_points={"console_scripts": [f"{name} = {function}" for name, function in EXECUTABLES.items()]},
+    entry_points={
+        "console_scripts": [f"{name} = {function}" for name, function in EXECUTABLES.items()]
+    },
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),

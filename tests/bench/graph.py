@@ -1,6 +1,7 @@
 """The twin on the ROS graph: lockstep steps a second, and how evenly the real-time twin publishes.
 
-Each figure stands beside the bare graph's: the same messages, quality of service and ways of waiting, with no twin.
+Each figure stands beside the bare graph's: the same messages, quality of service and ways of
+waiting, with no twin.
 """
 
 import argparse
@@ -20,10 +21,10 @@ sys.path[:0] = [str(TESTS), str(TESTS / "bench")]
 from graph_peers import RATE_HZ, Echo  # noqa: E402
 from rclpy.node import Node  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
-from ros_graph import Graph, graph, until  # noqa: E402
 from rows import Row, table  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from std_msgs.msg import Float64  # noqa: E402
+from support.ros_graph import Graph, graph, until  # noqa: E402
 
 from pendulum_twin import topics  # noqa: E402
 from pendulum_twin.nodes.direct import DirectSubscription  # noqa: E402
@@ -40,7 +41,9 @@ TWIN_NODE, PEERS = "pendulum_twin.nodes.twin_node", "graph_peers"
 class User:
     """Send commands, each after the answer of the last; work: what answers them, where no other thread does."""
 
-    def __init__(self, ros: Graph, namespace: str, work: Callable[[], object] = lambda: None) -> None:
+    def __init__(
+        self, ros: Graph, namespace: str, work: Callable[[], object] = lambda: None
+    ) -> None:
         node = Node("user", namespace=namespace, context=ros.context)
         self._pwm = node.create_publisher(Float64, topics.PWM, LATEST)
         self._samples = DirectSubscription(node, JointState, topics.JOINT_STATES, SAMPLES)
@@ -73,7 +76,16 @@ def rates(what: str, mark: int, twin: User, bare: User, steps: int) -> Row:
 def bench_two_processes(steps: int) -> Row:
     """Lockstep steps between two processes."""
     with graph() as ros:
-        ros.start(TWIN_NODE, "--ros-args", "-r", "__ns:=/twin", "-p", f"twin:={TWIN}", "-p", "lockstep:=true")
+        ros.start(
+            TWIN_NODE,
+            "--ros-args",
+            "-r",
+            "__ns:=/twin",
+            "-p",
+            f"twin:={TWIN}",
+            "-p",
+            "lockstep:=true",
+        )
         ros.start(PEERS, "echo")
         return rates("two processes", 4_000, User(ros, "twin"), User(ros, "bare"), steps)
 
@@ -103,10 +115,18 @@ def bench_one_process(steps: int) -> list[Row]:
     with graph() as ros:
         twin, echo = lockstep_twin(ros), Echo(Node("echo", namespace="bare", context=ros.context))
         with threads(lambda stopped: serve(twin, stopped), echo.serve):
-            two = rates("one process, two threads", 15_000, User(ros, "twin"), User(ros, "bare"), steps)
+            two = rates(
+                "one process, two threads", 15_000, User(ros, "twin"), User(ros, "bare"), steps
+            )
     with graph() as ros:
         twin, echo = lockstep_twin(ros), Echo(Node("echo", namespace="bare", context=ros.context))
-        one = rates("one process, one thread", 15_000, User(ros, "twin", twin.answer), User(ros, "bare", echo.answer), steps)
+        one = rates(
+            "one process, one thread",
+            15_000,
+            User(ros, "twin", twin.answer),
+            User(ros, "bare", echo.answer),
+            steps,
+        )
     return [two, one]
 
 
@@ -119,10 +139,22 @@ def published(samples: DirectSubscription) -> Iterator[tuple[int, int]]:
 def bench_jitter(seconds: float) -> list[Row]:
     """How evenly the real-time twin publishes."""
     with graph() as ros:
-        ros.start(TWIN_NODE, "--ros-args", "-r", "__ns:=/twin", "-p", f"twin:={TWIN}", "-p", f"rate_hz:={RATE_HZ}")
+        ros.start(
+            TWIN_NODE,
+            "--ros-args",
+            "-r",
+            "__ns:=/twin",
+            "-p",
+            f"twin:={TWIN}",
+            "-p",
+            f"rate_hz:={RATE_HZ}",
+        )
         ros.start(PEERS, "timer")
         node = Node("listener", context=ros.context)
-        both = [DirectSubscription(node, JointState, f"{name}/joint_states", SAMPLES) for name in ("twin", "bare")]
+        both = [
+            DirectSubscription(node, JointState, f"{name}/joint_states", SAMPLES)
+            for name in ("twin", "bare")
+        ]
         for samples in both:
             until(lambda samples=samples: samples.wait(0.1), "samples", lambda: None)
         times: list[list[tuple[int, int]]] = [[], []]
@@ -131,7 +163,9 @@ def bench_jitter(seconds: float) -> list[Row]:
             both[0].pause(0.02)
             for kept, samples in zip(times, both, strict=True):
                 kept += published(samples)
-    twin, bare = (np.array(each[round(RATE_HZ / 2) :]) / 1e6 for each in times)  # ms; after the start
+    twin, bare = (
+        np.array(each[round(RATE_HZ / 2) :]) / 1e6 for each in times
+    )  # ms; after the start
     uneven = [np.abs(np.diff(each[:, 1]) - 1e3 / RATE_HZ) for each in (twin, bare)]
     late = [np.abs(each[:, 1] - each[:, 0]) for each in (twin, bare)]
     return [
@@ -144,7 +178,15 @@ def jitter_rows(what: str, ours: np.ndarray, theirs: np.ndarray) -> list[Row]:
     rows = []
     for name, share in (("p50", 50), ("p99", 99), ("max", 100)):
         a, b = np.percentile(ours, share), np.percentile(theirs, share)
-        rows.append(Row(f"{what} at {RATE_HZ:g} Hz, {name}", f"{a:.3f} ms", "bare timer", f"{b:.3f} ms", b / a))
+        rows.append(
+            Row(
+                f"{what} at {RATE_HZ:g} Hz, {name}",
+                f"{a:.3f} ms",
+                "bare timer",
+                f"{b:.3f} ms",
+                b / a,
+            )
+        )
     return rows
 
 
@@ -157,12 +199,21 @@ def measure(steps: int, jitter_s: float) -> list[Row]:
 def main() -> None:
     """Measure, and print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--steps", type=int, default=3000, help="lockstep steps between two processes, in each repeat")
-    parser.add_argument("--jitter", type=float, default=60.0, help="seconds of the real-time twin; 0 for none")
+    parser.add_argument(
+        "--steps",
+        type=int,
+        default=3000,
+        help="lockstep steps between two processes, in each repeat",
+    )
+    parser.add_argument(
+        "--jitter", type=float, default=60.0, help="seconds of the real-time twin; 0 for none"
+    )
     options = parser.parse_args()
     begin = time.perf_counter()
     print(table(measure(options.steps, options.jitter)))
-    print(f"\nMedians of {REPEATS}, taken in turns; jitter over {options.jitter:g} s. {time.perf_counter() - begin:.0f} s.")
+    print(
+        f"\nMedians of {REPEATS}, taken in turns; jitter over {options.jitter:g} s. {time.perf_counter() - begin:.0f} s."
+    )
 
 
 if __name__ == "__main__":

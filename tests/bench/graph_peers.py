@@ -42,7 +42,10 @@ def tick(node: Node, rate_hz: float) -> None:
     """Publish the same sample at a rate, from a timer."""
     states = node.create_publisher(JointState, topics.JOINT_STATES, SAMPLES)
     node.create_timer(
-        1 / rate_hz, lambda: states.publish(to_joint_state(JOINTS, HANGING, node.get_clock().now().nanoseconds))
+        1 / rate_hz,
+        lambda: states.publish(
+            to_joint_state(JOINTS, HANGING, node.get_clock().now().nanoseconds)
+        ),
     )
     rclpy.spin(node)
 

@@ -1,7 +1,7 @@
 """How fast learning goes beside the same PPO on Gymnasium's CartPole, and the environment's share of the time.
 
-Run as `python tests/bench/learning.py`. Both have 32 environments side by side and the settings of the preset `fast`, one
-torch thread; the pendulum takes turns with its peer, medians of three.
+Run as `python tests/bench/learning.py`. Both have 32 environments side by side and the settings of
+the preset `fast`, one torch thread; the pendulum takes turns with its peer, medians of three.
 """
 
 import argparse

@@ -1,7 +1,7 @@
 """What a diagnosis costs as recordings grow: CPU seconds and peak memory, each length in a process of its own.
 
-The recordings are the twin's own, of a rig with dry friction and a delay; one thread, machine code compiled beforehand.
-Run as `python tests/bench/lengths.py --minutes 1 10 60`.
+The recordings are the twin's own, of a rig with dry friction and a delay; one thread, machine code
+compiled beforehand. Run as `python tests/bench/lengths.py --minutes 1 10 60`.
 """
 
 import argparse
@@ -16,12 +16,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from hidden_physics import hidden
-from made_recordings import INTECO
+from support.hidden_physics import hidden
+from support.made_recordings import INTECO
 
 from pendulum_sysid.pipeline import diagnose
-from pendulum_sysid.prove.warm import warm
-from pendulum_sysid.prove.workers import ONE_THREAD
+from pendulum_sysid.studies.proof.warm import warm
+from pendulum_sysid.studies.proof.workers import ONE_THREAD
 
 EFFECTS = {"cart_coulomb_friction": {"level_n": 0.5}, "input_delay": {"delay_s": 0.023}}
 SEED = 5
@@ -52,7 +52,9 @@ def measured(minutes: float) -> Cost:
         path = Path(folder) / "recording.pickle"
         path.write_bytes(pickle.dumps(hidden(EFFECTS, SEED, 60.0 * minutes)[0]))
         command = [sys.executable, __file__, "--one", path]
-        done = subprocess.run(command, env={**os.environ, **ONE_THREAD}, stdout=subprocess.PIPE, check=True)
+        done = subprocess.run(
+            command, env={**os.environ, **ONE_THREAD}, stdout=subprocess.PIPE, check=True
+        )
     return Cost(minutes, **json.loads(done.stdout))
 
 
@@ -60,10 +62,16 @@ def diagnosed(path: Path) -> dict:
     """Diagnose a recording in this process; return CPU seconds, peak memory and the verdict's sentence."""
     recording = pickle.loads(path.read_bytes())
     warm()
-    Path("/proc/self/clear_refs").write_text(FORGET_PEAK, encoding="ascii")  # what compiling took is not the diagnosis's
+    Path("/proc/self/clear_refs").write_text(
+        FORGET_PEAK, encoding="ascii"
+    )  # what compiling took is not the diagnosis's
     began = time.process_time()
     found = diagnose([recording], INTECO, lambda line: print(line, file=sys.stderr, flush=True))
-    return {"cpu_s": time.process_time() - began, "memory_mb": peak_mb(), "sentence": found.verdict["sentence"]}
+    return {
+        "cpu_s": time.process_time() - began,
+        "memory_mb": peak_mb(),
+        "sentence": found.verdict["sentence"],
+    }
 
 
 def peak_mb() -> float:
@@ -81,7 +89,9 @@ def main() -> None:
     if options.one:
         print(json.dumps(diagnosed(options.one)))
         return
-    print("| minutes | CPU s | CPU s a minute | peak MB | minutes, ratio | CPU, ratio | memory, ratio | verdict |")
+    print(
+        "| minutes | CPU s | CPU s a minute | peak MB | minutes, ratio | CPU, ratio | memory, ratio | verdict |"
+    )
     print("| ---: | ---: | ---: | ---: | ---: | ---: | ---: | :--- |", flush=True)
     shortest = None
     for minutes in sorted(options.minutes):

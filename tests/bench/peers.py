@@ -13,7 +13,9 @@ SUBSTEPS = 30
 
 def gymnasium_steps(pendulums: int, steps: int):
     """Return a function that makes so many steps of Gymnasium's CartPole-v1, all pendulums in one numpy vector."""
-    env = gymnasium.make_vec("CartPole-v1", num_envs=pendulums, vectorization_mode="vector_entry_point")
+    env = gymnasium.make_vec(
+        "CartPole-v1", num_envs=pendulums, vectorization_mode="vector_entry_point"
+    )
     env.reset(seed=1)
     actions = np.random.default_rng(1).integers(0, 2, (steps, pendulums))
 
@@ -48,11 +50,14 @@ def mujoco_model(rig: Rig) -> mujoco.MjModel:
 def mujoco_steps(rig: Rig, starts: np.ndarray, command: np.ndarray):
     """Return a function that runs MuJoCo from start states (pendulums, 4) and returns states (pendulums, samples, 4).
 
-    command: (samples,), each held for 30 steps of 1 ms of Runge-Kutta of fourth order, as in the twin.
+    command: (samples,), each held for 30 steps of 1 ms of Runge-Kutta of fourth order, as in the
+    twin.
     """
     model = mujoco_model(rig)
     data = mujoco.MjData(model)
-    first = np.concatenate([np.zeros((len(starts), 1)), starts], axis=1)  # time, positions, velocities
+    first = np.concatenate(
+        [np.zeros((len(starts), 1)), starts], axis=1
+    )  # time, positions, velocities
     controls = np.tile(np.repeat(command, SUBSTEPS)[:, None], (len(starts), 1, 1))
 
     def go():
@@ -65,7 +70,12 @@ def mujoco_steps(rig: Rig, starts: np.ndarray, command: np.ndarray):
 def scipy_run(rig: Rig, start: np.ndarray, command: np.ndarray, period_s: float):
     """Return a function that runs the rig through a command with SciPy's `solve_ivp` (RK45, no step over a sample)."""
     m, J, g = rig.total_mass_kg, rig.pole_inertia_kg_m2, rig.gravity_m_s2
-    S, p1, fc, fp = m * rig.com_distance_m, rig.force_per_pwm_n, rig.cart_viscous_n_s_m, rig.pole_viscous_n_m_s
+    S, p1, fc, fp = (
+        m * rig.com_distance_m,
+        rig.force_per_pwm_n,
+        rig.cart_viscous_n_s_m,
+        rig.pole_viscous_n_m_s,
+    )
     last = len(command) - 1
 
     def rates(t, state):
@@ -74,11 +84,18 @@ def scipy_run(rig: Rig, start: np.ndarray, command: np.ndarray, period_s: float)
         force = p1 * command[min(int(t / period_s), last)] - fc * v - S * w * w * sine
         torque = S * g * sine - fp * w
         determinant = m * J - (S * cosine) ** 2
-        return v, w, (J * force + S * cosine * torque) / determinant, (m * torque + S * cosine * force) / determinant
+        return (
+            v,
+            w,
+            (J * force + S * cosine * torque) / determinant,
+            (m * torque + S * cosine * force) / determinant,
+        )
 
     times = period_s * np.arange(len(command))
 
     def go():
-        return solve_ivp(rates, (0.0, times[-1]), start, t_eval=times, rtol=1e-6, atol=1e-8, max_step=period_s).y.T
+        return solve_ivp(
+            rates, (0.0, times[-1]), start, t_eval=times, rtol=1e-6, atol=1e-8, max_step=period_s
+        ).y.T
 
     return go

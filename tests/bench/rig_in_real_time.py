@@ -1,7 +1,8 @@
 """How well the environment over topics keeps time on a rig: emulator and driver in processes of their own, steps of 30 ms.
 
-A gentle sine moves the cart; every episode's reset goes over the rig's service. `--busy N` adds processes that do nothing
-but compute. Run as `python tests/bench/rig_in_real_time.py --episodes 20`; the table is Markdown.
+A gentle sine moves the cart; every episode's reset goes over the rig's service. `--busy N` adds
+processes that do nothing but compute. Run as `python tests/bench/rig_in_real_time.py --episodes
+20`; the table is Markdown.
 """
 
 import argparse
@@ -22,8 +23,8 @@ import numpy as np
 TESTS = Path(__file__).parents[1]
 sys.path[:0] = [str(TESTS)]
 
-from ros_graph import free_domain  # noqa: E402
-from running_emulator import TWIN, free_ports  # noqa: E402
+from support.ros_graph import free_domain  # noqa: E402
+from support.running_emulator import TWIN, free_ports  # noqa: E402
 
 from pendulum_bridge.programs import Programs, wait_for  # noqa: E402
 from pendulum_rl_env.nodes.ros_env import ros_env  # noqa: E402
@@ -62,7 +63,9 @@ def rig(logs: Path) -> Iterator[None]:
         addresses = ("--listen", f"{HOST}:{rig_port}", "--send", f"{HOST}:{listen_port}")
         ports = ("-p", f"rig_port:={rig_port}", "-p", f"listen_port:={listen_port}")
         with Programs(logs, graph) as programs:
-            wait_for(programs.start("rig_emulator", "--twin", TWIN, *addresses), "listens on", START_S)
+            wait_for(
+                programs.start("rig_emulator", "--twin", TWIN, *addresses), "listens on", START_S
+            )
             arguments = ("--ros-args", "-r", "__ns:=/rig", "-p", f"twin:={TWIN}", *ports)
             wait_for(programs.start("driver_node", *arguments), "drives", START_S)
             yield
@@ -102,7 +105,9 @@ def play(env: Any, timing: Timing) -> None:
 
 def table(timing: Timing, workers: int) -> list[str]:
     """Return the figures as a Markdown table."""
-    dt, age, latency, overrun = (1e3 * timing.of(name) for name in ("dt_s", "age_s", "latency_s", "overrun_s"))
+    dt, age, latency, overrun = (
+        1e3 * timing.of(name) for name in ("dt_s", "age_s", "latency_s", "overrun_s")
+    )
     exact = np.mean(np.abs(dt - 1e3 * STEP_S) < 1.0)
     rows = {
         "episodes": len(timing.last),
@@ -119,7 +124,11 @@ def table(timing: Timing, workers: int) -> list[str]:
         "reset, s: median, worst": f"{np.median(timing.reset_s):.1f}, {max(timing.reset_s):.1f}",
         "summed reward: median": f"{np.median(timing.rewards):.1f}",
     }
-    return ["| figure | found |", "|---|---|", *(f"| {name} | {value} |" for name, value in rows.items())]
+    return [
+        "| figure | found |",
+        "|---|---|",
+        *(f"| {name} | {value} |" for name, value in rows.items()),
+    ]
 
 
 def main() -> None:

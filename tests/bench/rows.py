@@ -17,10 +17,22 @@ class Row:
 def table(rows: list[Row]) -> str:
     """Return rows as aligned text."""
     lines = [("", "this twin", "peer", "", "ratio")]
-    lines += [(r.what, r.ours, r.peer, r.theirs, f"{r.ratio:,.1f}" if r.ratio >= 10 else f"{r.ratio:.2g}") for r in rows]
+    lines += [
+        (
+            r.what,
+            r.ours,
+            r.peer,
+            r.theirs,
+            f"{r.ratio:,.1f}" if r.ratio >= 10 else f"{r.ratio:.2g}",
+        )
+        for r in rows
+    ]
     widths = [max(len(line[k]) for line in lines) for k in range(5)]
     aligns = ("<", ">", "<", ">", ">")
     return "\n".join(
-        "  ".join(f"{cell:{align}{width}}" for cell, align, width in zip(line, aligns, widths, strict=True)).rstrip()
+        "  ".join(
+            f"{cell:{align}{width}}"
+            for cell, align, width in zip(line, aligns, widths, strict=True)
+        ).rstrip()
         for line in lines
     )

@@ -16,11 +16,11 @@ from scipy.optimize import minimize
 
 from pendulum_twin import kernel
 from pendulum_twin.model import Twin
+from pendulum_twin.parameter_vector import BASE, make_theta
 from pendulum_twin.rig import Rig
 from pendulum_twin.signals import Signals
-from pendulum_twin.simulate import free_runs, run_mechanics
+from pendulum_twin.simulate import run_freely, run_mechanics
 from pendulum_twin.stepper import Stepper
-from pendulum_twin.words import BASE, words_of
 
 REPEATS = 5
 RIG = Rig(0.5723, 0.12, 0.01955717, 0.00292, 9.81, 12.86, 0.5, 0.00027344, 0.9, 0.5)
@@ -42,15 +42,17 @@ def seconds(*functions: Callable[[], object], repeats: int = REPEATS) -> list[fl
     return [statistics.median(durations) for durations in taken]
 
 
-def kernel_steps(effects: dict, starts: np.ndarray, command: np.ndarray) -> Callable[[], np.ndarray]:
+def kernel_steps(
+    effects: dict, starts: np.ndarray, command: np.ndarray
+) -> Callable[[], np.ndarray]:
     """Return a function that runs pendulums through control steps of 30 ms, each 30 steps of 1 ms."""
     lanes = len(starts)
-    words = np.tile(words_of(Twin("bench", RIG, effects)), (lanes, 1))
+    theta = np.tile(make_theta(Twin("bench", RIG, effects)), (lanes, 1))
     drives = np.repeat(command, peers.SUBSTEPS)[None]
     first, out = np.zeros(lanes, dtype=np.int64), np.empty((lanes, len(command) + 1, 4))
 
     def go() -> np.ndarray:
-        run_mechanics(drives, first, first, starts, words, 1e-3, peers.SUBSTEPS, out)
+        run_mechanics(drives, first, first, starts, theta, 1e-3, peers.SUBSTEPS, out)
         return out[:, 1:]
 
     return go
@@ -59,11 +61,17 @@ def kernel_steps(effects: dict, starts: np.ndarray, command: np.ndarray) -> Call
 def bench_kernel() -> list[Row]:
     """Control steps a second: alone, and many pendulums together."""
     rows = []
-    for lanes, ours, gyms, mujocos in ((1, 20_000, 2_000, 60), (16, 10_000, 2_000, 5), (1024, 200, 300, 1)):
+    for lanes, ours, gyms, mujocos in (
+        (1, 20_000, 2_000, 60),
+        (16, 10_000, 2_000, 5),
+        (1024, 200, 300, 1),
+    ):
         starts = START + np.array([0.0, 0.003, 0.0, 0.0]) * np.arange(lanes)[:, None]
         command = 0.3 * np.sin(0.2 * np.arange(ours))
         theirs = peers.mujoco_steps(RIG, starts, command[:mujocos])
-        np.testing.assert_allclose(theirs(), kernel_steps({}, starts, command[:mujocos])(), atol=1e-9)
+        np.testing.assert_allclose(
+            theirs(), kernel_steps({}, starts, command[:mujocos])(), atol=1e-9
+        )
         base, dry, gym, mujoco = seconds(
             kernel_steps({}, starts, command),
             kernel_steps(COULOMB, starts, command),
@@ -74,7 +82,9 @@ def bench_kernel() -> list[Row]:
         slow = lanes * np.array([gyms / gym, mujocos / mujoco])
         group = f"{lanes} pendulum{'s' * (lanes > 1)}"
         for rate, model in zip(fast, ("base model", "with Coulomb friction"), strict=True):
-            for peer_rate, peer in zip(slow, ("Gymnasium CartPole (1 Euler step)", "MuJoCo (30 RK4 steps)"), strict=True):
+            for peer_rate, peer in zip(
+                slow, ("Gymnasium CartPole (1 Euler step)", "MuJoCo (30 RK4 steps)"), strict=True
+            ):
                 what = f"control steps/s, {group}, {model}"
                 rows.append(Row(what, f"{rate:,.0f}", peer, f"{peer_rate:,.0f}", rate / peer_rate))
     return rows
@@ -112,8 +122,8 @@ def recording(seconds: float = 120.0, effects: dict | None = None, noise: bool =
     command = 0.25 * np.sin(4.0 * t) * np.sin(0.31 * t) + 0.15 * np.sign(np.sin(1.7 * t))
     valid = np.ones(samples, dtype=bool)
     empty = Signals(0.01, command, 0.0 * t, 0.0 * t, valid, valid)
-    words, first = words_of(Twin("truth", RIG, effects or {}))[None], np.zeros(1, dtype=np.int64)
-    states = free_runs(empty, words, first, first, START[None], samples)[0]
+    theta, first = make_theta(Twin("truth", RIG, effects or {}))[None], np.zeros(1, dtype=np.int64)
+    states = run_freely(empty, theta, first, first, START[None], samples)[0]
     grains = (1e-4, 2 * np.pi / 4096) if noise else (1e-12, 1e-12)
     cart, pole = (np.round(states[:, k] / grain) * grain for k, grain in enumerate(grains))
     return Signals(0.01, command, cart, pole, valid, valid)
@@ -122,16 +132,20 @@ def recording(seconds: float = 120.0, effects: dict | None = None, noise: bool =
 def bench_cost() -> list[Row]:
     """One evaluation of a recording of 120 s: as one run, in a block of 16 parameter sets, and as windows of 1 s."""
     signals = recording()
-    words, first = words_of(Twin("bench", RIG))[None], np.zeros(1, dtype=np.int64)
-    sixteen = np.repeat(words, 16, axis=0)
+    theta, first = make_theta(Twin("bench", RIG))[None], np.zeros(1, dtype=np.int64)
+    sixteen = np.repeat(theta, 16, axis=0)
     sixteen[:, : len(BASE)] *= 1 + 1e-6 * np.arange(16)[:, None]
     begin = np.arange(0, len(signals) - 100, 100)
     starts = np.tile(START, (len(begin), 1))
     zeros = np.zeros(16, dtype=np.int64)
     one, block, windows, scipy = seconds(
-        lambda: free_runs(signals, words, first, first, START[None], len(signals)),
-        lambda: free_runs(signals, sixteen, np.arange(16), zeros, np.tile(START, (16, 1)), len(signals)),
-        lambda: free_runs(signals, words, np.zeros(len(begin), dtype=np.int64), begin, starts, 101),
+        lambda: run_freely(signals, theta, first, first, START[None], len(signals)),
+        lambda: run_freely(
+            signals, sixteen, np.arange(16), zeros, np.tile(START, (16, 1)), len(signals)
+        ),
+        lambda: run_freely(
+            signals, theta, np.zeros(len(begin), dtype=np.int64), begin, starts, 101
+        ),
         peers.scipy_run(RIG, START, signals.command, signals.period_s),
     )
     ours = (
@@ -162,26 +176,30 @@ TRUTH = {
 
 def bench_fit() -> list[Row]:
     """A fit of 12 parameters to 120 s in windows of 1 s, beside Nelder-Mead on the very same windows and kernel."""
-    from pendulum_sysid.gauss_newton import solve
-    from pendulum_sysid.linearised import Problem
-    from pendulum_sysid.parameters import free_parameters, scales_of
-    from pendulum_sysid.windows import channels, cut, gather, smooth_state
+    from pendulum_sysid.fitting.gauss_newton import solve
+    from pendulum_sysid.fitting.linearised import Problem
+    from pendulum_sysid.fitting.parameters import free_parameters, scales_of
+    from pendulum_sysid.fitting.windows import channels, cut, gather, smooth_state
 
     signals = recording(effects=TRUTH, noise=True)
     state = smooth_state(signals)
     windows = cut(signals, state, 1.0)
     wrong = Rig(0.5723, 0.12, 0.022, 0.0035, 9.81, 10.0, 1.0, 0.0006, 0.9, 0.5)
-    believed = Twin("bench", wrong, {name: dict.fromkeys(values, 0.01) for name, values in TRUTH.items()})
-    start = words_of(believed)
+    believed = Twin(
+        "bench", wrong, {name: dict.fromkeys(values, 0.01) for name, values in TRUTH.items()}
+    )
+    start = make_theta(believed)
     free = free_parameters(believed, tuple(TRUTH), scales_of(signals, state, start))
     measured, _ = gather(signals, windows.begin, windows.samples)
     set_of = np.zeros(len(windows), dtype=np.int64)
 
     def cost(scaled: np.ndarray) -> float:
-        words = start.copy()
+        theta = start.copy()
         for one, value in zip(free, scaled, strict=True):
-            one.put(words, float(np.clip(value * one.size, one.low, one.high)))
-        runs = free_runs(signals, words[None], set_of, windows.begin, windows.starts, windows.samples)
+            one.put(theta, float(np.clip(value * one.size, one.low, one.high)))
+        runs = run_freely(
+            signals, theta[None], set_of, windows.begin, windows.starts, windows.samples
+        )
         errors = measured - runs[..., list(channels(signals))]
         return float(np.sum(np.log(np.mean(errors**2, axis=(0, 1)))))
 
@@ -192,13 +210,13 @@ def bench_fit() -> list[Row]:
     before = time.perf_counter()
     simplex = minimize(cost, begin, method="Nelder-Mead", options={"maxfev": 2000})
     theirs = time.perf_counter() - before
-    truth = words_of(Twin("truth", RIG, TRUTH))
+    truth = make_theta(Twin("truth", RIG, TRUTH))
     wanted = np.array([one.get(truth) for one in free])
 
     def off(found: np.ndarray) -> float:
         return float(np.median(np.abs(found / wanted - 1)))
 
-    found = np.array([one.get(solution.words) for one in free])
+    found = np.array([one.get(solution.theta) for one in free])
     simplex_found = simplex.x * np.array([one.size for one in free])
     peer = f"SciPy Nelder-Mead, {simplex.nfev} runs, once"
     what = f"fit of {len(free)} parameters to 120 s"
@@ -238,6 +256,8 @@ def main() -> None:
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
 if __name__ == "__main__":
-    if not ONE_THREAD.items() <= os.environ.items():  # libraries read these when they are loaded: begin again
+    if (
+        not ONE_THREAD.items() <= os.environ.items()
+    ):  # libraries read these when they are loaded: begin again
         os.execve(sys.executable, [sys.executable, *sys.argv], os.environ | ONE_THREAD)
     main()

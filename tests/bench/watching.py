@@ -1,7 +1,8 @@
 """How well the watch watches: false alarms on healthy rigs, delay and place of the alarm when one changes.
 
-The rigs are MuJoCo's, which shares nothing with the twin; every twin is off by up to 2 % in each constant, as a diagnosis
-leaves it. Run as `python tests/bench/watching.py --rigs 20 --minutes 6 --seeds 8`; the tables are Markdown.
+The rigs are MuJoCo's, which shares nothing with the twin; every twin is off by up to 2 % in each
+constant, as a diagnosis leaves it. Run as `python tests/bench/watching.py --rigs 20 --minutes 6
+--seeds 8`; the tables are Markdown.
 """
 
 import argparse
@@ -13,14 +14,19 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from watched_rigs import CHANGES, Change, Watched, Wire, driven, rig_of, twin_of, watched
+from support.watched_rigs import CHANGES, Change, Watched, Wire, driven, rig_of, twin_of, watched
 
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.emulator.sensors import Encoders
 from pendulum_bridge.watch.watch import Watch
 
-WIRES = {"clean": Wire(), "2 ms jitter": Wire(jitter_s=0.002), "2 % lost": Wire(lost=0.02), "both": Wire(0.002, 0.02)}
+WIRES = {
+    "clean": Wire(),
+    "2 ms jitter": Wire(jitter_s=0.002),
+    "2 % lost": Wire(lost=0.02),
+    "both": Wire(0.002, 0.02),
+}
 COUNTS = (4096, 1024)
 FIRST_S, LAST_S = 40.0, 95.0  # between these a rig changes
 GIVE_UP_S = 45.0
@@ -46,25 +52,38 @@ def play(seed: int, seconds: float, change: Change | None = None, at_s: float = 
     setting, truth = setting_of(seed), rig_of(seed)
 
     def make(rig: Concealed, start: tuple[float, ...]) -> EmulatedRig:
-        return EmulatedRig(rig, encoders=Encoders(pole_counts=setting.counts), seed=seed, start=start)
+        return EmulatedRig(
+            rig, encoders=Encoders(pole_counts=setting.counts), seed=seed, start=start
+        )
 
     run = driven(make, truth, seed, change, at_s)
     done = watched(Watch(twin_of(truth, seed)), run, seconds, WIRES[setting.wire], seed, THEN_S)
     said = f"{done.raised_s:.1f} s: {done.alarm.sentence}" if done.alarm else "no alarm"
     print(
-        f"seed {seed}, {setting}, {change.name if change else 'healthy'} {at_s:.1f} s -> {said}", file=sys.stderr, flush=True
+        f"seed {seed}, {setting}, {change.name if change else 'healthy'} {at_s:.1f} s -> {said}",
+        file=sys.stderr,
+        flush=True,
     )
     return done
 
 
 def healthy(rigs: int, minutes: float) -> list[str]:
     """Watch healthy rigs and return a table of false alarms."""
-    lines = ["| rigs | minutes | false alarms | learned after, s | share of a core |", "|---|---|---|---|---|"]
+    lines = [
+        "| rigs | minutes | false alarms | learned after, s | share of a core |",
+        "|---|---|---|---|---|",
+    ]
     done = [(seed, play(seed, 60 * minutes)) for seed in range(rigs)]
     for name in sorted({str(setting_of(seed)) for seed, _ in done}):
-        lines.append(_healthy_line(name, [one for seed, one in done if str(setting_of(seed)) == name]))
+        lines.append(
+            _healthy_line(name, [one for seed, one in done if str(setting_of(seed)) == name])
+        )
     lines.append(_healthy_line("all", [one for _, one in done]))
-    alarms = [f"- seed {seed}, {one.raised_s:.1f} s: {one.alarm.sentence}" for seed, one in done if one.alarm]
+    alarms = [
+        f"- seed {seed}, {one.raised_s:.1f} s: {one.alarm.sentence}"
+        for seed, one in done
+        if one.alarm
+    ]
     return [*lines, *alarms]
 
 
@@ -86,8 +105,13 @@ def changing(seeds: int) -> list[str]:
     for number, change in enumerate(CHANGES):
         done = [_changed(seed, change, number) for seed in range(100, 100 + seeds)]
         raised = [(one, at_s) for one, at_s in done if one.alarm is not None]
-        right = sum(one.alarm.place.value == change.place and one.raised_s >= at_s for one, at_s in raised)
-        later = sum(one.watch.alarm.place.value == change.place and one.raised_s >= at_s for one, at_s in raised)
+        right = sum(
+            one.alarm.place.value == change.place and one.raised_s >= at_s for one, at_s in raised
+        )
+        later = sum(
+            one.watch.alarm.place.value == change.place and one.raised_s >= at_s
+            for one, at_s in raised
+        )
         delays = [one.raised_s - at_s for one, at_s in raised] or [np.nan]
         sizes = [one.watch.alarm.size for one, _ in raised] or [np.nan]
         unit = raised[0][0].watch.alarm.unit if raised else ""
@@ -95,7 +119,11 @@ def changing(seeds: int) -> list[str]:
             f"| {change.name} | {change.place} | {right} of {seeds} | {later} of {seeds} | {np.median(delays):.1f} "
             f"({max(delays):.1f}) | {np.median(sizes):.3g} {unit} | {seeds - len(raised)} |"
         )
-        wrong += [f"- {change.name}: {one.alarm.sentence}" for one, _ in raised if one.alarm.place.value != change.place]
+        wrong += [
+            f"- {change.name}: {one.alarm.sentence}"
+            for one, _ in raised
+            if one.alarm.place.value != change.place
+        ]
     return [*lines, *wrong]
 
 

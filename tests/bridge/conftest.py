@@ -1,9 +1,9 @@
 """The rig of table 1, and the same with a rail so long that nothing ends."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
+from support.paths import CONFIG
 
 from pendulum_twin.model import load_twin
 from pendulum_twin.rig import Rig
@@ -11,7 +11,7 @@ from pendulum_twin.rig import Rig
 
 @pytest.fixture(scope="session")
 def nominal() -> Rig:
-    return load_twin(Path(__file__).parents[2] / "config" / "inteco.yaml").rig
+    return load_twin(CONFIG / "inteco.yaml").rig
 
 
 @pytest.fixture(scope="session")

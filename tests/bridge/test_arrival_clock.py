@@ -39,13 +39,15 @@ def simulated(
 ) -> Run:
     """Return packets sent evenly and delayed; none overtakes another.
 
-    jitter_ms: mean of an exponential delay. outliers: share delayed by 5-20 ms more. standstills: so many times all is held
-    up for 15-300 ms and then comes in a burst.
+    jitter_ms: mean of an exponential delay. outliers: share delayed by 5-20 ms more. standstills:
+    so many times all is held up for 15-300 ms and then comes in a burst.
     """
     random = np.random.default_rng(seed)
     sampled = np.arange(count) * period_ms * MS
     late = random.random(count) < outliers
-    arrived = sampled + MS * (random.exponential(jitter_ms, count) + late * random.uniform(5, 20, count))
+    arrived = sampled + MS * (
+        random.exponential(jitter_ms, count) + late * random.uniform(5, 20, count)
+    )
     for begin in random.integers(100, count - 100, standstills):
         end = sampled[begin] + random.uniform(15, 300) * MS
         held = (arrived >= sampled[begin]) & (arrived < end)
@@ -68,22 +70,39 @@ def quantiles(errors: np.ndarray) -> list[float]:
         ("jitter of 0.2 ms", (0.08, 0.15, 0.3), {}),
         ("5 % lost", (0.08, 0.15, 0.5), {"lost": 0.05}),
         ("1 % outliers, 5 % lost", (0.08, 0.3, 25.0), {"outliers": 0.01, "lost": 0.05}),
-        ("and 20 standstills", (0.08, 15.0, 65.0), {"outliers": 0.01, "lost": 0.05, "standstills": 20}),
+        (
+            "and 20 standstills",
+            (0.08, 15.0, 65.0),
+            {"outliers": 0.01, "lost": 0.05, "standstills": 20},
+        ),
         ("rate 5 % low", (0.08, 0.3, 25.0), {"outliers": 0.01, "lost": 0.05, "period_ms": 10.5}),
-        ("rate 5 % high", (0.08, 0.3, 25.0), {"outliers": 0.01, "lost": 0.05, "period_ms": 10 / 1.05}),
+        (
+            "rate 5 % high",
+            (0.08, 0.3, 25.0),
+            {"outliers": 0.01, "lost": 0.05, "period_ms": 10 / 1.05},
+        ),
     ],
 )
-def test_times_are_far_nearer_than_arrivals(name: str, most_ms: tuple[float, ...], options: dict) -> None:
+def test_times_are_far_nearer_than_arrivals(
+    name: str, most_ms: tuple[float, ...], options: dict
+) -> None:
     runs = [simulated(seed, **options) for seed in range(4)]
     found = [run.stamped() for run in runs]
-    errors = quantiles(np.concatenate([off_ms(stamps, run) for (stamps, _), run in zip(found, runs, strict=True)]))
+    errors = quantiles(
+        np.concatenate([off_ms(stamps, run) for (stamps, _), run in zip(found, runs, strict=True)])
+    )
     arrivals = quantiles(np.concatenate([off_ms(run.arrived, run) for run in runs]))
-    print(f"{name:24s} p50, p99, max [ms]: times {np.round(errors, 3)}, arrivals {np.round(arrivals, 3)}")
+    print(
+        f"{name:24s} p50, p99, max [ms]: times {np.round(errors, 3)}, arrivals {np.round(arrivals, 3)}"
+    )
     assert np.all(np.array(errors) < most_ms)
     for (stamps, timing), run in zip(found, runs, strict=True):
         assert np.diff(stamps).min() > 0
         assert 1e3 * timing.period_s == pytest.approx(options.get("period_ms", 10.0), rel=1e-4)
-        assert timing.lost == pytest.approx(run.lost, abs=3) and (timing.begun, timing.set_back) == (0, 0)
+        assert timing.lost == pytest.approx(run.lost, abs=3) and (
+            timing.begun,
+            timing.set_back,
+        ) == (0, 0)
 
 
 @pytest.mark.parametrize("period_ms", [9.5, 10.0, 10.5])
@@ -104,7 +123,9 @@ def test_steps_are_even_to_a_fraction_of_the_jitter() -> None:
 
 
 def test_lost_samples_leave_whole_periods_out() -> None:
-    sampled = np.concatenate([np.arange(300), np.arange(301, 400), np.arange(403, 500)]) * 10.0 * MS
+    sampled = (
+        np.concatenate([np.arange(300), np.arange(301, 400), np.arange(403, 500)]) * 10.0 * MS
+    )
     stamps, timing = Run(sampled, sampled).stamped()
     assert np.array_equal(stamps, sampled) and timing.lost == 4
 
@@ -148,7 +169,9 @@ def test_another_rate_is_followed(change: float, settled: int) -> None:
         (-86400.0, 0, (0, 1, 1)),
     ],
 )
-def test_a_clock_that_is_set_is_followed(step_s: float, within: int, timing: tuple[int, ...]) -> None:
+def test_a_clock_that_is_set_is_followed(
+    step_s: float, within: int, timing: tuple[int, ...]
+) -> None:
     sampled = np.arange(1500) * 10.0 * MS
     sampled[600:] += step_s * 1e9
     run = Run(sampled, sampled + np.random.default_rng(0).exponential(0.2 * MS, len(sampled)))
@@ -156,7 +179,9 @@ def test_a_clock_that_is_set_is_followed(step_s: float, within: int, timing: tup
     errors = off_ms(stamps, run)
     assert max(errors[:550].max(), errors[550 + within :].max()) < 1.0
     assert (found.lost, found.begun, found.set_back) == timing
-    assert np.count_nonzero(np.diff(stamps) <= 0) == found.set_back  # only then they go back, and only once
+    assert (
+        np.count_nonzero(np.diff(stamps) <= 0) == found.set_back
+    )  # only then they go back, and only once
 
 
 def test_a_long_gap_begins_anew() -> None:
@@ -178,9 +203,12 @@ def test_before_anything_was_measured_the_period_is_the_nominal_one() -> None:
 
 
 @given(
-    steps_ms=st.lists(st.floats(-3000, 3000) | st.floats(0, 30), max_size=60), rate_hz=st.sampled_from([10.0, 100.0, 1000.0])
+    steps_ms=st.lists(st.floats(-3000, 3000) | st.floats(0, 30), max_size=60),
+    rate_hz=st.sampled_from([10.0, 100.0, 1000.0]),
 )
-def test_whatever_comes_times_rise_unless_the_clock_was_set_back(steps_ms: list[float], rate_hz: float) -> None:
+def test_whatever_comes_times_rise_unless_the_clock_was_set_back(
+    steps_ms: list[float], rate_hz: float
+) -> None:
     clock = ArrivalClock(rate_hz)
     arrival = START_NS
     last = clock.stamp(arrival)

@@ -2,24 +2,32 @@
 
 import json
 import sys
-from pathlib import Path
 
 import pytest
+from support.paths import CONFIG
 
 from pendulum_bridge import demo
 from pendulum_bridge.emulator.comparison import Answer, answer, read_verdict, table
 from pendulum_bridge.emulator.seal import Concealed
-from pendulum_sysid.bag import read_bag
+from pendulum_sysid.reading.bag import read_bag
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.rig import Rig
 
 PLAN = "schema: pendulum_plan/1\nrate_hz: 100\nphases: [{kind: push}, {kind: rest, seconds: 1}]\n"
-CONFIG = Path(__file__).parents[2] / "config" / "inteco.yaml"
+CONFIG = CONFIG / "inteco.yaml"
 
 
 def physics(effect: str, ties=(), **parameters) -> dict:
-    values = {k: {"value": v, "low": low, "high": high, "unit": "N"} for k, (v, low, high) in parameters.items()}
-    return {"effect": effect, "cannot_be_told_from": list(ties), "confidence": 0.99, "parameters": values}
+    values = {
+        k: {"value": v, "low": low, "high": high, "unit": "N"}
+        for k, (v, low, high) in parameters.items()
+    }
+    return {
+        "effect": effect,
+        "cannot_be_told_from": list(ties),
+        "confidence": 0.99,
+        "parameters": values,
+    }
 
 
 def verdict(*missing: dict) -> dict:
@@ -51,11 +59,16 @@ def concealed(nominal: Rig) -> Concealed:
 
 
 def test_a_right_verdict_reads_right(concealed: Concealed, nominal: Rig) -> None:
-    text = table(concealed, nominal, verdict(physics("cart_coulomb_friction", level_n=(0.72, 0.71, 0.74))))
+    text = table(
+        concealed, nominal, verdict(physics("cart_coulomb_friction", level_n=(0.72, 0.71, 0.74)))
+    )
     lines = {line.split()[0]: line for line in text.splitlines() if line.strip()}
     assert lines["cart_coulomb_friction:"].strip() == "cart_coulomb_friction: named"
     assert lines["level_n"].split() == ["level_n", "0.73", "0.72", "[0.71,", "0.74]", "N", "right"]
-    assert " ".join(lines["cart_viscous_n_s_m"].split()) == "cart_viscous_n_s_m 0.5 0.44 0.44 [0.43, 0.45] N s/m right"
+    assert (
+        " ".join(lines["cart_viscous_n_s_m"].split())
+        == "cart_viscous_n_s_m 0.5 0.44 0.44 [0.43, 0.45] N s/m right"
+    )
     assert lines["gravity_m_s2"].endswith("not identifiable")
     assert lines["force_per_pwm_n"].split() == ["force_per_pwm_n", "12.86", "11", "-"]
     assert "31 before, 1.2 after (score; noise floor 1)" in text
@@ -64,7 +77,9 @@ def test_a_right_verdict_reads_right(concealed: Concealed, nominal: Rig) -> None
 
 
 def test_a_value_outside_its_interval_is_called_off(concealed: Concealed, nominal: Rig) -> None:
-    text = table(concealed, nominal, verdict(physics("cart_coulomb_friction", level_n=(0.803, 0.80, 0.81))))
+    text = table(
+        concealed, nominal, verdict(physics("cart_coulomb_friction", level_n=(0.803, 0.80, 0.81)))
+    )
     assert "off by +10 %" in text
 
 
@@ -89,7 +104,9 @@ def test_nothing_concealed_and_nothing_found_is_right(nominal: Rig) -> None:
     assert "none concealed, none found" in text and text.endswith(Answer.RIGHT.value)
 
 
-def test_a_verdict_that_lacks_something_is_refused(concealed: Concealed, nominal: Rig, tmp_path) -> None:
+def test_a_verdict_that_lacks_something_is_refused(
+    concealed: Concealed, nominal: Rig, tmp_path
+) -> None:
     with pytest.raises(BadInputError, match="verdict: expected what pendulum_verdict/1 holds"):
         table(concealed, nominal, {"schema": "pendulum_verdict/1", "missing_physics": []})
     (tmp_path / "verdict.json").write_text("{}")

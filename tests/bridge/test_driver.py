@@ -123,10 +123,14 @@ def test_a_sample_is_published_before_what_was_decided_on_it(bench: Bench) -> No
     assert bench.peer.said[0][1] == RigState(0.0, math.pi, 0.0, 0.0)
     bench.arrive(sample=Sample(pole_rad=3.0, pole_rate=0.2, cart_m=0.1, cart_velocity=-0.3))
     bench.driver.turn()
-    assert bench.peer.said[-2][1] == RigState(cart_m=0.1, pole_rad=3.0, cart_m_s=-0.3, pole_rad_s=0.2)
+    assert bench.peer.said[-2][1] == RigState(
+        cart_m=0.1, pole_rad=3.0, cart_m_s=-0.3, pole_rad_s=0.2
+    )
 
 
-def test_a_decision_that_was_held_up_on_its_way_is_not_sent(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_decision_that_was_held_up_on_its_way_is_not_sent(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
     bench.turn(2)
     bench.driver.command(0.3)
 
@@ -142,7 +146,9 @@ def test_a_decision_that_was_held_up_on_its_way_is_not_sent(bench: Bench, monkey
     assert bench.peer.sent[-2:] == [0.3, 0.0]
 
 
-def test_a_command_is_sent_at_once_and_whole_though_the_sample_was_just_before(bench: Bench) -> None:
+def test_a_command_is_sent_at_once_and_whole_though_the_sample_was_just_before(
+    bench: Bench,
+) -> None:
     bench.turn(2)
     bench.now_s += 0.0003
     assert bench.driver.command(0.3) is None
@@ -160,7 +166,10 @@ def test_a_flood_of_commands_is_no_flood_for_the_rig_and_its_last_one_counts(ben
 
 
 def test_what_is_sent_is_what_is_said_to_be_applied_in_the_same_order(bench: Bench) -> None:
-    threads = [threading.Thread(target=lambda: [bench.driver.command(0.001 * k) for k in range(300)]) for _ in range(3)]
+    threads = [
+        threading.Thread(target=lambda: [bench.driver.command(0.001 * k) for k in range(300)])
+        for _ in range(3)
+    ]
     for thread in threads:
         thread.start()
     bench.turn(200)
@@ -171,7 +180,9 @@ def test_what_is_sent_is_what_is_said_to_be_applied_in_the_same_order(bench: Ben
 
 def test_samples_that_waited_are_published_but_only_new_ones_decide(bench: Bench) -> None:
     bench.driver.command(0.1)
-    bench.arrive(age_s=0.05, sample=Sample(math.pi, 0.0, 0.85, 0.0))  # at the end of the rail, but long ago
+    bench.arrive(
+        age_s=0.05, sample=Sample(math.pi, 0.0, 0.85, 0.0)
+    )  # at the end of the rail, but long ago
     bench.driver.turn()
     assert bench.peer.said[-2][1].cart_m == 0.85 and bench.peer.sent[-1] == 0.1
     assert bench.driver.health().figures["samples_old"] == 1
@@ -192,7 +203,11 @@ def test_the_stop_is_sent_before_it_is_answered(bench: Bench) -> None:
     assert bench.driver.clear_stop() is Reason.ZERO_FIRST and bench.driver.stopped
     bench.driver.command(0.0)
     assert bench.driver.clear_stop() is Reason.STOP_CLEARED
-    assert [latched for name, latched in bench.peer.said if name == "stopped"] == [True, True, False]
+    assert [latched for name, latched in bench.peer.said if name == "stopped"] == [
+        True,
+        True,
+        False,
+    ]
 
 
 def test_every_reset_is_told_how_it_ended(bench: Bench) -> None:
@@ -213,12 +228,17 @@ def test_two_writers_get_nothing_but_0(bench: Bench) -> None:
     for number in (100, 1, 101, 2):
         bench.driver.heard(number)
         answers.append(bench.driver.command(0.2))
-    assert answers == [None, None, Reason.TWO_WRITERS, Reason.TWO_WRITERS] and bench.peer.sent[-1] == 0.0
+    assert (
+        answers == [None, None, Reason.TWO_WRITERS, Reason.TWO_WRITERS]
+        and bench.peer.sent[-1] == 0.0
+    )
     health = bench.driver.health()
     assert health.level is Level.ERROR and health.sentence == Reason.TWO_WRITERS.sentence
 
 
-def test_what_fails_in_a_decision_brings_0_and_is_told_and_passes(serving: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_fails_in_a_decision_brings_0_and_is_told_and_passes(
+    serving: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def drive() -> bool:
         serving.arrive()
         serving.driver.command(0.1)
@@ -238,7 +258,9 @@ def test_even_when_nothing_can_be_published_the_rig_gets_0_and_is_let_go(serving
         raise RuntimeError("publisher's context is invalid")
 
     serving.peer.applied = broken
-    until(lambda: [name for name, _ in serving.peer.said].count("failed") > 2)  # its thread goes on
+    until(
+        lambda: [name for name, _ in serving.peer.said].count("failed") > 2
+    )  # its thread goes on
     assert serving.peer.sent[-1] == 0.0
     serving.driver.close()
     assert serving.peer.sent[-LAST_WORDS:] == [0.0] * LAST_WORDS and serving.peer.closed == 2
@@ -284,7 +306,9 @@ def test_closing_says_0_often_and_then_nothing_more(bench: Bench) -> None:
     bench.driver.stop()
     bench.driver.close()
     bench.driver.reset(told.append)
-    assert len(bench.peer.sent) == count and bench.peer.closed == 2  # link and last word, once each
+    assert (
+        len(bench.peer.sent) == count and bench.peer.closed == 2
+    )  # link and last word, once each
     assert told[1:] == [Reason.RESET_ENDED]
 
 

@@ -11,9 +11,9 @@ from unittest.mock import MagicMock
 import pytest
 
 rclpy = pytest.importorskip("rclpy")
-from driven_rig import HOST, MODULE, RawRig, User, arguments_for  # noqa: E402
-from ros_graph import DEADLINE_S, Graph, until  # noqa: E402
-from running_emulator import TWIN  # noqa: E402
+from support.driven_rig import HOST, MODULE, RawRig, User, arguments_for  # noqa: E402
+from support.ros_graph import DEADLINE_S, Graph, until  # noqa: E402
+from support.running_emulator import TWIN  # noqa: E402
 
 from pendulum_bridge.driver import LAST_WORDS  # noqa: E402
 from pendulum_bridge.protocol import Command, Sample  # noqa: E402
@@ -49,7 +49,11 @@ class Bench:
             self.user.send(pwm)
             self.step()
 
-        until(lambda: self.heard and self.heard[-1].pwm == self.user.pwm == pwm, f"a command of {pwm}", step)
+        until(
+            lambda: self.heard and self.heard[-1].pwm == self.user.pwm == pwm,
+            f"a command of {pwm}",
+            step,
+        )
 
     def listen(self) -> None:
         """Hear what is left."""
@@ -64,11 +68,15 @@ def bench(ros: Graph) -> Iterator[Bench]:
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
-def test_a_signal_ends_it_with_0_several_times_and_status_0(bench: Bench, number: signal.Signals) -> None:
+def test_a_signal_ends_it_with_0_several_times_and_status_0(
+    bench: Bench, number: signal.Signals
+) -> None:
     driver = bench.ros.start(MODULE, *arguments_for(bench.rig))
     bench.drive(0.1)
     pending = bench.user.ask("reset")
-    bench.until(lambda: bench.user.pwm == 0.0, "the reset")  # it hangs already; the answer takes some samples more
+    bench.until(
+        lambda: bench.user.pwm == 0.0, "the reset"
+    )  # it hangs already; the answer takes some samples more
     driver.send_signal(number)
     said, complaints = driver.communicate(timeout=DEADLINE_S)
     bench.listen()
@@ -95,7 +103,9 @@ def test_it_ends_when_its_parent_has_ended(bench: Bench) -> None:
                 os.kill(driver, signal.SIGKILL)
 
 
-def test_without_a_parent_to_end_with_only_a_signal_ends_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_parent_to_end_with_only_a_signal_ends_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     from pendulum_bridge.nodes import driver_node
 
     looked: list[bool] = []

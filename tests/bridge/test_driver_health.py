@@ -23,8 +23,16 @@ def test_the_worse_reason_is_kept_and_the_later_of_equals() -> None:
         (Report(Reason.RIG_SILENT, "", 50, 1.0), Level.ERROR, Reason.RIG_SILENT.sentence),
         (Report(Reason.RIG_SILENT, "no route", 0, 1.0), Level.ERROR, "no route"),
         (Report(None, "", 104, 1.0), Level.OK, "Commands are sent as they come."),
-        (Report(None, "", 50, 1.0), Level.WARN, "The rig sends 50 samples a second, expected are 100: set rate_hz"),
-        (Report(None, "", 2000, 1.0, 1000.0), Level.WARN, "sends 2000 samples a second, expected are 1000"),
+        (
+            Report(None, "", 50, 1.0),
+            Level.WARN,
+            "The rig sends 50 samples a second, expected are 100: set rate_hz",
+        ),
+        (
+            Report(None, "", 2000, 1.0, 1000.0),
+            Level.WARN,
+            "sends 2000 samples a second, expected are 1000",
+        ),
     ],
 )
 def test_level_and_sentence(report: Report, level: Level, sentence: str) -> None:

@@ -8,7 +8,17 @@ from hypothesis import strategies as st
 
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed
-from pendulum_bridge.excitation_guard import Bounds, Stopped, StopReason, Watch, asking, beyond, missing, obeyed, watched
+from pendulum_bridge.excitation_guard import (
+    Bounds,
+    Stopped,
+    StopReason,
+    Watch,
+    asking,
+    beyond,
+    missing,
+    obeyed,
+    watched,
+)
 from pendulum_bridge.excitation_run import (
     Run,
     Stage,
@@ -26,8 +36,8 @@ from pendulum_bridge.playback import LOOKED_AT, LOOKS
 from pendulum_bridge.rig_state import RigState
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.health import Level
-from pendulum_twin.plans.excitation import Excitation, standard
-from pendulum_twin.plans.plan_file import Plan, excitation_of
+from pendulum_twin.plans.excitation import Excitation, make_standard_plan
+from pendulum_twin.plans.plan_file import Plan, make_excitation
 from pendulum_twin.plans.plan_phases import Push, Rest, Samples, Steps
 from pendulum_twin.plans.waveforms import Envelope
 from pendulum_twin.rig import Rig
@@ -35,7 +45,9 @@ from pendulum_twin.rig import Rig
 PERIOD_S, PERIOD_NS = 0.01, 10_000_000
 BOUNDS = Bounds(far_m=0.85)
 STILL = RigState(0.0, math.pi, 0.0, 0.0)
-PLAN = excitation_of(Plan((Push(), Steps(seconds=2, amplitude=0.3), Rest(seconds=1, centred=True))), Envelope())
+PLAN = make_excitation(
+    Plan((Push(), Steps(seconds=2, amplitude=0.3), Rest(seconds=1, centred=True))), Envelope()
+)
 
 
 @pytest.mark.parametrize("reason", StopReason)
@@ -58,7 +70,9 @@ OUTSIDE = [
 def test_a_bound_stops_at_the_second_sample_beyond_it(state: RigState, reason: StopReason) -> None:
     watch, first = watched(state, 0.0, PERIOD_S, Watch(), BOUNDS)
     _, again = watched(state, 0.0, PERIOD_S, watch, BOUNDS)
-    assert first is None and again is not None and again.reason is reason and "at most" in again.found
+    assert (
+        first is None and again is not None and again.reason is reason and "at most" in again.found
+    )
 
 
 @pytest.mark.parametrize(("state", "_reason"), OUTSIDE)
@@ -71,7 +85,13 @@ def test_a_single_spike_does_not(state: RigState, _reason: StopReason) -> None:
 
 
 @given(
-    st.builds(RigState, st.floats(-0.85, 0.85), st.floats(-1e3, 1e3), st.floats(-5, 5), st.floats(-40, 40)),
+    st.builds(
+        RigState,
+        st.floats(-0.85, 0.85),
+        st.floats(-1e3, 1e3),
+        st.floats(-5, 5),
+        st.floats(-40, 40),
+    ),
 )
 def test_within_the_bounds_nothing_is_beyond(state: RigState) -> None:
     assert beyond(state, BOUNDS) is None
@@ -101,7 +121,7 @@ def test_one_that_overrules_two_thirds_of_the_time_does_so_later() -> None:
 
 @pytest.mark.parametrize("behind", [1, 2, 8])
 def test_one_that_is_a_little_behind_or_slewing_does_not(behind: int) -> None:
-    asked = standard(seconds=40).commands.tolist()
+    asked = make_standard_plan(seconds=40).commands.tolist()
     late = [0.0] * behind + asked[:-behind]
     assert overruled_after(late, asked) is None
     slewing = [0.0]
@@ -125,7 +145,9 @@ def test_bounds_that_are_none_are_refused(bad: float) -> None:
         Bounds(0.8, pole_rad_s=bad)
 
 
-def driven(rig: EmulatedRig, plan: Excitation, bounds: Bounds, skip: range = range(0)) -> tuple[Performance, Stopped | None]:
+def driven(
+    rig: EmulatedRig, plan: Excitation, bounds: Bounds, skip: range = range(0)
+) -> tuple[Performance, Stopped | None]:
     """Play a plan on a rig in process; samples in `skip` are lost."""
     performance, applied = Performance(), 0.0
     for k in range(len(plan.commands) + 1):
@@ -141,7 +163,9 @@ def driven(rig: EmulatedRig, plan: Excitation, bounds: Bounds, skip: range = ran
 
 
 def test_a_rig_within_its_bounds_is_played_to_the_end(nominal: Rig) -> None:
-    performance, stopped = driven(EmulatedRig(Concealed({}, nominal), timestep_s=1e-3), PLAN, BOUNDS)
+    performance, stopped = driven(
+        EmulatedRig(Concealed({}, nominal), timestep_s=1e-3), PLAN, BOUNDS
+    )
     assert stopped is None and performance.playback.way == 1
 
 
@@ -152,7 +176,7 @@ def test_a_cart_that_does_not_move_ends_the_plan_after_the_push(nominal: Rig) ->
 
 
 def test_a_cart_that_leaves_is_stopped_before_the_end_of_the_rail(nominal: Rig) -> None:
-    away = excitation_of(Plan((Samples(commands=(0.2,) * 300, centred=False),)), Envelope())
+    away = make_excitation(Plan((Samples(commands=(0.2,) * 300, centred=False),)), Envelope())
     rig = EmulatedRig(Concealed({}, nominal), timestep_s=1e-3)
     _, stopped = driven(rig, away, BOUNDS)
     assert stopped.reason is StopReason.CART_TOO_FAR
@@ -160,8 +184,12 @@ def test_a_cart_that_leaves_is_stopped_before_the_end_of_the_rail(nominal: Rig) 
 
 
 @pytest.mark.parametrize(("lost", "ends"), [(range(100, 119), False), (range(100, 121), True)])
-def test_a_gap_in_the_stamps_of_more_than_the_silence_stops(lost: range, ends: bool, nominal: Rig) -> None:
-    performance, stopped = driven(EmulatedRig(Concealed({}, nominal), timestep_s=1e-3), PLAN, BOUNDS, lost)
+def test_a_gap_in_the_stamps_of_more_than_the_silence_stops(
+    lost: range, ends: bool, nominal: Rig
+) -> None:
+    performance, stopped = driven(
+        EmulatedRig(Concealed({}, nominal), timestep_s=1e-3), PLAN, BOUNDS, lost
+    )
     assert (stopped.reason if stopped else None) == (StopReason.SAMPLES_MISSING if ends else None)
     assert performance.playback.lost == len(lost)
 
@@ -217,11 +245,16 @@ def test_a_run_says_where_it_is() -> None:
     run, _ = looked(looking(0.0, Run()), stamps(99))
     for k in range(226):
         state = RigState(0.0005 * k, math.pi, 0.0, 0.0)
-        run = sampled((LOOKED_AT + k) * PERIOD_NS, state, 0.0, 1.0, run, PLAN, Bounds(1.0, overruled_s=9.0)).run
+        run = sampled(
+            (LOOKED_AT + k) * PERIOD_NS, state, 0.0, 1.0, run, PLAN, Bounds(1.0, overruled_s=9.0)
+        ).run
     assert where(run, PLAN) == "plays steps: 2.2 s of 4.5 s, 2.2 s to go"
     assert share(run, PLAN) == 0.5
     assert health(run, PLAN, "").level is Level.OK
-    assert health(entered(Stage.WAITING, 0.0, Run()), PLAN, "no rig").sentence == "The node waits for rig and twin: no rig."
+    assert (
+        health(entered(Stage.WAITING, 0.0, Run()), PLAN, "no rig").sentence
+        == "The node waits for rig and twin: no rig."
+    )
     stopped = ended(Stopped(StopReason.ABORTED), 2.0, run)
     assert health(stopped, PLAN, "").level is Level.ERROR and not stopped.stage.active
     assert health(stopped, PLAN, "").sentence == "The plan was aborted by request."

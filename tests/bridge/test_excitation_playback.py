@@ -12,7 +12,7 @@ from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.emulator.session import play
 from pendulum_bridge.playback import Playback, answered, over, rate_fits, rate_of
 from pendulum_twin.plans.excitation import Excitation
-from pendulum_twin.plans.plan_file import Plan, excitation_of
+from pendulum_twin.plans.plan_file import Plan, make_excitation
 from pendulum_twin.plans.plan_phases import Chirp, Push, Rest, Samples, Steps
 from pendulum_twin.plans.waveforms import Envelope
 from pendulum_twin.rig import Rig
@@ -24,7 +24,9 @@ COUNT = 3000
 
 def numbered(count: int = COUNT) -> Excitation:
     """Return a plan whose every command says its number."""
-    return excitation_of(Plan((Samples(commands=tuple(np.arange(1, count + 1) * 1e-4), centred=False),)), Envelope())
+    return make_excitation(
+        Plan((Samples(commands=tuple(np.arange(1, count + 1) * 1e-4), centred=False),)), Envelope()
+    )
 
 
 PLAN = numbered()
@@ -56,8 +58,15 @@ def test_a_lost_sample_takes_its_command_along(kept: list[bool]) -> None:
 
 
 @settings(deadline=None, max_examples=50)
-@given(seed=st.integers(0, 10**6), jitter=st.floats(0, 0.2), drift=st.floats(-0.002, 0.002), lost=st.floats(0, 0.2))
-def test_uneven_stamps_and_another_clock_shift_nothing(seed: int, jitter: float, drift: float, lost: float) -> None:
+@given(
+    seed=st.integers(0, 10**6),
+    jitter=st.floats(0, 0.2),
+    drift=st.floats(-0.002, 0.002),
+    lost=st.floats(0, 0.2),
+)
+def test_uneven_stamps_and_another_clock_shift_nothing(
+    seed: int, jitter: float, drift: float, lost: float
+) -> None:
     """Stamps off by up to 0.2 periods; the rig's clock may gain or lose three samples over the plan and is followed."""
     random = np.random.default_rng(seed)
     samples = [k for k in range(1500) if k == 0 or random.random() >= lost]
@@ -79,11 +88,16 @@ def test_samples_that_are_not_newer_get_no_answer() -> None:
 @pytest.fixture(scope="module")
 def centred() -> Excitation:
     chirp = Chirp(seconds=3, from_hz=1, to_hz=3, amplitude=0.3)
-    return excitation_of(Plan((Push(), chirp, Steps(seconds=3, amplitude=0.4), Rest(seconds=1, centred=True))), Envelope())
+    return make_excitation(
+        Plan((Push(), chirp, Steps(seconds=3, amplitude=0.4), Rest(seconds=1, centred=True))),
+        Envelope(),
+    )
 
 
 @pytest.mark.parametrize("effects", [{}, {"cart_sign_inverted": {}}])
-def test_answers_are_those_of_a_rig_in_process(effects: dict, centred: Excitation, nominal: Rig) -> None:
+def test_answers_are_those_of_a_rig_in_process(
+    effects: dict, centred: Excitation, nominal: Rig
+) -> None:
     """Sample by sample over stamps, and in one go: the same bits, centring and the cart's way included."""
     log = play(EmulatedRig(Concealed(effects, nominal), timestep_s=1e-3), centred)
     playback, sent = Playback(), []
@@ -125,5 +139,7 @@ def test_no_sample_is_answered_twice_as_far_on(centred: Excitation) -> None:
     stamps = np.cumsum([0, *([1.8, 0.2] * 100)]).tolist()
     playback = Playback()
     for stamp in stamps:
-        playback = answered(round(stamp * PERIOD_NS), 0.0, 0.0, playback, replace(centred, push_ends=None)).playback
+        playback = answered(
+            round(stamp * PERIOD_NS), 0.0, 0.0, playback, replace(centred, push_ends=None)
+        ).playback
         assert abs(playback.sample - stamp) < 1.01

@@ -8,7 +8,7 @@ pytest.importorskip("rclpy")
 from faults import apart, catalogue
 from faults.bench import Bench
 from faults.row import Row
-from ros_graph import Graph, graph
+from support.ros_graph import Graph, graph
 
 
 @pytest.fixture(scope="module")

@@ -23,7 +23,8 @@ from pendulum_twin.errors import BadInputError
 LONG_S = 20.0
 ZERO, DRIVEN = Command(0.0).pack(), Command(0.3).pack()
 
-# A driver in small: it sends 0.3 every 10 ms and says that it is well. Arguments: udp or tcp, the rig's port, silence_s.
+# A driver in small: it sends 0.3 every 10 ms and says that it is well. Arguments: udp or tcp, the
+# rig's port, silence_s.
 DRIVER = """
 import select, signal, subprocess, sys, time
 from pendulum_bridge.last_word import LastWord
@@ -55,7 +56,9 @@ class Rig:
 
     def __init__(self, way: str) -> None:
         self.way = way
-        self.socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM if way == "tcp" else socket.SOCK_DGRAM)
+        self.socket = socket.socket(
+            socket.AF_INET, socket.SOCK_STREAM if way == "tcp" else socket.SOCK_DGRAM
+        )
         self.socket.bind(("127.0.0.1", 0))
         if way == "tcp":
             self.socket.listen()
@@ -97,7 +100,12 @@ class Driver:
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
         arguments = [sys.executable, "-c", DRIVER, rig.way, str(rig.port), str(silence_s)]
         self.process = subprocess.Popen(
-            arguments, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment, start_new_session=True
+            arguments,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            env=environment,
+            start_new_session=True,
         )
         rig.greet()
         self.companion, self.other, self.heavy = self.process.stdout.readline().split()
@@ -157,7 +165,9 @@ def test_a_killed_driver_leaves_pwm_0(driven, way: str) -> None:
 
 
 @pytest.mark.parametrize("way", ["udp", "tcp"])
-def test_a_stopped_driver_leaves_pwm_0_and_is_watched_again_when_it_goes_on(driven, way: str) -> None:
+def test_a_stopped_driver_leaves_pwm_0_and_is_watched_again_when_it_goes_on(
+    driven, way: str
+) -> None:
     rig, driver = driven(way)
     for _ in range(2):
         driver.signal(signal.SIGSTOP)
@@ -240,8 +250,13 @@ def test_without_a_connection_it_waits_for_one() -> None:
     link.close()
 
 
-def test_one_that_does_not_start_is_one_sentence(alone: tuple[Rig, Link], tmp_path: Path, monkeypatch) -> None:
+def test_one_that_does_not_start_is_one_sentence(
+    alone: tuple[Rig, Link], tmp_path: Path, monkeypatch
+) -> None:
     (tmp_path / "broken.py").write_text("raise SystemExit(1)")
     monkeypatch.setattr(last_word, "PROGRAM", tmp_path / "broken.py")
-    with pytest.raises(BadInputError, match=r"last word: expected its process to be ready within 10 s: run .*broken\.py"):
+    with pytest.raises(
+        BadInputError,
+        match=r"last word: expected its process to be ready within 10 s: run .*broken\.py",
+    ):
         LastWord(alone[1], ZERO)

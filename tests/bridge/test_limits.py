@@ -37,7 +37,9 @@ def test_every_number_is_taken(command: float) -> None:
         (0.3, 0.1, -5.0, 0.1, (Reason.TOO_FAST,)),  # the clock jumped back
     ],
 )
-def test_known_answers(asked: float, applied: float, elapsed_s: float, pwm: float, reasons: tuple) -> None:
+def test_known_answers(
+    asked: float, applied: float, elapsed_s: float, pwm: float, reasons: tuple
+) -> None:
     found = limited(asked, applied, elapsed_s, Limits(0.5, 10.0))
     assert found.pwm == pytest.approx(pwm) and found.reasons == reasons
 
@@ -47,7 +49,9 @@ def test_no_slew_limit_at_all() -> None:
 
 
 @given(FINITE, WITHIN, st.floats(-1, 10), st.floats(0.01, 1e3))
-def test_never_over_the_limit_nor_faster(asked: float, applied: float, elapsed_s: float, slew: float) -> None:
+def test_never_over_the_limit_nor_faster(
+    asked: float, applied: float, elapsed_s: float, slew: float
+) -> None:
     found = limited(asked, applied, elapsed_s, Limits(0.5, slew))
     assert abs(found.pwm) <= 0.5
     assert abs(found.pwm - applied) <= slew * max(elapsed_s, 0.0) + 1e-12
@@ -55,7 +59,9 @@ def test_never_over_the_limit_nor_faster(asked: float, applied: float, elapsed_s
 
 
 @given(WITHIN, WITHIN, st.integers(1, 50))
-def test_a_flood_of_messages_moves_no_further_than_one(asked: float, applied: float, messages: int) -> None:
+def test_a_flood_of_messages_moves_no_further_than_one(
+    asked: float, applied: float, messages: int
+) -> None:
     limits = Limits(0.5, 10.0)
     at_once = limited(asked, applied, 0.02, limits).pwm
     for _ in range(messages):
@@ -63,16 +69,25 @@ def test_a_flood_of_messages_moves_no_further_than_one(asked: float, applied: fl
     assert applied == pytest.approx(at_once)
 
 
-@pytest.mark.parametrize(("magnitude", "slew"), [(0.0, 1.0), (math.nan, 1.0), (math.inf, 1.0), (0.5, 0.0), (0.5, math.nan)])
+@pytest.mark.parametrize(
+    ("magnitude", "slew"),
+    [(0.0, 1.0), (math.nan, 1.0), (math.inf, 1.0), (0.5, 0.0), (0.5, math.nan)],
+)
 def test_a_limit_that_is_none_is_refused(magnitude: float, slew: float) -> None:
     with pytest.raises(BadInputError, match="expected a number above 0, found"):
         Limits(magnitude, slew)
 
 
 @given(st.lists(st.tuples(st.floats(0, 0.05), WITHIN), max_size=60), st.floats(0.1, 100.0))
-def test_over_any_time_a_command_moves_no_further_than_that_time_and_a_period_allow(steps: list, slew: float) -> None:
+def test_over_any_time_a_command_moves_no_further_than_that_time_and_a_period_allow(
+    steps: list, slew: float
+) -> None:
     period_s, limits = 0.01, Limits(0.5, slew)
-    applied, unused_s, ahead_s = 0.0, 0.0, 0.0  # how far it is ahead of its slew limit, since when that is most
+    applied, unused_s, ahead_s = (
+        0.0,
+        0.0,
+        0.0,
+    )  # how far it is ahead of its slew limit, since when that is most
     for passed_s, asked in steps:
         may_s = slewing_s(unused_s, passed_s, period_s)
         pwm = limited(asked, applied, may_s, limits).pwm

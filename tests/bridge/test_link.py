@@ -85,7 +85,11 @@ def test_a_sample_has_the_time_at_which_it_came_not_that_of_reading(bench: Bench
 
 def test_without_the_kernels_time_it_is_that_of_reading() -> None:
     before_ns = time.time_ns()
-    for ancillary in ([], [(socket.SOL_SOCKET, 99, bytes(16))], [(socket.SOL_SOCKET, SO_TIMESTAMPNS, b"short")]):
+    for ancillary in (
+        [],
+        [(socket.SOL_SOCKET, 99, bytes(16))],
+        [(socket.SOL_SOCKET, SO_TIMESTAMPNS, b"short")],
+    ):
         assert before_ns <= received_ns(ancillary) <= time.time_ns()
     given = struct.pack("@qq", 12, 345)
     assert received_ns([(socket.SOL_SOCKET, SO_TIMESTAMPNS, given)]) == 12_000_000_345
@@ -98,7 +102,12 @@ def test_no_arrival_at_the_deadline(bench: Bench) -> None:
 
 def test_the_link_says_where_it_sends_and_never_changes_its_socket(bench: Bench) -> None:
     link = bench.link
-    assert (link.connected, link.trouble, link.connections, link.peer) == (True, "", 1, bench.rig.getsockname())
+    assert (link.connected, link.trouble, link.connections, link.peer) == (
+        True,
+        "",
+        1,
+        bench.rig.getsockname(),
+    )
     assert socket.socket(fileno=socket.dup(link.fileno())).getsockname() == bench.user
 
 
@@ -120,7 +129,9 @@ def test_a_deadline_that_has_passed_takes_what_is_there(bench: Bench) -> None:
     assert found == SAMPLE
 
 
-@pytest.mark.parametrize("junk", [b"", b"x" * 31, b"x" * 33, b"x" * 5000, struct.pack(">dddd", 0, 0, float("nan"), 0)])
+@pytest.mark.parametrize(
+    "junk", [b"", b"x" * 31, b"x" * 33, b"x" * 5000, struct.pack(">dddd", 0, 0, float("nan"), 0)]
+)
 def test_malformed_packets_are_dropped_and_counted(bench: Bench, junk: bytes) -> None:
     bench.sends(junk)
     bench.sends(SAMPLE.pack())
@@ -202,19 +213,27 @@ def test_an_exchange_without_an_answer_is_lost(bench: Bench) -> None:
 def test_an_address_in_use_is_one_sentence() -> None:
     with bare_socket() as taken:
         address = Address(*taken.getsockname())
-        with pytest.raises(BadInputError, match=f"cannot listen on {address}: Address already in use; choose another"):
+        with pytest.raises(
+            BadInputError,
+            match=f"cannot listen on {address}: Address already in use; choose another",
+        ):
             Link(address)
 
 
 @pytest.mark.parametrize(
-    "text", ["", "16384", ":16384", "localhost:", "localhost:0", "localhost:65536", "localhost:x", "a:²"]
+    "text",
+    ["", "16384", ":16384", "localhost:", "localhost:0", "localhost:65536", "localhost:x", "a:²"],
 )
 def test_what_is_no_address_is_refused(text: str) -> None:
-    with pytest.raises(BadInputError, match="expected HOST:PORT with a port from 1 to 65535, found"):
+    with pytest.raises(
+        BadInputError, match="expected HOST:PORT with a port from 1 to 65535, found"
+    ):
         address_of(text)
 
 
 def test_an_address_is_read_and_an_unknown_host_refused() -> None:
     assert address_of("localhost:16384") == Address("localhost", 16384)
-    with pytest.raises(BadInputError, match=r"expected a host name or IPv4 address, found 'no\.such"):
+    with pytest.raises(
+        BadInputError, match=r"expected a host name or IPv4 address, found 'no\.such"
+    ):
         Link(free_address(), Address("no.such.invalid", 1))

@@ -44,7 +44,9 @@ def test_all_are_ended_the_last_one_first(tmp_path, monkeypatch) -> None:
         "signal.signal(signal.SIGINT, end)\nprint('ready', flush=True)\nwhile True: signal.pause()"
     )
     for name in ("a", "b"):
-        (tmp_path / name).write_text(f"#!{sys.executable}\nimport signal, sys\n{text.format(log=str(log))}\n")
+        (tmp_path / name).write_text(
+            f"#!{sys.executable}\nimport signal, sys\n{text.format(log=str(log))}\n"
+        )
         (tmp_path / name).chmod(0o755)
     with pytest.raises(KeyboardInterrupt), Programs(tmp_path / "logs", {}) as group:
         both = [group.start(name) for name in ("a", "b")]
@@ -74,7 +76,9 @@ def test_a_failure_is_told_by_its_last_words(started) -> None:
 def test_waiting_has_an_end(started) -> None:
     group, start = started
     silent = start("silent", WAITS)
-    with pytest.raises(BadInputError, match=r"silent: expected it to say 'serves' within 0.3 s: see .*silent.log"):
+    with pytest.raises(
+        BadInputError, match=r"silent: expected it to say 'serves' within 0.3 s: see .*silent.log"
+    ):
         wait_for(silent, "serves", 0.3)
     with pytest.raises(BadInputError, match=r"silent: expected it to be done within 0.3 s"):
         wait_until_done(silent, group, 0.3)
@@ -82,5 +86,7 @@ def test_waiting_has_an_end(started) -> None:
 
 def test_what_is_not_installed_is_a_sentence(started) -> None:
     group, _ = started
-    with pytest.raises(BadInputError, match=r"expected the program .*absent, but it cannot be run: No such file"):
+    with pytest.raises(
+        BadInputError, match=r"expected the program .*absent, but it cannot be run: No such file"
+    ):
         group.start("absent")

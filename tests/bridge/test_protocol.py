@@ -14,13 +14,19 @@ from pendulum_twin.errors import BadInputError
 numbers = st.floats(allow_nan=False, allow_infinity=False)
 samples = st.builds(Sample, numbers, numbers, numbers, numbers)
 commands = st.builds(Command, numbers, st.booleans())
-ONE, TWO, HALF = bytes.fromhex("3ff0000000000000"), bytes.fromhex("4000000000000000"), bytes.fromhex("3fe0000000000000")
+ONE, TWO, HALF = (
+    bytes.fromhex("3ff0000000000000"),
+    bytes.fromhex("4000000000000000"),
+    bytes.fromhex("3fe0000000000000"),
+)
 
 
 def test_known_bytes() -> None:
     assert Command(0.5, True).pack() == HALF + ONE
     assert Command(-0.0).pack() == bytes.fromhex("8000000000000000") + bytes(8)
-    assert Sample(pole_rad=1.0, pole_rate=2.0, cart_m=0.5, cart_velocity=0.0).pack() == ONE + TWO + HALF + bytes(8)
+    assert Sample(
+        pole_rad=1.0, pole_rate=2.0, cart_m=0.5, cart_velocity=0.0
+    ).pack() == ONE + TWO + HALF + bytes(8)
     assert Sample.unpack(ONE + TWO + HALF + bytes(8)) == Sample(1.0, 2.0, 0.5, 0.0)
 
 
@@ -63,5 +69,7 @@ def test_a_wrong_length_or_flag_is_refused() -> None:
         Command.unpack(bytes(15))
     with pytest.raises(BadInputError, match=r"^sample: expected a packet of 32 bytes, found 0$"):
         Sample.unpack(b"")
-    with pytest.raises(BadInputError, match=r"^command: expected the reset flag to be 0 or 1, found 0.5$"):
+    with pytest.raises(
+        BadInputError, match=r"^command: expected the reset flag to be 0 or 1, found 0.5$"
+    ):
         Command.unpack(struct.pack(">dd", 0.0, 0.5))

@@ -4,9 +4,9 @@ import math
 from dataclasses import replace
 
 import pytest
-from guarded_rigs import PERIOD_S, seen, settled, stepper
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.guarded_rigs import PERIOD_S, seen, settled, stepper
 
 from pendulum_bridge.limits import Limits
 from pendulum_bridge.reasons import Level, Reason
@@ -42,7 +42,9 @@ def test_a_good_command_is_sent_as_it_is(rules: Rules) -> None:
 def test_before_anything_is_heard_nothing_is_sent(rules: Rules) -> None:
     decision = decided(0.3, None, 0.01, at_start(0.0), rules)
     assert decision.pwm == 0.0 and decision.reasons == (Reason.NO_SAMPLE_YET,)
-    assert decided(None, MIDDLE, 0.02, decision.safety, rules).pwm > 0.0  # the command is fresh still
+    assert (
+        decided(None, MIDDLE, 0.02, decision.safety, rules).pwm > 0.0
+    )  # the command is fresh still
 
 
 def test_all_at_once_the_first_in_order_wins(rules: Rules) -> None:
@@ -53,9 +55,15 @@ def test_all_at_once_the_first_in_order_wins(rules: Rules) -> None:
     assert decided(9.0, None, 1.0, safety, rules).reasons[0] is Reason.RIG_SILENT
     assert decided(None, AT_THE_END, 1.0, safety, rules).reasons[0] is Reason.COMMAND_OLD
     braked = decided(9.0, AT_THE_END, 0.02, safety, rules)
-    assert braked.reasons == (Reason.RAIL_BRAKING, Reason.OVER_LIMIT, Reason.TOO_FAST) and braked.pwm == -0.5
+    assert (
+        braked.reasons == (Reason.RAIL_BRAKING, Reason.OVER_LIMIT, Reason.TOO_FAST)
+        and braked.pwm == -0.5
+    )
     limited = decided(9.0, MIDDLE, 0.02, settled(rules, MIDDLE), rules)
-    assert limited.reasons == (Reason.OVER_LIMIT, Reason.TOO_FAST) and limited.pwm == pytest.approx(0.2)
+    assert limited.reasons == (
+        Reason.OVER_LIMIT,
+        Reason.TOO_FAST,
+    ) and limited.pwm == pytest.approx(0.2)
 
 
 def test_a_silent_rig_and_an_old_command_are_errors_with_pwm_0_in_time(rules: Rules) -> None:
@@ -77,15 +85,21 @@ def test_bad_commands_and_samples_are_counted_and_change_nothing(rules: Rules) -
     safety = decision.safety
     for k in range(30):
         safety = decided(math.inf, MIDDLE, 0.03 + k * PERIOD_S, safety, rules).safety
-    assert safety.applied == 0.0 and safety.counts.commands == 31  # refused commands feed no watchdog
+    assert (
+        safety.applied == 0.0 and safety.counts.commands == 31
+    )  # refused commands feed no watchdog
 
 
 @pytest.mark.parametrize("absurd", [1e9, -1e200, 1.7e308, -math.inf])
 @pytest.mark.parametrize("field", ["cart_m", "pole_rad", "cart_m_s", "pole_rad_s"])
-def test_an_absurd_number_in_a_sample_is_refused_like_nan_and_fails_nothing(rules: Rules, field: str, absurd: float) -> None:
+def test_an_absurd_number_in_a_sample_is_refused_like_nan_and_fails_nothing(
+    rules: Rules, field: str, absurd: float
+) -> None:
     safety = decided(0.1, MIDDLE, 0.01, settled(rules, MIDDLE), rules).safety
     for k in range(10):
-        decision = decided(None, replace(MIDDLE, **{field: absurd}), 0.02 + k * PERIOD_S, safety, rules)
+        decision = decided(
+            None, replace(MIDDLE, **{field: absurd}), 0.02 + k * PERIOD_S, safety, rules
+        )
         safety = decision.safety
     assert safety.counts.samples == 10 and safety.rig == MIDDLE
     assert Reason.SAMPLE_NOT_FINITE in decision.reasons and not safety.encoders.fault
@@ -108,7 +122,9 @@ def test_the_stop_ends_a_reset_for_good(rules: Rules) -> None:
     safety, reason = reset_asked(0.0, settled(rules, swinging), rules)
     assert reason is Reason.RESETTING
     moving = decided(0.3, swinging, 0.01, safety, rules)
-    assert moving.pwm != 0.0 and Reason.RESETTING in moving.reasons  # its own command; the other is dropped
+    assert (
+        moving.pwm != 0.0 and Reason.RESETTING in moving.reasons
+    )  # its own command; the other is dropped
     assert moving.safety.counts.during_reset == 1
     safety, ended = stopped(moving.safety)
     assert ended is Reason.RESET_STOPPED
@@ -130,7 +146,9 @@ def test_a_rig_that_falls_silent_ends_a_reset(rules: Rules) -> None:
     assert ends[1].pwm == 0.0 and ends[1].level is Level.ERROR
 
 
-def test_an_integer_is_a_command_and_rules_take_the_lower_limit(nominal: Rig, rules: Rules) -> None:
+def test_an_integer_is_a_command_and_rules_take_the_lower_limit(
+    nominal: Rig, rules: Rules
+) -> None:
     assert rules_for(nominal, Limits(2.0)).limits.magnitude == nominal.pwm_limit
     assert rules_for(nominal, Limits(0.2)).guard.limit == 0.2
     assert commanded(1, settled(rules, MIDDLE))[1] is None
@@ -150,8 +168,12 @@ def test_of_two_writers_at_once_nobody_is_obeyed(nominal: Rig, rules: Rules) -> 
         rig.step(decision.pwm)
         if k == 20:
             assert decision.reasons == (Reason.TWO_WRITERS,) and decision.level is Level.ERROR
-            assert reset_asked(now, safety, rules)[1] is Reason.RESETTING  # it needs no writer at all
-    assert not any(sent[1:79]) and sent[83] == 0.1  # half a second after the second has fallen silent
+            assert (
+                reset_asked(now, safety, rules)[1] is Reason.RESETTING
+            )  # it needs no writer at all
+    assert (
+        not any(sent[1:79]) and sent[83] == 0.1
+    )  # half a second after the second has fallen silent
     assert 100 < safety.counts.of_two_writers < 115
 
 
@@ -162,10 +184,15 @@ def test_a_sample_that_cannot_be_true_brings_0_and_guards_no_rail(
     fault = Reason.ENCODER_JUMPED if lasting else Reason.ENCODER_SPIKE
     good = decided(0.1, MIDDLE, 0.01, settled(rules, MIDDLE), rules).safety
     moving, _ = reset_asked(0.01, good, rules)
-    monkeypatch.setattr("pendulum_bridge.encoder_check.checked", lambda encoders, *_: replace(encoders, fault=fault))
+    monkeypatch.setattr(
+        "pendulum_bridge.encoder_check.checked",
+        lambda encoders, *_: replace(encoders, fault=fault),
+    )
     for safety in (good, moving):
         decision = decided(None, AT_THE_END, 0.02, safety, rules)
-        assert decision.pwm == 0.0 and decision.reasons[0] is fault and decision.safety.rig == MIDDLE
+        assert (
+            decision.pwm == 0.0 and decision.reasons[0] is fault and decision.safety.rig == MIDDLE
+        )
         assert decision.reset_ended is (fault if lasting and safety.reset else None)
         assert stopped(decision.safety)[0].stop.latched
     assert reset_asked(0.02, decision.safety, rules)[1] is (fault if lasting else Reason.RESETTING)
@@ -177,7 +204,9 @@ def test_a_sample_that_cannot_be_true_brings_0_and_guards_no_rail(
     assert stop_cleared(commanded(0.0, latched)[0])[1] is Reason.STOP_CLEARED and len(trusted) == 1
 
 
-def test_an_answer_just_after_its_samples_decision_moves_as_far_as_at_the_sample(rules: Rules) -> None:
+def test_an_answer_just_after_its_samples_decision_moves_as_far_as_at_the_sample(
+    rules: Rules,
+) -> None:
     """10 a second: 0.1 in a period, whenever in it, and no more however often it is decided."""
     safety, sent = settled(rules, MIDDLE), []
     for k in range(1, 6):
@@ -186,7 +215,9 @@ def test_an_answer_just_after_its_samples_decision_moves_as_far_as_at_the_sample
             decision = decided(0.5, None, 0.01 * k + 0.0003 * part, safety, rules)
             safety = decision.safety
             sent.append(decision.pwm)
-    assert sent[0] == pytest.approx(0.1) and sent[4] == pytest.approx(0.103 + 0.1 - 0.003, abs=0.004)
+    assert sent[0] == pytest.approx(0.1) and sent[4] == pytest.approx(
+        0.103 + 0.1 - 0.003, abs=0.004
+    )
     assert sent[-1] == pytest.approx(0.5, abs=0.005)
 
 
@@ -208,15 +239,21 @@ def test_decisions_between_samples_do_not_disturb_a_reset(nominal: Rig, rules: R
     assert ends[1][1] == pytest.approx(ends[0][1], abs=0.05)
 
 
-def test_commands_that_may_have_waited_while_the_driver_stood_still_are_not_taken(rules: Rules) -> None:
+def test_commands_that_may_have_waited_while_the_driver_stood_still_are_not_taken(
+    rules: Rules,
+) -> None:
     before = decided(0.1, MIDDLE, 0.01, settled(rules, MIDDLE), rules).safety
-    assert commanded(0.3, before, 1.0)[1] is Reason.COMMAND_OLD  # the command wakes before the rig's thread
+    assert (
+        commanded(0.3, before, 1.0)[1] is Reason.COMMAND_OLD
+    )  # the command wakes before the rig's thread
     resumed = decided(None, MIDDLE, 1.0, before, rules).safety
     assert commanded(0.3, resumed, 1.1, ago_s=0.2)[1] is Reason.COMMAND_OLD
     assert commanded(0.3, resumed, 1.1, ago_s=0.02)[1] is None  # sent since then
     for k in range(120):
         resumed = decided(None, MIDDLE, 1.01 + 0.01 * k, resumed, rules).safety
-    assert resumed.applied == 0.0 and commanded(0.3, resumed, 2.21, ago_s=60.0)[1] is None  # a clock that is wrong
+    assert (
+        resumed.applied == 0.0 and commanded(0.3, resumed, 2.21, ago_s=60.0)[1] is None
+    )  # a clock that is wrong
 
 
 def test_a_sample_that_was_looked_at_late_is_as_old_as_it_is(rules: Rules) -> None:
@@ -234,7 +271,9 @@ def test_a_sample_that_was_looked_at_late_is_as_old_as_it_is(rules: Rules) -> No
 
 def test_after_a_failure_nothing_is_left_of_command_and_reset(rules: Rules) -> None:
     safety, ended = failed(decided(0.3, MIDDLE, 0.01, settled(rules, MIDDLE), rules).safety)
-    assert ended is None and decided(None, MIDDLE, 0.02, safety, rules).reasons == (Reason.NO_COMMAND_YET,)
+    assert ended is None and decided(None, MIDDLE, 0.02, safety, rules).reasons == (
+        Reason.NO_COMMAND_YET,
+    )
     safety, ended = failed(reset_asked(0.02, safety, rules)[0])
     assert ended is Reason.RESET_FAILED and safety.reset is None
 
@@ -269,7 +308,11 @@ def test_whatever_happens_the_order_holds(rules: Rules, nominal: Rig, events: li
         safety = decision.safety
         assert abs(decision.pwm) <= 0.5 and safety.applied == decision.pwm
         if safety.stop.latched:
-            assert decision.reasons[0] is Reason.STOPPED and decision.pwm == 0.0 and safety.reset is None
+            assert (
+                decision.reasons[0] is Reason.STOPPED
+                and decision.pwm == 0.0
+                and safety.reset is None
+            )
         elif silent_s > 0.2 + 1e-9:
             assert decision.pwm == 0.0 and decision.level is Level.ERROR
         assert decision.reasons or decision.pwm == safety.command

@@ -12,7 +12,7 @@ from itertools import pairwise
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from running_emulator import LONG_S, Emulator
+from support.running_emulator import LONG_S, Emulator
 
 from pendulum_bridge.emulator.tcp_server import TcpServer
 from pendulum_bridge.link import Counts, Link
@@ -52,7 +52,10 @@ class Bench:
 
 @pytest.fixture
 def bench() -> Iterator[Bench]:
-    with listener() as listening, contextlib.closing(tcp_link(Address(*listening.getsockname()))) as link:
+    with (
+        listener() as listening,
+        contextlib.closing(tcp_link(Address(*listening.getsockname()))) as link,
+    ):
         made = Bench(link, listening, listening.accept()[0])
         made.rig.settimeout(LONG_S)
         yield made
@@ -60,10 +63,18 @@ def bench() -> Iterator[Bench]:
 
 
 def test_a_command_goes_out_and_samples_come_in_order(bench: Bench) -> None:
-    assert (bench.link.connected, bench.link.trouble, bench.link.connections, bench.link.peer) == (True, "", 1, None)
+    assert (bench.link.connected, bench.link.trouble, bench.link.connections, bench.link.peer) == (
+        True,
+        "",
+        1,
+        None,
+    )
     bench.link.send(Command(0.25, True))
     bench.link.send(Command(-0.25))
-    assert [bench.command(), bench.command()] == [Command(0.25, True).pack(), Command(-0.25).pack()]
+    assert [bench.command(), bench.command()] == [
+        Command(0.25, True).pack(),
+        Command(-0.25).pack(),
+    ]
     bench.rig.sendall(b"".join(sample.pack() for sample in SAMPLES))
     assert [bench.receive() for _ in SAMPLES] == SAMPLES
     assert bench.link.counts == Counts(received=len(SAMPLES))
@@ -81,7 +92,9 @@ def test_a_sample_in_pieces_is_one_sample(bench: Bench) -> None:
 
 
 def test_a_frame_that_holds_no_sample_is_counted_and_the_next_is_read(bench: Bench) -> None:
-    bench.rig.sendall(SAMPLE.pack(0, float("nan"), 0, 0) + SAMPLES[0].pack() + SAMPLE.pack(0, 0, float("inf"), 0))
+    bench.rig.sendall(
+        SAMPLE.pack(0, float("nan"), 0, 0) + SAMPLES[0].pack() + SAMPLE.pack(0, 0, float("inf"), 0)
+    )
     bench.rig.sendall(SAMPLES[1].pack())
     assert [bench.receive(), bench.receive()] == SAMPLES[:2]
     assert bench.link.counts == Counts(received=2, malformed=2)
@@ -131,7 +144,11 @@ def test_who_does_not_read_holds_nobody_up_and_gets_whole_frames() -> None:
     frames = [came[k : k + size] for k in range(0, len(came), size)]
     numbers = [int.from_bytes(frame[:4], "big") for frame in frames]
     assert frames == [k.to_bytes(4, "big") * (size // 4) for k in numbers]
-    assert numbers[-1] == 0 and numbers[:-1] == sorted(set(numbers[:-1])) and 100 < len(numbers) < count - 100
+    assert (
+        numbers[-1] == 0
+        and numbers[:-1] == sorted(set(numbers[:-1]))
+        and 100 < len(numbers) < count - 100
+    )
 
 
 def all_of(connected: socket.socket) -> bytes:
@@ -158,7 +175,8 @@ def test_nobody_there_is_a_sentence_and_is_found_once_there() -> None:
         port = probe.getsockname()[1]
     link = tcp_link(Address("127.0.0.1", port))
     refused(
-        link, f"cannot connect to 127.0.0.1:{port}: Connection refused; see that the rig is on and listens there over TCP"
+        link,
+        f"cannot connect to 127.0.0.1:{port}: Connection refused; see that the rig is on and listens there over TCP",
     )
     begin = time.monotonic()
     assert link.receive(begin + 0.5) is None  # keeps trying, and keeps to the deadline
@@ -180,7 +198,8 @@ def test_a_broken_connection_is_a_sentence_and_is_made_anew(bench: Bench) -> Non
     assert bench.receive() == SAMPLES[0]  # what came before the end is not lost
     assert bench.receive(0.02) is None
     refused(
-        bench.link, f"the connection to {Address(*bench.listening.getsockname())} broke: closed by the other side; the rig"
+        bench.link,
+        f"the connection to {Address(*bench.listening.getsockname())} broke: closed by the other side; the rig",
     )
     assert bench.receive(0.5) is None
     rig, _ = bench.listening.accept()
@@ -206,7 +225,9 @@ def test_closing_ends_the_connection_though_another_process_holds_the_socket(ben
         assert bench.rig.recv(1) == b""
 
 
-def test_a_rig_that_never_answers_the_connection_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_rig_that_never_answers_the_connection_is_given_up(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """A listener with a full backlog does not answer: the same as a host that is switched off."""
     monkeypatch.setattr("pendulum_bridge.tcp.CONNECT_S", 0.1)
     with socket.socket() as silent, contextlib.ExitStack() as waiting:
@@ -223,7 +244,9 @@ def test_a_rig_that_never_answers_the_connection_is_given_up(monkeypatch: pytest
 
 
 def test_an_unknown_host_is_refused() -> None:
-    with pytest.raises(BadInputError, match=r"expected a host name or IPv4 address, found 'no\.such"):
+    with pytest.raises(
+        BadInputError, match=r"expected a host name or IPv4 address, found 'no\.such"
+    ):
         tcp_link(Address("no.such.invalid", 1))
 
 
@@ -254,7 +277,9 @@ def command(server: TcpServer) -> Command | None:
     return server.receive(time.monotonic() + LONG_S)
 
 
-def test_a_second_connection_is_turned_away_and_the_next_is_taken(server: tuple[TcpServer, Address]) -> None:
+def test_a_second_connection_is_turned_away_and_the_next_is_taken(
+    server: tuple[TcpServer, Address],
+) -> None:
     rig, address = server
     where = (address.host, address.port)
     rig.send(SAMPLES[0].pack())  # to nobody
@@ -268,14 +293,19 @@ def test_a_second_connection_is_turned_away_and_the_next_is_taken(server: tuple[
         assert (rig.foreign, rig.malformed) == (1, 1)
         rig.send(SAMPLES[1].pack())
         assert first.recv(64) == SAMPLES[1].pack()
-    with socket.create_connection(where) as third:  # comes before anybody has noticed that the first has gone
+    with socket.create_connection(
+        where
+    ) as third:  # comes before anybody has noticed that the first has gone
         third.sendall(Command(0.2).pack())
         assert command(rig) == Command(0.2)
     assert rig.foreign == 1
 
 
 def test_an_address_in_use_is_one_sentence(server: tuple[TcpServer, Address]) -> None:
-    with pytest.raises(BadInputError, match=f"cannot listen on {server[1]}: Address already in use; choose another"):
+    with pytest.raises(
+        BadInputError,
+        match=f"cannot listen on {server[1]}: Address already in use; choose another",
+    ):
         TcpServer(server[1], COMMAND.size, Command.unpack)
 
 
@@ -286,7 +316,9 @@ def emulator() -> Iterator[Emulator]:
     made.kill()
 
 
-def test_the_emulator_over_tcp_outlives_a_connection_and_holds_its_last_command(emulator: Emulator) -> None:
+def test_the_emulator_over_tcp_outlives_a_connection_and_holds_its_last_command(
+    emulator: Emulator,
+) -> None:
     assert "answers there over TCP, in lockstep" in emulator.ready
     assert emulator.link.receive(time.monotonic() + 0.5) is None  # connects
     moved = [emulator.link.exchange(Command(0.3), LONG_S) for _ in range(10)]

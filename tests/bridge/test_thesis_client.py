@@ -1,7 +1,8 @@
 """The emulator serves the thesis's own client library, and a stand-in that uses its sockets in the same way.
 
-The library (`drl-platform` 0.1.5) is installed without its dependencies: it asks for gym 0.19.0, which needs cloudpickle
-below 1.7 and cannot be built with a current setuptools. Of gym it only wants a class to inherit from, which gymnasium gives.
+The library (`drl-platform` 0.1.5) is installed without its dependencies: it asks for gym 0.19.0,
+which needs cloudpickle below 1.7 and cannot be built with a current setuptools. Of gym it only
+wants a class to inherit from, which gymnasium gives.
 """
 
 import importlib
@@ -18,7 +19,7 @@ from typing import Any
 
 import gymnasium
 import pytest
-from running_emulator import LONG_S, TWIN, free_ports, start
+from support.running_emulator import LONG_S, TWIN, free_ports, start
 
 LIBRARY = "DrlPlatform"
 
@@ -26,7 +27,9 @@ LIBRARY = "DrlPlatform"
 class StandIn:
     """Do what the library's UDP server does: a new socket for each command, a thread that keeps the latest payload."""
 
-    def __init__(self, host: str, port: int, rig_host: str, rig_port: int, package_timeout: float) -> None:
+    def __init__(
+        self, host: str, port: int, rig_host: str, rig_port: int, package_timeout: float
+    ) -> None:
         self._rig, self._timeout_s = (rig_host, rig_port), package_timeout
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.bind((host, port))
@@ -64,7 +67,9 @@ class StandIn:
 def the_library(monkeypatch: pytest.MonkeyPatch) -> Any:
     if importlib.util.find_spec("gym") is None:
         monkeypatch.setitem(sys.modules, "gym", gymnasium)
-    return importlib.import_module(f"{LIBRARY}.EnvironmentServer.udp_environment_server").EnvironmentServer
+    return importlib.import_module(
+        f"{LIBRARY}.EnvironmentServer.udp_environment_server"
+    ).EnvironmentServer
 
 
 @pytest.fixture(params=["stand-in", "library"])
@@ -75,7 +80,10 @@ def client(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> I
     addresses = ("--listen", f"127.0.0.1:{rig}", "--send", f"127.0.0.1:{user}")
     process = start("--twin", TWIN, "--speed", "4", *addresses)
     try:
-        assert select.select([process.stdout], [], [], LONG_S)[0] and "listens on" in process.stdout.readline()
+        assert (
+            select.select([process.stdout], [], [], LONG_S)[0]
+            and "listens on" in process.stdout.readline()
+        )
         server = make("127.0.0.1", user, "127.0.0.1", rig, package_timeout=0.5)
         server.start_server()
         yield server

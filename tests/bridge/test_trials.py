@@ -28,10 +28,19 @@ def test_every_stretch_has_its_share_of_every_kind() -> None:
 
 def test_turns_count_up_within_a_kind() -> None:
     found = [kind_at(k, {"single": 1, "pair": 1}) for k in range(6)]
-    assert found == [("single", 0), ("pair", 0), ("single", 1), ("pair", 1), ("single", 2), ("pair", 2)]
+    assert found == [
+        ("single", 0),
+        ("pair", 0),
+        ("single", 1),
+        ("pair", 1),
+        ("single", 2),
+        ("pair", 2),
+    ]
 
 
-@pytest.mark.parametrize("text", ["", "single", "single:0", "ghost:3", "single:1,single:2", "single:-1", "pair:x"])
+@pytest.mark.parametrize(
+    "text", ["", "single", "single:0", "ghost:3", "single:1,single:2", "single:-1", "pair:x"]
+)
 def test_shares_that_are_none_are_refused(text: str) -> None:
     with pytest.raises(BadInputError, match="--kinds: expected"):
         shares_of(text)
@@ -45,14 +54,18 @@ def test_singles_and_unlisted_go_round_all_that_there_are(nominal: Rig) -> None:
     alone = [each.name for each in TABLE if not each.beside]
     for kind, names in (("single", alone), ("unlisted", [each.name for each in UNLISTED])):
         found = [trial_at(k, 3, {kind: 1}, nominal).concealed for k in range(2 * len(names))]
-        assert Counter(name for each in found for name in (*each.effects, *each.unlisted)) == dict.fromkeys(names, 2)
+        assert Counter(
+            name for each in found for name in (*each.effects, *each.unlisted)
+        ) == dict.fromkeys(names, 2)
 
 
 @pytest.mark.parametrize("kind", EFFECTS_OF)
 def test_a_kind_conceals_as_many_as_it_says(kind: str, nominal: Rig) -> None:
     for k in range(30):
         concealed = trial_at(k, 1, {kind: 1}, nominal).concealed
-        assert len(concealed.effects) == EFFECTS_OF[kind] and len(concealed.unlisted) == (kind == "unlisted")
+        assert len(concealed.effects) == EFFECTS_OF[kind] and len(concealed.unlisted) == (
+            kind == "unlisted"
+        )
         assert concealed.rig != nominal
 
 
@@ -74,27 +87,48 @@ def contents(folder) -> tuple:
             (connection.topic, stamp, reader.deserialize(raw, connection.msgtype))
             for connection, stamp, raw in reader.messages()
         ]
-    states = np.array([[*m.position, *m.velocity] for topic, _, m in messages if topic == "/rig/joint_states"])
+    states = np.array(
+        [[*m.position, *m.velocity] for topic, _, m in messages if topic == "/rig/joint_states"]
+    )
     commands = np.array([m.data for topic, _, m in messages if topic == "/rig/pwm"])
     return states.tolist(), commands.tolist(), json.loads((folder / "seal.json").read_text())
 
 
 def test_a_trial_is_the_same_whatever_else_is_recorded(tmp_path, capsys, nominal: Rig) -> None:
     assert ran("--out", str(tmp_path / "all"), "--trials", "2", "--seed", "5") == 0
-    assert capsys.readouterr().out.split() == [str(tmp_path / "all" / f"trial_{k:04d}") for k in range(2)]
+    assert capsys.readouterr().out.split() == [
+        str(tmp_path / "all" / f"trial_{k:04d}") for k in range(2)
+    ]
     assert ran("--out", str(tmp_path / "one"), "--trials", "1", "--seed", "5", "--first", "1") == 0
     first, again = (contents(tmp_path / run / "trial_0001") for run in ("all", "one"))
     assert first == again and contents(tmp_path / "all" / "trial_0000") != again
     folder = tmp_path / "all" / "trial_0001"
-    assert sorted(each.name for each in folder.iterdir()) == ["bag", "seal.json", "trial.json", "twin.yaml"]
-    assert load_twin(folder / "twin.yaml").rig == nominal and not load_twin(folder / "twin.yaml").effects
+    assert sorted(each.name for each in folder.iterdir()) == [
+        "bag",
+        "seal.json",
+        "trial.json",
+        "twin.yaml",
+    ]
+    assert (
+        load_twin(folder / "twin.yaml").rig == nominal
+        and not load_twin(folder / "twin.yaml").effects
+    )
     assert open_seal(folder / "seal.json").rig != nominal
     assert len(first[0]) == len(first[1]) == 1000
-    assert sorted(each.name for each in (tmp_path / "all").iterdir()) == [f"trial_{k:04d}" for k in range(2)]
+    assert sorted(each.name for each in (tmp_path / "all").iterdir()) == [
+        f"trial_{k:04d}" for k in range(2)
+    ]
 
 
 def test_how_it_was_made_is_written_down(tmp_path, capsys) -> None:
-    made = ("--effects", "cart_coulomb_friction+input_delay", "--size-factor", "0.5", "--pole-counts", "1024")
+    made = (
+        "--effects",
+        "cart_coulomb_friction+input_delay",
+        "--size-factor",
+        "0.5",
+        "--pole-counts",
+        "1024",
+    )
     assert ran("--out", str(tmp_path), "--trials", "1", "--seed", "5", "--closed-loop", *made) == 0
     content = json.loads((tmp_path / "trial_0000" / "trial.json").read_text())
     seed = content.pop("seed")
@@ -105,13 +139,17 @@ def test_how_it_was_made_is_written_down(tmp_path, capsys) -> None:
     assert isinstance(seed, int)
     states, commands, seal = contents(tmp_path / "trial_0000")
     assert seal["effects"]["input_delay"]["delay_s"] <= 0.025 and np.std(commands) > 0.01
-    assert np.max(np.abs(np.array(states)[:, 1] / (2 * np.pi / 1024) % 1 - 0.5)) > 0.499  # whole counts
+    assert (
+        np.max(np.abs(np.array(states)[:, 1] / (2 * np.pi / 1024) % 1 - 0.5)) > 0.499
+    )  # whole counts
 
 
 def test_what_is_there_is_not_overwritten(tmp_path, capsys) -> None:
     (tmp_path / "trial_0000").mkdir()
     assert ran("--out", str(tmp_path), "--trials", "1", "--seed", "5") == 1
-    assert "trials are not overwritten" in capsys.readouterr().err and not any((tmp_path / "trial_0000").iterdir())
+    assert "trials are not overwritten" in capsys.readouterr().err and not any(
+        (tmp_path / "trial_0000").iterdir()
+    )
 
 
 @pytest.mark.parametrize(

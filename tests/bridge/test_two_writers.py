@@ -8,7 +8,12 @@ from pendulum_bridge.two_writers import TOGETHER_S, Writers, heard, two
 PERIOD_S = 0.01
 
 
-def found(numbers: list[int], period_s: float = PERIOD_S, writers: Writers = Writers(), start_s: float = 0.0) -> list[bool]:  # noqa: B008
+def found(
+    numbers: list[int],
+    period_s: float = PERIOD_S,
+    writers: Writers = Writers(),
+    start_s: float = 0.0,
+) -> list[bool]:
     """Hear messages one period after the other; return after each whether there are two writers."""
     answers = []
     for k, number in enumerate(numbers):
@@ -23,7 +28,9 @@ def alternating(first: int, second: int, count: int = 20) -> list[int]:
 
 
 @given(st.lists(st.integers(1, 50), min_size=1), st.floats(0.0001, 10.0))
-def test_one_writer_is_one_however_many_messages_are_lost(steps: list[int], period_s: float) -> None:
+def test_one_writer_is_one_however_many_messages_are_lost(
+    steps: list[int], period_s: float
+) -> None:
     numbers = [sum(steps[: k + 1]) for k in range(len(steps))]
     assert not any(found(numbers, period_s))
 
@@ -37,10 +44,17 @@ def test_one_after_another_is_one_at_a_time(first: int, second: int) -> None:
 def test_two_in_turn_are_found_with_the_second_message_of_each(first: int, second: int) -> None:
     answers = found(alternating(first, second))
     assert not any(answers[:2]) and all(answers[3:])
-    assert answers[2] or second >= first  # the first's next number is as good as the second's only then
+    assert (
+        answers[2] or second >= first
+    )  # the first's next number is as good as the second's only then
 
 
-@given(st.integers(1, 10**6), st.integers(1, 10**6), st.integers(2, 20), st.randoms(use_true_random=False))
+@given(
+    st.integers(1, 10**6),
+    st.integers(1, 10**6),
+    st.integers(2, 20),
+    st.randoms(use_true_random=False),
+)
 def test_two_at_any_rates_are_found(first: int, second: int, every: int, random) -> None:
     numbers = []
     for k in range(4 * every):

@@ -32,7 +32,9 @@ def test_nothing_heard_yet() -> None:
     assert command_missing(Ages(5.0), LIMITS) is Reason.NO_COMMAND_YET
 
 
-@pytest.mark.parametrize(("later_s", "old"), [(0.0, False), (0.19, False), (0.21, True), (1e9, True)])
+@pytest.mark.parametrize(
+    ("later_s", "old"), [(0.0, False), (0.19, False), (0.21, True), (1e9, True)]
+)
 def test_both_are_old_after_two_tenths_of_a_second(later_s: float, old: bool) -> None:
     ages = aged(heard(7.0), 7.0 + later_s)
     assert command_missing(ages, LIMITS) is (Reason.COMMAND_OLD if old else None)
@@ -40,7 +42,9 @@ def test_both_are_old_after_two_tenths_of_a_second(later_s: float, old: bool) ->
 
 
 def test_old_is_an_error() -> None:
-    assert {Reason.COMMAND_OLD.level, Reason.RIG_SILENT.level, Reason.NO_SAMPLE_YET.level} == {Level.ERROR}
+    assert {Reason.COMMAND_OLD.level, Reason.RIG_SILENT.level, Reason.NO_SAMPLE_YET.level} == {
+        Level.ERROR
+    }
 
 
 def test_each_is_renewed_by_its_own_kind_alone() -> None:
@@ -58,7 +62,9 @@ def test_a_clock_that_jumps_back_makes_nothing_young_and_nothing_eternal() -> No
 
 
 @given(st.lists(st.floats(-1e3, 1e3), max_size=5), st.integers(0, 20))
-def test_after_any_jumps_a_command_dies_within_its_time_and_a_look_for_each_jump(jumps: list[float], every: int) -> None:
+def test_after_any_jumps_a_command_dies_within_its_time_and_a_look_for_each_jump(
+    jumps: list[float], every: int
+) -> None:
     period, now = 0.01, 500.0
     ages, looks = heard(now), 0
     pending = list(jumps)

@@ -1,14 +1,11 @@
 """The twin files that come with the repository load, are believed, and run."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from support.paths import CONFIG
 
 from pendulum_twin.model import load_twin
 from pendulum_twin.stepper import Stepper
-
-CONFIG = Path(__file__).parents[2] / "config"
 
 
 @pytest.mark.parametrize("name", ["inteco", "inteco_thesis"])
@@ -30,5 +27,10 @@ def test_the_thesis_twin_stands_still_in_its_dead_zone() -> None:
 
 
 def test_the_thesis_twin_differs_from_table_1_only_where_it_says() -> None:
-    table, thesis = (load_twin(CONFIG / f"{name}.yaml").rig.to_mapping() for name in ("inteco", "inteco_thesis"))
-    assert {key for key in table if table[key] != thesis[key]} == {"force_per_pwm_n", "cart_viscous_n_s_m"}
+    table, thesis = (
+        load_twin(CONFIG / f"{name}.yaml").rig.to_mapping() for name in ("inteco", "inteco_thesis")
+    )
+    assert {key for key in table if table[key] != thesis[key]} == {
+        "force_per_pwm_n",
+        "cart_viscous_n_s_m",
+    }

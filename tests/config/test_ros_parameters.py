@@ -3,7 +3,6 @@
 import re
 from collections.abc import Iterator
 from dataclasses import Field, fields
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -11,17 +10,18 @@ import yaml
 
 pytest.importorskip("rclpy")
 from rclpy.node import Node
-from ros_graph import Graph
+from support.paths import CONFIG
+from support.ros_graph import Graph
 
 from pendulum_bridge.nodes.driver_settings import DriverSettings
 from pendulum_bridge.nodes.excitation_settings import ExcitationSettings
 from pendulum_bridge.nodes.recorder_settings import RecorderSettings
 from pendulum_bridge.nodes.view_settings import ViewSettings
 from pendulum_bridge.nodes.watch_settings import WatchSettings
-from pendulum_twin.nodes.settings import declared
+from pendulum_twin.nodes.settings import declare_settings
 from pendulum_twin.nodes.twin_settings import TwinSettings
 
-FOLDER = Path(__file__).parents[2] / "config" / "ros"
+FOLDER = CONFIG / "ros"
 KINDS: dict[str, type] = {
     "driver": DriverSettings,
     "excitation": ExcitationSettings,
@@ -31,7 +31,13 @@ KINDS: dict[str, type] = {
     "watch": WatchSettings,
 }
 # What has no default.
-NEEDED = {"driver": "twin", "excitation": "twin_file", "recorder": "out", "twin": "twin", "watch": "twin"}
+NEEDED = {
+    "driver": "twin",
+    "excitation": "twin_file",
+    "recorder": "out",
+    "twin": "twin",
+    "watch": "twin",
+}
 VALUE = re.compile(r" {4}(\w+): (.*?)(?:  +# (.*))?$")
 
 
@@ -51,7 +57,9 @@ def commented(name: str) -> Iterator[tuple[str, str]]:
 
 
 def test_there_is_a_file_for_each_node() -> None:
-    assert sorted(path.name for path in FOLDER.iterdir()) == sorted(f"{name}.yaml" for name in KINDS)
+    assert sorted(path.name for path in FOLDER.iterdir()) == sorted(
+        f"{name}.yaml" for name in KINDS
+    )
 
 
 @pytest.mark.parametrize("name", KINDS)
@@ -59,7 +67,7 @@ def test_rclpy_reads_it_and_the_node_takes_it(name: str, ros: Graph) -> None:
     kind, arguments = KINDS[name], ["--ros-args", "--params-file", str(FOLDER / f"{name}.yaml")]
     arguments += ["-p", f"{NEEDED[name]}:=somewhere"] if name in NEEDED else []
     node = ros.serve(Node(name, context=ros.context, cli_args=arguments))
-    settings = declared(node, kind)
+    settings = declare_settings(node, kind)
     for key, value in values(name).items():
         found = getattr(settings, key)
         assert (list(found) if isinstance(found, tuple) else found) == value, key
@@ -72,7 +80,9 @@ def test_it_holds_the_defaults_with_meaning_and_range(name: str) -> None:
     assert set(comments) == set(values(name)) <= set(known)
     for key, value in values(name).items():
         default, span = known[key].default, known[key].metadata["span"]
-        assert value == (list(default) if isinstance(default, tuple) else default), f"{key}: default {default}"
+        assert value == (list(default) if isinstance(default, tuple) else default), (
+            f"{key}: default {default}"
+        )
         assert type(value) is type(default) or isinstance(value, list), key
         assert known[key].metadata["text"] in comments[key], key
         assert span is None or f"{span[0]:g} to {span[1]:g}" in comments[key], key

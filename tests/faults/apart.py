@@ -6,16 +6,16 @@ from contextlib import closing
 from pathlib import Path
 
 from builtin_interfaces.msg import Time
-from driven_rig import MODULE, DrivenEmulator, arguments_for
-from excitation_bench import BUSY_S, LONG, written
-from excitation_bench import Bench as Twins
 from faults.bench import Bench
 from faults.row import Row
-from ros_graph import Graph
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
+from support.driven_rig import MODULE, DrivenEmulator, arguments_for
+from support.excitation_bench import BUSY_S, LONG, written
+from support.excitation_bench import Bench as Twins
+from support.ros_graph import Graph
 
 from pendulum_bridge.arrival_clock import ArrivalClock
 from pendulum_bridge.excitation_guard import StopReason
@@ -44,7 +44,12 @@ def ros_clock_jumps(ros: Graph) -> Row:
         zero_s = bench.zero_after(time.monotonic(), 0.2)  # and its watchdog still bites
         bench.user.healths.clear()
         said = bench.said(Reason.COMMAND_OLD)
-    return Row("ROS clock jumps by 1 h, both ways (use_sim_time)", zero_s, "goes on; then the user stops commanding", said)
+    return Row(
+        "ROS clock jumps by 1 h, both ways (use_sim_time)",
+        zero_s,
+        "goes on; then the user stops commanding",
+        said,
+    )
 
 
 def system_clock_jumps() -> Row:
@@ -73,14 +78,28 @@ def empty_sample(ros: Graph) -> Row:
         listener.create_subscription(Float64, "/rig/pwm", note, 1000)
         states = listener.create_publisher(JointState, "/rig/joint_states", SAMPLES)
         node = twins.play(written(Path(folder), *LONG), listeners=3, silence_s=BUSY_S)
-        ros.until(lambda: states.get_subscription_count() >= 2 and any(pwm for _, pwm in sent), "the plan to push")
+        ros.until(
+            lambda: states.get_subscription_count() >= 2 and any(pwm for _, pwm in sent),
+            "the plan to push",
+        )
         begin = time.monotonic()
         states.publish(JointState())
         ros.until(lambda: node.over and sent[-1][1] == 0.0, "PWM 0")
-        assert node._run.stopped is not None and node._run.stopped.reason is StopReason.SAMPLE_MALFORMED
-        zero_s = next(at for k, (at, _) in enumerate(sent) if not any(pwm for _, pwm in sent[k:])) - begin
+        assert (
+            node._run.stopped is not None
+            and node._run.stopped.reason is StopReason.SAMPLE_MALFORMED
+        )
+        zero_s = (
+            next(at for k, (at, _) in enumerate(sent) if not any(pwm for _, pwm in sent[k:]))
+            - begin
+        )
         said = node.end() or ""
-    return Row("empty JointState to the excitation", zero_s, "it stops; its last command, to twin and rig, is 0", said)
+    return Row(
+        "empty JointState to the excitation",
+        zero_s,
+        "it stops; its last command, to twin and rig, is 0",
+        said,
+    )
 
 
 def resets(ros: Graph, count: int = 100) -> Row:
@@ -116,5 +135,11 @@ def _reset(ros: Graph, client, count: int) -> None:
 def _held(process: int) -> tuple[int, int, int]:
     """Return how many files and threads a process has, and its memory in KiB."""
     proc = Path(f"/proc/{process}")
-    memory = next(row for row in (proc / "status").read_text().splitlines() if row.startswith("VmRSS"))
-    return len(list((proc / "fd").iterdir())), len(list((proc / "task").iterdir())), int(memory.split()[1])
+    memory = next(
+        row for row in (proc / "status").read_text().splitlines() if row.startswith("VmRSS")
+    )
+    return (
+        len(list((proc / "fd").iterdir())),
+        len(list((proc / "task").iterdir())),
+        int(memory.split()[1]),
+    )

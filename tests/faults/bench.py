@@ -9,12 +9,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from driven_rig import MODULE, User, figures
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
-from ros_graph import DEADLINE_S, Graph, until
-from running_emulator import TWIN, start
-from wire import LOOPBACK, Sent, Wire, untouched
+from support.driven_rig import MODULE, User, figures
+from support.ros_graph import DEADLINE_S, Graph, until
+from support.running_emulator import TWIN, start
+from support.wire import LOOPBACK, Sent, Wire, untouched
 
 from pendulum_bridge.reasons import Reason
 
@@ -48,9 +48,16 @@ class Bench:
 
     def start_rig(self) -> None:
         wire = self.wire
-        addresses = ("--listen", f"{LOOPBACK}:{wire.emulator_port}", "--send", f"{LOOPBACK}:{wire.user_port}")
+        addresses = (
+            "--listen",
+            f"{LOOPBACK}:{wire.emulator_port}",
+            "--send",
+            f"{LOOPBACK}:{wire.user_port}",
+        )
         self.rig = start("--twin", str(TWIN), *addresses)
-        assert select.select([self.rig.stdout], [], [], DEADLINE_S)[0], "the emulator never said that it is ready"
+        assert select.select([self.rig.stdout], [], [], DEADLINE_S)[0], (
+            "the emulator never said that it is ready"
+        )
 
     def start_driver(self) -> None:
         self.driver = self.ros.start(MODULE, *driver_arguments(self.wire, **self._values))
@@ -58,7 +65,9 @@ class Bench:
     def commander(self, *arguments: object) -> subprocess.Popen:
         """Start a program that commands; it says so when it begins."""
         command = [sys.executable, str(COMMANDER), *map(str, arguments)]
-        program = subprocess.Popen(command, env=self.ros.environment, stdout=subprocess.PIPE, text=True)
+        program = subprocess.Popen(
+            command, env=self.ros.environment, stdout=subprocess.PIPE, text=True
+        )
         self._commanders.append(program)
         return program
 
@@ -143,7 +152,9 @@ class Bench:
 
         self.until(rests, "PWM 0", step)
         zero_s = (zero_at(self.wire.since(begin)) or math.nan) - begin
-        assert zero_s <= limit_s + BUSY_S, f"PWM 0 after {zero_s:.3f} s, expected within {limit_s} s"
+        assert zero_s <= limit_s + BUSY_S, (
+            f"PWM 0 after {zero_s:.3f} s, expected within {limit_s} s"
+        )
         return zero_s
 
     def goes_on(self, begin: float, seconds: float = 1.0, step: Step | None = None) -> list[Sent]:
@@ -151,7 +162,9 @@ class Bench:
         self.spin(seconds, step or self.drive)
         sent = self.wire.since(begin)
         driven = sum(each.pwm != 0 for each in sent)
-        assert driven > 0.5 * len(sent) > 10, f"of {len(sent)} commands {len(sent) - driven} were 0: {self.sentences}"
+        assert driven > 0.5 * len(sent) > 10, (
+            f"of {len(sent)} commands {len(sent) - driven} were 0: {self.sentences}"
+        )
         return sent
 
     @property
@@ -175,7 +188,9 @@ class Bench:
 
     def set(self, **values: object) -> str:
         """Set parameters of the running driver; return why not, empty when done."""
-        parameters = [Parameter(name, value=value).to_parameter_msg() for name, value in values.items()]
+        parameters = [
+            Parameter(name, value=value).to_parameter_msg() for name, value in values.items()
+        ]
         answer = self.ros.call(self._parameters, SetParameters.Request(parameters=parameters))
         return "; ".join(result.reason for result in answer.results if not result.successful)
 
@@ -183,7 +198,10 @@ class Bench:
 def driver_arguments(wire: Wire, **values: object) -> list[str]:
     """Return the arguments that make the module a driver at the wire's end."""
     given = {"twin": TWIN, "rig_port": wire.rig_port, "listen_port": wire.driver_port, **values}
-    return ["--ros-args", *(word for name, value in given.items() for word in ("-p", f"{name}:={value}"))]
+    return [
+        "--ros-args",
+        *(word for name, value in given.items() for word in ("-p", f"{name}:={value}")),
+    ]
 
 
 def zero_at(sent: list[Sent]) -> float | None:

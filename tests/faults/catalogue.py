@@ -5,7 +5,7 @@ from collections.abc import Callable
 from faults import apart, commands, packets, programs
 from faults.bench import Bench
 from faults.row import Row
-from ros_graph import Graph
+from support.ros_graph import Graph
 
 ON_BENCH: tuple[Callable[[Bench], Row], ...] = (
     commands.stale_command,

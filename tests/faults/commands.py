@@ -22,7 +22,12 @@ def stale_command(bench: Bench) -> Row:
     zero_s = bench.zero_after(begin, TIMEOUT_S)
     said = bench.said(Reason.COMMAND_OLD)
     bench.recovers()
-    return Row("stale command: the user stops commanding", zero_s, "PWM 0 after 0.2 s; the next command counts", said)
+    return Row(
+        "stale command: the user stops commanding",
+        zero_s,
+        "PWM 0 after 0.2 s; the next command counts",
+        said,
+    )
 
 
 def learner_pauses(bench: Bench) -> Row:
@@ -39,7 +44,12 @@ def learner_pauses(bench: Bench) -> Row:
     bench.until(lambda: bench.wire.pwm != 0, "the learner once more")
     learner.kill()
     bench.recovers()
-    return Row("learner pauses: SIGSTOP of the program that commands", zero_s, "PWM 0; goes on after SIGCONT", said)
+    return Row(
+        "learner pauses: SIGSTOP of the program that commands",
+        zero_s,
+        "PWM 0; goes on after SIGCONT",
+        said,
+    )
 
 
 def flood(bench: Bench, rate_hz: float = 10_000.0, seconds: float = 2.0) -> Row:
@@ -57,7 +67,9 @@ def flood(bench: Bench, rate_hz: float = 10_000.0, seconds: float = 2.0) -> Row:
         assert len(sent) < most, f"{len(sent)} packets, at most {most:.0f}"
         moved = sum(abs(b.pwm - a.pwm) for a, b in pairwise(sent))
         assert max(abs(each.pwm) for each in sent) <= limit
-        assert moved <= slew_per_s * (passed_s + BUSY_S), f"PWM moved by {moved:.2f} in {passed_s:.1f} s"
+        assert moved <= slew_per_s * (passed_s + BUSY_S), (
+            f"PWM moved by {moved:.2f} in {passed_s:.1f} s"
+        )
         flooder.kill()
         end = time.monotonic()
         zero_s = bench.zero_after(end, TIMEOUT_S)
@@ -78,11 +90,18 @@ def flood(bench: Bench, rate_hz: float = 10_000.0, seconds: float = 2.0) -> Row:
 def no_number(bench: Bench, value: float) -> Row:
     begin = time.monotonic()
     zero_s = bench.zero_after(begin, TIMEOUT_S, lambda: bench.send(value))
-    said = bench.said(Reason.COMMAND_OLD, Reason.COMMAND_NOT_FINITE, step=lambda: bench.send(value))
+    said = bench.said(
+        Reason.COMMAND_OLD, Reason.COMMAND_NOT_FINITE, step=lambda: bench.send(value)
+    )
     refused = bench.counted("commands_refused")
     assert refused > 10 and not bench.wire.odd
     bench.recovers()
-    return Row(f"command {value}", zero_s, "none reaches the rig, each is counted; the last good one counts for 0.2 s", said)
+    return Row(
+        f"command {value}",
+        zero_s,
+        "none reaches the rig, each is counted; the last good one counts for 0.2 s",
+        said,
+    )
 
 
 def not_a_number(bench: Bench) -> Row:

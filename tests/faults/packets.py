@@ -23,7 +23,13 @@ def spoiling(change: Changed) -> Callable[[bytes], list[bytes]]:
     return lambda packet: [change(Sample.unpack(packet)).pack()]
 
 
-def spoilt(bench: Bench, spoil: Callable[[bytes], list[bytes]], limit_s: float, *expected: Reason, step=None):
+def spoilt(
+    bench: Bench,
+    spoil: Callable[[bytes], list[bytes]],
+    limit_s: float,
+    *expected: Reason,
+    step=None,
+):
     """Return after how long there was PWM 0 with all samples spoilt, and what was said."""
     step = step or bench.drive
     bench.wire.spoil = spoil
@@ -37,7 +43,12 @@ def nan_packets(bench: Bench) -> Row:
     zero_s, said = spoilt(bench, lambda _: [packet], TIMEOUT_S, Reason.RIG_SILENT)
     assert bench.counted("packets_malformed", bench.drive) > before + 10
     bench.recovers()
-    return Row("malformed packets: every sample holds NaN", zero_s, "none is taken: the rig counts as silent", said)
+    return Row(
+        "malformed packets: every sample holds NaN",
+        zero_s,
+        "none is taken: the rig counts as silent",
+        said,
+    )
 
 
 def random_packets(bench: Bench) -> Row:
@@ -66,7 +77,12 @@ def short_packets(bench: Bench) -> Row:
     zero_s, said = spoilt(bench, lambda packet: [packet[:16], b""], TIMEOUT_S, Reason.RIG_SILENT)
     assert bench.counted("packets_malformed", bench.drive) > before + 10
     bench.recovers()
-    return Row("short packets: 16 bytes, and none", zero_s, "none is taken: the rig counts as silent", said)
+    return Row(
+        "short packets: 16 bytes, and none",
+        zero_s,
+        "none is taken: the rig counts as silent",
+        said,
+    )
 
 
 def foreign_packets(bench: Bench) -> Row:
@@ -83,7 +99,9 @@ def foreign_packets(bench: Bench) -> Row:
     foreign = bench.counted("packets_foreign", step) - before
     assert foreign > 50
     right = f"goes on; none is taken or published, {foreign:.0f} counted"
-    return Row("foreign packets: samples from another host", None, right, bench.user.healths[-1].message)
+    return Row(
+        "foreign packets: samples from another host", None, right, bench.user.healths[-1].message
+    )
 
 
 def reordered_packets(bench: Bench) -> Row:
@@ -100,11 +118,16 @@ def reordered_packets(bench: Bench) -> Row:
     bench.wire.spoil = swap
     begin, seen = time.monotonic(), len(bench.user.states)
     bench.goes_on(begin, 1.5)
-    stamps = [state.header.stamp.sec + 1e-9 * state.header.stamp.nanosec for state in bench.user.states[seen:]]
+    stamps = [
+        state.header.stamp.sec + 1e-9 * state.header.stamp.nanosec
+        for state in bench.user.states[seen:]
+    ]
     assert all(b > a for a, b in pairwise(stamps))
     said = bench.user.healths[-1].message
     bench.recovers()
-    return Row("reordered packets: each pair of samples swapped", None, "goes on; stamps rise", said)
+    return Row(
+        "reordered packets: each pair of samples swapped", None, "goes on; stamps rise", said
+    )
 
 
 def silence(bench: Bench) -> Row:
@@ -112,7 +135,12 @@ def silence(bench: Bench) -> Row:
     answer = bench.user.call("reset")
     assert not answer.success and answer.message == Reason.RESET_SILENT.sentence
     bench.recovers()
-    return Row("silence of the rig", zero_s, "PWM 0; a reset is refused; goes on when the rig is back", said)
+    return Row(
+        "silence of the rig",
+        zero_s,
+        "PWM 0; a reset is refused; goes on when the rig is back",
+        said,
+    )
 
 
 def rig_restarts(bench: Bench) -> Row:
@@ -123,13 +151,17 @@ def rig_restarts(bench: Bench) -> Row:
     said = bench.said(Reason.RIG_SILENT, step=bench.drive)
     bench.start_rig()
     bench.recovers()
-    return Row("the rig is killed and starts again", zero_s, "PWM 0; goes on when the rig is back", said)
+    return Row(
+        "the rig is killed and starts again", zero_s, "PWM 0; goes on when the rig is back", said
+    )
 
 
 def encoder_jump(bench: Bench) -> Row:
     off = spoiling(lambda sample: replace(sample, cart_m=sample.cart_m + 0.2))
     zero_s, said = spoilt(bench, off, AT_ONCE_S, Reason.ENCODER_JUMPED)
-    return _latched(bench, Row("encoder jump: the cart reads 0.2 m more from now on", zero_s, "PWM 0", said))
+    return _latched(
+        bench, Row("encoder jump: the cart reads 0.2 m more from now on", zero_s, "PWM 0", said)
+    )
 
 
 def encoder_stuck(bench: Bench) -> Row:
@@ -140,8 +172,13 @@ def encoder_stuck(bench: Bench) -> Row:
         held.append(sample.cart_m)
         return replace(sample, cart_m=held[0], cart_velocity=0.0)
 
-    zero_s, said = spoilt(bench, spoiling(stuck), STUCK_S, Reason.CART_STUCK, step=lambda: bench.send(push))
-    return _latched(bench, Row("stuck encoder: the cart's reading stays while 0.4 pushes it", zero_s, "PWM 0", said))
+    zero_s, said = spoilt(
+        bench, spoiling(stuck), STUCK_S, Reason.CART_STUCK, step=lambda: bench.send(push)
+    )
+    return _latched(
+        bench,
+        Row("stuck encoder: the cart's reading stays while 0.4 pushes it", zero_s, "PWM 0", said),
+    )
 
 
 def same_sample(bench: Bench) -> Row:
@@ -153,7 +190,9 @@ def same_sample(bench: Bench) -> Row:
 
     bench.until(lambda: abs(bench.user.states[-1].velocity[0]) > 0.05, "motion", bench.drive)
     zero_s, said = spoilt(bench, same, STUCK_S, Reason.CART_STUCK, Reason.POLE_STUCK)
-    return _latched(bench, Row("stuck rig: the same sample again and again", zero_s, "PWM 0", said))
+    return _latched(
+        bench, Row("stuck rig: the same sample again and again", zero_s, "PWM 0", said)
+    )
 
 
 def _latched(bench: Bench, row: Row) -> Row:
@@ -169,13 +208,22 @@ def _latched(bench: Bench, row: Row) -> Row:
 def silence_in_reset(bench: Bench) -> Row:
     pending = bench.user.ask("reset")
     moved = time.monotonic()
-    bench.until(lambda: any(abs(sent.pwm) not in (0.0, 0.1) for sent in bench.wire.since(moved)), "the reset to drive")
+    bench.until(
+        lambda: any(abs(sent.pwm) not in (0.0, 0.1) for sent in bench.wire.since(moved)),
+        "the reset to drive",
+    )
     bench.wire.spoil = lambda _: []
     begin = time.monotonic()
     zero_s = bench.zero_after(begin, TIMEOUT_S)
     bench.until(pending.done, "the answer")
-    assert pending.result().message == Reason.RESET_SILENT.sentence and time.monotonic() < begin + DEADLINE_S
+    assert (
+        pending.result().message == Reason.RESET_SILENT.sentence
+        and time.monotonic() < begin + DEADLINE_S
+    )
     bench.recovers()
     return Row(
-        "silence of the rig in a reset", zero_s, "PWM 0; the reset is given up and answered", pending.result().message
+        "silence of the rig in a reset",
+        zero_s,
+        "PWM 0; the reset is given up and answered",
+        pending.result().message,
     )

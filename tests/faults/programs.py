@@ -4,11 +4,11 @@ import math
 import signal
 import time
 
-from driven_rig import MODULE
 from faults.bench import Bench, driver_arguments
 from faults.row import Row
-from ros_graph import DEADLINE_S, Graph
-from wire import Wire
+from support.driven_rig import MODULE
+from support.ros_graph import DEADLINE_S, Graph
+from support.wire import Wire
 
 from pendulum_bridge.reasons import Reason
 
@@ -36,7 +36,9 @@ def driver_killed(bench: Bench) -> Row:
     zero_s = bench.zero_after(begin, AT_ONCE_S, bench.drive)
     bench.start_driver()
     bench.recovers()
-    return Row("SIGKILL of the driver", zero_s, "its companion sends PWM 0; a new driver drives on")
+    return Row(
+        "SIGKILL of the driver", zero_s, "its companion sends PWM 0; a new driver drives on"
+    )
 
 
 def driver_stopped(bench: Bench) -> Row:
@@ -54,7 +56,9 @@ def driver_stopped(bench: Bench) -> Row:
     assert got == {0.0}, f"after the SIGCONT came {got}"
     bench.user.healths.clear()
     bench.recovers()
-    right = "its companion sends PWM 0; after SIGCONT no command of before comes through, new ones do"
+    right = (
+        "its companion sends PWM 0; after SIGCONT no command of before comes through, new ones do"
+    )
     return Row("SIGSTOP of the driver", zero_s, right)
 
 
@@ -67,13 +71,20 @@ def wrong_parameters(bench: Bench) -> Row:
         bench.spin(0.1, bench.drive)
     first = bench.set(**{WRONG_LIVE[0][0]: WRONG_LIVE[0][1]})
     bench.goes_on(begin, 0.3)
-    return Row("illegal parameters while it runs: NaN, text, range", None, "goes on; each is refused in a sentence", first)
+    return Row(
+        "illegal parameters while it runs: NaN, text, range",
+        None,
+        "goes on; each is refused in a sentence",
+        first,
+    )
 
 
 def wrong_at_start(ros: Graph) -> Row:
     wire = Wire()
     try:
-        programs = [ros.start(MODULE, *driver_arguments(wire, **values)) for values, _ in WRONG_AT_START]
+        programs = [
+            ros.start(MODULE, *driver_arguments(wire, **values)) for values, _ in WRONG_AT_START
+        ]
         for program, (_, sentence) in zip(programs, WRONG_AT_START, strict=True):
             said, complaint = program.communicate(timeout=DEADLINE_S)
             assert (program.returncode, said) == (1, "") and complaint.count("\n") == 1
@@ -81,7 +92,12 @@ def wrong_at_start(ros: Graph) -> Row:
         assert not wire.odd and all(sent.pwm == 0 for sent in wire.commands)
     finally:
         wire.close()
-    return Row("illegal parameters at the start", None, "ends with status 1 and a sentence; the rig gets no PWM", complaint)
+    return Row(
+        "illegal parameters at the start",
+        None,
+        "ends with status 1 and a sentence; the rig gets no PWM",
+        complaint,
+    )
 
 
 def stop(bench: Bench) -> Row:
@@ -92,13 +108,18 @@ def stop(bench: Bench) -> Row:
     assert answer.success and bench.user.call("clear_stop").message == Reason.ZERO_FIRST.sentence
     bench.clear()
     bench.recovers()
-    return Row("emergency stop", zero_s, "PWM 0; stays until it is cleared after a command of 0", said)
+    return Row(
+        "emergency stop", zero_s, "PWM 0; stays until it is cleared after a command of 0", said
+    )
 
 
 def stop_in_reset(bench: Bench) -> Row:
     asked = time.monotonic()
     pending = bench.user.ask("reset")
-    bench.until(lambda: any(abs(sent.pwm) not in (0.0, 0.1) for sent in bench.wire.since(asked)), "the reset to drive")
+    bench.until(
+        lambda: any(abs(sent.pwm) not in (0.0, 0.1) for sent in bench.wire.since(asked)),
+        "the reset to drive",
+    )
     begin = time.monotonic()
     assert bench.user.call("stop").success
     zero_s = bench.zero_after(begin, AT_ONCE_S)
@@ -106,4 +127,9 @@ def stop_in_reset(bench: Bench) -> Row:
     assert pending.result().message == Reason.RESET_STOPPED.sentence
     bench.clear()
     bench.recovers()
-    return Row("stop during a reset", zero_s, "PWM 0; the reset is given up and answered", pending.result().message)
+    return Row(
+        "stop during a reset",
+        zero_s,
+        "PWM 0; the reset is given up and answered",
+        pending.result().message,
+    )

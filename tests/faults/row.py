@@ -9,7 +9,8 @@ HEAD = ("fault", "PWM 0 after", "what is right, and was checked", "what was said
 class Row:
     """Hold what came of a fault.
 
-    zero_s: from the fault until the rig got PWM 0 for good, s; None where something else is right. right: what was checked.
+    zero_s: from the fault until the rig got PWM 0 for good, s; None where something else is right.
+    right: what was checked.
     said: the sentence that a person gets.
     """
 
@@ -20,7 +21,12 @@ class Row:
 
     @property
     def cells(self) -> tuple[str, ...]:
-        return self.fault, "" if self.zero_s is None else f"{1e3 * self.zero_s:.1f} ms", self.right, self.said
+        return (
+            self.fault,
+            "" if self.zero_s is None else f"{1e3 * self.zero_s:.1f} ms",
+            self.right,
+            self.said,
+        )
 
 
 def line(cells: tuple[str, ...]) -> str:

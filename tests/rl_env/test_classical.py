@@ -41,8 +41,12 @@ def untuned(twin: Twin) -> Classical:
 
 def test_designed_on_the_nominal_twin_it_is_nearly_as_good_as_can_be() -> None:
     rig = Kept(NOMINAL)
-    assert earned_on(rig, designed(NOMINAL, TASK), TASK) > 475  # 479.5 measured; 512 were it upright at once
-    assert rig.last == pytest.approx([0.0, 2 * np.pi * round(rig.last[1] / (2 * np.pi)), 0.0, 0.0], abs=0.05)
+    assert (
+        earned_on(rig, designed(NOMINAL, TASK), TASK) > 475
+    )  # 479.5 measured; 512 were it upright at once
+    assert rig.last == pytest.approx(
+        [0.0, 2 * np.pi * round(rig.last[1] / (2 * np.pi)), 0.0, 0.0], abs=0.05
+    )
 
 
 @pytest.mark.parametrize(
@@ -52,13 +56,22 @@ def test_designed_on_the_nominal_twin_it_is_nearly_as_good_as_can_be() -> None:
         ({"cart_coulomb_friction": {"level_n": 1.0}}, 455),
         ({"cart_sign_inverted": {}}, 470),
         ({"input_dead_zone": {"width": 0.05}}, 450),
-        ({"input_sign_inverted": {}, "angle_sign_inverted": {}, "rail_tilt": {"angle_rad": 0.03}}, 470),
+        (
+            {
+                "input_sign_inverted": {},
+                "angle_sign_inverted": {},
+                "rail_tilt": {"angle_rad": 0.03},
+            },
+            470,
+        ),
         ({"motor_lag": {"time_constant_s": 0.05}, "angle_offset": {"angle_rad": 0.1}}, 430),
         ({"sensor_delay": {"delay_s": 0.04}, "velocity_filter": {"time_constant_s": 0.08}}, 460),
     ],
     ids=lambda value: "+".join(value) if isinstance(value, dict) else str(value),
 )
-def test_what_the_twin_knows_is_coped_with_untuned(effects: dict[str, dict[str, float]], least: float) -> None:
+def test_what_the_twin_knows_is_coped_with_untuned(
+    effects: dict[str, dict[str, float]], least: float
+) -> None:
     twin = Twin("made", NOMINAL.rig, effects)
     rig = Kept(twin)
     assert earned_on(rig, untuned(twin), TASK) > least
@@ -67,8 +80,15 @@ def test_what_the_twin_knows_is_coped_with_untuned(effects: dict[str, dict[str, 
 
 
 def test_it_is_the_twins_knowledge_that_does_it() -> None:
-    inverted = Twin("made", NOMINAL.rig, {"cart_sign_inverted": {}, "input_delay": {"delay_s": 0.1}})
-    assert earned_on(Kept(inverted), untuned(NOMINAL), TASK) < 200 < 400 < earned_on(Kept(inverted), untuned(inverted), TASK)
+    inverted = Twin(
+        "made", NOMINAL.rig, {"cart_sign_inverted": {}, "input_delay": {"delay_s": 0.1}}
+    )
+    assert (
+        earned_on(Kept(inverted), untuned(NOMINAL), TASK)
+        < 200
+        < 400
+        < earned_on(Kept(inverted), untuned(inverted), TASK)
+    )
 
 
 def test_an_angle_that_is_a_little_off_does_not_keep_the_cart_beside_the_middle() -> None:
@@ -88,10 +108,14 @@ def test_an_episode_leaves_nothing_behind() -> None:
 
 
 def test_a_beginning_that_was_stale_is_a_recordings_not_the_rigs() -> None:
-    assert not plant_of(Twin("made", NOMINAL.rig, {"stale_start": {"seconds": 2.0}}), TASK).twin.effects
+    assert not plant_of(
+        Twin("made", NOMINAL.rig, {"stale_start": {"seconds": 2.0}}), TASK
+    ).twin.effects
 
 
 def test_a_rig_without_a_pole_is_refused() -> None:
     cart = Twin("cart", Rig(cart_mass_kg=1.0, force_per_pwm_n=5.0, cart_viscous_n_s_m=1.0))
-    with pytest.raises(BadInputError, match="cart: expected a rig with cart, pole and drive to control"):
+    with pytest.raises(
+        BadInputError, match="cart: expected a rig with cart, pole and drive to control"
+    ):
         plant_of(cart, TASK)

@@ -11,8 +11,8 @@ from pendulum_rl_env.rig_forces import drive_for
 from pendulum_rl_env.static_drive import static_drive
 from pendulum_twin.encoders import Encoders
 from pendulum_twin.model import Twin, load_twin
+from pendulum_twin.parameter_vector import make_theta
 from pendulum_twin.stepper import Stepper
-from pendulum_twin.words import words_of
 
 RIG = load_twin("config/inteco.yaml").rig
 CHAIN = {
@@ -37,10 +37,14 @@ def test_the_chain_is_the_twins() -> None:
     for pwm in (0.4, -0.4, 0.15, -0.15, 0.03):
         plain = Twin("plain", RIG, {})
         drive = static_drive(twin, 0.5).given(pwm)
-        assert Stepper(twin, 0.001).step(pwm) == pytest.approx(Stepper(plain, 0.001).step(drive), abs=1e-7)
+        assert Stepper(twin, 0.001).step(pwm) == pytest.approx(
+            Stepper(plain, 0.001).step(drive), abs=1e-7
+        )
 
 
-@pytest.mark.parametrize("state", [(0.1, 0.3, 0.4, -2.0), (-0.2, 2.0, -0.8, 5.0), (0.0, 3.0, 0.5, 0.0)])
+@pytest.mark.parametrize(
+    "state", [(0.1, 0.3, 0.4, -2.0), (-0.2, 2.0, -0.8, 5.0), (0.0, 3.0, 0.5, 0.0)]
+)
 def test_the_drive_for_an_acceleration_gives_it(state: tuple[float, ...]) -> None:
     effects = {
         "cart_coulomb_friction": {"level_n": 1.0},
@@ -49,7 +53,7 @@ def test_the_drive_for_an_acceleration_gives_it(state: tuple[float, ...]) -> Non
         "pole_spring": {"n_m_per_rad": 0.005},
     }
     twin = Twin("made", RIG, effects)
-    drive = drive_for(3.0, math.copysign(1.0, state[2]), np.array(state), words_of(twin))
+    drive = drive_for(3.0, math.copysign(1.0, state[2]), np.array(state), make_theta(twin))
     after = Stepper(twin, 1e-4, state).step(drive)
     assert (after[2] - state[2]) / 1e-4 == pytest.approx(3.0, abs=0.02)
 
@@ -67,9 +71,14 @@ SENSORS = {
 
 
 def test_the_observer_sees_the_truth_behind_sensors_and_predicts_through_the_drive() -> None:
-    twin, bare = Twin("made", RIG, SENSORS), {name: SENSORS[name] for name in ("input_delay", "motor_lag")}
+    twin, bare = (
+        Twin("made", RIG, SENSORS),
+        {name: SENSORS[name] for name in ("input_delay", "motor_lag")},
+    )
     rig = KernelTransport(twin, 0.03, Encoders(57e-6, 2 * math.pi / 4096))
-    true = Stepper(Twin("bare", RIG, bare), 0.01, tuple(Observer(twin, 0.03).seen(rig.reset().state, 0.0)))
+    true = Stepper(
+        Twin("bare", RIG, bare), 0.01, tuple(Observer(twin, 0.03).seen(rig.reset().state, 0.0))
+    )
     observer, pwm = Observer(twin, 0.03, 0.03), 0.0
     observer.seen(rig.reset().state, 0.0)
     predicted = observer.ahead(0.0)
@@ -77,17 +86,27 @@ def test_the_observer_sees_the_truth_behind_sensors_and_predicts_through_the_dri
         state = observer.seen(rig.exchange(pwm).state, pwm)
         now = [true.step(pwm) for _ in range(3)][-1]
         assert predicted == pytest.approx(now, abs=0.06)
-        assert state[:2] == pytest.approx(now[:2], abs=2e-3) and state[2:] == pytest.approx(now[2:], abs=0.06)
+        assert state[:2] == pytest.approx(now[:2], abs=2e-3) and state[2:] == pytest.approx(
+            now[2:], abs=0.06
+        )
         pwm = 0.3 * math.sin(0.3 * k)
         predicted = observer.ahead(pwm)
 
 
 def test_a_twin_in_process_begins_at_true_rest_with_a_drive_that_was_still() -> None:
-    twin = Twin("made", RIG, {"angle_offset": {"angle_rad": 0.1}, "input_delay": {"delay_s": 0.06}})
+    twin = Twin(
+        "made", RIG, {"angle_offset": {"angle_rad": 0.1}, "input_delay": {"delay_s": 0.06}}
+    )
     rig = KernelTransport(twin, 0.03)
     for _ in range(2):
         assert rig.reset().state == pytest.approx([0.0, math.pi + 0.1, 0.0, 0.0])
         found = [rig.exchange(0.5).state for _ in range(3)]
-        assert found[1] == pytest.approx([0.0, math.pi + 0.1, 0.0, 0.0], abs=1e-12) and found[2][2] > 0.1
+        assert (
+            found[1] == pytest.approx([0.0, math.pi + 0.1, 0.0, 0.0], abs=1e-12)
+            and found[2][2] > 0.1
+        )
     let_go = KernelTransport(twin, 0.03, aside_rad=-0.05)
-    assert let_go.reset().state[1] == pytest.approx(math.pi + 0.05) and let_go.exchange(0.0).state[3] > 0.01
+    assert (
+        let_go.reset().state[1] == pytest.approx(math.pi + 0.05)
+        and let_go.exchange(0.0).state[3] > 0.01
+    )

@@ -54,12 +54,15 @@ def test_info_tells_the_state_the_end_and_the_time() -> None:
 
 
 def test_any_twin_file_with_any_effects_is_an_environment(tmp_path) -> None:
-    from hidden_physics import INTECO
+    from support.hidden_physics import INTECO
 
     from pendulum_twin.model import Twin, save_twin
 
     file = tmp_path / "twin.yaml"
-    save_twin(Twin("mine", INTECO.rig, {"input_sign_inverted": {}, "input_delay": {"delay_s": 0.03}}), file)
+    save_twin(
+        Twin("mine", INTECO.rig, {"input_sign_inverted": {}, "input_delay": {"delay_s": 0.03}}),
+        file,
+    )
     env = gym.make(IN_PROCESS[0], twin=str(file))
     env.reset()
     pushed = np.array([1.0], dtype=np.float32)
@@ -120,7 +123,9 @@ def test_a_rig_that_really_is_elsewhere_is_believed_in_the_end() -> None:
     noise, task = NoiseFilter(Task()), Task()
     noise.start(Sample(np.array([0.0, math.pi, 0.0, 0.0]), 0.0))
     far = np.array([0.6, math.pi, 0.0, 0.0])
-    believed = [noise.believed(Sample(far, task.step_s * k)).state[0] for k in range(1, IN_A_ROW + 3)]
+    believed = [
+        noise.believed(Sample(far, task.step_s * k)).state[0] for k in range(1, IN_A_ROW + 3)
+    ]
     assert believed[-1] == 0.6 and 0 < noise.dropped <= IN_A_ROW
 
 

@@ -6,7 +6,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
-from hidden_physics import HIDDEN, INTECO
+from support.hidden_physics import HIDDEN, INTECO
 
 import pendulum_rl_env  # noqa: F401 (registers)
 from pendulum_rl_env.env import PendulumEnv
@@ -20,7 +20,9 @@ from pendulum_twin.model import Twin
 COARSE = Encoders(57e-6, 2 * math.pi / 4096)
 
 
-@pytest.mark.parametrize("effect", [None, "input_delay", "cart_coulomb_friction", "velocity_filter", "gain_drift"])
+@pytest.mark.parametrize(
+    "effect", [None, "input_delay", "cart_coulomb_friction", "velocity_filter", "gain_drift"]
+)
 def test_a_fleet_is_many_single_environments(effect: str | None) -> None:
     twin = Twin("rig", INTECO.rig, {effect: HIDDEN[effect]} if effect else {})
     fleet = Fleet([twin], 3, encoders=COARSE)
@@ -35,7 +37,10 @@ def test_a_fleet_is_many_single_environments(effect: str | None) -> None:
         seen, earned, terminated, truncated, info = env.step(np.array([command]))
         total += earned
         assert np.array_equal(course.last[1], seen) and course.reward[1] == earned
-        assert End(course.end[1]).name.lower() == info["end"] and bool(course.truncated[1]) == truncated
+        assert (
+            End(course.end[1]).name.lower() == info["end"]
+            and bool(course.truncated[1]) == truncated
+        )
         if terminated or truncated:
             assert course.total[1] == pytest.approx(total)
             seen, _ = env.reset()
@@ -66,9 +71,16 @@ def test_at_the_rail_the_penalty_is_what_the_agent_gets() -> None:
 
 def test_the_same_seed_gives_the_same_episodes_and_another_others() -> None:
     def played(seed: int) -> np.ndarray:
-        fleet = Fleet([INTECO, Twin("b", INTECO.rig, {"rail_tilt": {"angle_rad": 0.05}})], 16, spread=0.5, seed=seed)
+        fleet = Fleet(
+            [INTECO, Twin("b", INTECO.rig, {"rail_tilt": {"angle_rad": 0.05}})],
+            16,
+            spread=0.5,
+            seed=seed,
+        )
         random = np.random.default_rng(1)
-        return np.array([fleet.step(random.uniform(-0.5, 0.5, 16)).seen.copy() for _ in range(200)])
+        return np.array(
+            [fleet.step(random.uniform(-0.5, 0.5, 16)).seen.copy() for _ in range(200)]
+        )
 
     assert np.array_equal(played(4), played(4)) and not np.array_equal(played(4), played(5))
 
@@ -80,7 +92,9 @@ def test_starts_spread_as_far_as_they_are_told_and_twins_take_turns() -> None:
     hanging = x == 0
     assert np.mean(hanging) == pytest.approx(0.75, abs=0.03)
     assert 0.9 * AWAY[0] < np.abs(x).max() <= AWAY[0]
-    offset = np.isclose(fleet.course.seen[hanging, 2], np.sin(np.pi + 0.1), atol=1e-6)  # it hangs by its weight all the same
+    offset = np.isclose(
+        fleet.course.seen[hanging, 2], np.sin(np.pi + 0.1), atol=1e-6
+    )  # it hangs by its weight all the same
     assert np.mean(offset) == pytest.approx(0.5, abs=0.03)
     assert fleet.course.seen[hanging][~offset, 3] == pytest.approx(-1, abs=1e-6)
 
@@ -93,12 +107,19 @@ def test_pwm_is_held_within_the_limit_of_task_and_rig() -> None:
 
 def test_the_vector_environment_keeps_gymnasiums_contract() -> None:
     env = gym.make_vec("pendulum_rl_env/InvertedPendulum-v0", num_envs=5)
-    assert isinstance(env, PendulumVectorEnv) and env.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
+    assert (
+        isinstance(env, PendulumVectorEnv)
+        and env.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
+    )
     seen, _ = env.reset(seed=3)
     assert env.observation_space.contains(seen) and env.action_space.shape == (5, 1)
     for _ in range(300):
-        seen, earned, terminated, truncated, info = env.step(np.full((5, 1), 0.5, dtype=np.float32))
-        assert env.observation_space.contains(seen) and earned.shape == terminated.shape == truncated.shape == (5,)
+        seen, earned, terminated, truncated, info = env.step(
+            np.full((5, 1), 0.5, dtype=np.float32)
+        )
+        assert env.observation_space.contains(
+            seen
+        ) and earned.shape == terminated.shape == truncated.shape == (5,)
         if terminated.any():
             break
     assert terminated.all() and info["final_obs"][0, 0] > 0.7 and seen[0, 0] == 0

@@ -24,11 +24,18 @@ def map_of(**effects: dict[str, float]):
 
 
 def test_the_map_is_that_of_the_equations_upright() -> None:
-    m, moment, inertia = RIG.total_mass_kg, RIG.total_mass_kg * RIG.com_distance_m, RIG.pole_inertia_kg_m2
+    m, moment, inertia = (
+        RIG.total_mass_kg,
+        RIG.total_mass_kg * RIG.com_distance_m,
+        RIG.pole_inertia_kg_m2,
+    )
     coupled = np.linalg.inv([[m, -moment], [-moment, inertia]])
     both = np.zeros((5, 5))
     both[0, 2] = both[1, 3] = 1.0
-    both[2:4, :4] = coupled @ [[0, 0, -RIG.cart_viscous_n_s_m, 0], [0, moment * 9.81, 0, -RIG.pole_viscous_n_m_s]]
+    both[2:4, :4] = coupled @ [
+        [0, 0, -RIG.cart_viscous_n_s_m, 0],
+        [0, moment * 9.81, 0, -RIG.pole_viscous_n_m_s],
+    ]
     both[2:4, 4] = coupled @ [RIG.force_per_pwm_n, 0]
     exact, found = expm(both * STEP_S), map_of()
     assert found.state == pytest.approx(exact[:4, :4], abs=1e-6)
@@ -36,9 +43,16 @@ def test_the_map_is_that_of_the_equations_upright() -> None:
 
 
 def test_a_delay_of_a_period_moves_the_drive_by_one_and_a_part_of_it_by_a_part() -> None:
-    now, later, half = map_of(), map_of(input_delay={"delay_s": STEP_S}), map_of(sensor_delay={"delay_s": STEP_S / 2})
+    now, later, half = (
+        map_of(),
+        map_of(input_delay={"delay_s": STEP_S}),
+        map_of(sensor_delay={"delay_s": STEP_S / 2}),
+    )
     assert later.drive == pytest.approx(np.vstack([np.zeros(4), now.drive]), abs=1e-9)
-    assert half.drive[:, 2].sum() == pytest.approx(now.drive[0, 2], rel=0.02) and min(half.drive[:, 2]) > 0.25
+    assert (
+        half.drive[:, 2].sum() == pytest.approx(now.drive[0, 2], rel=0.02)
+        and min(half.drive[:, 2]) > 0.25
+    )
 
 
 def test_a_lag_spreads_the_drive_over_the_periods_after() -> None:
@@ -51,8 +65,12 @@ def test_dry_friction_is_not_in_the_map() -> None:
 
 
 def test_a_tilt_takes_a_drive_and_a_spring_leans_the_pole_the_same_way_from_either_side() -> None:
-    assert upright(twin(rail_tilt={"angle_rad": 0.02})).drive == pytest.approx(-RIG.total_mass_kg * 9.81 * 0.02 / 12.86)
-    one, other = (upright(twin(pole_spring={"n_m_per_rad": 0.005}), turn).angle_rad for turn in (0, 1))
+    assert upright(twin(rail_tilt={"angle_rad": 0.02})).drive == pytest.approx(
+        -RIG.total_mass_kg * 9.81 * 0.02 / 12.86
+    )
+    one, other = (
+        upright(twin(pole_spring={"n_m_per_rad": 0.005}), turn).angle_rad for turn in (0, 1)
+    )
     weight = RIG.total_mass_kg * RIG.com_distance_m * 9.81
     assert weight * math.sin(one) == pytest.approx(0.005 * (one - math.pi)) and one < -0.1
     assert one + other == pytest.approx(2 * math.pi)
@@ -63,8 +81,12 @@ def test_a_pole_that_stands_by_itself_is_refused() -> None:
         upright(twin(pole_spring={"n_m_per_rad": 1.0}))
 
 
-@pytest.mark.parametrize("effects", [{}, {"input_delay": {"delay_s": 0.1}}, {"motor_lag": {"time_constant_s": 0.08}}])
-def test_the_closed_loop_is_stable_where_the_open_one_falls(effects: dict[str, dict[str, float]]) -> None:
+@pytest.mark.parametrize(
+    "effects", [{}, {"input_delay": {"delay_s": 0.1}}, {"motor_lag": {"time_constant_s": 0.08}}]
+)
+def test_the_closed_loop_is_stable_where_the_open_one_falls(
+    effects: dict[str, dict[str, float]],
+) -> None:
     linear = map_of(**effects)
     a, b = linear.augmented
     assert np.abs(np.linalg.eigvals(linear.state)).max() > 1.2

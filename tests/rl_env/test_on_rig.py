@@ -7,11 +7,12 @@ import pytest
 
 pytest.importorskip("rclpy")
 pytest.importorskip("stable_baselines3")
-from served_twin import served_twin
+from support.paths import CONFIG
+from support.served_twin import served_twin
 
 from pendulum_rl_env import evaluate, train
 
-TWIN = str(Path(__file__).parents[2] / "config" / "inteco.yaml")
+TWIN = str(CONFIG / "inteco.yaml")
 SHORT = """
 pendulum_rl_env/InvertedPendulum-v0:
   {algorithm: ppo, timesteps: 64, environments: 8, layers: [8], learning_rate: 0.001, evaluate_every: 64,
@@ -19,7 +20,9 @@ pendulum_rl_env/InvertedPendulum-v0:
 """
 
 
-def test_a_policy_is_trained_on_the_rig_and_tried_there(ros, monkeypatch, tmp_path: Path, capsys) -> None:
+def test_a_policy_is_trained_on_the_rig_and_tried_there(
+    ros, monkeypatch, tmp_path: Path, capsys
+) -> None:
     monkeypatch.setenv("ROS_DOMAIN_ID", str(ros.domain))
     monkeypatch.setattr(train, "EVALUATED_ON_RIG", 1)
     (tmp_path / "short.yaml").write_text(SHORT, encoding="utf-8")
@@ -28,15 +31,38 @@ def test_a_policy_is_trained_on_the_rig_and_tried_there(ros, monkeypatch, tmp_pa
         how = ["--preset", str(tmp_path / "short.yaml"), "--timesteps", "64", "--rig", "rig"]
         assert train.main(["--twin", TWIN, "--out", str(out), *how]) == 0
         told = json.loads((out / "result.json").read_text(encoding="utf-8"))
-        assert told["timesteps"] == 64 and len(told["evaluations"]) == 1 and told["steps_per_s"] < 40  # 33 by its clock
+        assert (
+            told["timesteps"] == 64 and len(told["evaluations"]) == 1 and told["steps_per_s"] < 40
+        )  # 33 by its clock
         capsys.readouterr()
-        assert evaluate.main(["--policy", str(out / "policy.zip"), "--rig", "rig", "--episodes", "1", "--json"]) == 0
+        assert (
+            evaluate.main(
+                ["--policy", str(out / "policy.zip"), "--rig", "rig", "--episodes", "1", "--json"]
+            )
+            == 0
+        )
         assert json.loads(capsys.readouterr().out)["episodes"] == 1
 
 
-def test_a_rig_that_is_not_there_ends_in_a_sentence(ros, monkeypatch, tmp_path: Path, capsys) -> None:
+def test_a_rig_that_is_not_there_ends_in_a_sentence(
+    ros, monkeypatch, tmp_path: Path, capsys
+) -> None:
     monkeypatch.setenv("ROS_DOMAIN_ID", str(ros.domain))
     monkeypatch.setattr("pendulum_rl_env.nodes.rig_client.CONNECT_S", 0.5)
-    assert train.main(["--out", str(tmp_path / "run"), "--rig", "nobody", "--timesteps", "64", "--preset", "fast"]) == 1
+    assert (
+        train.main(
+            [
+                "--out",
+                str(tmp_path / "run"),
+                "--rig",
+                "nobody",
+                "--timesteps",
+                "64",
+                "--preset",
+                "fast",
+            ]
+        )
+        == 1
+    )
     said = capsys.readouterr().err
     assert said.startswith("train: ") and "nobody" in said and "Traceback" not in said

@@ -5,13 +5,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hidden_physics import INTECO
+from support.hidden_physics import INTECO
 
 from pendulum_rl_env.posterior import knowledge_of
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin
 
-TWIN = Twin("rig", INTECO.rig, {"cart_coulomb_friction": {"level_n": 1.0}, "cart_sign_inverted": {}})
+TWIN = Twin(
+    "rig", INTECO.rig, {"cart_coulomb_friction": {"level_n": 1.0}, "cart_sign_inverted": {}}
+)
 FORCE = INTECO.rig.force_per_pwm_n
 
 
@@ -19,7 +21,10 @@ def verdict(folder: Path, **more: object) -> Path:
     told = {
         "schema": "pendulum_verdict/1",
         "missing_physics": [
-            {"effect": "cart_coulomb_friction", "parameters": {"level_n": {"value": 1.0, "low": 0.8, "high": 1.2}}},
+            {
+                "effect": "cart_coulomb_friction",
+                "parameters": {"level_n": {"value": 1.0, "low": 0.8, "high": 1.2}},
+            },
             {"effect": "cart_sign_inverted", "parameters": {}},
         ],
         "rig_parameters": {
@@ -38,16 +43,25 @@ def test_draws_have_the_spread_of_the_intervals(tmp_path: Path) -> None:
     known = knowledge_of(TWIN, verdict(tmp_path), 400, 1)
     assert known.twins[0] is TWIN and len(known.twins) == 401
     forces = np.array([twin.rig.force_per_pwm_n for twin in known.twins[1:]])
-    levels = np.array([twin.effects["cart_coulomb_friction"]["level_n"] for twin in known.twins[1:]])
-    assert forces.mean() == pytest.approx(FORCE, abs=0.05) and forces.std() == pytest.approx(0.2, rel=0.15)
-    assert levels.mean() == pytest.approx(1.0, abs=0.02) and levels.std() == pytest.approx(0.102, rel=0.15)
+    levels = np.array(
+        [twin.effects["cart_coulomb_friction"]["level_n"] for twin in known.twins[1:]]
+    )
+    assert forces.mean() == pytest.approx(FORCE, abs=0.05) and forces.std() == pytest.approx(
+        0.2, rel=0.15
+    )
+    assert levels.mean() == pytest.approx(1.0, abs=0.02) and levels.std() == pytest.approx(
+        0.102, rel=0.15
+    )
     assert all(twin.rig.pole_viscous_n_m_s == TWIN.rig.pole_viscous_n_m_s for twin in known.twins)
     assert all("cart_sign_inverted" in twin.effects for twin in known.twins)
     assert known.encoders.steps == (57e-6, 0.0015)
 
 
 def test_draws_repeat_with_the_seed_and_stay_within_what_can_be(tmp_path: Path) -> None:
-    wide = {"effect": "cart_coulomb_friction", "parameters": {"level_n": {"value": 1.0, "low": -9.0, "high": 11.0}}}
+    wide = {
+        "effect": "cart_coulomb_friction",
+        "parameters": {"level_n": {"value": 1.0, "low": -9.0, "high": 11.0}},
+    }
     file = verdict(tmp_path, missing_physics=[wide])
     one, two = (knowledge_of(TWIN, file, 50, 3).twins for _ in range(2))
     assert one == two

@@ -21,7 +21,9 @@ while packet := sys.stdin.buffer.read(16):
         sys.stdout.buffer.write(part)
         sys.stdout.buffer.flush()
 """
-SILENT = "import sys; print('waits for Godot', file=sys.stderr, flush=True); sys.stdin.buffer.read()"
+SILENT = (
+    "import sys; print('waits for Godot', file=sys.stderr, flush=True); sys.stdin.buffer.read()"
+)
 DEAD = "import sys; print('one'); print('no rig here\\n', file=sys.stderr); sys.exit(3)"
 
 
@@ -32,8 +34,16 @@ def program(source: str, deadline_s: float = 20.0) -> ProcessTransport:
 def test_packets_are_put_in_the_order_of_a_state() -> None:
     transport = program(ECHO)
     first, second = transport.reset(), transport.exchange(0.25)
-    assert first.state.tolist() == [0.0, 3.0, 1.0, 0.0] and first.stamp_s == 0.0 and first.info == {"dt_s": 0.0}
-    assert second.state.tolist() == [1.0, 3.0, 0.0, 0.25] and second.stamp_s == 0.03 and second.info == {"dt_s": 0.03}
+    assert (
+        first.state.tolist() == [0.0, 3.0, 1.0, 0.0]
+        and first.stamp_s == 0.0
+        and first.info == {"dt_s": 0.0}
+    )
+    assert (
+        second.state.tolist() == [1.0, 3.0, 0.0, 0.25]
+        and second.stamp_s == 0.03
+        and second.info == {"dt_s": 0.03}
+    )
     transport.exchange(0.1)
     assert transport.reset().stamp_s == 0.0
     transport.close()
@@ -64,13 +74,19 @@ def test_a_dead_programs_last_words_are_passed_on() -> None:
 
 
 def test_a_program_that_does_not_exist() -> None:
-    with pytest.raises(BadInputError, match=r"expected the program \./no_such_rig, but it cannot be run"):
+    with pytest.raises(
+        BadInputError, match=r"expected the program \./no_such_rig, but it cannot be run"
+    ):
         ProcessTransport(["./no_such_rig"], 0.03)
 
 
 def test_a_real_rig_hangs_at_rest_and_is_pushed() -> None:
-    transport = ProcessTransport([sys.executable, "-m", "pendulum_bridge.stepped_rig", "--seed", "3"], 0.03, 60.0)
-    assert transport.reset().state == pytest.approx([0.0, np.pi, 0.0, 0.0], abs=0.2)  # an angle may be off
+    transport = ProcessTransport(
+        [sys.executable, "-m", "pendulum_bridge.stepped_rig", "--seed", "3"], 0.03, 60.0
+    )
+    assert transport.reset().state == pytest.approx(
+        [0.0, np.pi, 0.0, 0.0], abs=0.2
+    )  # an angle may be off
     before = transport.exchange(0.0).state
     after = [transport.exchange(0.5) for _ in range(10)][-1]
     assert abs(after.state[0] - before[0]) > 0.02 and after.stamp_s == pytest.approx(0.33)

@@ -9,11 +9,11 @@ import pytest
 from pendulum_rl_env.swing_up import SwingUp, acceleration, energy
 from pendulum_rl_env.task import Task
 from pendulum_twin.model import Twin, load_twin
+from pendulum_twin.parameter_vector import make_theta
 from pendulum_twin.stepper import Stepper
-from pendulum_twin.words import words_of
 
 RIG = load_twin("config/inteco.yaml").rig
-WORDS = words_of(Twin("made", RIG))
+WORDS = make_theta(Twin("made", RIG))
 STRONG = 9.0
 TASK = Task()
 
@@ -28,15 +28,25 @@ def test_energy_is_minus_one_hanging_and_nothing_upright() -> None:
 
 
 @pytest.mark.parametrize("effects", [{}, {"pole_spring": {"n_m_per_rad": 0.006}}])
-def test_energy_is_kept_by_a_pole_that_swings_freely_on_a_cart_that_is_held(effects: dict[str, dict[str, float]]) -> None:
-    heavy = Twin("held", replace(RIG, cart_mass_kg=1e6, com_distance_m=0.0135 / 1e6, pole_viscous_n_m_s=0.0), effects)
-    stepper, words = Stepper(heavy, 0.01, (0.0, 0.4, 0.0, 1.0)), words_of(heavy)
-    found = [energy(stepper.step(0.0), words, -0.1) for _ in range(100)]
+def test_energy_is_kept_by_a_pole_that_swings_freely_on_a_cart_that_is_held(
+    effects: dict[str, dict[str, float]],
+) -> None:
+    heavy = Twin(
+        "held",
+        replace(RIG, cart_mass_kg=1e6, com_distance_m=0.0135 / 1e6, pole_viscous_n_m_s=0.0),
+        effects,
+    )
+    stepper, theta = Stepper(heavy, 0.01, (0.0, 0.4, 0.0, 1.0)), make_theta(heavy)
+    found = [energy(stepper.step(0.0), theta, -0.1) for _ in range(100)]
     assert np.ptp(found) < 1e-6 and found[0] != pytest.approx(0.0, abs=1e-3)
 
 
-@pytest.mark.parametrize(("th", "w"), [(2.6, 3.0), (2.6, -3.0), (1.0, 2.0), (5.0, -2.0), (4.0, 3.0)])
-def test_the_cart_is_pushed_so_that_energy_grows_and_the_other_way_when_there_is_too_much(th: float, w: float) -> None:
+@pytest.mark.parametrize(
+    ("th", "w"), [(2.6, 3.0), (2.6, -3.0), (1.0, 2.0), (5.0, -2.0), (4.0, 3.0)]
+)
+def test_the_cart_is_pushed_so_that_energy_grows_and_the_other_way_when_there_is_too_much(
+    th: float, w: float
+) -> None:
     assert push(0.0, th, 0.0, w) * math.cos(th) * w > 0.5
     fast = math.copysign(20.0, w)
     assert push(0.0, th, 0.0, fast) * math.cos(th) * fast < -0.5

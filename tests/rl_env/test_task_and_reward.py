@@ -31,7 +31,12 @@ def test_upright_at_rest_in_the_middle_earns_one_and_hanging_nothing() -> None:
 def test_it_is_equation_27_and_between_0_and_1(values: tuple[float, float, float, float]) -> None:
     x, th, v, w = values
     a = math.atan2(math.sin(th), math.cos(th))
-    told = (1 - abs(a / math.pi)) * (15 - abs(w)) / 15 * (0.75 * (0.7 - abs(x)) / 0.7 + 0.25 * (3 - abs(v)) / 3)
+    told = (
+        (1 - abs(a / math.pi))
+        * (15 - abs(w))
+        / 15
+        * (0.75 * (0.7 - abs(x)) / 0.7 + 0.25 * (3 - abs(v)) / 3)
+    )
     assert reward(np.array(values), TASK) == pytest.approx(told, abs=1e-9)
     assert -1e-12 <= reward(np.array(values), TASK) <= 1
 
@@ -64,7 +69,9 @@ def test_the_observation_is_what_the_thesis_lists() -> None:
     assert np.all(np.abs(far) <= TASK.bounds)
 
 
-@pytest.mark.parametrize("wrong", [{"step_s": 0.0}, {"steps": 0}, {"x_limit_m": -1.0}, {"pwm_limit": math.nan}])
+@pytest.mark.parametrize(
+    "wrong", [{"step_s": 0.0}, {"steps": 0}, {"x_limit_m": -1.0}, {"pwm_limit": math.nan}]
+)
 def test_a_number_that_cannot_be_is_named(wrong: dict[str, float]) -> None:
     with pytest.raises(BadInputError, match=next(iter(wrong))):
         Task(**wrong)

@@ -1,7 +1,6 @@
 """The environment over real topics, on a twin in lockstep."""
 
 import warnings
-from pathlib import Path
 
 import gymnasium as gym
 import numpy as np
@@ -9,8 +8,9 @@ import pytest
 
 rclpy = pytest.importorskip("rclpy")
 from gymnasium.utils.env_checker import check_env  # noqa: E402
-from served_twin import served_twin  # noqa: E402
-from twin_node.lockstep_user import LockstepUser  # noqa: E402
+from support.lockstep_user import LockstepUser  # noqa: E402
+from support.paths import CONFIG  # noqa: E402
+from support.served_twin import served_twin  # noqa: E402
 
 import pendulum_rl_env  # noqa: E402, F401
 from pendulum_rl_env.in_process import twin_env  # noqa: E402
@@ -21,7 +21,7 @@ from pendulum_rl_env.transport import NoAnswerError  # noqa: E402
 from pendulum_twin.errors import BadInputError  # noqa: E402
 from pendulum_twin.model import Twin, load_twin, save_twin  # noqa: E402
 
-INTECO = Path(__file__).parents[2] / "config" / "inteco.yaml"
+INTECO = CONFIG / "inteco.yaml"
 EFFECTS = {"input_delay": {"delay_s": 0.013}, "cart_coulomb_friction": {"level_n": 0.8}}
 DELAYED = Twin("delayed", load_twin(INTECO).rig, EFFECTS)
 COMMANDS = np.random.default_rng(3).uniform(-0.6, 0.6, 60).tolist()
@@ -48,7 +48,9 @@ def transport(domain, tmp_path):
 
 def states(transport: KernelTransport | TopicTransport, commands: list[float]) -> bytes:
     first = transport.reset()
-    return np.array([first.state, *[transport.exchange(command).state for command in commands]]).tobytes()
+    return np.array(
+        [first.state, *[transport.exchange(command).state for command in commands]]
+    ).tobytes()
 
 
 def test_an_episode_is_that_of_the_twin_in_process(transport: TopicTransport) -> None:
@@ -56,8 +58,12 @@ def test_an_episode_is_that_of_the_twin_in_process(transport: TopicTransport) ->
 
 
 @pytest.mark.parametrize("shifted", [COMMANDS[1:], [0.0, *COMMANDS[:-1]]])
-def test_a_shift_by_one_command_would_show(transport: TopicTransport, shifted: list[float]) -> None:
-    assert states(transport, COMMANDS[: len(shifted)]) != states(KernelTransport(DELAYED, 0.03), shifted)
+def test_a_shift_by_one_command_would_show(
+    transport: TopicTransport, shifted: list[float]
+) -> None:
+    assert states(transport, COMMANDS[: len(shifted)]) != states(
+        KernelTransport(DELAYED, 0.03), shifted
+    )
 
 
 def test_a_reset_amid_an_episode_begins_another(transport: TopicTransport) -> None:
@@ -100,18 +106,24 @@ def test_two_environments_of_one_process_do_not_meet(transport: TopicTransport, 
                 theirs.reset()
             for command in COMMANDS[:10]:
                 for ours, theirs in zip((transport, second), expected, strict=True):
-                    assert np.array_equal(ours.exchange(command).state, theirs.exchange(command).state)
+                    assert np.array_equal(
+                        ours.exchange(command).state, theirs.exchange(command).state
+                    )
         finally:
             second.close()
 
 
 def test_gymnasium_finds_nothing_wrong(domain) -> None:
     with served_twin(domain, "rig", lockstep=True, twin=str(INTECO)):
-        env = gym.make("pendulum_rl_env/InvertedPendulumRos-v0", lockstep=True, render_mode="rgb_array")
+        env = gym.make(
+            "pendulum_rl_env/InvertedPendulumRos-v0", lockstep=True, render_mode="rgb_array"
+        )
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("error")
-                warnings.filterwarnings("ignore", message=".*environment after unwrapping|.*isn't `None`|.*different")
+                warnings.filterwarnings(
+                    "ignore", message=".*environment after unwrapping|.*isn't `None`|.*different"
+                )
                 check_env(env.unwrapped, skip_render_check=True)
         finally:
             env.close()
@@ -121,7 +133,10 @@ def test_policies_carry_over(domain) -> None:
     with served_twin(domain, "rig", lockstep=True, twin=str(INTECO)):
         there, here = ros_env(lockstep=True), twin_env(INTECO)
         try:
-            assert there.action_space == here.action_space and there.observation_space == here.observation_space
+            assert (
+                there.action_space == here.action_space
+                and there.observation_space == here.observation_space
+            )
             assert np.array_equal(there.reset()[0], here.reset()[0])
             for value in COMMANDS:
                 action = np.array([value], dtype=np.float32)

@@ -57,7 +57,9 @@ class MadeRig:
 
     def _next(self) -> int:
         stamp = self.taken * self.period_ns
-        return stamp + self.way_ns + self.late.get(self.taken, 0) if stamp < self.dead_ns else 10**18
+        return (
+            stamp + self.way_ns + self.late.get(self.taken, 0) if stamp < self.dead_ns else 10**18
+        )
 
     def _arrive(self, until: int) -> None:
         while self._next() <= until:
@@ -87,8 +89,13 @@ def test_steps_are_a_period_apart_and_show_their_command(think_ms: float) -> Non
         rig.think(think_ms)
     assert {each.info["dt_s"] for each in told} == {0.03}
     assert {each.info["missed"] + each.info["lost"] + each.info["stale"] for each in told} == {0.0}
-    assert told[-1].info["age_s"] == pytest.approx(0.001, abs=1e-6) and told[-1].info["overrun_s"] == 0.0
-    assert told[-1].info["latency_s"] == pytest.approx(((-think_ms - 1) % 10 + 1) / 1000, abs=0.0011)
+    assert (
+        told[-1].info["age_s"] == pytest.approx(0.001, abs=1e-6)
+        and told[-1].info["overrun_s"] == 0.0
+    )
+    assert told[-1].info["latency_s"] == pytest.approx(
+        ((-think_ms - 1) % 10 + 1) / 1000, abs=0.0011
+    )
     assert told[-1].stamp_s == told[0].stamp_s + 198 * 0.03
 
 
@@ -119,9 +126,15 @@ def test_a_late_caller_is_counted_and_nobody_catches_up() -> None:
     rig.think(500.0)
     late = pace.exchange(0.2)
     assert late.info["overrun_s"] == pytest.approx(0.47, abs=0.001) and late.info["missed"] == 1.0
-    assert late.state[2] == 0.2 and late.info["dt_s"] == pytest.approx(0.53, abs=0.011) and late.info["lost"] == 0.0
+    assert (
+        late.state[2] == 0.2
+        and late.info["dt_s"] == pytest.approx(0.53, abs=0.011)
+        and late.info["lost"] == 0.0
+    )
     told = [pace.exchange(0.3) for _ in range(20)]
-    assert {each.info["dt_s"] for each in told} == {0.03} and {each.info["overrun_s"] for each in told} == {0.0}
+    assert {each.info["dt_s"] for each in told} == {0.03} and {
+        each.info["overrun_s"] for each in told
+    } == {0.0}
     assert told[-1].info["missed"] == 1.0
 
 
@@ -141,12 +154,17 @@ def test_without_samples_it_ends_at_the_deadline_and_says_so() -> None:
     pace = begun(rig, deadline_s=0.5)
     pace.exchange(0.1)
     rig.dead_ns = begin = rig.now
-    with pytest.raises(NoAnswerError, match=r"/rig: expected a sample later than the command within 0.5 s, found none"):
+    with pytest.raises(
+        NoAnswerError,
+        match=r"/rig: expected a sample later than the command within 0.5 s, found none",
+    ):
         pace.exchange(0.1)
     assert rig.now - begin == pytest.approx(500 * MS, abs=10)
 
 
-@pytest.mark.parametrize(("ahead_ms", "words"), [(-5000, "found none later than [45]"), (5000, "stamped 4.999 s ahead")])
+@pytest.mark.parametrize(
+    ("ahead_ms", "words"), [(-5000, "found none later than [45]"), (5000, "stamped 4.999 s ahead")]
+)
 def test_clocks_that_differ_are_told(ahead_ms: int, words: str) -> None:
     with pytest.raises(BadInputError, match=words):
         begun(MadeRig(ahead_ms=ahead_ms))
@@ -178,7 +196,11 @@ class MadeTwin:
         self.queue.extend(self.rows.popleft() if self.rows else [])
 
     def wait(self, timeout_s: float) -> Received | None:
-        return Received(np.full(4, self.queue[0]), self.queue.popleft() * MS, 0.0) if self.queue else None
+        return (
+            Received(np.full(4, self.queue[0]), self.queue.popleft() * MS, 0.0)
+            if self.queue
+            else None
+        )
 
     def now_s(self) -> float:
         return 0.0
@@ -204,7 +226,9 @@ def test_samples_out_of_order_and_missing_ones_are_counted() -> None:
     told = [pace.exchange(0.0) for _ in range(3)]
     assert [each.stamp_s for each in told] == [0.03, 0.06, 0.12]
     assert [(each.info["stale"], each.info["lost"]) for each in told] == [(0, 0), (1, 0), (1, 1)]
-    with pytest.raises(NoAnswerError, match="/twin: expected an answer to a command within 1 s, found none"):
+    with pytest.raises(
+        NoAnswerError, match="/twin: expected an answer to a command within 1 s, found none"
+    ):
         pace.exchange(0.0)
     assert pace.exchange(0.0).stamp_s == 0.15
 
@@ -234,13 +258,19 @@ def test_a_schedule_does_not_drift() -> None:
     schedule = Schedule(0.03)
     schedule.start(100.0, 0)
     assert [schedule.go_on(100.0 + 0.03 * k + 0.02, 0) for k in range(1000)] == [0.0] * 1000
-    assert schedule.end_s == pytest.approx(130.0) and schedule.end_ns == 30_000 * MS and schedule.missed == 0
+    assert (
+        schedule.end_s == pytest.approx(130.0)
+        and schedule.end_ns == 30_000 * MS
+        and schedule.missed == 0
+    )
     assert schedule.go_on(200.0, 7) == pytest.approx(200.0 - 130.03) and schedule.missed == 1
     assert schedule.end_s == 200.03 and schedule.end_ns == 7 + 30 * MS
 
 
 def test_a_row_of_stamps_is_judged() -> None:
     row = StampSequence(10.0)
-    assert [row.follows(stamp) for stamp in (0, 10, 21, 50, 50, 40, 58)] == [True] * 4 + [False] * 2 + [True]
+    assert [row.follows(stamp) for stamp in (0, 10, 21, 50, 50, 40, 58)] == [True] * 4 + [
+        False
+    ] * 2 + [True]
     assert (row.lost, row.stale) == (2, 2)
     assert period_of([0, 10, 20, 50, 60]) == 10.0

@@ -6,14 +6,14 @@ import signal
 import threading
 import time
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 rclpy = pytest.importorskip("rclpy")
-from rl_env.topic_rigs import HANGING, MadeRig, made_rig  # noqa: E402
-from served_twin import served_twin  # noqa: E402
+from support.paths import CONFIG  # noqa: E402
+from support.served_twin import served_twin  # noqa: E402
+from support.topic_rigs import HANGING, MadeRig, made_rig  # noqa: E402
 
 from pendulum_bridge.nodes.view_node import ViewNode  # noqa: E402
 from pendulum_rl_env.nodes.ros_env import ros_env  # noqa: E402
@@ -21,7 +21,7 @@ from pendulum_rl_env.nodes.topic_transport import TopicTransport  # noqa: E402
 from pendulum_rl_env.transport import NoAnswerError  # noqa: E402
 from pendulum_twin.errors import BadInputError  # noqa: E402
 
-INTECO = Path(__file__).parents[2] / "config" / "inteco.yaml"
+INTECO = CONFIG / "inteco.yaml"
 REFUSED = "The reset was given up: the emergency stop is latched."
 
 
@@ -51,7 +51,10 @@ def test_steps_on_the_twin_are_30_ms_by_its_stamps(domain) -> None:
         env = ros_env()
         try:
             env.reset()
-            told = [env.step(np.array([0.2 * (-1) ** (k // 8)], dtype=np.float32))[4] for k in range(40)]
+            told = [
+                env.step(np.array([0.2 * (-1) ** (k // 8)], dtype=np.float32))[4]
+                for k in range(40)
+            ]
         finally:
             env.close()
     steps = np.array([each["dt_s"] for each in told])
@@ -74,14 +77,20 @@ def test_the_browser_view_shows_the_episode(domain) -> None:
 
                 def shown(command: float = command) -> bool:
                     rig = view.board.snapshot(0.0).rig
-                    return bool(rig.samples and rig.pwm and math.isclose(rig.pwm.value, 0.5 * command, rel_tol=1e-6))
+                    return bool(
+                        rig.samples
+                        and rig.pwm
+                        and math.isclose(rig.pwm.value, 0.5 * command, rel_tol=1e-6)
+                    )
 
                 domain.until(shown, f"the page to show {command}")
         finally:
             env.close()
 
 
-def test_every_sample_is_later_than_its_command_and_shows_it(rig: MadeRig, transport: TopicTransport) -> None:
+def test_every_sample_is_later_than_its_command_and_shows_it(
+    rig: MadeRig, transport: TopicTransport
+) -> None:
     transport.reset()
     for k in range(1, 30):
         before_s = time.time()
@@ -94,7 +103,11 @@ def test_a_late_caller_is_counted_and_survives(rig: MadeRig, transport: TopicTra
     before = transport.exchange(0.1).info["missed"]
     threading.Event().wait(0.3)  # gradients
     late = transport.exchange(0.2)
-    assert late.info["overrun_s"] > 0.25 and late.info["missed"] == before + 1.0 and late.state[2] == 0.2
+    assert (
+        late.info["overrun_s"] > 0.25
+        and late.info["missed"] == before + 1.0
+        and late.state[2] == 0.2
+    )
     begin = time.monotonic()
     for _ in range(5):
         transport.exchange(0.1)
@@ -102,11 +115,15 @@ def test_a_late_caller_is_counted_and_survives(rig: MadeRig, transport: TopicTra
     assert transport.reset().info["missed"] == 0.0
 
 
-def test_a_dead_rig_ends_the_step_at_the_deadline_with_pwm_0(rig: MadeRig, transport: TopicTransport) -> None:
+def test_a_dead_rig_ends_the_step_at_the_deadline_with_pwm_0(
+    rig: MadeRig, transport: TopicTransport
+) -> None:
     transport.reset()
     transport.exchange(0.3)
     rig.alive = False
-    with pytest.raises(NoAnswerError, match=r"/rig: expected a sample later than the command within 0.5 s"):
+    with pytest.raises(
+        NoAnswerError, match=r"/rig: expected a sample later than the command within 0.5 s"
+    ):
         for _ in range(3):  # a sample may be under way
             begin = time.monotonic()
             transport.exchange(0.3)
@@ -119,7 +136,8 @@ def test_a_rig_that_is_not_there_is_told_at_the_deadline(domain) -> None:
     try:
         begin = time.monotonic()
         with pytest.raises(
-            NoAnswerError, match=r"/nowhere: .* nobody listens to /nowhere/pwm within 0.5 s: see that it runs"
+            NoAnswerError,
+            match=r"/nowhere: .* nobody listens to /nowhere/pwm within 0.5 s: see that it runs",
         ):
             transport.reset()
         assert 0.5 <= time.monotonic() - begin < 2.0
@@ -135,9 +153,13 @@ def test_a_refused_reset_tells_why(rig: MadeRig, transport: TopicTransport) -> N
     assert np.array_equal(transport.reset().state, HANGING)
 
 
-def test_a_rig_without_a_pole_is_no_rig_to_learn_on(rig: MadeRig, transport: TopicTransport) -> None:
+def test_a_rig_without_a_pole_is_no_rig_to_learn_on(
+    rig: MadeRig, transport: TopicTransport
+) -> None:
     rig.joints = ["cart"]
-    with pytest.raises(NoAnswerError, match=r"could not be read: joint_states: expected a pole, found \['cart'\]"):
+    with pytest.raises(
+        NoAnswerError, match=r"could not be read: joint_states: expected a pole, found \['cart'\]"
+    ):
         transport.reset()
 
 

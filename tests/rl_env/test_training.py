@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 pytest.importorskip("stable_baselines3")
-from ros_graph import until
+from support.paths import CONFIG
+from support.ros_graph import until
 
 from pendulum_rl_env import evaluate, train
 from pendulum_rl_env.learning.algorithms import load_policy, policy_of
@@ -20,7 +21,7 @@ from pendulum_rl_env.learning.preset import IN_PROCESS, PRESETS, load_preset
 from pendulum_rl_env.task import Task, observation
 from pendulum_twin.errors import BadInputError
 
-TWIN = str(Path(__file__).parents[2] / "config" / "inteco.yaml")
+TWIN = str(CONFIG / "inteco.yaml")
 SMALL = """
 pendulum_rl_env/InvertedPendulum-v0:
   algorithm: {algorithm}
@@ -31,8 +32,16 @@ pendulum_rl_env/InvertedPendulum-v0:
   evaluate_every: 1024
   settings: {settings}
 """
-PPO = {"algorithm": "ppo", "environments": 8, "settings": "{n_steps: 64, batch_size: 128, n_epochs: 2}"}
-TQC = {"algorithm": "tqc", "environments": 1, "settings": "{learning_starts: 50, batch_size: 16, buffer_size: 2000}"}
+PPO = {
+    "algorithm": "ppo",
+    "environments": 8,
+    "settings": "{n_steps: 64, batch_size: 128, n_epochs: 2}",
+}
+TQC = {
+    "algorithm": "tqc",
+    "environments": 1,
+    "settings": "{learning_starts: 50, batch_size: 16, buffer_size: 2000}",
+}
 
 
 def preset(folder: Path, **how: object) -> str:
@@ -44,7 +53,19 @@ def preset(folder: Path, **how: object) -> str:
 def trained(out: Path, *more: str, how: dict = PPO, steps: int = 2048) -> int:
     small = preset(out.parent, **how)
     return train.main(
-        ["--twin", TWIN, "--timesteps", str(steps), "--seed", "3", "--out", str(out), "--preset", small, *more]
+        [
+            "--twin",
+            TWIN,
+            "--timesteps",
+            str(steps),
+            "--seed",
+            "3",
+            "--out",
+            str(out),
+            "--preset",
+            small,
+            *more,
+        ]
     )
 
 
@@ -73,7 +94,9 @@ def test_the_same_seed_learns_the_same_and_another_something_else(tmp_path: Path
     for name, seed in (("a", "1"), ("b", "1"), ("c", "2")):
         assert trained(tmp_path / name, "--seed", seed) == 0
     a, b, c = (load_policy(tmp_path / name / "policy.zip").policy.state_dict() for name in "abc")
-    assert all((a[key] == b[key]).all() for key in a) and not all((a[key] == c[key]).all() for key in a)
+    assert all((a[key] == b[key]).all() for key in a) and not all(
+        (a[key] == c[key]).all() for key in a
+    )
 
 
 def test_until_stops_at_the_first_evaluation_that_is_good_enough(tmp_path: Path) -> None:
@@ -97,16 +120,36 @@ def test_a_policy_can_be_begun_with(done: Path, tmp_path: Path) -> None:
 
 def test_ctrl_c_saves_and_says_how_to_go_on(tmp_path: Path) -> None:
     small, out = preset(tmp_path, **PPO), tmp_path / "run"
-    command = [sys.executable, "-m", "pendulum_rl_env.train", "--twin", TWIN, "--out", str(out), "--preset", small]
-    program = subprocess.Popen([*command, "--timesteps", "100000000"], stderr=subprocess.PIPE, text=True, env=os.environ)
+    command = [
+        sys.executable,
+        "-m",
+        "pendulum_rl_env.train",
+        "--twin",
+        TWIN,
+        "--out",
+        str(out),
+        "--preset",
+        small,
+    ]
+    program = subprocess.Popen(
+        [*command, "--timesteps", "100000000"], stderr=subprocess.PIPE, text=True, env=os.environ
+    )
     try:
-        until(lambda: (out / "result.json").exists() or program.poll() is not None, "an evaluation", lambda: None)
+        until(
+            lambda: (out / "result.json").exists() or program.poll() is not None,
+            "an evaluation",
+            lambda: None,
+        )
         program.send_signal(signal.SIGINT)
         said = program.communicate(timeout=60)[1]
     finally:
         program.kill()
     assert program.returncode == 1 and "--resume goes on" in said and "Traceback" not in said
-    assert result(out)["interrupted"] and (out / "policy.zip").is_file() and list(out.glob("checkpoints/*.zip"))
+    assert (
+        result(out)["interrupted"]
+        and (out / "policy.zip").is_file()
+        and list(out.glob("checkpoints/*.zip"))
+    )
 
 
 @pytest.mark.parametrize(
@@ -120,16 +163,25 @@ def test_ctrl_c_saves_and_says_how_to_go_on(tmp_path: Path) -> None:
         (["--step-s", "0"], "step_s"),
     ],
 )
-def test_wrong_input_ends_in_a_sentence(tmp_path: Path, capsys, more: list[str], said: str) -> None:
+def test_wrong_input_ends_in_a_sentence(
+    tmp_path: Path, capsys, more: list[str], said: str
+) -> None:
     assert trained(tmp_path / "run", *more) == 1
     error = capsys.readouterr().err
-    assert said in error and "Traceback" not in error and not (tmp_path / "run" / "policy.zip").exists()
+    assert (
+        said in error
+        and "Traceback" not in error
+        and not (tmp_path / "run" / "policy.zip").exists()
+    )
 
 
 def test_a_training_is_never_written_over(done: Path, capsys) -> None:
     before = (done / "policy.zip").read_bytes()
     assert trained(done) == 1
-    assert "expected no training there" in capsys.readouterr().err and (done / "policy.zip").read_bytes() == before
+    assert (
+        "expected no training there" in capsys.readouterr().err
+        and (done / "policy.zip").read_bytes() == before
+    )
 
 
 def test_evaluate_prints_mean_minimum_and_slices(done: Path, capsys, tmp_path: Path) -> None:
@@ -137,7 +189,10 @@ def test_evaluate_prints_mean_minimum_and_slices(done: Path, capsys, tmp_path: P
     policy = ["--policy", str(done / "policy.zip"), "--twin", TWIN, "--episodes", "2"]
     assert evaluate.main([*policy, "--seed", "1", "--json", "--video", str(video)]) == 0
     told = json.loads(capsys.readouterr().out)
-    assert told["min_reward"] <= told["mean_reward"] and sum(each["episodes"] for each in told["slices"]) == 2
+    assert (
+        told["min_reward"] <= told["mean_reward"]
+        and sum(each["episodes"] for each in told["slices"]) == 2
+    )
     assert told["mean_reward"] == pytest.approx(result(done)["best_mean_reward"], abs=0.5)
     assert video.read_bytes()[:6] == b"GIF89a"
     assert evaluate.main(policy) == 0
@@ -174,7 +229,12 @@ def test_presets_are_whole(name: str, environment: str) -> None:
 
 def test_the_thesis_preset_is_the_thesis() -> None:
     thesis = load_preset("thesis", IN_PROCESS)
-    assert (thesis.algorithm, thesis.layers, thesis.learning_rate, thesis.environments) == ("ppo", (64, 64), 2.5e-4, 1)
+    assert (thesis.algorithm, thesis.layers, thesis.learning_rate, thesis.environments) == (
+        "ppo",
+        (64, 64),
+        2.5e-4,
+        1,
+    )
     assert thesis.settings == {
         "n_steps": 2048, "batch_size": 64, "n_epochs": 20, "gamma": 0.99, "gae_lambda": 0.95, "ent_coef": 0.0,
         "clip_range": 0.2,
@@ -193,7 +253,9 @@ def test_the_thesis_preset_is_the_thesis() -> None:
 def test_a_wrong_preset_names_its_key(tmp_path: Path, line: str, said: str) -> None:
     file = tmp_path / "small.yaml"
     key = line.split(":")[0]
-    kept = [each for each in SMALL.format(**PPO).splitlines() if not each.strip().startswith(f"{key}:")]
+    kept = [
+        each for each in SMALL.format(**PPO).splitlines() if not each.strip().startswith(f"{key}:")
+    ]
     file.write_text("\n".join([*kept, f"  {line}"]), encoding="utf-8")
     with pytest.raises(BadInputError, match=said):
         load_preset(str(file), IN_PROCESS)
@@ -202,5 +264,7 @@ def test_a_wrong_preset_names_its_key(tmp_path: Path, line: str, said: str) -> N
 def test_a_short_training_learns_something(tmp_path: Path) -> None:
     """Hanging still earns 0; 60,000 steps of the fast preset already swing."""
     out = tmp_path / "run"
-    assert train.main(["--twin", TWIN, "--timesteps", "81920", "--seed", "0", "--out", str(out)]) == 0
+    assert (
+        train.main(["--twin", TWIN, "--timesteps", "81920", "--seed", "0", "--out", str(out)]) == 0
+    )
     assert result(out)["best_mean_reward"] > 60

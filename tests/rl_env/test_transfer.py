@@ -7,12 +7,14 @@ import numpy as np
 import pytest
 
 pytest.importorskip("stable_baselines3")
+from support.paths import CONFIG
+
 from pendulum_rl_env import identify_and_control, sample_times, stages, transfer
 from pendulum_rl_env.learning import tune
 from pendulum_rl_env.scoring import SLICES, words_of
 from pendulum_rl_env.transfer_report import interval, table
 
-TWIN = str(Path(__file__).parents[2] / "config" / "inteco.yaml")
+TWIN = str(CONFIG / "inteco.yaml")
 QUICK = """
 pendulum_rl_env/InvertedPendulum-v0:
   {algorithm: ppo, timesteps: 4096, environments: 16, layers: [16], learning_rate: 0.001, evaluate_every: 2048,
@@ -26,20 +28,48 @@ def quick(tmp_path: Path) -> str:
     return str(tmp_path / "quick.yaml")
 
 
-def test_one_command_goes_from_an_unknown_rig_to_an_episode_on_it(tmp_path: Path, quick: str, capsys) -> None:
+def test_one_command_goes_from_an_unknown_rig_to_an_episode_on_it(
+    tmp_path: Path, quick: str, capsys
+) -> None:
     out = tmp_path / "control"
-    arguments = ["--seed", "3", "--out", str(out), "--twin", TWIN, "--preset", quick, "--kinds", "single:1"]
+    arguments = [
+        "--seed",
+        "3",
+        "--out",
+        str(out),
+        "--twin",
+        TWIN,
+        "--preset",
+        quick,
+        "--kinds",
+        "single:1",
+    ]
     assert identify_and_control.main(arguments) == 0
     said = capsys.readouterr().out
     assert "On the rig, with no training step there: reward" in said
     assert json.loads((out / "diagnosis" / "verdict.json").read_text())["outcome"] == "named"
-    assert (out / "policy.onnx").stat().st_size > 1000 and (out / "episode.gif").read_bytes()[:3] == b"GIF"
+    assert (out / "policy.onnx").stat().st_size > 1000 and (out / "episode.gif").read_bytes()[
+        :3
+    ] == b"GIF"
     assert identify_and_control.main(arguments) == 1
     assert "expected an empty folder" in capsys.readouterr().err
 
 
-def test_the_study_makes_its_table_and_goes_on_from_what_is_there(tmp_path: Path, quick: str, capsys) -> None:
-    arguments = ["--rigs", "1", "--seed", "3", "--out", str(tmp_path / "t"), "--twin", TWIN, "--preset", quick]
+def test_the_study_makes_its_table_and_goes_on_from_what_is_there(
+    tmp_path: Path, quick: str, capsys
+) -> None:
+    arguments = [
+        "--rigs",
+        "1",
+        "--seed",
+        "3",
+        "--out",
+        str(tmp_path / "t"),
+        "--twin",
+        TWIN,
+        "--preset",
+        quick,
+    ]
     arguments += [
         "--kinds",
         "single:1",
@@ -67,24 +97,39 @@ def test_the_study_makes_its_table_and_goes_on_from_what_is_there(tmp_path: Path
 def test_a_policy_that_got_stuck_in_the_twin_is_trained_again(tmp_path: Path, monkeypatch) -> None:
     def train(twin: Path, out: Path, seed: int, options: object) -> Path:
         out.mkdir()
-        (out / "result.json").write_text(json.dumps({"best_mean_reward": learned[seed]}), encoding="utf-8")
+        (out / "result.json").write_text(
+            json.dumps({"best_mean_reward": learned[seed]}), encoding="utf-8"
+        )
         return out / "policy.zip"
 
     monkeypatch.setattr(stages, "train", train)
     learned = {5: 250.0, 1005: 430.0}
-    assert stages.train_well(Path(TWIN), tmp_path / "a", 5) == tmp_path / "a_again_1" / "policy.zip"
+    assert (
+        stages.train_well(Path(TWIN), tmp_path / "a", 5) == tmp_path / "a_again_1" / "policy.zip"
+    )
     learned = {5: 250.0, 1005: 300.0, 2005: 270.0}
-    assert stages.train_well(Path(TWIN), tmp_path / "b", 5) == tmp_path / "b_again_1" / "policy.zip"
+    assert (
+        stages.train_well(Path(TWIN), tmp_path / "b", 5) == tmp_path / "b_again_1" / "policy.zip"
+    )
     learned = {5: 450.0}
     assert stages.train_well(Path(TWIN), tmp_path / "c", 5) == tmp_path / "c" / "policy.zip"
 
 
 def test_the_table_says_how_many_are_above_the_mark() -> None:
     rewards = {name: [430.0] for name in ("nominal", "identified", "fine_tuned", "classical")}
-    rigs = [{"number": k, "outcome": "named", "named": ["rail_tilt"], "concealed": {"rail_tilt": {}}} for k in range(2)]
+    rigs = [
+        {"number": k, "outcome": "named", "named": ["rail_tilt"], "concealed": {"rail_tilt": {}}}
+        for k in range(2)
+    ]
     low = {**rewards, "nominal": [-50.0]}
-    told = table({"mark": 423.0, "rigs": [{**rigs[0], "rewards": rewards}, {**rigs[1], "rewards": low}]})
-    assert "| 1 of 2 |" in told and told.count("| 2 of 2 |") == 3 and "| 1 | rail_tilt | rail_tilt | -50 |" in told
+    told = table(
+        {"mark": 423.0, "rigs": [{**rigs[0], "rewards": rewards}, {**rigs[1], "rewards": low}]}
+    )
+    assert (
+        "| 1 of 2 |" in told
+        and told.count("| 2 of 2 |") == 3
+        and "| 1 | rail_tilt | rail_tilt | -50 |" in told
+    )
 
 
 def test_an_interval_holds_the_mean_and_narrows_with_more_rigs() -> None:
@@ -95,20 +140,47 @@ def test_an_interval_holds_the_mean_and_narrows_with_more_rigs() -> None:
 
 @pytest.mark.parametrize("reward", [-50.0, 0.0, 99.9, 100.0, 250.0, 350.0, 400.0, 512.0])
 def test_every_reward_has_words(reward: float) -> None:
-    low, high, words = next(each for each in SLICES if each[0] <= reward < each[1])
-    assert words_of(reward) == words and low <= reward < high
+    low, high, theta = next(each for each in SLICES if each[0] <= reward < each[1])
+    assert words_of(reward) == theta and low <= reward < high
 
 
 def test_sample_times_are_compared_a_step(tmp_path: Path, quick: str, capsys) -> None:
-    arguments = ["--twin", TWIN, "--out", str(tmp_path / "s"), "--step-s", "0.02", "0.06", "--seeds", "1", "--preset", quick]
+    arguments = [
+        "--twin",
+        TWIN,
+        "--out",
+        str(tmp_path / "s"),
+        "--step-s",
+        "0.02",
+        "0.06",
+        "--seeds",
+        "1",
+        "--preset",
+        quick,
+    ]
     assert sample_times.main(arguments) == 0
     assert "| 0.02 | 768 |" in capsys.readouterr().out
     rows = json.loads((tmp_path / "s" / "sample_times.json").read_text(encoding="utf-8"))
-    assert [row["steps_an_episode"] for row in rows] == [768, 256] and all(-1 < row["median"] < 1 for row in rows)
+    assert [row["steps_an_episode"] for row in rows] == [768, 256] and all(
+        -1 < row["median"] < 1 for row in rows
+    )
 
 
-def test_a_study_of_settings_stays_on_the_disk_and_goes_on(tmp_path: Path, quick: str, capsys) -> None:
-    arguments = ["--preset", quick, "--twin", TWIN, "--out", str(tmp_path / "study"), "--trials", "1", "--timesteps", "2048"]
+def test_a_study_of_settings_stays_on_the_disk_and_goes_on(
+    tmp_path: Path, quick: str, capsys
+) -> None:
+    arguments = [
+        "--preset",
+        quick,
+        "--twin",
+        TWIN,
+        "--out",
+        str(tmp_path / "study"),
+        "--trials",
+        "1",
+        "--timesteps",
+        "2048",
+    ]
     assert tune.main(arguments) == 0 and tune.main(arguments) == 0
     said = capsys.readouterr().out
     assert "after 1 trials" in said and "after 2 trials" in said
@@ -116,6 +188,8 @@ def test_a_study_of_settings_stays_on_the_disk_and_goes_on(tmp_path: Path, quick
 
 @pytest.mark.parametrize("program", [identify_and_control, transfer])
 def test_a_twin_that_is_none_ends_in_a_sentence(program, tmp_path: Path, capsys) -> None:
-    assert program.main(["--seed", "1", "--out", str(tmp_path / "x"), "--twin", "nowhere.yaml"]) == 1
+    assert (
+        program.main(["--seed", "1", "--out", str(tmp_path / "x"), "--twin", "nowhere.yaml"]) == 1
+    )
     said = capsys.readouterr().err
     assert "nowhere.yaml" in said and "Traceback" not in said

@@ -7,18 +7,23 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.paths import ROOT
 
-from pendulum_sysid.raw import RawRecording
+from pendulum_sysid.reading.raw import RawRecording
 
 CART_STEP, POLE_STEP = 57.05e-6, 1.534e-3  # encoder steps of a real rig, m and rad
-SHARED = Path(__file__).parents[3] / "shared" / "data"
+SHARED = ROOT.parent / "shared" / "data"
 
 
 def swing(stamps: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return command, cart and pole of a smooth motion at the stamps, to the last bit of no encoder."""
     command = 0.4 * np.sin(2 * np.pi * (0.2 + 0.02 * stamps) * stamps)
     cart = 0.15 * np.sin(2 * np.pi * 0.7 * stamps) + 0.05 * np.sin(2 * np.pi * 1.9 * stamps)
-    pole = np.pi + 1.2 * np.sin(2 * np.pi * 0.9 * stamps + 0.3) + 0.3 * np.sin(2 * np.pi * 2.3 * stamps)
+    pole = (
+        np.pi
+        + 1.2 * np.sin(2 * np.pi * 0.9 * stamps + 0.3)
+        + 0.3 * np.sin(2 * np.pi * 2.3 * stamps)
+    )
     return command, cart, pole
 
 

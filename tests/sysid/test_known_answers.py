@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hidden_physics import HIDDEN, INTECO, hidden
+from support.hidden_physics import HIDDEN, INTECO, hidden
 
-from pendulum_sysid.case import case_of
+from pendulum_sysid.fitting.case import case_of
+from pendulum_sysid.fitting.split import split
+from pendulum_sysid.fitting.window_runs import run_windows
 from pendulum_sysid.pipeline import diagnose
 from pendulum_sysid.records import Recording
-from pendulum_sysid.split import split
-from pendulum_sysid.window_runs import run_windows
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.model import Twin
 
@@ -49,7 +49,9 @@ def test_a_hidden_effect_is_named_and_its_size_found(effect: str) -> None:
 
 
 def test_every_effect_that_a_search_may_name_is_hidden_here() -> None:
-    with_others = {"cart_friction_asymmetry"}  # shows only beside a dry friction: see the pair below
+    with_others = {
+        "cart_friction_asymmetry"
+    }  # shows only beside a dry friction: see the pair below
     nameable = {effect.name for effect in CATALOGUE if effect.searched and effect.shows_as is None}
     assert set(HIDDEN) | with_others == nameable
 
@@ -66,7 +68,9 @@ def test_every_effect_that_a_search_may_name_is_hidden_here() -> None:
 def test_what_no_motion_can_tell_stands_beside_the_name(hides: dict, named: str) -> None:
     found = verdict(hides, seed=1)
     assert found["outcome"] == "named"  # another recording would not help
-    assert [(one["effect"], one["cannot_be_told_from"]) for one in found["missing_physics"]] == [(named, [*hides])]
+    assert [(one["effect"], one["cannot_be_told_from"]) for one in found["missing_physics"]] == [
+        (named, [*hides])
+    ]
     assert f"No motion can tell {named} from {next(iter(hides))}." in found["sentence"]
 
 
@@ -85,7 +89,11 @@ def test_other_parameters_alone_are_no_missing_physics(seed: int) -> None:
     "effects",
     [
         {"cart_coulomb_friction": {"level_n": 0.5}, "input_delay": {"delay_s": 0.015}},
-        {"cart_sign_inverted": {}, "cart_coulomb_friction": {"level_n": 0.5}, "pole_quadratic_drag": {"n_m_s2": 2e-5}},
+        {
+            "cart_sign_inverted": {},
+            "cart_coulomb_friction": {"level_n": 0.5},
+            "pole_quadratic_drag": {"n_m_s2": 2e-5},
+        },
     ],
     ids=lambda effects: "+".join(effects),
 )
@@ -97,17 +105,23 @@ def test_sets_of_effects_are_named_together(effects: dict) -> None:
 
 def test_an_asymmetry_is_named_or_what_it_cannot_be_told_from() -> None:
     """Where the cart never rests, dry friction that differs by direction is dry friction and a constant force."""
-    effects = {"cart_coulomb_friction": {"level_n": 0.5}, "cart_friction_asymmetry": {"ratio": 0.3}}
+    effects = {
+        "cart_coulomb_friction": {"level_n": 0.5},
+        "cart_friction_asymmetry": {"ratio": 0.3},
+    }
     found = verdict(effects, seed=1)
     named = {one["effect"]: one["cannot_be_told_from"] for one in found["missing_physics"]}
     assert "cart_coulomb_friction" in named
-    assert "cart_friction_asymmetry" in named or any("cart_friction_asymmetry" in ties for ties in named.values())
+    assert "cart_friction_asymmetry" in named or any(
+        "cart_friction_asymmetry" in ties for ties in named.values()
+    )
 
 
 def test_a_masked_parameter_is_told() -> None:
     found = verdict({"cart_coulomb_friction": {"level_n": 0.5}}, seed=1)
     assert any(
-        line.startswith("cart_viscous_n_s_m had absorbed the missing cart_coulomb_friction") for line in found["masking"]
+        line.startswith("cart_viscous_n_s_m had absorbed the missing cart_coulomb_friction")
+        for line in found["masking"]
     )
 
 

@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hidden_physics import INTECO, PERIOD_S, hidden
+from support.hidden_physics import INTECO, PERIOD_S, hidden
 
+from pendulum_sysid.cleaning.clean import cleaned
 from pendulum_sysid.pipeline import diagnose
-from pendulum_sysid.quality import cleaned
-from pendulum_sysid.raw import RawRecording
+from pendulum_sysid.reading.raw import RawRecording
 
 EFFECTS = {"cart_coulomb_friction": {"level_n": 0.5}, "input_delay": {"delay_s": 0.023}}
 SEED = 5
@@ -18,7 +18,9 @@ SEED = 5
 def raw() -> RawRecording:
     signals = hidden(EFFECTS, SEED)[0].signals
     stamps = np.arange(len(signals)) * PERIOD_S
-    return RawRecording("made", "sha256:5", stamps, signals.cart, signals.pole, stamps, signals.command)
+    return RawRecording(
+        "made", "sha256:5", stamps, signals.cart, signals.pole, stamps, signals.command
+    )
 
 
 def with_spikes(one: RawRecording, random: np.random.Generator) -> RawRecording:
@@ -31,12 +33,19 @@ def with_spikes(one: RawRecording, random: np.random.Generator) -> RawRecording:
 
 def with_losses(one: RawRecording, random: np.random.Generator) -> RawRecording:
     kept = random.random(len(one.state_stamp_s)) > 0.05
-    return replace(one, state_stamp_s=one.state_stamp_s[kept], cart=one.cart[kept], pole=one.pole[kept])
+    return replace(
+        one, state_stamp_s=one.state_stamp_s[kept], cart=one.cart[kept], pole=one.pole[kept]
+    )
 
 
 def stamped_wrongly(one: RawRecording, random: np.random.Generator) -> RawRecording:
     """Move the stamps, not the samples."""
-    return replace(one, state_stamp_s=np.sort(one.state_stamp_s + random.normal(0.0, 0.002, len(one.state_stamp_s))))
+    return replace(
+        one,
+        state_stamp_s=np.sort(
+            one.state_stamp_s + random.normal(0.0, 0.002, len(one.state_stamp_s))
+        ),
+    )
 
 
 def sampled_unevenly(one: RawRecording, random: np.random.Generator) -> RawRecording:
@@ -47,7 +56,10 @@ def sampled_unevenly(one: RawRecording, random: np.random.Generator) -> RawRecor
     from scipy.interpolate import CubicSpline
 
     return replace(
-        one, state_stamp_s=stamps, cart=CubicSpline(knots, one.cart)(stamps), pole=CubicSpline(knots, one.pole)(stamps)
+        one,
+        state_stamp_s=stamps,
+        cart=CubicSpline(knots, one.cart)(stamps),
+        pole=CubicSpline(knots, one.pole)(stamps),
     )
 
 
@@ -81,7 +93,9 @@ def wrapped(one: RawRecording, random: np.random.Generator) -> RawRecording:
     ],
     ids=lambda one: one if isinstance(one, str) else one.__name__,
 )
-def test_the_verdict_stays(fault: Callable[[RawRecording, np.random.Generator], RawRecording], kind: str) -> None:
+def test_the_verdict_stays(
+    fault: Callable[[RawRecording, np.random.Generator], RawRecording], kind: str
+) -> None:
     recording = cleaned(fault(raw(), np.random.default_rng(1)))
     found = diagnose([recording], INTECO, lambda line: None).verdict
     assert found["outcome"] == "named"

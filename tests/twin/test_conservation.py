@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from twin.rigs import FRICTIONLESS, POLE_ALONE, run
+from support.twin_rigs import FRICTIONLESS, POLE_ALONE, run
 
 from pendulum_twin.effects import BY_NAME
-from pendulum_twin.equations import energy
+from pendulum_twin.equations import compute_energy
 from pendulum_twin.model import Twin
-from pendulum_twin.words import COUPLING, GRAVITY, INERTIA, MASS, MOMENT, words_of
+from pendulum_twin.parameter_vector import COUPLING, GRAVITY, INERTIA, MASS, MOMENT, make_theta
 
 START = (0.0, 0.5, 0.3, -4.0)
 DISSIPATIVE = {
@@ -22,9 +22,11 @@ DISSIPATIVE = {
 
 
 def energies(rig, effects=None, start=START, seconds=10.0):
-    words = words_of(Twin("test", rig))
+    theta = make_theta(Twin("test", rig))
     states = run(rig, np.zeros(round(seconds / 0.01)), effects, start)
-    return energy(*(words[k] for k in (MASS, COUPLING, MOMENT, INERTIA, GRAVITY)), states.T)
+    return compute_energy(
+        *(theta[k] for k in (MASS, COUPLING, MOMENT, INERTIA, GRAVITY)), states.T
+    )
 
 
 @pytest.mark.parametrize("rig", [FRICTIONLESS, POLE_ALONE], ids=["cart and pole", "pole alone"])
@@ -45,12 +47,15 @@ def test_never_grows_with_friction(name):
 
 @pytest.mark.parametrize("ratio", [-0.6, 0.6])
 def test_never_grows_with_lopsided_friction(ratio):
-    effects = {"cart_coulomb_friction": {"level_n": 0.4}, "cart_friction_asymmetry": {"ratio": ratio}}
+    effects = {
+        "cart_coulomb_friction": {"level_n": 0.4},
+        "cart_friction_asymmetry": {"ratio": ratio},
+    }
     assert np.max(np.diff(energies(FRICTIONLESS, effects))) < 1e-10
 
 
 def test_momentum_along_the_rail_is_conserved_without_friction():
     states = run(FRICTIONLESS, np.zeros(1000), None, START)
-    words = words_of(Twin("test", FRICTIONLESS))
-    momentum = words[MASS] * states[:, 2] - words[COUPLING] * np.cos(states[:, 1]) * states[:, 3]
+    theta = make_theta(Twin("test", FRICTIONLESS))
+    momentum = theta[MASS] * states[:, 2] - theta[COUPLING] * np.cos(states[:, 1]) * states[:, 3]
     assert np.ptp(momentum) < 1e-9

@@ -2,11 +2,22 @@
 
 import numpy as np
 import pytest
-from twin.rigs import HANGING, POLE_ALONE, SLIDING_CART, TH, THESIS, V, W, X, run, wild_command
+from support.twin_rigs import (
+    HANGING,
+    POLE_ALONE,
+    SLIDING_CART,
+    TH,
+    THESIS,
+    V,
+    W,
+    X,
+    run,
+    wild_command,
+)
 
 from pendulum_twin import kernel
 from pendulum_twin.model import Twin
-from pendulum_twin.words import INERTIA, MOMENT, words_of
+from pendulum_twin.parameter_vector import INERTIA, MOMENT, make_theta
 
 MASS, GAIN = SLIDING_CART.cart_mass_kg, SLIDING_CART.force_per_pwm_n
 COULOMB = {"cart_coulomb_friction": {"level_n": 0.6}}
@@ -46,14 +57,16 @@ def test_stribeck_breaks_away_at_level_and_static_together():
 
 
 def test_lopsided_friction_breaks_away_at_two_levels():
-    effects = COULOMB | {"cart_friction_asymmetry": {"ratio": 0.5}}  # 0.9 N forwards, 0.3 N backwards
+    effects = COULOMB | {
+        "cart_friction_asymmetry": {"ratio": 0.5}
+    }  # 0.9 N forwards, 0.3 N backwards
     assert np.all(run(SLIDING_CART, np.full(50, 0.89 / GAIN), effects)[:, V] == 0.0)
     assert run(SLIDING_CART, np.full(50, 0.91 / GAIN), effects)[-1, V] > 0.0
     assert run(SLIDING_CART, np.full(50, -0.31 / GAIN), effects)[-1, V] < 0.0
 
 
 def test_dry_friction_takes_the_same_from_every_swing():
-    p = words_of(Twin("test", POLE_ALONE))
+    p = make_theta(Twin("test", POLE_ALONE))
     loss = 0.002  # rad a half swing: twice the level over the stiffness
     level = loss / 2 * p[MOMENT] * 9.81
     effects = {"pole_coulomb_friction": {"level_n_m": level}}
@@ -78,20 +91,29 @@ def test_a_stuck_cart_is_dragged_along_by_a_swinging_pole_only_above_its_level()
 
 
 def test_a_held_cart_leaves_the_pole_the_motion_of_a_pole_alone():
-    held = run(THESIS, np.zeros(300), {"cart_coulomb_friction": {"level_n": 50.0}}, (0.0, 2.0, 0.0, 0.0))
+    held = run(
+        THESIS, np.zeros(300), {"cart_coulomb_friction": {"level_n": 50.0}}, (0.0, 2.0, 0.0, 0.0)
+    )
     alone = type(THESIS)(
         pole_mass_kg=THESIS.total_mass_kg,  # the same moment: mass times distance
         com_distance_m=THESIS.com_distance_m,
         pole_inertia_kg_m2=THESIS.pole_inertia_kg_m2,
         pole_viscous_n_m_s=THESIS.pole_viscous_n_m_s,
     )
-    np.testing.assert_allclose(held[:, TH], run(alone, np.zeros(300), None, (0.0, 2.0, 0.0, 0.0))[:, TH], atol=1e-12)
+    np.testing.assert_allclose(
+        held[:, TH], run(alone, np.zeros(300), None, (0.0, 2.0, 0.0, 0.0))[:, TH], atol=1e-12
+    )
 
 
 FRICTIONS = {
     "coulomb": {"cart_coulomb_friction": {"level_n": 1.2}},
-    "stribeck": {"cart_stribeck_friction": {"level_n": 0.8, "static_n": 0.4, "velocity_m_s": 0.05}},
-    "both joints": {"cart_coulomb_friction": {"level_n": 1.2}, "pole_coulomb_friction": {"level_n_m": 0.004}},
+    "stribeck": {
+        "cart_stribeck_friction": {"level_n": 0.8, "static_n": 0.4, "velocity_m_s": 0.05}
+    },
+    "both joints": {
+        "cart_coulomb_friction": {"level_n": 1.2},
+        "pole_coulomb_friction": {"level_n_m": 0.004},
+    },
 }
 
 
@@ -115,7 +137,8 @@ def test_the_error_falls_with_the_fourth_power_of_the_step(monkeypatch):
 
 
 def test_breaking_away_inside_a_step_is_found():
-    # A spring too weak to hold on to: the pole's pull grows smoothly and frees the cart between two steps.
+    # A spring too weak to hold on to: the pole's pull grows smoothly and frees the cart between
+    # two steps.
     effects = {"cart_coulomb_friction": {"level_n": 0.4}}
     states = run(THESIS, np.zeros(200), effects, (0.0, np.pi + 2.0, 0.0, 0.0), 0.001)
     fine = run(THESIS, np.zeros(2000), effects, (0.0, np.pi + 2.0, 0.0, 0.0), 0.0001)[::10]

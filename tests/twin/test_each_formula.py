@@ -5,7 +5,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from twin.rigs import CART_ALONE, HANGING, POLE_ALONE, SLIDING_CART, TH, THESIS, V, W, X, run, wild_command
+from support.twin_rigs import (
+    CART_ALONE,
+    HANGING,
+    POLE_ALONE,
+    SLIDING_CART,
+    TH,
+    THESIS,
+    V,
+    W,
+    X,
+    run,
+    wild_command,
+)
 
 from pendulum_twin.effects import BY_NAME
 
@@ -18,7 +30,9 @@ MASS, GAIN = SLIDING_CART.cart_mass_kg, SLIDING_CART.force_per_pwm_n
 
 def same(effects, command, other=None, start=START, atol=1e-12):
     """Hold that a twin with effects moves as one without (or with others) does under another command."""
-    np.testing.assert_allclose(run(THESIS, COMMAND, effects, start), run(THESIS, command, other, start), rtol=0, atol=atol)
+    np.testing.assert_allclose(
+        run(THESIS, COMMAND, effects, start), run(THESIS, command, other, start), rtol=0, atol=atol
+    )
 
 
 def test_input_sign_inverted():
@@ -43,7 +57,10 @@ def test_input_delay_between_samples():
 
 
 def test_input_dead_zone():
-    same({"input_dead_zone": {"width": 0.1}}, np.sign(COMMAND) * np.maximum(np.abs(COMMAND) - 0.1, 0.0))
+    same(
+        {"input_dead_zone": {"width": 0.1}},
+        np.sign(COMMAND) * np.maximum(np.abs(COMMAND) - 0.1, 0.0),
+    )
 
 
 def test_input_saturation():
@@ -64,7 +81,9 @@ def test_motor_lag():
     states = run(SLIDING_CART, step, {"motor_lag": {"time_constant_s": tau}})
     on = np.maximum(T - 0.1, 0.0)
     # exact in the velocity, for the mean force of every step is
-    np.testing.assert_allclose(states[:, V], 0.1 * GAIN / MASS * (on - tau * (1 - np.exp(-on / tau))), atol=1e-12)
+    np.testing.assert_allclose(
+        states[:, V], 0.1 * GAIN / MASS * (on - tau * (1 - np.exp(-on / tau))), atol=1e-12
+    )
 
 
 def acceleration_of(effects, state, command=0.0, rig=SLIDING_CART):
@@ -80,28 +99,46 @@ def test_cart_friction_laws(v):
         return MASS * acceleration_of(effects, (0.05, np.pi, v, 0.0))[0]
 
     speed, way = abs(v), np.sign(v)
-    assert force({"cart_coulomb_friction": {"level_n": 0.3}}) == pytest.approx(-0.3 * way, abs=1e-4)
+    assert force({"cart_coulomb_friction": {"level_n": 0.3}}) == pytest.approx(
+        -0.3 * way, abs=1e-4
+    )
     stribeck = {"level_n": 0.3, "static_n": 0.2, "velocity_m_s": 0.15}
     curve = 0.3 + 0.2 * np.exp(-((v / 0.15) ** 2))
     assert force({"cart_stribeck_friction": stribeck}) == pytest.approx(-curve * way, abs=1e-4)
     thesis = {"viscous_n_s_m": 1.1976, "level_n": 0.5, "limit_n": 1.0}
-    assert force({"cart_saturating_friction": thesis}) == pytest.approx(-min(1.1976 * speed + 0.5, 1.0) * way, abs=1e-4)
-    assert force({"cart_quadratic_drag": {"n_s2_m2": 0.4}}) == pytest.approx(-0.4 * v * speed, abs=1e-4)
-    lopsided = {"cart_coulomb_friction": {"level_n": 0.3}, "cart_friction_asymmetry": {"ratio": 0.2}}
+    assert force({"cart_saturating_friction": thesis}) == pytest.approx(
+        -min(1.1976 * speed + 0.5, 1.0) * way, abs=1e-4
+    )
+    assert force({"cart_quadratic_drag": {"n_s2_m2": 0.4}}) == pytest.approx(
+        -0.4 * v * speed, abs=1e-4
+    )
+    lopsided = {
+        "cart_coulomb_friction": {"level_n": 0.3},
+        "cart_friction_asymmetry": {"ratio": 0.2},
+    }
     assert force(lopsided) == pytest.approx(-0.3 * (1 + 0.2 * way) * way, abs=1e-4)
 
 
 @pytest.mark.parametrize("w", [0.5, -0.5, 6.0, -6.0])
 def test_pole_friction_laws(w):
     def torque(effects):
-        return POLE_ALONE.pole_inertia_kg_m2 * acceleration_of(effects, (0.0, np.pi, 0.0, w), rig=POLE_ALONE)[1]
+        return (
+            POLE_ALONE.pole_inertia_kg_m2
+            * acceleration_of(effects, (0.0, np.pi, 0.0, w), rig=POLE_ALONE)[1]
+        )
 
-    assert torque({"pole_coulomb_friction": {"level_n_m": 0.004}}) == pytest.approx(-0.004 * np.sign(w), abs=1e-5)
-    assert torque({"pole_quadratic_drag": {"n_m_s2": 1e-4}}) == pytest.approx(-1e-4 * w * abs(w), abs=1e-5)
+    assert torque({"pole_coulomb_friction": {"level_n_m": 0.004}}) == pytest.approx(
+        -0.004 * np.sign(w), abs=1e-5
+    )
+    assert torque({"pole_quadratic_drag": {"n_m_s2": 1e-4}}) == pytest.approx(
+        -1e-4 * w * abs(w), abs=1e-5
+    )
 
 
 def test_cart_quadratic_drag_in_closed_form():
-    states = run(SLIDING_CART, REST, {"cart_quadratic_drag": {"n_s2_m2": 0.4}}, (0.0, np.pi, 0.9, 0.0))
+    states = run(
+        SLIDING_CART, REST, {"cart_quadratic_drag": {"n_s2_m2": 0.4}}, (0.0, np.pi, 0.9, 0.0)
+    )
     np.testing.assert_allclose(states[:, V], 0.9 / (1 + 0.9 * 0.4 / MASS * T), rtol=1e-10)
 
 
@@ -111,8 +148,15 @@ def test_rail_tilt_is_a_constant_force():
 
 
 def test_rail_spring():
-    states = run(SLIDING_CART, REST, {"rail_spring": {"n_per_m": 8.0, "centre_m": 0.1}}, (0.15, np.pi, 0.0, 0.0))
-    np.testing.assert_allclose(states[:, X] - 0.1, 0.05 * np.cos(np.sqrt(8.0 / MASS) * T), atol=1e-10)
+    states = run(
+        SLIDING_CART,
+        REST,
+        {"rail_spring": {"n_per_m": 8.0, "centre_m": 0.1}},
+        (0.15, np.pi, 0.0, 0.0),
+    )
+    np.testing.assert_allclose(
+        states[:, X] - 0.1, 0.05 * np.cos(np.sqrt(8.0 / MASS) * T), atol=1e-10
+    )
 
 
 def test_cogging():
@@ -131,7 +175,9 @@ def test_pole_spring():
 
 
 def test_thesis_dead_zones_hold_the_state_while_all_is_small():
-    zones = {"thesis_dead_zones": {"force_n": 0.2, "cart_velocity_m_s": 0.1, "pole_velocity_rad_s": 1.5}}
+    zones = {
+        "thesis_dead_zones": {"force_n": 0.2, "cart_velocity_m_s": 0.1, "pole_velocity_rad_s": 1.5}
+    }
     slow = (0.1, 2.5, 0.05, 1.0)
     held = run(THESIS, REST + 0.19 / GAIN, zones, slow)
     assert np.all(held == np.array(slow))
@@ -146,7 +192,9 @@ def test_thesis_dead_zones_hold_the_state_while_all_is_small():
 def test_angle_offset():
     measured = run(THESIS, COMMAND, {"angle_offset": {"angle_rad": 0.2}}, START)
     true = run(THESIS, COMMAND, {}, (START[0], START[1] - 0.2, START[2], START[3]))
-    np.testing.assert_allclose(measured - true, np.tile([0.0, 0.2, 0.0, 0.0], (300, 1)), atol=1e-12)
+    np.testing.assert_allclose(
+        measured - true, np.tile([0.0, 0.2, 0.0, 0.0], (300, 1)), atol=1e-12
+    )
 
 
 def test_cart_sign_inverted():
@@ -158,26 +206,34 @@ def test_cart_sign_inverted():
 def test_angle_sign_inverted():
     mirrored = run(THESIS, COMMAND, {"angle_sign_inverted": {}}, (0.1, 2 * np.pi - 2.5, 0.2, -1.0))
     true = run(THESIS, COMMAND, {}, (0.1, 2.5, 0.2, 1.0))
-    np.testing.assert_allclose(mirrored, np.array([0, 2 * np.pi, 0, 0]) + true * [1, -1, 1, -1], atol=1e-12)
+    np.testing.assert_allclose(
+        mirrored, np.array([0, 2 * np.pi, 0, 0]) + true * [1, -1, 1, -1], atol=1e-12
+    )
 
 
 def test_rail_friction_patch():
     patch = {"rail_friction_patch": {"level_n": 0.4, "centre_m": 0.1, "width_m": 0.05}}
     for x, v in ((0.1, 0.2), (0.12, -0.3), (0.3, 0.2)):
         force = MASS * acceleration_of(patch, (x, np.pi, v, 0.0))[0]
-        assert force == pytest.approx(-np.sign(v) * 0.4 * np.exp(-(((x - 0.1) / 0.05) ** 2)), abs=1e-4)
+        assert force == pytest.approx(
+            -np.sign(v) * 0.4 * np.exp(-(((x - 0.1) / 0.05) ** 2)), abs=1e-4
+        )
 
 
 def test_pole_imbalance():
     """The twin's angle is that of the centre of mass, which hangs straight down when the pole's line does not."""
-    states = run(THESIS, REST, {"pole_imbalance": {"angle_rad": 0.1}}, (0.0, np.pi - 0.1, 0.0, 0.0))
+    states = run(
+        THESIS, REST, {"pole_imbalance": {"angle_rad": 0.1}}, (0.0, np.pi - 0.1, 0.0, 0.0)
+    )
     np.testing.assert_allclose(states, np.tile([0.0, np.pi - 0.1, 0.0, 0.0], (300, 1)), atol=1e-12)
 
 
 def test_encoder_slip():
     slipped = run(THESIS, COMMAND, {"encoder_slip": {"angle_rad": 0.2, "time_s": 1.0}}, START)
     true = run(THESIS, COMMAND, {}, START)
-    np.testing.assert_allclose(slipped - true, np.outer(T >= 1.0, [0.0, 0.2, 0.0, 0.0]), atol=1e-12)
+    np.testing.assert_allclose(
+        slipped - true, np.outer(T >= 1.0, [0.0, 0.2, 0.0, 0.0]), atol=1e-12
+    )
 
 
 def test_sensor_delay():
@@ -189,7 +245,9 @@ def test_sensor_delay():
 
 def test_angle_scale():
     states = run(THESIS, COMMAND, {"angle_scale": {"ratio": 0.1}}, (0.0, 1.1 * 2.5, 0.2, 0.0))
-    np.testing.assert_allclose(states, run(THESIS, COMMAND, {}, START) * [1, 1.1, 1, 1.1], atol=1e-11)
+    np.testing.assert_allclose(
+        states, run(THESIS, COMMAND, {}, START) * [1, 1.1, 1, 1.1], atol=1e-11
+    )
 
 
 def test_position_scale():
@@ -210,7 +268,13 @@ def test_velocity_filter():
 
 def test_sample_period_error():
     """By stamps that run too fast, motion of a shorter time takes longer: the same states, slower."""
-    stamped = run(THESIS, COMMAND, {"sample_period_error": {"ratio": 0.25}}, (0.0, 2.5, 0.16, 0.0), period_s=0.01)
+    stamped = run(
+        THESIS,
+        COMMAND,
+        {"sample_period_error": {"ratio": 0.25}},
+        (0.0, 2.5, 0.16, 0.0),
+        period_s=0.01,
+    )
     true = run(THESIS, COMMAND, {}, START, period_s=0.008)
     np.testing.assert_allclose(stamped, true / [1, 1, 1.25, 1.25], atol=1e-6)
 
@@ -269,5 +333,7 @@ def test_back_emf_is_viscous_friction():
 
 def test_every_effect_has_a_check():
     here = Path(__file__).parent
-    text = "".join((here / name).read_text() for name in ("test_each_formula.py", "test_dry_friction.py"))
+    text = "".join(
+        (here / name).read_text() for name in ("test_each_formula.py", "test_dry_friction.py")
+    )
     assert [name for name in BY_NAME if f'"{name}"' not in text] == []

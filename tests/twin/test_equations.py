@@ -5,19 +5,31 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from twin.rigs import THESIS
+from support.twin_rigs import THESIS
 
-from pendulum_twin.equations import accelerations, cart_load, energy, exp, pole_weight, sin_cos
+from pendulum_twin.equations import (
+    compute_cart_load,
+    compute_energy,
+    compute_pole_weight,
+    exp,
+    sin_cos,
+    solve_accelerations,
+)
 
-M, S, J, G = THESIS.total_mass_kg, THESIS.total_mass_kg * THESIS.com_distance_m, THESIS.pole_inertia_kg_m2, 9.81
+M, S, J, G = (
+    THESIS.total_mass_kg,
+    THESIS.total_mass_kg * THESIS.com_distance_m,
+    THESIS.pole_inertia_kg_m2,
+    9.81,
+)
 numbers = st.floats(-20.0, 20.0)
 
 
 def from_kernel(th, w, force, torque, free=(1.0, 1.0)):
     sine, cosine = np.sin(th), np.cos(th)
-    push = force + cart_load.py_func(S, w, sine)
-    turn = torque + pole_weight.py_func(S, G, sine)
-    return np.array(accelerations.py_func(M, S * cosine, J, push, turn, *free))
+    push = force + compute_cart_load.py_func(S, w, sine)
+    turn = torque + compute_pole_weight.py_func(S, G, sine)
+    return np.array(solve_accelerations.py_func(M, S * cosine, J, push, turn, *free))
 
 
 @given(numbers, numbers, numbers, st.floats(-1.0, 1.0))
@@ -25,22 +37,33 @@ def test_accelerations_solve_the_two_coupled_equations(th, w, force, torque):
     # m v' - S cos(th) w' = force - S w^2 sin(th);  -S cos(th) v' + Jp w' = torque + S g sin(th)
     left = np.array([[M, -S * np.cos(th)], [-S * np.cos(th), J]])
     right = np.array([force - S * w**2 * np.sin(th), torque + S * G * np.sin(th)])
-    np.testing.assert_allclose(from_kernel(th, w, force, torque), np.linalg.solve(left, right), rtol=1e-10, atol=1e-10)
+    np.testing.assert_allclose(
+        from_kernel(th, w, force, torque), np.linalg.solve(left, right), rtol=1e-10, atol=1e-10
+    )
 
 
 @given(numbers, numbers, numbers, st.floats(-1.0, 1.0))
 def test_a_joint_that_sticks_leaves_the_other_its_own_equation(th, w, force, torque):
     cart_stuck = from_kernel(th, w, force, torque, (0.0, 1.0))
     pole_stuck = from_kernel(th, w, force, torque, (1.0, 0.0))
-    np.testing.assert_allclose(cart_stuck, [0.0, (torque + S * G * np.sin(th)) / J], rtol=1e-10, atol=1e-10)
-    np.testing.assert_allclose(pole_stuck, [(force - S * w**2 * np.sin(th)) / M, 0.0], rtol=1e-10, atol=1e-10)
+    np.testing.assert_allclose(
+        cart_stuck, [0.0, (torque + S * G * np.sin(th)) / J], rtol=1e-10, atol=1e-10
+    )
+    np.testing.assert_allclose(
+        pole_stuck, [(force - S * w**2 * np.sin(th)) / M, 0.0], rtol=1e-10, atol=1e-10
+    )
 
 
 @given(numbers, st.floats(-2.0, 2.0), numbers)
 def test_energy_changes_by_nothing_but_work(th, v, w):
     force, torque = 0.7, -0.03
     rate, h = from_kernel(th, w, force, torque), 1e-6
-    before, after = (energy(M, S, S, J, G, np.array([0.0, th + s * w, v + s * rate[0], w + s * rate[1]])) for s in (-h, h))
+    before, after = (
+        compute_energy(
+            M, S, S, J, G, np.array([0.0, th + s * w, v + s * rate[0], w + s * rate[1]])
+        )
+        for s in (-h, h)
+    )
     assert (after - before) / (2 * h) == pytest.approx(force * v + torque * w, rel=1e-6, abs=2e-6)
 
 

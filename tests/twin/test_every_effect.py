@@ -6,15 +6,23 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from twin.rigs import CART_ALONE, POLE_ALONE, THESIS, run, wild_command
+from support.twin_rigs import CART_ALONE, POLE_ALONE, THESIS, run, wild_command
 
 from pendulum_twin import kernel
-from pendulum_twin.compose import memory_sizes
+from pendulum_twin.compose import compute_memory_sizes
 from pendulum_twin.effects import BY_NAME, CATALOGUE
 from pendulum_twin.effects.effect import Effect, Form, Place, Scale
 from pendulum_twin.model import Twin, load_twin, save_twin
-from pendulum_twin.simulate import measured, unmeasured
-from pendulum_twin.words import BASE, NEUTRAL, SIZE, SLOTS, active, neutral, words_of
+from pendulum_twin.parameter_vector import (
+    BASE,
+    NEUTRAL,
+    SIZE,
+    SLOTS,
+    find_active_effects,
+    get_neutral_values,
+    make_theta,
+)
+from pendulum_twin.simulate import apply_sensors, undo_sensors
 
 COMMAND = wild_command(200)
 START = (0.0, 2.5, 0.2, 0.0)
@@ -88,9 +96,12 @@ def test_has_the_parts_that_its_form_needs(effect):
 def test_neutral_is_absent(effect):
     if not effect.parameters:
         pytest.skip("without parameters: on whenever it is there")
-    words = words_of(Twin("test", THESIS, at_neutral(effect)))
-    assert not active(words).any()
-    assert run(THESIS, COMMAND, at_neutral(effect), START).tobytes() == run(THESIS, COMMAND, {}, START).tobytes()
+    theta = make_theta(Twin("test", THESIS, at_neutral(effect)))
+    assert not find_active_effects(theta).any()
+    assert (
+        run(THESIS, COMMAND, at_neutral(effect), START).tobytes()
+        == run(THESIS, COMMAND, {}, START).tobytes()
+    )
 
 
 @every
@@ -106,11 +117,13 @@ def test_with_nothing_of_it_its_shape_does_not_matter(effect):
     )
 
 
-@pytest.mark.parametrize("effect", [e for e in CATALOGUE if e.form is Form.FILTER], ids=lambda e: e.name)
+@pytest.mark.parametrize(
+    "effect", [e for e in CATALOGUE if e.form is Form.FILTER], ids=lambda e: e.name
+)
 def test_a_filter_that_is_called_at_neutral_passes_the_command_on(effect):
     on = np.array([e is effect for e in CATALOGUE])
     out = np.empty(2000)
-    offsets = np.concatenate([[0], np.cumsum(memory_sizes(1e-3))]).astype(np.int64)
+    offsets = np.concatenate([[0], np.cumsum(compute_memory_sizes(1e-3))]).astype(np.int64)
     kernel.drive(COMMAND, np.zeros(offsets[-1]), offsets, 1e-3, 10, 0, NEUTRAL.copy(), on, out)
     assert np.array_equal(out, np.repeat(COMMAND, 10))
 
@@ -128,7 +141,9 @@ def test_changes_the_run_and_leaves_it_finite_and_repeatable(effect):
 
 @every
 def test_is_on_when_it_is_there(effect):
-    assert active(words_of(Twin("test", THESIS, of_typical_size(effect)))).tolist() == [e is effect for e in CATALOGUE]
+    assert find_active_effects(
+        make_theta(Twin("test", THESIS, of_typical_size(effect)))
+    ).tolist() == [e is effect for e in CATALOGUE]
 
 
 @every
@@ -162,16 +177,22 @@ SENSORS = [e for e in CATALOGUE if e.form is Form.MEASURE]
     st.floats(0.0, 1.0),
 )
 def test_un_measuring_gives_back_the_true_state(effects, state, part):
-    values = {e.name: {p.name: p.low + part * (p.high - p.low) for p in e.parameters} for e in effects}
-    words = words_of(Twin("test", THESIS, values))[None]
+    values = {
+        e.name: {p.name: p.low + part * (p.high - p.low) for p in e.parameters} for e in effects
+    }
+    theta = make_theta(Twin("test", THESIS, values))[None]
     states = np.array([[state]])
     t = np.array([[0.5]])
-    np.testing.assert_allclose(unmeasured(measured(states, words, t), words, t), states, rtol=1e-9, atol=1e-9)
-    np.testing.assert_allclose(measured(unmeasured(states, words, t), words, t), states, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(
+        undo_sensors(apply_sensors(states, theta, t), theta, t), states, rtol=1e-9, atol=1e-9
+    )
+    np.testing.assert_allclose(
+        apply_sensors(undo_sensors(states, theta, t), theta, t), states, rtol=1e-9, atol=1e-9
+    )
 
 
 def test_words_lie_side_by_side():
     covered = sorted(k for slot in SLOTS.values() for k in range(slot.start, slot.stop))
     assert covered == list(range(len(BASE), SIZE))
     for effect in CATALOGUE:
-        assert tuple(NEUTRAL[SLOTS[effect.name]]) == neutral(effect)
+        assert tuple(NEUTRAL[SLOTS[effect.name]]) == get_neutral_values(effect)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from twin.rigs import (
+from support.twin_rigs import (
     CART_ALONE,
     FRICTIONLESS,
     HANGING,
@@ -19,18 +19,18 @@ from twin.rigs import (
 )
 
 from pendulum_twin.model import Twin
-from pendulum_twin.words import COUPLING, INERTIA, MASS, MOMENT, words_of
+from pendulum_twin.parameter_vector import COUPLING, INERTIA, MASS, MOMENT, make_theta
 
 T = 0.01 * np.arange(500)
 REST = np.zeros(500)
 
 
-def words(rig):
-    return words_of(Twin("test", rig))
+def theta(rig):
+    return make_theta(Twin("test", rig))
 
 
 def test_small_swing_of_the_pole_alone():
-    p = words(POLE_ALONE)
+    p = theta(POLE_ALONE)
     rate = np.sqrt(p[MOMENT] * 9.81 / p[INERTIA])
     states = run(POLE_ALONE, REST, None, (0.0, np.pi + 1e-4, 0.0, 0.0))
     np.testing.assert_allclose(states[:, TH] - np.pi, 1e-4 * np.cos(rate * T), atol=1e-10)
@@ -38,7 +38,7 @@ def test_small_swing_of_the_pole_alone():
 
 
 def test_small_swing_of_the_free_cart_and_pole():
-    p = words(FRICTIONLESS)
+    p = theta(FRICTIONLESS)
     rate = np.sqrt(p[MOMENT] * 9.81 / (p[INERTIA] - p[COUPLING] ** 2 / p[MASS]))
     states = run(FRICTIONLESS, REST, None, (0.0, np.pi + 1e-4, 0.0, 0.0))
     swing = 1e-4 * np.cos(rate * T)
@@ -50,14 +50,20 @@ def test_viscous_decay_of_the_cart_alone():
     rate = CART_ALONE.cart_viscous_n_s_m / CART_ALONE.cart_mass_kg
     states = run(CART_ALONE, REST, None, (0.1, np.pi, 0.8, 0.0))
     np.testing.assert_allclose(states[:, V], 0.8 * np.exp(-rate * T), rtol=1e-12)
-    np.testing.assert_allclose(states[:, X], 0.1 + 0.8 / rate * (1 - np.exp(-rate * T)), rtol=1e-11)
+    np.testing.assert_allclose(
+        states[:, X], 0.1 + 0.8 / rate * (1 - np.exp(-rate * T)), rtol=1e-11
+    )
     assert np.all(states[:, TH] == np.pi)
 
 
 def test_viscous_decay_of_the_pole_alone():
-    rig = type(POLE_ALONE)(**(POLE_ALONE.to_mapping() | {"gravity_m_s2": 0.0, "pole_viscous_n_m_s": 0.003}))
+    rig = type(POLE_ALONE)(
+        **(POLE_ALONE.to_mapping() | {"gravity_m_s2": 0.0, "pole_viscous_n_m_s": 0.003})
+    )
     states = run(rig, REST, None, (0.0, 0.0, 0.0, 5.0))
-    np.testing.assert_allclose(states[:, W], 5.0 * np.exp(-0.003 / rig.pole_inertia_kg_m2 * T), rtol=1e-12)
+    np.testing.assert_allclose(
+        states[:, W], 5.0 * np.exp(-0.003 / rig.pole_inertia_kg_m2 * T), rtol=1e-12
+    )
 
 
 def test_constant_force_on_the_cart_alone():
@@ -76,7 +82,12 @@ def test_rest_stays_rest():
 def test_the_base_model_against_an_independent_solver(period_s):
     samples = round(3.0 / period_s)
     command = np.interp(period_s * np.arange(samples), 0.01 * np.arange(400), wild_command(400))
-    m, distance, J, g = THESIS.total_mass_kg, THESIS.com_distance_m, THESIS.pole_inertia_kg_m2, THESIS.gravity_m_s2
+    m, distance, J, g = (
+        THESIS.total_mass_kg,
+        THESIS.com_distance_m,
+        THESIS.pole_inertia_kg_m2,
+        THESIS.gravity_m_s2,
+    )
     fc, fp, S = THESIS.cart_viscous_n_s_m, THESIS.pole_viscous_n_m_s, m * distance
 
     def rates(t, state, force):
@@ -89,7 +100,9 @@ def test_the_base_model_against_an_independent_solver(period_s):
     exact = [state]
     for u in command[:-1]:  # sample by sample, for the force jumps in between
         force = (THESIS.force_per_pwm_n * u,)
-        state = solve_ivp(rates, (0, period_s), state, "DOP853", rtol=1e-10, atol=1e-12, args=force).y[:, -1]
+        state = solve_ivp(
+            rates, (0, period_s), state, "DOP853", rtol=1e-10, atol=1e-12, args=force
+        ).y[:, -1]
         exact.append(state)
     states = run(THESIS, command, None, tuple(exact[0]), period_s)
     np.testing.assert_allclose(states, np.array(exact), atol=2e-7)

@@ -14,23 +14,29 @@ SOURCE = Path(pendulum_twin.__file__).parents[1]
 PROGRAM = """
 import numpy as np
 from pendulum_twin import kernel, machine_code
-from pendulum_twin.compose import memory_sizes
-offsets = np.concatenate([[0], np.cumsum(memory_sizes(1e-3))]).astype(np.int64)
+from pendulum_twin.compose import compute_memory_sizes
+offsets = np.concatenate([[0], np.cumsum(compute_memory_sizes(1e-3))]).astype(np.int64)
 from pendulum_twin.effects import CATALOGUE
-from pendulum_twin.words import NEUTRAL
+from pendulum_twin.parameter_vector import NEUTRAL
 off, out = np.zeros(len(CATALOGUE), dtype=bool), np.empty(30)
 # the drive, for it compiles faster than the mechanics
 kernel.drive(np.ones(3), np.zeros(offsets[-1]), offsets, 1e-3, 10, 0, NEUTRAL.copy(), off, out)
 assert np.all(out == 1.0)
 print(sum(kernel.drive.stats.cache_hits.values()), sum(kernel.drive.stats.cache_misses.values()))
-print(machine_code.cache_folder())
+print(machine_code.find_cache_folder())
 """
 
 
 def process(**environment):
     """Start a program that computes something and prints what it found kept."""
-    env = os.environ | {"PYTHONPATH": str(SOURCE)} | {name: str(value) for name, value in environment.items()}
-    return subprocess.Popen([sys.executable, "-c", PROGRAM], env=env, stdout=subprocess.PIPE, text=True)
+    env = (
+        os.environ
+        | {"PYTHONPATH": str(SOURCE)}
+        | {name: str(value) for name, value in environment.items()}
+    )
+    return subprocess.Popen(
+        [sys.executable, "-c", PROGRAM], env=env, stdout=subprocess.PIPE, text=True
+    )
 
 
 def outcome(started):
@@ -76,5 +82,7 @@ def test_without_a_writable_home_it_goes_among_the_temporary_files(tmp_path):
 def test_a_folder_that_others_may_write_is_not_trusted(tmp_path):
     (tmp_path / f"pendulum_twin-{os.getuid()}").mkdir(mode=0o777)
     (tmp_path / f"pendulum_twin-{os.getuid()}").chmod(0o777)
-    _, folder = outcome(process(XDG_CACHE_HOME="/proc/nowhere", HOME="/proc/nowhere", TMPDIR=tmp_path))
+    _, folder = outcome(
+        process(XDG_CACHE_HOME="/proc/nowhere", HOME="/proc/nowhere", TMPDIR=tmp_path)
+    )
     assert folder == "None"

@@ -4,15 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from twin.rigs import CART_ALONE, POLE_ALONE, THESIS, recording, run, wild_command
+from support.twin_rigs import CART_ALONE, POLE_ALONE, THESIS, recording, run, wild_command
 
 from pendulum_twin import kernel
 from pendulum_twin.model import Twin
 from pendulum_twin.motion import ALL_LAWS, NO_LAWS, PLAIN_LAWS
-from pendulum_twin.signals import joined
-from pendulum_twin.simulate import drive_pass, free_runs, run_mechanics
+from pendulum_twin.parameter_vector import make_theta
+from pendulum_twin.signals import join_signals
+from pendulum_twin.simulate import run_drive, run_freely, run_mechanics
 from pendulum_twin.stepper import Stepper
-from pendulum_twin.words import words_of
 
 COMMAND = wild_command(200)
 START = (0.0, 2.5, 0.2, 0.0)
@@ -20,8 +20,14 @@ TWINS = {
     "base": (THESIS, {}),
     "cart alone": (CART_ALONE, {"cart_coulomb_friction": {"level_n": 0.6}}),
     "pole alone": (POLE_ALONE, {"pole_coulomb_friction": {"level_n_m": 0.002}}),
-    "plain laws": (THESIS, {"cart_quadratic_drag": {"n_s2_m2": 0.2}, "rail_tilt": {"angle_rad": 0.01}}),
-    "dry": (THESIS, {"cart_coulomb_friction": {"level_n": 1.2}, "pole_coulomb_friction": {"level_n_m": 0.003}}),
+    "plain laws": (
+        THESIS,
+        {"cart_quadratic_drag": {"n_s2_m2": 0.2}, "rail_tilt": {"angle_rad": 0.01}},
+    ),
+    "dry": (
+        THESIS,
+        {"cart_coulomb_friction": {"level_n": 1.2}, "pole_coulomb_friction": {"level_n_m": 0.003}},
+    ),
     "all at once": (
         THESIS,
         {
@@ -41,22 +47,28 @@ TWINS = {
         THESIS,
         {
             "cart_saturating_friction": {"viscous_n_s_m": 1.1976, "level_n": 0.5, "limit_n": 1.0},
-            "thesis_dead_zones": {"force_n": 0.2, "cart_velocity_m_s": 0.1, "pole_velocity_rad_s": 1.5},
+            "thesis_dead_zones": {
+                "force_n": 0.2,
+                "cart_velocity_m_s": 0.1,
+                "pole_velocity_rad_s": 1.5,
+            },
         },
     ),
 }
 named = pytest.mark.parametrize("name", TWINS)
 
 
-def words(name):
+def theta(name):
     rig, effects = TWINS[name]
-    return words_of(Twin(name, rig, effects))
+    return make_theta(Twin(name, rig, effects))
 
 
 @named
 def test_run_after_run(name):
     rig, effects = TWINS[name]
-    assert run(rig, COMMAND, effects, START).tobytes() == run(rig, COMMAND, effects, START).tobytes()
+    assert (
+        run(rig, COMMAND, effects, START).tobytes() == run(rig, COMMAND, effects, START).tobytes()
+    )
 
 
 @named
@@ -94,23 +106,37 @@ def test_a_returned_state_is_not_changed_by_later_steps():
 def test_alone_as_in_any_company(lanes):
     """Lanes with other words, starts and times of beginning beside them, in full blocks and in part-filled ones."""
     names = [list(TWINS)[k % len(TWINS)] for k in range(lanes)]
-    sets = np.array([words(name) for name in TWINS])
+    sets = np.array([theta(name) for name in TWINS])
     set_of = np.arange(lanes) % len(TWINS)
     begin = np.arange(lanes) % 50
     starts = np.array(START) + 0.03 * np.arange(lanes)[:, None]
     signals = recording(COMMAND, 0.01)
-    together = free_runs(signals, sets, set_of, begin, starts, 100)
+    together = run_freely(signals, sets, set_of, begin, starts, 100)
     for k, name in enumerate(names):
-        alone = free_runs(signals, words(name)[None], np.zeros(1, int), begin[[k]], starts[[k]], 100)
+        alone = run_freely(
+            signals, theta(name)[None], np.zeros(1, int), begin[[k]], starts[[k]], 100
+        )
         assert alone[0].tobytes() == together[k].tobytes(), name
 
 
-def mechanics(words, width, laws, dry):
+def mechanics(theta, width, laws, dry):
     signals = recording(COMMAND, 0.01)
-    drives, _ = drive_pass(signals, words[None])
+    drives, _ = run_drive(signals, theta[None])
     out, zeros = np.empty((3, 200, 4)), np.zeros(3, dtype=np.int64)
     starts = np.array(START) + 0.1 * np.arange(3)[:, None]
-    kernel.mechanics((0,) * width, laws, dry, drives, zeros, zeros, starts, np.tile(words, (3, 1)), 1e-3, 10, out)
+    kernel.mechanics(
+        (0,) * width,
+        laws,
+        dry,
+        drives,
+        zeros,
+        zeros,
+        starts,
+        np.tile(theta, (3, 1)),
+        1e-3,
+        10,
+        out,
+    )
     return out
 
 
@@ -118,39 +144,49 @@ def mechanics(words, width, laws, dry):
 @pytest.mark.parametrize("laws", [NO_LAWS, PLAIN_LAWS, ALL_LAWS], ids=["none", "plain", "all"])
 @pytest.mark.parametrize("dry", [False, True])
 def test_laws_that_are_off_add_exactly_nothing(width, laws, dry):
-    assert np.array_equal(mechanics(words("base"), width, laws, dry), mechanics(words("base"), 1, NO_LAWS, False))
+    assert np.array_equal(
+        mechanics(theta("base"), width, laws, dry), mechanics(theta("base"), 1, NO_LAWS, False)
+    )
 
 
 @pytest.mark.parametrize("name", ["plain laws", "dry", "thesis"])
 def test_costly_laws_that_are_off_add_exactly_nothing(name):
-    assert np.array_equal(mechanics(words(name), 16, ALL_LAWS, True), mechanics(words(name), 16, PLAIN_LAWS, True))
+    assert np.array_equal(
+        mechanics(theta(name), 16, ALL_LAWS, True), mechanics(theta(name), 16, PLAIN_LAWS, True)
+    )
 
 
 def test_run_mechanics_begins_where_it_is_told():
     signals = recording(COMMAND, 0.01)
-    whole = free_runs(signals, words("base")[None], np.zeros(1, int), np.zeros(1, int), np.array([START]), 200)[0]
-    rest = free_runs(signals, words("base")[None], np.zeros(1, int), np.array([80]), whole[[80]], 120)[0]
+    whole = run_freely(
+        signals, theta("base")[None], np.zeros(1, int), np.zeros(1, int), np.array([START]), 200
+    )[0]
+    rest = run_freely(
+        signals, theta("base")[None], np.zeros(1, int), np.array([80]), whole[[80]], 120
+    )[0]
     assert rest.tobytes() == whole[80:].tobytes()
 
 
 def test_drives_of_stretches_start_afresh():
     """A delay does not carry the end of one recording into the next."""
     one = recording(COMMAND, 0.01)
-    drives, row_of = drive_pass(joined([one, one]), words("all at once")[None])
+    drives, row_of = run_drive(join_signals([one, one]), theta("all at once")[None])
     assert row_of.tolist() == [0]
     assert drives[0, :2000].tobytes() == drives[0, 2000:].tobytes()
 
 
 def test_time_goes_on_over_a_gap():
     """A gain that drifts has drifted on when the recording comes back after a gap."""
-    twin = words_of(Twin("drifting", THESIS, {"gain_drift": {"per_s": 0.01}}))[None]
+    twin = make_theta(Twin("drifting", THESIS, {"gain_drift": {"per_s": 0.01}}))[None]
     gap = replace(recording(np.ones(20), 0.01), starts=(0, 10), begin_s=(0.0, 5.0))
-    drives, _ = drive_pass(gap, twin)
+    drives, _ = run_drive(gap, twin)
     np.testing.assert_allclose(drives[0, [0, 100]], [1.0, 1.05])
 
 
 def test_twins_with_the_same_drive_share_its_row():
-    drives, row_of = drive_pass(recording(COMMAND, 0.01), np.array([words(n) for n in ("base", "all at once", "dry")]))
+    drives, row_of = run_drive(
+        recording(COMMAND, 0.01), np.array([theta(n) for n in ("base", "all at once", "dry")])
+    )
     assert len(drives) == 2
     assert row_of[0] == row_of[2] != row_of[1]
 
@@ -158,6 +194,6 @@ def test_twins_with_the_same_drive_share_its_row():
 def test_a_block_is_as_wide_as_it_says():
     out = np.empty((3, 2, 4))
     drives, zeros = np.zeros((1, 10)), np.zeros(3, dtype=np.int64)
-    starts, sets = np.tile(START, (3, 1)), np.tile(words("base"), (3, 1))
+    starts, sets = np.tile(START, (3, 1)), np.tile(theta("base"), (3, 1))
     run_mechanics(drives, zeros, zeros, starts, sets, 1e-3, 10, out)
     assert np.array_equal(out[0], out[2])

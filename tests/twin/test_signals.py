@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from twin.rigs import recording
+from support.twin_rigs import recording
 
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.signals import joined
+from pendulum_twin.signals import join_signals
 
 GOOD = recording(np.linspace(0.0, 0.4, 5), 0.01)
 
@@ -50,14 +50,14 @@ def test_stretches_cover_the_recording():
 
 
 def test_joined_recordings_keep_their_stretches():
-    both = joined([replace(GOOD, starts=(0, 2)), GOOD])
+    both = join_signals([replace(GOOD, starts=(0, 2)), GOOD])
     assert both.starts == (0, 2, 5)
     assert np.array_equal(both.command, np.tile(GOOD.command, 2))
-    assert joined([GOOD]) is GOOD
+    assert join_signals([GOOD]) is GOOD
 
 
 def test_recordings_that_differ_are_not_joined():
     with pytest.raises(BadInputError, match="one rate"):
-        joined([GOOD, replace(GOOD, period_s=0.02)])
+        join_signals([GOOD, replace(GOOD, period_s=0.02)])
     with pytest.raises(BadInputError, match="same joints"):
-        joined([GOOD, replace(GOOD, pole=None)])
+        join_signals([GOOD, replace(GOOD, pole=None)])

@@ -7,13 +7,13 @@ import pytest
 import yaml
 from hypothesis import given
 from hypothesis import strategies as st
-from twin.rigs import CART_ALONE, POLE_ALONE, THESIS
+from support.twin_rigs import CART_ALONE, POLE_ALONE, THESIS
 
 from pendulum_twin.effects import BY_NAME, CATALOGUE
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.model import Twin, load_twin, save_twin, twin_from_mapping
+from pendulum_twin.model import Twin, load_twin, parse_twin, save_twin
+from pendulum_twin.parameter_vector import SLOTS, make_theta
 from pendulum_twin.rig import RANGES, UNITS, Rig
-from pendulum_twin.words import SLOTS, words_of
 
 GOOD = {
     "schema": "pendulum_twin/1",
@@ -37,15 +37,15 @@ def changed(*path_and_value):
     return mapping
 
 
-def refused(mapping, *words):
+def refused(mapping, *theta):
     with pytest.raises(BadInputError) as error:
-        twin_from_mapping(mapping)
-    for word in words:
+        parse_twin(mapping)
+    for word in theta:
         assert word in str(error.value)
 
 
 def test_a_good_file_is_read():
-    twin = twin_from_mapping(GOOD)
+    twin = parse_twin(GOOD)
     assert (twin.name, twin.rig) == ("inteco", THESIS)
     assert twin.effects == {"cart_coulomb_friction": {"level_n": 1.2}, "input_sign_inverted": {}}
     assert twin.to_mapping() == GOOD
@@ -53,9 +53,11 @@ def test_a_good_file_is_read():
 
 def test_an_effect_without_parameters_may_be_left_empty():
     text = "schema: pendulum_twin/1\nrig: {pole_mass_kg: 1, com_distance_m: 1, pole_inertia_kg_m2: 2, "
-    twin = twin_from_mapping(yaml.safe_load(text + "pole_viscous_n_m_s: 0}\neffects: {angle_sign_inverted: }"))
+    twin = parse_twin(
+        yaml.safe_load(text + "pole_viscous_n_m_s: 0}\neffects: {angle_sign_inverted: }")
+    )
     assert twin.effects == {"angle_sign_inverted": {}}
-    assert words_of(twin)[SLOTS["angle_sign_inverted"]] == [1.0]
+    assert make_theta(twin)[SLOTS["angle_sign_inverted"]] == [1.0]
 
 
 @pytest.mark.parametrize("key", RANGES)
@@ -83,7 +85,9 @@ def test_each_number_of_an_effect_is_checked(effect):
 
 
 def test_unknown_names_are_refused_with_a_hint():
-    refused(changed("rig", "cart_mass_g", 572.3), "cart_mass_g", "did you mean cart_mass_kg", "unit")
+    refused(
+        changed("rig", "cart_mass_g", 572.3), "cart_mass_g", "did you mean cart_mass_kg", "unit"
+    )
     refused(changed("rig", "wheel_count", 4), "wheel_count", "known are", "cart_mass_kg")
     refused(changed("effects", "cart_coulomb_friction", {"level_mn": 1200}), "level_mn", "level_n")
     refused(changed("effects", "cart_rust", {}), "cart_rust", "cart_coulomb_friction")
@@ -101,8 +105,12 @@ def test_other_shapes_are_refused():
 
 
 def test_a_part_is_whole_or_absent():
-    refused(changed("rig", "cart_viscous_n_s_m", None), "all keys of the cart", "cart_viscous_n_s_m")
-    refused(changed("rig", "pole_inertia_kg_m2", None), "all keys of the pole", "pole_inertia_kg_m2")
+    refused(
+        changed("rig", "cart_viscous_n_s_m", None), "all keys of the cart", "cart_viscous_n_s_m"
+    )
+    refused(
+        changed("rig", "pole_inertia_kg_m2", None), "all keys of the pole", "pole_inertia_kg_m2"
+    )
     with pytest.raises(BadInputError, match=r"expected a cart .* or a pole"):
         Rig()
 
@@ -122,14 +130,18 @@ def test_every_number_of_the_rig_has_a_unit():
 
 def effects():
     def parameters(effect):
-        return st.fixed_dictionaries({p.name: st.floats(p.low, p.high, allow_subnormal=False) for p in effect.parameters})
+        return st.fixed_dictionaries(
+            {p.name: st.floats(p.low, p.high, allow_subnormal=False) for p in effect.parameters}
+        )
 
     return st.lists(st.sampled_from(CATALOGUE), unique_by=lambda e: e.name).flatmap(
         lambda chosen: st.fixed_dictionaries({e.name: parameters(e) for e in chosen})
     )
 
 
-@given(effects(), st.text(st.characters(codec="utf-8", exclude_categories=["Cc", "Cs"]), max_size=20))
+@given(
+    effects(), st.text(st.characters(codec="utf-8", exclude_categories=["Cc", "Cs"]), max_size=20)
+)
 def test_a_file_gives_back_the_very_twin(tmp_path_factory, effects, name):
     path = tmp_path_factory.mktemp("twins") / "twin.yaml"
     for rig in (THESIS, CART_ALONE, POLE_ALONE):
@@ -140,7 +152,11 @@ def test_a_file_gives_back_the_very_twin(tmp_path_factory, effects, name):
 
 def test_files_that_cannot_be_read_are_refused_by_their_path(tmp_path):
     path = tmp_path / "twin.yaml"
-    for content, word in ((b"rig: [", "expected YAML"), (b"\xff\xfe\x00", "cannot be read"), (b"", "NoneType")):
+    for content, word in (
+        (b"rig: [", "expected YAML"),
+        (b"\xff\xfe\x00", "cannot be read"),
+        (b"", "NoneType"),
+    ):
         path.write_bytes(content)
         with pytest.raises(BadInputError, match=word) as error:
             load_twin(path)
@@ -153,7 +169,7 @@ def test_files_that_cannot_be_read_are_refused_by_their_path(tmp_path):
 
 def test_a_twin_is_written_whole_or_not_at_all(tmp_path, monkeypatch):
     path = tmp_path / "new folder" / "twin.yaml"
-    save_twin(twin_from_mapping(GOOD), path)
+    save_twin(parse_twin(GOOD), path)
     before = path.read_text()
 
     def fail(*_):
@@ -161,7 +177,7 @@ def test_a_twin_is_written_whole_or_not_at_all(tmp_path, monkeypatch):
 
     monkeypatch.setattr(Path, "replace", fail)
     with pytest.raises(OSError, match="disk full"):
-        save_twin(twin_from_mapping(changed("name", "other")), path)
+        save_twin(parse_twin(changed("name", "other")), path)
     assert path.read_text() == before
     assert [p.name for p in path.parent.iterdir()] == ["twin.yaml"]
 

@@ -12,23 +12,25 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from support.paths import CONFIG
 
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin, load_twin
 from pendulum_twin.rig import Rig
 from pendulum_twin.stepper import Stepper
-from pendulum_twin.urdf import UNLIMITED, main, urdf_of
+from pendulum_twin.urdf import UNLIMITED, main, make_urdf
 
-CONFIG = Path(__file__).parents[2] / "config"
 FILES = sorted(CONFIG.glob("*.yaml"))
 INTECO = load_twin(CONFIG / "inteco.yaml")
-HEAVY_LEVER = replace(INTECO.rig, pole_mass_kg=0.05)  # 0.05 kg at 0.27 m would alone have more than Jp
+HEAVY_LEVER = replace(
+    INTECO.rig, pole_mass_kg=0.05
+)  # 0.05 kg at 0.27 m would alone have more than Jp
 POSITIVE = st.floats(0.05, 5.0)
 
 
 def engine(twin: Twin) -> tuple[mujoco.MjModel, mujoco.MjData]:
     """Return MuJoCo with the twin's URDF, in fine steps, and its state."""
-    model = mujoco.MjModel.from_xml_string(urdf_of(twin))
+    model = mujoco.MjModel.from_xml_string(make_urdf(twin))
     model.opt.timestep, model.opt.integrator = 2.5e-4, mujoco.mjtIntegrator.mjINT_RK4
     model.opt.gravity[2] = -twin.rig.gravity_m_s2
     return model, mujoco.MjData(model)
@@ -51,23 +53,31 @@ def run_by_twin(twin: Twin, start: tuple[float, ...], seconds: float) -> np.ndar
 
 
 def of(twin: Twin, path: str) -> dict[str, str]:
-    found = ET.fromstring(urdf_of(twin)).find(path)
+    found = ET.fromstring(make_urdf(twin)).find(path)
     assert found is not None, path
     return found.attrib
 
 
-@pytest.mark.skipif(shutil.which("check_urdf") is None, reason="check_urdf is missing (Debian: liburdfdom-tools)")
+@pytest.mark.skipif(
+    shutil.which("check_urdf") is None, reason="check_urdf is missing (Debian: liburdfdom-tools)"
+)
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
 def test_check_urdf_passes(file: Path, tmp_path: Path) -> None:
-    (tmp_path / "rig.urdf").write_text(urdf_of(load_twin(file)), encoding="utf-8")
-    done = subprocess.run(["check_urdf", tmp_path / "rig.urdf"], capture_output=True, text=True, timeout=30, check=False)
+    (tmp_path / "rig.urdf").write_text(make_urdf(load_twin(file)), encoding="utf-8")
+    done = subprocess.run(
+        ["check_urdf", tmp_path / "rig.urdf"],
+        capture_output=True,
+        text=True,
+        timeout=30,
+        check=False,
+    )
     assert done.returncode == 0 and "Successfully Parsed" in done.stdout, done.stdout + done.stderr
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
 def test_joints_are_those_of_joint_states(file: Path) -> None:
     twin = load_twin(file)
-    joints = [joint.get("name") for joint in ET.fromstring(urdf_of(twin)).iter("joint")]
+    joints = [joint.get("name") for joint in ET.fromstring(make_urdf(twin)).iter("joint")]
     assert joints == ["cart"] * twin.rig.has_cart + ["pole"] * twin.rig.has_pole
     assert engine(twin)[0].njnt == len(joints)
 
@@ -83,7 +93,7 @@ def test_an_engine_moves_it_as_the_twin_does(rig: Rig) -> None:
 @pytest.mark.parametrize("name", ["inteco", "free_swing"])
 def test_a_small_swing_with_the_cart_locked_has_the_period_of_the_equations(name: str) -> None:
     rig = load_twin(CONFIG / f"{name}.yaml").rig
-    locked = urdf_of(Twin("t", rig)).replace('type="prismatic"', 'type="fixed"')
+    locked = make_urdf(Twin("t", rig)).replace('type="prismatic"', 'type="fixed"')
     swing = swing_by_engine(locked, 0.01, 4.0)
     crossings = np.flatnonzero((swing[:-1] > 0) & (swing[1:] <= 0))
     exact = (crossings + swing[crossings] / (swing[crossings] - swing[crossings + 1])) * 0.001
@@ -111,15 +121,25 @@ def test_a_positive_angle_is_counterclockwise() -> None:
     mujoco.mj_forward(model, data)
     x, y, z = data.body("pole_link").xipos - data.body("cart_link").xpos
     length = INTECO.rig.total_mass_kg * 0.01955717 / 0.12
-    assert (x, y, z) == pytest.approx((-length * math.sin(0.5), 0.0, length * math.cos(0.5)))  # x to the right, z up
+    assert (x, y, z) == pytest.approx(
+        (-length * math.sin(0.5), 0.0, length * math.cos(0.5))
+    )  # x to the right, z up
     assert data.body("cart_link").xpos == pytest.approx((0.2, 0.0, 0.0))
 
 
 @settings(max_examples=50, deadline=None)
 @given(cart=POSITIVE, pole=POSITIVE, distance=st.floats(0.0, 1.0), radius=st.floats(0.01, 1.0))
-def test_mass_lever_and_inertia_survive(cart: float, pole: float, distance: float, radius: float) -> None:
+def test_mass_lever_and_inertia_survive(
+    cart: float, pole: float, distance: float, radius: float
+) -> None:
     inertia = (cart + pole) * distance * radius + 1e-4
-    rig = replace(INTECO.rig, cart_mass_kg=cart, pole_mass_kg=pole, com_distance_m=distance, pole_inertia_kg_m2=inertia)
+    rig = replace(
+        INTECO.rig,
+        cart_mass_kg=cart,
+        pole_mass_kg=pole,
+        com_distance_m=distance,
+        pole_inertia_kg_m2=inertia,
+    )
     moment = rig.total_mass_kg * distance
     assume(1.25 * moment**2 / inertia < 0.99 * rig.total_mass_kg)
     model, _ = engine(Twin("t", rig))
@@ -132,39 +152,56 @@ def test_mass_lever_and_inertia_survive(cart: float, pole: float, distance: floa
 
 
 def test_bodies_that_cannot_be_are_refused() -> None:
-    with pytest.raises(BadInputError, match=r"pole_inertia_kg_m2: expected above 0\.000331 .* no bodies move like that"):
-        urdf_of(Twin("t", replace(INTECO.rig, pole_inertia_kg_m2=1e-4)))
-    assert urdf_of(Twin("t", replace(INTECO.rig, pole_inertia_kg_m2=3.32e-4)))
+    with pytest.raises(
+        BadInputError,
+        match=r"pole_inertia_kg_m2: expected above 0\.000331 .* no bodies move like that",
+    ):
+        make_urdf(Twin("t", replace(INTECO.rig, pole_inertia_kg_m2=1e-4)))
+    assert make_urdf(Twin("t", replace(INTECO.rig, pole_inertia_kg_m2=3.32e-4)))
 
 
 def test_limits_are_those_of_the_twin_file() -> None:
     limits = {key: float(value) for key, value in of(INTECO, "joint[@name='cart']/limit").items()}
-    assert (limits["lower"], limits["upper"], limits["effort"]) == (-0.9, 0.9, pytest.approx(12.86 * 0.5))
+    assert (limits["lower"], limits["upper"], limits["effort"]) == (
+        -0.9,
+        0.9,
+        pytest.approx(12.86 * 0.5),
+    )
     assert limits["velocity"] == pytest.approx(math.sqrt(2 * 12.86 * 0.5 / 0.6923 * 1.8))
     unknown = of(load_twin(CONFIG / "emps.yaml"), "joint[@name='cart']/limit")
     assert {abs(float(value)) for value in unknown.values()} == {UNLIMITED}
 
 
 def test_friction_is_that_of_the_twin_file() -> None:
-    effects = {"cart_coulomb_friction": {"level_n": 0.7}, "pole_coulomb_friction": {"level_n_m": 0.002}}
+    effects = {
+        "cart_coulomb_friction": {"level_n": 0.7},
+        "pole_coulomb_friction": {"level_n_m": 0.002},
+    }
     twin = Twin("t", INTECO.rig, effects)
     assert of(twin, "joint[@name='cart']/dynamics") == {"damping": "0.5", "friction": "0.7"}
-    assert of(twin, "joint[@name='pole']/dynamics") == {"damping": "0.00027344", "friction": "0.002"}
+    assert of(twin, "joint[@name='pole']/dynamics") == {
+        "damping": "0.00027344",
+        "friction": "0.002",
+    }
 
 
 def test_a_name_with_markup_stays_a_name() -> None:
-    assert ET.fromstring(urdf_of(replace(INTECO, name='a <b> & "c"'))).get("name") == 'a <b> & "c"'
+    assert (
+        ET.fromstring(make_urdf(replace(INTECO, name='a <b> & "c"'))).get("name") == 'a <b> & "c"'
+    )
 
 
 def test_the_program_prints_it(capsys: pytest.CaptureFixture[str]) -> None:
     assert main([str(CONFIG / "inteco.yaml")]) == 0
     said = capsys.readouterr()
-    assert (said.out, said.err) == (urdf_of(INTECO), "")
+    assert (said.out, said.err) == (make_urdf(INTECO), "")
 
 
 def test_the_program_says_in_a_sentence_what_is_wrong(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["nowhere.yaml"]) == 1
     said = capsys.readouterr()
     assert (
-        said.out == "" and said.err.startswith("twin_urdf: nowhere.yaml: expected a twin file") and said.err.count("\n") == 1
+        said.out == ""
+        and said.err.startswith("twin_urdf: nowhere.yaml: expected a twin file")
+        and said.err.count("\n") == 1
     )

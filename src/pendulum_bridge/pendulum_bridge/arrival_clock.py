@@ -1,9 +1,9 @@
 """Sampling times of evenly spaced samples, from when they arrived: each late by a delay that varies, some not at all.
 
-A delay-locked loop (F. Adriaensen, Using a DLL to filter time, 2005) follows the mean arrival with an even grid; its gains
-fall from those of a straight line fitted to all packets so far to those of a fixed memory. As no packet comes before it
-is sent, times are given as far before the grid as early packets come. What the loop cannot follow is decided by how far it
-is off the grid:
+A delay-locked loop (F. Adriaensen, Using a DLL to filter time, 2005) follows the mean arrival with
+an even grid; its gains fall from those of a straight line fitted to all packets so far to those of
+a fixed memory. As no packet comes before it is sent, times are given as far before the grid as
+early packets come. What the loop cannot follow is decided by how far it is off the grid:
 
 - by one to three whole periods: as many samples were lost, and are left out of the grid;
 - by anything else: it was held up. It gets the next time of the grid, and so does each packet of the burst that follows.
@@ -11,8 +11,8 @@ is off the grid:
 - early by whole periods: what had counted as lost had only been held up, so the grid goes back;
 - by more than a second, either way: the system's clock was set, or the sender was away; the grid begins anew.
 
-Times always rise, in at least a quarter of a period, with one exception: when the clock was set back by more than a second
-they go back once with it, for every other node then lives in that time.
+Times always rise, in at least a quarter of a period, with one exception: when the clock was set
+back by more than a second they go back once with it, for every other node then lives in that time.
 """
 
 from __future__ import annotations
@@ -20,7 +20,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 ANEW_S = 1.0  # further off than this the grid begins anew
-ON_TIME, AT_FIRST = 0.125, 0.3  # of a period: the loop follows what is no further off; and while it still learns it
+ON_TIME, AT_FIRST = (
+    0.125,
+    0.3,
+)  # of a period: the loop follows what is no further off; and while it still learns it
 MOST_LOST = 3
 SURE = 4  # packets in a row as late as the first, after which the grid has moved
 LEAST_STEP = 0.25  # of a period, from time to time
@@ -35,8 +38,9 @@ WIDEST = 0.08  # share by which the period may differ from the nominal one
 class Timing:
     """Report what a clock has found.
 
-    period_s: the measured period. lost: samples that never came. begun: how often the grid began anew after the first time
-    (a long gap, or the system's clock was set). set_back: how many of these went back in time.
+    period_s: the measured period. lost: samples that never came. begun: how often the grid began
+    anew after the first time (a long gap, or the system's clock was set). set_back: how many of
+    these went back in time.
     """
 
     period_s: float
@@ -48,8 +52,8 @@ class Timing:
 class ArrivalClock:
     """Give each packet, in order, its sampling time.
 
-    rate_hz: nominal, within 5 % of the true one. most_lost: whole periods that one late packet is believed to stand for; 0
-    over TCP, where nothing is lost.
+    rate_hz: nominal, within 5 % of the true one. most_lost: whole periods that one late packet is
+    believed to stand for; 0 over TCP, where nothing is lost.
     """
 
     def __init__(self, rate_hz: float, most_lost: int = MOST_LOST) -> None:
@@ -60,7 +64,10 @@ class ArrivalClock:
         self._early_ns = 0.0  # at most 0: where early packets come, from the grid
         self._given_ns = 0
         self._seen = FIRST
-        self._floor_ns, self._late = 0.0, 0  # least lateness of the packets that are late now, and how many were no earlier
+        self._floor_ns, self._late = (
+            0.0,
+            0,
+        )  # least lateness of the packets that are late now, and how many were no earlier
         self._lost = self._begun = self._set_back = 0
 
     @property
@@ -111,17 +118,23 @@ class ArrivalClock:
             self._hold_out(off_ns)
             return
         self._late = 0
-        if off_ns < -self._tolerance_ns:  # it cannot have come before it was sent: the grid was too late
+        if (
+            off_ns < -self._tolerance_ns
+        ):  # it cannot have come before it was sent: the grid was too late
             self._move(off_ns)
             return
         n = self._seen
         self._seen = min(n + 1, MEMORY)
         self._grid_ns += off_ns * (4 * n + 2) / ((n + 1) * (n + 2))
         period_ns = self._period_ns + off_ns * 6 / ((n + 1) * (n + 2))
-        self._period_ns = min(max(period_ns, (1 - WIDEST) * self._nominal_ns), (1 + WIDEST) * self._nominal_ns)
+        self._period_ns = min(
+            max(period_ns, (1 - WIDEST) * self._nominal_ns), (1 + WIDEST) * self._nominal_ns
+        )
         if n >= LEARNT:
             beyond_ns = off_ns - self._early_ns
-            self._early_ns = min(self._early_ns + beyond_ns * (EARLIER if beyond_ns < 0 else LATER), 0.0)
+            self._early_ns = min(
+                self._early_ns + beyond_ns * (EARLIER if beyond_ns < 0 else LATER), 0.0
+            )
 
     def _hold_out(self, off_ns: float) -> None:
         """Stay with the grid though a packet is late, unless this has gone on without getting better."""

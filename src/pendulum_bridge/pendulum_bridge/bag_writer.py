@@ -26,8 +26,9 @@ VERSION: Literal[9] = 9
 class Log:
     """Hold what a rig was sent and what it showed, one row a sample.
 
-    stamps_ns: (n,) sampling times. joints: names, in the order of the columns. positions, velocities: (n, joints) in m,
-    rad, m/s, rad/s. commands: (n,) PWM fraction sent at each sample and held to the next; None when nothing was sent.
+    stamps_ns: (n,) sampling times. joints: names, in the order of the columns. positions,
+    velocities: (n, joints) in m, rad, m/s, rad/s. commands: (n,) PWM fraction sent at each sample
+    and held to the next; None when nothing was sent.
     """
 
     stamps_ns: NDArray[np.int64]
@@ -39,19 +40,25 @@ class Log:
     def __post_init__(self) -> None:
         shape = (len(self.stamps_ns), len(self.joints))
         if self.positions.shape != shape or self.velocities.shape != shape:
-            raise BadInputError(f"expected positions and velocities of shape {shape}, found {self.positions.shape}")
+            raise BadInputError(
+                f"expected positions and velocities of shape {shape}, found {self.positions.shape}"
+            )
         if self.commands is not None and self.commands.shape != shape[:1]:
             raise BadInputError(f"expected {shape[0]} commands, found {self.commands.shape}")
 
 
-def write_bag(log: Log, path: str | Path, state_topic: str = STATE_TOPIC, command_topic: str = COMMAND_TOPIC) -> None:
+def write_bag(
+    log: Log, path: str | Path, state_topic: str = STATE_TOPIC, command_topic: str = COMMAND_TOPIC
+) -> None:
     """Write the folder whole or not at all; raise BadInputError when something is there already.
 
     A sample's command carries the sample's time, and stands after it.
     """
     path = Path(path)
     if path.exists():
-        raise BadInputError(f"{path}: expected no folder there, found one: recordings are not overwritten")
+        raise BadInputError(
+            f"{path}: expected no folder there, found one: recordings are not overwritten"
+        )
     path.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.name}.") as temporary:
         folder = Path(temporary) / path.name  # the writer names the file after the folder
@@ -70,7 +77,9 @@ def _write(log: Log, folder: Path, state_topic: str, command_topic: str) -> None
             commands = writer.add_connection(command_topic, COMMAND_TYPE, typestore=types)
         for k, stamp in enumerate(log.stamps_ns.tolist()):
             when = header(time(*divmod(stamp, 10**9)), "")
-            sample = state(when, names, log.positions[k].copy(), log.velocities[k].copy(), no_effort)
+            sample = state(
+                when, names, log.positions[k].copy(), log.velocities[k].copy(), no_effort
+            )
             writer.write(states, stamp, types.serialize_cdr(sample, STATE_TYPE))
             if log.commands is not None:
                 sent = command(float(log.commands[k]))

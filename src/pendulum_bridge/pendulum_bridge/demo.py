@@ -1,7 +1,7 @@
 """The whole job with no hardware, over the real graph, from concealing physics in an emulated rig to opening the seal.
 
-The rig is driven, excited and recorded as a real one would be, and the recording diagnosed as a user would diagnose it. Run
-as `python -m pendulum_bridge.demo --out out/demo`.
+The rig is driven, excited and recorded as a real one would be, and the recording diagnosed as a
+user would diagnose it. Run as `python -m pendulum_bridge.demo --out out/demo`.
 """
 
 from __future__ import annotations
@@ -18,12 +18,14 @@ from pendulum_bridge.emulator.comparison import read_verdict, table
 from pendulum_bridge.emulator.seal import open_seal
 from pendulum_bridge.programs import SCRIPTS, Program, Programs, wait_for, wait_until_done
 from pendulum_bridge.udp import Address
-from pendulum_twin.command_line import ended, whole
+from pendulum_twin.command_line import make_whole_reader, run_command
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin, load_twin, save_twin
 
 SYSID = SCRIPTS / "sysid"
-APPLIED = "/rig/applied_pwm"  # what was really sent: the driver limits how fast a command may change
+APPLIED = (
+    "/rig/applied_pwm"  # what was really sent: the driver limits how fast a command may change
+)
 LOOPBACK = "127.0.0.1"
 START_S = 60.0  # a program that takes longer to start will not
 PLAYED_S = 150.0  # the plan's minute, and its start
@@ -35,7 +37,7 @@ DOMAINS = range(1, 100)  # higher ones need ports that the system gives to other
 def main(arguments: list[str] | None = None) -> int:
     """Run the demo; return 0 when it came to an answer, 1 when it could not (the reason on stderr)."""
     options = _options(arguments)
-    return ended("demo", lambda: _shown(options), "all that it had started has ended")
+    return run_command("demo", lambda: _shown(options), "all that it had started has ended")
 
 
 def _shown(options: argparse.Namespace) -> None:
@@ -50,22 +52,38 @@ def _shown(options: argparse.Namespace) -> None:
 def record(options: argparse.Namespace, nominal: Twin, seed: int) -> None:
     """Leave in `out` the seal, the recording and the twin that knows nothing of what is concealed."""
     out, effects, view = options.out, options.effects, options.view
-    print(f"Concealing {effects} effect(s) and wrong parameters in an emulated rig (again: --seed {seed})", flush=True)
+    print(
+        f"Concealing {effects} effect(s) and wrong parameters in an emulated rig (again: --seed {seed})",
+        flush=True,
+    )
     file = out / "nominal_twin.yaml"
     save_twin(Twin(f"{nominal.name}_nominal", nominal.rig), file)
     with Programs(out / "logs", _own_graph()) as programs:
-        _start_rig(programs, file, ("--conceal", seed, "--effects", effects, "--seal", out / "seal.json"))
+        _start_rig(
+            programs, file, ("--conceal", seed, "--effects", effects, "--seal", out / "seal.json")
+        )
         if view:
             _start_view(programs, file)
-        recorder = programs.start("recorder_node", *_node("/", out=out / "recording", twin=file, note=f"demo, seed {seed}"))
+        recorder = programs.start(
+            "recorder_node",
+            *_node("/", out=out / "recording", twin=file, note=f"demo, seed {seed}"),
+        )
         wait_for(recorder, "recording to", START_S)
-        _excite(programs, twin_file=file, plan=options.plan or "", twin="/twin" if view else "", listeners=2 + view)
+        _excite(
+            programs,
+            twin_file=file,
+            plan=options.plan or "",
+            twin="/twin" if view else "",
+            listeners=2 + view,
+        )
     print(f"Recorded: {out / 'recording'}", flush=True)
 
 
 def _start_rig(programs: Programs, file: Path, concealing: tuple[object, ...]) -> Program:
     rig, user = (Address(LOOPBACK, port) for port in _free_ports())
-    emulator = programs.start("rig_emulator", "--twin", file, "--listen", rig, "--send", user, *concealing)
+    emulator = programs.start(
+        "rig_emulator", "--twin", file, "--listen", rig, "--send", user, *concealing
+    )
     wait_for(emulator, "listens on", START_S)
     patience = {"rig_timeout_s": PATIENCE_S, "command_timeout_s": PATIENCE_S}
     settings = {"twin": file, "rig_port": rig.port, "listen_port": user.port, **patience}
@@ -84,7 +102,8 @@ def _start_view(programs: Programs, file: Path) -> None:
 def _excite(programs: Programs, **settings: object) -> None:
     """Play the plan; what it says of its progress goes to the terminal.
 
-    No reset before it: the emulated rig hangs at rest, and a driver cannot reset a rig whose signs are concealed.
+    No reset before it: the emulated rig hangs at rest, and a driver cannot reset a rig whose signs
+    are concealed.
     """
     patience = {"silence_s": PATIENCE_S, "overruled_s": OVERRULED_S}
     arguments = _node("/excitation", reset_first="false", **patience, **settings)
@@ -93,7 +112,11 @@ def _excite(programs: Programs, **settings: object) -> None:
 
 def _node(namespace: str, **parameters: object) -> list[str]:
     """Return the arguments of a node; empty text is given as YAML has it."""
-    given = [word for name, value in parameters.items() for word in ("-p", f"{name}:={value if value != '' else "''"}")]
+    given = [
+        word
+        for name, value in parameters.items()
+        for word in ("-p", f"{name}:={value if value != '' else "''"}")
+    ]
     return ["--ros-args", "-r", f"__ns:={namespace}", *given]
 
 
@@ -108,7 +131,10 @@ def _own_graph() -> dict[str, str]:
 
 def _free_ports() -> list[int]:
     """Return two ports that are free now, so that no other rig is met."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as one, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as two:
+    with (
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as one,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as two,
+    ):
         for each in (one, two):
             each.bind((LOOPBACK, 0))
         return [one.getsockname()[1], two.getsockname()[1]]
@@ -121,25 +147,46 @@ def diagnose(out: Path, sysid: Path) -> None:
     try:
         done = subprocess.run([str(part) for part in command], check=False)
     except OSError as error:
-        raise BadInputError(f"expected the diagnosis as {sysid}, but it cannot be run: {error.strerror}") from error
+        raise BadInputError(
+            f"expected the diagnosis as {sysid}, but it cannot be run: {error.strerror}"
+        ) from error
     if done.returncode:
-        raise BadInputError(f"sysid diagnose ended with status {done.returncode}; what it said stands above")
+        raise BadInputError(
+            f"sysid diagnose ended with status {done.returncode}; what it said stands above"
+        )
 
 
 def answer(out: Path, nominal: Twin) -> str:
     """Open the seal and return it beside the verdict, with the path of the report."""
-    compared = table(open_seal(out / "seal.json"), nominal.rig, read_verdict(out / "diagnosis" / "verdict.json"))
+    compared = table(
+        open_seal(out / "seal.json"), nominal.rig, read_verdict(out / "diagnosis" / "verdict.json")
+    )
     return f"\n{compared}\nReport: {out / 'diagnosis' / 'report.html'}"
 
 
 def _options(arguments: list[str] | None) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="demo", description=" ".join((__doc__ or "").split("\n\n")[0].split()))
-    parser.add_argument("--out", type=Path, required=True, help="folder for recording, seal and diagnosis")
-    parser.add_argument("--seed", type=whole(), help="what is concealed; by default another every time")
-    parser.add_argument("--effects", type=whole(), default=1, help="how many effects are concealed (default 1)")
-    parser.add_argument("--twin", type=Path, default=Path("config/inteco.yaml"), help="the rig's nominal constants")
+    parser = argparse.ArgumentParser(
+        prog="demo", description=" ".join((__doc__ or "").split("\n\n")[0].split())
+    )
+    parser.add_argument(
+        "--out", type=Path, required=True, help="folder for recording, seal and diagnosis"
+    )
+    parser.add_argument(
+        "--seed", type=make_whole_reader(), help="what is concealed; by default another every time"
+    )
+    parser.add_argument(
+        "--effects",
+        type=make_whole_reader(),
+        default=1,
+        help="how many effects are concealed (default 1)",
+    )
+    parser.add_argument(
+        "--twin", type=Path, default=Path("config/inteco.yaml"), help="the rig's nominal constants"
+    )
     parser.add_argument("--plan", type=Path, help="a plan file; by default the standard minute")
-    parser.add_argument("--view", action="store_true", help="serve the page that shows rig and twin live")
+    parser.add_argument(
+        "--view", action="store_true", help="serve the page that shows rig and twin live"
+    )
     return parser.parse_args(arguments)
 
 
@@ -147,7 +194,9 @@ def _make_room(out: Path) -> None:
     """Empty `out` of an earlier demo; raise BadInputError when something else is there."""
     if out.is_dir() and any(out.iterdir()):
         if not (out / "nominal_twin.yaml").is_file():
-            raise BadInputError(f"--out: expected an empty folder or an earlier demo's, found other files in {out}")
+            raise BadInputError(
+                f"--out: expected an empty folder or an earlier demo's, found other files in {out}"
+            )
         for folder in ("recording", "diagnosis", "logs"):
             shutil.rmtree(out / folder, ignore_errors=True)
         (out / "seal.json").unlink(missing_ok=True)

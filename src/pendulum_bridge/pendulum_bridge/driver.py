@@ -1,6 +1,7 @@
 """The driver at work: samples and commands in, what is decided out to the rig at once, from whichever thread it comes.
 
-One lock holds all state. What is decided is sent and published under it, so that the rig gets decisions in their order.
+One lock holds all state. What is decided is sent and published under it, so that the rig gets
+decisions in their order.
 """
 
 from __future__ import annotations
@@ -25,7 +26,9 @@ from pendulum_twin.errors import BadInputError
 from pendulum_twin.health import Health
 
 WAIT_S = 0.02  # longest time without a decision; with what follows a wait, less than the rail guard's hold_s
-DECISIONS_BETWEEN = 5  # decisions on commands between two samples; of more commands the last waits for the sample
+DECISIONS_BETWEEN = (
+    5  # decisions on commands between two samples; of more commands the last waits for the sample
+)
 OLD = 1.5  # periods after which a sample is surely followed by a newer one, and nothing is decided on it
 LAST_WORDS = 5  # packets with PWM 0 at the end: any may be lost
 NO_LAST_WORD = (
@@ -54,8 +57,8 @@ class Outlet(Protocol):
 class Driver:
     """Drive one rig by the rules.
 
-    last_word: speaks to the rig when this process no longer can. Close the driver after use: the rig holds its last
-    command; link and last word are closed with it. now: monotonic time, s.
+    last_word: speaks to the rig when this process no longer can. Close the driver after use: the
+    rig holds its last command; link and last word are closed with it. now: monotonic time, s.
     lossless: whether the link delivers every sample, so that a late one is only late.
     """
 
@@ -196,7 +199,13 @@ class Driver:
         with self._lock:
             received, now = self._link.counts.received, self._now()
             (since_s, before), self._reported = self._reported, (now, received)
-            report = Report(self._worst, self._trouble(), received - before, now - since_s, 1 / self._rules.period_s)
+            report = Report(
+                self._worst,
+                self._trouble(),
+                received - before,
+                now - since_s,
+                1 / self._rules.period_s,
+            )
             self._worst, self._fault = None, ""
             figures = self._figures()
         return health_of(report, figures)
@@ -254,7 +263,9 @@ class Driver:
         now_s = self._now()
         decision = decided(None, sample, now_s, self._safety, self._rules, ago_s)
         ended = decision.reset_ended
-        if self._now() - now_s > deciding.STANDSTILL_S:  # stopped (SIGSTOP) on the way: it is old before it is sent
+        if (
+            self._now() - now_s > deciding.STANDSTILL_S
+        ):  # stopped (SIGSTOP) on the way: it is old before it is sent
             decision = decided(None, None, self._now(), decision.safety, self._rules)
         self._safety = decision.safety
         self._send(decision.pwm)
@@ -263,7 +274,9 @@ class Driver:
 
     def _say_0(self) -> None:
         if not self._closed:
-            with suppress(Exception):  # whatever else is broken, what comes after this has to be done
+            with suppress(
+                Exception
+            ):  # whatever else is broken, what comes after this has to be done
                 self._send(0.0)
 
     def _send(self, pwm: float) -> None:

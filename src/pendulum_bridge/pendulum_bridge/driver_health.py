@@ -8,15 +8,18 @@ from dataclasses import dataclass
 from pendulum_bridge.reasons import Reason
 from pendulum_twin.health import Health, Level
 
-RATE_TOLERANCE = 0.05  # the rail guard, the slew limit and the sampling times go by the rate that was set
+RATE_TOLERANCE = (
+    0.05  # the rail guard, the slew limit and the sampling times go by the rate that was set
+)
 
 
 @dataclass(frozen=True)
 class Report:
     """Hold what happened since the last report.
 
-    worst: of the reasons; None when commands were sent as they came. fault: what failed beyond the decisions, empty for
-    nothing. samples: that came in seconds. expected_hz: the rate that was set.
+    worst: of the reasons; None when commands were sent as they came. fault: what failed beyond the
+    decisions, empty for nothing. samples: that came in seconds. expected_hz: the rate that was
+    set.
     """
 
     worst: Reason | None = None
@@ -51,7 +54,10 @@ def _found(report: Report) -> tuple[Level, str]:
             f"The rig sends {report.rate_hz:.4g} samples a second, expected are {report.expected_hz:g}: "
             "set rate_hz to what it sends."
         )
-    return level, "Commands are sent as they come." if report.worst is None else report.worst.sentence
+    return (
+        level,
+        "Commands are sent as they come." if report.worst is None else report.worst.sentence,
+    )
 
 
 def _off(report: Report) -> bool:

@@ -1,7 +1,9 @@
 """Whether the encoders' readings can be true. With one that cannot, nobody knows where the cart is: PWM 0.
 
-A jump that is back within a few samples is a spike: PWM is 0 meanwhile, and that is all. One that stays, and an encoder that
-is stuck, are latched until somebody has looked at the rig and clears the stop: what is read next is then believed.
+A jump that is back within a few samples is a spike: PWM is 0 meanwhile, and that is all. One that
+stays, and an encoder that
+is stuck, are latched until somebody has looked at the rig and clears the stop: what is read next
+is then believed.
 """
 
 from __future__ import annotations
@@ -30,8 +32,8 @@ class EncoderCheck:
 def encoder_check(rig: Rig, limit: float, period_s: float, dry_n: float = DRY_N) -> EncoderCheck:
     """Return the check for a rig driven with at most limit (PWM fraction); raise BadInputError without a cart.
 
-    period_s: from sample to sample. dry_n: the cart's dry friction, at most: where less is sure, a stuck encoder shows at
-    smaller commands.
+    period_s: from sample to sample. dry_n: the cart's dry friction, at most: where less is sure, a
+    stuck encoder shows at smaller commands.
     """
     return EncoderCheck(reach_of(rig, limit, period_s, dry_n), holding(rig, dry_n))
 
@@ -40,8 +42,8 @@ def encoder_check(rig: Rig, limit: float, period_s: float, dry_n: float = DRY_N)
 class Encoders:
     """Hold what is remembered from one sample to the next.
 
-    fault: why PWM has to be 0; a spike's goes by itself, others stay until `trusted_again`. still: see `encoder_stuck`; None
-    for unsettled_s, in which nothing is said about stuck encoders.
+    fault: why PWM has to be 0; a spike's goes by itself, others stay until `trusted_again`. still:
+    see `encoder_stuck`; None for unsettled_s, in which nothing is said about stuck encoders.
     """
 
     fault: Reason | None = None
@@ -55,10 +57,13 @@ class Encoders:
         return self.jumps.spikes
 
 
-def checked(encoders: Encoders, sample: RigState, applied: float, passed_s: float, check: EncoderCheck) -> Encoders:
+def checked(
+    encoders: Encoders, sample: RigState, applied: float, passed_s: float, check: EncoderCheck
+) -> Encoders:
     """Return the state after a sample (finite), passed_s after the last, through which `applied` (PWM fraction) was sent.
 
-    With a fault in the result, PWM has to be 0. passed_s: best from the samples' own times, as `arrival_clock` gives them.
+    With a fault in the result, PWM has to be 0. passed_s: best from the samples' own times, as
+    `arrival_clock` gives them.
     """
     jumps = followed(encoders.jumps, sample, passed_s, check.reach)
     fault: Reason | None = None if encoders.fault is Reason.ENCODER_SPIKE else encoders.fault
@@ -66,7 +71,11 @@ def checked(encoders: Encoders, sample: RigState, applied: float, passed_s: floa
         fault = fault or (Reason.ENCODER_JUMPED if jumps.stays else Reason.ENCODER_SPIKE)
         return Encoders(fault, jumps, unsettled_s=SETTLED_S)
     unsettled_s = max(encoders.unsettled_s - passed_s, SETTLED_S if passed_s > GAP_S else 0.0)
-    still = None if unsettled_s > 0 else stood(encoders.still, sample, applied, passed_s, check.holding)
+    still = (
+        None
+        if unsettled_s > 0
+        else stood(encoders.still, sample, applied, passed_s, check.holding)
+    )
     if still is not None:
         fault = fault or stuck(still, check.holding)
     return Encoders(fault, jumps, still, unsettled_s)

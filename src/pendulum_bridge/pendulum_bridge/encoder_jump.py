@@ -4,21 +4,38 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from pendulum_bridge.encoder_reach import Anchor, Reach, anchored, later, moved_to, nearer, share_of_reach
+from pendulum_bridge.encoder_reach import (
+    Anchor,
+    Reach,
+    anchored,
+    later,
+    moved_to,
+    nearer,
+    share_of_reach,
+)
 from pendulum_bridge.rig_state import RigState
 
 SPIKE_S, SPIKE_SAMPLES = 0.05, 3  # a spike lasts no longer than both
-TRUSTED = 5  # good samples in a row before a jump counts against the next rather than against these
-UNEVEN, UNEVEN_S = 0.5, 0.3  # share of a period by which a step makes steps uneven, and for how long
-SLACK, UNEVEN_SLACK = 1.0, 3.0  # periods more than are known that may have passed; the second while steps are uneven
+TRUSTED = (
+    5  # good samples in a row before a jump counts against the next rather than against these
+)
+UNEVEN, UNEVEN_S = (
+    0.5,
+    0.3,
+)  # share of a period by which a step makes steps uneven, and for how long
+SLACK, UNEVEN_SLACK = (
+    1.0,
+    3.0,
+)  # periods more than are known that may have passed; the second while steps are uneven
 
 
 @dataclass(frozen=True)
 class Jumps:
     """Hold what is remembered of the positions.
 
-    spikes: jumps since the start. anchor: the last good sample. elsewhere: where the positions have jumped to, for away
-    samples, the first of them away_s ago; None while they have not. uneven_s: for how long steps count as uneven.
+    spikes: jumps since the start. anchor: the last good sample. elsewhere: where the positions
+    have jumped to, for away samples, the first of them away_s ago; None while they have not.
+    uneven_s: for how long steps count as uneven.
     """
 
     spikes: int = 0
@@ -50,4 +67,6 @@ def followed(jumps: Jumps, sample: RigState, passed_s: float, reach: Reach) -> J
     if new and anchor.good < TRUSTED:  # rather the first samples were the spike
         return Jumps(jumps.spikes + 1, anchored(sample, None, reach), uneven_s=uneven_s)
     away_s = 0.0 if new else jumps.away_s + passed_s
-    return Jumps(jumps.spikes + new, anchor, moved_to(sample, anchor), jumps.away + 1, away_s, uneven_s)
+    return Jumps(
+        jumps.spikes + new, anchor, moved_to(sample, anchor), jumps.away + 1, away_s, uneven_s
+    )

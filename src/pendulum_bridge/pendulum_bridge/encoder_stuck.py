@@ -1,8 +1,8 @@
 """Whether a position that stands exactly still can be true, while something must move it.
 
-A reading that is the same to the last bit is nothing in itself: dry friction holds a cart, and a hanging pole is at rest. It
-is claimed to be stuck only when no rig could stand still there whose constants are wrong by SPREAD and whose dry friction is
-as large as is believed possible:
+A reading that is the same to the last bit is nothing in itself: dry friction holds a cart, and a
+hanging pole is at rest. It is claimed to be stuck only when no rig could stand still there whose
+constants are wrong by SPREAD and whose dry friction is as large as is believed possible:
 
 - the drive's impulse, through a lag, less what friction and the pole could have taken up, would have moved it WAY_M by
   now: however wildly the pole swings, what it takes up in all is at most its own change of horizontal momentum;
@@ -21,7 +21,10 @@ from pendulum_bridge.rig_state import RigState
 from pendulum_twin.rig import Rig
 
 LAG_S = 0.1  # of the drive, at most, as a first-order lag; delay counts as lag
-WAY_M, TURN_RAD = 0.002, 0.012  # what must have moved so far would have shown it: two steps of a coarse encoder
+WAY_M, TURN_RAD = (
+    0.002,
+    0.012,
+)  # what must have moved so far would have shown it: two steps of a coarse encoder
 WINDOW_S = 0.1  # over which the cart's acceleration is measured
 UPRIGHT = 0.15  # by which the cosine of the pole's angle may be wrong: its zero may be
 REPEATED = 10  # samples in a row with the same position and the same velocity but 0
@@ -31,9 +34,10 @@ REPEATED = 10  # samples in a row with the same position and the same velocity b
 class Holding:
     """Hold what can keep a rig where it is.
 
-    force_n: of the drive a unit of command, at least. dry_n: the cart's dry friction, at most. mass_kg: at most.
-    lever_kg_m, torque_n_m_s2: the pole's horizontal momentum by its rate in rad/s, at most, and the cart's pull on the pole
-    by m/s^2, at least; 0 without a pole. pole_n_m: torque that may hide. end_m: where the rail may end.
+    force_n: of the drive a unit of command, at least. dry_n: the cart's dry friction, at most.
+    mass_kg: at most. lever_kg_m, torque_n_m_s2: the pole's horizontal momentum by its rate in
+    rad/s, at most, and the cart's pull on the pole by m/s^2, at least; 0 without a pole. pole_n_m:
+    torque that may hide. end_m: where the rail may end.
     """
 
     force_n: float
@@ -48,7 +52,10 @@ class Holding:
 def holding(rig: Rig, dry_n: float = DRY_N) -> Holding:
     """Return what can hold a rig with a cart."""
     least, most = 1 - SPREAD, 1 + SPREAD
-    lever, inertia = rig.total_mass_kg * (rig.com_distance_m or 0.0), rig.pole_inertia_kg_m2 or math.inf
+    lever, inertia = (
+        rig.total_mass_kg * (rig.com_distance_m or 0.0),
+        rig.pole_inertia_kg_m2 or math.inf,
+    )
     weight = lever * rig.gravity_m_s2
     seen_n_m = most * inertia * 2 * TURN_RAD / WINDOW_S**2 if lever else 0.0
     return Holding(
@@ -66,9 +73,10 @@ def holding(rig: Rig, dry_n: float = DRY_N) -> Holding:
 class Still:
     """Hold for how long both positions have stood still, and what should have moved them.
 
-    state: the last sample. drive: the command (PWM fraction) through the lag. impulse_n_s: of the drive, less friction, at
-    least; from when the pole had rate_rad_s. way_m: of the cart, at least, by that impulse. slow_m_s: the cart's velocity
-    through a filter of WINDOW_S. least_m_s2, most_m_s2: the cart's acceleration while the pole has stood still.
+    state: the last sample. drive: the command (PWM fraction) through the lag. impulse_n_s: of the
+    drive, less friction, at least; from when the pole had rate_rad_s. way_m: of the cart, at
+    least, by that impulse. slow_m_s: the cart's velocity through a filter of WINDOW_S. least_m_s2,
+    most_m_s2: the cart's acceleration while the pole has stood still.
     cart_repeats, pole_repeats: samples with the same velocity as well.
     """
 
@@ -84,7 +92,9 @@ class Still:
     pole_repeats: int = 0
 
 
-def stood(still: Still | None, sample: RigState, applied: float, passed_s: float, known: Holding) -> Still:
+def stood(
+    still: Still | None, sample: RigState, applied: float, passed_s: float, known: Holding
+) -> Still:
     """Return the state after a sample, passed_s after the last, through which `applied` (PWM fraction) was sent."""
     if still is None:
         return Still(sample)
@@ -102,7 +112,9 @@ def stuck(still: Still, known: Holding) -> Reason | None:
     return Reason.POLE_STUCK if moved or still.pole_repeats >= REPEATED else None
 
 
-def _cart_stood(still: Still, sample: RigState, applied: float, passed_s: float, known: Holding) -> Still:
+def _cart_stood(
+    still: Still, sample: RigState, applied: float, passed_s: float, known: Holding
+) -> Still:
     """Return the state with what the drive must have done to the cart."""
     drive = applied + (still.drive - applied) * math.exp(-passed_s / LAG_S)
     before = still.state
@@ -130,7 +142,9 @@ def _pole_stood(still: Still, sample: RigState, passed_s: float) -> Still:
     slow = sample.cart_m_s if still.slow_m_s is None else still.slow_m_s
     slow = sample.cart_m_s + (slow - sample.cart_m_s) * math.exp(-passed_s / WINDOW_S)
     if sample.pole_rad != still.state.pole_rad:
-        return replace(still, slow_m_s=slow, least_m_s2=math.inf, most_m_s2=-math.inf, pole_repeats=0)
+        return replace(
+            still, slow_m_s=slow, least_m_s2=math.inf, most_m_s2=-math.inf, pole_repeats=0
+        )
     acceleration = (sample.cart_m_s - slow) / WINDOW_S
     repeated = sample.pole_rad_s == still.state.pole_rad_s != 0.0
     return replace(

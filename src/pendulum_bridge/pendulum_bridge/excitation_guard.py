@@ -21,9 +21,7 @@ class StopReason(Enum):
     CART_TOO_FAST = "The cart is too fast"
     POLE_TOO_FAST = "The pole is too fast"
     NOT_MOVED = "The first push did not move the cart: see that the drive is on and the cart free"
-    OVERRULED = (
-        "The driver has sent something else than it was asked for too long: a limit, the rail guard or another sender"
-    )
+    OVERRULED = "The driver has sent something else than it was asked for too long: a limit, the rail guard or another sender"
     EMERGENCY_STOP = "The emergency stop is latched"
     DRIVER_ERROR = "The driver reports an error"
     SAMPLES_MISSING = "The rig's samples are missing"
@@ -53,9 +51,10 @@ class Stopped:
 class Bounds:
     """Hold what a rig may do while a plan is played.
 
-    far_m: of the cart from the middle. cart_m_s, pole_rad_s: speeds. silence_s: longest time without a sample.
-    overruled_s: how much longer than it was obeyed the driver may send something else. Raises BadInputError for a bound
-    that is NaN or not above 0.
+    far_m: of the cart from the middle. cart_m_s, pole_rad_s: speeds. silence_s: longest time
+    without a sample.
+    overruled_s: how much longer than it was obeyed the driver may send something else. Raises
+    BadInputError for a bound that is NaN or not above 0.
     """
 
     far_m: float
@@ -74,8 +73,9 @@ class Bounds:
 class Watch:
     """Hold what is remembered from sample to sample.
 
-    outside: consecutive samples beyond a bound. overruled_s: for how much longer something else was applied than what
-    was asked for. asked: commands (PWM fraction) of the last RECENT_S, the newest last.
+    outside: consecutive samples beyond a bound. overruled_s: for how much longer something else
+    was applied than what was asked for. asked: commands (PWM fraction) of the last RECENT_S, the
+    newest last.
     """
 
     outside: int = 0
@@ -86,15 +86,26 @@ class Watch:
 def beyond(state: RigState, bounds: Bounds) -> Stopped | None:
     """Return which bound a sample lies beyond; None when it lies within all."""
     if abs(state.cart_m) > bounds.far_m:
-        return Stopped(StopReason.CART_TOO_FAR, f"{state.cart_m:.3g} m from the middle, at most {bounds.far_m:.3g} m")
+        return Stopped(
+            StopReason.CART_TOO_FAR,
+            f"{state.cart_m:.3g} m from the middle, at most {bounds.far_m:.3g} m",
+        )
     if abs(state.cart_m_s) > bounds.cart_m_s:
-        return Stopped(StopReason.CART_TOO_FAST, f"{state.cart_m_s:.3g} m/s, at most {bounds.cart_m_s:.3g} m/s")
+        return Stopped(
+            StopReason.CART_TOO_FAST,
+            f"{state.cart_m_s:.3g} m/s, at most {bounds.cart_m_s:.3g} m/s",
+        )
     if abs(state.pole_rad_s) > bounds.pole_rad_s:
-        return Stopped(StopReason.POLE_TOO_FAST, f"{state.pole_rad_s:.3g} rad/s, at most {bounds.pole_rad_s:.3g} rad/s")
+        return Stopped(
+            StopReason.POLE_TOO_FAST,
+            f"{state.pole_rad_s:.3g} rad/s, at most {bounds.pole_rad_s:.3g} rad/s",
+        )
     return None
 
 
-def watched(state: RigState, applied: float, period_s: float, watch: Watch, bounds: Bounds) -> tuple[Watch, Stopped | None]:
+def watched(
+    state: RigState, applied: float, period_s: float, watch: Watch, bounds: Bounds
+) -> tuple[Watch, Stopped | None]:
     """Return the watch after a sample, period_s after the last, and why to stop now; None when all is well.
 
     applied: PWM fraction, the last that the driver said it has sent.
@@ -106,7 +117,9 @@ def watched(state: RigState, applied: float, period_s: float, watch: Watch, boun
     if found and outside >= IN_A_ROW:
         return watch, found
     if watch.overruled_s > bounds.overruled_s:
-        return watch, Stopped(StopReason.OVERRULED, f"asked for {watch.asked[-1]:.3g}, sent {applied:.3g}")
+        return watch, Stopped(
+            StopReason.OVERRULED, f"asked for {watch.asked[-1]:.3g}, sent {applied:.3g}"
+        )
     return watch, None
 
 
@@ -119,7 +132,8 @@ def asking(command: float, period_s: float, watch: Watch) -> Watch:
 def obeyed(applied: float, asked: tuple[float, ...]) -> bool:
     """Tell whether what is applied is one of the recent commands or between two of them.
 
-    Between: a driver whose slew is limited passes from one to the next, which is no reason to stop.
+    Between: a driver whose slew is limited passes from one to the next, which is no reason to
+    stop.
     """
     return min(asked) - UNEQUAL <= applied <= max(asked) + UNEQUAL
 
@@ -128,4 +142,6 @@ def missing(gap_s: float, bounds: Bounds) -> Stopped | None:
     """Return why to stop after so long without a sample; None when it is not long."""
     if gap_s <= bounds.silence_s:
         return None
-    return Stopped(StopReason.SAMPLES_MISSING, f"none for {gap_s:.2g} s, at most {bounds.silence_s:.2g} s")
+    return Stopped(
+        StopReason.SAMPLES_MISSING, f"none for {gap_s:.2g} s, at most {bounds.silence_s:.2g} s"
+    )

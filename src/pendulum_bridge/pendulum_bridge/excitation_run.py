@@ -39,8 +39,10 @@ class Stage(Enum):
 class Run:
     """Hold a run.
 
-    since_s: when the stage began (monotonic time, s). sampled_s: when the last sample came; None before the first.
-    stamps_ns: of the samples looked at. stopped: why it ended before its end; None when it did not.
+    since_s: when the stage began (monotonic time, s). sampled_s: when the last sample came; None
+    before the first.
+    stamps_ns: of the samples looked at. stopped: why it ended before its end; None when it did
+    not.
     """
 
     stage: Stage = Stage.IDLE
@@ -75,7 +77,13 @@ def ended(stopped: Stopped, now_s: float, run: Run) -> Run:
 
 
 def sampled(
-    stamp_ns: int, state: RigState, applied: float, now_s: float, run: Run, plan: Excitation, bounds: Bounds
+    stamp_ns: int,
+    state: RigState,
+    applied: float,
+    now_s: float,
+    run: Run,
+    plan: Excitation,
+    bounds: Bounds,
 ) -> Step:
     """Return the run after a sample that came at now_s. applied: PWM fraction, what the driver said it sent last."""
     run = replace(run, sampled_s=now_s)
@@ -95,7 +103,8 @@ def sampled(
 def _looked(stamp_ns: int, now_s: float, run: Run, plan: Excitation) -> Run:
     """Return the run after one of the samples from before the plan, by which the rate is seen.
 
-    A busy machine may lose most samples for a while: a rate that does not fit is looked at again, LOOKS times in all.
+    A busy machine may lose most samples for a while: a rate that does not fit is looked at again,
+    LOOKS times in all.
     """
     run = replace(run, stamps_ns=(*run.stamps_ns, stamp_ns))
     if len(run.stamps_ns) % LOOKED_AT:
@@ -105,7 +114,9 @@ def _looked(stamp_ns: int, now_s: float, run: Run, plan: Excitation) -> Run:
         return entered(Stage.PLAYING, now_s, run)
     if len(run.stamps_ns) < LOOKS * LOOKED_AT:
         return run
-    found = f"expected {plan.rate_hz:g} Hz, found {seen_hz:.3g} Hz: give the plan the rig's rate_hz"
+    found = (
+        f"expected {plan.rate_hz:g} Hz, found {seen_hz:.3g} Hz: give the plan the rig's rate_hz"
+    )
     return ended(Stopped(StopReason.RATE_WRONG, found), now_s, run)
 
 
@@ -124,7 +135,9 @@ def share(run: Run, plan: Excitation) -> float:
 def where(run: Run, plan: Excitation) -> str:
     """Return what the run is at, to follow 'the node'."""
     if run.stage is Stage.DONE:
-        return f"{run.stage.value}: {plan.seconds:g} s, {run.performance.playback.lost} samples lost"
+        return (
+            f"{run.stage.value}: {plan.seconds:g} s, {run.performance.playback.lost} samples lost"
+        )
     if run.stage is not Stage.PLAYING:
         return run.stage.value
     sample, whole_s = max(run.performance.playback.sample, 0), plan.seconds
@@ -143,4 +156,6 @@ def health(run: Run, plan: Excitation, lacking: str) -> Health:
     }
     if run.stopped:
         return Health(Level.ERROR, run.stopped.sentence, figures)
-    return Health(Level.OK, f"The node {where(run, plan)}{f': {lacking}' if lacking else ''}.", figures)
+    return Health(
+        Level.OK, f"The node {where(run, plan)}{f': {lacking}' if lacking else ''}.", figures
+    )

@@ -1,9 +1,11 @@
 """The companion process of `last_word.LastWord`: watch another process, and speak to the rig when it no longer can.
 
-It is run as a bare file by a bare Python (`python -I -S`), so it may import nothing but Python's own modules: that way it
-starts within some 20 ms, whatever the environment is, and nothing that breaks the driver breaks it too.
+It is run as a bare file by a bare Python (`python -I -S`), so it may import nothing but Python's
+own modules: that way it starts within some 20 ms, whatever the environment is, and nothing that
+breaks the driver breaks it too.
 
-Arguments: number of the control socket (messages from the driver, each a whole), longest silence in s, packet in hex.
+Arguments: number of the control socket (messages from the driver, each a whole), longest silence
+in s, packet in hex.
 """
 
 from __future__ import annotations
@@ -15,7 +17,12 @@ import socket
 import sys
 import time
 
-READY, BEAT, SOCKET, GOODBYE = b"r", b".", b"s", b"q"  # messages; SOCKET is followed by HOST:PORT or nothing
+READY, BEAT, SOCKET, GOODBYE = (
+    b"r",
+    b".",
+    b"s",
+    b"q",
+)  # messages; SOCKET is followed by HOST:PORT or nothing
 LONGEST_MESSAGE = 128
 LAST_WORDS, BETWEEN_S = 5, 0.01  # packets after the driver's end: any may be lost
 REPEATED_S = 0.05  # from packet to packet while the driver is silent
@@ -34,7 +41,10 @@ class WayOut:
         if self._socket is not None:
             self._socket.close()
         host, _, port = peer.rpartition(":")
-        self._socket, self._peer = socket.socket(fileno=number), (host, int(port)) if peer else None
+        self._socket, self._peer = (
+            socket.socket(fileno=number),
+            (host, int(port)) if peer else None,
+        )
 
     def speak(self) -> None:
         """Send the packet once, as far as the network lets it."""

@@ -21,4 +21,8 @@ class Latency:
     def figures(self, name: str) -> dict[str, float]:
         """Return the median and the 99th percentile, ms, named; nothing when there was nothing yet."""
         ordered = sorted(self._kept)
-        return {f"{name}_p{share}_ms": 1e3 * ordered[share * (len(ordered) - 1) // 100] for share in (50, 99) if ordered}
+        return {
+            f"{name}_p{share}_ms": 1e3 * ordered[share * (len(ordered) - 1) // 100]
+            for share in (50, 99)
+            if ordered
+        }

@@ -13,8 +13,8 @@ from pendulum_twin.errors import BadInputError
 class Limits:
     """Hold the limits of a command.
 
-    magnitude: largest PWM fraction either way. slew_per_s: largest change of it in a second; infinite for none.
-    Raises BadInputError for a limit that is NaN or not above 0.
+    magnitude: largest PWM fraction either way. slew_per_s: largest change of it in a second;
+    infinite for none. Raises BadInputError for a limit that is NaN or not above 0.
     """
 
     magnitude: float = 0.5
@@ -24,7 +24,9 @@ class Limits:
         if not 0 < self.magnitude < math.inf:
             raise BadInputError(f"pwm limit: expected a number above 0, found {self.magnitude!r}")
         if not self.slew_per_s > 0:
-            raise BadInputError(f"slew limit (PWM a second): expected a number above 0, found {self.slew_per_s!r}")
+            raise BadInputError(
+                f"slew limit (PWM a second): expected a number above 0, found {self.slew_per_s!r}"
+            )
 
 
 @dataclass(frozen=True)
@@ -43,23 +45,26 @@ def refusal(command: float) -> Reason | None:
 def limited(asked: float, applied: float, elapsed_s: float, limits: Limits) -> Limited:
     """Return what may be applied now of a finite command, given what has been applied for the last elapsed_s.
 
-    The slew limit is one of time: many messages in a short while move no further than one. A negative elapsed_s (the
-    clock jumped back) counts as 0.
+    The slew limit is one of time: many messages in a short while move no further than one. A
+    negative elapsed_s (the clock jumped back) counts as 0.
     """
     clipped = min(max(asked, -limits.magnitude), limits.magnitude)
     reach = _reach(elapsed_s, limits)
     pwm = min(max(clipped, applied - reach), applied + reach)
     found = ((clipped != asked, Reason.OVER_LIMIT), (pwm != clipped, Reason.TOO_FAST))
     # once more for what was applied under a larger limit
-    return Limited(min(max(pwm, -limits.magnitude), limits.magnitude), tuple(reason for on, reason in found if on))
+    return Limited(
+        min(max(pwm, -limits.magnitude), limits.magnitude),
+        tuple(reason for on, reason in found if on),
+    )
 
 
 def slewing_s(unused_s: float, passed_s: float, period_s: float) -> float:
     """Return for how long a command may be moving by now: the time passed, and what an earlier decision left unused.
 
-    What is left over is never more than a sample period. So an answer that comes just after the decision at its sample
-    may move as far as one at the sample itself, and over any time the command moves no further than that time and one
-    period allow.
+    What is left over is never more than a sample period. So an answer that comes just after the
+    decision at its sample may move as far as one at the sample itself, and over any time the
+    command moves no further than that time and one period allow.
     """
     return min(unused_s + passed_s, max(period_s, passed_s))
 

@@ -15,9 +15,9 @@ from pendulum_bridge.udp import RIG, USER, Address, Endpoint
 class Counts:
     """Count what a link has seen.
 
-    received: samples handed out. lost: deadlines that passed without a sample. late: samples that came when nobody waited
-    for them any more, dropped by `drop_waiting`. malformed: packets of the rig that hold no sample. foreign: packets of
-    somebody else.
+    received: samples handed out. lost: deadlines that passed without a sample. late: samples that
+    came when nobody waited for them any more, dropped by `drop_waiting`. malformed: packets of the
+    rig that hold no sample. foreign: packets of somebody else.
     """
 
     received: int = 0
@@ -38,9 +38,10 @@ class Arrival:
 class Link:
     """Talk to a rig, over UDP unless another port is given (`tcp.tcp_link` gives one over TCP).
 
-    listen: where samples arrive; loopback unless an address elsewhere is given. rig: where commands go; only packets from
-    its host are taken, with rig_port only from that port. port: used instead of these. Raises BadInputError when the
-    address cannot be used. Close it after use, or use it in a `with`. One thread receives; any may send.
+    listen: where samples arrive; loopback unless an address elsewhere is given. rig: where
+    commands go; only packets from its host are taken, with rig_port only from that port. port:
+    used instead of these. Raises BadInputError when the address cannot be used. Close it after
+    use, or use it in a `with`. One thread receives; any may send.
     """
 
     def __init__(
@@ -51,7 +52,9 @@ class Link:
         *,
         port: RigPort[Sample] | None = None,
     ) -> None:
-        self._port: RigPort[Sample] = Endpoint(listen, rig, Sample.unpack, rig_port) if port is None else port
+        self._port: RigPort[Sample] = (
+            Endpoint(listen, rig, Sample.unpack, rig_port) if port is None else port
+        )
         self._received = self._lost = self._late = 0
 
     def __enter__(self) -> Self:
@@ -91,7 +94,9 @@ class Link:
     @property
     def counts(self) -> Counts:
         """Return what was counted so far."""
-        return Counts(self._received, self._lost, self._late, self._port.malformed, self._port.foreign)
+        return Counts(
+            self._received, self._lost, self._late, self._port.malformed, self._port.foreign
+        )
 
     def send(self, command: Command) -> None:
         """Send a command; raise BadInputError when the network refuses. Whether it arrives, only samples can tell."""

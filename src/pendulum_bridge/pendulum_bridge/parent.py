@@ -8,7 +8,8 @@ import os
 class Parent:
     """Remember who is the parent now.
 
-    Looked at again and again, as the kernel's own signal comes already when the thread ends that started this program.
+    Looked at again and again, as the kernel's own signal comes already when the thread ends that
+    started this program.
     """
 
     def __init__(self) -> None:

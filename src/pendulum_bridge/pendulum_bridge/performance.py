@@ -4,7 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pendulum_bridge.excitation_guard import Bounds, Stopped, StopReason, Watch, asking, missing, watched
+from pendulum_bridge.excitation_guard import (
+    Bounds,
+    Stopped,
+    StopReason,
+    Watch,
+    asking,
+    missing,
+    watched,
+)
 from pendulum_bridge.playback import Playback, answered, over
 from pendulum_bridge.rig_state import RigState
 from pendulum_twin.plans.excitation import Excitation
@@ -22,8 +30,8 @@ class Performance:
 class Move:
     """Hold the performance after a sample, what to send for it, and how it ended.
 
-    command: PWM fraction; None for a sample that gets none. done: the plan has been played to its end. stopped: why it
-    was stopped before; None when it was not. In both cases the command is 0.
+    command: PWM fraction; None for a sample that gets none. done: the plan has been played to its
+    end. stopped: why it was stopped before; None when it was not. In both cases the command is 0.
     """
 
     performance: Performance
@@ -33,7 +41,12 @@ class Move:
 
 
 def performed(
-    stamp_ns: int, state: RigState, applied: float, performance: Performance, plan: Excitation, bounds: Bounds
+    stamp_ns: int,
+    state: RigState,
+    applied: float,
+    performance: Performance,
+    plan: Excitation,
+    bounds: Bounds,
 ) -> Move:
     """Return what to send for a sample. applied: PWM fraction, the last that the driver said it has sent."""
     answer = answered(stamp_ns, state.cart_m, state.cart_m_s, performance.playback, plan)
@@ -52,4 +65,6 @@ def _not_moved(state: RigState, playback: Playback) -> Stopped | None:
     """Return that the first push did not move the cart, if it did not: nothing could be centred."""
     if playback.way != 0:
         return None
-    return Stopped(StopReason.NOT_MOVED, f"it moved by {1e3 * (state.cart_m - playback.start_m):.2g} mm")
+    return Stopped(
+        StopReason.NOT_MOVED, f"it moved by {1e3 * (state.cart_m - playback.start_m):.2g} mm"
+    )

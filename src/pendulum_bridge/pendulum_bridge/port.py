@@ -8,8 +8,8 @@ from typing import Protocol
 class Port[Packet](Protocol):
     """Send packets to one peer and receive its packets.
 
-    malformed: packets of the peer that hold nothing. foreign: packets, or attempts to connect, of somebody else; both are
-    dropped and counted.
+    malformed: packets of the peer that hold nothing. foreign: packets, or attempts to connect, of
+    somebody else; both are dropped and counted.
     """
 
     malformed: int

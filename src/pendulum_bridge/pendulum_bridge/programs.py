@@ -61,10 +61,17 @@ class Programs:
         out = None if log is None else log.open("wb")
         try:  # a group of its own: Ctrl-C reaches this process alone, which ends the others in order
             process = subprocess.Popen(
-                command, stdout=out, stderr=out, env=self._environment, process_group=0, stdin=subprocess.DEVNULL
+                command,
+                stdout=out,
+                stderr=out,
+                env=self._environment,
+                process_group=0,
+                stdin=subprocess.DEVNULL,
             )
         except OSError as error:
-            raise BadInputError(f"expected the program {command[0]}, but it cannot be run: {error.strerror}") from error
+            raise BadInputError(
+                f"expected the program {command[0]}, but it cannot be run: {error.strerror}"
+            ) from error
         finally:
             if out is not None:
                 out.close()
@@ -85,7 +92,9 @@ def wait_for(program: Program, words: str, seconds: float) -> None:
         if _ended_within(program, STEP_S):
             raise _failed(program)
         if time.monotonic() > deadline:
-            raise BadInputError(f"{program.name}: expected it to say {words!r} within {seconds:g} s: see {program.log}")
+            raise BadInputError(
+                f"{program.name}: expected it to say {words!r} within {seconds:g} s: see {program.log}"
+            )
 
 
 def wait_until_done(program: Program, others: Programs, seconds: float) -> None:

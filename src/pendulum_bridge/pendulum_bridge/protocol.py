@@ -1,6 +1,7 @@
 """The rig's wire protocol: one datagram a command, one datagram a sample, all numbers big-endian doubles.
 
-Source: the thesis's client library, masks `>dd` and `>dddd`; what a rig built for it sends and expects.
+Source: the thesis's client library, masks `>dd` and `>dddd`; what a rig built for it sends and
+expects.
 """
 
 from __future__ import annotations
@@ -18,8 +19,9 @@ COMMAND, SAMPLE = struct.Struct(">dd"), struct.Struct(">dddd")
 class Command:
     """Hold what is sent to the rig.
 
-    pwm: PWM fraction, positive pushes the cart the positive way; the rig clips it. reset: whether the swing-down is asked
-    for; the rig starts it when this changes from False to True. Raises BadInputError when pwm is no finite number.
+    pwm: PWM fraction, positive pushes the cart the positive way; the rig clips it. reset: whether
+    the swing-down is asked for; the rig starts it when this changes from False to True. Raises
+    BadInputError when pwm is no finite number.
     """
 
     pwm: float
@@ -45,8 +47,9 @@ class Command:
 class Sample:
     """Hold what the rig sends at every sampling time.
 
-    pole_rad: 0 upright, counterclockwise positive, pi when hanging, not wrapped. pole_rate: rad/s. cart_m: 0 in the middle,
-    positive along the rail. cart_velocity: m/s. Raises BadInputError when one of them is no finite number.
+    pole_rad: 0 upright, counterclockwise positive, pi when hanging, not wrapped. pole_rate: rad/s.
+    cart_m: 0 in the middle, positive along the rail. cart_velocity: m/s. Raises BadInputError when
+    one of them is no finite number.
     """
 
     pole_rad: float
@@ -69,7 +72,9 @@ class Sample:
 
 def _numbers(name: str, layout: struct.Struct, packet: bytes) -> tuple[float, ...]:
     if len(packet) != layout.size:
-        raise BadInputError(f"{name}: expected a packet of {layout.size} bytes, found {len(packet)}")
+        raise BadInputError(
+            f"{name}: expected a packet of {layout.size} bytes, found {len(packet)}"
+        )
     numbers = layout.unpack(packet)
     _finite(name, numbers)
     return numbers

@@ -1,13 +1,14 @@
 """Keep the cart on the rail: brake while there is still room to.
 
-What is guarded is the centre of mass of cart and pole, q = x - l sin(th). Of all forces only the drive and the cart's
-friction move it (m q'' = force - fc v: the sum of the equations of motion, thesis, equations 18-23), whatever the pole
-does, and the cart is never further from it than l. So a spinning pole needs no allowance of its own.
+What is guarded is the centre of mass of cart and pole, q = x - l sin(th). Of all forces only the
+drive and the cart's friction move it (m q'' = force - fc v: the sum of the equations of motion,
+thesis, equations 18-23), whatever the pole does, and the cart is never further from it than l. So
+a spinning pole needs no allowance of its own.
 
-For a command u the guard foresees: since the sample the push was the hardest there is; the command applied last acts on
-for the delay; u acts until the next decision; from then on the brake is full. The largest u that so stops before the end
-is the largest that is sent. Pushes towards the end are believed stronger, brakes and friction weaker than the rig's
-constants say.
+For a command u the guard foresees: since the sample the push was the hardest there is; the command
+applied last acts on for the delay; u acts until the next decision; from then on the brake is full.
+The largest u that so stops before the end is the largest that is sent. Pushes towards the end are
+believed stronger, brakes and friction weaker than the rig's constants say.
 """
 
 from __future__ import annotations
@@ -21,19 +22,24 @@ from pendulum_twin.errors import BadInputError
 from pendulum_twin.rig import Rig
 
 HALVINGS = 12  # of the range of commands: exact to 1/4096 of it
-AWAY_M_S, BACK_M_S = 0.05, 0.2  # slower than the first counts as at rest; no faster than the second the cart is sent back
+AWAY_M_S, BACK_M_S = (
+    0.05,
+    0.2,
+)  # slower than the first counts as at rest; no faster than the second the cart is sent back
 
 
 @dataclass(frozen=True)
 class RailGuard:
     """Hold what the guard knows of the rig and how far it trusts it.
 
-    end_m: from the middle to where the cart has to stop. reach_m: l, from the cart to the centre of mass; it may be
-    wrong by a share of spread. push_m_s2: acceleration by a unit of command at most. brake_m_s2: the same, at least.
-    friction_1_s: viscous friction over mass, at least. limit: largest command. delay_s: from a command to its force.
-    hold_s: how long a command acts, at most, before the next is decided. back: share of the limit that sends a resting
-    cart back. patience_s: how long a cart may be pushed back in vain. way: +1, or -1 on a rig where a positive command
-    moves the measured cart the negative way. pole_way: +1, or -1 where cart or pole alone is measured mirrored.
+    end_m: from the middle to where the cart has to stop. reach_m: l, from the cart to the centre
+    of mass; it may be wrong by a share of spread. push_m_s2: acceleration by a unit of command at
+    most. brake_m_s2: the same, at least. friction_1_s: viscous friction over mass, at least.
+    limit: largest command. delay_s: from a command to its force.
+    hold_s: how long a command acts, at most, before the next is decided. back: share of the limit
+    that sends a resting cart back. patience_s: how long a cart may be pushed back in vain. way:
+    +1, or -1 on a rig where a positive command moves the measured cart the negative way. pole_way:
+    +1, or -1 where cart or pole alone is measured mirrored.
     """
 
     end_m: float
@@ -65,11 +71,18 @@ def rail_guard(
 ) -> RailGuard:
     """Return the guard of a rig whose every constant may be wrong by a share of spread.
 
-    margin_m: how far before the end of the rail the cart has to stop. The other arguments: see RailGuard.
-    Raises BadInputError for a rig without cart or rail length, and when no rail is left within the margin.
+    margin_m: how far before the end of the rail the cart has to stop. The other arguments: see
+    RailGuard. Raises BadInputError for a rig without cart or rail length, and when no rail is left
+    within the margin.
     """
-    if rig.force_per_pwm_n is None or rig.cart_viscous_n_s_m is None or rig.rail_half_length_m is None:
-        raise BadInputError("rail guard: expected a rig with a cart and rail_half_length_m, found one of them missing")
+    if (
+        rig.force_per_pwm_n is None
+        or rig.cart_viscous_n_s_m is None
+        or rig.rail_half_length_m is None
+    ):
+        raise BadInputError(
+            "rail guard: expected a rig with a cart and rail_half_length_m, found one of them missing"
+        )
     if not 0 <= spread < 1 or not margin_m >= 0 or {abs(way), abs(pole_way)} != {1}:
         raise BadInputError(
             f"rail guard: expected a spread from 0 to below 1, a margin of at least 0 m and ways of 1 or -1, "
@@ -77,9 +90,14 @@ def rail_guard(
         )
     end, reach = rig.rail_half_length_m - margin_m, rig.com_distance_m or 0.0
     if not end > (1 + spread) * reach:
-        raise BadInputError(f"rail guard: expected a margin that leaves some rail, found {margin_m:g} m")
+        raise BadInputError(
+            f"rail guard: expected a margin that leaves some rail, found {margin_m:g} m"
+        )
     more = (1 + spread) / (1 - spread)
-    gain, friction = rig.force_per_pwm_n / rig.total_mass_kg, rig.cart_viscous_n_s_m / rig.total_mass_kg
+    gain, friction = (
+        rig.force_per_pwm_n / rig.total_mass_kg,
+        rig.cart_viscous_n_s_m / rig.total_mass_kg,
+    )
     return RailGuard(
         end_m=end,
         reach_m=reach,
@@ -115,16 +133,20 @@ class Seen:
     applied: float
 
 
-def guarded(asked: float, seen: Seen, in_vain_s: float, passed_s: float, guard: RailGuard) -> Guarded:
+def guarded(
+    asked: float, seen: Seen, in_vain_s: float, passed_s: float, guard: RailGuard
+) -> Guarded:
     """Return what of a command keeps the cart on the rail.
 
-    in_vain_s: from the last decision, passed_s ago. A drive that does not bring the cart back within the guard's
-    patience is switched off until somebody has moved the cart.
+    in_vain_s: from the last decision, passed_s ago. A drive that does not bring the cart back
+    within the guard's patience is switched off until somebody has moved the cart.
     """
     side = math.copysign(1.0, seen.state.cart_m)  # the end it is nearer to has the last word
     outward, forced = asked * guard.way, False
     for towards in (-side, side):
-        there, then = _moved(*outermost(seen.state, towards, guard), guard.limit, seen.age_s, guard)
+        there, then = _moved(
+            *outermost(seen.state, towards, guard), guard.limit, seen.age_s, guard
+        )
         there, then = _moved(there, then, towards * seen.applied * guard.way, guard.delay_s, guard)
         most, forced = _most(there, then, guard)
         outward = towards * min(towards * outward, most)
@@ -148,7 +170,8 @@ def outermost(state: RigState, towards: float, guard: RailGuard) -> tuple[float,
 def braking_distance(speed: float, guard: RailGuard) -> float:
     """Return how far (m) the cart still runs at a speed (m/s) with the full brake; 0 when it does not go outwards.
 
-    With b the brake's deceleration and c friction over mass, v' = -b - c v gives v/c - b/c^2 log(1 + c v/b).
+    With b the brake's deceleration and c friction over mass, v' = -b - c v gives v/c - b/c^2 log(1
+    + c v/b).
     """
     if speed <= 0:
         return 0.0
@@ -177,7 +200,9 @@ def _most(q: float, speed: float, guard: RailGuard) -> tuple[float, bool]:
     return low, False
 
 
-def _moved(q: float, speed: float, command: float, seconds: float, guard: RailGuard) -> tuple[float, float]:
+def _moved(
+    q: float, speed: float, command: float, seconds: float, guard: RailGuard
+) -> tuple[float, float]:
     """Return position and speed after a command has acted for so long, both outwards, as far out as believed."""
     acceleration = command * (guard.push_m_s2 if command > 0 else guard.brake_m_s2)
     return q + speed * seconds + 0.5 * acceleration * seconds**2, speed + acceleration * seconds

@@ -12,7 +12,8 @@ ABSURD = 1e9  # m, rad, m/s or rad/s: no rig gets there, and the square of a muc
 class RigState:
     """Hold one sample.
 
-    cart_m: 0 in the middle of the rail. pole_rad: 0 upright, counterclockwise positive, pi hanging, not wrapped.
+    cart_m: 0 in the middle of the rail. pole_rad: 0 upright, counterclockwise positive, pi
+    hanging, not wrapped.
     cart_m_s, pole_rad_s: their velocities.
     """
 

@@ -1,7 +1,8 @@
 """What is really sent to the rig, and why: stop, watchdog, rail guard and limits put together.
 
-The stop wins over the watchdog, the watchdog over the encoder check, that over the rail guard, and that over the limits.
-Nothing here looks at a clock, a socket or a topic: whoever does passes in what came and when, and keeps the state.
+The stop wins over the watchdog, the watchdog over the encoder check, that over the rail guard, and
+that over the limits. Nothing here looks at a clock, a socket or a topic: whoever does passes in
+what came and when, and keeps the state.
 """
 
 from __future__ import annotations
@@ -24,7 +25,9 @@ from pendulum_bridge.two_writers import Writers
 from pendulum_bridge.watchdog import Ages, Timeouts
 from pendulum_twin.rig import Rig
 
-STANDSTILL_S = 0.15  # without a decision for so long, the driver stood still: it decides every 30 ms
+STANDSTILL_S = (
+    0.15  # without a decision for so long, the driver stood still: it decides every 30 ms
+)
 UNSURE_S = 1.0  # what comes so soon after a standstill may have waited through it: it counts by when it was sent
 
 
@@ -44,7 +47,8 @@ class Rules:
 class Counts:
     """Count what was not taken since the start.
 
-    commands, samples: that are no numbers. during_reset: commands then. of_two_writers: commands while two sent at once.
+    commands, samples: that are no numbers. during_reset: commands then. of_two_writers: commands
+    while two sent at once.
     after_standstill: commands that may have waited.
     """
 
@@ -59,10 +63,11 @@ class Counts:
 class Safety:
     """Hold all that is remembered from one decision to the next.
 
-    command: the last good one (PWM fraction); it counts only while the ages say so. rig: the last good sample, encoders:
-    whether samples can be believed. reset: the one under way. applied: what was sent last. unused_s: see `limits.left_s`.
-    in_vain_s: for how long the rail guard has pushed in vain. writers: who has sent commands lately. resumed_s: when the
-    last standstill ended (monotonic).
+    command: the last good one (PWM fraction); it counts only while the ages say so. rig: the last
+    good sample, encoders: whether samples can be believed. reset: the one under way. applied: what
+    was sent last. unused_s: see `limits.left_s`.
+    in_vain_s: for how long the rail guard has pushed in vain. writers: who has sent commands
+    lately. resumed_s: when the last standstill ended (monotonic).
     """
 
     ages: Ages
@@ -92,7 +97,8 @@ class Came:
 class Decision:
     """Hold what to send (PWM fraction), the state for the next time, and why.
 
-    reasons: the one that decided comes first. reset_ended: how a reset under way ended just now; None while none has.
+    reasons: the one that decided comes first. reset_ended: how a reset under way ended just now;
+    None while none has.
     """
 
     pwm: float
@@ -117,8 +123,8 @@ def rules_for(
 ) -> Rules:
     """Return the rules for a rig: its own limit where that is lower. Raises BadInputError when it lacks what they need.
 
-    way, pole_way: the rig's signs, see RailGuard. period_s: from sample to sample. reset_deadline_s: a reset is given up
-    then.
+    way, pole_way: the rig's signs, see RailGuard. period_s: from sample to sample.
+    reset_deadline_s: a reset is given up then.
     """
     limit = min(limits.magnitude, rig.pwm_limit or limits.magnitude)
     guard = rail_guard(rig, limit, way=way, pole_way=pole_way)
@@ -133,12 +139,18 @@ def at_start(now_s: float) -> Safety:
 
 
 def decided(
-    request: float | None, sample: RigState | None, now_s: float, safety: Safety, rules: Rules, ago_s: float = 0.0
+    request: float | None,
+    sample: RigState | None,
+    now_s: float,
+    safety: Safety,
+    rules: Rules,
+    ago_s: float = 0.0,
 ) -> Decision:
     """Return what to send now: stop > watchdog > encoder check > rail guard > limits.
 
-    request: a command (PWM fraction) that has come since the last decision, None for none; when more have come, pass
-    all but the last to `commanded`. sample: the same of the rig, which came ago_s ago. now_s: monotonic time, s.
+    request: a command (PWM fraction) that has come since the last decision, None for none; when
+    more have come, pass all but the last to `commanded`. sample: the same of the rig, which came
+    ago_s ago. now_s: monotonic time, s.
     """
     passed_s = watchdog.passed_s(safety.ages, now_s)
     came = None if sample is None else Came(sample, ago_s, _gap_s(safety, passed_s - ago_s, rules))
@@ -165,7 +177,8 @@ def commanded(
 ) -> tuple[Safety, Reason | None]:
     """Return the state after a command has come, and why it was refused or dropped; None when it was taken.
 
-    now_s: when it came (monotonic, s), if that is later than the last decision. ago_s: how long before that it was sent, by
+    now_s: when it came (monotonic, s), if that is later than the last decision. ago_s: how long
+    before that it was sent, by
     clocks of two machines perhaps: it matters only after the driver has stood still.
     """
     now_s, counts = safety.ages.now_s if now_s is None else now_s, safety.counts
@@ -174,12 +187,18 @@ def commanded(
     if (refused := refusal(command)) is not None:
         return replace(safety, counts=replace(counts, commands=counts.commands + 1)), refused
     if safety.reset is not None:
-        return replace(safety, counts=replace(counts, during_reset=counts.during_reset + 1)), Reason.RESETTING
+        return replace(
+            safety, counts=replace(counts, during_reset=counts.during_reset + 1)
+        ), Reason.RESETTING
     if two_writers.two(safety.writers, now_s):
         counts = replace(counts, of_two_writers=counts.of_two_writers + 1)
         return _without_command(replace(safety, counts=counts)), Reason.TWO_WRITERS
-    if watchdog.passed_s(safety.ages, now_s) > STANDSTILL_S or 0 <= now_s - safety.resumed_s < min(ago_s, UNSURE_S):
-        return replace(safety, counts=replace(counts, after_standstill=counts.after_standstill + 1)), Reason.COMMAND_OLD
+    if watchdog.passed_s(safety.ages, now_s) > STANDSTILL_S or 0 <= now_s - safety.resumed_s < min(
+        ago_s, UNSURE_S
+    ):
+        return replace(
+            safety, counts=replace(counts, after_standstill=counts.after_standstill + 1)
+        ), Reason.COMMAND_OLD
     return replace(safety, command=command, ages=watchdog.command_came(safety.ages, now_s)), None
 
 
@@ -194,7 +213,9 @@ def stopped(safety: Safety) -> tuple[Safety, Reason | None]:
     The command held is forgotten; the next decision, which should be taken at once, sends 0.
     """
     ended = None if safety.reset is None else Reason.RESET_STOPPED
-    return _without_command(replace(safety, stop=emergency.pressed(safety.stop), reset=None)), ended
+    return _without_command(
+        replace(safety, stop=emergency.pressed(safety.stop), reset=None)
+    ), ended
 
 
 def failed(safety: Safety) -> tuple[Safety, Reason | None]:
@@ -206,7 +227,11 @@ def failed(safety: Safety) -> tuple[Safety, Reason | None]:
 def stop_cleared(safety: Safety) -> tuple[Safety, Reason]:
     """Return the state after somebody asked to clear the stop, and what came of that."""
     stop, reason = emergency.cleared(safety.stop)
-    believed = encoders.trusted_again(safety.encoders) if reason is Reason.STOP_CLEARED else safety.encoders
+    believed = (
+        encoders.trusted_again(safety.encoders)
+        if reason is Reason.STOP_CLEARED
+        else safety.encoders
+    )
     return replace(safety, stop=stop, encoders=believed), reason
 
 
@@ -221,7 +246,11 @@ def reset_asked(now_s: float, safety: Safety, rules: Rules) -> tuple[Safety, Rea
 
 def _gap_s(safety: Safety, later_s: float, rules: Rules) -> float:
     """Return the time from the last sample to one that came later_s after the last decision; a period for the first."""
-    return rules.period_s if safety.ages.sample_s is None else max(safety.ages.sample_s + later_s, 0.0)
+    return (
+        rules.period_s
+        if safety.ages.sample_s is None
+        else max(safety.ages.sample_s + later_s, 0.0)
+    )
 
 
 def _heard(
@@ -235,9 +264,15 @@ def _heard(
     if not came.sample.finite:
         counts = replace(safety.counts, samples=safety.counts.samples + 1)
         return replace(safety, counts=counts), (refused, Reason.SAMPLE_NOT_FINITE)
-    found = encoders.checked(safety.encoders, came.sample, safety.applied, came.gap_s, rules.encoders)
-    rig = safety.rig if found.fault else came.sample  # what cannot be true is no sample to guard the rail by
-    return replace(safety, rig=rig, encoders=found, ages=watchdog.sample_came(safety.ages, came.ago_s)), (refused,)
+    found = encoders.checked(
+        safety.encoders, came.sample, safety.applied, came.gap_s, rules.encoders
+    )
+    rig = (
+        safety.rig if found.fault else came.sample
+    )  # what cannot be true is no sample to guard the rail by
+    return replace(
+        safety, rig=rig, encoders=found, ages=watchdog.sample_came(safety.ages, came.ago_s)
+    ), (refused,)
 
 
 def _lasting_fault(safety: Safety) -> Reason | None:
@@ -246,7 +281,9 @@ def _lasting_fault(safety: Safety) -> Reason | None:
     return fault if fault and fault.level is Level.ERROR else None
 
 
-def _reset_moved_on(came: Came | None, passed_s: float, safety: Safety, rules: Rules) -> tuple[Safety, Reason | None]:
+def _reset_moved_on(
+    came: Came | None, passed_s: float, safety: Safety, rules: Rules
+) -> tuple[Safety, Reason | None]:
     """Return the state after another moment of the reset under way, and how it ended; None while it goes on."""
     if safety.reset is None:
         return safety, None
@@ -254,7 +291,11 @@ def _reset_moved_on(came: Came | None, passed_s: float, safety: Safety, rules: R
     if came is not None and came.sample is safety.rig:
         reset = swing.swung(reset, came.sample, safety.applied, came.gap_s, rules.swing)
     silence = watchdog.silence(safety.ages, rules.timeouts)
-    over = swing.given_up(silence, stopped=False) or _lasting_fault(safety) or swing.ended(reset, rules.swing)
+    over = (
+        swing.given_up(silence, stopped=False)
+        or _lasting_fault(safety)
+        or swing.ended(reset, rules.swing)
+    )
     return replace(safety, reset=None if over else reset), over
 
 

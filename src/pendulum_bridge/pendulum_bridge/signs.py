@@ -8,6 +8,7 @@ from collections.abc import Collection
 def ways(effects: Collection[str]) -> tuple[int, int]:
     """Return way and pole_way (see RailGuard) of a rig with these effects, by their names in the twin file."""
     command, cart, pole = (
-        -1 if name in effects else 1 for name in ("input_sign_inverted", "cart_sign_inverted", "angle_sign_inverted")
+        -1 if name in effects else 1
+        for name in ("input_sign_inverted", "cart_sign_inverted", "angle_sign_inverted")
     )
     return command * cart, cart * pole

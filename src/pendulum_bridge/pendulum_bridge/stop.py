@@ -11,7 +11,8 @@ from pendulum_bridge.reasons import Reason
 class Stop:
     """Hold the state of the stop.
 
-    zero_seen: whether the last command since it was pressed was 0. dropped: commands dropped by all stops so far.
+    zero_seen: whether the last command since it was pressed was 0. dropped: commands dropped by
+    all stops so far.
     """
 
     latched: bool = False
@@ -32,7 +33,8 @@ def dropping(stop: Stop, command: float) -> Stop:
 def cleared(stop: Stop) -> tuple[Stop, Reason]:
     """Return the stop after somebody asked to clear it, and what came of that.
 
-    It stays latched unless the last command was 0: whoever still sends something else would move the cart at once.
+    It stays latched unless the last command was 0: whoever still sends something else would move
+    the cart at once.
     """
     if not stop.latched:
         return stop, Reason.NOT_STOPPED

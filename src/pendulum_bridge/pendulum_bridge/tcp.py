@@ -23,9 +23,9 @@ AGAIN_S = 0.2  # from the end of one attempt or connection to the next attempt
 def tcp_link(rig: Address) -> Link:
     """Return a link to a rig that listens for one connection.
 
-    The first attempt is made at once and may take CONNECT_S. Without a connection `connected` is False, `trouble` says why,
-    `send` raises BadInputError, and whoever waits in `receive` connects anew. Raises BadInputError for a host that nobody
-    knows.
+    The first attempt is made at once and may take CONNECT_S. Without a connection `connected` is
+    False, `trouble` says why, `send` raises BadInputError, and whoever waits in `receive` connects
+    anew. Raises BadInputError for a host that nobody knows.
     """
     return Link(port=TcpPort(rig, SAMPLE.size, Sample.unpack))
 
@@ -33,7 +33,8 @@ def tcp_link(rig: Address) -> Link:
 class TcpPort[Packet]:
     """Be a `RigPort` over TCP. One thread receives, and makes connections; any may send.
 
-    peer: who listens. size: bytes of a packet. unpack: bytes to packet, raising BadInputError for what is none.
+    peer: who listens. size: bytes of a packet. unpack: bytes to packet, raising BadInputError for
+    what is none.
     """
 
     def __init__(self, peer: Address, size: int, unpack: Callable[[bytes], Packet]) -> None:
@@ -165,14 +166,18 @@ class TcpPort[Packet]:
         if status := attempt.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR):
             self._refused(os.strerror(status))
         elif attempt.getsockname() == self._address:
-            self._refused("Connection refused")  # nobody listened, and the system connected the socket to itself
+            self._refused(
+                "Connection refused"
+            )  # nobody listened, and the system connected the socket to itself
         else:
             self._attempt = None
             self._exchange(Stream(attempt, self._size))
             self._connections += 1
 
     def _refused(self, reason: str) -> None:
-        self._give_up(f"cannot connect to {self._where}: {reason}; see that the rig is on and listens there over TCP")
+        self._give_up(
+            f"cannot connect to {self._where}: {reason}; see that the rig is on and listens there over TCP"
+        )
 
     def _give_up(self, trouble: str) -> None:
         if self._attempt is not None:

@@ -1,8 +1,9 @@
 """Record trials of a diagnosis: emulated rigs in which physics is concealed, each a folder with recording, seal and twin.
 
-Every trial has bag/ (the recording), seal.json (the truth), twin.yaml (the nominal twin: wrong constants, no effects) and
-trial.json (how it was made). Its path is printed as soon as it is complete. Trial k of a seed is the same, however many
-are recorded. Run as `python -m pendulum_bridge.trials --out DIR --trials N --seed S`.
+Every trial has bag/ (the recording), seal.json (the truth), twin.yaml (the nominal twin: wrong
+constants, no effects) and trial.json (how it was made). Its path is printed as soon as it is
+complete. Trial k of a seed is the same, however many are recorded. Run as `python -m
+pendulum_bridge.trials --out DIR --trials N --seed S`.
 """
 
 from __future__ import annotations
@@ -24,11 +25,11 @@ from pendulum_bridge.emulator.unlisted import BY_NAME as UNLISTED
 from pendulum_bridge.trial.controller import Controller, tuning_of
 from pendulum_bridge.trial.mix import USUAL, shares_of
 from pendulum_bridge.trial.trial import Trial, trial_at, trial_with
-from pendulum_twin.command_line import number_in, option, whole
+from pendulum_twin.command_line import as_option, make_number_reader, make_whole_reader
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.model import Twin, load_twin, save_twin, write_whole
-from pendulum_twin.plans.excitation import standard
-from pendulum_twin.plans.waveforms import envelope_of
+from pendulum_twin.model import Twin, load_twin, save_twin, write_atomically
+from pendulum_twin.plans.excitation import make_standard_plan
+from pendulum_twin.plans.waveforms import make_envelope
 
 SCHEMA = "pendulum_trial/1"
 
@@ -50,7 +51,9 @@ def record(trial: Trial, nominal: Twin, options: argparse.Namespace) -> Path:
     """Write the trial's folder whole or not at all, and return it; raise BadInputError when it is there already."""
     folder: Path = options.out / f"trial_{trial.number:04d}"
     if folder.exists():
-        raise BadInputError(f"{folder}: expected no folder there, found one: trials are not overwritten")
+        raise BadInputError(
+            f"{folder}: expected no folder there, found one: trials are not overwritten"
+        )
     log = _log(trial, nominal, options)
     options.out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=options.out, prefix=f".{folder.name}.") as temporary:
@@ -58,7 +61,7 @@ def record(trial: Trial, nominal: Twin, options: argparse.Namespace) -> Path:
         write_bag(log, made / "bag")
         write_seal(trial.concealed, made / "seal.json")
         save_twin(Twin(f"{nominal.name}_nominal", nominal.rig), made / "twin.yaml")
-        write_whole(made / "trial.json", json.dumps(_how(trial, options), indent=2) + "\n")
+        write_atomically(made / "trial.json", json.dumps(_how(trial, options), indent=2) + "\n")
         shutil.move(made, folder)
     return folder
 
@@ -68,7 +71,12 @@ def _log(trial: Trial, nominal: Twin, options: argparse.Namespace) -> Log:
     if options.closed_loop:
         controller = Controller(tuning_of(nominal.rig, options.seconds, rig.period_s, trial.seed))
         return recorded(rig, controller, round(options.seconds * options.rate_hz))
-    return play(rig, standard(envelope_of(nominal.rig), options.seconds, options.rate_hz, trial.seed))
+    return play(
+        rig,
+        make_standard_plan(
+            make_envelope(nominal.rig), options.seconds, options.rate_hz, trial.seed
+        ),
+    )
 
 
 def _how(trial: Trial, options: argparse.Namespace) -> dict[str, object]:
@@ -95,23 +103,70 @@ def options_of(arguments: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="trials", description=" ".join((__doc__ or "").split()))
     add = parser.add_argument
     add("--out", type=Path, required=True, help="folder for the trials' folders")
-    add("--trials", type=whole(), required=True, metavar="N", help="how many")
-    add("--seed", type=whole(), required=True, metavar="S", help="what they are drawn from")
-    add("--first", type=whole(), default=0, metavar="K", help="number of the first (0)")
-    add("--seconds", type=number_in(40, 36000), default=60.0, metavar="S", help="length of a recording (60)")
-    add("--rate-hz", type=number_in(20, 1000), default=100.0, metavar="HZ", help="samples a second (100)")
-    add("--pole-counts", type=whole(), default=4096, metavar="N", help="the pole's encoder's counts a turn (4096)")
-    add("--kinds", type=option(shares_of), default=USUAL, metavar="KIND:SHARE,...", help=f"kinds and their shares ({usual})")
+    add("--trials", type=make_whole_reader(), required=True, metavar="N", help="how many")
+    add(
+        "--seed",
+        type=make_whole_reader(),
+        required=True,
+        metavar="S",
+        help="what they are drawn from",
+    )
+    add(
+        "--first", type=make_whole_reader(), default=0, metavar="K", help="number of the first (0)"
+    )
+    add(
+        "--seconds",
+        type=make_number_reader(40, 36000),
+        default=60.0,
+        metavar="S",
+        help="length of a recording (60)",
+    )
+    add(
+        "--rate-hz",
+        type=make_number_reader(20, 1000),
+        default=100.0,
+        metavar="HZ",
+        help="samples a second (100)",
+    )
+    add(
+        "--pole-counts",
+        type=make_whole_reader(),
+        default=4096,
+        metavar="N",
+        help="the pole's encoder's counts a turn (4096)",
+    )
+    add(
+        "--kinds",
+        type=as_option(shares_of),
+        default=USUAL,
+        metavar="KIND:SHARE,...",
+        help=f"kinds and their shares ({usual})",
+    )
     add(
         "--effects",
-        type=option(_effects),
+        type=as_option(_effects),
         nargs="+",
         metavar="A+B",
         help="conceal these, sets taking turns, instead of kinds",
     )
-    add("--size-factor", type=number_in(0, 100), default=1.0, metavar="F", help="times every drawn size (1)")
-    add("--closed-loop", action="store_true", help="record a controller at work instead of the standard plan")
-    add("--twin", type=Path, default=Path("config/inteco.yaml"), help="twin file of the nominal rig (config/inteco.yaml)")
+    add(
+        "--size-factor",
+        type=make_number_reader(0, 100),
+        default=1.0,
+        metavar="F",
+        help="times every drawn size (1)",
+    )
+    add(
+        "--closed-loop",
+        action="store_true",
+        help="record a controller at work instead of the standard plan",
+    )
+    add(
+        "--twin",
+        type=Path,
+        default=Path("config/inteco.yaml"),
+        help="twin file of the nominal rig (config/inteco.yaml)",
+    )
     return parser.parse_args(arguments)
 
 
@@ -120,7 +175,9 @@ def _effects(text: str) -> tuple[str, ...]:
     for name in names:
         if name not in BY_NAME and name not in UNLISTED:
             known = ", ".join([*BY_NAME, *UNLISTED])
-            raise BadInputError(f"expected effects that can be concealed ({known}), found {name!r}")
+            raise BadInputError(
+                f"expected effects that can be concealed ({known}), found {name!r}"
+            )
     return names
 
 

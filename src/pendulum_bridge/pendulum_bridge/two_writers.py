@@ -1,8 +1,8 @@
 """Find out that two writers send commands at the same time, by the numbers that their messages carry.
 
-Each writer numbers its messages 1, 2, 3, ..., so two at once are two rows of numbers. A row that goes on after another
-row was heard means two; a writer that merely exists sends nothing, and one that takes over from another is followed by no
-more of the old row.
+Each writer numbers its messages 1, 2, 3, ..., so two at once are two rows of numbers. A row that
+goes on after another row was heard means two; a writer that merely exists sends nothing, and one
+that takes over from another is followed by no more of the old row.
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ class Writers:
 def heard(number: int, now_s: float, writers: Writers) -> Writers:
     """Return the writers after a message with this number.
 
-    It belongs to the row that it takes furthest the least, since messages may be lost: each row only grows.
+    It belongs to the row that it takes furthest the least, since messages may be lost: each row
+    only grows.
     """
     rows = tuple(row for row in writers.rows if 0.0 <= now_s - row.heard_s < TOGETHER_S)
     own = min(reversed(rows), key=lambda row: _skipped(number, row), default=None)

@@ -42,14 +42,19 @@ def address_of(text: str) -> Address:
 class Endpoint[Packet]:
     """Receive a peer's packets at one address and send to another.
 
-    listen: where to receive; loopback unless an address elsewhere is given. peer: where to send; only packets from its
-    host are taken. A peer may send from any port, as the thesis's library does, from another one every time; peer_port
-    narrows it to one. unpack: bytes to packet, raising BadInputError for what is none. Raises BadInputError when the
-    address cannot be used. Close it after use, or use it in a `with`.
+    listen: where to receive; loopback unless an address elsewhere is given. peer: where to send;
+    only packets from its host are taken. A peer may send from any port, as the thesis's library
+    does, from another one every time; peer_port narrows it to one. unpack: bytes to packet,
+    raising BadInputError for what is none. Raises BadInputError when the address cannot be used.
+    Close it after use, or use it in a `with`.
     """
 
     def __init__(
-        self, listen: Address, peer: Address, unpack: Callable[[bytes], Packet], peer_port: int | None = None
+        self,
+        listen: Address,
+        peer: Address,
+        unpack: Callable[[bytes], Packet],
+        peer_port: int | None = None,
     ) -> None:
         self._peer = (number_of(peer), peer.port)
         self._peer_port, self._unpack = peer_port, unpack
@@ -100,12 +105,15 @@ class Endpoint[Packet]:
         except BlockingIOError:
             return  # the buffer is full: lost, as on any network
         except OSError as error:
-            raise BadInputError(f"cannot send to {self._peer[0]}:{self._peer[1]}: {error.strerror}") from error
+            raise BadInputError(
+                f"cannot send to {self._peer[0]}:{self._peer[1]}: {error.strerror}"
+            ) from error
 
     def receive(self, deadline: float) -> Packet | None:
         """Return the next packet of the peer, or None at the deadline (a time of `time.monotonic`, in s).
 
-        What others send never makes it longer. A deadline that has passed takes one that waits already.
+        What others send never makes it longer. A deadline that has passed takes one that waits
+        already.
         """
         came = self.receive_stamped(deadline)
         return None if came is None else came[0]
@@ -155,7 +163,9 @@ def bound(listen: Address, kind: socket.SocketKind) -> socket.socket:
     opened = socket.socket(socket.AF_INET, kind)
     opened.setblocking(False)
     try:
-        if kind == socket.SOCK_STREAM:  # what is left of earlier connections does not keep it from being used again
+        if (
+            kind == socket.SOCK_STREAM
+        ):  # what is left of earlier connections does not keep it from being used again
             opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         opened.bind((number_of(listen), listen.port))
         if kind == socket.SOCK_STREAM:
@@ -175,4 +185,6 @@ def number_of(address: Address) -> str:
     try:
         return socket.gethostbyname(address.host)
     except (OSError, UnicodeError) as error:
-        raise BadInputError(f"expected a host name or IPv4 address, found {address.host!r}, which nobody knows") from error
+        raise BadInputError(
+            f"expected a host name or IPv4 address, found {address.host!r}, which nobody knows"
+        ) from error

@@ -1,7 +1,8 @@
 """How old the last command and the last sample are, and what follows when they are too old.
 
-Ages are summed up from one look at the clock to the next, so that a clock that jumps back makes nothing young again:
-that step counts as 0, and time goes on from there. A jump forward (the process was suspended) makes everything old.
+Ages are summed up from one look at the clock to the next, so that a clock that jumps back makes
+nothing young again: that step counts as 0, and time goes on from there. A jump forward (the
+process was suspended) makes everything old.
 """
 
 from __future__ import annotations
@@ -23,7 +24,9 @@ class Timeouts:
     def __post_init__(self) -> None:
         for name, value in (("command timeout", self.command_s), ("rig timeout", self.sample_s)):
             if not 0 < value < math.inf:
-                raise BadInputError(f"{name}: expected a number of seconds above 0, found {value!r}")
+                raise BadInputError(
+                    f"{name}: expected a number of seconds above 0, found {value!r}"
+                )
 
 
 @dataclass(frozen=True)
@@ -43,7 +46,9 @@ def passed_s(ages: Ages, now_s: float) -> float:
 def aged(ages: Ages, now_s: float) -> Ages:
     """Return the ages at a later look at the clock."""
     step = passed_s(ages, now_s)
-    return Ages(now_s, *(None if age is None else age + step for age in (ages.command_s, ages.sample_s)))
+    return Ages(
+        now_s, *(None if age is None else age + step for age in (ages.command_s, ages.sample_s))
+    )
 
 
 def command_came(ages: Ages, now_s: float | None = None) -> Ages:

@@ -19,5 +19,7 @@ gym.register(
     nondeterministic=True,
 )
 gym.register(
-    "pendulum_rl_env/SamplePendulum-v0", entry_point="pendulum_rl_env.sample_pendulum:SamplePendulum", max_episode_steps=500
+    "pendulum_rl_env/SamplePendulum-v0",
+    entry_point="pendulum_rl_env.sample_pendulum:SamplePendulum",
+    max_episode_steps=500,
 )

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pendulum_twin.machine_code import compiled_from
+from pendulum_twin.machine_code import make_cached_compiler
 
-compiled = compiled_from(*(Path(__file__).parent / name for name in ("task.py", "reward.py", "fleet.py")))
+compiled = make_cached_compiler(
+    *(Path(__file__).parent / name for name in ("task.py", "reward.py", "fleet.py"))
+)

@@ -1,8 +1,10 @@
 """The classical controller: energy swing-up, then a linear-quadratic regulator, both on what a twin knows of the rig.
 
-It is given what the rig measures and gives what the rig takes. Between them it thinks in the twin's true states and in
-drives: signs, zeros and scales are undone on the way in, dead zone, asymmetry and saturation on the way out, delays and lag
-by predicting, forces that the twin knows (dry friction among them, by the way the cart is to move) by adding them.
+It is given what the rig measures and gives what the rig takes. Between them it thinks in the
+twin's true states and in
+drives: signs, zeros and scales are undone on the way in, dead zone, asymmetry and saturation on
+the way out, delays and lag by predicting, forces that the twin knows (dry friction among them, by
+the way the cart is to move) by adding them.
 """
 
 from __future__ import annotations
@@ -22,7 +24,7 @@ from pendulum_rl_env.swing_up import SwingUp, acceleration
 from pendulum_rl_env.task import Task
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin
-from pendulum_twin.words import FORCE_PER_PWM, MASS, words_of
+from pendulum_twin.parameter_vector import FORCE_PER_PWM, MASS, make_theta
 
 Floats = NDArray[np.float64]
 
@@ -36,9 +38,9 @@ SLOW = 0.03  # m/s: below it dry friction is overcome in part, lest it be overco
 class Tuning:
     """Hold what can be chosen.
 
-    weights: of the squares of x, th, v, w and the sum of x; effort: of that of the drive (see `lqr.regulator`). catch: the
-    largest drive, in units of what the rig has, that the regulator may ask for when it takes over. dry: share of dry
-    friction that is overcome.
+    weights: of the squares of x, th, v, w and the sum of x; effort: of that of the drive (see
+    `lqr.regulator`). catch: the largest drive, in units of what the rig has, that the regulator
+    may ask for when it takes over. dry: share of dry friction that is overcome.
     """
 
     weights: tuple[float, ...] = (30.0, 10.0, 0.5, 0.1, 0.01)
@@ -60,7 +62,9 @@ class Plant:
 def plant_of(twin: Twin, task: Task) -> Plant:
     """Return what controllers of this twin share; raise BadInputError for a twin without cart, pole or drive."""
     if not (twin.rig.has_cart and twin.rig.has_pole and twin.rig.force_per_pwm_n):
-        raise BadInputError(f"{twin.name}: expected a rig with cart, pole and drive to control, found a part missing")
+        raise BadInputError(
+            f"{twin.name}: expected a rig with cart, pole and drive to control, found a part missing"
+        )
     twin = lasting(twin)
     return Plant(twin, task, linearised(twin, upright(twin), task.step_s))
 
@@ -73,12 +77,17 @@ class Classical:
         self.tuning = tuning
         self._twin = twin
         self._drive = static_drive(twin, plant.task.pwm_limit)
-        self._words, self._smooth = words_of(twin), words_of(smooth(twin))
-        late_s = sum(twin.effects.get(name, {}).get("delay_s", 0.0) for name in ("input_delay", "sensor_delay"))
+        self._theta, self._smooth = make_theta(twin), make_theta(smooth(twin))
+        late_s = sum(
+            twin.effects.get(name, {}).get("delay_s", 0.0)
+            for name in ("input_delay", "sensor_delay")
+        )
         late_s += twin.effects.get("motor_lag", {}).get("time_constant_s", 0.0)
         self._observer = Observer(twin, plant.task.step_s, late_s + 0.5 * plant.task.step_s)
         self._gains = regulator(plant.linear, tuning.weights, tuning.effort)
-        self._strongest = 0.95 * self._drive.reach * float(self._words[FORCE_PER_PWM] / self._words[MASS])
+        self._strongest = (
+            0.95 * self._drive.reach * float(self._theta[FORCE_PER_PWM] / self._theta[MASS])
+        )
         self._upright: dict[int, Upright] = {}
         self.reset()
 
@@ -93,14 +102,18 @@ class Classical:
         state = self._observer.seen(measured, self._command)
         later = self._observer.ahead(self._command)
         at = self._nearest(float(state[1]))
-        wanted = at.drive - float(self._gains @ np.concatenate([state - at.state, [self._sum], self._past]))
+        wanted = at.drive - float(
+            self._gains @ np.concatenate([state - at.state, [self._sum], self._past])
+        )
         self._balancing = self._is_balancing(float(state[1]) - at.angle_rad, wanted)
         if self._balancing:
             self._add_up(state)
             drive, extra = wanted, self._extra(wanted, later)
         else:
-            push = acceleration(later, self._words, self._strongest, self.tuning.swing, self._task, at.angle_rad)
-            drive, extra = drive_for(push, self._way(push, later), later, self._words), 0.0
+            push = acceleration(
+                later, self._theta, self._strongest, self.tuning.swing, self._task, at.angle_rad
+            )
+            drive, extra = drive_for(push, self._way(push, later), later, self._theta), 0.0
         t_s = self._steps * self._task.step_s
         self._command = self._drive.asked(drive + extra, t_s)
         self._remember(self._drive.given(self._command, t_s) - extra - at.drive)
@@ -120,9 +133,9 @@ class Classical:
     def _extra(self, drive: float, later: Floats) -> float:
         """Return the drive for what the twin has beyond its smooth part, when the smooth part is to get this much."""
         free = drive_for(0.0, 0.0, later, self._smooth)
-        push = (drive - free) * float(self._words[FORCE_PER_PWM] / self._words[MASS])
+        push = (drive - free) * float(self._theta[FORCE_PER_PWM] / self._theta[MASS])
         way = self._way(push, later)
-        return drive_for(push, way, later, self._words) - drive_for(push, 0.0, later, self._smooth)
+        return drive_for(push, way, later, self._theta) - drive_for(push, 0.0, later, self._smooth)
 
     def _way(self, push: float, later: Floats) -> float:
         """Return which way the cart is to move and dry friction to be overcome, by which share."""

@@ -1,7 +1,7 @@
 """Choose a classical controller for a twin by the reward that it earns there: how it swings up, then each number in turn.
 
-A twin is never quite the rig, so candidates also run on twins that are a little off, measured as coarsely as a rig measures.
-Nothing is drawn: the same twin gives the same controller.
+A twin is never quite the rig, so candidates also run on twins that are a little off, measured as
+coarsely as a rig measures. Nothing is drawn: the same twin gives the same controller.
 """
 
 from __future__ import annotations
@@ -43,7 +43,10 @@ def designed(twin: Twin, task: Task) -> Classical:
     swings = {Tuning(swing=swing): 0.0 for swing in _swings()}
     for tuning in swings:
         swings[tuning] = _worth(plant, tuning, rigs[:1])
-    earned = {tuning: _worth(plant, tuning, rigs) for tuning in sorted(swings, key=lambda each: -swings[each])[:KEPT]}
+    earned = {
+        tuning: _worth(plant, tuning, rigs)
+        for tuning in sorted(swings, key=lambda each: -swings[each])[:KEPT]
+    }
     for _ in range(ROUNDS):
         for changes in _choices():
             best = max(earned, key=lambda each: earned[each])
@@ -76,7 +79,9 @@ def _worth(plant: Plant, tuning: Tuning, rigs: Sequence[Transport]) -> float:
     return 0.5 * (sum(earned) / len(earned) + min(earned))
 
 
-def _off(twin: Twin, task: Task, force: float, inertia: float, aside_rad: float) -> KernelTransport:
+def _off(
+    twin: Twin, task: Task, force: float, inertia: float, aside_rad: float
+) -> KernelTransport:
     rig = replace(
         twin.rig,
         force_per_pwm_n=(twin.rig.force_per_pwm_n or 0.0) * force,
@@ -87,7 +92,9 @@ def _off(twin: Twin, task: Task, force: float, inertia: float, aside_rad: float)
 
 def _swings() -> Iterator[SwingUp]:
     """Yield ways to swing up."""
-    for gain, over, pull, first in product((2.0, 4.0, 8.0, 16.0), (0.0, 0.04, 0.08), (1.0, 4.0, 10.0), (1.0, -1.0)):
+    for gain, over, pull, first in product(
+        (2.0, 4.0, 8.0, 16.0), (0.0, 0.04, 0.08), (1.0, 4.0, 10.0), (1.0, -1.0)
+    ):
         yield SwingUp(gain, over, pull, first)
 
 
@@ -107,4 +114,6 @@ def _with(**numbers: Any) -> Change:
 
 
 def _weighing(place: int, value: float) -> Change:
-    return lambda tuning: replace(tuning, weights=(*tuning.weights[:place], value, *tuning.weights[place + 1 :]))
+    return lambda tuning: replace(
+        tuning, weights=(*tuning.weights[:place], value, *tuning.weights[place + 1 :])
+    )

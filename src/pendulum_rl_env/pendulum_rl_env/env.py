@@ -20,25 +20,34 @@ Observation = NDArray[np.float32]
 class PendulumEnv(gym.Env[Observation, Observation]):
     """Swing the pole up and keep it up.
 
-    Observation, float32 (5,): x (m), v (m/s), sin and cos of the angle from upright, w (rad/s). Action, float32 (1,): PWM
-    fraction within +-0.5. Reward: `reward.reward` of the state that the action led to. An episode begins hanging at rest
-    and terminates beyond the task's limits, with the penalty in place of the reward; its length is up to a wrapper.
-    `info`: what the transport tells of the exchange, state (x, th, v, w), end ("none", "rail", "cart_speed",
-    "pole_speed"), noise_dropped (so far), applied_pwm. render_mode "rgb_array": a picture of cart and pole.
+    Observation, float32 (5,): x (m), v (m/s), sin and cos of the angle from upright, w (rad/s).
+    Action, float32 (1,): PWM fraction within +-0.5. Reward: `reward.reward` of the state that the
+    action led to. An episode begins hanging at rest and terminates beyond the task's limits, with
+    the penalty in place of the reward; its length is up to a wrapper. `info`: what the transport
+    tells of the exchange, state (x, th, v, w), end ("none", "rail", "cart_speed", "pole_speed"),
+    noise_dropped (so far), applied_pwm. render_mode "rgb_array": a picture of cart and pole.
     """
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 33}  # noqa: RUF012
 
-    def __init__(self, transport: Transport, task: Task | None = None, render_mode: str | None = None) -> None:
+    def __init__(
+        self, transport: Transport, task: Task | None = None, render_mode: str | None = None
+    ) -> None:
         self.task = task or Task(step_s=transport.step_s)
         self.render_mode = render_mode
         self.transport = transport
-        self.observation_space = gym.spaces.Box(-self.task.bounds, self.task.bounds, dtype=np.float32)
-        self.action_space = gym.spaces.Box(-self.task.pwm_limit, self.task.pwm_limit, (1,), np.float32)
+        self.observation_space = gym.spaces.Box(
+            -self.task.bounds, self.task.bounds, dtype=np.float32
+        )
+        self.action_space = gym.spaces.Box(
+            -self.task.pwm_limit, self.task.pwm_limit, (1,), np.float32
+        )
         self._noise = NoiseFilter(self.task)
         self._state = np.array([0.0, np.pi, 0.0, 0.0])
 
-    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict[str, Any]]:
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
         """Bring the pendulum to hang at rest in the middle; raise `NoAnswerError` when it does not come to it."""
         super().reset(seed=seed)
         sample = self._noise.start(self.transport.reset())
@@ -48,12 +57,20 @@ class PendulumEnv(gym.Env[Observation, Observation]):
     def step(self, action: Observation) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Hold a PWM fraction for a period; raise `NoAnswerError` when no sample comes."""
         limit = self.task.pwm_limit
-        command = float(np.clip(np.asarray(action, dtype=np.float64).reshape(-1)[0], -limit, limit))
+        command = float(
+            np.clip(np.asarray(action, dtype=np.float64).reshape(-1)[0], -limit, limit)
+        )
         sample = self.transport.exchange(command)
         self._state = self._noise.believed(sample).state
         end = end_of(self._state, self.task)
         info = self._info(sample.info, end, command)
-        return observation(self._state, self.task), reward(self._state, self.task), end != End.NONE, False, info
+        return (
+            observation(self._state, self.task),
+            reward(self._state, self.task),
+            end != End.NONE,
+            False,
+            info,
+        )
 
     def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
         """Return a picture of cart and pole, (height, width, 3)."""

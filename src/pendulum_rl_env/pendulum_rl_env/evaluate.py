@@ -17,14 +17,14 @@ from pendulum_rl_env.posterior import knowledge_of
 from pendulum_rl_env.scoring import run_episode, summary
 from pendulum_rl_env.task import Task
 from pendulum_rl_env.video import save_video
-from pendulum_twin.command_line import ended, whole
+from pendulum_twin.command_line import make_whole_reader, run_command
 from pendulum_twin.errors import BadInputError
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run `evaluate`; return 0 when it is done, 1 when it could not (the reason on stderr)."""
     options = _options(arguments)
-    return ended("evaluate", lambda: print(_evaluated(options)), "the drive is at PWM 0")
+    return run_command("evaluate", lambda: print(_evaluated(options)), "the drive is at PWM 0")
 
 
 def _evaluated(options: argparse.Namespace) -> str:
@@ -32,10 +32,14 @@ def _evaluated(options: argparse.Namespace) -> str:
     env = _environment(options)
     try:
         if env.observation_space.shape != (5,):
-            raise BadInputError(f"{options.policy}: expected a policy of {IN_PROCESS}, found another task's")
+            raise BadInputError(
+                f"{options.policy}: expected a policy of {IN_PROCESS}, found another task's"
+            )
         episodes = [run_episode(env, policy, options.seed + k) for k in range(options.episodes)]
     except ValueError as error:  # a policy of another task
-        raise BadInputError(f"{options.policy}: expected a policy for observations (5,): {error}") from error
+        raise BadInputError(
+            f"{options.policy}: expected a policy for observations (5,): {error}"
+        ) from error
     finally:
         env.close()
     if options.video is not None:
@@ -47,7 +51,9 @@ def _evaluated(options: argparse.Namespace) -> str:
 def text(told: dict[str, Any]) -> str:
     """Return a summary as lines for a person."""
     mean, least = told["mean_reward"], told["min_reward"]
-    lines = [f"{told['episodes']} episodes: mean reward {mean:.1f}, minimum {least:.1f}: {told['words']}"]
+    lines = [
+        f"{told['episodes']} episodes: mean reward {mean:.1f}, minimum {least:.1f}: {told['words']}"
+    ]
     for each in told["slices"]:
         low = "below" if each["from"] is None else f"{each['from']:g} to"
         high = "more" if each["to"] is None else f"{each['to']:g}"
@@ -60,7 +66,11 @@ def _environment(options: argparse.Namespace) -> gym.Env[Any, Any]:
     steps = Task.lasting(options.step_s).steps
     if options.rig is not None:
         return gym.make(
-            OVER_TOPICS, namespace=options.rig, step_s=options.step_s, render_mode=render, max_episode_steps=steps
+            OVER_TOPICS,
+            namespace=options.rig,
+            step_s=options.step_s,
+            render_mode=render,
+            max_episode_steps=steps,
         )
     known = knowledge_of(twin_of(options.twin), options.verdict, 0, options.seed)
     return gym.make(
@@ -74,17 +84,28 @@ def _environment(options: argparse.Namespace) -> gym.Env[Any, Any]:
 
 
 def _options(arguments: list[str] | None) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="evaluate", description=" ".join((__doc__ or "").split()))
+    parser = argparse.ArgumentParser(
+        prog="evaluate", description=" ".join((__doc__ or "").split())
+    )
     add = parser.add_argument
-    add("--policy", type=Path, required=True, metavar="POLICY.zip", help="what `train` has written")
+    add(
+        "--policy", type=Path, required=True, metavar="POLICY.zip", help="what `train` has written"
+    )
     where = parser.add_mutually_exclusive_group(required=True)
     where.add_argument("--twin", type=Path, help="twin file")
-    where.add_argument("--rig", metavar="NAMESPACE", help="the rig of this namespace, over topics, in real time")
+    where.add_argument(
+        "--rig", metavar="NAMESPACE", help="the rig of this namespace, over topics, in real time"
+    )
     add("--verdict", type=Path, help="verdict.json: measure as finely as that recording's rig did")
-    add("--episodes", type=whole(1), default=20, metavar="N", help="how many (20)")
+    add("--episodes", type=make_whole_reader(1), default=20, metavar="N", help="how many (20)")
     add("--seed", type=int, default=0, help="of the first episode (0); a twin alone draws nothing")
     add("--step-s", type=float, default=0.03, metavar="S", help="from command to command (0.03)")
-    add("--video", type=Path, metavar="FILE.gif", help="also write the first episode as an animation")
+    add(
+        "--video",
+        type=Path,
+        metavar="FILE.gif",
+        help="also write the first episode as an animation",
+    )
     add("--json", action="store_true", help="print one JSON object")
     return parser.parse_args(arguments)
 

@@ -1,7 +1,7 @@
 """Many pendulums at once: one compiled call steps them all, with observation, reward and resets inside.
 
-Each pendulum is one of the given twins, drawn anew at every start: that is how a policy meets all rigs that a recording
-leaves possible. `NoiseFilter` is not in here: twins do not jump.
+Each pendulum is one of the given twins, drawn anew at every start: that is how a policy meets all
+rigs that a recording leaves possible. `NoiseFilter` is not in here: twins do not jump.
 """
 
 from __future__ import annotations
@@ -20,15 +20,21 @@ from pendulum_twin import lanes as live
 from pendulum_twin.encoders import EXACT, Encoders
 from pendulum_twin.model import Twin
 
-AWAY = (0.3, np.pi, 0.5, 6.0)  # how far from hanging at rest in the middle a start may lie: m, rad, m/s, rad/s
+AWAY = (
+    0.3,
+    np.pi,
+    0.5,
+    6.0,
+)  # how far from hanging at rest in the middle a start may lie: m, rad, m/s, rad/s
 
 
 class Course(NamedTuple):
     """Hold the running episodes, a row a pendulum; what has just ended stands in last, length and total.
 
-    seen: observations now, (n, 5). last: observation at the end of the step, before a reset. reward, end (`End`),
-    truncated: of this step. length, total: steps and summed reward of the episode up to and with this step. age, sum: of
-    the episode that goes on.
+    seen: observations now, (n, 5). last: observation at the end of the step, before a reset.
+    reward, end (`End`),
+    truncated: of this step. length, total: steps and summed reward of the episode up to and with
+    this step. age, sum: of the episode that goes on.
     """
 
     seen: NDArray[np.float32]
@@ -64,12 +70,12 @@ def _observe(state, bounds, out):
 @compiled
 def _start(kinds, lanes, timing, course, rules, random, i):
     """Begin an episode of pendulum i."""
-    kind = int(random.random() * len(kinds.words))
+    kind = int(random.random() * len(kinds.theta))
     away = np.zeros(4)
     if random.random() < rules.spread:
         for k in range(4):
             away[k] = AWAY[k] * (2.0 * random.random() - 1.0)
-    live.begin(kinds, lanes, timing, i, kind, away)
+    live.begin_lane(kinds, lanes, timing, i, kind, away)
     course.age[i] = 0
     course.sum[i] = 0.0
     _observe(lanes.shown[i], rules.bounds, course.seen[i])
@@ -87,7 +93,7 @@ def step_all(code, kinds, lanes, timing, course, rules, random, commands):
     """Hold a command a pendulum for a period; reward, end, and begin anew where an episode is over."""
     for i in range(len(commands)):
         commands[i] = min(max(commands[i], -rules.pwm_limit), rules.pwm_limit)
-    live.advance(code, kinds, lanes, timing, commands)
+    live.advance_lanes(code, kinds, lanes, timing, commands)
     for i in range(len(commands)):
         x, th, v, w = lanes.shown[i]
         gain, end = rewarded(x, th, v, w, rules.limits, rules.penalties)
@@ -105,9 +111,9 @@ def step_all(code, kinds, lanes, timing, course, rules, random, commands):
 class Fleet:
     """Step count pendulums together.
 
-    twins: what they may be; task: their task; encoders: how finely all are measured; spread: the share of episodes that
-    begin anywhere within `AWAY` instead of hanging at rest; seed: of what is drawn. course: how they stand, see `Course`;
-    its arrays are written over by the next step.
+    twins: what they may be; task: their task; encoders: how finely all are measured; spread: the
+    share of episodes that begin anywhere within `AWAY` instead of hanging at rest; seed: of what
+    is drawn. course: how they stand, see `Course`; its arrays are written over by the next step.
     """
 
     def __init__(
@@ -120,12 +126,14 @@ class Fleet:
         seed: int = 0,
     ) -> None:
         self.task, self.count = task or Task(), count
-        self._timing = live.timing_of(self.task.step_s, samples_of(self.task.step_s))
-        self._kinds = live.kinds_of([lasting(twin) for twin in twins], self._timing, encoders)
-        self._lanes = live.lanes_of(self._kinds, self._timing, count)
-        self._code = live.code_of(self._kinds, count)
+        self._timing = live.make_timing(self.task.step_s, samples_of(self.task.step_s))
+        self._kinds = live.make_kinds([lasting(twin) for twin in twins], self._timing, encoders)
+        self._lanes = live.make_lanes(self._kinds, self._timing, count)
+        self._code = live.select_lane_code(self._kinds, count)
         limit = min(self.task.pwm_limit, *(twin.rig.pwm_limit or 1.0 for twin in twins))
-        self._rules = Rules(self.task.limits, self.task.penalties, limit, self.task.steps, self.task.bounds, spread)
+        self._rules = Rules(
+            self.task.limits, self.task.penalties, limit, self.task.steps, self.task.bounds, spread
+        )
         self.course = _course_of(count)
         self.reset(seed)
 
@@ -139,7 +147,16 @@ class Fleet:
     def step(self, commands: NDArray[np.float64]) -> Course:
         """Hold commands (PWM fractions, (count,)) for a period and return how it stands then."""
         held = np.array(commands, dtype=np.float64).reshape(self.count)
-        step_all(self._code, self._kinds, self._lanes, self._timing, self.course, self._rules, self._random, held)
+        step_all(
+            self._code,
+            self._kinds,
+            self._lanes,
+            self._timing,
+            self.course,
+            self._rules,
+            self._random,
+            held,
+        )
         return self.course
 
 

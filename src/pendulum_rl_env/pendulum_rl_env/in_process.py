@@ -18,7 +18,8 @@ from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin, load_twin
 from pendulum_twin.rig import Rig
 
-# The INTECO rig by its maker's constants, as in config/inteco.yaml: what is learned on when no twin is given.
+# The INTECO rig by its maker's constants, as in config/inteco.yaml: what is learned on when no
+# twin is given.
 INTECO = Twin("inteco", Rig(
     cart_mass_kg=0.5723, pole_mass_kg=0.12, com_distance_m=0.01955717, pole_inertia_kg_m2=0.00292, gravity_m_s2=9.81,
     force_per_pwm_n=12.86, cart_viscous_n_s_m=0.5, pole_viscous_n_m_s=0.00027344, rail_half_length_m=0.9, pwm_limit=0.5,
@@ -31,7 +32,9 @@ def twin_of(twin: TwinLike) -> Twin:
     """Return the twin, or that of a file, or the INTECO rig; raise BadInputError when it cannot be learned on."""
     found = INTECO if twin is None else twin if isinstance(twin, Twin) else load_twin(twin)
     if not (found.rig.has_cart and found.rig.has_pole and found.rig.force_per_pwm_n):
-        raise BadInputError(f"{found.name}: expected a rig with cart, pole and drive to learn on, found a part missing")
+        raise BadInputError(
+            f"{found.name}: expected a rig with cart, pole and drive to learn on, found a part missing"
+        )
     return found
 
 
@@ -41,7 +44,10 @@ def scaled(env: gym.Env[Any, Any]) -> gym.Env[Any, Any]:
 
 
 def twin_env(
-    twin: TwinLike = None, step_s: float = 0.03, encoders: Encoders = EXACT, render_mode: str | None = None
+    twin: TwinLike = None,
+    step_s: float = 0.03,
+    encoders: Encoders = EXACT,
+    render_mode: str | None = None,
 ) -> gym.Env[Any, Any]:
     """Return `InvertedPendulum-v0`: a twin (a Twin, a twin file or, without one, the INTECO rig) in this process."""
     transport = KernelTransport(twin_of(twin), step_s, encoders)
@@ -53,4 +59,6 @@ def twin_vector_env(
     **_: Any,
 ) -> PendulumVectorEnv:  # fmt: skip
     """Return the same, many at once, for `gymnasium.make_vec` with its vectorization mode "vector_entry_point"."""
-    return PendulumVectorEnv(Fleet([twin_of(twin)], num_envs, Task(step_s=step_s), encoders, spread))
+    return PendulumVectorEnv(
+        Fleet([twin_of(twin)], num_envs, Task(step_s=step_s), encoders, spread)
+    )

@@ -17,32 +17,37 @@ SAMPLE_S = 0.01  # of the rig: a command is held over several
 class KernelTransport:
     """Step one twin, as fast as it goes.
 
-    step_s: from command to command, a whole number of samples of about 10 ms. aside_rad: how far from hanging the pole is
-    let go. What belongs to a recording, not to a rig (a stale start), is left out.
+    step_s: from command to command, a whole number of samples of about 10 ms. aside_rad: how far
+    from hanging the pole is let go. What belongs to a recording, not to a rig (a stale start), is
+    left out.
     """
 
-    def __init__(self, twin: Twin, step_s: float, encoders: Encoders = EXACT, aside_rad: float = 0.0) -> None:
+    def __init__(
+        self, twin: Twin, step_s: float, encoders: Encoders = EXACT, aside_rad: float = 0.0
+    ) -> None:
         twin = lasting(twin)
         self.step_s, self._away = step_s, (0.0, aside_rad, 0.0, 0.0)
         self._limit = twin.rig.pwm_limit or math.inf
-        self._timing = lanes.timing_of(step_s, samples_of(step_s))
-        self._kinds = lanes.kinds_of([twin], self._timing, encoders)
-        self._lanes = lanes.lanes_of(self._kinds, self._timing, 1)
-        self._code = lanes.code_of(self._kinds, 1)
+        self._timing = lanes.make_timing(step_s, samples_of(step_s))
+        self._kinds = lanes.make_kinds([twin], self._timing, encoders)
+        self._lanes = lanes.make_lanes(self._kinds, self._timing, 1)
+        self._code = lanes.select_lane_code(self._kinds, 1)
         self._command = np.zeros(1)
         self._steps = 0
         self.reset()
 
     def reset(self) -> Sample:
         """Hang at rest in the middle, with nothing left of earlier commands."""
-        lanes.begin_one(self._kinds, self._lanes, self._timing, 0, 0, self._away)
+        lanes.begin_lane_from_python(self._kinds, self._lanes, self._timing, 0, 0, self._away)
         self._steps = 0
         return self._sample(0.0)
 
     def exchange(self, command: float) -> Sample:
         """Hold the command, clipped to the rig's limit, for a period; return the sample at its end."""
         self._command[0] = min(max(command, -self._limit), self._limit)
-        lanes.advance_all(self._code, self._kinds, self._lanes, self._timing, self._command)
+        lanes.advance_lanes_from_python(
+            self._code, self._kinds, self._lanes, self._timing, self._command
+        )
         self._steps += 1
         return self._sample(self.step_s)
 
@@ -60,4 +65,8 @@ def samples_of(step_s: float) -> int:
 
 def lasting(twin: Twin) -> Twin:
     """Return the twin without what belongs to one recording of it."""
-    return Twin(twin.name, twin.rig, {name: values for name, values in twin.effects.items() if name != "stale_start"})
+    return Twin(
+        twin.name,
+        twin.rig,
+        {name: values for name, values in twin.effects.items() if name != "stale_start"},
+    )

@@ -1,7 +1,8 @@
 """Balancing upright: the twin's own map from command to command, linearised there, and its linear-quadratic regulator.
 
-What the drive remembers (delay, lag) is told by past drives, so the regulator's state holds these too; and the sum of x, for
-what the twin says wrongly of angle and forces would keep the cart beside the middle.
+What the drive remembers (delay, lag) is told by past drives, so the regulator's state holds these
+too; and the sum of x, for what the twin says wrongly of angle and forces would keep the cart
+beside the middle.
 """
 
 from __future__ import annotations
@@ -20,11 +21,12 @@ from pendulum_rl_env.rig_forces import drive_for, forces
 from pendulum_twin import lanes
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin
-from pendulum_twin.words import words_of
+from pendulum_twin.parameter_vector import make_theta
 
 Floats = NDArray[np.float64]
 
-# Effects that have a derivative at rest. The others are undone (see `static_drive`), compensated, or left to feedback.
+# Effects that have a derivative at rest. The others are undone (see `static_drive`), compensated,
+# or left to feedback.
 SMOOTH = (
     "input_delay",
     "motor_lag",
@@ -78,24 +80,31 @@ class Linear:
 
 def smooth(twin: Twin) -> Twin:
     """Return the twin with what can be linearised: no dry friction, no steps of the command, exact sensors."""
-    return Twin(twin.name, twin.rig, {name: values for name, values in twin.effects.items() if name in SMOOTH})
+    return Twin(
+        twin.name,
+        twin.rig,
+        {name: values for name, values in twin.effects.items() if name in SMOOTH},
+    )
 
 
 def upright(twin: Twin, turn: int = 0) -> Upright:
     """Return where a twin balances near the angle 2 pi turn; raise BadInputError when it does so nowhere.
 
-    Where gravity and springs leave no torque on the pole; the drive holds what then pushes the cart.
+    Where gravity and springs leave no torque on the pole; the drive holds what then pushes the
+    cart.
     """
-    words = words_of(smooth(twin))
+    theta = make_theta(smooth(twin))
 
     def torque(angle: float) -> float:
-        return forces(np.array([0.0, angle, 0.0, 0.0]), words).turn
+        return forces(np.array([0.0, angle, 0.0, 0.0]), theta).turn
 
     middle = 2 * math.pi * turn
     if not torque(middle - 1.0) < 0.0 < torque(middle + 1.0):
-        raise BadInputError(f"{twin.name}: expected a pole that falls when it is left alone, found one that does not")
+        raise BadInputError(
+            f"{twin.name}: expected a pole that falls when it is left alone, found one that does not"
+        )
     angle = float(brentq(torque, middle - 1.0, middle + 1.0))
-    return Upright(angle, drive_for(0.0, 0.0, np.array([0.0, angle, 0.0, 0.0]), words))
+    return Upright(angle, drive_for(0.0, 0.0, np.array([0.0, angle, 0.0, 0.0]), theta))
 
 
 def linearised(twin: Twin, at: Upright, step_s: float) -> Linear:
@@ -117,14 +126,14 @@ class _Period:
 
     def __init__(self, twin: Twin, at: Upright, step_s: float) -> None:
         self._at = at
-        self._timing = lanes.timing_of(step_s, samples_of(step_s))
-        self._kinds = lanes.kinds_of([twin], self._timing)
-        self._lanes = lanes.lanes_of(self._kinds, self._timing, 1)
-        self._code = lanes.code_of(self._kinds, 1)
+        self._timing = lanes.make_timing(step_s, samples_of(step_s))
+        self._kinds = lanes.make_kinds([twin], self._timing)
+        self._lanes = lanes.make_lanes(self._kinds, self._timing, 1)
+        self._code = lanes.select_lane_code(self._kinds, 1)
 
     def run(self, aside: Floats, drives: list[float]) -> Floats:
         """Return the distances from rest at the end of every period, (periods, 4); each begins this far aside of it."""
-        lanes.begin_one(self._kinds, self._lanes, self._timing, 0, 0, lanes.AT_REST)
+        lanes.begin_lane_from_python(self._kinds, self._lanes, self._timing, 0, 0, lanes.AT_REST)
         for _ in range(LONGEST):  # for as long as the drive remembers, it was this
             self._hold(np.zeros(4), 0.0)
         return np.array([self._hold(aside, drive) for drive in drives])
@@ -132,15 +141,15 @@ class _Period:
     def _hold(self, aside: Floats, drive: float) -> Floats:
         self._lanes.true[0] = self._at.state + aside
         held = np.array([self._at.drive + drive])
-        lanes.advance_all(self._code, self._kinds, self._lanes, self._timing, held)
+        lanes.advance_lanes_from_python(self._code, self._kinds, self._lanes, self._timing, held)
         return self._lanes.true[0] - self._at.state
 
 
 def regulator(linear: Linear, weights: Sequence[float], effort: float) -> Floats:
     """Return the gains (5 + n,) of drive = -gains (x, th, v, w, sum of x, past drives), all as distances from `Upright`.
 
-    weights: of the squares of x, th, v, w and the sum of x; effort: of that of the drive. Raises BadInputError when there is
-    no regulator.
+    weights: of the squares of x, th, v, w and the sum of x; effort: of that of the drive. Raises
+    BadInputError when there is no regulator.
     """
     a, b = linear.augmented
     q = np.diag([*weights, *[0.0] * (len(a) - 5)])
@@ -149,5 +158,7 @@ def regulator(linear: Linear, weights: Sequence[float], effort: float) -> Floats
         p = solve_discrete_are(a, b, q, r)
         gains: Floats = np.linalg.solve(r + b.T @ p @ b, b.T @ p @ a)[0]
     except (np.linalg.LinAlgError, ValueError) as error:
-        raise BadInputError(f"expected a rig that its drive can balance, found none: {error}") from error
+        raise BadInputError(
+            f"expected a rig that its drive can balance, found none: {error}"
+        ) from error
     return gains

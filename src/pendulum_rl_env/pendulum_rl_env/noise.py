@@ -9,7 +9,9 @@ import numpy as np
 from pendulum_rl_env.task import Task
 from pendulum_rl_env.transport import Sample
 
-FURTHER = 2.0  # times what the limits of speed allow; and of velocities, times half the limit a step
+FURTHER = (
+    2.0  # times what the limits of speed allow; and of velocities, times half the limit a step
+)
 IN_A_ROW = 3  # of dropped samples; the next is believed, for then it is where the rig is
 
 
@@ -41,5 +43,9 @@ class NoiseFilter:
             return True
         periods = self._row + max((after.stamp_s - before.stamp_s) / self.task.step_s, 1.0)
         v, w = self.task.v_limit_m_s, self.task.w_limit_rad_s
-        reach = np.array([v * self.task.step_s, w * self.task.step_s, v / 4, w / 4]) * FURTHER * periods
+        reach = (
+            np.array([v * self.task.step_s, w * self.task.step_s, v / 4, w / 4])
+            * FURTHER
+            * periods
+        )
         return bool(np.any(np.abs(after.state - before.state) > reach))

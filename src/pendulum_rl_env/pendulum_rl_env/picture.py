@@ -15,11 +15,17 @@ def drawn(state: NDArray[np.float64], half_rail_m: float) -> NDArray[np.uint8]:
     picture = np.full((HEIGHT, WIDTH, 3), PAPER, dtype=np.uint8)
     rows, columns = np.mgrid[0:HEIGHT, 0:WIDTH].astype(np.float64)
     scale = 0.45 * WIDTH / half_rail_m
-    x, y = WIDTH / 2 + scale * float(np.clip(state[0], -2 * half_rail_m, 2 * half_rail_m)), HEIGHT / 2
+    x, y = (
+        WIDTH / 2 + scale * float(np.clip(state[0], -2 * half_rail_m, 2 * half_rail_m)),
+        HEIGHT / 2,
+    )
     on_rail = (np.abs(rows - y) <= 1) & (np.abs(columns - WIDTH / 2) <= scale * half_rail_m)
     picture[on_rail] = RAIL
     picture[(np.abs(columns - x) <= CART_PX[0] / 2) & (np.abs(rows - y) <= CART_PX[1] / 2)] = CART
-    along, across = -np.sin(state[1]), -np.cos(state[1])  # counterclockwise: to the left of upright
+    along, across = (
+        -np.sin(state[1]),
+        -np.cos(state[1]),
+    )  # counterclockwise: to the left of upright
     distance = np.clip((columns - x) * along + (rows - y) * across, 0, POLE_PX)
     near = np.hypot(columns - x - distance * along, rows - y - distance * across) <= THICK_PX
     picture[near] = POLE

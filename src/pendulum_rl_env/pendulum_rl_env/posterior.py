@@ -1,8 +1,8 @@
 """What a diagnosis leaves possible: twins drawn from its intervals, and how finely the rig measures.
 
-Randomisation needs no invented ranges: a verdict says how well each number is known. Numbers are drawn independently,
-normal, with the interval as +-1.96 deviations; the verdict tells no correlations, so the draws are wider than what the
-recording allows, never narrower.
+Randomisation needs no invented ranges: a verdict says how well each number is known. Numbers are
+drawn independently, normal, with the interval as +-1.96 deviations; the verdict tells no
+correlations, so the draws are wider than what the recording allows, never narrower.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.encoders import EXACT, Encoders
-from pendulum_twin.json_file import read_object
+from pendulum_twin.json_files import read_json_object
 from pendulum_twin.model import Twin
 
 DEVIATIONS = 1.96  # of a 95 % interval
@@ -36,7 +36,7 @@ def knowledge_of(twin: Twin, verdict: Path | None, draws: int, seed: int) -> Kno
     """Return the twin alone, or with a verdict (JSON) so many drawn from its intervals beside it; raise BadInputError."""
     if verdict is None:
         return Knowledge((twin,), EXACT)
-    told = read_object(verdict, SCHEMA, "a verdict")
+    told = read_json_object(verdict, SCHEMA, "a verdict")
     random = np.random.default_rng(seed)
     return Knowledge((twin, *(_drawn(twin, told, random) for _ in range(draws))), _encoders(told))
 
@@ -75,4 +75,7 @@ def _deviation(known: Mapping[str, Any]) -> float:
 
 def _encoders(told: Mapping[str, Any]) -> Encoders:
     recording = told.get("recording", {})
-    return Encoders(float(recording.get("position_step_m") or 0.0), float(recording.get("angle_step_rad") or 0.0))
+    return Encoders(
+        float(recording.get("position_step_m") or 0.0),
+        float(recording.get("angle_step_rad") or 0.0),
+    )

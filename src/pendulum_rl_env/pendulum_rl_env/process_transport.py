@@ -15,7 +15,10 @@ import numpy as np
 from pendulum_rl_env.transport import NoAnswerError, Sample
 from pendulum_twin.errors import BadInputError
 
-COMMAND, SAMPLE = struct.Struct(">dd"), struct.Struct(">dddd")  # PWM, reset flag; angle, rate, position, velocity
+COMMAND, SAMPLE = (
+    struct.Struct(">dd"),
+    struct.Struct(">dddd"),
+)  # PWM, reset flag; angle, rate, position, velocity
 ENDING_S = 2.0  # given to the program to end by itself
 LAST_WORDS = 4096  # bytes of what it said on stderr that are looked at
 
@@ -23,10 +26,11 @@ LAST_WORDS = 4096  # bytes of what it said on stderr that are looked at
 class ProcessTransport:
     """Exchange packets with a program that answers every command with one sample.
 
-    command: the program and its arguments. It reads `>dd` (PWM fraction, reset flag) and writes `>dddd` (pole angle in rad,
-    0 upright; pole rate; cart position in m; cart velocity). step_s: for how long it holds a command, which it has to be
-    told by its own arguments. deadline_s: for one answer; the first is also that to its start. A program that misses it is
-    ended, for its answers no longer belong to commands. Raises BadInputError when the program cannot be run.
+    command: the program and its arguments. It reads `>dd` (PWM fraction, reset flag) and writes
+    `>dddd` (pole angle in rad, 0 upright; pole rate; cart position in m; cart velocity). step_s:
+    for how long it holds a command, which it has to be told by its own arguments. deadline_s: for
+    one answer; the first is also that to its start. A program that misses it is ended, for its
+    answers no longer belong to commands. Raises BadInputError when the program cannot be run.
     """
 
     def __init__(self, command: Sequence[str], step_s: float, deadline_s: float = 10.0) -> None:
@@ -45,7 +49,9 @@ class ProcessTransport:
             )
         except OSError as error:
             self._said.close()
-            raise BadInputError(f"expected the program {command[0]}, but it cannot be run: {error.strerror}") from error
+            raise BadInputError(
+                f"expected the program {command[0]}, but it cannot be run: {error.strerror}"
+            ) from error
         assert self._process.stdin is not None and self._process.stdout is not None
         self._commands, self._answers = self._process.stdin, self._process.stdout
         self._poll = select.poll()
@@ -73,13 +79,17 @@ class ProcessTransport:
 
     def _asked(self, pwm: float, flag: float, dt_s: float) -> Sample:
         if self._said.closed:
-            raise NoAnswerError(f"{self._name}: expected a program that runs, found it closed: make another transport")
+            raise NoAnswerError(
+                f"{self._name}: expected a program that runs, found it closed: make another transport"
+            )
         try:
             self._commands.write(COMMAND.pack(pwm, flag))
         except OSError as error:
             raise self._gone() from error
         angle, rate, position, velocity = SAMPLE.unpack(self._answer())
-        return Sample(np.array([position, angle, velocity, rate]), self._steps * self.step_s, {"dt_s": dt_s})
+        return Sample(
+            np.array([position, angle, velocity, rate]), self._steps * self.step_s, {"dt_s": dt_s}
+        )
 
     def _answer(self) -> bytes:
         """Return the bytes of one sample."""
@@ -100,11 +110,17 @@ class ProcessTransport:
     def _gone(self) -> NoAnswerError:
         self._end()
         status = self._process.returncode
-        return NoAnswerError(f"{self._name}: expected a sample, but it ended with status {status}{self._last_words()}")
+        return NoAnswerError(
+            f"{self._name}: expected a sample, but it ended with status {status}{self._last_words()}"
+        )
 
     def _last_words(self) -> str:
         self._said.seek(max(self._said.seek(0, 2) - LAST_WORDS, 0))
-        lines = [line for line in self._said.read().decode(errors="replace").splitlines() if line.strip()]
+        lines = [
+            line
+            for line in self._said.read().decode(errors="replace").splitlines()
+            if line.strip()
+        ]
         return f" and said last: {lines[-1].strip()}" if lines else ""
 
     def _end(self) -> None:

@@ -15,7 +15,8 @@ from pendulum_rl_env.task import Task, ended
 def shaped(x, th, v, w, limits):
     """Return equation 27 of a state within the limits, between 0 and 1: 1 upright and at rest in the middle.
 
-    R = (1 - |a/pi|) (W - |w|)/W (0.75 (X - |x|)/X + 0.25 (V - |v|)/V), a the angle from upright, -pi to pi.
+    R = (1 - |a/pi|) (W - |w|)/W (0.75 (X - |x|)/X + 0.25 (V - |v|)/V), a the angle from upright,
+    -pi to pi.
     """
     a = th - 2.0 * math.pi * math.floor(th / (2.0 * math.pi) + 0.5)
     place = 0.75 * (limits[0] - abs(x)) / limits[0] + 0.25 * (limits[1] - abs(v)) / limits[1]

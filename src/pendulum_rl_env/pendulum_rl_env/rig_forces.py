@@ -8,13 +8,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pendulum_twin.machine_code import compiled_from
-from pendulum_twin.motion import ALL_LAWS, cart_level, pushes
-from pendulum_twin.words import FORCE_PER_PWM, INERTIA, MASS
+from pendulum_twin.machine_code import make_cached_compiler
+from pendulum_twin.motion import ALL_LAWS, cart_level, sum_forces
+from pendulum_twin.parameter_vector import FORCE_PER_PWM, INERTIA, MASS
 
 Floats = NDArray[np.float64]
 
-compiled = compiled_from(Path(__file__))
+compiled = make_cached_compiler(Path(__file__))
 
 
 class Forces(NamedTuple):
@@ -30,23 +30,24 @@ class Forces(NamedTuple):
 
 
 @compiled
-def _acting(x, th, v, w, way, words):  # type: ignore[no-untyped-def]
-    push, turn, coupling = pushes((x, th, v, w), 0.0, words, 0, 1, ALL_LAWS)
-    return push, cart_level(abs(v), x, way, words, 0, 1, ALL_LAWS), turn, coupling
+def _acting(x, th, v, w, way, theta):  # type: ignore[no-untyped-def]
+    push, turn, coupling = sum_forces((x, th, v, w), 0.0, theta, 0, 1, ALL_LAWS)
+    return push, cart_level(abs(v), x, way, theta, 0, 1, ALL_LAWS), turn, coupling
 
 
-def forces(state: Floats, words: Floats, way: float = 1.0) -> Forces:
+def forces(state: Floats, theta: Floats, way: float = 1.0) -> Forces:
     """Return what acts at a true state x, th, v, w; way: in which the cart moves, or wants to, 1 or -1."""
     x, th, v, w = state.tolist()
-    return Forces(*_acting(x, th, v, w, way, words))
+    return Forces(*_acting(x, th, v, w, way, theta))
 
 
-def drive_for(acceleration: float, way: float, state: Floats, words: Floats) -> float:
+def drive_for(acceleration: float, way: float, state: Floats, theta: Floats) -> float:
     """Return the drive that accelerates the cart so (m/s^2) at a true state.
 
-    way: in which the cart moves or is to move, -1 to 1: dry friction is overcome by that share, the pole's own is left out.
+    way: in which the cart moves or is to move, -1 to 1: dry friction is overcome by that share,
+    the pole's own is left out.
     """
-    push, level, turn, coupling = forces(state, words, 1.0 if way >= 0.0 else -1.0)
-    swing = (turn + coupling * acceleration) / float(words[INERTIA])
-    force = float(words[MASS]) * acceleration - coupling * swing - push + way * level
-    return force / float(words[FORCE_PER_PWM])
+    push, level, turn, coupling = forces(state, theta, 1.0 if way >= 0.0 else -1.0)
+    swing = (turn + coupling * acceleration) / float(theta[INERTIA])
+    force = float(theta[MASS]) * acceleration - coupling * swing - push + way * level
+    return force / float(theta[FORCE_PER_PWM])

@@ -21,10 +21,11 @@ Observation = NDArray[np.float32]
 class SamplePendulum(gym.Env[Observation, int]):
     """Swing up a rod about its end; too weak to lift it at once, the torque has to pump.
 
-    Observation, float32 (3,): cos and sin of the angle from upright, rate (rad/s, within +-8). Action: which of
-    TORQUES_N_M. Reward of a step: -(th^2 + 0.1 w^2 + 0.001 u^2) of the state it begins in, th within +-pi. Starts anywhere,
-    at up to 1 rad/s. Dynamics, step and reward are those of Gymnasium's Pendulum-v1, which the thesis's section 4.2
-    builds on (its equation 17 is quoted nowhere that we have); three torques instead of any are the thesis's.
+    Observation, float32 (3,): cos and sin of the angle from upright, rate (rad/s, within +-8).
+    Action: which of TORQUES_N_M. Reward of a step: -(th^2 + 0.1 w^2 + 0.001 u^2) of the state it
+    begins in, th within +-pi. Starts anywhere, at up to 1 rad/s. Dynamics, step and reward are
+    those of Gymnasium's Pendulum-v1, which the thesis's section 4.2 builds on (its equation 17 is
+    quoted nowhere that we have); three torques instead of any are the thesis's.
     """
 
     metadata: dict[str, Any] = {"render_modes": [], "render_fps": round(1 / STEP_S)}  # noqa: RUF012
@@ -36,7 +37,9 @@ class SamplePendulum(gym.Env[Observation, int]):
         self.action_space: gym.spaces.Discrete = gym.spaces.Discrete(len(TORQUES_N_M))  # type: ignore[assignment]
         self._th, self._w = math.pi, 0.0
 
-    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict[str, Any]]:
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
         """Start anywhere, at up to 1 rad/s."""
         super().reset(seed=seed)
         self._th = float(self.np_random.uniform(-math.pi, math.pi))
@@ -48,7 +51,10 @@ class SamplePendulum(gym.Env[Observation, int]):
         torque = TORQUES_N_M[int(action)]
         th = math.remainder(self._th, math.tau)
         cost = th**2 + 0.1 * self._w**2 + 0.001 * torque**2
-        turn = 1.5 * GRAVITY_M_S2 / LENGTH_M * math.sin(self._th) + 3.0 / (MASS_KG * LENGTH_M**2) * torque
+        turn = (
+            1.5 * GRAVITY_M_S2 / LENGTH_M * math.sin(self._th)
+            + 3.0 / (MASS_KG * LENGTH_M**2) * torque
+        )
         self._w = min(max(self._w + turn * STEP_S, -FASTEST_RAD_S), FASTEST_RAD_S)
         self._th += self._w * STEP_S
         return self._seen(), -cost, False, False, {}

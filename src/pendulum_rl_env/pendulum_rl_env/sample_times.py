@@ -18,15 +18,15 @@ import numpy as np
 
 from pendulum_rl_env import stages
 from pendulum_rl_env.task import EPISODE_S, Task
-from pendulum_twin.command_line import ended
-from pendulum_twin.model import load_twin, write_whole
+from pendulum_twin.command_line import run_command
+from pendulum_twin.model import load_twin, write_atomically
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the study; return 0 when it is done, 1 when it could not (the reason on stderr)."""
     options = _options(arguments)
     goes_on = f"the same command goes on from what is in {options.out}"
-    return ended("sample_times", lambda: _studied(options), goes_on)
+    return run_command("sample_times", lambda: _studied(options), goes_on)
 
 
 def _studied(options: argparse.Namespace) -> None:
@@ -34,8 +34,11 @@ def _studied(options: argparse.Namespace) -> None:
     asked = list(product(options.step_s, range(options.seed, options.seed + options.seeds)))
     with ThreadPoolExecutor(options.processes) as pool:
         found = list(pool.map(lambda each: _trained(each[0], each[1], options), asked))
-    rows = [_row(step_s, [r for (s, _), r in zip(asked, found, strict=True) if s == step_s]) for step_s in options.step_s]
-    write_whole(options.out / "sample_times.json", json.dumps(rows, indent=2) + "\n")
+    rows = [
+        _row(step_s, [r for (s, _), r in zip(asked, found, strict=True) if s == step_s])
+        for step_s in options.step_s
+    ]
+    write_atomically(options.out / "sample_times.json", json.dumps(rows, indent=2) + "\n")
     print(_table(rows))
 
 
@@ -82,11 +85,29 @@ def _table(rows: list[dict[str, Any]]) -> str:
 
 
 def _options(arguments: list[str] | None) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="sample_times", description=" ".join((__doc__ or "").split()))
+    parser = argparse.ArgumentParser(
+        prog="sample_times", description=" ".join((__doc__ or "").split())
+    )
     add = parser.add_argument
-    add("--twin", type=Path, default=Path("config/inteco.yaml"), help="twin file (config/inteco.yaml)")
-    add("--out", type=Path, required=True, help="folder for the trainings; a second run goes on from what is there")
-    add("--step-s", type=float, nargs="+", default=[0.01, 0.02, 0.03, 0.05, 0.1], help="sample times, s")
+    add(
+        "--twin",
+        type=Path,
+        default=Path("config/inteco.yaml"),
+        help="twin file (config/inteco.yaml)",
+    )
+    add(
+        "--out",
+        type=Path,
+        required=True,
+        help="folder for the trainings; a second run goes on from what is there",
+    )
+    add(
+        "--step-s",
+        type=float,
+        nargs="+",
+        default=[0.01, 0.02, 0.03, 0.05, 0.1],
+        help="sample times, s",
+    )
     add("--seed", type=int, default=0, help="of the first training (0)")
     add("--seeds", type=int, default=3, metavar="N", help="trainings a sample time (3)")
     add("--preset", default="fast", help="how to train (fast)")
@@ -95,7 +116,9 @@ def _options(arguments: list[str] | None) -> argparse.Namespace:
     options = parser.parse_args(arguments)
     for step_s in options.step_s:
         if not 0.005 <= step_s <= 0.5 * EPISODE_S:
-            parser.error(f"--step-s: expected sample times from 0.005 s to {0.5 * EPISODE_S:g} s, found {step_s:g}")
+            parser.error(
+                f"--step-s: expected sample times from 0.005 s to {0.5 * EPISODE_S:g} s, found {step_s:g}"
+            )
     return options
 
 

@@ -10,8 +10,9 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-# Slices of an episode's reward, as in the thesis's table 6, and what one sees; the thesis's own wording is not at hand.
-# Hanging at rest for 512 steps earns next to nothing; half the way up all the time, half; the best policies in the twin 480.
+# Slices of an episode's reward, as in the thesis's table 6, and what one sees; the thesis's own
+# wording is not at hand. Hanging at rest for 512 steps earns next to nothing; half the way up all
+# the time, half; the best policies in the twin 480.
 SLICES = (
     (-np.inf, 0.0, "ends early: the cart hits the end of its rail, or something moves too fast"),
     (0.0, 100.0, "hangs or swings a little, the cart on the rail"),
@@ -45,7 +46,9 @@ def words_of(reward: float) -> str:
     return next(words for low, high, words in SLICES if low <= reward < high)
 
 
-def run_episode(env: gym.Env[Any, Any], policy: Callable[[Any], Any], seed: int | None = None) -> Episode:
+def run_episode(
+    env: gym.Env[Any, Any], policy: Callable[[Any], Any], seed: int | None = None
+) -> Episode:
     """Run one episode of a `PendulumEnv` (wrapped or not) with a policy: observation in, action out."""
     policy(
         np.zeros(env.observation_space.shape or (), dtype=np.float32)
@@ -60,7 +63,9 @@ def run_episode(env: gym.Env[Any, Any], policy: Callable[[Any], Any], seed: int 
         commands.append(info["applied_pwm"])
         timing.append({key: value for key, value in info.items() if isinstance(value, float)})
         over = terminated or truncated
-    return Episode(total, len(commands), info["end"], np.array(states), np.array(commands), tuple(timing))
+    return Episode(
+        total, len(commands), info["end"], np.array(states), np.array(commands), tuple(timing)
+    )
 
 
 def summary(episodes: Sequence[Episode]) -> dict[str, Any]:
@@ -83,7 +88,10 @@ def summary(episodes: Sequence[Episode]) -> dict[str, Any]:
         "std_reward": float(rewards.std()),
         "mean_steps": float(np.mean([episode.steps for episode in episodes])),
         "upright_share": float(np.mean([episode.upright_share for episode in episodes])),
-        "ends": {end: sum(episode.end == end for episode in episodes) for end in sorted({e.end for e in episodes})},
+        "ends": {
+            end: sum(episode.end == end for episode in episodes)
+            for end in sorted({e.end for e in episodes})
+        },
         "slices": slices,
         "words": words_of(float(rewards.mean())),
     }

@@ -1,7 +1,7 @@
 """The stages from a concealed rig to a controlled one, each a program of its own room run as a user would run it.
 
-A trial folder (`pendulum_bridge.trials`) holds a rig: bag, seal and nominal twin. What is concealed is known to the
-emulator alone; nothing here opens the seal.
+A trial folder (`pendulum_bridge.trials`) holds a rig: bag, seal and nominal twin. What is
+concealed is known to the emulator alone; nothing here opens the seal.
 """
 
 from __future__ import annotations
@@ -45,8 +45,16 @@ class ConcealedRig:
     def env(self, task: Task) -> PendulumEnv:
         """Return the rig as an environment, stepped directly; close it when done."""
         samples = max(1, round(task.step_s * 100))
-        command = [sys.executable, "-m", "pendulum_bridge.stepped_rig", "--seal", str(self.folder / "seal.json")]
-        return PendulumEnv(ProcessTransport([*command, "--samples", str(samples)], task.step_s, 60.0), task)
+        command = [
+            sys.executable,
+            "-m",
+            "pendulum_bridge.stepped_rig",
+            "--seal",
+            str(self.folder / "seal.json"),
+        ]
+        return PendulumEnv(
+            ProcessTransport([*command, "--samples", str(samples)], task.step_s, 60.0), task
+        )
 
 
 @dataclass(frozen=True)
@@ -67,7 +75,9 @@ class Diagnosis:
         return [missing["effect"] for missing in self.verdict["missing_physics"]]
 
 
-def conceal(out: Path, number: int, seed: int, kinds: str, nominal: Path, seconds: float = 60.0) -> ConcealedRig:
+def conceal(
+    out: Path, number: int, seed: int, kinds: str, nominal: Path, seconds: float = 60.0
+) -> ConcealedRig:
     """Draw a rig, play a minute of excitation to it and record it; one that is there already is taken as it is."""
     folder = out / f"trial_{number:04d}"
     if not folder.exists():
@@ -80,15 +90,40 @@ def conceal(out: Path, number: int, seed: int, kinds: str, nominal: Path, second
 def diagnose(rig: ConcealedRig, out: Path) -> Diagnosis:
     """Run `sysid diagnose` on the rig's recording; a verdict that is there already is taken as it is."""
     if not (out / "verdict.json").exists():
-        run([str(SCRIPTS / "sysid"), "diagnose", str(rig.recording), "--twin", str(rig.nominal), "--out", str(out)])
+        run(
+            [
+                str(SCRIPTS / "sysid"),
+                "diagnose",
+                str(rig.recording),
+                "--twin",
+                str(rig.nominal),
+                "--out",
+                str(out),
+            ]
+        )
     return Diagnosis(out, json.loads((out / "verdict.json").read_text(encoding="utf-8")))
 
 
 def train(twin: Path, out: Path, seed: int, options: Sequence[str] = ()) -> Path:
     """Run `train` and return the policy; one that is there already, whole, is taken as it is."""
-    if not (out / "result.json").exists() or not json.loads((out / "result.json").read_text())["wall_s"]:
-        command = [sys.executable, "-m", "pendulum_rl_env.train", "--twin", str(twin), "--out", str(out)]
-        resumed = ["--resume"] if (out / "result.json").exists() and list(out.glob("checkpoints/*.zip")) else []
+    if (
+        not (out / "result.json").exists()
+        or not json.loads((out / "result.json").read_text())["wall_s"]
+    ):
+        command = [
+            sys.executable,
+            "-m",
+            "pendulum_rl_env.train",
+            "--twin",
+            str(twin),
+            "--out",
+            str(out),
+        ]
+        resumed = (
+            ["--resume"]
+            if (out / "result.json").exists() and list(out.glob("checkpoints/*.zip"))
+            else []
+        )
         run([*command, "--seed", str(seed), *options, *resumed])
     return out / "policy.zip"
 
@@ -96,7 +131,8 @@ def train(twin: Path, out: Path, seed: int, options: Sequence[str] = ()) -> Path
 def train_well(twin: Path, out: Path, seed: int, options: Sequence[str] = ()) -> Path:
     """Train, again with other seeds where a policy is not good in the twin itself, and return the one that is best there.
 
-    Reinforcement learning gets stuck at times. Trying again costs time, and no step on the rig: it has no say in the choice.
+    Reinforcement learning gets stuck at times. Trying again costs time, and no step on the rig: it
+    has no say in the choice.
     """
     tried: dict[Path, float] = {}
     for attempt in range(ATTEMPTS):
@@ -113,9 +149,13 @@ def run(command: Sequence[str]) -> None:
     """Run a program; raise BadInputError with its last words when it fails."""
     one_core = {"OMP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"}
     try:
-        done = subprocess.run(command, check=False, capture_output=True, text=True, env={**os.environ, **one_core})
+        done = subprocess.run(
+            command, check=False, capture_output=True, text=True, env={**os.environ, **one_core}
+        )
     except OSError as error:
-        raise BadInputError(f"expected the program {command[0]}, but it cannot be run: {error.strerror}") from error
+        raise BadInputError(
+            f"expected the program {command[0]}, but it cannot be run: {error.strerror}"
+        ) from error
     if done.returncode:
         said = " / ".join(done.stderr.strip().splitlines()[-LAST_LINES:])
         raise BadInputError(f"{' '.join(command[:4])} ended with status {done.returncode}: {said}")

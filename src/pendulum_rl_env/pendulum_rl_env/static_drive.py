@@ -1,6 +1,7 @@
 """What a twin's command chain makes of a held command, once delays and lags are over; and the command for a wanted drive.
 
-A drive is what is left of the PWM fraction when it becomes force: force = drive times the twin's force_per_pwm_n.
+A drive is what is left of the PWM fraction when it becomes force: force = drive times the twin's
+force_per_pwm_n.
 """
 
 from __future__ import annotations
@@ -15,8 +16,9 @@ from pendulum_twin.model import Twin
 class StaticDrive:
     """Hold the parts that act at once, in the order in which they act; the defaults do nothing.
 
-    way: 1, or -1 where a positive command drives the negative way. dead: width of the dead zone. limit: where the command is
-    clipped behind it. ratio: how much stronger positive commands are than the mean. per_s: change of the gain a second.
+    way: 1, or -1 where a positive command drives the negative way. dead: width of the dead zone.
+    limit: where the command is clipped behind it. ratio: how much stronger positive commands are
+    than the mean. per_s: change of the gain a second.
     pwm_limit: largest command.
     """
 
@@ -47,7 +49,9 @@ class StaticDrive:
         return min(abs(self.given(sign * self.pwm_limit)) for sign in (-1.0, 1.0))
 
     def _gain(self, drive: float, t_s: float) -> float:
-        return (1.0 + math.copysign(self.ratio, self.ratio * drive)) * max(1.0 + self.per_s * t_s, 0.1)
+        return (1.0 + math.copysign(self.ratio, self.ratio * drive)) * max(
+            1.0 + self.per_s * t_s, 0.1
+        )
 
 
 def static_drive(twin: Twin, pwm_limit: float) -> StaticDrive:

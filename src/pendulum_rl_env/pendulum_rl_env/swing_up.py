@@ -1,7 +1,8 @@
 """Swinging up: the cart is accelerated so that the pole gains the energy that it has upright, and stays near the middle.
 
-Source: Astrom and Furuta, Swinging up a pendulum by energy control, Automatica 36 (2000) 287: the pole's energy grows by
-S cos(th) w times the cart's acceleration, so that acceleration takes the sign of cos(th) w until there is enough of it.
+Source: Astrom and Furuta, Swinging up a pendulum by energy control, Automatica 36 (2000) 287: the
+pole's energy grows by S cos(th) w times the cart's acceleration, so that acceleration takes the
+sign of cos(th) w until there is enough of it.
 """
 
 from __future__ import annotations
@@ -13,11 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pendulum_rl_env.task import Task
-from pendulum_twin.words import GRAVITY, INERTIA, MOMENT, SLOTS
+from pendulum_twin.parameter_vector import GRAVITY, INERTIA, MOMENT, SLOTS
 
 Floats = NDArray[np.float64]
 
-STILL = 0.02  # of the energy between hanging and upright: with less the pole is given its first push
+STILL = (
+    0.02  # of the energy between hanging and upright: with less the pole is given its first push
+)
 ROOM = 0.85  # of the task's limits is used
 
 
@@ -25,8 +28,9 @@ ROOM = 0.85  # of the task's limits is used
 class SwingUp:
     """Hold how the pole is swung up.
 
-    gain: share of the largest acceleration for a lack of all energy, times 1. over: energy aimed at beyond that upright, as
-    a share of that between hanging and upright. pull: acceleration towards the middle, 1/s^2, and its damping with it.
+    gain: share of the largest acceleration for a lack of all energy, times 1. over: energy aimed
+    at beyond that upright, as a share of that between hanging and upright. pull: acceleration
+    towards the middle, 1/s^2, and its damping with it.
     first: the way of the first push, 1 or -1.
     """
 
@@ -36,36 +40,46 @@ class SwingUp:
     first: float = 1.0
 
 
-def potential(angle: float, words: Floats) -> float:
+def potential(angle: float, theta: Floats) -> float:
     """Return the pole's potential energy (J) at a true angle: its weight's, and a spring's if it has one."""
-    spring = float(words[SLOTS["pole_spring"]][0])
-    return float(words[MOMENT] * words[GRAVITY]) * math.cos(angle) + 0.5 * spring * (angle - math.pi) ** 2
+    spring = float(theta[SLOTS["pole_spring"]][0])
+    return (
+        float(theta[MOMENT] * theta[GRAVITY]) * math.cos(angle)
+        + 0.5 * spring * (angle - math.pi) ** 2
+    )
 
 
-def energy(state: Floats, words: Floats, upright_rad: float = 0.0) -> float:
+def energy(state: Floats, theta: Floats, upright_rad: float = 0.0) -> float:
     """Return the pole's energy as a share of that between hanging and upright: -1 hanging at rest, 0 upright at rest.
 
     upright_rad: the true angle at which it balances.
     """
     _, th, _, w = state.tolist()
-    top = potential(upright_rad, words)
-    return (0.5 * float(words[INERTIA]) * w * w + potential(th, words) - top) / (top - potential(math.pi, words))
+    top = potential(upright_rad, theta)
+    return (0.5 * float(theta[INERTIA]) * w * w + potential(th, theta) - top) / (
+        top - potential(math.pi, theta)
+    )
 
 
 def acceleration(
-    state: Floats, words: Floats, strongest: float, how: SwingUp, task: Task, upright_rad: float = 0.0
+    state: Floats,
+    theta: Floats,
+    strongest: float,
+    how: SwingUp,
+    task: Task,
+    upright_rad: float = 0.0,
 ) -> float:
     """Return the cart's acceleration (m/s^2) that swings the pole up from a true state x, th, v, w.
 
     strongest: the largest that the drive gives, m/s^2; more is never asked for.
     """
     x, th, v, w = state.tolist()
-    lack = how.over - energy(state, words, upright_rad)
+    lack = how.over - energy(state, theta, upright_rad)
     if lack > 1.0 + how.over - STILL:
         wanted = how.first * strongest
     else:
         along = w * math.cos(th)
-        soft = 0.1 * math.sqrt(float(words[MOMENT] * words[GRAVITY] / words[INERTIA]))
+        soft = 0.1 * math.sqrt(float(theta[MOMENT] * theta[GRAVITY] / theta[INERTIA]))
         wanted = strongest * _within(how.gain * lack, 1.0) * _within(along / soft, 1.0)
     wanted -= how.pull * x + math.sqrt(how.pull) * v
     return _guarded(_within(wanted, strongest), x, v, strongest, task)

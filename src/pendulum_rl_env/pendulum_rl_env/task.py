@@ -1,7 +1,7 @@
 """The task of the thesis (sections 5.3-5.4, appendix B): swing the pole up and keep it up, the cart in the middle.
 
-State: measured x (m, 0 in the middle), th (rad, 0 upright, pi hanging, counterclockwise positive, not wrapped), v (m/s),
-w (rad/s). Observation: x, v, sin th, cos th, w. Action: PWM fraction.
+State: measured x (m, 0 in the middle), th (rad, 0 upright, pi hanging, counterclockwise positive,
+not wrapped), v (m/s), w (rad/s). Observation: x, v, sin th, cos th, w. Action: PWM fraction.
 """
 
 from __future__ import annotations
@@ -14,13 +14,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pendulum_rl_env.arithmetic import compiled
-from pendulum_twin.rig import checked_number
+from pendulum_twin.rig import check_number
 
 Floats = NDArray[np.float64]
 
 EPISODE_S = 512 * 0.03
 HANGING = (0.0, math.pi, 0.0, 0.0)
-OBSERVED = ("cart position, m", "cart velocity, m/s", "sin of the angle", "cos of the angle", "pole rate, rad/s")
+OBSERVED = (
+    "cart position, m",
+    "cart velocity, m/s",
+    "sin of the angle",
+    "cos of the angle",
+    "pole rate, rad/s",
+)
 
 
 class End(IntEnum):
@@ -36,8 +42,9 @@ class End(IntEnum):
 class Task:
     """Hold the task's numbers; the defaults are the thesis's.
 
-    step_s: from command to command. steps: of an episode. x_limit_m, v_limit_m_s, w_limit_rad_s: an episode ends beyond
-    them, with rail_penalty or speed_penalty in place of the reward. Raises BadInputError for a value that is none.
+    step_s: from command to command. steps: of an episode. x_limit_m, v_limit_m_s, w_limit_rad_s:
+    an episode ends beyond them, with rail_penalty or speed_penalty in place of the reward. Raises
+    BadInputError for a value that is none.
     """
 
     step_s: float = 0.03
@@ -50,16 +57,16 @@ class Task:
     speed_penalty: float = -30.0
 
     def __post_init__(self) -> None:
-        checked_number("step_s", self.step_s, 0.001, 1.0)
-        checked_number("steps", self.steps, 1, 1e6)
-        checked_number("pwm_limit", self.pwm_limit, 1e-3, 1.0)
+        check_number("step_s", self.step_s, 0.001, 1.0)
+        check_number("steps", self.steps, 1, 1e6)
+        check_number("pwm_limit", self.pwm_limit, 1e-3, 1.0)
         for name in ("x_limit_m", "v_limit_m_s", "w_limit_rad_s"):
-            checked_number(name, getattr(self, name), 1e-3, 1e3)
+            check_number(name, getattr(self, name), 1e-3, 1e3)
 
     @classmethod
     def lasting(cls, step_s: float) -> Task:
         """Return the task with another sample time, an episode as long in seconds."""
-        checked_number("step_s", step_s, 0.001, 1.0)
+        check_number("step_s", step_s, 0.001, 1.0)
         return cls(step_s=step_s, steps=round(EPISODE_S / step_s))
 
     @property

@@ -31,7 +31,7 @@ from pendulum_rl_env.learning.preset import IN_PROCESS, OVER_TOPICS, PRESETS, Pr
 from pendulum_rl_env.learning.result import Result  # noqa: E402
 from pendulum_rl_env.posterior import Knowledge, knowledge_of  # noqa: E402
 from pendulum_rl_env.task import Task  # noqa: E402
-from pendulum_twin.command_line import ended, whole  # noqa: E402
+from pendulum_twin.command_line import make_whole_reader, run_command  # noqa: E402
 from pendulum_twin.errors import BadInputError  # noqa: E402
 
 EVALUATED = 20  # episodes an evaluation
@@ -42,7 +42,9 @@ REPLAY = "replay.pkl"
 def main(arguments: list[str] | None = None) -> int:
     """Run `train`; return 0 when it is done, 1 when it could not or was interrupted (the reason on stderr)."""
     options = _options(arguments)
-    return ended("train", lambda: _trained(options), f"what was saved before is in {options.out}")
+    return run_command(
+        "train", lambda: _trained(options), f"what was saved before is in {options.out}"
+    )
 
 
 def _trained(options: argparse.Namespace) -> int:
@@ -59,7 +61,9 @@ def _trained(options: argparse.Namespace) -> int:
         evaluation.close()
 
 
-def _learned(options: argparse.Namespace, preset: Preset, model: BaseAlgorithm, evaluation: VecEnv) -> int:
+def _learned(
+    options: argparse.Namespace, preset: Preset, model: BaseAlgorithm, evaluation: VecEnv
+) -> int:
     """Learn, whatever ends it, and save."""
     out, total = options.out, options.timesteps or preset.timesteps
     result = Result(options.env, options.preset, preset.algorithm, options.seed)
@@ -68,22 +72,44 @@ def _learned(options: argparse.Namespace, preset: Preset, model: BaseAlgorithm, 
     first, begun_s = model.num_timesteps, _running_s()
     try:
         if options.rig is None:
-            every = callbacks(preset, evaluation, EVALUATED, milestones, progress, out, preset.environments)
-            model.learn(max(total - first, 1), callback=every, tb_log_name="run", reset_num_timesteps=first == 0)
+            every = callbacks(
+                preset, evaluation, EVALUATED, milestones, progress, out, preset.environments
+            )
+            model.learn(
+                max(total - first, 1),
+                callback=every,
+                tb_log_name="run",
+                reset_num_timesteps=first == 0,
+            )
         else:
             learn_on_rig(
-                model, total, preset.evaluate_every, EVALUATED_ON_RIG, result, out, options.until, _running_s, progress
+                model,
+                total,
+                preset.evaluate_every,
+                EVALUATED_ON_RIG,
+                result,
+                out,
+                options.until,
+                _running_s,
+                progress,
             )
     except KeyboardInterrupt:
         result.interrupted = True
     result.timesteps, result.wall_s = model.num_timesteps, round(_running_s(), 3)
-    result.steps_per_s = round((model.num_timesteps - first) / max(_running_s() - begun_s, 1e-9), 1)
+    result.steps_per_s = round(
+        (model.num_timesteps - first) / max(_running_s() - begun_s, 1e-9), 1
+    )
     _save(model, out, result)
     if result.interrupted:
-        print(f"train: interrupted after {result.timesteps} steps; saved in {out}, --resume goes on", file=sys.stderr)
+        print(
+            f"train: interrupted after {result.timesteps} steps; saved in {out}, --resume goes on",
+            file=sys.stderr,
+        )
         return 1
     best = "not evaluated" if result.best_mean_reward is None else f"{result.best_mean_reward:.1f}"
-    print(f"{out / 'policy.zip'}: best mean reward {best}, {result.timesteps:,} steps in {result.wall_s:.0f} s")
+    print(
+        f"{out / 'policy.zip'}: best mean reward {best}, {result.timesteps:,} steps in {result.wall_s:.0f} s"
+    )
     return 0
 
 
@@ -109,21 +135,29 @@ def _prepared(options: argparse.Namespace) -> Path | None:
             if (match := _NUMBER.search(path.name))
         ]
         if not found:
-            raise BadInputError(f"{out}: expected checkpoints to go on from, found none: leave out --resume")
+            raise BadInputError(
+                f"{out}: expected checkpoints to go on from, found none: leave out --resume"
+            )
         return max(found)[1]
     if (out / "result.json").exists() or (out / "policy.zip").exists():
-        raise BadInputError(f"{out}: expected no training there, found one: give another --out, or --resume")
+        raise BadInputError(
+            f"{out}: expected no training there, found one: give another --out, or --resume"
+        )
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise BadInputError(f"{out}: expected a folder to write to, found {error.strerror}: name another") from error
+        raise BadInputError(
+            f"{out}: expected a folder to write to, found {error.strerror}: name another"
+        ) from error
     return None
 
 
 _NUMBER = re.compile(r"policy_(\d+)_steps")
 
 
-def _model(options: argparse.Namespace, preset: Preset, training: VecEnv, last: Path | None) -> BaseAlgorithm:
+def _model(
+    options: argparse.Namespace, preset: Preset, training: VecEnv, last: Path | None
+) -> BaseAlgorithm:
     """Return a new learner, or one that goes on from a checkpoint, or begins with another's policy."""
     model = learner(preset, training, options.seed, options.out / "tensorboard")
     begun = last or options.init
@@ -131,11 +165,15 @@ def _model(options: argparse.Namespace, preset: Preset, training: VecEnv, last: 
         before = load_policy(begun)
         if type(before) is not type(model):
             kinds = f"{type(model).__name__}, found one of {type(before).__name__}"
-            raise BadInputError(f"{begun}: expected a policy of {kinds}: choose the preset that it was trained with")
+            raise BadInputError(
+                f"{begun}: expected a policy of {kinds}: choose the preset that it was trained with"
+            )
         try:
             model.set_parameters(before.get_parameters(), device="cpu")  # type: ignore[arg-type]
         except (RuntimeError, ValueError) as error:
-            raise BadInputError(f"{begun}: expected the layers of preset {options.preset}, found others: {error}") from error
+            raise BadInputError(
+                f"{begun}: expected the layers of preset {options.preset}, found others: {error}"
+            ) from error
     remembering = with_replay(model)
     if last is not None:
         model.num_timesteps = load_policy(last).num_timesteps
@@ -147,16 +185,22 @@ def _model(options: argparse.Namespace, preset: Preset, training: VecEnv, last: 
 def _environments(options: argparse.Namespace, preset: Preset) -> tuple[VecEnv, VecEnv]:
     """Return where to learn and where to evaluate: two fleets, or twice the one rig."""
     if options.rig is not None:
-        rig = DummyVecEnv([lambda: Monitor(gym.make(OVER_TOPICS, namespace=options.rig, step_s=options.step_s))])
+        rig = DummyVecEnv(
+            [lambda: Monitor(gym.make(OVER_TOPICS, namespace=options.rig, step_s=options.step_s))]
+        )
         return rig, rig
     if options.env != IN_PROCESS:
         make: list[Callable[[], gym.Env]] = [lambda: Monitor(gym.make(options.env))]
         return _seeded(DummyVecEnv(make * preset.environments), options.seed), _seeded(
             DummyVecEnv(make), options.seed + 10**6
         )
-    known: Knowledge = knowledge_of(twin_of(options.twin), options.verdict, options.draws, options.seed)
+    known: Knowledge = knowledge_of(
+        twin_of(options.twin), options.verdict, options.draws, options.seed
+    )
     task = Task.lasting(options.step_s)
-    training = Fleet(known.twins, preset.environments, task, known.encoders, preset.start_spread, options.seed)
+    training = Fleet(
+        known.twins, preset.environments, task, known.encoders, preset.start_spread, options.seed
+    )
     evaluation = Fleet(known.twins[:1], EVALUATED, task, known.encoders, 0.0, options.seed)
     return FleetVecEnv(training), FleetVecEnv(evaluation)
 
@@ -177,20 +221,49 @@ def _say(line: str) -> None:
 def _options(arguments: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="train", description=" ".join((__doc__ or "").split()))
     add = parser.add_argument
-    add("--twin", type=Path, help="twin file to learn on (without one: the INTECO rig by its maker's constants)")
-    add("--timesteps", type=whole(1), help="how many steps (the preset's)")
+    add(
+        "--twin",
+        type=Path,
+        help="twin file to learn on (without one: the INTECO rig by its maker's constants)",
+    )
+    add("--timesteps", type=make_whole_reader(1), help="how many steps (the preset's)")
     add("--seed", type=int, default=0, help="of everything that is drawn (0)")
-    add("--out", type=Path, required=True, help="folder for policy.zip, result.json, checkpoints and tensorboard")
-    add("--preset", default="fast", metavar="|".join(PRESETS), help="how to learn, or a YAML file of your own (fast)")
-    add("--until", type=float, metavar="R", help="stop at the first evaluation with a mean reward of at least R")
+    add(
+        "--out",
+        type=Path,
+        required=True,
+        help="folder for policy.zip, result.json, checkpoints and tensorboard",
+    )
+    add(
+        "--preset",
+        default="fast",
+        metavar="|".join(PRESETS),
+        help="how to learn, or a YAML file of your own (fast)",
+    )
+    add(
+        "--until",
+        type=float,
+        metavar="R",
+        help="stop at the first evaluation with a mean reward of at least R",
+    )
     add("--init", type=Path, metavar="POLICY.zip", help="begin with this policy, for fine-tuning")
-    add("--rig", metavar="NAMESPACE", help="learn on the rig of this namespace, over topics, in real time")
+    add(
+        "--rig",
+        metavar="NAMESPACE",
+        help="learn on the rig of this namespace, over topics, in real time",
+    )
     add(
         "--verdict",
         type=Path,
         help="verdict.json of the diagnosis that made the twin: learn on all rigs that it leaves possible",
     )
-    add("--draws", type=whole(1), default=64, metavar="N", help="how many twins are drawn from the verdict (64)")
+    add(
+        "--draws",
+        type=make_whole_reader(1),
+        default=64,
+        metavar="N",
+        help="how many twins are drawn from the verdict (64)",
+    )
     add("--step-s", type=float, default=0.03, metavar="S", help="from command to command (0.03)")
     add("--env", default=IN_PROCESS, help=f"another environment's id ({IN_PROCESS})")
     add("--resume", action="store_true", help="go on from the last checkpoint in --out")

@@ -1,11 +1,12 @@
 """The thesis's table 7 on concealed rigs: does a policy that was trained in a twin work on the rig?
 
-Every rig is drawn with physics concealed and wrong constants in its nominal twin. A minute of excitation is recorded and
-diagnosed. Then policies are trained in the nominal and in the identified twin, and a classical controller is designed from
-the identified twin; all are tried on the rig (MuJoCo, stepped directly), with no training step there. Where the identified
-twin's policy falls short, it is trained on the rig for a little longer. On some rigs a policy is also learned from
-nothing. Run as `python -m pendulum_rl_env.transfer --rigs 10 --seed S --out DIR`; a second run goes on from what
-is there.
+Every rig is drawn with physics concealed and wrong constants in its nominal twin. A minute of
+excitation is recorded and diagnosed. Then policies are trained in the nominal and in the
+identified twin, and a classical controller is designed from the identified twin; all are tried on
+the rig (MuJoCo, stepped directly), with no training step there. Where the identified twin's policy
+falls short, it is trained on the rig for a little longer. On some rigs a policy is also learned
+from nothing. Run as `python -m pendulum_rl_env.transfer --rigs 10 --seed S --out DIR`; a second
+run goes on from what is there.
 """
 
 from __future__ import annotations
@@ -28,8 +29,8 @@ from pendulum_rl_env.scoring import words_of
 from pendulum_rl_env.stages import ConcealedRig, Diagnosis
 from pendulum_rl_env.task import Task
 from pendulum_rl_env.transfer_report import plot, table
-from pendulum_twin.command_line import ended
-from pendulum_twin.model import load_twin, write_whole
+from pendulum_twin.command_line import run_command
+from pendulum_twin.model import load_twin, write_atomically
 
 SCHEMA = "pendulum_transfer/1"
 MARK = 423.0  # what the thesis reached on its rig, after 130,000 steps there
@@ -43,17 +44,23 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the study; return 0 when it is done, 1 when it could not (the reason on stderr)."""
     options = _options(arguments)
     goes_on = f"the same command goes on from what is in {options.out}"
-    return ended("transfer", lambda: _studied(options), goes_on)
+    return run_command("transfer", lambda: _studied(options), goes_on)
 
 
 def _studied(options: argparse.Namespace) -> None:
     load_twin(options.twin)
     with ThreadPoolExecutor(options.processes) as pool:
         rigs = list(pool.map(lambda number: transferred(number, options), range(options.rigs)))
-    told = {"schema": SCHEMA, "seed": options.seed, "preset": options.preset, "mark": MARK, "rigs": rigs}
-    write_whole(options.out / "transfer.json", json.dumps(told, indent=2) + "\n")
+    told = {
+        "schema": SCHEMA,
+        "seed": options.seed,
+        "preset": options.preset,
+        "mark": MARK,
+        "rigs": rigs,
+    }
+    write_atomically(options.out / "transfer.json", json.dumps(told, indent=2) + "\n")
     text = table(told)
-    write_whole(options.out / "transfer.md", text + "\n")
+    write_atomically(options.out / "transfer.md", text + "\n")
     plot(told, options.out / "transfer.png")
     print(text)
 
@@ -61,16 +68,22 @@ def _studied(options: argparse.Namespace) -> None:
 def transferred(number: int, options: argparse.Namespace) -> Row:
     """Return one rig's row; what its file has already is not done again."""
     file = options.out / f"rig_{number:02d}.json"
-    row: Row = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {"number": number, "rewards": {}}
+    row: Row = (
+        json.loads(file.read_text(encoding="utf-8"))
+        if file.exists()
+        else {"number": number, "rewards": {}}
+    )
     rig = stages.conceal(options.out / "rigs", number, options.seed, options.kinds, options.twin)
     found = stages.diagnose(rig, rig.folder / "found")
     row.update(outcome=found.verdict["outcome"], named=found.names, **_opened(rig))
     for name, earn in _controllers(number, rig, found, options).items():
         if name not in row["rewards"]:
             row["rewards"][name] = rewards = earn()
-            write_whole(file, json.dumps(row, indent=2) + "\n")
+            write_atomically(file, json.dumps(row, indent=2) + "\n")
             mean = float(np.mean(rewards))
-            print(f"rig {number}: {name}: {mean:.0f}, {words_of(mean)}", file=sys.stderr, flush=True)
+            print(
+                f"rig {number}: {name}: {mean:.0f}, {words_of(mean)}", file=sys.stderr, flush=True
+            )
     return row
 
 
@@ -79,23 +92,41 @@ def _controllers(
 ) -> Mapping[str, Callable[[], list[float]]]:
     """Return by name what gives the rewards of each controller on the rig, in the order in which they are to be made."""
     seeds = range(options.train_seed, options.train_seed + options.train_seeds)
-    how = ["--preset", options.preset, *(["--timesteps", str(options.timesteps)] if options.timesteps else [])]
+    how = [
+        "--preset",
+        options.preset,
+        *(["--timesteps", str(options.timesteps)] if options.timesteps else []),
+    ]
     knowing = [*how, "--verdict", str(found.folder / "verdict.json")]
 
     def policies(twin: Path, name: str, more: list[str]) -> list[Path]:
-        return [stages.train_well(twin, rig.folder / f"{name}_{seed}", seed, more) for seed in seeds]
+        return [
+            stages.train_well(twin, rig.folder / f"{name}_{seed}", seed, more) for seed in seeds
+        ]
 
     def tuned() -> list[float]:
         earned = []
         for policy in policies(found.twin, "identified", knowing):
             before = on_rig(rig, policy).reward
-            earned.append(before if before > MARK else fine_tuned(policy, rig, options.fine_steps, policy.parent / "fine"))
+            earned.append(
+                before
+                if before > MARK
+                else fine_tuned(policy, rig, options.fine_steps, policy.parent / "fine")
+            )
         return earned
 
-    scratch = {"scratch": lambda: [from_scratch(rig, s, options.scratch_steps, rig.folder / f"scratch_{s}") for s in seeds]}
+    scratch = {
+        "scratch": lambda: [
+            from_scratch(rig, s, options.scratch_steps, rig.folder / f"scratch_{s}") for s in seeds
+        ]
+    }
     return {
-        "nominal": lambda: [on_rig(rig, policy).reward for policy in policies(rig.nominal, "nominal", how)],
-        "identified": lambda: [on_rig(rig, policy).reward for policy in policies(found.twin, "identified", knowing)],
+        "nominal": lambda: [
+            on_rig(rig, policy).reward for policy in policies(rig.nominal, "nominal", how)
+        ],
+        "identified": lambda: [
+            on_rig(rig, policy).reward for policy in policies(found.twin, "identified", knowing)
+        ],
         "fine_tuned": tuned,
         "classical": lambda: [classical_on_rig(rig, found.twin)],
         **(scratch if number < options.scratch_rigs else {}),
@@ -120,17 +151,40 @@ def _opened(rig: ConcealedRig) -> Row:
 
 
 def _options(arguments: list[str] | None) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="transfer", description=" ".join((__doc__ or "").split("\n\n")[0].split()))
+    parser = argparse.ArgumentParser(
+        prog="transfer", description=" ".join((__doc__ or "").split("\n\n")[0].split())
+    )
     add = parser.add_argument
     add("--rigs", type=int, default=10, metavar="N", help="how many concealed rigs (10)")
     add("--seed", type=int, required=True, help="what they are drawn from")
-    add("--out", type=Path, required=True, help="folder for everything; a second run goes on from what is there")
-    add("--kinds", default=KINDS, metavar="KIND:SHARE,...", help=f"how many effects are concealed ({KINDS})")
-    add("--twin", type=Path, default=Path("config/inteco.yaml"), help="the nominal rig (config/inteco.yaml)")
+    add(
+        "--out",
+        type=Path,
+        required=True,
+        help="folder for everything; a second run goes on from what is there",
+    )
+    add(
+        "--kinds",
+        default=KINDS,
+        metavar="KIND:SHARE,...",
+        help=f"how many effects are concealed ({KINDS})",
+    )
+    add(
+        "--twin",
+        type=Path,
+        default=Path("config/inteco.yaml"),
+        help="the nominal rig (config/inteco.yaml)",
+    )
     add("--preset", default="fast", help="how policies are trained (fast)")
     add("--timesteps", type=int, help="of each training (the preset's)")
     add("--train-seed", type=int, default=0, help="of the first training on a twin (0)")
-    add("--train-seeds", type=int, default=1, metavar="N", help="trainings a twin, with seeds counting up (1)")
+    add(
+        "--train-seeds",
+        type=int,
+        default=1,
+        metavar="N",
+        help="trainings a twin, with seeds counting up (1)",
+    )
     add(
         "--fine-steps",
         type=int,
@@ -144,7 +198,12 @@ def _options(arguments: list[str] | None) -> argparse.Namespace:
         metavar="N",
         help="also learn from nothing on the first N rigs (0): minutes each",
     )
-    add("--scratch-steps", type=int, default=50_000, help="steps on the rig, at most, when learning from nothing (50000)")
+    add(
+        "--scratch-steps",
+        type=int,
+        default=50_000,
+        help="steps on the rig, at most, when learning from nothing (50000)",
+    )
     add("--processes", type=int, default=2, metavar="P", help="rigs at a time (2)")
     return parser.parse_args(arguments)
 

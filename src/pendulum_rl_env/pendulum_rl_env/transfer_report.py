@@ -35,17 +35,29 @@ def table(told: Mapping[str, Any]) -> str:
         f"| controller | mean reward [95 %] | least | rigs above {mark:g} | what one sees (at the mean) |",
         "|---|---|---|---|---|",
     ]
-    rows = {name: words for name, words in ROWS.items() if any(name in rig["rewards"] for rig in rigs)}
+    rows = {
+        name: words for name, words in ROWS.items() if any(name in rig["rewards"] for rig in rigs)
+    }
     for name, words in rows.items():
         mean = np.array([np.mean(rig["rewards"][name]) for rig in rigs if name in rig["rewards"]])
         low, high = interval(mean)
         above = int(np.sum(mean > mark))
         figures = f"{mean.mean():.0f} [{low:.0f}, {high:.0f}] | {mean.min():.0f} | {above} of {len(mean)}"
         lines.append(f"| {words} | {figures} | {words_of(float(mean.mean()))} |")
-    lines += ["", "| rig | concealed | named | " + " | ".join(rows) + " |", "|" + "---|" * (3 + len(rows))]
+    lines += [
+        "",
+        "| rig | concealed | named | " + " | ".join(rows) + " |",
+        "|" + "---|" * (3 + len(rows)),
+    ]
     for rig in rigs:
-        rewards = " | ".join(f"{np.mean(rig['rewards'][name]):.0f}" if name in rig["rewards"] else "-" for name in rows)
-        concealed, named = ", ".join(rig["concealed"]) or "nothing", ", ".join(rig["named"]) or rig["outcome"]
+        rewards = " | ".join(
+            f"{np.mean(rig['rewards'][name]):.0f}" if name in rig["rewards"] else "-"
+            for name in rows
+        )
+        concealed, named = (
+            ", ".join(rig["concealed"]) or "nothing",
+            ", ".join(rig["named"]) or rig["outcome"],
+        )
         lines.append(f"| {rig['number']} | {concealed} | {named} | {rewards} |")
     return "\n".join(lines)
 
@@ -58,12 +70,23 @@ def plot(told: Mapping[str, Any], path: Path) -> None:
     from matplotlib import pyplot
 
     figure, axes = pyplot.subplots(figsize=(8, 4.5), layout="constrained")
-    rows = {name: words for name, words in ROWS.items() if any(name in rig["rewards"] for rig in told["rigs"])}
+    rows = {
+        name: words
+        for name, words in ROWS.items()
+        if any(name in rig["rewards"] for rig in told["rigs"])
+    }
     for rig in told["rigs"]:
         rewards = [np.mean(rig["rewards"].get(name, np.nan)) for name in rows]
         axes.plot(range(len(rows)), rewards, "o-", color="0.6", lw=0.7, ms=5)
-    axes.axhline(told["mark"], color="tab:red", lw=1, label=f"{told['mark']:g}: the thesis, after 130,000 steps on the rig")
-    axes.set_xticks(range(len(rows)), [words.replace(", ", ",\n") for words in rows.values()], fontsize=7)
+    axes.axhline(
+        told["mark"],
+        color="tab:red",
+        lw=1,
+        label=f"{told['mark']:g}: the thesis, after 130,000 steps on the rig",
+    )
+    axes.set_xticks(
+        range(len(rows)), [words.replace(", ", ",\n") for words in rows.values()], fontsize=7
+    )
     axes.set_ylabel("reward of an episode on the rig")
     axes.legend(loc="lower right")
     figure.savefig(path, dpi=120)

@@ -16,9 +16,10 @@ from pendulum_twin.errors import BadInputError
 class Sample:
     """Hold what was measured, and when.
 
-    state: x (m), th (rad, 0 upright, not wrapped), v (m/s), w (rad/s), shape (4,). stamp_s: sampling time, on the
-    transport's own clock. info: what the transport knows of this exchange, put into the environment's `info` as it is:
-    dt_s (since the last sample), and over topics age_s, latency_s, overrun_s and counts.
+    state: x (m), th (rad, 0 upright, not wrapped), v (m/s), w (rad/s), shape (4,). stamp_s:
+    sampling time, on the transport's own clock. info: what the transport knows of this exchange,
+    put into the environment's `info` as it is: dt_s (since the last sample), and over topics
+    age_s, latency_s, overrun_s and counts.
     """
 
     state: NDArray[np.float64]
@@ -33,9 +34,11 @@ class NoAnswerError(BadInputError):
 class Transport(Protocol):
     """Exchange commands for samples, a period apart.
 
-    `step_s`: the period, s. `exchange` holds a command (PWM fraction) for it and returns the first sample that shows all
-    of it: never one from before the command. `reset` returns when the pendulum hangs at rest in the middle of the rail,
-    with the sample that shows it. Both raise `NoAnswerError` after their deadline; nothing waits for ever.
+    `step_s`: the period, s. `exchange` holds a command (PWM fraction) for it and returns the first
+    sample that shows all
+    of it: never one from before the command. `reset` returns when the pendulum hangs at rest in
+    the middle of the rail, with the sample that shows it. Both raise `NoAnswerError` after their
+    deadline; nothing waits for ever.
     """
 
     step_s: float

@@ -16,8 +16,9 @@ from pendulum_rl_env.task import End
 class PendulumVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
     """Step every pendulum of a fleet in one compiled call; what ends begins anew in the same step.
 
-    Spaces of one pendulum as in `PendulumEnv`, the action scaled to +-1. `info` at an end: final_obs (n, 5), and final_info
-    with episode's r (summed reward), l (steps) and end, where `_final_obs` is true.
+    Spaces of one pendulum as in `PendulumEnv`, the action scaled to +-1. `info` at an end:
+    final_obs (n, 5), and final_info with episode's r (summed reward), l (steps) and end, where
+    `_final_obs` is true.
     """
 
     metadata: dict[str, Any] = {"autoreset_mode": AutoresetMode.SAME_STEP, "render_modes": []}  # noqa: RUF012
@@ -30,23 +31,35 @@ class PendulumVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
 
-    def reset(self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None) -> Any:
+    def reset(
+        self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> Any:
         """Begin every episode anew; of a list of seeds the first counts for all."""
         first = seed[0] if isinstance(seed, list) else seed
         return self.fleet.reset(first).copy(), {}
 
     def step(self, actions: Any) -> Any:
         """Hold actions (n, 1) within +-1, times the PWM limit, for a period."""
-        course = self.fleet.step(np.asarray(actions, dtype=np.float64).reshape(-1) * self.fleet.task.pwm_limit)
+        course = self.fleet.step(
+            np.asarray(actions, dtype=np.float64).reshape(-1) * self.fleet.task.pwm_limit
+        )
         terminated = course.end != End.NONE
         over = terminated | course.truncated
         info: dict[str, Any] = {}
         if over.any():
-            episode = {"r": np.where(over, course.total, 0.0), "l": np.where(over, course.length, 0)}
+            episode = {
+                "r": np.where(over, course.total, 0.0),
+                "l": np.where(over, course.length, 0),
+            }
             info = {
                 "final_obs": course.last.copy(),
                 "_final_obs": over,
-                "final_info": {"episode": episode, "_episode": over, "end": course.end.copy(), "_end": over},
+                "final_info": {
+                    "episode": episode,
+                    "_episode": over,
+                    "end": course.end.copy(),
+                    "_end": over,
+                },
                 "_final_info": over,
             }
         return course.seen.copy(), course.reward.copy(), terminated, course.truncated.copy(), info

@@ -24,9 +24,13 @@ def save_video(episode: Episode, task: Task, path: Path) -> None:
     ]
     packed = io.BytesIO()
     millis = round(1000 * EVERY * task.step_s)
-    pictures[0].save(packed, "GIF", save_all=True, append_images=pictures[1:], duration=millis, loop=0)
+    pictures[0].save(
+        packed, "GIF", save_all=True, append_images=pictures[1:], duration=millis, loop=0
+    )
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(packed.getvalue())
     except OSError as error:
-        raise BadInputError(f"{path}: expected a place for the animation, found {error.strerror}") from error
+        raise BadInputError(
+            f"{path}: expected a place for the animation, found {error.strerror}"
+        ) from error

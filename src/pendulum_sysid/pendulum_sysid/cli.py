@@ -1,7 +1,7 @@
 """The command `sysid`: parse, call, exit status.
 
-Exit status: 0 the question was answered; 1 it could not be, the reason on stderr in one sentence; 2 wrong use. A verb is
-imported when it runs, so that help comes at once.
+Exit status: 0 the question was answered; 1 it could not be, the reason on stderr in one sentence;
+2 wrong use. A verb is imported when it runs, so that help comes at once.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ import warnings
 from collections.abc import Sequence
 from importlib import import_module
 
-from pendulum_sysid.options import parser
-from pendulum_sysid.said import INTERRUPTED, NOT_ANSWERED, say
+from pendulum_sysid.verbs.options import parser
+from pendulum_sysid.verbs.said import INTERRUPTED, NOT_ANSWERED, say
 from pendulum_twin.errors import BadInputError
 
 MODULES = {  # of `verbs`, each with `run`
@@ -33,7 +33,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = parser().parse_args(argv)
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # a run that overflows is reported as such, not as numpy sees it
+            warnings.simplefilter(
+                "ignore"
+            )  # a run that overflows is reported as such, not as numpy sees it
             verb = import_module(f"pendulum_sysid.verbs.{MODULES[arguments.verb]}")
             status: int = verb.run(arguments)
             sys.stdout.flush()
@@ -42,14 +44,18 @@ def main(argv: Sequence[str] | None = None) -> int:
         return say(str(error))
     except KeyboardInterrupt:
         return say("stopped by the keyboard before the question was answered", INTERRUPTED)
-    except BrokenPipeError:  # the reader of our output has gone; Python would complain once more at exit
+    except (
+        BrokenPipeError
+    ):  # the reader of our output has gone; Python would complain once more at exit
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return NOT_ANSWERED
     except Exception as error:
         if arguments.traceback:
             raise
         kind = type(error).__name__
-        return say(f"internal error ({kind}: {error}): please report it, with --traceback for details")
+        return say(
+            f"internal error ({kind}: {error}): please report it, with --traceback for details"
+        )
 
 
 if __name__ == "__main__":

@@ -8,29 +8,36 @@ from dataclasses import replace
 
 import numpy as np
 
-from pendulum_sysid.case import Case, case_of
-from pendulum_sysid.gauss_newton import refined
-from pendulum_sysid.identifiability import ties
-from pendulum_sysid.joining import one_recording
-from pendulum_sysid.judge import Lead
-from pendulum_sysid.localisation.localise import localise
-from pendulum_sysid.localisation.shape_check import misfit_of_named, outweighed, remainders
-from pendulum_sysid.motion import moving
-from pendulum_sysid.next_experiment import planned_next
-from pendulum_sysid.noise_floor import noise_floor
+from pendulum_sysid.cleaning.joining import one_recording
+from pendulum_sysid.cleaning.moving_joints import moving
+from pendulum_sysid.cleaning.stale_start import follows_command, without_unanswered
+from pendulum_sysid.finding.identifiability import ties
+from pendulum_sysid.finding.judge import Lead
+from pendulum_sysid.finding.localisation.localise import localise
+from pendulum_sysid.finding.localisation.shape_check import misfit_of_named, outweighed, remainders
+from pendulum_sysid.finding.search import (
+    Named,
+    Search,
+    missing,
+    named,
+    parameters_alone,
+    seen_from,
+)
+from pendulum_sysid.finding.separation import Tie
+from pendulum_sysid.finding.steady_friction import steady_friction
+from pendulum_sysid.finding.velocity_lag import EFFECT, velocity_lag
+from pendulum_sysid.fitting.case import Case, case_of
+from pendulum_sysid.fitting.gauss_newton import refined
+from pendulum_sysid.fitting.noise_floor import noise_floor
+from pendulum_sysid.fitting.split import split
+from pendulum_sysid.fitting.window_runs import JOINTS, UNITS, WindowRuns, run_windows
+from pendulum_sysid.fitting.windows import WINDOW_S, cut
+from pendulum_sysid.planning.next_experiment import planned_next
 from pendulum_sysid.records import Diagnosis, Fit, Outcome, Overlay, Recording, Split
-from pendulum_sysid.search import Named, Search, missing, named, parameters_alone, seen_from
-from pendulum_sysid.separation import Tie
-from pendulum_sysid.split import split
-from pendulum_sysid.steady_friction import steady_friction
-from pendulum_sysid.unanswered import follows_command, without_unanswered
-from pendulum_sysid.velocity_lag import EFFECT, velocity_lag
-from pendulum_sysid.verdict import Findings, outcome_of, unusable, verdict_of
-from pendulum_sysid.window_runs import JOINTS, UNITS, WindowRuns, run_windows
-from pendulum_sysid.windows import WINDOW_S, cut
+from pendulum_sysid.telling.verdict import Findings, outcome_of, unusable, verdict_of
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin
-from pendulum_twin.words import SLOTS
+from pendulum_twin.parameter_vector import SLOTS
 
 Progress = Callable[[str], None]
 NO_ANSWER = (
@@ -42,8 +49,8 @@ NO_ANSWER = (
 def diagnose(recordings: list[Recording], twin: Twin, progress: Progress) -> Diagnosis:
     """Return what recordings of one rig say about a twin of it.
 
-    Raises BadInputError when the recordings do not fit together or hold a joint that the twin lacks; a recording that cannot
-    answer ends in a diagnosis whose outcome is `unusable`.
+    Raises BadInputError when the recordings do not fit together or hold a joint that the twin
+    lacks; a recording that cannot answer ends in a diagnosis whose outcome is `unusable`.
     """
     began = time.monotonic()
     recording = one_recording([without_unanswered(one) for one in recordings])
@@ -51,7 +58,9 @@ def diagnose(recordings: list[Recording], twin: Twin, progress: Progress) -> Dia
     def cannot_tell(why: str) -> Diagnosis:
         return Diagnosis(unusable(recording, why, time.monotonic() - began), None, None, (), ())
 
-    case_of(recording, twin)  # a twin that lacks a joint is wrong use, whatever the recording shows
+    case_of(
+        recording, twin
+    )  # a twin that lacks a joint is wrong use, whatever the recording shows
     try:
         recording = moving(recording)
         case = case_of(recording, twin)
@@ -72,20 +81,38 @@ def diagnose(recordings: list[Recording], twin: Twin, progress: Progress) -> Dia
     improved = replace(case, twin=best.twin)
     before, after = runs_by_part(case, parts), runs_by_part(improved, parts)
     location = localise(
-        case, base.words, run_windows(replace(case, twin=base.twin), cut(case.signals, case.state, WINDOW_S))
+        case,
+        base.theta,
+        run_windows(replace(case, twin=base.twin), cut(case.signals, case.state, WINDOW_S)),
     )
-    remains = localise(case, best.words, after["train"])
-    floor = noise_floor(improved, best.words, parts.held_out)
+    remains = localise(case, best.theta, after["train"])
+    floor = noise_floor(improved, best.theta, parts.held_out)
     rest = remainders(case, best, base)
-    misfits = tuple(misfit_of_named(case, best.words, rest, [one.effect for one in found]))
+    misfits = tuple(misfit_of_named(case, best.theta, rest, [one.effect for one in found]))
     coming = planned_next(case, parts, best, tied)
-    whole = refined(case.problem(parts.choose), best.words).misfit(case.noise)
+    whole = refined(case.problem(parts.choose), best.theta).misfit(case.noise)
     heavy = outweighed(rest)
-    findings = Findings(case, base, best, found, location, remains, before, after, floor, coming, misfits, heavy, whole)
+    findings = Findings(
+        case,
+        base,
+        best,
+        found,
+        location,
+        remains,
+        before,
+        after,
+        floor,
+        coming,
+        misfits,
+        heavy,
+        whole,
+    )
     if outcome_of(findings) is Outcome.NOT_IN_CATALOGUE:
-        findings = replace(findings, steady=steady_friction(case, base.words))
+        findings = replace(findings, steady=steady_friction(case, base.theta))
     verdict = verdict_of(findings, recording, time.monotonic() - began)
-    return Diagnosis(verdict, best.twin, location, tuple(search.trials), overlays(before, after), coming.plan)
+    return Diagnosis(
+        verdict, best.twin, location, tuple(search.trials), overlays(before, after), coming.plan
+    )
 
 
 def with_ties(found: tuple[Named, ...], tied: tuple[Tie, ...]) -> tuple[Named, ...]:
@@ -94,7 +121,10 @@ def with_ties(found: tuple[Named, ...], tied: tuple[Tie, ...]) -> tuple[Named, .
     for tie in tied:
         if tie.rival is not None and not tie.by_no_motion:
             by_name.setdefault(tie.effect, []).append(tie.rival)
-    return tuple(replace(one, rivals=tuple(dict.fromkeys((*one.rivals, *by_name.get(one.effect, ()))))) for one in found)
+    return tuple(
+        replace(one, rivals=tuple(dict.fromkeys((*one.rivals, *by_name.get(one.effect, ())))))
+        for one in found
+    )
 
 
 def with_velocity_lag(
@@ -105,11 +135,13 @@ def with_velocity_lag(
     if lag is None:
         return best, found
     constant = lag.time_constant_s
-    words = best.words.copy()
-    words[SLOTS[EFFECT]] = constant.value
+    theta = best.theta.copy()
+    theta[SLOTS[EFFECT]] = constant.value
     effects = {**best.twin.effects, EFFECT: {"time_constant_s": constant.value}}
     estimates = {**best.estimates, f"{EFFECT}.time_constant_s": constant}
-    best = replace(best, words=words, twin=replace(best.twin, effects=effects), estimates=estimates)
+    best = replace(
+        best, theta=theta, twin=replace(best.twin, effects=effects), estimates=estimates
+    )
     return best, (*found, Named(EFFECT, Lead(lag.ratio, lag.errors), ()))
 
 
@@ -123,6 +155,13 @@ def overlays(before: dict[str, WindowRuns], after: dict[str, WindowRuns]) -> tup
     old, new = before["held_out"], after["held_out"]
     times = new.begin_s[:, None] + new.period_s * np.arange(new.measured.shape[1])
     return tuple(
-        Overlay(JOINTS[joint], UNITS[joint], times, new.measured[..., k], old.runs[..., k], new.runs[..., k])
+        Overlay(
+            JOINTS[joint],
+            UNITS[joint],
+            times,
+            new.measured[..., k],
+            old.runs[..., k],
+            new.runs[..., k],
+        )
         for k, joint in enumerate(new.channels)
     )

@@ -37,8 +37,10 @@ class QualityFinding:
 class Recording:
     """Hold one recording as read and cleaned.
 
-    name: for titles. digest: "sha256:..." of the files. signals: on one clock. findings: what the cleaning met.
-    rates: (n, 2) velocities of cart (m/s) and pole (rad/s) as they were reported, NaN where they were not; None for none.
+    name: for titles. digest: "sha256:..." of the files. signals: on one clock. findings: what the
+    cleaning met.
+    rates: (n, 2) velocities of cart (m/s) and pole (rad/s) as they were reported, NaN where they
+    were not; None for none.
     """
 
     name: str
@@ -60,8 +62,8 @@ class Noise:
 class Windows:
     """Hold stretches of equal length, each to be run freely from its own start.
 
-    begin: (windows,) first sample. samples: samples in each, start and end included. starts: (windows, 4) measured x, th,
-    v, w at the start, smoothed out of the recording alone.
+    begin: (windows,) first sample. samples: samples in each, start and end included. starts:
+    (windows, 4) measured x, th, v, w at the start, smoothed out of the recording alone.
     """
 
     begin: Ints
@@ -100,18 +102,21 @@ class Estimate:
 class Fit:
     """Hold what a fit came to: the twin, and how well it runs.
 
-    estimates: parameter's name ("cart_viscous_n_s_m", "cart_coulomb_friction.level_n") -> estimate.
-    words: (SIZE,) the twin as words. starts: (training windows, 4) their refined start states. power: (channels,) mean
-    squared errors in training. train, choose: misfit in each part, the geometric mean over channels of the root mean square
-    error in units of the sensor's noise, each window's start refined.
-    window_squares, counts: (choosing windows, channels) squared errors and samples of each window. noise: (channels,).
+    estimates: parameter's name ("cart_viscous_n_s_m", "cart_coulomb_friction.level_n") ->
+    estimate.
+    theta: (SIZE,) the twin as words. starts: (training windows, 4) their refined start states.
+    power: (channels,) mean squared errors in training. train, choose: misfit in each part, the
+    geometric mean over channels of the root mean square error in units of the sensor's noise, each
+    window's start refined.
+    window_squares, counts: (choosing windows, channels) squared errors and samples of each window.
+    noise: (channels,).
     parts: into how many parts every window was cut for this fit.
     """
 
     twin: Twin
     effects: tuple[str, ...]
     estimates: dict[str, Estimate]
-    words: Floats
+    theta: Floats
     starts: Floats
     power: Floats
     train: float
@@ -137,9 +142,9 @@ class Trial:
 class Evidence:
     """Say what the unexplained motion depends on: a variable (a product with a star), its share, and the measured shape.
 
-    shape_x, shape_y, shape_band: (points,) where on the axis, how much, and the half width of a 95 % interval; empty where
-    the answer is a single number. shape_axis: the variable drawn along. shape_of, shape_unit: what is drawn. place: where
-    this evidence by itself points to.
+    shape_x, shape_y, shape_band: (points,) where on the axis, how much, and the half width of a 95
+    % interval; empty where the answer is a single number. shape_axis: the variable drawn along.
+    shape_of, shape_unit: what is drawn. place: where this evidence by itself points to.
     """
 
     variable: str
@@ -179,7 +184,8 @@ class Comparison:
 class Overlay:
     """Hold free runs of two twins over held-out windows beside what was measured, for a picture.
 
-    channel: "cart" or "pole". unit: "m" or "rad". times_s: (windows, n) from the recording's start. measured, before,
+    channel: "cart" or "pole". unit: "m" or "rad". times_s: (windows, n) from the recording's
+    start. measured, before,
     after: (windows, n).
     """
 
@@ -195,8 +201,9 @@ class Overlay:
 class Next:
     """Hold the plan of the next experiment, None where none would help, and why, for a person.
 
-    plan: as `pendulum_plan/1` has it. before, after: of the worst-served aim, standard errors between tied twins or the
-    half width of an interval, now and as expected with the plan's recording; None where there is no plan.
+    plan: as `pendulum_plan/1` has it. before, after: of the worst-served aim, standard errors
+    between tied twins or the half width of an interval, now and as expected with the plan's
+    recording; None where there is no plan.
     """
 
     plan: dict | None
@@ -209,7 +216,8 @@ class Next:
 class Diagnosis:
     """Hold everything that a diagnosis found: the verdict as the contract gives it, the twin, and what a report draws.
 
-    next_plan: what to play next on the rig, as `pendulum_plan/1` has it; None where no experiment would tell more.
+    next_plan: what to play next on the rig, as `pendulum_plan/1` has it; None where no experiment
+    would tell more.
     """
 
     verdict: dict

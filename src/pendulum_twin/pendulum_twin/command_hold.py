@@ -8,8 +8,9 @@ import math
 class CommandHold:
     """Keep the last command and say what of it is applied.
 
-    limit: largest magnitude (PWM fraction); None for no limit; it may be set anew at any time. timeout_s: a command older
-    than this counts as 0. taken, refused: how many commands were finite numbers, and were not.
+    limit: largest magnitude (PWM fraction); None for no limit; it may be set anew at any time.
+    timeout_s: a command older than this counts as 0. taken, refused: how many commands were finite
+    numbers, and were not.
     """
 
     def __init__(self, limit: float | None, timeout_s: float) -> None:

@@ -12,10 +12,11 @@ from pendulum_twin.errors import BadInputError
 MOST_DIGITS = 18
 
 
-def ended(name: str, work: Callable[[], int | None], interrupted: str) -> int:
+def run_command(name: str, work: Callable[[], int | None], interrupted: str) -> int:
     """Do the work and return the exit status: its own, 0 when it gives none, or 1 when it could not be done.
 
-    Bad input, a file that cannot be used, and Ctrl-C (told as `interrupted`) end in one line on stderr.
+    Bad input, a file that cannot be used, and Ctrl-C (told as `interrupted`) end in one line on
+    stderr.
     """
     try:
         return work() or 0
@@ -27,7 +28,7 @@ def ended(name: str, work: Callable[[], int | None], interrupted: str) -> int:
     return 1
 
 
-def option[T](read: Callable[[str], T]) -> Callable[[str], T]:
+def as_option[T](read: Callable[[str], T]) -> Callable[[str], T]:
     """Return a reader of text for `argparse`, which shows the sentence of a BadInputError as its own."""
 
     def reader(text: str) -> T:
@@ -39,13 +40,15 @@ def option[T](read: Callable[[str], T]) -> Callable[[str], T]:
     return reader
 
 
-def whole(low: int = 0, high: int | None = None) -> Callable[[str], int]:
+def make_whole_reader(low: int = 0, high: int | None = None) -> Callable[[str], int]:
     """Return the reader of a whole number from low to high, both included."""
     wanted = f"from {low} on" if high is None else f"from {low} to {high}"
 
-    @option
+    @as_option
     def read(text: str) -> int:
-        number = int(text) if text.isascii() and text.isdigit() and len(text) <= MOST_DIGITS else -1
+        number = (
+            int(text) if text.isascii() and text.isdigit() and len(text) <= MOST_DIGITS else -1
+        )
         if number < low or (high is not None and number > high):
             raise BadInputError(f"expected a whole number {wanted}, found {text!r}")
         return number
@@ -53,10 +56,10 @@ def whole(low: int = 0, high: int | None = None) -> Callable[[str], int]:
     return read
 
 
-def number_in(low: float, high: float) -> Callable[[str], float]:
+def make_number_reader(low: float, high: float) -> Callable[[str], float]:
     """Return the reader of a number from low to high, both included."""
 
-    @option
+    @as_option
     def read(text: str) -> float:
         try:
             value = float(text)

@@ -1,8 +1,9 @@
 """The catalogue's laws, put together into the few functions that the kernel calls.
 
-Numba cannot walk through a list of different functions, so the walk is written out, one call an effect. The laws of
-cart and pole are called whether they are on or not: at their neutral values they add exactly nothing, and code
-without branches is computed for many lanes at once.
+Numba cannot walk through a list of different functions, so the walk is written out, one call an
+effect. The laws of
+cart and pole are called whether they are on or not: at their neutral values they add exactly
+nothing, and code without branches is computed for many lanes at once.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from typing import Any
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Effect, Form, Place
 from pendulum_twin.equations import inner
-from pendulum_twin.words import BASE, SLOTS
+from pendulum_twin.parameter_vector import BASE, SLOTS
 
 LANE = "p[{word} * width + i]"  # words of a block of lanes lie word by word
 ALONE = "p[{word}]"
@@ -22,11 +23,11 @@ TRANSCENDENTAL = {"exp", "sin", "cos", "sin_cos", "tanh"}
 
 def _arguments(effect: Effect, where: str) -> list[str]:
     slot = SLOTS[effect.name]
-    words = [BASE.index(name) for name in effect.constants] + list(range(slot.start, slot.stop))
-    return [where.format(word=word) for word in words]
+    theta = [BASE.index(name) for name in effect.constants] + list(range(slot.start, slot.stop))
+    return [where.format(word=word) for word in theta]
 
 
-def costly(effect: Effect) -> bool:
+def is_costly(effect: Effect) -> bool:
     """Return whether the law calls a transcendental function: kernels are compiled with and without these."""
     return not TRANSCENDENTAL.isdisjoint(effect.law.__code__.co_names)
 
@@ -35,14 +36,16 @@ def _calls(form: Form, places: tuple[Place, ...]) -> list[tuple[int, Effect]]:
     return [(k, e) for k, e in enumerate(CATALOGUE) if e.form is form and e.place in places]
 
 
-def _compile(name: str, signature: str, lines: list[str], effects: list[tuple[int, Effect]]) -> Callable[..., Any]:
+def _compile(
+    name: str, signature: str, lines: list[str], effects: list[tuple[int, Effect]]
+) -> Callable[..., Any]:
     scope: dict[str, Any] = {e.name: inner(e.law) for _, e in effects}
     source = f"def {name}({signature}):\n" + "\n".join(f"    {line}" for line in lines)
     exec(compile(source, f"<{name} of the catalogue>", "exec"), scope)
     return inner(scope[name])
 
 
-def filters() -> Callable[..., Any]:
+def compose_filters() -> Callable[..., Any]:
     """Return chain(out, memory, offsets, h, first_step, p, active): the filters of the command in place, one by one.
 
     Nothing feeds back, so each filter may run over all substeps before the next begins.
@@ -50,7 +53,9 @@ def filters() -> Callable[..., Any]:
     effects = _calls(Form.FILTER, tuple(Place))
     lines = []
     for n, (k, e) in enumerate(effects):
-        arguments = ", ".join(["out[at]", "part", "h", "(first_step + at) * h", *_arguments(e, ALONE)])
+        arguments = ", ".join(
+            ["out[at]", "part", "h", "(first_step + at) * h", *_arguments(e, ALONE)]
+        )
         lines += [
             f"if active[{k}]:",
             f"    part = memory[offsets[{n}] : offsets[{n + 1}]]",
@@ -60,7 +65,7 @@ def filters() -> Callable[..., Any]:
     return _compile("chain", "out, memory, offsets, h, first_step, p, active", lines, effects)
 
 
-def memory_sizes(h: float) -> list[int]:
+def compute_memory_sizes(h: float) -> list[int]:
     """Return how many numbers each filter keeps, in chain order."""
     sizes = []
     for _, effect in _calls(Form.FILTER, tuple(Place)):
@@ -69,7 +74,7 @@ def memory_sizes(h: float) -> list[int]:
     return sizes
 
 
-def sensors() -> Callable[..., Any]:
+def compose_sensors() -> Callable[..., Any]:
     """Return shown(x, v, th, w, t, p, active): what the sensors make of one lane's true state, x, v, th, w again."""
     effects = _calls(Form.MEASURE, tuple(Place))
     lines = []
@@ -79,7 +84,7 @@ def sensors() -> Callable[..., Any]:
     return _compile("shown", "x, v, th, w, t, p, active", [*lines, "return x, v, th, w"], effects)
 
 
-def reports() -> Callable[..., Any]:
+def compose_reports() -> Callable[..., Any]:
     """Return told(rate, before, period_s, p, active): a velocity as it is reported, given the report before."""
     effects = _calls(Form.REPORT, tuple(Place))
     lines = []
@@ -89,39 +94,53 @@ def reports() -> Callable[..., Any]:
     return _compile("told", "rate, before, period_s, p, active", [*lines, "return rate"], effects)
 
 
-def pace() -> Callable[..., Any]:
+def compose_pace() -> Callable[..., Any]:
     """Return pace(p, i, width): how much time passes on lane i while its stamps go on by one second."""
     effects = _calls(Form.CLOCK, (Place.CLOCK,))
-    lines = ["pace = 1.0"] + [f"pace *= {e.name}({', '.join(_arguments(e, LANE))})" for _, e in effects]
+    lines = ["pace = 1.0"] + [
+        f"pace *= {e.name}({', '.join(_arguments(e, LANE))})" for _, e in effects
+    ]
     return _compile("pace", "p, i, width", [*lines, "return pace"], effects)
 
 
-def forces(place: Place) -> Callable[..., Any]:
+def compose_forces(place: Place) -> Callable[..., Any]:
     """Return total(x, v, th, w, p, i, width, laws): the sum of a place's smooth forces (torques) on lane i."""
     effects = _calls(Form.FORCE, (place,))
     lines = ["total = 0.0"]
     for _, e in effects:
-        lines += _where_compiled(e, f"total += {e.name}({', '.join(['x', 'v', 'th', 'w', *_arguments(e, LANE)])})")
+        lines += _where_compiled(
+            e, f"total += {e.name}({', '.join(['x', 'v', 'th', 'w', *_arguments(e, LANE)])})"
+        )
     return _compile("total", "x, v, th, w, p, i, width, laws", [*lines, "return total"], effects)
 
 
-def dry_level(place: Place) -> Callable[..., Any]:
+def compose_dry_level(place: Place) -> Callable[..., Any]:
     """Return level(speed, position, way, p, i, width, laws): a joint's dry friction, slipping or pushed one way."""
     dry, ratios = _calls(Form.DRY, (place,)), _calls(Form.DRY_RATIO, (place,))
     lines = ["level = 0.0"]
     for _, e in dry:
-        lines += _where_compiled(e, f"level += {e.name}({', '.join(['speed', 'position', *_arguments(e, LANE)])})")
+        lines += _where_compiled(
+            e, f"level += {e.name}({', '.join(['speed', 'position', *_arguments(e, LANE)])})"
+        )
     for _, e in ratios:
-        lines += _where_compiled(e, f"level *= {e.name}({', '.join(['way', *_arguments(e, LANE)])})")
-    return _compile("level", "speed, position, way, p, i, width, laws", [*lines, "return level"], dry + ratios)
+        lines += _where_compiled(
+            e, f"level *= {e.name}({', '.join(['way', *_arguments(e, LANE)])})"
+        )
+    return _compile(
+        "level", "speed, position, way, p, i, width, laws", [*lines, "return level"], dry + ratios
+    )
 
 
 def _where_compiled(effect: Effect, line: str) -> list[str]:
-    return ["if len(laws) > 1:", f"    {line}"] if costly(effect) else [line]
+    return ["if len(laws) > 1:", f"    {line}"] if is_costly(effect) else [line]
 
 
-def holds() -> Callable[..., Any]:
+def compose_holds() -> Callable[..., Any]:
     """Return frozen(force, v, w, p, i, width): whether lane i stands still."""
     effects = _calls(Form.HOLD, (Place.CART,))
-    calls = [f"{e.name}({', '.join(['force', 'v', 'w', *_arguments(e, LANE)])})" for _, e in effects]
-    return _compile("frozen", "force, v, w, p, i, width", [f"return {' | '.join(calls) or 'False'}"], effects)
+    calls = [
+        f"{e.name}({', '.join(['force', 'v', 'w', *_arguments(e, LANE)])})" for _, e in effects
+    ]
+    return _compile(
+        "frozen", "force, v, w, p, i, width", [f"return {' | '.join(calls) or 'False'}"], effects
+    )

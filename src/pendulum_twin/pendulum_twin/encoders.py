@@ -4,23 +4,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pendulum_twin.rig import checked_number
+from pendulum_twin.rig import check_number
 
 
 @dataclass(frozen=True)
 class Encoders:
     """Hold the steps of the encoders; 0: positions are exact, and with both 0 velocities are, too.
 
-    Otherwise reported velocities are differences of two reported positions over the time between them. Raises
-    BadInputError for a step below 0 or too coarse to be one.
+    Otherwise reported velocities are differences of two reported positions over the time between
+    them. Raises BadInputError for a step below 0 or too coarse to be one.
     """
 
     position_step_m: float = 0.0
     angle_step_rad: float = 0.0
 
     def __post_init__(self) -> None:
-        checked_number("position_step_m", self.position_step_m, 0.0, 0.1)
-        checked_number("angle_step_rad", self.angle_step_rad, 0.0, 1.0)
+        check_number("position_step_m", self.position_step_m, 0.0, 0.1)
+        check_number("angle_step_rad", self.angle_step_rad, 0.0, 1.0)
 
     @property
     def steps(self) -> tuple[float, float]:

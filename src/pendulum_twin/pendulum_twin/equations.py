@@ -1,7 +1,8 @@
 """The equations of motion, stated once, with the energy that must be conserved (thesis, equations 18-23).
 
-State: cart position x (m), pole angle th (rad, 0 upright, counterclockwise positive), cart velocity v, pole rate w.
-With S the first moment of all that moves, m its mass, Jp the pole's inertia about its axis:
+State: cart position x (m), pole angle th (rad, 0 upright, counterclockwise positive), cart
+velocity v, pole rate w. With S the first moment of all that moves, m its mass, Jp the pole's
+inertia about its axis:
 
     m  v' = S cos(th) w' - S w^2 sin(th) + cart_force
     Jp w' = S cos(th) v' + S g sin(th) + pole_torque
@@ -14,14 +15,17 @@ import math
 import numba
 import numpy as np
 
-# Put into its caller by the compiler whatever its length: only then are lanes computed side by side. No fastmath
-# anywhere: every lane gives the same bits in whatever company it is computed.
+# Put into its caller by the compiler whatever its length: only then are lanes computed side by
+# side. No fastmath anywhere: every lane gives the same bits in whatever company it is computed.
 inlined = numba.njit(error_model="numpy", forceinline=True)
 # The same for what is called from compiled code alone: half as long to compile.
-inner = numba.njit(error_model="numpy", forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+inner = numba.njit(
+    error_model="numpy", forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True
+)
 
 HALF_PI_INVERSE = 2.0 / math.pi
-# pi/2 in two parts; the products of the first with integers up to a million are exact (Cody and Waite, 1980).
+# pi/2 in two parts; the products of the first with integers up to a million are exact (Cody and
+# Waite, 1980).
 HALF_PI_HIGH = 1.57079632673412561417e00
 HALF_PI_LOW = 6.07710050650619224932e-11
 # Minimax polynomials on +-pi/4 (Sun Microsystems, fdlibm 5.3, k_sin.c and k_cos.c).
@@ -40,7 +44,8 @@ LOG_2_LOW = 1.90821492927058770002e-10
 def sin_cos(angle):
     """Return sine and cosine, each to 3e-16, for angles up to 1e5 rad.
 
-    Without branches or calls, so that lanes are computed side by side, and in short chains, for one lane alone.
+    Without branches or calls, so that lanes are computed side by side, and in short chains, for
+    one lane alone.
     """
     turns = np.floor(angle * HALF_PI_INVERSE + 0.5)
     r = (angle - turns * HALF_PI_HIGH) - turns * HALF_PI_LOW
@@ -78,19 +83,19 @@ def exp(power):
 
 
 @inner
-def cart_load(coupling, w, sine):
+def compute_cart_load(coupling, w, sine):
     """Return the pole's centrifugal force on the cart, N."""
     return -coupling * w * w * sine
 
 
 @inner
-def pole_weight(moment, gravity, sine):
+def compute_pole_weight(moment, gravity, sine):
     """Return gravity's torque on the pole, N m."""
     return moment * gravity * sine
 
 
 @inner
-def accelerations(mass, coupling_cosine, inertia, force, torque, cart_free, pole_free):
+def solve_accelerations(mass, coupling_cosine, inertia, force, torque, cart_free, pole_free):
     """Return v' and w' from all force and torque but the coupling's; free is 0 for a joint that sticks, else 1."""
     both = coupling_cosine * cart_free * pole_free
     inverse = 1.0 / (mass * inertia - both * both)
@@ -100,10 +105,16 @@ def accelerations(mass, coupling_cosine, inertia, force, torque, cart_free, pole
     )
 
 
-def energy(mass, coupling, moment, inertia, gravity, state):
+def compute_energy(mass, coupling, moment, inertia, gravity, state):
     """Return the mechanical energy in J of states with x, th, v, w in the first axis; zero at rest, pole level.
 
-    The kinetic energy's cross term has the sign that the coupling has in the equations: -S cos(th) v w.
+    The kinetic energy's cross term has the sign that the coupling has in the equations: -S cos(th)
+    v w.
     """
     _, th, v, w = state
-    return 0.5 * mass * v * v + 0.5 * inertia * w * w - coupling * np.cos(th) * v * w + moment * gravity * np.cos(th)
+    return (
+        0.5 * mass * v * v
+        + 0.5 * inertia * w * w
+        - coupling * np.cos(th) * v * w
+        + moment * gravity * np.cos(th)
+    )

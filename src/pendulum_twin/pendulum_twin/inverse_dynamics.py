@@ -5,10 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from pendulum_twin import kernel
-from pendulum_twin.motion import ALL_LAWS, add_cart_forces, add_pole_torques, cart_level, pole_level
-from pendulum_twin.signals import Floats, Mask, Signals
-from pendulum_twin.simulate import drive_pass, paces, unmeasured
-from pendulum_twin.words import (
+from pendulum_twin.motion import (
+    ALL_LAWS,
+    add_cart_forces,
+    add_pole_torques,
+    cart_level,
+    pole_level,
+)
+from pendulum_twin.parameter_vector import (
     CART_VISCOUS,
     COUPLING,
     FORCE_PER_PWM,
@@ -18,11 +22,15 @@ from pendulum_twin.words import (
     MOMENT,
     POLE_VISCOUS,
 )
+from pendulum_twin.signals import Floats, Mask, Signals
+from pendulum_twin.simulate import compute_paces, run_drive, undo_sensors
 
-STANDING = 0.03  # of the root mean square speed: slower than this, dry friction takes any value
+STANDING_SPEED_SHARE = (
+    0.03  # of the root mean square speed: slower than this, dry friction takes any value
+)
 
 
-@kernel.compiled
+@kernel.compile_cached
 def _laws(x, th, v, w, p, out):  # type: ignore[no-untyped-def]
     for n in range(len(x)):
         cart_way, pole_way = np.sign(v[n]), np.sign(w[n])
@@ -32,43 +40,52 @@ def _laws(x, th, v, w, p, out):  # type: ignore[no-untyped-def]
         out[n, 1] -= pole_way * pole_level(abs(w[n]), th[n], pole_way, p, 0, 1, ALL_LAWS)
 
 
-def laws_along(signals: Signals, states: Floats, words: Floats) -> Floats:
+def evaluate_laws(signals: Signals, states: Floats, theta: Floats) -> Floats:
     """Return the force (N) and torque (N m) of the effects of cart and pole along measured states (n, 4), shape (n, 2)."""
-    true = unmeasured(states[None], words[None], signals.clock_s)[0]
+    true = undo_sensors(states[None], theta[None], signals.clock_s)[0]
     out = np.empty((len(states), 2))
-    _laws(*(np.ascontiguousarray(true[:, k]) for k in range(4)), words, out)
+    _laws(*(np.ascontiguousarray(true[:, k]) for k in range(4)), theta, out)
     return out
 
 
-def missing_force(signals: Signals, states: Floats, accelerations: Floats, words: Floats) -> tuple[Floats, Mask]:
+def compute_missing_force(
+    signals: Signals, states: Floats, accelerations: Floats, theta: Floats
+) -> tuple[Floats, Mask]:
     """Return the force on the cart (N) and torque on the pole (N m) that the twin lacks, (n, 2), and where they count.
 
-    states: (n, 4) measured and smoothed; accelerations: (n, 2) of cart and pole. They do not count where a sample is not
-    valid or the cart hardly moves, for dry friction at rest takes any value.
+    states: (n, 4) measured and smoothed; accelerations: (n, 2) of cart and pole. They do not count
+    where a sample is not valid or the cart hardly moves, for dry friction at rest takes any value.
     """
-    true = unmeasured(states[None], words[None], signals.clock_s)[0]
+    true = undo_sensors(states[None], theta[None], signals.clock_s)[0]
     turned = np.concatenate([states[:, :2], accelerations], axis=1)
-    a, b = unmeasured(turned[None], words[None], signals.clock_s)[0][:, 2:].T / paces(words)
+    a, b = undo_sensors(turned[None], theta[None], signals.clock_s)[0][:, 2:].T / compute_paces(
+        theta
+    )
     _, th, v, w = true.T
-    coupling = words[COUPLING]
+    coupling = theta[COUPLING]
     sine, cosine = np.sin(th), np.cos(th)
-    laws = laws_along(signals, states, words)
-    force = words[MASS] * a - coupling * (cosine * b - sine * w**2) + words[CART_VISCOUS] * v - laws[:, 0]
-    force -= words[FORCE_PER_PWM] * _drive_at_samples(signals, words)
-    torque = words[INERTIA] * b - coupling * cosine * a - words[MOMENT] * words[GRAVITY] * sine
-    torque += words[POLE_VISCOUS] * w - laws[:, 1]
+    laws = evaluate_laws(signals, states, theta)
+    force = (
+        theta[MASS] * a
+        - coupling * (cosine * b - sine * w**2)
+        + theta[CART_VISCOUS] * v
+        - laws[:, 0]
+    )
+    force -= theta[FORCE_PER_PWM] * _drive_at_samples(signals, theta)
+    torque = theta[INERTIA] * b - coupling * cosine * a - theta[MOMENT] * theta[GRAVITY] * sine
+    torque += theta[POLE_VISCOUS] * w - laws[:, 1]
     usable = np.ones(len(signals), dtype=bool)
     if signals.cart is not None:
-        usable &= signals.cart_valid & (np.abs(v) > STANDING * np.sqrt(np.mean(v**2)))
+        usable &= signals.cart_valid & (np.abs(v) > STANDING_SPEED_SHARE * np.sqrt(np.mean(v**2)))
     if signals.pole is not None:
         usable &= signals.pole_valid
     return np.stack([force, torque], axis=1), usable
 
 
-def _drive_at_samples(signals: Signals, words: Floats) -> Floats:
+def _drive_at_samples(signals: Signals, theta: Floats) -> Floats:
     """Return what command and drive give around each sample: the mean of the periods before and after it."""
-    sub = kernel.substeps(signals.period_s)
-    rows, _ = drive_pass(signals, words[None])
+    sub = kernel.count_substeps(signals.period_s)
+    rows, _ = run_drive(signals, theta[None])
     after = rows[0].reshape(-1, sub).mean(axis=1)
     before = np.concatenate([after[:1], after[:-1]])
     return 0.5 * (before + after)

@@ -1,13 +1,14 @@
 """The three passes, compiled; the only place where time advances.
 
-`drive` runs command and drive once over a stretch and gives the force; `mechanics` integrates it, many lanes side by
-side (`motion.py`, `stick_slip.py`); the sensor's effects turn the true states into what would have been measured
-(`simulate.py`). A lane is one run. Lanes are packed in blocks of constant width; every lane gives the same bits in
-any width, for nothing here depends on its neighbours.
+`drive` runs command and drive once over a stretch and gives the force; `mechanics` integrates it,
+many lanes side by side (`motion.py`, `stick_slip.py`); the sensor's effects turn the true states
+into what would have been measured (`simulate.py`). A lane is one run. Lanes are packed in blocks
+of constant width; every lane gives the same bits in any width, for nothing here depends on its
+neighbours.
 
-A block's numbers lie in one array, row by row, lane beside lane: the words, and below them the rows named here. One
-array, because the compiler computes lanes side by side only where it can prove that what it reads is not what it
-writes.
+A block's numbers lie in one array, row by row, lane beside lane: the words, and below them the
+rows named here. One array, because the compiler computes lanes side by side only where it can
+prove that what it reads is not what it writes.
 """
 
 from __future__ import annotations
@@ -17,46 +18,53 @@ import numpy as np
 
 from pendulum_twin import compose
 from pendulum_twin.equations import inner
-from pendulum_twin.machine_code import compiled
-from pendulum_twin.motion import MOVING, step
-from pendulum_twin.stick_slip import cut_step, margins_of, modes_of, sign
-from pendulum_twin.words import FORCE_PER_PWM, SIZE
+from pendulum_twin.machine_code import compile_cached
+from pendulum_twin.motion import MOVING, advance_step
+from pendulum_twin.parameter_vector import FORCE_PER_PWM, SIZE
+from pendulum_twin.stick_slip import compute_margins, cut_step, find_modes, get_sign
 
 WIDTH = 16
 LONGEST_STEP_S = 1e-3
 
 ROWS = SIZE + 15
 X, TH, V, W = range(SIZE, SIZE + 4)
-X_BEFORE, TH_BEFORE, V_BEFORE, W_BEFORE = range(SIZE + 4, SIZE + 8)  # the state at the begin of the step
+X_BEFORE, TH_BEFORE, V_BEFORE, W_BEFORE = range(
+    SIZE + 4, SIZE + 8
+)  # the state at the begin of the step
 CART_WAY, POLE_WAY, CART_FREE, POLE_FREE = range(SIZE + 8, SIZE + 12)  # the modes; see `motion.py`
 FORCE, ENDED = SIZE + 12, SIZE + 13  # ENDED: 1 where a mode has ended within the step
 H = SIZE + 14  # the step, s
 
-chain = compose.filters()
-frozen = compose.holds()
-pace = compose.pace()
+chain = compose.compose_filters()
+frozen = compose.compose_holds()
+pace = compose.compose_pace()
 
 
-def substeps(period_s: float) -> int:
+def count_substeps(period_s: float) -> int:
     """Return into how many steps of at most 1 ms a sample period is cut."""
     return max(1, int(np.ceil(period_s / LONGEST_STEP_S - 1e-9)))
 
 
-@compiled
-def drive(command, memory, offsets, h, sub, first_step, words, active, out):
+@compile_cached
+def drive(command, memory, offsets, h, sub, first_step, theta, active, out):
     """Fill out, shape (samples * sub,), with what the drive makes of the held command (samples,), before the gain.
 
     memory is carried from call to call; first_step counts the substeps before this call.
     """
     for k in range(len(command)):
         out[k * sub : (k + 1) * sub] = command[k]
-    chain(out, memory, offsets, h, first_step, words, active)
+    chain(out, memory, offsets, h, first_step, theta, active)
 
 
 @inner
 def _four(p, row, i, width):
     """Return four neighbouring rows of lane i: a state or modes."""
-    return p[row * width + i], p[(row + 1) * width + i], p[(row + 2) * width + i], p[(row + 3) * width + i]
+    return (
+        p[row * width + i],
+        p[(row + 1) * width + i],
+        p[(row + 2) * width + i],
+        p[(row + 3) * width + i],
+    )
 
 
 @inner
@@ -74,7 +82,9 @@ def _advance(lanes, laws, dry, p):
         resting = dry and _begin_step(lanes, laws, p)
     for i in range(width):
         modes = _four(p, CART_WAY, i, width) if laws is not None else MOVING
-        after = step(_four(p, X, i, width), p[FORCE * width + i], modes, p, i, width, laws, p[H * width + i])
+        after = advance_step(
+            _four(p, X, i, width), p[FORCE * width + i], modes, p, i, width, laws, p[H * width + i]
+        )
         _put_four(p, X, i, width, after)
     if laws is not None and dry:
         _end_step(lanes, laws, p, resting)
@@ -88,12 +98,14 @@ def _begin_step(lanes, laws, p):
     for i in range(width):
         x, th, v, w = _four(p, X, i, width)
         _put_four(p, X_BEFORE, i, width, (x, th, v, w))
-        _put_four(p, CART_WAY, i, width, (sign(v), sign(w), 1.0, 1.0))
+        _put_four(p, CART_WAY, i, width, (get_sign(v), get_sign(w), 1.0, 1.0))
         at_rest += 1 if (v == 0.0) | (w == 0.0) else 0
     if at_rest > 0:
         for i in range(width):
             state = _four(p, X, i, width)
-            _put_four(p, CART_WAY, i, width, modes_of(state, p[FORCE * width + i], p, i, width, laws))
+            _put_four(
+                p, CART_WAY, i, width, find_modes(state, p[FORCE * width + i], p, i, width, laws)
+            )
     return at_rest > 0
 
 
@@ -105,13 +117,17 @@ def _end_step(lanes, laws, p, resting):
     if resting:
         for i in range(width):
             state, modes = _four(p, X, i, width), _four(p, CART_WAY, i, width)
-            cart_margin, pole_margin = margins_of(state, p[FORCE * width + i], modes, p, i, width, laws)
+            cart_margin, pole_margin = compute_margins(
+                state, p[FORCE * width + i], modes, p, i, width, laws
+            )
             ended = (cart_margin < 0.0) | (pole_margin < 0.0)
             p[ENDED * width + i] = 1.0 if ended else 0.0
             ends += 1 if ended else 0
     else:
         for i in range(width):
-            turned = (p[V * width + i] * p[CART_WAY * width + i] < 0.0) | (p[W * width + i] * p[POLE_WAY * width + i] < 0.0)
+            turned = (p[V * width + i] * p[CART_WAY * width + i] < 0.0) | (
+                p[W * width + i] * p[POLE_WAY * width + i] < 0.0
+            )
             p[ENDED * width + i] = 1.0 if turned else 0.0
             ends += 1 if turned else 0
     if ends > 0:
@@ -120,7 +136,9 @@ def _end_step(lanes, laws, p, resting):
                 state, after = _four(p, X_BEFORE, i, width), _four(p, X, i, width)
                 modes = _four(p, CART_WAY, i, width)
                 force, h = p[FORCE * width + i], p[H * width + i]
-                _put_four(p, X, i, width, cut_step(state, after, force, modes, p, i, width, laws, h))
+                _put_four(
+                    p, X, i, width, cut_step(state, after, force, modes, p, i, width, laws, h)
+                )
     for i in range(width):
         x, th, v, w = _four(p, X_BEFORE, i, width)
         held = frozen(p[FORCE * width + i], v, w, p, i, width)
@@ -128,17 +146,17 @@ def _end_step(lanes, laws, p, resting):
         _put_four(p, X, i, width, (x, th, v, w) if held else after)
 
 
-@compiled
-def mechanics(lanes, laws, dry, drives, drive_of, begin, starts, words, h, sub, out):
+@compile_cached
+def mechanics(lanes, laws, dry, drives, drive_of, begin, starts, theta, h, sub, out):
     """Integrate lanes side by side from their start states and fill out with the true states.
 
     lanes: a tuple whose length is the block's width (a constant for the compiler).
     laws: by its type, which effects' laws are compiled in (see `motion.py`).
     dry: whether dry friction (or a hold) is on in any lane.
-    drives: (sets, steps) what command and drive give, before the gain; drive_of: (lanes,) row of each lane; begin:
-        (lanes,) step at which each lane starts.
-    starts: (lanes, 4) x, th, v, w; words: (lanes, SIZE); h: s by the stamps; out: (lanes, samples, 4), the first sample
-        the start itself.
+    drives: (sets, steps) what command and drive give, before the gain; drive_of: (lanes,) row of
+        each lane; begin: (lanes,) step at which each lane starts.
+    starts: (lanes, 4) x, th, v, w; theta: (lanes, SIZE); h: s by the stamps; out: (lanes, samples,
+        4), the first sample the start itself.
     """
     width = len(lanes)
     count, samples = out.shape[0], out.shape[1]
@@ -146,10 +164,12 @@ def mechanics(lanes, laws, dry, drives, drive_of, begin, starts, words, h, sub, 
     row, at = np.empty(width, dtype=np.int64), np.empty(width, dtype=np.int64)
     for first in range(0, count, width):
         for i in range(width):
-            lane = min(first + i, count - 1)  # a block that is not full is filled up with its last lane
+            lane = min(
+                first + i, count - 1
+            )  # a block that is not full is filled up with its last lane
             row[i], at[i] = drive_of[lane], begin[lane]
             for k in range(SIZE):
-                p[k * width + i] = words[lane, k]
+                p[k * width + i] = theta[lane, k]
             for k in range(4):
                 p[(X + k) * width + i] = starts[lane, k]
             _put_four(p, CART_WAY, i, width, MOVING)

@@ -1,6 +1,7 @@
 """Many live twins side by side: one compiled call advances all of them by a period, sensors included.
 
-A lane is one twin that runs now. Lanes may be of different twins; which effects are compiled in is what any has.
+A lane is one twin that runs now. Lanes may be of different twins; which effects are compiled in is
+what any has.
 """
 
 from __future__ import annotations
@@ -14,27 +15,28 @@ import numpy as np
 from pendulum_twin import compose, kernel
 from pendulum_twin.encoders import EXACT, Encoders
 from pendulum_twin.equations import inner
-from pendulum_twin.machine_code import compiled
+from pendulum_twin.machine_code import compile_cached
 from pendulum_twin.model import Twin
+from pendulum_twin.parameter_vector import find_active_effects, make_theta
 from pendulum_twin.signals import Floats
-from pendulum_twin.simulate import Ints, code_for, memory_offsets, paces
-from pendulum_twin.words import active, words_of
+from pendulum_twin.simulate import Ints, compute_memory_offsets, compute_paces, select_kernel_code
 
 HANGING = (0.0, math.pi, 0.0, 0.0)
 AT_REST = (0.0, 0.0, 0.0, 0.0)  # away from it
 
-sensed = compose.sensors()
-told = compose.reports()
+sensed = compose.compose_sensors()
+told = compose.compose_reports()
 
 
 class Kinds(NamedTuple):
     """Hold what does not change, for each of the twins that lanes may be of.
 
-    words: (twins, SIZE). on: (effects,) in any of them. offsets: (twins, filters + 1) into a lane's memory. paces: (twins,).
+    theta: (twins, SIZE). on: (effects,) in any of them. offsets: (twins, filters + 1) into a
+    lane's memory. paces: (twins,).
     steps: of the encoders, m and rad.
     """
 
-    words: Floats
+    theta: Floats
     on: np.ndarray
     offsets: Ints
     paces: Floats
@@ -44,11 +46,12 @@ class Kinds(NamedTuple):
 class Lanes(NamedTuple):
     """Hold what changes, a row a lane: kind; words; memory of command and drive; substeps done; true and shown states.
 
-    drives and out: room for one period; row, zero: which drive a lane has and where it begins; held: a period's commands.
+    drives and out: room for one period; row, zero: which drive a lane has and where it begins;
+    held: a period's commands.
     """
 
     kind: Ints
-    words: Floats
+    theta: Floats
     memory: Floats
     done: Ints
     true: Floats
@@ -76,27 +79,27 @@ class Timing(NamedTuple):
     sample_s: float
 
 
-def timing_of(period_s: float, samples: int) -> Timing:
+def make_timing(period_s: float, samples: int) -> Timing:
     """Return the timing of a period with so many samples."""
     sample_s = period_s / samples
-    return Timing(samples, kernel.substeps(sample_s), sample_s)
+    return Timing(samples, kernel.count_substeps(sample_s), sample_s)
 
 
-def kinds_of(twins: Sequence[Twin], timing: Timing, encoders: Encoders = EXACT) -> Kinds:
+def make_kinds(twins: Sequence[Twin], timing: Timing, encoders: Encoders = EXACT) -> Kinds:
     """Return what lanes of these twins need."""
-    words = np.array([words_of(twin) for twin in twins])
-    passed = paces(words)
+    theta = np.array([make_theta(twin) for twin in twins])
+    passed = compute_paces(theta)
     h = timing.sample_s / timing.sub
-    offsets = np.array([memory_offsets(h * float(pace)) for pace in passed])
-    return Kinds(words, active(words), offsets, passed, encoders.steps)
+    offsets = np.array([compute_memory_offsets(h * float(pace)) for pace in passed])
+    return Kinds(theta, find_active_effects(theta), offsets, passed, encoders.steps)
 
 
-def lanes_of(kinds: Kinds, timing: Timing, count: int) -> Lanes:
-    """Return so many lanes of the first kind, not started yet: see `begin`."""
+def make_lanes(kinds: Kinds, timing: Timing, count: int) -> Lanes:
+    """Return so many lanes of the first kind, not started yet: see `begin_lane`."""
     substeps = timing.samples * timing.sub
     return Lanes(
         kind=np.zeros(count, dtype=np.int64),
-        words=np.tile(kinds.words[0], (count, 1)),
+        theta=np.tile(kinds.theta[0], (count, 1)),
         memory=np.zeros((count, max(1, int(kinds.offsets[:, -1].max())))),
         done=np.zeros(count, dtype=np.int64),
         true=np.tile(np.array(HANGING), (count, 1)),
@@ -109,16 +112,16 @@ def lanes_of(kinds: Kinds, timing: Timing, count: int) -> Lanes:
     )
 
 
-def code_of(kinds: Kinds, count: int) -> Code:
+def select_lane_code(kinds: Kinds, count: int) -> Code:
     """Return the code for so many lanes of these kinds."""
-    return Code((0,) * (1 if count == 1 else kernel.WIDTH), *code_for(kinds.words))
+    return Code((0,) * (1 if count == 1 else kernel.WIDTH), *select_kernel_code(kinds.theta))
 
 
 @inner
 def _read(kinds, lanes, i, state, t, period_s):
     """Show a true state of lane i; period_s: since the last one shown, 0 for the first."""
     x, th, v, w = state
-    p, pace = lanes.words[i], kinds.paces[lanes.kind[i]]
+    p, pace = lanes.theta[i], kinds.paces[lanes.kind[i]]
     x, v, th, w = sensed(x, v, th, w, t, p, kinds.on)
     v, w = v * pace, w * pace
     fine_m, fine_rad = kinds.steps
@@ -135,19 +138,27 @@ def _read(kinds, lanes, i, state, t, period_s):
 
 
 @inner
-def begin(kinds, lanes, timing, i, kind, away):
+def begin_lane(kinds, lanes, timing, i, kind, away):
     """Start lane i as a twin of a kind: it hangs at rest, or a true x, th, v, w away from that; PWM 0 was held until now.
 
     A pole hangs by its weight, whatever its sensors show of that.
     """
     lanes.kind[i] = kind
-    lanes.words[i] = kinds.words[kind]
+    lanes.theta[i] = kinds.theta[kind]
     lanes.memory[i] = 0.0
     lanes.done[i] = 0
     lanes.held[:] = 0.0
     h = timing.sample_s / timing.sub * kinds.paces[kind]
     kernel.drive(
-        lanes.held[:1], lanes.memory[i], kinds.offsets[kind], h, 1, 0, lanes.words[i], kinds.on, lanes.drives[i, :1]
+        lanes.held[:1],
+        lanes.memory[i],
+        kinds.offsets[kind],
+        h,
+        1,
+        0,
+        lanes.theta[i],
+        kinds.on,
+        lanes.drives[i, :1],
     )
     for k in range(4):
         lanes.true[i, k] = HANGING[k] + away[k]
@@ -156,7 +167,7 @@ def begin(kinds, lanes, timing, i, kind, away):
 
 
 @inner
-def advance(code, kinds, lanes, timing, commands):
+def advance_lanes(code, kinds, lanes, timing, commands):
     """Hold a command (PWM fraction, as the rig takes it) a lane over one period; `lanes.shown` is what is measured then."""
     samples, sub, sample_s = timing
     h = sample_s / sub
@@ -166,10 +177,28 @@ def advance(code, kinds, lanes, timing, commands):
         pace = kinds.paces[kind]
         drive = lanes.drives[i]
         kernel.drive(
-            lanes.held, lanes.memory[i], kinds.offsets[kind], h * pace, sub, lanes.done[i], lanes.words[i], kinds.on, drive
+            lanes.held,
+            lanes.memory[i],
+            kinds.offsets[kind],
+            h * pace,
+            sub,
+            lanes.done[i],
+            lanes.theta[i],
+            kinds.on,
+            drive,
         )
     kernel.mechanics(
-        code.block, code.laws, code.dry, lanes.drives, lanes.row, lanes.zero, lanes.true, lanes.words, h, sub, lanes.out
+        code.block,
+        code.laws,
+        code.dry,
+        lanes.drives,
+        lanes.row,
+        lanes.zero,
+        lanes.true,
+        lanes.theta,
+        h,
+        sub,
+        lanes.out,
     )
     for i in range(len(commands)):
         for n in range(1, samples + 1):
@@ -180,13 +209,13 @@ def advance(code, kinds, lanes, timing, commands):
         lanes.done[i] += samples * sub
 
 
-@compiled
-def begin_one(kinds, lanes, timing, i, kind, away):
-    """Do `begin`, called from Python."""
-    begin(kinds, lanes, timing, i, kind, away)
+@compile_cached
+def begin_lane_from_python(kinds, lanes, timing, i, kind, away):
+    """Do `begin_lane`, called from Python."""
+    begin_lane(kinds, lanes, timing, i, kind, away)
 
 
-@compiled
-def advance_all(code, kinds, lanes, timing, commands):
-    """Do `advance`, called from Python."""
-    advance(code, kinds, lanes, timing, commands)
+@compile_cached
+def advance_lanes_from_python(code, kinds, lanes, timing, commands):
+    """Do `advance_lanes`, called from Python."""
+    advance_lanes(code, kinds, lanes, timing, commands)

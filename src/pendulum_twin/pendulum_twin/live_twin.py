@@ -11,8 +11,9 @@ from pendulum_twin.stepper import Stepper, compile_for_any_effect
 class LiveTwin:
     """Run one twin sample by sample, driven by the last command that was offered.
 
-    period_s: from sample to sample. timeout_s: see `CommandHold`. Afterwards nothing is compiled any more, whatever twin
-    takes its place. commands: what was offered. applied: the PWM fraction held over the last period.
+    period_s: from sample to sample. timeout_s: see `CommandHold`. Afterwards nothing is compiled
+    any more, whatever twin takes its place. commands: what was offered. applied: the PWM fraction
+    held over the last period.
     """
 
     def __init__(self, twin: Twin, period_s: float, timeout_s: float) -> None:
@@ -43,7 +44,8 @@ class LiveTwin:
     def become(self, twin: Twin) -> None:
         """Go on as another twin from the measured state of this one.
 
-        What the drive still remembered of earlier commands (a delay, a lag) is gone; the last command stays as if long held.
+        What the drive still remembered of earlier commands (a delay, a lag) is gone; the last
+        command stays as if long held.
         """
         stepper = Stepper(twin, self._period_s, tuple(map(float, self.state)), self.applied)
         self.twin, self._stepper = twin, stepper

@@ -1,7 +1,7 @@
 """Compile for the processor at hand, and keep the machine code from one process to the next.
 
-Kept in the user's cache folder, or else in a folder of the user's own among the temporary files, or else not at all: a
-program then compiles each time, which takes seconds, and says nothing.
+Kept in the user's cache folder, or else in a folder of the user's own among the temporary files,
+or else not at all: a program then compiles each time, which takes seconds, and says nothing.
 """
 
 from __future__ import annotations
@@ -20,18 +20,28 @@ import numba
 from numba.core.caching import FunctionCache
 
 HERE = Path(__file__).parent
-# All that goes into the kernel; Numba itself sees a change only of the file that holds the compiled function.
-SOURCES = ("compose.py", "equations.py", "kernel.py", "lanes.py", "motion.py", "stick_slip.py", "words.py", "effects/*.py")
+# All that goes into the kernel; Numba itself sees a change only of the file that holds the
+# compiled function.
+SOURCES = (
+    "compose.py",
+    "equations.py",
+    "kernel.py",
+    "lanes.py",
+    "motion.py",
+    "stick_slip.py",
+    "parameter_vector.py",
+    "effects/*.py",
+)
 
 
-def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
+def compile_cached(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a function when it is first called, or take its machine code from the cache."""
-    return compiled_from()(function)
+    return make_cached_compiler()(function)
 
 
-def compiled_from(*more: Path) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Return `compiled` for functions that also consist of more source files, of another package."""
-    return lambda function: _compiled(function, cache_folder(more))
+def make_cached_compiler(*more: Path) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Return `compile_cached` for functions that also consist of more source files, of another package."""
+    return lambda function: _compiled(function, find_cache_folder(more))
 
 
 def _compiled(function: Callable[..., Any], folder: Path | None) -> Callable[..., Any]:
@@ -47,7 +57,7 @@ def _compiled(function: Callable[..., Any], folder: Path | None) -> Callable[...
 
 
 @functools.cache
-def cache_folder(more: tuple[Path, ...] = ()) -> Path | None:
+def find_cache_folder(more: tuple[Path, ...] = ()) -> Path | None:
     """Return where machine code is kept, a folder named by its sources' digest; None where nothing can be kept."""
     digest = hashlib.sha256()
     for path in [*sorted(path for pattern in SOURCES for path in HERE.glob(pattern)), *more]:

@@ -1,37 +1,55 @@
 """How a lane moves over one step while its modes hold: forces, accelerations, Runge-Kutta of fourth order.
 
-A lane is one run: one vector of words, one start state. Lanes are packed in blocks whose numbers lie word by word:
-word k of lane i is `p[k * width + i]`, so that the compiler computes neighbouring lanes side by side. A state is (x,
-th, v, w). Modes are (cart_way, pole_way, cart_free, pole_free): the direction in which each joint slips (1, -1, or
-0), and 0 for a joint that sticks, 1 for one that moves. laws says by its type which effects' laws are compiled in:
-None for none, a tuple of one for those of plain arithmetic, of two for all; a law that is compiled in and neutral
-adds exactly nothing.
+A lane is one run: one vector of words, one start state. Lanes are packed in blocks whose numbers
+lie word by word: word k of lane i is `p[k * width + i]`, so that the compiler computes
+neighbouring lanes side by side. A state is (x, th, v, w). Modes are (cart_way, pole_way,
+cart_free, pole_free): the direction in which each joint slips (1, -1, or 0), and 0 for a joint
+that sticks, 1 for one that moves. laws says by its type which effects' laws are compiled in: None
+for none, a tuple of one for those of plain arithmetic, of two for all; a law that is compiled in
+and neutral adds exactly nothing.
 """
 
 from __future__ import annotations
 
 from pendulum_twin import compose
 from pendulum_twin.effects.effect import Place
-from pendulum_twin.equations import accelerations, cart_load, inner, pole_weight, sin_cos
-from pendulum_twin.words import CART_VISCOUS, COUPLING, GRAVITY, INERTIA, MASS, MOMENT, POLE_VISCOUS
+from pendulum_twin.equations import (
+    compute_cart_load,
+    compute_pole_weight,
+    inner,
+    sin_cos,
+    solve_accelerations,
+)
+from pendulum_twin.parameter_vector import (
+    CART_VISCOUS,
+    COUPLING,
+    GRAVITY,
+    INERTIA,
+    MASS,
+    MOMENT,
+    POLE_VISCOUS,
+)
 
 NO_LAWS, PLAIN_LAWS, ALL_LAWS = None, (0,), (0, 0)
 MOVING = (0.0, 0.0, 1.0, 1.0)  # modes without dry friction
 
-add_cart_forces = compose.forces(Place.CART)
-add_pole_torques = compose.forces(Place.POLE)
-cart_level = compose.dry_level(Place.CART)
-pole_level = compose.dry_level(Place.POLE)
+add_cart_forces = compose.compose_forces(Place.CART)
+add_pole_torques = compose.compose_forces(Place.POLE)
+cart_level = compose.compose_dry_level(Place.CART)
+pole_level = compose.compose_dry_level(Place.POLE)
 
 
 @inner
-def pushes(state, force, p, i, width, laws):
+def sum_forces(state, force, p, i, width, laws):
     """Return what pushes lane i's cart (N) and turns its pole (N m) but dry friction, and the coupling S cos(th)."""
     x, th, v, w = state
     sine, cosine = sin_cos(th)
     coupling = p[COUPLING * width + i]
-    push = force + cart_load(coupling, w, sine) - p[CART_VISCOUS * width + i] * v
-    turn = pole_weight(p[MOMENT * width + i], p[GRAVITY * width + i], sine) - p[POLE_VISCOUS * width + i] * w
+    push = force + compute_cart_load(coupling, w, sine) - p[CART_VISCOUS * width + i] * v
+    turn = (
+        compute_pole_weight(p[MOMENT * width + i], p[GRAVITY * width + i], sine)
+        - p[POLE_VISCOUS * width + i] * w
+    )
     if laws is not None:
         push += add_cart_forces(x, v, th, w, p, i, width, laws)
         turn += add_pole_torques(x, v, th, w, p, i, width, laws)
@@ -39,29 +57,37 @@ def pushes(state, force, p, i, width, laws):
 
 
 @inner
-def rates(state, force, modes, p, i, width, laws):
+def compute_accelerations(state, force, modes, p, i, width, laws):
     """Return v' and w' of lane i."""
     x, th, v, w = state
     cart_way, pole_way, cart_free, pole_free = modes
-    push, turn, coupling = pushes(state, force, p, i, width, laws)
+    push, turn, coupling = sum_forces(state, force, p, i, width, laws)
     if laws is not None:
         push -= cart_way * cart_level(abs(v), x, cart_way, p, i, width, laws)
         turn -= pole_way * pole_level(abs(w), th, pole_way, p, i, width, laws)
-    return accelerations(p[MASS * width + i], coupling, p[INERTIA * width + i], push, turn, cart_free, pole_free)
+    return solve_accelerations(
+        p[MASS * width + i], coupling, p[INERTIA * width + i], push, turn, cart_free, pole_free
+    )
 
 
 @inner
-def step(state, force, modes, p, i, width, laws, h):
+def advance_step(state, force, modes, p, i, width, laws, h):
     """Return lane i's state one step of h later, its modes held."""
     x, th, v, w = state
     half = 0.5 * h
-    a1, b1 = rates(state, force, modes, p, i, width, laws)
+    a1, b1 = compute_accelerations(state, force, modes, p, i, width, laws)
     v2, w2 = v + half * a1, w + half * b1
-    a2, b2 = rates((x + half * v, th + half * w, v2, w2), force, modes, p, i, width, laws)
+    a2, b2 = compute_accelerations(
+        (x + half * v, th + half * w, v2, w2), force, modes, p, i, width, laws
+    )
     v3, w3 = v + half * a2, w + half * b2
-    a3, b3 = rates((x + half * v2, th + half * w2, v3, w3), force, modes, p, i, width, laws)
+    a3, b3 = compute_accelerations(
+        (x + half * v2, th + half * w2, v3, w3), force, modes, p, i, width, laws
+    )
     v4, w4 = v + h * a3, w + h * b3
-    a4, b4 = rates((x + h * v3, th + h * w3, v4, w4), force, modes, p, i, width, laws)
+    a4, b4 = compute_accelerations(
+        (x + h * v3, th + h * w3, v4, w4), force, modes, p, i, width, laws
+    )
     sixth = h / 6.0
     return (
         x + sixth * (v + 2.0 * (v2 + v3) + v4),

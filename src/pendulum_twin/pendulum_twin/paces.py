@@ -2,13 +2,15 @@
 
 Samples are numbered k = 0, 1, ...; sample 0 is the start state.
 
-Real time: sample k is due at its time, whether commands come or not. The command that is held from sample k to sample
-k + 1 is the last that arrived within half a period after sample k (0 when stale): a command acts from the sampling time
-nearest to it, as in `rig_emulator`. So the answer to sample k acts from sample k on, and shows first in sample k + 1.
+Real time: sample k is due at its time, whether commands come or not. The command that is held from
+sample k to sample k + 1 is the last that arrived within half a period after sample k (0 when
+stale): a command acts from the sampling time nearest to it, as in `rig_emulator`. So the answer to
+sample k acts from sample k on, and shows first in sample k + 1.
 
-Lockstep: simulated time stands still until a command comes. The k-th command (from 0) is held from sample k to sample
-k + 1, and is answered by sample k + 1: one command in, one sample out, in order. Sample k has the time k * period.
-A command that is no number is refused and gets no answer; no command is ever stale. A reset counts as a step without
+Lockstep: simulated time stands still until a command comes. The k-th command (from 0) is held from
+sample k to sample k + 1, and is answered by sample k + 1: one command in, one sample out, in
+order. Sample k has the time k * period. A command that is no number is refused and gets no answer;
+no command is ever stale. A reset counts as a step without
 a command: its sample is the start state, and time goes on.
 """
 

@@ -44,11 +44,11 @@ class Rig:
 
     com_distance_m: from the axis to the centre of mass of cart and pole together (l).
     pole_inertia_kg_m2: about the axis of rotation (Jp).
-    force_per_pwm_n: force on the cart a unit of command (p1).
-    None stands for a part that the rig does not have: a cart alone has no pole keys, a pole alone (cart locked) no
-    cart keys.
+    force_per_pwm_n: force on the cart a unit of command (p1). None stands for a part that the rig
+    does not have: a cart alone has no pole keys, a pole alone (cart locked) no cart keys.
 
-    Raises BadInputError for a value out of range, and for a part of which only some keys are given.
+    Raises BadInputError for a value out of range, and for a part of which only some keys are
+    given.
     """
 
     cart_mass_kg: float | None = None
@@ -66,13 +66,19 @@ class Rig:
         for field in fields(self):
             value = getattr(self, field.name)
             if value is not None:
-                object.__setattr__(self, field.name, checked_number(field.name, value, *RANGES[field.name]))
+                object.__setattr__(
+                    self, field.name, check_number(field.name, value, *RANGES[field.name])
+                )
         for part, keys in (("cart", CART_KEYS), ("pole", POLE_KEYS)):
             missing = [k for k in keys if getattr(self, k) is None]
             if missing and len(missing) < len(keys):
-                raise BadInputError(f"expected all keys of the {part} or none of them, found {missing[0]} missing")
+                raise BadInputError(
+                    f"expected all keys of the {part} or none of them, found {missing[0]} missing"
+                )
         if not (self.has_cart or self.has_pole):
-            raise BadInputError(f"expected a cart ({', '.join(CART_KEYS)}) or a pole ({', '.join(POLE_KEYS)})")
+            raise BadInputError(
+                f"expected a cart ({', '.join(CART_KEYS)}) or a pole ({', '.join(POLE_KEYS)})"
+            )
 
     @property
     def has_cart(self) -> bool:
@@ -94,28 +100,36 @@ class Rig:
         return {key: value for key, value in asdict(self).items() if value is not None}
 
 
-def rig_from_mapping(mapping: object) -> Rig:
+def parse_rig(mapping: object) -> Rig:
     """Return the rig of a twin file's `rig` block; raise BadInputError naming the key that is wrong."""
     if not isinstance(mapping, Mapping):
-        raise BadInputError(f"expected 'rig' to be a mapping of names to numbers, found {type(mapping).__name__}")
+        raise BadInputError(
+            f"expected 'rig' to be a mapping of names to numbers, found {type(mapping).__name__}"
+        )
     for key in mapping:
         if key not in RANGES:
-            raise BadInputError(unknown_key("rig", str(key), tuple(RANGES)))
+            raise BadInputError(describe_unknown_key("rig", str(key), tuple(RANGES)))
     return Rig(**mapping)
 
 
-def checked_number(key: str, value: object, low: float, high: float) -> float:
+def check_number(key: str, value: object, low: float, high: float) -> float:
     """Return value as a float; raise BadInputError when it is no finite number in [low, high]."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise BadInputError(f"{key}: expected a number, found {value!r}")
-    if not low <= value <= high or abs(value) == math.inf:  # NaN is in no range; a whole number may be too large for a float
+    if (
+        not low <= value <= high or abs(value) == math.inf
+    ):  # NaN is in no range; a whole number may be too large for a float
         raise BadInputError(f"{key}: expected a number from {low:g} to {high:g}, found {value!r}")
     return float(value)
 
 
-def unknown_key(where: str, key: str, known: tuple[str, ...]) -> str:
+def describe_unknown_key(where: str, key: str, known: tuple[str, ...]) -> str:
     """Return the sentence for an unknown key, with the known key of the same quantity if its unit alone differs."""
     stems = {k: k.split("_")[:2] for k in known}
     near = [k for k in known if stems[k] == key.split("_")[:2]]
-    hint = f"; did you mean {near[0]} (the unit is part of the name)?" if near else f"; known are {', '.join(known)}"
+    hint = (
+        f"; did you mean {near[0]} (the unit is part of the name)?"
+        if near
+        else f"; known are {', '.join(known)}"
+    )
     return f"{where}: unknown key {key}{hint}"

@@ -8,8 +8,9 @@ LONGEST_BACKLOG_S = 0.25
 class SampleClock:
     """Give out sampling times (ns), each exactly one period after the last.
 
-    A time is due from half a period before it, so that a timer's jitter neither skips nor doubles a sample. After a
-    standstill of more than LONGEST_BACKLOG_S the times between are given up, and counted in `lost`.
+    A time is due from half a period before it, so that a timer's jitter neither skips nor doubles
+    a sample. After a standstill of more than LONGEST_BACKLOG_S the times between are given up, and
+    counted in `lost`.
     """
 
     def __init__(self, period_s: float) -> None:
@@ -23,9 +24,15 @@ class SampleClock:
         if self._first_ns is None:
             self._first_ns = now_ns
         behind = int((now_ns - self._first_ns) / self._period_ns + 0.5) + 1 - self._given
-        if behind * self._period_ns > LONGEST_BACKLOG_S * 1e9 or behind * self._period_ns < -LONGEST_BACKLOG_S * 1e9:
+        if (
+            behind * self._period_ns > LONGEST_BACKLOG_S * 1e9
+            or behind * self._period_ns < -LONGEST_BACKLOG_S * 1e9
+        ):
             self.lost += max(behind - 1, 0)
             self._first_ns, self._given, behind = now_ns, 0, 1
-        times = [self._first_ns + round((self._given + k) * self._period_ns) for k in range(max(behind, 0))]
+        times = [
+            self._first_ns + round((self._given + k) * self._period_ns)
+            for k in range(max(behind, 0))
+        ]
         self._given += len(times)
         return times

@@ -21,16 +21,21 @@ class Signals:
     All arrays have one entry a sample, shape (n,), and are read-only.
 
     command: PWM fraction (or volts, as the twin file has it) held from its sample to the next.
-    cart: cart position in m, positive along the rail, 0 in the middle; None when the recording has no cart.
-    pole: pole angle in rad, 0 upright, counterclockwise positive, hanging at pi, not wrapped; None when no pole.
-    cart_valid, pole_valid: False where the sample was missing, a spike or stale; its value is a placeholder.
-    starts: first sample of every stretch. Nothing is carried over from one stretch to the next: a gap, a jump of the
-        recording or another bag begins a new one. starts[0] is 0.
-    begin_s: when every stretch begins, on the clock of its recording, 0 at that recording's start; None when they follow
-        each other without a gap.
-    after_s: how long the recordings before that of each stretch are, in all; None when there are none.
+    cart: cart position in m, positive along the rail, 0 in the middle; None when the recording has
+    no cart.
+    pole: pole angle in rad, 0 upright, counterclockwise positive, hanging at pi, not wrapped; None
+    when no pole.
+    cart_valid, pole_valid: False where the sample was missing, a spike or stale; its value is a
+    placeholder.
+    starts: first sample of every stretch. Nothing is carried over from one stretch to the next: a
+        gap, a jump of the recording or another bag begins a new one. starts[0] is 0.
+    begin_s: when every stretch begins, on the clock of its recording, 0 at that recording's start;
+        None when they follow each other without a gap.
+    after_s: how long the recordings before that of each stretch are, in all; None when there are
+    none.
 
-    Raises BadInputError when lengths differ, a value is not finite or neither cart nor pole is there.
+    Raises BadInputError when lengths differ, a value is not finite or neither cart nor pole is
+    there.
     """
 
     period_s: float
@@ -62,12 +67,21 @@ class Signals:
             values.setflags(write=False)
             object.__setattr__(self, name, values)
         starts = self.starts
-        if not starts or starts[0] != 0 or list(starts) != sorted(set(starts)) or starts[-1] >= max(len(self), 1):
-            raise BadInputError(f"expected rising starts of stretches from 0 to {len(self) - 1}, found {starts}")
+        if (
+            not starts
+            or starts[0] != 0
+            or list(starts) != sorted(set(starts))
+            or starts[-1] >= max(len(self), 1)
+        ):
+            raise BadInputError(
+                f"expected rising starts of stretches from 0 to {len(self) - 1}, found {starts}"
+            )
         for name in ("begin_s", "after_s"):
             values = getattr(self, name)
             if values is not None and len(values) != len(starts):
-                raise BadInputError(f"expected {name} of {len(starts)} stretches, found {len(values)}")
+                raise BadInputError(
+                    f"expected {name} of {len(starts)} stretches, found {len(values)}"
+                )
 
     def __len__(self) -> int:
         return len(self.command)
@@ -80,7 +94,9 @@ class Signals:
     @property
     def end_s(self) -> float:
         """Return when the last sample's period ends, counted through all recordings, gaps included."""
-        return self._after_s[-1] + self._begin_s[-1] + (len(self) - self.starts[-1]) * self.period_s
+        return (
+            self._after_s[-1] + self._begin_s[-1] + (len(self) - self.starts[-1]) * self.period_s
+        )
 
     @property
     def clock_s(self) -> Floats:
@@ -94,14 +110,19 @@ class Signals:
 
     @property
     def _begin_s(self) -> tuple[float, ...]:
-        return tuple(k * self.period_s for k in self.starts) if self.begin_s is None else self.begin_s
+        return (
+            tuple(k * self.period_s for k in self.starts) if self.begin_s is None else self.begin_s
+        )
 
     @property
     def _after_s(self) -> tuple[float, ...]:
         return (0.0,) * len(self.starts) if self.after_s is None else self.after_s
 
     def _times(self, begin_s: tuple[float, ...]) -> Floats:
-        parts = [b + np.arange(s.stop - s.start) * self.period_s for s, b in zip(self.stretches, begin_s, strict=True)]
+        parts = [
+            b + np.arange(s.stop - s.start) * self.period_s
+            for s, b in zip(self.stretches, begin_s, strict=True)
+        ]
         return np.concatenate(parts)
 
     def broken_at(self, samples: Iterable[int]) -> Signals:
@@ -109,9 +130,15 @@ class Signals:
         starts = tuple(sorted({*self.starts, *samples}))
         stretch = np.searchsorted(self.starts, starts, side="right") - 1
         begin_s = tuple(
-            self._begin_s[s] + (k - self.starts[s]) * self.period_s for k, s in zip(starts, stretch.tolist(), strict=True)
+            self._begin_s[s] + (k - self.starts[s]) * self.period_s
+            for k, s in zip(starts, stretch.tolist(), strict=True)
         )
-        return replace(self, starts=starts, begin_s=begin_s, after_s=tuple(self._after_s[s] for s in stretch.tolist()))
+        return replace(
+            self,
+            starts=starts,
+            begin_s=begin_s,
+            after_s=tuple(self._after_s[s] for s in stretch.tolist()),
+        )
 
     @property
     def stretches(self) -> tuple[slice, ...]:
@@ -120,7 +147,7 @@ class Signals:
         return tuple(slice(a, b) for a, b in zip(self.starts, ends, strict=True))
 
 
-def joined(parts: list[Signals]) -> Signals:
+def join_signals(parts: list[Signals]) -> Signals:
     """Return several recordings of one rig as one, each its own stretch.
 
     Raises BadInputError when they differ in sample period (by more than 1 %) or in what they hold.
@@ -133,7 +160,9 @@ def joined(parts: list[Signals]) -> Signals:
                 "diagnose them one by one"
             )
         if (part.cart is None, part.pole is None) != (first.cart is None, first.pole is None):
-            raise BadInputError("expected recordings that all hold the same joints, found cart or pole missing in some")
+            raise BadInputError(
+                "expected recordings that all hold the same joints, found cart or pole missing in some"
+            )
     if len(parts) == 1:
         return first
     offsets = np.cumsum([0] + [len(p) for p in parts[:-1]])

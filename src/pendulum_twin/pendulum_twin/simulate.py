@@ -11,13 +11,15 @@ from pendulum_twin import compose, kernel
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Effect, Form
 from pendulum_twin.motion import ALL_LAWS, NO_LAWS, PLAIN_LAWS
+from pendulum_twin.parameter_vector import BASE, SLOTS, find_active_effects
 from pendulum_twin.signals import Floats, Signals
-from pendulum_twin.words import BASE, SLOTS, active
 
 Ints = NDArray[np.int64]
 
-_MECHANICAL = np.array([e.form in (Form.FORCE, Form.DRY, Form.DRY_RATIO, Form.HOLD) for e in CATALOGUE])
-_COSTLY = np.array([compose.costly(e) for e in CATALOGUE])
+_MECHANICAL = np.array(
+    [e.form in (Form.FORCE, Form.DRY, Form.DRY_RATIO, Form.HOLD) for e in CATALOGUE]
+)
+_COSTLY = np.array([compose.is_costly(e) for e in CATALOGUE])
 _STICKING = np.array([e.form in (Form.DRY, Form.HOLD) for e in CATALOGUE])
 _MEASURING = [(k, e) for k, e in enumerate(CATALOGUE) if e.form is Form.MEASURE]
 _FILTERING = [(k, e) for k, e in enumerate(CATALOGUE) if e.form in (Form.FILTER, Form.CLOCK)]
@@ -26,23 +28,31 @@ _CLOCKS = [e for e in CATALOGUE if e.form is Form.CLOCK]
 RATES = (2, 3)
 
 
-def free_runs(signals: Signals, words: Floats, set_of: Ints, begin: Ints, starts: Floats, samples: int) -> Floats:
+def run_freely(
+    signals: Signals, theta: Floats, set_of: Ints, begin: Ints, starts: Floats, samples: int
+) -> Floats:
     """Return what the sensors would have shown in runs of a twin driven by the recorded command.
 
-    words: (sets, SIZE), the twins. set_of: (runs,) which twin each run has. begin: (runs,) sample at which it starts;
-    the run must stay inside the recording. starts: (runs, 4) measured x, th, v, w there. Returns (runs, samples, 4),
-    the first sample the start itself.
+    theta: (sets, SIZE), the twins. set_of: (runs,) which twin each run has. begin: (runs,) sample
+    at which it starts; the run must stay inside the recording. starts: (runs, 4) measured x, th,
+    v, w there. Returns (runs, samples, 4), the first sample the start itself.
     """
-    return driven_runs(signals, drive_pass(signals, words), words, set_of, begin, starts, samples)
+    return run_driven(signals, run_drive(signals, theta), theta, set_of, begin, starts, samples)
 
 
-def driven_runs(
-    signals: Signals, drives: tuple[Floats, Ints], words: Floats, set_of: Ints, begin: Ints, starts: Floats, samples: int
+def run_driven(
+    signals: Signals,
+    drives: tuple[Floats, Ints],
+    theta: Floats,
+    set_of: Ints,
+    begin: Ints,
+    starts: Floats,
+    samples: int,
 ) -> Floats:
-    """Return what `free_runs` does, from what `drive_pass` has made of the command for these words."""
-    sub = kernel.substeps(signals.period_s)
+    """Return what `run_freely` does, from what `run_drive` has made of the command for these words."""
+    sub = kernel.count_substeps(signals.period_s)
     rows, row_of = drives
-    lane_words = words[set_of]
+    lane_theta = theta[set_of]
     true = np.empty((len(begin), samples, 4))
     begin = np.asarray(begin, dtype=np.int64)
     t = signals.clock_s[begin]
@@ -50,105 +60,129 @@ def driven_runs(
         rows,
         row_of[set_of],
         begin * sub,
-        unmeasured(starts, lane_words, t),
-        lane_words,
+        undo_sensors(starts, lane_theta, t),
+        lane_theta,
         signals.period_s / sub,
         sub,
         true,
     )
-    shown = measured(true, lane_words, t[:, None] + signals.period_s * np.arange(samples))
-    return reported(shown, lane_words, signals.period_s)
+    shown = apply_sensors(true, lane_theta, t[:, None] + signals.period_s * np.arange(samples))
+    return apply_reporting(shown, lane_theta, signals.period_s)
 
 
-def drive_pass(signals: Signals, words: Floats) -> tuple[Floats, Ints]:
+def run_drive(signals: Signals, theta: Floats) -> tuple[Floats, Ints]:
     """Return what command and drive make of the whole recording, (rows, samples * substeps), and each twin's row.
 
     Twins whose command and drive are the same share a row; the gain is not in it.
     """
-    sub = kernel.substeps(signals.period_s)
-    _, first, row_of = np.unique(_filtering(words), axis=0, return_index=True, return_inverse=True)
+    sub = kernel.count_substeps(signals.period_s)
+    _, first, row_of = np.unique(_filtering(theta), axis=0, return_index=True, return_inverse=True)
     rows = np.empty((len(first), len(signals) * sub))
     clock_s = signals.clock_s
     for row, chosen in zip(rows, first, strict=True):
-        on = active(words[chosen])
-        h = signals.period_s / sub * float(paces(words[chosen]))
-        offsets = memory_offsets(h)
+        on = find_active_effects(theta[chosen])
+        h = signals.period_s / sub * float(compute_paces(theta[chosen]))
+        offsets = compute_memory_offsets(h)
         for stretch in signals.stretches:
             steps = round(clock_s[stretch.start] / signals.period_s) * sub
             out = row[stretch.start * sub : stretch.stop * sub]
-            kernel.drive(signals.command[stretch], np.zeros(offsets[-1]), offsets, h, sub, steps, words[chosen], on, out)
+            kernel.drive(
+                signals.command[stretch],
+                np.zeros(offsets[-1]),
+                offsets,
+                h,
+                sub,
+                steps,
+                theta[chosen],
+                on,
+                out,
+            )
     return rows, row_of.reshape(-1).astype(np.int64)
 
 
-def _filtering(words: Floats) -> Floats:
+def _filtering(theta: Floats) -> Floats:
     """Return the words that command and drive depend on; the base's only where a filter that is on asks for them."""
     columns = []
-    on = active(words)
+    on = find_active_effects(theta)
     for k, e in _FILTERING:
-        columns.append(words[:, SLOTS[e.name]])
+        columns.append(theta[:, SLOTS[e.name]])
         if on[k] and e.constants:
-            columns.append(words[:, [BASE.index(name) for name in e.constants]])
+            columns.append(theta[:, [BASE.index(name) for name in e.constants]])
     return np.concatenate(columns, axis=1)
 
 
-def memory_offsets(h: float) -> Ints:
+def compute_memory_offsets(h: float) -> Ints:
     """Return where each filter's memory begins for substeps of h s, and the size of all."""
-    return np.concatenate([[0], np.cumsum(compose.memory_sizes(h))]).astype(np.int64)
+    return np.concatenate([[0], np.cumsum(compose.compute_memory_sizes(h))]).astype(np.int64)
 
 
-def paces(words: Floats) -> Floats:
+def compute_paces(theta: Floats) -> Floats:
     """Return how much time passes while the stamps go on by one second, for words (..., SIZE), shape (...)."""
-    passed = np.ones(words.shape[:-1])
+    passed = np.ones(theta.shape[:-1])
     for e in _CLOCKS:
         slot = SLOTS[e.name]
-        passed = passed * e.law(*(words[..., k] for k in range(slot.start, slot.stop)))
+        passed = passed * e.law(*(theta[..., k] for k in range(slot.start, slot.stop)))
     return passed
 
 
 def run_mechanics(
-    drives: Floats, drive_of: Ints, begin: Ints, starts: Floats, words: Floats, h: float, sub: int, out: Floats
+    drives: Floats,
+    drive_of: Ints,
+    begin: Ints,
+    starts: Floats,
+    theta: Floats,
+    h: float,
+    sub: int,
+    out: Floats,
 ) -> None:
     """Run the kernel's mechanics on lanes with the narrowest code that holds their effects; see `kernel.mechanics`."""
     kernel.mechanics(
-        (0,) * (1 if len(words) == 1 else kernel.WIDTH),
-        *code_for(words),
+        (0,) * (1 if len(theta) == 1 else kernel.WIDTH),
+        *select_kernel_code(theta),
         np.ascontiguousarray(drives),
         drive_of,
         begin,
         np.ascontiguousarray(starts),
-        np.ascontiguousarray(words),
+        np.ascontiguousarray(theta),
         h,
         sub,
         out,
     )
 
 
-def code_for(words: Floats) -> tuple[tuple[int, ...] | None, bool]:
+def select_kernel_code(theta: Floats) -> tuple[tuple[int, ...] | None, bool]:
     """Return laws and dry of `kernel.mechanics`: the least code that holds all effects of words (lanes, SIZE)."""
-    on = active(words)
+    on = find_active_effects(theta)
     dry = bool(np.any(on & _STICKING))
     if not np.any(on & _MECHANICAL):
         return NO_LAWS, dry
     return ALL_LAWS if np.any(on & _MECHANICAL & _COSTLY) else PLAIN_LAWS, dry
 
 
-def measured(states: Floats, words: Floats, t: Floats) -> Floats:
+def apply_sensors(states: Floats, theta: Floats, t: Floats) -> Floats:
     """Return what the sensors show of true states (..., 4) of lanes with words (lanes, SIZE); lanes come first.
 
-    t: (...) by the stamps, s from the start of the recording. Velocities are by the stamps, too; see also `reported`.
+    t: (...) by the stamps, s from the start of the recording. Velocities are by the stamps, too;
+    see also `apply_reporting`.
     """
-    return _by_stamps(through_sensors(states, words, measuring(words), t), words, 1.0)
+    return _by_stamps(
+        pass_through_sensors(states, theta, select_measuring_effects(theta), t), theta, 1.0
+    )
 
 
-def unmeasured(states: Floats, words: Floats, t: Floats) -> Floats:
-    """Return the true states behind measured ones; the inverse of `measured`."""
-    effects = [replace(e, law=e.inverse) for e in reversed(measuring(words)) if e.inverse is not None]
-    return through_sensors(_by_stamps(states, words, -1.0), words, effects, t)
+def undo_sensors(states: Floats, theta: Floats, t: Floats) -> Floats:
+    """Return the true states behind measured ones; the inverse of `apply_sensors`."""
+    effects = [
+        replace(e, law=e.inverse)
+        for e in reversed(select_measuring_effects(theta))
+        if e.inverse is not None
+    ]
+    return pass_through_sensors(_by_stamps(states, theta, -1.0), theta, effects, t)
 
 
-def _by_stamps(states: Floats, words: Floats, power: float) -> Floats:
+def _by_stamps(states: Floats, theta: Floats, power: float) -> Floats:
     """Return states whose velocities are multiplied by a power of their lane's pace."""
-    passed = paces(words)
+    passed = compute_paces(theta)
     if np.all(passed == 1.0):
         return states
     states = states.copy()
@@ -156,45 +190,51 @@ def _by_stamps(states: Floats, words: Floats, power: float) -> Floats:
     return states
 
 
-def reported(states: Floats, words: Floats, period_s: float) -> Floats:
+def apply_reporting(states: Floats, theta: Floats, period_s: float) -> Floats:
     """Return measured states (lanes, samples, 4) with the velocities as they are reported, sample after sample."""
-    effects = reporting(words)
+    effects = select_reporting_effects(theta)
     if effects:
         states = states.copy()
         for n in range(1, states.shape[1]):
-            states[:, n, RATES] = report(states[:, n, RATES], states[:, n - 1, RATES], words, effects, period_s)
+            states[:, n, RATES] = report_rates(
+                states[:, n, RATES], states[:, n - 1, RATES], theta, effects, period_s
+            )
     return states
 
 
-def report(rates: Floats, before: Floats, words: Floats, effects: list[Effect], period_s: float) -> Floats:
+def report_rates(
+    rates: Floats, before: Floats, theta: Floats, effects: list[Effect], period_s: float
+) -> Floats:
     """Return what is reported of velocities (lanes, 2), given what was reported a sample before."""
     for e in effects:
         slot = SLOTS[e.name]
         for i in range(len(rates)):
-            rates[i] = e.law(rates[i], before[i], period_s, *words[i, slot])
+            rates[i] = e.law(rates[i], before[i], period_s, *theta[i, slot])
     return rates
 
 
-def reporting(words: Floats) -> list[Effect]:
+def select_reporting_effects(theta: Floats) -> list[Effect]:
     """Return the effects on reported velocities that are on in any lane."""
-    on = active(words)
+    on = find_active_effects(theta)
     return [e for k, e in _REPORTING if on[k]]
 
 
-def measuring(words: Floats) -> list[Effect]:
+def select_measuring_effects(theta: Floats) -> list[Effect]:
     """Return the sensor's effects that are on in any lane, in chain order."""
-    on = active(words)
+    on = find_active_effects(theta)
     return [e for k, e in _MEASURING if on[k]]
 
 
-def through_sensors(states: Floats, words: Floats, effects: list[Effect], t: Floats) -> Floats:
-    """Return states after the sensor's effects; see `measured`."""
+def pass_through_sensors(
+    states: Floats, theta: Floats, effects: list[Effect], t: Floats
+) -> Floats:
+    """Return states after the sensor's effects; see `apply_sensors`."""
     if not effects:
         return states.copy()
     x, th, v, w = (states[..., k] for k in range(4))
     for effect in effects:
         slot = SLOTS[effect.name]
-        columns = (words[:, k].reshape(_lanes_first(x)) for k in range(slot.start, slot.stop))
+        columns = (theta[:, k].reshape(_lanes_first(x)) for k in range(slot.start, slot.stop))
         x, v, th, w = effect.law(x, v, th, w, t, *columns)
     return np.stack([x, th, v, w], axis=-1)
 

@@ -9,39 +9,53 @@ import numpy as np
 from pendulum_twin import kernel
 from pendulum_twin.model import Twin
 from pendulum_twin.motion import ALL_LAWS, NO_LAWS, PLAIN_LAWS
+from pendulum_twin.parameter_vector import find_active_effects, make_theta
 from pendulum_twin.signals import Floats
-from pendulum_twin.simulate import RATES, code_for, measured, memory_offsets, paces, report, reporting, unmeasured
-from pendulum_twin.words import active, words_of
+from pendulum_twin.simulate import (
+    RATES,
+    apply_sensors,
+    compute_memory_offsets,
+    compute_paces,
+    report_rates,
+    select_kernel_code,
+    select_reporting_effects,
+    undo_sensors,
+)
 
 HANGING = (0.0, math.pi, 0.0, 0.0)
 ONE_LANE = (0,)
 
 
-def resting(twin: Twin) -> tuple[float, ...]:
+def make_resting_state(twin: Twin) -> tuple[float, ...]:
     """Return what the sensors show (x, th, v, w) where the cart stands in the middle and the pole hangs by its weight."""
-    shown = measured(np.array([HANGING]), words_of(twin)[None], np.zeros(1))[0]
+    shown = apply_sensors(np.array([HANGING]), make_theta(twin)[None], np.zeros(1))[0]
     return tuple(float(value) + 0.0 for value in shown)  # no -0
 
 
 class Stepper:
     """Advance one twin sample by sample; a run of steps gives the same bits as one free run.
 
-    state: measured x (m), th (rad), v (m/s), w (rad/s); None: at rest. before: the command that was held until now, which
-    delays and lags still let through; None: that of the first step, as in a free run, which knows of none before.
+    state: measured x (m), th (rad), v (m/s), w (rad/s); None: at rest. before: the command that
+    was held until now, which delays and lags still let through; None: that of the first step, as
+    in a free run, which knows of none before.
     """
 
     def __init__(
-        self, twin: Twin, period_s: float, state: tuple[float, ...] | None = None, before: float | None = 0.0
+        self,
+        twin: Twin,
+        period_s: float,
+        state: tuple[float, ...] | None = None,
+        before: float | None = 0.0,
     ) -> None:
-        self._words, self._rest = words_of(twin)[None], resting(twin)
-        self._on = active(self._words)
-        self._reports = reporting(self._words)
-        self._laws, self._dry = code_for(self._words)
+        self._theta, self._rest = make_theta(twin)[None], make_resting_state(twin)
+        self._on = find_active_effects(self._theta)
+        self._reports = select_reporting_effects(self._theta)
+        self._laws, self._dry = select_kernel_code(self._theta)
         self._period_s = period_s
-        self._sub = kernel.substeps(period_s)
+        self._sub = kernel.count_substeps(period_s)
         self._h = period_s / self._sub  # by the stamps; really it is pace times as long
-        self._pace = float(paces(self._words)[0])
-        self._offsets = memory_offsets(self._h * self._pace)
+        self._pace = float(compute_paces(self._theta)[0])
+        self._offsets = compute_memory_offsets(self._h * self._pace)
         self._command = np.empty(1)
         self._drive = np.empty((1, self._sub))
         self._out = np.empty((1, 2, 4))  # the true state before and after the last step
@@ -56,7 +70,7 @@ class Stepper:
         if before is not None:
             self._command[0] = before
             self._pass(self._drive[0, :1])
-        self._true = unmeasured(np.array([state], dtype=np.float64), self._words, np.zeros(1))
+        self._true = undo_sensors(np.array([state], dtype=np.float64), self._theta, np.zeros(1))
         self._shown = np.array([state], dtype=np.float64)
 
     @property
@@ -76,7 +90,7 @@ class Stepper:
             self._zero,
             self._zero,
             self._true,
-            self._words,
+            self._theta,
             self._h,
             self._sub,
             self._out,
@@ -84,16 +98,28 @@ class Stepper:
         self._steps += self._sub
         self._true[:] = self._out[:, 1]
         t = np.array([self._steps // self._sub * self._period_s])
-        shown = measured(self._true, self._words, t)
+        shown = apply_sensors(self._true, self._theta, t)
         if self._reports:
-            shown[:, RATES] = report(shown[:, RATES], self._shown[:, RATES], self._words, self._reports, self._period_s)
+            shown[:, RATES] = report_rates(
+                shown[:, RATES], self._shown[:, RATES], self._theta, self._reports, self._period_s
+            )
         self._shown = shown
         return self.state
 
     def _pass(self, drive: Floats) -> None:
         """Fill drive (substeps,) with what the drive makes of the command."""
         h = self._h * self._pace
-        kernel.drive(self._command, self._memory, self._offsets, h, len(drive), self._steps, self._words[0], self._on, drive)
+        kernel.drive(
+            self._command,
+            self._memory,
+            self._offsets,
+            h,
+            len(drive),
+            self._steps,
+            self._theta[0],
+            self._on,
+            drive,
+        )
 
 
 def compile_for_any_effect(twin: Twin, period_s: float) -> None:

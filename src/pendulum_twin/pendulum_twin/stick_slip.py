@@ -1,8 +1,9 @@
 """Dry friction, rigid: over a step every joint either slips in one direction or sticks.
 
-A joint at rest sticks while its dry friction can hold what pushes it; the push that comes through the coupling
-counts. A mode ends where its margin passes zero: a slipping joint's velocity, a sticking joint's friction in reserve.
-A step in which that happens is cut there, the joint is asked again, and the rest of the step done in its new mode.
+A joint at rest sticks while its dry friction can hold what pushes it; the push that comes through
+the coupling counts. A mode ends where its margin passes zero: a slipping joint's velocity, a
+sticking joint's friction in reserve. A step in which that happens is cut there, the joint is asked
+again, and the rest of the step done in its new mode.
 """
 
 from __future__ import annotations
@@ -10,77 +11,85 @@ from __future__ import annotations
 import numba
 
 from pendulum_twin.equations import inner
-from pendulum_twin.motion import cart_level, pole_level, pushes, step
-from pendulum_twin.words import INERTIA, MASS
+from pendulum_twin.motion import advance_step, cart_level, pole_level, sum_forces
+from pendulum_twin.parameter_vector import INERTIA, MASS
 
 LASTING = 1.0  # the margin of a joint without dry friction: its mode never ends
-SEARCHES = 4  # secant steps towards the end of a mode: its time is then known to some 1e-12 of a step
-BEYOND = 1e-9  # of a step, by which the cut lies behind the end of a mode, so that it surely has ended
+SEARCHES = (
+    4  # secant steps towards the end of a mode: its time is then known to some 1e-12 of a step
+)
+BEYOND = (
+    1e-9  # of a step, by which the cut lies behind the end of a mode, so that it surely has ended
+)
 
 alone = numba.njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 
 @inner
-def sign(number):
+def get_sign(number):
     """Return 1, 0 or -1."""
     return (1.0 if number > 0.0 else 0.0) - (1.0 if number < 0.0 else 0.0)
 
 
 @inner
-def modes_of(state, force, p, i, width, laws):
+def find_modes(state, force, p, i, width, laws):
     """Return lane i's modes; a joint at rest slips if it is pushed harder than its dry friction holds."""
     x, th, v, w = state
     mass, inertia = p[MASS * width + i], p[INERTIA * width + i]
-    push, turn, coupling = pushes(state, force, p, i, width, laws)
-    cart_way, pole_way = sign(v), sign(w)
+    push, turn, coupling = sum_forces(state, force, p, i, width, laws)
+    cart_way, pole_way = get_sign(v), get_sign(w)
     push -= cart_way * cart_level(abs(v), x, cart_way, p, i, width, laws)
     turn -= pole_way * pole_level(abs(w), th, pole_way, p, i, width, laws)
     cart_runs, pole_runs = v != 0.0, w != 0.0
 
-    # The pole, with the cart standing still; then the cart, with the pole's motion; then the pole, with the cart's.
-    held = 0.0 if pole_runs else pole_level(0.0, th, sign(turn), p, i, width, laws)
-    pole_moves = pole_runs | slips(turn, held)
-    pushed = push + (coupling * (turn - sign(turn) * held) / inertia if pole_moves else 0.0)
-    held = 0.0 if cart_runs else cart_level(0.0, x, sign(pushed), p, i, width, laws)
-    cart_moves = cart_runs | slips(pushed, held)
-    turned = turn + (coupling * (push - sign(pushed) * held) / mass if cart_moves else 0.0)
-    held = 0.0 if pole_runs else pole_level(0.0, th, sign(turned), p, i, width, laws)
-    pole_moves = pole_runs | slips(turned, held)
+    # The pole, with the cart standing still; then the cart, with the pole's motion; then the pole,
+    # with the cart's.
+    held = 0.0 if pole_runs else pole_level(0.0, th, get_sign(turn), p, i, width, laws)
+    pole_moves = pole_runs | does_slip(turn, held)
+    pushed = push + (coupling * (turn - get_sign(turn) * held) / inertia if pole_moves else 0.0)
+    held = 0.0 if cart_runs else cart_level(0.0, x, get_sign(pushed), p, i, width, laws)
+    cart_moves = cart_runs | does_slip(pushed, held)
+    turned = turn + (coupling * (push - get_sign(pushed) * held) / mass if cart_moves else 0.0)
+    held = 0.0 if pole_runs else pole_level(0.0, th, get_sign(turned), p, i, width, laws)
+    pole_moves = pole_runs | does_slip(turned, held)
 
     cart_free, pole_free = 1.0 if cart_moves else 0.0, 1.0 if pole_moves else 0.0
-    cart_way = cart_way if cart_runs else cart_free * sign(pushed)
-    pole_way = pole_way if pole_runs else pole_free * sign(turned)
+    cart_way = cart_way if cart_runs else cart_free * get_sign(pushed)
+    pole_way = pole_way if pole_runs else pole_free * get_sign(turned)
     return cart_way, pole_way, cart_free, pole_free
 
 
 @inner
-def slips(push, level):
+def does_slip(push, level):
     """Return whether a joint at rest gives way to a push."""
     return (level <= 0.0) | (abs(push) > level)
 
 
 @inner
-def margins_of(state, force, modes, p, i, width, laws):
+def compute_margins(state, force, modes, p, i, width, laws):
     """Return by how much cart and pole of lane i are still within their modes: below zero, the mode has ended."""
     x, th, v, w = state
     cart_way, pole_way, cart_free, pole_free = modes
-    push, turn, coupling = pushes(state, force, p, i, width, laws)
+    push, turn, coupling = sum_forces(state, force, p, i, width, laws)
     push -= cart_way * cart_level(abs(v), x, cart_way, p, i, width, laws)
     turn -= pole_way * pole_level(abs(w), th, pole_way, p, i, width, laws)
     pushed = push + coupling * pole_free * turn / p[INERTIA * width + i]
     turned = turn + coupling * cart_free * push / p[MASS * width + i]
-    cart_reserve = cart_level(0.0, x, sign(pushed), p, i, width, laws) - abs(pushed)
-    pole_reserve = pole_level(0.0, th, sign(turned), p, i, width, laws) - abs(turned)
+    cart_reserve = cart_level(0.0, x, get_sign(pushed), p, i, width, laws) - abs(pushed)
+    pole_reserve = pole_level(0.0, th, get_sign(turned), p, i, width, laws) - abs(turned)
     cart_runs = v * cart_way if cart_level(0.0, x, cart_way, p, i, width, laws) > 0.0 else LASTING
     pole_runs = w * pole_way if pole_level(0.0, th, pole_way, p, i, width, laws) > 0.0 else LASTING
-    return cart_runs if cart_free > 0.0 else cart_reserve, pole_runs if pole_free > 0.0 else pole_reserve
+    return (
+        cart_runs if cart_free > 0.0 else cart_reserve,
+        pole_runs if pole_free > 0.0 else pole_reserve,
+    )
 
 
 @alone
 def cut_step(state, after, force, modes, p, i, width, laws, h):
     """Return lane i's state after a step that began in state and would, its modes held, end in after."""
-    cart_begin, pole_begin = margins_of(state, force, modes, p, i, width, laws)
-    cart_end, pole_end = margins_of(after, force, modes, p, i, width, laws)
+    cart_begin, pole_begin = compute_margins(state, force, modes, p, i, width, laws)
+    cart_end, pole_end = compute_margins(after, force, modes, p, i, width, laws)
     # The fraction of the step after which each mode ends; above 1 when it lasts.
     cart_part = cart_begin / (cart_begin - cart_end) if cart_begin >= 0.0 > cart_end else 2.0
     pole_part = pole_begin / (pole_begin - pole_end) if pole_begin >= 0.0 > pole_end else 2.0
@@ -88,11 +97,13 @@ def cut_step(state, after, force, modes, p, i, width, laws, h):
         return after
     of_cart = cart_part <= pole_part
     begin, end = (cart_begin, cart_end) if of_cart else (pole_begin, pole_end)
-    part, (x, th, v, w) = end_of_mode(state, after, force, modes, of_cart, begin, end, p, i, width, laws, h)
+    part, (x, th, v, w) = find_mode_end(
+        state, after, force, modes, of_cart, begin, end, p, i, width, laws, h
+    )
     # A joint that slipped stands now; one that stuck has not moved.
     v, w = (0.0, w) if of_cart else (v, 0.0)
-    modes = modes_of((x, th, v, w), force, p, i, width, laws)
-    x, th, v, w = step((x, th, v, w), force, modes, p, i, width, laws, (1.0 - part) * h)
+    modes = find_modes((x, th, v, w), force, p, i, width, laws)
+    x, th, v, w = advance_step((x, th, v, w), force, modes, p, i, width, laws, (1.0 - part) * h)
     # A second end inside one step is at rest; the next step asks again.
     v = 0.0 if v * modes[0] < 0.0 and cart_level(0.0, x, modes[0], p, i, width, laws) > 0.0 else v
     w = 0.0 if w * modes[1] < 0.0 and pole_level(0.0, th, modes[1], p, i, width, laws) > 0.0 else w
@@ -100,16 +111,17 @@ def cut_step(state, after, force, modes, p, i, width, laws, h):
 
 
 @alone
-def end_of_mode(state, after, force, modes, of_cart, begin, end, p, i, width, laws, h):
+def find_mode_end(state, after, force, modes, of_cart, begin, end, p, i, width, laws, h):
     """Return the part of the step after which cart's (else pole's) mode has just ended, and the state there.
 
-    Regula falsi with the Illinois rule between the margins at begin, at least 0, and at end of the step, below 0.
+    Regula falsi with the Illinois rule between the margins at begin, at least 0, and at end of the
+    step, below 0.
     """
     low, high, ended, last = 0.0, 1.0, after, 0.0
     for _ in range(SEARCHES):
         part = min(low + (high - low) * begin / (begin - end) + BEYOND, high)
-        there = step(state, force, modes, p, i, width, laws, part * h)
-        cart_margin, pole_margin = margins_of(there, force, modes, p, i, width, laws)
+        there = advance_step(state, force, modes, p, i, width, laws, part * h)
+        cart_margin, pole_margin = compute_margins(there, force, modes, p, i, width, laws)
         margin = cart_margin if of_cart else pole_margin
         if margin < 0.0:
             high, ended, end = part, there, margin

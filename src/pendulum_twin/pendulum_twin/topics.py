@@ -1,8 +1,9 @@
 """Names of the graph, the order of joints, and the signs: the same for twin and rig.
 
-Names are relative, so that `twin` and `rig` run side by side in their namespaces. Signs (thesis, section 5.2): the
-cart's position is positive along the rail, 0 in its middle; the pole's angle is 0 upright, counterclockwise positive,
-pi when hanging, and never wrapped. A positive command pushes the cart the positive way.
+Names are relative, so that `twin` and `rig` run side by side in their namespaces. Signs (thesis,
+section 5.2): the cart's position is positive along the rail, 0 in its middle; the pole's angle is
+0 upright, counterclockwise positive, pi when hanging, and never wrapped. A positive command pushes
+the cart the positive way.
 """
 
 JOINT_STATES = "joint_states"  # sensor_msgs/JointState: position [m, rad], velocity [m/s, rad/s]; stamp: sampling time

@@ -11,8 +11,10 @@ from pendulum_twin.health import Health, Level
 class TwinFigures:
     """Hold what a live twin counted since it started.
 
-    samples: published. commands, refused: finite numbers, and others. lost: samples that a standing machine has cost.
-    applied_pwm: held over the last period. command_age_s: since the last command; None when there was none.
+    samples: published. commands, refused: finite numbers, and others. lost: samples that a
+    standing machine has cost.
+    applied_pwm: held over the last period. command_age_s: since the last command; None when there
+    was none.
     """
 
     twin: str
@@ -34,8 +36,14 @@ class TwinHealth:
         """Return a warning when commands were refused or samples lost since the last call."""
         refused, lost = now.refused - self._refused, now.lost - self._lost
         self._refused, self._lost = now.refused, now.lost
-        told = [f"{count} {what}" for count, what in ((refused, "commands refused"), (lost, "samples lost")) if count > 0]
-        sentence = f"{' and '.join(told)} since the last report" if told else f"the twin {now.twin} runs"
+        told = [
+            f"{count} {what}"
+            for count, what in ((refused, "commands refused"), (lost, "samples lost"))
+            if count > 0
+        ]
+        sentence = (
+            f"{' and '.join(told)} since the last report" if told else f"the twin {now.twin} runs"
+        )
         figures: dict[str, float | int | str] = {
             "twin": now.twin,
             "samples": now.samples,

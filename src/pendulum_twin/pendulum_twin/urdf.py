@@ -4,9 +4,10 @@ Frames: x along the rail, z up. The joint `cart` slides along +x, 0 in the middl
 -y, 0 upright: counterclockwise positive for one who looks along +y, with the positive end of the rail on the right. So
 `joint_states` of twin and rig drive the model as they are.
 
-Motion sees only the moved mass m, the first moment S = m l and the pole's inertia Jp about its axis. A pole of mass mp with
-its centre of mass at S/mp from the axis and, by Steiner, the inertia Jp - S^2/mp about it, on a cart of m - mp, has these.
-What is drawn are plain bodies: a rod as long as its centre of mass asks for, the other sizes chosen to be seen.
+Motion sees only the moved mass m, the first moment S = m l and the pole's inertia Jp about its
+axis. A pole of mass mp with its centre of mass at S/mp from the axis and, by Steiner, the inertia
+Jp - S^2/mp about it, on a cart of m - mp, has these. What is drawn are plain bodies: a rod as long
+as its centre of mass asks for, the other sizes chosen to be seen.
 """
 
 from __future__ import annotations
@@ -32,14 +33,17 @@ RAIL_SIZE, RAIL_IF_UNKNOWN = (0.02, 0.02), 1.0  # m: its height and depth; half 
 GREY, BLUE, ORANGE = "0.6 0.6 0.6 1", "0.2 0.4 0.7 1", "0.9 0.5 0.1 1"
 
 
-def urdf_of(twin: Twin) -> str:
+def make_urdf(twin: Twin) -> str:
     """Return the twin's rig as URDF text: joints `cart` (m) and `pole` (rad), those that the rig has.
 
-    Where a limit is not in the twin file it is UNLIMITED. Raises BadInputError when no bodies have the rig's constants.
+    Where a limit is not in the twin file it is UNLIMITED. Raises BadInputError when no bodies have
+    the rig's constants.
     """
     rig = twin.rig
     robot = ET.Element("robot", name=twin.name)
-    carrier = _link(robot, "rail_link")  # what the pole turns on: the cart, or, without one, what stands still
+    carrier = _link(
+        robot, "rail_link"
+    )  # what the pole turns on: the cart, or, without one, what stands still
     if rig.has_cart:
         _drawn(carrier, _rail(rig), "0 0 0", "rail", GREY)
         carrier = _add_cart(robot, rig, _friction(twin, "cart_coulomb_friction", "level_n"))
@@ -53,8 +57,9 @@ def urdf_of(twin: Twin) -> str:
 def _pole_mass(rig: Rig) -> float:
     """Return the mass of the pole's body, kg; 0 without a pole.
 
-    It is the rig's pole mass where that leaves a positive inertia about the centre of mass. Else it is as much heavier as
-    it takes, at the cart's cost: m, S and Jp, and with them all motion, stay as they are.
+    It is the rig's pole mass where that leaves a positive inertia about the centre of mass. Else
+    it is as much heavier as it takes, at the cart's cost: m, S and Jp, and with them all motion,
+    stay as they are.
     """
     if rig.pole_mass_kg is None or rig.com_distance_m is None or rig.pole_inertia_kg_m2 is None:
         return 0.0
@@ -82,7 +87,9 @@ def _add_cart(robot: ET.Element, rig: Rig, friction: float) -> ET.Element:
     speed = UNLIMITED if rig.rail_half_length_m is None or rig.pwm_limit is None else fastest
     limits = {"lower": -ends, "upper": ends, "effort": effort, "velocity": speed}
     ET.SubElement(joint, "limit", {key: repr(value) for key, value in limits.items()})
-    ET.SubElement(joint, "dynamics", damping=repr(rig.cart_viscous_n_s_m or 0.0), friction=repr(friction))
+    ET.SubElement(
+        joint, "dynamics", damping=repr(rig.cart_viscous_n_s_m or 0.0), friction=repr(friction)
+    )
     return link
 
 
@@ -97,7 +104,9 @@ def _add_pole(robot: ET.Element, rig: Rig, carrier: ET.Element, friction: float)
     rod = ET.Element("cylinder", length=repr(length), radius=repr(ROD_RADIUS))
     _drawn(link, rod, f"0 0 {length / 2!r}", "pole", ORANGE)
     joint = _joint(robot, POLE, "continuous", str(carrier.get("name")), "pole_link", "0 -1 0")
-    ET.SubElement(joint, "dynamics", damping=repr(rig.pole_viscous_n_m_s or 0.0), friction=repr(friction))
+    ET.SubElement(
+        joint, "dynamics", damping=repr(rig.pole_viscous_n_m_s or 0.0), friction=repr(friction)
+    )
 
 
 def _friction(twin: Twin, effect: str, key: str) -> float:
@@ -125,7 +134,9 @@ def _drawn(link: ET.Element, shape: ET.Element, at: str, material: str, colour: 
     ET.SubElement(ET.SubElement(visual, "material", name=material), "color", rgba=colour)
 
 
-def _heavy(link: ET.Element, mass: float, height: float, inertia: tuple[float, float, float]) -> None:
+def _heavy(
+    link: ET.Element, mass: float, height: float, inertia: tuple[float, float, float]
+) -> None:
     inertial = ET.SubElement(link, "inertial")
     ET.SubElement(inertial, "origin", xyz=_numbers(0.0, 0.0, height))
     ET.SubElement(inertial, "mass", value=repr(mass))
@@ -133,7 +144,9 @@ def _heavy(link: ET.Element, mass: float, height: float, inertia: tuple[float, f
     ET.SubElement(inertial, "inertia", ixx=ixx, ixy="0", ixz="0", iyy=iyy, iyz="0", izz=izz)
 
 
-def _joint(robot: ET.Element, name: str, kind: str, parent: str, child: str, axis: str) -> ET.Element:
+def _joint(
+    robot: ET.Element, name: str, kind: str, parent: str, child: str, axis: str
+) -> ET.Element:
     joint = ET.SubElement(robot, "joint", name=name, type=kind)
     ET.SubElement(joint, "parent", link=parent)
     ET.SubElement(joint, "child", link=child)
@@ -147,10 +160,12 @@ def _numbers(*values: float) -> str:
 
 def main(arguments: list[str] | None = None) -> int:
     """Print the URDF of a twin file and return 0; 1 with a sentence on stderr when that cannot be; 2 for wrong use."""
-    parser = argparse.ArgumentParser(prog="twin_urdf", description="Print the rig of a twin file as a URDF.")
+    parser = argparse.ArgumentParser(
+        prog="twin_urdf", description="Print the rig of a twin file as a URDF."
+    )
     parser.add_argument("twin", help="path of the twin file")
     try:
-        print(urdf_of(load_twin(parser.parse_args(arguments).twin)), end="", flush=True)
+        print(make_urdf(load_twin(parser.parse_args(arguments).twin)), end="", flush=True)
     except BadInputError as error:
         print(f"twin_urdf: {error}", file=sys.stderr)
         return 1

@@ -18,7 +18,9 @@ MEANS = {
 }
 
 
-def broken_off[Seen](check: Check, expected: str, driven: Driven[Seen], period_s: float) -> Finding:
+def broken_off[Seen](
+    check: Check, expected: str, driven: Driven[Seen], period_s: float
+) -> Finding:
     """Return the finding of a check whose plan was broken off: what the samples give away, or what ended it."""
     if len(driven.track.arrivals) > FEWEST:
         order = check_order(gridded(driven.track, period_s))

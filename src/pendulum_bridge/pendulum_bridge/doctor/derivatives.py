@@ -45,7 +45,9 @@ def fit(position: Floats, velocity: Floats, period_s: float) -> Fit:
     changes = position[span:] - position[:-span]
     summed = np.concatenate([[0.0], np.cumsum(0.5 * (velocity[1:] + velocity[:-1]) * period_s)])
     sums = summed[span:] - summed[:-span]
-    both, own, other = (float(np.sum(a * b)) for a, b in ((changes, sums), (changes, changes), (sums, sums)))
+    both, own, other = (
+        float(np.sum(a * b)) for a, b in ((changes, sums), (changes, changes), (sums, sums))
+    )
     return Fit(both / other, both**2 / (own * other)) if own * other > 0 else Fit(0.0, 0.0)
 
 
@@ -53,7 +55,9 @@ def check_order(grid: Grid) -> Finding:
     """Return whether the fields move as their names say: each rate as its position's derivative, angles not wrapped."""
     expected = "each rate to follow its own position, and an angle without jumps"
     if wraps(grid.samples[:, POLE]):
-        return Finding(Check.FIELDS_MOVING, expected, "an angle that jumps by a whole turn", Fault.WRAPPED)
+        return Finding(
+            Check.FIELDS_MOVING, expected, "an angle that jumps by a whole turn", Fault.WRAPPED
+        )
     fits = {pair: _fit(grid, pair) for pair in _all_pairs()}
     if any(fits[pair].derivative for pair in PAIRS):
         return Finding(Check.FIELDS_MOVING, expected, "that")
@@ -69,14 +73,20 @@ def check_velocities_moving(grid: Grid) -> Finding:
     """Return whether the velocities are the derivatives of the positions, in sign, unit and size."""
     expected = f"pole rate and cart velocity {LEAST_SCALE:g} to {MOST_SCALE:g} times as differences of positions give them"
     pole, cart = (_fit(grid, pair) for pair in PAIRS)
-    texts = [f"{name} {_text(each)}" for name, each in (("pole rate", pole), ("cart velocity", cart))]
+    texts = [
+        f"{name} {_text(each)}" for name, each in (("pole rate", pole), ("cart velocity", cart))
+    ]
     wrong = not (cart.derivative and (pole.derivative or np.ptp(grid.samples[:, POLE]) == 0.0))
     fault = Fault.VELOCITY_WRONG if wrong else None
     return Finding(Check.VELOCITIES_MOVING, expected, ", ".join(texts), fault)
 
 
 def _text(fitted: Fit) -> str:
-    return f"{1 / fitted.scale:.2f} times" if fitted.proportional else "that has nothing to do with them"
+    return (
+        f"{1 / fitted.scale:.2f} times"
+        if fitted.proportional
+        else "that has nothing to do with them"
+    )
 
 
 def _fit(grid: Grid, pair: tuple[int, int]) -> Fit:

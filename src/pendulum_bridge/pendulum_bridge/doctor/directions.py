@@ -1,11 +1,13 @@
 """Which way command, cart and pole count.
 
-A positive command has to move the cart the positive way. And hanging (th = pi + ph, cos th = -1), the second equation of
-motion (`pendulum_twin.equations`) reads Jp ph'' = -S (v' + g ph): a cart that is accelerated the positive way turns the
-pole the negative way. Integrated once, ph' = -(S/Jp) (v + g * integral of ph): fitted with a factor of its own for each
-of the two terms, the first has the sign in question, and the second is negative whichever way the angle counts.
+A positive command has to move the cart the positive way. And hanging (th = pi + ph, cos th = -1),
+the second equation of motion (`pendulum_twin.equations`) reads Jp ph'' = -S (v' + g ph): a cart
+that is accelerated the positive way turns the pole the negative way. Integrated once, ph' =
+-(S/Jp) (v + g * integral of ph): fitted with a factor of its own for each of the two terms, the
+first has the sign in question, and the second is negative whichever way the angle counts.
 
-Of command, cart and angle one alone turned is told so from the other two; two turned look as the third does.
+Of command, cart and angle one alone turned is told so from the other two; two turned look as the
+third does.
 """
 
 from __future__ import annotations
@@ -38,7 +40,8 @@ WAYS = {1: "positive", -1: "negative"}
 class PoleAnswer:
     """Hold how the pole follows the cart.
 
-    per_m: pole rate for a change of the cart's velocity, rad/m, and its standard deviation; stands: it does not follow.
+    per_m: pole rate for a change of the cart's velocity, rad/m, and its standard deviation;
+    stands: it does not follow.
     """
 
     per_m: float
@@ -48,13 +51,19 @@ class PoleAnswer:
     @property
     def way(self) -> int:
         """Return +1 for the contract's signs (a positive push turns the pole the negative way), -1, or 0 when unsure."""
-        return 0 if self.stands or abs(self.per_m) < SURE * self.deviation else int(-np.sign(self.per_m))
+        return (
+            0
+            if self.stands or abs(self.per_m) < SURE * self.deviation
+            else int(-np.sign(self.per_m))
+        )
 
 
 def pole_answer(grid: Grid, hanging_rad: float, lever_per_m: float) -> PoleAnswer:
     """Return how the pole answered the cart's motion; lever_per_m: S/Jp of the twin file, by which 'stands' is judged."""
     from_hanging = grid.samples[:, POLE] - hanging_rad
-    rate, speed = (slopes(values, grid.period_s, HALF) for values in (from_hanging, grid.samples[:, CART]))
+    rate, speed = (
+        slopes(values, grid.period_s, HALF) for values in (from_hanging, grid.samples[:, CART])
+    )
     fallen = np.cumsum(from_hanging[HALF:-HALF]) * grid.period_s
     terms = np.stack([speed, fallen, np.ones_like(speed)], axis=1)
     factors, deviations = least_squares(terms, rate)
@@ -62,29 +71,47 @@ def pole_answer(grid: Grid, hanging_rad: float, lever_per_m: float) -> PoleAnswe
     return PoleAnswer(float(factors[0]), float(deviations[0]), stands)
 
 
-def check_directions(way: int, pole: PoleAnswer, expected_ways: tuple[int, int], has_pole: bool) -> Finding:
+def check_directions(
+    way: int, pole: PoleAnswer, expected_ways: tuple[int, int], has_pole: bool
+) -> Finding:
     """Return whether command, cart and pole count as the twin file says.
 
-    way: which way a positive command moved the measured cart. expected_ways: that, and which way the pole should follow,
-    see `signs.ways`.
+    way: which way a positive command moved the measured cart. expected_ways: that, and which way
+    the pole should follow, see `signs.ways`.
     """
     expected = f"a positive command to move the cart the {WAYS[expected_ways[0]]} way"
     found = f"it went the {WAYS[way]} way"
     if not has_pole:
         fault = None if way == expected_ways[0] else Fault.COMMAND_MIRRORED
         return Finding(Check.DIRECTIONS, expected, found, fault)
-    expected += f", and so to turn the hanging pole the {WAYS[-expected_ways[0] * expected_ways[1]]} way"
+    expected += (
+        f", and so to turn the hanging pole the {WAYS[-expected_ways[0] * expected_ways[1]]} way"
+    )
     if pole.stands:
-        return Finding(Check.DIRECTIONS, expected, f"{found}, and the pole did not follow", Fault.POLE_STANDS)
+        return Finding(
+            Check.DIRECTIONS, expected, f"{found}, and the pole did not follow", Fault.POLE_STANDS
+        )
     if pole.way == 0:
-        return skipped(Check.DIRECTIONS, f"{found}; which way the pole follows could not be told from so little motion")
+        return skipped(
+            Check.DIRECTIONS,
+            f"{found}; which way the pole follows could not be told from so little motion",
+        )
     found += f", the pole the {WAYS[-way * pole.way]} way ({abs(pole.per_m):.1f} rad/s for 1 m/s)"
-    return Finding(Check.DIRECTIONS, expected, found, MIRRORED[way == expected_ways[0], pole.way == expected_ways[1]])
+    return Finding(
+        Check.DIRECTIONS,
+        expected,
+        found,
+        MIRRORED[way == expected_ways[0], pole.way == expected_ways[1]],
+    )
 
 
 def lever_per_m(rig: Rig) -> float:
     """Return S/Jp, rad/s of the pole for 1 m/s of the cart; 0 without a pole."""
-    return rig.total_mass_kg * (rig.com_distance_m or 0.0) / rig.pole_inertia_kg_m2 if rig.pole_inertia_kg_m2 else 0.0
+    return (
+        rig.total_mass_kg * (rig.com_distance_m or 0.0) / rig.pole_inertia_kg_m2
+        if rig.pole_inertia_kg_m2
+        else 0.0
+    )
 
 
 def least_squares(terms: Floats, values: Floats) -> tuple[Floats, Floats]:

@@ -48,14 +48,19 @@ class _Log:
     sent: list[float] = field(default_factory=list)
 
     def track(self) -> Track:
-        return Track(*(np.array(each) for each in (self.arrivals, self.samples, self.sent_at, self.sent)))
+        return Track(
+            *(np.array(each) for each in (self.arrivals, self.samples, self.sent_at, self.sent))
+        )
 
 
-def drive[Seen](wire: Wire, plan: Plan[Seen], rules: Rules, signs_known: bool = True, reset: bool = False) -> Driven[Seen]:
+def drive[Seen](
+    wire: Wire, plan: Plan[Seen], rules: Rules, signs_known: bool = True, reset: bool = False
+) -> Driven[Seen]:
     """Play the plan until it ends or the rail guard has to brake.
 
-    signs_known: whether the guard knows which way a command moves the cart; if not, its brake is not sent but 0. reset:
-    hold the reset flag meanwhile. Raises BadInputError when the network refuses a command.
+    signs_known: whether the guard knows which way a command moves the cart; if not, its brake is
+    not sent but 0. reset: hold the reset flag meanwhile. Raises BadInputError when the network
+    refuses a command.
     """
     log = _Log()
     try:
@@ -75,7 +80,9 @@ def stop(wire: Wire) -> None:
         wire.send(Command(0.0))
 
 
-def _played[Seen](wire: Wire, plan: Plan[Seen], rules: Rules, reset: bool, log: _Log) -> tuple[Seen | None, str, Safety]:
+def _played[Seen](
+    wire: Wire, plan: Plan[Seen], rules: Rules, reset: bool, log: _Log
+) -> tuple[Seen | None, str, Safety]:
     """Return what the plan has seen, why it was broken off, and the state of the safety rules at the end."""
     begin = heard_s = wire.now()
     safety = at_start(begin)
@@ -96,12 +103,16 @@ def _played[Seen](wire: Wire, plan: Plan[Seen], rules: Rules, reset: bool, log: 
                 return over.value, "", safety
         decision = decided(request, state, now, safety, rules)
         safety = decision.safety
-        if why := next((DISBELIEVED[each] for each in decision.reasons if each in DISBELIEVED), ""):
+        if why := next(
+            (DISBELIEVED[each] for each in decision.reasons if each in DISBELIEVED), ""
+        ):
             return None, why, safety
         if GUARDED & set(decision.reasons):
             if state is not None:
                 return None, BRAKED, safety
-            safety = replace(safety, applied=0.0)  # nothing new is heard: no brake for a cart that nobody sees
+            safety = replace(
+                safety, applied=0.0
+            )  # nothing new is heard: no brake for a cart that nobody sees
         wire.send(Command(safety.applied, reset))
         log.sent_at.append(wire.now())
         log.sent.append(safety.applied)

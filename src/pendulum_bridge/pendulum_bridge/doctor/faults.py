@@ -20,7 +20,10 @@ class Verdict(Enum):
 class Fault(Enum):
     """What is wrong; see `verdict` and `advice`."""
 
-    HOST_UNKNOWN = (Verdict.FAIL, "Give --rig a host name that this machine knows, or an IPv4 address.")
+    HOST_UNKNOWN = (
+        Verdict.FAIL,
+        "Give --rig a host name that this machine knows, or an IPv4 address.",
+    )
     LOOPBACK_MIXED = (
         Verdict.FAIL,
         "One end is this machine alone, the other is not, so no packet passes: give --listen this machine's address "
@@ -31,7 +34,10 @@ class Fault(Enum):
         "Most likely a driver_node is running: end it, or ask its /diagnostics instead; or give --listen another "
         "port, and let the rig send there.",
     )
-    PORT_REFUSED = (Verdict.FAIL, "Give --listen an address of this machine and a port from 1024 on.")
+    PORT_REFUSED = (
+        Verdict.FAIL,
+        "Give --listen an address of this machine and a port from 1024 on.",
+    )
     NOBODY_LISTENS = (
         Verdict.FAIL,
         "Start the rig's program (or rig_emulator), and check the port in --rig; commands arrive nowhere now.",
@@ -43,9 +49,18 @@ class Fault(Enum):
         "Is the rig's program running, and does it send to this machine's address and the port in --listen? On a "
         "network: does a firewall let UDP in on that port, and do both ends answer ping?",
     )
-    FELL_SILENT = (Verdict.FAIL, "Look at the rig's program, its power and the cable: it stopped sending.")
-    ALL_FOREIGN = (Verdict.FAIL, "If that host is the rig, give it in --rig; if not, stop what sends from there.")
-    SOME_FOREIGN = (Verdict.WARN, "They are dropped. Stop what sends from there, or give --listen another port.")
+    FELL_SILENT = (
+        Verdict.FAIL,
+        "Look at the rig's program, its power and the cable: it stopped sending.",
+    )
+    ALL_FOREIGN = (
+        Verdict.FAIL,
+        "If that host is the rig, give it in --rig; if not, stop what sends from there.",
+    )
+    SOME_FOREIGN = (
+        Verdict.WARN,
+        "They are dropped. Stop what sends from there, or give --listen another port.",
+    )
     WRONG_LENGTH = (
         Verdict.FAIL,
         "Set the byte mask of the rig's program to >dddd: pole angle, pole rate, cart position, cart velocity, each a "
@@ -59,8 +74,14 @@ class Fault(Enum):
         Verdict.FAIL,
         "The rig's program computes NaN or infinity: look at its encoders and its divisions by time.",
     )
-    SOME_MALFORMED = (Verdict.WARN, "They are dropped. Does another program of that host send to this port?")
-    FIELDS_MIXED = (Verdict.FAIL, "Send the fields in the order pole angle, pole rate, cart position, cart velocity.")
+    SOME_MALFORMED = (
+        Verdict.WARN,
+        "They are dropped. Does another program of that host send to this port?",
+    )
+    FIELDS_MIXED = (
+        Verdict.FAIL,
+        "Send the fields in the order pole angle, pole rate, cart position, cart velocity.",
+    )
 
     RATE_OFF = (Verdict.WARN, SET_RATE)
     RATE_WRONG = (Verdict.FAIL, SET_RATE)
@@ -96,7 +117,10 @@ class Fault(Enum):
         "mistaken.",
     )
 
-    HANGS_AT_ZERO = (Verdict.FAIL, "Angle 0 is upright: let the rig's program add pi, or zero its encoder accordingly.")
+    HANGS_AT_ZERO = (
+        Verdict.FAIL,
+        "Angle 0 is upright: let the rig's program add pi, or zero its encoder accordingly.",
+    )
     DEGREES = (Verdict.FAIL, "Send rad and rad/s, not degrees.")
     WRAPPED = (Verdict.FAIL, "Send the angle as it is counted, without wrapping it into one turn.")
     TURNED = (
@@ -109,7 +133,10 @@ class Fault(Enum):
         "Zero the encoder while the pole hangs still, or state the offset in the twin file (effect angle_offset); "
         "sysid measures it.",
     )
-    ZERO_WRONG = (Verdict.FAIL, "Let the pole hang still and zero its encoder so that this reads pi.")
+    ZERO_WRONG = (
+        Verdict.FAIL,
+        "Let the pole hang still and zero its encoder so that this reads pi.",
+    )
     OFF_MIDDLE = (
         Verdict.WARN,
         "If the cart stands in the middle, zero its encoder there; if not, move it there by hand and start again.",
@@ -129,9 +156,18 @@ class Fault(Enum):
         Verdict.FAIL,
         "The pole shows that the cart moves, and the cart's encoder does not: look at its cable and coupling.",
     )
-    STIFF = (Verdict.WARN, "Clean rail and belt, or look for a dead zone of the drive; sysid measures both.")
-    MOTION_BROKEN_OFF = (Verdict.FAIL, "Put the cart in the middle, see that it runs freely, and start again.")
-    JUMPED = (Verdict.FAIL, "Look at the encoders' plugs and at how the rig's program counts; zero both encoders.")
+    STIFF = (
+        Verdict.WARN,
+        "Clean rail and belt, or look for a dead zone of the drive; sysid measures both.",
+    )
+    MOTION_BROKEN_OFF = (
+        Verdict.FAIL,
+        "Put the cart in the middle, see that it runs freely, and start again.",
+    )
+    JUMPED = (
+        Verdict.FAIL,
+        "Look at the encoders' plugs and at how the rig's program counts; zero both encoders.",
+    )
     VELOCITY_WRONG = (
         Verdict.FAIL,
         "Send the position's own derivative, in m/s and rad/s: check unit, sign and the time by which differences are "
@@ -152,7 +188,10 @@ class Fault(Enum):
         "Swap the channels A and B of the pole's encoder, or turn its sign in the rig's program; or state "
         "angle_sign_inverted in the twin file.",
     )
-    POLE_STANDS = (Verdict.FAIL, "Does the pole swing freely? Look at its encoder's cable and coupling.")
+    POLE_STANDS = (
+        Verdict.FAIL,
+        "Does the pole swing freely? Look at its encoder's cable and coupling.",
+    )
     SLOW_ANSWER = (
         Verdict.WARN,
         "The rail guard reckons with 20 ms. Look for buffers in the rig's program and drive; state input_delay in the "

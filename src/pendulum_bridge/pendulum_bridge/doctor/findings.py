@@ -50,7 +50,8 @@ class Check(Enum):
 class Finding:
     """Hold what one check came to.
 
-    expected, found: for a person. fault: what is wrong, None when nothing is. skipped: not looked at; found then says why.
+    expected, found: for a person. fault: what is wrong, None when nothing is. skipped: not looked
+    at; found then says why.
     """
 
     check: Check
@@ -77,7 +78,11 @@ class Finding:
         head = f"{self.verdict.name:<8} {f'{self.check.group}, {self.check.title}':<22} "
         if self.skipped:
             return head + self.found
-        return head + f"expected {self.expected}; found {self.found}" + (f". {self.advice}" if self.advice else "")
+        return (
+            head
+            + f"expected {self.expected}; found {self.found}"
+            + (f". {self.advice}" if self.advice else "")
+        )
 
     def to_mapping(self) -> dict[str, str | None]:
         """Return the finding as JSON holds it."""

@@ -12,11 +12,14 @@ FINENESS = 8  # parts of a sample period
 class Held:
     """Hold the triangular means of a held signal.
 
-    at: (m,) s, when each value began; before the first it is 0. values: (m,). lag_s: time constant of a first-order lag
-    that it passes. span_s: half the base of the triangle. period_s: sample period.
+    at: (m,) s, when each value began; before the first it is 0. values: (m,). lag_s: time constant
+    of a first-order lag that it passes. span_s: half the base of the triangle. period_s: sample
+    period.
     """
 
-    def __init__(self, at: Floats, values: Floats, lag_s: float, span_s: float, period_s: float) -> None:
+    def __init__(
+        self, at: Floats, values: Floats, lag_s: float, span_s: float, period_s: float
+    ) -> None:
         step_s = period_s / FINENESS
         self._times = np.arange(at[0] - 2 * span_s, at[-1] + 2 * span_s, step_s)
         began = np.searchsorted(at, self._times, "right") - 1

@@ -17,7 +17,8 @@ SILENT_S = 0.5  # without one more at the end: it has stopped
 class Listened:
     """Hold what was heard: packets of the rig's host; foreign: how many were not; stranger: who sent the last of these.
 
-    silent_s: from the last packet to the end. trouble: why the rig is not connected, empty when it is.
+    silent_s: from the last packet to the end. trouble: why the rig is not connected, empty when it
+    is.
     """
 
     heard: tuple[Heard, ...]
@@ -47,13 +48,27 @@ def check_samples(listened: Listened) -> Finding:
     if listened.stranger is not None:
         strangers += f" ({listened.stranger.host})"
     if not count and listened.trouble:
-        return Finding(Check.SAMPLES, expected, f"no connection: {listened.trouble.rstrip('.')}", Fault.NOT_CONNECTED)
+        return Finding(
+            Check.SAMPLES,
+            expected,
+            f"no connection: {listened.trouble.rstrip('.')}",
+            Fault.NOT_CONNECTED,
+        )
     if not count:
-        found, fault = (strangers, Fault.ALL_FOREIGN) if listened.foreign else ("nothing", Fault.SILENT)
-        return Finding(Check.SAMPLES, expected, f"{found}, none of the rig" if listened.foreign else found, fault)
+        found, fault = (
+            (strangers, Fault.ALL_FOREIGN) if listened.foreign else ("nothing", Fault.SILENT)
+        )
+        return Finding(
+            Check.SAMPLES,
+            expected,
+            f"{found}, none of the rig" if listened.foreign else found,
+            fault,
+        )
     if listened.silent_s > SILENT_S:
         found = f"{count} packets, then nothing for {listened.silent_s:.1f} s"
         return Finding(Check.SAMPLES, expected, found, Fault.FELL_SILENT)
     if listened.foreign:
-        return Finding(Check.SAMPLES, expected, f"{count} packets, and {strangers}", Fault.SOME_FOREIGN)
+        return Finding(
+            Check.SAMPLES, expected, f"{count} packets, and {strangers}", Fault.SOME_FOREIGN
+        )
     return Finding(Check.SAMPLES, expected, f"{count} packets of the rig")

@@ -10,11 +10,25 @@ import numpy as np
 from pendulum_bridge.doctor import response as answering
 from pendulum_bridge.doctor.broken_off import broken_off
 from pendulum_bridge.doctor.derivatives import check_order, check_velocities_moving
-from pendulum_bridge.doctor.directions import PoleAnswer, check_directions, lever_per_m, pole_answer
+from pendulum_bridge.doctor.directions import (
+    PoleAnswer,
+    check_directions,
+    lever_per_m,
+    pole_answer,
+)
 from pendulum_bridge.doctor.driving import STOOD, Driven, drive
 from pendulum_bridge.doctor.faults import Fault, Verdict
 from pendulum_bridge.doctor.findings import Check, Finding, skipped
-from pendulum_bridge.doctor.pushes import MOVED_M, Doublet, Homing, Nudged, home, nudge, push, watch_reset
+from pendulum_bridge.doctor.pushes import (
+    MOVED_M,
+    Doublet,
+    Homing,
+    Nudged,
+    home,
+    nudge,
+    push,
+    watch_reset,
+)
 from pendulum_bridge.doctor.resting import CART, AtRest
 from pendulum_bridge.doctor.track import Grid, gridded
 from pendulum_bridge.doctor.wire import Wire
@@ -61,7 +75,9 @@ class Drive:
 
     def rules(self, way: int, pole_way: int) -> Rules:
         """Return the driver's rules for these signs."""
-        return rules_for(self.twin.rig, Limits(), way=way, pole_way=pole_way, period_s=self.period_s)
+        return rules_for(
+            self.twin.rig, Limits(), way=way, pole_way=pole_way, period_s=self.period_s
+        )
 
     def homing(self, way: int, dry: float) -> Homing:
         """Return how the cart is brought back; way and dry (PWM fraction): as its first moves showed them."""
@@ -89,7 +105,9 @@ def move(wire: Wire, twin: Twin, rest: AtRest, rate_hz: float) -> Generator[Find
         rules = drive_.rules(*ways(twin.effects))
     except BadInputError as error:
         return str(error)
-    nudged = drive(wire, nudge(MOST_SHARE * drive_.limit, drive_.rise_per_s), rules, signs_known=False)
+    nudged = drive(
+        wire, nudge(MOST_SHARE * drive_.limit, drive_.rise_per_s), rules, signs_known=False
+    )
     moves = check_moves(nudged, drive_)
     yield moves
     if moves.verdict is Verdict.FAIL or nudged.seen is None:
@@ -97,13 +115,19 @@ def move(wire: Wire, twin: Twin, rest: AtRest, rate_hz: float) -> Generator[Find
     grid = gridded(nudged.track, period_s)
     order, velocities = check_order(grid), check_velocities_moving(grid)
     yield order
-    yield skipped(Check.VELOCITIES_MOVING, "the fields are not in their order") if order.fault else velocities
+    yield (
+        skipped(Check.VELOCITIES_MOVING, "the fields are not in their order")
+        if order.fault
+        else velocities
+    )
     if order.fault or velocities.fault:
         return "the samples are not what they should be"
     answer = pole_answer(grid, rest.pole_rad, lever_per_m(twin.rig))
     signs = (nudged.seen.way, answer.way or ways(twin.effects)[1])
     dry = 0.9 * max(nudged.seen.breakaway - drive_.frictionless, 0.0)
-    return (yield from _pushed(wire, drive_, signs, dry)) or (yield from _reset(wire, drive_, signs, dry))
+    return (yield from _pushed(wire, drive_, signs, dry)) or (
+        yield from _reset(wire, drive_, signs, dry)
+    )
 
 
 def check_moves(nudged: Driven[Nudged], drive_: Drive) -> Finding:
@@ -112,33 +136,49 @@ def check_moves(nudged: Driven[Nudged], drive_: Drive) -> Finding:
     expected = f"the cart to move both ways at commands under {stiff:.2f}, raised slowly"
     seen, most = nudged.seen, float(np.max(np.abs(nudged.track.sent), initial=0.0))
     if nudged.broken_off == STOOD or (seen is not None and seen.forth is None and not seen.blind):
-        return Finding(Check.MOVES, expected, f"it did not move at commands up to {most:.2f}", Fault.CART_STANDS)
+        return Finding(
+            Check.MOVES,
+            expected,
+            f"it did not move at commands up to {most:.2f}",
+            Fault.CART_STANDS,
+        )
     if seen is None:
         return broken_off(Check.MOVES, expected, nudged, drive_.period_s)
     if seen.blind:
-        return Finding(Check.MOVES, expected, "the pole swings, and the cart seems to stand", Fault.CART_BLIND)
+        return Finding(
+            Check.MOVES, expected, "the pole swings, and the cart seems to stand", Fault.CART_BLIND
+        )
     if seen.back is None:
         found = f"it moved at {seen.forth:+.3f}, and not back at commands down to -{most:.2f}, or not in time"
         return Finding(Check.MOVES, expected, found, Fault.MOTION_BROKEN_OFF)
     fault = Fault.STIFF if seen.breakaway - drive_.frictionless > stiff else None
     return Finding(
-        Check.MOVES, expected, f"it had moved {1e3 * MOVED_M:g} mm at {seen.forth:+.3f} and {seen.back:+.3f}", fault
+        Check.MOVES,
+        expected,
+        f"it had moved {1e3 * MOVED_M:g} mm at {seen.forth:+.3f} and {seen.back:+.3f}",
+        fault,
     )
 
 
-def _pushed(wire: Wire, drive_: Drive, signs: tuple[int, int], dry: float) -> Generator[Finding, None, str]:
+def _pushed(
+    wire: Wire, drive_: Drive, signs: tuple[int, int], dry: float
+) -> Generator[Finding, None, str]:
     rig, rules = drive_.twin.rig, drive_.rules(*signs)
     doublets = _doublets(drive_, dry)
     pushed = drive(wire, push(doublets, drive_.homing(signs[0], dry)), rules)
     if pushed.broken_off:
-        yield broken_off(Check.DIRECTIONS, "small pushes both ways, played to the end", pushed, drive_.period_s)
+        yield broken_off(
+            Check.DIRECTIONS, "small pushes both ways, played to the end", pushed, drive_.period_s
+        )
         return pushed.broken_off
     grid = gridded(pushed.track, drive_.period_s)
     yield _directions(grid, drive_, signs)
     small = 1.01 * doublets[1].pwm
     found = answering.response_of(pushed.track, grid, rig, signs[1], small)
     yield answering.check_latency(found, drive_.period_s)
-    yield answering.check_acceleration(found, drive_.gain, rules.guard.brake_m_s2, rules.guard.push_m_s2)
+    yield answering.check_acceleration(
+        found, drive_.gain, rules.guard.brake_m_s2, rules.guard.push_m_s2
+    )
     yield answering.check_clipping(found, drive_.limit)
     cart = pushed.track.samples[:, CART]
     yield check_rail(float(cart.min()), float(cart.max()), rig.rail_half_length_m)
@@ -147,15 +187,23 @@ def _pushed(wire: Wire, drive_: Drive, signs: tuple[int, int], dry: float) -> Ge
 
 def _directions(grid: Grid, drive_: Drive, signs: tuple[int, int]) -> Finding:
     rig = drive_.twin.rig
-    answer = pole_answer(grid, drive_.rest.pole_rad, lever_per_m(rig)) if rig.has_pole else PoleAnswer(0.0, 0.0, False)
+    answer = (
+        pole_answer(grid, drive_.rest.pole_rad, lever_per_m(rig))
+        if rig.has_pole
+        else PoleAnswer(0.0, 0.0, False)
+    )
     return check_directions(signs[0], answer, ways(drive_.twin.effects), rig.has_pole)
 
 
-def _reset(wire: Wire, drive_: Drive, signs: tuple[int, int], dry: float) -> Generator[Finding, None, str]:
+def _reset(
+    wire: Wire, drive_: Drive, signs: tuple[int, int], dry: float
+) -> Generator[Finding, None, str]:
     rules = drive_.rules(*signs)
     aside = drive(wire, home(ASIDE_M, drive_.homing(signs[0], dry)), rules)
     if aside.broken_off:
-        yield broken_off(Check.RESET, f"the cart to go {1e3 * ASIDE_M:g} mm aside first", aside, drive_.period_s)
+        yield broken_off(
+            Check.RESET, f"the cart to go {1e3 * ASIDE_M:g} mm aside first", aside, drive_.period_s
+        )
         return aside.broken_off
     plan = watch_reset(drive_.rest.pole_rad, RESET_S, IGNORED_S)
     watched = drive(wire, plan, rules, reset=True)
@@ -166,9 +214,16 @@ def _reset(wire: Wire, drive_: Drive, signs: tuple[int, int], dry: float) -> Gen
         found = f"a cart that did not come to the middle within {IGNORED_S:g} s, from {1e3 * ASIDE_M:g} mm beside it"
         yield Finding(Check.RESET, expected, found, Fault.RESET_IGNORED)
     elif watched.seen.rest_s is None:
-        yield Finding(Check.RESET, expected, "it moved, and did not come to rest in the middle", Fault.RESET_LATE)
+        yield Finding(
+            Check.RESET,
+            expected,
+            "it moved, and did not come to rest in the middle",
+            Fault.RESET_LATE,
+        )
     else:
-        yield Finding(Check.RESET, expected, f"at rest in the middle after {watched.seen.rest_s:.1f} s")
+        yield Finding(
+            Check.RESET, expected, f"at rest in the middle after {watched.seen.rest_s:.1f} s"
+        )
     return ""
 
 
@@ -176,9 +231,13 @@ def _drive(twin: Twin, rest: AtRest, period_s: float) -> Drive:
     """Return what the pushes are computed from; raise BadInputError when the cart should not be moved."""
     rig: Rig = twin.rig
     if not rig.force_per_pwm_n or rig.rail_half_length_m is None:
-        raise BadInputError("not with a twin file without force_per_pwm_n above 0 and rail_half_length_m")
+        raise BadInputError(
+            "not with a twin file without force_per_pwm_n above 0 and rail_half_length_m"
+        )
     if abs(rest.cart_m) > FREE_SHARE * rig.rail_half_length_m:
-        raise BadInputError(f"not with the cart at {rest.cart_m:.2f} m: move it to the middle by hand")
+        raise BadInputError(
+            f"not with the cart at {rest.cart_m:.2f} m: move it to the middle by hand"
+        )
     limit = min(Limits().magnitude, rig.pwm_limit or Limits().magnitude)
     return Drive(twin, rest, period_s, rig.force_per_pwm_n / rig.total_mass_kg, limit)
 

@@ -14,7 +14,10 @@ from pendulum_bridge.udp import LONGEST_PACKET
 from pendulum_twin.errors import BadInputError
 
 SWAPPED = struct.Struct("<dddd")
-POSITIONS = (0, 2)  # of the fields; velocities that die out may be as small as a swapped number looks
+POSITIONS = (
+    0,
+    2,
+)  # of the fields; velocities that die out may be as small as a swapped number looks
 HANGING_RAD = 0.3
 LEAST, MOST = 1e-9, 1e6  # m, rad: what a position that is not 0 may be
 EXPECTED = f"{SAMPLE.size} bytes, four big-endian doubles (>dddd)"
@@ -41,13 +44,17 @@ def _mistake(packet: bytes) -> tuple[Fault, str] | None:
     if len(packet) != SAMPLE.size:
         return Fault.WRONG_LENGTH, _description(packet)
     straight, swapped = SAMPLE.unpack(packet), SWAPPED.unpack(packet)
-    if _believable(swapped) and (not _believable(straight) or (_hanging(swapped) and not _hanging(straight))):
+    if _believable(swapped) and (
+        not _believable(straight) or (_hanging(swapped) and not _hanging(straight))
+    ):
         return Fault.BYTES_SWAPPED, f"little-endian doubles (angle {swapped[0]:.3f})"
     return None if all(map(math.isfinite, straight)) else (Fault.NOT_FINITE, "NaN or infinity")
 
 
 def _believable(fields: tuple[float, ...]) -> bool:
-    return all(fields[k] == 0 or LEAST <= abs(fields[k]) <= MOST for k in POSITIONS) and all(map(math.isfinite, fields))
+    return all(fields[k] == 0 or LEAST <= abs(fields[k]) <= MOST for k in POSITIONS) and all(
+        map(math.isfinite, fields)
+    )
 
 
 def _hanging(fields: tuple[float, ...]) -> bool:
@@ -57,7 +64,11 @@ def _hanging(fields: tuple[float, ...]) -> bool:
 
 def _description(packet: bytes) -> str:
     """Return what a packet of a wrong length may be."""
-    size = f"{len(packet)} bytes" if len(packet) < LONGEST_PACKET else f"{LONGEST_PACKET} bytes or more"
+    size = (
+        f"{len(packet)} bytes"
+        if len(packet) < LONGEST_PACKET
+        else f"{LONGEST_PACKET} bytes or more"
+    )
     if packet and packet.isascii() and packet.decode().strip().isprintable():
         return f"{size} of text ({packet.decode().strip()[:20]!r})"
     if len(packet) == 16:

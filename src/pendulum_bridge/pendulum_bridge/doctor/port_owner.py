@@ -23,7 +23,11 @@ def _inodes(port: int, proc: Path) -> list[str]:
         rows = [line.split() for line in (proc / "net" / "udp").read_text().splitlines()[1:]]
     except OSError:
         return []
-    return [row[INODE] for row in rows if len(row) > INODE and int(row[LOCAL].rpartition(":")[2], 16) == port]
+    return [
+        row[INODE]
+        for row in rows
+        if len(row) > INODE and int(row[LOCAL].rpartition(":")[2], 16) == port
+    ]
 
 
 def _opened(process: Path) -> set[str]:

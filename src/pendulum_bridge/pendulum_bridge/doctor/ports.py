@@ -23,11 +23,15 @@ def check_address(listen: Address | None, rig: Address) -> Finding:
     try:
         number = number_of(rig)
     except BadInputError:
-        return Finding(Check.ADDRESS, expected, f"{rig.host!r}, which nobody knows", Fault.HOST_UNKNOWN)
+        return Finding(
+            Check.ADDRESS, expected, f"{rig.host!r}, which nobody knows", Fault.HOST_UNKNOWN
+        )
     loopback = ipaddress.ip_address(number).is_loopback
     found = f"{number}, {'this machine itself (loopback)' if loopback else 'another machine'}"
     if listen is not None and not _meet(listen, loopback):
-        return Finding(Check.ADDRESS, expected, f"{found}, while we listen on {listen}", Fault.LOOPBACK_MIXED)
+        return Finding(
+            Check.ADDRESS, expected, f"{found}, while we listen on {listen}", Fault.LOOPBACK_MIXED
+        )
     return Finding(Check.ADDRESS, expected, found)
 
 
@@ -50,7 +54,9 @@ def our_port_refused(listen: Address, error: BadInputError) -> Finding:
     expected = f"{listen} free to listen on"
     number = error.__cause__.errno if isinstance(error.__cause__, OSError) else None
     if number == errno.EADDRINUSE:
-        return Finding(Check.OUR_PORT, expected, f"it is taken by {owner_of(listen.port)}", Fault.PORT_TAKEN)
+        return Finding(
+            Check.OUR_PORT, expected, f"it is taken by {owner_of(listen.port)}", Fault.PORT_TAKEN
+        )
     return Finding(Check.OUR_PORT, expected, str(error).split(";")[0], Fault.PORT_REFUSED)
 
 
@@ -67,7 +73,11 @@ def check_rig_port(rig: Address) -> Finding:
             if select.select([probe], [], [], REFUSAL_S)[0]:
                 probe.recv(1)
         except ConnectionRefusedError:
-            return Finding(Check.RIG_PORT, expected, "nobody: packets are refused", Fault.NOBODY_LISTENS)
+            return Finding(
+                Check.RIG_PORT, expected, "nobody: packets are refused", Fault.NOBODY_LISTENS
+            )
         except OSError as error:
-            return Finding(Check.RIG_PORT, expected, f"no way there: {error.strerror}", Fault.NOBODY_LISTENS)
+            return Finding(
+                Check.RIG_PORT, expected, f"no way there: {error.strerror}", Fault.NOBODY_LISTENS
+            )
     return Finding(Check.RIG_PORT, expected, "packets are not refused")

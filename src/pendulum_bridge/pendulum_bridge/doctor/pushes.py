@@ -1,7 +1,8 @@
 """What is asked of the cart: small pushes whose size is only as large as the cart needs.
 
-A plan is a generator: it is sent each moment and yields the command (PWM fraction) to hold until the next; what it
-returns is what it has seen. The first command, before any moment, is 0. Whoever plays it limits what it asks.
+A plan is a generator: it is sent each moment and yields the command (PWM fraction) to hold until
+the next; what it returns is what it has seen. The first command, before any moment, is 0. Whoever
+plays it limits what it asks.
 """
 
 from __future__ import annotations
@@ -16,13 +17,21 @@ from pendulum_bridge.rig_state import RigState
 SURE = 3  # samples in a row; one alone may be a spike
 MOVED_M = 0.005  # a cart that has come so far moves
 ROOM_M = 0.15  # from where a plan began; further is too far
-TILT_RAD = 0.06  # the pole so far from hanging, with a cart that seems to stand: something is blind
+TILT_RAD = (
+    0.06  # the pole so far from hanging, with a cart that seems to stand: something is blind
+)
 PAUSE_S = 0.3
 HOMING_S = 3.0
-NEAR_M, SLOW_ENOUGH_M_S = 0.03, 0.05  # of where the cart is brought; a swinging pole hardly lets it stand
+NEAR_M, SLOW_ENOUGH_M_S = (
+    0.03,
+    0.05,
+)  # of where the cart is brought; a swinging pole hardly lets it stand
 STANDS_M_S = 0.02  # a cart that is no faster coasts no further than 0.03 m
 POSITION_1_S2, VELOCITY_1_S, MOST_M_S2 = 4.0, 3.5, 1.5  # of homing
-AHEAD_S, SLOW_M_S = 0.05, 0.02  # how far ahead, and from which speed on, the way the cart is going counts
+AHEAD_S, SLOW_M_S = (
+    0.05,
+    0.02,
+)  # how far ahead, and from which speed on, the way the cart is going counts
 
 
 @dataclass(frozen=True)
@@ -40,8 +49,10 @@ type Plan[Seen] = Generator[float, Moment, Seen]
 class Nudged:
     """Hold how the cart answered commands that grow slowly.
 
-    forth, back: the commands (PWM fraction, signed) at which it had moved, the positive one first; None where it had not.
-    way: which way the positive one moved it, 0 when it did not. blind: the pole swung while the cart seemed to stand.
+    forth, back: the commands (PWM fraction, signed) at which it had moved, the positive one first;
+    None where it had not.
+    way: which way the positive one moved it, 0 when it did not. blind: the pole swung while the
+    cart seemed to stand.
     """
 
     forth: float | None = None
@@ -59,7 +70,13 @@ def nudge(most: float, rise_per_s: float) -> Plan[Nudged]:
     """Raise the command from 0 until the cart moves, then the same the other way; no larger than most."""
     moment = yield 0.0
     hanging = moment.state.pole_rad
-    begin, start, carts, tilts, pwm = moment.elapsed_s, moment.state.cart_m, [moment.state.cart_m], [0.0], 0.0
+    begin, start, carts, tilts, pwm = (
+        moment.elapsed_s,
+        moment.state.cart_m,
+        [moment.state.cart_m],
+        [0.0],
+        0.0,
+    )
     while abs(_middle(carts) - start) <= MOVED_M:
         if min(tilts[-SURE:]) > TILT_RAD:
             yield from _undone(moment, pwm, moment.elapsed_s - begin)
@@ -79,7 +96,9 @@ def nudge(most: float, rise_per_s: float) -> Plan[Nudged]:
             return Nudged(forth, None, way)
         moment = yield pwm
         carts.append(moment.state.cart_m)
-        furthest = way * max(way * furthest, way * _middle(carts))  # on its way from the first push for a while
+        furthest = way * max(
+            way * furthest, way * _middle(carts)
+        )  # on its way from the first push for a while
     yield from _pause(moment)
     return Nudged(forth, pwm, way)
 
@@ -88,8 +107,8 @@ def nudge(most: float, rise_per_s: float) -> Plan[Nudged]:
 class Homing:
     """Hold how to bring the cart somewhere.
 
-    way: +1, or -1 where a positive command moves the cart the negative way. per_m_s2: command for 1 m/s^2. dry: command
-    (PWM fraction) that friction and dead zone take.
+    way: +1, or -1 where a positive command moves the cart the negative way. per_m_s2: command for
+    1 m/s^2. dry: command (PWM fraction) that friction and dead zone take.
     """
 
     way: int
@@ -127,7 +146,8 @@ def push(doublets: tuple[Doublet, ...], homing: Homing) -> Plan[None]:
 class ResetSeen:
     """Hold what the rig's own swing-down did.
 
-    moved: the cart came half of the way to the middle, further than it coasts. rest_s: when it came to rest, or None.
+    moved: the cart came half of the way to the middle, further than it coasts. rest_s: when it
+    came to rest, or None.
     """
 
     moved: bool

@@ -1,9 +1,10 @@
 """How a cart answers pushes: how late, how strongly, and up to which command.
 
-Looked at is the centre of mass of cart and pole, which the drive and the cart's friction alone move (see `rail_guard`).
-Its second differences over 4 samples are means, with triangular weights, of gain (u - dead sign u) - friction over mass; u
-is the command of some delay ago after some lag. For each delay and lag, gain, dead zone, dry friction and bias are a linear
-fit; the best of all is taken. What a command near the limit did is then measured in terms of smaller ones.
+Looked at is the centre of mass of cart and pole, which the drive and the cart's friction alone
+move (see `rail_guard`). Its second differences over 4 samples are means, with triangular weights,
+of gain (u - dead sign u) - friction over mass; u is the command of some delay ago after some lag.
+For each delay and lag, gain, dead zone, dry friction and bias are a linear fit; the best of all is
+taken. What a command near the limit did is then measured in terms of smaller ones.
 """
 
 from __future__ import annotations
@@ -37,9 +38,10 @@ CLIPPED_SHARE = 0.85  # of a command; less effect is a clipped one
 class Response:
     """Hold how the cart answers.
 
-    latency_s: from a sample to the motion that the answer to it makes, the drive's lag included. gain: m/s^2 a unit of
-    command, along the measured cart. deviation: its standard deviation. strongest: the largest command sent; effect: the
-    one that would have done as much as it did, None when it could not be told.
+    latency_s: from a sample to the motion that the answer to it makes, the drive's lag included.
+    gain: m/s^2 a unit of command, along the measured cart. deviation: its standard deviation.
+    strongest: the largest command sent; effect: the one that would have done as much as it did,
+    None when it could not be told.
     """
 
     latency_s: float
@@ -70,7 +72,12 @@ def check_latency(response: Response, period_s: float) -> Finding:
     if not response.sure:
         return skipped(Check.LATENCY, "the motion was too small or too disturbed to tell")
     slow = response.latency_s > BELIEVED_S + 0.5 * period_s
-    return Finding(Check.LATENCY, expected, f"{1e3 * response.latency_s:.0f} ms", Fault.SLOW_ANSWER if slow else None)
+    return Finding(
+        Check.LATENCY,
+        expected,
+        f"{1e3 * response.latency_s:.0f} ms",
+        Fault.SLOW_ANSWER if slow else None,
+    )
 
 
 def check_acceleration(response: Response, expected: float, least: float, most: float) -> Finding:
@@ -89,9 +96,16 @@ def check_clipping(response: Response, limit: float) -> Finding:
     """Return whether commands up to limit (PWM fraction) act in full."""
     expected = f"commands up to {limit:g} to act in full"
     if response.effect is None or not response.sure:
-        return skipped(Check.CLIPPING, "no command near the limit was sent, or the motion did not tell")
+        return skipped(
+            Check.CLIPPING, "no command near the limit was sent, or the motion did not tell"
+        )
     found = f"{response.strongest:.2f} acts like {response.effect:.2f}"
-    return Finding(Check.CLIPPING, expected, found, Fault.CLIPPED if response.effect < CLIPPED_SHARE * limit else None)
+    return Finding(
+        Check.CLIPPING,
+        expected,
+        found,
+        Fault.CLIPPED if response.effect < CLIPPED_SHARE * limit else None,
+    )
 
 
 @dataclass(frozen=True)
@@ -112,18 +126,24 @@ class _Motion:
         self._track, self._times, self._period_s = track, grid.times[HALF:-HALF], grid.period_s
         cart = grid.samples[:, CART]
         centre = cart - pole_way * (rig.com_distance_m or 0.0) * np.sin(grid.samples[:, POLE])
-        second = (centre[2 * HALF :] - 2 * centre[HALF:-HALF] + centre[: -2 * HALF]) / (HALF * grid.period_s) ** 2
+        second = (centre[2 * HALF :] - 2 * centre[HALF:-HALF] + centre[: -2 * HALF]) / (
+            HALF * grid.period_s
+        ) ** 2
         speed = slopes(cart, grid.period_s, HALF)
         self._changes = second + (rig.cart_viscous_n_s_m or 0.0) / rig.total_mass_kg * speed
         self._moving, self._dry = np.abs(speed) > SLOW_M_S, -np.sign(speed)
         self._large = np.abs(track.sent) > small
-        self._end_s = float(np.min(track.sent_at[self._large], initial=np.inf)) - HALF * grid.period_s
+        self._end_s = (
+            float(np.min(track.sent_at[self._large], initial=np.inf)) - HALF * grid.period_s
+        )
 
     def fitted(self, lag_s: float) -> _Fit:
         """Return the best fit of what was sent before the large commands, for one lag."""
         held = self._held(self._track.sent, lag_s), self._held(np.sign(self._track.sent), lag_s)
         delays = np.arange(0.0, LONGEST_S, FINENESS_S).tolist()
-        return min((self._fit(delay_s, lag_s, held) for delay_s in delays), key=lambda each: each.left)
+        return min(
+            (self._fit(delay_s, lag_s, held) for delay_s in delays), key=lambda each: each.left
+        )
 
     def effect(self, best: _Fit) -> float | None:
         """Return the command (PWM fraction) that would have done what the large ones did."""
@@ -133,7 +153,11 @@ class _Motion:
         if chosen.sum() < 2 or not best.factors[0]:
             return None
         rest = self._terms(
-            times, *(self._held(each, best.lag_s) for each in (np.where(self._large, 0.0, sent), np.sign(sent)))
+            times,
+            *(
+                self._held(each, best.lag_s)
+                for each in (np.where(self._large, 0.0, sent), np.sign(sent))
+            ),
         )
         unexplained = (self._changes - rest @ best.factors)[chosen] / best.factors[0]
         return float(unexplained @ share[chosen] / (share[chosen] @ share[chosen]))
@@ -144,10 +168,14 @@ class _Motion:
         if len(terms) <= terms.shape[1]:
             return _Fit(delay_s, lag_s, np.zeros(4), np.full(4, np.inf), np.inf)
         factors, deviations = least_squares(terms, changes)
-        return _Fit(delay_s, lag_s, factors, deviations, float(np.mean((changes - terms @ factors) ** 2)))
+        return _Fit(
+            delay_s, lag_s, factors, deviations, float(np.mean((changes - terms @ factors) ** 2))
+        )
 
     def _terms(self, times: Floats, command: Held, sign: Held) -> Floats:
-        return np.stack([command.around(times), -sign.around(times), self._dry, np.ones_like(times)], axis=1)
+        return np.stack(
+            [command.around(times), -sign.around(times), self._dry, np.ones_like(times)], axis=1
+        )
 
     def _held(self, values: Floats, lag_s: float) -> Held:
         return Held(self._track.sent_at, values, lag_s, HALF * self._period_s, self._period_s)

@@ -1,6 +1,7 @@
 """What the rig shows while nothing is asked of it: whether it is still, and how cleanly it measures.
 
-Samples are arrays (n, 4) in the protocol's order: pole angle (rad), pole rate, cart position (m), cart velocity.
+Samples are arrays (n, 4) in the protocol's order: pole angle (rad), pole rate, cart position (m),
+cart velocity.
 """
 
 from __future__ import annotations
@@ -52,13 +53,17 @@ def wraps(angles: Floats) -> bool:
 def running_median(values: Floats) -> Floats:
     """Return the running median of values (n, ...) along the first axis, with ends repeated."""
     half = WINDOW // 2
-    padded = np.concatenate([values[:1].repeat(half, axis=0), values, values[-1:].repeat(half, axis=0)])
+    padded = np.concatenate(
+        [values[:1].repeat(half, axis=0), values, values[-1:].repeat(half, axis=0)]
+    )
     return np.median(sliding_window_view(padded, WINDOW, axis=0), axis=-1)
 
 
 def check_rest(samples: Floats) -> Finding:
     """Return whether cart and pole stand still."""
-    pole, cart = (np.ptp(np.percentile(running_median(values), [5, 95])) for values in _positions(samples))
+    pole, cart = (
+        np.ptp(np.percentile(running_median(values), [5, 95])) for values in _positions(samples)
+    )
     fault = Fault.MOVING if pole > MOVED_RAD or cart > MOVED_M else None
     expected = f"under {MOVED_RAD:g} rad and {1e3 * MOVED_M:g} mm of motion at PWM 0"
     return Finding(Check.REST, expected, f"{pole:.4f} rad and {1e3 * cart:.2f} mm", fault)
@@ -83,7 +88,12 @@ def check_velocities(samples: Floats) -> Finding:
     rest = at_rest(samples)
     wrong = abs(rest.pole_rad_s) > REST.pole_rad_s or abs(rest.cart_m_s) > REST.cart_m_s
     found = f"{rest.pole_rad_s:.3g} rad/s and {rest.cart_m_s:.3g} m/s"
-    return Finding(Check.VELOCITIES, "0 rad/s and 0 m/s, as nothing moves", found, Fault.VELOCITY_AT_REST if wrong else None)
+    return Finding(
+        Check.VELOCITIES,
+        "0 rad/s and 0 m/s, as nothing moves",
+        found,
+        Fault.VELOCITY_AT_REST if wrong else None,
+    )
 
 
 def _positions(samples: Floats) -> tuple[Floats, Floats]:

@@ -1,7 +1,8 @@
 """Find out why a rig does not connect, or whether it does: ports, samples, rate, rest, zeros, signs, limits, reset.
 
-Each check ends in one line: OK, WARN, FAIL or SKIPPED, what was expected, what was found, and what to do. The rig is sent
-PWM 0 and nothing else, unless --move allows to move the cart; PWM 0 is also the last thing that is sent.
+Each check ends in one line: OK, WARN, FAIL or SKIPPED, what was expected, what was found, and what
+to do. The rig is sent PWM 0 and nothing else, unless --move allows to move the cart; PWM 0 is also
+the last thing that is sent.
 """
 
 from __future__ import annotations
@@ -19,10 +20,15 @@ from pendulum_bridge.doctor.driving import stop
 from pendulum_bridge.doctor.examination import Task, examine
 from pendulum_bridge.doctor.faults import Verdict
 from pendulum_bridge.doctor.findings import Check, Finding, skipped
-from pendulum_bridge.doctor.ports import check_address, check_rig_port, our_port_open, our_port_refused
+from pendulum_bridge.doctor.ports import (
+    check_address,
+    check_rig_port,
+    our_port_open,
+    our_port_refused,
+)
 from pendulum_bridge.doctor.wire import PortWire, tcp_wire, udp_wire
 from pendulum_bridge.udp import RIG, USER, Address, address_of
-from pendulum_twin.command_line import number_in, option
+from pendulum_twin.command_line import as_option, make_number_reader
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import load_twin
 
@@ -36,7 +42,8 @@ NOTICE = (
 def main(arguments: list[str] | None = None) -> int:
     """Examine a rig and print each finding as it is made; return 0 when nothing FAILed, 1 when something did.
 
-    Ends with 2 for wrong use; returns 1 with a sentence on stderr when it was interrupted or cannot be done.
+    Ends with 2 for wrong use; returns 1 with a sentence on stderr when it was interrupted or
+    cannot be done.
     """
     options = options_of(arguments)
     signal.signal(signal.SIGTERM, _interrupted)
@@ -87,7 +94,9 @@ def _over_udp(listen: Address, rig: Address, task: Task) -> Iterator[Finding]:
     yield from _with(wire, task, lambda: check_rig_port(rig))
 
 
-def _with(wire: PortWire, task: Task, first: Callable[[], Finding] | None = None) -> Iterator[Finding]:
+def _with(
+    wire: PortWire, task: Task, first: Callable[[], Finding] | None = None
+) -> Iterator[Finding]:
     """Yield the findings of a wire, which gets PWM 0 at the end, whatever happens, and is closed."""
     try:
         if first is not None:
@@ -112,7 +121,11 @@ def _summary(findings: list[Finding]) -> str:
 def _mapping(findings: list[Finding]) -> dict[str, object]:
     verdicts = {each.verdict for each in findings}
     worst = next((each for each in (Verdict.FAIL, Verdict.WARN) if each in verdicts), Verdict.OK)
-    return {"schema": SCHEMA, "outcome": worst.name, "findings": [each.to_mapping() for each in findings]}
+    return {
+        "schema": SCHEMA,
+        "outcome": worst.name,
+        "findings": [each.to_mapping() for each in findings],
+    }
 
 
 def _ended(sentence: str) -> int:
@@ -123,7 +136,9 @@ def _ended(sentence: str) -> int:
 @contextmanager
 def _undisturbed() -> Iterator[None]:
     """Have the last words said to the end: who presses Ctrl-C twice is heard afterwards."""
-    before = {number: signal.signal(number, signal.SIG_IGN) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {
+        number: signal.signal(number, signal.SIG_IGN) for number in (signal.SIGINT, signal.SIGTERM)
+    }
     try:
         yield
     finally:
@@ -139,18 +154,45 @@ def options_of(arguments: list[str] | None) -> argparse.Namespace:
     """Return the command line's options; print what is wrong and exit with 2 for wrong use."""
     parser = argparse.ArgumentParser(prog="rig_doctor", description=__doc__)
     add = parser.add_argument
-    add("--twin", type=Path, default=Path("config/inteco.yaml"), help="twin file of the rig (config/inteco.yaml)")
+    add(
+        "--twin",
+        type=Path,
+        default=Path("config/inteco.yaml"),
+        help="twin file of the rig (config/inteco.yaml)",
+    )
     add(
         "--listen",
-        type=option(address_of),
+        type=as_option(address_of),
         default=USER,
         metavar="HOST:PORT",
         help=f"where the rig sends its samples ({USER})",
     )
-    add("--rig", type=option(address_of), default=RIG, metavar="HOST:PORT", help=f"where the rig listens ({RIG})")
-    add("--rate", type=number_in(10, 1000), default=100.0, metavar="HZ", help="samples a second (100)")
-    add("--seconds", type=number_in(1, 600), default=3.0, metavar="S", help="how long to listen (3)")
-    add("--move", action="store_true", help="allow to move the cart, gently, both ways: only so signs and limits show")
+    add(
+        "--rig",
+        type=as_option(address_of),
+        default=RIG,
+        metavar="HOST:PORT",
+        help=f"where the rig listens ({RIG})",
+    )
+    add(
+        "--rate",
+        type=make_number_reader(10, 1000),
+        default=100.0,
+        metavar="HZ",
+        help="samples a second (100)",
+    )
+    add(
+        "--seconds",
+        type=make_number_reader(1, 600),
+        default=3.0,
+        metavar="S",
+        help="how long to listen (3)",
+    )
+    add(
+        "--move",
+        action="store_true",
+        help="allow to move the cart, gently, both ways: only so signs and limits show",
+    )
     add("--tcp", action="store_true", help="connect to --rig over TCP instead of UDP")
     add("--json", action="store_true", help="print one JSON object at the end, instead of lines")
     return parser.parse_args(arguments)

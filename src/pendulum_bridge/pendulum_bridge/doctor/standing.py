@@ -36,10 +36,18 @@ def stand(listened: Listened, twin: Twin, rate_hz: float) -> Standing:
     if raw:
         findings.append(packets.check_packets(raw))
     if len(good) < FEWEST or findings[-1].verdict is Verdict.FAIL:
-        why = "no samples to look at" if len(good) < FEWEST else "what was heard holds no samples or has ended"
-        return Standing((*findings, *_skipped(CHECKS[len(findings) :], why)), None, np.empty((0, 4)))
+        why = (
+            "no samples to look at"
+            if len(good) < FEWEST
+            else "what was heard holds no samples or has ended"
+        )
+        return Standing(
+            (*findings, *_skipped(CHECKS[len(findings) :], why)), None, np.empty((0, 4))
+        )
     arrivals = np.array([listened.heard[k].at_s for k in good])
-    samples = np.array([(s.pole_rad, s.pole_rate, s.cart_m, s.cart_velocity) for s in found if s is not None])
+    samples = np.array(
+        [(s.pole_rad, s.pole_rate, s.cart_m, s.cart_velocity) for s in found if s is not None]
+    )
     rest = resting.at_rest(samples)
     fields = _fields(rest, twin)
     findings += [fields, *_timing(arrivals, rate_hz)]

@@ -1,7 +1,8 @@
 """How often samples come, how evenly, and whether any are lost. Times are arrivals at this machine, s.
 
-Samples carry no number and no time. One that is lost moves all later ones by a period; one that is late moves only itself.
-So what is left of the lateness when one always looks at the earliest of all later samples, are losses.
+Samples carry no number and no time. One that is lost moves all later ones by a period; one that is
+late moves only itself. So what is left of the lateness when one always looks at the earliest of
+all later samples, are losses.
 """
 
 from __future__ import annotations
@@ -26,8 +27,8 @@ FEWEST = 2 * SPAN
 def period_of(arrivals: Floats, expected_s: float) -> float:
     """Return the sample period in s, from at least 2 arrivals (n,), unmoved by a few losses and by jitter.
 
-    Where most samples keep the expected period, a slower mean is taken for losses; where they come in bursts, a line
-    through all is all there is.
+    Where most samples keep the expected period, a slower mean is taken for losses; where they come
+    in bursts, a line through all is all there is.
     """
     intervals = np.diff(arrivals)
     single = float(np.median(intervals))
@@ -67,8 +68,15 @@ def check_jitter(arrivals: Floats, period_s: float) -> Finding:
     found = f"{p50:.2f} ms (p50), {p99:.2f} ms (p99), {most:.1f} ms (most)"
     expected = f"intervals off by under {1e3 * UNEVEN * period_s:.1f} ms (p99)"
     if at_once > BURST_SHARE:
-        return Finding(Check.JITTER, expected, f"{found}; {at_once:.0%} of the samples together with another", Fault.BURSTS)
-    return Finding(Check.JITTER, expected, found, Fault.JITTER if p99 > 1e3 * UNEVEN * period_s else None)
+        return Finding(
+            Check.JITTER,
+            expected,
+            f"{found}; {at_once:.0%} of the samples together with another",
+            Fault.BURSTS,
+        )
+    return Finding(
+        Check.JITTER, expected, found, Fault.JITTER if p99 > 1e3 * UNEVEN * period_s else None
+    )
 
 
 def check_losses(arrivals: Floats, period_s: float) -> Finding:

@@ -19,8 +19,8 @@ FAR = 4  # such changes from the running median: a spike
 class Track:
     """Hold a stretch of driving.
 
-    arrivals: (n,) s. samples: (n, 4) in the protocol's order. sent_at: (m,) s, on the same clock, when each command was
-    sent; it holds until the next. sent: (m,) PWM fraction.
+    arrivals: (n,) s. samples: (n, 4) in the protocol's order. sent_at: (m,) s, on the same clock,
+    when each command was sent; it holds until the next. sent: (m,) PWM fraction.
     """
 
     arrivals: Floats
@@ -52,8 +52,8 @@ def gridded(track: Track, expected_s: float) -> Grid:
 def without_spikes(values: Floats) -> Floats:
     """Return values (n, k) with those that lie far from their column's running median replaced by it.
 
-    The others stay as they are: in the differences of an encoder that counts slowly, single counts are all there is of the
-    motion, and a median takes them for spikes.
+    The others stay as they are: in the differences of an encoder that counts slowly, single counts
+    are all there is of the motion, and a median takes them for spikes.
     """
     if len(values) < 2:
         return values

@@ -77,7 +77,9 @@ class Packets(Protocol):
 class PortWire:
     """Hear a rig over UDP or TCP, by the monotonic clock. stranger: who sent the last foreign packet. Close it after use."""
 
-    def __init__(self, port: Packets, stranger: Callable[[], Address | None] = lambda: None) -> None:
+    def __init__(
+        self, port: Packets, stranger: Callable[[], Address | None] = lambda: None
+    ) -> None:
         self._port, self._stranger = port, stranger
 
     def now(self) -> float:

@@ -20,7 +20,8 @@ FIELDS = ("pole angle", "pole rate", "cart position", "cart velocity")
 def check_fields(rest: AtRest, rail_m: float | None) -> Finding:
     """Return whether the fields stand in their order, as far as a hanging pole shows it.
 
-    rail_m: half the rail's length; on a rail so long that the cart may stand at pi m nothing can be told.
+    rail_m: half the rail's length; on a rail so long that the cart may stand at pi m nothing can
+    be told.
     """
     expected = f"{math.pi:.3f}, 0, the cart's position, 0 (pole angle, pole rate, cart position, cart velocity)"
     values = (rest.pole_rad, rest.pole_rad_s, rest.cart_m, rest.cart_m_s)
@@ -38,7 +39,9 @@ def check_pole_zero(rest: AtRest, offset_rad: float = 0.0) -> Finding:
     expected = f"{hanging:.3f} rad while the pole hangs still"
     if rest.wrapped:
         return Finding(Check.POLE_ZERO, expected, "jumps of a whole turn", Fault.WRAPPED)
-    return Finding(Check.POLE_ZERO, expected, f"{rest.pole_rad:.3f} rad", _pole_fault(rest.pole_rad, hanging))
+    return Finding(
+        Check.POLE_ZERO, expected, f"{rest.pole_rad:.3f} rad", _pole_fault(rest.pole_rad, hanging)
+    )
 
 
 def check_cart_zero(rest: AtRest, rail_m: float | None) -> Finding:
@@ -47,7 +50,11 @@ def check_cart_zero(rest: AtRest, rail_m: float | None) -> Finding:
     fault = Fault.OFF_MIDDLE if abs(rest.cart_m) > MIDDLE_M else None
     if rail_m is not None and abs(rest.cart_m) > rail_m:
         expected += f", the rail ending at {rail_m:g} m"
-        fault = Fault.MILLIMETRES if 5 * rail_m < abs(rest.cart_m) <= 1e3 * rail_m else Fault.BEYOND_RAIL
+        fault = (
+            Fault.MILLIMETRES
+            if 5 * rail_m < abs(rest.cart_m) <= 1e3 * rail_m
+            else Fault.BEYOND_RAIL
+        )
     return Finding(Check.CART_ZERO, expected, f"{rest.cart_m:.3f} m", fault)
 
 
@@ -57,7 +64,9 @@ def check_rail(least_m: float, most_m: float, rail_m: float | None) -> Finding:
     if rail_m is None:
         return skipped(Check.RAIL, "the twin file has no rail_half_length_m")
     beyond = max(abs(least_m), abs(most_m)) > rail_m
-    return Finding(Check.RAIL, f"positions within {rail_m:g} m", found, Fault.BEYOND_RAIL if beyond else None)
+    return Finding(
+        Check.RAIL, f"positions within {rail_m:g} m", found, Fault.BEYOND_RAIL if beyond else None
+    )
 
 
 def _pole_fault(angle_rad: float, hanging_rad: float) -> Fault | None:

@@ -9,7 +9,7 @@ from typing import Any
 
 from pendulum_bridge.emulator.seal import Concealed
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.json_file import read_object
+from pendulum_twin.json_files import read_json_object
 from pendulum_twin.rig import UNITS, Rig
 
 SCHEMA = "pendulum_verdict/1"
@@ -20,23 +20,31 @@ class Answer(Enum):
     """How a verdict compares with the seal; the value is the sentence."""
 
     RIGHT = "The diagnosis is right: it names what was concealed, and nothing else."
-    UNDECIDED = "The diagnosis is undecided: what was concealed is among what it cannot tell apart."
+    UNDECIDED = (
+        "The diagnosis is undecided: what was concealed is among what it cannot tell apart."
+    )
     PARTLY = "The diagnosis is partly right: it names some of it, and misses or adds some."
     WRONG = "The diagnosis is wrong: it names nothing of what was concealed."
 
 
 def read_verdict(path: str | Path) -> dict[str, Any]:
     """Return the verdict in a file; raise BadInputError when it is none."""
-    return read_object(Path(path), SCHEMA, "a verdict")
+    return read_json_object(Path(path), SCHEMA, "a verdict")
 
 
 def answer(concealed: Concealed, verdict: Mapping[str, Any]) -> Answer:
     """Return how the verdict compares with the truth, by the names alone."""
     true = set(concealed.effects)
-    named = {each["effect"]: set(each["cannot_be_told_from"]) for each in verdict["missing_physics"]}
+    named = {
+        each["effect"]: set(each["cannot_be_told_from"]) for each in verdict["missing_physics"]
+    }
     if true == set(named):
         return Answer.RIGHT
-    covered = {name for name in true if any(name == other or name in ties for other, ties in named.items())}
+    covered = {
+        name
+        for name in true
+        if any(name == other or name in ties for other, ties in named.items())
+    }
     if covered == true and len(named) == len(true):
         return Answer.UNDECIDED
     return Answer.PARTLY if true & set(named) else Answer.WRONG
@@ -58,7 +66,9 @@ def table(concealed: Concealed, nominal: Rig, verdict: Mapping[str, Any]) -> str
             answer(concealed, verdict).value,
         ]
     except (KeyError, TypeError, AttributeError) as error:
-        raise BadInputError(f"verdict: expected what {SCHEMA} holds, found {error!r} missing or odd") from error
+        raise BadInputError(
+            f"verdict: expected what {SCHEMA} holds, found {error!r} missing or odd"
+        ) from error
     return "\n".join(lines)
 
 
@@ -68,10 +78,15 @@ def _physics(concealed: Concealed, missing: list[Mapping[str, Any]]) -> list[str
     for name, values in concealed.effects.items():
         lines.append(f"  {name}: {_called(name, found)}")
         parameters = found.get(name, {}).get("parameters", {})
-        lines += [_row(key, f"{value:.4g}", "", parameters.get(key), value) for key, value in values.items()]
+        lines += [
+            _row(key, f"{value:.4g}", "", parameters.get(key), value)
+            for key, value in values.items()
+        ]
     for name in found.keys() - concealed.effects.keys():
         lines.append(f"  {name}: was not concealed")
-        lines += [_row(key, "-", "", value, None) for key, value in found[name]["parameters"].items()]
+        lines += [
+            _row(key, "-", "", value, None) for key, value in found[name]["parameters"].items()
+        ]
     return lines
 
 
@@ -80,7 +95,11 @@ def _called(name: str, found: Mapping[str, Mapping[str, Any]]) -> str:
         ties = found[name]["cannot_be_told_from"]
         return "named" + (f" (cannot be told from {', '.join(ties)})" if ties else "")
     tied = [other for other, each in found.items() if name in each["cannot_be_told_from"]]
-    return f"not named, but {tied[0]}, which this recording cannot tell from it" if tied else "not named"
+    return (
+        f"not named, but {tied[0]}, which this recording cannot tell from it"
+        if tied
+        else "not named"
+    )
 
 
 def _parameters(true: Rig, nominal: Rig, found: Mapping[str, Mapping[str, Any]]) -> list[str]:
@@ -89,12 +108,18 @@ def _parameters(true: Rig, nominal: Rig, found: Mapping[str, Mapping[str, Any]])
         before = getattr(nominal, key)
         if key in found or value != before:
             given = found.get(key)
-            shown = None if given is None else {**given, "value": given["after"], "unit": given.get("unit", UNITS[key])}
+            shown = (
+                None
+                if given is None
+                else {**given, "value": given["after"], "unit": given.get("unit", UNITS[key])}
+            )
             lines.append(_row(key, f"{before:.4g}", f"{value:.4g}", shown, value))
     return lines
 
 
-def _row(key: str, first: str, second: str, found: Mapping[str, Any] | None, true: float | None) -> str:
+def _row(
+    key: str, first: str, second: str, found: Mapping[str, Any] | None, true: float | None
+) -> str:
     """Return one line: found is a value with its interval, or None."""
     if found is None:
         return ROW.format("  " + key, first, second, "-", "").rstrip()
@@ -109,7 +134,11 @@ def _judged(found: Mapping[str, Any], true: float | None) -> str:
         return ""
     if found["low"] <= true <= found["high"]:
         return "right"
-    return f"off by {100 * (found['value'] / true - 1):+.2g} %" if true else f"off by {found['value']:+.2g}"
+    return (
+        f"off by {100 * (found['value'] / true - 1):+.2g} %"
+        if true
+        else f"off by {found['value']:+.2g}"
+    )
 
 
 def _scores(fit: Mapping[str, Any]) -> str:

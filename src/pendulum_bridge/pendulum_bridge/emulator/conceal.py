@@ -1,7 +1,8 @@
 """What can be concealed in the emulated rig, how much of it is realistic there, and how a seed draws it.
 
-Names and parameters are the catalogue's (they are what a verdict is compared with); the physics behind them is this
-package's own: `drive.py` before the force, `mjcf.py`, `friction.py` and `laws.py` in the mechanics, `sensors.py` behind it.
+Names and parameters are the catalogue's (they are what a verdict is compared with); the physics
+behind them is this package's own: `drive.py` before the force, `mjcf.py`, `friction.py` and
+`laws.py` in the mechanics, `sensors.py` behind it.
 """
 
 from __future__ import annotations
@@ -24,11 +25,14 @@ Span = tuple[float, float]
 class Concealable:
     """Give the realistic sizes of one effect.
 
-    sizes: parameter name -> lowest and highest size drawn. both_ways: whether the sign of its size is drawn too. family: of
-    effects in the same family at most one is drawn, for together they mean nothing or cannot be told apart by anybody.
-    shapes: parameters that say where or how rather than how much: neither sign nor size factor is theirs. neutral: the
-    size at which the effect vanishes. beside: effects of which one must be there, for this one to mean anything. live:
-    whether a rig that is driven from outside can have it: one that counts from a recording's beginning cannot be.
+    sizes: parameter name -> lowest and highest size drawn. both_ways: whether the sign of its size
+    is drawn too. family: of effects in the same family at most one is drawn, for together they
+    mean nothing or cannot be told apart by anybody.
+    shapes: parameters that say where or how rather than how much: neither sign nor size factor is
+    theirs. neutral: the size at which the effect vanishes. beside: effects of which one must be
+    there, for this one to mean anything. live:
+    whether a rig that is driven from outside can have it: one that counts from a recording's
+    beginning cannot be.
     """
 
     name: str
@@ -66,10 +70,21 @@ TABLE: tuple[Concealable, ...] = (
         "cart friction",
         {"viscous_n_s_m": (1.0, 4.0), "level_n": (0.15, 0.4), "limit_n": (0.7, 1.1)},
     ),
-    Concealable("cart_friction_asymmetry", "friction asymmetry", {"ratio": (0.15, 0.4)}, both_ways=True, beside=DRY),
+    Concealable(
+        "cart_friction_asymmetry",
+        "friction asymmetry",
+        {"ratio": (0.15, 0.4)},
+        both_ways=True,
+        beside=DRY,
+    ),
     Concealable("cart_quadratic_drag", "cart drag", {"n_s2_m2": (0.4, 1.6)}),
     Concealable("rail_tilt", "bias", {"angle_rad": (0.008, 0.03)}, both_ways=True),
-    Concealable("rail_spring", "bias", {"n_per_m": (0.5, 2.0), "centre_m": (-0.1, 0.1)}, shapes=("centre_m",)),
+    Concealable(
+        "rail_spring",
+        "bias",
+        {"n_per_m": (0.5, 2.0), "centre_m": (-0.1, 0.1)},
+        shapes=("centre_m",),
+    ),
     Concealable(
         "rail_friction_patch",
         "friction patch",
@@ -106,16 +121,23 @@ TABLE: tuple[Concealable, ...] = (
 )
 BY_NAME = {each.name: each for each in TABLE}
 
-# Base parameters whose nominal values are made wrong. The cart's mass is not: motion alone cannot tell it.
-WRONG = ("cart_viscous_n_s_m", "pole_viscous_n_m_s", "force_per_pwm_n", "com_distance_m", "pole_inertia_kg_m2")
+# Base parameters whose nominal values are made wrong. The cart's mass is not: motion alone cannot
+# tell it.
+WRONG = (
+    "cart_viscous_n_s_m",
+    "pole_viscous_n_m_s",
+    "force_per_pwm_n",
+    "com_distance_m",
+    "pole_inertia_kg_m2",
+)
 LARGEST_ERROR = 0.2
 
 
 def draw(seed: int, count: int, nominal: Rig, live: bool = False) -> Concealed:
     """Return `count` effects of realistic size, and the nominal rig with wrong parameters; the same for the same seed.
 
-    live: only effects that a rig driven from outside can have. Raises BadInputError when more effects are asked for than
-    can be concealed together.
+    live: only effects that a rig driven from outside can have. Raises BadInputError when more
+    effects are asked for than can be concealed together.
     """
     return concealed_of(completed((), count, seed, live), seed, nominal)
 
@@ -136,13 +158,19 @@ def completed(names: Sequence[str], count: int, seed: int, live: bool = False) -
 def _goes_with(candidate: Concealable, chosen: Sequence[Concealable], count: int) -> bool:
     """Tell whether one more effect leaves every effect with what it must have beside it, or with room for it."""
     names = {each.name for each in chosen}
-    lacking = next((each.beside for each in chosen if each.beside and not names & set(each.beside)), ())
-    if candidate.family in {each.family for each in chosen} or (lacking and candidate.name not in lacking):
+    lacking = next(
+        (each.beside for each in chosen if each.beside and not names & set(each.beside)), ()
+    )
+    if candidate.family in {each.family for each in chosen} or (
+        lacking and candidate.name not in lacking
+    ):
         return False
     return not candidate.beside or bool(names & set(candidate.beside)) or len(chosen) + 2 <= count
 
 
-def concealed_of(names: Sequence[str], seed: int, nominal: Rig, size_factor: float = 1.0) -> Concealed:
+def concealed_of(
+    names: Sequence[str], seed: int, nominal: Rig, size_factor: float = 1.0
+) -> Concealed:
     """Return these effects with sizes drawn by the seed times size_factor, and the nominal rig with wrong parameters.
 
     names: of this table, or of unlisted effects. The constants are the same whatever is concealed.
@@ -182,10 +210,16 @@ def sized(chosen: Sized, random: np.random.Generator, factor: float) -> dict[str
     """Return drawn parameters; the distance of a size from neutral is multiplied by the factor."""
     sign = random.choice([-1.0, 1.0]) if chosen.both_ways else 1.0
     drawn = {name: float(random.uniform(*span)) for name, span in chosen.sizes.items()}
-    grown = {name: chosen.neutral + factor * (sign * value - chosen.neutral) for name, value in drawn.items()}
+    grown = {
+        name: chosen.neutral + factor * (sign * value - chosen.neutral)
+        for name, value in drawn.items()
+    }
     return {name: drawn[name] if name in chosen.shapes else grown[name] for name in drawn}
 
 
 def _made_wrong(nominal: Rig, random: np.random.Generator) -> Rig:
     factors = {name: 1 + random.uniform(-LARGEST_ERROR, LARGEST_ERROR) for name in WRONG}
-    return replace(nominal, **{name: float(getattr(nominal, name) * factor) for name, factor in factors.items()})
+    return replace(
+        nominal,
+        **{name: float(getattr(nominal, name) * factor) for name, factor in factors.items()},
+    )

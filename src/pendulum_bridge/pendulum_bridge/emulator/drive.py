@@ -1,6 +1,7 @@
 """From the command to the force: the emulator's own command and drive effects, one closure a stage.
 
-Every stage is called once a step of the engine, in the order of STAGES, and returns what it makes of the command.
+Every stage is called once a step of the engine, in the order of STAGES, and returns what it makes
+of the command.
 """
 
 from __future__ import annotations
@@ -75,8 +76,9 @@ def lagging(step_s: float, time_constant_s: float) -> Stage:
 def slack(step_s: float, gap_m: float, per_command_m_s2: float) -> Stage:
     """Give nothing while the motor is within the belt's slack, which it crosses as a free mass that the command drives.
 
-    per_command_m_s2: acceleration of everything that moves, a unit of command; the motor alone is lighter (MOTOR_SHARE). It
-    begins at the end from which it pulls the negative way, stops dead where the belt is tight, and pulls from then on.
+    per_command_m_s2: acceleration of everything that moves, a unit of command; the motor alone is
+    lighter (MOTOR_SHARE). It begins at the end from which it pulls the negative way, stops dead
+    where the belt is tight, and pulls from then on.
     """
     lightness = per_command_m_s2 / MOTOR_SHARE
     place, speed = 0.0, 0.0

@@ -14,7 +14,9 @@ CART, POLE = 0, 1
 FINER = 32  # parts of a step in which a joint turns round: dry friction is of first order in the engine's step
 STUCK = 1e-6  # m/s, rad/s: below it a joint with dry friction counts as sticking
 
-State = tuple[float, float, float, float]  # x (m), th (rad, 0 where the centre of mass is upright), v (m/s), w (rad/s)
+State = tuple[
+    float, float, float, float
+]  # x (m), th (rad, 0 where the centre of mass is upright), v (m/s), w (rad/s)
 
 
 class Engine:
@@ -27,7 +29,8 @@ class Engine:
         self._force_n = concealed.rig.force_per_pwm_n or 0.0
         self._ahead_rad = concealed.effects.get("pole_imbalance", {}).get("angle_rad", 0.0)
         self._dry = bool(laws.dry) or bool(self._model.dof_frictionloss.any())
-        # MuJoCo's own arrays, seen through numpy: asking the engine for them anew costs as much as a tenth of a step
+        # MuJoCo's own arrays, seen through numpy: asking the engine for them anew costs as much as
+        # a tenth of a step
         self._qpos, self._qvel, self._qacc = self._data.qpos, self._data.qvel, self._data.qacc
         self._applied, self._loss = self._data.qfrc_applied, self._model.dof_frictionloss
         self._time_s, self._part_s = 0.0, step_s / FINER
@@ -78,8 +81,11 @@ class Engine:
         v, w = v + half * a, w + half * b
         for gain in self._laws.gain:
             command = gain(command, t, x, th, v, w)
-        self._applied[CART] = self._force_n * command + sum([law(t, x, th, v, w) for law in self._laws.push])
+        self._applied[CART] = self._force_n * command + sum(
+            [law(t, x, th, v, w) for law in self._laws.push]
+        )
         self._applied[POLE] = sum([law(t, x, th, v, w) for law in self._laws.twist])
         if self._laws.dry is not None:
-            # a cart that sticks creeps the way it is pushed (see `mjcf`), so its velocity tells the way there too
+            # a cart that sticks creeps the way it is pushed (see `mjcf`), so its velocity tells
+            # the way there too
             self._loss[CART] = self._laws.dry(math.copysign(1.0, v), t, x, th, v, w)

@@ -6,8 +6,12 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 
 Effects = Mapping[str, Mapping[str, float]]
-Law = Callable[[float, float, float, float, float], float]  # of t (s), x (m), th (rad), v (m/s), w (rad/s)
-Level = Callable[[float, float, float, float, float, float], float]  # of the way (+1 or -1), and the same
+Law = Callable[
+    [float, float, float, float, float], float
+]  # of t (s), x (m), th (rad), v (m/s), w (rad/s)
+Level = Callable[
+    [float, float, float, float, float, float], float
+]  # of the way (+1 or -1), and the same
 
 
 def constant(level_n: float) -> Law:
@@ -41,13 +45,19 @@ LEVELS: dict[str, Callable[..., Law]] = {
     "cart_saturating_friction": saturating,
     "rail_friction_patch": patch,
 }
-CHANGING = {"cart_stribeck_friction", "cart_saturating_friction", "rail_friction_patch", "cart_friction_asymmetry"}
+CHANGING = {
+    "cart_stribeck_friction",
+    "cart_saturating_friction",
+    "rail_friction_patch",
+    "cart_friction_asymmetry",
+}
 
 
 def dry_level(effects: Effects, more: Sequence[Law] = ()) -> Level | None:
     """Return the cart's dry friction (N) as a law of way and state; None when it is constant, which the engine has itself.
 
-    The way is that of the motion, or at rest that of the push (+1 or -1). more: levels that no catalogue has.
+    The way is that of the motion, or at rest that of the push (+1 or -1). more: levels that no
+    catalogue has.
     """
     if not more and not CHANGING & effects.keys():
         return None

@@ -47,18 +47,25 @@ def _given[T](laws: Iterable[T | None]) -> tuple[T, ...]:
 
 
 def _listed(concealed: Concealed) -> list[Extra]:
-    return [make(concealed.rig, **concealed.effects[name]) for name, make in LISTED.items() if name in concealed.effects]
+    return [
+        make(concealed.rig, **concealed.effects[name])
+        for name, make in LISTED.items()
+        if name in concealed.effects
+    ]
 
 
 def _unlisted(concealed: Concealed) -> list[Extra]:
-    return [BY_NAME[name].make(concealed.rig, **values) for name, values in concealed.unlisted.items()]
+    return [
+        BY_NAME[name].make(concealed.rig, **values) for name, values in concealed.unlisted.items()
+    ]
 
 
 def tilted(rig: Rig, angle_rad: float) -> Extra:
     """Pull the cart with the weight's share along the rail.
 
-    The pole's angle is measured from hanging, whatever the tilt, so the pole's own weight keeps its equation; the tilt's
-    second effect, the coupling's cosine turned by the same small angle, is left out.
+    The pole's angle is measured from hanging, whatever the tilt, so the pole's own weight keeps
+    its equation; the tilt's second effect, the coupling's cosine turned by the same small angle,
+    is left out.
     """
     share_n = rig.total_mass_kg * rig.gravity_m_s2 * math.sin(angle_rad)
     return Extra(push=lambda t, x, th, v, w: share_n)
@@ -66,7 +73,9 @@ def tilted(rig: Rig, angle_rad: float) -> Extra:
 
 def cogging(rig: Rig, amplitude_n: float, period_m: float, phase_rad: float) -> Extra:
     """Push the cart with a sine of its position."""
-    return Extra(push=lambda t, x, th, v, w: amplitude_n * math.sin(math.tau * x / period_m + phase_rad))
+    return Extra(
+        push=lambda t, x, th, v, w: amplitude_n * math.sin(math.tau * x / period_m + phase_rad)
+    )
 
 
 def fast_stamps(rig: Rig, ratio: float) -> Extra:
@@ -74,4 +83,8 @@ def fast_stamps(rig: Rig, ratio: float) -> Extra:
     return Extra(pace=lambda t: 1 / (1 + ratio))
 
 
-LISTED: dict[str, Callable[..., Extra]] = {"rail_tilt": tilted, "cogging": cogging, "sample_period_error": fast_stamps}
+LISTED: dict[str, Callable[..., Extra]] = {
+    "rail_tilt": tilted,
+    "cogging": cogging,
+    "sample_period_error": fast_stamps,
+}

@@ -12,8 +12,9 @@ from pendulum_bridge.protocol import Command, Sample
 class LiveRig:
     """Hold the last command as the real rig does, for ever: whoever drives it has to watch. Before the first, PWM is 0.
 
-    A rising edge of the reset flag starts the swing-down, or starts it anew; while it runs, commands are remembered and not
-    obeyed. Then the last command counts again. rate_hz: samples a second; encoders and seed: as `EmulatedRig` has them.
+    A rising edge of the reset flag starts the swing-down, or starts it anew; while it runs,
+    commands are remembered and not obeyed. Then the last command counts again. rate_hz: samples a
+    second; encoders and seed: as `EmulatedRig` has them.
     """
 
     def __init__(
@@ -57,7 +58,9 @@ class LiveRig:
 
     def _pwm(self) -> float:
         if self._swing_down is not None:
-            self._swing_down, pwm = advance(self._swing_down, self._rig.truth, self._tuning, self.period_s)
+            self._swing_down, pwm = advance(
+                self._swing_down, self._rig.truth, self._tuning, self.period_s
+            )
             if self._swing_down.phase is Phase.RUNNING:
                 return pwm
             self._swing_down = None

@@ -1,14 +1,16 @@
 """A rig as a MuJoCo model: cart on a slide, pole on a hinge, with the engine's own dry friction, drag and springs.
 
-The base model holds only the moved mass m, the first moment S = m l and the pole's inertia Jp about its axis.
-A pole of mass mp with its centre at S/mp and the inertia Jp - S^2/mp about it, on a cart of m - mp, has exactly these.
+The base model holds only the moved mass m, the first moment S = m l and the pole's inertia Jp
+about its axis. A pole of mass mp with its centre at S/mp and the inertia Jp - S^2/mp about it, on
+a cart of m - mp, has exactly these.
 
-Dry friction is the engine's `frictionloss`, a soft constraint, at its stiffest: time constant of two steps, impedance
-0.9999. Measured on a 0.7 kg block with 1 N of friction, RK4, steps of 0.25 ms, against closed forms and a rigid
-stick-slip in steps of 10 us: pushed with 90 % of its friction it creeps at 3e-8 m/s, comes to rest within 5e-8 m, and
-stays within 1e-7 m for 10 s under a sine. (With the pole on it, reversals cost 1e-4 m a second; `rig.py` cuts them
-finer, which leaves less than the encoder's step.) The engine's defaults creep at 1e-3 m/s, and `implicitfast` stops
-1e-4 m short.
+Dry friction is the engine's `frictionloss`, a soft constraint, at its stiffest: time constant of
+two steps, impedance 0.9999. Measured on a 0.7 kg block with 1 N of friction, RK4, steps of 0.25
+ms, against closed forms and a rigid stick-slip in steps of 10 us: pushed with 90 % of its friction
+it creeps at 3e-8 m/s, comes to rest within 5e-8 m, and stays within 1e-7 m for 10 s under a sine.
+(With the pole on it, reversals cost 1e-4 m a second; `rig.py` cuts them finer, which leaves less
+than the encoder's step.) The engine's defaults creep at 1e-3 m/s, and `implicitfast` stops 1e-4 m
+short.
 """
 
 from __future__ import annotations
@@ -54,9 +56,10 @@ def build(rig: Rig, effects: Effects, timestep_s: float = TIMESTEP_S) -> mujoco.
 
     Dry friction that changes is set by `rig`, step by step.
 
-    Joint 0 is the cart (m, positive along the rail), joint 1 the pole (rad, 0 upright, counterclockwise positive when
-    the rail points right and one looks along +y). The cart stops at the ends of the rail. Raises BadInputError when a
-    part is missing or no bodies have the rig's constants.
+    Joint 0 is the cart (m, positive along the rail), joint 1 the pole (rad, 0 upright,
+    counterclockwise positive when the rail points right and one looks along +y). The cart stops at
+    the ends of the rail. Raises BadInputError when a part is missing or no bodies have the rig's
+    constants.
     """
     return mujoco.MjModel.from_xml_string(mjcf(rig, effects, timestep_s))
 
@@ -85,8 +88,8 @@ def mjcf(rig: Rig, effects: Effects, timestep_s: float = TIMESTEP_S) -> str:
 def pole_body(rig: Rig) -> tuple[float, float, float]:
     """Return the pole body's mass (kg), centre from the axis (m) and inertia about its centre (kg m^2).
 
-    The mass is the rig's pole mass where that leaves a positive inertia; else as much heavier as it takes, at the
-    cart's cost, for motion sees only m, S and Jp.
+    The mass is the rig's pole mass where that leaves a positive inertia; else as much heavier as
+    it takes, at the cart's cost, for motion sees only m, S and Jp.
     """
     if rig.com_distance_m is None or rig.pole_inertia_kg_m2 is None or not rig.has_cart:
         raise BadInputError("expected a rig with cart and pole to emulate, found only one of them")

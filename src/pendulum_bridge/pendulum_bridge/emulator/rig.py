@@ -24,10 +24,10 @@ HANGING = (0.0, math.pi, 0.0, 0.0)
 class EmulatedRig:
     """Move a rig with concealed physics, sample period by sample period; the same commands give the same bits.
 
-    rate_hz: samples a second, by the stamps. encoders: how it measures. seed: of its spikes, and of what a stale start
-    shows. start: true x (m), th (rad, 0 where the centre of mass is upright), v (m/s), w (rad/s). timestep_s: longest step
-    of the engine; each period is a whole number of steps. Raises BadInputError for a rate that is none, and for a rig that
-    lacks a part.
+    rate_hz: samples a second, by the stamps. encoders: how it measures. seed: of its spikes, and
+    of what a stale start shows. start: true x (m), th (rad, 0 where the centre of mass is
+    upright), v (m/s), w (rad/s). timestep_s: longest step of the engine; each period is a whole
+    number of steps. Raises BadInputError for a rate that is none, and for a rig that lacks a part.
     """
 
     def __init__(
@@ -48,10 +48,14 @@ class EmulatedRig:
         step_s = self._passing_s(0.0) / self._steps
         self._engine = Engine(concealed, self._laws, step_s)
         self._drive = chain(effects, step_s, (rig.force_per_pwm_n or 0.0) / rig.total_mass_kg)
-        self._stale = stale_samples(effects.get("stale_start", {}).get("seconds", 0.0), self.period_s)
+        self._stale = stale_samples(
+            effects.get("stale_start", {}).get("seconds", 0.0), self.period_s
+        )
         self._start, self._count = start, 0
         self._engine.put(earlier_state(start, seed) if self._stale else start)
-        self._reporting = Reporting(effects.get("sensor_delay", {}).get("delay_s", 0.0), step_s, self._engine.state)
+        self._reporting = Reporting(
+            effects.get("sensor_delay", {}).get("delay_s", 0.0), step_s, self._engine.state
+        )
         self._sensors = Sensors(encoders, effects, self.period_s, seed, self._laws.shown)
         self.sample = self._sensors.measure(self.truth)
 
@@ -70,7 +74,9 @@ class EmulatedRig:
 
         A sample is the measured x (m), th (rad, not wrapped), v (m/s), w (rad/s), shape (4,).
         """
-        command = min(max(command, -self._limit), self._limit) if self._count >= self._stale else 0.0
+        command = (
+            min(max(command, -self._limit), self._limit) if self._count >= self._stale else 0.0
+        )
         step_s = self._passing_s(self._count * self.period_s) / self._steps
         for _ in range(self._steps):
             self._engine.step(self._drive(command), step_s)
@@ -106,5 +112,8 @@ class Reporting:
     @property
     def reported(self) -> State:
         """Return the state that is reported now."""
-        x, th, v, w = (new + self._part * (old - new) for old, new in zip(self._states[0], self._states[1], strict=True))
+        x, th, v, w = (
+            new + self._part * (old - new)
+            for old, new in zip(self._states[0], self._states[1], strict=True)
+        )
         return x, th, v, w

@@ -1,7 +1,9 @@
 """A rig that is none: MuJoCo behind the rig's own protocol, over UDP or TCP, with physics concealed if asked.
 
-It sends a sample at every sampling time, and holds the last command for ever, as the real rig does. It does so over TCP
-too, even when the connection closes: a rig that then stopped by itself would hide a driver that does not stop it.
+It sends a sample at every sampling time, and holds the last command for ever, as the real rig
+does. It does so over TCP
+too, even when the connection closes: a rig that then stopped by itself would hide a driver that
+does not stop it.
 """
 
 from __future__ import annotations
@@ -24,7 +26,7 @@ from pendulum_bridge.emulator.tcp_server import TcpServer
 from pendulum_bridge.port import Port
 from pendulum_bridge.protocol import COMMAND, Command
 from pendulum_bridge.udp import RIG, USER, Endpoint, address_of
-from pendulum_twin.command_line import number_in, option, whole
+from pendulum_twin.command_line import as_option, make_number_reader, make_whole_reader
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import load_twin
 
@@ -47,12 +49,18 @@ def main(arguments: list[str] | None = None) -> int:
 def run(options: argparse.Namespace, stopped: Event) -> None:
     """Serve as the options say until stopped is set; raise BadInputError or OSError when it cannot be done."""
     concealed = _concealed(options)
-    rig = LiveRig(concealed, options.rate, Encoders(spike_rate=options.spikes), options.conceal or 0)
+    rig = LiveRig(
+        concealed, options.rate, Encoders(spike_rate=options.spikes), options.conceal or 0
+    )
     with closing(_port(options)) as port:
         if options.seal:
             write_seal(concealed, options.seal)
         where = "answers there over TCP" if options.tcp else f"sends to {options.send}"
-        pace = "in lockstep" if options.lockstep else f"{options.rate:g} Hz, {options.speed:g} times real time"
+        pace = (
+            "in lockstep"
+            if options.lockstep
+            else f"{options.rate:g} Hz, {options.speed:g} times real time"
+        )
         _say(f"rig_emulator: listens on {options.listen}, {where}, {pace}")
         served = _serve(rig, port, options, _ending(stopped, options.seconds))
         _say(_summary(served, port))
@@ -115,20 +123,83 @@ def options_of(arguments: list[str] | None) -> argparse.Namespace:
     """Return the command line's options; print what is wrong and exit with 2 for wrong use."""
     parser = argparse.ArgumentParser(prog="rig_emulator", description=__doc__)
     add = parser.add_argument
-    add("--twin", type=Path, default=Path("config/inteco.yaml"), help="twin file of the nominal rig (config/inteco.yaml)")
-    add("--conceal", type=whole(), metavar="SEED", help="conceal the effects and wrong parameters that this seed draws")
-    add("--effects", type=whole(), metavar="N", help="how many effects are concealed (1)")
-    add("--seal", type=Path, metavar="FILE", help="write what is concealed here, to be opened after the diagnosis")
-    add("--rate", type=number_in(10, 1000), default=100.0, metavar="HZ", help="samples a second (100)")
-    add("--spikes", type=number_in(0, 1), default=0.0, metavar="SHARE", help="share of samples with a spike (0)")
+    add(
+        "--twin",
+        type=Path,
+        default=Path("config/inteco.yaml"),
+        help="twin file of the nominal rig (config/inteco.yaml)",
+    )
+    add(
+        "--conceal",
+        type=make_whole_reader(),
+        metavar="SEED",
+        help="conceal the effects and wrong parameters that this seed draws",
+    )
+    add(
+        "--effects",
+        type=make_whole_reader(),
+        metavar="N",
+        help="how many effects are concealed (1)",
+    )
+    add(
+        "--seal",
+        type=Path,
+        metavar="FILE",
+        help="write what is concealed here, to be opened after the diagnosis",
+    )
+    add(
+        "--rate",
+        type=make_number_reader(10, 1000),
+        default=100.0,
+        metavar="HZ",
+        help="samples a second (100)",
+    )
+    add(
+        "--spikes",
+        type=make_number_reader(0, 1),
+        default=0.0,
+        metavar="SHARE",
+        help="share of samples with a spike (0)",
+    )
     pace = parser.add_mutually_exclusive_group()
-    pace.add_argument("--speed", type=number_in(0.1, 1000), default=1.0, metavar="X", help="times real time (1)")
-    pace.add_argument("--lockstep", action="store_true", help="one command in, one sample out, as fast as it goes")
-    add("--seconds", type=number_in(0, 1e9), metavar="S", help="end by itself after so long on the wall's clock")
-    add("--listen", type=option(address_of), default=RIG, metavar="HOST:PORT", help=f"where commands arrive ({RIG})")
+    pace.add_argument(
+        "--speed",
+        type=make_number_reader(0.1, 1000),
+        default=1.0,
+        metavar="X",
+        help="times real time (1)",
+    )
+    pace.add_argument(
+        "--lockstep",
+        action="store_true",
+        help="one command in, one sample out, as fast as it goes",
+    )
+    add(
+        "--seconds",
+        type=make_number_reader(0, 1e9),
+        metavar="S",
+        help="end by itself after so long on the wall's clock",
+    )
+    add(
+        "--listen",
+        type=as_option(address_of),
+        default=RIG,
+        metavar="HOST:PORT",
+        help=f"where commands arrive ({RIG})",
+    )
     way = parser.add_mutually_exclusive_group()
-    way.add_argument("--send", type=option(address_of), default=USER, metavar="HOST:PORT", help=f"where samples go ({USER})")
-    way.add_argument("--tcp", action="store_true", help="send samples to the one who connects to --listen over TCP")
+    way.add_argument(
+        "--send",
+        type=as_option(address_of),
+        default=USER,
+        metavar="HOST:PORT",
+        help=f"where samples go ({USER})",
+    )
+    way.add_argument(
+        "--tcp",
+        action="store_true",
+        help="send samples to the one who connects to --listen over TCP",
+    )
     options = parser.parse_args(arguments)
     if options.effects is not None and options.conceal is None:
         parser.error("--effects: expected --conceal SEED with it")

@@ -11,8 +11,9 @@ LONGEST_BACKLOG_S = 0.25
 class Schedule:
     """Wait for evenly spaced times.
 
-    interval_s: from one to the next. Who is late goes on at once and catches up; what a standstill of more than
-    LONGEST_BACKLOG_S left behind is given up, and summed in `given_up_s`. now, sleep: the clock, in s.
+    interval_s: from one to the next. Who is late goes on at once and catches up; what a standstill
+    of more than LONGEST_BACKLOG_S left behind is given up, and summed in `given_up_s`. now, sleep:
+    the clock, in s.
     """
 
     def __init__(

@@ -9,9 +9,9 @@ from pathlib import Path
 
 from pendulum_bridge.emulator.unlisted import BY_NAME, checked
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.json_file import read_object
-from pendulum_twin.model import Twin, write_whole
-from pendulum_twin.rig import Rig, rig_from_mapping
+from pendulum_twin.json_files import read_json_object
+from pendulum_twin.model import Twin, write_atomically
+from pendulum_twin.rig import Rig, parse_rig
 
 SCHEMA = "pendulum_seal/1"
 
@@ -20,9 +20,11 @@ SCHEMA = "pendulum_seal/1"
 class Concealed:
     """Hold the truth of an emulated rig.
 
-    effects: catalogue name -> parameter name -> value (SI units, in the parameter's name). rig: the true constants.
-    unlisted: the same of effects that the catalogue does not hold (see `unlisted`). Raises BadInputError when the
-    catalogue (the table of unlisted effects) has no such effect or parameter.
+    effects: catalogue name -> parameter name -> value (SI units, in the parameter's name). rig:
+    the true constants.
+    unlisted: the same of effects that the catalogue does not hold (see `unlisted`). Raises
+    BadInputError when the catalogue (the table of unlisted effects) has no such effect or
+    parameter.
     """
 
     effects: Mapping[str, Mapping[str, float]]
@@ -31,15 +33,24 @@ class Concealed:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "effects", Twin("sealed", self.rig, self.effects).effects)
-        object.__setattr__(self, "unlisted", {name: checked(name, values) for name, values in self.unlisted.items()})
+        object.__setattr__(
+            self,
+            "unlisted",
+            {name: checked(name, values) for name, values in self.unlisted.items()},
+        )
 
 
 def write_seal(concealed: Concealed, path: str | Path) -> None:
     """Write the seal whole or not at all."""
     effects = {name: dict(values) for name, values in concealed.effects.items()}
     unlisted = {name: _described(name, values) for name, values in concealed.unlisted.items()}
-    content = {"schema": SCHEMA, "effects": effects, "unlisted": unlisted, "rig": concealed.rig.to_mapping()}
-    write_whole(path, json.dumps(content, indent=2) + "\n")
+    content = {
+        "schema": SCHEMA,
+        "effects": effects,
+        "unlisted": unlisted,
+        "rig": concealed.rig.to_mapping(),
+    }
+    write_atomically(path, json.dumps(content, indent=2) + "\n")
 
 
 def _described(name: str, values: Mapping[str, float]) -> dict[str, object]:
@@ -49,13 +60,17 @@ def _described(name: str, values: Mapping[str, float]) -> dict[str, object]:
 
 def open_seal(path: str | Path) -> Concealed:
     """Return what a seal holds; raise BadInputError when it is no seal."""
-    content = read_object(Path(path), SCHEMA, "a seal")
+    content = read_json_object(Path(path), SCHEMA, "a seal")
     if not isinstance(content.get("effects"), dict):
         raise BadInputError(f"{path}: expected a seal with effects and rig, found no effects")
     try:
-        unlisted = {str(name): each["parameters"] for name, each in (content.get("unlisted") or {}).items()}
-        return Concealed(content["effects"], rig_from_mapping(content.get("rig")), unlisted)
+        unlisted = {
+            str(name): each["parameters"] for name, each in (content.get("unlisted") or {}).items()
+        }
+        return Concealed(content["effects"], parse_rig(content.get("rig")), unlisted)
     except BadInputError as error:
         raise BadInputError(f"{path}: {error}") from error
     except (AttributeError, KeyError, TypeError, ValueError) as error:
-        raise BadInputError(f"{path}: expected unlisted effects with their parameters, found others") from error
+        raise BadInputError(
+            f"{path}: expected unlisted effects with their parameters, found others"
+        ) from error

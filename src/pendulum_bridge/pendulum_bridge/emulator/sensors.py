@@ -19,8 +19,9 @@ Floats = NDArray[np.float64]
 class Encoders:
     """Describe how finely and how cleanly the rig measures; defaults are those of the INTECO rig.
 
-    pole_counts: encoder counts a turn of the pole. cart_step_m: one step of the cart's encoder. A step of 0 (or 0
-    counts) measures exactly. spike_rate: share of samples whose positions are wrong by spike_m and spike_rad.
+    pole_counts: encoder counts a turn of the pole. cart_step_m: one step of the cart's encoder. A
+    step of 0 (or 0 counts) measures exactly. spike_rate: share of samples whose positions are
+    wrong by spike_m and spike_rad.
     """
 
     pole_counts: int = 4096
@@ -38,7 +39,8 @@ class Encoders:
 def shown(state: Floats, effects: Effects, stamp_s: float = 0.0) -> tuple[float, float]:
     """Return position (m) and angle (rad) as the sensors' mounting and wiring show the true x, th, v, w at a time.
 
-    th is the angle of the centre of mass; where that lies beside the pole's line, the line's angle is what is read.
+    th is the angle of the centre of mass; where that lies beside the pole's line, the line's angle
+    is what is read.
     """
     cart, pole = float(state[0]), float(state[1])
     pole -= effects.get("pole_imbalance", {}).get("angle_rad", 0.0)
@@ -58,14 +60,25 @@ def shown(state: Floats, effects: Effects, stamp_s: float = 0.0) -> tuple[float,
 class Sensors:
     """Measure a sample at a time, a period apart by the rig's own clock; remember only what velocities need.
 
-    Reported velocities are differences of the last two reported positions, over the period; a concealed velocity filter
-    smooths them. more: what else the sensors make of positions, before all else.
+    Reported velocities are differences of the last two reported positions, over the period; a
+    concealed velocity filter smooths them. more: what else the sensors make of positions, before
+    all else.
     """
 
     def __init__(
-        self, encoders: Encoders, effects: Effects, period_s: float, seed: int = 0, more: Sequence[Shown] = ()
+        self,
+        encoders: Encoders,
+        effects: Effects,
+        period_s: float,
+        seed: int = 0,
+        more: Sequence[Shown] = (),
     ) -> None:
-        self._encoders, self._effects, self._period_s, self._more = encoders, effects, period_s, more
+        self._encoders, self._effects, self._period_s, self._more = (
+            encoders,
+            effects,
+            period_s,
+            more,
+        )
         filter_s = effects.get("velocity_filter", {}).get("time_constant_s", 0.0)
         self._keep = math.exp(-period_s / filter_s) if filter_s > 0 else 0.0
         self._random = np.random.default_rng(seed)
@@ -78,7 +91,9 @@ class Sensors:
         positions = self._read(state, self._count * self._period_s)
         self._count += 1
         if self._encoders.spike_rate and self._random.random() < self._encoders.spike_rate:
-            positions += self._random.choice([-1.0, 1.0]) * np.array([self._encoders.spike_m, self._encoders.spike_rad])
+            positions += self._random.choice([-1.0, 1.0]) * np.array(
+                [self._encoders.spike_m, self._encoders.spike_rad]
+            )
         if self._last is not None:
             difference = (positions - self._last) / self._period_s
             self._speed = difference + self._keep * (self._speed - difference)
@@ -89,7 +104,12 @@ class Sensors:
         for law in self._more:
             state = np.array([*law(stamp_s, float(state[0]), float(state[1])), *state[2:]])
         cart, pole = shown(state, self._effects, stamp_s)
-        return np.array([_stepped(cart, self._encoders.cart_step_m), _stepped(pole, self._encoders.pole_step_rad)])
+        return np.array(
+            [
+                _stepped(cart, self._encoders.cart_step_m),
+                _stepped(pole, self._encoders.pole_step_rad),
+            ]
+        )
 
 
 def _stepped(value: float, step: float) -> float:

@@ -27,8 +27,8 @@ class Served:
 def serve_in_time(rig: LiveRig, port: Port[Command], speed: float, ended: Ended) -> Served:
     """Send a sample at every sampling time, speed times as fast as the clock on the wall, until ended.
 
-    A command acts from the sampling time nearest to its arrival: the answer to a sample, when it comes within half a
-    period, acts from that sample on.
+    A command acts from the sampling time nearest to its arrival: the answer to a sample, when it
+    comes within half a period, acts from that sample on.
     """
     schedule = Schedule(rig.period_s / speed)
     samples = commands = 0

@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 
 from pendulum_bridge.bag_writer import Log
 from pendulum_bridge.emulator.stale_start import old_command
-from pendulum_twin.plans.excitation import Excitation, next_command, way_of
+from pendulum_twin.plans.excitation import Excitation, compute_command, find_command_direction
 
 Floats = NDArray[np.float64]
-Driver = Callable[[Floats], float]  # the sample x, th, v, w -> the command (PWM fraction) that is held to the next
+Driver = Callable[
+    [Floats], float
+]  # the sample x, th, v, w -> the command (PWM fraction) that is held to the next
 
 FIRST_STAMP_NS = 10**9  # the emulated clock's; the same run gives the same file
 JOINTS = ("cart", "pole")
@@ -43,7 +45,9 @@ def recorded(rig: Driven, driver: Driver, count: int) -> Log:
     samples, commands = np.empty((count, 4)), np.empty(count)
     for k in range(count):
         samples[k] = rig.sample
-        commands[k] = driver(rig.sample) if k >= rig.stale_samples else old_command(k * rig.period_s)
+        commands[k] = (
+            driver(rig.sample) if k >= rig.stale_samples else old_command(k * rig.period_s)
+        )
         rig.step(commands[k])
     stamps = FIRST_STAMP_NS + np.round(np.arange(count) * rig.period_s * 1e9).astype(np.int64)
     return Log(stamps, JOINTS, samples[:, :2], samples[:, 2:], commands)
@@ -66,8 +70,8 @@ def player(plan: Excitation) -> Driver:
         if k == 0:
             first_m = sample[0]
         if k == plan.push_ends:
-            way = way_of(sample[0] - first_m)
-        chosen = next_command(plan, k, sample[0], sample[2], way)
+            way = find_command_direction(sample[0] - first_m)
+        chosen = compute_command(plan, k, sample[0], sample[2], way)
         k += 1
         return chosen
 

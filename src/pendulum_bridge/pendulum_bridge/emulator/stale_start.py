@@ -17,12 +17,18 @@ def stale_samples(seconds: float, period_s: float) -> int:
 def earlier_state(start: tuple[float, ...], seed: int) -> tuple[float, ...]:
     """Return where cart and pole are when a recording begins too early.
 
-    They stand where the run will start, or move by themselves, after an earlier run; the seed says which.
+    They stand where the run will start, or move by themselves, after an earlier run; the seed says
+    which.
     """
     random = np.random.default_rng([seed, 2])
     if random.random() < 0.5:
         return start
-    return (random.uniform(-0.2, 0.2), math.pi + random.uniform(0.3, 1.5), random.uniform(-0.1, 0.1), random.uniform(-2, 2))
+    return (
+        random.uniform(-0.2, 0.2),
+        math.pi + random.uniform(0.3, 1.5),
+        random.uniform(-0.1, 0.1),
+        random.uniform(-2, 2),
+    )
 
 
 def old_command(time_s: float) -> float:

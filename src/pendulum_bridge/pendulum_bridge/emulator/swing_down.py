@@ -1,8 +1,10 @@
 """The rig's own swing-down: bring the cart to the middle and the pole to rest hanging, and say when both are there.
 
-It belongs to the rig, so it reads the true state, before anything that is concealed behind the sensors, and knows the
-rig's constants, as the maker who tuned it does. The cart is asked for a velocity, k sin(ph) - c x with ph the pole's angle
-from hanging: following the pole takes k (m l) w^2 cos(ph)^2 of its energy a second, and the rest leads to the middle.
+It belongs to the rig, so it reads the true state, before anything that is concealed behind the
+sensors, and knows the rig's constants, as the maker who tuned it does. The cart is asked for a
+velocity, k sin(ph) - c x with ph the pole's angle
+from hanging: following the pole takes k (m l) w^2 cos(ph)^2 of its energy a second, and the rest
+leads to the middle.
 """
 
 from __future__ import annotations
@@ -46,8 +48,8 @@ class Phase(Enum):
 class Rest:
     """Say what counts as at rest, for how long, and how long to try.
 
-    cart_m, cart_m_s: distance from the middle and speed. pole_rad, pole_rad_s: angle from hanging, in whatever turn, and
-    rate. samples: in a row. limit_s: time after which it gives up.
+    cart_m, cart_m_s: distance from the middle and speed. pole_rad, pole_rad_s: angle from hanging,
+    in whatever turn, and rate. samples: in a row. limit_s: time after which it gives up.
     """
 
     cart_m: float = 0.01
@@ -62,10 +64,12 @@ class Rest:
 class Tuning:
     """Hold the controller's constants, all in SI units.
 
-    per_m_s2: command for an acceleration of 1 m/s^2. viscous_per_s: deceleration of the cart per unit of its speed.
-    follow_m_s: k above. breakaway: command that just overcomes dead zone and dry friction. way: -1 when the drive is
-    wired the wrong way round, else 1. limit: largest command. turn_rad: from one resting angle to the next, less than a
-    full turn where a spring winds up. stuck_rad: as far from there the pole's dry friction can hold it.
+    per_m_s2: command for an acceleration of 1 m/s^2. viscous_per_s: deceleration of the cart per
+    unit of its speed.
+    follow_m_s: k above. breakaway: command that just overcomes dead zone and dry friction. way: -1
+    when the drive is wired the wrong way round, else 1. limit: largest command. turn_rad: from one
+    resting angle to the next, less than a full turn where a spring winds up. stuck_rad: as far
+    from there the pole's dry friction can hold it.
     """
 
     per_m_s2: float
@@ -108,7 +112,9 @@ def tuned(rig: Rig, effects: Mapping[str, Mapping[str, float]]) -> Tuning:
     )
 
 
-def advance(now: SwingDown, state: Floats, tuning: Tuning, period_s: float, rest: Rest = Rest()) -> tuple[SwingDown, float]:
+def advance(
+    now: SwingDown, state: Floats, tuning: Tuning, period_s: float, rest: Rest = Rest()
+) -> tuple[SwingDown, float]:
     """Return the next stand and the command (PWM fraction) to hold for one sample period; 0 once it is over.
 
     state: true x (m, 0 in the middle), th (rad, 0 upright), v (m/s), w (rad/s).
@@ -131,13 +137,17 @@ def at_rest(state: Floats, tuning: Tuning, rest: Rest = Rest()) -> bool:
     return near and abs(v) <= rest.cart_m_s and abs(w) <= rest.pole_rad_s
 
 
-def _control(integral: float, state: Floats, tuning: Tuning, period_s: float) -> tuple[float, float]:
+def _control(
+    integral: float, state: Floats, tuning: Tuning, period_s: float
+) -> tuple[float, float]:
     x, angle, v, w = _from_hanging(state, tuning)
     asked = tuning.follow_m_s * math.sin(angle) - CENTRING_PER_S * x
     asked_per_s = tuning.follow_m_s * math.cos(angle) * w - CENTRING_PER_S * v
     integral += INTEGRAL_PER_S2 * (asked - v) * period_s
     integral = min(max(integral, -MOST_INTEGRAL), MOST_INTEGRAL)
-    acceleration = asked_per_s + VELOCITY_LOOP_PER_S * (asked - v) + integral + tuning.viscous_per_s * v
+    acceleration = (
+        asked_per_s + VELOCITY_LOOP_PER_S * (asked - v) + integral + tuning.viscous_per_s * v
+    )
     command = tuning.per_m_s2 * acceleration + tuning.breakaway * math.tanh(asked / SIGN_WIDTH_M_S)
     return integral, tuning.way * min(max(command, -tuning.limit), tuning.limit)
 

@@ -17,9 +17,10 @@ from pendulum_twin.errors import BadInputError
 class TcpServer[Packet]:
     """Exchange packets with whoever is connected.
 
-    listen: where to wait for a connection. size: bytes of a packet that comes in. unpack: bytes to packet, raising
-    BadInputError for what is none. While one is connected, another is turned away and counted as foreign; what is sent
-    while nobody is connected is lost. Raises BadInputError when the address cannot be used.
+    listen: where to wait for a connection. size: bytes of a packet that comes in. unpack: bytes to
+    packet, raising BadInputError for what is none. While one is connected, another is turned away
+    and counted as foreign; what is sent while nobody is connected is lost. Raises BadInputError
+    when the address cannot be used.
     """
 
     def __init__(self, listen: Address, size: int, unpack: Callable[[bytes], Packet]) -> None:
@@ -55,7 +56,9 @@ class TcpServer[Packet]:
             self._greet()
             if (left := deadline - time.monotonic()) <= 0:
                 return None
-            listened = [each.fileno() for each in (self._listener, self._stream) if each is not None]
+            listened = [
+                each.fileno() for each in (self._listener, self._stream) if each is not None
+            ]
             select.select(listened, [], [], left)
 
     def waiting(self) -> list[Packet]:

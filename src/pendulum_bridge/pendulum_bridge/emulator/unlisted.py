@@ -1,7 +1,8 @@
 """Physics that no catalogue holds: what a diagnosis must not give a catalogue's name.
 
-Every entry says at which place of the chain it acts and on what the missing force (torque, sensor error) depends; its
-law is a closure that the emulated rig applies. Sizes are for a rig of 0.7 kg, 6.4 N and a pole of 0.13 N m.
+Every entry says at which place of the chain it acts and on what the missing force (torque, sensor
+error) depends; its law is a closure that the emulated rig applies. Sizes are for a rig of 0.7 kg,
+6.4 N and a pole of 0.13 N m.
 """
 
 from __future__ import annotations
@@ -18,7 +19,9 @@ Span = tuple[float, float]
 Gain = Callable[
     [float, float, float, float, float, float], float
 ]  # of the command, and t, x, th, v, w: the command made of it
-Shown = Callable[[float, float, float], tuple[float, float]]  # of t, x, th: position and angle as the sensors see them
+Shown = Callable[
+    [float, float, float], tuple[float, float]
+]  # of t, x, th: position and angle as the sensors see them
 Pace = Callable[[float], float]
 
 
@@ -26,9 +29,10 @@ Pace = Callable[[float], float]
 class Extra:
     """Hold the laws that one piece of physics adds; None for those that it leaves alone.
 
-    All are of t (s), x (m), th (rad, 0 upright), v (m/s), w (rad/s), true. gain: of the command. push: N on the cart along
-    the rail. twist: N m on the pole. level: N of the cart's dry friction. shown: what the sensors see. pace: true seconds
-    a stamped second, at a time by the stamps.
+    All are of t (s), x (m), th (rad, 0 upright), v (m/s), w (rad/s), true. gain: of the command.
+    push: N on the cart along the rail. twist: N m on the pole. level: N of the cart's dry
+    friction. shown: what the sensors see. pace: true seconds a stamped second, at a time by the
+    stamps.
     """
 
     gain: Gain | None = None
@@ -51,7 +55,11 @@ def gain_falling_with_speed(rig: Rig, s_per_m: float) -> Extra:
 
 def supply_ripple(rig: Rig, ratio: float, frequency_hz: float, phase_rad: float) -> Extra:
     """Let the gain go slowly up and down in time."""
-    return Extra(gain=lambda u, t, x, th, v, w: u * (1 + ratio * math.sin(math.tau * frequency_hz * t + phase_rad)))
+    return Extra(
+        gain=lambda u, t, x, th, v, w: (
+            u * (1 + ratio * math.sin(math.tau * frequency_hz * t + phase_rad))
+        )
+    )
 
 
 def soft_amplifier(rig: Rig, share: float) -> Extra:
@@ -78,7 +86,9 @@ def load_friction(rig: Rig, share: float) -> Extra:
 
 def table_vibration(rig: Rig, amplitude_n: float, frequency_hz: float, phase_rad: float) -> Extra:
     """Push the cart with a sine in time."""
-    return Extra(push=lambda t, x, th, v, w: amplitude_n * math.sin(math.tau * frequency_hz * t + phase_rad))
+    return Extra(
+        push=lambda t, x, th, v, w: amplitude_n * math.sin(math.tau * frequency_hz * t + phase_rad)
+    )
 
 
 def drag_chain(rig: Rig, n_per_m3: float) -> Extra:
@@ -125,7 +135,12 @@ def encoder_eccentricity(rig: Rig, amplitude_rad: float, phase_rad: float) -> Ex
 
 def pulley_runout(rig: Rig, amplitude_m: float, period_m: float, phase_rad: float) -> Extra:
     """Show a position that runs ahead and behind along the rail."""
-    return Extra(shown=lambda t, x, th: (x + amplitude_m * math.sin(math.tau * x / period_m + phase_rad), th))
+    return Extra(
+        shown=lambda t, x, th: (
+            x + amplitude_m * math.sin(math.tau * x / period_m + phase_rad),
+            th,
+        )
+    )
 
 
 def clock_wander(rig: Rig, ratio: float, period_s: float, phase_rad: float) -> Extra:
@@ -137,8 +152,9 @@ def clock_wander(rig: Rig, ratio: float, period_s: float, phase_rad: float) -> E
 class Unlisted:
     """Describe one piece of unlisted physics.
 
-    place: of the chain. variables: on which the missing force, torque or error depends. sizes: parameter -> lowest and
-    highest size drawn. both_ways: whether the sign of a size is drawn too. shapes: parameters that say where or how.
+    place: of the chain. variables: on which the missing force, torque or error depends. sizes:
+    parameter -> lowest and highest size drawn. both_ways: whether the sign of a size is drawn too.
+    shapes: parameters that say where or how.
     """
 
     make: Callable[..., Extra]
@@ -159,8 +175,16 @@ PHASE = {"phase_rad": (-3.1, 3.1)}
 WAVE = ("frequency_hz", "period_s", "period_m", "phase_rad")
 
 TABLE: tuple[Unlisted, ...] = (
-    Unlisted(gain_along_rail, "drive", ("command", "cart_position"), {"per_m": (0.5, 1.2)}, both_ways=True),
-    Unlisted(gain_falling_with_speed, "drive", ("command", "cart_velocity"), {"s_per_m": (0.2, 0.5)}),
+    Unlisted(
+        gain_along_rail,
+        "drive",
+        ("command", "cart_position"),
+        {"per_m": (0.5, 1.2)},
+        both_ways=True,
+    ),
+    Unlisted(
+        gain_falling_with_speed, "drive", ("command", "cart_velocity"), {"s_per_m": (0.2, 0.5)}
+    ),
     Unlisted(
         supply_ripple,
         "command",
@@ -186,8 +210,16 @@ TABLE: tuple[Unlisted, ...] = (
         shapes=WAVE,
     ),
     Unlisted(drag_chain, "cart", ("cart_position",), {"n_per_m3": (10.0, 30.0)}),
-    Unlisted(hanging_cable, "cart", ("cart_position", "cart_velocity"), {"n_s_per_m2": (2.0, 5.0)}, both_ways=True),
-    Unlisted(bearing_notch, "pole", ("pole_angle",), {"torque_n_m": (0.006, 0.02), **PHASE}, shapes=WAVE),
+    Unlisted(
+        hanging_cable,
+        "cart",
+        ("cart_position", "cart_velocity"),
+        {"n_s_per_m2": (2.0, 5.0)},
+        both_ways=True,
+    ),
+    Unlisted(
+        bearing_notch, "pole", ("pole_angle",), {"torque_n_m": (0.006, 0.02), **PHASE}, shapes=WAVE
+    ),
     Unlisted(air_jet, "pole", ("constant",), {"torque_n_m": (0.006, 0.02)}, both_ways=True),
     Unlisted(stirred_air, "pole", ("pole_rate", "cart_velocity"), {"n_s2": (0.0008, 0.0025)}),
     Unlisted(
@@ -197,7 +229,13 @@ TABLE: tuple[Unlisted, ...] = (
         {"n_m_per_rad": (0.008, 0.02), "width_rad": (0.3, 0.6)},
         shapes=("width_rad",),
     ),
-    Unlisted(encoder_eccentricity, "sensor", ("pole_angle",), {"amplitude_rad": (0.04, 0.12), **PHASE}, shapes=WAVE),
+    Unlisted(
+        encoder_eccentricity,
+        "sensor",
+        ("pole_angle",),
+        {"amplitude_rad": (0.04, 0.12), **PHASE},
+        shapes=WAVE,
+    ),
     Unlisted(
         pulley_runout,
         "sensor",
@@ -205,7 +243,13 @@ TABLE: tuple[Unlisted, ...] = (
         {"amplitude_m": (0.003, 0.008), "period_m": (0.15, 0.3), **PHASE},
         shapes=WAVE,
     ),
-    Unlisted(clock_wander, "clock", ("time",), {"ratio": (0.05, 0.12), "period_s": (8.0, 20.0), **PHASE}, shapes=WAVE),
+    Unlisted(
+        clock_wander,
+        "clock",
+        ("time",),
+        {"ratio": (0.05, 0.12), "period_s": (8.0, 20.0), **PHASE},
+        shapes=WAVE,
+    ),
 )
 BY_NAME = {each.name: each for each in TABLE}
 
@@ -215,5 +259,7 @@ def checked(name: str, parameters: Mapping[str, float]) -> dict[str, float]:
     if name not in BY_NAME:
         raise BadInputError(f"unlisted: unknown effect {name}; known are {', '.join(BY_NAME)}")
     if set(parameters) != set(BY_NAME[name].sizes):
-        raise BadInputError(f"unlisted: {name}: expected {', '.join(BY_NAME[name].sizes)}, found {', '.join(parameters)}")
+        raise BadInputError(
+            f"unlisted: {name}: expected {', '.join(BY_NAME[name].sizes)}, found {', '.join(parameters)}"
+        )
     return {key: float(value) for key, value in parameters.items()}

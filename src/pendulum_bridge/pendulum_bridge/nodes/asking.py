@@ -29,7 +29,9 @@ async def asked(client: Client, deadline_s: float) -> Answer:
     try:
         response = await asyncio.wait_for(arrived, deadline_s)
     except TimeoutError:
-        return Answer(False, f"{name}: no answer within {deadline_s:g} s; whether it acted is not known")
+        return Answer(
+            False, f"{name}: no answer within {deadline_s:g} s; whether it acted is not known"
+        )
     finally:
         client.remove_pending_request(pending)
     return Answer(bool(response.success), str(response.message))

@@ -1,6 +1,7 @@
 """The hardware driver: the rig's samples out as topics, commands in, and between them what keeps the rig whole.
 
-A thread of its own waits for the rig; ROS is served by whoever spins the node. Both decide, and send at once.
+A thread of its own waits for the rig; ROS is served by whoever spins the node. Both decide, and
+send at once.
 """
 
 from __future__ import annotations
@@ -41,15 +42,17 @@ from pendulum_twin.errors import BadInputError
 from pendulum_twin.health import Health
 from pendulum_twin.model import Twin, load_twin
 from pendulum_twin.nodes.diagnostics import publish_health
-from pendulum_twin.nodes.guard import guarded
-from pendulum_twin.nodes.messages import joints_of, to_float, to_joint_state
+from pendulum_twin.nodes.guard import guard_method
+from pendulum_twin.nodes.messages import list_joints, to_float, to_joint_state
 from pendulum_twin.nodes.qos import LATCHED, LATEST, SAMPLES
 from pendulum_twin.nodes.running import run
-from pendulum_twin.nodes.settings import declared, when_changed
+from pendulum_twin.nodes.settings import declare_settings, watch_settings
 
 LONGEST_WAIT_S = 0.05  # until a signal, or the end of the parent, is seen
 LAST_ANSWERS = 20  # callbacks, or a tenth of LONGEST_WAIT_S each, in which who still waits for a reset gets an answer
-THREAD_ENDS_S = 1.0  # it waits for the rig no longer than 20 ms; PWM 0 is sent whether or not it has ended
+THREAD_ENDS_S = (
+    1.0  # it waits for the rig no longer than 20 ms; PWM 0 is sent whether or not it has ended
+)
 HEARD = QoSProfile(depth=100)  # of two that send at the same moment, keep-last 1 shows only one
 SWITCH_S = 0.0005  # a thread that computes gives way to the other after so long, instead of 5 ms
 
@@ -60,7 +63,7 @@ class DriverNode(Node):
     def __init__(self, **options: Any) -> None:
         super().__init__("driver", **options)
         try:
-            self.settings = declared(self, DriverSettings)
+            self.settings = declare_settings(self, DriverSettings)
             self._twin = load_twin(self.settings.twin)
             self.driver = driver_of(self.settings, self._twin, Outlet(self, self._twin))
         except BadInputError:
@@ -68,10 +71,14 @@ class DriverNode(Node):
             raise
         self.waiting = 0  # who waits for the end of a reset
         self._ended = Event()
-        self._thread = Thread(target=self.driver.serve, args=(self._ended,), name="rig", daemon=True)
+        self._thread = Thread(
+            target=self.driver.serve, args=(self._ended,), name="rig", daemon=True
+        )
         self._listen()
         self._thread.start()
-        self.get_logger().info(f"drives {self._twin.name} of {self.settings.twin}: {self.settings.wire}")
+        self.get_logger().info(
+            f"drives {self._twin.name} of {self.settings.twin}: {self.settings.wire}"
+        )
 
     def _listen(self) -> None:
         self.create_subscription(Float64, topics.PWM, self.on_command, LATEST)
@@ -79,8 +86,10 @@ class DriverNode(Node):
         self.create_service(Trigger, topics.STOP, self.on_stop)
         self.create_service(Trigger, topics.CLEAR_STOP, self.on_clear_stop)
         # a group of its own: it answers seconds later, and all else has to be served meanwhile
-        self.create_service(Trigger, topics.RESET, self.on_reset, callback_group=ReentrantCallbackGroup())
-        when_changed(self, lambda: self.settings, self._change)
+        self.create_service(
+            Trigger, topics.RESET, self.on_reset, callback_group=ReentrantCallbackGroup()
+        )
+        watch_settings(self, lambda: self.settings, self._change)
         publish_health(self, self._twin.name, self.health)
 
     def fail_safe(self) -> None:
@@ -98,31 +107,37 @@ class DriverNode(Node):
         self.finish()
         super().destroy_node()
 
-    @guarded
+    @guard_method
     def on_command(self, message: Float64, info: dict[str, Any]) -> None:
         """Act on a command at once."""
         refused = self.driver.command(message.data, info["source_timestamp"])
         if refused is not None:
-            self.get_logger().warning(f"{topics.PWM} {message.data}: {refused.sentence}", throttle_duration_sec=1.0)
+            self.get_logger().warning(
+                f"{topics.PWM} {message.data}: {refused.sentence}", throttle_duration_sec=1.0
+            )
 
-    @guarded
+    @guard_method
     def on_heard(self, packed: bytes, info: dict[str, Any]) -> None:
         """Note who sends; a middleware that does not number messages gives None, and two writers go unnoticed."""
         if (number := info["publication_sequence_number"]) is not None:
             self.driver.heard(number)
 
-    @guarded
+    @guard_method
     def on_stop(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Latch the emergency stop."""
         return answered(self.driver.stop(), response, success=True)
 
-    @guarded
-    def on_clear_stop(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    @guard_method
+    def on_clear_stop(
+        self, request: Trigger.Request, response: Trigger.Response
+    ) -> Trigger.Response:
         """Clear the emergency stop, or say why it stays."""
         reason = self.driver.clear_stop()
         return answered(reason, response, reason.level is Level.OK)
 
-    async def on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    async def on_reset(
+        self, request: Trigger.Request, response: Trigger.Response
+    ) -> Trigger.Response:
         """Answer when the pendulum hangs at rest in the middle of the rail, or say why not."""
         executor, ended = self.executor, Future()
         self.waiting += 1
@@ -143,7 +158,7 @@ class DriverNode(Node):
             self.waiting -= 1
         return answered(reason, response, reason is Reason.RESET_DONE)
 
-    @guarded
+    @guard_method
     def health(self) -> Health:
         """Return how the driver is, and where its rig is."""
         health = self.driver.health()
@@ -167,7 +182,7 @@ class Outlet:
         self._states = node.create_publisher(JointState, topics.JOINT_STATES, SAMPLES)
         self._applied = node.create_publisher(Float64, topics.APPLIED_PWM, SAMPLES)
         self._stopped = node.create_publisher(Bool, topics.STOPPED, LATCHED)
-        self._joints = joints_of(twin.rig)
+        self._joints = list_joints(twin.rig)
         self._logger = node.get_logger()
         self.stopped(False)
 
@@ -186,7 +201,9 @@ class Outlet:
 
     def failed(self, error: Exception) -> None:
         """Log what failed."""
-        self._logger.error(f"serving the rig failed, PWM is 0: {error!r}", throttle_duration_sec=1.0)
+        self._logger.error(
+            f"serving the rig failed, PWM is 0: {error!r}", throttle_duration_sec=1.0
+        )
 
 
 def driver_of(settings: DriverSettings, twin: Twin, outlet: Outlet) -> Driver:

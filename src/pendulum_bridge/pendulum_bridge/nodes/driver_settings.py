@@ -6,7 +6,13 @@ from dataclasses import dataclass
 
 from pendulum_bridge.udp import RIG, USER
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.nodes.settings import check, flag, number, whole, words
+from pendulum_twin.nodes.settings import (
+    check_settings,
+    make_flag_field,
+    make_number_field,
+    make_text_field,
+    make_whole_field,
+)
 
 SILENT_PERIODS = 1.5  # a rig is not silent before it could have sent its next sample
 
@@ -15,24 +21,44 @@ SILENT_PERIODS = 1.5  # a rig is not silent before it could have sent its next s
 class DriverSettings:
     """Hold the parameters of `driver_node`, checked: a wrong type, NaN or out of range raises BadInputError."""
 
-    twin: str = words("", "path of the twin file: the rig's constants, for rail guard and reset, and its signs")
-    transport: str = words("udp", "how to talk to the rig", choices=("udp", "tcp"))
-    rig_host: str = words(RIG.host, "host name or IPv4 address of the rig")
-    rig_port: int = whole(RIG.port, 1, 65535, "port on which the rig takes commands")
-    listen_host: str = words(USER.host, "address on which samples are taken; beyond loopback only when named here (udp)")
-    listen_port: int = whole(USER.port, 1, 65535, "port on which samples are taken (udp)")
-    rate_hz: float = number(100.0, 10.0, 1000.0, "samples a second that the rig sends")
-    pwm_limit: float = number(0.5, 0.001, 1.0, "largest PWM fraction; the twin file's where that is lower", live=True)
-    slew_per_s: float = number(50.0, 0.1, 10000.0, "largest change of the PWM fraction in a second", live=True)
-    command_timeout_s: float = number(0.2, 0.01, 60.0, "without a command for so long, PWM is 0")
-    rig_timeout_s: float = number(0.2, 0.01, 60.0, "without a sample for so long, PWM is 0 and the rig counts as silent")
-    reset_deadline_s: float = number(20.0, 1.0, 600.0, "a reset that takes longer is given up")
-    end_with_parent: bool = flag(True, "end, with PWM 0, when the program that started the node has ended")
+    twin: str = make_text_field(
+        "", "path of the twin file: the rig's constants, for rail guard and reset, and its signs"
+    )
+    transport: str = make_text_field("udp", "how to talk to the rig", choices=("udp", "tcp"))
+    rig_host: str = make_text_field(RIG.host, "host name or IPv4 address of the rig")
+    rig_port: int = make_whole_field(RIG.port, 1, 65535, "port on which the rig takes commands")
+    listen_host: str = make_text_field(
+        USER.host, "address on which samples are taken; beyond loopback only when named here (udp)"
+    )
+    listen_port: int = make_whole_field(
+        USER.port, 1, 65535, "port on which samples are taken (udp)"
+    )
+    rate_hz: float = make_number_field(100.0, 10.0, 1000.0, "samples a second that the rig sends")
+    pwm_limit: float = make_number_field(
+        0.5, 0.001, 1.0, "largest PWM fraction; the twin file's where that is lower", live=True
+    )
+    slew_per_s: float = make_number_field(
+        50.0, 0.1, 10000.0, "largest change of the PWM fraction in a second", live=True
+    )
+    command_timeout_s: float = make_number_field(
+        0.2, 0.01, 60.0, "without a command for so long, PWM is 0"
+    )
+    rig_timeout_s: float = make_number_field(
+        0.2, 0.01, 60.0, "without a sample for so long, PWM is 0 and the rig counts as silent"
+    )
+    reset_deadline_s: float = make_number_field(
+        20.0, 1.0, 600.0, "a reset that takes longer is given up"
+    )
+    end_with_parent: bool = make_flag_field(
+        True, "end, with PWM 0, when the program that started the node has ended"
+    )
 
     def __post_init__(self) -> None:
-        check(self)
+        check_settings(self)
         if not self.twin:
-            raise BadInputError("twin: expected the path of a twin file, found none: give -p twin:=FILE")
+            raise BadInputError(
+                "twin: expected the path of a twin file, found none: give -p twin:=FILE"
+            )
         if self.rig_timeout_s * self.rate_hz < SILENT_PERIODS:
             raise BadInputError(
                 f"rig_timeout_s: expected at least {SILENT_PERIODS:g} periods of the {self.rate_hz:g} Hz of rate_hz, "

@@ -1,8 +1,9 @@
 """Play a plan to rig and twin at once: each sample of the rig is answered with its command, the same to both.
 
-The node waits until all is there, resets both, looks at some samples, plays, and sends 0: at the end, on whatever goes
-wrong (`excitation_guard`), and when it is told to end. Its services: `start` (for start:=service) and `abort`; its topic
-`progress`: how much of the plan has been played, 0 to 1.
+The node waits until all is there, resets both, looks at some samples, plays, and sends 0: at the
+end, on whatever goes wrong (`excitation_guard`), and when it is told to end. Its services: `start`
+(for start:=service) and `abort`; its topic `progress`: how much of the plan has been played, 0 to
+1.
 """
 
 from __future__ import annotations
@@ -20,7 +21,18 @@ from std_msgs.msg import Bool, Float64
 from std_srvs.srv import Trigger
 
 from pendulum_bridge.excitation_guard import Bounds, Stopped, StopReason
-from pendulum_bridge.excitation_run import Run, Stage, ended, entered, health, looking, sampled, share, silent, where
+from pendulum_bridge.excitation_run import (
+    Run,
+    Stage,
+    ended,
+    entered,
+    health,
+    looking,
+    sampled,
+    share,
+    silent,
+    where,
+)
 from pendulum_bridge.nodes.excitation_settings import AUTO, ExcitationSettings
 from pendulum_bridge.nodes.pendulum_client import PendulumClient
 from pendulum_bridge.nodes.resetting import Resetting
@@ -30,14 +42,14 @@ from pendulum_twin.errors import BadInputError
 from pendulum_twin.health import Level
 from pendulum_twin.model import load_twin
 from pendulum_twin.nodes.diagnostics import publish_health
-from pendulum_twin.nodes.guard import guarded
+from pendulum_twin.nodes.guard import guard_method
 from pendulum_twin.nodes.messages import from_joint_state, from_time, to_float
 from pendulum_twin.nodes.qos import LATCHED, SAMPLES
 from pendulum_twin.nodes.running import run, spin
-from pendulum_twin.nodes.settings import declared
-from pendulum_twin.plans.excitation import standard
+from pendulum_twin.nodes.settings import declare_settings
+from pendulum_twin.plans.excitation import make_standard_plan
 from pendulum_twin.plans.plan_file import load_plan
-from pendulum_twin.plans.waveforms import Envelope, envelope_of
+from pendulum_twin.plans.waveforms import Envelope, make_envelope
 
 TICK_S = 0.05
 PROGRESS_S, SAY_S = 0.5, 5.0  # between two messages of progress, and between two lines of it
@@ -50,15 +62,20 @@ class ExcitationNode(Node):
     def __init__(self, **options: Any) -> None:
         super().__init__("excitation", **options)
         try:
-            self._settings = settings = declared(self, ExcitationSettings)
-            room = envelope_of(load_twin(settings.twin_file).rig)
-            self._plan = load_plan(settings.plan, room) if settings.plan else standard(room)
+            self._settings = settings = declare_settings(self, ExcitationSettings)
+            room = make_envelope(load_twin(settings.twin_file).rig)
+            self._plan = (
+                load_plan(settings.plan, room) if settings.plan else make_standard_plan(room)
+            )
         except BadInputError:
             super().destroy_node()
             raise
         self._bounds = bounds_of(settings, room)
         self._rig = PendulumClient(self, settings.rig)
-        self._pendulums = (self._rig, *([PendulumClient(self, settings.twin)] if settings.twin else []))
+        self._pendulums = (
+            self._rig,
+            *([PendulumClient(self, settings.twin)] if settings.twin else []),
+        )
         self._run = Run()
         self._applied: float | None = None
         self._emergency = False
@@ -70,14 +87,20 @@ class ExcitationNode(Node):
 
     def _listen(self) -> None:
         self._progress = self.create_publisher(Float64, "progress", LATCHED)
-        self.create_subscription(JointState, self._rig.topic(topics.JOINT_STATES), self.on_sample, SAMPLES)
-        self.create_subscription(Float64, self._rig.topic(topics.APPLIED_PWM), self.on_applied, SAMPLES)
+        self.create_subscription(
+            JointState, self._rig.topic(topics.JOINT_STATES), self.on_sample, SAMPLES
+        )
+        self.create_subscription(
+            Float64, self._rig.topic(topics.APPLIED_PWM), self.on_applied, SAMPLES
+        )
         self.create_subscription(Bool, self._rig.topic(topics.STOPPED), self.on_emergency, LATCHED)
         self.create_subscription(DiagnosticArray, topics.DIAGNOSTICS, self.on_diagnostics, SAMPLES)
         self.create_service(Trigger, "start", self.on_start)
         self.create_service(Trigger, "abort", self.on_abort)
         self.create_timer(TICK_S, self.on_tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
-        publish_health(self, self._settings.rig, lambda: health(self._run, self._plan, self._lacking()))
+        publish_health(
+            self, self._settings.rig, lambda: health(self._run, self._plan, self._lacking())
+        )
 
     @property
     def over(self) -> bool:
@@ -104,7 +127,7 @@ class ExcitationNode(Node):
                 pendulum.deliver()
         super().destroy_node()
 
-    @guarded
+    @guard_method
     def on_sample(self, message: JointState) -> None:
         """Answer a sample of the rig."""
         if not self._run.stage.active:
@@ -114,7 +137,11 @@ class ExcitationNode(Node):
         except BadInputError as error:
             self._stop(StopReason.SAMPLE_MALFORMED, str(error))
             return
-        stamp_ns, applied, before = from_time(message.header.stamp), self._applied or 0.0, self._run.stage
+        stamp_ns, applied, before = (
+            from_time(message.header.stamp),
+            self._applied or 0.0,
+            self._run.stage,
+        )
         step = sampled(stamp_ns, state, applied, monotonic(), self._run, self._plan, self._bounds)
         if step.command is not None:
             self._send(step.command)
@@ -122,19 +149,19 @@ class ExcitationNode(Node):
         if self._run.stage is not before:
             self._entered()
 
-    @guarded
+    @guard_method
     def on_applied(self, message: Float64) -> None:
         """Keep what the driver has sent."""
         self._applied = message.data
 
-    @guarded
+    @guard_method
     def on_emergency(self, message: Bool) -> None:
         """Stop with the emergency stop."""
         self._emergency = message.data
         if message.data and self._run.stage.active:
             self._stop(StopReason.EMERGENCY_STOP)
 
-    @guarded
+    @guard_method
     def on_diagnostics(self, message: DiagnosticArray) -> None:
         """Stop when a node of the rig reports an error."""
         if self._run.stage is not Stage.PLAYING or monotonic() - self._run.since_s < EARLIER_S:
@@ -144,25 +171,33 @@ class ExcitationNode(Node):
                 self._stop(StopReason.DRIVER_ERROR, status.message)
                 return
 
-    @guarded
+    @guard_method
     def on_start(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Begin, unless a plan is under way."""
         response.success = not self._run.stage.active
-        response.message = "the plan begins when all is ready" if response.success else f"the node {self._where} already"
+        response.message = (
+            "the plan begins when all is ready"
+            if response.success
+            else f"the node {self._where} already"
+        )
         if response.success:
             self._begin()
         return response
 
-    @guarded
+    @guard_method
     def on_abort(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Stop the plan that is under way."""
         response.success = self._run.stage.active
-        response.message = "the plan is aborted" if response.success else f"nothing to abort: the node {self._where}"
+        response.message = (
+            "the plan is aborted"
+            if response.success
+            else f"nothing to abort: the node {self._where}"
+        )
         if response.success:
             self._stop(StopReason.ABORTED, self._where)
         return response
 
-    @guarded
+    @guard_method
     def on_tick(self) -> None:
         """Go on with what does not hang on a sample."""
         now = monotonic()
@@ -171,7 +206,9 @@ class ExcitationNode(Node):
             self._wait(now)
         elif self._run.stage is Stage.RESETTING:
             self._reset(now)
-        elif not late and (quiet := silent(now, self._run, self._bounds)):  # if late itself, it has samples waiting
+        elif not late and (
+            quiet := silent(now, self._run, self._bounds)
+        ):  # if late itself, it has samples waiting
             self._stop(quiet.reason, quiet.found)
         if self._run.stage is Stage.PLAYING:
             self._report(now)
@@ -190,7 +227,9 @@ class ExcitationNode(Node):
             self._run = entered(Stage.RESETTING, now, self._run)
             self._entered()
         elif now - self._run.since_s > self._settings.ready_timeout_s:
-            self._stop(StopReason.NOT_READY, f"{lacking}, after {self._settings.ready_timeout_s:g} s")
+            self._stop(
+                StopReason.NOT_READY, f"{lacking}, after {self._settings.ready_timeout_s:g} s"
+            )
 
     def _lacking(self) -> str:
         """Return what is missing before the plan can begin; nothing when all is there, or nothing is waited for."""
@@ -201,7 +240,10 @@ class ExcitationNode(Node):
         if self._applied is None:
             return f"nothing on {self._rig.topic(topics.APPLIED_PWM)}: does the driver run?"
         wanted = [self._settings.listeners] + [1] * (len(self._pendulums) - 1)
-        lacking = (p.lacking(n, self._settings.reset_first) for p, n in zip(self._pendulums, wanted, strict=True))
+        lacking = (
+            p.lacking(n, self._settings.reset_first)
+            for p, n in zip(self._pendulums, wanted, strict=True)
+        )
         return next((each for each in lacking if each), "")
 
     def _reset(self, now: float) -> None:
@@ -259,7 +301,9 @@ def bounds_of(settings: ExcitationSettings, room: Envelope) -> Bounds:
 def _state(message: JointState) -> RigState:
     """Return a sample; raise BadInputError when it cannot be read, or no cart is in it."""
     if topics.CART not in message.name:
-        raise BadInputError(f"joint_states: expected a joint named {topics.CART}, found {list(message.name)}")
+        raise BadInputError(
+            f"joint_states: expected a joint named {topics.CART}, found {list(message.name)}"
+        )
     return RigState(*from_joint_state(message).tolist())
 
 
@@ -271,7 +315,14 @@ def serve(node: ExcitationNode, stopped: Event) -> str | None:
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the node, see `running.run`."""
-    return run("excitation_node", "Play a plan to rig and twin.", ExcitationSettings, ExcitationNode, arguments, serve)
+    return run(
+        "excitation_node",
+        "Play a plan to rig and twin.",
+        ExcitationSettings,
+        ExcitationNode,
+        arguments,
+        serve,
+    )
 
 
 if __name__ == "__main__":

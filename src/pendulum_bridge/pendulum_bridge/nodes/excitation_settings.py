@@ -8,7 +8,13 @@ from rclpy.exceptions import InvalidNamespaceException
 from rclpy.validate_namespace import validate_namespace
 
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.nodes.settings import check, flag, number, whole, words
+from pendulum_twin.nodes.settings import (
+    check_settings,
+    make_flag_field,
+    make_number_field,
+    make_text_field,
+    make_whole_field,
+)
 
 AUTO, SERVICE = "auto", "service"
 
@@ -17,34 +23,59 @@ AUTO, SERVICE = "auto", "service"
 class ExcitationSettings:
     """Hold the parameters of `excitation_node`, checked: a wrong type, NaN or out of range raises BadInputError."""
 
-    plan: str = words("", "path of a plan file; empty for the standard plan of a minute")
-    twin_file: str = words("", "path of the rig's twin file: its rail and its largest command")
-    rig: str = words("/rig", "namespace of the rig, whose samples are answered")
-    twin: str = words("/twin", "namespace of the twin that gets the same commands; empty for none")
-    start: str = words(AUTO, "when to begin: as soon as all is ready, or when the service asks", choices=(AUTO, SERVICE))
-    reset_first: bool = flag(True, "whether rig and twin are reset before the plan")
-    exit_when_done: bool = flag(True, "whether the node ends with the plan; else it can be started again")
-    listeners: int = whole(
-        1, 1, 20, "how many nodes must listen to the rig's pwm before the start: 2 waits for a recorder too"
+    plan: str = make_text_field("", "path of a plan file; empty for the standard plan of a minute")
+    twin_file: str = make_text_field(
+        "", "path of the rig's twin file: its rail and its largest command"
     )
-    rail_share: float = number(0.95, 0.01, 1.0, "of the rail's half length; beyond it the plan is stopped")
-    cart_limit_m_s: float = number(5.0, 0.001, 1000.0, "a faster cart stops the plan")
-    pole_limit_rad_s: float = number(40.0, 0.001, 1000.0, "a faster pole stops the plan")
-    silence_s: float = number(0.2, 0.01, 60.0, "so long without a sample stops the plan")
-    overruled_s: float = number(0.5, 0.01, 60.0, "so long another command sent than asked for stops the plan")
-    ready_timeout_s: float = number(30.0, 0.1, 3600.0, "longest wait for rig and twin")
-    reset_timeout_s: float = number(30.0, 0.1, 3600.0, "longest wait for each reset")
+    rig: str = make_text_field("/rig", "namespace of the rig, whose samples are answered")
+    twin: str = make_text_field(
+        "/twin", "namespace of the twin that gets the same commands; empty for none"
+    )
+    start: str = make_text_field(
+        AUTO,
+        "when to begin: as soon as all is ready, or when the service asks",
+        choices=(AUTO, SERVICE),
+    )
+    reset_first: bool = make_flag_field(True, "whether rig and twin are reset before the plan")
+    exit_when_done: bool = make_flag_field(
+        True, "whether the node ends with the plan; else it can be started again"
+    )
+    listeners: int = make_whole_field(
+        1,
+        1,
+        20,
+        "how many nodes must listen to the rig's pwm before the start: 2 waits for a recorder too",
+    )
+    rail_share: float = make_number_field(
+        0.95, 0.01, 1.0, "of the rail's half length; beyond it the plan is stopped"
+    )
+    cart_limit_m_s: float = make_number_field(5.0, 0.001, 1000.0, "a faster cart stops the plan")
+    pole_limit_rad_s: float = make_number_field(
+        40.0, 0.001, 1000.0, "a faster pole stops the plan"
+    )
+    silence_s: float = make_number_field(
+        0.2, 0.01, 60.0, "so long without a sample stops the plan"
+    )
+    overruled_s: float = make_number_field(
+        0.5, 0.01, 60.0, "so long another command sent than asked for stops the plan"
+    )
+    ready_timeout_s: float = make_number_field(30.0, 0.1, 3600.0, "longest wait for rig and twin")
+    reset_timeout_s: float = make_number_field(30.0, 0.1, 3600.0, "longest wait for each reset")
 
     def __post_init__(self) -> None:
-        check(self)
+        check_settings(self)
         if not self.twin_file:
-            raise BadInputError("twin_file: expected the path of the rig's twin file, found none: give -p twin_file:=FILE")
+            raise BadInputError(
+                "twin_file: expected the path of the rig's twin file, found none: give -p twin_file:=FILE"
+            )
         if not self.rig:
             raise BadInputError("rig: expected a namespace such as /rig, found none")
         for name in ("rig", "twin"):
             object.__setattr__(self, name, _namespace(name, getattr(self, name)))
         if self.rig == self.twin:
-            raise BadInputError(f"twin: expected another namespace than that of the rig, found {self.twin} for both")
+            raise BadInputError(
+                f"twin: expected another namespace than that of the rig, found {self.twin} for both"
+            )
 
 
 def _namespace(name: str, value: str) -> str:
@@ -55,7 +86,9 @@ def _namespace(name: str, value: str) -> str:
     try:
         validate_namespace(absolute)
     except InvalidNamespaceException as error:
-        raise BadInputError(f"{name}: expected a namespace such as /{name}, found {value!r}") from error
+        raise BadInputError(
+            f"{name}: expected a namespace such as /{name}, found {value!r}"
+        ) from error
     if absolute == "/":  # its topics could not be told from the node's own
         raise BadInputError(f"{name}: expected a namespace such as /{name}, found {value!r}")
     return absolute

@@ -23,7 +23,9 @@ def fitting(offered: Sequence[QoSProfile], depth: int) -> QoSProfile:
 def demands_more(request: QoSProfile, other: QoSProfile) -> bool:
     """Tell whether a request asks for something that the other one does not, so that a publisher may not fulfil it."""
     reliable, latched = ReliabilityPolicy.RELIABLE, DurabilityPolicy.TRANSIENT_LOCAL
-    return (request.reliability == reliable != other.reliability) or (request.durability == latched != other.durability)
+    return (request.reliability == reliable != other.reliability) or (
+        request.durability == latched != other.durability
+    )
 
 
 def entry(offered: QoSProfile) -> dict[str, Any]:

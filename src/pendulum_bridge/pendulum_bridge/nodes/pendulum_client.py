@@ -58,4 +58,6 @@ class PendulumClient:
         """Return how many nodes listen to the commands; one node may do so twice."""
         known = self._node.get_subscriptions_info_by_topic(self.topic(topics.PWM))
         nodes = {(each.node_namespace, each.node_name) for each in known}
-        return min(len(nodes), self._commands.get_subscription_count())  # known is not yet connected
+        return min(
+            len(nodes), self._commands.get_subscription_count()
+        )  # known is not yet connected

@@ -1,7 +1,7 @@
 """Topics as bytes: found in the graph, subscribed as they are offered, and drained without an executor.
 
-An executor would wake up for every message. The middleware queues them and notes when each arrived, so it is enough to
-look a few dozen times a second, at a few microseconds a message.
+An executor would wake up for every message. The middleware queues them and notes when each
+arrived, so it is enough to look a few dozen times a second, at a few microseconds a message.
 """
 
 from __future__ import annotations
@@ -57,13 +57,15 @@ class _Heard:
 class RawTopics:
     """Listen to topics by name; raise BadInputError for a name that is none.
 
-    With use_sim_time messages carry the simulated time at which they were received, and those before the first `/clock`
-    message are left out.
+    With use_sim_time messages carry the simulated time at which they were received, and those
+    before the first `/clock` message are left out.
     """
 
     def __init__(self, node: Node, names: Sequence[str]) -> None:
         self._node, self._group = node, Undisturbed()
-        self._heard = [_Heard(name) for name in dict.fromkeys(_resolved(node, name) for name in names)]
+        self._heard = [
+            _Heard(name) for name in dict.fromkeys(_resolved(node, name) for name in names)
+        ]
         simulated = bool(node.get_parameter("use_sim_time").value)
         self._clock_topic = _Heard(CLOCK) if simulated else None
         self._clock = ReceivedClock()
@@ -76,7 +78,11 @@ class RawTopics:
     @property
     def dropped(self) -> dict[str, int]:
         """Return how many messages of each topic were published and never came."""
-        return {heard.name: heard.gaps.dropped for heard in self._heard if heard.subscription is not None}
+        return {
+            heard.name: heard.gaps.dropped
+            for heard in self._heard
+            if heard.subscription is not None
+        }
 
     def discover(self) -> list[Topic]:
         """Look at the graph: subscribe what is published by now, loosen what a new publisher does not fulfil.
@@ -97,7 +103,11 @@ class RawTopics:
             self._clock.hear(tick.received_ns, tick.data)
         timed = [(self._clock.at(message.received_ns), message) for message in messages]
         self._clock.forget_before_last()
-        return [message._replace(received_ns=time_ns) for time_ns, message in timed if time_ns is not None]
+        return [
+            message._replace(received_ns=time_ns)
+            for time_ns, message in timed
+            if time_ns is not None
+        ]
 
     def _look_for(self, heard: _Heard) -> Topic | None:
         publishers = self._node.get_publishers_info_by_topic(heard.name)
@@ -113,14 +123,18 @@ class RawTopics:
             heard.subscription = self._subscription(kind, heard.name, request)
         return None
 
-    def _subscribe(self, heard: _Heard, publishers: Sequence[TopicEndpointInfo], request: Any) -> Topic | None:
+    def _subscribe(
+        self, heard: _Heard, publishers: Sequence[TopicEndpointInfo], request: Any
+    ) -> Topic | None:
         type_name = publishers[0].topic_type
         try:
             kind = _message_class(type_name)
             heard.subscription = self._subscription(kind, heard.name, request)
         except (ImportError, AttributeError, ValueError) as error:
             heard.useless = True
-            self._node.get_logger().error(f"{heard.name} is not recorded: {type_name} is not installed ({error})")
+            self._node.get_logger().error(
+                f"{heard.name} is not recorded: {type_name} is not installed ({error})"
+            )
             return None
         type_hash = str(publishers[0].topic_type_hash)
         return Topic(
@@ -132,7 +146,9 @@ class RawTopics:
         )
 
     def _subscription(self, kind: Any, name: str, request: Any) -> Subscription:
-        return self._node.create_subscription(kind, name, _never, request, callback_group=self._group, raw=True)
+        return self._node.create_subscription(
+            kind, name, _never, request, callback_group=self._group, raw=True
+        )
 
 
 def _never(message: bytes) -> None:
@@ -156,7 +172,9 @@ def _taken(heard: _Heard) -> Iterator[Message]:
             number = info["publication_sequence_number"] or 0
             if number:
                 heard.gaps.take(number, known)
-            yield Message(heard.name, received_ns, info["source_timestamp"] or received_ns, number, data)
+            yield Message(
+                heard.name, received_ns, info["source_timestamp"] or received_ns, number, data
+            )
 
 
 def _resolved(node: Node, name: str) -> str:
@@ -164,7 +182,9 @@ def _resolved(node: Node, name: str) -> str:
         return str(node.resolve_topic_name(name))
     except (RuntimeError, ValueError) as error:
         reason = str(error).splitlines()[0].split(", at ")[0]
-        raise BadInputError(f"topics: expected names of topics, found {name!r} ({reason})") from error
+        raise BadInputError(
+            f"topics: expected names of topics, found {name!r} ({reason})"
+        ) from error
 
 
 def _message_class(type_name: str) -> type:

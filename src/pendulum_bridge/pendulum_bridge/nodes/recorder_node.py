@@ -25,7 +25,7 @@ from pendulum_twin.errors import BadInputError
 from pendulum_twin.health import Health, Level
 from pendulum_twin.nodes.diagnostics import publish_health
 from pendulum_twin.nodes.running import run, spin
-from pendulum_twin.nodes.settings import declared
+from pendulum_twin.nodes.settings import declare_settings
 
 DRAIN_S = 0.05
 LOOK_S = 0.1  # a topic that appears is subscribed so much later
@@ -35,7 +35,8 @@ PROGRESS_S = 5.0
 class RecorderNode(Node):
     """Record from the first moment until destroyed; raise BadInputError for a wrong parameter or place.
 
-    when_ended is called when the recording ends by itself: it lasted long enough, or could not go on.
+    when_ended is called when the recording ends by itself: it lasted long enough, or could not go
+    on.
     """
 
     def __init__(self, **options: Any) -> None:
@@ -43,13 +44,15 @@ class RecorderNode(Node):
         self._session: Session | None = None
         self.when_ended: Callable[[], None] = lambda: None
         try:
-            settings = declared(self, RecorderSettings)
+            settings = declare_settings(self, RecorderSettings)
             self._topics = RawTopics(self, settings.topics)
             self._session = Session(_new_bag(settings), settings.seconds, time.monotonic())
         except BadInputError:
             self.destroy_node()
             raise
-        steady = Clock(clock_type=ClockType.STEADY_TIME)  # real time, whatever the simulated time is
+        steady = Clock(
+            clock_type=ClockType.STEADY_TIME
+        )  # real time, whatever the simulated time is
         self._looked_s = time.monotonic() - LOOK_S
         self.create_timer(DRAIN_S, self.on_timer, clock=steady)
         self.create_timer(PROGRESS_S, self.on_progress, clock=steady)
@@ -111,7 +114,13 @@ def _new_bag(settings: RecorderSettings) -> Bag:
     custom = {"settings": json.dumps(asdict(settings)), **kept_files(files)}
     if settings.note:
         custom["note"] = settings.note
-    return Bag(Path(settings.out), settings.compression, time.time_ns(), custom, int(settings.least_free_mb * MEGABYTE))
+    return Bag(
+        Path(settings.out),
+        settings.compression,
+        time.time_ns(),
+        custom,
+        int(settings.least_free_mb * MEGABYTE),
+    )
 
 
 def record(node: RecorderNode, stopped: Event) -> None:

@@ -6,30 +6,44 @@ from dataclasses import dataclass
 
 from pendulum_bridge.recording.mcap_file import COMPRESSIONS
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.nodes.settings import check, listed, number, words
+from pendulum_twin.nodes.settings import (
+    check_settings,
+    make_list_field,
+    make_number_field,
+    make_text_field,
+)
 from pendulum_twin.topics import APPLIED_PWM, DIAGNOSTICS, JOINT_STATES, PWM
 
 NAMESPACES = ("/rig", "/twin")
-TOPICS = (*(f"{space}/{name}" for space in NAMESPACES for name in (JOINT_STATES, PWM, APPLIED_PWM)), DIAGNOSTICS)
+TOPICS = (
+    *(f"{space}/{name}" for space in NAMESPACES for name in (JOINT_STATES, PWM, APPLIED_PWM)),
+    DIAGNOSTICS,
+)
 
 
 @dataclass(frozen=True)
 class RecorderSettings:
     """Hold the parameters of `recorder_node`, checked: a wrong type, NaN or out of range raises BadInputError."""
 
-    out: str = words("", "the folder to write, a new one")
-    topics: tuple[str, ...] = listed(TOPICS, "what to record")
-    seconds: float = number(0.0, 0.0, 1e6, "how long from the first message; 0: until stopped")
-    compression: str = words("none", "of the chunks", choices=tuple(COMPRESSIONS))
-    least_free_mb: float = number(200.0, 0.0, 1e9, "stop when less is free on the disk, 10^6 bytes")
-    twin: str = words("", "a twin file to keep with the recording")
-    plan: str = words("", "the excitation plan, a file to keep with the recording")
-    driver: str = words("", "the driver's parameters, a file to keep with the recording")
-    note: str = words("", "a remark to keep with the recording")
+    out: str = make_text_field("", "the folder to write, a new one")
+    topics: tuple[str, ...] = make_list_field(TOPICS, "what to record")
+    seconds: float = make_number_field(
+        0.0, 0.0, 1e6, "how long from the first message; 0: until stopped"
+    )
+    compression: str = make_text_field("none", "of the chunks", choices=tuple(COMPRESSIONS))
+    least_free_mb: float = make_number_field(
+        200.0, 0.0, 1e9, "stop when less is free on the disk, 10^6 bytes"
+    )
+    twin: str = make_text_field("", "a twin file to keep with the recording")
+    plan: str = make_text_field("", "the excitation plan, a file to keep with the recording")
+    driver: str = make_text_field("", "the driver's parameters, a file to keep with the recording")
+    note: str = make_text_field("", "a remark to keep with the recording")
 
     def __post_init__(self) -> None:
-        check(self)
+        check_settings(self)
         if not self.out:
-            raise BadInputError("out: expected the folder to write, found none: give -p out:=FOLDER")
+            raise BadInputError(
+                "out: expected the folder to write, found none: give -p out:=FOLDER"
+            )
         if not self.topics:
             raise BadInputError("topics: expected at least one topic, found none")

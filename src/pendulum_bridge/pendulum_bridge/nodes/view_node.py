@@ -1,7 +1,8 @@
 """A page in the browser: rig and twin side by side, drawn live, with a stop button.
 
-The node listens and sends no command by itself; only a button's service call changes anything. ROS is served by the
-thread that spins the node, the page by a thread of its own; between them lies the board.
+The node listens and sends no command by itself; only a button's service call changes anything. ROS
+is served by the thread that spins the node, the page by a thread of its own; between them lies the
+board.
 """
 
 from __future__ import annotations
@@ -30,11 +31,11 @@ from pendulum_bridge.view.serving import Serving, listening, url
 from pendulum_twin import topics
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.health import Health, Level
-from pendulum_twin.nodes.diagnostics import now_ns, publish_health
+from pendulum_twin.nodes.diagnostics import publish_health, read_time_ns
 from pendulum_twin.nodes.messages import from_joint_state, from_time
 from pendulum_twin.nodes.qos import LATCHED, LATEST, SAMPLES
 from pendulum_twin.nodes.running import run
-from pendulum_twin.nodes.settings import declared
+from pendulum_twin.nodes.settings import declare_settings
 
 ANSWER_WITHIN_S = 3.0
 RESET_WITHIN_S = 60.0  # a swing-down takes its time, and has a deadline of its own
@@ -47,25 +48,34 @@ class ViewNode(Node):
     def __init__(self, **options: Any) -> None:
         super().__init__("view", **options)
         try:
-            self._settings = declared(self, ViewSettings)
+            self._settings = declare_settings(self, ViewSettings)
             taken = listening(self._settings.host, self._settings.port)
         except BadInputError:
             super().destroy_node()
             raise
         self._failure = ""
-        names = {key: name for key, name in (("rig", self._settings.rig), ("twin", self._settings.twin)) if name}
+        names = {
+            key: name
+            for key, name in (("rig", self._settings.rig), ("twin", self._settings.twin))
+            if name
+        }
         self.board = Board(names.get("rig"), names.get("twin"))
         for key, name in names.items():
             self._follow(key, name)
         self._listen(DiagnosticArray, topics.DIAGNOSTICS, SAMPLES, self.on_diagnostics)
-        self._buttons = {button: self._client(names, key, service) for button, (key, service) in BUTTON_SERVICES.items()}
+        self._buttons = {
+            button: self._client(names, key, service)
+            for button, (key, service) in BUTTON_SERVICES.items()
+        }
         self.url = url(taken)
         self._page: Page | None = None
         self._serving = Serving(taken, self._app, self._fail)
         publish_health(self, "", self.health)
         self.get_logger().info(f"serves {self.url}")
         if not is_loopback(self._settings.host):
-            self.get_logger().warning(f"{self._settings.host} is no loopback address: others may stop and reset the rig")
+            self.get_logger().warning(
+                f"{self._settings.host} is no loopback address: others may stop and reset the rig"
+            )
 
     def on_sample(self, key: str, message: JointState) -> None:
         """Take a sample of rig or twin, or count it as refused."""
@@ -81,7 +91,7 @@ class ViewNode(Node):
             Sample(
                 stamp_ns=stamp_ns,
                 heard_s=monotonic(),
-                age_s=(now_ns(self) - stamp_ns) * 1e-9,
+                age_s=(read_time_ns(self) - stamp_ns) * 1e-9,
                 cart_m=float(state[0]) if cart else None,
                 pole_rad=float(state[1]) if pole else None,
                 cart_m_s=float(state[2]) if cart else None,
@@ -93,7 +103,9 @@ class ViewNode(Node):
         """Take the health of the nodes."""
         for status in message.status:
             figures = {pair.key: pair.value for pair in status.values}
-            self.board.health(NodeHealth(status.name, status.level[0], status.message, monotonic(), figures))
+            self.board.health(
+                NodeHealth(status.name, status.level[0], status.message, monotonic(), figures)
+            )
 
     def health(self) -> Health:
         """Return the view's own health."""
@@ -107,7 +119,9 @@ class ViewNode(Node):
         client = self._buttons[button]
         if client is None:
             return Answer(False, f"{button}: the view was told not to listen to it")
-        answer = await asked(client, RESET_WITHIN_S if client.srv_name.endswith(topics.RESET) else ANSWER_WITHIN_S)
+        answer = await asked(
+            client, RESET_WITHIN_S if client.srv_name.endswith(topics.RESET) else ANSWER_WITHIN_S
+        )
         self.get_logger().info(f"{client.srv_name} was asked for by the page: {answer.sentence}")
         return answer
 
@@ -126,18 +140,32 @@ class ViewNode(Node):
         def word(take: Callable[[str, Word], None]) -> Callable[[Float64], None]:
             return lambda message: take(key, Word(message.data, monotonic()))
 
-        self._listen(JointState, _in(name, topics.JOINT_STATES), SAMPLES, lambda message: self.on_sample(key, message))
+        self._listen(
+            JointState,
+            _in(name, topics.JOINT_STATES),
+            SAMPLES,
+            lambda message: self.on_sample(key, message),
+        )
         self._listen(Float64, _in(name, topics.PWM), LATEST, word(self.board.pwm))
         self._listen(Float64, _in(name, topics.APPLIED_PWM), SAMPLES, word(self.board.applied))
-        stopped = self._listen(Bool, _in(name, topics.STOPPED), LATCHED, lambda said: self.board.stopped(key, said.data))
+        stopped = self._listen(
+            Bool,
+            _in(name, topics.STOPPED),
+            LATCHED,
+            lambda said: self.board.stopped(key, said.data),
+        )
 
         def look() -> None:  # what was latched by a node that is gone says nothing
             if stopped.get_publisher_count() == 0:
                 self.board.stopped(key, None)
 
-        self.create_timer(LOOK_FOR_PUBLISHERS_S, look, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self.create_timer(
+            LOOK_FOR_PUBLISHERS_S, look, clock=Clock(clock_type=ClockType.STEADY_TIME)
+        )
 
-    def _listen(self, kind: type, topic: str, quality: QoSProfile, take: Callable[[Any], None]) -> Any:
+    def _listen(
+        self, kind: type, topic: str, quality: QoSProfile, take: Callable[[Any], None]
+    ) -> Any:
         def taken(message: Any) -> None:
             try:
                 take(message)
@@ -171,7 +199,9 @@ def _in(namespace: str, name: str) -> str:
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the node, see `running.run`."""
-    return run("view_node", "A live page of rig and twin on 127.0.0.1.", ViewSettings, ViewNode, arguments)
+    return run(
+        "view_node", "A live page of rig and twin on 127.0.0.1.", ViewSettings, ViewNode, arguments
+    )
 
 
 if __name__ == "__main__":

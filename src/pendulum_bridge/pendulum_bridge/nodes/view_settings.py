@@ -8,27 +8,42 @@ from rclpy.exceptions import InvalidNamespaceException
 from rclpy.validate_namespace import validate_namespace
 
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.nodes.settings import check, number, whole, words
+from pendulum_twin.nodes.settings import (
+    check_settings,
+    make_number_field,
+    make_text_field,
+    make_whole_field,
+)
 
 
 @dataclass(frozen=True)
 class ViewSettings:
     """Hold the parameters of `view_node`, checked: a wrong type, NaN or out of range raises BadInputError."""
 
-    rig: str = words("/rig", "namespace of the rig, empty for none")
-    twin: str = words("/twin", "namespace of the twin, empty for none")
-    host: str = words("127.0.0.1", "address to listen on; with another one, others may stop and reset the rig")
-    port: int = whole(8077, 0, 65535, "TCP port of the page, 0 for any that is free")
-    rail_half_length_m: float = number(0.9, 0.01, 100.0, "from the middle of the rail to its end, as it is drawn")
+    rig: str = make_text_field("/rig", "namespace of the rig, empty for none")
+    twin: str = make_text_field("/twin", "namespace of the twin, empty for none")
+    host: str = make_text_field(
+        "127.0.0.1", "address to listen on; with another one, others may stop and reset the rig"
+    )
+    port: int = make_whole_field(8077, 0, 65535, "TCP port of the page, 0 for any that is free")
+    rail_half_length_m: float = make_number_field(
+        0.9, 0.01, 100.0, "from the middle of the rail to its end, as it is drawn"
+    )
 
     def __post_init__(self) -> None:
-        check(self)
+        check_settings(self)
         if self.rig == self.twin:
-            raise BadInputError(f"twin: expected another namespace than that of the rig, found {self.twin!r} for both")
+            raise BadInputError(
+                f"twin: expected another namespace than that of the rig, found {self.twin!r} for both"
+            )
         for name, value in (("rig", self.rig), ("twin", self.twin)):
             try:
                 validate_namespace(value or "/")
             except InvalidNamespaceException as error:
-                raise BadInputError(f"{name}: expected a namespace such as /{name}, found {value!r}") from error
+                raise BadInputError(
+                    f"{name}: expected a namespace such as /{name}, found {value!r}"
+                ) from error
         if not self.host:
-            raise BadInputError("host: expected an address of this machine, found none: give -p host:=127.0.0.1")
+            raise BadInputError(
+                "host: expected an address of this machine, found none: give -p host:=127.0.0.1"
+            )

@@ -1,8 +1,8 @@
 """Beside the rig: says on /diagnostics which place of the chain has changed, since when and by how much.
 
-It holds the twin file that a diagnosis has improved, learns for some seconds of motion what is usual for the rig, and
-then watches. An alarm stays until `~/clear_alarm` is called (what is usual is kept) or `~/learn` (the rig as it is now is
-taken for usual). It sends no command.
+It holds the twin file that a diagnosis has improved, learns for some seconds of motion what is
+usual for the rig, and then watches. An alarm stays until `~/clear_alarm` is called (what is usual
+is kept) or `~/learn` (the rig as it is now is taken for usual). It sends no command.
 """
 
 from __future__ import annotations
@@ -30,9 +30,11 @@ from pendulum_twin.model import load_twin
 from pendulum_twin.nodes.diagnostics import publish_health
 from pendulum_twin.nodes.messages import from_joint_state, from_time
 from pendulum_twin.nodes.running import run
-from pendulum_twin.nodes.settings import declared, when_changed
+from pendulum_twin.nodes.settings import declare_settings, watch_settings
 
-QUEUE = QoSProfile(depth=5000)  # learning and naming take a second or two, in which nothing may be lost
+QUEUE = QoSProfile(
+    depth=5000
+)  # learning and naming take a second or two, in which nothing may be lost
 
 
 class WatchNode(Node):
@@ -41,7 +43,7 @@ class WatchNode(Node):
     def __init__(self, **options: Any) -> None:
         super().__init__("watch", **options)
         try:
-            self._settings = declared(self, WatchSettings)
+            self._settings = declare_settings(self, WatchSettings)
             twin = load_twin(self._settings.twin)
         except BadInputError:
             self.destroy_node()
@@ -54,7 +56,7 @@ class WatchNode(Node):
         self._listen(Float64, f"{rig}/{topics.APPLIED_PWM}", self.on_applied)
         self.create_service(Trigger, "~/clear_alarm", self.on_clear_alarm)
         self.create_service(Trigger, "~/learn", self.on_learn)
-        when_changed(self, lambda: self._settings, self._accept)
+        watch_settings(self, lambda: self._settings, self._accept)
         publish_health(self, twin.name, self.health)
         self.get_logger().info(f"watches {rig} with the twin {twin.name} of {self._settings.twin}")
 
@@ -65,9 +67,14 @@ class WatchNode(Node):
         except BadInputError as error:
             self.get_logger().warning(str(error), throttle_duration_sec=1.0)
             return
-        cart, pole = (float(state[k]) if joint in message.name else math.nan for k, joint in enumerate(topics.JOINTS))
+        cart, pole = (
+            float(state[k]) if joint in message.name else math.nan
+            for k, joint in enumerate(topics.JOINTS)
+        )
         self._heard_s = monotonic()
-        self._in_order.sample(Said(from_time(message.header.stamp), int(info["source_timestamp"]), (cart, pole)))
+        self._in_order.sample(
+            Said(from_time(message.header.stamp), int(info["source_timestamp"]), (cart, pole))
+        )
         self._take()
 
     def on_applied(self, message: Float64, info: dict[str, Any]) -> None:
@@ -86,7 +93,9 @@ class WatchNode(Node):
             elif self._watch.phase is not phase:
                 self.get_logger().info(self.health().sentence)
 
-    def on_clear_alarm(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    def on_clear_alarm(
+        self, request: Trigger.Request, response: Trigger.Response
+    ) -> Trigger.Response:
         """Forget the alarm; it comes again if the change is still there."""
         was = self._watch.alarm
         self._watch.clear()
@@ -97,7 +106,10 @@ class WatchNode(Node):
     def on_learn(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Take the rig as it is now for what is usual."""
         self._watch.learn()
-        response.success, response.message = True, f"learns from {self._settings.learn_s:g} s of motion"
+        response.success, response.message = (
+            True,
+            f"learns from {self._settings.learn_s:g} s of motion",
+        )
         return response
 
     def health(self) -> Health:
@@ -108,15 +120,23 @@ class WatchNode(Node):
     def _accept(self, settings: WatchSettings) -> None:
         """Go on with another twin file, or raise BadInputError with nothing changed."""
         twin = load_twin(settings.twin)
-        self._watch, self._settings, self._in_order = Watch(twin, settings.watching), settings, InOrder()
-        self.get_logger().info(f"goes on with the twin {twin.name} of {settings.twin}, and learns anew")
+        self._watch, self._settings, self._in_order = (
+            Watch(twin, settings.watching),
+            settings,
+            InOrder(),
+        )
+        self.get_logger().info(
+            f"goes on with the twin {twin.name} of {settings.twin}, and learns anew"
+        )
 
     def _listen(self, kind: type, topic: str, take: Callable[[Any, dict[str, Any]], None]) -> None:
         def taken(message: Any, info: dict[str, Any]) -> None:
             try:
                 take(message, info)
             except Exception as error:  # it would end the node
-                self.get_logger().error(f"{topic}: a message could not be taken: {error!r}", throttle_duration_sec=1.0)
+                self.get_logger().error(
+                    f"{topic}: a message could not be taken: {error!r}", throttle_duration_sec=1.0
+                )
 
         listener: Callable[..., None] = taken
         self.create_subscription(kind, topic, listener, QUEUE)

@@ -1,8 +1,9 @@
 """A rosbag2 folder while it is being written: a bag from the first moment, whole when closed.
 
-A killed process loses what was kept since the last flush, nothing else. A power cut loses besides what the system had
-not yet carried to the disk, with usual settings the last half minute: only the index at the start and the closed bag
-are waited for.
+A killed process loses what was kept since the last flush, nothing else. A power cut loses besides
+what the system had
+not yet carried to the disk, with usual settings the last half minute: only the index at the start
+and the closed bag are waited for.
 """
 
 from __future__ import annotations
@@ -29,8 +30,9 @@ MEGABYTE = 1_000_000
 class Bag:
     """Write one new folder.
 
-    custom: texts for the index's `custom_data`; it may be changed until `close`. least_free_bytes: nothing is written
-    when less is free on the disk. Raises BadInputError when the folder exists or cannot be made, or the disk is full.
+    custom: texts for the index's `custom_data`; it may be changed until `close`. least_free_bytes:
+    nothing is written when less is free on the disk. Raises BadInputError when the folder exists
+    or cannot be made, or the disk is full.
     """
 
     def __init__(
@@ -97,8 +99,8 @@ class Bag:
     def close(self, state: str = "whole") -> None:
         """Write what was kept, the summary, the index and in it the digest; a second time does nothing.
 
-        After a failed write the data file stays without a summary, and the index says that it was cut. Raises
-        BadInputError when the disk fails now.
+        After a failed write the data file stays without a summary, and the index says that it was
+        cut. Raises BadInputError when the disk fails now.
         """
         if self._closed:
             return
@@ -152,7 +154,9 @@ class Bag:
         )
 
     def _index(self) -> dict[str, Any]:
-        return index_of(self._data_path.name, self._topics.values(), self.tally, self._started_ns, self.custom)
+        return index_of(
+            self._data_path.name, self._topics.values(), self.tally, self._started_ns, self.custom
+        )
 
     def _note_index(self) -> None:
         self._file.note(IN_FILE, {"serialized_metadata": to_yaml(self._index())})
@@ -176,7 +180,9 @@ def _make_folder(folder: Path) -> None:
 
 
 def _no_place(folder: Path, error: OSError) -> BadInputError:
-    return BadInputError(f"{folder}: expected a place to write to, found {error.strerror}: name another")
+    return BadInputError(
+        f"{folder}: expected a place to write to, found {error.strerror}: name another"
+    )
 
 
 def _sync_folder(folder: Path) -> None:

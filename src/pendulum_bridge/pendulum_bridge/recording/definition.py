@@ -53,5 +53,7 @@ def _file(name: str) -> Path | None:
     spec = find_spec(package)
     if spec is None or spec.origin is None:
         return None
-    candidates = (above / "share" / package / "msg" / f"{short}.msg" for above in Path(spec.origin).parents)
+    candidates = (
+        above / "share" / package / "msg" / f"{short}.msg" for above in Path(spec.origin).parents
+    )
     return next((path for path in candidates if path.is_file()), None)

@@ -10,12 +10,14 @@ from pathlib import Path
 class GrowingFile:
     """Write a new file; after `flush` the kernel has the bytes, whatever becomes of this process.
 
-    What is written between two flushes belongs together: a chunk of messages and the index after it are two writes.
-    Raises OSError when the file exists or cannot be made.
+    What is written between two flushes belongs together: a chunk of messages and the index after
+    it are two writes. Raises OSError when the file exists or cannot be made.
     """
 
     def __init__(self, path: Path) -> None:
-        self._descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o644)
+        self._descriptor = os.open(
+            path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o644
+        )
         self._size = 0
         self._given = bytearray()
 

@@ -31,9 +31,15 @@ def _read(name: str, path: Path) -> bytes:
         data = path.read_bytes()
         data.decode()
     except OSError as error:
-        raise BadInputError(f"{name}: expected a file to keep, found {path} ({error.strerror}): check the path") from error
+        raise BadInputError(
+            f"{name}: expected a file to keep, found {path} ({error.strerror}): check the path"
+        ) from error
     except UnicodeDecodeError as error:
-        raise BadInputError(f"{name}: expected a text to keep, found other bytes in {path}") from error
+        raise BadInputError(
+            f"{name}: expected a text to keep, found other bytes in {path}"
+        ) from error
     if len(data) > LARGEST_BYTES:
-        raise BadInputError(f"{name}: expected at most {LARGEST_BYTES} bytes to keep, found {len(data)} in {path}")
+        raise BadInputError(
+            f"{name}: expected at most {LARGEST_BYTES} bytes to keep, found {len(data)} in {path}"
+        )
     return data

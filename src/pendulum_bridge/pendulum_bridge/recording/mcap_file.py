@@ -49,10 +49,14 @@ class McapFile:
         """Make a topic known; it is written with the next chunk."""
         if topic.type not in self._schemas:
             encoding = "ros2msg" if topic.definition else ""
-            self._schemas[topic.type] = self._writer.register_schema(topic.type, encoding, topic.definition.encode())
+            self._schemas[topic.type] = self._writer.register_schema(
+                topic.type, encoding, topic.definition.encode()
+            )
             self._begun += 64 + len(topic.definition.encode())
         described = {"offered_qos_profiles": _qos_text(topic), "topic_type_hash": topic.type_hash}
-        self._channels[topic.name] = self._writer.register_channel(topic.name, "cdr", self._schemas[topic.type], described)
+        self._channels[topic.name] = self._writer.register_channel(
+            topic.name, "cdr", self._schemas[topic.type], described
+        )
         self._begun += 128 + len(topic.name) + sum(map(len, described.values()))
 
     def write_chunk(self, messages: Iterable[Message]) -> None:

@@ -18,19 +18,27 @@ ROS_DISTRO = "jazzy"
 
 
 def index_of(
-    data_file: str, topics: Iterable[Topic], tally: Tally, started_ns: int, custom: Mapping[str, str]
+    data_file: str,
+    topics: Iterable[Topic],
+    tally: Tally,
+    started_ns: int,
+    custom: Mapping[str, str],
 ) -> dict[str, Any]:
     """Return the index of one data file; started_ns stands for the first message's time as long as there is none."""
     span = {
         "duration": {"nanoseconds": tally.duration_ns},
-        "starting_time": {"nanoseconds_since_epoch": started_ns if tally.first_ns is None else tally.first_ns},
+        "starting_time": {
+            "nanoseconds_since_epoch": started_ns if tally.first_ns is None else tally.first_ns
+        },
         "message_count": tally.total,
     }
     return {
         "version": VERSION,
         "storage_identifier": "mcap",
         **span,
-        "topics_with_message_count": [_entry(topic, tally.messages.get(topic.name, 0)) for topic in topics],
+        "topics_with_message_count": [
+            _entry(topic, tally.messages.get(topic.name, 0)) for topic in topics
+        ],
         "compression_format": "",  # chunks may be packed, which the data file says itself
         "compression_mode": "",
         "relative_file_paths": [data_file],
@@ -64,7 +72,9 @@ class _Dumper(yaml.SafeDumper):
 
 
 def _text(dumper: yaml.SafeDumper, text: str) -> yaml.ScalarNode:
-    return dumper.represent_scalar("tag:yaml.org,2002:str", text, style="|" if "\n" in text else None)
+    return dumper.represent_scalar(
+        "tag:yaml.org,2002:str", text, style="|" if "\n" in text else None
+    )
 
 
 _Dumper.add_representer(str, _text)

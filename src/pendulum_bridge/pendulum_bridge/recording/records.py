@@ -11,8 +11,10 @@ from typing import Any, NamedTuple
 class Topic:
     """Hold what a bag says of a topic.
 
-    type: as in "std_msgs/msg/Float64". definition: the type's text and that of all types in it (ros2msg), "" when unknown.
-    type_hash: "RIHS01_...", "" when unknown. offered_qos: one mapping a publisher, by the names of the index.
+    type: as in "std_msgs/msg/Float64". definition: the type's text and that of all types in it
+    (ros2msg), "" when unknown.
+    type_hash: "RIHS01_...", "" when unknown. offered_qos: one mapping a publisher, by the names of
+    the index.
     """
 
     name: str
@@ -25,7 +27,8 @@ class Topic:
 class Message(NamedTuple):
     """Hold one message as it came over the wire.
 
-    received_ns, published_ns: since the epoch. sequence: its number among its publisher's messages, 0 when unknown.
+    received_ns, published_ns: since the epoch. sequence: its number among its publisher's
+    messages, 0 when unknown.
     data: serialised (CDR).
     """
 

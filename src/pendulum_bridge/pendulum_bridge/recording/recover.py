@@ -32,9 +32,15 @@ def recover(path: Path) -> Recovered:
     folder, files = _found(path)
     salvages, tally = _looked_at(files)
     if not tally.total:
-        raise BadInputError(f"{path}: expected messages, found none in {len(files)} data file(s): record again")
+        raise BadInputError(
+            f"{path}: expected messages, found none in {len(files)} data file(s): record again"
+        )
     index = read_index(folder) if folder else {}
-    if folder and all(each.whole for each in salvages) and index.get("message_count") == tally.total:
+    if (
+        folder
+        and all(each.whole for each in salvages)
+        and index.get("message_count") == tally.total
+    ):
         return Recovered(None, f"{path} is whole: {_kept(tally)}; nothing had to be done")
     target = (folder or path.with_suffix("")).with_name(f"{(folder or path).stem}_recovered")
     sentence = f"kept {_kept(tally)}; {_lost(salvages, index)}"
@@ -46,7 +52,9 @@ def recover(path: Path) -> Recovered:
     }
     custom.pop("digest", None)
     _write(files, Bag(target, started_ns=tally.first_ns or 0, custom=custom))
-    return Recovered(target, f"{path}: {sentence}; the whole bag is {target}, the damaged one stays as it was")
+    return Recovered(
+        target, f"{path}: {sentence}; the whole bag is {target}, the damaged one stays as it was"
+    )
 
 
 def _found(path: Path) -> tuple[Path | None, list[Path]]:
@@ -58,10 +66,14 @@ def _found(path: Path) -> tuple[Path | None, list[Path]]:
         files = [file for file in files if file.stat().st_size]
         if files:
             return path.absolute(), files
-        raise BadInputError(f"{path}: expected a folder with .mcap data in it, found none: name the recorder's folder")
+        raise BadInputError(
+            f"{path}: expected a folder with .mcap data in it, found none: name the recorder's folder"
+        )
     if path.is_file() and path.suffix == ".mcap" and path.stat().st_size:
         return None, [path.absolute()]
-    raise BadInputError(f"{path}: expected a rosbag2 folder or an .mcap file with data, found none: check the path")
+    raise BadInputError(
+        f"{path}: expected a rosbag2 folder or an .mcap file with data, found none: check the path"
+    )
 
 
 def _looked_at(files: Sequence[Path]) -> tuple[list[Salvage], Tally]:
@@ -101,7 +113,9 @@ def _lost(salvages: Sequence[Salvage], index: dict) -> str:
 def _parts(salvages: Sequence[Salvage]) -> Iterator[str]:
     for each in salvages:
         if each.lost_bytes:
-            saved = f", of which {each.saved_of_cut} messages were saved" if each.saved_of_cut else ""
+            saved = (
+                f", of which {each.saved_of_cut} messages were saved" if each.saved_of_cut else ""
+            )
             yield f"lost {each.lost_bytes} bytes of {each.path.name} that were cut or damaged{saved}"
         elif each.nameless:
             yield f"lost {each.nameless} messages of {each.path.name} whose topic is unknown"

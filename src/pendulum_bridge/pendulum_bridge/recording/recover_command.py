@@ -15,8 +15,16 @@ OPTION = "--recover"
 
 def recover_command(arguments: Sequence[str]) -> int:
     """Recover one bag and say what was kept and what was lost; return 0, or 1 with the reason on stderr."""
-    parser = argparse.ArgumentParser(prog="recorder_node", description="Make a whole bag of what a killed recorder left.")
-    parser.add_argument(OPTION, required=True, type=Path, metavar="FOLDER_OR_FILE", help="a rosbag2 folder or .mcap file")
+    parser = argparse.ArgumentParser(
+        prog="recorder_node", description="Make a whole bag of what a killed recorder left."
+    )
+    parser.add_argument(
+        OPTION,
+        required=True,
+        type=Path,
+        metavar="FOLDER_OR_FILE",
+        help="a rosbag2 folder or .mcap file",
+    )
     path = parser.parse_args(arguments).recover
     try:
         print(recover(path).sentence)
@@ -24,6 +32,9 @@ def recover_command(arguments: Sequence[str]) -> int:
         print(f"recorder_node: {error}", file=sys.stderr)
         return 1
     except OSError as error:
-        print(f"recorder_node: {path}: expected a readable recording, found {error.strerror}", file=sys.stderr)
+        print(
+            f"recorder_node: {path}: expected a readable recording, found {error.strerror}",
+            file=sys.stderr,
+        )
         return 1
     return 0

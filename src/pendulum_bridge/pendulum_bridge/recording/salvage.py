@@ -33,9 +33,11 @@ UNREADABLE = (
 class Salvage:
     """Iterate once over the topics and messages of a file, a topic before its messages; then the rest is known.
 
-    whole: the file goes to its end mark and has all that it counts. lost_bytes: what could not be read. nameless: messages
-    whose topic stood in what could not be read. saved_of_cut: messages read from a last chunk that was cut.
-    custom: the `custom_data` that the file holds of itself. Raises BadInputError when it is no mcap file.
+    whole: the file goes to its end mark and has all that it counts. lost_bytes: what could not be
+    read. nameless: messages whose topic stood in what could not be read. saved_of_cut: messages
+    read from a last chunk that was cut.
+    custom: the `custom_data` that the file holds of itself. Raises BadInputError when it is no
+    mcap file.
     """
 
     def __init__(self, path: Path) -> None:
@@ -50,7 +52,9 @@ class Salvage:
     def __iter__(self) -> Iterator[Topic | Message]:
         with self.path.open("rb") as stream:
             if stream.read(len(MAGIC)) != MAGIC:
-                raise BadInputError(f"{self.path}: expected an mcap file, found one without its opening mark")
+                raise BadInputError(
+                    f"{self.path}: expected an mcap file, found one without its opening mark"
+                )
             with mmap(stream.fileno(), 0, access=ACCESS_READ) as data:
                 yield from self._file(data)
 
@@ -69,12 +73,16 @@ class Salvage:
 
     def _chunk(self, body: bytes, complete: bool) -> Iterator[Topic | Message]:
         try:
-            chunk = records.Chunk.read(ReadDataStream(BytesIO(body)))  # takes a cut one as far as it goes
+            chunk = records.Chunk.read(
+                ReadDataStream(BytesIO(body))
+            )  # takes a cut one as far as it goes
             content = _unpacked(chunk)
         except UNREADABLE:
             self.lost_bytes += len(body)
             return
-        if complete and (len(content) != chunk.uncompressed_size or _damaged(content, chunk.uncompressed_crc)):
+        if complete and (
+            len(content) != chunk.uncompressed_size or _damaged(content, chunk.uncompressed_crc)
+        ):
             self.lost_bytes += len(body)
             return
         kept = 0
@@ -101,7 +109,9 @@ class Salvage:
             elif kind == Opcode.METADATA:
                 note = records.Metadata.read(stream)
                 if note.name == IN_FILE:
-                    custom = parsed(note.metadata.get("serialized_metadata", "")).get("custom_data")
+                    custom = parsed(note.metadata.get("serialized_metadata", "")).get(
+                        "custom_data"
+                    )
                     self.custom = {str(key): str(text) for key, text in (custom or {}).items()}
         except UNREADABLE:
             self.lost_bytes += len(body)
@@ -112,7 +122,9 @@ class Salvage:
             self.nameless += 1
         else:
             self._read += 1
-            yield Message(name, message.log_time, message.publish_time, message.sequence, message.data)
+            yield Message(
+                name, message.log_time, message.publish_time, message.sequence, message.data
+            )
 
     def _topic(self, channel: records.Channel) -> Topic:
         self._topics[channel.id] = channel.topic

@@ -6,9 +6,10 @@ from __future__ import annotations
 class SequenceGaps:
     """Count the gaps in one topic's sequence numbers.
 
-    A message does not say who sent it. So each is taken for the next of the publisher whose last number is nearest below
-    its own. With several publishers a gap may so be given to the wrong one; the sum is right again as soon as each has
-    been heard once more. What was lost before a publisher's first message that arrived is not counted.
+    A message does not say who sent it. So each is taken for the next of the publisher whose last
+    number is nearest below its own. With several publishers a gap may so be given to the wrong
+    one; the sum is right again as soon as each has been heard once more. What was lost before a
+    publisher's first message that arrived is not counted.
     """
 
     def __init__(self) -> None:

@@ -36,7 +36,13 @@ class Session:
         """Tell whether nothing more is taken."""
         return self.finished or bool(self.failure)
 
-    def take(self, topics: Iterable[Topic], messages: Collection[Message], dropped: Mapping[str, int], now_s: float) -> None:
+    def take(
+        self,
+        topics: Iterable[Topic],
+        messages: Collection[Message],
+        dropped: Mapping[str, int],
+        now_s: float,
+    ) -> None:
         """Keep messages of known topics, or of those that come now, and write what is due; dropped: so far, by topic."""
         if self.ended:
             return
@@ -47,7 +53,11 @@ class Session:
         self._dropped = dict(dropped)
         if messages and self._first_s is None:
             self._first_s = now_s
-        self.finished = bool(self._seconds) and self._first_s is not None and now_s - self._first_s >= self._seconds
+        self.finished = (
+            bool(self._seconds)
+            and self._first_s is not None
+            and now_s - self._first_s >= self._seconds
+        )
         if now_s - self._flushed_s >= FLUSH_S:
             self._flushed_s = now_s
             self._write(now_s)
@@ -93,7 +103,11 @@ class Session:
         if lost:
             return Health(Level.WARN, f"{lost} messages were dropped", figures)
         if not total:
-            return Health(Level.WARN, f"no message yet; nobody publishes {', '.join(waiting) or 'any'}", figures)
+            return Health(
+                Level.WARN,
+                f"no message yet; nobody publishes {', '.join(waiting) or 'any'}",
+                figures,
+            )
         return Health(Level.OK, f"recording to {self._bag.folder}", figures)
 
     @property

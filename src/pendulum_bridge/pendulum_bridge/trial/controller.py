@@ -1,8 +1,9 @@
 """A controller at work: it swings the pole up, balances it, lets it hang and follows a course with the cart, in turns.
 
-Its commands answer measured samples, so what is late, noisy or off in them comes back in the input: that is what a recording
-in closed loop has and a played plan has not. It knows the nominal rig alone and nothing of what is concealed; what it must
-know beyond that, which way a command moves the measured cart and which way the pole then swings, it sees from a first push.
+Its commands answer measured samples, so what is late, noisy or off in them comes back in the
+input: that is what a recording in closed loop has and a played plan has not. It knows the nominal
+rig alone and nothing of what is concealed; what it must know beyond that, which way a command
+moves the measured cart and which way the pole then swings, it sees from a first push.
 
 The pole over a cart that is accelerated by a (measured from hanging, ph; b = S/Jp, wn^2 = b g):
     ph'' = -b cos(ph) a - wn^2 sin(ph)
@@ -23,23 +24,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pendulum_twin.plans import waveforms
-from pendulum_twin.plans.waveforms import LEAD_S, PUSH_S, Envelope, envelope_of
+from pendulum_twin.plans.waveforms import LEAD_S, PUSH_S, Envelope, make_envelope
 from pendulum_twin.rig import Rig
 
 Floats = NDArray[np.float64]
 
-PUSHED_S = LEAD_S + 2 * PUSH_S  # when the first push has moved the cart one way, and the pole the other
+PUSHED_S = (
+    LEAD_S + 2 * PUSH_S
+)  # when the first push has moved the cart one way, and the pole the other
 BEGIN_S = 1.5  # of the turns
 FOLLOWED_S, TURN_S = 7.0, 20.0  # of a turn: following first, then swinging up and balancing
 COURSE = ((0.15, 0.11), (0.1, 0.23))  # m, Hz
 STIFFNESS, DAMPING = 1.0, 0.15  # command per m, per m/s: natural frequency 4 rad/s
 PUMPING_M_S2 = 5.0  # moves the cart 0.15 m each way at the pole's own frequency
-AIMS, AIMING_S = (0.8, 1.8), 10.0  # times the nominal energy: constants that are 20 % off make it 50 % off
+AIMS, AIMING_S = (
+    (0.8, 1.8),
+    10.0,
+)  # times the nominal energy: constants that are 20 % off make it 50 % off
 SPRING_PER_S2, DRAG_PER_S = 5.0, 0.5  # of the cart meanwhile
 PLACED = (16.0, 88.0, 192.0, 144.0)  # (s + 6)^2 (s + 2)^2, without its s^4
 CATCH_RAD, CATCH_RAD_S, LOST_RAD = 0.35, 3.0, 0.7
 CALM_S = 2.0  # of following after the pole was lost
-FREE, BACK = 0.5, 0.15  # of the rail's half length: where the cart must turn back, and where it is back
+FREE, BACK = (
+    0.5,
+    0.15,
+)  # of the rail's half length: where the cart must turn back, and where it is back
 BRAKING_S = 0.15  # looked ahead
 RETURN_STIFFNESS, RETURN_DAMPING = 0.8, 0.3
 DITHER = {"follow": 0.8, "swing": 0.0, "balance": 0.25}  # of the plan's tones
@@ -59,8 +68,9 @@ class Mode(Enum):
 class Tuning:
     """Hold what does not change: rig, rail and gains.
 
-    period_s: from sample to sample. room: of the nominal rig. coupling: b, 1/m. stiffness: wn^2, 1/s^2. damping: the cart's,
-    1/s. gains: of acceleration, on the pole's angle from upright, its rate, cart position and velocity. tones: commands.
+    period_s: from sample to sample. room: of the nominal rig. coupling: b, 1/m. stiffness: wn^2,
+    1/s^2. damping: the cart's, 1/s. gains: of acceleration, on the pole's angle from upright, its
+    rate, cart position and velocity. tones: commands.
     """
 
     period_s: float
@@ -76,8 +86,8 @@ class Tuning:
 class Stand:
     """Hold how it stands: samples seen, mode, until which sample it only follows, since which it swings up.
 
-    first: position and angle before the push. way: of the measured cart under a positive command, +1 or -1, and 0 until it
-    is known. turn: -1 where the measured angle runs the other way round.
+    first: position and angle before the push. way: of the measured cart under a positive command,
+    +1 or -1, and 0 until it is known. turn: -1 where the measured angle runs the other way round.
     """
 
     k: int = 0
@@ -91,8 +101,10 @@ class Stand:
 
 def tuning_of(rig: Rig, seconds: float, period_s: float, seed: int) -> Tuning:
     """Return the tuning for a nominal rig; raise BadInputError for one without cart, drive or rail length."""
-    room = envelope_of(rig)
-    coupling = rig.total_mass_kg * (rig.com_distance_m or 0.0) / (rig.pole_inertia_kg_m2 or math.inf)
+    room = make_envelope(rig)
+    coupling = (
+        rig.total_mass_kg * (rig.com_distance_m or 0.0) / (rig.pole_inertia_kg_m2 or math.inf)
+    )
     times: Floats = np.arange(max(round(seconds / period_s), 2), dtype=np.float64) * period_s
     return Tuning(
         period_s,
@@ -101,7 +113,7 @@ def tuning_of(rig: Rig, seconds: float, period_s: float, seed: int) -> Tuning:
         coupling * rig.gravity_m_s2,
         (rig.cart_viscous_n_s_m or 0.0) / rig.total_mass_kg,
         _placed(coupling, coupling * rig.gravity_m_s2),
-        waveforms.tones(room, np.random.default_rng(seed))(times),
+        waveforms.make_tones(room, np.random.default_rng(seed))(times),
     )
 
 
@@ -166,7 +178,7 @@ def _command(stand: Stand, state: tuple[float, float, float, float], tuning: Tun
     x, ph, v, w = state
     t = stand.k * tuning.period_s
     if stand.mode is Mode.PUSH:
-        return float(waveforms.push(np.array([t]))[0])
+        return float(waveforms.make_push(np.array([t]))[0])
     if stand.mode is Mode.RETURN:
         return -stand.way * (RETURN_STIFFNESS * x + RETURN_DAMPING * v)
     dither = DITHER[stand.mode.value] * float(tuning.tones[min(stand.k, len(tuning.tones) - 1)])
@@ -175,7 +187,11 @@ def _command(stand: Stand, state: tuple[float, float, float, float], tuning: Tun
         return dither - stand.way * (STIFFNESS * (x - course) + DAMPING * v)
     since_s = (stand.k - stand.swinging_from) * tuning.period_s
     aim = AIMS[0] + (AIMS[1] - AIMS[0]) * math.fmod(since_s / AIMING_S, 1.0)
-    wanted = _swing_up(x, ph, v, w, aim, tuning) if stand.mode is Mode.SWING else _balance(x, ph, v, w, tuning)
+    wanted = (
+        _swing_up(x, ph, v, w, aim, tuning)
+        if stand.mode is Mode.SWING
+        else _balance(x, ph, v, w, tuning)
+    )
     return dither + stand.way * (wanted + tuning.damping * v) / tuning.room.acceleration_m_s2
 
 
@@ -186,7 +202,9 @@ def _swing_up(x: float, ph: float, v: float, w: float, aim: float, tuning: Tunin
     """
     lacking = aim * tuning.stiffness - (0.5 * w * w - tuning.stiffness * math.cos(ph))
     size = min(max(lacking / (0.2 * tuning.stiffness), -1.0), 1.0) * PUMPING_M_S2
-    help_now = w * math.cos(ph) / math.sqrt(tuning.stiffness)  # little near the horizontal, where a push does nothing
+    help_now = (
+        w * math.cos(ph) / math.sqrt(tuning.stiffness)
+    )  # little near the horizontal, where a push does nothing
     return -size * math.tanh(2.0 * help_now) - SPRING_PER_S2 * x - DRAG_PER_S * v
 
 

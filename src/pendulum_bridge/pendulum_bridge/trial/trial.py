@@ -31,7 +31,9 @@ def seed_of(run_seed: int, number: int) -> int:
     return int(np.random.SeedSequence([run_seed, number]).generate_state(1)[0])
 
 
-def trial_at(number: int, run_seed: int, shares: Mapping[str, int], nominal: Rig, size_factor: float = 1.0) -> Trial:
+def trial_at(
+    number: int, run_seed: int, shares: Mapping[str, int], nominal: Rig, size_factor: float = 1.0
+) -> Trial:
     """Return the trial with this number: its kind by the shares, its first effect going round all that there are."""
     kind, turn = kind_at(number, shares)
     seed = seed_of(run_seed, number)
@@ -39,7 +41,13 @@ def trial_at(number: int, run_seed: int, shares: Mapping[str, int], nominal: Rig
     return Trial(number, kind, seed, concealed_of(names, seed, nominal, size_factor))
 
 
-def trial_with(number: int, run_seed: int, sets: Sequence[Sequence[str]], nominal: Rig, size_factor: float = 1.0) -> Trial:
+def trial_with(
+    number: int,
+    run_seed: int,
+    sets: Sequence[Sequence[str]],
+    nominal: Rig,
+    size_factor: float = 1.0,
+) -> Trial:
     """Return the trial with this number whose effects are given, catalogued or not: the sets take turns."""
     names = sets[number % len(sets)]
     seed = seed_of(run_seed, number)

@@ -37,7 +37,9 @@ class Board:
 
     def refuse(self, key: str, complaint: str) -> None:
         """Count a message that is no sample."""
-        self._change(key, lambda source: replace(source, refused=source.refused + 1, complaint=complaint))
+        self._change(
+            key, lambda source: replace(source, refused=source.refused + 1, complaint=complaint)
+        )
 
     def pwm(self, key: str, word: Word) -> None:
         """Take a command as it was asked for."""
@@ -62,7 +64,9 @@ class Board:
         """Return everything as it is now."""
         with self._lock:
             rig, twin = self._sources.get("rig"), self._sources.get("twin")
-            nodes = [node for node in self._nodes.values() if now_s - node.heard_s < FORGOTTEN_AFTER_S]
+            nodes = [
+                node for node in self._nodes.values() if now_s - node.heard_s < FORGOTTEN_AFTER_S
+            ]
         return Snapshot(now_s, rig, twin, tuple(sorted(nodes, key=lambda node: node.name)))
 
     def _change(self, key: str, change: Callable[[Source], Source]) -> None:

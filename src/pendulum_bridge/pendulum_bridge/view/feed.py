@@ -19,11 +19,14 @@ HISTORY_S = 15.0
 class Feed:
     """Make a frame out of look(now) at every tick; fixed: what every frame says besides. For one event loop.
 
-    Frames are numbered from 0. A reader says which frame it has; the next answer holds the newest frame
-    and the points of all frames in between, so that a slow reader misses nothing and owes nothing.
+    Frames are numbered from 0. A reader says which frame it has; the next answer holds the newest
+    frame and the points of all frames in between, so that a slow reader misses nothing and owes
+    nothing.
     """
 
-    def __init__(self, look: Callable[[float], Snapshot], fixed: dict[str, Any] | None = None) -> None:
+    def __init__(
+        self, look: Callable[[float], Snapshot], fixed: dict[str, Any] | None = None
+    ) -> None:
         self._look = look
         self._fixed = {"history_s": HISTORY_S, "columns": COLUMNS, **(fixed or {})}
         self._points: deque[list[float | None]] = deque(maxlen=round(HISTORY_S * RATE_HZ))
@@ -49,7 +52,10 @@ class Feed:
         known = -1 if after > self.number else max(after, -1)
         missed = min(self.number - known, len(self._points))
         points = list(islice(self._points, len(self._points) - missed, None))
-        return json.dumps({**self._fixed, **self._latest, "number": self.number, "points": points}, allow_nan=False)
+        return json.dumps(
+            {**self._fixed, **self._latest, "number": self.number, "points": points},
+            allow_nan=False,
+        )
 
 
 async def ticking(feed: Feed, clock: Callable[[], float], complain: Callable[[str], None]) -> None:

@@ -6,7 +6,16 @@ import math
 from typing import Any
 
 from pendulum_bridge.view.mismatch import Mismatch, mismatch
-from pendulum_bridge.view.samples import SILENT_AFTER_S, NodeHealth, Snapshot, Source, Word, fresh, period_ns, silence_s
+from pendulum_bridge.view.samples import (
+    SILENT_AFTER_S,
+    NodeHealth,
+    Snapshot,
+    Source,
+    Word,
+    fresh,
+    period_ns,
+    silence_s,
+)
 from pendulum_twin.topics import JOINT_STATES
 
 LEVELS = ("ok", "warn", "error", "stale")
@@ -23,7 +32,11 @@ Json = dict[str, Any]
 
 def frame(now: Snapshot) -> Json:
     """Return one moment: rig, twin and mismatch (None for one that is not there), health of the nodes, and time_s."""
-    apart = mismatch(now.rig.samples, now.twin.samples) if now.rig and now.twin and _both_fresh(now) else None
+    apart = (
+        mismatch(now.rig.samples, now.twin.samples)
+        if now.rig and now.twin and _both_fresh(now)
+        else None
+    )
     return {
         "time_s": finite(now.now_s),
         "rig": _source(now.rig, now.now_s) if now.rig else None,

@@ -13,7 +13,8 @@ from pendulum_bridge.view.samples import Sample, period_ns
 class Mismatch:
     """Hold rig minus twin at the rig's sampling time stamp_ns; None for a joint that one of them lacks.
 
-    pole_rad: the nearest way round, from -pi to pi; turns: the whole turns by which the rig's pole is further on.
+    pole_rad: the nearest way round, from -pi to pi; turns: the whole turns by which the rig's pole
+    is further on.
     apart_s: the twin's stamp minus the rig's.
     """
 
@@ -27,8 +28,10 @@ class Mismatch:
 def mismatch(rig: tuple[Sample, ...], twin: tuple[Sample, ...]) -> Mismatch | None:
     """Return the newest mismatch of two samples whose stamps match; None when there are none such. Stamps must rise.
 
-    Stamps match when no more than half a period lies between them (of the longer period, if they differ). Over what is
-    left the twin is carried along by its velocity: at 1 m/s the 5 ms between nearest samples at 100 Hz would pass for 5 mm.
+    Stamps match when no more than half a period lies between them (of the longer period, if they
+    differ). Over what is
+    left the twin is carried along by its velocity: at 1 m/s the 5 ms between nearest samples at
+    100 Hz would pass for 5 mm.
     """
     rig_period, twin_period = period_ns(rig), period_ns(twin)
     if rig_period is None or twin_period is None:
@@ -50,7 +53,9 @@ def _nearest(stamps: list[int], stamp_ns: int) -> int:
 def _between(rig: Sample, twin: Sample) -> Mismatch:
     apart_s = (twin.stamp_ns - rig.stamp_ns) * 1e-9
     cart_m = _less(rig.cart_m, _moved(twin.cart_m, twin.cart_m_s, -apart_s))
-    pole_rad, turns = _nearest_way(_less(rig.pole_rad, _moved(twin.pole_rad, twin.pole_rad_s, -apart_s)))
+    pole_rad, turns = _nearest_way(
+        _less(rig.pole_rad, _moved(twin.pole_rad, twin.pole_rad_s, -apart_s))
+    )
     return Mismatch(rig.stamp_ns, apart_s, cart_m, pole_rad, turns)
 
 

@@ -1,8 +1,8 @@
 """Who may talk to the page's server: only the page itself, opened by an address that no foreign name can stand for.
 
-A foreign page may send requests to a loopback address too, and a foreign name may be made to resolve to one (DNS
-rebinding). The browser tells both: by `Origin`, which must be the page's own, and by `Host`, which must be a literal
-address, localhost, or the host that was set.
+A foreign page may send requests to a loopback address too, and a foreign name may be made to
+resolve to one (DNS rebinding). The browser tells both: by `Origin`, which must be the page's own,
+and by `Host`, which must be a literal address, localhost, or the host that was set.
 """
 
 from __future__ import annotations
@@ -15,7 +15,8 @@ from urllib.parse import urlsplit
 def refusal(headers: Mapping[str, str], host: str, acts: bool) -> str | None:
     """Return why a request is refused, None when it may pass; host: where the server listens.
 
-    acts: whether the request does or reveals something that a foreign page must not get, so that Origin must be given.
+    acts: whether the request does or reveals something that a foreign page must not get, so that
+    Origin must be given.
     """
     asked = headers.get("Host", "")
     if not _is_ours(asked, host):

@@ -14,8 +14,9 @@ SILENT_AFTER_S = 0.5  # a source that has said nothing for so long counts as sil
 class Sample:
     """Hold one sample; None for a joint that it does not name.
 
-    stamp_ns: sampling time on the source's clock. heard_s: when it arrived. age_s: how old its stamp was on arrival
-    (below 0: the source's clock is ahead of ours). Angle 0 upright, counterclockwise positive, not wrapped.
+    stamp_ns: sampling time on the source's clock. heard_s: when it arrived. age_s: how old its
+    stamp was on arrival (below 0: the source's clock is ahead of ours). Angle 0 upright,
+    counterclockwise positive, not wrapped.
     """
 
     stamp_ns: int
@@ -85,4 +86,6 @@ def fresh(source: Source | None, now_s: float) -> bool:
 
 def period_ns(samples: tuple[Sample, ...]) -> float | None:
     """Return the usual time between samples by their stamps, ns; None for fewer than two."""
-    return median(b.stamp_ns - a.stamp_ns for a, b in pairwise(samples)) if len(samples) > 1 else None
+    return (
+        median(b.stamp_ns - a.stamp_ns for a, b in pairwise(samples)) if len(samples) > 1 else None
+    )

@@ -1,7 +1,8 @@
 """The page's server: the page itself, its live frames over a WebSocket, and its buttons.
 
-A browser asks for every frame by the number of the last one it has (-1: none), so that nothing piles up before a slow
-one, and a fast one gets each frame once. Buttons are POST requests; the answer is `{"success": .., "sentence": ..}`.
+A browser asks for every frame by the number of the last one it has (-1: none), so that nothing
+piles up before a slow one, and a fast one gets each frame once. Buttons are POST requests; the
+answer is `{"success": .., "sentence": ..}`.
 """
 
 from __future__ import annotations
@@ -46,9 +47,10 @@ class Answer:
 class Page:
     """Hold what the server needs, and who is connected.
 
-    host: where it listens. press: does what a button says and answers. clock: s, as the feed counts. complain: tells a
-    person what failed. heartbeat_s: a browser that does not answer for so long is let go. pending: buttons whose answer is
-    awaited; each at most once, as a browser holds six requests at most and the stop must be among them.
+    host: where it listens. press: does what a button says and answers. clock: s, as the feed
+    counts. complain: tells a person what failed. heartbeat_s: a browser that does not answer for
+    so long is let go. pending: buttons whose answer is awaited; each at most once, as a browser
+    holds six requests at most and the stop must be among them.
     """
 
     host: str
@@ -109,7 +111,9 @@ async def _checked(request: web.Request, handler: Handler) -> web.StreamResponse
         raise
     except Exception as error:
         page.complain(f"{request.path} failed: {error!r}")
-        return web.json_response(asdict(Answer(False, f"{request.path} failed: {error!r}")), status=500)
+        return web.json_response(
+            asdict(Answer(False, f"{request.path} failed: {error!r}")), status=500
+        )
 
 
 async def _with_headers(request: web.Request, response: web.StreamResponse) -> None:
@@ -119,7 +123,9 @@ async def _with_headers(request: web.Request, response: web.StreamResponse) -> N
 async def _pressed(request: web.Request) -> web.Response:
     page, button = request.app[PAGE], request.path[1:]
     if button in page.pending and button != STOP:
-        return web.json_response(asdict(Answer(False, f"{button}: asked for already, its answer is awaited")))
+        return web.json_response(
+            asdict(Answer(False, f"{button}: asked for already, its answer is awaited"))
+        )
     page.pending.add(button)
     try:
         return web.json_response(asdict(await page.press(button)))
@@ -130,9 +136,14 @@ async def _pressed(request: web.Request) -> web.Response:
 async def _live(request: web.Request) -> web.StreamResponse:
     page = request.app[PAGE]
     if len(page.browsers) >= MOST_BROWSERS:
-        raise web.HTTPServiceUnavailable(text=f"expected at most {MOST_BROWSERS} pages at a time: close one")
+        raise web.HTTPServiceUnavailable(
+            text=f"expected at most {MOST_BROWSERS} pages at a time: close one"
+        )
     socket = web.WebSocketResponse(
-        heartbeat=page.heartbeat_s, timeout=GOODBYE_S, compress=False, max_msg_size=LONGEST_QUESTION
+        heartbeat=page.heartbeat_s,
+        timeout=GOODBYE_S,
+        compress=False,
+        max_msg_size=LONGEST_QUESTION,
     )
     await socket.prepare(request)
     page.browsers.add(socket)
@@ -148,7 +159,9 @@ async def _answer_all(socket: web.WebSocketResponse, feed: Feed) -> None:
     sent = -1
     async for question in socket:
         if question.type is not WSMsgType.TEXT or not question.data.removeprefix("-").isdecimal():
-            await socket.close(code=WSCloseCode.POLICY_VIOLATION, message=b"expected the number of a frame")
+            await socket.close(
+                code=WSCloseCode.POLICY_VIOLATION, message=b"expected the number of a frame"
+            )
             return
         after = int(question.data)
         await feed.newer_than(max(sent, min(after, feed.number)))
@@ -157,7 +170,10 @@ async def _answer_all(socket: web.WebSocketResponse, feed: Feed) -> None:
 
 
 async def _say_goodbye(app: web.Application) -> None:
-    goodbyes = (socket.close(code=WSCloseCode.GOING_AWAY, message=b"view_node ends") for socket in app[PAGE].browsers)
+    goodbyes = (
+        socket.close(code=WSCloseCode.GOING_AWAY, message=b"view_node ends")
+        for socket in app[PAGE].browsers
+    )
     await asyncio.gather(*goodbyes, return_exceptions=True)
 
 

@@ -21,7 +21,9 @@ def listening(host: str, port: int) -> socket.socket:
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     taken = socket.socket(family, socket.SOCK_STREAM)
     try:
-        taken.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # so that a node can follow another at once
+        taken.setsockopt(
+            socket.SOL_SOCKET, socket.SO_REUSEADDR, 1
+        )  # so that a node can follow another at once
         taken.bind((host, port))
         taken.listen()
     except OSError as error:
@@ -50,7 +52,12 @@ class Serving:
     failed: told what ended the server before it was closed.
     """
 
-    def __init__(self, taken: socket.socket, make: Callable[[], web.Application], failed: Callable[[str], None]) -> None:
+    def __init__(
+        self,
+        taken: socket.socket,
+        make: Callable[[], web.Application],
+        failed: Callable[[str], None],
+    ) -> None:
         self._socket, self._make, self._failed = taken, make, failed
         self._loop = asyncio.new_event_loop()
         self._ended = asyncio.Event()
@@ -73,7 +80,9 @@ class Serving:
             self._socket.close()
 
     async def _serve(self) -> None:
-        runner = web.AppRunner(self._make(), access_log=None, handle_signals=False, shutdown_timeout=1.0)
+        runner = web.AppRunner(
+            self._make(), access_log=None, handle_signals=False, shutdown_timeout=1.0
+        )
         await runner.setup()
         try:
             await web.SockSite(runner, self._socket).start()

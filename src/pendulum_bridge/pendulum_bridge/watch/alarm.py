@@ -22,11 +22,13 @@ SLIPS = (
 class Alarm:
     """Hold what has changed.
 
-    place: of the chain. effect: what kind of change: an effect of the catalogue or a constant of the rig. variable: what it
-    goes along with. size: of the change, in unit, with low and high of its 95 % interval as far as the windows' noise goes.
-    since_ns: stamp of about when it began; raised_ns: of the sample that raised the alarm. confidence: share of the place in
-    the likelihood of all changes tried. others: places that are not ruled out. explained: whether the change explains the
-    windows, or only part of them. sentence: for a person.
+    place: of the chain. effect: what kind of change: an effect of the catalogue or a constant of
+    the rig. variable: what it goes along with. size: of the change, in unit, with low and high of
+    its 95 % interval as far as the windows' noise goes.
+    since_ns: stamp of about when it began; raised_ns: of the sample that raised the alarm.
+    confidence: share of the place in the likelihood of all changes tried. others: places that are
+    not ruled out. explained: whether the change explains the windows, or only part of them.
+    sentence: for a person.
     """
 
     place: Place
@@ -49,15 +51,22 @@ class Alarm:
         return self.confidence >= SURE and self.explained
 
 
-def changed(bank: Sequence[Signature], fitted: Sequence[Rival], since_ns: int, raised_ns: int) -> Alarm:
+def changed(
+    bank: Sequence[Signature], fitted: Sequence[Rival], since_ns: int, raised_ns: int
+) -> Alarm:
     """Return the alarm that the fitted rivals make; they come likeliest first."""
     shares = confidences(bank, fitted)
     best, place = fitted[0], bank[fitted[0].number].place
     signature, explained = bank[best.number], best.misfit < EXPLAINED
-    others = tuple(other.value for other, share in shares.items() if other is not place and share > 1 - SURE)
+    others = tuple(
+        other.value for other, share in shares.items() if other is not place and share > 1 - SURE
+    )
     doubt = f" (or {' or '.join(others)})" if others else ""
     part = "" if explained else "; this explains only part of what is seen"
-    off, said = 1.96 * best.deviation, signature.sentence.format(size=_shown(best.size, signature.unit))
+    off, said = (
+        1.96 * best.deviation,
+        signature.sentence.format(size=_shown(best.size, signature.unit)),
+    )
     return Alarm(
         place,
         signature.effect,
@@ -92,7 +101,19 @@ def slipped(slip: Slip, since_ns: int, raised_ns: int) -> Alarm:
     size, off = slip.leader.size, 1.96 * slip.leader.deviation
     said = f"{Place.SENSOR.value}: {sentence.format(size=_shown(size, unit))}"
     interval = (size, size - off, size + off)
-    return Alarm(Place.SENSOR, "encoder_slip", variable, *interval, unit, since_ns, raised_ns, 1.0, (), True, said)
+    return Alarm(
+        Place.SENSOR,
+        "encoder_slip",
+        variable,
+        *interval,
+        unit,
+        since_ns,
+        raised_ns,
+        1.0,
+        (),
+        True,
+        said,
+    )
 
 
 def _shown(size: float, unit: str) -> str:

@@ -14,7 +14,9 @@ from pendulum_twin.signals import Floats
 
 LEAST_SLACK, MOST_SLACK = 0.003, 0.3  # of the activity; the least: no twin is better known
 SLACKS = np.geomspace(LEAST_SLACK, MOST_SLACK, 14)
-COARSER = np.array([1.0, 1.5, 2.2, 3.3])  # times the sensor's noise: encoder steps in slow motion do not scatter evenly
+COARSER = np.array(
+    [1.0, 1.5, 2.2, 3.3]
+)  # times the sensor's noise: encoder steps in slow motion do not scatter evenly
 ROUNDS = 2
 HEAVY = 5.0  # degrees of freedom of the scatter from window to window: a single odd one must not decide
 
@@ -31,17 +33,22 @@ class Baseline:
 def learned(readings: Sequence[Reading], bank: tuple[Signature, ...], sensor: Floats) -> Baseline:
     """Learn from windows that do not overlap.
 
-    What the twin lacks is believed to be about as large as what is worth an alarm, until the windows say otherwise.
+    What the twin lacks is believed to be about as large as what is worth an alarm, until the
+    windows say otherwise.
     sensor: (2,) deviation of a sample, m and rad.
     """
-    baseline = Baseline(np.zeros(len(bank)), worth_of(bank), Noise(sensor, np.full(2, 4 * LEAST_SLACK)))
+    baseline = Baseline(
+        np.zeros(len(bank)), worth_of(bank), Noise(sensor, np.full(2, 4 * LEAST_SLACK))
+    )
     for _ in range(ROUNDS):
         baseline = replace(baseline, noise=_scatter(readings, baseline, sensor))
         baseline = _sizes(readings, bank, baseline)
     return baseline
 
 
-def _sizes(readings: Sequence[Reading], bank: tuple[Signature, ...], baseline: Baseline) -> Baseline:
+def _sizes(
+    readings: Sequence[Reading], bank: tuple[Signature, ...], baseline: Baseline
+) -> Baseline:
     """Return the baseline with the most likely sizes for its noise; windows that are far off count less."""
     total, precision = np.zeros(len(bank)), np.diag(1 / worth_of(bank) ** 2)
     none = np.zeros(len(bank))

@@ -14,17 +14,24 @@ Figures = dict[str, float | int | str]
 def health(watch: Watch, rig: str, silent_s: float | None) -> Health:
     """Return how the rig is; rig: its namespace; silent_s: since the last sample, None when there was none.
 
-    ERROR: a change whose place is known. WARN: one whose place is in doubt, or nothing can be said.
+    ERROR: a change whose place is known. WARN: one whose place is in doubt, or nothing can be
+    said.
     """
     figures: Figures = {"phase": watch.phase.value, **_counts(watch)}
     if watch.alarm is not None:
         level = Level.ERROR if watch.alarm.sure else Level.WARN
-        return Health(level, f"{rig} has changed: {watch.alarm.sentence}", {**figures, **_figures(watch.alarm)})
+        return Health(
+            level,
+            f"{rig} has changed: {watch.alarm.sentence}",
+            {**figures, **_figures(watch.alarm)},
+        )
     rate_hz, expected_hz = watch.stream.rate_is, watch.settings.rate_hz
     if silent_s is None or silent_s > SILENT_S:
         return Health(Level.WARN, f"{rig}: no samples{_for(silent_s)}", figures)
     if rate_hz is not None and abs(rate_hz / expected_hz - 1) > OFF_RATE:
-        said = f"{rig}: expected samples at {expected_hz:g} Hz, found {rate_hz:.4g} Hz: set rate_hz"
+        said = (
+            f"{rig}: expected samples at {expected_hz:g} Hz, found {rate_hz:.4g} Hz: set rate_hz"
+        )
         return Health(Level.ERROR, said, figures)
     if watch.phase is Phase.LEARNING:
         said = f"{rig}: learns what is usual, {watch.learned_s:g} of {watch.settings.learn_s:g} s of motion"
@@ -38,7 +45,11 @@ def _for(silent_s: float | None) -> str:
 
 def _counts(watch: Watch) -> Figures:
     stream, baseline = watch.stream, watch.baseline
-    counts: Figures = {"samples": stream.samples, "lost_samples": stream.lost, "late_samples": stream.late}
+    counts: Figures = {
+        "samples": stream.samples,
+        "lost_samples": stream.lost,
+        "late_samples": stream.late,
+    }
     if baseline is not None:
         cart, pole = baseline.noise.slack
         counts |= {"usual_scatter_cart": float(cart), "usual_scatter_pole": float(pole)}

@@ -1,9 +1,10 @@
 """How far a rig may be off its twin without having changed, and what a window says beyond that.
 
-A window's rows scatter by the sensors' noise, by their start, and by pushes that stand for what the twin leaves open: a
-share of how much the joints are accelerated. Near upright, where a run magnifies everything, it magnifies the pushes too, so
-such windows count for little. Weighted so, the rows give each signature a score: its size's likelihood has the slope
-`score` and the curvature `information` at the twin as it is.
+A window's rows scatter by the sensors' noise, by their start, and by pushes that stand for what
+the twin leaves open: a share of how much the joints are accelerated. Near upright, where a run
+magnifies everything, it magnifies the pushes too, so such windows count for little. Weighted so,
+the rows give each signature a score: its size's likelihood has the slope `score` and the curvature
+`information` at the twin as it is.
 """
 
 from __future__ import annotations
@@ -16,7 +17,9 @@ from pendulum_bridge.watch.reading import Reading
 from pendulum_twin.signals import Floats
 from pendulum_twin.simulate import Ints
 
-ROUNDING = 1e-13  # of the trace: columns that are all but the same must not end in a singular matrix
+ROUNDING = (
+    1e-13  # of the trace: columns that are all but the same must not end in a singular matrix
+)
 START_SD = 1.0  # m, rad and their rates: nothing is known of a start but what the window says
 
 
@@ -32,8 +35,9 @@ class Noise:
 class Weighed:
     """Hold a window weighed against its noise.
 
-    off: (rows,) left after the baseline. sd: (rows,) of the sensors. wide: (n, rows); the inverse of the rows' covariance is
-    diag(1/sd^2) - wide' wide. misfit: weighed square of off. spread: logarithm of the determinant of the covariance for a
+    off: (rows,) left after the baseline. sd: (rows,) of the sensors. wide: (n, rows); the inverse
+    of the rows' covariance is diag(1/sd^2) - wide' wide. misfit: weighed square of off. spread:
+    logarithm of the determinant of the covariance for a
     known start: a twin that sticks must not be likelier because no start moves it.
     """
 
@@ -53,7 +57,9 @@ def weighed(reading: Reading, noise: Noise, baseline: Floats) -> Weighed:
     """Weigh a window; baseline: (signatures,) sizes that are usual for the rig."""
     sd = noise.sensor[reading.joint]
     push = (noise.slack * reading.activity)[reading.push_joint] * reading.felt_s
-    scaled = np.concatenate([reading.by_push * push, START_SD * reading.by_start], axis=1) / sd[:, None]
+    scaled = (
+        np.concatenate([reading.by_push * push, START_SD * reading.by_start], axis=1) / sd[:, None]
+    )
     grown = scaled.T @ scaled
     grown[np.diag_indices_from(grown)] += 1 + ROUNDING * np.trace(grown)
     lower = np.linalg.cholesky(grown)
@@ -71,7 +77,9 @@ def scores(reading: Reading, window: Weighed) -> tuple[Floats, Floats]:
     return through.T @ window.off, reading.by_signature.T @ through
 
 
-def step_scores(reading: Reading, window: Weighed, joint: int, samples: int) -> tuple[Floats, Floats]:
+def step_scores(
+    reading: Reading, window: Weighed, joint: int, samples: int
+) -> tuple[Floats, Floats]:
     """Return score and information of a step in a joint's readings before each sample of the window, (samples + 1,).
 
     Entry j is for a step of 1 m or rad that shows from sample j on.

@@ -1,7 +1,8 @@
 """One short window of the rig beside the twin: what is off, and how the twin's run would change with each thing.
 
-The twin runs freely through the window from a start that is smoothed out of the samples and then refined on the window
-itself. All derivatives are differences between runs of the same kernel, at sizes that matter.
+The twin runs freely through the window from a start that is smoothed out of the samples and then
+refined on the window itself. All derivatives are differences between runs of the same kernel, at
+sizes that matter.
 """
 
 from __future__ import annotations
@@ -11,13 +12,27 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pendulum_bridge.watch.signatures import PROBE, Signature, full_force_n, full_torque_n_m, probes
+from pendulum_bridge.watch.signatures import (
+    PROBE,
+    Signature,
+    full_force_n,
+    full_torque_n_m,
+    probes,
+)
 from pendulum_bridge.watch.stream import History
 from pendulum_bridge.watch.window_runs import WindowRuns, runs_away, solved, spikes
 from pendulum_twin.model import Twin
+from pendulum_twin.parameter_vector import (
+    COUPLING,
+    FORCE_PER_PWM,
+    GRAVITY,
+    INERTIA,
+    MASS,
+    SLOTS,
+    make_theta,
+)
 from pendulum_twin.signals import Floats, Signals
 from pendulum_twin.simulate import Ints
-from pendulum_twin.words import COUPLING, FORCE_PER_PWM, GRAVITY, INERTIA, MASS, SLOTS, words_of
 
 WINDOW_S = 0.5
 LEAD_S = 2.0  # of commands before a window, for what the drive remembers
@@ -29,19 +44,23 @@ LEAST_SAMPLES = 0.6  # of a window
 IDLE = 0.02  # of the largest acceleration: below it nothing counts as active
 PUSHED = 0.03  # of the activity: size of the pushes from which their effect is computed
 TILT = SLOTS["rail_tilt"].start  # a rail's tilt times g is an acceleration of the cart
-OF_SAMPLE = (0, 1)  # position of cart and pole in a state (x, th, v, w); their rates stand 2 further
+OF_SAMPLE = (
+    0,
+    1,
+)  # position of cart and pole in a state (x, th, v, w); their rates stand 2 further
 
 
 @dataclass(frozen=True)
 class Reading:
     """Hold one window: rows are its good samples, cart's first, then the pole's.
 
-    slot, end_ns: its last slot and that one's stamp. start: (4,) measured, from which the twin ran. measured: (rows,) m and
-    rad. off: (rows,) measured minus twin. joint, at: (rows,) 0 cart or 1 pole, and which sample of the window. by_start:
-    (rows, states) change with the start. by_signature: (rows, signatures) change with a signature's size, in its unit.
-    by_push: (rows, pushes) change with what the twin leaves open: per unit of an acceleration of push_joint (pushes,) times
-    felt_s (pushes,). activity: (2,) how large accelerations are in this window, m/s^2 and rad/s^2. moves: whether anything
-    moves.
+    slot, end_ns: its last slot and that one's stamp. start: (4,) measured, from which the twin
+    ran. measured: (rows,) m and rad. off: (rows,) measured minus twin. joint, at: (rows,) 0 cart
+    or 1 pole, and which sample of the window. by_start: (rows, states) change with the start.
+    by_signature: (rows, signatures) change with a signature's size, in its unit.
+    by_push: (rows, pushes) change with what the twin leaves open: per unit of an acceleration of
+    push_joint (pushes,) times felt_s (pushes,). activity: (2,) how large accelerations are in this
+    window, m/s^2 and rad/s^2. moves: whether anything moves.
     """
 
     slot: int
@@ -64,7 +83,7 @@ class Reader:
     """Read windows of one rig with one twin; bank: what may change about it."""
 
     def __init__(self, twin: Twin, bank: tuple[Signature, ...], period_s: float) -> None:
-        self._words = probes(words_of(twin), bank)
+        self._theta = probes(make_theta(twin), bank)
         self._sizes = PROBE * np.array([signature.worth for signature in bank])
         self._period_s = period_s
         self.samples = round(WINDOW_S / period_s)
@@ -77,7 +96,9 @@ class Reader:
         self._joints = np.flatnonzero([rig.has_cart, rig.has_pole])
         self._end_m = (rig.rail_half_length_m or np.inf) - NEAR_END_M
         dry = [values for name, values in twin.effects.items() if name.startswith("cart_")]
-        self._dry_n = sum(values.get(key, 0.0) for values in dry for key in ("level_n", "static_n"))
+        self._dry_n = sum(
+            values.get(key, 0.0) for values in dry for key in ("level_n", "static_n")
+        )
         push = full_force_n(rig) / rig.total_mass_kg
         turn = full_torque_n_m(rig)
         if rig.has_pole and rig.has_cart:
@@ -87,8 +108,8 @@ class Reader:
     def changed(self, signature: Signature, size: float) -> Reader:
         """Return a reader whose twin has changed as a signature says, by a size in its unit."""
         other = copy(self)
-        other._words = self._words.copy()
-        other._words[:, signature.words] += size * signature.per_unit
+        other._theta = self._theta.copy()
+        other._theta[:, signature.theta] += size * signature.per_unit
         return other
 
     def read(self, history: History, sensor: Floats) -> Reading | None:
@@ -100,7 +121,9 @@ class Reader:
         positions = self._unwound(history.positions, first)
         window = positions[first:]
         good = np.isfinite(window)
-        if first < self.least - self.samples or np.any(good[:, self._joints].mean(axis=0) < LEAST_SAMPLES):
+        if first < self.least - self.samples or np.any(
+            good[:, self._joints].mean(axis=0) < LEAST_SAMPLES
+        ):
             return None
         if 0 in self._joints and np.nanmax(np.abs(window[:, 0])) > self._end_m:
             return None
@@ -108,17 +131,23 @@ class Reader:
         if start is None:
             return None
         joint, at = np.nonzero(good.T & np.isin(np.arange(2), self._joints)[:, None])
-        run = WindowRuns(self._signals(history.command), self._words, first, joint, at)
+        run = WindowRuns(self._signals(history.command), self._theta, first, joint, at)
         return self._read(history, window.T[joint, at], start, run, sensor)
 
-    def _read(self, history: History, measured: Floats, start: Floats, run: WindowRuns, sensor: Floats) -> Reading | None:
+    def _read(
+        self, history: History, measured: Floats, start: Floats, run: WindowRuns, sensor: Floats
+    ) -> Reading | None:
         states, steps = self._steps(sensor)
         plain = np.zeros(1 + len(states), dtype=np.int64)
         shown, _ = run.shown(plain, self._varied(start, states, steps), self.samples + 1)
         start = start.copy()
-        start[states] += steps * solved((shown[1:] - shown[0]).T, measured - shown[0], sensor[run.joint])
-        sets = np.concatenate([plain, np.arange(1, len(self._words))])
-        starts = np.concatenate([self._varied(start, states, steps), np.repeat(start[None], len(self._sizes), axis=0)])
+        start[states] += steps * solved(
+            (shown[1:] - shown[0]).T, measured - shown[0], sensor[run.joint]
+        )
+        sets = np.concatenate([plain, np.arange(1, len(self._theta))])
+        starts = np.concatenate(
+            [self._varied(start, states, steps), np.repeat(start[None], len(self._sizes), axis=0)]
+        )
         shown, path = run.shown(sets, starts, self.samples + 1)
         off, changed = measured - shown[0], (shown[1:] - shown[0]).T
         activity = self._activity(path[0], run)
@@ -140,26 +169,36 @@ class Reader:
             push_joint,
             felt_s,
             activity,
-            bool(np.any(np.ptp(path[0][:, OF_SAMPLE], axis=0)[self._joints] > 10 * sensor[self._joints])),
+            bool(
+                np.any(
+                    np.ptp(path[0][:, OF_SAMPLE], axis=0)[self._joints] > 10 * sensor[self._joints]
+                )
+            ),
         )
 
-    def sketched(self, history: History, reading: Reading, sensor: Floats, words: Floats) -> list[Reading | None]:
+    def sketched(
+        self, history: History, reading: Reading, sensor: Floats, theta: Floats
+    ) -> list[Reading | None]:
         """Return what the window's reading would be with other twins, (twins, SIZE), in rough: all else is as it was read.
 
-        Their starts are varied, but not refined, and they are not pushed; by_signature stays that of the twin itself.
-        None for a twin that runs away.
+        Their starts are varied, but not refined, and they are not pushed; by_signature stays that
+        of the twin itself. None for a twin that runs away.
         """
         states, steps = self._steps(sensor)
         starts = self._varied(reading.start, states, steps)
         first = len(history.command) - 1 - self.samples
-        run = WindowRuns(self._signals(history.command), words, first, reading.joint, reading.at)
-        sets = np.repeat(np.arange(len(words)), len(starts))
-        shown, _ = run.shown(sets, np.tile(starts, (len(words), 1)), self.samples + 1)
-        shown = shown.reshape(len(words), len(starts), -1)
+        run = WindowRuns(self._signals(history.command), theta, first, reading.joint, reading.at)
+        sets = np.repeat(np.arange(len(theta)), len(starts))
+        shown, _ = run.shown(sets, np.tile(starts, (len(theta), 1)), self.samples + 1)
+        shown = shown.reshape(len(theta), len(starts), -1)
         return [
             None
             if runs_away(each)
-            else replace(reading, off=reading.measured - each[0], by_start=((each[1:] - each[0]) / steps[:, None]).T)
+            else replace(
+                reading,
+                off=reading.measured - each[0],
+                by_start=((each[1:] - each[0]) / steps[:, None]).T,
+            )
             for each in shown
         ]
 
@@ -169,11 +208,11 @@ class Reader:
         states = np.concatenate([self._joints, self._joints + 2])
         return states, np.concatenate([sensor, rate])[states]
 
-    def words(self, signature: Signature, size: float) -> Floats:
+    def theta(self, signature: Signature, size: float) -> Floats:
         """Return the words of the twin changed as a signature says, (SIZE,)."""
-        words = self._words[0].copy()
-        words[list(signature.words)] += size * signature.per_unit
-        return words
+        theta = self._theta[0].copy()
+        theta[list(signature.theta)] += size * signature.per_unit
+        return theta
 
     def _unwound(self, positions: Floats, first: int) -> Floats:
         """Return positions with the pole's whole turns taken off where the window begins; a twin's spring counts them."""
@@ -189,25 +228,32 @@ class Reader:
         starts[1 + np.arange(len(states)), states] += steps
         return starts
 
-    def _pushed(self, run: WindowRuns, path: Floats, shown: Floats, activity: Floats) -> tuple[Floats, Ints, Floats]:
+    def _pushed(
+        self, run: WindowRuns, path: Floats, shown: Floats, activity: Floats
+    ) -> tuple[Floats, Ints, Floats]:
         """Return the change of the rows with each push, the pushes' joints, and the time for which each is felt.
 
-        The cart is pushed by forces that begin at one time and last, each way: what sticks answers to nothing shorter. The
-        pole's rate is changed at once.
+        The cart is pushed by forces that begin at one time and last, each way: what sticks answers
+        to nothing shorter. The pole's rate is changed at once.
         """
         times = np.arange(0, self.samples, self._spacing)
         forced = np.repeat(times[::2], 2) if 0 in self._joints else times[:0]
         turned = times[1:] if 1 in self._joints else times[:0]
         when = np.concatenate([forced, turned])
         way = np.resize([1.0, -1.0], len(forced))
-        words = np.repeat(self._words[:1], len(when), axis=0)
-        words[: len(forced), TILT] += way * PUSHED * activity[0] / max(words[0, GRAVITY], 0.1)
-        sizes = np.concatenate([way * PUSHED * activity[0], np.full(len(turned), PUSHED * activity[1] * PUSH_S)])
+        theta = np.repeat(self._theta[:1], len(when), axis=0)
+        theta[: len(forced), TILT] += way * PUSHED * activity[0] / max(theta[0, GRAVITY], 0.1)
+        sizes = np.concatenate(
+            [way * PUSHED * activity[0], np.full(len(turned), PUSHED * activity[1] * PUSH_S)]
+        )
         starts = path[when]
         starts[len(forced) :, 3] += sizes[len(forced) :]
-        later = run.later(when, starts, words, self.samples + 1)
+        later = run.later(when, starts, theta, self.samples + 1)
         since = run.at[None] - when[:, None]
-        moved = later[np.arange(len(when))[:, None], np.maximum(since, 0), run.joint[None]] - shown[None]
+        moved = (
+            later[np.arange(len(when))[:, None], np.maximum(since, 0), run.joint[None]]
+            - shown[None]
+        )
         by_push = (np.where(since > 0, moved, 0.0) / sizes[:, None]).T
         both_ways = np.where(np.arange(len(when)) < len(forced), np.sqrt(0.5), PUSH_S)
         return by_push, (np.arange(len(when)) >= len(forced)).astype(np.int64), both_ways
@@ -215,11 +261,11 @@ class Reader:
     def _activity(self, path: Floats, run: WindowRuns) -> Floats:
         """Return the root mean square of what accelerates each joint: all that pushes the cart, even if it sticks."""
         a, b = np.sqrt(np.mean((np.diff(path[:, 2:], axis=0) / self._period_s) ** 2, axis=0))
-        words = self._words[0]
+        theta = self._theta[0]
         command = np.sqrt(np.mean(run.window_command(self.samples) ** 2))
-        swing = words[COUPLING] * (b + np.sqrt(np.mean(path[:, 3] ** 4)))
-        cart = a + (words[FORCE_PER_PWM] * command + swing + self._dry_n) / words[MASS]
-        return np.array([cart, b + words[COUPLING] / words[INERTIA] * a]) + self._idle
+        swing = theta[COUPLING] * (b + np.sqrt(np.mean(path[:, 3] ** 4)))
+        cart = a + (theta[FORCE_PER_PWM] * command + swing + self._dry_n) / theta[MASS]
+        return np.array([cart, b + theta[COUPLING] / theta[INERTIA] * a]) + self._idle
 
     def _start(self, positions: Floats, first: int) -> Floats | None:
         """Return the state at the window's start by a cubic through the samples around it; None where too many are lost."""

@@ -7,8 +7,12 @@ import numpy as np
 from pendulum_bridge.watch.stream import History
 from pendulum_twin.signals import Floats
 
-SMALLEST = np.array([2e-5, 3e-4])  # m, rad: noise that is believed at least; pushes every 50 ms leave so much unexplained
-QUANTILE = 0.02  # of the steps between samples: the joint's slow moments show the encoder's own step
+SMALLEST = np.array(
+    [2e-5, 3e-4]
+)  # m, rad: noise that is believed at least; pushes every 50 ms leave so much unexplained
+QUANTILE = (
+    0.02  # of the steps between samples: the joint's slow moments show the encoder's own step
+)
 
 
 class Resolution:

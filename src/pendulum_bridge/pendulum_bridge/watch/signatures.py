@@ -10,9 +10,9 @@ import numpy as np
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Place
 from pendulum_twin.model import Twin
+from pendulum_twin.parameter_vector import BASE, COUPLING, INERTIA, MOMENT, SLOTS
 from pendulum_twin.rig import RANGES, UNITS, Rig
 from pendulum_twin.signals import Floats
-from pendulum_twin.words import BASE, COUPLING, INERTIA, MOMENT, SLOTS
 
 PUSH = 0.015  # of the largest force of the drive: a change of the force on the cart worth an alarm
 TURN = 0.004  # of the pole's largest weight: a change of the torque on the pole worth an alarm
@@ -23,15 +23,16 @@ PROBE = 2.0  # times what is worth an alarm: the size at which the change of a r
 class Signature:
     """Hold one way in which a rig may change.
 
-    effect: catalogue name, or the rig's key. variable: what the force, torque or reading goes along with. words: their
-    places among the twin's words, which grow by per_unit for each unit of its size. unit: of its size. worth: a change
-    worth an alarm, above 0. least: the lowest change there can be. sentence: for a person, with {size} in it.
+    effect: catalogue name, or the rig's key. variable: what the force, torque or reading goes
+    along with. words: their places among the twin's words, which grow by per_unit for each unit of
+    its size. unit: of its size. worth: a change worth an alarm, above 0. least: the lowest change
+    there can be. sentence: for a person, with {size} in it.
     """
 
     effect: str
     place: Place
     variable: str
-    words: tuple[int, ...]
+    theta: tuple[int, ...]
     per_unit: float
     unit: str
     worth: float
@@ -69,7 +70,11 @@ def full_torque_n_m(rig: Rig) -> float:
 
 def swing_rad_s(rig: Rig) -> float:
     """Return how fast the hanging pole swings, rad/s."""
-    return float(np.sqrt(full_torque_n_m(rig) / rig.pole_inertia_kg_m2)) if rig.pole_inertia_kg_m2 else 1.0
+    return (
+        float(np.sqrt(full_torque_n_m(rig) / rig.pole_inertia_kg_m2))
+        if rig.pole_inertia_kg_m2
+        else 1.0
+    )
 
 
 def _travel_m(rig: Rig) -> float:
@@ -139,14 +144,23 @@ def signatures(twin: Twin, period_s: float) -> tuple[Signature, ...]:
     """Return what may change about the rig that the twin describes."""
     rig = twin.rig
     return tuple(
-        _cut(kind, twin, period_s) for kind in KINDS if (rig.has_cart if kind.place in NEEDS_CART else rig.has_pole)
+        _cut(kind, twin, period_s)
+        for kind in KINDS
+        if (rig.has_cart if kind.place in NEEDS_CART else rig.has_pole)
     )
 
 
 def _cut(kind: Kind, twin: Twin, period_s: float) -> Signature:
-    here, low, unit, words, per_unit = _constant(kind, twin) if kind.effect == "rig" else _parameter(kind, twin)
-    worth, name = kind.worth(twin.rig, period_s), kind.parameter if kind.effect == "rig" else kind.effect
-    return Signature(name, kind.place, kind.variable, words, per_unit, unit, worth, low - here, kind.sentence)
+    here, low, unit, theta, per_unit = (
+        _constant(kind, twin) if kind.effect == "rig" else _parameter(kind, twin)
+    )
+    worth, name = (
+        kind.worth(twin.rig, period_s),
+        kind.parameter if kind.effect == "rig" else kind.effect,
+    )
+    return Signature(
+        name, kind.place, kind.variable, theta, per_unit, unit, worth, low - here, kind.sentence
+    )
 
 
 def _constant(kind: Kind, twin: Twin) -> tuple[float, float, str, tuple[int, ...], float]:
@@ -167,11 +181,11 @@ def _parameter(kind: Kind, twin: Twin) -> tuple[float, float, str, tuple[int, ..
     return here, parameters[at].low, parameters[at].unit, (SLOTS[kind.effect].start + at,), 1.0
 
 
-def probes(words: Floats, bank: tuple[Signature, ...]) -> Floats:
+def probes(theta: Floats, bank: tuple[Signature, ...]) -> Floats:
     """Return the twin's words, and below them those of each signature at its probe's size, (1 + signatures, SIZE)."""
-    rows = np.repeat(words[None], 1 + len(bank), axis=0)
+    rows = np.repeat(theta[None], 1 + len(bank), axis=0)
     for k, signature in enumerate(bank):
-        rows[1 + k, signature.words] += PROBE * signature.worth * signature.per_unit
+        rows[1 + k, signature.theta] += PROBE * signature.worth * signature.per_unit
     return rows
 
 

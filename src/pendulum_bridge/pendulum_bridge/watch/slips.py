@@ -1,8 +1,8 @@
 """Steps in what an encoder shows: it slipped, or its mounting did.
 
-A slip is seen at its sample, unlike every other change: the readings step, and the motion goes on. After a slip of the
-pole's encoder gravity also seems to pull the wrong way, which `angle_offset` shows; a slip of the cart's encoder leaves no
-other trace.
+A slip is seen at its sample, unlike every other change: the readings step, and the motion goes on.
+After a slip of the pole's encoder gravity also seems to pull the wrong way, which `angle_offset`
+shows; a slip of the cart's encoder leaves no other trace.
 """
 
 from __future__ import annotations
@@ -17,7 +17,9 @@ from pendulum_bridge.watch.reading import Reading
 from pendulum_twin.signals import Floats
 
 WORTH = np.array([0.002, 0.015])  # m, rad: a slip worth an alarm
-CLEAN = 3.0  # times its degrees of freedom, that a window's misfit may have once the step is taken out
+CLEAN = (
+    3.0  # times its degrees of freedom, that a window's misfit may have once the step is taken out
+)
 AHEAD = 4.0  # by which a step must explain a window better than any signature (log-likelihood)
 
 
@@ -45,7 +47,11 @@ class Slips:
     def look(self, reading: Reading, window: Weighed) -> Slip | None:
         """Return the best step in the half that both windows hold, if it is what explains them."""
         score, information = scores(reading, window)
-        other = SHARE * 0.5 * float(np.max(score**2 / np.maximum(np.diag(information), 1e-300), initial=0.0))
+        other = (
+            SHARE
+            * 0.5
+            * float(np.max(score**2 / np.maximum(np.diag(information), 1e-300), initial=0.0))
+        )
         left = (window.misfit, other, len(window.off))
         followed = reading.slot == self._slot + self._hop
         before, before_left = self._before, self._left
@@ -62,12 +68,18 @@ class Slips:
             SHARE * (b[self._hop + 1 : self._samples + 1] + a[1 : self._samples - self._hop + 1])
             for b, a in zip(before, now, strict=True)
         )
-        both = np.maximum(*(ratios(way * score, information, np.full(1, WORTH[joint])) for way in (1.0, -1.0)))
+        both = np.maximum(
+            *(ratios(way * score, information, np.full(1, WORTH[joint])) for way in (1.0, -1.0))
+        )
         best = int(np.argmax(both))
         known = max(float(information[best]), 1e-300)
         return Slip(joint, Leader(float(both[best]), 1, float(score[best]) / known, known**-0.5))
 
-    def _explains(self, slip: Slip, before: tuple[float, float, int], now: tuple[float, float, int]) -> bool:
-        gain = (slip.leader.size / slip.leader.deviation) ** 2  # of the misfit, both windows at half weight
+    def _explains(
+        self, slip: Slip, before: tuple[float, float, int], now: tuple[float, float, int]
+    ) -> bool:
+        gain = (
+            slip.leader.size / slip.leader.deviation
+        ) ** 2  # of the misfit, both windows at half weight
         misfit, rows = SHARE * (before[0] + now[0]), SHARE * (before[2] + now[2])
         return misfit - gain < CLEAN * rows and gain / 2 > before[1] + now[1] + AHEAD

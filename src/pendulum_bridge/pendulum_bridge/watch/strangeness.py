@@ -1,7 +1,8 @@
 """Windows that do not look like the rig at all, whatever the reason.
 
-A large change is not linear in anything: a cart that has begun to stick has scores of either sign, while every window is
-far off. So windows whose misfit is beyond all scatter are counted, and a row of them has the rivals tried at full size.
+A large change is not linear in anything: a cart that has begun to stick has scores of either sign,
+while every window is far off. So windows whose misfit is beyond all scatter are counted, and a row
+of them has the rivals tried at full size.
 """
 
 from __future__ import annotations
@@ -46,4 +47,6 @@ class Strangeness:
     @property
     def worst(self) -> tuple[int, float]:
         """Return the joint that is further off (0 cart, 1 pole), and how many times its usual scatter the rig is off."""
-        return int(np.argmax(self._off)), float(np.sqrt(max(np.sum(self._off), 0.0) / max(self._rows, 1)))
+        return int(np.argmax(self._off)), float(
+            np.sqrt(max(np.sum(self._off), 0.0) / max(self._rows, 1))
+        )

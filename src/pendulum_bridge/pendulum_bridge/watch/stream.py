@@ -13,7 +13,9 @@ from pendulum_twin.signals import Floats
 
 FOLLOW = 0.02  # of a stamp's error, by which the clock's phase is set after it
 OFF_RATE = 0.01  # part by which the rate may be off before nothing can be said
-FAR_OFF = 0.25  # part by which samples may be fewer or more than slots before the rate is what is wrong
+FAR_OFF = (
+    0.25  # part by which samples may be fewer or more than slots before the rate is what is wrong
+)
 RATE_AFTER = 100  # samples, from which the rate is judged
 NEAR = 0.6  # of a period, by which a stamp may be off its slot before it is taken for another's
 LONGEST_GAP_S = 0.1  # a longer silence begins anew: what the rig did meanwhile is not known
@@ -27,8 +29,9 @@ FULL_TURN = 2 * math.pi
 class History:
     """Hold the last slots of the even clock, oldest first.
 
-    slot: number of the last one; end_ns: its sample's stamp. command: (n,) held from each slot to the next. positions:
-    (n, 2) of cart (m) and pole (rad), NaN where a sample was lost or a joint is missing.
+    slot: number of the last one; end_ns: its sample's stamp. command: (n,) held from each slot to
+    the next. positions: (n, 2) of cart (m) and pole (rad), NaN where a sample was lost or a joint
+    is missing.
     """
 
     slot: int
@@ -40,17 +43,19 @@ class History:
 class Stream:
     """Sort samples and commands into slots, one a period; keeps `slots` of them.
 
-    The rig samples evenly, and stamps scatter about that: a sample belongs to the slot nearest to its stamp, on a clock
-    that follows the stamps slowly. A command belongs to the last sample that was said before it, for the period that
-    follows; one that comes when the next sample is all but due belongs to that, for it acts at once. A twin says what it
-    has applied when the period has passed: then answers is 1. Until another comes, a command is held.
+    The rig samples evenly, and stamps scatter about that: a sample belongs to the slot nearest to
+    its stamp, on a clock that follows the stamps slowly. A command belongs to the last sample that
+    was said before it, for the period that follows; one that comes when the next sample is all but
+    due belongs to that, for it acts at once. A twin says what it
+    has applied when the period has passed: then answers is 1. Until another comes, a command is
+    held.
     """
 
     def __init__(self, period_s: float, slots: int, answers: float = ANSWERS) -> None:
         self._period_s, self._answers = period_s, answers
         self._command: deque[float] = deque(maxlen=slots)
         self._positions: deque[tuple[float, float]] = deque(maxlen=slots)
-        self._words: deque[tuple[int, float]] = deque(maxlen=slots)  # said, and not yet settled
+        self._theta: deque[tuple[int, float]] = deque(maxlen=slots)  # said, and not yet settled
         self.samples = self.lost = self.late = self.begun = 0
         self._turns = self._held = 0.0
         self._slot = self._first = -1
@@ -59,7 +64,7 @@ class Stream:
     def command(self, value: float, said_ns: int) -> None:
         """Take a command that was said at said_ns, on the clock of the one who says samples."""
         if math.isfinite(value):
-            self._words.append((said_ns, value))
+            self._theta.append((said_ns, value))
 
     def sample(self, stamp_ns: int, said_ns: int, positions: Sequence[float]) -> bool:
         """Take a sample (cart m, pole rad; NaN for a joint that is missing) and return whether a slot was added."""
@@ -106,8 +111,8 @@ class Stream:
     def rate_is(self) -> float | None:
         """Return the rate that the samples have, Hz; None when too few have come to tell.
 
-        As they come when that is far from the even clock's; else as the clock has followed them, which a few lost do not
-        change.
+        As they come when that is far from the even clock's; else as the clock has followed them,
+        which a few lost do not change.
         """
         counted, seconds = self._here - 1, (self._stamp_ns - self._first_ns) * 1e-9
         if counted < RATE_AFTER or seconds <= 0:
@@ -124,7 +129,9 @@ class Stream:
         return History(upto, end_ns, command, np.array(self._positions)[: self.length - beyond])
 
     def _follows(self, stamp_ns: int) -> bool:
-        return -LONGEST_GAP_S < (stamp_ns - self._stamp_ns) * 1e-9 <= LONGEST_GAP_S + self._period_s
+        return (
+            -LONGEST_GAP_S < (stamp_ns - self._stamp_ns) * 1e-9 <= LONGEST_GAP_S + self._period_s
+        )
 
     def _begin(self, stamp_ns: int, said_ns: int, positions: Sequence[float]) -> None:
         self._positions.clear()
@@ -147,8 +154,8 @@ class Stream:
     def _settle(self, said_ns: int) -> None:
         """Give the last slot the last command that was said before this sample, but not too close before it."""
         due_ns = said_ns - (1 - self._answers) * self._period_s * 1e9
-        while self._words and self._words[0][0] <= due_ns:
-            self._held = self._words.popleft()[1]
+        while self._theta and self._theta[0][0] <= due_ns:
+            self._held = self._theta.popleft()[1]
         if self._command:
             self._command[-1] = self._held
 

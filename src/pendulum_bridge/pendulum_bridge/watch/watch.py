@@ -23,14 +23,20 @@ from pendulum_bridge.watch.stream import ANSWERS, History, Stream, still
 from pendulum_twin.model import Twin
 from pendulum_twin.signals import Floats
 
-PAST = ("gain_drift", "encoder_slip", "stale_start")  # belong to a recording's own time, which is over
+PAST = (
+    "gain_drift",
+    "encoder_slip",
+    "stale_start",
+)  # belong to a recording's own time, which is over
 CALM = 3.0  # deviations of what the baseline leaves open, added to what is worth an alarm
 SETTLE_S = 0.5  # for more windows, an alarm that is not sure waits as many times so long:
 LOOKS = (0, 1, 2, 4, 8)
 SEPARATE = 3  # windows, at least, that must speak for a change when only strange windows led to it
 AGAIN_S = 4.0  # so long after it was raised, an alarm is named and measured once more, from all windows since
 RECENT = 32  # windows that are kept for a change to be named from; every other one may be taken
-TELLING = 6  # windows to which rivals are fitted, at most: those that are furthest off the twin as it is
+TELLING = (
+    6  # windows to which rivals are fitted, at most: those that are furthest off the twin as it is
+)
 
 
 class Phase(Enum):
@@ -46,8 +52,9 @@ class Phase(Enum):
 class Settings:
     """Say how to watch.
 
-    rate_hz: samples a second. learn_s: seconds of motion to learn from. false_alarm_h: mean hours between false alarms, at
-    least, if the rig scatters as it did while it was learned. simulated: whether it is a twin, see `Stream`.
+    rate_hz: samples a second. learn_s: seconds of motion to learn from. false_alarm_h: mean hours
+    between false alarms, at least, if the rig scatters as it did while it was learned. simulated:
+    whether it is a twin, see `Stream`.
     """
 
     rate_hz: float = 100.0
@@ -59,12 +66,16 @@ class Settings:
 class Watch:
     """Watch one rig.
 
-    First it learns what is usual, from seconds in which something moves: what the twin lacks already is no alarm. An alarm
-    stays until it is cleared, whatever the rig does; it is named once more a little later, and then left as it is.
+    First it learns what is usual, from seconds in which something moves: what the twin lacks
+    already is no alarm. An alarm stays until it is cleared, whatever the rig does; it is named
+    once more a little later, and then left as it is.
     """
 
     def __init__(self, twin: Twin, settings: Settings = Settings()) -> None:
-        now = replace(twin, effects={name: values for name, values in twin.effects.items() if name not in PAST})
+        now = replace(
+            twin,
+            effects={name: values for name, values in twin.effects.items() if name not in PAST},
+        )
         self.settings = settings
         period_s = 1 / settings.rate_hz
         self._bank = signatures(now, period_s)
@@ -72,15 +83,21 @@ class Watch:
         self._hop = self._reader.samples // 2
         self._hop_s = self._hop * period_s
         self._patience = max(1, round(SETTLE_S / self._hop_s))
-        joints = tuple(k for k, there in enumerate((twin.rig.has_cart, twin.rig.has_pole)) if there)
-        self.stream = Stream(period_s, self._reader.slots + self._hop, 1.0 if settings.simulated else ANSWERS)
+        joints = tuple(
+            k for k, there in enumerate((twin.rig.has_cart, twin.rig.has_pole)) if there
+        )
+        self.stream = Stream(
+            period_s, self._reader.slots + self._hop, 1.0 if settings.simulated else ANSWERS
+        )
         self._slips = Slips(joints, self._reader.samples, self._hop)
         tests = 2 * len(self._bank) + 2 * self._hop * len(joints)
         self._threshold = threshold(tests, settings.false_alarm_h, self._hop_s)
         self._resolution = Resolution()
         self._strangeness = Strangeness()
         self._looked = 0
-        self._reader.read(still(self._reader.least + 1), self._resolution.sensor)  # compiles what all windows need
+        self._reader.read(
+            still(self._reader.least + 1), self._resolution.sensor
+        )  # compiles what all windows need
         self.learn()
 
     def learn(self) -> None:
@@ -136,18 +153,26 @@ class Watch:
         reading = self._reader.read(history, self._resolution.sensor)
         if reading is None:
             return None
-        return self._learn_from(reading) if self.baseline is None else self._look(history, reading, self.baseline)
+        return (
+            self._learn_from(reading)
+            if self.baseline is None
+            else self._look(history, reading, self.baseline)
+        )
 
     def _learn_from(self, reading: Reading) -> Alarm | None:
         """Keep windows that move and do not overlap; learn when there are enough. Raises no alarm."""
-        if not reading.moves or (self._learned and reading.slot - self._learned[-1].slot < 2 * self._hop):
+        if not reading.moves or (
+            self._learned and reading.slot - self._learned[-1].slot < 2 * self._hop
+        ):
             return None
         self._learned.append(reading)
         if self.learned_s >= self.settings.learn_s:
             self.baseline = learned(self._learned, self._bank, self._resolution.sensor)
             self._learned.clear()
             worth = worth_of(self._bank) + CALM * self.baseline.deviations
-            self._evidence = Evidence(worth, np.array([each.falls for each in self._bank]), self._threshold)
+            self._evidence = Evidence(
+                worth, np.array([each.falls for each in self._bank]), self._threshold
+            )
         return None
 
     def _look(self, history: History, reading: Reading, baseline: Baseline) -> Alarm | None:
@@ -180,14 +205,21 @@ class Watch:
             self._decide(leaders, linear, baseline, now_ns, last=self._waited == looks[-1])
         return self.alarm
 
-    def _decide(self, leaders: list[Leader], linear: bool, baseline: Baseline, now_ns: int, last: bool) -> None:
+    def _decide(
+        self, leaders: list[Leader], linear: bool, baseline: Baseline, now_ns: int, last: bool
+    ) -> None:
         """Raise the alarm if it is sure, or at the last look as it is."""
         alarm, gain = self._named(leaders, baseline, now_ns, now_ns)
-        explained = linear or float(np.sum(np.minimum(gain, self._threshold / SEPARATE))) >= self._threshold
+        explained = (
+            linear
+            or float(np.sum(np.minimum(gain, self._threshold / SEPARATE))) >= self._threshold
+        )
         if explained and (alarm.sure or last):
             self.alarm = alarm
         elif last:
-            self.alarm = unknown(*self._strangeness.worst, self._began_ns(self._strangeness.since, now_ns), now_ns)
+            self.alarm = unknown(
+                *self._strangeness.worst, self._began_ns(self._strangeness.since, now_ns), now_ns
+            )
 
     def _name_again(self, alarm: Alarm, baseline: Baseline, now_ns: int) -> None:
         if self._named_again or (now_ns - alarm.raised_ns) * 1e-9 < AGAIN_S:
@@ -197,7 +229,9 @@ class Watch:
         if (again.explained, again.confidence) >= (alarm.explained, alarm.confidence):
             self.alarm = replace(again, since_ns=alarm.since_ns)
 
-    def _named(self, leaders: list[Leader], baseline: Baseline, now_ns: int, raised_ns: int) -> tuple[Alarm, Floats]:
+    def _named(
+        self, leaders: list[Leader], baseline: Baseline, now_ns: int, raised_ns: int
+    ) -> tuple[Alarm, Floats]:
         """Return the alarm that the windows since the change make, as far as they are kept, and what it explains of each."""
         leader = max(leaders, key=lambda one: one.ratio)
         since = leader.since if leader.ratio >= self._threshold else self._strangeness.since - 1

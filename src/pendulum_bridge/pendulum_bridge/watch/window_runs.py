@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pendulum_twin.signals import Floats, Mask, Signals
-from pendulum_twin.simulate import Ints, free_runs
+from pendulum_twin.simulate import Ints, run_freely
 
 FAR = 1e4  # m, rad, or either per unit of what is varied
 SPIKE = 8.0  # times the usual bend of the rows: a larger one is no sample of this motion
@@ -18,19 +18,23 @@ class WindowRuns:
     """Run the twin through one window, which begins at sample first of signals; rows as in Reading."""
 
     signals: Signals
-    words: Floats
+    theta: Floats
     first: int
     joint: Ints
     at: Ints
 
     def shown(self, sets: Ints, starts: Floats, samples: int) -> tuple[Floats, Floats]:
         """Return what runs of these words show in the rows, (runs, rows), and their states (runs, samples, 4)."""
-        states = free_runs(self.signals, self.words, sets, np.full(len(sets), self.first), starts, samples)
+        states = run_freely(
+            self.signals, self.theta, sets, np.full(len(sets), self.first), starts, samples
+        )
         return states[:, self.at, self.joint], states
 
-    def later(self, when: Ints, starts: Floats, words: Floats, samples: int) -> Floats:
+    def later(self, when: Ints, starts: Floats, theta: Floats, samples: int) -> Floats:
         """Return runs of twins with words (runs, SIZE) that start later in the window."""
-        return free_runs(self.signals, words, np.arange(len(when)), self.first + when, starts, samples)
+        return run_freely(
+            self.signals, theta, np.arange(len(when)), self.first + when, starts, samples
+        )
 
     def window_command(self, samples: int) -> Floats:
         """Return the window's commands."""
@@ -53,7 +57,8 @@ def runs_away(rows: Floats) -> bool:
 def spikes(off: Floats, joint: Ints, at: Ints, sensor: Floats) -> Mask:
     """Return which rows are off the line through their neighbours by far more than these are off theirs.
 
-    A single wrong sample is twice as far off as both beside it; at a step, which is kept, two neighbours are as far off.
+    A single wrong sample is twice as far off as both beside it; at a step, which is kept, two
+    neighbours are as far off.
     """
     found = np.zeros(len(off), dtype=bool)
     for k in np.unique(joint):

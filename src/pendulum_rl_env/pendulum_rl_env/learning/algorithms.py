@@ -21,9 +21,27 @@ from pendulum_twin.errors import BadInputError
 if TYPE_CHECKING:
     from pendulum_rl_env.learning.preset import Preset
 
-ALGORITHMS: dict[str, type[BaseAlgorithm]] = {"ppo": PPO, "sac": SAC, "tqc": TQC, "crossq": CrossQ, "dqn": DQN}
-BY_MODULE = {kind.policy_aliases["MlpPolicy"].__module__: kind for kind in ALGORITHMS.values()}  # as their files tell it
-OURS = {"policy", "env", "seed", "device", "learning_rate", "policy_kwargs", "tensorboard_log", "verbose", "self"}
+ALGORITHMS: dict[str, type[BaseAlgorithm]] = {
+    "ppo": PPO,
+    "sac": SAC,
+    "tqc": TQC,
+    "crossq": CrossQ,
+    "dqn": DQN,
+}
+BY_MODULE = {
+    kind.policy_aliases["MlpPolicy"].__module__: kind for kind in ALGORITHMS.values()
+}  # as their files tell it
+OURS = {
+    "policy",
+    "env",
+    "seed",
+    "device",
+    "learning_rate",
+    "policy_kwargs",
+    "tensorboard_log",
+    "verbose",
+    "self",
+}
 
 
 def keys_of(algorithm: str) -> set[str]:
@@ -47,7 +65,9 @@ def learner(preset: Preset, env: VecEnv, seed: int, logs: Path | None) -> BaseAl
             **preset.settings,
         )
     except (AssertionError, TypeError, ValueError) as error:
-        raise BadInputError(f"{preset.algorithm}: expected settings that it can learn with here, found: {error}") from error
+        raise BadInputError(
+            f"{preset.algorithm}: expected settings that it can learn with here, found: {error}"
+        ) from error
 
 
 def _falling(rate: float) -> Callable[[float], float]:
@@ -64,8 +84,19 @@ def load_policy(path: str | Path) -> BaseAlgorithm:
         with ZipFile(found) as packed:
             module = json.loads(packed.read("data"))["policy_class"]["__module__"]
         return BY_MODULE[module].load(found, device="cpu")
-    except (BadZipFile, ValueError, OSError, EOFError, KeyError, TypeError, RuntimeError, AttributeError) as error:
-        raise BadInputError(f"{path}: expected a policy that `train` has written, found none in it ({error})") from error
+    except (
+        BadZipFile,
+        ValueError,
+        OSError,
+        EOFError,
+        KeyError,
+        TypeError,
+        RuntimeError,
+        AttributeError,
+    ) as error:
+        raise BadInputError(
+            f"{path}: expected a policy that `train` has written, found none in it ({error})"
+        ) from error
 
 
 def with_replay(model: BaseAlgorithm) -> OffPolicyAlgorithm | None:

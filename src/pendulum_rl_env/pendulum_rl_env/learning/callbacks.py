@@ -8,7 +8,12 @@ from pathlib import Path
 
 import numpy as np
 from stable_baselines3.common.base_class import BaseAlgorithm
-from stable_baselines3.common.callbacks import BaseCallback, CallbackList, CheckpointCallback, EvalCallback
+from stable_baselines3.common.callbacks import (
+    BaseCallback,
+    CallbackList,
+    CheckpointCallback,
+    EvalCallback,
+)
 from stable_baselines3.common.vec_env import VecEnv
 
 from pendulum_rl_env.learning.preset import Preset
@@ -29,7 +34,9 @@ def noted(model: BaseAlgorithm, mean: float, result: Result, out: Path, wall_s: 
 class Milestones(BaseCallback):
     """Note each evaluation in the result and on the disk; end the training at a mean of at least `until`."""
 
-    def __init__(self, result: Result, out: Path, until: float | None, clock: Callable[[], float]) -> None:
+    def __init__(
+        self, result: Result, out: Path, until: float | None, clock: Callable[[], float]
+    ) -> None:
         super().__init__()
         self._result, self._out, self._until, self._clock = result, out, until, clock
 
@@ -70,7 +77,13 @@ def _span(seconds: float) -> str:
 
 
 def callbacks(
-    preset: Preset, evaluation: VecEnv, episodes: int, milestones: Milestones, progress: Progress, out: Path, count: int
+    preset: Preset,
+    evaluation: VecEnv,
+    episodes: int,
+    milestones: Milestones,
+    progress: Progress,
+    out: Path,
+    count: int,
 ) -> CallbackList:
     """Return all of them; count: environments side by side, a step of which is so many timesteps."""
     evaluating = EvalCallback(
@@ -82,5 +95,7 @@ def callbacks(
         verbose=0,
         warn=False,
     )
-    keeping = CheckpointCallback(max(CHECKPOINT_EVERY // count, 1), str(out / "checkpoints"), name_prefix="policy")
+    keeping = CheckpointCallback(
+        max(CHECKPOINT_EVERY // count, 1), str(out / "checkpoints"), name_prefix="policy"
+    )
     return CallbackList([evaluating, keeping, progress])

@@ -22,7 +22,9 @@ class StateToPwm(nn.Module):
     def __init__(self, model: BaseAlgorithm, task: Task) -> None:
         super().__init__()
         self._policy = model.policy
-        self._squashed = hasattr(model, "actor")  # off-policy learners: the deterministic action is the actor's own
+        self._squashed = hasattr(
+            model, "actor"
+        )  # off-policy learners: the deterministic action is the actor's own
         self._limit = task.pwm_limit
         self._bounds = torch.as_tensor(task.bounds)  # a constant of the graph
 
@@ -31,7 +33,9 @@ class StateToPwm(nn.Module):
         x, th, v, w = state[:, 0], state[:, 1], state[:, 2], state[:, 3]
         seen = torch.stack([x, v, torch.sin(th), torch.cos(th), w], dim=1)
         seen = torch.minimum(torch.maximum(seen, -self._bounds), self._bounds)
-        return self._limit * torch.clamp(self._policy._predict(seen, deterministic=True), -1.0, 1.0)
+        return self._limit * torch.clamp(
+            self._policy._predict(seen, deterministic=True), -1.0, 1.0
+        )
 
 
 def export(model: BaseAlgorithm, task: Task, path: Path) -> None:
@@ -40,7 +44,9 @@ def export(model: BaseAlgorithm, task: Task, path: Path) -> None:
     Input "state", float32 (n, 4); output "pwm", float32 (n, 1).
     """
     if model.observation_space.shape != (5,):
-        raise BadInputError(f"expected a policy for observations (5,), found {model.observation_space.shape}")
+        raise BadInputError(
+            f"expected a policy for observations (5,), found {model.observation_space.shape}"
+        )
     packed = io.BytesIO()
     states = torch.tensor([[0.0, np.pi, 0.0, 0.0]], dtype=torch.float32)
     model.policy.set_training_mode(False)
@@ -56,4 +62,6 @@ def export(model: BaseAlgorithm, task: Task, path: Path) -> None:
     try:
         path.write_bytes(packed.getvalue())
     except OSError as error:
-        raise BadInputError(f"{path}: expected a place for the policy, found {error.strerror}") from error
+        raise BadInputError(
+            f"{path}: expected a place for the policy, found {error.strerror}"
+        ) from error

@@ -33,7 +33,9 @@ class FleetVecEnv(VecEnv):
 
     def step_async(self, actions: Any) -> None:
         """Keep the actions for `step_wait`."""
-        self._actions = np.asarray(actions, dtype=np.float64).reshape(-1) * self._fleet.task.pwm_limit
+        self._actions = (
+            np.asarray(actions, dtype=np.float64).reshape(-1) * self._fleet.task.pwm_limit
+        )
 
     def step_wait(self) -> VecEnvStepReturn:
         """Step all pendulums; return observations (n, 5), rewards (n,), dones (n,) and a dictionary each."""
@@ -60,7 +62,11 @@ class FleetVecEnv(VecEnv):
         raise AttributeError(f"a fleet's pendulums have no {attr_name} of their own to be set")
 
     def env_method(
-        self, method_name: str, *method_args: Any, indices: VecEnvIndices = None, **method_kwargs: Any
+        self,
+        method_name: str,
+        *method_args: Any,
+        indices: VecEnvIndices = None,
+        **method_kwargs: Any,
     ) -> list[Any]:
         """Refuse: pendulums of a fleet are no objects."""
         raise AttributeError(f"a fleet's pendulums have no method {method_name}")

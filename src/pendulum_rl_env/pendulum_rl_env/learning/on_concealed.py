@@ -21,20 +21,30 @@ from pendulum_rl_env.stages import ConcealedRig
 from pendulum_rl_env.task import Task
 from pendulum_twin.errors import BadInputError
 
-# Small steps: what was learned in the twin is nearly right, and a few thousand steps on the rig are few to learn it anew.
+# Small steps: what was learned in the twin is nearly right, and a few thousand steps on the rig
+# are few to learn it anew.
 ROLLOUT = 2048  # steps
-SETTINGS = {"learning_rate": 1e-4, "n_steps": ROLLOUT, "batch_size": 256, "n_epochs": 10, "clip_range": 0.1}
+SETTINGS = {
+    "learning_rate": 1e-4,
+    "n_steps": ROLLOUT,
+    "batch_size": 256,
+    "n_epochs": 10,
+    "clip_range": 0.1,
+}
 CALM = -2.0  # log of the deviation of the tried actions, of full PWM
 
 
 def fine_tuned(policy: Path, rig: ConcealedRig, steps: int, out: Path) -> float:
     """Train a policy of PPO on the rig for at most so many steps; keep the best on the way, and return its reward.
 
-    It is looked at before and after every 2,048 steps. Rollouts count as steps on the rig, evaluations do not.
+    It is looked at before and after every 2,048 steps. Rollouts count as steps on the rig,
+    evaluations do not.
     """
     before = load_policy(policy)
     if not isinstance(before, PPO):
-        raise BadInputError(f"{policy}: expected a policy of PPO to fine-tune, found one of {type(before).__name__}")
+        raise BadInputError(
+            f"{policy}: expected a policy of PPO to fine-tune, found one of {type(before).__name__}"
+        )
     training, evaluation = DummyVecEnv([lambda: _env(rig)]), _env(rig)
     try:
         model = PPO.load(policy, training, device="cpu", custom_objects=SETTINGS)
@@ -64,7 +74,17 @@ def from_scratch(rig: ConcealedRig, seed: int, steps: int, out: Path) -> float:
     try:
         model = learner(preset, env, seed, None)
         silent = Progress(steps, lambda line: None)
-        learn_on_rig(model, steps, preset.evaluate_every, 1, result, out, GOOD, lambda: time.monotonic() - begun_s, silent)
+        learn_on_rig(
+            model,
+            steps,
+            preset.evaluate_every,
+            1,
+            result,
+            out,
+            GOOD,
+            lambda: time.monotonic() - begun_s,
+            silent,
+        )
     finally:
         env.close()
     return result.best_mean_reward or 0.0

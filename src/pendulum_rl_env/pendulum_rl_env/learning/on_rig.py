@@ -35,15 +35,23 @@ def learn_on_rig(
 ) -> None:
     """Train until so many steps, or a mean reward of `until`; after each `every` steps evaluate so many episodes.
 
-    An evaluation in the middle of an episode would leave the learner with an observation of a pendulum that has moved since.
+    An evaluation in the middle of an episode would leave the learner with an observation of a
+    pendulum that has moved since.
     """
     env = model.get_env()
     assert env is not None
-    keeping = CallbackList([CheckpointCallback(CHECKPOINT_EVERY, str(out / "checkpoints"), "policy"), progress])
+    keeping = CallbackList(
+        [CheckpointCallback(CHECKPOINT_EVERY, str(out / "checkpoints"), "policy"), progress]
+    )
     while model.num_timesteps < total:
         steps = min(every, total - model.num_timesteps)
         model._last_obs = None  # so that learning begins with a reset
-        model.learn(steps, callback=keeping, tb_log_name="run", reset_num_timesteps=model.num_timesteps == 0)
+        model.learn(
+            steps,
+            callback=keeping,
+            tb_log_name="run",
+            reset_num_timesteps=model.num_timesteps == 0,
+        )
         mean = mean_reward(model, env, episodes)
         noted(model, mean, result, out, clock())
         if until is not None and mean >= until:

@@ -12,7 +12,7 @@ import yaml
 
 from pendulum_rl_env.learning.algorithms import ALGORITHMS, keys_of
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.rig import checked_number, unknown_key
+from pendulum_twin.rig import check_number, describe_unknown_key
 
 PRESETS = ("fast", "frugal", "thesis")
 IN_PROCESS = "pendulum_rl_env/InvertedPendulum-v0"
@@ -23,10 +23,13 @@ OVER_TOPICS = "pendulum_rl_env/InvertedPendulumRos-v0"
 class Preset:
     """Hold how to train on one environment.
 
-    algorithm: one of `ALGORITHMS`. timesteps: how many, when not told. environments: how many side by side in process.
-    layers: hidden layers of policy and value. learning_rate: at the start; falling: whether it goes down to 0.
-    start_spread: share of episodes that begin anywhere, see `fleet.AWAY`. evaluate_every: steps from evaluation to
-    evaluation. settings: further arguments of the algorithm. Raises BadInputError, naming the key, for what cannot be.
+    algorithm: one of `ALGORITHMS`. timesteps: how many, when not told. environments: how many side
+    by side in process.
+    layers: hidden layers of policy and value. learning_rate: at the start; falling: whether it
+    goes down to 0.
+    start_spread: share of episodes that begin anywhere, see `fleet.AWAY`. evaluate_every: steps
+    from evaluation to evaluation. settings: further arguments of the algorithm. Raises
+    BadInputError, naming the key, for what cannot be.
     """
 
     algorithm: str
@@ -41,23 +44,26 @@ class Preset:
 
     def __post_init__(self) -> None:
         if self.algorithm not in ALGORITHMS:
-            raise BadInputError(f"algorithm: expected one of {', '.join(ALGORITHMS)}, found {self.algorithm!r}")
+            raise BadInputError(
+                f"algorithm: expected one of {', '.join(ALGORITHMS)}, found {self.algorithm!r}"
+            )
         for name in ("timesteps", "environments", "evaluate_every"):
-            checked_number(name, getattr(self, name), 1, 1e9)
-        checked_number("learning_rate", self.learning_rate, 1e-7, 1.0)
-        checked_number("start_spread", self.start_spread, 0.0, 1.0)
+            check_number(name, getattr(self, name), 1, 1e9)
+        check_number("learning_rate", self.learning_rate, 1e-7, 1.0)
+        check_number("start_spread", self.start_spread, 0.0, 1.0)
         object.__setattr__(self, "layers", tuple(self.layers))
         object.__setattr__(self, "settings", dict(self.settings))
         known = keys_of(self.algorithm)
         for key in self.settings:
             if key not in known:
-                raise BadInputError(unknown_key("settings", key, tuple(sorted(known))))
+                raise BadInputError(describe_unknown_key("settings", key, tuple(sorted(known))))
 
 
 def load_preset(name: str, environment: str) -> Preset:
     """Return a preset by its name, or by the path of a file of one's own, for an environment id.
 
-    Over topics the settings of the environment in process hold, with one environment. Raises BadInputError.
+    Over topics the settings of the environment in process hold, with one environment. Raises
+    BadInputError.
     """
     path = files("pendulum_rl_env") / "presets" / f"{name}.yaml" if name in PRESETS else Path(name)
     try:
@@ -78,10 +84,12 @@ def preset_of(mapping: Mapping[str, Any], where: str) -> Preset:
     known = tuple(field.name for field in fields(Preset))
     for key in mapping:
         if key not in known:
-            raise BadInputError(unknown_key(where, str(key), known))
+            raise BadInputError(describe_unknown_key(where, str(key), known))
     try:
         return Preset(**mapping)
     except BadInputError as error:
         raise BadInputError(f"{where}: {error}") from error
     except TypeError as error:  # a key is missing, or a list is none
-        raise BadInputError(f"{where}: expected all of {', '.join(known[:6])}, found {error}") from error
+        raise BadInputError(
+            f"{where}: expected all of {', '.join(known[:6])}, found {error}"
+        ) from error

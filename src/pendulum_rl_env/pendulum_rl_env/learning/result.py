@@ -6,7 +6,7 @@ import json
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
-from pendulum_twin.model import write_whole
+from pendulum_twin.model import write_atomically
 
 GOOD = 400.0  # mean reward of an evaluation: the thesis's mark
 SCHEMA = "pendulum_training/1"
@@ -16,8 +16,9 @@ SCHEMA = "pendulum_training/1"
 class Result:
     """Hold what is known of a training so far.
 
-    steps_to_400, wall_to_400_s: at the first evaluation with a mean of at least 400, None when there was none; wall times
-    count from the start of the program. evaluations: steps, wall_s and mean reward of each.
+    steps_to_400, wall_to_400_s: at the first evaluation with a mean of at least 400, None when
+    there was none; wall times count from the start of the program. evaluations: steps, wall_s and
+    mean reward of each.
     """
 
     environment: str
@@ -46,4 +47,4 @@ class Result:
 
     def save(self, path: Path) -> None:
         """Write it as JSON, whole or not at all."""
-        write_whole(path, json.dumps(asdict(self), indent=2) + "\n")
+        write_atomically(path, json.dumps(asdict(self), indent=2) + "\n")

@@ -1,6 +1,7 @@
 """Look for better settings of a preset by Optuna; the study stays on the disk and goes on when called again.
 
-Run as `python -m pendulum_rl_env.learning.tune --preset fast --out DIR --trials N`; the best are written as a preset file.
+Run as `python -m pendulum_rl_env.learning.tune --preset fast --out DIR --trials N`; the best are
+written as a preset file.
 """
 
 from __future__ import annotations
@@ -21,9 +22,9 @@ from pendulum_rl_env.learning.algorithms import learner
 from pendulum_rl_env.learning.fleet_vec_env import FleetVecEnv
 from pendulum_rl_env.learning.on_rig import mean_reward
 from pendulum_rl_env.learning.preset import IN_PROCESS, Preset, load_preset
-from pendulum_twin.command_line import ended, whole
+from pendulum_twin.command_line import make_whole_reader, run_command
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.model import Twin, write_whole
+from pendulum_twin.model import Twin, write_atomically
 
 LOOKS = 8  # evaluations a trial: hopeless ones are given up at one
 
@@ -32,7 +33,7 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the search; return 0 when it is done, 1 when it could not (the reason on stderr)."""
     options = _options(arguments)
     goes_on = f"the same command goes on with the study in {options.out}"
-    return ended("tune", lambda: _searched(options), goes_on)
+    return run_command("tune", lambda: _searched(options), goes_on)
 
 
 def _searched(options: argparse.Namespace) -> None:
@@ -47,19 +48,33 @@ def _searched(options: argparse.Namespace) -> None:
         load_if_exists=True,
     )
     try:
-        study.optimize(lambda trial: _reward(trial, preset, twin, options), n_trials=options.trials)
+        study.optimize(
+            lambda trial: _reward(trial, preset, twin, options), n_trials=options.trials
+        )
         best = _drawn(optuna.trial.FixedTrial(study.best_params), preset)
     except ValueError as error:  # another search's study, or none of its trials came to an end
-        raise BadInputError(f"{options.out}: expected a study of this search, found otherwise: {error}") from error
+        raise BadInputError(
+            f"{options.out}: expected a study of this search, found otherwise: {error}"
+        ) from error
     file = options.out / f"{options.preset}.yaml"
-    write_whole(file, yaml.safe_dump({IN_PROCESS: {**asdict(best), "layers": list(best.layers)}}, sort_keys=False))
-    print(f"{file}: {study.best_value:.1f} after {len(study.trials)} trials; train with --preset {file}")
+    write_atomically(
+        file,
+        yaml.safe_dump(
+            {IN_PROCESS: {**asdict(best), "layers": list(best.layers)}}, sort_keys=False
+        ),
+    )
+    print(
+        f"{file}: {study.best_value:.1f} after {len(study.trials)} trials; train with --preset {file}"
+    )
 
 
 def _drawn(trial: optuna.trial.BaseTrial, preset: Preset) -> Preset:
     """Return the preset with settings that the trial suggests."""
     rate = trial.suggest_float("learning_rate", 1e-4, 3e-3, log=True)
-    settings = {**preset.settings, "gamma": 1 - trial.suggest_float("one_minus_gamma", 3e-3, 5e-2, log=True)}
+    settings = {
+        **preset.settings,
+        "gamma": 1 - trial.suggest_float("one_minus_gamma", 3e-3, 5e-2, log=True),
+    }
     if preset.algorithm == "ppo":
         settings["n_epochs"] = trial.suggest_int("n_epochs", 4, 20)
         settings["batch_size"] = trial.suggest_categorical("batch_size", [128, 256, 512, 1024])
@@ -90,7 +105,11 @@ def _reward(trial: optuna.Trial, preset: Preset, twin: Twin, options: argparse.N
     """Return the mean of all looks: high early is what is wanted."""
     drawn = _drawn(trial, preset)
     steps = options.timesteps or preset.timesteps
-    training = FleetVecEnv(Fleet([twin], drawn.environments, spread=drawn.start_spread, seed=options.seed + trial.number))
+    training = FleetVecEnv(
+        Fleet(
+            [twin], drawn.environments, spread=drawn.start_spread, seed=options.seed + trial.number
+        )
+    )
     looking = _Looking(trial, max(steps // LOOKS, 1), FleetVecEnv(Fleet([twin], 1)))
     model = learner(drawn, training, options.seed + trial.number, None)
     model.learn(steps, callback=looking)
@@ -105,8 +124,8 @@ def _options(arguments: list[str] | None) -> argparse.Namespace:
     add("--preset", default="fast", help="where to begin (fast)")
     add("--twin", type=Path, help="twin file to learn on (without one: the INTECO rig)")
     add("--out", type=Path, required=True, help="folder of the study")
-    add("--trials", type=whole(1), default=20, metavar="N", help="how many more (20)")
-    add("--timesteps", type=whole(1), help="of each training (the preset's)")
+    add("--trials", type=make_whole_reader(1), default=20, metavar="N", help="how many more (20)")
+    add("--timesteps", type=make_whole_reader(1), help="of each training (the preset's)")
     add("--seed", type=int, default=0, help="of the search and the trainings (0)")
     return parser.parse_args(arguments)
 

@@ -42,14 +42,22 @@ class RigClient:
         self.unreadable = ""  # what was wrong with the last sample, when it could not be read
         self._context = Context()
         try:
-            rclpy.init(args=[], context=self._context)  # the program's own arguments are not this node's
+            rclpy.init(
+                args=[], context=self._context
+            )  # the program's own arguments are not this node's
             self._node = Node(
-                f"environment_{os.getpid()}_{next(_numbers)}", context=self._context, use_global_arguments=False
+                f"environment_{os.getpid()}_{next(_numbers)}",
+                context=self._context,
+                use_global_arguments=False,
             )
         except RuntimeError as error:
-            raise BadInputError(f"ROS cannot run the environment's node: {str(error).splitlines()[0]}") from error
+            raise BadInputError(
+                f"ROS cannot run the environment's node: {str(error).splitlines()[0]}"
+            ) from error
         self._commands = self._node.create_publisher(Float64, self._topic(topics.PWM), LATEST)
-        self._samples = DirectSubscription(self._node, JointState, self._topic(topics.JOINT_STATES), SAMPLES)
+        self._samples = DirectSubscription(
+            self._node, JointState, self._topic(topics.JOINT_STATES), SAMPLES
+        )
         self._resets = self._node.create_client(Trigger, self._topic(topics.RESET))
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
@@ -126,13 +134,19 @@ class RigClient:
             return f"nobody listens to {self._topic(topics.PWM)}"
         if not self._samples.publishers:
             return f"nobody publishes {self._topic(topics.JOINT_STATES)}"
-        return "" if self._resets.service_is_ready() else f"nobody offers {self._topic(topics.RESET)}"
+        return (
+            "" if self._resets.service_is_ready() else f"nobody offers {self._topic(topics.RESET)}"
+        )
 
     def _read(self, message: JointState) -> Received | None:
         try:
             if missing := [name for name in topics.JOINTS if name not in message.name]:
-                raise BadInputError(f"joint_states: expected a {' and a '.join(missing)}, found {list(message.name)}")
-            received = Received(from_joint_state(message), from_time(message.header.stamp), time.monotonic())
+                raise BadInputError(
+                    f"joint_states: expected a {' and a '.join(missing)}, found {list(message.name)}"
+                )
+            received = Received(
+                from_joint_state(message), from_time(message.header.stamp), time.monotonic()
+            )
         except BadInputError as error:
             self.unreadable = str(error)
             return None
@@ -146,5 +160,7 @@ def _full(namespace: str) -> str:
     try:
         validate_namespace(full)
     except InvalidNamespaceException as error:
-        raise BadInputError(f"namespace: expected letters, digits and _, as in rig, found {namespace!r}") from error
+        raise BadInputError(
+            f"namespace: expected letters, digits and _, as in rig, found {namespace!r}"
+        ) from error
     return full

@@ -24,7 +24,8 @@ def ros_env(
 ) -> gym.Env[Any, Any]:
     """Return `InvertedPendulumRos-v0`: the rig, or the twin, of a namespace; see `TopicTransport` for what is told.
 
-    Actions are scaled as those of `InvertedPendulum-v0`, so that policies carry over. Close it in a `finally`.
+    Actions are scaled as those of `InvertedPendulum-v0`, so that policies carry over. Close it in
+    a `finally`.
     """
     task = Task(step_s=step_s)
     reward(np.array(HANGING), task)  # compiled now: within a step there is no time for it

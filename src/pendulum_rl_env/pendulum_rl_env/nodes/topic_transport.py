@@ -12,24 +12,28 @@ from pendulum_rl_env.pacing.lockstep import LockstepPace
 from pendulum_rl_env.pacing.real_time import RealTimePace
 from pendulum_rl_env.transport import NoAnswerError, Sample
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.reset_answer import stamp_of
-from pendulum_twin.rig import checked_number
+from pendulum_twin.reset_answer import parse_stamp
+from pendulum_twin.rig import check_number
 
 
 class TopicTransport:
     """Exchange `pwm` for `joint_states` with whoever serves a namespace: a driver, or a twin, in real time or lockstep.
 
-    step_s: the period; in lockstep a whole number of the twin's. deadline_s: for a sample later than a command, at least
-    step_s. reset_deadline_s: for a reset, discovery included, which gets 20 s of it at most. Each sample's info, floats:
+    step_s: the period; in lockstep a whole number of the twin's. deadline_s: for a sample later
+    than a command, at least step_s. reset_deadline_s: for a reset, discovery included, which gets
+    20 s of it at most. Each sample's info, floats:
 
-    dt_s: from the stamp of the sample before (for an episode's first step: of the one that its command answered).
-    age_s: now - stamp when it was returned; 0 in lockstep. latency_s: from the command to the arrival of the first sample
-    stamped later. overrun_s: by how much the command came after its step's end; 0 when in time. Since the reset: missed,
-    such steps; lost, samples that never came, by the gaps between stamps; stale, samples out of order, or, in lockstep,
-    answers to somebody else's commands.
+    dt_s: from the stamp of the sample before (for an episode's first step: of the one that its
+    command answered).
+    age_s: now - stamp when it was returned; 0 in lockstep. latency_s: from the command to the
+    arrival of the first sample stamped later. overrun_s: by how much the command came after its
+    step's end; 0 when in time. Since the reset: missed, such steps; lost, samples that never came,
+    by the gaps between stamps; stale, samples out of order, or, in lockstep, answers to somebody
+    else's commands.
 
-    Whatever leaves `reset` or `exchange` other than by a return, Ctrl-C included, publishes PWM 0 first, as `close` does:
-    close it in a `finally`. A driver sets PWM to 0 by itself 0.2 s after the last command, so between steps, too.
+    Whatever leaves `reset` or `exchange` other than by a return, Ctrl-C included, publishes PWM 0
+    first, as `close` does: close it in a `finally`. A driver sets PWM to 0 by itself 0.2 s after
+    the last command, so between steps, too.
     """
 
     def __init__(
@@ -40,9 +44,9 @@ class TopicTransport:
         deadline_s: float = 1.0,
         reset_deadline_s: float = 60.0,
     ) -> None:
-        checked_number("step_s", step_s, 0.001, 1.0)
-        checked_number("deadline_s", deadline_s, step_s, 60.0)
-        checked_number("reset_deadline_s", reset_deadline_s, 0.001, 3600.0)
+        check_number("step_s", step_s, 0.001, 1.0)
+        check_number("deadline_s", deadline_s, step_s, 60.0)
+        check_number("reset_deadline_s", reset_deadline_s, 0.001, 3600.0)
         self.step_s = step_s
         self._reset_deadline_s = reset_deadline_s
         self._client: RigClient | None = RigClient(namespace)
@@ -52,14 +56,17 @@ class TopicTransport:
     def reset(self) -> Sample:
         """Call the reset service; return the first sample that shows the pendulum hanging at rest.
 
-        Raises `NoAnswerError` with the rig's own sentence when it refuses, or when nothing comes in time.
+        Raises `NoAnswerError` with the rig's own sentence when it refuses, or when nothing comes
+        in time.
         """
         with self._safely() as client:
             end_s = time.monotonic() + self._reset_deadline_s
             client.connect(min(CONNECT_S, self._reset_deadline_s))
-            while True:  # a sample may have come before the subscription was complete: then once more
+            while (
+                True
+            ):  # a sample may have come before the subscription was complete: then once more
                 told = client.reset(end_s - time.monotonic())
-                if (sample := self._pace.begin(stamp_of(told))) is not None:
+                if (sample := self._pace.begin(parse_stamp(told))) is not None:
                     return sample
 
     def exchange(self, command: float) -> Sample:
@@ -87,5 +94,7 @@ class TopicTransport:
             with suppress(RuntimeError):
                 client.send(0.0)
             if isinstance(error, NoAnswerError) and client.unreadable:
-                raise NoAnswerError(f"{error}; the last that came could not be read: {client.unreadable}") from error
+                raise NoAnswerError(
+                    f"{error}; the last that came could not be read: {client.unreadable}"
+                ) from error
             raise

@@ -13,7 +13,8 @@ ALIKE = 0.01  # share by which so many sample periods may differ from a step
 class LockstepPace:
     """Send each command as often as a step has samples, and take the answer to each before the next.
 
-    How many samples these are is seen in the stamps of the first step. See `TopicTransport` for what is told.
+    How many samples these are is seen in the stamps of the first step. See `TopicTransport` for
+    what is told.
     """
 
     def __init__(self, link: RigLink, step_s: float, deadline_s: float) -> None:
@@ -23,7 +24,8 @@ class LockstepPace:
     def begin(self, told_ns: int | None) -> Sample | None:
         """Return the sample whose stamp the reset told, None when it does not come.
 
-        Raises BadInputError when the reset told none: then what answered it does not run in lockstep.
+        Raises BadInputError when the reset told none: then what answered it does not run in
+        lockstep.
         """
         if told_ns is None:
             raise BadInputError(
@@ -40,7 +42,9 @@ class LockstepPace:
     def exchange(self, command: float) -> Sample:
         """Hold a command for a step and return its last sample; raise `NoAnswerError` when one does not come."""
         if self._sequence.last_ns is None:
-            raise BadInputError(f"{self._link.name}: expected a reset before the first command, found none")
+            raise BadInputError(
+                f"{self._link.name}: expected a reset before the first command, found none"
+            )
         while (waiting := self._link.wait(0.0)) is not None:  # an answer to somebody else
             if self._sequence.follows(waiting.stamp_ns):
                 self._sequence.stale += 1

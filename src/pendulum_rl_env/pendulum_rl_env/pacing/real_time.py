@@ -1,9 +1,10 @@
 """Real time: the rig samples by itself, and a step has to be over when its time is.
 
-Steps end at instants of a schedule, `step_s` apart, counted from the sample that an episode's first command answered: a
-step is over when the sample of such an instant has come, or, when it is late, a sample period later without it. So the
-command sent next acts from that sample on, as in the twin in process, and the stamps of samples that are returned are a
-step apart, however late some of them come.
+Steps end at instants of a schedule, `step_s` apart, counted from the sample that an episode's
+first command answered: a step is over when the sample of such an instant has come, or, when it is
+late, a sample period later without it. So the command sent next acts from that sample on, as in
+the twin in process, and the stamps of samples that are returned are a step apart, however late
+some of them come.
 """
 
 from __future__ import annotations
@@ -18,7 +19,9 @@ from pendulum_twin.errors import BadInputError
 
 LATE = 1.0  # sample periods: as much older is the sample before
 LEARNT = 5  # samples in which the rig's period is seen
-SPARSE = 1.5  # steps from sample to sample, at most: half a step is what a grid of samples may be off
+SPARSE = (
+    1.5  # steps from sample to sample, at most: half a step is what a grid of samples may be off
+)
 
 
 @dataclass(frozen=True)
@@ -35,12 +38,15 @@ class RealTimePace:
     def __init__(self, link: RigLink, step_s: float, deadline_s: float) -> None:
         self._link, self._deadline_s = link, deadline_s
         self._schedule, self._sequence = Schedule(step_s), StampSequence()
-        self._last_ns: int | None = None  # of the sample that the present step began with, None before the first
+        self._last_ns: int | None = (
+            None  # of the sample that the present step began with, None before the first
+        )
 
     def begin(self, told_ns: int | None) -> Sample:
         """Return the first sample of an episode, with the rig's period seen; time begins to count with the first command.
 
-        Raises BadInputError when the rig is not in real time, or its samples are too far apart; `NoAnswerError`.
+        Raises BadInputError when the rig is not in real time, or its samples are too far apart;
+        `NoAnswerError`.
         """
         if told_ns is not None:
             raise BadInputError(
@@ -59,14 +65,16 @@ class RealTimePace:
     def exchange(self, command: float) -> Sample:
         """Send a command at once and return the newest sample at the end of its step.
 
-        An episode's first command waits for a sample to answer. Raises `NoAnswerError` when no sample comes that is later
-        than the command.
+        An episode's first command waits for a sample to answer. Raises `NoAnswerError` when no
+        sample comes that is later than the command.
         """
         before_ns = self._start() if self._last_ns is None else self._last_ns
         overrun_s = self._schedule.go_on(self._link.now_s(), self._link.now_ns())
         if overrun_s > 0.0:
             self._sequence.last_ns = None  # what nobody took meanwhile was not lost on the way
-        while (waiting := self._link.wait(0.0)) is not None:  # whatever their stamps, these are from before the command
+        while (
+            waiting := self._link.wait(0.0)
+        ) is not None:  # whatever their stamps, these are from before the command
             self._sequence.follows(waiting.stamp_ns)
         self._link.send(command)
         sent_s, sent_ns = self._link.now_s(), self._link.now_ns()
@@ -80,7 +88,9 @@ class RealTimePace:
     def _start(self) -> int:
         """Let time count from the next sample on; return its stamp."""
         if self._sequence.period_ns is None:
-            raise BadInputError(f"{self._link.name}: expected a reset before the first command, found none")
+            raise BadInputError(
+                f"{self._link.name}: expected a reset before the first command, found none"
+            )
         while self._link.wait(0.0) is not None:
             pass
         base = self._later(-1)

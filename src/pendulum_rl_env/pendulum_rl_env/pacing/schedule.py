@@ -9,8 +9,8 @@ from dataclasses import dataclass
 class Schedule:
     """Hold when the present step ends, on the monotonic clock (s) and on that of stamps (ns), and how many were missed.
 
-    A step's deadline is its end: a command that comes later has missed it. The schedule is then set anew from the command,
-    so that nobody has to catch up.
+    A step's deadline is its end: a command that comes later has missed it. The schedule is then
+    set anew from the command, so that nobody has to catch up.
     """
 
     step_s: float

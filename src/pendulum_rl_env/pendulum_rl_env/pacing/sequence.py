@@ -12,8 +12,9 @@ from statistics import median
 class StampSequence:
     """Count what is wrong with a row of stamps.
 
-    period_ns: from sample to sample; None while it is not known, then nothing counts as lost. stale: samples no later than
-    one that came before. lost: samples that never came, by the gaps between stamps.
+    period_ns: from sample to sample; None while it is not known, then nothing counts as lost.
+    stale: samples no later than one that came before. lost: samples that never came, by the gaps
+    between stamps.
     """
 
     period_ns: float | None = None

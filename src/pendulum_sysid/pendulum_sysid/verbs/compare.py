@@ -5,19 +5,21 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from pendulum_sysid.compare import Pair, compare_two
-from pendulum_sysid.output_files import check_file
-from pendulum_sysid.said import ANSWERED
-from pendulum_sysid.tables import comparison_rows, table
+from pendulum_sysid.fitting.compare import Pair, compare_two
+from pendulum_sysid.telling.output_files import check_file
+from pendulum_sysid.telling.tables import comparison_rows, table
 from pendulum_sysid.verbs.recordings import answered
 from pendulum_sysid.verbs.replay import say_if_diverged
+from pendulum_sysid.verbs.said import ANSWERED
 from pendulum_twin.model import load_twin
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Print both twins' errors on the recording, and draw their runs where that is asked for."""
     if len(arguments.twin) != 2:
-        arguments.parser.error(f"expected --twin A --twin B, found --twin {len(arguments.twin)} time(s)")
+        arguments.parser.error(
+            f"expected --twin A --twin B, found --twin {len(arguments.twin)} time(s)"
+        )
     names = (str(arguments.twin[0]), str(arguments.twin[1]))
     if arguments.out is not None:
         _check_plot(arguments.out)
@@ -28,7 +30,9 @@ def run(arguments: argparse.Namespace) -> int:
         say_if_diverged(path, one)
     print(f"{pair.comparisons[0].count} windows of {pair.comparisons[0].seconds:g} s")
     print(table(("measure", *names, "unit"), comparison_rows(pair.comparisons)))
-    print(f"\n{names[1]} is the better one in {pair.second_better} windows of {pair.comparisons[0].count}")
+    print(
+        f"\n{names[1]} is the better one in {pair.second_better} windows of {pair.comparisons[0].count}"
+    )
     if arguments.out is not None:
         _draw(arguments.out, recording.name, names, pair)
     return ANSWERED
@@ -38,14 +42,14 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _check_plot(path: Path) -> None:
-    from pendulum_sysid.compare_plot import check_format
+    from pendulum_sysid.telling.compare_plot import check_format
 
     check_format(path)
     check_file(path)
 
 
 def _draw(path: Path, title: str, names: tuple[str, str], pair: Pair) -> None:
-    from pendulum_sysid.compare_plot import draw
+    from pendulum_sysid.telling.compare_plot import draw
 
     draw(path, title, names, pair.runs)
     print(path)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import argparse
 
-from pendulum_sysid.catalogue_text import catalogue_mapping, catalogue_text
-from pendulum_sysid.output_files import json_text
-from pendulum_sysid.said import ANSWERED
+from pendulum_sysid.telling.catalogue_text import catalogue_mapping, catalogue_text
+from pendulum_sysid.telling.output_files import json_text
+from pendulum_sysid.verbs.said import ANSWERED
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -21,18 +21,22 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _isolability(arguments: argparse.Namespace) -> int:
     # here, for the list above is to come at once
-    from pendulum_sysid.isolability import Encoders, isolability
-    from pendulum_sysid.isolability_text import isolability_mapping, isolability_text
+    from pendulum_sysid.planning.isolability import Encoders, isolability
+    from pendulum_sysid.telling.isolability_text import isolability_mapping, isolability_text
     from pendulum_twin.model import load_twin
-    from pendulum_twin.plans.excitation import standard
+    from pendulum_twin.plans.excitation import make_standard_plan
     from pendulum_twin.plans.plan_file import load_plan
-    from pendulum_twin.plans.waveforms import envelope_of
+    from pendulum_twin.plans.waveforms import make_envelope
 
     if arguments.twin is None or arguments.plan is None:
         arguments.parser.error("--isolability needs --twin and --plan")
     twin = load_twin(arguments.twin)
-    room = envelope_of(twin.rig)
-    plan = standard(room) if arguments.plan == "standard" else load_plan(arguments.plan, room)
+    room = make_envelope(twin.rig)
+    plan = (
+        make_standard_plan(room)
+        if arguments.plan == "standard"
+        else load_plan(arguments.plan, room)
+    )
     found = isolability(twin, plan, Encoders(arguments.pole_counts, arguments.cart_step_m))
     print(json_text(isolability_mapping(found)) if arguments.json else isolability_text(found))
     return ANSWERED

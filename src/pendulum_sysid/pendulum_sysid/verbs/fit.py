@@ -5,18 +5,18 @@ from __future__ import annotations
 import argparse
 from dataclasses import replace
 
-from pendulum_sysid.case import case_of
-from pendulum_sysid.fit import HORIZONS, fit
-from pendulum_sysid.output_files import check_file, writing
+from pendulum_sysid.fitting.case import case_of
+from pendulum_sysid.fitting.fit import HORIZONS, fit
+from pendulum_sysid.fitting.split import split
+from pendulum_sysid.fitting.thesis_fit import MOST_EVALUATIONS, thesis_fit
+from pendulum_sysid.fitting.window_runs import run_windows
 from pendulum_sysid.records import Recording
-from pendulum_sysid.said import ANSWERED, progress
-from pendulum_sysid.split import split
-from pendulum_sysid.tables import ESTIMATES, estimate_rows, held_out_rows, number, table
-from pendulum_sysid.thesis_fit import MOST_EVALUATIONS, thesis_fit
+from pendulum_sysid.telling.output_files import check_file, writing
+from pendulum_sysid.telling.tables import ESTIMATES, estimate_rows, held_out_rows, number, table
 from pendulum_sysid.verbs.recordings import answered_as_one
-from pendulum_sysid.window_runs import run_windows
+from pendulum_sysid.verbs.said import ANSWERED, progress
 from pendulum_twin.model import Twin, load_twin, save_twin
-from pendulum_twin.words import words_of
+from pendulum_twin.parameter_vector import make_theta
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -40,16 +40,22 @@ def by_windows(recording: Recording, twin: Twin) -> Twin:
     """Return the twin fitted to windows, and print its parameters and errors on windows that were held out."""
     case = case_of(recording, twin)
     parts = split(case.signals, case.state)
-    words = words_of(case.twin)
+    theta = make_theta(case.twin)
     for horizon in HORIZONS:  # short horizons first: they lead there from far away
-        found = fit(case, parts, tuple(case.twin.effects), words, horizon)
-        words = found.words
-    before, after = (run_windows(replace(case, twin=one), parts.held_out) for one in (case.twin, found.twin))
+        found = fit(case, parts, tuple(case.twin.effects), theta, horizon)
+        theta = found.theta
+    before, after = (
+        run_windows(replace(case, twin=one), parts.held_out) for one in (case.twin, found.twin)
+    )
     if not found.converged:
-        progress("the fit stopped before it had settled: more may be gained by fitting again from its result")
+        progress(
+            "the fit stopped before it had settled: more may be gained by fitting again from its result"
+        )
     print(table(ESTIMATES, estimate_rows(case.twin, found)))
     if after.score > before.score:
-        progress("the fit is worse on windows it has not seen: no parameter repairs what is missing; ask sysid diagnose")
+        progress(
+            "the fit is worse on windows it has not seen: no parameter repairs what is missing; ask sysid diagnose"
+        )
     print(f"\n{len(parts.held_out)} held-out windows, which the fit has not seen")
     print(table(("", "before", "after", "unit"), held_out_rows(before, after)))
     return found.twin
@@ -61,11 +67,20 @@ def by_thesis(recording: Recording, twin: Twin, most_evaluations: int) -> Twin:
     if found.dropped:
         progress(f"left out, for the thesis's model does not have it: {', '.join(found.dropped)}")
     rows = [
-        (m.name, number(m.start), number(m.fitted), number(m.percent, 3), m.unit, "at its bound" if m.at_bound else "")
+        (
+            m.name,
+            number(m.start),
+            number(m.fitted),
+            number(m.percent, 3),
+            m.unit,
+            "at its bound" if m.at_bound else "",
+        )
         for m in found.moved
     ]
     print(table(("parameter", "start", "fitted", "moved by %", "unit", ""), rows))
     end = "settled" if found.converged else "stopped at the limit, not settled"
-    print(f"\nequation 29 on the fitted record: {number(found.before)} before, {number(found.after)} after")
+    print(
+        f"\nequation 29 on the fitted record: {number(found.before)} before, {number(found.after)} after"
+    )
     print(f"{found.evaluations} evaluations, {end}; nothing was held out")
     return found.twin

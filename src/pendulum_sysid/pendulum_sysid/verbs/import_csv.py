@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from pendulum_sysid.importing import import_csv
-from pendulum_sysid.said import ANSWERED
+from pendulum_sysid.reading.csv_import import import_csv
+from pendulum_sysid.verbs.said import ANSWERED
 
 
 def run(arguments: argparse.Namespace) -> int:

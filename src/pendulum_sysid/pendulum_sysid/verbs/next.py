@@ -5,21 +5,21 @@ from __future__ import annotations
 import argparse
 from dataclasses import dataclass
 
-from pendulum_sysid.case import Case, case_of
-from pendulum_sysid.earlier_verdict import read_verdict
-from pendulum_sysid.fit import HORIZONS, fit
-from pendulum_sysid.identifiability import ties
-from pendulum_sysid.motion import moving
-from pendulum_sysid.next_experiment import planned_next
-from pendulum_sysid.output_files import check_file, writing
+from pendulum_sysid.cleaning.moving_joints import moving
+from pendulum_sysid.finding.identifiability import ties
+from pendulum_sysid.finding.search import Search, missing, named, parameters_alone
+from pendulum_sysid.fitting.case import Case, case_of
+from pendulum_sysid.fitting.fit import HORIZONS, fit
+from pendulum_sysid.fitting.split import split
+from pendulum_sysid.planning.next_experiment import planned_next
+from pendulum_sysid.reading.earlier_verdict import read_verdict
 from pendulum_sysid.records import Fit, Recording, Split
-from pendulum_sysid.said import ANSWERED, progress
-from pendulum_sysid.search import Search, missing, named, parameters_alone
-from pendulum_sysid.split import split
+from pendulum_sysid.telling.output_files import check_file, writing
 from pendulum_sysid.verbs.recordings import answered_as_one
+from pendulum_sysid.verbs.said import ANSWERED, progress
 from pendulum_twin.model import load_twin
-from pendulum_twin.plans.plan_file import plan_from_mapping, save_plan
-from pendulum_twin.words import words_of
+from pendulum_twin.parameter_vector import make_theta
+from pendulum_twin.plans.plan_file import parse_plan, save_plan
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ def run(arguments: argparse.Namespace) -> int:
     print(found.why)
     if found.plan is not None:
         with writing(arguments.out):
-            save_plan(plan_from_mapping(found.plan), arguments.out)
+            save_plan(parse_plan(found.plan), arguments.out)
         print(arguments.out)
     return ANSWERED
 
@@ -52,9 +52,11 @@ def _finished(recording: Recording, arguments: argparse.Namespace) -> Finished:
     case = case_of(moving(recording), load_twin(arguments.twin))
     parts = split(case.signals, case.state)
     if earlier is not None:
-        best = fit(case, parts, earlier.effects, words_of(earlier.twin), HORIZONS[-1])
+        best = fit(case, parts, earlier.effects, make_theta(earlier.twin), HORIZONS[-1])
         return Finished(case, parts, best, earlier.rivals)
     search = Search(case, parts, progress)
     base = parameters_alone(search)
     best = missing(search, base)
-    return Finished(case, parts, best, {one.effect: one.rivals for one in named(search, base, best)})
+    return Finished(
+        case, parts, best, {one.effect: one.rivals for one in named(search, base, best)}
+    )

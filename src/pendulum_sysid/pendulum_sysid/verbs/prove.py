@@ -5,11 +5,11 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from pendulum_sysid.prove.plan import Plan
-from pendulum_sysid.prove.printed import printed
-from pendulum_sysid.prove.proof import prove
-from pendulum_sysid.prove.rivals import RIVALS
-from pendulum_sysid.said import ANSWERED, progress
+from pendulum_sysid.studies.proof.plan import Plan
+from pendulum_sysid.studies.proof.printed import printed
+from pendulum_sysid.studies.proof.proof import prove
+from pendulum_sysid.studies.proof.rivals import RIVALS
+from pendulum_sysid.verbs.said import ANSWERED, progress
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from pendulum_sysid.bag import COMMAND_TOPIC, STATE_TOPIC, read_bag
-from pendulum_sysid.joining import one_recording
-from pendulum_sysid.quality import cleaned
+from pendulum_sysid.cleaning.clean import cleaned
+from pendulum_sysid.cleaning.joining import one_recording
+from pendulum_sysid.cleaning.stale_start import without_unanswered
+from pendulum_sysid.reading.bag import COMMAND_TOPIC, STATE_TOPIC, read_bag
 from pendulum_sysid.records import Recording
-from pendulum_sysid.unanswered import without_unanswered
 from pendulum_twin.errors import BadInputError
 
 
@@ -20,7 +20,9 @@ def recordings(paths: list[Path], arguments: argparse.Namespace) -> list[Recordi
     for path in paths:
         raw = read_bag(path, *topics)
         if raw.digest in found:
-            raise BadInputError(f"{path}: expected every recording once, found this one twice: name each once")
+            raise BadInputError(
+                f"{path}: expected every recording once, found this one twice: name each once"
+            )
         try:
             found[raw.digest] = cleaned(raw)
         except BadInputError as error:

@@ -8,12 +8,12 @@ from dataclasses import astuple
 from pathlib import Path
 from typing import Any
 
-from pendulum_sysid.compare import compare
-from pendulum_sysid.output_files import json_text
+from pendulum_sysid.fitting.compare import compare
 from pendulum_sysid.records import Comparison
-from pendulum_sysid.said import ANSWERED, say
-from pendulum_sysid.tables import comparison_rows, table
+from pendulum_sysid.telling.output_files import json_text
+from pendulum_sysid.telling.tables import comparison_rows, table
 from pendulum_sysid.verbs.recordings import answered
+from pendulum_sysid.verbs.said import ANSWERED, say
 from pendulum_twin.model import load_twin
 
 

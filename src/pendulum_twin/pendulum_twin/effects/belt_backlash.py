@@ -1,19 +1,21 @@
 """The belt is slack: when the force turns round, the motor crosses a gap before it pulls again.
 
-The cart does not enter: it coasts meanwhile, and the gap is crossed by a motor that is much lighter than what it pulls.
+The cart does not enter: it coasts meanwhile, and the gap is crossed by a motor that is much
+lighter than what it pulls.
 """
 
 from pendulum_twin.effects.effect import Effect, Form, Parameter, Place
 
-# The motor's mass as the belt feels it, as a part of all that moves. Not known in general: a gap is therefore known only
-# with this part, for it is the time that it takes to cross which shows.
+# The motor's mass as the belt feels it, as a part of all that moves. Not known in general: a gap
+# is therefore known only with this part, for it is the time that it takes to cross which shows.
 MOTOR_PART = 0.1
 
 
 def law(u, memory, h, t, mass_kg, force_per_pwm_n, gap_m):
     """Return the mean over this substep of the command that reaches the cart.
 
-    memory: whether it has begun, the motor's place in the gap (0 pulls the negative way, gap_m the positive way), its speed.
+    memory: whether it has begun, the motor's place in the gap (0 pulls the negative way, gap_m the
+    positive way), its speed.
     """
     if memory[0] == 0.0:
         memory[0] = 1.0

@@ -13,7 +13,11 @@ EFFECT = Effect(
     place=Place.CART,
     form=Form.FORCE,
     law=law,
-    parameters=(Parameter("n_s2_m2", "N s^2/m^2", 0.0, 0.0, 1e6, (0.05,), Scale.FORCE, Scale.CART_SPEED, 2),),
+    parameters=(
+        Parameter(
+            "n_s2_m2", "N s^2/m^2", 0.0, 0.0, 1e6, (0.05,), Scale.FORCE, Scale.CART_SPEED, 2
+        ),
+    ),
     sentence="Drag of {n_s2_m2} times the squared speed holds the cart back.",
     source="drag equation; Batchelor, An Introduction to Fluid Dynamics (1967), section 5.11",
 )

@@ -14,7 +14,9 @@ EFFECT = Effect(
     form=Form.DRY,
     law=law,
     parameters=(
-        Parameter("viscous_n_s_m", "N s/m", 0.0, 0.0, 1e6, (0.1, 0.3), Scale.FORCE, Scale.CART_SPEED),
+        Parameter(
+            "viscous_n_s_m", "N s/m", 0.0, 0.0, 1e6, (0.1, 0.3), Scale.FORCE, Scale.CART_SPEED
+        ),
         Parameter("level_n", "N", 0.0, 0.0, 1e6, (0.05,), Scale.FORCE),
         Parameter("limit_n", "N", 0.0, 0.0, 1e6, (0.1, 0.25), Scale.FORCE, shape=True),
     ),

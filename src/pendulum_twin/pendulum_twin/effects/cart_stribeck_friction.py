@@ -18,7 +18,9 @@ EFFECT = Effect(
     parameters=(
         Parameter("level_n", "N", 0.0, 0.0, 1e6, (0.05,), Scale.FORCE),
         Parameter("static_n", "N", 0.0, 0.0, 1e6, (0.05,), Scale.FORCE),
-        Parameter("velocity_m_s", "m/s", 0.05, 1e-4, 1e3, (0.1, 0.4), Scale.CART_SPEED, shape=True),
+        Parameter(
+            "velocity_m_s", "m/s", 0.05, 1e-4, 1e3, (0.1, 0.4), Scale.CART_SPEED, shape=True
+        ),
     ),
     sentence="Dry friction of {level_n} holds the cart back, with {static_n} more at rest that fades around {velocity_m_s}.",
     source="Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994), equation for the Stribeck curve, "

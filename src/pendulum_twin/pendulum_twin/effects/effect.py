@@ -53,17 +53,25 @@ class Scale(Enum):
 class Parameter:
     """Describe one parameter of an effect.
 
-    neutral: the value at which the effect vanishes exactly (together with its other parameters' neutral values).
+    neutral: the value at which the effect vanishes exactly (together with its other parameters'
+    neutral values).
     low, high: range that a twin file may give and a fit may reach.
-    most: largest value that a fit may reach, in units of scale: beyond it the parameter shows nothing of the effect.
-    fewest: smallest value that a fit may reach, in units of scale: below it the recording holds hardly a sample of it.
-    least: distance from neutral below which a size means nothing, because the simulation itself is no finer.
-    rounding: the same in deviations of the pole's sensor: an encoder's zero lies anywhere within a step of its counts.
-    located: True for a time that is read off the recording, to a sample, and not fitted: a run jumps with it.
-    shape: True for a parameter that says where or how (a period, a place, a limit) rather than how much.
-    probes: typical sizes, from which a search starts; in units of scale (or of scale/other scale: see `per`).
-    per: a second scale by which the first is divided, e.g. FORCE per CART_SPEED for a viscous coefficient; squared where
-        per_power is 2.
+    most: largest value that a fit may reach, in units of scale: beyond it the parameter shows
+    nothing of the effect.
+    fewest: smallest value that a fit may reach, in units of scale: below it the recording holds
+    hardly a sample of it.
+    least: distance from neutral below which a size means nothing, because the simulation itself is
+    no finer.
+    rounding: the same in deviations of the pole's sensor: an encoder's zero lies anywhere within a
+    step of its counts.
+    located: True for a time that is read off the recording, to a sample, and not fitted: a run
+    jumps with it.
+    shape: True for a parameter that says where or how (a period, a place, a limit) rather than how
+    much.
+    probes: typical sizes, from which a search starts; in units of scale (or of scale/other scale:
+    see `per`).
+    per: a second scale by which the first is divided, e.g. FORCE per CART_SPEED for a viscous
+        coefficient; squared where per_power is 2.
     """
 
     name: str
@@ -88,20 +96,23 @@ class Effect:
     """Describe one piece of physics beyond the base model.
 
     name: the catalogue's name, also in twin files and verdicts.
-    law: plain Python on numbers, compiled into the kernel; its arguments depend on the form (see `Form`).
+    law: plain Python on numbers, compiled into the kernel; its arguments depend on the form (see
+    `Form`).
     sentence: for a person, with the parameters' names in braces.
     source: where the formula is from.
-    constants: names of base words (see `pendulum_twin.words`) that the law takes before its parameters.
+    constants: names of base words (see `pendulum_twin.parameter_vector`) that the law takes before
+    its parameters.
     inverse: of a MEASURE law: measured state to true state.
-    memory: of a FILTER law: how many numbers it keeps from substep to substep, given the substep h in s. They start as
-        zeros; memory[0] stays 0 until the law has been called once.
-    simpler: names of effects that this one contains as a special case; a search falls back to them.
-    becomes: names of effects that this one looks like at an end of its range: a patch as wide as the rail is friction
-        everywhere. Nothing is gained by calling these two apart.
-    shows_as: name of the effect from which no motion of a rig can part this one, whatever its constants; a search names
-        that one, and this one beside it.
-    searched: False for effects that only describe an existing simulation and are no hypothesis about a rig.
-    An effect without parameters is on or off: its law gets one number, 1 or 0.
+    memory: of a FILTER law: how many numbers it keeps from substep to substep, given the substep h
+        in s. They start as zeros; memory[0] stays 0 until the law has been called once.
+    simpler: names of effects that this one contains as a special case; a search falls back to
+    them.
+    becomes: names of effects that this one looks like at an end of its range: a patch as wide as
+        the rail is friction everywhere. Nothing is gained by calling these two apart.
+    shows_as: name of the effect from which no motion of a rig can part this one, whatever its
+        constants; a search names that one, and this one beside it.
+    searched: False for effects that only describe an existing simulation and are no hypothesis
+    about a rig. An effect without parameters is on or off: its law gets one number, 1 or 0.
     """
 
     name: str

@@ -18,7 +18,9 @@ def law(u, memory, h, t, delay_s):
     memory[0] = (now + 1) % size + 1.0
     whole = int(delay_s / h)
     part = delay_s / h - whole
-    return (1.0 - part) * memory[1 + (now - whole) % size] + part * memory[1 + (now - whole - 1) % size]
+    return (1.0 - part) * memory[1 + (now - whole) % size] + part * memory[
+        1 + (now - whole - 1) % size
+    ]
 
 
 def memory(h):

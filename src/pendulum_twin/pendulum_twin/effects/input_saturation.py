@@ -14,7 +14,9 @@ EFFECT = Effect(
     form=Form.FILTER,
     law=law,
     memory=lambda h: 0,
-    parameters=(Parameter("limit", "1", 1e6, 0.0, 1e6, (0.9, 0.7, 0.5), Scale.COMMAND, shape=True),),
+    parameters=(
+        Parameter("limit", "1", 1e6, 0.0, 1e6, (0.9, 0.7, 0.5), Scale.COMMAND, shape=True),
+    ),
     sentence="The command is clipped at +-{limit}.",
     source="Tao and Kokotovic, Adaptive Control of Systems with Actuator and Sensor Nonlinearities (1996), chapter 2",
 )

@@ -25,7 +25,9 @@ EFFECT = Effect(
     form=Form.FILTER,
     law=law,
     memory=lambda h: 2,
-    parameters=(Parameter("time_constant_s", "s", 0.0, 0.0, 1.0, (0.02, 0.08), least=HALF_STEP_S),),
+    parameters=(
+        Parameter("time_constant_s", "s", 0.0, 0.0, 1.0, (0.02, 0.08), least=HALF_STEP_S),
+    ),
     sentence="The force follows the command with a time constant of {time_constant_s}.",
     source="first-order hold-equivalent lag; Astrom and Wittenmark, Computer-Controlled Systems (1997), chapter 2",
 )

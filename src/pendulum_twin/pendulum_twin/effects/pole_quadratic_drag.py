@@ -13,7 +13,9 @@ EFFECT = Effect(
     place=Place.POLE,
     form=Form.FORCE,
     law=law,
-    parameters=(Parameter("n_m_s2", "N m s^2", 0.0, 0.0, 1e6, (0.02,), Scale.TORQUE, Scale.POLE_RATE, 2),),
+    parameters=(
+        Parameter("n_m_s2", "N m s^2", 0.0, 0.0, 1e6, (0.02,), Scale.TORQUE, Scale.POLE_RATE, 2),
+    ),
     sentence="Drag of {n_m_s2} times the squared rate holds the pole back.",
     source="Nelson and Olsson, American Journal of Physics 54 (1986) 112: air drag of a pendulum",
 )

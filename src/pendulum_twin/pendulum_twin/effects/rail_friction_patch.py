@@ -19,8 +19,21 @@ EFFECT = Effect(
     law=law,
     parameters=(
         Parameter("level_n", "N", 0.0, 0.0, 1e6, (0.1,), Scale.FORCE),
-        Parameter("centre_m", "m", 0.0, -1e2, 1e2, CENTRES, Scale.CART_TRAVEL, shape=True, most=1.2),
-        Parameter("width_m", "m", 1.0, 1e-3, 1e2, (0.1, 0.25, 0.5), Scale.CART_TRAVEL, shape=True, most=1.0, fewest=0.03),
+        Parameter(
+            "centre_m", "m", 0.0, -1e2, 1e2, CENTRES, Scale.CART_TRAVEL, shape=True, most=1.2
+        ),
+        Parameter(
+            "width_m",
+            "m",
+            1.0,
+            1e-3,
+            1e2,
+            (0.1, 0.25, 0.5),
+            Scale.CART_TRAVEL,
+            shape=True,
+            most=1.0,
+            fewest=0.03,
+        ),
     ),
     sentence="Dry friction is larger by {level_n} around {centre_m} of the rail, over a width of {width_m}.",
     source="position-dependent friction; Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994), section 2.2",

@@ -15,7 +15,9 @@ EFFECT = Effect(
     law=law,
     parameters=(
         Parameter("n_per_m", "N/m", 0.0, -1e6, 1e6, (0.1,), Scale.FORCE, Scale.CART_TRAVEL),
-        Parameter("centre_m", "m", 0.0, -10.0, 10.0, (-1.0, 0.0, 1.0), Scale.CART_TRAVEL, shape=True),
+        Parameter(
+            "centre_m", "m", 0.0, -10.0, 10.0, (-1.0, 0.0, 1.0), Scale.CART_TRAVEL, shape=True
+        ),
     ),
     sentence="Something elastic pulls the cart towards {centre_m} with {n_per_m}.",
     source="Hooke's law",

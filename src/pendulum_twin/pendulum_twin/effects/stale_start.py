@@ -1,6 +1,7 @@
 """The first samples belong to another run: the command does not act yet.
 
-A diagnosis looks for it before anything is fitted (`data_quality`, kind stale), for no physics repairs such samples.
+A diagnosis looks for it before anything is fitted (`data_quality`, kind stale), for no physics
+repairs such samples.
 """
 
 from pendulum_twin.effects.effect import Effect, Form, Parameter, Place

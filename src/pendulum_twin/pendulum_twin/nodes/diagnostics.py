@@ -21,12 +21,14 @@ def publish_health(node: Node, hardware: str, health: Callable[[], Health]) -> N
     publisher = node.create_publisher(DiagnosticArray, topics.DIAGNOSTICS, SAMPLES)
 
     def publish() -> None:
-        publisher.publish(to_diagnostics(node.get_fully_qualified_name(), hardware, health(), now_ns(node)))
+        publisher.publish(
+            to_diagnostics(node.get_fully_qualified_name(), hardware, health(), read_time_ns(node))
+        )
 
     node.create_timer(PERIOD_S, publish, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
 
-def now_ns(node: Node) -> int:
+def read_time_ns(node: Node) -> int:
     """Return the node's time, ns."""
     return int(node.get_clock().now().nanoseconds)
 

@@ -1,7 +1,8 @@
 """A subscription that is waited on and taken from directly, without an executor in the loop.
 
-An executor spends more on each message than the middleware does; for a user who has nothing to do until the next message,
-waiting on the subscription alone is several times faster. The node's other callbacks need an executor, in a thread of
+An executor spends more on each message than the middleware does; for a user who has nothing to do
+until the next message, waiting on the subscription alone is several times faster. The node's other
+callbacks need an executor, in a thread of
 their own: it leaves these subscriptions alone.
 """
 
@@ -30,8 +31,9 @@ class _Unserved(CallbackGroup):
         pass
 
 
-# An executor that waits for a subscription's events is woken by each of its messages too. So nothing tells of a publisher
-# whose quality of service does not fit; that publisher hears of it itself.
+# An executor that waits for a subscription's events is woken by each of its messages too. So
+# nothing tells of a publisher whose quality of service does not fit; that publisher hears of it
+# itself.
 _NO_EVENTS = SubscriptionEventCallbacks(use_default_callbacks=False)
 
 
@@ -40,7 +42,12 @@ class DirectSubscription:
 
     def __init__(self, node: Node, kind: type[Any], topic: str, qos: QoSProfile) -> None:
         self._subscription = node.create_subscription(
-            kind, topic, lambda message: None, qos, callback_group=_Unserved(), event_callbacks=_NO_EVENTS
+            kind,
+            topic,
+            lambda message: None,
+            qos,
+            callback_group=_Unserved(),
+            event_callbacks=_NO_EVENTS,
         )
         self._handle = self._subscription.handle
         self._kind = kind

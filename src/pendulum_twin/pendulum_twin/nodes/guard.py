@@ -9,10 +9,11 @@ from typing import Any
 from std_srvs.srv import Trigger
 
 
-def guarded(callback: Callable[..., Any]) -> Callable[..., Any]:
+def guard_method(callback: Callable[..., Any]) -> Callable[..., Any]:
     """Wrap a method of a node that has `fail_safe()`, which brings PWM to 0.
 
-    When the method raises, the node fails safe and says so; a service (two arguments) answers that it failed.
+    When the method raises, the node fails safe and says so; a service (two arguments) answers that
+    it failed.
     """
 
     @wraps(callback)
@@ -23,7 +24,13 @@ def guarded(callback: Callable[..., Any]) -> Callable[..., Any]:
             if not node.context.ok():
                 return None
             node.fail_safe()
-            node.get_logger().error(f"{callback.__name__} failed, PWM is 0: {error!r}", throttle_duration_sec=1.0)
-            return Trigger.Response(success=False, message=repr(error)) if len(arguments) == 2 else None
+            node.get_logger().error(
+                f"{callback.__name__} failed, PWM is 0: {error!r}", throttle_duration_sec=1.0
+            )
+            return (
+                Trigger.Response(success=False, message=repr(error))
+                if len(arguments) == 2
+                else None
+            )
 
     return run

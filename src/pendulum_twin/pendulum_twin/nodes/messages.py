@@ -15,7 +15,7 @@ from pendulum_twin.signals import Floats
 from pendulum_twin.topics import CART, JOINTS, POLE
 
 
-def joints_of(rig: Rig) -> list[str]:
+def list_joints(rig: Rig) -> list[str]:
     """Return the names of the joints that a rig has, in the order of the contract."""
     return [name for name, there in ((CART, rig.has_cart), (POLE, rig.has_pole)) if there]
 
@@ -44,12 +44,17 @@ def to_joint_state(joints: Sequence[str], state: Floats, stamp_ns: int) -> Joint
 def from_joint_state(message: JointState) -> Floats:
     """Return x (m), th (rad), v (m/s), w (rad/s) of a message, shape (4,); 0 for a joint that it does not name.
 
-    Raises BadInputError when it names neither cart nor pole, or lacks a finite position and velocity for one it names.
+    Raises BadInputError when it names neither cart nor pole, or lacks a finite position and
+    velocity for one it names.
     """
     state = np.zeros(4)
-    there = [(k, message.name.index(name)) for k, name in enumerate(JOINTS) if name in message.name]
+    there = [
+        (k, message.name.index(name)) for k, name in enumerate(JOINTS) if name in message.name
+    ]
     if not there:
-        raise BadInputError(f"joint_states: expected joints named cart or pole, found {list(message.name)}")
+        raise BadInputError(
+            f"joint_states: expected joints named cart or pole, found {list(message.name)}"
+        )
     if max(at for _, at in there) >= min(len(message.position), len(message.velocity)):
         raise BadInputError(
             f"joint_states: expected a position and a velocity for each of {list(message.name)}, "

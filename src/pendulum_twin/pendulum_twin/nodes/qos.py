@@ -6,4 +6,6 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 
 SAMPLES = QoSProfile(depth=10)  # samples, and what was applied
 LATEST = QoSProfile(depth=1)  # commands: only the last one counts
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)  # a state that who comes late must see too
+LATCHED = QoSProfile(
+    depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL
+)  # a state that who comes late must see too

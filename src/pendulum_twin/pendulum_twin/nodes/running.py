@@ -17,7 +17,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.nodes.settings import described
+from pendulum_twin.nodes.settings import describe_settings
 
 LONGEST_WAIT_S = 0.2  # until a signal is seen
 
@@ -43,8 +43,9 @@ def run[N: Node](
 ) -> int:
     """Make a node and serve it until SIGINT or SIGTERM, or until `serve` ends by itself; return 0.
 
-    Returns 1 with a sentence on stderr when a setting is wrong, ROS cannot run, or `serve` returns why it failed; 2 for
-    wrong use. The node is destroyed at the end in any case; what it has to do last belongs in its `destroy_node`.
+    Returns 1 with a sentence on stderr when a setting is wrong, ROS cannot run, or `serve` returns
+    why it failed; 2 for wrong use. The node is destroyed at the end in any case; what it has to do
+    last belongs in its `destroy_node`.
     """
     arguments = sys.argv if arguments is None else arguments
     try:
@@ -83,6 +84,6 @@ def _signalled() -> Event:
 def _parser(name: str, description: str, settings: type[Any]) -> argparse.ArgumentParser:
     return argparse.ArgumentParser(
         prog=name,
-        description=f"{description} Parameters (--ros-args -p NAME:=VALUE):\n{described(settings)}",
+        description=f"{description} Parameters (--ros-args -p NAME:=VALUE):\n{describe_settings(settings)}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

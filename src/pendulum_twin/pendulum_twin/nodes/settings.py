@@ -1,6 +1,7 @@
 """A node's settings: a frozen dataclass on one side, ROS parameters with ranges and descriptions on the other.
 
-Each field is made by `number`, `whole`, `words`, `listed` or `flag`, and `__post_init__` calls `check`.
+Each field is made by `make_number_field`, `make_whole_field`, `make_text_field`, `make_list_field`
+or `make_flag_field`, and `__post_init__` calls `check_settings`.
 """
 
 from __future__ import annotations
@@ -9,12 +10,17 @@ from collections.abc import Callable
 from dataclasses import Field, field, fields, replace
 from typing import Any, ClassVar, Protocol
 
-from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.rig import checked_number
+from pendulum_twin.rig import check_number
 
 Check = Callable[[str, Any], Any]
 
@@ -25,23 +31,31 @@ class Settings(Protocol):
     __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
 
 
-def number(default: float, low: float, high: float, text: str, live: bool = False) -> Any:
+def make_number_field(
+    default: float, low: float, high: float, text: str, live: bool = False
+) -> Any:
     """Return a field for a number from low to high; an int is taken too. live: it may change while the node runs."""
-    return _field(default, text, live, lambda name, value: checked_number(name, value, low, high), (low, high))
+    return _field(
+        default, text, live, lambda name, value: check_number(name, value, low, high), (low, high)
+    )
 
 
-def whole(default: int, low: int, high: int, text: str, live: bool = False) -> Any:
+def make_whole_field(default: int, low: int, high: int, text: str, live: bool = False) -> Any:
     """Return a field for a whole number from low to high."""
 
     def checked(name: str, value: Any) -> int:
         if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
-            raise BadInputError(f"{name}: expected a whole number from {low} to {high}, found {value!r}")
+            raise BadInputError(
+                f"{name}: expected a whole number from {low} to {high}, found {value!r}"
+            )
         return value
 
     return _field(default, text, live, checked, (low, high))
 
 
-def words(default: str, text: str, live: bool = False, choices: tuple[str, ...] = ()) -> Any:
+def make_text_field(
+    default: str, text: str, live: bool = False, choices: tuple[str, ...] = ()
+) -> Any:
     """Return a field for text; choices: what it may be, everything when empty."""
 
     def checked(name: str, value: Any) -> str:
@@ -54,7 +68,7 @@ def words(default: str, text: str, live: bool = False, choices: tuple[str, ...] 
     return _field(default, f"{text} ({', '.join(choices)})" if choices else text, live, checked)
 
 
-def listed(default: tuple[str, ...], text: str, live: bool = False) -> Any:
+def make_list_field(default: tuple[str, ...], text: str, live: bool = False) -> Any:
     """Return a field for texts; a single text is taken for a list of one."""
 
     def checked(name: str, value: Any) -> tuple[str, ...]:
@@ -66,7 +80,7 @@ def listed(default: tuple[str, ...], text: str, live: bool = False) -> Any:
     return _field(default, text, live, checked)
 
 
-def flag(default: bool, text: str, live: bool = False) -> Any:
+def make_flag_field(default: bool, text: str, live: bool = False) -> Any:
     """Return a field for true or false."""
 
     def checked(name: str, value: Any) -> bool:
@@ -77,27 +91,40 @@ def flag(default: bool, text: str, live: bool = False) -> Any:
     return _field(default, text, live, checked)
 
 
-def _field(default: Any, text: str, live: bool, check: Check, span: tuple[float, float] | None = None) -> Any:
-    return field(default=default, metadata={"text": text, "live": live, "check": check, "span": span})
+def _field(
+    default: Any, text: str, live: bool, check: Check, span: tuple[float, float] | None = None
+) -> Any:
+    return field(
+        default=default, metadata={"text": text, "live": live, "check": check, "span": span}
+    )
 
 
-def check(settings: Settings) -> None:
+def check_settings(settings: Settings) -> None:
     """Check every field of a frozen dataclass and put it in its type; raise BadInputError for a wrong one."""
     for each in fields(settings):
-        object.__setattr__(settings, each.name, each.metadata["check"](each.name, getattr(settings, each.name)))
+        object.__setattr__(
+            settings, each.name, each.metadata["check"](each.name, getattr(settings, each.name))
+        )
 
 
-def declared[S: Settings](node: Node, kind: type[S]) -> S:
+def declare_settings[S: Settings](node: Node, kind: type[S]) -> S:
     """Declare the parameters on a node and return the settings that were given; raise BadInputError for a wrong one."""
-    anything = ParameterDescriptor(dynamic_typing=True)  # so that a wrong one gets our own sentence
-    values = {each.name: node.declare_parameter(each.name, each.default, anything).value for each in fields(kind)}
+    anything = ParameterDescriptor(
+        dynamic_typing=True
+    )  # so that a wrong one gets our own sentence
+    values = {
+        each.name: node.declare_parameter(each.name, each.default, anything).value
+        for each in fields(kind)
+    }
     settings = kind(**values)
     for each in fields(kind):
         node.set_descriptor(each.name, _descriptor(each))
     return settings
 
 
-def when_changed[S: Settings](node: Node, current: Callable[[], S], accept: Callable[[S], None]) -> None:
+def watch_settings[S: Settings](
+    node: Node, current: Callable[[], S], accept: Callable[[S], None]
+) -> None:
     """Hand changed settings to accept, which may raise BadInputError to refuse them; then all stays as it was."""
 
     def changed(parameters: list[Parameter]) -> SetParametersResult:
@@ -121,13 +148,17 @@ def _descriptor(each: Field[Any]) -> ParameterDescriptor:
     if span and whole_numbers:
         descriptor.integer_range = [IntegerRange(from_value=span[0], to_value=span[1])]
     elif span:
-        descriptor.floating_point_range = [FloatingPointRange(from_value=span[0], to_value=span[1])]
+        descriptor.floating_point_range = [
+            FloatingPointRange(from_value=span[0], to_value=span[1])
+        ]
     return descriptor
 
 
-def described(kind: type[Settings]) -> str:
+def describe_settings(kind: type[Settings]) -> str:
     """Return the parameters as lines of help."""
-    return "\n".join(f"  {each.name:<20} {each.metadata['text']}{_span(each)}" for each in fields(kind))
+    return "\n".join(
+        f"  {each.name:<20} {each.metadata['text']}{_span(each)}" for each in fields(kind)
+    )
 
 
 def _span(each: Field[Any]) -> str:

@@ -2,18 +2,21 @@
 
 `pendulum_twin.paces` says which sample answers which command, in real time and in lockstep.
 
-In real time `applied_pwm` is published half a period after the sample from which on it is held; a reset shows in the next
-sample.
+In real time `applied_pwm` is published half a period after the sample from which on it is held; a
+reset shows in the next sample.
 
-In lockstep each accepted command brings one `applied_pwm` (it, clipped) and then one sample, stamped with simulated time.
-`/clock` follows the samples, at most 100 times a second of wall time, never ahead of them, and at the latest 10 ms behind.
-A reset publishes one sample, the start state, and answers with its stamp (`pendulum_twin.reset_answer`); time goes on, and
-commands still waiting are dropped. Messages that nobody listens to yet are lost, the first sample among them. So a user
-begins, early or late, like this: when publisher and subscriber know each other, call `reset` and take samples until the
-stamp is the one told; if it does not come, call `reset` again. From then on, send a command, and take its sample before
-sending the next; it is one period younger than the last. Commands of who does not wait queue up, ten at most.
+In lockstep each accepted command brings one `applied_pwm` (it, clipped) and then one sample,
+stamped with simulated time. `/clock` follows the samples, at most 100 times a second of wall time,
+never ahead of them, and at the latest 10 ms behind. A reset publishes one sample, the start state,
+and answers with its stamp (`pendulum_twin.reset_answer`); time goes on, and commands still waiting
+are dropped. Messages that nobody listens to yet are lost, the first sample among them. So a user
+begins, early or late, like this: when publisher and subscriber know each other, call `reset` and
+take samples until the stamp is the one told; if it does not come, call `reset` again. From then
+on, send a command, and take its sample before sending the next; it is one period younger than the
+last. Commands of who does not wait queue up, ten at most.
 
-Setting the parameter `twin` replaces the twin while it runs; its measured state stays (see `LiveTwin.become`).
+Setting the parameter `twin` replaces the twin while it runs; its measured state stays (see
+`LiveTwin.become`).
 """
 
 from __future__ import annotations
@@ -35,15 +38,15 @@ from pendulum_twin.live_twin import LiveTwin
 from pendulum_twin.model import load_twin
 from pendulum_twin.nodes.diagnostics import publish_health
 from pendulum_twin.nodes.direct import DirectSubscription
-from pendulum_twin.nodes.guard import guarded
+from pendulum_twin.nodes.guard import guard_method
 from pendulum_twin.nodes.qos import LATEST, SAMPLES
 from pendulum_twin.nodes.running import LONGEST_WAIT_S, run, spin
-from pendulum_twin.nodes.settings import declared, when_changed
+from pendulum_twin.nodes.settings import declare_settings, watch_settings
 from pendulum_twin.nodes.sim_clock import CLOCK_PERIOD_S, SimClock
 from pendulum_twin.nodes.twin_outlet import TwinOutlet
 from pendulum_twin.nodes.twin_settings import TwinSettings
 from pendulum_twin.paces import Lockstep, RealTime
-from pendulum_twin.reset_answer import told
+from pendulum_twin.reset_answer import format_answer
 from pendulum_twin.twin_health import TwinFigures, TwinHealth
 
 
@@ -53,7 +56,7 @@ class TwinNode(Node):
     def __init__(self, **options: Any) -> None:
         super().__init__("twin", **options)
         try:
-            self._settings = settings = declared(self, TwinSettings)
+            self._settings = settings = declare_settings(self, TwinSettings)
             twin = load_twin(settings.twin)
         except BadInputError:
             self.destroy_node()
@@ -62,19 +65,25 @@ class TwinNode(Node):
         self._lock = Lock()  # in lockstep commands have a thread of their own
         self._live = LiveTwin(twin, period_s, settings.command_timeout_s)
         self._sim_clock = SimClock(self) if settings.lockstep else None
-        self._commands = DirectSubscription(self, Float64, topics.PWM, SAMPLES) if settings.lockstep else None
+        self._commands = (
+            DirectSubscription(self, Float64, topics.PWM, SAMPLES) if settings.lockstep else None
+        )
         self._outlet = TwinOutlet(self, twin.rig, self._sim_clock)
-        self._pace = (Lockstep if settings.lockstep else RealTime)(self._live, period_s, self._outlet)
+        self._pace = (Lockstep if settings.lockstep else RealTime)(
+            self._live, period_s, self._outlet
+        )
         self._health = TwinHealth()
         if not settings.lockstep:
             self.create_subscription(Float64, topics.PWM, self.on_command, LATEST)
             self._sampling = self.create_timer(period_s, self.on_timer)
             self._settling = self.create_timer(period_s / 2, self.on_settling)
         self.create_service(Trigger, topics.RESET, self.on_reset)
-        when_changed(self, lambda: self._settings, self._accept)
+        watch_settings(self, lambda: self._settings, self._accept)
         publish_health(self, "twin", self._healthy)
         how = "in lockstep, in steps of 1 s /" if settings.lockstep else "at"
-        self.get_logger().info(f"twin {twin.name} of {settings.twin} runs {how} {settings.rate_hz:g} Hz")
+        self.get_logger().info(
+            f"twin {twin.name} of {settings.twin} runs {how} {settings.rate_hz:g} Hz"
+        )
 
     @property
     def lockstep(self) -> bool:
@@ -84,14 +93,20 @@ class TwinNode(Node):
     def figures(self) -> TwinFigures:
         """Return what was counted up to now."""
         live, pace = self._live, self._pace
-        taken, refused, age_s = live.commands.taken, live.commands.refused, live.commands.age_s(self._now_ns())
-        return TwinFigures(live.twin.name, pace.samples, taken, refused, pace.lost, live.applied, age_s)
+        taken, refused, age_s = (
+            live.commands.taken,
+            live.commands.refused,
+            live.commands.age_s(self._now_ns()),
+        )
+        return TwinFigures(
+            live.twin.name, pace.samples, taken, refused, pace.lost, live.applied, age_s
+        )
 
     def fail_safe(self) -> None:
         """Hold no command."""
         self._live.commands.clear()
 
-    @guarded
+    @guard_method
     def on_timer(self) -> None:
         """Publish what is due: in real time usually one sample, in lockstep the first."""
         with self._lock:
@@ -101,20 +116,20 @@ class TwinNode(Node):
             if self._pace.samples == 1:
                 self._sampling.reset()  # stamps count from the first sample, which was late: so do the others
 
-    @guarded
+    @guard_method
     def on_settling(self) -> None:
         """Settle the last sample's command, half a period after it was published."""
         self._settling.cancel()
         with self._lock:
             self._pace.settle(self._now_ns())
 
-    @guarded
+    @guard_method
     def on_command(self, message: Float64) -> None:
         """Take a command in real time."""
         with self._lock:
             self._take(message)
 
-    @guarded
+    @guard_method
     def answer(self) -> bool:
         """Answer the oldest command of lockstep and return True; False when none waits."""
         with self._lock:
@@ -130,14 +145,14 @@ class TwinNode(Node):
                 behind = self._sim_clock.catch_up()
             self._commands.pause(CLOCK_PERIOD_S if behind else LONGEST_WAIT_S)
 
-    @guarded
+    @guard_method
     def on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Start again, hanging at rest in the middle of the rail."""
         with self._lock:
             if self._commands is not None:
                 self._commands.clear()
             stamp_ns = self._pace.reset()
-        response.success, response.message = True, told(stamp_ns)
+        response.success, response.message = True, format_answer(stamp_ns)
         return response
 
     def _take(self, message: Float64) -> None:
@@ -185,7 +200,14 @@ def serve(node: TwinNode, stopped: Event) -> None:
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the node, see `running.run`."""
-    return run("twin_node", "The digital twin, in real time or in lockstep.", TwinSettings, TwinNode, arguments, serve)
+    return run(
+        "twin_node",
+        "The digital twin, in real time or in lockstep.",
+        TwinSettings,
+        TwinNode,
+        arguments,
+        serve,
+    )
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
 from pendulum_twin import topics
-from pendulum_twin.nodes.messages import joints_of
+from pendulum_twin.nodes.messages import list_joints
 from pendulum_twin.nodes.qos import SAMPLES
 from pendulum_twin.nodes.sim_clock import SimClock
 from pendulum_twin.rig import Rig
@@ -32,8 +32,8 @@ class TwinOutlet:
 
     def show(self, rig: Rig) -> None:
         """Name the joints of this rig from now on."""
-        self._sample = JointState(name=joints_of(rig))
-        self._positions = [JOINTS.index(name) for name in joints_of(rig)]
+        self._sample = JointState(name=list_joints(rig))
+        self._positions = [JOINTS.index(name) for name in list_joints(rig)]
         self._velocities = [len(JOINTS) + k for k in self._positions]
 
     def sample(self, state: Floats, stamp_ns: int) -> None:

@@ -1,9 +1,10 @@
 """What to send to a rig so that its recording tells its physics apart, and how to keep the cart on the rail meanwhile.
 
-A minute of the standard plan has: a short push to see which way the cart goes; sweeps, whose cart reversals happen at
-many speeds; quiet many-tone phases, where dry friction and dead zones show; steps of all sizes up to the limit, where
-gain, lag and saturation show; swinging the pole high at its own frequency; and rests, in which the pole swings out by
-itself. Plans of one's own: `plan_file`.
+A minute of the standard plan has: a short push to see which way the cart goes; sweeps, whose cart
+reversals happen at many speeds; quiet many-tone phases, where dry friction and dead zones show;
+steps of all sizes up to the limit, where gain, lag and saturation show; swinging the pole high at
+its own frequency; and rests, in which the pole swings out by itself. Plans of one's own:
+`plan_file`.
 """
 
 from __future__ import annotations
@@ -16,7 +17,15 @@ import numpy as np
 
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.plans import waveforms
-from pendulum_twin.plans.waveforms import LEAD_S, PUSH_S, Envelope, Floats, Wave, push, rest
+from pendulum_twin.plans.waveforms import (
+    LEAD_S,
+    PUSH_S,
+    Envelope,
+    Floats,
+    Wave,
+    make_push,
+    make_rest,
+)
 
 SHORTEST_S = 40.0
 SLOWEST_HZ = 20.0
@@ -39,9 +48,10 @@ class Part:
 class Excitation:
     """Hold a plan: commands (PWM fraction, one a sample period) and how strongly each sample is centred, 0 to 1.
 
-    push_ends: sample at which the first push has moved the cart one way; None for a plan without, in which nothing is
-    centred or sent back. free_m: distance from the middle beyond which the cart is sent back even in rests. parts: name
-    of each stretch and the sample after its last one, in order.
+    push_ends: sample at which the first push has moved the cart one way; None for a plan without,
+    in which nothing is centred or sent back. free_m: distance from the middle beyond which the
+    cart is sent back even in rests. parts: name of each stretch and the sample after its last one,
+    in order.
     """
 
     commands: Floats
@@ -62,8 +72,10 @@ class Excitation:
         return next((name for name, end in self.parts if k < end), "")
 
 
-def composed(parts: Sequence[Part], rate_hz: float, room: Envelope, pushed: bool) -> Excitation:
-    """Return stretches one after another as a plan; pushed: it begins with `push`, from which the cart's way is seen."""
+def compose_plan(
+    parts: Sequence[Part], rate_hz: float, room: Envelope, pushed: bool
+) -> Excitation:
+    """Return stretches one after another as a plan; pushed: it begins with `make_push`, from which the cart's way is seen."""
     ends = np.cumsum([len(part.commands) for part in parts]).tolist()
     return Excitation(
         np.clip(np.concatenate([part.commands for part in parts]), -room.limit, room.limit),
@@ -76,7 +88,7 @@ def composed(parts: Sequence[Part], rate_hz: float, room: Envelope, pushed: bool
     )
 
 
-def standard(
+def make_standard_plan(
     room: Envelope = Envelope(),  # noqa: B008 (frozen)
     seconds: float = 60.0,
     rate_hz: float = 100.0,
@@ -86,39 +98,45 @@ def standard(
 
     Raises BadInputError for a plan shorter than its phases can be.
     """
-    return composed(standard_parts(room, seconds, rate_hz, seed), rate_hz, room, pushed=True)
+    return compose_plan(
+        make_standard_pieces(room, seconds, rate_hz, seed), rate_hz, room, pushed=True
+    )
 
 
-def standard_parts(room: Envelope, seconds: float, rate_hz: float, seed: int) -> list[Part]:
-    """Return the stretches of the standard plan; see `standard`."""
+def make_standard_pieces(room: Envelope, seconds: float, rate_hz: float, seed: int) -> list[Part]:
+    """Return the stretches of the standard plan; see `make_standard_plan`."""
     if not seconds >= SHORTEST_S or not rate_hz >= SLOWEST_HZ:
         raise BadInputError(
             f"excitation: expected at least {SHORTEST_S:g} s and {SLOWEST_HZ:g} Hz, found {seconds:g} s and {rate_hz:g} Hz"
         )
     random = np.random.default_rng(seed)
-    waves: tuple[tuple[str, float, Wave, bool], ...] = (  # name, share of the whole, commands, centred
-        ("push", 0.025, push, False),
-        ("rising sweep", 0.20, waveforms.sweep(room, 0.3, 3.0), True),
-        ("rest", 0.065, rest, False),
-        ("tones", 0.13, waveforms.tones(room, random), True),
-        ("steps", 0.17, waveforms.steps(room, random), True),
-        ("rest", 0.055, rest, False),
-        ("swing", 0.14, waveforms.swing(room), True),
-        ("rest", 0.075, rest, False),
-        ("falling sweep", 0.11, waveforms.sweep(room, 3.2, 0.4), True),
-        ("rest", 0.03, rest, False),
+    waves: tuple[
+        tuple[str, float, Wave, bool], ...
+    ] = (  # name, share of the whole, commands, centred
+        ("push", 0.025, make_push, False),
+        ("rising sweep", 0.20, waveforms.make_sweep(room, 0.3, 3.0), True),
+        ("rest", 0.065, make_rest, False),
+        ("tones", 0.13, waveforms.make_tones(room, random), True),
+        ("steps", 0.17, waveforms.make_steps(room, random), True),
+        ("rest", 0.055, make_rest, False),
+        ("swing", 0.14, waveforms.make_swing(room), True),
+        ("rest", 0.075, make_rest, False),
+        ("falling sweep", 0.11, waveforms.make_sweep(room, 3.2, 0.4), True),
+        ("rest", 0.03, make_rest, False),
     )
     ends = np.round(np.cumsum([share for _, share, _, _ in waves]) * seconds * rate_hz).astype(int)
     counts = np.diff(ends, prepend=0)
     return [
-        Part(name, wave(np.arange(n) / rate_hz), centred) for n, (name, _, wave, centred) in zip(counts, waves, strict=True)
+        Part(name, wave(np.arange(n) / rate_hz), centred)
+        for n, (name, _, wave, centred) in zip(counts, waves, strict=True)
     ]
 
 
-def next_command(plan: Excitation, k: int, cart_m: float, cart_m_s: float, way: int) -> float:
+def compute_command(plan: Excitation, k: int, cart_m: float, cart_m_s: float, way: int) -> float:
     """Return the command of sample k: the plan's, and a weak push towards the middle of the rail.
 
-    way: which way a positive command moves the measured cart, see `way_of`; with 0 (unknown) nothing is centred.
+    way: which way a positive command moves the measured cart, see `find_command_direction`; with 0
+    (unknown) nothing is centred.
     """
     inwards = plan.centring[k] * (STIFFNESS * cart_m + DAMPING * cart_m_s)
     beyond = cart_m - min(max(cart_m, -plan.free_m), plan.free_m)
@@ -127,6 +145,6 @@ def next_command(plan: Excitation, k: int, cart_m: float, cart_m_s: float, way: 
     return min(max(float(plan.commands[k]) - way * inwards, -plan.limit), plan.limit)
 
 
-def way_of(travel_m: float) -> int:
+def find_command_direction(travel_m: float) -> int:
     """Return which way a positive command moves the measured cart (+1 or -1), from its travel in the first push."""
     return 0 if abs(travel_m) < LEAST_TRAVEL_M else int(math.copysign(1, travel_m))

@@ -3,7 +3,8 @@
     schema: pendulum_plan/1
     name: friction            # optional
     rate_hz: 100              # samples a second, 20 to 1000; optional, 100
-    limit: 0.3                # largest command (PWM fraction) of this plan; optional, the rig's own limit
+    limit: 0.3                # largest command (PWM fraction) of this plan; optional, the rig's
+    own limit
     phases:                   # one after another, at most an hour in all
       - {kind: push}
       - {kind: chirp, seconds: 20, from_hz: 0.3, to_hz: 3, amplitude: 0.3}
@@ -30,7 +31,8 @@ Keys of the kinds; in brackets what holds when the key is left out:
   without one is sent exactly as it stands, and is stopped when the cart comes too far out.
 - A plan had better end in `rest`, for at its end the command is 0 and a fast cart rolls on.
 
-An unknown key, a missing one or a wrong value is refused with the key's name, what was expected and what was found.
+An unknown key, a missing one or a wrong value is refused with the key's name, what was expected
+and what was found.
 """
 
 from __future__ import annotations
@@ -44,12 +46,12 @@ from typing import Any
 import yaml
 
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.model import write_whole
-from pendulum_twin.plans.excitation import SLOWEST_HZ, Excitation, Part, composed
-from pendulum_twin.plans.plan_keys import in_range
+from pendulum_twin.model import write_atomically
+from pendulum_twin.plans.excitation import SLOWEST_HZ, Excitation, Part, compose_plan
+from pendulum_twin.plans.plan_keys import check_range
 from pendulum_twin.plans.plan_phases import BEGINNINGS, KINDS, LONGEST_S, MOST_SAMPLES, Phase
 from pendulum_twin.plans.waveforms import Envelope
-from pendulum_twin.rig import unknown_key
+from pendulum_twin.rig import describe_unknown_key
 
 SCHEMA = "pendulum_plan/1"
 KEYS = ("schema", "name", "rate_hz", "limit", "phases")
@@ -68,9 +70,11 @@ class Plan:
     limit: float | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "rate_hz", in_range("rate_hz", self.rate_hz, SLOWEST_HZ, FASTEST_HZ))
+        object.__setattr__(
+            self, "rate_hz", check_range("rate_hz", self.rate_hz, SLOWEST_HZ, FASTEST_HZ)
+        )
         if self.limit is not None:
-            object.__setattr__(self, "limit", in_range("limit", self.limit, 1e-6, 1e6))
+            object.__setattr__(self, "limit", check_range("limit", self.limit, 1e-6, 1e6))
         if not self.phases:
             raise BadInputError("phases: expected at least one phase, found none")
 
@@ -84,13 +88,19 @@ class Plan:
         head: dict[str, Any] = {"schema": SCHEMA, "name": self.name, "rate_hz": self.rate_hz}
         if self.limit is not None:
             head["limit"] = self.limit
-        return {**head, "phases": [{"kind": NAMES[type(each)], **_plain(asdict(each))} for each in self.phases]}
+        return {
+            **head,
+            "phases": [
+                {"kind": NAMES[type(each)], **_plain(asdict(each))} for each in self.phases
+            ],
+        }
 
 
-def excitation_of(plan: Plan, room: Envelope) -> Excitation:
+def make_excitation(plan: Plan, room: Envelope) -> Excitation:
     """Return what to play of a plan on a rig.
 
-    Raises BadInputError naming the key that the rig does not allow, and for a plan that centres without a push before.
+    Raises BadInputError naming the key that the rig does not allow, and for a plan that centres
+    without a push before.
     """
     limit = room.limit if plan.limit is None else plan.limit
     if limit > room.limit:
@@ -113,21 +123,23 @@ def excitation_of(plan: Plan, room: Envelope) -> Excitation:
             f"phases[0]: expected kind push or standard, found {NAMES[type(plan.phases[0])]}: what is centred needs to know "
             f"which way a command moves the cart; put {{kind: push}} first, or give centred: false everywhere"
         )
-    return composed(parts, plan.rate_hz, room, plan.pushed)
+    return compose_plan(parts, plan.rate_hz, room, plan.pushed)
 
 
-def plan_from_mapping(mapping: object) -> Plan:
+def parse_plan(mapping: object) -> Plan:
     """Return the plan that a plan file holds; raise BadInputError naming the key that is wrong."""
     if not isinstance(mapping, Mapping):
         raise BadInputError(f"expected a mapping with schema and phases, found {shown(mapping)}")
     for key in mapping:
         if key not in KEYS:
-            raise BadInputError(unknown_key("plan file", str(key), KEYS))
+            raise BadInputError(describe_unknown_key("plan file", str(key), KEYS))
     if mapping.get("schema") != SCHEMA:
         raise BadInputError(f"schema: expected {SCHEMA}, found {shown(mapping.get('schema'))}")
     phases = mapping.get("phases")
     if not isinstance(phases, list) or not 1 <= len(phases) <= MOST_PHASES:
-        raise BadInputError(f"phases: expected a list of 1 to {MOST_PHASES} phases, found {shown(phases)}")
+        raise BadInputError(
+            f"phases: expected a list of 1 to {MOST_PHASES} phases, found {shown(phases)}"
+        )
     name = mapping.get("name", "plan")
     if not isinstance(name, str):
         raise BadInputError(f"name: expected text, found {shown(name)}")
@@ -140,11 +152,19 @@ def read_plan(path: str | Path) -> Plan:
     try:
         mapping = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as error:
-        raise BadInputError(f"{path}: expected a plan file, but it cannot be read: {error}") from error
-    except (yaml.YAMLError, ValueError, RecursionError) as error:  # PyYAML lets out what impossible dates and depths raise
-        raise BadInputError(f"{path}: expected YAML, found {str(error).splitlines()[0]}") from error
+        raise BadInputError(
+            f"{path}: expected a plan file, but it cannot be read: {error}"
+        ) from error
+    except (
+        yaml.YAMLError,
+        ValueError,
+        RecursionError,
+    ) as error:  # PyYAML lets out what impossible dates and depths raise
+        raise BadInputError(
+            f"{path}: expected YAML, found {str(error).splitlines()[0]}"
+        ) from error
     try:
-        return plan_from_mapping(mapping)
+        return parse_plan(mapping)
     except BadInputError as error:
         raise BadInputError(f"{path}: {error}") from error
 
@@ -153,14 +173,17 @@ def load_plan(path: str | Path, room: Envelope = Envelope()) -> Excitation:  # n
     """Return what to play of a plan file on a rig; raise BadInputError with the file's name and the key's."""
     plan = read_plan(path)
     try:
-        return excitation_of(plan, room)
+        return make_excitation(plan, room)
     except BadInputError as error:
         raise BadInputError(f"{path}: {error}") from error
 
 
 def save_plan(plan: Plan, path: str | Path) -> None:
     """Write the plan file whole or not at all."""
-    write_whole(path, yaml.safe_dump(plan.to_mapping(), sort_keys=False, default_flow_style=None, width=120))
+    write_atomically(
+        path,
+        yaml.safe_dump(plan.to_mapping(), sort_keys=False, default_flow_style=None, width=120),
+    )
 
 
 def _phase(k: int, mapping: object) -> Phase:
@@ -169,12 +192,14 @@ def _phase(k: int, mapping: object) -> Phase:
         raise BadInputError(f"phases[{k}]: expected a mapping with kind, found {shown(mapping)}")
     name = mapping.get("kind")
     if not isinstance(name, str) or name not in KINDS:
-        raise BadInputError(f"phases[{k}]: kind: expected one of {', '.join(KINDS)}, found {shown(name)}")
+        raise BadInputError(
+            f"phases[{k}]: kind: expected one of {', '.join(KINDS)}, found {shown(name)}"
+        )
     where, keys = _place(k, name), {each.name: each for each in fields(KINDS[name])}
     values = {key: value for key, value in mapping.items() if key != "kind"}
     for key in values:
         if key not in keys:
-            raise BadInputError(unknown_key(where, str(key), ("kind", *keys)))
+            raise BadInputError(describe_unknown_key(where, str(key), ("kind", *keys)))
     for key, each in keys.items():
         if each.default is MISSING and key not in values:
             raise BadInputError(f"{where}: expected {key}, found it missing")
@@ -190,4 +215,6 @@ def _place(k: int, kind: str) -> str:
 
 def _plain(values: dict[str, Any]) -> dict[str, Any]:
     """Return values with lists for tuples, which YAML can hold."""
-    return {key: list(value) if isinstance(value, tuple) else value for key, value in values.items()}
+    return {
+        key: list(value) if isinstance(value, tuple) else value for key, value in values.items()
+    }

@@ -1,6 +1,7 @@
 """Keys of a plan file: fields of frozen dataclasses that know what they may be.
 
-Each field is made by `number`, `whole`, `flag` or `numbers`, and `__post_init__` calls `check`.
+Each field is made by `make_number_key`, `make_whole_key`, `make_flag_key` or `make_numbers_key`,
+and `__post_init__` calls `check_keys`.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from reprlib import repr as shown
 from typing import Any, ClassVar, Protocol
 
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.rig import checked_number
+from pendulum_twin.rig import check_number
 
 
 class Keyed(Protocol):
@@ -20,23 +21,25 @@ class Keyed(Protocol):
     __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
 
 
-def number(low: float, high: float, default: Any = MISSING) -> Any:
+def make_number_key(low: float, high: float, default: Any = MISSING) -> Any:
     """Return a key for a number from low to high; without a default it has to be given."""
-    return _key(lambda name, value: in_range(name, value, low, high), default)
+    return _key(lambda name, value: check_range(name, value, low, high), default)
 
 
-def whole(low: int, high: int, default: Any = MISSING) -> Any:
+def make_whole_key(low: int, high: int, default: Any = MISSING) -> Any:
     """Return a key for a whole number from low to high."""
 
     def checked(name: str, value: Any) -> int:
         if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
-            raise BadInputError(f"{name}: expected a whole number from {low} to {high}, found {shown(value)}")
+            raise BadInputError(
+                f"{name}: expected a whole number from {low} to {high}, found {shown(value)}"
+            )
         return value
 
     return _key(checked, default)
 
 
-def flag(default: bool) -> Any:
+def make_flag_key(default: bool) -> Any:
     """Return a key for true or false."""
 
     def checked(name: str, value: Any) -> bool:
@@ -47,34 +50,40 @@ def flag(default: bool) -> Any:
     return _key(checked, default)
 
 
-def numbers(low: float, high: float, most: int, default: Any = MISSING) -> Any:
+def make_numbers_key(low: float, high: float, most: int, default: Any = MISSING) -> Any:
     """Return a key for a list of 1 to `most` numbers from low to high."""
 
     def checked(name: str, value: Any) -> tuple[float, ...]:
         if not isinstance(value, list | tuple) or not 1 <= len(value) <= most:
-            raise BadInputError(f"{name}: expected a list of 1 to {most} numbers, found {shown(value)}")
-        return tuple(in_range(f"{name}[{k}]", each, low, high) for k, each in enumerate(value))
+            raise BadInputError(
+                f"{name}: expected a list of 1 to {most} numbers, found {shown(value)}"
+            )
+        return tuple(check_range(f"{name}[{k}]", each, low, high) for k, each in enumerate(value))
 
     return _key(checked, default)
 
 
-def check(keyed: Keyed) -> None:
+def check_keys(keyed: Keyed) -> None:
     """Check every key and put it in its type; raise BadInputError for a wrong one."""
     for each in fields(keyed):
-        object.__setattr__(keyed, each.name, each.metadata["check"](each.name, getattr(keyed, each.name)))
+        object.__setattr__(
+            keyed, each.name, each.metadata["check"](each.name, getattr(keyed, each.name))
+        )
 
 
-def in_range(name: str, value: Any, low: float, high: float) -> float:
+def check_range(name: str, value: Any, low: float, high: float) -> float:
     """Return a value as a float; raise BadInputError when it is no finite number in [low, high].
 
-    Lists are refused here, for a YAML file of a few lines can hold one whose text never ends; and so are whole numbers
-    too large to be made floats.
+    Lists are refused here, for a YAML file of a few lines can hold one whose text never ends; and
+    so are whole numbers too large to be made floats.
     """
     if isinstance(value, list | tuple | dict | set):
         raise BadInputError(f"{name}: expected a number, found {shown(value)}")
     if isinstance(value, int) and not low <= value <= high:
-        raise BadInputError(f"{name}: expected a number from {low:g} to {high:g}, found {shown(value)}")
-    return checked_number(name, value, low, high)
+        raise BadInputError(
+            f"{name}: expected a number from {low:g} to {high:g}, found {shown(value)}"
+        )
+    return check_number(name, value, low, high)
 
 
 def _key(check: Callable[[str, Any], Any], default: Any) -> Any:

@@ -1,6 +1,7 @@
 """The kinds of phases that a plan is made of: for each its keys, what they may be, and the commands it stands for.
 
-Each kind is a frozen dataclass whose fields are its keys in a plan file (`plan_file`); a wrong value raises BadInputError.
+Each kind is a frozen dataclass whose fields are its keys in a plan file (`plan_file`); a wrong
+value raises BadInputError.
 """
 
 from __future__ import annotations
@@ -13,9 +14,23 @@ import numpy as np
 
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.plans import waveforms
-from pendulum_twin.plans.excitation import SHORTEST_S, Part, standard_parts
-from pendulum_twin.plans.plan_keys import check, flag, number, numbers, whole
-from pendulum_twin.plans.waveforms import LEAD_S, LONGEST_HOLD_S, PUSH_S, TONES_HZ, Envelope, Floats, Wave
+from pendulum_twin.plans.excitation import SHORTEST_S, Part, make_standard_pieces
+from pendulum_twin.plans.plan_keys import (
+    check_keys,
+    make_flag_key,
+    make_number_key,
+    make_numbers_key,
+    make_whole_key,
+)
+from pendulum_twin.plans.waveforms import (
+    LEAD_S,
+    LONGEST_HOLD_S,
+    PUSH_S,
+    TONES_HZ,
+    Envelope,
+    Floats,
+    Wave,
+)
 
 BRIEFEST_S, LONGEST_S = 0.1, 3600.0
 MOST_SAMPLES, MOST_TONES = 1_000_000, 100
@@ -32,7 +47,7 @@ class Phase(Protocol):
 
 
 def _seconds(default: Any = MISSING, least: float = BRIEFEST_S) -> Any:
-    return number(least, LONGEST_S, default)
+    return make_number_key(least, LONGEST_S, default)
 
 
 def _made(name: str, wave: Wave, seconds: float, rate_hz: float, centred: bool) -> Part:
@@ -43,13 +58,17 @@ def _made(name: str, wave: Wave, seconds: float, rate_hz: float, centred: bool) 
 def _within(amplitude: float, room: Envelope) -> float:
     """Return an amplitude that the limit allows."""
     if amplitude > room.limit:
-        raise BadInputError(f"amplitude: expected at most the limit {room.limit:g}, found {amplitude:g}")
+        raise BadInputError(
+            f"amplitude: expected at most the limit {room.limit:g}, found {amplitude:g}"
+        )
     return amplitude
 
 
 def _below_half(name: str, hz: float, rate_hz: float) -> None:
     if hz > rate_hz / 2:
-        raise BadInputError(f"{name}: expected at most {rate_hz / 2:g} Hz, half of rate_hz, found {hz:g}")
+        raise BadInputError(
+            f"{name}: expected at most {rate_hz / 2:g} Hz, half of rate_hz, found {hz:g}"
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,11 +78,11 @@ class Push:
     seconds: float = _seconds(1.5, WHOLE_PUSH_S)
 
     def __post_init__(self) -> None:
-        check(self)
+        check_keys(self)
 
     def parts(self, room: Envelope, rate_hz: float) -> list[Part]:
         """Return the push and the rest after it."""
-        return [_made("push", waveforms.push, self.seconds, rate_hz, False)]
+        return [_made("push", waveforms.make_push, self.seconds, rate_hz, False)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,14 +90,14 @@ class Rest:
     """Nothing is sent; when centred, the cart is brought back towards the middle."""
 
     seconds: float = _seconds()
-    centred: bool = flag(False)
+    centred: bool = make_flag_key(False)
 
     def __post_init__(self) -> None:
-        check(self)
+        check_keys(self)
 
     def parts(self, room: Envelope, rate_hz: float) -> list[Part]:
         """Return the rest."""
-        return [_made("rest", waveforms.rest, self.seconds, rate_hz, self.centred)]
+        return [_made("rest", waveforms.make_rest, self.seconds, rate_hz, self.centred)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,19 +105,19 @@ class Chirp:
     """A tone that glides evenly, in octaves a second, from one frequency to another, up or down."""
 
     seconds: float = _seconds()
-    from_hz: float = number(0.01, 500.0)
-    to_hz: float = number(0.01, 500.0)
-    amplitude: float = number(0.001, 1e6)
-    centred: bool = flag(True)
+    from_hz: float = make_number_key(0.01, 500.0)
+    to_hz: float = make_number_key(0.01, 500.0)
+    amplitude: float = make_number_key(0.001, 1e6)
+    centred: bool = make_flag_key(True)
 
     def __post_init__(self) -> None:
-        check(self)
+        check_keys(self)
 
     def parts(self, room: Envelope, rate_hz: float) -> list[Part]:
         """Return the sweep."""
         _below_half("from_hz", self.from_hz, rate_hz)
         _below_half("to_hz", self.to_hz, rate_hz)
-        wave = waveforms.chirp(room, self.from_hz, self.to_hz, _within(self.amplitude, room))
+        wave = waveforms.make_chirp(room, self.from_hz, self.to_hz, _within(self.amplitude, room))
         return [_made("chirp", wave, self.seconds, rate_hz, self.centred)]
 
 
@@ -107,19 +126,21 @@ class Multisine:
     """Many tones at once, their phases drawn by the seed; amplitude: of their sum."""
 
     seconds: float = _seconds()
-    amplitude: float = number(0.001, 1e6)
-    tones_hz: tuple[float, ...] = numbers(0.01, 500.0, MOST_TONES, TONES_HZ)
-    seed: int = whole(0, 2**32 - 1, 0)
-    centred: bool = flag(True)
+    amplitude: float = make_number_key(0.001, 1e6)
+    tones_hz: tuple[float, ...] = make_numbers_key(0.01, 500.0, MOST_TONES, TONES_HZ)
+    seed: int = make_whole_key(0, 2**32 - 1, 0)
+    centred: bool = make_flag_key(True)
 
     def __post_init__(self) -> None:
-        check(self)
+        check_keys(self)
 
     def parts(self, room: Envelope, rate_hz: float) -> list[Part]:
         """Return the tones."""
         for k, hz in enumerate(self.tones_hz):
             _below_half(f"tones_hz[{k}]", hz, rate_hz)
-        wave = waveforms.multisine(room, self.tones_hz, _within(self.amplitude, room), np.random.default_rng(self.seed))
+        wave = waveforms.make_multisine(
+            room, self.tones_hz, _within(self.amplitude, room), np.random.default_rng(self.seed)
+        )
         return [_made("multisine", wave, self.seconds, rate_hz, self.centred)]
 
 
@@ -128,17 +149,19 @@ class Steps:
     """Pairs of steps, one way and back, of drawn sizes up to amplitude, none longer than hold_s."""
 
     seconds: float = _seconds()
-    amplitude: float = number(0.001, 1e6)
-    hold_s: float = number(0.02, 10.0, LONGEST_HOLD_S)
-    seed: int = whole(0, 2**32 - 1, 0)
-    centred: bool = flag(True)
+    amplitude: float = make_number_key(0.001, 1e6)
+    hold_s: float = make_number_key(0.02, 10.0, LONGEST_HOLD_S)
+    seed: int = make_whole_key(0, 2**32 - 1, 0)
+    centred: bool = make_flag_key(True)
 
     def __post_init__(self) -> None:
-        check(self)
+        check_keys(self)
 
     def parts(self, room: Envelope, rate_hz: float) -> list[Part]:
         """Return the steps."""
-        wave = waveforms.steps(room, np.random.default_rng(self.seed), _within(self.amplitude, room), self.hold_s)
+        wave = waveforms.make_steps(
+            room, np.random.default_rng(self.seed), _within(self.amplitude, room), self.hold_s
+        )
         return [_made("steps", wave, self.seconds, rate_hz, self.centred)]
 
 
@@ -147,32 +170,41 @@ class FreeDecay:
     """Make the pole swing by so many swings at its own frequency, then send nothing while it swings out."""
 
     seconds: float = _seconds()
-    amplitude: float = number(0.001, 1e6)
-    swings: int = whole(1, 100, 2)
+    amplitude: float = make_number_key(0.001, 1e6)
+    swings: int = make_whole_key(1, 100, 2)
 
     def __post_init__(self) -> None:
-        check(self)
+        check_keys(self)
 
     def parts(self, room: Envelope, rate_hz: float) -> list[Part]:
         """Return the kick and the decay."""
-        kicked_s = waveforms.kick_s(room, self.swings)
+        kicked_s = waveforms.compute_kick_s(room, self.swings)
         if not kicked_s + BRIEFEST_S <= self.seconds:
             raise BadInputError(
                 f"seconds: expected more than the {kicked_s:.3g} s that {self.swings} swings take, found {self.seconds:g}"
             )
-        kicked = _made("kick", waveforms.kick(room, _within(self.amplitude, room)), kicked_s, rate_hz, False)
-        return [kicked, _made("free decay", waveforms.rest, self.seconds - kicked_s, rate_hz, False)]
+        kicked = _made(
+            "kick",
+            waveforms.make_kick(room, _within(self.amplitude, room)),
+            kicked_s,
+            rate_hz,
+            False,
+        )
+        return [
+            kicked,
+            _made("free decay", waveforms.make_rest, self.seconds - kicked_s, rate_hz, False),
+        ]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Samples:
     """Commands one by one, one a sample period."""
 
-    commands: tuple[float, ...] = numbers(-1e6, 1e6, MOST_SAMPLES)
-    centred: bool = flag(True)
+    commands: tuple[float, ...] = make_numbers_key(-1e6, 1e6, MOST_SAMPLES)
+    centred: bool = make_flag_key(True)
 
     def __post_init__(self) -> None:
-        check(self)
+        check_keys(self)
 
     def parts(self, room: Envelope, rate_hz: float) -> list[Part]:
         """Return the commands; raise BadInputError for one beyond the limit."""
@@ -180,7 +212,9 @@ class Samples:
         beyond = np.flatnonzero(np.abs(commands) > room.limit)
         if len(beyond):
             k = beyond[0]
-            raise BadInputError(f"commands[{k}]: expected from {-room.limit:g} to {room.limit:g}, found {commands[k]:g}")
+            raise BadInputError(
+                f"commands[{k}]: expected from {-room.limit:g} to {room.limit:g}, found {commands[k]:g}"
+            )
         return [Part("samples", commands, self.centred)]
 
 
@@ -189,14 +223,14 @@ class Standard:
     """The standard plan, which begins with a push of its own."""
 
     seconds: float = _seconds(60.0, SHORTEST_S)
-    seed: int = whole(0, 2**32 - 1, 0)
+    seed: int = make_whole_key(0, 2**32 - 1, 0)
 
     def __post_init__(self) -> None:
-        check(self)
+        check_keys(self)
 
     def parts(self, room: Envelope, rate_hz: float) -> list[Part]:
         """Return all its stretches."""
-        return standard_parts(room, self.seconds, rate_hz, self.seed)
+        return make_standard_pieces(room, self.seconds, rate_hz, self.seed)
 
 
 KINDS: Mapping[str, type[Phase]] = {

@@ -1,7 +1,8 @@
 """Commands as functions of time: each makes one stretch of an excitation, as strong as the rail lets it be.
 
-Amplitudes are largest commands (PWM fraction). At low frequencies the rail is too short for them: there a wave is
-weaker, so that the cart stays within a third of the rail each way (`reach`).
+Amplitudes are largest commands (PWM fraction). At low frequencies the rail is too short for them:
+there a wave is weaker, so that the cart stays within a third of the rail each way
+(`limit_amplitude`).
 """
 
 from __future__ import annotations
@@ -17,7 +18,9 @@ from pendulum_twin.errors import BadInputError
 from pendulum_twin.rig import Rig
 
 Floats = NDArray[np.float64]
-Wave = Callable[[Floats], Floats]  # evenly spaced times from the wave's start, s (at least two) -> commands
+Wave = Callable[
+    [Floats], Floats
+]  # evenly spaced times from the wave's start, s (at least two) -> commands
 
 TONES_HZ = (0.31, 0.47, 0.73, 1.09, 1.51, 2.03, 2.69, 3.37)
 PUSH, PUSH_S = 0.3, 0.15  # command and length of the first push
@@ -30,8 +33,9 @@ EDGE_S = 0.5  # in which many tones fade in and out
 class Envelope:
     """Hold what a plan must know of the rig, roughly.
 
-    limit: largest command. acceleration_m_s2: of the cart per unit of command (p1/m). swing_hz: of the hanging pole
-    when it swings by itself. half_length_m: of the rail. Table 1 gives the defaults.
+    limit: largest command. acceleration_m_s2: of the cart per unit of command (p1/m). swing_hz: of
+    the hanging pole when it swings by itself. half_length_m: of the rail. Table 1 gives the
+    defaults.
     """
 
     limit: float = 0.5
@@ -40,7 +44,7 @@ class Envelope:
     half_length_m: float = 0.9
 
 
-def envelope_of(rig: Rig) -> Envelope:
+def make_envelope(rig: Rig) -> Envelope:
     """Return what a plan must know of a rig; raise BadInputError for one without cart, drive or rail length."""
     if not rig.force_per_pwm_n or rig.rail_half_length_m is None:
         raise BadInputError(
@@ -48,7 +52,11 @@ def envelope_of(rig: Rig) -> Envelope:
         )
     usual = Envelope()
     turning = rig.total_mass_kg * rig.gravity_m_s2 * (rig.com_distance_m or 0.0)
-    swing_hz = math.sqrt(turning / rig.pole_inertia_kg_m2) / (2 * math.pi) if rig.pole_inertia_kg_m2 else 0.0
+    swing_hz = (
+        math.sqrt(turning / rig.pole_inertia_kg_m2) / (2 * math.pi)
+        if rig.pole_inertia_kg_m2
+        else 0.0
+    )
     return Envelope(
         rig.pwm_limit or usual.limit,
         rig.force_per_pwm_n / rig.total_mass_kg,
@@ -57,50 +65,53 @@ def envelope_of(rig: Rig) -> Envelope:
     )
 
 
-def push(t: Floats) -> Floats:
+def make_push(t: Floats) -> Floats:
     """Rest; push the positive way, twice as long back, and once more: the cart ends at rest, about where it began."""
     since = (t - LEAD_S) / PUSH_S
-    return PUSH * np.select([since < -1e-9, since < 1, since < 3, since < 4], [0.0, 1.0, -1.0, 1.0], 0.0)
+    return PUSH * np.select(
+        [since < -1e-9, since < 1, since < 3, since < 4], [0.0, 1.0, -1.0, 1.0], 0.0
+    )
 
 
-def rest(t: Floats) -> Floats:
+def make_rest(t: Floats) -> Floats:
     """Send nothing."""
     return np.zeros_like(t)
 
 
-def reach(room: Envelope, hz: Floats | float) -> Floats:
+def limit_amplitude(room: Envelope, hz: Floats | float) -> Floats:
     """Return the largest command of a frequency that keeps the cart within a third of the rail, and in the limit."""
     acceleration = (2 * np.pi * np.asarray(hz)) ** 2 * room.half_length_m / 3
     return np.minimum(room.limit, acceleration / room.acceleration_m_s2)
 
 
-def sweep(room: Envelope, first_hz: float, last_hz: float) -> Wave:
+def make_sweep(room: Envelope, first_hz: float, last_hz: float) -> Wave:
     """Return a sweep of rising (or falling) frequency, as strong as the rail lets it be, gentle to the pole."""
 
     def commands(t: Floats) -> Floats:
         hz, phase = _glide(t, first_hz, last_hz)
         # strength breathes, so that limits and dead zones are passed at every frequency
         breath = 0.8 + 0.2 * np.cos(2 * np.pi * t / 1.7)
-        return reach(room, hz) * spared(room, hz) * breath * np.cos(phase)
+        return limit_amplitude(room, hz) * spare_resonance(room, hz) * breath * np.cos(phase)
 
     return commands
 
 
-def spared(room: Envelope, hz: Floats) -> Floats:
+def spare_resonance(room: Envelope, hz: Floats) -> Floats:
     """Return how much weaker a sweep is about the pole's own frequency.
 
-    At full strength there the pole goes round within a second and stays near upright too often, where a run magnifies
+    At full strength there the pole goes round within a second and stays near upright too often,
+    where a run magnifies
     every small error of its start: measured, by up to 100 within a second, and by 20 with this.
     """
     return 1 - 0.7 * np.exp(-((np.log(hz / room.swing_hz) / 0.35) ** 2))
 
 
-def chirp(room: Envelope, first_hz: float, last_hz: float, amplitude: float) -> Wave:
+def make_chirp(room: Envelope, first_hz: float, last_hz: float, amplitude: float) -> Wave:
     """Return a sweep of even amplitude, weaker only where the rail is too short for it."""
 
     def commands(t: Floats) -> Floats:
         hz, phase = _glide(t, first_hz, last_hz)
-        return np.minimum(amplitude, reach(room, hz)) * np.cos(phase)
+        return np.minimum(amplitude, limit_amplitude(room, hz)) * np.cos(phase)
 
     return commands
 
@@ -111,13 +122,13 @@ def _glide(t: Floats, first_hz: float, last_hz: float) -> tuple[Floats, Floats]:
     return hz, 2 * np.pi * np.cumsum(hz) * (t[1] - t[0])
 
 
-def tones(room: Envelope, random: np.random.Generator) -> Wave:
+def make_tones(room: Envelope, random: np.random.Generator) -> Wave:
     """Return many tones at once, quiet: root mean squares of 5 to 20 % of the limit."""
     phases = random.uniform(0, 2 * np.pi, len(TONES_HZ))
 
     def commands(t: Floats) -> Floats:
         hz = np.array(TONES_HZ)
-        parts = np.minimum(0.25 * room.limit, 0.5 * reach(room, hz))
+        parts = np.minimum(0.25 * room.limit, 0.5 * limit_amplitude(room, hz))
         total = np.sum(parts * np.cos(2 * np.pi * np.outer(t, hz) + phases), axis=1)
         loudness = 0.3 + 0.35 * (1 - np.cos(2 * np.pi * t / t[-1]))
         return 0.4 * loudness * total
@@ -125,19 +136,29 @@ def tones(room: Envelope, random: np.random.Generator) -> Wave:
     return commands
 
 
-def multisine(room: Envelope, tones_hz: tuple[float, ...], amplitude: float, random: np.random.Generator) -> Wave:
+def make_multisine(
+    room: Envelope, tones_hz: tuple[float, ...], amplitude: float, random: np.random.Generator
+) -> Wave:
     """Return many tones with drawn phases, their sum as large as amplitude and the rail allow.
 
-    All are equally strong but for the low ones, each of which is as strong as the rail lets it be alone.
+    All are equally strong but for the low ones, each of which is as strong as the rail lets it be
+    alone.
     """
     drawn = random.uniform(0, 2 * np.pi, len(tones_hz))
 
     def commands(t: Floats) -> Floats:
         turns = 2 * np.pi * np.array(tones_hz)
-        waves = np.minimum(amplitude, reach(room, np.array(tones_hz))) * np.cos(np.outer(t, turns) + drawn)
-        total, travel_m = np.sum(waves, axis=1), room.acceleration_m_s2 * np.sum(waves / turns**2, axis=1)
+        waves = np.minimum(amplitude, limit_amplitude(room, np.array(tones_hz))) * np.cos(
+            np.outer(t, turns) + drawn
+        )
+        total, travel_m = (
+            np.sum(waves, axis=1),
+            room.acceleration_m_s2 * np.sum(waves / turns**2, axis=1),
+        )
         # a cart that followed the command alone would travel so far
-        size = min(amplitude / np.max(np.abs(total)), room.half_length_m / 3 / np.max(np.abs(travel_m)))
+        size = min(
+            amplitude / np.max(np.abs(total)), room.half_length_m / 3 / np.max(np.abs(travel_m))
+        )
         return size * _edges(t) * total
 
     return commands
@@ -149,12 +170,16 @@ def _edges(t: Floats) -> Floats:
     return np.sin(np.pi / 2 * np.clip(np.minimum(t, t[-1] - t) / edge, 0, 1)) ** 2
 
 
-def steps(
-    room: Envelope, random: np.random.Generator, amplitude: float | None = None, hold_s: float = LONGEST_HOLD_S
+def make_steps(
+    room: Envelope,
+    random: np.random.Generator,
+    amplitude: float | None = None,
+    hold_s: float = LONGEST_HOLD_S,
 ) -> Wave:
     """Return pairs of steps of equal size and opposite way, of all sizes up to amplitude, with short pauses.
 
-    amplitude: None for the limit. hold_s: of the longest step; the larger ones are shorter, as the rail asks.
+    amplitude: None for the limit. hold_s: of the longest step; the larger ones are shorter, as the
+    rail asks.
     """
     largest = room.limit if amplitude is None else amplitude
 
@@ -163,7 +188,9 @@ def steps(
         rate = 1 / (t[1] - t[0])
         while at < len(t):
             size = largest * random.choice([0.1, 0.2, 0.35, 0.5, 0.7, 0.85, 1.0])
-            longest = min(hold_s, math.sqrt(room.half_length_m / 4 / (size * room.acceleration_m_s2)))
+            longest = min(
+                hold_s, math.sqrt(room.half_length_m / 4 / (size * room.acceleration_m_s2))
+            )
             half = max(2, round(random.uniform(0.5, 1.0) * longest * rate))
             out[at : at + half] = way * size
             out[at + half : at + 2 * half] = -way * size
@@ -174,30 +201,32 @@ def steps(
     return commands
 
 
-def swing(room: Envelope) -> Wave:
+def make_swing(room: Envelope) -> Wave:
     """Return bursts about the pole's own frequency, each stronger than the last: the pole swings high or goes round."""
 
     def commands(t: Floats) -> Floats:
         strength = np.array([0.3, 0.6, 1.0])[np.minimum((3 * t / (t[-1] + 1e-9)).astype(int), 2)]
         hz = room.swing_hz * (1 - 0.12 * strength)
         phase = 2 * np.pi * np.cumsum(hz) * (t[1] - t[0])
-        return strength * reach(room, room.swing_hz) * np.cos(phase)
+        return strength * limit_amplitude(room, room.swing_hz) * np.cos(phase)
 
     return commands
 
 
-def kick(room: Envelope, amplitude: float) -> Wave:
+def make_kick(room: Envelope, amplitude: float) -> Wave:
     """Return swings at the pole's own frequency, weaker where the rail asks: the pole swings, the cart ends at rest.
 
-    That is so after whole periods; `kick_s` gives their length.
+    That is so after whole periods; `compute_kick_s` gives their length.
     """
 
     def commands(t: Floats) -> Floats:
-        return np.minimum(amplitude, reach(room, room.swing_hz)) * np.cos(2 * np.pi * room.swing_hz * t)
+        return np.minimum(amplitude, limit_amplitude(room, room.swing_hz)) * np.cos(
+            2 * np.pi * room.swing_hz * t
+        )
 
     return commands
 
 
-def kick_s(room: Envelope, swings: int) -> float:
+def compute_kick_s(room: Envelope, swings: int) -> float:
     """Return how long so many swings of the pole take, s."""
     return swings / room.swing_hz

@@ -1,0 +1,142 @@
+"""The ways in which an effect may show on a rig: its typical sizes, and the shapes that it may have."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+
+from pendulum_sysid.fitting.parameters import Scales, size_of
+from pendulum_twin.effects import CATALOGUE
+from pendulum_twin.effects.effect import Effect, Form, Parameter, Place
+from pendulum_twin.parameter_vector import SLOTS
+from pendulum_twin.rig import Rig
+from pendulum_twin.signals import Floats
+
+MOST_SHAPES = 6  # of one effect; more are thinned out evenly, and what lies between is reached by moving a shape
+MOVED = 0.05  # of a shape's value (or of its size at 0), by which it is moved to see how its neighbours show
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Hold one way in which an effect may show, as words to compare with those of a twin without it.
+
+    whole: (SIZE,) all sizes typical. alone: (sizes, SIZE) each size typical, the others 0.
+    one_way: of each size, whether it has one sign only. moved: (shapes, SIZE) whole, with one
+    shape parameter moved a little. scales: of each parameter, in its own unit. An effect that is
+    on or off, and one that has shape parameters only, has one size: all of it.
+    """
+
+    effect: Effect
+    whole: Floats
+    alone: Floats
+    one_way: tuple[bool, ...]
+    moved: Floats
+    scales: tuple[float, ...]
+
+    @property
+    def on_or_off(self) -> bool:
+        """Return whether there is no size to choose."""
+        return not self.effect.parameters
+
+    def between(self, theta: Floats, share: float) -> Floats:
+        """Return theta (SIZE,) with a share of the effect, 1 for all of it; its shape stays.
+
+        An effect that has no size but a limit vanishes where the limit is what is reached at most,
+        its scale.
+        """
+        found, slot = theta.copy(), SLOTS[self.effect.name]
+        sized = any(not p.shape for p in self.effect.parameters)
+        for k, p in enumerate(self.effect.parameters):
+            full = self.whole[slot.start + k]
+            nothing = p.neutral if sized else self.scales[k]
+            found[slot.start + k] = (
+                full if sized and p.shape else nothing + share * (full - nothing)
+            )
+        return found
+
+
+def possible(rig: Rig) -> tuple[Effect, ...]:
+    """Return the effects that a diagnosis may name on a rig; only positions are read, so none on reported velocities."""
+    places = {Place.CLOCK, Place.SENSOR}
+    places |= {Place.COMMAND, Place.DRIVE, Place.CART} if rig.has_cart else set()
+    places |= {Place.POLE} if rig.has_pole else set()
+    return tuple(
+        e for e in CATALOGUE if e.searched and e.place in places and e.form is not Form.REPORT
+    )
+
+
+def shapes(theta: Floats, effect: Effect, scales: Scales, share: float = 1.0) -> list[Shape]:
+    """Return the ways in which an effect may show beside what theta (SIZE,) hold, at a share of its typical size.
+
+    scales: of the recording.
+    """
+    if not effect.parameters:
+        return [shape_of(theta, effect, scales)]
+    sizes = [size_of(p, scales) for p in effect.parameters]
+    combinations = list(
+        itertools.product(*(p.probes if p.shape else p.probes[:1] for p in effect.parameters))
+    )
+    kept = np.unique(np.linspace(0, len(combinations) - 1, MOST_SHAPES).round().astype(int))
+    found = [
+        _shape(theta, effect, [a * b for a, b in zip(combinations[k], sizes, strict=True)], sizes)
+        for k in kept
+    ]
+    if share == 1.0:
+        return found
+    slot = SLOTS[effect.name]
+    return [_shape(theta, effect, list(one.between(theta, share)[slot]), sizes) for one in found]
+
+
+def shape_of(theta: Floats, effect: Effect, scales: Scales) -> Shape:
+    """Return the one way in which theta (SIZE,) hold an effect; one that is on or off counts as on."""
+    if not effect.parameters:
+        on = theta.copy()
+        on[SLOTS[effect.name]] = 1.0
+        return Shape(effect, on, on[None], (True,), np.empty((0, theta.size)), ())
+    return _shape(
+        theta,
+        effect,
+        list(theta[SLOTS[effect.name]]),
+        [size_of(p, scales) for p in effect.parameters],
+    )
+
+
+def typical(found: list[Shape]) -> Shape:
+    """Return the shape that stands for all of an effect's: the one in the middle."""
+    return found[len(found) // 2]
+
+
+def _shape(theta: Floats, effect: Effect, values: list[float], sizes: list[float]) -> Shape:
+    start = SLOTS[effect.name].start
+    whole = theta.copy()
+    whole[SLOTS[effect.name]] = values
+    how_much = [k for k, p in enumerate(effect.parameters) if not p.shape]
+    alone = []
+    for k in how_much:
+        one = whole.copy()
+        for other in how_much:
+            if other != k:
+                one[start + other] = effect.parameters[other].neutral
+        alone.append(one)
+    moved = []
+    for k, p in enumerate(effect.parameters):
+        if p.shape and not p.located:
+            step = MOVED * (abs(values[k]) or sizes[k])
+            one = whole.copy()
+            one[start + k] += step
+            moved.append(one)
+    one_way = tuple(_one_way(effect.parameters[k]) for k in how_much) or (True,)
+    return Shape(
+        effect,
+        whole,
+        np.array(alone or [whole]),
+        one_way,
+        np.array(moved).reshape(-1, theta.size),
+        tuple(sizes),
+    )
+
+
+def _one_way(parameter: Parameter) -> bool:
+    return parameter.low >= parameter.neutral or parameter.high <= parameter.neutral

@@ -1,0 +1,50 @@
+"""Curves by their values at knots: where the knots lie, and the weights of interpolation between them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pendulum_twin.signals import Floats
+
+SIDE_KNOTS = 7  # of a variable whose sign matters, on each side of zero
+
+
+def hats(values: Floats, knots: Floats) -> Floats:
+    """Return the weights of linear interpolation between rising knots, (n, knots)."""
+    found = np.zeros((len(values), len(knots)))
+    if len(knots) == 1:
+        found[:, 0] = 1.0
+        return found
+    inside = np.clip(values, knots[0], knots[-1])
+    left = np.clip(np.searchsorted(knots, inside, side="right") - 1, 0, len(knots) - 2)
+    part = (inside - knots[left]) / (knots[left + 1] - knots[left])
+    rows = np.arange(len(values))
+    found[rows, left] = 1.0 - part
+    found[rows, left + 1] = part
+    return found
+
+
+def spread_knots(values: Floats, count: int) -> Floats:
+    """Return rising knots over what values reach, half of the way between evenly spread and evenly filled."""
+    even, filled = (
+        np.linspace(values.min(), values.max(), count),
+        np.quantile(values, np.linspace(0, 1, count)),
+    )
+    return np.unique(0.5 * (even + filled))
+
+
+def sided(values: Floats) -> tuple[Floats, Floats]:
+    """Return knots (k,) and hats (n, k) of a variable on either side of zero, between which a force may jump."""
+    knots, parts = [], []
+    for sign in (-1.0, 1.0):
+        side = np.maximum(sign * values, 0.0)
+        reached = side[side > 0]
+        if len(reached) < 2 * SIDE_KNOTS:
+            continue
+        at = spread_knots(np.append(reached, 0.0), SIDE_KNOTS)
+        part = hats(side, at) * (side > 0)[:, None]
+        knots.append(at if sign > 0 else -at[::-1])
+        parts.append(part if sign > 0 else part[:, ::-1])
+    if not parts:
+        return np.zeros(1), np.ones((len(values), 1))
+    return np.concatenate(knots), np.concatenate(parts, axis=1)

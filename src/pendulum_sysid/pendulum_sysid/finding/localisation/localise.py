@@ -1,0 +1,97 @@
+"""Where a mismatch lives, asked without the catalogue: the force and torque that the motion needs and the twin lacks.
+
+Each equation is asked what its missing part depends on (`inspection`): variables, products, the
+past, sensors, the clock. Shares are of the missing power, beyond the sensors' noise, on samples
+that did not make the curves; force and torque are counted on one scale, each in units of mass
+(inertia) times acceleration, so that all shares add up.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+
+import numpy as np
+
+from pendulum_sysid.finding.localisation.explain import LEAST_SHARE
+from pendulum_sysid.finding.localisation.inspection import Inspected, curves_of, inspected
+from pendulum_sysid.finding.localisation.measured_curves import Curve
+from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.fitting.window_runs import WindowRuns
+from pendulum_sysid.records import Evidence, Localisation
+from pendulum_twin.signals import Floats
+
+MOST_EVIDENCE = 4
+OUTSTANDING = 2.0  # times the median window's error, to be named as a stretch
+EQUATIONS = ("force", "torque")
+
+
+def localise(case: Case, theta: Floats, runs: WindowRuns) -> Localisation:
+    """Return where the twin with these words, its signs right, falls short on the recording.
+
+    runs: its free runs, for the stretches of the recording where it is worst.
+    """
+    equations = inspected(case, theta)
+    total = sum(one.missing for one in equations)
+    found = [
+        _evidence(one, curve, one.gains[curve.question.key] / total)
+        for one in equations
+        if total > 0
+        for curve in curves_of(one, theta)
+    ]
+    found = sorted((one for one in found if one.share >= LEAST_SHARE), key=lambda one: -one.share)
+    return Localisation(
+        _place(found) or _worse_joint(runs), tuple(found[:MOST_EVIDENCE]), stretches(runs)
+    )
+
+
+def _place(found: list[Evidence]) -> str | None:
+    """Return the place to which most of what is explained points."""
+    shares: dict[str, float] = defaultdict(float)
+    for one in found:
+        shares[one.place] += one.share
+    return max(shares, key=lambda place: shares[place], default=None)
+
+
+def _evidence(one: Inspected, curve: Curve, share: float) -> Evidence:
+    question, what = curve.question, curve.question.measured
+    finding = f"explains {share:.0%} of what is missing, in the {EQUATIONS[one.table.balance.equation]}; {told(curve)}"
+    drawn = (curve.x, curve.y, curve.band) if len(curve.x) > 1 else (np.empty(0),) * 3
+    return Evidence(
+        question.variable, finding, share, *drawn, what.axis, what.theta, what.unit, question.place
+    )
+
+
+def told(curve: Curve) -> str:
+    """Return a measured curve in words."""
+    what, unit = curve.question.measured, f" {curve.question.measured.unit}".replace(" 1", "")
+    if len(curve.x) == 1:
+        return f"{what.theta} {curve.y[0]:.3g}{unit} (+-{curve.band[0]:.1g})"
+    if curve.question.variable == "frequency":
+        return f"a vibration of {1.0 / curve.x[-1]:.3g} Hz, amplitude {np.max(np.abs(curve.y)):.3g}{unit}"
+    if curve.question.variable == "command_history":
+        late = float(np.interp(0.5, np.maximum.accumulate(curve.y / curve.y[-1]), curve.x))
+        return f"half of the force of {curve.y[-1]:.3g} N per command has come {late:.2g} s after a step of it"
+    low, high = int(np.argmin(curve.y)), int(np.argmax(curve.y))
+    first, last = (low, high) if curve.x[low] <= curve.x[high] else (high, low)
+    points = [
+        f"{curve.y[k]:.3g}{unit} at {curve.x[k] + 0.0:.3g}" for k in (first, last)
+    ]  # + 0.0: no "-0"
+    return f"{what.theta} from {points[0]} to {points[1]}"
+
+
+def _worse_joint(runs: WindowRuns) -> str:
+    """Return the joint whose runs are the further off, in units of noise, when nothing explains the missing force."""
+    return ("cart", "pole")[runs.channels[int(np.argmax(runs.rmse / runs.noise))]]
+
+
+def stretches(runs: WindowRuns) -> tuple[tuple[float, float], ...]:
+    """Return where the runs are more than twice as wrong as in the median window, s, joined where they touch."""
+    errors = np.sqrt(np.mean((runs.window_rmse / runs.noise) ** 2, axis=1))
+    found: list[tuple[float, float]] = []
+    for begin in np.sort(runs.begin_s[errors > OUTSTANDING * np.median(errors)]):
+        end = float(begin) + runs.seconds
+        if found and begin <= found[-1][1] + 1e-9:
+            found[-1] = (found[-1][0], end)
+        else:
+            found.append((float(begin), end))
+    return tuple(found)

@@ -1,0 +1,52 @@
+"""A long recording by pieces of it, spread evenly: what a mismatch depends on shows in some twenty minutes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from pendulum_sysid.fitting.case import Case
+
+MOST_SAMPLES = 120_000
+PIECE_S = 20.0
+
+
+def thinned(case: Case, most: int = MOST_SAMPLES) -> Case:
+    """Return the case with at most so many samples: whole pieces of the recording, each its own stretch at its own time."""
+    signals = case.signals
+    keep = most / max(len(signals), 1)
+    if keep >= 1.0:
+        return case
+    length = max(round(PIECE_S / signals.period_s), 1)
+    pieces = [
+        (first, min(first + length, stretch.stop))
+        for stretch in signals.stretches
+        for first in range(stretch.start, stretch.stop, length)
+    ]
+    turn = np.floor(np.arange(len(pieces) + 1) * keep)
+    kept = [
+        piece for piece, now, then in zip(pieces, turn[:-1], turn[1:], strict=True) if then > now
+    ]
+    at = np.concatenate([np.arange(first, stop) for first, stop in kept])
+    first = np.array([piece[0] for piece in kept])
+    clock_s, times_s = signals.clock_s[first], signals.times_s[first]
+    starts = np.cumsum([0, *(stop - begin for begin, stop in kept[:-1])])
+    fewer = replace(
+        signals,
+        command=signals.command[at],
+        cart=None if signals.cart is None else signals.cart[at],
+        pole=None if signals.pole is None else signals.pole[at],
+        cart_valid=signals.cart_valid[at],
+        pole_valid=signals.pole_valid[at],
+        starts=tuple(int(s) for s in starts),
+        begin_s=tuple(clock_s.tolist()),
+        after_s=tuple((times_s - clock_s).tolist()),
+    )
+    state = replace(
+        case.state, states=case.state.states[at], accelerations=case.state.accelerations[at]
+    )
+    rates = None if case.recording.rates is None else case.recording.rates[at]
+    return replace(
+        case, recording=replace(case.recording, signals=fewer, rates=rates), state=state
+    )

@@ -1,0 +1,104 @@
+"""Waves in what is left: a line in its spectrum over time (a vibration), a wave along the rail or round the pole's axis."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pendulum_sysid.finding.localisation.balance import Along, Balance
+from pendulum_sysid.finding.localisation.questions import MISSING, UNITS, Cost, Measured, Question
+from pendulum_sysid.finding.localisation.sieve import FORCE
+from pendulum_twin.signals import Floats
+
+POINTS = 25  # drawn, of one period
+BESIDE_HZ = 0.6  # to either side, of which a line must stand out
+SLOWEST = 8.0  # periods in the recording
+WEAKEST = 0.02  # of the highest peak
+WAVES = (4.0, 50.0)  # along the rail, fewest and most that are tried
+NOTCHES = (3, 24)  # round the pole's axis
+MOST_ROWS = 5000
+
+
+def waves(balance: Balance, here: Along, rest: Floats) -> list[Question]:
+    """Return the question for the sharpest line over time, and the one for the best wave over the joint's position.
+
+    rest: (rows,) what is left of the balance.
+    """
+    place = "cart" if balance.equation == FORCE else "pole"
+    name, values = (
+        ("cart_position", here.x) if balance.equation == FORCE else ("pole_angle", here.th)
+    )
+    found = []
+    hertz = vibration_hz(balance, rest)
+    if hertz is not None:
+        found.append(
+            _wave(
+                "frequency",
+                "frequency",
+                place,
+                2 * np.pi * hertz,
+                here.t,
+                balance.equation,
+                "time",
+            )
+        )
+    number = _wavenumber(values[balance.sieve.at], rest, balance.equation)
+    if number is not None:
+        found.append(_wave(f"{name} wave", name, place, number, values, balance.equation, name))
+    return found
+
+
+def _wave(
+    key: str,
+    variable: str,
+    place: str,
+    wavenumber: float,
+    values: Floats,
+    equation: int,
+    axis: str,
+) -> Question:
+    def columns() -> Floats:
+        return np.stack([np.sin(wavenumber * values), np.cos(wavenumber * values)], axis=1)
+
+    x = np.linspace(0.0, 2 * np.pi / wavenumber, POINTS)
+    drawn = np.stack([np.sin(wavenumber * x), np.cos(wavenumber * x)], axis=1)
+    measured = Measured(MISSING[equation], UNITS[equation], axis)
+    return Question(key, variable, place, Cost.NUMBER, measured, columns, x, drawn, bends=False)
+
+
+def vibration_hz(balance: Balance, rest: Floats) -> float | None:
+    """Return the frequency of the line that stands out most from its neighbours in the spectrum of a rest (rows,)."""
+    step = balance.spacing_s
+    slot = np.round((balance.seconds - balance.seconds[0]) / step).astype(int)
+    even = np.zeros(slot[-1] + 1)
+    even[slot] = rest
+    power = np.abs(np.fft.rfft(even * np.hanning(len(even)), 4 * len(even))) ** 2
+    hertz = np.fft.rfftfreq(4 * len(even), step)
+    width = max(int(BESIDE_HZ / hertz[1]), 8)
+    if len(power) < 4 * width:
+        return None
+    at = np.arange(0, len(power), max(width // 4, 1))
+    usual = np.interp(
+        np.arange(len(power)), at, [np.median(power[max(k - width, 0) : k + width]) for k in at]
+    )
+    candidate = (hertz > SLOWEST / (len(even) * step)) & (power > WEAKEST * power.max())
+    if not candidate.any():
+        return None
+    return float(
+        hertz[int(np.argmax(np.where(candidate, power / np.maximum(usual, 1e-300), 0.0)))]
+    )
+
+
+def _wavenumber(values: Floats, rest: Floats, equation: int) -> float | None:
+    """Return the wavenumber (rad per unit of the values) of the wave over a variable that explains most of a rest."""
+    travel = float(np.ptp(values))
+    if travel <= 0 or len(values) < 4 * WAVES[1]:
+        return None
+    tried = (
+        2 * np.pi * np.arange(*WAVES, 0.25) / travel
+        if equation == FORCE
+        else np.arange(*NOTCHES) * 1.0
+    )
+    thin = slice(None, None, -(-len(values) // MOST_ROWS))
+    phase = tried[:, None] * values[thin]
+    power = (np.sin(phase) @ rest[thin]) ** 2 + (np.cos(phase) @ rest[thin]) ** 2
+    return float(tried[int(np.argmax(power))])

@@ -1,0 +1,72 @@
+"""Judge twins by what they do on a recording: free runs on windows, and one free run of the whole."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pendulum_sysid.fitting.case import Case, case_of
+from pendulum_sysid.fitting.whole_run import equation_29, whole_run
+from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
+from pendulum_sysid.fitting.windows import WINDOW_S, cut
+from pendulum_sysid.records import Comparison, Recording
+from pendulum_twin.errors import BadInputError
+from pendulum_twin.model import Twin
+from pendulum_twin.parameter_vector import make_theta
+
+EVERY_S = 0.5
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Hold how two twins do on the same windows of one recording."""
+
+    comparisons: tuple[Comparison, Comparison]
+    runs: tuple[WindowRuns, WindowRuns]
+
+    @property
+    def second_better(self) -> int:
+        """Return in how many windows the second twin's errors are the smaller, in units of the sensors' noise."""
+        first, second = ((runs.squares / runs.noise**2).sum(axis=1) for runs in self.runs)
+        return int(np.sum(second < first))
+
+
+def compare(recording: Recording, twin: Twin) -> Comparison:
+    """Return how a twin runs on a recording (contract: `sysid replay`).
+
+    Windows of 1 s start every 0.5 s, each from a state smoothed out of the recording alone;
+    samples that are not valid do not count. A run that diverges makes its errors infinite. Raises
+    BadInputError when the recording holds no usable window, or a joint that the twin lacks.
+    """
+    case = case_of(recording, twin)
+    return _comparison(case, _replay(case))
+
+
+def compare_two(recording: Recording, first: Twin, second: Twin) -> Pair:
+    """Return how two twins run on the same windows; raises what `compare` raises."""
+    cases = case_of(recording, first), case_of(recording, second)
+    runs = _replay(cases[0]), _replay(cases[1])
+    return Pair((_comparison(cases[0], runs[0]), _comparison(cases[1], runs[1])), runs)
+
+
+def _replay(case: Case) -> WindowRuns:
+    windows = cut(case.signals, case.state, EVERY_S)
+    if not len(windows):
+        raise BadInputError(
+            f"expected at least one stretch of {WINDOW_S:g} s with half of its samples valid, found none in "
+            f"{case.signals.seconds:.3g} s: record longer"
+        )
+    return run_windows(case, windows)
+
+
+def _comparison(case: Case, runs: WindowRuns) -> Comparison:
+    whole = whole_run(case.signals, case.state.states, make_theta(case.twin))
+    return Comparison(
+        seconds=WINDOW_S,
+        count=len(runs),
+        cart_rmse_m=runs.of_joint(0, runs.rmse),
+        pole_rmse_rad=runs.of_joint(1, runs.rmse),
+        score=runs.score,
+        thesis_rmse=equation_29(case.signals, whole),
+    )

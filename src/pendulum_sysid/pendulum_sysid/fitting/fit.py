@@ -1,0 +1,78 @@
+"""Fit one set of effects together with the rig's constants."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.fitting.gauss_newton import Solution, half_widths, refined, solve
+from pendulum_sysid.fitting.parameters import Free, free_parameters, rig_parameters, twin_from
+from pendulum_sysid.fitting.windows import shorter
+from pendulum_sysid.records import Estimate, Fit, Split
+from pendulum_twin.effects import BY_NAME
+from pendulum_twin.parameter_vector import SLOTS
+from pendulum_twin.signals import Floats
+
+HORIZONS = (4, 1)  # into how many parts a window is cut
+
+
+def fit(
+    case: Case,
+    split: Split,
+    effects: tuple[str, ...],
+    theta: Floats,
+    parts: int = 1,
+    starts: Floats | None = None,
+) -> Fit:
+    """Return the fit of the rig's constants and the effects' parameters on the training windows.
+
+    theta: (SIZE,) where to start, the effects' words not neutral. parts: every window is cut into
+    so many: over a short horizon errors stay where they arise, over a long one small ones add up.
+    starts: (training windows * parts, 4) start states, when a nearby fit has them.
+    """
+    free = free_parameters(case.twin, effects, case.scales)
+    solution = solve(case.problem(shorter(case.state, split.train, parts)), theta, free, starts)
+    choosing = refined(case.problem(shorter(case.state, split.choose, parts)), solution.theta)
+    return Fit(
+        twin=twin_from(case.twin, solution.theta, effects, rig_parameters(case.twin)),
+        effects=effects,
+        estimates={**_estimates(solution, free, parts), **_located(case, effects, solution.theta)},
+        theta=solution.theta,
+        starts=solution.starts,
+        power=solution.power,
+        train=solution.misfit(case.noise),
+        choose=choosing.misfit(case.noise),
+        window_squares=choosing.squares,
+        counts=choosing.counts,
+        noise=case.noise,
+        parts=parts,
+        converged=solution.converged,
+    )
+
+
+def _located(case: Case, effects: tuple[str, ...], theta: Floats) -> dict[str, Estimate]:
+    """Return the times that were read off the recording, as far as its samples tell them."""
+    found = {}
+    known = {step.time_s: step.half_s for step in case.angle_steps}
+    for name in effects:
+        for k, p in enumerate(BY_NAME[name].parameters):
+            if p.located:
+                value = float(theta[SLOTS[name].start + k])
+                half = known.get(value, case.signals.period_s)
+                found[f"{name}.{p.name}"] = Estimate(value, max(value - half, p.low), value + half)
+    return found
+
+
+def _estimates(solution: Solution, free: tuple[Free, ...], parts: int) -> dict[str, Estimate]:
+    found = {}
+    for one, half in zip(free, half_widths(solution, free, parts), strict=True):
+        value = one.get(solution.theta)
+        bound = value <= one.low or value >= one.high
+        fixed = bool(np.isfinite(half)) and half < max(abs(value), one.size) and not bound
+        low, high = (
+            (max(value - half, one.low), min(value + half, one.high))
+            if np.isfinite(half)
+            else (one.low, one.high)
+        )
+        found[one.name] = Estimate(value, low, high, fixed, bound)
+    return found

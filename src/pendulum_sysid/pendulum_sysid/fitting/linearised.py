@@ -1,0 +1,211 @@
+"""How the free runs of windows change with words and with their own start states, as normal equations.
+
+Runs of a word and its neighbours along every parameter are told apart by differences. The start
+states of the windows are eliminated by a Schur complement (Golub and Pereyra, SIAM J. Numer. Anal.
+10 (1973) 413): what is left is in the words alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from pendulum_sysid.fitting.parameters import Free
+from pendulum_sysid.fitting.windows import channels, gather
+from pendulum_sysid.records import Ints, Windows
+from pendulum_twin import kernel
+from pendulum_twin.signals import Floats, Signals
+from pendulum_twin.simulate import run_drive, run_driven
+
+STEP = 1e-4  # of a parameter's size, for differences
+FAR = 1e6  # deviations: as wrong as a run may count that has left all bounds
+RUNS_AT_ONCE = 4_000_000  # numbers of runs that are held at one time, so that a long recording needs no more memory
+DRIVES_AT_ONCE = 32_000_000  # the same of what command and drive make of the whole recording
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Hold the data of a fit: windows of a recording, and how far the smoothed starts may be off.
+
+    deviations: (4,) of x, th, v, w; a start that leaves its smoothed value pays for it as for any
+    other error.
+    """
+
+    signals: Signals
+    windows: Windows
+    deviations: Floats
+
+
+def varied(problem: Problem) -> list[int]:
+    """Return which entries of a start state are fitted: position and velocity of the channels that are there."""
+    present = channels(problem.signals)
+    return [*present, *(k + 2 for k in present)]
+
+
+def errors_of(problem: Problem, theta: Floats, starts: Floats) -> Floats:
+    """Return measured minus run, (windows, samples, channels), of the twin with theta (SIZE,) from starts (windows, 4)."""
+    drives = run_drive(problem.signals, theta[None])
+    return _errors(
+        problem, drives, theta[None], np.zeros(1, dtype=np.int64), starts[None], slice(None)
+    )[0]
+
+
+def _errors(
+    problem: Problem,
+    drives: tuple[Floats, Ints],
+    theta: Floats,
+    set_of: Ints,
+    starts: Floats,
+    part: slice,
+) -> Floats:
+    """Return measured minus run, (lanes, windows, samples, channels), of the windows in a part.
+
+    theta: (sets, SIZE). set_of: (lanes,) which each lane has. starts: (lanes, windows, 4).
+    """
+    signals, begin, samples = problem.signals, problem.windows.begin[part], problem.windows.samples
+    lanes, count = starts.shape[:2]
+    at, own = np.tile(begin, lanes), np.repeat(set_of, count)
+    runs = run_driven(signals, drives, theta, own, at, starts.reshape(-1, 4), samples)
+    measured, counts = gather(signals, begin, samples)
+    return (measured - runs[..., list(channels(signals))].reshape(lanes, *measured.shape)) * counts
+
+
+@dataclass(frozen=True)
+class System:
+    """Hold the normal equations of columns with the start states eliminated, and what gives the starts back.
+
+    Residuals are in units of each channel's deviation, columns change by a parameter's size (a
+    start's deviation).
+    normals: (windows, columns, columns) and scores: (windows, columns), each window's part of the
+    matrix and the gradient.
+    """
+
+    normals: Floats
+    scores: Floats
+    start_normal: Floats  # (windows, s, s)
+    start_gradient: Floats  # (windows, s)
+    cross: Floats  # (windows, s, columns)
+    start_sizes: Floats
+    varied: list[int]
+
+    @cached_property
+    def normal(self) -> Floats:
+        """Return the matrix over all windows, (columns, columns)."""
+        return self.normals.sum(axis=0)
+
+    @property
+    def gradient(self) -> Floats:
+        """Return the gradient over all windows, (columns,)."""
+        return self.scores.sum(axis=0)
+
+
+def linearised(
+    problem: Problem,
+    theta: Floats,
+    starts: Floats,
+    free: tuple[Free, ...],
+    power: Floats,
+    whole_steps: Floats | None = None,
+) -> System:
+    """Return the normal equations at words and starts, by differences.
+
+    power: (channels,) each channel's mean squared error. whole_steps: (more, SIZE) further word
+    vectors, each of which
+    adds one column: what going all the way there changes.
+    """
+    more = np.empty((0, theta.size)) if whole_steps is None else whole_steps
+    sets, scale = _neighbours(theta, free)
+    sets = np.concatenate([sets, more])
+    many = len(sets) + len(varied(problem))
+    size = max(RUNS_AT_ONCE // (many * problem.windows.samples * starts.shape[1]), 1)
+    parts = [slice(a, min(a + size, len(starts))) for a in range(0, len(starts), size)]
+    off = _all_errors(problem, sets, starts, parts)
+    off /= np.sqrt(power)
+    systems = [_part_of_system(problem, off[:, part], scale, starts, part) for part in parts]
+
+    def stack(name: str) -> Floats:
+        return np.concatenate([getattr(one, name) for one in systems])
+
+    return System(
+        normals=stack("normals"),
+        scores=stack("scores"),
+        start_normal=stack("start_normal"),
+        start_gradient=stack("start_gradient"),
+        cross=stack("cross"),
+        start_sizes=systems[0].start_sizes,
+        varied=systems[0].varied,
+    )
+
+
+def _all_errors(problem: Problem, sets: Floats, starts: Floats, parts: list[slice]) -> Floats:
+    """Return measured minus run, (sets + starts that are varied, windows, samples, channels).
+
+    First each set of words from the given starts, then the first set from starts one deviation off
+    along each entry.
+    """
+    turned = varied(problem)
+    moves = np.zeros((len(sets) + len(turned), 4))
+    moves[np.arange(len(sets), len(moves)), turned] = problem.deviations[turned]
+    set_of = np.array([*range(len(sets)), *([0] * len(turned))])
+    found = np.empty(
+        (len(moves), len(starts), problem.windows.samples, len(channels(problem.signals)))
+    )
+    for sharing in _groups(problem, len(sets)):
+        drives = run_drive(problem.signals, sets[sharing])
+        lanes = np.flatnonzero(np.isin(set_of, sharing))
+        for part in parts:
+            runs = starts[part] + moves[lanes, None]
+            own = set_of[lanes] - sharing[0]
+            found[lanes, part] = _errors(problem, drives, sets[sharing], own, runs, part)
+    return found
+
+
+def _groups(problem: Problem, sets: int) -> list[Ints]:
+    """Return the sets in groups whose drives fit into memory together."""
+    row = len(problem.signals) * kernel.count_substeps(problem.signals.period_s)
+    size = max(DRIVES_AT_ONCE // row, 1)
+    return [np.arange(a, min(a + size, sets)) for a in range(0, sets, size)]
+
+
+def _part_of_system(
+    problem: Problem, off_by: Floats, scale: Floats, starts: Floats, part: slice
+) -> System:
+    """Return the normal equations of a part of the windows; off_by: their errors in deviations, see `_all_errors`."""
+    turned = varied(problem)
+    sizes = problem.deviations[turned]
+    count, sets = off_by.shape[1], len(off_by) - len(turned)
+    errors = (
+        np.nan_to_num(off_by, nan=FAR, posinf=FAR, neginf=-FAR)
+        .clip(-FAR, FAR)
+        .reshape(len(off_by), count, -1)
+    )
+    base = errors[0]
+    change = base - errors[1:]
+    change[: len(scale)] *= scale[:, None, None]
+    by_column = np.moveaxis(change[: sets - 1], 0, 2)
+    by_start = np.moveaxis(change[sets - 1 :], 0, 2)
+    start_normal = by_start.transpose(0, 2, 1) @ by_start
+    start_normal += np.eye(len(turned))  # the smoothed start is a measurement, too
+    off = (problem.windows.starts - starts)[part][:, turned] / sizes
+    start_gradient = (by_start.transpose(0, 2, 1) @ base[..., None])[..., 0] + off
+    cross = by_start.transpose(0, 2, 1) @ by_column
+    moved = np.linalg.solve(start_normal, cross)  # how the best start follows the parameters
+    scores = (by_column.transpose(0, 2, 1) @ base[..., None])[..., 0]
+    scores -= (moved.transpose(0, 2, 1) @ start_gradient[..., None])[..., 0]
+    normals = by_column.transpose(0, 2, 1) @ by_column - cross.transpose(0, 2, 1) @ moved
+    return System(normals, scores, start_normal, start_gradient, cross, sizes, turned)
+
+
+def _neighbours(theta: Floats, free: tuple[Free, ...]) -> tuple[Floats, Floats]:
+    """Return words and their neighbours one small step along each parameter, and size / step of each."""
+    sets = np.repeat(theta[None], 1 + len(free), axis=0)
+    scale = np.empty(len(free))
+    for k, one in enumerate(free):
+        value = one.get(theta)
+        step = STEP * one.size
+        step = step if value + step <= one.high else -step
+        one.put(sets[k + 1], value + step)
+        scale[k] = one.size / step
+    return sets, scale

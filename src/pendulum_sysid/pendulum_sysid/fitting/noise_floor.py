@@ -1,0 +1,86 @@
+"""The score that a perfect model would reach: the twin judged on recordings that the twin itself made."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pendulum_sysid.fitting.case import Case, case_of
+from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
+from pendulum_sysid.records import Windows
+from pendulum_twin.signals import Floats
+from pendulum_twin.simulate import run_freely
+
+LEAD_S = 0.5  # of motion before a window, from which its start is smoothed
+TRIES = 5
+
+
+@dataclass(frozen=True)
+class NoiseFloor:
+    """Hold what a perfect model reaches: the score over all windows, and the error of the median window (noise = 1)."""
+
+    score: float
+    typical: float
+
+
+def noise_floor(case: Case, theta: Floats, windows: Windows, seed: int = 0) -> NoiseFloor:
+    """Return what case.twin, whose words are given, reaches on its own noisy runs through the same windows.
+
+    The runs are smoothed and replayed as recordings are; what the floor exceeds 1 by is what noise
+    in the smoothed starts costs. The root mean square of several draws of the noise.
+    """
+    signals = case.signals
+    lead = round(LEAD_S / signals.period_s)
+    stretch = np.searchsorted(signals.starts, windows.begin, side="right") - 1
+    reach = windows.begin - lead >= np.array(signals.starts)[stretch]
+    begin = windows.begin[reach] - lead
+    if not len(begin):
+        return NoiseFloor(1.0, 1.0)
+    length = lead + windows.samples
+    set_of = np.zeros(len(begin), dtype=np.int64)
+    runs = run_freely(signals, theta[None], set_of, begin, case.state.states[begin], length)
+    if not np.all(np.isfinite(runs)):
+        return NoiseFloor(
+            1.0, 1.0
+        )  # a twin that leaves all bounds says nothing about what is possible
+    tries = [
+        _perfect(case, runs, begin, lead, np.random.default_rng((seed, k))) for k in range(TRIES)
+    ]
+    score, typical = (
+        np.sqrt(np.mean(np.square(v)))
+        for v in zip(*((t.score, t.typical) for t in tries), strict=True)
+    )
+    return NoiseFloor(float(score), float(typical))
+
+
+def _perfect(
+    case: Case, runs: Floats, begin: np.ndarray, lead: int, random: np.random.Generator
+) -> WindowRuns:
+    """Return replays of runs (windows, n, 4) with noise on them, each its own stretch with its window after the lead."""
+    signals, length = case.signals, runs.shape[1]
+    at = (begin[:, None] + np.arange(length)).reshape(-1)
+    positions = []
+    for k, (there, noise) in enumerate(
+        ((signals.cart, case.state.noise.cart_m), (signals.pole, case.state.noise.pole_rad))
+    ):
+        made = runs[..., k].reshape(-1)
+        positions.append(
+            None if there is None or noise is None else made + random.normal(0.0, noise, len(made))
+        )
+    every = np.ones(len(at), dtype=bool)
+    starts = np.arange(len(begin)) * length
+    perfect = replace(
+        signals,
+        command=signals.command[at],
+        cart=positions[0],
+        pole=positions[1],
+        cart_valid=every,
+        pole_valid=every,
+        starts=tuple(int(s) for s in starts),
+        begin_s=tuple(signals.clock_s[begin].tolist()),
+        after_s=None,
+    )
+    made_case = case_of(replace(case.recording, signals=perfect), case.twin)
+    windows = Windows(starts + lead, length - lead, made_case.state.states[starts + lead])
+    return run_windows(made_case, windows)

@@ -1,0 +1,161 @@
+"""What a fit may turn: the rig's constants that motion can fix, and the parameters of the effects at hand."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pendulum_sysid.fitting.windows import SmoothState
+from pendulum_twin.effects import BY_NAME
+from pendulum_twin.effects.effect import Effect, Parameter, Scale
+from pendulum_twin.model import Twin
+from pendulum_twin.parameter_vector import (
+    CART_VISCOUS,
+    COUPLING,
+    FORCE_PER_PWM,
+    INERTIA,
+    MOMENT,
+    POLE_VISCOUS,
+    SLOTS,
+    make_theta,
+)
+from pendulum_twin.rig import RANGES, UNITS
+from pendulum_twin.signals import Floats, Signals
+
+Scales = dict[Scale, float]
+BELIEVED = 30.0  # times its measured value, up or down, that the pole's moment or inertia may be
+
+
+@dataclass(frozen=True)
+class Free:
+    """Describe one free parameter: its name in verdicts, the words it sets (word = factor * value), range and size.
+
+    size: a typical magnitude, by which a fit scales its steps.
+    """
+
+    name: str
+    unit: str
+    theta: tuple[int, ...]
+    factors: tuple[float, ...]
+    low: float
+    high: float
+    size: float
+
+    def get(self, theta: Floats) -> float:
+        """Return the value that theta (SIZE,) hold."""
+        return float(theta[self.theta[0]] / self.factors[0])
+
+    def put(self, theta: Floats, value: float | Floats) -> None:
+        """Set the value in words (..., SIZE)."""
+        for word, factor in zip(self.theta, self.factors, strict=True):
+            theta[..., word] = factor * value
+
+
+def rig_parameters(twin: Twin) -> tuple[Free, ...]:
+    """Return the rig's constants that motion can fix.
+
+    Motion fixes only ratios: the cart's mass stays as measured, and for a pole alone its inertia
+    does.
+    """
+    rig = twin.rig
+    theta = make_theta(twin)
+
+    def free(
+        name: str,
+        slots: tuple[int, ...],
+        factors: tuple[float, ...],
+        size: float,
+        within: float = np.inf,
+    ) -> Free:
+        low, high = RANGES[name]
+        low, high = max(low, size / within), min(high, size * within)
+        return Free(name, UNITS[name], slots, factors, low, high, size)
+
+    found = []
+    if rig.has_cart:
+        force = theta[FORCE_PER_PWM] or 1.0
+        found.append(free("force_per_pwm_n", (FORCE_PER_PWM,), (1.0,), force))
+        size = max(theta[CART_VISCOUS], 0.1 * theta[0])
+        found.append(free("cart_viscous_n_s_m", (CART_VISCOUS,), (1.0,), size))
+    if rig.has_pole:
+        mass = rig.total_mass_kg
+        found.append(
+            free(
+                "com_distance_m",
+                (MOMENT, COUPLING),
+                (mass, mass),
+                rig.com_distance_m or 0.1,
+                BELIEVED,
+            )
+        )
+        if rig.has_cart:
+            found.append(free("pole_inertia_kg_m2", (INERTIA,), (1.0,), theta[INERTIA], BELIEVED))
+        size = max(theta[POLE_VISCOUS], 0.01 * theta[INERTIA])
+        found.append(free("pole_viscous_n_m_s", (POLE_VISCOUS,), (1.0,), size))
+    return tuple(found)
+
+
+def scales_of(signals: Signals, state: SmoothState, theta: Floats) -> Scales:
+    """Return the sizes that this recording of this rig has, for `Parameter.scale`."""
+    command = float(np.max(np.abs(signals.command), initial=0.0)) or 1.0
+    cart = signals.cart if signals.cart is not None else np.zeros(1)
+
+    def rms(values: Floats) -> float:
+        return float(np.sqrt(np.mean(values**2))) or 1.0
+
+    return {
+        Scale.ONE: 1.0,
+        Scale.COMMAND: command,
+        Scale.FORCE: abs(theta[FORCE_PER_PWM]) * command or 1.0,
+        Scale.TORQUE: theta[INERTIA] * rms(state.accelerations[:, 1]),
+        Scale.CART_SPEED: rms(state.states[:, 2]),
+        Scale.CART_TRAVEL: float(np.ptp(cart)) / 2 or 1.0,
+        Scale.POLE_RATE: rms(state.states[:, 3]),
+        Scale.SECONDS: signals.seconds,
+    }
+
+
+def size_of(parameter: Parameter, scales: Scales) -> float:
+    """Return what the parameter's probes are fractions of, in its own unit."""
+    return scales[parameter.scale] / scales[parameter.per] ** parameter.per_power
+
+
+def effect_parameters(effect: Effect, scales: Scales) -> tuple[Free, ...]:
+    """Return the free parameters of an effect; none for one that is only on or off."""
+    slot = SLOTS[effect.name]
+    return tuple(
+        Free(
+            f"{effect.name}.{p.name}",
+            p.unit,
+            (slot.start + k,),
+            (1.0,),
+            max(p.low, p.fewest * size_of(p, scales)),
+            min(p.high, p.most * size_of(p, scales)),
+            size_of(p, scales) * max((abs(probe) for probe in p.probes), default=1.0)
+            or size_of(p, scales),
+        )
+        for k, p in enumerate(effect.parameters)
+        if not p.located
+    )
+
+
+def free_parameters(twin: Twin, effects: tuple[str, ...], scales: Scales) -> tuple[Free, ...]:
+    """Return what a fit of these effects turns: the rig's constants and the effects' parameters."""
+    return rig_parameters(twin) + tuple(
+        free for name in effects for free in effect_parameters(BY_NAME[name], scales)
+    )
+
+
+def twin_from(
+    base: Twin, theta: Floats, effects: tuple[str, ...], rig_free: tuple[Free, ...]
+) -> Twin:
+    """Return the twin that fitted words stand for: base's rig with its free constants replaced, and these effects."""
+    values = {free.name: float(np.clip(free.get(theta), free.low, free.high)) for free in rig_free}
+    held = {}
+    for name in effects:
+        effect, slot = BY_NAME[name], SLOTS[name]
+        held[name] = {
+            p.name: float(theta[slot.start + k]) for k, p in enumerate(effect.parameters)
+        }
+    return Twin(base.name, replace(base.rig, **values), held)

@@ -1,0 +1,44 @@
+"""Cut a recording into windows, and the windows into three parts that are kept apart.
+
+Whole windows go to one part each, interleaved through the record, so that every part sees every
+regime of it; no sample counts in two parts. The pattern begins one place further on in every
+stretch, lest repeated runs give each part the same moments of them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pendulum_sysid.fitting.windows import WINDOW_S, SmoothState, cut
+from pendulum_sysid.records import Split
+from pendulum_twin.errors import BadInputError
+from pendulum_twin.signals import Signals
+
+PATTERN = ("train", "choose", "train", "held_out")
+
+
+def split(signals: Signals, state: SmoothState) -> Split:
+    """Return windows to fit on (half), to choose on and to judge on (a quarter each).
+
+    Raises BadInputError when the recording is too short for at least one window in each.
+    """
+    windows = cut(signals, state, WINDOW_S)
+    if len(windows) < len(PATTERN):
+        raise BadInputError(
+            f"expected at least {len(PATTERN)} usable windows of {WINDOW_S:g} s to fit, choose and judge on, "
+            f"found {len(windows)}: record longer"
+        )
+    stretch = np.searchsorted(signals.starts, windows.begin, side="right") - 1
+    part = (np.arange(len(windows)) - np.searchsorted(stretch, stretch) + stretch) % len(PATTERN)
+    found = Split(
+        *(windows.pick(np.isin(part, _places(name))) for name in ("train", "choose", "held_out"))
+    )
+    if not (len(found.train) and len(found.choose) and len(found.held_out)):
+        raise BadInputError(
+            "expected windows to fit, choose and judge on, found one of these parts empty: record longer"
+        )
+    return found
+
+
+def _places(name: str) -> list[int]:
+    return [k for k, one in enumerate(PATTERN) if one == name]

@@ -1,0 +1,66 @@
+"""One free run of a twin over a whole recording, and the thesis's measure of it, equation 29."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pendulum_twin.signals import Floats, Mask, Signals
+from pendulum_twin.simulate import run_freely
+
+CART_WEIGHT, POLE_WEIGHT = 0.75, 0.25
+ONE_RUN = np.zeros(1, dtype=np.int64)
+
+
+def whole_run(signals: Signals, states: Floats, theta: Floats) -> Floats:
+    """Return what the sensors would have shown, (n, 4), had the twin run freely over the whole recording.
+
+    states: (n, 4) smoothed x, th, v, w, of which only the first of every stretch is used: a break
+    ends one run and begins another. theta: (SIZE,). A run that diverges holds infinity or NaN from
+    there on.
+    """
+    run = np.empty((len(signals), 4))
+    for stretch in signals.stretches:
+        part = _alone(signals, stretch)
+        with np.errstate(all="ignore"):
+            run[stretch] = run_freely(
+                part, theta[None], ONE_RUN, ONE_RUN, states[stretch][:1], len(part)
+            )[0]
+    return run
+
+
+def equation_29(signals: Signals, run: Floats) -> float:
+    """Return the thesis's error of a run (n, 4): 0.75 RMSE(cart in m) + 0.25 (RMSE(sin pole) + RMSE(cos pole)).
+
+    A recording of a cart alone gives RMSE(cart), of a pole alone RMSE(sin pole) + RMSE(cos pole).
+    Samples that are not valid do not count. Infinite for a run that diverged.
+    """
+    cart = pole = 0.0
+    with np.errstate(all="ignore"):
+        if signals.cart is not None:
+            cart = _rmse(signals.cart - run[:, 0], signals.cart_valid)
+        if signals.pole is not None:
+            pole = _rmse(np.sin(signals.pole) - np.sin(run[:, 1]), signals.pole_valid)
+            pole += _rmse(np.cos(signals.pole) - np.cos(run[:, 1]), signals.pole_valid)
+    if signals.cart is None or signals.pole is None:
+        return cart + pole
+    return CART_WEIGHT * cart + POLE_WEIGHT * pole
+
+
+def _alone(signals: Signals, stretch: slice) -> Signals:
+    if len(signals.stretches) == 1:
+        return signals
+    return Signals(
+        signals.period_s,
+        signals.command[stretch],
+        None if signals.cart is None else signals.cart[stretch],
+        None if signals.pole is None else signals.pole[stretch],
+        signals.cart_valid[stretch],
+        signals.pole_valid[stretch],
+    )
+
+
+def _rmse(errors: Floats, valid: Mask) -> float:
+    if not valid.any():
+        return np.inf
+    found = float(np.sqrt(np.mean(errors[valid] ** 2)))
+    return found if np.isfinite(found) else np.inf

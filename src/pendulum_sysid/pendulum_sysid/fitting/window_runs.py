@@ -1,0 +1,101 @@
+"""Free runs of a twin on windows of a recording, beside what was measured."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.fitting.windows import channels, gather
+from pendulum_sysid.records import Windows
+from pendulum_twin.parameter_vector import make_theta
+from pendulum_twin.signals import Floats
+from pendulum_twin.simulate import run_freely
+
+JOINTS, UNITS = ("cart", "pole"), ("m", "rad")
+
+
+@dataclass(frozen=True)
+class WindowRuns:
+    """Hold what a twin did in each window, driven by the recorded command from the window's smoothed start.
+
+    channels: 0 for cart (m), 1 for pole (rad), those that the recording holds, in the order of the
+    last axes below.
+    begin_s: (windows,) start of each, from the recording's start. period_s: between samples.
+    measured, runs, counts: (windows, samples, channels), counts 1 where a measured sample is
+    valid, else 0. noise: (channels,) of the sensors. Errors of a run that diverged are infinite.
+    """
+
+    channels: tuple[int, ...]
+    begin_s: Floats
+    period_s: float
+    measured: Floats
+    runs: Floats
+    counts: Floats
+    noise: Floats
+
+    def __len__(self) -> int:
+        return len(self.begin_s)
+
+    @property
+    def seconds(self) -> float:
+        """Return how long each window is, s."""
+        return (self.measured.shape[1] - 1) * self.period_s
+
+    @property
+    def squares(self) -> Floats:
+        """Return the sum of squared errors of each window, (windows, channels), m^2 and rad^2."""
+        with np.errstate(all="ignore"):
+            errors = np.where(self.counts > 0.0, self.measured - self.runs, 0.0)
+            return np.nan_to_num(np.sum(errors**2, axis=1), nan=np.inf, posinf=np.inf)
+
+    @property
+    def rmse(self) -> Floats:
+        """Return the root mean square error over all valid samples, (channels,), m and rad."""
+        return np.sqrt(self.squares.sum(axis=0) / np.maximum(self.counts.sum(axis=(0, 1)), 1.0))
+
+    @property
+    def window_rmse(self) -> Floats:
+        """Return the root mean square error of each window, (windows, channels), m and rad."""
+        return np.sqrt(self.squares / np.maximum(self.counts.sum(axis=1), 1.0))
+
+    @property
+    def score(self) -> float:
+        """Return the root mean square of all errors, each in units of its sensor's noise."""
+        return float(np.sqrt(np.sum(self.squares / self.noise**2) / np.sum(self.counts)))
+
+    @property
+    def typical(self) -> float:
+        """Return the error of the median window, in units of the sensors' noise: one wild window does not move it."""
+        return float(np.median(np.sqrt(np.mean((self.window_rmse / self.noise) ** 2, axis=1))))
+
+    def of_joint(self, joint: int, values: Floats) -> float | None:
+        """Return the entry of values (channels,) for the cart (0) or the pole (1); None when it is not recorded."""
+        return float(values[self.channels.index(joint)]) if joint in self.channels else None
+
+
+def run_windows(case: Case, windows: Windows) -> WindowRuns:
+    """Return the free runs of the case's twin on windows of its recording."""
+    signals = case.signals
+    present = channels(signals)
+    set_of = np.zeros(len(windows), dtype=np.int64)
+    with np.errstate(all="ignore"):
+        states = run_freely(
+            signals,
+            make_theta(case.twin)[None],
+            set_of,
+            windows.begin,
+            windows.starts,
+            windows.samples,
+        )
+    measured, counts = gather(signals, windows.begin, windows.samples)
+    return WindowRuns(
+        channels=present,
+        begin_s=signals.times_s[windows.begin],
+        period_s=signals.period_s,
+        measured=measured,
+        runs=states[..., list(present)],
+        counts=counts,
+        noise=case.noise,
+    )

@@ -1,0 +1,253 @@
+"""Read a rosbag2 recording into arrays, and write one. The only module that knows rosbags."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Collection, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import zstandard
+from numpy.typing import NDArray
+from rosbags.rosbag2 import Reader, StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
+
+from pendulum_sysid.reading import mcap_stream
+from pendulum_sysid.reading.bag_files import BagFiles, digest_of, find_files, unpacked
+from pendulum_sysid.reading.contents import Contents
+from pendulum_sysid.reading.decoding import command_arrays, joint_names, state_columns
+from pendulum_sysid.reading.raw import JOINTS, STATE_CHANNELS, RawRecording
+from pendulum_twin.errors import BadInputError
+from pendulum_twin.signals import Floats
+
+STATE_TOPIC, STATE_TYPE = "/rig/joint_states", "sensor_msgs/msg/JointState"
+COMMAND_TOPIC, COMMAND_TYPE = "/rig/pwm", "std_msgs/msg/Float64"
+STILL_HOLDING_S = (
+    10.0  # a last command further than this before the first sample belongs to another clock
+)
+
+_STORE = get_typestore(Stores.ROS2_JAZZY)
+
+Ints = NDArray[np.int64]
+
+
+def read_bag(
+    path: str | Path, state_topic: str = STATE_TOPIC, command_topic: str = COMMAND_TOPIC
+) -> RawRecording:
+    """Return what a bag holds, as recorded.
+
+    path: a rosbag2 folder (mcap or sqlite3, with or without its index) or one data file. A
+    sample's time is its header's stamp, a command's the time it was received. A file that was cut
+    is read as far as it goes; what is known to be missing is in `lost_messages` and `cut_short`. A
+    recording of a pole alone may have no commands. Raises BadInputError, one sentence after the
+    path, when there is no bag or it cannot be used.
+    """
+    path = Path(path)
+    try:
+        bag = find_files(path)
+        contents = _read_contents(bag, (state_topic, command_topic))
+        return _recording(_name(path), bag, contents, state_topic, command_topic)
+    except BadInputError as error:
+        raise BadInputError(f"{path}: {error}") from error
+    except OSError as error:
+        raise BadInputError(
+            f"{path}: expected a readable recording, found {error.strerror}: check its rights"
+        ) from error
+
+
+def _name(path: Path) -> str:
+    return path.resolve().name.removesuffix(".zstd").removesuffix(".mcap").removesuffix(".db3")
+
+
+def _read_contents(bag: BagFiles, wanted: Collection[str]) -> Contents:
+    contents = Contents(wanted)
+    with tempfile.TemporaryDirectory() as folder:
+        for file in bag.files:
+            if file.stat().st_size:
+                data = unpacked(file, Path(folder))
+                contents.absorb(
+                    _scan_sqlite(data, wanted)
+                    if data.suffix == ".db3"
+                    else mcap_stream.scan(data, wanted)
+                )
+            else:
+                contents.whole = False
+    if bag.packed_messages:
+        for messages in contents.messages.values():
+            messages[:] = [(time, _unpacked_message(data)) for time, data in messages]
+    for messages in contents.messages.values():
+        messages.sort(key=lambda message: message[0])
+    if not contents.types and not contents.whole:
+        raise BadInputError(
+            "expected a recording, found a file cut before its first message: record again"
+        )
+    return contents
+
+
+def _unpacked_message(data: bytes) -> bytes:
+    try:
+        return zstandard.ZstdDecompressor().decompressobj().decompress(data)
+    except zstandard.ZstdError:
+        return b""  # it will not decode, and be counted as lost
+
+
+def _scan_sqlite(path: Path, wanted: Collection[str]) -> Contents:
+    contents = Contents(wanted)
+    try:
+        with Reader(path) as reader:
+            contents.types = {c.topic: c.msgtype for c in reader.connections}
+            contents.counted = {c.topic: c.msgcount for c in reader.connections}
+            chosen = [c for c in reader.connections if c.topic in wanted]
+            for connection, time_ns, data in reader.messages(connections=chosen) if chosen else ():
+                contents.add(connection.topic, time_ns, data)
+    except Exception as error:  # the database engine's own errors, which rosbags does not wrap
+        if not contents.messages:
+            raise BadInputError(
+                f"expected an sqlite3 recording, found {path.name} cut or damaged ({error}): "
+                "rescue it with `sqlite3 .recover`"
+            ) from error
+        contents.whole = False
+    return contents
+
+
+def _decode_state(data: bytes) -> Any:
+    return _STORE.deserialize_cdr(data, STATE_TYPE)
+
+
+def _decode_command(data: bytes) -> Any:
+    return _STORE.deserialize_cdr(data, COMMAND_TYPE)
+
+
+def _recording(
+    name: str, bag: BagFiles, contents: Contents, state_topic: str, command_topic: str
+) -> RawRecording:
+    states = contents.of(state_topic, STATE_TYPE, "--state-topic", needed=True)
+    stamps, columns, bad_states = state_columns(states, _decode_state)
+    if not any(joint in columns for joint in JOINTS):
+        raise BadInputError(
+            f"expected positions of joints named cart or pole on {state_topic}, found "
+            f"{joint_names(states, _decode_state)}: name the joints so, and give each a position"
+        )
+    commands = _commands(contents, command_topic, needed="cart" in columns)
+    command_times, command, bad_commands = command_arrays(commands, _decode_command)
+    _check_same_clock(stamps, command_times, state_topic, command_topic)
+    counted = bag.counted or contents.counted
+    short = (
+        sum(counted.get(topic, 0) for topic in (state_topic, command_topic))
+        - len(states)
+        - len(commands)
+    )
+    return RawRecording(
+        name=name,
+        digest=digest_of(bag.files),
+        state_stamp_s=(stamps - stamps[0]) / 1e9,
+        command_stamp_s=(command_times - stamps[0]) / 1e9,
+        command=command,
+        **{channel: columns.get(channel) for channel in STATE_CHANNELS},
+        lost_messages=max(0, short) + bad_states + bad_commands,
+        cut_short=not contents.whole and not (counted and short == 0),
+    )
+
+
+def _commands(contents: Contents, topic: str, needed: bool) -> list[tuple[int, bytes]]:
+    """Return the commands; a recording without a cart needs none."""
+    if topic not in contents.types and not needed:
+        return []
+    return contents.of(topic, COMMAND_TYPE, "--command-topic", needed)
+
+
+def _check_same_clock(
+    stamps: Ints, command_times: Ints, state_topic: str, command_topic: str
+) -> None:
+    if not len(command_times):
+        return
+    late = (command_times[0] - stamps[-1]) * 1e-9
+    early = (stamps[0] - command_times[-1]) * 1e-9
+    if late > 0 or early > STILL_HOLDING_S:
+        apart = (
+            f"{late:.6g} s after the last stamp"
+            if late > 0
+            else f"{early:.6g} s before the first stamp"
+        )
+        raise BadInputError(
+            f"expected commands on {command_topic} received while {state_topic} was sampled, found them all {apart}: "
+            "stamp and record with one clock (use_sim_time the same everywhere)"
+        )
+
+
+def write_bag(
+    path: str | Path,
+    stamps_ns: Ints,
+    joints: Mapping[str, Floats],
+    command: Floats | None = None,
+    *,
+    velocities: Mapping[str, Floats] | None = None,
+    command_times_ns: Ints | None = None,
+    state_topic: str = STATE_TOPIC,
+    command_topic: str = COMMAND_TOPIC,
+) -> None:
+    """Write samples and commands as a rosbag2 folder (mcap, index version 9), whole or not at all.
+
+    stamps_ns: (n,) sampling times, also the receive times, 0 or later. joints: joint name -> (n,)
+    positions, in the order of the names in the messages. command: (m,) values received at
+    command_times_ns, by default at the stamps; None writes no command topic. velocities: joint
+    name -> (n,), for all joints or none. Raises BadInputError when the path exists or cannot be
+    written.
+    """
+    path = Path(path)
+    if path.exists():
+        raise BadInputError(
+            f"{path}: expected a new folder to write, found it there already: name another or remove it"
+        )
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.name}.") as folder:
+            whole = Path(folder) / path.name
+            with Writer(whole, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+                _write_states(writer, state_topic, stamps_ns, joints, velocities or {})
+                if command is not None:
+                    times = stamps_ns if command_times_ns is None else command_times_ns
+                    _write_commands(writer, command_topic, times, command)
+            whole.rename(path)
+    except OSError as error:
+        raise BadInputError(
+            f"{path}: expected a place to write to, found {error.strerror}: name another"
+        ) from error
+
+
+def _write_states(
+    writer: Writer,
+    topic: str,
+    stamps_ns: Ints,
+    joints: Mapping[str, Floats],
+    velocities: Mapping[str, Floats],
+) -> None:
+    header, time, state = (
+        _STORE.types[name]
+        for name in ("std_msgs/msg/Header", "builtin_interfaces/msg/Time", STATE_TYPE)
+    )
+    connection = writer.add_connection(topic, STATE_TYPE, typestore=_STORE)
+    names, nothing = list(joints), np.empty(0)
+    positions = np.column_stack([joints[name] for name in names]).astype(np.float64)
+    rates = (
+        np.column_stack([velocities[name] for name in names]).astype(np.float64)
+        if velocities
+        else None
+    )
+    for row, stamp in enumerate(stamps_ns.tolist()):
+        message = state(
+            header=header(stamp=time(sec=stamp // 10**9, nanosec=stamp % 10**9), frame_id=""),
+            name=names,
+            position=positions[row],
+            velocity=nothing if rates is None else rates[row],
+            effort=nothing,
+        )
+        writer.write(connection, stamp, _STORE.serialize_cdr(message, STATE_TYPE))
+
+
+def _write_commands(writer: Writer, topic: str, times_ns: Ints, command: Floats) -> None:
+    float64 = _STORE.types[COMMAND_TYPE]
+    connection = writer.add_connection(topic, COMMAND_TYPE, typestore=_STORE)
+    for time, value in zip(times_ns.tolist(), command.tolist(), strict=True):
+        writer.write(connection, time, _STORE.serialize_cdr(float64(data=value), COMMAND_TYPE))

@@ -1,0 +1,122 @@
+"""The files of a bag: which they are, what the index beside them says, and the digest over their bytes."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field
+from pathlib import Path, PurePath
+
+import yaml
+import zstandard
+
+from pendulum_twin.errors import BadInputError
+
+DATA_SUFFIXES = (".mcap", ".db3")
+INDEX = "metadata.yaml"
+
+
+@dataclass(frozen=True)
+class BagFiles:
+    """Name a bag's data files in the order of recording.
+
+    counted: topic -> number of messages by the index, empty when there is none. packed_messages:
+    True when each message is compressed by itself.
+    """
+
+    files: tuple[Path, ...]
+    counted: dict[str, int] = field(default_factory=dict)
+    packed_messages: bool = False
+
+
+def find_files(path: Path) -> BagFiles:
+    """Return the data files of a rosbag2 folder, or of a single data file.
+
+    A folder whose index is missing or unreadable (the recorder was killed) is taken by its data
+    files. A file that the
+    index names and the folder lacks is left out: the messages it held are counted as lost.
+    Raises BadInputError when nothing is there or nothing that is a bag.
+    """
+    if not path.exists():
+        raise BadInputError(
+            "expected a recording (a rosbag2 folder or its data file), found nothing there: check the path"
+        )
+    if path.is_file():
+        if not is_data(path):
+            raise BadInputError(
+                f"expected a rosbag2 folder, an .mcap or a .db3 file, found a file {path.name}: name the bag"
+            )
+        return _not_empty(BagFiles((path,)))
+    index = _index(path)
+    named = [path / PurePath(str(name)).name for name in index.get("relative_file_paths") or []]
+    files = [p for p in named if p.is_file()] or sorted(p for p in path.iterdir() if is_data(p))
+    if not files:
+        found = (
+            f"{INDEX} without its data files" if index else "a folder without .mcap or .db3 files"
+        )
+        raise BadInputError(
+            f"expected a rosbag2 folder, found {found}: name the folder that the recorder wrote"
+        )
+    return _not_empty(
+        BagFiles(
+            tuple(files), _counts(index), str(index.get("compression_mode")).lower() == "message"
+        )
+    )
+
+
+def is_data(path: Path) -> bool:
+    """Tell whether the name is that of a data file, packed by zstd or not."""
+    name = path.name.removesuffix(".zstd")
+    return path.is_file() and not name.startswith(".") and name.endswith(DATA_SUFFIXES)
+
+
+def digest_of(files: tuple[Path, ...]) -> str:
+    """Return "sha256:<hex>" over the bytes of the files, sorted by name."""
+    total = hashlib.sha256()
+    for path in sorted(files, key=lambda p: p.name):
+        with path.open("rb") as stream:
+            while block := stream.read(1 << 20):
+                total.update(block)
+    return f"sha256:{total.hexdigest()}"
+
+
+def unpacked(path: Path, folder: Path) -> Path:
+    """Return the file itself, or its copy in the folder when it is packed as a whole (`.zstd`)."""
+    if path.suffix != ".zstd":
+        return path
+    target = folder / path.stem
+    try:
+        with path.open("rb") as packed, target.open("wb") as stream:
+            zstandard.ZstdDecompressor().copy_stream(packed, stream)
+    except zstandard.ZstdError as error:
+        raise BadInputError(
+            f"expected a file packed by zstd, found {path.name} damaged ({error}): unpack it by hand"
+        ) from error
+    return target
+
+
+def _not_empty(bag: BagFiles) -> BagFiles:
+    if all(p.stat().st_size == 0 for p in bag.files):
+        raise BadInputError(
+            f"expected a recording, found {bag.files[0].name} empty (0 bytes): record again"
+        )
+    return bag
+
+
+def _index(folder: Path) -> dict:
+    try:
+        whole = yaml.safe_load((folder / INDEX).read_text(encoding="utf-8"))
+        index = whole["rosbag2_bagfile_information"]
+        return index if isinstance(index, dict) else {}
+    except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError):
+        return {}
+
+
+def _counts(index: dict) -> dict[str, int]:
+    counted: dict[str, int] = {}
+    for entry in index.get("topics_with_message_count") or []:
+        try:
+            topic = str(entry["topic_metadata"]["name"])
+            counted[topic] = counted.get(topic, 0) + int(entry["message_count"])
+        except (KeyError, TypeError, ValueError):
+            continue
+    return counted

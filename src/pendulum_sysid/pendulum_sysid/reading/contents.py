@@ -1,0 +1,61 @@
+"""What one data file of a bag holds, whichever storage it has."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, field
+
+from pendulum_twin.errors import BadInputError
+
+
+@dataclass
+class Contents:
+    """Collect the messages of the wanted topics, and what the file says of itself.
+
+    types: topic -> message type, for all topics. messages: wanted topic -> (receive time in ns,
+    serialised message), in the order of the file. counted: topic -> number of messages by the
+    file's own index, empty when it has none.
+    whole: False when the file ends before its end mark or a part of it is damaged.
+    """
+
+    wanted: Collection[str]
+    types: dict[str, str] = field(default_factory=dict)
+    messages: dict[str, list[tuple[int, bytes]]] = field(default_factory=dict)
+    counted: dict[str, int] = field(default_factory=dict)
+    whole: bool = True
+
+    def add(self, topic: str, time_ns: int, data: bytes) -> None:
+        """Keep a message if its topic is wanted."""
+        if topic in self.wanted:
+            self.messages.setdefault(topic, []).append((time_ns, data))
+
+    def absorb(self, other: Contents) -> None:
+        """Append what a later file of the same bag holds."""
+        self.types |= other.types
+        for topic, messages in other.messages.items():
+            self.messages.setdefault(topic, []).extend(messages)
+        for topic, count in other.counted.items():
+            self.counted[topic] = self.counted.get(topic, 0) + count
+        self.whole = self.whole and other.whole
+
+    def of(self, topic: str, kind: str, option: str, needed: bool) -> list[tuple[int, bytes]]:
+        """Return a topic's messages; option is the command-line option that would name another topic.
+
+        Raises BadInputError when the topic is missing, of another type than kind or, if it is
+        needed, empty.
+        """
+        if topic not in self.types:
+            there = ", ".join(sorted(self.types)) or "no topics at all"
+            raise BadInputError(
+                f"expected the topic {topic}, found {there}: name the right one with {option}"
+            )
+        if self.types[topic] != kind:
+            raise BadInputError(
+                f"expected {kind} on {topic}, found {self.types[topic]}: name the right topic with {option}"
+            )
+        messages = self.messages.get(topic, [])
+        if not messages and needed:
+            raise BadInputError(
+                f"expected messages on {topic}, found none: record again, or name another with {option}"
+            )
+        return messages

@@ -1,0 +1,72 @@
+"""Turn the decoded messages of the two topics into arrays; how a message is decoded is passed in."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pendulum_sysid.reading.raw import JOINTS, STATE_CHANNELS
+from pendulum_twin.signals import Floats
+
+Ints = NDArray[np.int64]
+Decode = Callable[[bytes], Any]
+Messages = Iterable[tuple[int, bytes]]
+
+
+def state_columns(messages: Messages, decode: Decode) -> tuple[Ints, dict[str, Floats], int]:
+    """Return the header stamps in ns, the channels that hold any value, and how many messages could not be decoded.
+
+    Joints are found by name; NaN stands where a message lacks one.
+    """
+    decoded, _, bad = _decoded(messages, decode)
+    stamps = [m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in decoded]
+    rows = [
+        [
+            _of_joint(m.name, values, joint)
+            for values in (m.position, m.velocity)
+            for joint in JOINTS
+        ]
+        for m in decoded
+    ]
+    table = np.array(rows, dtype=np.float64).reshape(-1, len(STATE_CHANNELS)).T
+    channels = dict(zip(STATE_CHANNELS, table, strict=True))
+    held = {name: values for name, values in channels.items() if not np.all(np.isnan(values))}
+    return np.array(stamps, dtype=np.int64), held, bad
+
+
+def command_arrays(messages: Messages, decode: Decode) -> tuple[Ints, Floats, int]:
+    """Return when each command was received (ns), its value, and how many messages could not be decoded."""
+    decoded, times, bad = _decoded(messages, decode)
+    return (
+        np.array(times, dtype=np.int64),
+        np.array([m.data for m in decoded], dtype=np.float64),
+        bad,
+    )
+
+
+def joint_names(messages: Messages, decode: Decode) -> str:
+    """Return the joints that the first message which can be decoded names, in words."""
+    decoded, _, _ = _decoded(messages, decode)
+    if not decoded:
+        return "no message that can be decoded"
+    return ", ".join(decoded[0].name) or "messages without names"
+
+
+def _decoded(messages: Messages, decode: Decode) -> tuple[list[Any], list[int], int]:
+    decoded, times, bad = [], [], 0
+    for time, data in messages:
+        try:
+            decoded.append(decode(data))
+        except Exception:  # damaged bytes break a decoder in any way
+            bad += 1
+        else:
+            times.append(time)
+    return decoded, times, bad
+
+
+def _of_joint(names: list[str], values: Floats, joint: str) -> float:
+    place = names.index(joint) if joint in names else len(values)
+    return float(values[place]) if place < len(values) else np.nan

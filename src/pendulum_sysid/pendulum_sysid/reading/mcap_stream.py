@@ -1,0 +1,135 @@
+"""Read an mcap file from front to back, as far as it goes.
+
+A recorder that was killed leaves a file without summary and footer, often in the middle of a
+chunk. Readers that begin at the footer refuse such a file, and the stream reader of the `mcap`
+package drops the chunk that was cut; this one keeps every message that is there in full. Format:
+https://mcap.dev/spec
+"""
+
+from __future__ import annotations
+
+import mmap
+import struct
+import zlib
+from collections.abc import Collection, Iterator
+from pathlib import Path
+
+import lz4.frame  # type: ignore[import-untyped]
+import zstandard
+
+from pendulum_sysid.reading.contents import Contents
+from pendulum_twin.errors import BadInputError
+
+MAGIC = b"\x89MCAP0\r\n"
+FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, STATISTICS = 0x02, 0x03, 0x04, 0x05, 0x06, 0x0B
+
+Buffer = bytes | mmap.mmap
+
+
+def scan(path: Path, wanted: Collection[str]) -> Contents:
+    """Return the messages of the wanted topics up to where the file ends or can no longer be read.
+
+    Raises BadInputError when it is no mcap file.
+    """
+    with path.open("rb") as stream:
+        if stream.read(len(MAGIC)) != MAGIC:
+            raise BadInputError(
+                f"expected an mcap file, found {path.name} without its opening mark: record again"
+            )
+        with mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
+            return _Scan(wanted).run(data)
+
+
+class _Scan:
+    """Walk the records of one file and keep what they say."""
+
+    def __init__(self, wanted: Collection[str]) -> None:
+        self.contents = Contents(wanted, whole=False)
+        self.damaged = False
+        self.schemas: dict[int, str] = {}
+        self.topics: dict[int, str] = {}
+        self.nameless: list[
+            tuple[int, bytes]
+        ] = []  # their channel was in a damaged chunk; the summary may name it
+
+    def run(self, data: Buffer) -> Contents:
+        for opcode, body, complete in _records(data, len(MAGIC)):
+            if opcode == FOOTER:
+                self.contents.whole = complete and not self.damaged
+                break
+            if opcode == CHUNK:
+                self.chunk(body, complete)
+            elif complete:
+                self.record(opcode, body)
+        later, self.nameless = self.nameless, []
+        for opcode, body in later:
+            self.record(opcode, body)
+        self.contents.whole &= not self.nameless
+        return self.contents
+
+    def chunk(self, body: bytes, complete: bool) -> None:
+        try:
+            content, intact = _unpacked(body, complete)
+        except (struct.error, zstandard.ZstdError, RuntimeError, UnicodeDecodeError):
+            content, intact = b"", False
+        self.damaged |= not intact
+        for opcode, inner, inner_complete in _records(content, 0):
+            if inner_complete:
+                self.record(opcode, inner)
+
+    def record(self, opcode: int, body: bytes) -> None:
+        try:
+            if opcode == MESSAGE:
+                channel, _, time_ns, _ = struct.unpack_from("<HIQQ", body)
+                if channel in self.topics:
+                    self.contents.add(self.topics[channel], time_ns, body[22:])
+                else:
+                    self.nameless.append((opcode, body))
+            elif opcode == SCHEMA:
+                self.schemas[struct.unpack_from("<H", body)[0]] = _string(body, 2)
+            elif opcode == CHANNEL:
+                channel, schema = struct.unpack_from("<HH", body)
+                self.topics[channel] = _string(body, 4)
+                self.contents.types[self.topics[channel]] = self.schemas.get(schema, "unknown")
+            elif opcode == STATISTICS:
+                self.statistics(body)
+        except (struct.error, KeyError, UnicodeDecodeError):
+            self.damaged = True
+
+    def statistics(self, body: bytes) -> None:
+        (size,) = struct.unpack_from("<I", body, 42)
+        for channel, count in struct.iter_unpack("<HQ", body[46 : 46 + size]):
+            topic = self.topics[channel]
+            self.contents.counted[topic] = self.contents.counted.get(topic, 0) + count
+
+
+def _records(data: Buffer, position: int) -> Iterator[tuple[int, bytes, bool]]:
+    """Yield opcode, content and whether the content is all there; stop at the end or at a record that is none."""
+    while position + 9 <= len(data):
+        opcode, size = struct.unpack_from("<BQ", data, position)
+        position += 9
+        if opcode == 0:  # no record has it: a crash left zeros behind
+            return
+        body = bytes(data[position : position + size])
+        yield opcode, body, len(body) == size
+        position += size
+
+
+def _string(body: bytes, position: int) -> str:
+    (size,) = struct.unpack_from("<I", body, position)
+    return body[position + 4 : position + 4 + size].decode()
+
+
+def _unpacked(body: bytes, complete: bool) -> tuple[bytes, bool]:
+    """Return a chunk's records, as many as are there, and whether that is all of them, unharmed."""
+    _, _, size, checksum = struct.unpack_from("<QQQI", body)
+    compression = _string(body, 28)
+    content = body[40 + len(compression) :]
+    if compression == "zstd":
+        content = zstandard.ZstdDecompressor().decompressobj().decompress(content)
+    elif compression == "lz4":
+        content = lz4.frame.LZ4FrameDecompressor().decompress(content)
+    elif compression:
+        return b"", False
+    intact = complete and len(content) == size and checksum in (0, zlib.crc32(content))
+    return (content if intact or not complete else b""), intact

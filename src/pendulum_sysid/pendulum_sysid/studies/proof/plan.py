@@ -1,0 +1,79 @@
+"""What a proof is to do, and the guard that a folder holds one proof only."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from pendulum_sysid.telling.output_files import json_text, write_text
+from pendulum_twin.errors import BadInputError
+
+SCHEMA = "pendulum_proof_plan/1"
+FILE = "plan.json"
+MAY_DIFFER = ("trials", "rivals", "dose_tries", "processes")  # from run to run in one folder
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Hold the options of a proof; None leaves a choice to the program that makes the recordings.
+
+    kinds: "KIND:SHARE,...". twin: file of the nominal rig. dose_tries: recordings of each effect
+    at each size, 0 for no dose-response.
+    """
+
+    trials: int
+    seed: int
+    pole_counts: int | None = None
+    seconds: float | None = None
+    closed_loop: bool = False
+    kinds: str | None = None
+    twin: str | None = None
+    rivals: tuple[str, ...] = ()
+    dose_tries: int = 0
+    processes: int = 2
+
+    def maker_arguments(self) -> list[str]:
+        """Return the options that every recording of this proof shares, for the program that makes them."""
+        given = {
+            "--seed": self.seed,
+            "--pole-counts": self.pole_counts,
+            "--seconds": self.seconds,
+            "--twin": self.twin,
+        }
+        words = [
+            word
+            for name, value in given.items()
+            if value is not None
+            for word in (name, str(value))
+        ]
+        return [*words, *(["--closed-loop"] if self.closed_loop else [])]
+
+
+def begin(plan: Plan, folder: Path) -> None:
+    """Write the plan into the folder; raise BadInputError when another proof has begun there."""
+    path = folder / FILE
+    mine = {"schema": SCHEMA, **asdict(plan)}
+    if path.exists():
+        theirs = _read(path)
+        for key in [key for key in mine if key not in MAY_DIFFER]:
+            if theirs.get(key) != mine[key]:
+                raise BadInputError(
+                    f"{folder}: expected the proof that began there with {key} = {theirs.get(key)}, "
+                    f"found {key} = {mine[key]}: name another folder"
+                )
+    write_text(path, json_text(mine) + "\n")
+
+
+def _read(path: Path) -> dict:
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise BadInputError(
+            f"{path}: expected the plan of a proof, but it cannot be read: {error}"
+        ) from error
+    if not isinstance(content, dict):
+        raise BadInputError(
+            f"{path}: expected the plan of a proof, found another file: name another folder"
+        )
+    return content

@@ -1,0 +1,60 @@
+"""What every rival gets: the recording cut as the diagnosis cuts it, with signs and the rig's constants already fitted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pendulum_sysid.finding.search import Search, parameters_alone
+from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.records import Fit, Split
+from pendulum_twin.effects import CATALOGUE
+from pendulum_twin.effects.effect import Effect, Form, Place
+from pendulum_twin.parameter_vector import SLOTS, get_neutral_values
+from pendulum_twin.signals import Floats
+
+
+@dataclass(frozen=True)
+class Ground:
+    """Hold what a rival works on: the case, its windows, and the fit of the rig's constants with the right signs."""
+
+    case: Case
+    split: Split
+    base: Fit
+
+    @property
+    def signs(self) -> tuple[str, ...]:
+        """Return the wrong signs that are known already: they belong to every rival's answer."""
+        return tuple(name for name in self.base.effects if name not in self.case.twin.effects)
+
+
+def ground_of(case: Case, split: Split) -> Ground:
+    """Return the ground of a case: what the diagnosis itself begins with, so that no rival fails for a wrong sign."""
+    return Ground(case, split, parameters_alone(Search(case, split, lambda line: None)))
+
+
+def terms(ground: Ground) -> tuple[Effect, ...]:
+    """Return the effects that a fit of this rig's positions can hold beside the base.
+
+    Left out are those that another one stands for and those with a time that is read off the
+    recording, which no fit moves.
+    """
+    rig = ground.case.twin.rig
+    places = {Place.CLOCK} | ({Place.COMMAND, Place.DRIVE, Place.CART} if rig.has_cart else set())
+    if rig.has_pole:
+        places |= {Place.POLE, Place.SENSOR}
+    return tuple(
+        effect
+        for effect in CATALOGUE
+        if effect.searched
+        and effect.parameters
+        and effect.place in places
+        and effect.form is not Form.REPORT
+        and effect.shows_as is None
+        and effect.name not in ground.base.effects
+        and not any(p.located for p in effect.parameters)
+    )
+
+
+def put(theta: Floats, effect: Effect, values: tuple[float, ...] | None = None) -> None:
+    """Set an effect's parameters in theta (SIZE,); None takes it out."""
+    theta[SLOTS[effect.name]] = get_neutral_values(effect) if values is None else values

@@ -1,0 +1,187 @@
+"""The catalogue's terms along a smoothed motion, as columns for a sparse regression.
+
+Two equations: the force that the cart's motion lacks, and the torque that the pole's does, both
+linear in these columns. A joint's own acceleration is what is to be explained, and no column.
+Every column belongs to one effect, or to none for the base model's own terms. Places, periods and
+times enter as a few typical values, each a column of its own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import lfilter
+
+from pendulum_sysid.cleaning.smoothing import derivative, smooth
+from pendulum_sysid.finding.localisation.balance import Along
+from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.studies.proof.rivals.ground import Ground
+from pendulum_twin.inverse_dynamics import compute_missing_force
+from pendulum_twin.parameter_vector import (
+    CART_VISCOUS,
+    COUPLING,
+    FORCE_PER_PWM,
+    GRAVITY,
+    INERTIA,
+    MASS,
+    MOMENT,
+    POLE_VISCOUS,
+    SLOTS,
+)
+from pendulum_twin.signals import Floats, Mask, Signals
+from pendulum_twin.simulate import undo_sensors
+
+DELAYS_S = (0.01, 0.03)
+LAGS_S = (0.02, 0.08)
+LIMITS = (0.5, 0.75)  # of the largest command
+STRIBECK_SPEEDS = (0.1, 0.4)  # of the root mean square speed
+PLACES = (-0.6, -0.2, 0.2, 0.6)  # of the travel
+PERIODS = (0.1, 0.2, 0.4, 0.8)  # of the travel
+
+
+@dataclass(frozen=True)
+class Equation:
+    """Hold one regression: columns (n, terms) with the effect each belongs to ("" for the base), and its target (n,)."""
+
+    effects: tuple[str, ...]
+    columns: Floats
+    target: Floats
+    usable: Mask
+
+
+def equations(ground: Ground) -> tuple[Equation, ...]:
+    """Return the cart's equation and the pole's, those that the recording holds, over all its samples.
+
+    The measured accelerations are smoothed, which rounds every kink of the command and of dry
+    friction; so everything that stands beside them goes through the same smoothing.
+    """
+    case, theta = ground.case, ground.base.theta
+    signals, state = case.signals, case.state
+    _, usable = compute_missing_force(signals, state.states, state.accelerations, theta)
+    along = _along(case, theta)
+    half = _half_length(signals)
+    base_force = theta[FORCE_PER_PWM] * along.u - theta[CART_VISCOUS] * along.v
+    base_torque = theta[MOMENT] * theta[GRAVITY] * np.sin(along.th) - theta[POLE_VISCOUS] * along.w
+    coupled = theta[COUPLING] * np.cos(along.th)
+    found = []
+    if signals.cart is not None:
+        whirl = theta[COUPLING] * np.sin(along.th) * along.w**2
+        target = (
+            theta[MASS] * along.a
+            - coupled * along.b
+            - _smoothed(base_force - whirl, signals, half)
+        )
+        found.append(_equation(cart_terms(along, signals.period_s), target, usable, signals, half))
+    if signals.pole is not None:
+        target = (
+            theta[INERTIA] * along.b - coupled * along.a - _smoothed(base_torque, signals, half)
+        )
+        found.append(_equation(pole_terms(along), target, usable, signals, half))
+    return tuple(found)
+
+
+def _along(case: Case, theta: Floats) -> Along:
+    """Return what the columns are made of: the true smoothed state, the accelerations that were measured, the command."""
+    signals, state = case.signals, case.state
+    x, th, v, w = undo_sensors(state.states[None], theta[None], signals.clock_s)[0].T
+    turned = np.concatenate([state.states[:, :2], state.accelerations], axis=1)
+    a, b = undo_sensors(turned[None], theta[None], signals.clock_s)[0][:, 2:].T  # for their signs
+    command = -signals.command if theta[SLOTS["input_sign_inverted"]][0] else signals.command
+    u = 0.5 * (
+        command + np.append(command[:1], command[:-1])
+    )  # about a sample: held before it and after it
+    t = np.arange(len(signals), dtype=np.float64) * signals.period_s
+    return Along(x, th, v, w, a, b, u.astype(np.float64), t)
+
+
+def _half_length(signals: Signals) -> int:
+    """Return the length over which accelerations are smoothed; see `windows.smooth_state`."""
+    parts = ((signals.cart, signals.cart_valid), (signals.pole, signals.pole_valid))
+    halves = [
+        smooth(p, v, signals.stretches, signals.period_s).half_length
+        for p, v in parts
+        if p is not None
+    ]
+    return max(2 * min(halves), max(halves))
+
+
+def _smoothed(values: Floats, signals: Signals, half: int) -> Floats:
+    """Return an acceleration (n,) as it comes out of smoothing the positions that it leads to."""
+    positions = np.cumsum(np.append(0.0, np.cumsum(values)[:-1])) * signals.period_s**2
+    return derivative(positions, signals.stretches, signals.period_s, half, 2)
+
+
+def _equation(
+    terms: list[tuple[str, Floats]], target: Floats, usable: Mask, signals: Signals, half: int
+) -> Equation:
+    columns = np.stack([_smoothed(one, signals, half) for _, one in terms], axis=1)
+    return Equation(tuple(name for name, _ in terms), columns, target, usable)
+
+
+def cart_terms(along: Along, period_s: float) -> list[tuple[str, Floats]]:
+    """Return (effect, column) of what may push the cart."""
+    x, v, u = along.x, along.v, along.u
+    sign, speed, travel, most = (
+        np.sign(v),
+        np.abs(v),
+        np.ptp(x) / 2 or 1.0,
+        np.max(np.abs(u)) or 1.0,
+    )
+    typical = np.sqrt(np.mean(v**2)) or 1.0
+    rest = np.mean([x.min(), x.max()])
+    terms = [
+        ("", u),
+        ("", v),
+        ("", np.cos(along.th) * along.b - np.sin(along.th) * along.w**2),
+        *(("input_delay", _delayed(along, s) - u) for s in DELAYS_S),
+        *(("motor_lag", _lagged(along, period_s, s) - u) for s in LAGS_S),
+        ("input_dead_zone", np.sign(u)),
+        *(
+            ("input_saturation", np.sign(u) * np.maximum(np.abs(u) - f * most, 0.0))
+            for f in LIMITS
+        ),
+        ("gain_asymmetry", np.abs(u)),
+        ("gain_drift", u * along.t),
+        ("cart_coulomb_friction", sign),
+        *(
+            ("cart_stribeck_friction", sign * np.exp(-((speed / (f * typical)) ** 2)))
+            for f in STRIBECK_SPEEDS
+        ),
+        ("cart_quadratic_drag", v * speed),
+        ("rail_tilt", np.ones_like(x)),
+        ("rail_spring", x),
+        *(
+            ("rail_friction_patch", sign * np.exp(-(((x - rest) / travel - f) ** 2) / 0.3**2))
+            for f in PLACES
+        ),
+    ]
+    for f in PERIODS:
+        angle = 2 * np.pi * x / (f * travel)
+        terms += [("cogging", np.sin(angle)), ("cogging", np.cos(angle))]
+    return terms
+
+
+def pole_terms(along: Along) -> list[tuple[str, Floats]]:
+    """Return (effect, column) of what may turn the pole."""
+    th, w = along.th, along.w
+    hanging = th - np.pi
+    return [
+        ("", np.sin(th)),
+        ("", np.cos(th) * along.a),
+        ("", w),
+        ("pole_coulomb_friction", np.sign(w)),
+        ("pole_quadratic_drag", w * np.abs(w)),
+        ("pole_spring", hanging),
+        ("angle_offset", np.cos(th)),
+        ("angle_scale", hanging * np.cos(th)),
+    ]
+
+
+def _delayed(along: Along, seconds: float) -> Floats:
+    return np.interp(along.t - seconds, along.t, along.u)
+
+
+def _lagged(along: Along, period_s: float, seconds: float) -> Floats:
+    gone = 1.0 - np.exp(-period_s / seconds)
+    return np.asarray(lfilter([gone], [1.0, gone - 1.0], along.u))

@@ -1,0 +1,87 @@
+"""What the commands print: aligned columns of plain text."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pendulum_sysid.fitting.window_runs import JOINTS, WindowRuns
+from pendulum_sysid.fitting.window_runs import UNITS as RUN_UNITS
+from pendulum_sysid.records import Comparison, Estimate, Fit
+from pendulum_twin.effects import BY_NAME
+from pendulum_twin.model import Twin
+from pendulum_twin.rig import UNITS
+
+NOTHING = "-"
+SCORE_UNIT = "times the sensors' noise"
+Row = tuple[str, ...]
+
+
+def table(header: Row, rows: Sequence[Row]) -> str:
+    """Return rows below their header, in columns."""
+    lines = [header, *rows]
+    widths = [max(len(line[k]) for line in lines) for k in range(len(header))]
+    return "\n".join(
+        "  ".join(cell.ljust(w) for cell, w in zip(line, widths, strict=True)).rstrip()
+        for line in lines
+    )
+
+
+def number(value: float | None, digits: int = 4) -> str:
+    """Return a number with so many significant digits; a dash for none."""
+    return NOTHING if value is None else f"{value:.{digits}g}"
+
+
+def comparison_rows(comparisons: Sequence[Comparison]) -> list[Row]:
+    """Return one row a measure: its name, each comparison's value, its unit; measures that none has are left out."""
+    measures = (
+        ("windows, cart RMSE", [c.cart_rmse_m for c in comparisons], "m"),
+        ("windows, pole RMSE", [c.pole_rmse_rad for c in comparisons], "rad"),
+        ("windows, score", [c.score for c in comparisons], SCORE_UNIT),
+        ("whole run, equation 29", [c.thesis_rmse for c in comparisons], ""),
+    )
+    return [
+        (name, *(number(value) for value in values), unit)
+        for name, values, unit in measures
+        if any(value is not None for value in values)
+    ]
+
+
+def held_out_rows(before: WindowRuns, after: WindowRuns) -> list[Row]:
+    """Return one row a joint and one of the score: name, before, after, unit."""
+    joints = [
+        (f"{JOINTS[joint]} RMSE", number(old), number(new), RUN_UNITS[joint])
+        for joint, old, new in zip(before.channels, before.rmse, after.rmse, strict=True)
+    ]
+    return [*joints, ("score", number(before.score), number(after.score), SCORE_UNIT)]
+
+
+ESTIMATES: Row = ("parameter", "before", "after", "95 % interval", "unit", "identifiable", "")
+
+
+def estimate_rows(before: Twin, fit: Fit) -> list[Row]:
+    """Return one row a fitted parameter, as headed by ESTIMATES."""
+    return [_estimate_row(name, before, one) for name, one in fit.estimates.items()]
+
+
+def _estimate_row(name: str, before: Twin, one: Estimate) -> Row:
+    interval = f"[{number(one.low)}, {number(one.high)}]"
+    warning = "at its bound" if one.at_bound else ""
+    was, unit = value_and_unit(before, name)
+    return (
+        name,
+        number(was),
+        number(one.value),
+        interval,
+        unit,
+        "yes" if one.identifiable else "no",
+        warning,
+    )
+
+
+def value_and_unit(twin: Twin, name: str) -> tuple[float | None, str]:
+    """Return a twin's value of "key" or "effect.parameter", None when it has none, and the unit."""
+    effect, _, parameter = name.partition(".")
+    if not parameter:
+        return getattr(twin.rig, name), UNITS[name]
+    unit = next(p.unit for p in BY_NAME[effect].parameters if p.name == parameter)
+    return twin.effects.get(effect, {}).get(parameter), unit

@@ -1,0 +1,195 @@
+"""Known answers for what the engine has no attribute for: slack, friction that changes, cogging, sensors, clocks."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pendulum_bridge.emulator.drive import chain
+from pendulum_bridge.emulator.rig import EmulatedRig
+from pendulum_bridge.emulator.seal import Concealed
+from pendulum_bridge.emulator.sensors import Encoders, Sensors, shown
+from pendulum_bridge.emulator.session import recorded
+from pendulum_twin.rig import Rig
+
+EXACT = Encoders(pole_counts=0, cart_step_m=0.0)
+MASS, FORCE = 0.6923, 12.86
+HANGING = (0.0, math.pi, 0.0, 0.0)
+STATE = np.array([0.2, 3.0, 0.0, 0.0])
+
+
+@pytest.fixture
+def apart(endless: Rig) -> Rig:
+    """Return a rig without viscous friction whose pole is balanced: cart and pole move independently."""
+    return replace(endless, com_distance_m=0.0, cart_viscous_n_s_m=0.0, pole_viscous_n_m_s=0.0)
+
+
+def driven(
+    rig: Rig, effects: dict, seconds: float, command: float = 0.0, start: tuple = HANGING
+) -> EmulatedRig:
+    emulator = EmulatedRig(Concealed(effects, rig), encoders=EXACT, start=start)
+    for _ in range(round(seconds * 100)):
+        emulator.step(command)
+    return emulator
+
+
+def test_a_slack_belt_pulls_once_a_free_motor_has_crossed_the_gap() -> None:
+    step_s, gap_m, per_command = 1e-4, 0.004, FORCE / MASS
+    stage = chain({"belt_backlash": {"gap_m": gap_m}}, step_s, per_command)
+    crossing_s = math.sqrt(2 * gap_m / (0.2 * per_command * 10))
+    given = np.array([stage(0.2) for _ in range(1000)])
+    lost_s = np.sum(0.2 - given) / 0.2 * step_s
+    assert lost_s == pytest.approx(crossing_s, rel=1e-9)
+    assert stage(-0.2) == 0.0 and np.sum(np.diff(given) < 0) == 0
+
+
+def test_a_motor_that_is_turned_back_within_the_gap_never_pulls() -> None:
+    stage = chain({"belt_backlash": {"gap_m": 0.01}}, 1e-4, FORCE / MASS)
+    there, back = [stage(0.1) for _ in range(50)], [stage(-0.1) for _ in range(120)]
+    assert not any(there) and not any(back)  # 5 ms to stop, and sqrt(2) times that to come back
+    assert -0.1 < stage(-0.1) < 0 and stage(-0.1) == -0.1
+
+
+def test_a_motor_that_was_let_go_within_the_gap_coasts_to_its_other_end() -> None:
+    stage = chain({"belt_backlash": {"gap_m": 0.004}}, 1e-4, FORCE / MASS)
+    for command in [0.2] * 100 + [0.0] * 200:
+        assert stage(command) == 0.0
+    assert stage(0.2) == 0.2
+
+
+def test_without_a_gap_the_belt_is_not_there() -> None:
+    stage = chain({"belt_backlash": {"gap_m": 0.0}}, 1e-4, FORCE / MASS)
+    assert [stage(u) for u in (0.1, -0.2, 0.0, 0.3)] == [0.1, -0.2, 0.0, 0.3]
+
+
+def test_saturating_friction_is_constant_where_it_is_clipped_and_grows_below(apart: Rig) -> None:
+    effects = {"cart_saturating_friction": {"viscous_n_s_m": 2.0, "level_n": 0.2, "limit_n": 0.8}}
+    fast = driven(
+        apart, effects, 0.5, start=(0.0, math.pi, 2.0, 0.0)
+    ).truth  # clipped above 0.3 m/s
+    assert fast[2] == pytest.approx(2.0 - 0.5 * 0.8 / MASS, rel=1e-6)
+    slow = driven(apart, effects, 0.1, start=(0.0, math.pi, 0.25, 0.0)).truth
+    assert slow[2] == pytest.approx((0.25 + 0.1) * math.exp(-0.1 * 2.0 / MASS) - 0.1, rel=1e-5)
+
+
+@pytest.mark.parametrize(("way", "level_n"), [(1, 0.6 * 1.3), (-1, 0.6 * 0.7)])
+def test_asymmetric_friction_brakes_and_holds_more_one_way(
+    way: int, level_n: float, apart: Rig
+) -> None:
+    effects = {
+        "cart_coulomb_friction": {"level_n": 0.6},
+        "cart_friction_asymmetry": {"ratio": 0.3},
+    }
+    moving = driven(apart, effects, 0.2, start=(0.0, math.pi, way * 1.0, 0.0)).truth
+    assert moving[2] == pytest.approx(way * (1.0 - 0.2 * level_n / MASS), rel=1e-6)
+    assert abs(driven(apart, effects, 0.5, way * 0.97 * level_n / FORCE).truth[0]) < 1e-5
+    assert abs(driven(apart, effects, 0.5, way * 1.03 * level_n / FORCE).truth[0]) > 1e-3
+
+
+def test_asymmetry_alone_is_nothing(apart: Rig) -> None:
+    there = driven(apart, {"cart_friction_asymmetry": {"ratio": 0.3}}, 0.3, 0.1).truth
+    assert np.array_equal(there, driven(apart, {}, 0.3, 0.1).truth)
+
+
+def test_a_patch_takes_its_area_out_of_the_motion(apart: Rig) -> None:
+    """Work done by the friction: level times width times sqrt(pi), once across."""
+    effects = {"rail_friction_patch": {"level_n": 1.0, "centre_m": 0.3, "width_m": 0.1}}
+    across = driven(apart, effects, 1.0, start=(-0.3, math.pi, 1.5, 0.0)).truth
+    lost = 0.5 * MASS * (1.5**2 - across[2] ** 2)
+    assert across[0] > 0.8 and lost == pytest.approx(1.0 * 0.1 * math.sqrt(math.pi), rel=1e-5)
+
+
+def test_cogging_stores_what_it_takes(apart: Rig) -> None:
+    """Energy: the potential of a sin(2 pi x / l + c) is a l/(2 pi) cos(2 pi x / l + c)."""
+    amplitude_n, period_m, phase = 0.5, 0.08, 0.7
+    effects = {"cogging": {"amplitude_n": amplitude_n, "period_m": period_m, "phase_rad": phase}}
+    x, _, v, _ = driven(apart, effects, 0.73, start=(0.0, math.pi, 0.4, 0.0)).truth
+    depth = amplitude_n * period_m / math.tau
+    stored = depth * (math.cos(math.tau * x / period_m + phase) - math.cos(phase))
+    assert 0.5 * MASS * (v**2 - 0.4**2) == pytest.approx(-stored, abs=2e-7)
+    assert driven(apart, effects, 0.01).truth[2] == pytest.approx(
+        0.01 * amplitude_n * math.sin(phase) / MASS, rel=1e-3
+    )
+
+
+def test_an_unbalanced_pole_hangs_beside_its_line(nominal: Rig) -> None:
+    still = driven(nominal, {"pole_imbalance": {"angle_rad": 0.1}}, 1.0)
+    assert still.sample == pytest.approx([0.0, math.pi - 0.1, 0.0, 0.0], abs=1e-9)
+    falling = driven(
+        nominal, {"pole_imbalance": {"angle_rad": 0.1}}, 0.1, start=(0.0, 0.1, 0.0, 0.0)
+    )
+    assert falling.sample[1] > 0.01  # its line is upright, its centre leans counterclockwise
+
+
+def test_slips_and_scales_change_what_is_shown() -> None:
+    slip = {"encoder_slip": {"angle_rad": 0.1, "time_s": 12.0}}
+    assert shown(STATE, slip, 11.99) == (0.2, 3.0) and shown(STATE, slip, 12.0) == pytest.approx(
+        (0.2, 3.1)
+    )
+    assert shown(STATE, {"angle_scale": {"ratio": 0.02}}) == pytest.approx((0.2, 3.06))
+    assert shown(STATE, {"position_scale": {"ratio": -0.1}}) == pytest.approx((0.18, 3.0))
+    both = {
+        "angle_offset": {"angle_rad": 0.1},
+        "angle_scale": {"ratio": 0.1},
+        "angle_sign_inverted": {},
+    }
+    assert shown(STATE, both)[1] == pytest.approx(math.tau - 3.1 * 1.1)  # in the chain's order
+
+
+def test_a_slip_comes_at_its_time_by_the_stamps() -> None:
+    sensors = Sensors(EXACT, {"encoder_slip": {"angle_rad": 0.1, "time_s": 0.045}}, 0.01)
+    assert [sensors.measure(STATE)[1] for _ in range(8)] == pytest.approx([3.0] * 5 + [3.1] * 3)
+
+
+def test_reported_velocities_are_the_differences_of_two_positions() -> None:
+    sensors = Sensors(EXACT, {}, 0.01)
+    reported = [sensors.measure(np.array([x, 0.0, 9.0, 9.0])) for x in (0.0, 0.01, 0.03)]
+    assert [each[2] for each in reported] == pytest.approx([0.0, 1.0, 2.0])
+
+
+@pytest.mark.parametrize("delay_s", [0.02, 0.0233, 0.0001])
+def test_a_delayed_sensor_shows_the_state_of_before(delay_s: float, apart: Rig) -> None:
+    emulator = EmulatedRig(
+        Concealed({"sensor_delay": {"delay_s": delay_s}}, apart), encoders=EXACT
+    )
+    shown_m = np.array([emulator.sample[0]] + [emulator.step(0.2)[0] for _ in range(40)])
+    since = np.maximum(0.01 * np.arange(41) - delay_s, 0)
+    assert shown_m == pytest.approx(0.5 * 0.2 * FORCE / MASS * since**2, abs=1e-7)
+
+
+@pytest.mark.parametrize("ratio", [0.05, -0.05])
+def test_a_fast_clock_stamps_more_time_than_passes(ratio: float, apart: Rig) -> None:
+    emulator = driven(apart, {"sample_period_error": {"ratio": ratio}}, 1.0, 0.2)
+    assert emulator.period_s == 0.01
+    speed = 0.2 * FORCE / MASS / (1 + ratio)
+    assert emulator.truth[2] == pytest.approx(speed, rel=1e-9)
+    believed = (speed - 0.2 * FORCE / MASS / (1 + ratio) * 0.005) / (
+        1 + ratio
+    )  # of the last period, by the stamps
+    assert emulator.sample[2] == pytest.approx(believed, rel=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_stale_start_belongs_to_no_run(seed: int, nominal: Rig) -> None:
+    concealed = Concealed({"stale_start": {"seconds": 0.745}}, nominal)
+    emulator = EmulatedRig(concealed, encoders=EXACT, seed=seed)
+    log = recorded(emulator, lambda sample: 0.3, 120)
+    own = recorded(EmulatedRig(Concealed({}, nominal), encoders=EXACT), lambda sample: 0.3, 45)
+    assert emulator.stale_samples == 75
+    assert np.array_equal(
+        log.positions[75:], own.positions
+    )  # the run is as if nothing had been before it
+    assert np.any(log.commands[:75]) and np.all(log.commands[75:] == 0.3)
+
+
+def test_stale_starts_stand_or_move(nominal: Rig) -> None:
+    moved = []
+    for seed in range(12):
+        emulator = EmulatedRig(
+            Concealed({"stale_start": {"seconds": 0.3}}, nominal), encoders=EXACT, seed=seed
+        )
+        moved.append(
+            bool(np.ptp(recorded(emulator, lambda sample: 0.0, 30).positions[:, 1]) > 0.05)
+        )
+    assert 2 < sum(moved) < 10

@@ -1,0 +1,248 @@
+"""The view as a node: what it hears, what its buttons call, how it starts and ends."""
+
+import asyncio
+import json
+import math
+import re
+import signal
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+from urllib.request import urlopen
+
+import pytest
+
+rclpy = pytest.importorskip("rclpy")
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue  # noqa: E402
+from sensor_msgs.msg import JointState  # noqa: E402
+from std_msgs.msg import Bool, Float64  # noqa: E402
+from std_srvs.srv import Trigger  # noqa: E402
+from support.ros_graph import Graph  # noqa: E402
+
+from pendulum_bridge.nodes.asking import asked  # noqa: E402
+from pendulum_bridge.nodes.view_node import ViewNode  # noqa: E402
+from pendulum_bridge.view.samples import Source  # noqa: E402
+from pendulum_bridge.view.server import Answer  # noqa: E402
+from pendulum_twin.errors import BadInputError  # noqa: E402
+from pendulum_twin.nodes.messages import to_time  # noqa: E402
+from pendulum_twin.nodes.qos import LATCHED, SAMPLES  # noqa: E402
+
+MODULE = "pendulum_bridge.nodes.view_node"
+
+
+@pytest.fixture
+def view(ros: Graph) -> ViewNode:
+    return ros.add(ViewNode, port=0)
+
+
+def heard(view: ViewNode, key: str = "rig") -> Source:
+    source = getattr(view.board.snapshot(0.0), key)
+    assert source is not None
+    return source
+
+
+def state(cart: float, stamp_ns: int = 10**9, **changed: Any) -> JointState:
+    message = JointState(name=["cart", "pole"], position=[cart, 3.0], velocity=[0.1, -0.2])
+    message.header.stamp = to_time(stamp_ns)
+    for name, value in changed.items():
+        setattr(message, name, value)
+    return message
+
+
+def pressed(ros: Graph, call: Any) -> Answer:
+    """Await a call in a thread of its own, as the page's server does, while the nodes are served here."""
+    pool = ThreadPoolExecutor(1)
+    future = pool.submit(asyncio.run, call)
+    ros.until(future.done, "the answer")
+    pool.shutdown()
+    return future.result()
+
+
+@pytest.mark.parametrize("key", ["rig", "twin"])
+def test_it_hears_each_by_its_names(ros: Graph, view: ViewNode, key: str) -> None:
+    user = ros.user(namespace=f"/{key}")
+    topics = {
+        "joint_states": state(0.25),
+        "pwm": Float64(data=0.4),
+        "applied_pwm": Float64(data=0.3),
+    }
+    publishers = {
+        name: user.create_publisher(type(message), name, SAMPLES)
+        for name, message in topics.items()
+    }
+    ros.until(lambda: all(p.get_subscription_count() for p in publishers.values()), "the view")
+    for name, message in topics.items():
+        publishers[name].publish(message)
+    ros.until(
+        lambda: heard(view, key).samples and heard(view, key).pwm and heard(view, key).applied,
+        "all three",
+    )
+    source = heard(view, key)
+    last = source.samples[-1]
+    assert (last.cart_m, last.pole_rad, last.cart_m_s, last.pole_rad_s) == (0.25, 3.0, 0.1, -0.2)
+    assert last.stamp_ns == 10**9 and last.age_s > 1e6  # a stamp of 1970
+    assert source.pwm is not None and source.applied is not None
+    assert (source.pwm.value, source.applied.value) == (0.4, 0.3)
+    other = heard(view, "twin" if key == "rig" else "rig")
+    assert (other.samples, other.pwm, other.applied) == ((), None, None)
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"position": [math.nan, 3.0]},
+        {"velocity": [0.0, math.inf]},
+        {"position": [0.1]},
+        {"name": []},
+        {"name": ["elbow", "wrist"]},
+    ],
+)
+def test_what_is_no_sample_is_refused_with_its_sentence(
+    view: ViewNode, changed: dict[str, Any]
+) -> None:
+    view.on_sample("rig", state(0.1, **changed))
+    source = heard(view)
+    assert (
+        source.refused == 1
+        and source.samples == ()
+        and source.complaint.startswith("joint_states: expected")
+    )
+
+
+def test_a_pole_alone_has_no_cart(view: ViewNode) -> None:
+    view.on_sample("twin", JointState(name=["pole"], position=[3.0], velocity=[0.5]))
+    last = heard(view, "twin").samples[-1]
+    assert (last.cart_m, last.cart_m_s, last.pole_rad, last.pole_rad_s) == (None, None, 3.0, 0.5)
+
+
+def test_the_latch_is_known_from_before_and_unknown_once_nobody_says(
+    ros: Graph, view: ViewNode
+) -> None:
+    rig = ros.user("rig_node", "/rig")
+    rig.create_publisher(Bool, "stopped", LATCHED).publish(Bool(data=True))
+    ros.until(lambda: heard(view).stopped is True, "the latch")
+    ros.remove(rig)
+    ros.until(lambda: heard(view).stopped is None, "the end of the latch")
+
+
+def test_health_of_all_nodes_and_of_itself_is_heard(ros: Graph, view: ViewNode) -> None:
+    user = ros.user()
+    publisher = user.create_publisher(DiagnosticArray, "/diagnostics", SAMPLES)
+    status = DiagnosticStatus(
+        level=b"\x02",
+        name="/rig/driver",
+        message="silent",
+        values=[KeyValue(key="sent", value="7")],
+    )
+    names = lambda: {node.name: node for node in view.board.snapshot(0.0).nodes}  # noqa: E731
+    ros.until(
+        lambda: publisher.publish(DiagnosticArray(status=[status])) or len(names()) == 2,
+        "health of both",
+    )
+    driver, own = names()["/rig/driver"], names()["/view"]
+    assert (driver.level, driver.sentence, driver.figures) == (2, "silent", {"sent": "7"})
+    assert own.level == 0 and own.sentence == f"serves {view.url}"
+
+
+@pytest.mark.parametrize(
+    ("button", "service"),
+    [
+        ("stop", "/rig/stop"),
+        ("clear_stop", "/rig/clear_stop"),
+        ("reset", "/rig/reset"),
+        ("reset_twin", "/twin/reset"),
+    ],
+)
+def test_a_button_calls_its_service_and_says_what_it_said(
+    ros: Graph, view: ViewNode, button: str, service: str
+) -> None:
+    user, calls = ros.user(), []
+
+    def on_call(request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        calls.append(service)
+        response.success, response.message = False, f"no {service} today"
+        return response
+
+    user.create_service(Trigger, service, on_call)
+    ros.until(view._buttons[button].service_is_ready, service)
+    assert pressed(ros, view.press(button)) == Answer(False, f"no {service} today")
+    assert calls == [service]
+
+
+def test_a_button_without_a_service_says_so(ros: Graph, view: ViewNode) -> None:
+    answer = pressed(ros, view.press("stop"))
+    assert answer == Answer(False, "/rig/stop: nobody offers this service: is the node running?")
+
+
+def test_a_service_that_never_answers_is_given_up(ros: Graph) -> None:
+    rig, user = ros.user("rig"), ros.user()
+    rig.create_service(Trigger, "stop", lambda request, response: response)
+    client = user.create_client(Trigger, "stop")
+    ros.until(client.service_is_ready, "the service")
+    ros.executor.remove_node(rig)  # it is there, and does nothing
+    answer = pressed(ros, asked(client, 0.3))
+    assert not answer.success and answer.sentence.startswith("/stop: no answer within 0.3 s")
+    assert client._pending_requests == {}
+
+
+def test_without_a_twin_there_is_only_the_rig(ros: Graph) -> None:
+    view = ros.add(ViewNode, port=0, twin="", rig="/lab/rig")
+    assert view.board.snapshot(0.0).twin is None and heard(view).namespace == "/lab/rig"
+    assert pressed(ros, view.press("reset_twin")).success is False
+
+
+@pytest.mark.parametrize(
+    ("values", "sentence"),
+    [
+        (
+            {"rig": "/a", "twin": "/a"},
+            "twin: expected another namespace than that of the rig, found '/a' for both",
+        ),
+        ({"rig": "no namespace"}, "rig: expected a namespace such as /rig, found 'no namespace'"),
+        ({"port": 70000}, "port: expected a whole number from 0 to 65535, found 70000"),
+        ({"port": "http"}, "port: expected a whole number from 0 to 65535, found 'http'"),
+        ({"host": ""}, "host: expected an address of this machine, found none"),
+        ({"host": "192.0.2.1"}, "host: expected an address of this machine, found '192.0.2.1'"),
+        (
+            {"rail_half_length_m": math.nan},
+            "rail_half_length_m: expected a number from 0.01 to 100, found nan",
+        ),
+    ],
+)
+def test_wrong_parameters_are_refused_in_a_sentence(
+    ros: Graph, values: dict[str, Any], sentence: str
+) -> None:
+    with pytest.raises(BadInputError, match=re.escape(sentence)):
+        ros.add(ViewNode, **{"port": 0, **values})
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_it_cleanly_and_frees_the_port(ros: Graph, number: signal.Signals) -> None:
+    program = ros.start(MODULE, "--ros-args", "-p", "port:=0")
+    said = program.stderr.readline()
+    address = re.search(r"serves (http://127\.0\.0\.1:\d+/)", said)
+    assert address, said
+    with urlopen(address[1], timeout=30) as page:
+        assert page.status == 200
+    if number is signal.SIGTERM:  # a second one finds the port taken
+        port = address[1].rsplit(":", 1)[1].rstrip("/")
+        second = ros.start(MODULE, "--ros-args", "-p", f"port:={port}")
+        _, why = second.communicate(timeout=60)
+        assert second.returncode == 1
+        assert (
+            f"view_node: port: expected a free port of 127.0.0.1, found {port} in use" in why
+            and "Traceback" not in why
+        )
+    program.send_signal(number)
+    _, said = program.communicate(timeout=60)
+    assert program.returncode == 0 and said == ""
+    with pytest.raises(OSError, match="refused"):
+        urlopen(address[1], timeout=30)
+
+
+def test_the_page_tells_what_the_node_hears(ros: Graph, view: ViewNode) -> None:
+    view.on_sample("rig", state(0.125))
+    feed = ros.until(lambda: view._page, "the page").feed
+    before = feed.number
+    ros.until(lambda: feed.number > before + 1, "a frame")
+    latest = json.loads(feed.text(before))
+    assert latest["rig"]["cart_m"] == 0.125 and latest["rail_half_length_m"] == 0.9

@@ -1,0 +1,320 @@
+"""The page in a real browser, headless: two real twins play rig and twin, a small node plays the driver."""
+
+import math
+import re
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from threading import Event, Thread
+from time import monotonic
+from typing import Any
+
+import pytest
+
+rclpy = pytest.importorskip("rclpy")
+sync_api = pytest.importorskip("playwright.sync_api")
+from playwright.sync_api import Browser, Locator, Page, expect  # noqa: E402
+from rclpy.node import Node  # noqa: E402
+from std_msgs.msg import Bool, Float64  # noqa: E402
+from std_srvs.srv import Trigger  # noqa: E402
+from support.paths import CONFIG  # noqa: E402
+from support.ros_graph import Graph, graph  # noqa: E402
+
+from pendulum_bridge.nodes.view_node import ViewNode  # noqa: E402
+from pendulum_bridge.view import server as view  # noqa: E402
+from pendulum_bridge.view.board import Board  # noqa: E402
+from pendulum_bridge.view.feed import Feed  # noqa: E402
+from pendulum_bridge.view.server import Answer, make_app  # noqa: E402
+from pendulum_bridge.view.serving import Serving, listening  # noqa: E402
+from pendulum_twin.health import Health, Level  # noqa: E402
+from pendulum_twin.nodes.diagnostics import publish_health  # noqa: E402
+from pendulum_twin.nodes.qos import LATCHED  # noqa: E402
+from pendulum_twin.nodes.twin_node import TwinNode  # noqa: E402
+
+CHROMIUM = next(
+    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
+)
+OPTIONS = (
+    "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run", "--disable-component-update",
+    "--disable-sync",
+)  # fmt: skip
+DEADLINE_MS = 30_000
+
+pytestmark = pytest.mark.skipif(
+    CHROMIUM is None, reason="no chromium on PATH: install Debian's package chromium"
+)
+expect.set_options(timeout=DEADLINE_MS)
+
+
+class Driver(Node):
+    """Drive both pendulums with a sine, and offer the stop that the buttons call."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__("driver", **options)
+        self.calls: list[str] = []
+        self._latch = self.create_publisher(Bool, "stopped", LATCHED)
+        self.latch(False)
+        for name, latched in (("stop", True), ("clear_stop", False)):
+            self.create_service(
+                Trigger,
+                name,
+                lambda _, answer, name=name, to=latched: self.on_call(name, to, answer),
+            )
+        self._commands = [
+            self.create_publisher(Float64, f"/{name}/pwm", 1) for name in ("rig", "twin")
+        ]
+        self.create_timer(0.02, self.on_timer)
+        publish_health(
+            self,
+            "rig",
+            lambda: Health(Level.WARN, "drives <b>two</b> at once", {"calls": len(self.calls)}),
+        )
+
+    def on_call(self, name: str, latched: bool, answer: Trigger.Response) -> Trigger.Response:
+        self.calls.append(name)
+        self.latch(latched)
+        answer.success, answer.message = (
+            True,
+            "PWM is 0 until the stop is cleared" if latched else "the stop is cleared",
+        )
+        return answer
+
+    def latch(self, latched: bool) -> None:
+        self.latched = latched
+        self._latch.publish(Bool(data=latched))
+
+    def on_timer(self) -> None:
+        for publisher, size in zip(self._commands, (0.3, 0.25), strict=True):
+            publisher.publish(
+                Float64(data=0.0 if self.latched else size * math.cos(7.0 * monotonic()))
+            )
+
+
+class World:
+    """The graph, served by a thread: the test's own thread belongs to the browser."""
+
+    def __init__(self, ros: Graph) -> None:
+        self.rig = ros.add(TwinNode, "/rig", twin=str(CONFIG / "inteco.yaml"))
+        self.twin = ros.add(TwinNode, "/twin", twin=str(CONFIG / "inteco.yaml"))
+        self.driver = ros.add(Driver, "/rig")
+        self.view = ros.add(ViewNode, port=0)
+        self._ended = Event()
+        self._thread = Thread(target=self._serve, args=[ros])
+        self._thread.start()
+
+    def _serve(self, ros: Graph) -> None:
+        while not self._ended.is_set():
+            ros.spin()
+
+    def close(self) -> None:
+        self._ended.set()
+        self._thread.join()
+
+
+@pytest.fixture(scope="module")
+def world() -> Iterator[World]:
+    with graph() as ros:
+        made = World(ros)
+        try:
+            yield made
+        finally:
+            made.close()
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with sync_api.sync_playwright() as playwright:
+        launched = playwright.chromium.launch(executable_path=CHROMIUM, args=list(OPTIONS))
+        yield launched
+        launched.close()
+
+
+@contextmanager
+def opened(browser: Browser, url: str, complaints: list[str]) -> Iterator[Page]:
+    """Open the page; complaints: what its console says, and every request to anybody else."""
+    page = browser.new_page(viewport={"width": 1440, "height": 900})
+    page.on("console", lambda message: complaints.append(message.text))
+    page.on("pageerror", lambda error: complaints.append(str(error)))
+    page.on(
+        "request",
+        lambda request: None if request.url.startswith(url) else complaints.append(request.url),
+    )
+    page.goto(url)
+    yield page
+    page.close()
+
+
+@pytest.fixture
+def page(browser: Browser, world: World) -> Iterator[Page]:
+    """Give the page as it is once samples come; it must not complain."""
+    complaints: list[str] = []
+    world.driver.latch(False)
+    world.driver.calls.clear()
+    with opened(browser, world.view.url, complaints) as made:
+        for name in ("rig", "twin"):
+            expect(made.locator(f"#{name}")).to_have_attribute("data-state", "fresh")
+        yield made
+        assert complaints == []
+
+
+def number(page: Page, name: str) -> float | None:
+    text = page.locator(f"[data-value='{name}']").inner_text().replace("−", "-")
+    return None if text == "–" else float(text)
+
+
+def until(page: Page, done: Callable[[], Any], what: str) -> Any:
+    end = monotonic() + DEADLINE_MS / 1000
+    while not (result := done()):
+        assert monotonic() < end, f"waited for {what}"
+        page.wait_for_timeout(50)
+    return result
+
+
+def pixels(canvas: Locator) -> str:
+    return canvas.evaluate("canvas => canvas.toDataURL()")
+
+
+def banner(page: Page, key: str) -> Locator:
+    return page.locator(f"[data-banner='{key}']")
+
+
+def test_both_move_in_numbers_and_pictures(world: World, page: Page) -> None:
+    canvases = page.locator("canvas:visible").all()
+    assert len(canvases) == 7  # two stages, five plots
+    names = (
+        "rig.cart_m",
+        "rig.pole_rad",
+        "twin.cart_m",
+        "twin_pole_rad",
+        "rig_applied_pwm",
+        "mismatch_cart_m",
+    )
+    before = [number(page, name) for name in names], [pixels(canvas) for canvas in canvases]
+    for k, name in enumerate(names):
+        until(
+            page,
+            lambda k=k, name=name: number(page, name) not in (None, before[0][k]),
+            f"{name} to move",
+        )
+    for k, canvas in enumerate(canvases):
+        until(
+            page,
+            lambda k=k, canvas=canvas: pixels(canvas) != before[1][k],
+            f"canvas {k} to be drawn anew",
+        )
+    expect(canvases[0]).to_have_attribute(
+        "aria-label", re.compile(r"^rig: cart at [−+]?\d\.\d+ m, pole at")
+    )
+    mismatch_m = lambda: (number(page, "rig.cart_m") or 0.0) - (number(page, "twin.cart_m") or 0.0)  # noqa: E731
+    until(
+        page,
+        lambda: abs(mismatch_m() - (number(page, "mismatch_cart_m") or 1e9) / 1000) < 0.02,
+        "the mismatch to fit",
+    )
+
+
+def test_health_is_shown_as_text(page: Page) -> None:
+    row = page.locator("[data-node='/rig/driver']")
+    expect(row).to_have_attribute("data-level", "warn")
+    expect(row.locator(".sentence")).to_have_text(
+        "drives <b>two</b> at once"
+    )  # no markup of others is let in
+    row.locator("summary").click()
+    expect(row.locator("td").first).to_have_text("calls")
+
+
+def test_stop_by_button_and_by_key_reaches_the_service(world: World, page: Page) -> None:
+    latch, answer = page.locator("#latch"), page.locator("#answer")
+    expect(latch).to_have_text("stop not latched")
+    page.get_by_role("button", name="Stop", exact=True).click()
+    expect(answer).to_have_text("Stop: PWM is 0 until the stop is cleared")
+    expect(latch).to_have_text("stop latched")
+    expect(banner(page, "stop")).to_contain_text("The stop is latched")
+    page.locator("[data-button=clear_stop]").click()
+    expect(answer).to_have_text("Clear stop: the stop is cleared")
+    expect(banner(page, "stop")).to_have_count(0)
+    expect(page.locator("[data-button=clear_stop]")).to_be_focused()
+    page.keyboard.press("Space")  # must not press the button that has the focus
+    expect(answer).to_have_text("Stop: PWM is 0 until the stop is cleared")
+    page.keyboard.press("Escape")
+    until(page, lambda: len(world.driver.calls) == 4, "the second stop")
+    assert world.driver.calls == ["stop", "clear_stop", "stop", "stop"]
+    page.locator("[data-button=reset_twin]").click()
+    expect(answer).to_have_attribute("data-success", "true")
+    expect(answer).to_contain_text("Reset twin: ")
+
+
+def test_a_source_that_dies_is_told(world: World, page: Page) -> None:
+    expect(banner(page, "twin")).to_have_count(0)
+    for timer in world.twin.timers:
+        timer.cancel()
+    try:
+        expect(banner(page, "twin")).to_have_text("/twin is silent: its last sample is shown.")
+        expect(page.locator("#twin")).to_have_attribute("data-state", "stale")
+        expect(page.locator("#rig")).to_have_attribute("data-state", "fresh")
+        assert number(page, "mismatch_cart_m") is None
+    finally:
+        for timer in world.twin.timers:
+            timer.reset()
+    expect(banner(page, "twin")).to_have_count(0)
+
+
+def serving(port: int) -> Serving:
+    """Serve a page that nobody feeds."""
+
+    async def press(button: str) -> Answer:
+        return Answer(True, f"{button} was asked")
+
+    def make() -> Any:
+        feed = Feed(Board("/rig", "/twin").snapshot)
+        return make_app(view.Page("127.0.0.1", feed, press, monotonic, print))
+
+    return Serving(listening("127.0.0.1", port), make, print)
+
+
+def test_a_lost_connection_is_told_and_found_again(browser: Browser) -> None:
+    with listening("127.0.0.1", 0) as free:
+        port = free.getsockname()[1]
+    server = serving(port)
+    try:
+        with opened(browser, f"http://127.0.0.1:{port}/", []) as page:
+            expect(banner(page, "rig")).to_have_text(
+                "No sample of /rig yet: waiting for /rig/joint_states."
+            )
+            server.close()
+            expect(banner(page, "link")).to_contain_text("Connection lost")
+            expect(page.locator("#latch")).to_have_text("stop state unknown")
+            expect(banner(page, "rig")).to_have_count(0)
+            page.keyboard.press("Escape")
+            expect(banner(page, "unstopped")).to_contain_text(
+                "Stop did not get through: view_node cannot be reached."
+            )
+            server = serving(port)
+            expect(page.locator("#link")).to_have_text("connected")
+            expect(banner(page, "link")).to_have_count(0)
+            page.keyboard.press("Escape")
+            expect(page.locator("#answer")).to_have_text("Stop: stop was asked")
+            expect(banner(page, "unstopped")).to_have_count(0)
+    finally:
+        server.close()
+
+
+def test_it_fits_a_phone_in_the_dark(page: Page) -> None:
+    page.emulate_media(color_scheme="dark")
+    page.set_viewport_size({"width": 360, "height": 740})
+    until(
+        page,
+        lambda: page.evaluate("document.documentElement.scrollWidth") <= 360,
+        "no scrolling sideways",
+    )
+    dark = page.evaluate("getComputedStyle(document.body).backgroundColor")
+    assert max(map(int, re.findall(r"\d+", dark)[:3])) < 40
+    stop = page.get_by_role("button", name="Stop", exact=True)
+    page.mouse.wheel(0, 1500)
+    until(page, lambda: page.evaluate("scrollY") > 500, "scrolling")
+    expect(stop).to_be_in_viewport(ratio=1)
+    until(
+        page,
+        lambda: page.locator("#rig canvas").evaluate("c => c.width") <= 360,
+        "a smaller canvas",
+    )

@@ -1,0 +1,340 @@
+"""The page's server on a real loopback socket: who is let in, and that a slow browser gets the newest, not a queue."""
+
+import asyncio
+import json
+import socket
+from collections.abc import AsyncIterator, Callable, Coroutine
+from contextlib import asynccontextmanager
+from functools import wraps
+from threading import Event
+from time import monotonic
+from typing import Any
+
+import pytest
+from aiohttp import ClientSession, ClientWebSocketResponse, WSMsgType, WSServerHandshakeError
+from support.paths import ROOT
+
+from pendulum_bridge.view.board import Board
+from pendulum_bridge.view.feed import HISTORY_S, RATE_HZ, Feed
+from pendulum_bridge.view.same_origin import is_loopback, refusal
+from pendulum_bridge.view.server import BUTTONS, Answer, Page, make_app
+from pendulum_bridge.view.serving import Serving, listening, url
+from pendulum_twin.errors import BadInputError
+
+DEADLINE_S = 30.0
+
+
+class Server:
+    """A server in its thread, and what its buttons were asked."""
+
+    def __init__(self, **options: Any) -> None:
+        self.pressed: list[str] = []
+        self.complaints: list[str] = []
+        self.hold: Event | None = None  # until then a reset takes
+        taken = listening("127.0.0.1", 0)
+        self.address = url(taken)
+        self.socket = taken
+        self.serving = Serving(taken, lambda: self.make(options), self.complaints.append)
+
+    def make(self, options: dict[str, Any]) -> Any:
+        feed = Feed(Board("/rig", "/twin").snapshot)
+        self.page = Page(
+            "127.0.0.1", feed, self.press, monotonic, self.complaints.append, **options
+        )
+        return make_app(self.page)
+
+    async def press(self, button: str) -> Answer:
+        self.pressed.append(button)
+        if button == "clear_stop":
+            raise ValueError("broken")
+        if self.hold and button == "reset":
+            await asyncio.to_thread(self.hold.wait, DEADLINE_S)
+        return Answer(button == "stop", f"{button} was asked")
+
+    @property
+    def origin(self) -> str:
+        return self.address.rstrip("/")
+
+    @asynccontextmanager
+    async def page_of(self, session: ClientSession) -> AsyncIterator[ClientWebSocketResponse]:
+        async with session.ws_connect(
+            self.address + "live", origin=self.origin, max_msg_size=0
+        ) as live:
+            yield live
+
+
+def served(
+    test: Callable[[Server, ClientSession], Coroutine[Any, Any, None]],
+) -> Callable[[], None]:
+    """Run a test in an event loop of its own, against a server of its own."""
+
+    @wraps(test)
+    def run() -> None:
+        async def client() -> None:
+            async with ClientSession() as session:
+                await asyncio.wait_for(test(server, session), 2 * DEADLINE_S)
+
+        server = Server()
+        try:
+            asyncio.run(client())
+        finally:
+            server.serving.close()
+
+    del run.__wrapped__  # type: ignore[attr-defined]  # its arguments are no fixtures
+    return run
+
+
+async def ask(live: ClientWebSocketResponse, after: int) -> dict[str, Any]:
+    await live.send_str(str(after))
+    return json.loads(await live.receive_str(timeout=DEADLINE_S))
+
+
+@served
+async def test_the_page_and_all_it_needs_come_from_here(
+    server: Server, session: ClientSession
+) -> None:
+    folder = ROOT / "src/pendulum_bridge/pendulum_bridge/view/static"
+    for path in ("", *(file.name for file in folder.iterdir())):
+        async with session.get(server.address + path) as answer:
+            assert answer.status == 200 and answer.headers["X-Content-Type-Options"] == "nosniff"
+            text = await answer.text()
+            assert "default-src 'none'" in answer.headers["Content-Security-Policy"]
+            assert "https://" not in text and text.count("http://") == text.count(
+                '"http://www.w3.org/2000/svg"'
+            )
+    for path in ("../server.py", "%2e%2e/server.py", "server.py"):
+        async with session.get(server.address + path) as answer:
+            assert answer.status == 404
+
+
+def test_it_listens_on_loopback_only() -> None:
+    server = Server()
+    try:
+        assert server.socket.getsockname()[0] == "127.0.0.1"
+        with socket.socket() as elsewhere:  # another address of this same machine
+            assert elsewhere.connect_ex(("127.0.0.2", server.socket.getsockname()[1])) != 0
+    finally:
+        server.serving.close()
+
+
+@served
+async def test_a_button_answers_with_the_sentence(server: Server, session: ClientSession) -> None:
+    for button in BUTTONS:
+        async with session.post(
+            server.address + button, headers={"Origin": server.origin}
+        ) as answer:
+            said = await answer.json()
+            assert "Access-Control-Allow-Origin" not in answer.headers
+        if button == "clear_stop":
+            assert (
+                answer.status == 500
+                and said["sentence"] == "/clear_stop failed: ValueError('broken')"
+            )
+        else:
+            assert said == {"success": button == "stop", "sentence": f"{button} was asked"}
+    assert server.pressed == list(BUTTONS)
+    async with session.get(server.address + "stop") as answer:
+        assert answer.status == 405  # an image of a foreign page would be a GET
+
+
+@served
+async def test_foreign_pages_and_foreign_names_press_nothing(
+    server: Server, session: ClientSession
+) -> None:
+    port = server.address.rsplit(":", 1)[1].rstrip("/")
+    rebound = f"evil.example:{port}"
+    for headers, what in (
+        ({}, "Origin"),
+        ({"Origin": "null"}, "Origin"),
+        ({"Origin": "http://evil.example"}, "Origin"),
+        ({"Origin": f"http://127.0.0.1:{int(port) + 1}"}, "Origin"),
+        ({"Host": rebound, "Origin": f"http://{rebound}"}, "Host"),
+    ):
+        async with session.post(server.address + "stop", headers=headers) as answer:
+            assert answer.status == 403 and (await answer.json())["sentence"].startswith(
+                f"refused. {what}: expected"
+            )
+        with pytest.raises(WSServerHandshakeError, match="403"):
+            await session.ws_connect(server.address + "live", headers=headers)
+    async with session.get(server.address, headers={"Host": rebound}) as answer:
+        assert answer.status == 403
+    async with session.options(
+        server.address + "stop", headers={"Origin": "http://evil.example"}
+    ) as answer:
+        assert answer.status == 403 and "Access-Control-Allow-Origin" not in answer.headers
+    assert server.pressed == []
+
+
+@served
+async def test_stop_gets_through_while_a_reset_is_under_way(
+    server: Server, session: ClientSession
+) -> None:
+    server.hold = Event()
+    headers = {"Origin": server.origin}
+    held = asyncio.create_task(
+        session.post(server.address + "reset", headers=headers).__aenter__()
+    )
+    while "reset" not in server.pressed:
+        await asyncio.sleep(0.01)
+    async with session.post(server.address + "reset", headers=headers) as answer:
+        assert (await answer.json())[
+            "sentence"
+        ] == "reset: asked for already, its answer is awaited"
+    async with session.post(server.address + "stop", headers=headers) as answer:
+        assert (await answer.json())["success"] is True
+    assert server.pressed == ["reset", "stop"]
+    server.hold.set()
+    assert (await (await held).json())["sentence"] == "reset was asked"
+
+
+@served
+async def test_frames_come_about_thirty_times_a_second_each_once(
+    server: Server, session: ClientSession
+) -> None:
+    async with server.page_of(session) as live:
+        numbers, times = [], []
+        after = -1
+        for _ in range(20):
+            got = await ask(live, after)
+            assert got["number"] > after
+            after = got["number"]
+            numbers.append(after)
+            times.append(got["time_s"])
+        assert (numbers[-1] - numbers[0]) / (times[-1] - times[0]) < 1.2 * RATE_HZ
+
+
+@served
+async def test_a_browser_that_paused_gets_the_newest_at_once(
+    server: Server, session: ClientSession
+) -> None:
+    async with server.page_of(session) as slow, server.page_of(session) as fast:
+        first = await ask(slow, -1)
+        number = first["number"]
+        while number < first["number"] + 15:
+            number = (await ask(fast, number))["number"]
+        late = await ask(slow, first["number"])
+        assert late["number"] >= number  # one answer, and it is the newest
+        assert len(late["points"]) == late["number"] - first["number"]
+
+
+@served
+async def test_a_browser_that_asks_without_reading_holds_up_nobody(
+    server: Server, session: ClientSession
+) -> None:
+    async with ClientSession() as other, server.page_of(session) as good:
+        greedy = await other.ws_connect(
+            server.address + "live", origin=server.origin, max_msg_size=0
+        )
+        for _ in range(3000):
+            await greedy.send_str("-1")
+        before = (await ask(good, -1))["number"]
+        number = before
+        while number < before + 15:
+            number = (await ask(good, number))["number"]
+        async with session.post(
+            server.address + "stop", headers={"Origin": server.origin}
+        ) as answer:
+            assert (await answer.json())["success"] is True
+        got = [
+            json.loads(await greedy.receive_str(timeout=DEADLINE_S))["number"] for _ in range(5)
+        ]
+        assert got == sorted(set(got)), "a frame came twice"
+        assert max(got) <= number + round(HISTORY_S * RATE_HZ)
+
+
+@pytest.mark.parametrize("question", ["", "x", "1.5", "--1", "9" * 40])
+def test_what_is_no_number_of_a_frame_ends_the_connection(question: str) -> None:
+    @served
+    async def asked(server: Server, session: ClientSession) -> None:
+        async with server.page_of(session) as live:
+            await live.send_str(question)
+            message = await live.receive(timeout=DEADLINE_S)
+            assert message.type in (WSMsgType.CLOSE, WSMsgType.CLOSED)
+        assert server.complaints == []
+
+    asked()
+
+
+@served
+async def test_the_server_says_goodbye_and_ends(server: Server, session: ClientSession) -> None:
+    async with server.page_of(session) as live:
+        await ask(live, -1)
+        await asyncio.to_thread(server.serving.close)
+        message = await live.receive(timeout=DEADLINE_S)
+        assert message.type is WSMsgType.CLOSE and message.data == 1001
+    assert server.socket.fileno() == -1 and server.complaints == []
+
+
+def test_a_server_that_fails_says_so_and_lets_go_of_its_port() -> None:
+    def broken() -> Any:
+        raise ValueError("broken")
+
+    complaints: list[str] = []
+    taken = listening("127.0.0.1", 0)
+    Serving(taken, broken, complaints.append).close()
+    assert (
+        complaints == ["the page is no longer served: ValueError('broken')"]
+        and taken.fileno() == -1
+    )
+
+
+def test_a_browser_that_hangs_is_let_go() -> None:
+    server = Server(heartbeat_s=0.2)
+    try:
+        host, port = server.socket.getsockname()
+        with socket.create_connection((host, port), timeout=DEADLINE_S) as hanging:
+            request = f"GET /live HTTP/1.1\r\nHost: {host}:{port}\r\nOrigin: {server.origin}\r\nUpgrade: websocket\r\n"
+            keys = "Connection: Upgrade\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Version: 13\r\n\r\n"
+            hanging.sendall((request + keys).encode())
+            received = b""
+            while piece := hanging.recv(4096):  # ends when the server closes; it answers no ping
+                received += piece
+        assert received.startswith(b"HTTP/1.1 101")
+    finally:
+        server.serving.close()
+
+
+@pytest.mark.parametrize(
+    ("host", "asked", "passes"),
+    [
+        ("127.0.0.1", "127.0.0.1:80", True),
+        ("127.0.0.1", "localhost:9999", True),  # a forwarded port
+        ("127.0.0.1", "[::1]:80", True),
+        ("127.0.0.1", "evil.example", False),
+        ("127.0.0.1", "192.168.1.7:80", False),
+        ("127.0.0.1", "", False),
+        ("127.0.0.1", "[::1", False),
+        ("127.0.0.1", "127.0.0.1.evil.example", False),
+        ("0.0.0.0", "192.168.1.7:80", True),
+        ("0.0.0.0", "evil.example:80", False),
+        ("lab-pc", "lab-pc:80", True),
+    ],
+)
+def test_hosts(host: str, asked: str, passes: bool) -> None:
+    headers = {"Host": asked, "Origin": f"http://{asked}"}
+    assert (refusal(headers, host, acts=True) is None) is passes
+
+
+@pytest.mark.parametrize(
+    ("host", "loopback"),
+    [("127.0.0.1", True), ("::1", True), ("localhost", True), ("0.0.0.0", False)],
+)
+def test_what_counts_as_loopback(host: str, loopback: bool) -> None:
+    assert is_loopback(host) is loopback
+
+
+def test_an_address_that_cannot_be_had_is_told_in_a_sentence() -> None:
+    with listening("127.0.0.1", 0) as taken:
+        port = taken.getsockname()[1]
+        with pytest.raises(
+            BadInputError, match=f"port: expected a free port of 127.0.0.1, found {port} in use"
+        ):
+            listening("127.0.0.1", port)
+    with pytest.raises(
+        BadInputError, match=r"host: expected an address of this machine, found '192\.0\.2\.1'"
+    ):
+        listening("192.0.2.1", 0)
+    with pytest.raises(
+        BadInputError, match="host: expected an address of this machine, found 'no such host'"
+    ):
+        listening("no such host", 0)

@@ -1,0 +1,107 @@
+"""Recordings with an effect hidden in them: wrong parameters on top, noise, encoder steps, fixed seeds."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from pendulum_sysid.records import Recording
+from pendulum_twin.model import Twin
+from pendulum_twin.parameter_vector import make_theta
+from pendulum_twin.signals import Floats, Signals
+from pendulum_twin.simulate import run_freely
+from support.made_recordings import HANGING, INTECO, PERIOD_S
+
+CART_STEP_M = 57e-6
+POLE_STEP_RAD = 2 * np.pi / 4096
+OFF = 0.15  # by how much the rig's constants differ from those in the twin file, at most
+
+HIDDEN: dict[str, dict[str, float]] = {
+    "input_sign_inverted": {},
+    "input_delay": {"delay_s": 0.023},
+    "input_dead_zone": {"width": 0.04},
+    "input_saturation": {"limit": 0.35},
+    "gain_asymmetry": {"ratio": 0.06},
+    "gain_drift": {"per_s": -0.002},
+    "motor_lag": {"time_constant_s": 0.04},
+    "belt_backlash": {"gap_m": 0.002},
+    "cart_coulomb_friction": {"level_n": 0.5},
+    "cart_stribeck_friction": {"level_n": 0.4, "static_n": 0.4, "velocity_m_s": 0.08},
+    "cart_saturating_friction": {"viscous_n_s_m": 1.5, "level_n": 0.2, "limit_n": 0.6},
+    "cart_quadratic_drag": {"n_s2_m2": 1.0},
+    "rail_tilt": {"angle_rad": 0.008},
+    "rail_spring": {"n_per_m": 1.0, "centre_m": 0.1},
+    "rail_friction_patch": {"level_n": 0.8, "centre_m": 0.05, "width_m": 0.05},
+    "cogging": {"amplitude_n": 0.3, "period_m": 0.12, "phase_rad": 1.0},
+    "pole_coulomb_friction": {"level_n_m": 0.001},
+    "pole_quadratic_drag": {"n_m_s2": 2e-5},
+    "pole_spring": {"n_m_per_rad": 0.002},
+    "angle_offset": {"angle_rad": 0.03},
+    "encoder_slip": {"angle_rad": 0.05, "time_s": 17.295},
+    "angle_scale": {"ratio": 0.02},
+    "position_scale": {"ratio": -0.03},
+    "velocity_filter": {"time_constant_s": 0.03},
+    "cart_sign_inverted": {},
+    "angle_sign_inverted": {},
+}
+
+
+def excitation(seed: int, samples: int) -> Floats:
+    """Return a sum of sines that swells and fades, with rests in between."""
+    random = np.random.default_rng(seed)
+    t = np.arange(samples) * PERIOD_S
+    sines = [
+        np.sin(2 * np.pi * random.uniform(0.3, 2.5) * t + random.uniform(0, 6.28))
+        * random.uniform(0.3, 1)
+        for _ in range(12)
+    ]
+    u = np.sum(sines, axis=0)
+    u *= (
+        0.5
+        * (0.25 + 0.75 * np.abs(np.sin(2 * np.pi * t / 23 + random.uniform(0, 3))))
+        / np.max(np.abs(u))
+    )
+    for begin in random.integers(300, samples - 300, 4):
+        u[begin : begin + 120] = 0.0
+    return u
+
+
+def hidden(
+    effects: dict[str, dict[str, float]], seed: int, seconds: float = 40.0
+) -> tuple[Recording, Twin]:
+    """Return a recording of a rig with these effects and constants other than INTECO's, and the twin it really is."""
+    random = np.random.default_rng(seed)
+    rig = replace(INTECO.rig, cart_viscous_n_s_m=2.0, force_per_pwm_n=9.0)
+    keys = (
+        "cart_viscous_n_s_m",
+        "force_per_pwm_n",
+        "com_distance_m",
+        "pole_inertia_kg_m2",
+        "pole_viscous_n_m_s",
+    )
+    rig = replace(
+        rig, **{key: getattr(rig, key) * (1 + OFF * random.uniform(-1, 1)) for key in keys}
+    )
+    truth = Twin("hidden", rig, effects)
+    n = round(seconds / PERIOD_S)
+    every = np.ones(n, dtype=bool)
+    blank = Signals(PERIOD_S, excitation(seed, n), np.zeros(n), np.zeros(n), every, every)
+    zero = np.zeros(1, dtype=np.int64)
+    states = run_freely(blank, make_theta(truth)[None], zero, zero, HANGING[None], n)[0]
+    cart = np.round((states[:, 0] + random.normal(0, 1e-5, n)) / CART_STEP_M) * CART_STEP_M
+    pole = np.round((states[:, 1] + random.normal(0, 1e-4, n)) / POLE_STEP_RAD) * POLE_STEP_RAD
+    rates = reported_rates(
+        np.stack([cart, pole], axis=1),
+        effects.get("velocity_filter", {}).get("time_constant_s", 0.0),
+    )
+    return Recording(
+        "hidden", f"sha256:{seed}", replace(blank, cart=cart, pole=pole), rates=rates
+    ), truth
+
+
+def reported_rates(positions: Floats, time_constant_s: float) -> Floats:
+    """Return the differences of positions (n, 2), through a first-order lag."""
+    rates = np.diff(positions, axis=0, prepend=positions[:1]) / PERIOD_S
+    keep = np.exp(-PERIOD_S / time_constant_s) if time_constant_s else 0.0
+    for n in range(1, len(rates)):
+        rates[n] = keep * rates[n - 1] + (1 - keep) * rates[n]
+    return rates

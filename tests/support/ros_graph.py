@@ -1,0 +1,140 @@
+"""A ROS graph of one's own for a test: a domain that nobody else uses, nodes spun in process, programs started beside."""
+
+import os
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from typing import Any
+
+import rclpy
+from rclpy.client import Client
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from std_srvs.srv import Trigger
+
+DEADLINE_S = 30.0
+DOMAINS = range(1, 100)  # higher ones need ports that the system gives to others
+
+
+@contextmanager
+def free_domain() -> Iterator[int]:
+    """Take a domain that no other test on this machine has now."""
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as claim:
+        for domain in DOMAINS:
+            with suppress(OSError):
+                claim.bind(f"\0pendulum-test-domain-{domain}")
+                break
+        else:
+            raise AssertionError("no free ROS domain")
+        yield domain
+
+
+def until(
+    done: Callable[[], Any], what: str, step: Callable[[], Any], deadline_s: float = DEADLINE_S
+) -> Any:
+    """Repeat step until done returns something true, and return that; fail at the deadline."""
+    end = time.monotonic() + deadline_s
+    while not (result := done()):
+        assert time.monotonic() < end, f"waited {deadline_s} s for {what}"
+        step()
+    return result
+
+
+class Graph:
+    """Nodes in this process, served by one executor, and programs in the same domain."""
+
+    def __init__(self, domain: int) -> None:
+        self.domain = domain
+        self.context = Context()
+        rclpy.init(context=self.context, domain_id=domain)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self._nodes: list[Node] = []
+        self._programs: list[subprocess.Popen] = []
+
+    def add(self, make: Callable[..., Node], /, namespace: str = "", **parameters: Any) -> Any:
+        """Make a node with parameters and serve it from now on."""
+        overrides = [Parameter(name, value=value) for name, value in parameters.items()]
+        node = make(context=self.context, namespace=namespace, parameter_overrides=overrides)
+        return self.serve(node)
+
+    def user(self, name: str = "user", namespace: str = "") -> Node:
+        """Make a plain node that the test publishes and listens with."""
+        return self.serve(Node(name, namespace=namespace, context=self.context))
+
+    def serve(self, node: Node) -> Node:
+        self._nodes.append(node)
+        self.executor.add_node(node)
+        return node
+
+    def remove(self, node: Node) -> None:
+        self._nodes.remove(node)
+        self.executor.remove_node(node)
+        node.destroy_node()
+
+    def spin(self) -> None:
+        self.executor.spin_once(timeout_sec=0.02)
+
+    def until(self, done: Callable[[], Any], what: str, deadline_s: float = DEADLINE_S) -> Any:
+        """Spin until done returns something true, and return that; fail at the deadline."""
+        return until(done, what, self.spin, deadline_s)
+
+    def call(self, client: Client, request: Any = None, deadline_s: float = DEADLINE_S) -> Any:
+        """Call a service (a Trigger unless a request is given) and return its answer."""
+        self.until(client.service_is_ready, client.srv_name, deadline_s)
+        answer = client.call_async(Trigger.Request() if request is None else request)
+        self.until(answer.done, f"the answer of {client.srv_name}", deadline_s)
+        return answer.result()
+
+    def start(self, module: str, *arguments: object) -> subprocess.Popen:
+        """Start a node's module as a program of its own in this domain; killed at the end of the test."""
+        command = [sys.executable, "-m", module, *map(str, arguments)]
+        program = subprocess.Popen(
+            command,
+            env=self.environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        self._programs.append(program)
+        return program
+
+    @property
+    def environment(self) -> dict[str, str]:
+        return {
+            **os.environ,
+            "ROS_DOMAIN_ID": str(self.domain),
+            "PYTHONPATH": os.pathsep.join(sys.path),
+        }
+
+    def close(self) -> None:
+        for program in self._programs:
+            program.kill()
+            program.communicate()
+        self.executor.shutdown()
+        for node in self._nodes:
+            node.destroy_node()
+        self.context.try_shutdown()
+
+
+@contextmanager
+def graph() -> Iterator[Graph]:
+    """Return a graph in a domain of its own; as a fixture: `ros = pytest.fixture(...)` in a folder's conftest."""
+    before = os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE")
+    os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+    try:
+        with free_domain() as domain:
+            made = Graph(domain)
+            try:
+                yield made
+            finally:
+                made.close()
+    finally:
+        if before is None:
+            del os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"]
+        else:
+            os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = before

@@ -1,0 +1,73 @@
+"""Recordings that leave something tied, plans played on the hidden twin, and fits of known effects to both."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from pendulum_sysid.fitting.case import Case, case_of
+from pendulum_sysid.fitting.fit import fit
+from pendulum_sysid.fitting.split import split
+from pendulum_sysid.pipeline import one_recording
+from pendulum_sysid.planning.planned_run import hanging, played
+from pendulum_sysid.records import Fit, Recording, Split
+from pendulum_twin.model import Twin
+from pendulum_twin.parameter_vector import make_theta
+from pendulum_twin.plans.plan_file import make_excitation, parse_plan
+from pendulum_twin.plans.waveforms import make_envelope
+from pendulum_twin.signals import Floats, Signals
+from support.hidden_physics import CART_STEP_M, POLE_STEP_RAD
+from support.made_recordings import INTECO, PERIOD_S, made_states
+
+RIG = replace(INTECO.rig, cart_viscous_n_s_m=2.1, force_per_pwm_n=9.6, pole_viscous_n_m_s=2.6e-4)
+ROOM = make_envelope(INTECO.rig)
+
+
+def gentle(seconds: float, amplitude: float, from_hz: float = 0.3, to_hz: float = 0.6) -> Floats:
+    """Return a slow sweep that hardly moves the pole."""
+    t = np.arange(round(seconds / PERIOD_S)) * PERIOD_S
+    return amplitude * np.cos(2 * np.pi * (from_hz + (to_hz - from_hz) * t / seconds / 2) * t)
+
+
+def hidden_twin(effects: dict[str, dict[str, float]]) -> Twin:
+    """Return the rig as it really is."""
+    return Twin("hidden", RIG, effects)
+
+
+def recorded(twin: Twin, command: Floats, seed: int = 1) -> Recording:
+    """Return what encoders show of a twin that is sent a command."""
+    states, n = made_states(twin, command), len(command)
+    return _encoded(command, states, np.ones(n, bool), seed)
+
+
+def plan_recorded(twin: Twin, plan: dict[str, Any], seed: int = 2) -> Recording:
+    """Return what encoders show of a twin on which a plan file is played."""
+    excitation = make_excitation(parse_plan(plan), ROOM)
+    run = played(
+        hanging(make_theta(twin)[None], 1 / excitation.rate_hz),
+        [excitation],
+        len(excitation.commands),
+    )
+    return _encoded(run.commands[0], run.states[0], np.ones(len(excitation.commands), bool), seed)
+
+
+def _encoded(command: Floats, states: Floats, every: np.ndarray, seed: int) -> Recording:
+    random, n = np.random.default_rng(seed), len(command)
+    cart = np.round((states[:, 0] + random.normal(0, 1e-5, n)) / CART_STEP_M) * CART_STEP_M
+    pole = np.round((states[:, 1] + random.normal(0, 1e-4, n)) / POLE_STEP_RAD) * POLE_STEP_RAD
+    return Recording(
+        f"made {seed}", f"sha256:{seed}", Signals(PERIOD_S, command, cart, pole, every, every)
+    )
+
+
+def fitted(
+    recordings: list[Recording], twin: Twin, effects: tuple[str, ...] | None = None
+) -> tuple[Case, Split, Fit]:
+    """Return recordings as a case of the nominal twin, and the fit of these effects (the twin's own) from the truth."""
+    case = case_of(one_recording(recordings), INTECO)
+    parts = split(case.signals, case.state)
+    return (
+        case,
+        parts,
+        fit(case, parts, tuple(twin.effects) if effects is None else effects, make_theta(twin), 1),
+    )

@@ -1,0 +1,96 @@
+"""Smoothing: exact where it can be, honest about noise, and never across a break."""
+
+import numpy as np
+import pytest
+
+from pendulum_sysid.cleaning.smoothing import HALF_LENGTHS, ORDER, derivative, smooth
+from pendulum_sysid.fitting.windows import smooth_state
+from pendulum_twin.signals import Floats, Signals
+
+PERIOD_S, N = 0.01, 2000
+T = PERIOD_S * np.arange(N)
+EVERY = np.ones(N, dtype=bool)
+WHOLE = (slice(0, N),)
+
+
+def motion(size: float) -> Floats:
+    return size * (np.sin(4.4 * T) + 0.25 * np.sin(12 * T + 0.3))
+
+
+@pytest.mark.parametrize("order", range(ORDER + 1))
+def test_a_polynomial_comes_back_with_its_rates(order: int) -> None:
+    p = np.polynomial.Polynomial(
+        np.random.default_rng(order).normal(size=order + 1), domain=[0.0, 20.0]
+    )
+    found = smooth(p(T), EVERY, WHOLE, PERIOD_S)
+    assert np.allclose(found.value, p(T), rtol=0, atol=1e-11)
+    assert np.allclose(found.rate, p.deriv()(T), rtol=0, atol=1e-10)
+    assert np.allclose(derivative(p(T), WHOLE, PERIOD_S, 10, 2), p.deriv(2)(T), rtol=0, atol=1e-7)
+
+
+@pytest.mark.parametrize("deviation", [1e-4, 1e-3, 1e-2])
+def test_gaussian_noise_is_measured(deviation: float) -> None:
+    noise = np.random.default_rng(1).normal(0.0, deviation, N)
+    found = smooth(motion(0.2) + noise, EVERY, WHOLE, PERIOD_S)
+    assert found.noise == pytest.approx(deviation, rel=0.2)
+    assert np.std(found.value - motion(0.2)) == pytest.approx(found.value_noise, rel=0.5)
+
+
+@pytest.mark.parametrize(
+    ("step", "size"), [(57e-6, 0.03), (1.5e-3, 0.2), (1.5e-3, 1.0), (5e-3, 1.0)]
+)
+def test_an_encoder_s_rounding_is_measured(step: float, size: float) -> None:
+    found = smooth(np.round(motion(size) / step) * step, EVERY, WHOLE, PERIOD_S)
+    assert found.noise == pytest.approx(step / np.sqrt(12), rel=0.2)
+
+
+def test_where_nothing_rests_the_noise_is_over_not_underestimated() -> None:
+    noise = np.random.default_rng(1).normal(0.0, 1e-5, N)
+    assert 1e-5 < smooth(motion(0.2) + noise, EVERY, WHOLE, PERIOD_S).noise < 1e-4
+
+
+def test_nothing_is_smoothed_across_a_break() -> None:
+    middle = N // 2
+    values = motion(0.2)
+    values[middle:] += 5.0
+    parts = (slice(0, middle), slice(middle, N))
+    found = smooth(values, EVERY, parts, PERIOD_S)
+    alone = smooth(values[:middle], EVERY[:middle], WHOLE[:1], PERIOD_S)
+    assert np.abs(found.value - values).max() < 1e-6
+    assert np.allclose(found.rate[:middle], alone.rate, rtol=0, atol=1e-9)
+    assert (
+        np.abs(smooth(values, EVERY, WHOLE, PERIOD_S).value - values).max() > 0.5
+    )  # what a break not told does
+
+
+def test_rougher_motion_is_smoothed_over_shorter_lengths() -> None:
+    """The length follows from the data: noise left in the value is less where the motion is slow."""
+    noise = np.random.default_rng(2).normal(0.0, 1e-3, N)
+    slow, fast = (smooth(np.sin(rate * T) + noise, EVERY, WHOLE, PERIOD_S) for rate in (1.0, 30.0))
+    assert slow.value_noise < 0.6 * fast.value_noise
+
+
+@pytest.mark.parametrize("length", [1, 2, 5, 8, 2 * HALF_LENGTHS[0] + 2])
+def test_a_short_stretch_is_smoothed_as_far_as_it_reaches(length: int) -> None:
+    values = 1.0 + 2.0 * T[:length]
+    found = smooth(values, EVERY[:length], (slice(0, length),), PERIOD_S)
+    assert np.allclose(found.value, values, rtol=0, atol=1e-9)
+    assert np.all(
+        np.isfinite([found.rate, derivative(values, (slice(0, length),), PERIOD_S, 10, 2)])
+    ) and np.isfinite(found.noise)
+
+
+def test_placeholders_say_nothing_of_the_noise() -> None:
+    values = motion(0.2) + np.random.default_rng(3).normal(0.0, 1e-3, N)
+    spikes = np.arange(50, N, 100)
+    valid = EVERY.copy()
+    valid[spikes] = False
+    spoilt = values.copy()
+    spoilt[spikes] += 0.002
+    assert smooth(spoilt, valid, WHOLE, PERIOD_S).noise == pytest.approx(1e-3, rel=0.2)
+
+
+def test_a_joint_that_is_not_there_stays_at_zero() -> None:
+    found = smooth_state(Signals(PERIOD_S, np.zeros(N), None, motion(1.0) + np.pi, EVERY, EVERY))
+    assert found.noise.cart_m is None and found.noise.pole_rad is not None
+    assert not np.any(found.states[:, [0, 2]]) and np.any(found.states[:, 3])

@@ -1,0 +1,238 @@
+"""The fit itself: it finds what is known, agrees with dense algebra and brute force, and its intervals are honest."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+from scipy.stats import t as student
+from support.made_recordings import INTECO, made
+
+from pendulum_sysid.fitting.case import Case, case_of
+from pendulum_sysid.fitting.fit import HORIZONS, fit
+from pendulum_sysid.fitting.gauss_newton import Solution, half_widths, solve
+from pendulum_sysid.fitting.linearised import Problem, linearised
+from pendulum_sysid.fitting.parameters import Free, rig_parameters
+from pendulum_sysid.fitting.split import split
+from pendulum_sysid.fitting.windows import channels, cut, gather
+from pendulum_twin.model import Twin
+from pendulum_twin.parameter_vector import make_theta
+from pendulum_twin.signals import Floats
+from pendulum_twin.simulate import run_freely
+
+TRUTH = replace(INTECO, rig=replace(INTECO.rig, cart_viscous_n_s_m=2.0))
+FAR = {  # factors on the truth
+    "force_per_pwm_n": 2.0,
+    "cart_viscous_n_s_m": 0.5,
+    "com_distance_m": 1.5,
+    "pole_inertia_kg_m2": 0.6,
+    "pole_viscous_n_m_s": 2.0,
+}
+NEAR = 0.05  # of an interval: one-sided differences over steps of finite size leave this much
+
+
+def off(factors: dict[str, float]) -> Twin:
+    return replace(
+        TRUTH, rig=replace(TRUTH.rig, **{k: f * getattr(TRUTH.rig, k) for k, f in factors.items()})
+    )
+
+
+def true_value(name: str) -> float:
+    return getattr(TRUTH.rig, name)
+
+
+@pytest.fixture(scope="module")
+def near() -> Case:
+    return case_of(
+        made(TRUTH, 12.0, 0.3, seed=1), off({"force_per_pwm_n": 1.02, "cart_viscous_n_s_m": 0.95})
+    )
+
+
+@pytest.fixture(scope="module")
+def problem(near: Case) -> Problem:
+    return near.problem(split(near.signals, near.state).train)
+
+
+@pytest.fixture(scope="module")
+def free(near: Case) -> tuple[Free, ...]:
+    return rig_parameters(near.twin)
+
+
+@pytest.mark.parametrize("power", [1, -1])
+def test_parameters_are_found_from_far(power: int) -> None:
+    case = case_of(made(TRUTH, 20.0, 0.3, seed=2), off({k: f**power for k, f in FAR.items()}))
+    parts_apart = split(case.signals, case.state)
+    theta = make_theta(case.twin)
+    for parts in HORIZONS:
+        found = fit(case, parts_apart, (), theta, parts)
+        theta = found.theta
+    assert HORIZONS == (4, 1) and found.converged
+    for name, one in found.estimates.items():
+        assert one.value == pytest.approx(true_value(name), rel=0.02), name
+        assert one.low < one.value < one.high and one.identifiable
+        assert getattr(found.twin.rig, name) == one.value
+    assert found.train == pytest.approx(1.0, abs=0.1) and found.choose == pytest.approx(
+        1.0, abs=0.15
+    )
+
+
+def residuals(problem: Problem, theta: Floats, starts: Floats, power: Floats) -> Floats:
+    """Return all that a fit makes small, one long vector, written anew: errors of runs, then moves of starts."""
+    windows = problem.windows
+    set_of = np.zeros(len(windows), dtype=np.int64)
+    runs = run_freely(problem.signals, theta[None], set_of, windows.begin, starts, windows.samples)
+    measured, counts = gather(problem.signals, windows.begin, windows.samples)
+    errors = (measured - runs[..., list(channels(problem.signals))]) * counts / np.sqrt(power)
+    moves = (starts - windows.starts) / problem.deviations
+    return np.concatenate([errors.ravel(), -moves.ravel()])
+
+
+def turned(theta: Floats, free: tuple[Free, ...], values: Floats) -> Floats:
+    theta = theta.copy()
+    for one, value in zip(free, values, strict=True):
+        one.put(theta, value * one.size)
+    return theta
+
+
+def test_the_normal_equations_are_those_of_dense_differences(
+    near: Case, free: tuple[Free, ...]
+) -> None:
+    windows = cut(near.signals, near.state, 1.0).pick(np.array([2, 5, 9]))
+    problem, theta = near.problem(windows), make_theta(near.twin)
+    power = near.noise**2
+    values = np.array([one.get(theta) / one.size for one in free])
+    many = len(free)
+
+    def all_of(z: Floats) -> Floats:
+        starts = windows.starts + z[many:].reshape(-1, 4) * problem.deviations
+        return residuals(problem, turned(theta, free, z[:many]), starts, power)
+
+    z = np.concatenate([values, np.zeros(4 * len(windows))])
+    step = 1e-4
+    columns = [(all_of(z - step * e) - all_of(z + step * e)) / (2 * step) for e in np.eye(len(z))]
+    dense = np.stack(columns, axis=1)  # of the model: residuals fall as it rises
+    normal, gradient = dense.T @ dense, dense.T @ all_of(z)
+    follow = np.linalg.solve(normal[many:, many:], normal[many:, :many])
+    system = linearised(problem, theta, windows.starts, free, power)
+    ours, theirs = system.normal, normal[:many, :many] - normal[:many, many:] @ follow
+    scale = np.sqrt(np.diag(theirs))
+    assert np.all(np.abs(ours - theirs) < 3e-3 * np.outer(scale, scale))
+    reduced = gradient[:many] - follow.T @ gradient[many:]
+    assert np.allclose(system.gradient, reduced, rtol=2e-3, atol=2e-3 * np.abs(reduced).max())
+
+
+def test_brute_force_over_parameters_and_starts_ends_in_the_same_place(
+    problem: Problem, free: tuple[Free, ...]
+) -> None:
+    theta = make_theta(off({"force_per_pwm_n": 1.02, "cart_viscous_n_s_m": 0.95}))
+    ours = solve(problem, theta, free)
+    for _ in range(3):  # a fit ends when little is to be gained; here it is to settle
+        ours = solve(problem, ours.theta, free, ours.starts)
+    many = len(free)
+
+    def all_of(z: Floats) -> Floats:
+        starts = problem.windows.starts + z[many:].reshape(-1, 4) * problem.deviations
+        return residuals(problem, turned(theta, free, z[:many]), starts, ours.power)
+
+    first = np.concatenate(
+        [[one.get(theta) / one.size for one in free], np.zeros(4 * len(problem.windows))]
+    )
+    theirs = least_squares(all_of, first, xtol=1e-12, ftol=1e-12, gtol=1e-12)
+    apart = [
+        abs(one.get(ours.theta) - value * one.size) / half
+        for one, value, half in zip(free, theirs.x[:many], half_widths(ours, free), strict=True)
+    ]
+    assert max(apart) < NEAR, apart
+
+
+def test_a_parameter_stays_within_its_bounds_and_the_others_make_the_best_of_it(
+    problem: Problem, free: tuple[Free, ...]
+) -> None:
+    bound = 0.98 * true_value("force_per_pwm_n")
+    held = tuple(
+        replace(one, high=bound) if one.name == "force_per_pwm_n" else one for one in free
+    )
+    others = tuple(one for one in free if one.name != "force_per_pwm_n")
+    theta = make_theta(off({"force_per_pwm_n": 0.95}))
+    found = solve(problem, theta, held)
+    assert held[0].get(found.theta) == bound
+    theta = make_theta(off({"force_per_pwm_n": 0.98}))
+    best = solve(problem, theta, others)
+    for one, half in zip(others, half_widths(best, others), strict=True):
+        assert one.get(found.theta) == pytest.approx(one.get(best.theta), abs=0.05 * half), (
+            one.name
+        )
+
+
+def test_the_same_problem_gives_the_same_bits(problem: Problem, free: tuple[Free, ...]) -> None:
+    first, second = (solve(problem, make_theta(off(FAR)), free) for _ in range(2))
+    assert np.array_equal(first.theta, second.theta) and np.array_equal(
+        first.starts, second.starts
+    )
+
+
+@pytest.mark.parametrize("limit", ["RUNS_AT_ONCE", "DRIVES_AT_ONCE"])
+def test_a_recording_taken_in_pieces_gives_the_same_equations(
+    problem: Problem, free: tuple[Free, ...], monkeypatch: pytest.MonkeyPatch, limit: str
+) -> None:
+    theta, starts = make_theta(TRUTH), problem.windows.starts
+    late = make_theta(replace(TRUTH, effects={"input_delay": {"delay_s": 0.02}}))[None]
+    whole = linearised(problem, theta, starts, free, np.ones(2), late)
+    monkeypatch.setattr(f"pendulum_sysid.fitting.linearised.{limit}", 1)
+    pieces = linearised(problem, theta, starts, free, np.ones(2), late)
+    for name in ("normal", "scores", "start_normal", "start_gradient", "cross"):
+        expected = getattr(whole, name)
+        assert np.allclose(
+            getattr(pieces, name), expected, rtol=1e-6, atol=1e-9 * np.abs(expected).max()
+        ), name
+
+
+def test_what_the_data_do_not_fix_is_not_identifiable() -> None:
+    """Without a command nothing says how strong the drive is."""
+    still = made(TRUTH, 12.0, 0.0, seed=3)
+    case = case_of(still, TRUTH)
+    found = fit(case, split(case.signals, case.state), (), make_theta(case.twin))
+    assert not found.estimates["force_per_pwm_n"].identifiable
+
+
+def test_intervals_hold_the_truth() -> None:
+    inside: dict[str, list[bool]] = {}
+    for seed in range(40):
+        case = case_of(made(TRUTH, 12.0, 0.3, seed=seed), TRUTH)
+        found = fit(case, split(case.signals, case.state), (), make_theta(case.twin))
+        for name, one in found.estimates.items():
+            inside.setdefault(name, []).append(one.low <= true_value(name) <= one.high)
+    shares = {name: float(np.mean(one)) for name, one in inside.items()}
+    assert len(shares) == 5 and all(0.85 <= share <= 1.0 for share in shares.values()), shares
+
+
+def test_the_sandwich_is_unbiased_however_few_and_uneven_the_windows_are() -> None:
+    """Known errors on a linear fit of 4 parameters to 7 windows, one of which carries most of the weight."""
+    random, free = (
+        np.random.default_rng(4),
+        tuple(Free(name, "", (k,), (1.0,), -9.0, 9.0, 1.0) for k, name in enumerate("abcd")),
+    )
+    design = random.standard_normal((7, 10, 4)) * np.array([3.0, 1, 1, 1, 1, 1, 1])[:, None, None]
+    normals = design.transpose(0, 2, 1) @ design
+    inverse = np.linalg.inv(normals.sum(axis=0))
+    found = []
+    for _ in range(4000):
+        off = 2.0 * random.standard_normal(
+            (7, 10)
+        )  # twice as large as the classical width takes them to be
+        best = inverse @ np.einsum("wsk,ws->k", design, off)
+        scores = np.einsum("wsk,ws->wk", design, off - design @ best)
+        nothing = np.zeros(4)
+        solution = Solution(nothing, nothing, nothing, nothing, True, normals, scores)
+        found.append((half_widths(solution, free) / student.ppf(0.975, 6)) ** 2)
+    ratios = np.mean(found, axis=0) / (4.0 * np.diag(inverse))
+    assert np.all(np.abs(ratios - 1) < 0.08), ratios  # the classical width as the least lifts some
+
+
+def test_a_direction_that_one_window_alone_fixes_has_the_classical_width() -> None:
+    free = tuple(Free(name, "", (k,), (1.0,), -9.0, 9.0, 1.0) for k, name in enumerate("ab"))
+    normals = np.array([np.diag([1.0, 0.0])] * 5 + [np.diag([1.0, 4.0])])
+    nothing = np.zeros(2)
+    scores = np.zeros((6, 2))
+    found = half_widths(Solution(nothing, nothing, nothing, nothing, True, normals, scores), free)
+    assert found == pytest.approx(student.ppf(0.975, 5) * np.sqrt([1 / 6, 1 / 4]))

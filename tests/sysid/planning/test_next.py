@@ -1,0 +1,229 @@
+"""The next experiment: what is tied is no longer tied after it, intervals shrink as promised, and the rail is kept."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+from support.hidden_physics import HIDDEN, hidden
+from support.made_recordings import made_bag, without_joint
+from support.tied_recordings import (
+    INTECO,
+    ROOM,
+    fitted,
+    gentle,
+    hidden_twin,
+    plan_recorded,
+    recorded,
+)
+
+from pendulum_sysid.cli import main
+from pendulum_sysid.finding.identifiability import ties
+from pendulum_sysid.finding.separation import APART
+from pendulum_sysid.planning.growing_plan import SAFE
+from pendulum_sysid.planning.next_experiment import REMEDIES, Next, planned_next
+from pendulum_twin.effects import CATALOGUE
+from pendulum_twin.errors import BadInputError
+from pendulum_twin.model import Twin, save_twin
+from pendulum_twin.plans.plan_file import load_plan, parse_plan
+
+SLOW = gentle(8, 0.05)
+DELAY = hidden_twin({"input_delay": {"delay_s": 0.01}})
+DRY = {"cart_coulomb_friction": {"level_n": 0.3}}
+TIED = {
+    "delay and lag": (DELAY, SLOW, {"input_delay", "motor_lag"}),
+    "lag and delay": (
+        hidden_twin({"motor_lag": {"time_constant_s": 0.01}}),
+        SLOW,
+        {"input_delay", "motor_lag"},
+    ),
+    "static and dry friction": (
+        hidden_twin(
+            {"cart_stribeck_friction": {"level_n": 0.3, "static_n": 1e-3, "velocity_m_s": 0.02}}
+        ),
+        SLOW,
+        {"cart_stribeck_friction", "cart_coulomb_friction"},
+    ),
+}
+
+
+def pairs(found: Any) -> set[frozenset[str]]:
+    return {
+        frozenset((one.effect, one.rival)) for one in found if one.rival and not one.by_no_motion
+    }
+
+
+@pytest.mark.parametrize("case", TIED)
+def test_after_the_plan_the_tie_is_gone(case: str) -> None:
+    truth, command, pair = TIED[case]
+    first = recorded(truth, command)
+    before = fitted([first], truth)
+    assert frozenset(pair) in pairs(ties(*before))
+    found = planned_next(*before, ties(*before))
+    assert found.plan is not None and found.before is not None and found.after is not None
+    assert found.before < APART < found.after and all(name in found.why for name in pair)
+    second = plan_recorded(truth, found.plan)
+    assert second.signals.cart is not None
+    assert np.max(np.abs(second.signals.cart)) <= 1.1 * SAFE * ROOM.half_length_m
+    assert frozenset(pair) not in pairs(ties(*fitted([first, second], truth)))
+
+
+def test_an_interval_shrinks_as_promised() -> None:
+    """Within a factor of two: the promise is made on the fitted twin, and a few windows' scatter is no exact measure."""
+    truth = hidden_twin(DRY)
+    first = recorded(truth, gentle(6, 0.06))
+    case, parts, best = fitted([first], truth)
+    found = planned_next(case, parts, best, (), "interval")
+    assert found.plan is not None and found.after is not None and found.before is not None
+    name = found.why.split()[0]
+    one = best.estimates[name]
+    assert found.before == pytest.approx((one.high - one.low) / 2, rel=1e-6)
+    assert found.after < 0.5 * found.before
+    after = fitted([first, plan_recorded(truth, found.plan)], truth)[2].estimates[name]
+    assert (after.high - after.low) / 2 == pytest.approx(found.after, rel=1.0)
+    assert (after.high - after.low) / 2 > 0.5 * found.after
+
+
+def test_a_tie_that_no_plan_parts_is_said_and_does_not_hold_up_the_others() -> None:
+    """Plain dry friction that differs by direction is dry friction and a constant force, also at rest."""
+    truth = hidden_twin(
+        {**DRY, "rail_tilt": {"angle_rad": 0.005}, "input_delay": {"delay_s": 0.01}}
+    )
+    before = fitted([recorded(truth, SLOW)], truth)
+    tied = ties(*before)
+    hopeless = {"rail_tilt", "cart_friction_asymmetry"}
+    assert {frozenset(hopeless), frozenset(("input_delay", "motor_lag"))} <= pairs(tied)
+    found = planned_next(*before, tied)
+    assert found.plan is not None and found.after is not None and found.after > APART
+    assert (
+        "is expected to part rail_tilt and cart_friction_asymmetry" in found.why
+        and "input_delay and motor_lag" in found.why
+    )
+    alone = planned_next(
+        *before, [one for one in tied if {one.effect, one.rival} == hopeless], "tie"
+    )
+    assert alone.plan is None and "is expected to part" in alone.why
+
+
+def test_what_no_motion_parts_is_said_with_what_would() -> None:
+    found = planned_next(*(before := fitted([recorded(DELAY, SLOW)], DELAY)), ties(*before))
+    assert "No motion will part input_delay from sensor_delay; a second clock would" in found.why
+    assert set(REMEDIES) == {effect.name for effect in CATALOGUE if effect.shows_as is not None}
+
+
+def test_nothing_is_planned_where_nothing_is_left_to_ask() -> None:
+    recording, truth = hidden(
+        {"cart_coulomb_friction": HIDDEN["cart_coulomb_friction"]}, seed=1, seconds=20.0
+    )
+    before = fitted([recording], truth)
+    found = planned_next(*before, ties(*before))
+    assert found == Next(None, found.why) and found.why.startswith(
+        "Nothing is tied that motion could part"
+    )
+    assert "cart_coulomb_friction.level_n to 0." in found.why
+    assert planned_next(*before, ties(*before), "tie").plan is None
+    assert planned_next(*before, ties(*before), "interval").plan is not None
+
+
+def test_the_same_question_gives_the_same_plan_and_its_length_is_what_was_asked_for() -> None:
+    before = fitted([recorded(DELAY, SLOW)], DELAY)
+    tied = ties(*before)
+    first, again = (planned_next(*before, tied, seconds=9.0) for _ in range(2))
+    assert first == again and first.plan is not None
+    assert [phase["kind"] for phase in first.plan["phases"]][:: len(first.plan["phases"]) - 1] == [
+        "push",
+        "rest",
+    ]
+    assert parse_plan(first.plan).rate_hz == 100.0
+    with pytest.raises(BadInputError, match="seconds: expected at least 5, found 3"):
+        planned_next(*before, tied, seconds=3.0)
+
+
+def test_a_locked_cart_gets_no_plan() -> None:
+    recording, truth = hidden({}, seed=1, seconds=12.0)
+    alone = without_joint(recording, "cart")
+    before = fitted([alone], truth)
+    found = planned_next(*before, (), "interval")
+    assert found.plan is None and found.why.startswith("The cart is locked")
+
+
+def test_a_rig_whose_rail_is_not_known_gets_no_plan() -> None:
+    case, parts, best = fitted([recorded(DELAY, SLOW)], DELAY)
+    case = replace(
+        case, twin=replace(case.twin, rig=replace(case.twin.rig, rail_half_length_m=None))
+    )
+    found = planned_next(case, parts, best, ties(case, parts, best))
+    assert (
+        found.plan is None
+        and "No plan can be made: " in found.why
+        and "rail_half_length_m" in found.why
+    )
+
+
+def test_where_every_phase_leads_off_the_rail_there_is_no_plan() -> None:
+    case, parts, best = fitted([recorded(DELAY, SLOW)], DELAY)
+    case = replace(
+        case, twin=replace(case.twin, rig=replace(case.twin.rig, rail_half_length_m=0.005))
+    )
+    assert planned_next(case, parts, best, ties(case, parts, best)).why.startswith(
+        "No phase of a plan keeps the cart"
+    )
+
+
+def files(folder: Path, twin: Twin, command: np.ndarray) -> list[str]:
+    """Write a recording and the nominal twin; return the arguments that name them."""
+    made_bag(folder / "bag", recorded(twin, command))
+    save_twin(INTECO, folder / "nominal.yaml")
+    return [
+        str(folder / "bag"),
+        "--twin",
+        str(folder / "nominal.yaml"),
+        "--out",
+        str(folder / "next.yaml"),
+    ]
+
+
+def test_the_command_goes_on_from_a_verdict(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked = files(tmp_path, DELAY, SLOW)
+    save_twin(DELAY, tmp_path / "twin.yaml")
+    missing = [{"effect": "input_delay", "cannot_be_told_from": ["motor_lag"]}]
+    verdict = {"schema": "pendulum_verdict/1", "outcome": "ambiguous", "missing_physics": missing}
+    (tmp_path / "verdict.json").write_text(json.dumps(verdict))
+    assert (
+        main(["next", *asked, "--verdict", str(tmp_path / "verdict.json"), "--seconds", "12"]) == 0
+    )
+    said = capsys.readouterr().out
+    assert "input_delay and motor_lag cannot be told apart" in said and said.endswith(
+        f"{tmp_path / 'next.yaml'}\n"
+    )
+    assert load_plan(tmp_path / "next.yaml", ROOM).seconds == pytest.approx(12.0, abs=0.05)
+    assert yaml.safe_load((tmp_path / "next.yaml").read_text())["schema"] == "pendulum_plan/1"
+
+
+@pytest.mark.parametrize(
+    ("text", "wrong"),
+    [
+        ("no json", "it cannot be read"),
+        ("{}", "expected a verdict with schema pendulum_verdict/1"),
+        (
+            '{"schema": "pendulum_verdict/1", "outcome": "unusable", "missing_physics": []}',
+            "on a usable recording",
+        ),
+        (
+            '{"schema": "pendulum_verdict/1", "outcome": "named", "missing_physics": []}',
+            "twin.yaml: expected a twin file",
+        ),
+    ],
+)
+def test_a_verdict_that_is_none_is_refused(
+    text: str, wrong: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked = files(tmp_path, DELAY, SLOW[:500])
+    (tmp_path / "verdict.json").write_text(text)
+    assert main(["next", *asked, "--verdict", str(tmp_path / "verdict.json")]) == 1
+    assert wrong in capsys.readouterr().err and not (tmp_path / "next.yaml").exists()

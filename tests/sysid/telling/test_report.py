@@ -1,0 +1,462 @@
+"""The report page: complete, escaped, self-contained, the same bytes every time, and never a crash."""
+
+import math
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pendulum_sysid.records import Diagnosis, Evidence, Localisation, Outcome, Overlay, Trial
+from pendulum_sysid.telling import display, figures
+from pendulum_sysid.telling.report import page, trial_rows, write_report
+from pendulum_sysid.telling.wording import OUTCOMES
+from pendulum_twin.model import Twin
+from pendulum_twin.rig import Rig
+
+RIG = Rig(
+    cart_mass_kg=0.5723,
+    pole_mass_kg=0.12,
+    com_distance_m=0.0196,
+    pole_inertia_kg_m2=0.00292,
+    force_per_pwm_n=12.4,
+    cart_viscous_n_s_m=1.96,
+    pole_viscous_n_m_s=2.7e-4,
+    rail_half_length_m=0.9,
+    pwm_limit=0.5,
+)
+TWIN = Twin(
+    "inteco",
+    RIG,
+    {"cart_coulomb_friction": {"level_n": 0.46}, "pole_quadratic_drag": {"n_m_s2": 1.3e-5}},
+)
+VERDICT = {
+    "schema": "pendulum_verdict/1",
+    "outcome": "named",
+    "sentence": "The twin lacks dry friction of the cart, 0.46 N, and quadratic drag on the pole.",
+    "location": {
+        "place": "cart",
+        "evidence": [{"variable": "cart_velocity", "finding": "a step at zero speed", "share": 0.83}],
+        "intervals_s": [[12.1, 14.0], [31.0, 33.5]],
+    },
+    "missing_physics": [
+        {
+            "effect": "cart_coulomb_friction",
+            "cannot_be_told_from": [],
+            "confidence": 0.9999,
+            "parameters": {"level_n": {"value": 0.4612, "low": 0.4508, "high": 0.4716, "unit": "N"}},
+            "sentence": "Dry friction holds the cart back with 0.46 N.",
+        },
+        {
+            "effect": "pole_quadratic_drag",
+            "cannot_be_told_from": ["pole_coulomb_friction"],
+            "confidence": 0.93,
+            "parameters": {"n_m_s2": {"value": 1.31e-5, "low": 1.12e-5, "high": 1.5e-5, "unit": "N m s^2"}},
+            "sentence": "Drag of 1.3e-5 N m s² times the squared rate holds the pole back.",
+        },
+    ],
+    "rig_parameters": {
+        "cart_mass_kg": {
+            "before": 0.5723, "after": 0.5723, "low": None, "high": None, "unit": "kg", "identifiable": False,
+        },
+        "force_per_pwm_n": {
+            "before": 12.86, "after": 12.41, "low": 12.34, "high": 12.48, "unit": "N", "identifiable": True,
+        },
+        "cart_viscous_n_s_m": {
+            "before": 2.84, "after": 1.96, "low": 1.9, "high": 2.02, "unit": "N s/m", "identifiable": True,
+        },
+        "pole_viscous_n_m_s": {
+            "before": 2.7344e-4, "after": 1.21e-4, "low": 1.03e-4, "high": 1.39e-4, "unit": "N m s/rad",
+            "identifiable": True,
+        },
+        "gravity_m_s2": {
+            "before": 9.81, "after": 9.81, "low": -math.inf, "high": math.inf, "unit": "m/s^2", "identifiable": False,
+        },
+    },
+    "masking": ["cart_viscous_n_s_m had absorbed the missing cart_coulomb_friction: 2.84 becomes 1.96 N s/m"],
+    "fit": {
+        "train": {"before": 47.3, "after": 1.11},
+        "held_out": {"before": 49.8, "after": 1.14},
+        "noise_floor": 1.02,
+        "unit": "score",
+        "held_out_cart_mm": {"before": 45.2, "after": 1.9},
+        "held_out_pole_rad": {"before": 0.56, "after": 0.0041},
+    },
+    "remainder": {"place": "drive", "above_noise_floor": 1.12, "finding": "The gain sinks by some 4 % in two minutes."},
+    "data_quality": [
+        {"kind": "spike", "count": 3, "intervals_s": [[0.0, 0.01], [7.41, 7.42], [29.0, 29.01]]},
+        {"kind": "wrap", "count": 12, "intervals_s": []},
+    ],
+    "next_experiment": {"file": "next.yaml", "why": "Slow swings part the pole's dry friction from its drag."},
+    "recording": {
+        "seconds": 60.0, "samples": 6000, "rate_hz": 100.0, "digest": "sha256:" + 8 * "0123abcd", "name": "inteco_60s",
+    },
+    "command": "sysid diagnose inteco_60s --twin config/inteco.yaml --out out",
+    "elapsed_s": 12.04,
+}  # fmt: skip
+TRIALS = (
+    Trial((), 14.2, 15.3, "parameters alone"),
+    Trial(("rail_tilt",), 14.1, 15.4, "tried"),
+    Trial(("motor_lag",), 13.9, 15.1, "tried"),
+    Trial(("cart_coulomb_friction",), 2.31, 2.4, "kept"),
+    Trial(
+        ("cart_coulomb_friction", "pole_coulomb_friction"),
+        1.13,
+        1.18,
+        "as good, cannot be told apart",
+    ),
+    Trial(("cart_coulomb_friction", "pole_quadratic_drag"), 1.11, 1.15, "kept"),
+    Trial(
+        ("cart_stribeck_friction", "pole_quadratic_drag"),
+        1.11,
+        1.15,
+        "no better than the simpler one",
+    ),
+    *(
+        Trial(("cart_coulomb_friction", f"other_{k}"), 2.2 + k, 2.3 + k, "tried")
+        for k in range(12)
+    ),
+)
+
+
+def overlay(
+    channel: str, unit: str, size: float, off: float, windows: int = 14, rate_hz: int = 200
+) -> Overlay:
+    """Make runs like those of a rig: after is close, before drifts off, sometimes out of the picture."""
+    rng = np.random.default_rng(1)
+    times = 4.0 * np.arange(windows)[:, None] + np.arange(rate_hz + 1) / rate_hz
+    since = times - times[:, :1]
+    measured = size * np.sin(
+        1.7 * times + np.sin(0.9 * times)
+    ) + 0.002 * size * rng.standard_normal(times.shape)
+    before = measured + off * (1 + np.arange(windows)[:, None] % 3) * since**2
+    after = measured + 0.02 * size * np.sin(3 * since)
+    return Overlay(channel, unit, times, measured, before, after)
+
+
+def evidence() -> tuple[Evidence, ...]:
+    v = np.linspace(-1.2, 1.2, 31)
+    step = Evidence(
+        "cart_velocity",
+        "a step at zero speed",
+        0.83,
+        v,
+        -0.46 * np.tanh(20 * v),
+        0.03 + 0.05 * v**2,
+    )
+    return step, Evidence("cart_position", "no more than chance", 0.04)
+
+
+def named() -> Diagnosis:
+    place = Localisation("cart", evidence(), ((12.1, 14.0), (31.0, 33.5)))
+    return Diagnosis(
+        VERDICT,
+        TWIN,
+        place,
+        TRIALS,
+        (overlay("cart", "m", 0.3, 0.08), overlay("pole", "rad", 2.0, 1.5)),
+    )
+
+
+def ended(outcome: Outcome) -> Diagnosis:
+    """Make a diagnosis as each outcome leaves it."""
+    one, verdict = (
+        named(),
+        {**VERDICT, "outcome": outcome.value, "sentence": f"A sentence for {outcome.value}."},
+    )
+    nowhere = {
+        **verdict,
+        "location": None,
+        "missing_physics": [],
+        "masking": [],
+        "remainder": None,
+    }
+    match outcome:
+        case Outcome.NOTHING_MISSING:
+            return replace(one, verdict=nowhere, localisation=None, twin=Twin("inteco", RIG))
+        case Outcome.NOT_IN_CATALOGUE:
+            return replace(
+                one,
+                verdict={**verdict, "missing_physics": [], "masking": []},
+                twin=Twin("inteco", RIG),
+            )
+        case Outcome.UNUSABLE:
+            cut = {**nowhere, "rig_parameters": {}, "fit": None, "next_experiment": None}
+            return Diagnosis(cut, None, None, (), ())
+        case _:
+            return replace(one, verdict=verdict)
+
+
+class Reader(HTMLParser):
+    """Collect a page's text, tags with attributes, and ids; fail on tags that are not closed in order."""
+
+    VOID = frozenset({"meta", "br"})
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.words: list[str] = []
+        self.tags: list[tuple[str, dict]] = []
+        self.open: list[str] = []
+        self.feed(html)
+        assert self.open == []
+        self.text = " ".join(" ".join(self.words).split())
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        if self.open and self.open[-1] != "style":
+            self.words.append(data)
+
+    def attributes(self, name: str) -> list[str]:
+        return [held[name] for _, held in self.tags if name in held]
+
+
+@pytest.fixture(scope="module")
+def html() -> str:
+    return page(named())
+
+
+def test_the_page_says_what_the_verdict_says(html: str) -> None:
+    text = Reader(html).text
+    for words in (
+        "Diagnosis: inteco_60s",
+        "✓ Missing physics named",
+        VERDICT["sentence"],
+        "6000 samples at 100 Hz",
+        "12.0 s",
+        "0.461 N [0.451, 0.472]",
+        "over 99.9 %",
+        "1.31 × 10⁻⁵ N·m·s² [1.12, 1.50] × 10⁻⁵",
+        "pole_coulomb_friction",
+        "6 of 14 held-out windows",
+        "45.2 mm",
+        "43.7 times smaller",
+        "83 %",
+        "cart ◂ here",
+        "12.1–14.0, 31.0–33.5 s",
+        "−31 %",
+        VERDICT["masking"][0],
+        "1.12 times the noise floor",
+        "What is left is at drive . The gain sinks",
+        "0.00, 7.41, 29.00 s",
+        "single samples far off",
+        "Slow swings part",
+        VERDICT["command"],
+    ):
+        assert words in text.replace("\u00a0", " ").replace("\u202f", " "), words
+
+
+@pytest.mark.parametrize("outcome", Outcome)
+def test_every_outcome_has_its_page(outcome: Outcome) -> None:
+    text = Reader(page(ended(outcome))).text
+    words = OUTCOMES[outcome]
+    assert (
+        words.title in text
+        and words.meaning in text
+        and f"A sentence for {outcome.value}." in text
+    )
+    assert (words.when_empty in text) == (outcome not in (Outcome.NAMED, Outcome.AMBIGUOUS))
+
+
+def nothing_but(verdict) -> Diagnosis:
+    return Diagnosis(verdict, None, None, (), ())
+
+
+@pytest.mark.parametrize(
+    "diagnosis",
+    [
+        nothing_but({}),
+        nothing_but(None),
+        nothing_but(dict.fromkeys(VERDICT)),
+        nothing_but(
+            {
+                **dict.fromkeys(VERDICT),
+                "outcome": "named",
+                "missing_physics": [{}],
+                "data_quality": [{}],
+            }
+        ),
+        nothing_but(
+            {
+                "fit": {"train": None, "held_out": {"after": math.nan}},
+                "rig_parameters": {"x": {}},
+                "location": {},
+            }
+        ),
+        nothing_but(
+            {
+                "outcome": Outcome.UNUSABLE,
+                "location": {"place": "nowhere", "evidence": [{}]},
+                "remainder": {"a": 1},
+            }
+        ),
+        Diagnosis({}, TWIN, Localisation("sensor", ()), (Trial((), math.nan, math.inf, ""),), ()),
+    ],
+)
+def test_a_diagnosis_with_nothing_in_it_still_makes_a_page(diagnosis: Diagnosis) -> None:
+    text = Reader(page(diagnosis)).text
+    assert "Nothing to draw" in text and "None" not in re.sub(r"None[.\s]|None[ a-z]", "", text)
+    assert "nan" not in text.lower().split()
+
+
+@pytest.mark.parametrize("shape", [(0, 0), (0, 101), (1, 1), (1, 2), (3, 101)])
+@pytest.mark.parametrize("value", [0.0, 3.14159, math.nan, 1e300, -math.inf])
+def test_any_run_can_be_drawn(shape: tuple[int, int], value: float) -> None:
+    times = np.cumsum(np.ones(shape), axis=0)
+    still = Overlay(
+        "pole",
+        "rad",
+        times,
+        np.full(shape, math.pi),
+        np.full(shape, value),
+        np.full(shape, math.pi),
+    )
+    text = Reader(page(Diagnosis({}, None, None, (), (still,)))).text
+    assert ("Nothing to draw" in text) == (0 in shape)
+
+
+def test_a_run_out_of_the_picture_is_cut_and_said() -> None:
+    one = overlay("cart", "m", 0.3, 1000.0)
+    low, high = figures.frame(one.measured[0], one.after[0])
+    assert -0.6 < low < high < 0.6
+    assert "before: up to" in page(Diagnosis({}, None, None, (), (one,)))
+
+
+def test_a_product_and_what_was_measured_of_it_stand_at_the_picture() -> None:
+    one = Evidence(
+        "cart_velocity*time", "dry friction grows", 0.9, np.arange(5.0), np.arange(5.0), np.array([9.0, 0.1, 0.1, 0.1, 9.0]),
+        "time", "dry friction", "N", "cart",
+    )  # fmt: skip
+    diagnosis = replace(named(), localisation=Localisation("cart", (one,)))
+    text = page(diagnosis)
+    assert "cart velocity × time" in text and "dry friction (N) against time (s)" in text
+
+
+def test_windows_are_spread_over_the_record() -> None:
+    times = np.arange(40.0)[::-1, None] + np.linspace(0, 1, 5)
+    assert figures.spread(times).tolist() == [39, 31, 23, 16, 8, 0]
+    assert figures.spread(times[:2]).tolist() == [1, 0]
+
+
+def test_what_comes_from_data_is_escaped() -> None:
+    evil = "<script>alert('x')</script>"
+
+    def poisoned(value):
+        if isinstance(value, dict):
+            return {k: poisoned(v) for k, v in value.items()}
+        if isinstance(value, list):
+            return [poisoned(v) for v in value]
+        return evil if isinstance(value, str) else value
+
+    verdict = {
+        **poisoned(VERDICT),
+        "rig_parameters": {evil: {"before": evil, "unit": evil}},
+        "fit": {evil: {"after": 1.0}},
+    }
+    place = Localisation(
+        evil, (replace(evidence()[0], variable=evil, finding=evil),), ((1.0, 2.0),)
+    )
+    twin = Twin(evil, RIG)
+    made = Diagnosis(
+        verdict, twin, place, (Trial((evil,), 1, 1, evil),), (overlay(evil, evil, 1, 1),)
+    )
+    html = page(made)
+    assert "<script" not in html and "&lt;script&gt;" in html
+    assert "script" not in {tag for tag, _ in Reader(html).tags}
+
+
+def test_the_page_needs_nothing_from_outside(html: str) -> None:
+    read = Reader(html)
+    assert all(
+        one.startswith("#")
+        for name in ("src", "href", "xlink:href")
+        for one in read.attributes(name)
+    )
+    assert {tag for tag, _ in read.tags}.isdisjoint({"script", "link", "img", "iframe", "object"})
+    assert set(re.findall(r"https?://[^\"' >]+", html)) <= {
+        "http://www.w3.org/2000/svg",
+        "http://www.w3.org/1999/xlink",
+    }
+    assert "@import" not in html and set(re.findall(r"url\((.)", html)) <= {"#"}
+
+
+def test_ids_are_unique_and_references_are_kept(html: str) -> None:
+    ids = Reader(html).attributes("id")
+    assert len(ids) == len(set(ids))
+    assert set(re.findall(r'(?:url\(|href=")#([^")]+)', html)) <= set(ids)
+
+
+def test_every_picture_has_words(html: str) -> None:
+    pictures = [
+        held
+        for tag, held in Reader(html).tags
+        if tag == "svg" and held.get("aria-hidden") != "true"
+    ]
+    assert len(pictures) == 2 * 6 + 2 + 1
+    assert all(held["role"] == "img" and held["aria-label"] for held in pictures)
+
+
+def test_the_page_is_small_and_the_same_every_time(html: str, tmp_path: Path) -> None:
+    long = replace(named(), overlays=(overlay("cart", "m", 0.3, 0.1, windows=400, rate_hz=1000),))
+    assert max(len(html.encode()), len(page(long).encode())) < 1_000_000
+    write_report(named(), tmp_path / "new" / "report.html")
+    assert (tmp_path / "new" / "report.html").read_bytes() == html.encode()
+    assert [one.name for one in (tmp_path / "new").iterdir()] == ["report.html"]
+
+
+def test_hypotheses_stand_best_first_and_the_chosen_one_is_marked() -> None:
+    rows = trial_rows(TRIALS, frozenset(TWIN.effects))
+    assert [row.trial.choose for row in rows] == sorted(row.trial.choose for row in rows)
+    assert [row.turn for row in rows if row.chosen] == [6]
+    assert (rows[0].bar, rows[-1].bar) == (pytest.approx(0.05, abs=0.02), 1.0)
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0, "0.00"), (1.14159, "1.14"), (-0.0421, "−0.0421"), (45678.9, "45 679"), (2.7344e-4, "2.73 × 10⁻⁴"),
+        (3e7, "3.00 × 10⁷"), (math.inf, "∞"), (math.nan, "–"), (None, "–"), ("<b>", "–"), (True, "–"),
+    ],
+)  # fmt: skip
+def test_numbers_have_sensible_digits(value: object, text: str) -> None:
+    assert display.number(value).replace("\u00a0", " ").replace("\u202f", " ") == text
+
+
+@pytest.mark.parametrize(
+    ("held", "texts"),
+    [
+        ((0.46, 0.45, 0.47), ("0.460", "[0.450, 0.470]")),
+        ((1.96, 1.9, 2.02), ("1.96", "[1.90, 2.02]")),
+        ((-12.4, -13.9, -10.9), ("−12.4", "[−13.9, −10.9]")),
+        ((2.7e-4, 2.6e-4, 2.8e-4), ("2.70 × 10⁻⁴", "[2.60, 2.80] × 10⁻⁴")),
+        ((0.5723, None, None), ("0.5723", "–")),
+        ((9.81, -math.inf, math.inf), ("9.810", "–")),
+        ((2.0, 1.5, math.inf), ("2.000", "[1.50, ∞]")),
+        ((1.0, 1.0, 1.0), ("1.000", "[1.000, 1.000]")),
+        ((0.0, 0.0, 0.0), ("0.000", "[0.000, 0.000]")),
+    ],
+)
+def test_an_estimate_shows_the_digits_that_its_interval_is_worth(
+    held: tuple, texts: tuple[str, str]
+) -> None:
+    assert tuple(text.replace("\u00a0", " ") for text in display.estimate(*held)) == texts
+
+
+def test_units_are_set_as_one_writes_them() -> None:
+    assert [display.unit(one) for one in ("N s^2/m^2", "kg m^2", "1", None)] == [
+        "N·s²/m²",
+        "kg·m²",
+        "",
+        "",
+    ]

@@ -1,0 +1,395 @@
+"""The verdict: every field of the contract, words for every outcome, and what the catalogue does not hold left unnamed."""
+
+import json
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.hidden_physics import CART_STEP_M, INTECO, POLE_STEP_RAD, excitation, hidden
+from support.made_recordings import PERIOD_S, made, without_joint
+
+from pendulum_sysid import pipeline
+from pendulum_sysid.finding.search import Named
+from pendulum_sysid.pipeline import diagnose
+from pendulum_sysid.records import Estimate, Outcome, Recording
+from pendulum_sysid.telling.verdict import Findings, outcome_of, verdict_of
+from pendulum_twin.effects import BY_NAME
+from pendulum_twin.effects.effect import Place
+from pendulum_twin.model import Twin, parse_twin
+from pendulum_twin.rig import UNITS
+from pendulum_twin.signals import Floats, Signals
+
+COULOMB = {"cart_coulomb_friction": {"level_n": 0.5}}
+
+
+def silent(_: str) -> None:
+    pass
+
+
+def assert_as_in_the_contract(found: dict) -> None:
+    assert set(found) == {
+        "schema", "outcome", "sentence", "location", "missing_physics", "rig_parameters", "masking", "fit", "remainder",
+        "data_quality", "next_experiment", "recording", "elapsed_s",
+    }  # fmt: skip
+    assert json.loads(json.dumps(found, allow_nan=False)) == found
+    assert found["schema"] == "pendulum_verdict/1" and found["outcome"] in {
+        one.value for one in Outcome
+    }
+    assert found["sentence"] and "\n" not in found["sentence"]
+    for one in found["missing_physics"]:
+        assert set(one) == {
+            "effect",
+            "cannot_be_told_from",
+            "confidence",
+            "parameters",
+            "sentence",
+        }
+        units = {p.name: p.unit for p in BY_NAME[one["effect"]].parameters}
+        assert {name: held["unit"] for name, held in one["parameters"].items()} == units
+        assert all(
+            held["low"] <= held["value"] <= held["high"] for held in one["parameters"].values()
+        )
+        assert 0.0 <= one["confidence"] <= 1.0 and "{" not in one["sentence"]
+        assert not {one["effect"]} & set(one["cannot_be_told_from"])
+    for name, one in found["rig_parameters"].items():
+        assert {"before", "after", "low", "high", "unit", "identifiable"} <= set(one)
+        assert one["unit"] == UNITS[name] and one["low"] <= one["after"] <= one["high"]
+    if found["location"] is not None:
+        assert found["location"]["place"] in {place.value for place in Place}
+        assert all(
+            set(one) == {"variable", "finding", "share"} for one in found["location"]["evidence"]
+        )
+        assert all(0 <= begin < end for begin, end in found["location"]["intervals_s"])
+    if found["fit"] is not None:
+        assert {"train", "held_out", "noise_floor", "unit"} <= set(found["fit"]) and found["fit"][
+            "unit"
+        ] == "score"
+        assert set(found["fit"]["train"]) == set(found["fit"]["held_out"]) == {"before", "after"}
+    if found["remainder"] is not None:
+        assert set(found["remainder"]) == {"place", "above_noise_floor", "finding"}
+    for one in found["data_quality"]:
+        assert set(one) == {"kind", "count", "intervals_s"}
+    assert {"seconds", "samples", "rate_hz", "digest"} <= set(found["recording"]) and found[
+        "elapsed_s"
+    ] >= 0
+
+
+# Every field, on every kind of recording
+
+
+@pytest.fixture(scope="module")
+def friction() -> tuple[dict, Findings]:
+    """A diagnosis of hidden dry friction, and the findings that its verdict was made from."""
+    kept: list[Findings] = []
+
+    def spied(found: Findings, recording: Recording, elapsed_s: float) -> dict:
+        kept.append(found)
+        return verdict_of(found, recording, elapsed_s)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pipeline, "verdict_of", spied)
+        return diagnose([hidden(COULOMB, 5, 24.0)[0]], INTECO, silent).verdict, kept[0]
+
+
+def test_named(friction: tuple[dict, Findings]) -> None:
+    found, _ = friction
+    assert_as_in_the_contract(found)
+    (one,) = found["missing_physics"]
+    assert (
+        found["outcome"] == "named"
+        and one["effect"] == "cart_coulomb_friction"
+        and one["confidence"] > 0.95
+    )
+    assert found["location"]["place"] == "cart"
+    assert found["sentence"].startswith("Dry friction holds the cart back with 0.")
+    assert (
+        "held-out errors over 1 s fall: cart " in found["sentence"]
+        and " mrad." in found["sentence"]
+    )
+    assert found["fit"]["held_out"]["after"] < 0.1 * found["fit"]["held_out"]["before"]
+    assert found["fit"]["held_out_cart_mm"]["after"] < 1.0
+    assert found["recording"] == {
+        "name": "hidden", "seconds": 24.0, "samples": 2400, "rate_hz": pytest.approx(100.0), "digest": "sha256:5",
+        "position_step_m": pytest.approx(57e-6, rel=1e-6), "angle_step_rad": pytest.approx(2 * np.pi / 4096, rel=1e-6),
+    }  # fmt: skip
+
+
+def test_nothing_missing() -> None:
+    found = diagnose([hidden({}, 5, 20.0)[0]], INTECO, silent).verdict
+    assert_as_in_the_contract(found)
+    assert (
+        found["outcome"] == "nothing_missing"
+        and found["location"] is None
+        and found["missing_physics"] == []
+    )
+    assert found["sentence"].startswith(
+        "Nothing is missing: other parameters of the rig are enough; held-out errors"
+    )
+
+
+def test_unusable() -> None:
+    diagnosis = diagnose([made(INTECO, 3.0)], INTECO, silent)
+    assert_as_in_the_contract(diagnosis.verdict)
+    assert (
+        diagnosis.verdict["outcome"] == "unusable"
+        and diagnosis.twin is None
+        and diagnosis.verdict["fit"] is None
+    )
+    assert diagnosis.verdict["sentence"].startswith("expected at least 4 usable windows") and (
+        diagnosis.verdict["sentence"].endswith("record longer")
+    )
+
+
+@pytest.mark.parametrize(("gone", "left"), [("pole", "cart_mm"), ("cart", "pole_rad")])
+def test_one_joint_alone(gone: str, left: str) -> None:
+    found = diagnose([without_joint(made(INTECO, 12.0, 0.2), gone)], INTECO, silent).verdict
+    assert_as_in_the_contract(found)
+    other = {"cart_mm": "pole_rad", "pole_rad": "cart_mm"}[left]
+    assert f"held_out_{left}" in found["fit"] and f"held_out_{other}" not in found["fit"]
+    assert not any(name.startswith(gone) for name in found["rig_parameters"])
+
+
+def test_runs_that_diverge_leave_no_infinity_in_the_verdict(
+    friction: tuple[dict, Findings],
+) -> None:
+    _, kept = friction
+    before = {
+        part: replace(runs, runs=np.full_like(runs.runs, np.inf))
+        for part, runs in kept.before.items()
+    }
+    found = verdict_of(replace(kept, before=before), kept.case.recording, 1.0)
+    assert_as_in_the_contract(found)
+    assert found["fit"]["held_out"]["before"] is None and found["fit"]["train"]["before"] is None
+    assert found["fit"]["held_out"]["after"] == friction[0]["fit"]["held_out"]["after"]
+
+
+def test_a_hopeless_twin_is_not_the_recording_s_fault() -> None:
+    hopeless = replace(INTECO, effects={"rail_spring": {"n_per_m": -2e3, "centre_m": 0.0}})
+    found = diagnose([hidden({}, 5, 20.0)[0]], hopeless, silent).verdict
+    assert_as_in_the_contract(found)
+    assert "check the command topic" not in found["sentence"]
+
+
+def test_several_recordings_are_one() -> None:
+    both = [made(INTECO, 8.0, 0.2, seed) for seed in (1, 2)]
+    found = diagnose(both, INTECO, silent).verdict
+    assert_as_in_the_contract(found)
+    assert found["outcome"] == "nothing_missing" and found["recording"]["samples"] == 1600
+    assert found["recording"]["digest"] == "sha256:1 + sha256:2"
+
+
+# The words of the other outcomes, from findings that end in them
+
+
+def test_rivals_make_it_ambiguous(friction: tuple[dict, Findings]) -> None:
+    _, kept = friction
+    tied = replace(kept.named[0], rivals=("input_dead_zone", "rail_tilt"))
+    found = verdict_of(replace(kept, named=(tied,)), kept.case.recording, 1.0)
+    assert_as_in_the_contract(found)
+    assert found["outcome"] == "ambiguous"
+    assert (
+        "cart_coulomb_friction cannot be told from input_dead_zone, rail_tilt on this recording."
+        in found["sentence"]
+    )
+    assert found["missing_physics"][0]["confidence"] <= 1 / 3
+
+
+def test_effects_that_explain_less_than_half_are_not_the_answer(
+    friction: tuple[dict, Findings],
+) -> None:
+    _, kept = friction
+    sign = Named("cart_sign_inverted", kept.named[0].lead, ())
+    far = replace(kept.best, choose=20.0)
+    missed = replace(
+        kept, base=replace(kept.base, choose=25.0), best=far, named=(sign, *kept.named)
+    )
+    found = verdict_of(missed, kept.case.recording, 1.0)
+    assert_as_in_the_contract(found)
+    assert found["outcome"] == "not_in_catalogue"
+    assert [one["effect"] for one in found["missing_physics"]] == [
+        "cart_sign_inverted"
+    ]  # a sign is sure in any case
+    place = found["location"]["place"]
+    assert found["sentence"].startswith(
+        f"Physics is missing at the {place} that no effect of the catalogue explains; "
+    )
+    explained = replace(missed, base=replace(kept.base, choose=40.0))
+    assert verdict_of(explained, kept.case.recording, 1.0)["outcome"] == "named"
+
+
+def test_a_small_part_is_no_answer_while_whole_windows_show_more_than_noise(
+    friction: tuple[dict, Findings],
+) -> None:
+    kept = friction[1]
+    small = replace(kept, base=replace(kept.base, choose=1.4), best=replace(kept.best, choose=1.2))
+    outcomes = {whole: outcome_of(replace(small, whole=whole)) for whole in (1.1, 4.0)}
+    assert outcomes == {1.1: Outcome.NAMED, 4.0: Outcome.NOT_IN_CATALOGUE}
+    assert outcome_of(replace(kept, whole=4.0)) is Outcome.NAMED  # a great part
+    assert outcome_of(replace(small, named=(), whole=4.0)) is Outcome.NOTHING_MISSING
+
+
+def test_friction_that_is_certain_is_kept_where_something_else_has_no_name(
+    friction: tuple[dict, Findings],
+) -> None:
+    _, kept = friction
+    far = replace(kept.best, choose=20.0)
+    missed = replace(
+        kept, base=replace(kept.base, choose=25.0), best=far, steady=Estimate(0.34, 0.2, 0.6)
+    )
+    found = verdict_of(missed, kept.case.recording, 1.0)
+    assert_as_in_the_contract(found)
+    assert found["outcome"] == "not_in_catalogue"
+    (one,) = found["missing_physics"]
+    assert (
+        one["effect"] == "cart_coulomb_friction" and one["parameters"]["level_n"]["value"] == 0.34
+    )
+    assert found["sentence"].endswith(
+        " Dry friction holds the cart back with 0.34 N. This part is certain."
+    )
+    named = verdict_of(
+        replace(missed, base=replace(kept.base, choose=40.0)), kept.case.recording, 1.0
+    )
+    assert named["outcome"] == "named" and "certain" not in named["sentence"]
+
+
+# What the catalogue does not hold: a rig of its own equations, with something added
+
+Push = Callable[
+    [float, tuple[float, float, float, float], float], float
+]  # time, (x, th, v, w), drive -> N or N m
+RIG = replace(
+    INTECO.rig,
+    cart_viscous_n_s_m=2.2,
+    force_per_pwm_n=8.4,
+    com_distance_m=0.0185,
+    pole_inertia_kg_m2=0.0031,
+    pole_viscous_n_m_s=0.0003,
+)
+
+
+def nothing(t: float, state: tuple, drive: float) -> float:
+    return 0.0
+
+
+def dry(v: float) -> float:
+    return math.tanh(v / 2e-3)
+
+
+def unlisted(on_cart: Push = nothing, on_pole: Push = nothing, seconds: float = 30.0) -> Recording:
+    """Return a recording made by integrating the equations of motion here, with more on cart or pole."""
+    rig, h, sub = RIG, 1e-3, round(PERIOD_S / 1e-3)
+    m, inertia, arm = (
+        rig.total_mass_kg,
+        rig.pole_inertia_kg_m2,
+        rig.total_mass_kg * rig.com_distance_m,
+    )
+
+    def rates(t: float, y: tuple, drive: float) -> tuple[float, ...]:
+        _, th, v, w = y
+        force = (
+            drive - rig.cart_viscous_n_s_m * v - arm * w**2 * math.sin(th) + on_cart(t, y, drive)
+        )
+        torque = (
+            arm * rig.gravity_m_s2 * math.sin(th)
+            - rig.pole_viscous_n_m_s * w
+            + on_pole(t, y, drive)
+        )
+        k = arm * math.cos(th)
+        return (
+            v,
+            w,
+            (inertia * force + k * torque) / (m * inertia - k * k),
+            (m * torque + k * force) / (m * inertia - k * k),
+        )
+
+    def moved(y: tuple, step: float, by: tuple) -> tuple:
+        return tuple(a + step * b for a, b in zip(y, by, strict=True))
+
+    n, y, states = round(seconds / PERIOD_S), (0.0, math.pi, 0.0, 0.0), []
+    command = excitation(1, n)
+    for k in range(n):
+        states.append(y)
+        drive = rig.force_per_pwm_n * command[k]
+        for j in range(sub):
+            t = (k * sub + j) * h
+            k1 = rates(t, y, drive)
+            k2 = rates(t + h / 2, moved(y, h / 2, k1), drive)
+            k3 = rates(t + h / 2, moved(y, h / 2, k2), drive)
+            k4 = rates(t + h, moved(y, h, k3), drive)
+            y = moved(
+                y,
+                h / 6,
+                tuple(a + 2 * b + 2 * c + d for a, b, c, d in zip(k1, k2, k3, k4, strict=True)),
+            )
+    return Recording("unlisted", "sha256:1", as_measured(command, np.array(states)))
+
+
+def as_measured(command: Floats, states: Floats) -> Signals:
+    random, n = np.random.default_rng(1), len(command)
+    cart = np.round((states[:, 0] + random.normal(0, 1e-5, n)) / CART_STEP_M) * CART_STEP_M
+    pole = np.round((states[:, 1] + random.normal(0, 1e-4, n)) / POLE_STEP_RAD) * POLE_STEP_RAD
+    return Signals(PERIOD_S, command, cart, pole, np.ones(n, bool), np.ones(n, bool))
+
+
+def test_the_equations_here_are_those_of_the_twin() -> None:
+    found = diagnose([unlisted(seconds=20.0)], INTECO, silent).verdict
+    assert found["outcome"] == "nothing_missing"
+    for name, one in found["rig_parameters"].items():
+        assert one["after"] == pytest.approx(getattr(RIG, name), rel=0.02), name
+
+
+def gusts(t: float, y: tuple, drive: float) -> float:
+    """Return a push that comes and goes, to either side, whatever the rig does."""
+    return 2.0 * (-1) ** int(t / 3.7) if t % 3.7 > 2.9 else 0.0
+
+
+def wheel(t: float, y: tuple, drive: float) -> float:
+    """Return dry friction of a wheel that the pole loads and lifts."""
+    return -0.8 * (1 + math.cos(y[1])) * dry(y[2])
+
+
+def stiffening(t: float, y: tuple, drive: float) -> float:
+    """Return the pull of a cable that stiffens."""
+    return -60.0 * y[0] ** 3
+
+
+def bump(t: float, y: tuple, drive: float) -> float:
+    """Return a torque that repeats five times a turn."""
+    return 0.01 * math.sin(5 * y[1])
+
+
+@pytest.mark.parametrize(
+    ("on_cart", "on_pole"),
+    [
+        (gusts, nothing),
+        (wheel, nothing),
+        (stiffening, nothing),
+        (nothing, bump),
+    ],
+    ids=["gusts", "wheel", "stiffening", "bump"],
+)
+def test_what_no_effect_explains_is_not_forced_onto_one(on_cart: Push, on_pole: Push) -> None:
+    found = diagnose([unlisted(on_cart, on_pole)], INTECO, silent).verdict
+    assert_as_in_the_contract(found)
+    assert found["outcome"] == "not_in_catalogue", found["sentence"]
+    assert found["missing_physics"] == [] and found["masking"] == []
+    assert found["location"] is not None and found["remainder"]["above_noise_floor"] > 2
+
+
+def one_sided(t: float, y: tuple, drive: float) -> float:
+    """Return dry friction on one half of the rail only, beside a strong force that depends on the place."""
+    return (-0.8 * dry(y[2]) if y[0] > 0 else 0.0) - 4.0 * math.sin(9 * y[0]) * y[0]
+
+
+def test_what_two_unlisted_forces_leave_is_told() -> None:
+    found = diagnose([unlisted(one_sided)], INTECO, silent).verdict
+    assert found["outcome"] != "nothing_missing"
+    assert found["remainder"]["above_noise_floor"] > 2 and found["remainder"]["place"] == "cart"
+
+
+def test_the_improved_twin_is_one_that_can_be_read_back(friction: tuple[dict, Findings]) -> None:
+    _, kept = friction
+    twin: Twin = kept.best.twin
+    assert parse_twin(twin.to_mapping()) == twin

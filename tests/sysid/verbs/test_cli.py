@@ -1,0 +1,414 @@
+"""The command line: exit status, one sentence for whatever is wrong, and files that are whole or not there."""
+
+import json
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.made_recordings import INTECO, ROOT, made, made_bag, without_joint
+
+from pendulum_sysid.cli import main
+from pendulum_sysid.records import Diagnosis
+from pendulum_sysid.verbs import recordings
+from pendulum_sysid.verbs.diagnose import write_diagnosis
+from pendulum_twin.effects import CATALOGUE
+from pendulum_twin.model import load_twin, save_twin
+
+REAL = ROOT.parent / "shared" / "data" / "inteco_rig"
+TWIN = str(ROOT / "config" / "inteco.yaml")
+
+
+@pytest.fixture(scope="module")
+def bag(tmp_path_factory: pytest.TempPathFactory) -> str:
+    return str(made_bag(tmp_path_factory.mktemp("bags") / "made", made(INTECO, 12.0)))
+
+
+@pytest.fixture(scope="module")
+def wrong(tmp_path_factory: pytest.TempPathFactory) -> str:
+    path = tmp_path_factory.mktemp("twins") / "wrong.yaml"
+    save_twin(replace(INTECO, rig=replace(INTECO.rig, force_per_pwm_n=16.0)), path)
+    return str(path)
+
+
+def refused(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
+    """Run a command that must end with status 1 and return its one line on stderr."""
+    assert main([str(a) for a in arguments]) == 1
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.count("\n") == 1 and said.err.startswith("sysid: ")
+    return said.err
+
+
+# Wrong input
+
+
+def test_a_missing_recording(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    said = refused(
+        capsys, "diagnose", tmp_path / "none", "--twin", TWIN, "--out", tmp_path / "out"
+    )
+    assert "none: expected a recording" in said and "found nothing there" in said
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_recording_too_short_is_named(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    path = made_bag(tmp_path / "short", made(INTECO, 0.5))
+    assert f"{path}: expected at least" in refused(capsys, "replay", path, "--twin", TWIN)
+
+
+@pytest.mark.parametrize("verb", ["replay", "compare", "fit", "diagnose"])
+def test_a_bad_twin(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, bag: str, verb: str
+) -> None:
+    path = tmp_path / "twin.yaml"
+    path.write_text(Path(TWIN).read_text().replace("cart_viscous_n_s_m", "cart_viscous_n"))
+    more = {
+        "compare": ["--twin", TWIN],
+        "fit": ["--out", tmp_path / "o.yaml"],
+        "diagnose": ["--out", tmp_path / "o"],
+    }
+    said = refused(capsys, verb, bag, "--twin", path, *more.get(verb, []))
+    assert "unknown key cart_viscous_n; did you mean cart_viscous_n_s_m" in said
+    assert [p.name for p in tmp_path.iterdir()] == ["twin.yaml"]
+
+
+def test_a_twin_that_is_not_there(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, bag: str
+) -> None:
+    assert "expected a twin file" in refused(
+        capsys, "replay", bag, "--twin", tmp_path / "none.yaml"
+    )
+
+
+def test_the_same_recording_twice(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, bag: str
+) -> None:
+    said = refused(capsys, "fit", bag, bag, "--twin", TWIN, "--out", tmp_path / "o.yaml")
+    assert "found this one twice" in said
+
+
+def test_another_topic(capsys: pytest.CaptureFixture[str], bag: str) -> None:
+    said = refused(capsys, "replay", bag, "--twin", TWIN, "--state-topic", "/else")
+    assert "expected the topic /else" in said
+
+
+@pytest.mark.parametrize("verb", ["fit", "compare"])
+def test_a_place_that_cannot_be_written(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, bag: str, verb: str
+) -> None:
+    (tmp_path / "file").write_text("in the way")
+    more = ["--twin", TWIN] if verb == "compare" else []
+    said = refused(capsys, verb, bag, "--twin", TWIN, *more, "--out", tmp_path / "file" / "o.png")
+    assert "expected a folder to write to" in said and "which is a file" in said
+
+
+def test_diagnose_into_a_file(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, bag: str
+) -> None:
+    (tmp_path / "file").write_text("in the way")
+    assert "which is a file" in refused(
+        capsys, "diagnose", bag, "--twin", TWIN, "--out", tmp_path / "file"
+    )
+
+
+def test_a_file_where_a_folder_stands(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, bag: str
+) -> None:
+    assert "found a folder" in refused(capsys, "fit", bag, "--twin", TWIN, "--out", tmp_path)
+
+
+def test_a_picture_of_unknown_kind(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, bag: str
+) -> None:
+    said = refused(
+        capsys, "compare", bag, "--twin", TWIN, "--twin", TWIN, "--out", tmp_path / "plot.txt"
+    )
+    assert "found .txt" in said
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "",
+        "guess",
+        "replay",
+        "replay BAG",
+        "replay BAG --twin T --jsn",
+        "fit BAG --twin T --out O --method best",
+        "fit BAG --twin T --out O --max-evaluations 0",
+        "fit BAG --twin T --out O --max-evaluations 5",
+        "import FILE --out BAG --time t",
+        "import FILE --out BAG --time t --cart x --skip -1",
+        "compare BAG --twin A",
+        "compare BAG --twin A --twin B --twin C",
+    ],
+)
+def test_wrong_use_is_status_2(capsys: pytest.CaptureFixture[str], line: str) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(line.split())
+    assert ended.value.code == 2
+    assert "usage: sysid" in capsys.readouterr().err
+
+
+# Trouble from inside
+
+
+def broken(error: BaseException):
+    def cleaned(raw: object) -> None:
+        raise error
+
+    return cleaned
+
+
+def test_an_internal_error_is_one_sentence(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, bag: str
+) -> None:
+    monkeypatch.setattr(recordings, "cleaned", broken(RuntimeError("two\nlines")))
+    said = refused(capsys, "replay", bag, "--twin", TWIN)
+    assert (
+        said
+        == "sysid: internal error (RuntimeError: two lines): please report it, with --traceback for details\n"
+    )
+    for line in (
+        ["--traceback", "replay", bag, "--twin", TWIN],
+        ["replay", bag, "--twin", TWIN, "--traceback"],
+    ):
+        with pytest.raises(RuntimeError):
+            main(line)
+
+
+def test_the_keyboard_stops_it(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, bag: str
+) -> None:
+    monkeypatch.setattr(recordings, "cleaned", broken(KeyboardInterrupt()))
+    assert main(["replay", bag, "--twin", TWIN]) == 130
+    assert (
+        capsys.readouterr().err
+        == "sysid: stopped by the keyboard before the question was answered\n"
+    )
+
+
+def test_a_reader_that_leaves_is_no_traceback() -> None:
+    run = f"{sys.executable} -m pendulum_sysid.cli effects | head -c 1"
+    places = os.pathsep.join(
+        str(ROOT / "src" / name) for name in ("pendulum_twin", "pendulum_sysid")
+    )
+    done = subprocess.run(
+        ["sh", "-c", run], env=os.environ | {"PYTHONPATH": places}, capture_output=True, timeout=60
+    )
+    assert done.stderr == b""
+
+
+# Right use
+
+
+def test_replay_prints_one_json_object(
+    capsys: pytest.CaptureFixture[str], bag: str, wrong: str
+) -> None:
+    scores = []
+    for twin in (TWIN, wrong):
+        assert main(["replay", bag, "--twin", twin, "--json"]) == 0
+        found = json.loads(capsys.readouterr().out)
+        assert list(found) == ["windows", "whole"]
+        assert list(found["windows"]) == [
+            "seconds",
+            "count",
+            "cart_rmse_m",
+            "pole_rmse_rad",
+            "score",
+        ]
+        assert list(found["whole"]) == ["thesis_rmse"]
+        assert found["windows"]["seconds"] == 1.0 and found["windows"]["count"] == 22
+        scores.append(found["windows"]["score"])
+    assert scores[1] > 10 * scores[0]
+
+
+def test_replay_of_a_pole_alone(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    path = made_bag(tmp_path / "pole", without_joint(made(INTECO, 5.0), "cart"))
+    assert main(["replay", str(path), "--twin", TWIN, "--json"]) == 0
+    windows = json.loads(capsys.readouterr().out)["windows"]
+    assert windows["cart_rmse_m"] is None and windows["pole_rmse_rad"] > 0.0
+
+
+def test_a_run_that_diverges_is_null_with_a_sentence(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, bag: str
+) -> None:
+    save_twin(replace(INTECO, rig=replace(INTECO.rig, com_distance_m=0.1)), tmp_path / "twin.yaml")
+    assert main(["replay", bag, "--twin", str(tmp_path / "twin.yaml"), "--json"]) == 0
+    said = capsys.readouterr()
+    assert json.loads(said.out)["windows"]["score"] is None
+    assert "a run of this twin diverged" in said.err and said.err.count("\n") == 1
+
+
+def test_replay_for_a_person(capsys: pytest.CaptureFixture[str], bag: str) -> None:
+    assert main(["replay", bag, "--twin", TWIN]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "22 windows of 1 s"
+    assert [line.split("  ")[0] for line in lines[2:]] == [
+        "windows, cart RMSE", "windows, pole RMSE", "windows, score", "whole run, equation 29",
+    ]  # fmt: skip
+
+
+def test_compare_says_which_is_better_and_draws(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, bag: str, wrong: str
+) -> None:
+    plot = tmp_path / "new" / "plot.png"
+    assert main(["compare", bag, "--twin", wrong, "--twin", TWIN, "--out", str(plot)]) == 0
+    assert f"{TWIN} is the better one in 22 windows of 22" in capsys.readouterr().out
+    assert plot.read_bytes().startswith(b"\x89PNG")
+
+
+def test_fit_finds_the_force_again(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, bag: str, wrong: str
+) -> None:
+    out = tmp_path / "fitted.yaml"
+    assert main(["fit", bag, "--twin", wrong, "--out", str(out)]) == 0
+    said = capsys.readouterr().out
+    assert load_twin(out).rig.force_per_pwm_n == pytest.approx(
+        INTECO.rig.force_per_pwm_n, rel=0.01
+    )
+    row = next(line for line in said.splitlines() if line.startswith("force_per_pwm_n")).split()
+    assert row[1] == "16" and row[-2:] == ["N", "yes"]
+    score = next(line for line in said.splitlines() if line.startswith("score")).split()
+    assert float(score[2]) < 0.1 * float(score[1])
+
+
+def test_fit_by_the_thesis(capsys: pytest.CaptureFixture[str], tmp_path: Path, bag: str) -> None:
+    out = tmp_path / "thesis.yaml"
+    line = [
+        "fit",
+        bag,
+        "--twin",
+        TWIN,
+        "--out",
+        str(out),
+        "--method",
+        "thesis",
+        "--max-evaluations",
+        "60",
+    ]
+    assert main(line) == 0
+    said = capsys.readouterr().out
+    assert (
+        "moved by %" in said
+        and "equation 29 on the fitted record" in said
+        and "nothing was held out" in said
+    )
+    assert "cart_saturating_friction" in load_twin(out).effects
+
+
+def test_fit_of_several_recordings(tmp_path: Path, bag: str, wrong: str) -> None:
+    other = made_bag(tmp_path / "other", made(INTECO, 6.0, 0.15, seed=3))
+    assert (
+        main(["fit", bag, str(other), "--twin", wrong, "--out", str(tmp_path / "fitted.yaml")])
+        == 0
+    )
+    assert load_twin(tmp_path / "fitted.yaml").rig.force_per_pwm_n == pytest.approx(
+        12.86, rel=0.01
+    )
+
+
+def test_effects_lists_the_catalogue(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["effects", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)["effects"]
+    assert [one["name"] for one in found] == [effect.name for effect in CATALOGUE]
+    for one in found:
+        assert set(one) == {"name", "place", "parameters", "searched", "sentence", "source"}
+        assert all(set(p) == {"name", "unit", "neutral", "low", "high"} for p in one["parameters"])
+    assert main(["effects"]) == 0
+    text = capsys.readouterr().out
+    assert (
+        "cart_coulomb_friction (cart)" in text
+        and "level_n [N]: from 0" in text
+        and "{" not in text
+    )
+
+
+def test_import_makes_a_recording_of_a_csv_file(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    signals = made(INTECO, 5.0).signals
+    times = np.arange(len(signals)) * signals.period_s
+    table = np.stack([times, signals.command, -signals.cart, signals.pole - np.pi], axis=1)
+    np.savetxt(
+        tmp_path / "run.csv", table, delimiter=",", header="t,u,x,theta", comments="", fmt="%.12g"
+    )
+    line = f"import {tmp_path}/run.csv --out {tmp_path}/bag --time t --command u --cart x --pole theta --skip 1"
+    assert main([*line.split(), "--pole-zero", "down", "--invert-cart"]) == 0
+    assert capsys.readouterr().out == f"{tmp_path}/bag\n"
+    assert main(["replay", f"{tmp_path}/bag", "--twin", TWIN, "--json"]) == 0
+    windows = json.loads(capsys.readouterr().out)["windows"]
+    assert windows["count"] == 6 and windows["score"] < 10.0
+
+
+def test_import_of_a_column_that_is_not_there(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    (tmp_path / "run.csv").write_text("t,x\n0,0\n1,0\n")
+    refused(
+        capsys,
+        "import",
+        tmp_path / "run.csv",
+        "--out",
+        tmp_path / "bag",
+        "--time",
+        "t",
+        "--cart",
+        "y",
+    )
+    assert not (tmp_path / "bag").exists()
+
+
+# What a diagnosis leaves behind
+
+
+def diagnosis(twin=INTECO, **verdict: object) -> Diagnosis:
+    return Diagnosis({"outcome": "named", "sentence": "Found.", **verdict}, twin, None, (), ())
+
+
+def test_a_diagnosis_is_written(tmp_path: Path) -> None:
+    folder = tmp_path / "new" / "out"
+    written = write_diagnosis(
+        diagnosis(share=np.float64("nan"), count=np.int64(3)), folder, Path(TWIN)
+    )
+    assert [path.name for path in written] == ["verdict.json", "report.html", "twin.yaml"]
+    verdict = json.loads((folder / "verdict.json").read_text())
+    assert verdict["share"] is None and verdict["count"] == 3
+    assert load_twin(folder / "twin.yaml") == INTECO
+    assert {path.name for path in folder.iterdir()} == {"verdict.json", "report.html", "twin.yaml"}
+
+
+def test_no_twin_of_an_earlier_diagnosis_stays(tmp_path: Path) -> None:
+    write_diagnosis(diagnosis(), tmp_path, Path(TWIN))
+    written = write_diagnosis(diagnosis(twin=None), tmp_path, Path(TWIN))
+    assert [path.name for path in written] == ["verdict.json", "report.html"]
+    assert not (tmp_path / "twin.yaml").exists()
+
+
+def test_the_twin_that_was_started_from_is_never_removed(tmp_path: Path) -> None:
+    save_twin(INTECO, tmp_path / "twin.yaml")
+    write_diagnosis(diagnosis(twin=None), tmp_path, tmp_path / "twin.yaml")
+    assert load_twin(tmp_path / "twin.yaml") == INTECO
+
+
+# The real rig
+
+
+@pytest.mark.skipif(
+    not REAL.exists(), reason="the INTECO recording is not beside the repository (../shared/data)"
+)
+def test_replay_of_the_real_rig_gives_numbers(capsys: pytest.CaptureFixture[str]) -> None:
+    assert (
+        main(
+            ["replay", str(REAL / "open_loop_0_60s"), "--twin", str(REAL / "twin.yaml"), "--json"]
+        )
+        == 0
+    )
+    found = json.loads(capsys.readouterr().out)
+    assert found["windows"]["count"] > 100
+    assert np.isfinite([*found["windows"].values(), *found["whole"].values()]).all()

@@ -1,0 +1,236 @@
+"""The live twin over real topics: what it publishes is the stepper's trajectory, in order."""
+
+import math
+
+import numpy as np
+import pytest
+
+rclpy = pytest.importorskip("rclpy")
+from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
+from rclpy.parameter import Parameter  # noqa: E402
+from rosgraph_msgs.msg import Clock  # noqa: E402
+from support.real_time_user import TWIN, User, arrays, known_to, make_twin  # noqa: E402
+from support.ros_graph import Graph  # noqa: E402
+
+from pendulum_twin.model import Twin, load_twin, save_twin  # noqa: E402
+from pendulum_twin.nodes.messages import from_time, to_time  # noqa: E402
+from pendulum_twin.stepper import Stepper  # noqa: E402
+
+RATE_HZ = 100.0
+HANGING = [0.0, math.pi, 0.0, 0.0]
+
+
+@pytest.fixture
+def pair(ros: Graph):
+    """Return twin and user who know one another before the twin's first sample: both lists begin with it."""
+    user = User(ros)
+    twin = make_twin(ros, rate_hz=RATE_HZ, command_timeout_s=0.2)
+    ros.executor.remove_node(twin)
+    user.until(lambda: known_to(twin), "discovery of the user")
+    user.until(lambda: user.sender.get_subscription_count() == 1, "discovery of the twin")
+    ros.executor.add_node(twin)
+    user.until(lambda: user.states and user.applied, "the first sample")
+    return twin, user
+
+
+def test_samples_are_the_steppers_in_order(pair) -> None:
+    _, user = pair
+    for k in range(80):
+        user.send(0.3 * math.cos(0.06 * k))
+        user.more(1)
+    user.until(lambda: len(user.applied) >= len(user.states), "the last applied command")
+    stamps, states = arrays(user)
+    stepper = Stepper(load_twin(TWIN), 1 / RATE_HZ)
+    for k in range(len(states)):
+        assert np.array_equal(states[k], stepper.state), f"sample {k}"
+        stepper.step(user.applied[k])
+    assert np.max(np.abs(states[:, 0])) > 0.01
+    assert np.mean(np.diff(stamps) == 10_000_000) > 0.9  # all, unless the machine stood still
+    assert user.states[0].name == ["cart", "pole"]
+
+
+def in_time_of_the_test(ros: Graph, commands: list[float]) -> User:
+    """Drive a twin whose clock the test moves: each command arrives between two samples."""
+    user = User(ros)
+    twin = make_twin(ros, rate_hz=RATE_HZ, use_sim_time=True)
+    clock = ros.user("clock").create_publisher(Clock, "/clock", 10)
+    user.until(
+        lambda: clock.get_subscription_count() and user.sender.get_subscription_count(),
+        "discovery",
+    )
+    user.until(lambda: known_to(twin), "discovery of the user")
+
+    def sample(k: int) -> None:
+        now = Clock(clock=to_time(10**9 + k * 10_000_000))
+        user.until(lambda: (clock.publish(now), len(user.states) > k)[1], f"sample {k}")
+
+    for k, command in enumerate(commands):
+        sample(k)
+        user.send(command)
+        user.until(lambda k=k: twin.figures().commands > k, f"command {k}")
+    sample(len(commands))
+    sample(len(commands) + 1)
+    user.until(lambda: len(user.applied) == len(commands) + 1, "the last applied command")
+    return user
+
+
+COMMANDS = np.random.default_rng(11).uniform(-0.5, 0.5, 40).tolist()
+
+
+def test_each_command_acts_from_the_sample_that_it_answers(ros: Graph) -> None:
+    user = in_time_of_the_test(ros, COMMANDS)
+    stamps, states = arrays(user)
+    assert np.array_equal(stamps, 10**9 + 10_000_000 * np.arange(len(COMMANDS) + 2))
+    assert user.applied == [*COMMANDS, COMMANDS[-1]]
+    assert states.tobytes() == trajectory([*COMMANDS, COMMANDS[-1]]).tobytes()
+    for shifted in ([*COMMANDS[1:], 0.0, 0.0], [0.0, *COMMANDS]):  # a step early, a step late
+        assert not np.array_equal(states, trajectory(shifted))
+
+
+def trajectory(commands: list[float]) -> np.ndarray:
+    stepper = Stepper(load_twin(TWIN), 1 / RATE_HZ)
+    return np.array([stepper.state, *[stepper.step(command) for command in commands]])
+
+
+def test_a_command_acts_after_it_arrived_and_stops_when_stale(pair) -> None:
+    _, user = pair
+    before = len(user.applied)
+    user.send(0.25)
+    user.until(lambda: 0.25 in user.applied[before:], "the command")
+    user.until(lambda: user.applied[-1] == 0.0, "the end of the command")
+    held = user.applied[before:].count(0.25)
+    assert 0 < held <= 21  # 0.2 s, fewer when the machine stood still
+
+
+def test_a_command_beyond_the_limit_is_clipped(pair) -> None:
+    _, user = pair
+    user.send(9.0)
+    user.until(lambda: 0.5 in user.applied, "the clipped command")
+    assert max(user.applied) == 0.5
+
+
+def test_what_is_no_number_is_refused_and_counted(pair) -> None:
+    twin, user = pair
+    for bad in (math.nan, math.inf, -math.inf):
+        refused = twin.figures().refused
+        user.send(bad)
+        user.until(lambda before=refused: twin.figures().refused == before + 1, "the refusal")
+    user.more(3)
+    assert set(user.applied) == {0.0}
+    assert np.all(np.isfinite(arrays(user)[1]))
+
+
+def test_reset_hangs_the_pendulum_in_the_middle(pair) -> None:
+    _, user = pair
+    user.until(
+        lambda: (user.send(0.4), user.more(1), abs(user.states[-1].position[0]) > 0.01)[-1],
+        "motion",
+    )
+    answer = user.reset()
+    assert answer.success and "hangs at rest" in answer.message
+    user.until(lambda: np.array_equal(arrays(user)[1][-1], HANGING), "hanging at rest")
+    user.more(5)
+    assert arrays(user)[1][-1] == pytest.approx(HANGING, abs=1e-12)  # the old command is forgotten
+
+
+def test_a_failing_callback_does_not_kill_the_node(pair, monkeypatch: pytest.MonkeyPatch) -> None:
+    twin, user = pair
+    user.send(0.4)
+    user.until(lambda: 0.4 in user.applied, "the command")
+    with monkeypatch.context() as broken:
+        broken.setattr(twin._live, "advance", lambda now_ns: 1 / 0)
+        user.more(3)
+    user.applied.clear()
+    user.more(3)
+    assert user.applied[-1] == 0.0
+    monkeypatch.setattr(twin._live, "reset", lambda: 1 / 0)
+    assert not user.reset().success
+
+
+def test_another_twin_goes_on_from_the_present_state(pair, tmp_path) -> None:
+    twin, user = pair
+    other = Twin(
+        "other",
+        load_twin(TWIN).rig,
+        {"input_delay": {"delay_s": 0.02}, "rail_tilt": {"angle_rad": 0.02}},
+    )
+    save_twin(other, tmp_path / "other.yaml")
+    user.until(
+        lambda: (user.send(0.4), user.more(1), abs(user.states[-1].position[0]) > 0.01)[-1],
+        "motion",
+    )
+    swapped = twin.set_parameters([Parameter("twin", value=str(tmp_path / "other.yaml"))])[0]
+    first = twin.figures().samples - 1  # the last sample of the twin before
+    assert swapped.successful and twin.figures().twin == "other"
+    for k in range(20):
+        user.send(0.3 * math.cos(k))
+        user.more(1)
+    user.until(lambda: len(user.applied) >= len(user.states), "the last applied command")
+    _, states = arrays(user)
+    steps = Stepper(load_twin(TWIN), 1 / RATE_HZ, tuple(states[first]))
+    later = Stepper(
+        other, 1 / RATE_HZ, tuple(steps.step(user.applied[first])), before=user.applied[first]
+    )
+    for k in range(first + 1, len(states)):
+        assert np.array_equal(states[k], later.state), f"sample {k}"
+        later.step(user.applied[k])
+
+
+def test_a_twin_that_is_none_is_refused_and_all_stays(pair, tmp_path) -> None:
+    twin, user = pair
+    (tmp_path / "bad.yaml").write_text(
+        TWIN.read_text().replace("pwm_limit: 0.5", "pwm_limit: .nan")
+    )
+    result = twin.set_parameters([Parameter("twin", value=str(tmp_path / "bad.yaml"))])[0]
+    assert not result.successful and "pwm_limit: expected a number" in result.reason
+    assert not twin.set_parameters([Parameter("twin", value=3)])[0].successful
+    assert twin.get_parameter("twin").value == str(TWIN) and twin.figures().twin == "inteco"
+    user.more(3)
+
+
+def test_a_setting_of_rclpy_does_not_load_the_twin_anew(
+    pair, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    twin, _ = pair
+    monkeypatch.setattr(twin._live, "become", lambda other: pytest.fail("loaded"))
+    assert twin.set_parameters([Parameter("use_sim_time", value=False)])[0].successful
+
+
+@pytest.mark.parametrize("lockstep", [False, True])
+def test_health_is_told_once_a_second(ros: Graph, lockstep: bool) -> None:
+    told: list[DiagnosticArray] = []
+    user = User(ros)
+    user.node.create_subscription(DiagnosticArray, "/diagnostics", told.append, 10)
+    twin = make_twin(ros, lockstep=lockstep)
+    user.until(lambda: told, "a report")
+    assert told[-1].status[0].level == b"\x00" and told[-1].status[0].name == "/twin"
+    user.until(lambda: user.sender.get_subscription_count(), "discovery")
+    user.send(math.nan)
+    user.until(lambda: twin.answer() or twin.figures().refused == 1, "the refusal")
+    user.until(lambda: told[-1].status[0].level == b"\x01", "a warning")
+    said = told[-1].status[0]
+    assert said.message == "1 commands refused since the last report"
+    figures = {value.key: value.value for value in said.values}
+    assert (
+        figures["twin"] == "inteco"
+        and figures["refused_commands"] == "1"
+        and figures["command_age_s"] == "none"
+    )
+    assert set(figures) == {
+        "twin", "samples", "commands", "refused_commands", "lost_samples", "applied_pwm", "command_age_s",
+    }  # fmt: skip
+    user.until(lambda: told[-1].status[0].level == b"\x00", "health again")
+    stamps = [from_time(each.header.stamp) for each in told]
+    assert np.min(np.diff(stamps)) > 0.5e9
+
+
+def test_a_pole_alone_has_one_joint(ros: Graph, tmp_path) -> None:
+    text = "schema: pendulum_twin/1\nname: p\nrig:\n  pole_mass_kg: 0.1\n  com_distance_m: 0.1\n"
+    (tmp_path / "pole.yaml").write_text(
+        text + "  pole_inertia_kg_m2: 0.002\n  pole_viscous_n_m_s: 0.0\n"
+    )
+    make_twin(ros, twin=str(tmp_path / "pole.yaml"))
+    user = User(ros)
+    user.more(2)
+    assert user.states[-1].name == ["pole"]
+    assert arrays(user)[1][-1] == pytest.approx([math.pi, 0.0], abs=1e-12)
