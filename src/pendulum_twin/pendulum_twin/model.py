@@ -37,6 +37,11 @@ class Twin:
             {name: _checked_effect(name, values) for name, values in self.effects.items()},
         )
 
+    def drop_recording_effects(self) -> Twin:
+        """Return the twin without the effects that belong to one recording of the rig."""
+        kept = {name: v for name, v in self.effects.items() if not BY_NAME[name].of_recording}
+        return Twin(self.name, self.rig, kept)
+
     def to_mapping(self) -> dict:
         """Return the twin as the twin file holds it."""
         effects = {name: dict(values) for name, values in self.effects.items()}

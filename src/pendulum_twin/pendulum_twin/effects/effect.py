@@ -111,6 +111,8 @@ class Effect:
         the rail is friction everywhere. Nothing is gained by calling these two apart.
     shows_as: name of the effect from which no motion of a rig can part this one, whatever its
         constants; a search names that one, and this one beside it.
+    of_recording: True for what one recording shows and the rig does not keep: a slip at an instant,
+        a start that belongs to another run. Live twins, training and the watch leave it out.
     searched: False for effects that only describe an existing simulation and are no hypothesis
     about a rig. An effect without parameters is on or off: its law gets one number, 1 or 0.
     """
@@ -128,4 +130,5 @@ class Effect:
     simpler: tuple[str, ...] = ()
     becomes: tuple[str, ...] = ()
     shows_as: str | None = None
+    of_recording: bool = False
     searched: bool = True

@@ -25,4 +25,5 @@ EFFECT = Effect(
     ),
     sentence="From {time_s} on the measured angle is off by {angle_rad}.",
     source="additive abrupt fault; Basseville and Nikiforov, Detection of Abrupt Changes (1993), section 7.2",
+    of_recording=True,
 )
