@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pendulum_twin import kernel
+from pendulum_twin.arrays import Floats, Mask
 from pendulum_twin.motion import (
     ALL_LAWS,
     add_cart_forces,
@@ -22,7 +23,7 @@ from pendulum_twin.parameter_vector import (
     MOMENT,
     POLE_VISCOUS,
 )
-from pendulum_twin.signals import Floats, Mask, Signals
+from pendulum_twin.signals import Signals
 from pendulum_twin.simulate import compute_paces, run_drive, undo_sensors
 
 STANDING_SPEED_SHARE = (

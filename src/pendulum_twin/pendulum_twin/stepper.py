@@ -7,10 +7,10 @@ import math
 import numpy as np
 
 from pendulum_twin import kernel
+from pendulum_twin.arrays import Floats
 from pendulum_twin.model import Twin
 from pendulum_twin.motion import ALL_LAWS, NO_LAWS, PLAIN_LAWS
 from pendulum_twin.parameter_vector import find_active_effects, make_theta
-from pendulum_twin.signals import Floats
 from pendulum_twin.simulate import (
     RATES,
     apply_sensors,

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from pendulum_twin.signals import Floats, Mask, Signals
+from pendulum_twin.arrays import Floats, Mask
+from pendulum_twin.signals import Signals
 from pendulum_twin.simulate import run_freely
 
 CART_WEIGHT, POLE_WEIGHT = 0.75, 0.25
