@@ -18,6 +18,7 @@ from pendulum_sysid.finding.localisation.balance import Along
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.studies.proof.rivals.ground import Ground
 from pendulum_twin.arrays import Floats, Mask
+from pendulum_twin.free_runs import undo_sensors
 from pendulum_twin.inverse_dynamics import compute_missing_force
 from pendulum_twin.parameter_vector import (
     CART_VISCOUS,
@@ -31,7 +32,6 @@ from pendulum_twin.parameter_vector import (
     SLOTS,
 )
 from pendulum_twin.signals import Signals
-from pendulum_twin.simulate import undo_sensors
 
 DELAYS_S = (0.01, 0.03)
 LAGS_S = (0.02, 0.08)
