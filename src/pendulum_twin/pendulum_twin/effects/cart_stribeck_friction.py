@@ -1,7 +1,7 @@
 """Dry friction of the cart that is larger at rest and falls to its level as the cart gets going."""
 
 from pendulum_twin.effects.effect import Effect, Form, Parameter, Place, Scale
-from pendulum_twin.equations import exp
+from pendulum_twin.elementary import exp
 
 
 def law(speed, x, level_n, static_n, velocity_m_s):
