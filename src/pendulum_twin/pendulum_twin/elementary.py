@@ -27,7 +27,7 @@ LOG_2_HIGH = 6.93147180369123816490e-01
 LOG_2_LOW = 1.90821492927058770002e-10
 
 
-def sin_cos(angle):
+def sin_cos(angle: float) -> tuple[float, float]:
     """Return sine and cosine, each to 3e-16, for angles up to 1e5 rad.
 
     Without branches or calls, so that lanes are computed side by side, and in short chains, for
@@ -49,8 +49,8 @@ def sin_cos(angle):
     return sine, cosine
 
 
-def exp(power):
-    """Return e to a power, to 4e-16 relative, for powers from -708 to 709; the nearest of these for others.
+def exp(power: float) -> float:
+    """Return e to a power, to 4e-16 relative; powers are clipped to -708 to 709.
 
     For laws of effects: `math.exp` is a call, which would hold all lanes up.
     """
