@@ -22,7 +22,7 @@ def test_arrays_are_copies_that_cannot_be_written():
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
+    ("change", "sentence"),
     [
         ({"cart": None, "pole": None}, "expected a cart or a pole"),
         ({"period_s": 0.0}, "above 0 s"),
@@ -37,8 +37,8 @@ def test_arrays_are_copies_that_cannot_be_written():
         ({"starts": ()}, "rising starts"),
     ],
 )
-def test_what_is_wrong_is_refused(change, words):
-    with pytest.raises(BadInputError, match=words):
+def test_what_is_wrong_is_refused(change, sentence):
+    with pytest.raises(BadInputError, match=sentence):
         replace(GOOD, **change)
 
 
@@ -61,3 +61,24 @@ def test_recordings_that_differ_are_not_joined():
         join_signals([GOOD, replace(GOOD, period_s=0.02)])
     with pytest.raises(BadInputError, match="same joints"):
         join_signals([GOOD, replace(GOOD, pole=None)])
+
+
+def test_samples_have_times_on_the_clock_of_their_recording():
+    gapped = replace(GOOD, starts=(0, 2), begin_s=(0.0, 1.0))
+    assert gapped.clock_s == pytest.approx([0.0, 0.01, 1.0, 1.01, 1.02])
+    assert gapped.end_s == pytest.approx(1.03)
+    assert GOOD.clock_s == pytest.approx([0.0, 0.01, 0.02, 0.03, 0.04])
+
+
+def test_times_go_on_from_one_recording_to_the_next_and_the_clock_begins_anew():
+    both = join_signals([GOOD, GOOD])
+    assert both.clock_s[5:] == pytest.approx(GOOD.clock_s)
+    assert both.times_s == pytest.approx(0.01 * np.arange(10))
+
+
+def test_a_recording_can_be_broken_anywhere_and_keeps_its_times():
+    gapped = replace(GOOD, starts=(0, 2), begin_s=(0.0, 1.0))
+    broken = gapped.broken_at([1, 4, 2])
+    assert broken.starts == (0, 1, 2, 4)
+    assert broken.clock_s == pytest.approx(gapped.clock_s)
+    assert broken.times_s == pytest.approx(gapped.times_s)

@@ -9,11 +9,12 @@ nothing, and code without branches is computed for many lanes at once.
 from __future__ import annotations
 
 from collections.abc import Callable
+from types import FunctionType
 from typing import Any
 
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Effect, Form, Place
-from pendulum_twin.equations import inner
+from pendulum_twin.equations import exp, inner, sin_cos
 from pendulum_twin.parameter_vector import BASE, SLOTS
 
 LANE = "p[{word} * width + i]"  # words of a block of lanes lie word by word
@@ -39,10 +40,17 @@ def _calls(form: Form, places: tuple[Place, ...]) -> list[tuple[int, Effect]]:
 def _compile(
     name: str, signature: str, lines: list[str], effects: list[tuple[int, Effect]]
 ) -> Callable[..., Any]:
-    scope: dict[str, Any] = {e.name: inner(e.law) for _, e in effects}
+    scope: dict[str, Any] = {e.name: _compile_law(e) for _, e in effects}
     source = f"def {name}({signature}):\n" + "\n".join(f"    {line}" for line in lines)
     exec(compile(source, f"<{name} of the catalogue>", "exec"), scope)
     return inner(scope[name])
+
+
+def _compile_law(effect: Effect) -> Callable[..., Any]:
+    """Return the law compiled, with the compiled functions in place of the plain ones it calls."""
+    law = effect.law
+    names = {**law.__globals__, "exp": exp, "sin_cos": sin_cos}
+    return inner(FunctionType(law.__code__, names, law.__name__))
 
 
 def compose_filters() -> Callable[..., Any]:

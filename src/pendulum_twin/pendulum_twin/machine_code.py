@@ -24,6 +24,7 @@ HERE = Path(__file__).parent
 # compiled function.
 SOURCES = (
     "compose.py",
+    "elementary.py",
     "equations.py",
     "kernel.py",
     "lanes.py",

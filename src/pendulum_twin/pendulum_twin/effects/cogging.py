@@ -1,7 +1,7 @@
 """A force that repeats along the rail: a motor's cogging, a pulley that runs out of true, the belt's teeth."""
 
 from pendulum_twin.effects.effect import Effect, Form, Parameter, Place, Scale
-from pendulum_twin.equations import sin_cos
+from pendulum_twin.elementary import sin_cos
 
 PERIODS = tuple(2.0 / 1.13**k for k in range(26))  # of the travel
 PHASES = tuple(0.7853981633974483 * k for k in range(-4, 4))
@@ -33,7 +33,9 @@ EFFECT = Effect(
         ),
         Parameter("phase_rad", "rad", 0.0, -10.0, 10.0, PHASES, shape=True),
     ),
-    sentence="A force of {amplitude_n} repeats every {period_m} along the rail (phase {phase_rad}).",
-    source="first harmonic of cogging torque; Hanselman, Brushless Permanent Magnet Motor Design (2003), chapter 7",
+    sentence="A force of {amplitude_n} repeats every {period_m} along the rail (phase "
+    "{phase_rad}).",
+    source="first harmonic of cogging torque; Hanselman, Brushless Permanent Magnet Motor Design "
+    "(2003), chapter 7",
     becomes=("rail_tilt", "rail_spring"),
 )

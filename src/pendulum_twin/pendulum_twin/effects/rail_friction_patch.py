@@ -1,7 +1,7 @@
 """More dry friction on one part of the rail: a dent, dirt, a rail that is bent there."""
 
 from pendulum_twin.effects.effect import Effect, Form, Parameter, Place, Scale
-from pendulum_twin.equations import exp
+from pendulum_twin.elementary import exp
 
 CENTRES = tuple(0.2 * k for k in range(-4, 5))  # of the travel, from the middle
 
@@ -35,7 +35,9 @@ EFFECT = Effect(
             fewest=0.03,
         ),
     ),
-    sentence="Dry friction is larger by {level_n} around {centre_m} of the rail, over a width of {width_m}.",
-    source="position-dependent friction; Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994), section 2.2",
+    sentence="Dry friction is larger by {level_n} around {centre_m} of the rail, over a width of "
+    "{width_m}.",
+    source="position-dependent friction; Armstrong-Helouvry, Dupont and Canudas de Wit, "
+    "Automatica 30 (1994), section 2.2",
     becomes=("cart_coulomb_friction",),
 )
