@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pendulum_rl_env.noise import NoiseFilter
-from pendulum_rl_env.picture import drawn
-from pendulum_rl_env.reward import reward
-from pendulum_rl_env.task import End, Task, end_of, observation
+from pendulum_rl_env.picture import draw_picture
+from pendulum_rl_env.reward import compute_reward
+from pendulum_rl_env.task import End, Task, find_end, make_observation
 from pendulum_rl_env.transport import Transport
 
 Observation = NDArray[np.float32]
@@ -52,7 +52,7 @@ class PendulumEnv(gym.Env[Observation, Observation]):
         super().reset(seed=seed)
         sample = self._noise.start(self.transport.reset())
         self._state = sample.state
-        return observation(self._state, self.task), self._info(sample.info, End.NONE, 0.0)
+        return make_observation(self._state, self.task), self._info(sample.info, End.NONE, 0.0)
 
     def step(self, action: Observation) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Hold a PWM fraction for a period; raise `NoAnswerError` when no sample comes."""
@@ -62,11 +62,11 @@ class PendulumEnv(gym.Env[Observation, Observation]):
         )
         sample = self.transport.exchange(command)
         self._state = self._noise.believed(sample).state
-        end = end_of(self._state, self.task)
+        end = find_end(self._state, self.task)
         info = self._info(sample.info, end, command)
         return (
-            observation(self._state, self.task),
-            reward(self._state, self.task),
+            make_observation(self._state, self.task),
+            compute_reward(self._state, self.task),
             end != End.NONE,
             False,
             info,
@@ -74,7 +74,11 @@ class PendulumEnv(gym.Env[Observation, Observation]):
 
     def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
         """Return a picture of cart and pole, (height, width, 3)."""
-        return drawn(self._state, self.task.x_limit_m) if self.render_mode == "rgb_array" else None
+        return (
+            draw_picture(self._state, self.task.x_limit_m)
+            if self.render_mode == "rgb_array"
+            else None
+        )
 
     def close(self) -> None:
         """Let go of the transport."""

@@ -9,10 +9,12 @@ import numpy as np
 from pendulum_rl_env.task import Task
 from pendulum_rl_env.transport import Sample
 
-FURTHER = (
+REACH_FACTOR = (
     2.0  # times what the limits of speed allow; and of velocities, times half the limit a step
 )
-IN_A_ROW = 3  # of dropped samples; the next is believed, for then it is where the rig is
+MOST_DROPPED_IN_A_ROW = (
+    3  # of dropped samples; the next is believed, for then it is where the rig is
+)
 
 
 @dataclass
@@ -31,7 +33,11 @@ class NoiseFilter:
 
     def believed(self, sample: Sample) -> Sample:
         """Return the sample, or the last one that was believed when this one cannot be."""
-        if self._last is not None and self._row < IN_A_ROW and self.jumps(self._last, sample):
+        if (
+            self._last is not None
+            and self._row < MOST_DROPPED_IN_A_ROW
+            and self.jumps(self._last, sample)
+        ):
             self.dropped += 1
             self._row += 1
             return self._last
@@ -45,7 +51,7 @@ class NoiseFilter:
         v, w = self.task.v_limit_m_s, self.task.w_limit_rad_s
         reach = (
             np.array([v * self.task.step_s, w * self.task.step_s, v / 4, w / 4])
-            * FURTHER
+            * REACH_FACTOR
             * periods
         )
         return bool(np.any(np.abs(after.state - before.state) > reach))

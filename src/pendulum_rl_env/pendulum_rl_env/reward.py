@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pendulum_rl_env.arithmetic import compiled
-from pendulum_rl_env.task import Task, ended
+from pendulum_rl_env.task import Task, find_end_number
 
 
 @compiled
-def shaped(x, th, v, w, limits):
+def compute_shaped_reward(x, th, v, w, limits):
     """Return equation 27 of a state within the limits, between 0 and 1: 1 upright and at rest in the middle.
 
     R = (1 - |a/pi|) (W - |w|)/W (0.75 (X - |x|)/X + 0.25 (V - |v|)/V), a the angle from upright,
@@ -24,15 +24,15 @@ def shaped(x, th, v, w, limits):
 
 
 @compiled
-def rewarded(x, th, v, w, limits, penalties):
+def compute_reward_and_end(x, th, v, w, limits, penalties):
     """Return the reward of having arrived at a state, and the number of the `End` that it is."""
-    end = ended(x, v, w, limits)
+    end = find_end_number(x, v, w, limits)
     if end == 0:
-        return shaped(x, th, v, w, limits), end
+        return compute_shaped_reward(x, th, v, w, limits), end
     return penalties[0] if end == 1 else penalties[1], end
 
 
-def reward(state: NDArray[np.float64], task: Task) -> float:
-    """Return the reward of having arrived at a measured state x, th, v, w (SI units): see `shaped` and `Task`."""
+def compute_reward(state: NDArray[np.float64], task: Task) -> float:
+    """Return the reward of having arrived at a measured state x, th, v, w (SI units): see `compute_shaped_reward` and `Task`."""
     x, th, v, w = (float(value) for value in state)
-    return float(rewarded(x, th, v, w, task.limits, task.penalties)[0])
+    return float(compute_reward_and_end(x, th, v, w, task.limits, task.penalties)[0])

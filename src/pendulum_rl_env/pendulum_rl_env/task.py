@@ -87,7 +87,7 @@ class Task:
 
 
 @compiled
-def ended(x, v, w, limits):
+def find_end_number(x, v, w, limits):
     """Return why a state ends the episode, as the number of an `End`; limits: see `Task.limits`."""
     if not abs(x) <= limits[0]:
         return 1
@@ -98,13 +98,13 @@ def ended(x, v, w, limits):
     return 0
 
 
-def end_of(state: Floats, task: Task) -> End:
+def find_end(state: Floats, task: Task) -> End:
     """Return why a measured state (4,) ends the episode; what is not finite does, too."""
     x, _, v, w = (float(value) for value in state)
-    return End(ended(x, v, w, task.limits))
+    return End(find_end_number(x, v, w, task.limits))
 
 
-def observation(state: Floats, task: Task) -> NDArray[np.float32]:
+def make_observation(state: Floats, task: Task) -> NDArray[np.float32]:
     """Return what the agent sees of measured states (..., 4): (..., 5), float32, kept within `Task.bounds`."""
     x, th, v, w = (state[..., k] for k in range(4))
     seen = np.stack([x, v, np.sin(th), np.cos(th), w], axis=-1)
