@@ -16,9 +16,10 @@ from pendulum_sysid.fitting.split import split
 from pendulum_sysid.pipeline import one_recording
 from pendulum_sysid.planning.next_experiment import planned_next
 from pendulum_sysid.records import Recording
+from pendulum_twin.arrays import Floats
 from pendulum_twin.plans.excitation import Excitation
 from pendulum_twin.plans.plan_file import make_excitation, parse_plan
-from pendulum_twin.signals import Floats, Signals
+from pendulum_twin.signals import Signals
 
 CONCEALED = Concealed(
     {"motor_lag": {"time_constant_s": 0.01}},

@@ -15,11 +15,11 @@ from rows import Row, table
 from scipy.optimize import minimize
 
 from pendulum_twin import kernel
+from pendulum_twin.free_runs import run_freely, run_mechanics
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import BASE, make_theta
 from pendulum_twin.rig import Rig
 from pendulum_twin.signals import Signals
-from pendulum_twin.simulate import run_freely, run_mechanics
 from pendulum_twin.stepper import Stepper
 
 REPEATS = 5

@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 
 from pendulum_sysid.records import Recording
+from pendulum_twin.arrays import Floats
+from pendulum_twin.free_runs import run_freely
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
-from pendulum_twin.signals import Floats, Signals
-from pendulum_twin.simulate import run_freely
+from pendulum_twin.signals import Signals
 from support.made_recordings import HANGING, INTECO, PERIOD_S
 
 CART_STEP_M = 57e-6

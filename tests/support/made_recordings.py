@@ -7,10 +7,11 @@ import numpy as np
 
 from pendulum_sysid.reading.bag import write_bag
 from pendulum_sysid.records import Recording
+from pendulum_twin.arrays import Floats
+from pendulum_twin.free_runs import run_freely
 from pendulum_twin.model import Twin, load_twin
 from pendulum_twin.parameter_vector import make_theta
-from pendulum_twin.signals import Floats, Signals
-from pendulum_twin.simulate import run_freely
+from pendulum_twin.signals import Signals
 
 ROOT = Path(__file__).parents[2]
 INTECO = load_twin(ROOT / "config" / "inteco.yaml")

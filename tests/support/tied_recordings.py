@@ -11,11 +11,12 @@ from pendulum_sysid.fitting.split import split
 from pendulum_sysid.pipeline import one_recording
 from pendulum_sysid.planning.planned_run import hanging, played
 from pendulum_sysid.records import Fit, Recording, Split
+from pendulum_twin.arrays import Floats
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
 from pendulum_twin.plans.plan_file import make_excitation, parse_plan
 from pendulum_twin.plans.waveforms import make_envelope
-from pendulum_twin.signals import Floats, Signals
+from pendulum_twin.signals import Signals
 from support.hidden_physics import CART_STEP_M, POLE_STEP_RAD
 from support.made_recordings import INTECO, PERIOD_S, made_states
 

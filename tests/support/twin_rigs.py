@@ -4,11 +4,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from pendulum_twin.arrays import Floats
+from pendulum_twin.free_runs import run_freely
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
 from pendulum_twin.rig import Rig
-from pendulum_twin.signals import Floats, Signals
-from pendulum_twin.simulate import run_freely
+from pendulum_twin.signals import Signals
 
 POLE = {
     "pole_mass_kg": 0.12,

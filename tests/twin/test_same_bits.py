@@ -7,11 +7,11 @@ import pytest
 from support.twin_rigs import CART_ALONE, POLE_ALONE, THESIS, recording, run, wild_command
 
 from pendulum_twin import kernel
+from pendulum_twin.free_runs import run_drive, run_freely, run_mechanics
 from pendulum_twin.model import Twin
 from pendulum_twin.motion import ALL_LAWS, NO_LAWS, PLAIN_LAWS
 from pendulum_twin.parameter_vector import make_theta
 from pendulum_twin.signals import join_signals
-from pendulum_twin.simulate import run_drive, run_freely, run_mechanics
 from pendulum_twin.stepper import Stepper
 
 COMMAND = wild_command(200)

@@ -27,7 +27,8 @@ from pendulum_bridge.trial.mix import USUAL, shares_of
 from pendulum_bridge.trial.trial import Trial, trial_at, trial_with
 from pendulum_twin.command_line import as_option, make_number_reader, make_whole_reader
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.model import Twin, load_twin, save_twin, write_atomically
+from pendulum_twin.files import write_atomically
+from pendulum_twin.model import Twin, load_twin, save_twin
 from pendulum_twin.plans.excitation import make_standard_plan
 from pendulum_twin.plans.waveforms import make_envelope
 

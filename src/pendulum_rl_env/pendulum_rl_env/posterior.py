@@ -16,7 +16,7 @@ import numpy as np
 
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.encoders import EXACT, Encoders
-from pendulum_twin.json_files import read_json_object
+from pendulum_twin.files import read_json_object
 from pendulum_twin.model import Twin
 
 INTERVAL_DEVIATIONS = 1.96  # of a 95 % interval

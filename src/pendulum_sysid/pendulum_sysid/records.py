@@ -8,8 +8,9 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
+from pendulum_twin.arrays import Floats
 from pendulum_twin.model import Twin
-from pendulum_twin.signals import Floats, Signals
+from pendulum_twin.signals import Signals
 
 Ints = NDArray[np.int64]
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from pendulum_twin import kernel
+from pendulum_twin.arrays import Floats, Mask
+from pendulum_twin.free_runs import compute_paces, run_drive, undo_sensors
 from pendulum_twin.motion import (
     ALL_LAWS,
     add_cart_forces,
@@ -22,8 +24,7 @@ from pendulum_twin.parameter_vector import (
     MOMENT,
     POLE_VISCOUS,
 )
-from pendulum_twin.signals import Floats, Mask, Signals
-from pendulum_twin.simulate import compute_paces, run_drive, undo_sensors
+from pendulum_twin.signals import Signals
 
 STANDING_SPEED_SHARE = (
     0.03  # of the root mean square speed: slower than this, dry friction takes any value

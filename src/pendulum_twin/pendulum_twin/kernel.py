@@ -2,7 +2,7 @@
 
 `drive` runs command and drive once over a stretch and gives the force; `mechanics` integrates it,
 many lanes side by side (`motion.py`, `stick_slip.py`); the sensor's effects turn the true states
-into what would have been measured (`simulate.py`). A lane is one run. Lanes are packed in blocks
+into what would have been measured (`free_runs.py`). A lane is one run. Lanes are packed in blocks
 of constant width; every lane gives the same bits in any width, for nothing here depends on its
 neighbours.
 

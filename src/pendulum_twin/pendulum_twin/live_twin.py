@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from pendulum_twin.arrays import Floats
 from pendulum_twin.command_hold import CommandHold
 from pendulum_twin.model import Twin
-from pendulum_twin.signals import Floats
 from pendulum_twin.stepper import Stepper, compile_for_any_effect
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,6 +10,7 @@ import yaml
 
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.files import write_atomically
 from pendulum_twin.rig import Rig, check_number, describe_unknown_key, parse_rig
 
 SCHEMA = "pendulum_twin/1"
@@ -126,18 +125,3 @@ def load_twin(path: str | Path) -> Twin:
 def save_twin(twin: Twin, path: str | Path) -> None:
     """Write the twin file whole or not at all."""
     write_atomically(path, yaml.safe_dump(twin.to_mapping(), sort_keys=False))
-
-
-def write_atomically(path: str | Path, text: str) -> None:
-    """Write text to path so that a reader sees all of it or what was there before."""
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as stream:
-            stream.write(text)
-        Path(temporary).chmod(0o644)
-        Path(temporary).replace(path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise

@@ -18,9 +18,9 @@ from __future__ import annotations
 
 from typing import Protocol
 
+from pendulum_twin.arrays import Floats
 from pendulum_twin.live_twin import LiveTwin
 from pendulum_twin.sample_clock import SampleClock
-from pendulum_twin.signals import Floats
 
 
 class Outlet(Protocol):

@@ -7,8 +7,8 @@ values, so one compiled kernel runs every hypothesis.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pendulum_twin.arrays import Floats, Mask
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Effect
 from pendulum_twin.model import Twin
@@ -57,7 +57,7 @@ NEUTRAL = np.concatenate(
 NEUTRAL.setflags(write=False)
 
 
-def make_theta(twin: Twin) -> NDArray[np.float64]:
+def make_theta(twin: Twin) -> Floats:
     """Return the twin's words, shape (SIZE,)."""
     rig = twin.rig
     theta = NEUTRAL.copy()
@@ -77,7 +77,7 @@ def make_theta(twin: Twin) -> NDArray[np.float64]:
     return theta
 
 
-def find_active_effects(theta: NDArray[np.float64]) -> NDArray[np.bool_]:
+def find_active_effects(theta: Floats) -> Mask:
     """Return which effects of the catalogue are on in any of the word vectors, shape (effects,); words (..., SIZE)."""
     differs = np.any(theta.reshape(-1, SIZE) != NEUTRAL, axis=0)
     return np.array([differs[SLOTS[e.name]].any() for e in CATALOGUE])

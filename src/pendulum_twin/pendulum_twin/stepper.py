@@ -7,11 +7,8 @@ import math
 import numpy as np
 
 from pendulum_twin import kernel
-from pendulum_twin.model import Twin
-from pendulum_twin.motion import ALL_LAWS, NO_LAWS, PLAIN_LAWS
-from pendulum_twin.parameter_vector import find_active_effects, make_theta
-from pendulum_twin.signals import Floats
-from pendulum_twin.simulate import (
+from pendulum_twin.arrays import Floats
+from pendulum_twin.free_runs import (
     RATES,
     apply_sensors,
     compute_memory_offsets,
@@ -21,6 +18,9 @@ from pendulum_twin.simulate import (
     select_reporting_effects,
     undo_sensors,
 )
+from pendulum_twin.model import Twin
+from pendulum_twin.motion import ALL_LAWS, NO_LAWS, PLAIN_LAWS
+from pendulum_twin.parameter_vector import find_active_effects, make_theta
 
 HANGING = (0.0, math.pi, 0.0, 0.0)
 ONE_LANE = (0,)

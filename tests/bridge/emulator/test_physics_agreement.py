@@ -13,12 +13,12 @@ from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.emulator.sensors import Encoders
 from pendulum_bridge.emulator.session import play
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.free_runs import run_freely
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
 from pendulum_twin.plans.excitation import Excitation, make_standard_plan
 from pendulum_twin.rig import Rig
 from pendulum_twin.signals import Signals
-from pendulum_twin.simulate import run_freely
 
 EXACT = Encoders(pole_counts=0, cart_step_m=0.0)
 PERIOD_S = 0.01

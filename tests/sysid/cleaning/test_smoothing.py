@@ -5,7 +5,8 @@ import pytest
 
 from pendulum_sysid.cleaning.smoothing import HALF_LENGTHS, ORDER, derivative, smooth
 from pendulum_sysid.fitting.windows import smooth_state
-from pendulum_twin.signals import Floats, Signals
+from pendulum_twin.arrays import Floats
+from pendulum_twin.signals import Signals
 
 PERIOD_S, N = 0.01, 2000
 T = PERIOD_S * np.arange(N)

@@ -10,9 +10,10 @@ from support.made_recordings import PERIOD_S, made, without_joint
 from pendulum_sysid.cleaning.stale_start import without_unanswered
 from pendulum_sysid.pipeline import diagnose
 from pendulum_sysid.records import Recording
+from pendulum_twin.arrays import Floats
+from pendulum_twin.free_runs import run_freely
 from pendulum_twin.parameter_vector import make_theta
-from pendulum_twin.signals import Floats, Signals
-from pendulum_twin.simulate import run_freely
+from pendulum_twin.signals import Signals
 
 COULOMB = {"cart_coulomb_friction": {"level_n": 0.5}}
 

@@ -8,10 +8,10 @@ import pytest
 from pendulum_sysid.finding import judge
 from pendulum_sysid.finding.judge import distance, lead, needed, simplest
 from pendulum_sysid.records import Estimate, Fit
+from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.model import Twin
 from pendulum_twin.rig import Rig
-from pendulum_twin.signals import Floats
 
 SAMPLES, NOISE = 101.0, np.array([1e-4, 1e-3])
 POLE = Twin(

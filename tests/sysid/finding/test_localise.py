@@ -18,9 +18,9 @@ from pendulum_sysid.fitting.split import split
 from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
 from pendulum_sysid.fitting.windows import WINDOW_S, cut
 from pendulum_sysid.records import Evidence, Localisation, Recording
+from pendulum_twin.arrays import Floats
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
-from pendulum_twin.signals import Floats
 
 COULOMB = {"cart_coulomb_friction": {"level_n": 0.5}}
 

@@ -15,10 +15,10 @@ from pendulum_sysid.fitting.linearised import Problem, linearised
 from pendulum_sysid.fitting.parameters import Free, rig_parameters
 from pendulum_sysid.fitting.split import split
 from pendulum_sysid.fitting.windows import channels, cut, gather
+from pendulum_twin.arrays import Floats
+from pendulum_twin.free_runs import run_freely
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
-from pendulum_twin.signals import Floats
-from pendulum_twin.simulate import run_freely
 
 TRUTH = replace(INTECO, rig=replace(INTECO.rig, cart_viscous_n_s_m=2.0))
 FAR = {  # factors on the truth

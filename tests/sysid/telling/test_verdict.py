@@ -15,11 +15,12 @@ from pendulum_sysid.finding.search import Named
 from pendulum_sysid.pipeline import diagnose
 from pendulum_sysid.records import Estimate, Outcome, Recording
 from pendulum_sysid.telling.verdict import Findings, outcome_of, verdict_of
+from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Place
 from pendulum_twin.model import Twin, parse_twin
 from pendulum_twin.rig import UNITS
-from pendulum_twin.signals import Floats, Signals
+from pendulum_twin.signals import Signals
 
 COULOMB = {"cart_coulomb_friction": {"level_n": 0.5}}
 

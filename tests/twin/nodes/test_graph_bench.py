@@ -2,9 +2,9 @@
 
 import subprocess
 import sys
-from support.paths import ROOT
 
 import pytest
+from support.paths import ROOT
 
 pytest.importorskip("rclpy")
 BENCH = ROOT / "tests" / "bench" / "graph.py"

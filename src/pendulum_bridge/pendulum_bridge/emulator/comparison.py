@@ -9,7 +9,7 @@ from typing import Any
 
 from pendulum_bridge.emulator.seal import Concealed
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.json_files import read_json_object
+from pendulum_twin.files import read_json_object
 from pendulum_twin.rig import UNITS, Rig
 
 SCHEMA = "pendulum_verdict/1"

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from pendulum_bridge.emulator.unlisted import BY_NAME, checked
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.json_files import read_json_object
-from pendulum_twin.model import Twin, write_atomically
+from pendulum_twin.files import read_json_object, write_atomically
+from pendulum_twin.model import Twin
 from pendulum_twin.rig import Rig, parse_rig
 
 SCHEMA = "pendulum_seal/1"

@@ -10,7 +10,7 @@ import numpy as np
 from pendulum_bridge.watch.noise import Noise, scores, weighed
 from pendulum_bridge.watch.reading import Reading
 from pendulum_bridge.watch.signatures import Signature, worth_of
-from pendulum_twin.signals import Floats
+from pendulum_twin.arrays import Floats
 
 LEAST_SLACK, MOST_SLACK = 0.003, 0.3  # of the activity; the least: no twin is better known
 SLACKS = np.geomspace(LEAST_SLACK, MOST_SLACK, 14)

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pendulum_twin.signals import Floats
+from pendulum_twin.arrays import Floats
 
 KEPT = 120  # windows in which a change may have begun: 30 s
 SHARE = 0.5  # windows overlap by half: each sample speaks twice, each time with half its weight

@@ -14,8 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pendulum_bridge.watch.reading import Reading
-from pendulum_twin.signals import Floats
-from pendulum_twin.simulate import Ints
+from pendulum_twin.arrays import Floats, Ints
 
 ROUNDING = (
     1e-13  # of the trace: columns that are all but the same must not end in a singular matrix

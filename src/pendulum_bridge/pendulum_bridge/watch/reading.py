@@ -21,6 +21,7 @@ from pendulum_bridge.watch.signatures import (
 )
 from pendulum_bridge.watch.stream import History
 from pendulum_bridge.watch.window_runs import WindowRuns, runs_away, solved, spikes
+from pendulum_twin.arrays import Floats, Ints
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import (
     COUPLING,
@@ -31,8 +32,7 @@ from pendulum_twin.parameter_vector import (
     SLOTS,
     make_theta,
 )
-from pendulum_twin.signals import Floats, Signals
-from pendulum_twin.simulate import Ints
+from pendulum_twin.signals import Signals
 
 WINDOW_S = 0.5
 LEAD_S = 2.0  # of commands before a window, for what the drive remembers

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pendulum_bridge.watch.stream import History
-from pendulum_twin.signals import Floats
+from pendulum_twin.arrays import Floats
 
 SMALLEST = np.array(
     [2e-5, 3e-4]

@@ -19,8 +19,8 @@ from pendulum_bridge.watch.noise import Weighed, scores, weighed
 from pendulum_bridge.watch.reading import Reader, Reading
 from pendulum_bridge.watch.signatures import Signature
 from pendulum_bridge.watch.stream import History
+from pendulum_twin.arrays import Floats
 from pendulum_twin.effects.effect import Place
-from pendulum_twin.signals import Floats
 
 FIRST_SIZES = (
     -8.0,

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Place
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import BASE, COUPLING, INERTIA, MOMENT, SLOTS
 from pendulum_twin.rig import RANGES, UNITS, Rig
-from pendulum_twin.signals import Floats
 
 PUSH = 0.015  # of the largest force of the drive: a change of the force on the cart worth an alarm
 TURN = 0.004  # of the pole's largest weight: a change of the torque on the pole worth an alarm

@@ -14,7 +14,7 @@ import numpy as np
 from pendulum_bridge.watch.evidence import SHARE, Leader, ratios
 from pendulum_bridge.watch.noise import Weighed, scores, step_scores
 from pendulum_bridge.watch.reading import Reading
-from pendulum_twin.signals import Floats
+from pendulum_twin.arrays import Floats
 
 WORTH = np.array([0.002, 0.015])  # m, rad: a slip worth an alarm
 CLEAN = (

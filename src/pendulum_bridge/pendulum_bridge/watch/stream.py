@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pendulum_twin.signals import Floats
+from pendulum_twin.arrays import Floats
 
 FOLLOW = 0.02  # of a stamp's error, by which the clock's phase is set after it
 OFF_RATE = 0.01  # part by which the rate may be off before nothing can be said

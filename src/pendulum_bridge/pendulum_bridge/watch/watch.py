@@ -20,8 +20,8 @@ from pendulum_bridge.watch.signatures import signatures, worth_of
 from pendulum_bridge.watch.slips import Slips
 from pendulum_bridge.watch.strangeness import Strangeness
 from pendulum_bridge.watch.stream import ANSWERS, History, Stream, still
+from pendulum_twin.arrays import Floats
 from pendulum_twin.model import Twin
-from pendulum_twin.signals import Floats
 
 PAST = (
     "gain_drift",

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pendulum_twin.signals import Floats, Mask, Signals
-from pendulum_twin.simulate import Ints, run_freely
+from pendulum_twin.arrays import Floats, Ints, Mask
+from pendulum_twin.free_runs import run_freely
+from pendulum_twin.signals import Signals
 
 FAR = 1e4  # m, rad, or either per unit of what is varied
 SPIKE = 8.0  # times the usual bend of the rows: a larger one is no sample of this motion

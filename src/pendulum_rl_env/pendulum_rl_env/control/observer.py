@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from pendulum_rl_env.kernel_transport import count_samples
 from pendulum_twin import lanes
+from pendulum_twin.free_runs import pass_through_sensors, select_measuring_effects, undo_sensors
 from pendulum_twin.model import Twin
-from pendulum_twin.simulate import pass_through_sensors, select_measuring_effects, undo_sensors
 
 Floats = NDArray[np.float64]
 

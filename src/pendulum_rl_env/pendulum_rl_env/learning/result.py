@@ -6,7 +6,7 @@ import json
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
-from pendulum_twin.model import write_atomically
+from pendulum_twin.files import write_atomically
 
 SOLVED_MEAN_REWARD = 400.0  # mean reward of an evaluation: the thesis's mark
 SCHEMA = "pendulum_training/1"

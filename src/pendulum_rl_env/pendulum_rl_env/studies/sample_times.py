@@ -19,7 +19,8 @@ import numpy as np
 from pendulum_rl_env.studies import stages
 from pendulum_rl_env.task import EPISODE_S, Task
 from pendulum_twin.command_line import run_command
-from pendulum_twin.model import load_twin, write_atomically
+from pendulum_twin.files import write_atomically
+from pendulum_twin.model import load_twin
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -30,7 +30,8 @@ from pendulum_rl_env.studies.stages import ConcealedRig, Diagnosis
 from pendulum_rl_env.studies.transfer_report import format_table, plot_rewards
 from pendulum_rl_env.task import Task
 from pendulum_twin.command_line import run_command
-from pendulum_twin.model import load_twin, write_atomically
+from pendulum_twin.files import write_atomically
+from pendulum_twin.model import load_twin
 
 SCHEMA = "pendulum_transfer/1"
 THESIS_REWARD = 423.0  # what the thesis reached on its rig, after 130,000 steps there

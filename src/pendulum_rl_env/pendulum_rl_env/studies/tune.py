@@ -24,7 +24,8 @@ from pendulum_rl_env.learning.on_rig import evaluate_mean_reward
 from pendulum_rl_env.learning.preset import IN_PROCESS, Preset, load_preset
 from pendulum_twin.command_line import make_whole_reader, run_command
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.model import Twin, write_atomically
+from pendulum_twin.files import write_atomically
+from pendulum_twin.model import Twin
 
 EVALUATIONS = 8  # evaluations a trial: hopeless ones are given up at one
 

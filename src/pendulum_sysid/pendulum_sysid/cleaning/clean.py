@@ -17,8 +17,9 @@ from pendulum_sysid.cleaning.velocity_spikes import impossible_rates
 from pendulum_sysid.cleaning.wraps import TURN, unwrapped
 from pendulum_sysid.reading.raw import JOINTS, RawRecording
 from pendulum_sysid.records import QualityFinding, Recording
+from pendulum_twin.arrays import Floats, Mask
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.signals import Floats, Mask, Signals
+from pendulum_twin.signals import Signals
 
 LEAST_SAMPLES, LEAST_S = 100, 2.0
 SHORTEST_STRETCH = 10  # samples; a shorter stretch between two breaks says nothing and is left out

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pendulum_sysid.cleaning.clock import runs
-from pendulum_twin.signals import Floats
+from pendulum_twin.arrays import Floats
 
 SHORTEST = 3  # samples at the limit in a row
 LEAST_SHARE = 0.02  # of the recording; less is not worth a word

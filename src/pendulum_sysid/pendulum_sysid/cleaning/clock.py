@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pendulum_twin.signals import Floats, Mask
+from pendulum_twin.arrays import Floats, Mask
 
 ALIGNED = 0.02  # part of a period by which a stamp may be off its grid and still count as on it
 PAIRED = 0.4  # part of a period by which a command may be off a sample and still belong to it: an answer takes a while

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pendulum_twin.signals import Floats
+from pendulum_twin.arrays import Floats
 
 LEAST = 1e-9  # m, rad: below it gaps are rounding
 NEAR = 0.05  # of a step: how far from a whole number of steps a gap may be

@@ -8,7 +8,7 @@ import numpy as np
 
 from pendulum_sysid.cleaning.clock import runs
 from pendulum_sysid.cleaning.jumps import least_of
-from pendulum_twin.signals import Floats
+from pendulum_twin.arrays import Floats
 
 LONG_S = 0.5  # a shorter standstill is not judged
 TIMES_LEAST = 5.0  # the least that counts in the signal, from which a step is abrupt

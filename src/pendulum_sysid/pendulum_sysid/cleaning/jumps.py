@@ -16,7 +16,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from pendulum_sysid.cleaning.clock import Rate
-from pendulum_twin.signals import Floats, Mask
+from pendulum_twin.arrays import Floats, Mask
 
 Places = NDArray[np.int64]
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from pendulum_sysid.fitting.windows import SmoothState, smooth_state
 from pendulum_sysid.records import Recording
+from pendulum_twin.arrays import Floats
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.signals import Floats
 
 LEAST = 20.0  # times the sensor's noise that a joint must travel
 

@@ -13,7 +13,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from scipy.ndimage import median_filter
 
 from pendulum_sysid.cleaning.jumps import DEVIATIONS, least_of
-from pendulum_twin.signals import Floats
+from pendulum_twin.arrays import Floats
 
 SIDE = 5  # samples on either side of the spike that the cubic is fitted to
 WIDTHS = (1, 2, 3)  # samples of a spike

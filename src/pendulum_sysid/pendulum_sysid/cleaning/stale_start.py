@@ -12,7 +12,8 @@ import numpy as np
 
 from pendulum_sysid.fitting.windows import SmoothState, smooth_state
 from pendulum_sysid.records import QualityFinding, Recording
-from pendulum_twin.signals import Floats, Signals
+from pendulum_twin.arrays import Floats
+from pendulum_twin.signals import Signals
 
 EARLY = (
     0.25  # only this part of a stretch, from its start, and of the whole recording is suspected

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d
 
 from pendulum_sysid.cleaning.jumps import SIDE, floor_of
-from pendulum_twin.signals import Floats, Mask
+from pendulum_twin.arrays import Floats, Mask
 
 TIMES = 3.0  # faster than the positions moved nearby, from which a velocity is out of line
 

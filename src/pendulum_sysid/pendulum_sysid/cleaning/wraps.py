@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from pendulum_twin.signals import Floats
+from pendulum_twin.arrays import Floats
 
 TURN = 2 * np.pi
 LOWEST, HIGHEST = -np.pi, TURN  # an angle that begins between these stays where it is

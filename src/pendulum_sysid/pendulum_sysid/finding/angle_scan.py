@@ -9,10 +9,10 @@ from __future__ import annotations
 import numpy as np
 
 from pendulum_sysid.fitting.case import Case
+from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import angle_scale
+from pendulum_twin.free_runs import undo_sensors
 from pendulum_twin.parameter_vector import SLOTS
-from pendulum_twin.signals import Floats
-from pendulum_twin.simulate import undo_sensors
 
 RATIOS = np.linspace(-0.15, 0.15, 121)
 

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pendulum_twin.signals import Floats, Signals
+from pendulum_twin.arrays import Floats
+from pendulum_twin.signals import Signals
 
 SIDE = 9  # samples on each side
 DEGREE = 3

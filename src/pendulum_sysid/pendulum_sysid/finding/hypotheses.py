@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from pendulum_sysid.fitting.parameters import Scales, size_of
+from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Effect, Form, Parameter, Place
 from pendulum_twin.parameter_vector import SLOTS
 from pendulum_twin.rig import Rig
-from pendulum_twin.signals import Floats
 
 MOST_SHAPES = 6  # of one effect; more are thinned out evenly, and what lies between is reached by moving a shape
 MOVED = 0.05  # of a shape's value (or of its size at 0), by which it is moved to see how its neighbours show

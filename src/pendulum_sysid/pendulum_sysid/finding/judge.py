@@ -8,8 +8,8 @@ import numpy as np
 
 from pendulum_sysid.finding.separation import SURE, WORTH
 from pendulum_sysid.records import Fit
+from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
-from pendulum_twin.signals import Floats
 
 AT_NOISE = 1.2  # misfit up to which errors are the sensors' noise, and a likelihood can be trusted
 NATS = 20.0  # of it that a richer twin must gain, its best window left out: noise of encoders is not white

@@ -19,11 +19,11 @@ from pendulum_sysid.fitting.linearised import System, linearised
 from pendulum_sysid.fitting.parameters import Free, free_parameters, size_of
 from pendulum_sysid.fitting.windows import shorter
 from pendulum_sysid.records import Fit, Split
+from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME, CATALOGUE, angle_scale
 from pendulum_twin.effects.effect import Effect, Form, Place
 from pendulum_twin.inverse_dynamics import compute_missing_force, evaluate_laws
 from pendulum_twin.parameter_vector import SLOTS, get_neutral_values
-from pendulum_twin.signals import Floats
 
 MANY_PROBES = 8  # more starts than this are thinned out by the missing force first
 KEPT_PROBES = 3

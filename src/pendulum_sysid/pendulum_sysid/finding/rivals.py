@@ -24,10 +24,10 @@ from pendulum_sysid.finding.separation import (
 from pendulum_sysid.fitting.gauss_newton import solve
 from pendulum_sysid.fitting.linearised import Problem
 from pendulum_sysid.fitting.parameters import Free, Scales, effect_parameters
+from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Effect
 from pendulum_twin.parameter_vector import SLOTS, get_neutral_values
-from pendulum_twin.signals import Floats
 
 LITTLE = 0.01  # of an effect, for the view from near
 SCREENED = 5 * APART  # to first order; what is further is not refitted

@@ -20,10 +20,10 @@ from pendulum_sysid.fitting.gauss_newton import refined
 from pendulum_sysid.fitting.split import split
 from pendulum_sysid.fitting.windows import WINDOW_S
 from pendulum_sysid.records import Fit, Split, Trial
+from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Place
 from pendulum_twin.parameter_vector import SLOTS, get_neutral_values, make_theta
-from pendulum_twin.signals import Floats
 
 Progress = Callable[[str], None]
 REFITTED = 5  # candidates that are fitted in full at every step

@@ -19,10 +19,10 @@ from pendulum_sysid.fitting.linearised import Problem, linearised
 from pendulum_sysid.fitting.parameters import Free
 from pendulum_sysid.fitting.windows import SmoothState, shorter
 from pendulum_sysid.records import Ints, Split, Windows
+from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Effect
 from pendulum_twin.parameter_vector import SLOTS
-from pendulum_twin.signals import Floats
 
 # Of two twins that lie d apart the right one is ahead by d/2 standard errors in the mean, so the
 # wrong one is ahead once in 44 recordings at 4. It is also the lead (`judge.SURE`) that a

@@ -19,9 +19,9 @@ from pendulum_sysid.finding.localisation.table import Table
 from pendulum_sysid.finding.localisation.thinning import thinned
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.records import Estimate
+from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME, CATALOGUE
 from pendulum_twin.effects.effect import Form, Place
-from pendulum_twin.signals import Floats
 
 EFFECT = "cart_coulomb_friction"
 PRODUCT = "cart_direction*"  # of the questions that measure the level along a variable

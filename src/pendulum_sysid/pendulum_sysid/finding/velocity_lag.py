@@ -16,8 +16,9 @@ from scipy.signal import lfilter
 
 from pendulum_sysid.fitting.windows import SmoothState, channels
 from pendulum_sysid.records import Estimate, Ints, Recording
+from pendulum_twin.arrays import Floats, Mask
 from pendulum_twin.effects import velocity_filter
-from pendulum_twin.signals import Floats, Mask, Signals
+from pendulum_twin.signals import Signals
 
 EFFECT = velocity_filter.EFFECT.name
 LONGEST_S = 0.5

@@ -12,14 +12,15 @@ from pendulum_sysid.fitting.linearised import Problem
 from pendulum_sysid.fitting.parameters import Scales, scales_of
 from pendulum_sysid.fitting.windows import SmoothState, noise_of, smooth_state
 from pendulum_sysid.records import Recording, Windows
+from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Place
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.free_runs import undo_sensors
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
 from pendulum_twin.rig import CART_KEYS, POLE_KEYS, Rig
-from pendulum_twin.signals import Floats, Signals
-from pendulum_twin.simulate import undo_sensors
+from pendulum_twin.signals import Signals
 
 START_DOUBT = 1.0  # times the deviation that noise leaves in a smoothed start
 

@@ -9,9 +9,9 @@ from pendulum_sysid.fitting.gauss_newton import Solution, half_widths, refined, 
 from pendulum_sysid.fitting.parameters import Free, free_parameters, rig_parameters, twin_from
 from pendulum_sysid.fitting.windows import shorter
 from pendulum_sysid.records import Estimate, Fit, Split
+from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.parameter_vector import SLOTS
-from pendulum_twin.signals import Floats
 
 HORIZONS = (4, 1)  # into how many parts a window is cut
 

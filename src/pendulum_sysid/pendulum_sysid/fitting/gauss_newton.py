@@ -16,7 +16,7 @@ from scipy.stats import t as student
 from pendulum_sysid.fitting.linearised import Problem, System, errors_of, linearised, varied
 from pendulum_sysid.fitting.parameters import Free
 from pendulum_sysid.fitting.windows import gather
-from pendulum_twin.signals import Floats
+from pendulum_twin.arrays import Floats
 
 CONVERGED = 1e-5  # relative gain of the likelihood a sample
 HEAVIEST = (

@@ -16,8 +16,9 @@ from pendulum_sysid.fitting.parameters import Free
 from pendulum_sysid.fitting.windows import channels, gather
 from pendulum_sysid.records import Ints, Windows
 from pendulum_twin import kernel
-from pendulum_twin.signals import Floats, Signals
-from pendulum_twin.simulate import run_drive, run_driven
+from pendulum_twin.arrays import Floats
+from pendulum_twin.free_runs import run_drive, run_driven
+from pendulum_twin.signals import Signals
 
 STEP = 1e-4  # of a parameter's size, for differences
 FAR = 1e6  # deviations: as wrong as a run may count that has left all bounds

@@ -9,8 +9,8 @@ import numpy as np
 from pendulum_sysid.fitting.case import Case, case_of
 from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
 from pendulum_sysid.records import Windows
-from pendulum_twin.signals import Floats
-from pendulum_twin.simulate import run_freely
+from pendulum_twin.arrays import Floats
+from pendulum_twin.free_runs import run_freely
 
 LEAD_S = 0.5  # of motion before a window, from which its start is smoothed
 TRIES = 5

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pendulum_sysid.fitting.windows import SmoothState
+from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Effect, Parameter, Scale
 from pendulum_twin.model import Twin
@@ -21,7 +22,7 @@ from pendulum_twin.parameter_vector import (
     make_theta,
 )
 from pendulum_twin.rig import RANGES, UNITS
-from pendulum_twin.signals import Floats, Signals
+from pendulum_twin.signals import Signals
 
 Scales = dict[Scale, float]
 BELIEVED = 30.0  # times its measured value, up or down, that the pole's moment or inertia may be

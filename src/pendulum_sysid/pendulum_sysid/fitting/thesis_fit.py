@@ -16,12 +16,12 @@ from scipy.optimize import minimize
 from pendulum_sysid.fitting.case import Case, case_of
 from pendulum_sysid.fitting.whole_run import equation_29, whole_run
 from pendulum_sysid.records import Recording
+from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
 from pendulum_twin.rig import RANGES, UNITS
-from pendulum_twin.signals import Floats
 
 MOST_EVALUATIONS = 2000
 FRICTION_LIMIT_N = 1.0  # where the thesis's simulation clips its cart friction

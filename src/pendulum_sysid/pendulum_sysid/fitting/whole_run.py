@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from pendulum_twin.signals import Floats, Mask, Signals
-from pendulum_twin.simulate import run_freely
+from pendulum_twin.arrays import Floats, Mask
+from pendulum_twin.free_runs import run_freely
+from pendulum_twin.signals import Signals
 
 CART_WEIGHT, POLE_WEIGHT = 0.75, 0.25
 ONE_RUN = np.zeros(1, dtype=np.int64)

@@ -9,9 +9,9 @@ import numpy as np
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.windows import channels, gather
 from pendulum_sysid.records import Windows
+from pendulum_twin.arrays import Floats
+from pendulum_twin.free_runs import run_freely
 from pendulum_twin.parameter_vector import make_theta
-from pendulum_twin.signals import Floats
-from pendulum_twin.simulate import run_freely
 
 JOINTS, UNITS = ("cart", "pole"), ("m", "rad")
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from pendulum_sysid.cleaning.smoothing import derivative, noise_gain, smooth
 from pendulum_sysid.records import Ints, Noise, Windows
-from pendulum_twin.signals import Floats, Signals
+from pendulum_twin.arrays import Floats
+from pendulum_twin.signals import Signals
 
 WINDOW_S = 1.0
 LEAST_VALID = 0.5  # fraction of samples in a window

@@ -20,9 +20,9 @@ from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.linearised import Problem
 from pendulum_sysid.fitting.parameters import Free, free_parameters
 from pendulum_sysid.records import Fit, Split
+from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Form
-from pendulum_twin.signals import Floats
 
 WIDE = 0.1  # of a value: half widths beyond it are worth an experiment
 

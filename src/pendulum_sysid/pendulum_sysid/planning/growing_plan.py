@@ -19,11 +19,11 @@ from pendulum_sysid.planning.aims import Aim
 from pendulum_sysid.planning.phase_family import family
 from pendulum_sysid.planning.planned_run import Lanes, Played, hanging, played
 from pendulum_sysid.records import Fit, Windows
+from pendulum_twin.arrays import Floats
 from pendulum_twin.plans.excitation import Excitation
 from pendulum_twin.plans.plan_file import Plan, make_excitation
 from pendulum_twin.plans.plan_phases import Phase, Push, Rest
 from pendulum_twin.plans.waveforms import Envelope
-from pendulum_twin.signals import Floats
 
 PUSH_S, REST_S, PHASE_S = 1.5, 1.5, 4.0
 SHORTEST_S = PUSH_S + REST_S + 2.0

@@ -34,12 +34,13 @@ from pendulum_sysid.fitting.parameters import Free, free_parameters
 from pendulum_sysid.fitting.windows import WINDOW_S, cut
 from pendulum_sysid.planning.planned_run import hanging, played
 from pendulum_sysid.records import Recording
+from pendulum_twin.arrays import Floats
 from pendulum_twin.effects.effect import Form
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import SLOTS, make_theta
 from pendulum_twin.plans.excitation import Excitation
-from pendulum_twin.signals import Floats, Signals
+from pendulum_twin.signals import Signals
 
 ROUNDS = 4  # in which a size is found that stands out as far as asked
 NEAR = 0.2  # of its logarithm

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from pendulum_twin.arrays import Floats
 from pendulum_twin.plans.plan_phases import Chirp, FreeDecay, Multisine, Phase, Samples, Steps
 from pendulum_twin.plans.waveforms import Envelope, compute_kick_s
-from pendulum_twin.signals import Floats
 
 STRENGTHS = (0.1, 0.25, 0.5, 1.0)  # of the limit
 SWEEPS_HZ = ((0.2, 0.6), (0.5, 2.0), (2.0, 0.5), (1.5, 6.0))

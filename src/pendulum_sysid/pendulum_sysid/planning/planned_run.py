@@ -9,12 +9,10 @@ import numpy as np
 
 from pendulum_sysid.records import Ints
 from pendulum_twin import kernel
+from pendulum_twin.arrays import Floats, Mask
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Form
-from pendulum_twin.parameter_vector import find_active_effects
-from pendulum_twin.plans.excitation import Excitation, compute_command, find_command_direction
-from pendulum_twin.signals import Floats, Mask, Signals
-from pendulum_twin.simulate import (
+from pendulum_twin.free_runs import (
     RATES,
     apply_sensors,
     compute_memory_offsets,
@@ -23,6 +21,9 @@ from pendulum_twin.simulate import (
     run_mechanics,
     select_reporting_effects,
 )
+from pendulum_twin.parameter_vector import find_active_effects
+from pendulum_twin.plans.excitation import Excitation, compute_command, find_command_direction
+from pendulum_twin.signals import Signals
 from pendulum_twin.stepper import HANGING
 
 _FILTERS = np.array([e.form is Form.FILTER for e in CATALOGUE])

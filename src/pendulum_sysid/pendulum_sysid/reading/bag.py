@@ -18,8 +18,8 @@ from pendulum_sysid.reading.bag_files import BagFiles, digest_of, find_files, un
 from pendulum_sysid.reading.contents import Contents
 from pendulum_sysid.reading.decoding import command_arrays, joint_names, state_columns
 from pendulum_sysid.reading.raw import JOINTS, STATE_CHANNELS, RawRecording
+from pendulum_twin.arrays import Floats
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.signals import Floats
 
 STATE_TOPIC, STATE_TYPE = "/rig/joint_states", "sensor_msgs/msg/JointState"
 COMMAND_TOPIC, COMMAND_TYPE = "/rig/pwm", "std_msgs/msg/Float64"

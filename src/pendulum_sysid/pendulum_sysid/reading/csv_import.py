@@ -10,8 +10,8 @@ import numpy as np
 
 from pendulum_sysid.reading.bag import write_bag
 from pendulum_sysid.reading.raw import MOST_NOT_FINITE
+from pendulum_twin.arrays import Floats
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.signals import Floats
 
 ZEROS = {"up": 0.0, "down": np.pi}  # where the file's angle is 0 -> what it is called here
 SEPARATORS = ",;\t"

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pendulum_sysid.reading.raw import JOINTS, STATE_CHANNELS
-from pendulum_twin.signals import Floats
+from pendulum_twin.arrays import Floats
 
 Ints = NDArray[np.int64]
 Decode = Callable[[bytes], Any]

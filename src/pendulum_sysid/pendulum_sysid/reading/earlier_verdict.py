@@ -8,7 +8,7 @@ from pathlib import Path
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Form
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.json_files import read_json_object
+from pendulum_twin.files import read_json_object
 from pendulum_twin.model import Twin, load_twin
 
 SCHEMA = "pendulum_verdict/1"

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pendulum_twin.arrays import Floats
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.signals import Floats
 
 MOST_NOT_FINITE = 0.05  # share of a channel's values that may be NaN or infinite
 

@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 
 from pendulum_sysid.fitting.window_runs import JOINTS, UNITS, WindowRuns
 from pendulum_sysid.telling.output_files import write_bytes
+from pendulum_twin.arrays import Floats
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.signals import Floats
 
 SHOWN = 4  # windows drawn in full
 FORMATS = (".png", ".svg", ".pdf")

@@ -16,7 +16,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocato
 
 from pendulum_sysid.records import Evidence, Ints, Overlay
 from pendulum_sysid.telling.display import quantity, unit
-from pendulum_twin.signals import Floats, Mask
+from pendulum_twin.arrays import Floats, Mask
 
 WINDOWS = 6
 POINTS = 160  # drawn a line

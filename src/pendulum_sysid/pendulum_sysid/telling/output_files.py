@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.model import write_atomically
+from pendulum_twin.files import write_atomically
 
 
 def check_file(path: Path) -> None:

@@ -15,7 +15,7 @@ from pendulum_sysid.records import Diagnosis, Evidence, Outcome, Overlay, Trial
 from pendulum_sysid.telling import display, figures, wording
 from pendulum_sysid.telling.display import mapping
 from pendulum_twin.effects import BY_NAME
-from pendulum_twin.model import write_atomically
+from pendulum_twin.files import write_atomically
 
 TEMPLATE = "report.html.j2"
 FIRST_TRIALS = 12  # shown at once; the others fold away

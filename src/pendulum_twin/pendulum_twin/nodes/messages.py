@@ -9,9 +9,9 @@ from builtin_interfaces.msg import Time
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
+from pendulum_twin.arrays import Floats
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.rig import Rig
-from pendulum_twin.signals import Floats
 from pendulum_twin.topics import CART, JOINTS, POLE
 
 

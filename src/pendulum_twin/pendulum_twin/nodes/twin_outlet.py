@@ -9,11 +9,11 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
 from pendulum_twin import topics
+from pendulum_twin.arrays import Floats
 from pendulum_twin.nodes.messages import list_joints
 from pendulum_twin.nodes.qos import SAMPLES
 from pendulum_twin.nodes.sim_clock import SimClock
 from pendulum_twin.rig import Rig
-from pendulum_twin.signals import Floats
 from pendulum_twin.topics import JOINTS
 
 

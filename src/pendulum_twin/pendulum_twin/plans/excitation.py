@@ -15,17 +15,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pendulum_twin.arrays import Floats
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.plans import waveforms
-from pendulum_twin.plans.waveforms import (
-    LEAD_S,
-    PUSH_S,
-    Envelope,
-    Floats,
-    Wave,
-    make_push,
-    make_rest,
-)
+from pendulum_twin.plans.waveforms import LEAD_S, PUSH_S, Envelope, Wave, make_push, make_rest
 
 SHORTEST_S = 40.0
 SLOWEST_HZ = 20.0

@@ -46,7 +46,7 @@ from typing import Any
 import yaml
 
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.model import write_atomically
+from pendulum_twin.files import write_atomically
 from pendulum_twin.plans.excitation import SLOWEST_HZ, Excitation, Part, compose_plan
 from pendulum_twin.plans.plan_keys import check_range
 from pendulum_twin.plans.plan_phases import BEGINNINGS, KINDS, LONGEST_S, MOST_SAMPLES, Phase

@@ -12,6 +12,7 @@ from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
+from pendulum_twin.arrays import Floats
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.plans import waveforms
 from pendulum_twin.plans.excitation import SHORTEST_S, Part, make_standard_pieces
@@ -22,15 +23,7 @@ from pendulum_twin.plans.plan_keys import (
     make_numbers_key,
     make_whole_key,
 )
-from pendulum_twin.plans.waveforms import (
-    LEAD_S,
-    LONGEST_HOLD_S,
-    PUSH_S,
-    TONES_HZ,
-    Envelope,
-    Floats,
-    Wave,
-)
+from pendulum_twin.plans.waveforms import LEAD_S, LONGEST_HOLD_S, PUSH_S, TONES_HZ, Envelope, Wave
 
 BRIEFEST_S, LONGEST_S = 0.1, 3600.0
 MOST_SAMPLES, MOST_TONES = 1_000_000, 100

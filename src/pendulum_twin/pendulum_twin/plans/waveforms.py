@@ -12,15 +12,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pendulum_twin.arrays import Floats
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.rig import Rig
 
-Floats = NDArray[np.float64]
-Wave = Callable[
-    [Floats], Floats
-]  # evenly spaced times from the wave's start, s (at least two) -> commands
+# evenly spaced times from the wave's start, s (at least two) -> commands
+Wave = Callable[[Floats], Floats]
 
 TONES_HZ = (0.31, 0.47, 0.73, 1.09, 1.51, 2.03, 2.69, 3.37)
 PUSH, PUSH_S = 0.3, 0.15  # command and length of the first push

@@ -16,6 +16,8 @@ import numpy as np
 from pendulum_sysid.finding.localisation.sieve import FORCE, TORQUE, Sieve, sieve_for
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.records import Ints
+from pendulum_twin.arrays import Floats
+from pendulum_twin.free_runs import undo_sensors
 from pendulum_twin.inverse_dynamics import compute_missing_force
 from pendulum_twin.parameter_vector import (
     CART_VISCOUS,
@@ -26,8 +28,7 @@ from pendulum_twin.parameter_vector import (
     MOMENT,
     POLE_VISCOUS,
 )
-from pendulum_twin.signals import Floats, Signals
-from pendulum_twin.simulate import undo_sensors
+from pendulum_twin.signals import Signals
 
 BLOCK_S = 0.5  # samples are held out, and errors counted as independent, in blocks this long
 FOLDS = 4

@@ -15,6 +15,7 @@ from pendulum_sysid.finding.localisation.table import Table
 from pendulum_sysid.finding.localisation.thinning import thinned
 from pendulum_sysid.finding.localisation.waves import waves
 from pendulum_sysid.fitting.case import Case
+from pendulum_twin.arrays import Floats
 from pendulum_twin.parameter_vector import (
     CART_VISCOUS,
     COUPLING,
@@ -22,7 +23,6 @@ from pendulum_twin.parameter_vector import (
     MOMENT,
     POLE_VISCOUS,
 )
-from pendulum_twin.signals import Floats
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pendulum_twin.signals import Floats
+from pendulum_twin.arrays import Floats
 
 SIDE_KNOTS = 7  # of a variable whose sign matters, on each side of zero
 

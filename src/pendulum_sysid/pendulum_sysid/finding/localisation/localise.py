@@ -18,7 +18,7 @@ from pendulum_sysid.finding.localisation.measured_curves import Curve
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.window_runs import WindowRuns
 from pendulum_sysid.records import Evidence, Localisation
-from pendulum_twin.signals import Floats
+from pendulum_twin.arrays import Floats
 
 MOST_EVIDENCE = 4
 OUTSTANDING = 2.0  # times the median window's error, to be named as a stretch

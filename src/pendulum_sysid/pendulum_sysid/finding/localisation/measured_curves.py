@@ -8,7 +8,7 @@ import numpy as np
 
 from pendulum_sysid.finding.localisation.questions import Question
 from pendulum_sysid.finding.localisation.table import Table
-from pendulum_twin.signals import Floats
+from pendulum_twin.arrays import Floats
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,9 @@ from pendulum_sysid.finding.localisation.questions import (
     number,
 )
 from pendulum_sysid.finding.localisation.sieve import FORCE
+from pendulum_twin.arrays import Floats
 from pendulum_twin.parameter_vector import FORCE_PER_PWM
-from pendulum_twin.signals import Floats, Signals
+from pendulum_twin.signals import Signals
 
 LAGS_S = (0.0, 0.01, 0.02, 0.03, 0.045, 0.065, 0.09, 0.125, 0.17, 0.23, 0.3)
 REACHES = (

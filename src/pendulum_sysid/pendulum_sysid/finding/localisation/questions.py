@@ -17,7 +17,7 @@ import numpy as np
 from pendulum_sysid.finding.localisation.balance import Along, Balance
 from pendulum_sysid.finding.localisation.knots import hats, sided, spread_knots
 from pendulum_sysid.finding.localisation.sieve import FORCE
-from pendulum_twin.signals import Floats
+from pendulum_twin.arrays import Floats
 
 KNOTS = 16
 ANGLE_KNOTS = 24

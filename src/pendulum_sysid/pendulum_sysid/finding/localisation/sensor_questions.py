@@ -22,6 +22,7 @@ from pendulum_sysid.finding.localisation.questions import (
     time_knots,
 )
 from pendulum_sysid.finding.localisation.sieve import FORCE
+from pendulum_twin.arrays import Floats
 from pendulum_twin.parameter_vector import (
     CART_VISCOUS,
     COUPLING,
@@ -31,7 +32,7 @@ from pendulum_twin.parameter_vector import (
     MOMENT,
     POLE_VISCOUS,
 )
-from pendulum_twin.signals import Floats, Signals
+from pendulum_twin.signals import Signals
 
 TURNS = 3  # harmonics of a turn of the pole
 RAIL_WAVES = (

@@ -28,10 +28,10 @@ from pendulum_sysid.finding.localisation.table import Table
 from pendulum_sysid.finding.localisation.thinning import thinned
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.records import Fit
+from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import HALF_STEP_S, Form
 from pendulum_twin.parameter_vector import SLOTS, get_neutral_values
-from pendulum_twin.signals import Floats
 
 NEAR = (
     0.2**2

@@ -15,7 +15,7 @@ from scipy.linalg import LinAlgError, solve
 from pendulum_sysid.finding.localisation.balance import FOLDS, Balance
 from pendulum_sysid.finding.localisation.questions import Question
 from pendulum_sysid.records import Ints
-from pendulum_twin.signals import Floats, Mask
+from pendulum_twin.arrays import Floats, Mask
 
 ROUGH, RIDGE = 1e-4, 1e-6  # of a column's power: penalties on bends and on sizes
 

@@ -7,7 +7,7 @@ import numpy as np
 from pendulum_sysid.finding.localisation.balance import Along, Balance
 from pendulum_sysid.finding.localisation.questions import MISSING, UNITS, Cost, Measured, Question
 from pendulum_sysid.finding.localisation.sieve import FORCE
-from pendulum_twin.signals import Floats
+from pendulum_twin.arrays import Floats
 
 POINTS = 25  # drawn, of one period
 BESIDE_HZ = 0.6  # to either side, of which a line must stand out

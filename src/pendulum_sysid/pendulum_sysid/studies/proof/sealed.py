@@ -6,7 +6,7 @@ from pathlib import Path
 
 from pendulum_sysid.studies.proof.records import Sealed, Unlisted
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.json_files import read_json_object
+from pendulum_twin.files import read_json_object
 from pendulum_twin.rig import parse_rig
 
 TRIAL, SEAL = "pendulum_trial/1", "pendulum_seal/1"

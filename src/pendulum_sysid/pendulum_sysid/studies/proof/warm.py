@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from pendulum_twin.effects import CATALOGUE
+from pendulum_twin.free_runs import run_freely
 from pendulum_twin.inverse_dynamics import evaluate_laws
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import SLOTS, make_theta
 from pendulum_twin.rig import Rig
 from pendulum_twin.signals import Signals
-from pendulum_twin.simulate import run_freely
 
 SAMPLES = 20
 PERIOD_S = 0.01

@@ -16,8 +16,8 @@ from pendulum_sysid.fitting.gauss_newton import Solution, solve
 from pendulum_sysid.fitting.parameters import free_parameters, size_of
 from pendulum_sysid.fitting.windows import shorter
 from pendulum_sysid.studies.proof.rivals.ground import Ground, put, terms
+from pendulum_twin.arrays import Floats
 from pendulum_twin.effects.effect import Effect
-from pendulum_twin.signals import Floats
 
 PARTS = 4  # errors stay where they arise: the horizon over which the diagnosis begins as well
 MOST_EFFECTS = 5

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pendulum_sysid.finding.search import Search, parameters_alone
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.records import Fit, Split
+from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Effect, Form, Place
 from pendulum_twin.parameter_vector import SLOTS, get_neutral_values
-from pendulum_twin.signals import Floats
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,8 @@ from pendulum_sysid.cleaning.smoothing import derivative, smooth
 from pendulum_sysid.finding.localisation.balance import Along
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.studies.proof.rivals.ground import Ground
+from pendulum_twin.arrays import Floats, Mask
+from pendulum_twin.free_runs import undo_sensors
 from pendulum_twin.inverse_dynamics import compute_missing_force
 from pendulum_twin.parameter_vector import (
     CART_VISCOUS,
@@ -29,8 +31,7 @@ from pendulum_twin.parameter_vector import (
     POLE_VISCOUS,
     SLOTS,
 )
-from pendulum_twin.signals import Floats, Mask, Signals
-from pendulum_twin.simulate import undo_sensors
+from pendulum_twin.signals import Signals
 
 DELAYS_S = (0.01, 0.03)
 LAGS_S = (0.02, 0.08)

@@ -17,9 +17,9 @@ import numpy as np
 from pendulum_sysid.records import Ints, Windows
 from pendulum_sysid.studies.proof.rivals.ground import Ground
 from pendulum_sysid.studies.proof.rivals.library import Equation, equations
+from pendulum_twin.arrays import Floats, Mask
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.signals import Floats, Mask
 
 PACKAGE = "pysindy"
 THRESHOLDS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5)  # of the target's root mean square

@@ -5,16 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pendulum_twin import compose, kernel
+from pendulum_twin.arrays import Floats, Ints
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Effect, Form
 from pendulum_twin.motion import ALL_LAWS, NO_LAWS, PLAIN_LAWS
 from pendulum_twin.parameter_vector import BASE, SLOTS, find_active_effects
-from pendulum_twin.signals import Floats, Signals
-
-Ints = NDArray[np.int64]
+from pendulum_twin.signals import Signals
 
 _MECHANICAL = np.array(
     [e.form in (Form.FORCE, Form.DRY, Form.DRY_RATIO, Form.HOLD) for e in CATALOGUE]
