@@ -124,7 +124,7 @@ def test_a_rig_that_really_is_elsewhere_is_believed_in_the_end() -> None:
     noise.start(Sample(np.array([0.0, math.pi, 0.0, 0.0]), 0.0))
     far = np.array([0.6, math.pi, 0.0, 0.0])
     believed = [
-        noise.believed(Sample(far, task.step_s * k)).state[0]
+        noise.select(Sample(far, task.step_s * k)).state[0]
         for k in range(1, MOST_DROPPED_IN_A_ROW + 3)
     ]
     assert believed[-1] == 0.6 and 0 < noise.dropped <= MOST_DROPPED_IN_A_ROW
@@ -133,5 +133,5 @@ def test_a_rig_that_really_is_elsewhere_is_believed_in_the_end() -> None:
 def test_the_fastest_motion_within_the_limits_is_no_noise() -> None:
     noise = NoiseFilter(Task())
     noise.start(Sample(np.array([0.0, 0.0, 3.0, 15.0]), 0.0))
-    noise.believed(Sample(np.array([0.09, 0.45, 2.5, 13.0]), 0.03))
+    noise.select(Sample(np.array([0.09, 0.45, 2.5, 13.0]), 0.03))
     assert noise.dropped == 0

@@ -78,4 +78,4 @@ def test_a_number_that_cannot_be_is_named(wrong: dict[str, float]) -> None:
 
 
 def test_another_sample_time_keeps_the_seconds() -> None:
-    assert Task.lasting(0.03) == Task() and Task.lasting(0.01).steps == 1536
+    assert Task.make_for_step(0.03) == Task() and Task.make_for_step(0.01).steps == 1536

@@ -63,7 +63,7 @@ def format_summary(told: dict[str, Any]) -> str:
 
 def _make_environment(options: argparse.Namespace) -> gym.Env[Any, Any]:
     render = "rgb_array" if options.video is not None else None
-    steps = Task.lasting(options.step_s).steps
+    steps = Task.make_for_step(options.step_s).steps
     if options.rig is not None:
         return gym.make(
             OVER_TOPICS,

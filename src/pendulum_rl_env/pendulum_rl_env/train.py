@@ -203,7 +203,7 @@ def _make_environments(options: argparse.Namespace, preset: Preset) -> tuple[Vec
     known: Knowledge = gather_knowledge(
         load_learnable_twin(options.twin), options.verdict, options.draws, options.seed
     )
-    task = Task.lasting(options.step_s)
+    task = Task.make_for_step(options.step_s)
     training = Fleet(
         known.twins, preset.environments, task, known.encoders, preset.start_spread, options.seed
     )

@@ -60,7 +60,7 @@ def _train(step_s: float, seed: int, options: argparse.Namespace) -> dict[str, A
 
 def _make_row(step_s: float, results: list[dict[str, Any]]) -> dict[str, Any]:
     """Return what trainings with one sample time came to; rewards a step: 1 is upright in the middle all the time."""
-    steps = Task.lasting(step_s).steps
+    steps = Task.make_for_step(step_s).steps
     best = [result["best_mean_reward"] / steps for result in results]
     return {
         "step_s": step_s,
