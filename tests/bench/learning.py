@@ -15,7 +15,7 @@ from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper
 
 from pendulum_rl_env.fleet import Fleet
 from pendulum_rl_env.in_process import INTECO
-from pendulum_rl_env.learning.algorithms import learner
+from pendulum_rl_env.learning.algorithms import make_learner
 from pendulum_rl_env.learning.fleet_vec_env import FleetVecEnv
 from pendulum_rl_env.learning.preset import IN_PROCESS, load_preset
 
@@ -41,7 +41,7 @@ def measured(make, steps: int) -> tuple[float, float]:
     """Return steps a second, and the environment's share of the time, in percent."""
     preset = replace(load_preset("fast", IN_PROCESS), start_spread=0.0)
     env = Timed(make(preset.environments))
-    model = learner(preset, env, 1, None)
+    model = make_learner(preset, env, 1, None)
     model.learn(preset.environments * 128)  # whatever is compiled or paid once
     env.seconds, begun = 0.0, time.perf_counter()
     model.learn(steps)

@@ -10,7 +10,7 @@ from gymnasium.utils.env_checker import check_env
 
 import pendulum_rl_env  # noqa: F401 (registers)
 from pendulum_rl_env.env import PendulumEnv
-from pendulum_rl_env.noise import IN_A_ROW, NoiseFilter
+from pendulum_rl_env.noise import MOST_DROPPED_IN_A_ROW, NoiseFilter
 from pendulum_rl_env.task import Task
 from pendulum_rl_env.transport import Sample
 from pendulum_twin.errors import BadInputError
@@ -124,13 +124,14 @@ def test_a_rig_that_really_is_elsewhere_is_believed_in_the_end() -> None:
     noise.start(Sample(np.array([0.0, math.pi, 0.0, 0.0]), 0.0))
     far = np.array([0.6, math.pi, 0.0, 0.0])
     believed = [
-        noise.believed(Sample(far, task.step_s * k)).state[0] for k in range(1, IN_A_ROW + 3)
+        noise.select(Sample(far, task.step_s * k)).state[0]
+        for k in range(1, MOST_DROPPED_IN_A_ROW + 3)
     ]
-    assert believed[-1] == 0.6 and 0 < noise.dropped <= IN_A_ROW
+    assert believed[-1] == 0.6 and 0 < noise.dropped <= MOST_DROPPED_IN_A_ROW
 
 
 def test_the_fastest_motion_within_the_limits_is_no_noise() -> None:
     noise = NoiseFilter(Task())
     noise.start(Sample(np.array([0.0, 0.0, 3.0, 15.0]), 0.0))
-    noise.believed(Sample(np.array([0.09, 0.45, 2.5, 13.0]), 0.03))
+    noise.select(Sample(np.array([0.09, 0.45, 2.5, 13.0]), 0.03))
     assert noise.dropped == 0

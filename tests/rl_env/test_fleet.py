@@ -10,7 +10,7 @@ from support.hidden_physics import HIDDEN, INTECO
 
 import pendulum_rl_env  # noqa: F401 (registers)
 from pendulum_rl_env.env import PendulumEnv
-from pendulum_rl_env.fleet import AWAY, Fleet
+from pendulum_rl_env.fleet import SPREAD_RANGE, Fleet
 from pendulum_rl_env.kernel_transport import KernelTransport
 from pendulum_rl_env.task import End, Task
 from pendulum_rl_env.vector_env import PendulumVectorEnv
@@ -91,7 +91,7 @@ def test_starts_spread_as_far_as_they_are_told_and_twins_take_turns() -> None:
     x = fleet.course.seen[:, 0]
     hanging = x == 0
     assert np.mean(hanging) == pytest.approx(0.75, abs=0.03)
-    assert 0.9 * AWAY[0] < np.abs(x).max() <= AWAY[0]
+    assert 0.9 * SPREAD_RANGE[0] < np.abs(x).max() <= SPREAD_RANGE[0]
     offset = np.isclose(
         fleet.course.seen[hanging, 2], np.sin(np.pi + 0.1), atol=1e-6
     )  # it hangs by its weight all the same

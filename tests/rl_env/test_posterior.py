@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from support.hidden_physics import INTECO
 
-from pendulum_rl_env.posterior import knowledge_of
+from pendulum_rl_env.posterior import gather_knowledge
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin
 
@@ -40,7 +40,7 @@ def verdict(folder: Path, **more: object) -> Path:
 
 
 def test_draws_have_the_spread_of_the_intervals(tmp_path: Path) -> None:
-    known = knowledge_of(TWIN, verdict(tmp_path), 400, 1)
+    known = gather_knowledge(TWIN, verdict(tmp_path), 400, 1)
     assert known.twins[0] is TWIN and len(known.twins) == 401
     forces = np.array([twin.rig.force_per_pwm_n for twin in known.twins[1:]])
     levels = np.array(
@@ -63,13 +63,13 @@ def test_draws_repeat_with_the_seed_and_stay_within_what_can_be(tmp_path: Path) 
         "parameters": {"level_n": {"value": 1.0, "low": -9.0, "high": 11.0}},
     }
     file = verdict(tmp_path, missing_physics=[wide])
-    one, two = (knowledge_of(TWIN, file, 50, 3).twins for _ in range(2))
+    one, two = (gather_knowledge(TWIN, file, 50, 3).twins for _ in range(2))
     assert one == two
     assert min(twin.effects["cart_coulomb_friction"]["level_n"] for twin in one) == 0.0
 
 
 def test_without_a_verdict_there_is_the_twin_alone() -> None:
-    known = knowledge_of(TWIN, None, 64, 0)
+    known = gather_knowledge(TWIN, None, 64, 0)
     assert known.twins == (TWIN,) and known.encoders.steps == (0.0, 0.0)
 
 
@@ -78,4 +78,4 @@ def test_what_is_no_verdict_is_refused(tmp_path: Path, text: str) -> None:
     file = tmp_path / "v.json"
     file.write_text(text, encoding="utf-8")
     with pytest.raises(BadInputError, match=r"v\.json: expected a verdict"):
-        knowledge_of(TWIN, file, 1, 0)
+        gather_knowledge(TWIN, file, 1, 0)

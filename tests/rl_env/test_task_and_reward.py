@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pendulum_rl_env.reward import reward
-from pendulum_rl_env.task import End, Task, end_of, observation
+from pendulum_rl_env.reward import compute_reward
+from pendulum_rl_env.task import End, Task, find_end, make_observation
 from pendulum_twin.errors import BadInputError
 
 TASK = Task()
@@ -22,9 +22,9 @@ def state(x: float = 0.0, th: float = 0.0, v: float = 0.0, w: float = 0.0) -> np
 
 
 def test_upright_at_rest_in_the_middle_earns_one_and_hanging_nothing() -> None:
-    assert reward(state(), TASK) == pytest.approx(1.0)
-    assert reward(state(th=2 * math.pi), TASK) == pytest.approx(1.0)
-    assert reward(state(th=math.pi), TASK) == pytest.approx(0.0, abs=1e-12)
+    assert compute_reward(state(), TASK) == pytest.approx(1.0)
+    assert compute_reward(state(th=2 * math.pi), TASK) == pytest.approx(1.0)
+    assert compute_reward(state(th=math.pi), TASK) == pytest.approx(0.0, abs=1e-12)
 
 
 @given(INSIDE)
@@ -37,8 +37,8 @@ def test_it_is_equation_27_and_between_0_and_1(values: tuple[float, float, float
         / 15
         * (0.75 * (0.7 - abs(x)) / 0.7 + 0.25 * (3 - abs(v)) / 3)
     )
-    assert reward(np.array(values), TASK) == pytest.approx(told, abs=1e-9)
-    assert -1e-12 <= reward(np.array(values), TASK) <= 1
+    assert compute_reward(np.array(values), TASK) == pytest.approx(told, abs=1e-9)
+    assert -1e-12 <= compute_reward(np.array(values), TASK) <= 1
 
 
 @pytest.mark.parametrize(
@@ -57,15 +57,15 @@ def test_it_is_equation_27_and_between_0_and_1(values: tuple[float, float, float
 def test_an_episode_ends_beyond_the_limits_and_its_penalty_is_given(
     where: dict[str, float], end: End, earned: float
 ) -> None:
-    assert end_of(state(**where), TASK) is end
-    assert reward(state(**where), TASK) == pytest.approx(earned, abs=1e-12)
+    assert find_end(state(**where), TASK) is end
+    assert compute_reward(state(**where), TASK) == pytest.approx(earned, abs=1e-12)
 
 
 def test_the_observation_is_what_the_thesis_lists() -> None:
-    seen = observation(np.array([0.1, 3.0, 0.2, -4.0]), TASK)
+    seen = make_observation(np.array([0.1, 3.0, 0.2, -4.0]), TASK)
     assert seen.dtype == np.float32
     assert seen == pytest.approx([0.1, 0.2, math.sin(3.0), math.cos(3.0), -4.0], abs=1e-6)
-    far = observation(np.array([[99.0, 0.0, -99.0, 999.0]]), TASK)
+    far = make_observation(np.array([[99.0, 0.0, -99.0, 999.0]]), TASK)
     assert np.all(np.abs(far) <= TASK.bounds)
 
 
@@ -78,4 +78,4 @@ def test_a_number_that_cannot_be_is_named(wrong: dict[str, float]) -> None:
 
 
 def test_another_sample_time_keeps_the_seconds() -> None:
-    assert Task.lasting(0.03) == Task() and Task.lasting(0.01).steps == 1536
+    assert Task.make_for_step(0.03) == Task() and Task.make_for_step(0.01).steps == 1536

@@ -1,25 +1,14 @@
-"""Gymnasium environments of the pendulum: in process, over topics, and the thesis's torque pendulum."""
+"""Gymnasium environments of the pendulum: in process, over topics, and a torque pendulum.
+
+Without an import of this package: Gymnasium 1 takes `gym.make("pendulum_rl_env:<id>")`, and
+Gymnasium before 1 finds the ids by the entry point `gymnasium.envs`.
+"""
 
 from __future__ import annotations
 
-import gymnasium as gym
+from pendulum_rl_env.registration import register_environments
 
-gym.register(
-    "pendulum_rl_env/InvertedPendulum-v0",
-    entry_point="pendulum_rl_env.in_process:twin_env",
-    vector_entry_point="pendulum_rl_env.in_process:twin_vector_env",
-    max_episode_steps=512,
-    reward_threshold=400,
-)
-gym.register(
-    "pendulum_rl_env/InvertedPendulumRos-v0",
-    entry_point="pendulum_rl_env.nodes.ros_env:ros_env",
-    max_episode_steps=512,
-    reward_threshold=400,
-    nondeterministic=True,
-)
-gym.register(
-    "pendulum_rl_env/SamplePendulum-v0",
-    entry_point="pendulum_rl_env.sample_pendulum:SamplePendulum",
-    max_episode_steps=500,
-)
+__version__ = "0.1.0"
+__all__ = ["__version__", "register_environments"]
+
+register_environments()

@@ -1,4 +1,4 @@
-"""How this package's functions are compiled: with the kernel that they are put together with."""
+"""The compiler of this package's numeric functions; they are cached with the kernel they call."""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
-"""The pendulum as a Gymnasium environment, whatever carries commands and samples."""
+"""The pendulum as a Gymnasium environment, independent of what carries commands and samples."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import gymnasium as gym
@@ -9,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pendulum_rl_env.noise import NoiseFilter
-from pendulum_rl_env.picture import drawn
-from pendulum_rl_env.reward import reward
-from pendulum_rl_env.task import End, Task, end_of, observation
+from pendulum_rl_env.picture import draw_picture
+from pendulum_rl_env.reward import compute_reward
+from pendulum_rl_env.task import End, Task, find_end, make_observation
 from pendulum_rl_env.transport import Transport
 
 Observation = NDArray[np.float32]
@@ -20,12 +21,21 @@ Observation = NDArray[np.float32]
 class PendulumEnv(gym.Env[Observation, Observation]):
     """Swing the pole up and keep it up.
 
-    Observation, float32 (5,): x (m), v (m/s), sin and cos of the angle from upright, w (rad/s).
-    Action, float32 (1,): PWM fraction within +-0.5. Reward: `reward.reward` of the state that the
-    action led to. An episode begins hanging at rest and terminates beyond the task's limits, with
-    the penalty in place of the reward; its length is up to a wrapper. `info`: what the transport
-    tells of the exchange, state (x, th, v, w), end ("none", "rail", "cart_speed", "pole_speed"),
-    noise_dropped (so far), applied_pwm. render_mode "rgb_array": a picture of cart and pole.
+    Observation: float32 (5,): x, m; v, m/s; sin and cos of the angle from upright; w, rad/s.
+    Action: float32 (1,): PWM fraction within +-0.5.
+    Reward: `reward.compute_reward` of the state that the action led to.
+    Start: hanging at rest in the middle.
+    End: terminated beyond the task's limits, with a penalty in place of the reward; a wrapper
+        limits the length.
+
+    `info` holds all that the transport reports of the exchange, and:
+
+    state: (4,) measured x, th, v, w.
+    end: "none", "rail", "cart_speed" or "pole_speed".
+    noise_dropped: samples rejected as noise so far.
+    applied_pwm: command after the limit.
+
+    render_mode: "rgb_array" for pictures of cart and pole.
     """
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 33}  # noqa: RUF012
@@ -48,41 +58,42 @@ class PendulumEnv(gym.Env[Observation, Observation]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Bring the pendulum to hang at rest in the middle; raise `NoAnswerError` when it does not come to it."""
+        """Bring the pendulum to hang at rest in the middle; raise NoAnswerError on a failure."""
         super().reset(seed=seed)
         sample = self._noise.start(self.transport.reset())
         self._state = sample.state
-        return observation(self._state, self.task), self._info(sample.info, End.NONE, 0.0)
+        info = self._make_info(sample.info, End.NONE, 0.0)
+        return make_observation(self._state, self.task), info
 
     def step(self, action: Observation) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Hold a PWM fraction for a period; raise `NoAnswerError` when no sample comes."""
+        """Hold a PWM fraction for a period; raise NoAnswerError when no sample comes."""
         limit = self.task.pwm_limit
-        command = float(
-            np.clip(np.asarray(action, dtype=np.float64).reshape(-1)[0], -limit, limit)
-        )
+        wanted = np.asarray(action, dtype=np.float64).reshape(-1)[0]
+        command = float(np.clip(wanted, -limit, limit))
         sample = self.transport.exchange(command)
-        self._state = self._noise.believed(sample).state
-        end = end_of(self._state, self.task)
-        info = self._info(sample.info, end, command)
+        self._state = self._noise.select(sample).state
+        end = find_end(self._state, self.task)
         return (
-            observation(self._state, self.task),
-            reward(self._state, self.task),
+            make_observation(self._state, self.task),
+            compute_reward(self._state, self.task),
             end != End.NONE,
             False,
-            info,
+            self._make_info(sample.info, end, command),
         )
 
     def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
         """Return a picture of cart and pole, (height, width, 3)."""
-        return drawn(self._state, self.task.x_limit_m) if self.render_mode == "rgb_array" else None
+        if self.render_mode != "rgb_array":
+            return None
+        return draw_picture(self._state, self.task.x_limit_m)
 
     def close(self) -> None:
-        """Let go of the transport."""
+        """Close the transport."""
         self.transport.close()
 
-    def _info(self, told: Any, end: End, command: float) -> dict[str, Any]:
+    def _make_info(self, exchange: Mapping[str, float], end: End, command: float) -> dict:
         return {
-            **told,
+            **exchange,
             "state": self._state.copy(),
             "end": end.name.lower(),
             "noise_dropped": self._noise.dropped,

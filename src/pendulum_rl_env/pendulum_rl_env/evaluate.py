@@ -10,11 +10,11 @@ from typing import Any
 
 import gymnasium as gym
 
-from pendulum_rl_env.in_process import twin_of
-from pendulum_rl_env.learning.algorithms import load_policy, policy_of
+from pendulum_rl_env.in_process import load_learnable_twin
+from pendulum_rl_env.learning.algorithms import load_policy, make_policy
 from pendulum_rl_env.learning.preset import IN_PROCESS, OVER_TOPICS
-from pendulum_rl_env.posterior import knowledge_of
-from pendulum_rl_env.scoring import run_episode, summary
+from pendulum_rl_env.posterior import gather_knowledge
+from pendulum_rl_env.scoring import run_episode, summarise
 from pendulum_rl_env.task import Task
 from pendulum_rl_env.video import save_video
 from pendulum_twin.command_line import make_whole_reader, run_command
@@ -23,13 +23,13 @@ from pendulum_twin.errors import BadInputError
 
 def main(arguments: list[str] | None = None) -> int:
     """Run `evaluate`; return 0 when it is done, 1 when it could not (the reason on stderr)."""
-    options = _options(arguments)
-    return run_command("evaluate", lambda: print(_evaluated(options)), "the drive is at PWM 0")
+    options = _parse_options(arguments)
+    return run_command("evaluate", lambda: print(_evaluate(options)), "the drive is at PWM 0")
 
 
-def _evaluated(options: argparse.Namespace) -> str:
-    policy = policy_of(load_policy(options.policy))
-    env = _environment(options)
+def _evaluate(options: argparse.Namespace) -> str:
+    policy = make_policy(load_policy(options.policy))
+    env = _make_environment(options)
     try:
         if env.observation_space.shape != (5,):
             raise BadInputError(
@@ -44,11 +44,11 @@ def _evaluated(options: argparse.Namespace) -> str:
         env.close()
     if options.video is not None:
         save_video(episodes[0], env.unwrapped.task, options.video)  # type: ignore[attr-defined]
-    told = summary(episodes)
-    return json.dumps(told, indent=2) if options.json else text(told)
+    told = summarise(episodes)
+    return json.dumps(told, indent=2) if options.json else format_summary(told)
 
 
-def text(told: dict[str, Any]) -> str:
+def format_summary(told: dict[str, Any]) -> str:
     """Return a summary as lines for a person."""
     mean, least = told["mean_reward"], told["min_reward"]
     lines = [
@@ -61,9 +61,9 @@ def text(told: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def _environment(options: argparse.Namespace) -> gym.Env[Any, Any]:
+def _make_environment(options: argparse.Namespace) -> gym.Env[Any, Any]:
     render = "rgb_array" if options.video is not None else None
-    steps = Task.lasting(options.step_s).steps
+    steps = Task.make_for_step(options.step_s).steps
     if options.rig is not None:
         return gym.make(
             OVER_TOPICS,
@@ -72,7 +72,7 @@ def _environment(options: argparse.Namespace) -> gym.Env[Any, Any]:
             render_mode=render,
             max_episode_steps=steps,
         )
-    known = knowledge_of(twin_of(options.twin), options.verdict, 0, options.seed)
+    known = gather_knowledge(load_learnable_twin(options.twin), options.verdict, 0, options.seed)
     return gym.make(
         IN_PROCESS,
         twin=known.twins[0],
@@ -83,7 +83,7 @@ def _environment(options: argparse.Namespace) -> gym.Env[Any, Any]:
     )
 
 
-def _options(arguments: list[str] | None) -> argparse.Namespace:
+def _parse_options(arguments: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="evaluate", description=" ".join((__doc__ or "").split())
     )

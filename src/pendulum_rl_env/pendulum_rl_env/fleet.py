@@ -13,14 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pendulum_rl_env.arithmetic import compiled
-from pendulum_rl_env.kernel_transport import lasting, samples_of
-from pendulum_rl_env.reward import rewarded
+from pendulum_rl_env.kernel_transport import count_samples, lasting
+from pendulum_rl_env.reward import compute_reward_and_end
 from pendulum_rl_env.task import Task
 from pendulum_twin import lanes as live
 from pendulum_twin.encoders import EXACT, Encoders
 from pendulum_twin.model import Twin
 
-AWAY = (
+SPREAD_RANGE = (
     0.3,
     np.pi,
     0.5,
@@ -74,7 +74,7 @@ def _start(kinds, lanes, timing, course, rules, random, i):
     away = np.zeros(4)
     if random.random() < rules.spread:
         for k in range(4):
-            away[k] = AWAY[k] * (2.0 * random.random() - 1.0)
+            away[k] = SPREAD_RANGE[k] * (2.0 * random.random() - 1.0)
     live.begin_lane(kinds, lanes, timing, i, kind, away)
     course.age[i] = 0
     course.sum[i] = 0.0
@@ -96,7 +96,7 @@ def step_all(code, kinds, lanes, timing, course, rules, random, commands):
     live.advance_lanes(code, kinds, lanes, timing, commands)
     for i in range(len(commands)):
         x, th, v, w = lanes.shown[i]
-        gain, end = rewarded(x, th, v, w, rules.limits, rules.penalties)
+        gain, end = compute_reward_and_end(x, th, v, w, rules.limits, rules.penalties)
         course.age[i] += 1
         course.sum[i] += gain
         course.reward[i], course.end[i] = gain, end
@@ -112,7 +112,7 @@ class Fleet:
     """Step count pendulums together.
 
     twins: what they may be; task: their task; encoders: how finely all are measured; spread: the
-    share of episodes that begin anywhere within `AWAY` instead of hanging at rest; seed: of what
+    share of episodes that begin anywhere within `SPREAD_RANGE` instead of hanging at rest; seed: of what
     is drawn. course: how they stand, see `Course`; its arrays are written over by the next step.
     """
 
@@ -126,7 +126,7 @@ class Fleet:
         seed: int = 0,
     ) -> None:
         self.task, self.count = task or Task(), count
-        self._timing = live.make_timing(self.task.step_s, samples_of(self.task.step_s))
+        self._timing = live.make_timing(self.task.step_s, count_samples(self.task.step_s))
         self._kinds = live.make_kinds([lasting(twin) for twin in twins], self._timing, encoders)
         self._lanes = live.make_lanes(self._kinds, self._timing, count)
         self._code = live.select_lane_code(self._kinds, count)
@@ -134,7 +134,7 @@ class Fleet:
         self._rules = Rules(
             self.task.limits, self.task.penalties, limit, self.task.steps, self.task.bounds, spread
         )
-        self.course = _course_of(count)
+        self.course = _make_course(count)
         self.reset(seed)
 
     def reset(self, seed: int | None = None) -> NDArray[np.float32]:
@@ -160,7 +160,7 @@ class Fleet:
         return self.course
 
 
-def _course_of(count: int) -> Course:
+def _make_course(count: int) -> Course:
     return Course(
         seen=np.zeros((count, 5), dtype=np.float32),
         last=np.zeros((count, 5), dtype=np.float32),

@@ -28,7 +28,7 @@ INTECO = Twin("inteco", Rig(
 TwinLike = Twin | str | Path | None
 
 
-def twin_of(twin: TwinLike) -> Twin:
+def load_learnable_twin(twin: TwinLike) -> Twin:
     """Return the twin, or that of a file, or the INTECO rig; raise BadInputError when it cannot be learned on."""
     found = INTECO if twin is None else twin if isinstance(twin, Twin) else load_twin(twin)
     if not (found.rig.has_cart and found.rig.has_pole and found.rig.force_per_pwm_n):
@@ -38,27 +38,27 @@ def twin_of(twin: TwinLike) -> Twin:
     return found
 
 
-def scaled(env: gym.Env[Any, Any]) -> gym.Env[Any, Any]:
+def scale_actions(env: gym.Env[Any, Any]) -> gym.Env[Any, Any]:
     """Return the environment with actions from -1 to 1, as learners want them: 1 is the largest PWM."""
     return gym.wrappers.RescaleAction(env, np.float32(-1), np.float32(1))
 
 
-def twin_env(
+def make_twin_env(
     twin: TwinLike = None,
     step_s: float = 0.03,
     encoders: Encoders = EXACT,
     render_mode: str | None = None,
 ) -> gym.Env[Any, Any]:
     """Return `InvertedPendulum-v0`: a twin (a Twin, a twin file or, without one, the INTECO rig) in this process."""
-    transport = KernelTransport(twin_of(twin), step_s, encoders)
-    return scaled(PendulumEnv(transport, Task(step_s=step_s), render_mode))
+    transport = KernelTransport(load_learnable_twin(twin), step_s, encoders)
+    return scale_actions(PendulumEnv(transport, Task(step_s=step_s), render_mode))
 
 
-def twin_vector_env(
+def make_twin_vector_env(
     num_envs: int = 16, twin: TwinLike = None, step_s: float = 0.03, encoders: Encoders = EXACT, spread: float = 0.0,
     **_: Any,
 ) -> PendulumVectorEnv:  # fmt: skip
     """Return the same, many at once, for `gymnasium.make_vec` with its vectorization mode "vector_entry_point"."""
     return PendulumVectorEnv(
-        Fleet([twin_of(twin)], num_envs, Task(step_s=step_s), encoders, spread)
+        Fleet([load_learnable_twin(twin)], num_envs, Task(step_s=step_s), encoders, spread)
     )

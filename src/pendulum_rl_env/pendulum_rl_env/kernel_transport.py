@@ -28,7 +28,7 @@ class KernelTransport:
         twin = lasting(twin)
         self.step_s, self._away = step_s, (0.0, aside_rad, 0.0, 0.0)
         self._limit = twin.rig.pwm_limit or math.inf
-        self._timing = lanes.make_timing(step_s, samples_of(step_s))
+        self._timing = lanes.make_timing(step_s, count_samples(step_s))
         self._kinds = lanes.make_kinds([twin], self._timing, encoders)
         self._lanes = lanes.make_lanes(self._kinds, self._timing, 1)
         self._code = lanes.select_lane_code(self._kinds, 1)
@@ -58,7 +58,7 @@ class KernelTransport:
         return Sample(self._lanes.shown[0].copy(), self._steps * self.step_s, {"dt_s": dt_s})
 
 
-def samples_of(step_s: float) -> int:
+def count_samples(step_s: float) -> int:
     """Return into how many samples a step is cut, at least one."""
     return max(1, round(step_s / SAMPLE_S))
 

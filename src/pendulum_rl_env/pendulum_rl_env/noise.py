@@ -1,4 +1,4 @@
-"""Samples that jump further than anything moves are noise: dropped and counted, but never for ever."""
+"""Reject samples that jump further than the pendulum can move, but never for ever."""
 
 from __future__ import annotations
 
@@ -9,43 +9,45 @@ import numpy as np
 from pendulum_rl_env.task import Task
 from pendulum_rl_env.transport import Sample
 
-FURTHER = (
-    2.0  # times what the limits of speed allow; and of velocities, times half the limit a step
-)
-IN_A_ROW = 3  # of dropped samples; the next is believed, for then it is where the rig is
+REACH_FACTOR = 2.0  # jump that counts as noise, in units of what the task's speed limits allow
+VELOCITY_SHARE = 0.25  # of a speed limit: how far a velocity may change in a step, before the factor
+MOST_DROPPED_IN_A_ROW = 3  # then the next sample is accepted: the rig really is there
 
 
 @dataclass
 class NoiseFilter:
-    """Keep the last sample that was believed, and count what was dropped."""
+    """Keep the last accepted sample, and count the dropped samples.
+
+    task: says how fast cart and pole may move.
+    dropped: samples rejected since the filter was made.
+    """
 
     task: Task
     dropped: int = 0
-    _row: int = 0
+    _dropped_in_a_row: int = 0
     _last: Sample | None = None
 
     def start(self, sample: Sample) -> Sample:
-        """Believe the first sample of an episode."""
-        self._last, self._row = sample, 0
+        """Accept a sample whatever it shows, as the first of an episode."""
+        self._last, self._dropped_in_a_row = sample, 0
         return sample
 
-    def believed(self, sample: Sample) -> Sample:
-        """Return the sample, or the last one that was believed when this one cannot be."""
-        if self._last is not None and self._row < IN_A_ROW and self.jumps(self._last, sample):
+    def select(self, sample: Sample) -> Sample:
+        """Return the sample, or the last accepted sample when this one is noise."""
+        may_drop = self._dropped_in_a_row < MOST_DROPPED_IN_A_ROW
+        if self._last is not None and may_drop and self._is_jump(self._last, sample):
             self.dropped += 1
-            self._row += 1
+            self._dropped_in_a_row += 1
             return self._last
         return self.start(sample)
 
-    def jumps(self, before: Sample, after: Sample) -> bool:
-        """Tell whether a sample is further from the one before than the pendulum can have come, or not finite."""
+    def _is_jump(self, before: Sample, after: Sample) -> bool:
+        """Tell whether the pendulum cannot have moved so far, or a number is not finite."""
         if not np.all(np.isfinite(after.state)):
             return True
-        periods = self._row + max((after.stamp_s - before.stamp_s) / self.task.step_s, 1.0)
-        v, w = self.task.v_limit_m_s, self.task.w_limit_rad_s
-        reach = (
-            np.array([v * self.task.step_s, w * self.task.step_s, v / 4, w / 4])
-            * FURTHER
-            * periods
-        )
-        return bool(np.any(np.abs(after.state - before.state) > reach))
+        elapsed_steps = (after.stamp_s - before.stamp_s) / self.task.step_s
+        periods = self._dropped_in_a_row + max(elapsed_steps, 1.0)
+        step_s, v, w = self.task.step_s, self.task.v_limit_m_s, self.task.w_limit_rad_s
+        reach = np.array([v * step_s, w * step_s, v * VELOCITY_SHARE, w * VELOCITY_SHARE])
+        jump = np.abs(after.state - before.state)
+        return bool(np.any(jump > reach * REACH_FACTOR * periods))

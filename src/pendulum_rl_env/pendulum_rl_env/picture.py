@@ -10,7 +10,7 @@ POLE_PX, CART_PX, THICK_PX = 110, (50, 24), 5.0
 PAPER, RAIL, CART, POLE = (255, 255, 255), (150, 150, 150), (40, 60, 110), (200, 70, 40)
 
 
-def drawn(state: NDArray[np.float64], half_rail_m: float) -> NDArray[np.uint8]:
+def draw_picture(state: NDArray[np.float64], half_rail_m: float) -> NDArray[np.uint8]:
     """Return cart and pole at x (m), th (rad, 0 upright, counterclockwise), (HEIGHT, WIDTH, 3), the rail +-half_rail_m."""
     picture = np.full((HEIGHT, WIDTH, 3), PAPER, dtype=np.uint8)
     rows, columns = np.mgrid[0:HEIGHT, 0:WIDTH].astype(np.float64)

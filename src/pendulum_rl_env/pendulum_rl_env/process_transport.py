@@ -15,12 +15,12 @@ import numpy as np
 from pendulum_rl_env.transport import NoAnswerError, Sample
 from pendulum_twin.errors import BadInputError
 
-COMMAND, SAMPLE = (
+COMMAND_PACKET, SAMPLE_PACKET = (
     struct.Struct(">dd"),
     struct.Struct(">dddd"),
 )  # PWM, reset flag; angle, rate, position, velocity
 ENDING_S = 2.0  # given to the program to end by itself
-LAST_WORDS = 4096  # bytes of what it said on stderr that are looked at
+STDERR_TAIL_BYTES = 4096  # bytes of what it said on stderr that are looked at
 
 
 class ProcessTransport:
@@ -83,10 +83,10 @@ class ProcessTransport:
                 f"{self._name}: expected a program that runs, found it closed: make another transport"
             )
         try:
-            self._commands.write(COMMAND.pack(pwm, flag))
+            self._commands.write(COMMAND_PACKET.pack(pwm, flag))
         except OSError as error:
             raise self._gone() from error
-        angle, rate, position, velocity = SAMPLE.unpack(self._answer())
+        angle, rate, position, velocity = SAMPLE_PACKET.unpack(self._answer())
         return Sample(
             np.array([position, angle, velocity, rate]), self._steps * self.step_s, {"dt_s": dt_s}
         )
@@ -94,14 +94,14 @@ class ProcessTransport:
     def _answer(self) -> bytes:
         """Return the bytes of one sample."""
         packet, end = b"", time.monotonic() + self._deadline_s
-        while len(packet) < SAMPLE.size:
+        while len(packet) < SAMPLE_PACKET.size:
             if not self._poll.poll(max(end - time.monotonic(), 0.0) * 1e3):
                 self._process.kill()
                 raise NoAnswerError(
                     f"{self._name}: expected a sample within {self._deadline_s:g} s, found none{self._last_words()}: "
                     "start it by hand to see what holds it up"
                 )
-            part = self._answers.read(SAMPLE.size - len(packet))
+            part = self._answers.read(SAMPLE_PACKET.size - len(packet))
             if not part:
                 raise self._gone()
             packet += part
@@ -115,7 +115,7 @@ class ProcessTransport:
         )
 
     def _last_words(self) -> str:
-        self._said.seek(max(self._said.seek(0, 2) - LAST_WORDS, 0))
+        self._said.seek(max(self._said.seek(0, 2) - STDERR_TAIL_BYTES, 0))
         lines = [
             line
             for line in self._said.read().decode(errors="replace").splitlines()

@@ -1,19 +1,17 @@
-"""The reward of a step, a pure function of the measured state (thesis, equation 27) and of why the episode ended."""
+"""The reward of a step: a pure function of the measured state (thesis, equation 27)."""
 
 from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from pendulum_rl_env.arithmetic import compiled
-from pendulum_rl_env.task import Task, ended
+from pendulum_rl_env.task import Task, find_end_number
+from pendulum_twin.arrays import Floats
 
 
 @compiled
-def shaped(x, th, v, w, limits):
-    """Return equation 27 of a state within the limits, between 0 and 1: 1 upright and at rest in the middle.
+def compute_shaped_reward(x, th, v, w, limits):
+    """Return equation 27 for a state within the limits: 0 to 1, 1 upright at rest in the middle.
 
     R = (1 - |a/pi|) (W - |w|)/W (0.75 (X - |x|)/X + 0.25 (V - |v|)/V), a the angle from upright,
     -pi to pi.
@@ -24,15 +22,18 @@ def shaped(x, th, v, w, limits):
 
 
 @compiled
-def rewarded(x, th, v, w, limits, penalties):
-    """Return the reward of having arrived at a state, and the number of the `End` that it is."""
-    end = ended(x, v, w, limits)
+def compute_reward_and_end(x, th, v, w, limits, penalties):
+    """Return the reward of arriving at a state, and the number of its `End`."""
+    end = find_end_number(x, v, w, limits)
     if end == 0:
-        return shaped(x, th, v, w, limits), end
+        return compute_shaped_reward(x, th, v, w, limits), end
     return penalties[0] if end == 1 else penalties[1], end
 
 
-def reward(state: NDArray[np.float64], task: Task) -> float:
-    """Return the reward of having arrived at a measured state x, th, v, w (SI units): see `shaped` and `Task`."""
+def compute_reward(state: Floats, task: Task) -> float:
+    """Return the reward of arriving at a state: equation 27, or the penalty beyond a limit.
+
+    state: (4,) measured x (m), th (rad, 0 upright), v (m/s), w (rad/s).
+    """
     x, th, v, w = (float(value) for value in state)
-    return float(rewarded(x, th, v, w, task.limits, task.penalties)[0])
+    return float(compute_reward_and_end(x, th, v, w, task.limits, task.penalties)[0])

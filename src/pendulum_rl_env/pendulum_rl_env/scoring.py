@@ -41,7 +41,7 @@ class Episode:
         return float(np.mean(leaning < 0.2))
 
 
-def words_of(reward: float) -> str:
+def describe_reward(reward: float) -> str:
     """Return what an episode with so much reward looks like."""
     return next(words for low, high, words in SLICES if low <= reward < high)
 
@@ -68,7 +68,7 @@ def run_episode(
     )
 
 
-def summary(episodes: Sequence[Episode]) -> dict[str, Any]:
+def summarise(episodes: Sequence[Episode]) -> dict[str, Any]:
     """Return mean, minimum, spread and slices of several episodes, as `evaluate --json` prints them."""
     rewards = np.array([episode.reward for episode in episodes])
     slices = [
@@ -93,5 +93,5 @@ def summary(episodes: Sequence[Episode]) -> dict[str, Any]:
             for end in sorted({e.end for e in episodes})
         },
         "slices": slices,
-        "words": words_of(float(rewards.mean())),
+        "words": describe_reward(float(rewards.mean())),
     }

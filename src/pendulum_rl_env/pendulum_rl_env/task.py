@@ -1,4 +1,4 @@
-"""The task of the thesis (sections 5.3-5.4, appendix B): swing the pole up and keep it up, the cart in the middle.
+"""The task of the thesis (sections 5.3-5.4, appendix B): swing up and stand in the middle.
 
 State: measured x (m, 0 in the middle), th (rad, 0 upright, pi hanging, counterclockwise positive,
 not wrapped), v (m/s), w (rad/s). Observation: x, v, sin th, cos th, w. Action: PWM fraction.
@@ -14,23 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pendulum_rl_env.arithmetic import compiled
+from pendulum_twin.arrays import Floats
 from pendulum_twin.rig import check_number
-
-Floats = NDArray[np.float64]
 
 EPISODE_S = 512 * 0.03
 HANGING = (0.0, math.pi, 0.0, 0.0)
-OBSERVED = (
-    "cart position, m",
-    "cart velocity, m/s",
-    "sin of the angle",
-    "cos of the angle",
-    "pole rate, rad/s",
-)
 
 
 class End(IntEnum):
-    """Why an episode ended, if it did."""
+    """Say why an episode ended, if it did."""
 
     NONE = 0
     RAIL = 1
@@ -42,9 +34,14 @@ class End(IntEnum):
 class Task:
     """Hold the task's numbers; the defaults are the thesis's.
 
-    step_s: from command to command. steps: of an episode. x_limit_m, v_limit_m_s, w_limit_rad_s:
-    an episode ends beyond them, with rail_penalty or speed_penalty in place of the reward. Raises
-    BadInputError for a value that is none.
+    step_s: s; from command to command.
+    steps: of an episode.
+    pwm_limit: PWM fraction; the largest command.
+    x_limit_m, v_limit_m_s, w_limit_rad_s: an episode ends beyond them.
+    rail_penalty: given in place of the reward beyond x_limit_m.
+    speed_penalty: given in place of the reward beyond either speed limit.
+
+    Raises BadInputError, naming the key, for a value out of its range.
     """
 
     step_s: float = 0.03
@@ -64,8 +61,8 @@ class Task:
             check_number(name, getattr(self, name), 1e-3, 1e3)
 
     @classmethod
-    def lasting(cls, step_s: float) -> Task:
-        """Return the task with another sample time, an episode as long in seconds."""
+    def make_for_step(cls, step_s: float) -> Task:
+        """Return the task with another sample time and an episode of as many seconds."""
         check_number("step_s", step_s, 0.001, 1.0)
         return cls(step_s=step_s, steps=round(EPISODE_S / step_s))
 
@@ -76,19 +73,22 @@ class Task:
 
     @property
     def penalties(self) -> tuple[float, float]:
-        """Return what is given in place of the reward when the episode ends: at the rail, by speed."""
+        """Return the penalties: at the rail, by speed."""
         return self.rail_penalty, self.speed_penalty
 
     @property
     def bounds(self) -> NDArray[np.float32]:
-        """Return the largest size of each observation, shape (5,): one step can carry a state past its limit."""
+        """Return the largest size of each observation, (5,), with room beyond the limits.
+
+        One step can carry a state past its limit.
+        """
         x, v, w = self.limits
         return np.array([4 * x, 4 * v, 1.0, 1.0, 4 * w], dtype=np.float32)
 
 
 @compiled
-def ended(x, v, w, limits):
-    """Return why a state ends the episode, as the number of an `End`; limits: see `Task.limits`."""
+def find_end_number(x, v, w, limits):
+    """Return the number of the `End` of a state; a number that is not finite ends it, too."""
     if not abs(x) <= limits[0]:
         return 1
     if not abs(v) <= limits[1]:
@@ -98,14 +98,14 @@ def ended(x, v, w, limits):
     return 0
 
 
-def end_of(state: Floats, task: Task) -> End:
-    """Return why a measured state (4,) ends the episode; what is not finite does, too."""
+def find_end(state: Floats, task: Task) -> End:
+    """Return why a measured state (4,) ends the episode; a number that is not finite does, too."""
     x, _, v, w = (float(value) for value in state)
-    return End(ended(x, v, w, task.limits))
+    return End(find_end_number(x, v, w, task.limits))
 
 
-def observation(state: Floats, task: Task) -> NDArray[np.float32]:
-    """Return what the agent sees of measured states (..., 4): (..., 5), float32, kept within `Task.bounds`."""
+def make_observation(state: Floats, task: Task) -> NDArray[np.float32]:
+    """Return the observations (..., 5) of measured states (..., 4), within `Task.bounds`."""
     x, th, v, w = (state[..., k] for k in range(4))
-    seen = np.stack([x, v, np.sin(th), np.cos(th), w], axis=-1)
-    return np.clip(seen, -task.bounds, task.bounds).astype(np.float32)
+    observation = np.stack([x, v, np.sin(th), np.cos(th), w], axis=-1)
+    return np.clip(observation, -task.bounds, task.bounds).astype(np.float32)

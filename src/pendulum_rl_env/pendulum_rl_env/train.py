@@ -22,58 +22,64 @@ from stable_baselines3.common.monitor import Monitor  # noqa: E402
 from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv  # noqa: E402
 
 from pendulum_rl_env.fleet import Fleet  # noqa: E402
-from pendulum_rl_env.in_process import twin_of  # noqa: E402
-from pendulum_rl_env.learning.algorithms import learner, load_policy, with_replay  # noqa: E402
-from pendulum_rl_env.learning.callbacks import Milestones, Progress, callbacks  # noqa: E402
+from pendulum_rl_env.in_process import load_learnable_twin  # noqa: E402
+from pendulum_rl_env.learning.algorithms import as_off_policy, load_policy, make_learner  # noqa: E402
+from pendulum_rl_env.learning.callbacks import Milestones, Progress, make_callbacks  # noqa: E402
 from pendulum_rl_env.learning.fleet_vec_env import FleetVecEnv  # noqa: E402
 from pendulum_rl_env.learning.on_rig import learn_on_rig  # noqa: E402
 from pendulum_rl_env.learning.preset import IN_PROCESS, OVER_TOPICS, PRESETS, Preset, load_preset  # noqa: E402
 from pendulum_rl_env.learning.result import Result  # noqa: E402
-from pendulum_rl_env.posterior import Knowledge, knowledge_of  # noqa: E402
+from pendulum_rl_env.posterior import Knowledge, gather_knowledge  # noqa: E402
 from pendulum_rl_env.task import Task  # noqa: E402
 from pendulum_twin.command_line import make_whole_reader, run_command  # noqa: E402
 from pendulum_twin.errors import BadInputError  # noqa: E402
 
-EVALUATED = 20  # episodes an evaluation
-EVALUATED_ON_RIG = 3  # each costs a quarter of a minute and a reset
-REPLAY = "replay.pkl"
+EVALUATION_EPISODES = 20  # episodes an evaluation
+RIG_EVALUATION_EPISODES = 3  # each costs a quarter of a minute and a reset
+REPLAY_FILE = "replay.pkl"
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run `train`; return 0 when it is done, 1 when it could not or was interrupted (the reason on stderr)."""
-    options = _options(arguments)
+    options = _parse_options(arguments)
     return run_command(
-        "train", lambda: _trained(options), f"what was saved before is in {options.out}"
+        "train", lambda: _train(options), f"what was saved before is in {options.out}"
     )
 
 
-def _trained(options: argparse.Namespace) -> int:
+def _train(options: argparse.Namespace) -> int:
     preset = load_preset(options.preset, options.env)
     if options.rig is not None:
         preset = replace(preset, environments=1)
-    last = _prepared(options)
-    training, evaluation = _environments(options, preset)
+    last = _prepare_folder(options)
+    training, evaluation = _make_environments(options, preset)
     try:
-        model = _model(options, preset, training, last)
-        return _learned(options, preset, model, evaluation)
+        model = _make_model(options, preset, training, last)
+        return _learn(options, preset, model, evaluation)
     finally:
         training.close()
         evaluation.close()
 
 
-def _learned(
+def _learn(
     options: argparse.Namespace, preset: Preset, model: BaseAlgorithm, evaluation: VecEnv
 ) -> int:
     """Learn, whatever ends it, and save."""
     out, total = options.out, options.timesteps or preset.timesteps
     result = Result(options.env, options.preset, preset.algorithm, options.seed)
-    milestones = Milestones(result, out, options.until, _running_s)
-    progress = Progress(total, _say)
-    first, begun_s = model.num_timesteps, _running_s()
+    milestones = Milestones(result, out, options.until, _measure_running_s)
+    progress = Progress(total, _print_progress)
+    first, begun_s = model.num_timesteps, _measure_running_s()
     try:
         if options.rig is None:
-            every = callbacks(
-                preset, evaluation, EVALUATED, milestones, progress, out, preset.environments
+            every = make_callbacks(
+                preset,
+                evaluation,
+                EVALUATION_EPISODES,
+                milestones,
+                progress,
+                out,
+                preset.environments,
             )
             model.learn(
                 max(total - first, 1),
@@ -86,18 +92,18 @@ def _learned(
                 model,
                 total,
                 preset.evaluate_every,
-                EVALUATED_ON_RIG,
+                RIG_EVALUATION_EPISODES,
                 result,
                 out,
                 options.until,
-                _running_s,
+                _measure_running_s,
                 progress,
             )
     except KeyboardInterrupt:
         result.interrupted = True
-    result.timesteps, result.wall_s = model.num_timesteps, round(_running_s(), 3)
+    result.timesteps, result.wall_s = model.num_timesteps, round(_measure_running_s(), 3)
     result.steps_per_s = round(
-        (model.num_timesteps - first) / max(_running_s() - begun_s, 1e-9), 1
+        (model.num_timesteps - first) / max(_measure_running_s() - begun_s, 1e-9), 1
     )
     _save(model, out, result)
     if result.interrupted:
@@ -117,22 +123,22 @@ def _save(model: BaseAlgorithm, out: Path, result: Result) -> None:
     """Save the last state for `--resume`; it is also the policy when there was no evaluation."""
     (out / "checkpoints").mkdir(exist_ok=True)
     model.save(out / "checkpoints" / f"policy_{model.num_timesteps}_steps")
-    remembering = with_replay(model)
+    remembering = as_off_policy(model)
     if remembering is not None:
-        remembering.save_replay_buffer(out / REPLAY)
+        remembering.save_replay_buffer(out / REPLAY_FILE)
     if not (out / "policy.zip").exists():
         model.save(out / "policy.zip")
     result.save(out / "result.json")
 
 
-def _prepared(options: argparse.Namespace) -> Path | None:
+def _prepare_folder(options: argparse.Namespace) -> Path | None:
     """Make the folder, or find the last checkpoint in it when it is to go on."""
     out: Path = options.out
     if options.resume:
         found = [
             (int(match[1]), path)
             for path in out.glob("checkpoints/policy_*_steps.zip")
-            if (match := _NUMBER.search(path.name))
+            if (match := CHECKPOINT_NUMBER.search(path.name))
         ]
         if not found:
             raise BadInputError(
@@ -152,14 +158,14 @@ def _prepared(options: argparse.Namespace) -> Path | None:
     return None
 
 
-_NUMBER = re.compile(r"policy_(\d+)_steps")
+CHECKPOINT_NUMBER = re.compile(r"policy_(\d+)_steps")
 
 
-def _model(
+def _make_model(
     options: argparse.Namespace, preset: Preset, training: VecEnv, last: Path | None
 ) -> BaseAlgorithm:
     """Return a new learner, or one that goes on from a checkpoint, or begins with another's policy."""
-    model = learner(preset, training, options.seed, options.out / "tensorboard")
+    model = make_learner(preset, training, options.seed, options.out / "tensorboard")
     begun = last or options.init
     if begun is not None:
         before = load_policy(begun)
@@ -174,15 +180,15 @@ def _model(
             raise BadInputError(
                 f"{begun}: expected the layers of preset {options.preset}, found others: {error}"
             ) from error
-    remembering = with_replay(model)
+    remembering = as_off_policy(model)
     if last is not None:
         model.num_timesteps = load_policy(last).num_timesteps
-        if remembering is not None and (options.out / REPLAY).exists():
-            remembering.load_replay_buffer(options.out / REPLAY)
+        if remembering is not None and (options.out / REPLAY_FILE).exists():
+            remembering.load_replay_buffer(options.out / REPLAY_FILE)
     return model
 
 
-def _environments(options: argparse.Namespace, preset: Preset) -> tuple[VecEnv, VecEnv]:
+def _make_environments(options: argparse.Namespace, preset: Preset) -> tuple[VecEnv, VecEnv]:
     """Return where to learn and where to evaluate: two fleets, or twice the one rig."""
     if options.rig is not None:
         rig = DummyVecEnv(
@@ -191,34 +197,36 @@ def _environments(options: argparse.Namespace, preset: Preset) -> tuple[VecEnv, 
         return rig, rig
     if options.env != IN_PROCESS:
         make: list[Callable[[], gym.Env]] = [lambda: Monitor(gym.make(options.env))]
-        return _seeded(DummyVecEnv(make * preset.environments), options.seed), _seeded(
+        return _seed(DummyVecEnv(make * preset.environments), options.seed), _seed(
             DummyVecEnv(make), options.seed + 10**6
         )
-    known: Knowledge = knowledge_of(
-        twin_of(options.twin), options.verdict, options.draws, options.seed
+    known: Knowledge = gather_knowledge(
+        load_learnable_twin(options.twin), options.verdict, options.draws, options.seed
     )
-    task = Task.lasting(options.step_s)
+    task = Task.make_for_step(options.step_s)
     training = Fleet(
         known.twins, preset.environments, task, known.encoders, preset.start_spread, options.seed
     )
-    evaluation = Fleet(known.twins[:1], EVALUATED, task, known.encoders, 0.0, options.seed)
+    evaluation = Fleet(
+        known.twins[:1], EVALUATION_EPISODES, task, known.encoders, 0.0, options.seed
+    )
     return FleetVecEnv(training), FleetVecEnv(evaluation)
 
 
-def _seeded(env: VecEnv, seed: int) -> VecEnv:
+def _seed(env: VecEnv, seed: int) -> VecEnv:
     env.seed(seed)
     return env
 
 
-def _running_s() -> float:
+def _measure_running_s() -> float:
     return time.monotonic() - STARTED_S
 
 
-def _say(line: str) -> None:
+def _print_progress(line: str) -> None:
     print(line, file=sys.stderr, flush=True)
 
 
-def _options(arguments: list[str] | None) -> argparse.Namespace:
+def _parse_options(arguments: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="train", description=" ".join((__doc__ or "").split()))
     add = parser.add_argument
     add(

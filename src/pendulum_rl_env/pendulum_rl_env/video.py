@@ -7,23 +7,25 @@ from pathlib import Path
 
 from PIL import Image
 
-from pendulum_rl_env.picture import drawn
+from pendulum_rl_env.picture import draw_picture
 from pendulum_rl_env.scoring import Episode
 from pendulum_rl_env.task import Task
 from pendulum_twin.errors import BadInputError
 
-EVERY = 2  # steps a picture: GIFs of more than 20 pictures a second play slowly in many viewers
+STEPS_A_PICTURE = (
+    2  # steps a picture: GIFs of more than 20 pictures a second play slowly in many viewers
+)
 COLOURS = 16
 
 
 def save_video(episode: Episode, task: Task, path: Path) -> None:
     """Write the episode at its own pace; raise BadInputError when it cannot be written."""
     pictures = [
-        Image.fromarray(drawn(state, task.x_limit_m)).resize((360, 240)).quantize(COLOURS)
-        for state in episode.states[::EVERY]
+        Image.fromarray(draw_picture(state, task.x_limit_m)).resize((360, 240)).quantize(COLOURS)
+        for state in episode.states[::STEPS_A_PICTURE]
     ]
     packed = io.BytesIO()
-    millis = round(1000 * EVERY * task.step_s)
+    millis = round(1000 * STEPS_A_PICTURE * task.step_s)
     pictures[0].save(
         packed, "GIF", save_all=True, append_images=pictures[1:], duration=millis, loop=0
     )

@@ -31,7 +31,7 @@ ALGORITHMS: dict[str, type[BaseAlgorithm]] = {
 BY_MODULE = {
     kind.policy_aliases["MlpPolicy"].__module__: kind for kind in ALGORITHMS.values()
 }  # as their files tell it
-OURS = {
+SETTINGS_OF_PRESET = {
     "policy",
     "env",
     "seed",
@@ -44,12 +44,12 @@ OURS = {
 }
 
 
-def keys_of(algorithm: str) -> set[str]:
+def list_settings(algorithm: str) -> set[str]:
     """Return which further settings a learner takes."""
-    return set(inspect.signature(ALGORITHMS[algorithm].__init__).parameters) - OURS
+    return set(inspect.signature(ALGORITHMS[algorithm].__init__).parameters) - SETTINGS_OF_PRESET
 
 
-def learner(preset: Preset, env: VecEnv, seed: int, logs: Path | None) -> BaseAlgorithm:
+def make_learner(preset: Preset, env: VecEnv, seed: int, logs: Path | None) -> BaseAlgorithm:
     """Return a new learner; raise BadInputError when it does not take a setting, or not this environment."""
     torch.set_num_threads(1)  # networks of 64 are too small to share
     rate = preset.learning_rate
@@ -57,7 +57,7 @@ def learner(preset: Preset, env: VecEnv, seed: int, logs: Path | None) -> BaseAl
         return ALGORITHMS[preset.algorithm](
             "MlpPolicy",
             env,
-            learning_rate=_falling(rate) if preset.falling else rate,
+            learning_rate=_make_falling_rate(rate) if preset.falling else rate,
             seed=seed,
             device="cpu",
             policy_kwargs={"net_arch": list(preset.layers)},
@@ -70,7 +70,7 @@ def learner(preset: Preset, env: VecEnv, seed: int, logs: Path | None) -> BaseAl
         ) from error
 
 
-def _falling(rate: float) -> Callable[[float], float]:
+def _make_falling_rate(rate: float) -> Callable[[float], float]:
     return lambda left: rate * left
 
 
@@ -99,11 +99,11 @@ def load_policy(path: str | Path) -> BaseAlgorithm:
         ) from error
 
 
-def with_replay(model: BaseAlgorithm) -> OffPolicyAlgorithm | None:
+def as_off_policy(model: BaseAlgorithm) -> OffPolicyAlgorithm | None:
     """Return the learner when it is one that remembers old steps."""
     return model if isinstance(model, OffPolicyAlgorithm) else None
 
 
-def policy_of(model: BaseAlgorithm) -> Callable[[Any], Any]:
+def make_policy(model: BaseAlgorithm) -> Callable[[Any], Any]:
     """Return the deterministic policy: observation (5,) -> action (1,) from -1 to 1, or an index."""
     return lambda seen: model.predict(seen, deterministic=True)[0]

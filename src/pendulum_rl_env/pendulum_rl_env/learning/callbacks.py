@@ -19,11 +19,13 @@ from stable_baselines3.common.vec_env import VecEnv
 from pendulum_rl_env.learning.preset import Preset
 from pendulum_rl_env.learning.result import Result
 
-CHECKPOINT_EVERY = 5000  # steps, as the thesis did
-SAY_EVERY_S = 5.0
+CHECKPOINT_STEPS = 5000  # steps, as the thesis did
+PROGRESS_PERIOD_S = 5.0
 
 
-def noted(model: BaseAlgorithm, mean: float, result: Result, out: Path, wall_s: float) -> None:
+def note_evaluation(
+    model: BaseAlgorithm, mean: float, result: Result, out: Path, wall_s: float
+) -> None:
     """Put an evaluation into the result, on the disk too; the best policy so far is kept as `policy.zip`."""
     if result.note(model.num_timesteps, wall_s, mean):
         model.save(out / "policy.zip")
@@ -43,7 +45,7 @@ class Milestones(BaseCallback):
     def _on_step(self) -> bool:
         assert isinstance(self.parent, EvalCallback)
         mean = float(self.parent.last_mean_reward)
-        noted(self.model, mean, self._result, self._out, self._clock())
+        note_evaluation(self.model, mean, self._result, self._out, self._clock())
         return self._until is None or mean < self._until
 
 
@@ -61,22 +63,24 @@ class Progress(BaseCallback):
 
     def _on_step(self) -> bool:
         now_s = time.monotonic()
-        if now_s - self._said_s >= SAY_EVERY_S:
+        if now_s - self._said_s >= PROGRESS_PERIOD_S:
             self._said_s = now_s
             rate = max(self.num_timesteps - self._first, 1) / (now_s - self._begun_s)
             recent = [episode["r"] for episode in self.model.ep_info_buffer or ()]
             mean = f"{np.mean(recent):.0f}" if recent else "none yet"
             left_s = max(self._total - self.num_timesteps, 0) / rate
             done = f"{self.num_timesteps:,} of {self._total:,} steps"
-            self._say(f"{done}, mean reward {mean}, {rate:,.0f} steps/s, {_span(left_s)} left")
+            self._say(
+                f"{done}, mean reward {mean}, {rate:,.0f} steps/s, {_format_span(left_s)} left"
+            )
         return True
 
 
-def _span(seconds: float) -> str:
+def _format_span(seconds: float) -> str:
     return f"{seconds / 60:.0f} min" if seconds >= 120 else f"{seconds:.0f} s"
 
 
-def callbacks(
+def make_callbacks(
     preset: Preset,
     evaluation: VecEnv,
     episodes: int,
@@ -96,6 +100,6 @@ def callbacks(
         warn=False,
     )
     keeping = CheckpointCallback(
-        max(CHECKPOINT_EVERY // count, 1), str(out / "checkpoints"), name_prefix="policy"
+        max(CHECKPOINT_STEPS // count, 1), str(out / "checkpoints"), name_prefix="policy"
     )
     return CallbackList([evaluating, keeping, progress])

@@ -11,11 +11,11 @@ from stable_baselines3.common.callbacks import BaseCallback, CallbackList, Check
 from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.vec_env import VecEnv
 
-from pendulum_rl_env.learning.callbacks import CHECKPOINT_EVERY, noted
+from pendulum_rl_env.learning.callbacks import CHECKPOINT_STEPS, note_evaluation
 from pendulum_rl_env.learning.result import Result
 
 
-def mean_reward(model: BaseAlgorithm, env: VecEnv, episodes: int) -> float:
+def evaluate_mean_reward(model: BaseAlgorithm, env: VecEnv, episodes: int) -> float:
     """Return the mean reward of so many episodes without exploration."""
     mean, _ = evaluate_policy(model, env, episodes, deterministic=True, warn=False)
     assert isinstance(mean, float | np.floating)
@@ -41,7 +41,7 @@ def learn_on_rig(
     env = model.get_env()
     assert env is not None
     keeping = CallbackList(
-        [CheckpointCallback(CHECKPOINT_EVERY, str(out / "checkpoints"), "policy"), progress]
+        [CheckpointCallback(CHECKPOINT_STEPS, str(out / "checkpoints"), "policy"), progress]
     )
     while model.num_timesteps < total:
         steps = min(every, total - model.num_timesteps)
@@ -52,7 +52,7 @@ def learn_on_rig(
             tb_log_name="run",
             reset_num_timesteps=model.num_timesteps == 0,
         )
-        mean = mean_reward(model, env, episodes)
-        noted(model, mean, result, out, clock())
+        mean = evaluate_mean_reward(model, env, episodes)
+        note_evaluation(model, mean, result, out, clock())
         if until is not None and mean >= until:
             return

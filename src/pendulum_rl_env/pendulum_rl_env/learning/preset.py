@@ -10,7 +10,7 @@ from typing import Any
 
 import yaml
 
-from pendulum_rl_env.learning.algorithms import ALGORITHMS, keys_of
+from pendulum_rl_env.learning.algorithms import ALGORITHMS, list_settings
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.rig import check_number, describe_unknown_key
 
@@ -53,7 +53,7 @@ class Preset:
         check_number("start_spread", self.start_spread, 0.0, 1.0)
         object.__setattr__(self, "layers", tuple(self.layers))
         object.__setattr__(self, "settings", dict(self.settings))
-        known = keys_of(self.algorithm)
+        known = list_settings(self.algorithm)
         for key in self.settings:
             if key not in known:
                 raise BadInputError(describe_unknown_key("settings", key, tuple(sorted(known))))
@@ -76,10 +76,10 @@ def load_preset(name: str, environment: str) -> Preset:
     wanted = IN_PROCESS if environment == OVER_TOPICS else environment
     if not isinstance(mapping, Mapping) or not isinstance(mapping.get(wanted), Mapping):
         raise BadInputError(f"{name}: expected settings under the key {wanted}, found none")
-    return preset_of(mapping[wanted], name)
+    return parse_preset(mapping[wanted], name)
 
 
-def preset_of(mapping: Mapping[str, Any], where: str) -> Preset:
+def parse_preset(mapping: Mapping[str, Any], where: str) -> Preset:
     """Return the preset that a mapping holds; raise BadInputError naming the key that is wrong."""
     known = tuple(field.name for field in fields(Preset))
     for key in mapping:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from pendulum_twin.files import write_atomically
 
-GOOD = 400.0  # mean reward of an evaluation: the thesis's mark
+SOLVED_MEAN_REWARD = 400.0  # mean reward of an evaluation: the thesis's mark
 SCHEMA = "pendulum_training/1"
 
 
@@ -38,7 +38,7 @@ class Result:
     def note(self, steps: int, wall_s: float, mean: float) -> bool:
         """Add an evaluation; return whether it is the best so far."""
         self.evaluations.append({"steps": steps, "wall_s": round(wall_s, 3), "mean_reward": mean})
-        if mean >= GOOD and self.steps_to_400 is None:
+        if mean >= SOLVED_MEAN_REWARD and self.steps_to_400 is None:
             self.steps_to_400, self.wall_to_400_s = steps, round(wall_s, 3)
         if self.best_mean_reward is None or mean > self.best_mean_reward:
             self.best_mean_reward = mean

@@ -27,7 +27,7 @@ from pendulum_twin.nodes.qos import LATEST, SAMPLES
 
 CONNECT_S = 20.0  # discovery can take seconds, and a program its time to start; whoever is not there then is not coming
 DELIVERY_S = 0.5  # at most, for the last command
-TURN_S = 0.1  # until Ctrl-C is seen
+SPIN_S = 0.1  # until Ctrl-C is seen
 _numbers = itertools.count()
 
 
@@ -38,7 +38,7 @@ class RigClient:
     """
 
     def __init__(self, namespace: str) -> None:
-        self.name = _full(namespace)
+        self.name = _complete_namespace(namespace)
         self.unreadable = ""  # what was wrong with the last sample, when it could not be read
         self._context = Context()
         try:
@@ -71,7 +71,7 @@ class RigClient:
                     f"{self.name}: expected a rig's driver or a twin in this namespace, but {lacking} within "
                     f"{timeout_s:g} s: see that it runs, under the same ROS_DOMAIN_ID"
                 )
-            self._executor.spin_once(timeout_sec=min(TURN_S, left_s))
+            self._executor.spin_once(timeout_sec=min(SPIN_S, left_s))
 
     def reset(self, timeout_s: float) -> str:
         """Ask for a reset and return what was answered; raise `NoAnswerError` when it failed, with the rig's reason."""
@@ -84,7 +84,7 @@ class RigClient:
                         f"{name}: expected the pendulum to hang at rest within {timeout_s:.3g} s, found no answer: "
                         "see what the rig's driver says, then reset again"
                     )
-                self._executor.spin_once(timeout_sec=min(TURN_S, left_s))
+                self._executor.spin_once(timeout_sec=min(SPIN_S, left_s))
         finally:
             self._resets.remove_pending_request(pending)
         answer = pending.result()
@@ -101,8 +101,8 @@ class RigClient:
         end_s = time.monotonic() + timeout_s
         while True:
             left_s = max(end_s - time.monotonic(), 0.0)
-            message = self._samples.wait(min(left_s, TURN_S))
-            if message is None and left_s <= TURN_S:
+            message = self._samples.wait(min(left_s, SPIN_S))
+            if message is None and left_s <= SPIN_S:
                 return None
             if message is not None and (received := self._read(message)) is not None:
                 return received
@@ -154,7 +154,7 @@ class RigClient:
         return received
 
 
-def _full(namespace: str) -> str:
+def _complete_namespace(namespace: str) -> str:
     """Return a namespace as the graph has it; raise BadInputError when it is none."""
     full = f"/{namespace.strip('/')}"
     try:

@@ -8,13 +8,13 @@ import gymnasium as gym
 import numpy as np
 
 from pendulum_rl_env.env import PendulumEnv
-from pendulum_rl_env.in_process import scaled
+from pendulum_rl_env.in_process import scale_actions
 from pendulum_rl_env.nodes.topic_transport import TopicTransport
-from pendulum_rl_env.reward import reward
+from pendulum_rl_env.reward import compute_reward
 from pendulum_rl_env.task import HANGING, Task
 
 
-def ros_env(
+def make_ros_env(
     namespace: str = "rig",
     lockstep: bool = False,
     step_s: float = 0.03,
@@ -28,6 +28,6 @@ def ros_env(
     a `finally`.
     """
     task = Task(step_s=step_s)
-    reward(np.array(HANGING), task)  # compiled now: within a step there is no time for it
+    compute_reward(np.array(HANGING), task)  # compiled now: within a step there is no time for it
     transport = TopicTransport(namespace, lockstep, step_s, deadline_s, reset_deadline_s)
-    return scaled(PendulumEnv(transport, task, render_mode))
+    return scale_actions(PendulumEnv(transport, task, render_mode))

@@ -7,7 +7,7 @@ from pendulum_rl_env.pacing.sequence import StampSequence
 from pendulum_rl_env.transport import NoAnswerError, Sample
 from pendulum_twin.errors import BadInputError
 
-ALIKE = 0.01  # share by which so many sample periods may differ from a step
+PERIOD_TOLERANCE = 0.01  # share by which so many sample periods may differ from a step
 
 
 class LockstepPace:
@@ -72,7 +72,7 @@ class LockstepPace:
             self._sequence.period_ns = float(answered_ns - before_ns)
         period_s = 1e-9 * self._sequence.period_ns
         count = round(self._step_s / period_s)
-        if abs(count * period_s - self._step_s) > ALIKE * self._step_s:
+        if abs(count * period_s - self._step_s) > PERIOD_TOLERANCE * self._step_s:
             raise BadInputError(
                 f"{self._link.name}: expected a whole number of sample periods in a step of {1e3 * self._step_s:g} ms, "
                 f"found samples every {1e3 * period_s:g} ms: set rate_hz of the twin, or step_s"

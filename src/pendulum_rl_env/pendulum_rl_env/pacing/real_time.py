@@ -13,13 +13,13 @@ from dataclasses import dataclass
 
 from pendulum_rl_env.pacing.link import Received, RigLink
 from pendulum_rl_env.pacing.schedule import Schedule
-from pendulum_rl_env.pacing.sequence import StampSequence, period_of
+from pendulum_rl_env.pacing.sequence import StampSequence, compute_period_ns
 from pendulum_rl_env.transport import NoAnswerError, Sample
 from pendulum_twin.errors import BadInputError
 
-LATE = 1.0  # sample periods: as much older is the sample before
-LEARNT = 5  # samples in which the rig's period is seen
-SPARSE = (
+LATE_PERIODS = 1.0  # sample periods: as much older is the sample before
+PERIOD_SAMPLES = 5  # samples in which the rig's period is seen
+SPARSEST_STEPS = (
     1.5  # steps from sample to sample, at most: half a step is what a grid of samples may be off
 )
 
@@ -54,9 +54,9 @@ class RealTimePace:
                 "or start twin_node with lockstep:=false"
             )
         seen = [self._later(self._link.now_ns())]
-        while len(seen) < LEARNT:
+        while len(seen) < PERIOD_SAMPLES:
             seen.append(self._later(seen[-1].stamp_ns))
-        period_ns = period_of([each.stamp_ns for each in seen])
+        period_ns = compute_period_ns([each.stamp_ns for each in seen])
         self._check(period_ns, seen[-1])
         self._schedule, self._sequence = Schedule(self._schedule.step_s), StampSequence(period_ns)
         self._last_ns = None
@@ -101,7 +101,7 @@ class RealTimePace:
     def _answer(self, sent_s: float, sent_ns: int) -> Answer:
         """Return what has come at the end of the present step, the newest of it last."""
         period_ns = self._sequence.period_ns or 0.0
-        over_s = self._schedule.end_s + LATE * period_ns / 1e9
+        over_s = self._schedule.end_s + LATE_PERIODS * period_ns / 1e9
         first = last = self._first(sent_s + self._deadline_s, sent_ns)
         while True:
             now_s = self._link.now_s()
@@ -139,7 +139,7 @@ class RealTimePace:
 
     def _check(self, period_ns: float, newest: Received) -> None:
         step_s = self._schedule.step_s
-        if 1e-9 * period_ns > SPARSE * step_s:
+        if 1e-9 * period_ns > SPARSEST_STEPS * step_s:
             raise BadInputError(
                 f"{self._link.name}: expected samples at least every {1e3 * step_s:g} ms, found one every "
                 f"{1e-6 * period_ns:g} ms: raise the rig's rate, or step_s"

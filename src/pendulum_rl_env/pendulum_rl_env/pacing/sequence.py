@@ -34,6 +34,6 @@ class StampSequence:
         return True
 
 
-def period_of(stamps_ns: Sequence[int]) -> float:
+def compute_period_ns(stamps_ns: Sequence[int]) -> float:
     """Return the period, ns, of rising stamps, at least two: the median, for a few may be missing."""
     return float(median(after - before for before, after in pairwise(stamps_ns)))

@@ -1,7 +1,7 @@
 """The thesis's study of sample times (table 3) as one command: the same training, commands further and further apart.
 
 An episode lasts as long in all (15.36 s), so rewards are told a step. Run as
-`python -m pendulum_rl_env.sample_times --twin TWIN --out DIR --step-s 0.01 0.02 0.03 0.05 0.1`.
+`python -m pendulum_rl_env.studies.sample_times --twin TWIN --out DIR --step-s 0.01 0.02 0.03 0.05 0.1`.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from pendulum_rl_env import stages
+from pendulum_rl_env.studies import stages
 from pendulum_rl_env.task import EPISODE_S, Task
 from pendulum_twin.command_line import run_command
 from pendulum_twin.files import write_atomically
@@ -25,25 +25,25 @@ from pendulum_twin.model import load_twin
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the study; return 0 when it is done, 1 when it could not (the reason on stderr)."""
-    options = _options(arguments)
+    options = _parse_options(arguments)
     goes_on = f"the same command goes on from what is in {options.out}"
-    return run_command("sample_times", lambda: _studied(options), goes_on)
+    return run_command("sample_times", lambda: _study(options), goes_on)
 
 
-def _studied(options: argparse.Namespace) -> None:
+def _study(options: argparse.Namespace) -> None:
     load_twin(options.twin)
     asked = list(product(options.step_s, range(options.seed, options.seed + options.seeds)))
     with ThreadPoolExecutor(options.processes) as pool:
-        found = list(pool.map(lambda each: _trained(each[0], each[1], options), asked))
+        found = list(pool.map(lambda each: _train(each[0], each[1], options), asked))
     rows = [
-        _row(step_s, [r for (s, _), r in zip(asked, found, strict=True) if s == step_s])
+        _make_row(step_s, [r for (s, _), r in zip(asked, found, strict=True) if s == step_s])
         for step_s in options.step_s
     ]
     write_atomically(options.out / "sample_times.json", json.dumps(rows, indent=2) + "\n")
-    print(_table(rows))
+    print(_format_table(rows))
 
 
-def _trained(step_s: float, seed: int, options: argparse.Namespace) -> dict[str, Any]:
+def _train(step_s: float, seed: int, options: argparse.Namespace) -> dict[str, Any]:
     """Return `result.json` of a training with this sample time."""
     out = options.out / f"step_{step_s:g}_seed_{seed}"
     how = [
@@ -53,14 +53,14 @@ def _trained(step_s: float, seed: int, options: argparse.Namespace) -> dict[str,
         options.preset,
         *(["--timesteps", str(options.timesteps)] if options.timesteps else []),
     ]
-    policy = stages.train(options.twin, out, seed, how)
+    policy = stages.train_policy(options.twin, out, seed, how)
     told: dict[str, Any] = json.loads((policy.parent / "result.json").read_text(encoding="utf-8"))
     return told
 
 
-def _row(step_s: float, results: list[dict[str, Any]]) -> dict[str, Any]:
+def _make_row(step_s: float, results: list[dict[str, Any]]) -> dict[str, Any]:
     """Return what trainings with one sample time came to; rewards a step: 1 is upright in the middle all the time."""
-    steps = Task.lasting(step_s).steps
+    steps = Task.make_for_step(step_s).steps
     best = [result["best_mean_reward"] / steps for result in results]
     return {
         "step_s": step_s,
@@ -71,7 +71,7 @@ def _row(step_s: float, results: list[dict[str, Any]]) -> dict[str, Any]:
     }
 
 
-def _table(rows: list[dict[str, Any]]) -> str:
+def _format_table(rows: list[dict[str, Any]]) -> str:
     lines = [
         "| sample time, s | steps an episode | best reward a step: median, each seed | wall time, s: median |",
         "|---|---|---|---|",
@@ -85,7 +85,7 @@ def _table(rows: list[dict[str, Any]]) -> str:
     return "\n".join(lines)
 
 
-def _options(arguments: list[str] | None) -> argparse.Namespace:
+def _parse_options(arguments: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="sample_times", description=" ".join((__doc__ or "").split())
     )

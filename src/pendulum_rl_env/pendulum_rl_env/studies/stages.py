@@ -16,14 +16,14 @@ from pathlib import Path
 from typing import Any
 
 from pendulum_rl_env.env import PendulumEnv
-from pendulum_rl_env.learning.result import GOOD
+from pendulum_rl_env.learning.result import SOLVED_MEAN_REWARD
 from pendulum_rl_env.process_transport import ProcessTransport
 from pendulum_rl_env.task import Task
 from pendulum_twin.errors import BadInputError
 
 SCRIPTS = Path(sys.executable).parent
 LAST_LINES = 3
-ATTEMPTS, ANOTHER = 3, 1000  # trainings at most, and from seed to seed
+MOST_TRAININGS, SEED_STEP = 3, 1000  # trainings at most, and from seed to seed
 
 
 @dataclass(frozen=True)
@@ -104,8 +104,8 @@ def diagnose(rig: ConcealedRig, out: Path) -> Diagnosis:
     return Diagnosis(out, json.loads((out / "verdict.json").read_text(encoding="utf-8")))
 
 
-def train(twin: Path, out: Path, seed: int, options: Sequence[str] = ()) -> Path:
-    """Run `train` and return the policy; one that is there already, whole, is taken as it is."""
+def train_policy(twin: Path, out: Path, seed: int, options: Sequence[str] = ()) -> Path:
+    """Run `train_policy` and return the policy; one that is there already, whole, is taken as it is."""
     if (
         not (out / "result.json").exists()
         or not json.loads((out / "result.json").read_text())["wall_s"]
@@ -128,19 +128,19 @@ def train(twin: Path, out: Path, seed: int, options: Sequence[str] = ()) -> Path
     return out / "policy.zip"
 
 
-def train_well(twin: Path, out: Path, seed: int, options: Sequence[str] = ()) -> Path:
+def train_until_good(twin: Path, out: Path, seed: int, options: Sequence[str] = ()) -> Path:
     """Train, again with other seeds where a policy is not good in the twin itself, and return the one that is best there.
 
     Reinforcement learning gets stuck at times. Trying again costs time, and no step on the rig: it
     has no say in the choice.
     """
     tried: dict[Path, float] = {}
-    for attempt in range(ATTEMPTS):
+    for attempt in range(MOST_TRAININGS):
         folder = out if not attempt else out.with_name(f"{out.name}_again_{attempt}")
-        policy = train(twin, folder, seed + ANOTHER * attempt, options)
+        policy = train_policy(twin, folder, seed + SEED_STEP * attempt, options)
         learned = json.loads((folder / "result.json").read_text(encoding="utf-8"))
         tried[policy] = learned["best_mean_reward"] or 0.0
-        if tried[policy] >= GOOD:
+        if tried[policy] >= SOLVED_MEAN_REWARD:
             break
     return max(tried, key=lambda each: tried[each])
 

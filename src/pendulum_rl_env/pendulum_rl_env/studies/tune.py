@@ -1,6 +1,6 @@
 """Look for better settings of a preset by Optuna; the study stays on the disk and goes on when called again.
 
-Run as `python -m pendulum_rl_env.learning.tune --preset fast --out DIR --trials N`; the best are
+Run as `python -m pendulum_rl_env.studies.tune --preset fast --out DIR --trials N`; the best are
 written as a preset file.
 """
 
@@ -17,28 +17,28 @@ import yaml
 from stable_baselines3.common.callbacks import BaseCallback
 
 from pendulum_rl_env.fleet import Fleet
-from pendulum_rl_env.in_process import twin_of
-from pendulum_rl_env.learning.algorithms import learner
+from pendulum_rl_env.in_process import load_learnable_twin
+from pendulum_rl_env.learning.algorithms import make_learner
 from pendulum_rl_env.learning.fleet_vec_env import FleetVecEnv
-from pendulum_rl_env.learning.on_rig import mean_reward
+from pendulum_rl_env.learning.on_rig import evaluate_mean_reward
 from pendulum_rl_env.learning.preset import IN_PROCESS, Preset, load_preset
 from pendulum_twin.command_line import make_whole_reader, run_command
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.files import write_atomically
 from pendulum_twin.model import Twin
 
-LOOKS = 8  # evaluations a trial: hopeless ones are given up at one
+EVALUATIONS = 8  # evaluations a trial: hopeless ones are given up at one
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the search; return 0 when it is done, 1 when it could not (the reason on stderr)."""
-    options = _options(arguments)
+    options = _parse_options(arguments)
     goes_on = f"the same command goes on with the study in {options.out}"
-    return run_command("tune", lambda: _searched(options), goes_on)
+    return run_command("tune", lambda: _search(options), goes_on)
 
 
-def _searched(options: argparse.Namespace) -> None:
-    preset, twin = load_preset(options.preset, IN_PROCESS), twin_of(options.twin)
+def _search(options: argparse.Namespace) -> None:
+    preset, twin = load_preset(options.preset, IN_PROCESS), load_learnable_twin(options.twin)
     options.out.mkdir(parents=True, exist_ok=True)
     study = optuna.create_study(
         study_name=options.preset,
@@ -50,9 +50,9 @@ def _searched(options: argparse.Namespace) -> None:
     )
     try:
         study.optimize(
-            lambda trial: _reward(trial, preset, twin, options), n_trials=options.trials
+            lambda trial: _train_and_rate(trial, preset, twin, options), n_trials=options.trials
         )
-        best = _drawn(optuna.trial.FixedTrial(study.best_params), preset)
+        best = _suggest_preset(optuna.trial.FixedTrial(study.best_params), preset)
     except ValueError as error:  # another search's study, or none of its trials came to an end
         raise BadInputError(
             f"{options.out}: expected a study of this search, found otherwise: {error}"
@@ -69,7 +69,7 @@ def _searched(options: argparse.Namespace) -> None:
     )
 
 
-def _drawn(trial: optuna.trial.BaseTrial, preset: Preset) -> Preset:
+def _suggest_preset(trial: optuna.trial.BaseTrial, preset: Preset) -> Preset:
     """Return the preset with settings that the trial suggests."""
     rate = trial.suggest_float("learning_rate", 1e-4, 3e-3, log=True)
     settings = {
@@ -86,7 +86,7 @@ def _drawn(trial: optuna.trial.BaseTrial, preset: Preset) -> Preset:
     return replace(preset, learning_rate=rate, settings=settings)
 
 
-class _Looking(BaseCallback):
+class _EvaluationCallback(BaseCallback):
     """Evaluate several times in a training, and end it where others were better by then."""
 
     def __init__(self, trial: optuna.Trial, every: int, evaluation: FleetVecEnv) -> None:
@@ -97,29 +97,33 @@ class _Looking(BaseCallback):
     def _on_step(self) -> bool:
         if self.num_timesteps < self._every * (len(self.means) + 1):
             return True
-        self.means.append(mean_reward(self.model, self._evaluation, 1))
+        self.means.append(evaluate_mean_reward(self.model, self._evaluation, 1))
         self._trial.report(self.means[-1], len(self.means))
         return not self._trial.should_prune()
 
 
-def _reward(trial: optuna.Trial, preset: Preset, twin: Twin, options: argparse.Namespace) -> float:
+def _train_and_rate(
+    trial: optuna.Trial, preset: Preset, twin: Twin, options: argparse.Namespace
+) -> float:
     """Return the mean of all looks: high early is what is wanted."""
-    drawn = _drawn(trial, preset)
+    drawn = _suggest_preset(trial, preset)
     steps = options.timesteps or preset.timesteps
     training = FleetVecEnv(
         Fleet(
             [twin], drawn.environments, spread=drawn.start_spread, seed=options.seed + trial.number
         )
     )
-    looking = _Looking(trial, max(steps // LOOKS, 1), FleetVecEnv(Fleet([twin], 1)))
-    model = learner(drawn, training, options.seed + trial.number, None)
+    looking = _EvaluationCallback(
+        trial, max(steps // EVALUATIONS, 1), FleetVecEnv(Fleet([twin], 1))
+    )
+    model = make_learner(drawn, training, options.seed + trial.number, None)
     model.learn(steps, callback=looking)
-    if len(looking.means) < LOOKS and model.num_timesteps < steps:
+    if len(looking.means) < EVALUATIONS and model.num_timesteps < steps:
         raise optuna.TrialPruned
     return float(np.mean(looking.means))
 
 
-def _options(arguments: list[str] | None) -> argparse.Namespace:
+def _parse_options(arguments: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="tune", description=" ".join((__doc__ or "").split()))
     add = parser.add_argument
     add("--preset", default="fast", help="where to begin (fast)")

@@ -24,7 +24,7 @@ def test_a_policy_is_trained_on_the_rig_and_tried_there(
     ros, monkeypatch, tmp_path: Path, capsys
 ) -> None:
     monkeypatch.setenv("ROS_DOMAIN_ID", str(ros.domain))
-    monkeypatch.setattr(train, "EVALUATED_ON_RIG", 1)
+    monkeypatch.setattr(train, "RIG_EVALUATION_EPISODES", 1)
     (tmp_path / "short.yaml").write_text(SHORT, encoding="utf-8")
     out = tmp_path / "run"
     with served_twin(ros, "rig", twin=TWIN):

@@ -18,10 +18,10 @@ from pendulum_twin.parameter_vector import GRAVITY, INERTIA, MOMENT, SLOTS
 
 Floats = NDArray[np.float64]
 
-STILL = (
+FIRST_PUSH_ENERGY = (
     0.02  # of the energy between hanging and upright: with less the pole is given its first push
 )
-ROOM = 0.85  # of the task's limits is used
+LIMIT_SHARE = 0.85  # of the task's limits is used
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class SwingUp:
     first: float = 1.0
 
 
-def potential(angle: float, theta: Floats) -> float:
+def compute_potential(angle: float, theta: Floats) -> float:
     """Return the pole's potential energy (J) at a true angle: its weight's, and a spring's if it has one."""
     spring = float(theta[SLOTS["pole_spring"]][0])
     return (
@@ -49,19 +49,19 @@ def potential(angle: float, theta: Floats) -> float:
     )
 
 
-def energy(state: Floats, theta: Floats, upright_rad: float = 0.0) -> float:
+def compute_energy(state: Floats, theta: Floats, upright_rad: float = 0.0) -> float:
     """Return the pole's energy as a share of that between hanging and upright: -1 hanging at rest, 0 upright at rest.
 
     upright_rad: the true angle at which it balances.
     """
     _, th, _, w = state.tolist()
-    top = potential(upright_rad, theta)
-    return (0.5 * float(theta[INERTIA]) * w * w + potential(th, theta) - top) / (
-        top - potential(math.pi, theta)
+    top = compute_potential(upright_rad, theta)
+    return (0.5 * float(theta[INERTIA]) * w * w + compute_potential(th, theta) - top) / (
+        top - compute_potential(math.pi, theta)
     )
 
 
-def acceleration(
+def compute_acceleration(
     state: Floats,
     theta: Floats,
     strongest: float,
@@ -74,26 +74,26 @@ def acceleration(
     strongest: the largest that the drive gives, m/s^2; more is never asked for.
     """
     x, th, v, w = state.tolist()
-    lack = how.over - energy(state, theta, upright_rad)
-    if lack > 1.0 + how.over - STILL:
+    lack = how.over - compute_energy(state, theta, upright_rad)
+    if lack > 1.0 + how.over - FIRST_PUSH_ENERGY:
         wanted = how.first * strongest
     else:
         along = w * math.cos(th)
         soft = 0.1 * math.sqrt(float(theta[MOMENT] * theta[GRAVITY] / theta[INERTIA]))
-        wanted = strongest * _within(how.gain * lack, 1.0) * _within(along / soft, 1.0)
+        wanted = strongest * _clip(how.gain * lack, 1.0) * _clip(along / soft, 1.0)
     wanted -= how.pull * x + math.sqrt(how.pull) * v
-    return _guarded(_within(wanted, strongest), x, v, strongest, task)
+    return _keep_within_limits(_clip(wanted, strongest), x, v, strongest, task)
 
 
-def _guarded(wanted: float, x: float, v: float, strongest: float, task: Task) -> float:
+def _keep_within_limits(wanted: float, x: float, v: float, strongest: float, task: Task) -> float:
     """Return the acceleration, or as much of a brake as keeps the cart within its limits of speed and place."""
     stops_at = x + 0.5 * v * abs(v) / (0.8 * strongest)
-    if abs(stops_at) > ROOM * task.x_limit_m and stops_at * v >= 0.0:
+    if abs(stops_at) > LIMIT_SHARE * task.x_limit_m and stops_at * v >= 0.0:
         return -math.copysign(strongest, stops_at)
-    if abs(v) > ROOM * task.v_limit_m_s and wanted * v > 0.0:
+    if abs(v) > LIMIT_SHARE * task.v_limit_m_s and wanted * v > 0.0:
         return 0.0
     return wanted
 
 
-def _within(value: float, limit: float) -> float:
+def _clip(value: float, limit: float) -> float:
     return min(max(value, -limit), limit)

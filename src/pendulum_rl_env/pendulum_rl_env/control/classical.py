@@ -15,12 +15,19 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from pendulum_rl_env.control.lqr import (
+    LinearMap,
+    Upright,
+    design_regulator,
+    find_upright,
+    keep_smooth_effects,
+    linearise,
+)
+from pendulum_rl_env.control.observer import Observer
+from pendulum_rl_env.control.rig_forces import compute_drive
+from pendulum_rl_env.control.static_drive import make_static_drive
+from pendulum_rl_env.control.swing_up import SwingUp, compute_acceleration
 from pendulum_rl_env.kernel_transport import lasting
-from pendulum_rl_env.lqr import Linear, Upright, linearised, regulator, smooth, upright
-from pendulum_rl_env.observer import Observer
-from pendulum_rl_env.rig_forces import drive_for
-from pendulum_rl_env.static_drive import static_drive
-from pendulum_rl_env.swing_up import SwingUp, acceleration
 from pendulum_rl_env.task import Task
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin
@@ -28,10 +35,12 @@ from pendulum_twin.parameter_vector import FORCE_PER_PWM, MASS, make_theta
 
 Floats = NDArray[np.float64]
 
-CAUGHT_RAD = 0.7  # further from upright nothing is caught
-LOST_RAD = 1.0  # and what is caught is let go of
-CLOSE_M = 0.15  # m, and m/s: within it the sum of x counts
-SLOW = 0.03  # m/s: below it dry friction is overcome in part, lest it be overcome to and fro
+CATCH_ANGLE_RAD = 0.7  # further from upright nothing is caught
+RELEASE_ANGLE_RAD = 1.0  # and what is caught is let go of
+INTEGRATION_RANGE = 0.15  # m, and m/s: within it the sum of x counts
+FULL_FRICTION_SPEED_M_S = (
+    0.03  # m/s: below it dry friction is overcome in part, lest it be overcome to and fro
+)
 
 
 @dataclass(frozen=True)
@@ -56,17 +65,17 @@ class Plant:
 
     twin: Twin
     task: Task
-    linear: Linear
+    linear: LinearMap
 
 
-def plant_of(twin: Twin, task: Task) -> Plant:
+def make_plant(twin: Twin, task: Task) -> Plant:
     """Return what controllers of this twin share; raise BadInputError for a twin without cart, pole or drive."""
     if not (twin.rig.has_cart and twin.rig.has_pole and twin.rig.force_per_pwm_n):
         raise BadInputError(
             f"{twin.name}: expected a rig with cart, pole and drive to control, found a part missing"
         )
     twin = lasting(twin)
-    return Plant(twin, task, linearised(twin, upright(twin), task.step_s))
+    return Plant(twin, task, linearise(twin, find_upright(twin), task.step_s))
 
 
 class Classical:
@@ -76,15 +85,15 @@ class Classical:
         twin, self._task, self._linear = plant.twin, plant.task, plant.linear
         self.tuning = tuning
         self._twin = twin
-        self._drive = static_drive(twin, plant.task.pwm_limit)
-        self._theta, self._smooth = make_theta(twin), make_theta(smooth(twin))
+        self._drive = make_static_drive(twin, plant.task.pwm_limit)
+        self._theta, self._smooth = make_theta(twin), make_theta(keep_smooth_effects(twin))
         late_s = sum(
             twin.effects.get(name, {}).get("delay_s", 0.0)
             for name in ("input_delay", "sensor_delay")
         )
         late_s += twin.effects.get("motor_lag", {}).get("time_constant_s", 0.0)
         self._observer = Observer(twin, plant.task.step_s, late_s + 0.5 * plant.task.step_s)
-        self._gains = regulator(plant.linear, tuning.weights, tuning.effort)
+        self._gains = design_regulator(plant.linear, tuning.weights, tuning.effort)
         self._strongest = (
             0.95 * self._drive.reach * float(self._theta[FORCE_PER_PWM] / self._theta[MASS])
         )
@@ -110,10 +119,10 @@ class Classical:
             self._add_up(state)
             drive, extra = wanted, self._extra(wanted, later)
         else:
-            push = acceleration(
+            push = compute_acceleration(
                 later, self._theta, self._strongest, self.tuning.swing, self._task, at.angle_rad
             )
-            drive, extra = drive_for(push, self._way(push, later), later, self._theta), 0.0
+            drive, extra = compute_drive(push, self._way(push, later), later, self._theta), 0.0
         t_s = self._steps * self._task.step_s
         self._command = self._drive.asked(drive + extra, t_s)
         self._remember(self._drive.given(self._command, t_s) - extra - at.drive)
@@ -122,30 +131,32 @@ class Classical:
 
     def _add_up(self, state: Floats) -> None:
         """Sum up where the cart is when it has come to the end of its way: before, it is on its way."""
-        if abs(state[0]) < CLOSE_M and abs(state[2]) < CLOSE_M:
+        if abs(state[0]) < INTEGRATION_RANGE and abs(state[2]) < INTEGRATION_RANGE:
             self._sum += float(state[0])
 
     def _is_balancing(self, angle: float, wanted: float) -> bool:
         if self._balancing:
-            return abs(angle) < LOST_RAD
-        return abs(angle) < CAUGHT_RAD and abs(wanted) < self.tuning.catch * self._drive.reach
+            return abs(angle) < RELEASE_ANGLE_RAD
+        return abs(angle) < CATCH_ANGLE_RAD and abs(wanted) < self.tuning.catch * self._drive.reach
 
     def _extra(self, drive: float, later: Floats) -> float:
         """Return the drive for what the twin has beyond its smooth part, when the smooth part is to get this much."""
-        free = drive_for(0.0, 0.0, later, self._smooth)
+        free = compute_drive(0.0, 0.0, later, self._smooth)
         push = (drive - free) * float(self._theta[FORCE_PER_PWM] / self._theta[MASS])
         way = self._way(push, later)
-        return drive_for(push, way, later, self._theta) - drive_for(push, 0.0, later, self._smooth)
+        return compute_drive(push, way, later, self._theta) - compute_drive(
+            push, 0.0, later, self._smooth
+        )
 
     def _way(self, push: float, later: Floats) -> float:
         """Return which way the cart is to move and dry friction to be overcome, by which share."""
         speed = float(later[2]) + push * self._task.step_s
-        return self.tuning.dry * min(max(speed / SLOW, -1.0), 1.0)
+        return self.tuning.dry * min(max(speed / FULL_FRICTION_SPEED_M_S, -1.0), 1.0)
 
     def _nearest(self, angle: float) -> Upright:
         turn = round(angle / (2 * math.pi))
         if turn not in self._upright:
-            self._upright[turn] = upright(self._twin, turn)
+            self._upright[turn] = find_upright(self._twin, turn)
         return self._upright[turn]
 
     def _remember(self, drive: float) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from pendulum_rl_env.lqr import linearised, regulator, upright
+from pendulum_rl_env.control.lqr import design_regulator, find_upright, linearise
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin, load_twin
 
@@ -20,7 +20,7 @@ def twin(**effects: dict[str, float]) -> Twin:
 
 
 def map_of(**effects: dict[str, float]):
-    return linearised(twin(**effects), upright(twin(**effects)), STEP_S)
+    return linearise(twin(**effects), find_upright(twin(**effects)), STEP_S)
 
 
 def test_the_map_is_that_of_the_equations_upright() -> None:
@@ -65,11 +65,11 @@ def test_dry_friction_is_not_in_the_map() -> None:
 
 
 def test_a_tilt_takes_a_drive_and_a_spring_leans_the_pole_the_same_way_from_either_side() -> None:
-    assert upright(twin(rail_tilt={"angle_rad": 0.02})).drive == pytest.approx(
+    assert find_upright(twin(rail_tilt={"angle_rad": 0.02})).drive == pytest.approx(
         -RIG.total_mass_kg * 9.81 * 0.02 / 12.86
     )
     one, other = (
-        upright(twin(pole_spring={"n_m_per_rad": 0.005}), turn).angle_rad for turn in (0, 1)
+        find_upright(twin(pole_spring={"n_m_per_rad": 0.005}), turn).angle_rad for turn in (0, 1)
     )
     weight = RIG.total_mass_kg * RIG.com_distance_m * 9.81
     assert weight * math.sin(one) == pytest.approx(0.005 * (one - math.pi)) and one < -0.1
@@ -78,7 +78,7 @@ def test_a_tilt_takes_a_drive_and_a_spring_leans_the_pole_the_same_way_from_eith
 
 def test_a_pole_that_stands_by_itself_is_refused() -> None:
     with pytest.raises(BadInputError, match="expected a pole that falls"):
-        upright(twin(pole_spring={"n_m_per_rad": 1.0}))
+        find_upright(twin(pole_spring={"n_m_per_rad": 1.0}))
 
 
 @pytest.mark.parametrize(
@@ -90,10 +90,13 @@ def test_the_closed_loop_is_stable_where_the_open_one_falls(
     linear = map_of(**effects)
     a, b = linear.augmented
     assert np.abs(np.linalg.eigvals(linear.state)).max() > 1.2
-    assert np.abs(np.linalg.eigvals(a - b @ regulator(linear, WEIGHTS, 10.0)[None])).max() < 0.999
+    assert (
+        np.abs(np.linalg.eigvals(a - b @ design_regulator(linear, WEIGHTS, 10.0)[None])).max()
+        < 0.999
+    )
 
 
 def test_a_drive_without_force_balances_nothing() -> None:
     linear = map_of()
     with pytest.raises(BadInputError, match="expected a rig that its drive can balance"):
-        regulator(type(linear)(linear.state, 0.0 * linear.drive), WEIGHTS, 10.0)
+        design_regulator(type(linear)(linear.state, 0.0 * linear.drive), WEIGHTS, 10.0)

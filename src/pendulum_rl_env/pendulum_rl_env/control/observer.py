@@ -11,14 +11,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pendulum_rl_env.kernel_transport import samples_of
+from pendulum_rl_env.kernel_transport import count_samples
 from pendulum_twin import lanes
 from pendulum_twin.free_runs import pass_through_sensors, select_measuring_effects, undo_sensors
 from pendulum_twin.model import Twin
 
 Floats = NDArray[np.float64]
 
-BELIEVED = 0.8  # of the mean velocity's error that a position shows
+VELOCITY_GAIN = 0.8  # of the mean velocity's error that a position shows
 
 
 class Observer:
@@ -28,7 +28,7 @@ class Observer:
     """
 
     def __init__(self, twin: Twin, step_s: float, ahead_s: float = 0.0) -> None:
-        self._timing = lanes.make_timing(step_s, samples_of(step_s))
+        self._timing = lanes.make_timing(step_s, count_samples(step_s))
         self._kinds = lanes.make_kinds([twin], self._timing)
         self._code = lanes.select_lane_code(self._kinds, 1)
         self._lanes = lanes.make_lanes(self._kinds, self._timing, 1)
@@ -65,7 +65,7 @@ class Observer:
             - true[:2]
         )
         true[:2] += off
-        true[2:] += BELIEVED * off / self._step_s
+        true[2:] += VELOCITY_GAIN * off / self._step_s
         return true.copy()
 
     def ahead(self, command: float) -> Floats:

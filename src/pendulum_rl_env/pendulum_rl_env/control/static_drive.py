@@ -54,7 +54,7 @@ class StaticDrive:
         )
 
 
-def static_drive(twin: Twin, pwm_limit: float) -> StaticDrive:
+def make_static_drive(twin: Twin, pwm_limit: float) -> StaticDrive:
     """Return the static part of a twin's command chain, for commands up to a limit."""
     effects = twin.effects
     return StaticDrive(

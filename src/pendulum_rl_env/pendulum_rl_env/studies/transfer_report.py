@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from pendulum_rl_env.scoring import words_of
+from pendulum_rl_env.scoring import describe_reward
 
 ROWS = {
     "nominal": "nominal twin, no step on the rig",
@@ -20,7 +20,7 @@ ROWS = {
 DRAWS = 10_000
 
 
-def interval(values: np.ndarray) -> tuple[float, float]:
+def compute_interval(values: np.ndarray) -> tuple[float, float]:
     """Return the 95 % interval of the mean by bootstrap over rigs (percentiles; Efron and Tibshirani 1993, chapter 13)."""
     random = np.random.default_rng(0)
     means = random.choice(values, (DRAWS, len(values))).mean(axis=1)
@@ -28,7 +28,7 @@ def interval(values: np.ndarray) -> tuple[float, float]:
     return float(low), float(high)
 
 
-def table(told: Mapping[str, Any]) -> str:
+def format_table(told: Mapping[str, Any]) -> str:
     """Return the study as Markdown: a row a controller over all rigs, then a row a rig."""
     rigs, mark = told["rigs"], told["mark"]
     lines = [
@@ -40,10 +40,10 @@ def table(told: Mapping[str, Any]) -> str:
     }
     for name, words in rows.items():
         mean = np.array([np.mean(rig["rewards"][name]) for rig in rigs if name in rig["rewards"]])
-        low, high = interval(mean)
+        low, high = compute_interval(mean)
         above = int(np.sum(mean > mark))
         figures = f"{mean.mean():.0f} [{low:.0f}, {high:.0f}] | {mean.min():.0f} | {above} of {len(mean)}"
-        lines.append(f"| {words} | {figures} | {words_of(float(mean.mean()))} |")
+        lines.append(f"| {words} | {figures} | {describe_reward(float(mean.mean()))} |")
     lines += [
         "",
         "| rig | concealed | named | " + " | ".join(rows) + " |",
@@ -62,7 +62,7 @@ def table(told: Mapping[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def plot(told: Mapping[str, Any], path: Path) -> None:
+def plot_rewards(told: Mapping[str, Any], path: Path) -> None:
     """Draw every rig's reward, a column a controller."""
     import matplotlib
 

@@ -16,7 +16,7 @@ from support.served_twin import served_twin  # noqa: E402
 from support.topic_rigs import HANGING, MadeRig, made_rig  # noqa: E402
 
 from pendulum_bridge.nodes.view_node import ViewNode  # noqa: E402
-from pendulum_rl_env.nodes.ros_env import ros_env  # noqa: E402
+from pendulum_rl_env.nodes.ros_env import make_ros_env  # noqa: E402
 from pendulum_rl_env.nodes.topic_transport import TopicTransport  # noqa: E402
 from pendulum_rl_env.transport import NoAnswerError  # noqa: E402
 from pendulum_twin.errors import BadInputError  # noqa: E402
@@ -48,7 +48,7 @@ def transport(domain) -> Iterator[TopicTransport]:
 
 def test_steps_on_the_twin_are_30_ms_by_its_stamps(domain) -> None:
     with served_twin(domain, "rig", twin=str(INTECO)):
-        env = ros_env()
+        env = make_ros_env()
         try:
             env.reset()
             told = [
@@ -69,7 +69,7 @@ def test_steps_on_the_twin_are_30_ms_by_its_stamps(domain) -> None:
 def test_the_browser_view_shows_the_episode(domain) -> None:
     """Commands and samples of an episode over topics are what the page's frames hold, as for any other user of the rig."""
     with served_twin(domain, "rig", twin=str(INTECO)):
-        view, env = domain.add(ViewNode, port=0), ros_env()
+        view, env = domain.add(ViewNode, port=0), make_ros_env()
         try:
             env.reset()
             for command in (0.3, -0.3, 0.25):

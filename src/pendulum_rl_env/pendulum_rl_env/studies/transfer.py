@@ -5,7 +5,7 @@ excitation is recorded and diagnosed. Then policies are trained in the nominal a
 identified twin, and a classical controller is designed from the identified twin; all are tried on
 the rig (MuJoCo, stepped directly), with no training step there. Where the identified twin's policy
 falls short, it is trained on the rig for a little longer. On some rigs a policy is also learned
-from nothing. Run as `python -m pendulum_rl_env.transfer --rigs 10 --seed S --out DIR`; a second
+from nothing. Run as `python -m pendulum_rl_env.studies.transfer --rigs 10 --seed S --out DIR`; a second
 run goes on from what is there.
 """
 
@@ -21,20 +21,20 @@ from typing import Any
 
 import numpy as np
 
-from pendulum_rl_env import stages
-from pendulum_rl_env.classical_design import designed, earned_on
-from pendulum_rl_env.identify_and_control import on_rig
-from pendulum_rl_env.learning.on_concealed import fine_tuned, from_scratch
-from pendulum_rl_env.scoring import words_of
-from pendulum_rl_env.stages import ConcealedRig, Diagnosis
+from pendulum_rl_env.control.design import design_controller, run_controller
+from pendulum_rl_env.scoring import describe_reward
+from pendulum_rl_env.studies import stages
+from pendulum_rl_env.studies.identify_and_control import run_on_rig
+from pendulum_rl_env.studies.on_concealed import fine_tune, learn_from_scratch
+from pendulum_rl_env.studies.stages import ConcealedRig, Diagnosis
+from pendulum_rl_env.studies.transfer_report import format_table, plot_rewards
 from pendulum_rl_env.task import Task
-from pendulum_rl_env.transfer_report import plot, table
 from pendulum_twin.command_line import run_command
 from pendulum_twin.files import write_atomically
 from pendulum_twin.model import load_twin
 
 SCHEMA = "pendulum_transfer/1"
-MARK = 423.0  # what the thesis reached on its rig, after 130,000 steps there
+THESIS_REWARD = 423.0  # what the thesis reached on its rig, after 130,000 steps there
 KINDS = "single:5,pair:4,triple:1"
 FINE_STEPS = 10_000
 
@@ -43,30 +43,30 @@ Row = dict[str, Any]
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the study; return 0 when it is done, 1 when it could not (the reason on stderr)."""
-    options = _options(arguments)
+    options = _parse_options(arguments)
     goes_on = f"the same command goes on from what is in {options.out}"
-    return run_command("transfer", lambda: _studied(options), goes_on)
+    return run_command("transfer", lambda: _study(options), goes_on)
 
 
-def _studied(options: argparse.Namespace) -> None:
+def _study(options: argparse.Namespace) -> None:
     load_twin(options.twin)
     with ThreadPoolExecutor(options.processes) as pool:
-        rigs = list(pool.map(lambda number: transferred(number, options), range(options.rigs)))
+        rigs = list(pool.map(lambda number: study_rig(number, options), range(options.rigs)))
     told = {
         "schema": SCHEMA,
         "seed": options.seed,
         "preset": options.preset,
-        "mark": MARK,
+        "mark": THESIS_REWARD,
         "rigs": rigs,
     }
     write_atomically(options.out / "transfer.json", json.dumps(told, indent=2) + "\n")
-    text = table(told)
+    text = format_table(told)
     write_atomically(options.out / "transfer.md", text + "\n")
-    plot(told, options.out / "transfer.png")
+    plot_rewards(told, options.out / "transfer.png")
     print(text)
 
 
-def transferred(number: int, options: argparse.Namespace) -> Row:
+def study_rig(number: int, options: argparse.Namespace) -> Row:
     """Return one rig's row; what its file has already is not done again."""
     file = options.out / f"rig_{number:02d}.json"
     row: Row = (
@@ -76,19 +76,21 @@ def transferred(number: int, options: argparse.Namespace) -> Row:
     )
     rig = stages.conceal(options.out / "rigs", number, options.seed, options.kinds, options.twin)
     found = stages.diagnose(rig, rig.folder / "found")
-    row.update(outcome=found.verdict["outcome"], named=found.names, **_opened(rig))
-    for name, earn in _controllers(number, rig, found, options).items():
+    row.update(outcome=found.verdict["outcome"], named=found.names, **_open_seal(rig))
+    for name, earn in _list_controllers(number, rig, found, options).items():
         if name not in row["rewards"]:
             row["rewards"][name] = rewards = earn()
             write_atomically(file, json.dumps(row, indent=2) + "\n")
             mean = float(np.mean(rewards))
             print(
-                f"rig {number}: {name}: {mean:.0f}, {words_of(mean)}", file=sys.stderr, flush=True
+                f"rig {number}: {name}: {mean:.0f}, {describe_reward(mean)}",
+                file=sys.stderr,
+                flush=True,
             )
     return row
 
 
-def _controllers(
+def _list_controllers(
     number: int, rig: ConcealedRig, found: Diagnosis, options: argparse.Namespace
 ) -> Mapping[str, Callable[[], list[float]]]:
     """Return by name what gives the rewards of each controller on the rig, in the order in which they are to be made."""
@@ -102,56 +104,59 @@ def _controllers(
 
     def policies(twin: Path, name: str, more: list[str]) -> list[Path]:
         return [
-            stages.train_well(twin, rig.folder / f"{name}_{seed}", seed, more) for seed in seeds
+            stages.train_until_good(twin, rig.folder / f"{name}_{seed}", seed, more)
+            for seed in seeds
         ]
 
     def tuned() -> list[float]:
         earned = []
         for policy in policies(found.twin, "identified", knowing):
-            before = on_rig(rig, policy).reward
+            before = run_on_rig(rig, policy).reward
             earned.append(
                 before
-                if before > MARK
-                else fine_tuned(policy, rig, options.fine_steps, policy.parent / "fine")
+                if before > THESIS_REWARD
+                else fine_tune(policy, rig, options.fine_steps, policy.parent / "fine")
             )
         return earned
 
     scratch = {
         "scratch": lambda: [
-            from_scratch(rig, s, options.scratch_steps, rig.folder / f"scratch_{s}") for s in seeds
+            learn_from_scratch(rig, s, options.scratch_steps, rig.folder / f"scratch_{s}")
+            for s in seeds
         ]
     }
     return {
         "nominal": lambda: [
-            on_rig(rig, policy).reward for policy in policies(rig.nominal, "nominal", how)
+            run_on_rig(rig, policy).reward for policy in policies(rig.nominal, "nominal", how)
         ],
         "identified": lambda: [
-            on_rig(rig, policy).reward for policy in policies(found.twin, "identified", knowing)
+            run_on_rig(rig, policy).reward
+            for policy in policies(found.twin, "identified", knowing)
         ],
         "fine_tuned": tuned,
-        "classical": lambda: [classical_on_rig(rig, found.twin)],
+        "classical": lambda: [run_classical_on_rig(rig, found.twin)],
         **(scratch if number < options.scratch_rigs else {}),
     }
 
 
-def classical_on_rig(rig: ConcealedRig, twin: Path) -> float:
+def run_classical_on_rig(rig: ConcealedRig, twin: Path) -> float:
     """Return what the classical controller that is designed from a twin earns in an episode on the rig."""
     task = Task()
-    controller = designed(load_twin(twin), task)
+    controller = design_controller(load_twin(twin), task)
     env = rig.env(task)
     try:
-        return earned_on(env.transport, controller, task)
+        return run_controller(env.transport, controller, task)
     finally:
         env.close()
 
 
-def _opened(rig: ConcealedRig) -> Row:
+def _open_seal(rig: ConcealedRig) -> Row:
     """Open the seal, now that all is done: what was concealed, for the table."""
     sealed = json.loads((rig.folder / "seal.json").read_text(encoding="utf-8"))
     return {"concealed": sealed.get("effects", sealed)}
 
 
-def _options(arguments: list[str] | None) -> argparse.Namespace:
+def _parse_options(arguments: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="transfer", description=" ".join((__doc__ or "").split("\n\n")[0].split())
     )

@@ -9,10 +9,9 @@ import pytest
 pytest.importorskip("stable_baselines3")
 from support.paths import CONFIG
 
-from pendulum_rl_env import identify_and_control, sample_times, stages, transfer
-from pendulum_rl_env.learning import tune
-from pendulum_rl_env.scoring import SLICES, words_of
-from pendulum_rl_env.transfer_report import interval, table
+from pendulum_rl_env.scoring import SLICES, describe_reward
+from pendulum_rl_env.studies import identify_and_control, sample_times, stages, transfer, tune
+from pendulum_rl_env.studies.transfer_report import compute_interval, format_table
 
 TWIN = str(CONFIG / "inteco.yaml")
 QUICK = """
@@ -102,17 +101,19 @@ def test_a_policy_that_got_stuck_in_the_twin_is_trained_again(tmp_path: Path, mo
         )
         return out / "policy.zip"
 
-    monkeypatch.setattr(stages, "train", train)
+    monkeypatch.setattr(stages, "train_policy", train)
     learned = {5: 250.0, 1005: 430.0}
     assert (
-        stages.train_well(Path(TWIN), tmp_path / "a", 5) == tmp_path / "a_again_1" / "policy.zip"
+        stages.train_until_good(Path(TWIN), tmp_path / "a", 5)
+        == tmp_path / "a_again_1" / "policy.zip"
     )
     learned = {5: 250.0, 1005: 300.0, 2005: 270.0}
     assert (
-        stages.train_well(Path(TWIN), tmp_path / "b", 5) == tmp_path / "b_again_1" / "policy.zip"
+        stages.train_until_good(Path(TWIN), tmp_path / "b", 5)
+        == tmp_path / "b_again_1" / "policy.zip"
     )
     learned = {5: 450.0}
-    assert stages.train_well(Path(TWIN), tmp_path / "c", 5) == tmp_path / "c" / "policy.zip"
+    assert stages.train_until_good(Path(TWIN), tmp_path / "c", 5) == tmp_path / "c" / "policy.zip"
 
 
 def test_the_table_says_how_many_are_above_the_mark() -> None:
@@ -122,7 +123,7 @@ def test_the_table_says_how_many_are_above_the_mark() -> None:
         for k in range(2)
     ]
     low = {**rewards, "nominal": [-50.0]}
-    told = table(
+    told = format_table(
         {"mark": 423.0, "rigs": [{**rigs[0], "rewards": rewards}, {**rigs[1], "rewards": low}]}
     )
     assert (
@@ -134,14 +135,14 @@ def test_the_table_says_how_many_are_above_the_mark() -> None:
 
 def test_an_interval_holds_the_mean_and_narrows_with_more_rigs() -> None:
     values = np.random.default_rng(0).normal(400, 30, 40)
-    few, many = interval(values[:10]), interval(values)
+    few, many = compute_interval(values[:10]), compute_interval(values)
     assert few[0] < values[:10].mean() < few[1] and many[1] - many[0] < few[1] - few[0]
 
 
 @pytest.mark.parametrize("reward", [-50.0, 0.0, 99.9, 100.0, 250.0, 350.0, 400.0, 512.0])
 def test_every_reward_has_words(reward: float) -> None:
     low, high, theta = next(each for each in SLICES if each[0] <= reward < each[1])
-    assert words_of(reward) == theta and low <= reward < high
+    assert describe_reward(reward) == theta and low <= reward < high
 
 
 def test_sample_times_are_compared_a_step(tmp_path: Path, quick: str, capsys) -> None:

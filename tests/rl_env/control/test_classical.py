@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from pendulum_rl_env.classical import Classical, Tuning, plant_of
-from pendulum_rl_env.classical_design import COARSE, designed, earned_on
+from pendulum_rl_env.control.classical import Classical, Tuning, make_plant
+from pendulum_rl_env.control.design import TYPICAL_ENCODERS, design_controller, run_controller
 from pendulum_rl_env.kernel_transport import KernelTransport
 from pendulum_rl_env.task import Task
 from pendulum_rl_env.transport import Sample
@@ -20,7 +20,7 @@ class Kept:
     """A rig whose last sample is kept."""
 
     def __init__(self, twin: Twin) -> None:
-        self.step_s, self._rig = TASK.step_s, KernelTransport(twin, TASK.step_s, COARSE)
+        self.step_s, self._rig = TASK.step_s, KernelTransport(twin, TASK.step_s, TYPICAL_ENCODERS)
         self.last = np.zeros(4)
 
     def reset(self) -> Sample:
@@ -36,13 +36,13 @@ class Kept:
 
 
 def untuned(twin: Twin) -> Classical:
-    return Classical(plant_of(twin, TASK), Tuning())
+    return Classical(make_plant(twin, TASK), Tuning())
 
 
 def test_designed_on_the_nominal_twin_it_is_nearly_as_good_as_can_be() -> None:
     rig = Kept(NOMINAL)
     assert (
-        earned_on(rig, designed(NOMINAL, TASK), TASK) > 475
+        run_controller(rig, design_controller(NOMINAL, TASK), TASK) > 475
     )  # 479.5 measured; 512 were it upright at once
     assert rig.last == pytest.approx(
         [0.0, 2 * np.pi * round(rig.last[1] / (2 * np.pi)), 0.0, 0.0], abs=0.05
@@ -74,7 +74,7 @@ def test_what_the_twin_knows_is_coped_with_untuned(
 ) -> None:
     twin = Twin("made", NOMINAL.rig, effects)
     rig = Kept(twin)
-    assert earned_on(rig, untuned(twin), TASK) > least
+    assert run_controller(rig, untuned(twin), TASK) > least
     lean = effects.get("angle_offset", {}).get("angle_rad", 0.0)
     assert np.cos(rig.last[1] - lean) > 0.995 and abs(rig.last[0]) < 0.05
 
@@ -84,31 +84,31 @@ def test_it_is_the_twins_knowledge_that_does_it() -> None:
         "made", NOMINAL.rig, {"cart_sign_inverted": {}, "input_delay": {"delay_s": 0.1}}
     )
     assert (
-        earned_on(Kept(inverted), untuned(NOMINAL), TASK)
+        run_controller(Kept(inverted), untuned(NOMINAL), TASK)
         < 200
         < 400
-        < earned_on(Kept(inverted), untuned(inverted), TASK)
+        < run_controller(Kept(inverted), untuned(inverted), TASK)
     )
 
 
 def test_an_angle_that_is_a_little_off_does_not_keep_the_cart_beside_the_middle() -> None:
     rig = Kept(Twin("off", NOMINAL.rig, {"angle_offset": {"angle_rad": 0.02}}))
-    earned_on(rig, untuned(NOMINAL), TASK)
+    run_controller(rig, untuned(NOMINAL), TASK)
     assert abs(rig.last[0]) < 0.03
 
 
 def test_the_same_twin_gives_the_same_controller() -> None:
     short = Task(steps=10)
-    assert designed(NOMINAL, short).tuning == designed(NOMINAL, short).tuning
+    assert design_controller(NOMINAL, short).tuning == design_controller(NOMINAL, short).tuning
 
 
 def test_an_episode_leaves_nothing_behind() -> None:
     controller, rig = untuned(NOMINAL), KernelTransport(NOMINAL, TASK.step_s)
-    assert earned_on(rig, controller, TASK) == earned_on(rig, controller, TASK)
+    assert run_controller(rig, controller, TASK) == run_controller(rig, controller, TASK)
 
 
 def test_a_beginning_that_was_stale_is_a_recordings_not_the_rigs() -> None:
-    assert not plant_of(
+    assert not make_plant(
         Twin("made", NOMINAL.rig, {"stale_start": {"seconds": 2.0}}), TASK
     ).twin.effects
 
@@ -118,4 +118,4 @@ def test_a_rig_without_a_pole_is_refused() -> None:
     with pytest.raises(
         BadInputError, match="cart: expected a rig with cart, pole and drive to control"
     ):
-        plant_of(cart, TASK)
+        make_plant(cart, TASK)

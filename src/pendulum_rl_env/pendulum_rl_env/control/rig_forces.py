@@ -30,24 +30,24 @@ class Forces(NamedTuple):
 
 
 @compiled
-def _acting(x, th, v, w, way, theta):  # type: ignore[no-untyped-def]
+def _sum_forces(x, th, v, w, way, theta):  # type: ignore[no-untyped-def]
     push, turn, coupling = sum_forces((x, th, v, w), 0.0, theta, 0, 1, ALL_LAWS)
     return push, cart_level(abs(v), x, way, theta, 0, 1, ALL_LAWS), turn, coupling
 
 
-def forces(state: Floats, theta: Floats, way: float = 1.0) -> Forces:
+def compute_forces(state: Floats, theta: Floats, way: float = 1.0) -> Forces:
     """Return what acts at a true state x, th, v, w; way: in which the cart moves, or wants to, 1 or -1."""
     x, th, v, w = state.tolist()
-    return Forces(*_acting(x, th, v, w, way, theta))
+    return Forces(*_sum_forces(x, th, v, w, way, theta))
 
 
-def drive_for(acceleration: float, way: float, state: Floats, theta: Floats) -> float:
+def compute_drive(acceleration: float, way: float, state: Floats, theta: Floats) -> float:
     """Return the drive that accelerates the cart so (m/s^2) at a true state.
 
     way: in which the cart moves or is to move, -1 to 1: dry friction is overcome by that share,
     the pole's own is left out.
     """
-    push, level, turn, coupling = forces(state, theta, 1.0 if way >= 0.0 else -1.0)
+    push, level, turn, coupling = compute_forces(state, theta, 1.0 if way >= 0.0 else -1.0)
     swing = (turn + coupling * acceleration) / float(theta[INERTIA])
     force = float(theta[MASS]) * acceleration - coupling * swing - push + way * level
     return force / float(theta[FORCE_PER_PWM])

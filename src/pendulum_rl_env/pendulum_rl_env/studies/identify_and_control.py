@@ -2,7 +2,7 @@
 
 A minute of excitation, a diagnosis, a policy trained in the identified twin, and an episode on the
 rig, which has seen no training step. The rig is an emulated one with physics concealed by the
-seed. Run as `python -m pendulum_rl_env.identify_and_control --seed S --out DIR`.
+seed. Run as `python -m pendulum_rl_env.studies.identify_and_control --seed S --out DIR`.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from pathlib import Path
 
 import gymnasium as gym
 
-from pendulum_rl_env import stages
-from pendulum_rl_env.in_process import scaled
-from pendulum_rl_env.learning.algorithms import load_policy, policy_of
+from pendulum_rl_env.in_process import scale_actions
+from pendulum_rl_env.learning.algorithms import load_policy, make_policy
 from pendulum_rl_env.learning.export import export
-from pendulum_rl_env.scoring import Episode, run_episode, words_of
-from pendulum_rl_env.stages import ConcealedRig
+from pendulum_rl_env.scoring import Episode, describe_reward, run_episode
+from pendulum_rl_env.studies import stages
+from pendulum_rl_env.studies.stages import ConcealedRig
 from pendulum_rl_env.task import Task
 from pendulum_rl_env.video import save_video
 from pendulum_twin.command_line import run_command
@@ -30,13 +30,15 @@ KINDS = "single:1,pair:1"
 
 def main(arguments: list[str] | None = None) -> int:
     """Run all of it; return 0 when it came to the end, 1 when it could not (the reason on stderr)."""
-    options = _options(arguments)
+    options = _parse_options(arguments)
     return run_command(
-        "identify_and_control", lambda: _done(options), "all that it had started has ended"
+        "identify_and_control",
+        lambda: _identify_and_control(options),
+        "all that it had started has ended",
     )
 
 
-def _done(options: argparse.Namespace) -> None:
+def _identify_and_control(options: argparse.Namespace) -> None:
     out: Path = options.out
     if out.exists() and any(out.iterdir()):
         raise BadInputError(f"{out}: expected an empty folder, or none: give another --out")
@@ -52,34 +54,34 @@ def _done(options: argparse.Namespace) -> None:
         flush=True,
     )
     how = ["--preset", options.preset, "--verdict", str(found.folder / "verdict.json")]
-    policy = stages.train_well(found.twin, out / "policy", options.seed, how)
+    policy = stages.train_until_good(found.twin, out / "policy", options.seed, how)
     learned = json.loads((policy.parent / "result.json").read_text(encoding="utf-8"))
     print(
         f"  in the twin: mean reward {learned['best_mean_reward']:.0f}, {learned['wall_s']:.0f} s",
         flush=True,
     )
-    episode = on_rig(rig, policy)
+    episode = run_on_rig(rig, policy)
     export(load_policy(policy), Task(), out / "policy.onnx")
     save_video(episode, Task(), out / "episode.gif")
     print(
-        f"On the rig, with no training step there: reward {episode.reward:.0f}: {words_of(episode.reward)}"
+        f"On the rig, with no training step there: reward {episode.reward:.0f}: {describe_reward(episode.reward)}"
     )
     print(
         f"Report: {out / 'diagnosis' / 'report.html'}; policy: {out / 'policy.onnx'}; the episode: {out / 'episode.gif'}"
     )
 
 
-def on_rig(rig: ConcealedRig, policy: Path) -> Episode:
+def run_on_rig(rig: ConcealedRig, policy: Path) -> Episode:
     """Run an episode on the rig, from hanging at rest; the rig repeats to the last bit, so one tells all."""
     task = Task()
-    env = gym.wrappers.TimeLimit(scaled(rig.env(task)), task.steps)
+    env = gym.wrappers.TimeLimit(scale_actions(rig.env(task)), task.steps)
     try:
-        return run_episode(env, policy_of(load_policy(policy)))
+        return run_episode(env, make_policy(load_policy(policy)))
     finally:
         env.close()
 
 
-def _options(arguments: list[str] | None) -> argparse.Namespace:
+def _parse_options(arguments: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="identify_and_control", description=" ".join((__doc__ or "").split())
     )

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_discrete_are
 from scipy.optimize import brentq
 
-from pendulum_rl_env.kernel_transport import samples_of
-from pendulum_rl_env.rig_forces import drive_for, forces
+from pendulum_rl_env.control.rig_forces import compute_drive, compute_forces
+from pendulum_rl_env.kernel_transport import count_samples
 from pendulum_twin import lanes
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin
@@ -38,9 +38,9 @@ SMOOTH = (
     "sensor_delay",
     "sample_period_error",
 )
-TURNED = 1e-4  # of a state, and of the drive, for derivatives
-FAINT = 1e-3  # of the largest effect of a past drive: what is less is forgotten
-LONGEST = 40  # periods that are remembered
+DIFFERENCE_STEP = 1e-4  # of a state, and of the drive, for derivatives
+FORGOTTEN_SHARE = 1e-3  # of the largest effect of a past drive: what is less is forgotten
+MOST_PERIODS = 40  # periods that are remembered
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Upright:
 
 
 @dataclass(frozen=True)
-class Linear:
+class LinearMap:
     """Hold the map from command to command, of distances from `Upright`.
 
     state: (4, 4). drive: (n + 1, 4), the effect of this period's drive and of those n before it.
@@ -78,7 +78,7 @@ class Linear:
         return a, b
 
 
-def smooth(twin: Twin) -> Twin:
+def keep_smooth_effects(twin: Twin) -> Twin:
     """Return the twin with what can be linearised: no dry friction, no steps of the command, exact sensors."""
     return Twin(
         twin.name,
@@ -87,16 +87,16 @@ def smooth(twin: Twin) -> Twin:
     )
 
 
-def upright(twin: Twin, turn: int = 0) -> Upright:
+def find_upright(twin: Twin, turn: int = 0) -> Upright:
     """Return where a twin balances near the angle 2 pi turn; raise BadInputError when it does so nowhere.
 
     Where gravity and springs leave no torque on the pole; the drive holds what then pushes the
     cart.
     """
-    theta = make_theta(smooth(twin))
+    theta = make_theta(keep_smooth_effects(twin))
 
     def torque(angle: float) -> float:
-        return forces(np.array([0.0, angle, 0.0, 0.0]), theta).turn
+        return compute_forces(np.array([0.0, angle, 0.0, 0.0]), theta).turn
 
     middle = 2 * math.pi * turn
     if not torque(middle - 1.0) < 0.0 < torque(middle + 1.0):
@@ -104,21 +104,28 @@ def upright(twin: Twin, turn: int = 0) -> Upright:
             f"{twin.name}: expected a pole that falls when it is left alone, found one that does not"
         )
     angle = float(brentq(torque, middle - 1.0, middle + 1.0))
-    return Upright(angle, drive_for(0.0, 0.0, np.array([0.0, angle, 0.0, 0.0]), theta))
+    return Upright(angle, compute_drive(0.0, 0.0, np.array([0.0, angle, 0.0, 0.0]), theta))
 
 
-def linearised(twin: Twin, at: Upright, step_s: float) -> Linear:
+def linearise(twin: Twin, at: Upright, step_s: float) -> LinearMap:
     """Return the map of the twin's smooth part over periods of step_s, by differences through the kernel."""
-    period = _Period(smooth(twin), at, step_s)
+    period = _Period(keep_smooth_effects(twin), at, step_s)
     state = np.empty((4, 4))
     for k in range(4):
         aside = np.zeros(4)
-        aside[k] = TURNED
-        state[:, k] = (period.run(aside, [0.0])[0] - period.run(-aside, [0.0])[0]) / (2 * TURNED)
-    up, down = (period.run(np.zeros(4), [way * TURNED, *[0.0] * LONGEST]) for way in (1.0, -1.0))
-    drive = (up - down) / (2 * TURNED)
-    kept = np.flatnonzero((np.abs(drive) > FAINT * np.abs(drive).max(axis=0)).any(axis=1))
-    return Linear(state, drive[: kept[-1] + 1])
+        aside[k] = DIFFERENCE_STEP
+        state[:, k] = (period.run(aside, [0.0])[0] - period.run(-aside, [0.0])[0]) / (
+            2 * DIFFERENCE_STEP
+        )
+    up, down = (
+        period.run(np.zeros(4), [way * DIFFERENCE_STEP, *[0.0] * MOST_PERIODS])
+        for way in (1.0, -1.0)
+    )
+    drive = (up - down) / (2 * DIFFERENCE_STEP)
+    kept = np.flatnonzero(
+        (np.abs(drive) > FORGOTTEN_SHARE * np.abs(drive).max(axis=0)).any(axis=1)
+    )
+    return LinearMap(state, drive[: kept[-1] + 1])
 
 
 class _Period:
@@ -126,7 +133,7 @@ class _Period:
 
     def __init__(self, twin: Twin, at: Upright, step_s: float) -> None:
         self._at = at
-        self._timing = lanes.make_timing(step_s, samples_of(step_s))
+        self._timing = lanes.make_timing(step_s, count_samples(step_s))
         self._kinds = lanes.make_kinds([twin], self._timing)
         self._lanes = lanes.make_lanes(self._kinds, self._timing, 1)
         self._code = lanes.select_lane_code(self._kinds, 1)
@@ -134,7 +141,7 @@ class _Period:
     def run(self, aside: Floats, drives: list[float]) -> Floats:
         """Return the distances from rest at the end of every period, (periods, 4); each begins this far aside of it."""
         lanes.begin_lane_from_python(self._kinds, self._lanes, self._timing, 0, 0, lanes.AT_REST)
-        for _ in range(LONGEST):  # for as long as the drive remembers, it was this
+        for _ in range(MOST_PERIODS):  # for as long as the drive remembers, it was this
             self._hold(np.zeros(4), 0.0)
         return np.array([self._hold(aside, drive) for drive in drives])
 
@@ -145,7 +152,7 @@ class _Period:
         return self._lanes.true[0] - self._at.state
 
 
-def regulator(linear: Linear, weights: Sequence[float], effort: float) -> Floats:
+def design_regulator(linear: LinearMap, weights: Sequence[float], effort: float) -> Floats:
     """Return the gains (5 + n,) of drive = -gains (x, th, v, w, sum of x, past drives), all as distances from `Upright`.
 
     weights: of the squares of x, th, v, w and the sum of x; effort: of that of the drive. Raises

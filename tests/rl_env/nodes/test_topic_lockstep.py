@@ -13,9 +13,9 @@ from support.paths import CONFIG  # noqa: E402
 from support.served_twin import served_twin  # noqa: E402
 
 import pendulum_rl_env  # noqa: E402, F401
-from pendulum_rl_env.in_process import twin_env  # noqa: E402
+from pendulum_rl_env.in_process import make_twin_env  # noqa: E402
 from pendulum_rl_env.kernel_transport import KernelTransport  # noqa: E402
-from pendulum_rl_env.nodes.ros_env import ros_env  # noqa: E402
+from pendulum_rl_env.nodes.ros_env import make_ros_env  # noqa: E402
 from pendulum_rl_env.nodes.topic_transport import TopicTransport  # noqa: E402
 from pendulum_rl_env.transport import NoAnswerError  # noqa: E402
 from pendulum_twin.errors import BadInputError  # noqa: E402
@@ -131,7 +131,7 @@ def test_gymnasium_finds_nothing_wrong(domain) -> None:
 
 def test_policies_carry_over(domain) -> None:
     with served_twin(domain, "rig", lockstep=True, twin=str(INTECO)):
-        there, here = ros_env(lockstep=True), twin_env(INTECO)
+        there, here = make_ros_env(lockstep=True), make_twin_env(INTECO)
         try:
             assert (
                 there.action_space == here.action_space

@@ -15,10 +15,10 @@ from support.paths import CONFIG
 from support.ros_graph import until
 
 from pendulum_rl_env import evaluate, train
-from pendulum_rl_env.learning.algorithms import load_policy, policy_of
+from pendulum_rl_env.learning.algorithms import load_policy, make_policy
 from pendulum_rl_env.learning.export import INPUT, OUTPUT, export
 from pendulum_rl_env.learning.preset import IN_PROCESS, PRESETS, load_preset
-from pendulum_rl_env.task import Task, observation
+from pendulum_rl_env.task import Task, make_observation
 from pendulum_twin.errors import BadInputError
 
 TWIN = str(CONFIG / "inteco.yaml")
@@ -217,7 +217,7 @@ def test_onnx_gives_the_policys_own_commands_scaling_inside(tmp_path: Path, how:
     export(model, Task(), file)
     states = np.random.default_rng(1).normal(size=(500, 4)) * [0.4, 3.0, 2.0, 9.0]
     commands = runtime.InferenceSession(file).run([OUTPUT], {INPUT: states.astype(np.float32)})[0]
-    wanted = 0.5 * policy_of(model)(observation(states, Task()))
+    wanted = 0.5 * make_policy(model)(make_observation(states, Task()))
     assert commands.shape == (500, 1) and commands == pytest.approx(wanted, abs=1e-5)
 
 

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
+from pendulum_rl_env.control.observer import Observer
+from pendulum_rl_env.control.rig_forces import compute_drive
+from pendulum_rl_env.control.static_drive import make_static_drive
 from pendulum_rl_env.kernel_transport import KernelTransport
-from pendulum_rl_env.observer import Observer
-from pendulum_rl_env.rig_forces import drive_for
-from pendulum_rl_env.static_drive import static_drive
 from pendulum_twin.encoders import Encoders
 from pendulum_twin.model import Twin, load_twin
 from pendulum_twin.parameter_vector import make_theta
@@ -26,7 +26,7 @@ CHAIN = {
 
 @pytest.mark.parametrize("drive", [0.2, -0.2, 0.01, -1e-6, 0.0])
 def test_a_drive_that_can_be_had_is_had(drive: float) -> None:
-    chain = static_drive(Twin("made", RIG, CHAIN), 0.5)
+    chain = make_static_drive(Twin("made", RIG, CHAIN), 0.5)
     assert chain.given(chain.asked(drive, 3.0), 3.0) == pytest.approx(drive, abs=1e-12)
     assert [chain.given(chain.asked(most)) for most in (9.0, -9.0)] == pytest.approx([0.24, -0.36])
     assert chain.reach == pytest.approx(0.24)
@@ -36,7 +36,7 @@ def test_the_chain_is_the_twins() -> None:
     twin = Twin("made", RIG, CHAIN)
     for pwm in (0.4, -0.4, 0.15, -0.15, 0.03):
         plain = Twin("plain", RIG, {})
-        drive = static_drive(twin, 0.5).given(pwm)
+        drive = make_static_drive(twin, 0.5).given(pwm)
         assert Stepper(twin, 0.001).step(pwm) == pytest.approx(
             Stepper(plain, 0.001).step(drive), abs=1e-7
         )
@@ -53,7 +53,7 @@ def test_the_drive_for_an_acceleration_gives_it(state: tuple[float, ...]) -> Non
         "pole_spring": {"n_m_per_rad": 0.005},
     }
     twin = Twin("made", RIG, effects)
-    drive = drive_for(3.0, math.copysign(1.0, state[2]), np.array(state), make_theta(twin))
+    drive = compute_drive(3.0, math.copysign(1.0, state[2]), np.array(state), make_theta(twin))
     after = Stepper(twin, 1e-4, state).step(drive)
     assert (after[2] - state[2]) / 1e-4 == pytest.approx(3.0, abs=0.02)
 

@@ -10,7 +10,7 @@ from pendulum_rl_env.pacing.link import Received
 from pendulum_rl_env.pacing.lockstep import LockstepPace
 from pendulum_rl_env.pacing.real_time import RealTimePace
 from pendulum_rl_env.pacing.schedule import Schedule
-from pendulum_rl_env.pacing.sequence import StampSequence, period_of
+from pendulum_rl_env.pacing.sequence import StampSequence, compute_period_ns
 from pendulum_rl_env.transport import NoAnswerError
 from pendulum_twin.errors import BadInputError
 
@@ -273,4 +273,4 @@ def test_a_row_of_stamps_is_judged() -> None:
         False
     ] * 2 + [True]
     assert (row.lost, row.stale) == (2, 2)
-    assert period_of([0, 10, 20, 50, 60]) == 10.0
+    assert compute_period_ns([0, 10, 20, 50, 60]) == 10.0

@@ -1,0 +1,1 @@
+"""The classical controller: energy swing-up and linear-quadratic regulator on a twin."""
