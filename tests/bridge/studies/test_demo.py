@@ -6,9 +6,9 @@ import sys
 import pytest
 from support.paths import CONFIG
 
-from pendulum_bridge import demo
 from pendulum_bridge.emulator.comparison import Answer, answer, read_verdict, table
 from pendulum_bridge.emulator.seal import Concealed
+from pendulum_bridge.studies import demo
 from pendulum_sysid.reading.bag import read_bag
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.rig import Rig

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from rosbags.highlevel import AnyReader
 
-from pendulum_bridge import trials
 from pendulum_bridge.emulator.conceal import TABLE
 from pendulum_bridge.emulator.seal import open_seal
 from pendulum_bridge.emulator.unlisted import TABLE as UNLISTED
-from pendulum_bridge.trial.mix import EFFECTS_OF, USUAL, kind_at, shares_of
-from pendulum_bridge.trial.trial import trial_at, trial_with
+from pendulum_bridge.studies import trials
+from pendulum_bridge.studies.trial.mix import EFFECTS_OF, USUAL, kind_at, shares_of
+from pendulum_bridge.studies.trial.trial import trial_at, trial_with
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import load_twin
 from pendulum_twin.rig import Rig

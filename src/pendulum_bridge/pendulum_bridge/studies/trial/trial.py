@@ -10,7 +10,7 @@ import numpy as np
 from pendulum_bridge.emulator.conceal import TABLE, completed, concealed_of
 from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.emulator.unlisted import BY_NAME as UNLISTED
-from pendulum_bridge.trial.mix import EFFECTS_OF, kind_at
+from pendulum_bridge.studies.trial.mix import EFFECTS_OF, kind_at
 from pendulum_twin.rig import Rig
 
 KIND_OF = {0: "nothing", 1: "single", 2: "pair", 3: "triple"}

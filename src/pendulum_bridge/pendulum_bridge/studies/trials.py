@@ -3,7 +3,7 @@
 Every trial has bag/ (the recording), seal.json (the truth), twin.yaml (the nominal twin: wrong
 constants, no effects) and trial.json (how it was made). Its path is printed as soon as it is
 complete. Trial k of a seed is the same, however many are recorded. Run as `python -m
-pendulum_bridge.trials --out DIR --trials N --seed S`.
+pendulum_bridge.studies.trials --out DIR --trials N --seed S`.
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ import sys
 import tempfile
 from pathlib import Path
 
-from pendulum_bridge.bag_writer import Log, write_bag
 from pendulum_bridge.emulator.conceal import BY_NAME
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import write_seal
 from pendulum_bridge.emulator.sensors import Encoders
 from pendulum_bridge.emulator.session import play, recorded
 from pendulum_bridge.emulator.unlisted import BY_NAME as UNLISTED
-from pendulum_bridge.trial.controller import Controller, tuning_of
-from pendulum_bridge.trial.mix import USUAL, shares_of
-from pendulum_bridge.trial.trial import Trial, trial_at, trial_with
+from pendulum_bridge.recording.bag_writer import Log, write_bag
+from pendulum_bridge.studies.trial.controller import Controller, tuning_of
+from pendulum_bridge.studies.trial.mix import USUAL, shares_of
+from pendulum_bridge.studies.trial.trial import Trial, trial_at, trial_with
 from pendulum_twin.command_line import as_option, make_number_reader, make_whole_reader
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin, load_twin, save_twin, write_atomically

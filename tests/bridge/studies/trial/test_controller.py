@@ -10,9 +10,16 @@ import pytest
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.emulator.session import recorded
-from pendulum_bridge.trial.controller import PLACED, Controller, Mode, Stand, controlled, tuning_of
-from pendulum_bridge.trial.mix import USUAL
-from pendulum_bridge.trial.trial import trial_at
+from pendulum_bridge.studies.trial.controller import (
+    PLACED,
+    Controller,
+    Mode,
+    Stand,
+    controlled,
+    tuning_of,
+)
+from pendulum_bridge.studies.trial.mix import USUAL
+from pendulum_bridge.studies.trial.trial import trial_at
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.rig import Rig
 

@@ -1,7 +1,7 @@
 """The whole job with no hardware, over the real graph, from concealing physics in an emulated rig to opening the seal.
 
 The rig is driven, excited and recorded as a real one would be, and the recording diagnosed as a
-user would diagnose it. Run as `python -m pendulum_bridge.demo --out out/demo`.
+user would diagnose it. Run as `python -m pendulum_bridge.studies.demo --out out/demo`.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from pathlib import Path
 from pendulum_bridge.emulator.comparison import read_verdict, table
 from pendulum_bridge.emulator.seal import open_seal
 from pendulum_bridge.programs import SCRIPTS, Program, Programs, wait_for, wait_until_done
-from pendulum_bridge.udp import Address
+from pendulum_bridge.wire.udp import Address
 from pendulum_twin.command_line import make_whole_reader, run_command
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin, load_twin, save_twin
