@@ -5,7 +5,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-
 from support.paths import SRC
 
 FOUNDATION = "pendulum_twin"
@@ -17,7 +16,7 @@ ROS = {
 }  # fmt: skip
 CONFINED = (  # these packages may be imported in these modules, and nowhere else
     (ROS, {"pendulum_twin.nodes", "pendulum_bridge.nodes", "pendulum_rl_env.nodes"}),
-    ({"rosbags"}, {"pendulum_sysid.reading.bag", "pendulum_bridge.bag_writer"}),
+    ({"rosbags"}, {"pendulum_sysid.reading.bag", "pendulum_bridge.recording.bag_writer"}),
     (
         {"torch", "stable_baselines3", "sb3_contrib", "optuna"},
         {"pendulum_rl_env.learning", "pendulum_rl_env.train"},
@@ -104,7 +103,7 @@ def test_every_package_is_looked_at() -> None:
         ("pendulum_sysid.verbs.fit", "from sensor_msgs.msg import JointState", "sensor_msgs.msg"),
         ("pendulum_sysid.records", "from rosbags.highlevel import AnyReader", "rosbags.highlevel"),
         ("pendulum_rl_env.env", "import torch", "torch"),
-        ("pendulum_bridge.protocol", "import mujoco", "mujoco"),
+        ("pendulum_bridge.wire.protocol", "import mujoco", "mujoco"),
         (
             "pendulum_sysid.fitting.fit",
             "from ..finding.judge import lead",

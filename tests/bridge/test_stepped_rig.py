@@ -14,7 +14,7 @@ from pendulum_bridge.emulator.conceal import concealed_of, draw
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed, write_seal
 from pendulum_bridge.emulator.sensors import Encoders
-from pendulum_bridge.protocol import COMMAND, SAMPLE, Command
+from pendulum_bridge.wire.protocol import COMMAND, SAMPLE, Command
 from pendulum_twin.rig import Rig
 
 PWM = (0.3, -0.2, -0.4, 0.5, 0.1)

@@ -6,8 +6,8 @@ import numpy as np
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
-from pendulum_bridge.excitation_guard import StopReason
-from pendulum_bridge.excitation_run import Stage
+from pendulum_bridge.excitation.guard import StopReason
+from pendulum_bridge.excitation.run import Stage
 from pendulum_bridge.nodes.excitation_node import ExcitationNode
 from pendulum_twin.model import load_twin
 from pendulum_twin.nodes.messages import to_joint_state

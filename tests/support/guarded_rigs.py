@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from pendulum_bridge.reasons import Reason
-from pendulum_bridge.rig_state import RigState
-from pendulum_bridge.safety import Decision, Rules, Safety, at_start, decided, reset_asked
+from pendulum_bridge.safety.decide import Decision, Rules, Safety, at_start, decided, reset_asked
+from pendulum_bridge.safety.reasons import Reason
+from pendulum_bridge.safety.rig_state import RigState
 from pendulum_twin.model import Twin
 from pendulum_twin.rig import Rig
 from pendulum_twin.stepper import Stepper

@@ -9,10 +9,10 @@ import sys
 import time
 from pathlib import Path
 
-from pendulum_bridge.link import Link
-from pendulum_bridge.protocol import Sample
-from pendulum_bridge.tcp import tcp_link
-from pendulum_bridge.udp import Address
+from pendulum_bridge.wire.link import Link
+from pendulum_bridge.wire.protocol import Sample
+from pendulum_bridge.wire.tcp import tcp_link
+from pendulum_bridge.wire.udp import Address
 
 TWIN = Path(__file__).parents[2] / "config" / "inteco.yaml"
 LONG_S = 30.0

@@ -8,8 +8,8 @@ from bisect import bisect_left
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from pendulum_bridge.protocol import Command
-from pendulum_bridge.receive_time import ROOM, ask_for_times, received_ns
+from pendulum_bridge.wire.protocol import Command
+from pendulum_bridge.wire.receive_time import ROOM, ask_for_times, received_ns
 from support.running_emulator import free_ports, udp_socket
 
 LOOPBACK = "127.0.0.1"

@@ -22,7 +22,7 @@ from pendulum_bridge.emulator.conceal import BY_NAME, draw
 from pendulum_bridge.emulator.rig import EmulatedRig, Floats
 from pendulum_bridge.emulator.seal import Concealed, open_seal
 from pendulum_bridge.emulator.sensors import Encoders
-from pendulum_bridge.protocol import COMMAND, Command, Sample
+from pendulum_bridge.wire.protocol import COMMAND, Command, Sample
 from pendulum_twin.command_line import make_number_reader, make_whole_reader
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import load_twin

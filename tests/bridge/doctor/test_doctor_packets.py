@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from pendulum_bridge.doctor.faults import Fault, Verdict
 from pendulum_bridge.doctor.packets import check_packets, samples_of
-from pendulum_bridge.protocol import Sample
+from pendulum_bridge.wire.protocol import Sample
 
 GOOD = Sample(
     math.pi, 0.01, -0.002, 1e-100

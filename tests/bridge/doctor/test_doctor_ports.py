@@ -9,8 +9,8 @@ from support.running_emulator import free_ports, udp_socket
 from pendulum_bridge.doctor.faults import Fault, Verdict
 from pendulum_bridge.doctor.port_owner import NOBODY_KNOWN, owner_of
 from pendulum_bridge.doctor.ports import check_address, check_rig_port, our_port_refused
-from pendulum_bridge.protocol import Command
-from pendulum_bridge.udp import Address, Endpoint
+from pendulum_bridge.wire.protocol import Command
+from pendulum_bridge.wire.udp import Address, Endpoint
 from pendulum_twin.errors import BadInputError
 
 LOOPBACK, ALL, ELSEWHERE = (

@@ -20,9 +20,9 @@ from pendulum_bridge.doctor.pushes import (
     push,
     watch_reset,
 )
-from pendulum_bridge.protocol import Command, Sample
-from pendulum_bridge.rig_state import RigState
-from pendulum_bridge.safety import rules_for
+from pendulum_bridge.safety.decide import rules_for
+from pendulum_bridge.safety.rig_state import RigState
+from pendulum_bridge.wire.protocol import Command, Sample
 from pendulum_twin.model import Twin
 
 RULES = rules_for(TWIN.rig)

@@ -19,7 +19,7 @@ from pendulum_bridge.doctor.standing import CHECKS, stand
 from pendulum_bridge.doctor.track import without_spikes
 from pendulum_bridge.doctor.wire import Heard
 from pendulum_bridge.doctor.zeros import check_rail
-from pendulum_bridge.udp import Address
+from pendulum_bridge.wire.udp import Address
 from pendulum_twin.model import Twin
 
 RATE_HZ, COUNT = 100.0, 300

@@ -20,7 +20,7 @@ from support.running_emulator import LONG_S, TWIN, free_ports, start, udp_socket
 
 from pendulum_bridge.doctor.driving import LAST_WORDS
 from pendulum_bridge.doctor.rig_doctor import NOTICE, SCHEMA, options_of
-from pendulum_bridge.protocol import Command, Sample
+from pendulum_bridge.wire.protocol import Command, Sample
 from pendulum_twin.model import Twin, load_twin, save_twin
 
 BUSY = {"rate_off", "jitter", "bursts", "some_lost", "slow_answer"}

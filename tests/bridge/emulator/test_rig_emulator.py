@@ -17,7 +17,7 @@ from pendulum_bridge.emulator.conceal import draw
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.rig_emulator import options_of, run
 from pendulum_bridge.emulator.seal import Concealed, open_seal
-from pendulum_bridge.protocol import Command, Sample
+from pendulum_bridge.wire.protocol import Command, Sample
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin, save_twin
 from pendulum_twin.rig import Rig

@@ -16,10 +16,10 @@ from support.driven_rig import DrivenEmulator, User, figures, make_driver  # noq
 from support.ros_graph import Graph, until  # noqa: E402
 from support.running_emulator import TWIN  # noqa: E402
 
-from pendulum_bridge import driver as core  # noqa: E402
+from pendulum_bridge.driver import driver as core  # noqa: E402
 from pendulum_bridge.nodes.driver_node import DriverNode  # noqa: E402
-from pendulum_bridge.reasons import Reason  # noqa: E402
-from pendulum_bridge.two_writers import TOGETHER_S  # noqa: E402
+from pendulum_bridge.safety.reasons import Reason  # noqa: E402
+from pendulum_bridge.safety.two_writers import TOGETHER_S  # noqa: E402
 from pendulum_twin.errors import BadInputError  # noqa: E402
 
 OK, WARN, ERROR = 0, 1, 2

@@ -25,8 +25,8 @@ from support.excitation_bench import (  # noqa: E402
 )
 from support.ros_graph import Graph  # noqa: E402
 
-from pendulum_bridge.excitation_run import Stage  # noqa: E402
-from pendulum_bridge.playback import LOOKED_AT  # noqa: E402
+from pendulum_bridge.excitation.playback import LOOKED_AT  # noqa: E402
+from pendulum_bridge.excitation.run import Stage  # noqa: E402
 from pendulum_twin.errors import BadInputError  # noqa: E402
 from pendulum_twin.model import load_twin  # noqa: E402
 from pendulum_twin.nodes.qos import LATEST, SAMPLES  # noqa: E402

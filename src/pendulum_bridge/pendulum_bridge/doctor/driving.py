@@ -9,10 +9,10 @@ import numpy as np
 from pendulum_bridge.doctor.pushes import Moment, Plan
 from pendulum_bridge.doctor.track import Track
 from pendulum_bridge.doctor.wire import Heard, Wire
-from pendulum_bridge.protocol import Command, Sample
-from pendulum_bridge.reasons import Reason
-from pendulum_bridge.rig_state import RigState
-from pendulum_bridge.safety import Rules, Safety, at_start, decided
+from pendulum_bridge.safety.decide import Rules, Safety, at_start, decided
+from pendulum_bridge.safety.reasons import Reason
+from pendulum_bridge.safety.rig_state import RigState
+from pendulum_bridge.wire.protocol import Command, Sample
 from pendulum_twin.errors import BadInputError
 
 WAIT_S = 0.02  # longest time without a decision, as in the driver

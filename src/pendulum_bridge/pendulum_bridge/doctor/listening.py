@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pendulum_bridge.doctor.faults import Fault
 from pendulum_bridge.doctor.findings import Check, Finding
 from pendulum_bridge.doctor.wire import Heard, Wire
-from pendulum_bridge.udp import Address
+from pendulum_bridge.wire.udp import Address
 
 FIRST_S = 2.0  # until the first sample
 SILENT_S = 0.5  # without one more at the end: it has stopped

@@ -33,9 +33,9 @@ from pendulum_bridge.doctor.resting import CART, AtRest
 from pendulum_bridge.doctor.track import Grid, gridded
 from pendulum_bridge.doctor.wire import Wire
 from pendulum_bridge.doctor.zeros import check_rail
-from pendulum_bridge.limits import Limits
-from pendulum_bridge.safety import Rules, rules_for
-from pendulum_bridge.signs import ways
+from pendulum_bridge.safety.decide import Rules, rules_for
+from pendulum_bridge.safety.limits import Limits
+from pendulum_bridge.safety.signs import ways
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin
 from pendulum_twin.rig import Rig

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 
 from pendulum_bridge.doctor.faults import Fault
 from pendulum_bridge.doctor.findings import Check, Finding
-from pendulum_bridge.protocol import SAMPLE, Sample
-from pendulum_bridge.udp import LONGEST_PACKET
+from pendulum_bridge.wire.protocol import SAMPLE, Sample
+from pendulum_bridge.wire.udp import LONGEST_PACKET
 from pendulum_twin.errors import BadInputError
 
 SWAPPED = struct.Struct("<dddd")

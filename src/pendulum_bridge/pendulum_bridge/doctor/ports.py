@@ -10,8 +10,8 @@ import socket
 from pendulum_bridge.doctor.faults import Fault
 from pendulum_bridge.doctor.findings import Check, Finding
 from pendulum_bridge.doctor.port_owner import owner_of
-from pendulum_bridge.protocol import Command
-from pendulum_bridge.udp import Address, number_of
+from pendulum_bridge.wire.protocol import Command
+from pendulum_bridge.wire.udp import Address, number_of
 from pendulum_twin.errors import BadInputError
 
 REFUSAL_S = 0.2  # until a machine in the same network has said that nobody listens

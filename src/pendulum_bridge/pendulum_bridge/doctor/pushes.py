@@ -11,8 +11,8 @@ import math
 from collections.abc import Generator
 from dataclasses import dataclass
 
-from pendulum_bridge.reset import Rest, clipped
-from pendulum_bridge.rig_state import RigState
+from pendulum_bridge.safety.reset import Rest, clipped
+from pendulum_bridge.safety.rig_state import RigState
 
 SURE = 3  # samples in a row; one alone may be a spike
 MOVED_M = 0.005  # a cart that has come so far moves

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from pendulum_bridge.doctor.faults import Fault
 from pendulum_bridge.doctor.findings import Check, Finding
-from pendulum_bridge.reset import Rest
+from pendulum_bridge.safety.reset import Rest
 
 Floats = NDArray[np.float64]
 POLE, POLE_RATE, CART, CART_VELOCITY = range(4)

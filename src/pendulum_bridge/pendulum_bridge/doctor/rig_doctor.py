@@ -27,7 +27,7 @@ from pendulum_bridge.doctor.ports import (
     our_port_refused,
 )
 from pendulum_bridge.doctor.wire import PortWire, tcp_wire, udp_wire
-from pendulum_bridge.udp import RIG, USER, Address, address_of
+from pendulum_bridge.wire.udp import RIG, USER, Address, address_of
 from pendulum_twin.command_line import as_option, make_number_reader
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import load_twin

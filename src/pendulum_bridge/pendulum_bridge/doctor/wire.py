@@ -7,9 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
-from pendulum_bridge.protocol import SAMPLE, Command
-from pendulum_bridge.tcp import TcpPort
-from pendulum_bridge.udp import Address, Endpoint
+from pendulum_bridge.wire.protocol import SAMPLE, Command
+from pendulum_bridge.wire.tcp import TcpPort
+from pendulum_bridge.wire.udp import Address, Endpoint
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ import math
 from pendulum_bridge.doctor.faults import Fault
 from pendulum_bridge.doctor.findings import Check, Finding, skipped
 from pendulum_bridge.doctor.resting import AtRest
-from pendulum_bridge.reset import Rest
+from pendulum_bridge.safety.reset import Rest
 
 NEAR_RAD = Rest().pole_rad
 LARGE_RAD = 0.2  # an offset above it is a mistake, not a carelessly set zero

@@ -6,7 +6,7 @@ from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.emulator.sensors import Encoders
 from pendulum_bridge.emulator.swing_down import Phase, SwingDown, advance, tuned
-from pendulum_bridge.protocol import Command, Sample
+from pendulum_bridge.wire.protocol import Command, Sample
 
 
 class LiveRig:

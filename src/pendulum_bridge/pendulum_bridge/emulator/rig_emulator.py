@@ -23,9 +23,9 @@ from pendulum_bridge.emulator.seal import Concealed, write_seal
 from pendulum_bridge.emulator.sensors import Encoders
 from pendulum_bridge.emulator.server import Ended, Served, serve_in_lockstep, serve_in_time
 from pendulum_bridge.emulator.tcp_server import TcpServer
-from pendulum_bridge.port import Port
-from pendulum_bridge.protocol import COMMAND, Command
-from pendulum_bridge.udp import RIG, USER, Endpoint, address_of
+from pendulum_bridge.wire.port import Port
+from pendulum_bridge.wire.protocol import COMMAND, Command
+from pendulum_bridge.wire.udp import RIG, USER, Endpoint, address_of
 from pendulum_twin.command_line import as_option, make_number_reader, make_whole_reader
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import load_twin

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from pendulum_bridge.emulator.live_rig import LiveRig
 from pendulum_bridge.emulator.schedule import Schedule
-from pendulum_bridge.port import Port
-from pendulum_bridge.protocol import Command
+from pendulum_bridge.wire.port import Port
+from pendulum_bridge.wire.protocol import Command
 
 LONGEST_WAIT_S = 0.1  # until the end is seen when no command comes
 Ended = Callable[[], bool]

@@ -8,8 +8,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from pendulum_bridge.bag_writer import Log
 from pendulum_bridge.emulator.stale_start import old_command
+from pendulum_bridge.recording.bag_writer import Log
 from pendulum_twin.plans.excitation import Excitation, compute_command, find_command_direction
 
 Floats = NDArray[np.float64]

@@ -9,8 +9,8 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Self
 
-from pendulum_bridge.stream import Stream
-from pendulum_bridge.udp import MOST_AT_ONCE, Address, bound
+from pendulum_bridge.wire.stream import Stream
+from pendulum_bridge.wire.udp import MOST_AT_ONCE, Address, bound
 from pendulum_twin.errors import BadInputError
 
 

@@ -23,20 +23,20 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, Float64
 from std_srvs.srv import Trigger
 
-from pendulum_bridge.driver import Driver
-from pendulum_bridge.last_word import LastWord
-from pendulum_bridge.limits import Limits
-from pendulum_bridge.link import Link
+from pendulum_bridge.driver.driver import Driver
+from pendulum_bridge.driver.last_word import LastWord
+from pendulum_bridge.driver.parent import Parent
 from pendulum_bridge.nodes.driver_settings import DriverSettings
-from pendulum_bridge.parent import Parent
-from pendulum_bridge.protocol import Command
-from pendulum_bridge.reasons import Level, Reason
-from pendulum_bridge.rig_state import RigState
-from pendulum_bridge.safety import Rules, rules_for
-from pendulum_bridge.signs import ways
-from pendulum_bridge.tcp import tcp_link
-from pendulum_bridge.udp import Address
-from pendulum_bridge.watchdog import Timeouts
+from pendulum_bridge.safety.decide import Rules, rules_for
+from pendulum_bridge.safety.limits import Limits
+from pendulum_bridge.safety.reasons import Level, Reason
+from pendulum_bridge.safety.rig_state import RigState
+from pendulum_bridge.safety.signs import ways
+from pendulum_bridge.safety.watchdog import Timeouts
+from pendulum_bridge.wire.link import Link
+from pendulum_bridge.wire.protocol import Command
+from pendulum_bridge.wire.tcp import tcp_link
+from pendulum_bridge.wire.udp import Address
 from pendulum_twin import topics
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.health import Health

@@ -20,8 +20,8 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, Float64
 from std_srvs.srv import Trigger
 
-from pendulum_bridge.excitation_guard import Bounds, Stopped, StopReason
-from pendulum_bridge.excitation_run import (
+from pendulum_bridge.excitation.guard import Bounds, Stopped, StopReason
+from pendulum_bridge.excitation.run import (
     Run,
     Stage,
     ended,
@@ -36,7 +36,7 @@ from pendulum_bridge.excitation_run import (
 from pendulum_bridge.nodes.excitation_settings import AUTO, ExcitationSettings
 from pendulum_bridge.nodes.pendulum_client import PendulumClient
 from pendulum_bridge.nodes.resetting import Resetting
-from pendulum_bridge.rig_state import RigState
+from pendulum_bridge.safety.rig_state import RigState
 from pendulum_twin import topics
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.health import Level
