@@ -1,7 +1,7 @@
-"""The whole job with no hardware, over the real graph, from concealing physics in an emulated rig to opening the seal.
+"""The whole job with no hardware, from concealed physics in an emulated rig to the open seal.
 
-The rig is driven, excited and recorded as a real one would be, and the recording diagnosed as a
-user would diagnose it. Run as `python -m pendulum_bridge.studies.demo --out out/demo`.
+The rig is driven, excited and recorded over a ROS graph as a real rig is, and the recording is
+diagnosed by `sysid diagnose`. Run as `python -m pendulum_bridge.studies.demo --out out/demo`.
 """
 
 from __future__ import annotations
@@ -10,55 +10,59 @@ import argparse
 import secrets
 import shutil
 import socket
-import subprocess
 import sys
 from pathlib import Path
 
-from pendulum_bridge.emulator.comparison import read_verdict, table
 from pendulum_bridge.emulator.seal import open_seal
-from pendulum_bridge.programs import SCRIPTS, Program, Programs, wait_for, wait_until_done
+from pendulum_bridge.studies.comparison import format_comparison, read_verdict
+from pendulum_bridge.studies.programs import Programs, wait_for, wait_until_done
 from pendulum_bridge.wire.udp import Address
+from pendulum_sysid.cli import main as run_sysid
 from pendulum_twin.command_line import make_whole_reader, run_command
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin, load_twin, save_twin
 
-SYSID = SCRIPTS / "sysid"
-APPLIED = (
-    "/rig/applied_pwm"  # what was really sent: the driver limits how fast a command may change
-)
+# The command after the driver's limits (magnitude and rate of change): what the rig received.
+APPLIED_TOPIC = "/rig/applied_pwm"
 LOOPBACK = "127.0.0.1"
-START_S = 60.0  # a program that takes longer to start will not
-PLAYED_S = 150.0  # the plan's minute, and its start
-PATIENCE_S = 2.0  # instead of 0.2 s: on a busy machine an emulated rig may stand still for a moment, and no harm is done
-OVERRULED_S = 10.0  # after such a moment the rail guard may have to bring the cart back
-DOMAINS = range(1, 100)  # higher ones need ports that the system gives to others
+LONGEST_START_S = 180.0  # a program that takes longer to start is stuck, on any machine
+LONGEST_PLAY_S = 300.0  # the plan lasts a minute; a busy machine takes longer to start and end it
+# Instead of the driver's 0.2 s: on a busy machine an emulated rig may stand still for a moment.
+PATIENCE_S = 2.0
+OVERRULED_S = 10.0  # after such a standstill the rail guard may have to bring the cart back
+DOMAIN_IDS = range(1, 100)  # a higher ROS domain needs ports that the system gives to others
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the demo; return 0 when it came to an answer, 1 when it could not (the reason on stderr)."""
-    options = _options(arguments)
-    return run_command("demo", lambda: _shown(options), "all that it had started has ended")
+    """Run the demo and return 0; return 1, with the reason on stderr, when it gets no answer."""
+    options = parse_options(arguments)
+    return run_command("demo", lambda: _run_demo(options), "all that it had started has ended")
 
 
-def _shown(options: argparse.Namespace) -> None:
+def _run_demo(options: argparse.Namespace) -> None:
     seed = secrets.randbelow(10**6) if options.seed is None else options.seed
     nominal = load_twin(options.twin)
-    _make_room(options.out)
+    _clear_folder(options.out)
     record(options, nominal, seed)
-    diagnose(options.out, SYSID)
-    print(answer(options.out, nominal))
+    diagnose(options.out)
+    print(format_answer(options.out, nominal))
 
 
 def record(options: argparse.Namespace, nominal: Twin, seed: int) -> None:
-    """Leave in `out` the seal, the recording and the twin that knows nothing of what is concealed."""
+    """Write seal, recording and nominal twin into `options.out`.
+
+    nominal: the twin from whose rig the concealed rig is drawn; its effects are left out.
+    seed: decides what is concealed.
+    """
     out, effects, view = options.out, options.effects, options.view
     print(
-        f"Concealing {effects} effect(s) and wrong parameters in an emulated rig (again: --seed {seed})",
+        f"Concealing {effects} effect(s) and wrong parameters in an emulated rig "
+        f"(again: --seed {seed})",
         flush=True,
     )
     file = out / "nominal_twin.yaml"
     save_twin(Twin(f"{nominal.name}_nominal", nominal.rig), file)
-    with Programs(out / "logs", _own_graph()) as programs:
+    with Programs(out / "logs", _make_environment()) as programs:
         _start_rig(
             programs, file, ("--conceal", seed, "--effects", effects, "--seal", out / "seal.json")
         )
@@ -66,10 +70,12 @@ def record(options: argparse.Namespace, nominal: Twin, seed: int) -> None:
             _start_view(programs, file)
         recorder = programs.start(
             "recorder_node",
-            *_node("/", out=out / "recording", twin=file, note=f"demo, seed {seed}"),
+            *_list_node_arguments(
+                "/", out=out / "recording", twin=file, note=f"demo, seed {seed}"
+            ),
         )
-        wait_for(recorder, "recording to", START_S)
-        _excite(
+        wait_for(recorder, "recording to", LONGEST_START_S)
+        _play_plan(
             programs,
             twin_file=file,
             plan=options.plan or "",
@@ -79,92 +85,88 @@ def record(options: argparse.Namespace, nominal: Twin, seed: int) -> None:
     print(f"Recorded: {out / 'recording'}", flush=True)
 
 
-def _start_rig(programs: Programs, file: Path, concealing: tuple[object, ...]) -> Program:
-    rig, user = (Address(LOOPBACK, port) for port in _free_ports())
+def _start_rig(programs: Programs, twin_file: Path, concealing: tuple[object, ...]) -> None:
+    """Start the emulated rig and its driver on free ports; return when both run."""
+    rig, user = (Address(LOOPBACK, port) for port in _find_free_ports())
     emulator = programs.start(
-        "rig_emulator", "--twin", file, "--listen", rig, "--send", user, *concealing
+        "rig_emulator", "--twin", twin_file, "--listen", rig, "--send", user, *concealing
     )
-    wait_for(emulator, "listens on", START_S)
-    patience = {"rig_timeout_s": PATIENCE_S, "command_timeout_s": PATIENCE_S}
-    settings = {"twin": file, "rig_port": rig.port, "listen_port": user.port, **patience}
-    driver = programs.start("driver_node", *_node("/rig", **settings))
-    wait_for(driver, "drives", START_S)
-    return driver
+    wait_for(emulator, "listens on", LONGEST_START_S)
+    timeouts = {"rig_timeout_s": PATIENCE_S, "command_timeout_s": PATIENCE_S}
+    settings = {"twin": twin_file, "rig_port": rig.port, "listen_port": user.port, **timeouts}
+    driver = programs.start("driver_node", *_list_node_arguments("/rig", **settings))
+    wait_for(driver, "drives", LONGEST_START_S)
 
 
-def _start_view(programs: Programs, file: Path) -> None:
-    programs.start("twin_node", *_node("/twin", twin=file))
-    page = programs.start("view_node", *_node("/", port=0))
-    wait_for(page, "serves http", START_S)
-    print(page.said.splitlines()[-1], flush=True)
+def _start_view(programs: Programs, twin_file: Path) -> None:
+    programs.start("twin_node", *_list_node_arguments("/twin", twin=twin_file))
+    page = programs.start("view_node", *_list_node_arguments("/", port=0))
+    wait_for(page, "serves http", LONGEST_START_S)
+    print(page.output.splitlines()[-1], flush=True)
 
 
-def _excite(programs: Programs, **settings: object) -> None:
-    """Play the plan; what it says of its progress goes to the terminal.
+def _play_plan(programs: Programs, **settings: object) -> None:
+    """Play the plan to the rig; the excitation node prints its progress to the terminal.
 
-    No reset before it: the emulated rig hangs at rest, and a driver cannot reset a rig whose signs
-    are concealed.
+    The rig is not reset first: the emulated rig hangs at rest, and a driver cannot reset a rig
+    whose signs are concealed.
     """
-    patience = {"silence_s": PATIENCE_S, "overruled_s": OVERRULED_S}
-    arguments = _node("/excitation", reset_first="false", **patience, **settings)
-    wait_until_done(programs.start("excitation_node", *arguments, heard=True), programs, PLAYED_S)
+    timeouts = {"silence_s": PATIENCE_S, "overruled_s": OVERRULED_S}
+    arguments = _list_node_arguments("/excitation", reset_first="false", **timeouts, **settings)
+    excitation = programs.start("excitation_node", *arguments, to_terminal=True)
+    wait_until_done(excitation, programs, LONGEST_PLAY_S)
 
 
-def _node(namespace: str, **parameters: object) -> list[str]:
-    """Return the arguments of a node; empty text is given as YAML has it."""
-    given = [
-        word
-        for name, value in parameters.items()
-        for word in ("-p", f"{name}:={value if value != '' else "''"}")
-    ]
-    return ["--ros-args", "-r", f"__ns:={namespace}", *given]
+def _list_node_arguments(namespace: str, **parameters: object) -> list[str]:
+    """Return the command line of a node; an empty text is written as YAML writes it."""
+    arguments = ["--ros-args", "-r", f"__ns:={namespace}"]
+    for name, value in parameters.items():
+        arguments += ["-p", f"{name}:={"''" if value == '' else value}"]
+    return arguments
 
 
-def _own_graph() -> dict[str, str]:
-    """Return an environment in which nobody else's nodes are met, and logs are plain."""
+def _make_environment() -> dict[str, str]:
+    """Return the variables of a ROS graph apart from all others, with plain logs."""
     return {
-        "ROS_DOMAIN_ID": str(secrets.choice(DOMAINS)),
+        "ROS_DOMAIN_ID": str(secrets.choice(DOMAIN_IDS)),
         "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
         "RCUTILS_CONSOLE_OUTPUT_FORMAT": "{message}",
     }
 
 
-def _free_ports() -> list[int]:
-    """Return two ports that are free now, so that no other rig is met."""
+def _find_free_ports() -> list[int]:
+    """Return two UDP ports that are free now, so that the demo meets no other rig."""
     with (
-        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as one,
-        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as two,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as first,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as second,
     ):
-        for each in (one, two):
-            each.bind((LOOPBACK, 0))
-        return [one.getsockname()[1], two.getsockname()[1]]
+        for port in (first, second):
+            port.bind((LOOPBACK, 0))
+        return [first.getsockname()[1], second.getsockname()[1]]
 
 
-def diagnose(out: Path, sysid: Path) -> None:
-    """Run `sysid diagnose` on the recording, as a user would, its progress on stderr; raise BadInputError when it fails."""
-    twin, to = ("--twin", out / "nominal_twin.yaml"), ("--out", out / "diagnosis")
-    command = [sysid, "diagnose", out / "recording", *twin, *to, "--command-topic", APPLIED]
-    try:
-        done = subprocess.run([str(part) for part in command], check=False)
-    except OSError as error:
+def diagnose(out: Path) -> None:
+    """Run `sysid diagnose` on the recording; raise BadInputError when it fails."""
+    files = ["--twin", out / "nominal_twin.yaml", "--out", out / "diagnosis"]
+    status = run_sysid(
+        [str(word) for word in ("diagnose", out / "recording", *files)]
+        + ["--command-topic", APPLIED_TOPIC]
+    )
+    if status:
         raise BadInputError(
-            f"expected the diagnosis as {sysid}, but it cannot be run: {error.strerror}"
-        ) from error
-    if done.returncode:
-        raise BadInputError(
-            f"sysid diagnose ended with status {done.returncode}; what it said stands above"
+            f"sysid diagnose ended with status {status}; what it said stands above"
         )
 
 
-def answer(out: Path, nominal: Twin) -> str:
+def format_answer(out: Path, nominal: Twin) -> str:
     """Open the seal and return it beside the verdict, with the path of the report."""
-    compared = table(
-        open_seal(out / "seal.json"), nominal.rig, read_verdict(out / "diagnosis" / "verdict.json")
-    )
-    return f"\n{compared}\nReport: {out / 'diagnosis' / 'report.html'}"
+    verdict = read_verdict(out / "diagnosis" / "verdict.json")
+    comparison = format_comparison(open_seal(out / "seal.json"), nominal.rig, verdict)
+    return f"\n{comparison}\nReport: {out / 'diagnosis' / 'report.html'}"
 
 
-def _options(arguments: list[str] | None) -> argparse.Namespace:
+def parse_options(arguments: list[str] | None) -> argparse.Namespace:
+    """Return the command line's options; print the mistake and exit with 2 for wrong use."""
     parser = argparse.ArgumentParser(
         prog="demo", description=" ".join((__doc__ or "").split("\n\n")[0].split())
     )
@@ -190,8 +192,8 @@ def _options(arguments: list[str] | None) -> argparse.Namespace:
     return parser.parse_args(arguments)
 
 
-def _make_room(out: Path) -> None:
-    """Empty `out` of an earlier demo; raise BadInputError when something else is there."""
+def _clear_folder(out: Path) -> None:
+    """Remove an earlier demo from `out`; raise BadInputError when other files are there."""
     if out.is_dir() and any(out.iterdir()):
         if not (out / "nominal_twin.yaml").is_file():
             raise BadInputError(

@@ -1,1 +1,1 @@
-"""Trials of a diagnosis: emulated rigs with concealed physics, recorded in process, faster than real time."""
+"""Trials of a diagnosis: emulated rigs with concealed physics, recorded faster than real time."""
