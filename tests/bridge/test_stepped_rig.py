@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from pendulum_bridge import stepped_rig
-from pendulum_bridge.emulator.conceal import concealed_of, draw
+from pendulum_bridge.emulator.conceal import conceal_effects, draw_concealed
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed, write_seal
 from pendulum_bridge.emulator.sensors import Encoders
@@ -21,10 +21,10 @@ PWM = (0.3, -0.2, -0.4, 0.5, 0.1)
 
 
 def answers(arguments: Sequence[str], commands: Sequence[Command]) -> np.ndarray:
-    options = stepped_rig.options_of(list(arguments))
+    options = stepped_rig.parse_options(list(arguments))
     out = io.BytesIO()
     stepped_rig.serve(
-        stepped_rig.maker_of(options),
+        stepped_rig.make_rig_factory(options),
         options.samples,
         io.BytesIO(b"".join(each.pack() for each in commands)),
         out,
@@ -47,12 +47,12 @@ def ended(data: bytes, *arguments: str) -> subprocess.CompletedProcess[bytes]:
 def test_a_seed_is_the_rig_that_the_emulator_draws(nominal: Rig) -> None:
     assert np.array_equal(
         answers(["--seed", "7"], [Command(u) for u in PWM]),
-        in_process(draw(7, 1, nominal, live=True)),
+        in_process(draw_concealed(7, 1, nominal, live=True)),
     )
 
 
 def test_a_seal_is_its_rig_measured_as_asked(nominal: Rig, tmp_path: Path) -> None:
-    concealed = concealed_of(("input_delay", "cart_coulomb_friction"), 4, nominal)
+    concealed = conceal_effects(("input_delay", "cart_coulomb_friction"), 4, nominal)
     write_seal(concealed, tmp_path / "seal.json")
     arguments = [
         "--seal",
@@ -71,7 +71,9 @@ def test_a_seal_is_its_rig_measured_as_asked(nominal: Rig, tmp_path: Path) -> No
 
 
 def test_a_reset_leaves_nothing_of_before(nominal: Rig, tmp_path: Path) -> None:
-    write_seal(concealed_of(("motor_lag", "velocity_filter"), 4, nominal), tmp_path / "seal.json")
+    write_seal(
+        conceal_effects(("motor_lag", "velocity_filter"), 4, nominal), tmp_path / "seal.json"
+    )
     commands = [Command(u) for u in PWM]
     found = answers(
         ["--seal", str(tmp_path / "seal.json")], [*commands, Command(0.5, reset=True), *commands]
@@ -83,7 +85,7 @@ def test_a_reset_leaves_nothing_of_before(nominal: Rig, tmp_path: Path) -> None:
 def test_a_rig_obeys_from_its_reset_on_though_its_recording_began_stale(
     nominal: Rig, tmp_path: Path
 ) -> None:
-    write_seal(concealed_of(("stale_start",), 4, nominal), tmp_path / "seal.json")
+    write_seal(conceal_effects(("stale_start",), 4, nominal), tmp_path / "seal.json")
     assert abs(answers(["--seal", str(tmp_path / "seal.json")], [Command(0.5)])[0, 2]) > 0.1
 
 
@@ -125,5 +127,5 @@ def test_a_seal_that_is_none_is_a_sentence(tmp_path: Path) -> None:
 )
 def test_wrong_use(arguments: str) -> None:
     with pytest.raises(SystemExit) as end:
-        stepped_rig.options_of(arguments.split())
+        stepped_rig.parse_options(arguments.split())
     assert end.value.code == 2

@@ -18,7 +18,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import BinaryIO
 
-from pendulum_bridge.emulator.conceal import BY_NAME, draw
+from pendulum_bridge.emulator.conceal import BY_NAME, draw_concealed
 from pendulum_bridge.emulator.rig import EmulatedRig, Floats
 from pendulum_bridge.emulator.seal import Concealed, open_seal
 from pendulum_bridge.emulator.sensors import Encoders
@@ -31,10 +31,10 @@ from pendulum_twin.model import load_twin
 def main(arguments: list[str] | None = None) -> int:
     """Answer commands until stdin ends and return 0; 1 with a sentence on stderr when it cannot go on."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
-    options = options_of(arguments)
+    options = parse_options(arguments)
     try:
-        with own_stdout() as out:
-            serve(maker_of(options), options.samples, sys.stdin.buffer, out)
+        with claim_stdout() as out:
+            serve(make_rig_factory(options), options.samples, sys.stdin.buffer, out)
     except BrokenPipeError:  # nobody wants to know any more
         return 0
     except (BadInputError, OSError) as error:
@@ -58,24 +58,24 @@ def serve(
         else:
             for _ in range(samples):
                 rig.step(command.pwm)
-        answers.write(_sample(rig.sample).pack())
+        answers.write(_make_sample(rig.sample).pack())
 
 
-def _sample(measured: Floats) -> Sample:
+def _make_sample(measured: Floats) -> Sample:
     cart_m, pole_rad, cart_velocity, pole_rate = measured.tolist()
     return Sample(pole_rad, pole_rate, cart_m, cart_velocity)
 
 
-def own_stdout() -> BinaryIO:
+def claim_stdout() -> BinaryIO:
     """Return stdout, unbuffered; what anything else prints goes to stderr from now on: packets stay among themselves."""
     out = os.fdopen(os.dup(sys.stdout.fileno()), "wb", buffering=0)
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     return out
 
 
-def maker_of(options: argparse.Namespace) -> Callable[[], EmulatedRig]:
+def make_rig_factory(options: argparse.Namespace) -> Callable[[], EmulatedRig]:
     """Return what makes the rig that the options ask for; raise BadInputError when there is none."""
-    concealed = _concealed(options)
+    concealed = _choose_concealed(options)
     encoders = Encoders(options.pole_counts)
 
     def make() -> EmulatedRig:
@@ -84,10 +84,12 @@ def maker_of(options: argparse.Namespace) -> Callable[[], EmulatedRig]:
     return make
 
 
-def _concealed(options: argparse.Namespace) -> Concealed:
+def _choose_concealed(options: argparse.Namespace) -> Concealed:
     """Return the truth but for a stale start: that is a recording's, and a rig obeys from its reset on."""
     if options.seal is None:
-        return draw(options.seed, options.effects, load_twin(options.twin).rig, live=True)
+        return draw_concealed(
+            options.seed, options.effects, load_twin(options.twin).rig, live=True
+        )
     sealed = open_seal(options.seal)
     return replace(
         sealed,
@@ -95,7 +97,7 @@ def _concealed(options: argparse.Namespace) -> Concealed:
     )
 
 
-def options_of(arguments: list[str] | None) -> argparse.Namespace:
+def parse_options(arguments: list[str] | None) -> argparse.Namespace:
     """Return the command line's options; print what is wrong and exit with 2 for wrong use."""
     parser = argparse.ArgumentParser(
         prog="stepped_rig", description=" ".join((__doc__ or "").split())

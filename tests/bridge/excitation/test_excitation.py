@@ -3,10 +3,16 @@
 import numpy as np
 import pytest
 
-from pendulum_bridge.emulator.conceal import LARGEST_ERROR, TABLE, WRONG, Concealable, draw
+from pendulum_bridge.emulator.conceal import (
+    LARGEST_PERTURBATION,
+    PERTURBED_CONSTANTS,
+    TABLE,
+    Concealable,
+    draw_concealed,
+)
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed
-from pendulum_bridge.emulator.session import play
+from pendulum_bridge.emulator.session import play_plan
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.plans.excitation import (
     Envelope,
@@ -19,7 +25,7 @@ from pendulum_twin.rig import Rig
 
 @pytest.fixture(scope="module")
 def log(nominal: Rig):
-    return play(EmulatedRig(Concealed({}, nominal), timestep_s=1e-3), make_standard_plan())
+    return play_plan(EmulatedRig(Concealed({}, nominal), timestep_s=1e-3), make_standard_plan())
 
 
 def reversals(velocity: np.ndarray) -> int:
@@ -49,30 +55,33 @@ def test_the_cart_stays_on_the_rail_and_commands_in_the_limit(
 ) -> None:
     """With every effect at its largest, in a rig that is pushed harder and braked less than was thought."""
     signs = {
-        name: -1 if name in ("cart_viscous_n_s_m", "pole_viscous_n_m_s") else 1 for name in WRONG
+        name: -1 if name in ("cart_viscous_n_s_m", "pole_viscous_n_m_s") else 1
+        for name in PERTURBED_CONSTANTS
     }
     lively = {
-        name: getattr(nominal, name) * (1 + sign * LARGEST_ERROR) for name, sign in signs.items()
+        name: getattr(nominal, name) * (1 + sign * LARGEST_PERTURBATION)
+        for name, sign in signs.items()
     }
     rig = Rig(**{**nominal.to_mapping(), **lively})
     emulator = EmulatedRig(Concealed(largest(chosen), rig), timestep_s=2e-3)
-    kept = play(emulator, make_standard_plan(seed=1))
+    kept = play_plan(emulator, make_standard_plan(seed=1))
     assert np.max(np.abs(kept.positions[:, 0])) < 0.95 * rig.rail_half_length_m
     assert np.max(np.abs(kept.commands)) <= rig.pwm_limit
 
 
 @pytest.mark.parametrize("seed", range(2))
 def test_three_effects_at_once_stay_on_the_rail(seed: int, nominal: Rig) -> None:
-    kept = play(
-        EmulatedRig(draw(seed, 3, nominal), timestep_s=2e-3), make_standard_plan(seed=seed)
+    kept = play_plan(
+        EmulatedRig(draw_concealed(seed, 3, nominal), timestep_s=2e-3),
+        make_standard_plan(seed=seed),
     )
     assert np.max(np.abs(kept.positions[:, 0])) < 0.95 * nominal.rail_half_length_m
 
 
 def test_the_same_seed_gives_the_same_recording(nominal: Rig) -> None:
     first, again, other = (
-        play(
-            EmulatedRig(draw(seed, 1, nominal), timestep_s=2e-3),
+        play_plan(
+            EmulatedRig(draw_concealed(seed, 1, nominal), timestep_s=2e-3),
             make_standard_plan(seconds=40, seed=seed),
         )
         for seed in (4, 4, 5)

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pendulum_bridge.emulator.conceal import draw
+from pendulum_bridge.emulator.conceal import draw_concealed
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed
-from pendulum_bridge.emulator.session import play
+from pendulum_bridge.emulator.session import play_plan
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.plans.excitation import Excitation
 from pendulum_twin.plans.plan_file import Plan, make_excitation
@@ -170,8 +170,9 @@ DRIVEN = {
 )  # dead zone and tilt; lag and a wrong sign; dry friction and a wrong sign
 @pytest.mark.parametrize("name", DRIVEN)
 def test_the_cart_stays_on_the_rail(name: str, seed: int, nominal: Rig) -> None:
-    kept = play(
-        EmulatedRig(draw(seed, 2, nominal), timestep_s=1e-3), with_rests(nominal, DRIVEN[name])
+    kept = play_plan(
+        EmulatedRig(draw_concealed(seed, 2, nominal), timestep_s=1e-3),
+        with_rests(nominal, DRIVEN[name]),
     )
     assert 0.05 < np.max(np.abs(kept.positions[:, 0])) < 0.75 * nominal.rail_half_length_m
     assert np.max(np.abs(kept.commands)) <= 0.5
@@ -182,7 +183,7 @@ def test_a_rig_with_a_wrong_sign_is_centred_too(effect: str, nominal: Rig) -> No
     """At half the rail, more than the free part, when the rest begins."""
     pushed = Samples(commands=(*[0.35] * 40, *[-0.35] * 33), centred=False)
     plan = with_rests(nominal, pushed, Rest(seconds=5, centred=True))
-    kept = play(EmulatedRig(Concealed({effect: {}}, nominal), timestep_s=1e-3), plan)
+    kept = play_plan(EmulatedRig(Concealed({effect: {}}, nominal), timestep_s=1e-3), plan)
     cart = np.abs(kept.positions[:, 0])
     assert np.max(cart) > 0.4 and cart[-1] < 0.5 * np.max(cart)
 
@@ -194,7 +195,9 @@ def test_a_rest_that_is_centred_brings_the_cart_back(nominal: Rig) -> None:
         plan = with_rests(nominal, away, Rest(seconds=3, centred=centred))
         ends.append(
             abs(
-                play(EmulatedRig(Concealed({}, nominal), timestep_s=1e-3), plan).positions[-250, 0]
+                play_plan(EmulatedRig(Concealed({}, nominal), timestep_s=1e-3), plan).positions[
+                    -250, 0
+                ]
             )
         )
     assert ends[0] < 0.4 * ends[1]

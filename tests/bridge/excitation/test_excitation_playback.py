@@ -9,8 +9,14 @@ from hypothesis import strategies as st
 
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed
-from pendulum_bridge.emulator.session import play
-from pendulum_bridge.excitation.playback import Playback, answered, over, rate_fits, rate_of
+from pendulum_bridge.emulator.session import play_plan
+from pendulum_bridge.excitation.playback import (
+    Playback,
+    answer_sample,
+    is_over,
+    is_rate_fitting,
+    measure_rate,
+)
 from pendulum_twin.plans.excitation import Excitation
 from pendulum_twin.plans.plan_file import Plan, make_excitation
 from pendulum_twin.plans.plan_phases import Chirp, Push, Rest, Samples, Steps
@@ -36,7 +42,7 @@ def replies(stamps: list[float], plan: Excitation = PLAN) -> tuple[list[float | 
     """Return the command for each sample, as its number in the plan from 0 on, and the playback at the end."""
     playback, sent = Playback(), []
     for stamp in stamps:
-        answer = answered(FIRST_NS + round(stamp * PERIOD_NS), 0.0, 0.0, playback, plan)
+        answer = answer_sample(FIRST_NS + round(stamp * PERIOD_NS), 0.0, 0.0, playback, plan)
         playback = answer.playback
         sent.append(None if answer.command is None else round(answer.command * 1e4) - 1)
     return sent, playback
@@ -45,7 +51,7 @@ def replies(stamps: list[float], plan: Excitation = PLAN) -> tuple[list[float | 
 def test_each_sample_gets_its_command_and_the_end_is_0() -> None:
     sent, playback = replies(list(range(COUNT + 2)))
     assert sent == [*range(COUNT), -1, -1]
-    assert over(playback, PLAN) and playback.lost == 0
+    assert is_over(playback, PLAN) and playback.lost == 0
 
 
 @settings(deadline=None, max_examples=50)
@@ -99,10 +105,10 @@ def test_answers_are_those_of_a_rig_in_process(
     effects: dict, centred: Excitation, nominal: Rig
 ) -> None:
     """Sample by sample over stamps, and in one go: the same bits, centring and the cart's way included."""
-    log = play(EmulatedRig(Concealed(effects, nominal), timestep_s=1e-3), centred)
+    log = play_plan(EmulatedRig(Concealed(effects, nominal), timestep_s=1e-3), centred)
     playback, sent = Playback(), []
     for k, stamp in enumerate(log.stamps_ns.tolist()):
-        answer = answered(stamp, log.positions[k, 0], log.velocities[k, 0], playback, centred)
+        answer = answer_sample(stamp, log.positions[k, 0], log.velocities[k, 0], playback, centred)
         playback = answer.playback
         sent.append(answer.command)
     assert sent == log.commands.tolist()
@@ -112,7 +118,7 @@ def test_answers_are_those_of_a_rig_in_process(
 def test_the_way_is_learned_also_when_the_push_s_last_sample_is_lost(centred: Excitation) -> None:
     playback = Playback()
     for k in (0, 10, 40, centred.push_ends + 2):
-        playback = answered(k * PERIOD_NS, -0.001 * k, 0.0, playback, centred).playback
+        playback = answer_sample(k * PERIOD_NS, -0.001 * k, 0.0, playback, centred).playback
     assert playback.way == -1
 
 
@@ -129,9 +135,9 @@ def test_the_way_is_learned_also_when_the_push_s_last_sample_is_lost(centred: Ex
 )
 def test_the_rate_is_seen(gaps: list[float], rate: float) -> None:
     stamps = [FIRST_NS + round(each * PERIOD_NS) for each in np.cumsum([0, *gaps])]
-    seen = rate_of(stamps, 100.0)
+    seen = measure_rate(stamps, 100.0)
     assert seen == pytest.approx(rate)
-    assert rate_fits(seen, 100.0) == (rate == 100)
+    assert is_rate_fitting(seen, 100.0) == (rate == 100)
 
 
 def test_no_sample_is_answered_twice_as_far_on(centred: Excitation) -> None:
@@ -139,7 +145,7 @@ def test_no_sample_is_answered_twice_as_far_on(centred: Excitation) -> None:
     stamps = np.cumsum([0, *([1.8, 0.2] * 100)]).tolist()
     playback = Playback()
     for stamp in stamps:
-        playback = answered(
+        playback = answer_sample(
             round(stamp * PERIOD_NS), 0.0, 0.0, playback, replace(centred, push_ends=None)
         ).playback
         assert abs(playback.sample - stamp) < 1.01

@@ -12,17 +12,17 @@ from support.guarded_rigs import PERIOD_S, stepper, varied
 from support.paths import CONFIG
 
 from pendulum_bridge.emulator import sensors
-from pendulum_bridge.emulator.conceal import draw
+from pendulum_bridge.emulator.conceal import draw_concealed
 from pendulum_bridge.emulator.rig import EmulatedRig
-from pendulum_bridge.emulator.session import play
+from pendulum_bridge.emulator.session import play_plan
 from pendulum_bridge.safety.encoder_check import (
     EncoderCheck,
     Encoders,
-    checked,
-    encoder_check,
-    trusted_again,
+    check_sample,
+    make_encoder_check,
+    trust_again,
 )
-from pendulum_bridge.safety.encoder_jump import UNEVEN_SLACK
+from pendulum_bridge.safety.encoder_jump import UNEVEN_SLACK_PERIODS
 from pendulum_bridge.safety.reasons import Level, Reason
 from pendulum_bridge.safety.rig_state import RigState
 from pendulum_twin.errors import BadInputError
@@ -32,7 +32,7 @@ from pendulum_twin.rig import Rig
 from pendulum_twin.stepper import Stepper
 
 NOMINAL = load_twin(CONFIG / "inteco.yaml").rig
-CHECK = encoder_check(NOMINAL, 0.5, PERIOD_S)
+CHECK = make_encoder_check(NOMINAL, 0.5, PERIOD_S)
 REST = RigState(0.1, math.pi, 0.0, 0.0)
 COARSE = sensors.Encoders(pole_counts=1024, cart_step_m=400e-6)
 SETTLED = 30  # samples after which the reported velocities know of a start in motion
@@ -75,7 +75,7 @@ def after(shown: list[RigState], command: Command, check: EncoderCheck = CHECK) 
     found = [Encoders()]
     for k, sample in enumerate(shown):
         applied = command(k - 1) if k else 0.0
-        found.append(checked(found[-1], sample, applied, PERIOD_S, check))
+        found.append(check_sample(found[-1], sample, applied, PERIOD_S, check))
     return found[1:]
 
 
@@ -89,8 +89,8 @@ def first_fault(states: list[Encoders], but: Reason | None = None) -> tuple[int,
     ("seed", "effects", "encoders"), [(1, 2, COARSE), (12, 3, sensors.Encoders())]
 )
 def test_no_alarm_in_concealed_rigs(seed: int, effects: int, encoders: sensors.Encoders) -> None:
-    log = play(
-        EmulatedRig(draw(seed, effects, NOMINAL), 100.0, encoders),
+    log = play_plan(
+        EmulatedRig(draw_concealed(seed, effects, NOMINAL), 100.0, encoders),
         make_standard_plan(seconds=40.0, seed=seed),
     )
     shown = [
@@ -154,9 +154,9 @@ def test_a_jump_that_stays_is_latched_until_somebody_clears_it(
     assert first_fault(states) == (300, Reason.ENCODER_SPIKE)
     assert first_fault(states, but=Reason.ENCODER_SPIKE) == (306, Reason.ENCODER_JUMPED)
     assert {each.fault for each in states[306:]} == {Reason.ENCODER_JUMPED}
-    cleared = trusted_again(states[-1])
+    cleared = trust_again(states[-1])
     assert cleared.fault is None and cleared.spikes == 1
-    assert checked(cleared, shown[-1], 0.0, PERIOD_S, CHECK).fault is None
+    assert check_sample(cleared, shown[-1], 0.0, PERIOD_S, CHECK).fault is None
 
 
 def test_a_jump_back_after_it_was_latched_changes_nothing() -> None:
@@ -195,7 +195,7 @@ def test_lost_samples_are_no_jump(lost: int) -> None:
     encoders = Encoders()
     for k, sample in enumerate(shown):
         if not 200 <= k < 200 + lost:
-            encoders = checked(
+            encoders = check_sample(
                 encoders,
                 sample,
                 command(k - 1),
@@ -212,7 +212,7 @@ def test_a_burst_with_a_sample_missing_is_no_jump() -> None:
         if k == 205:
             continue
         passed_s = 12 * PERIOD_S if k == 200 else 1e-4 if 200 < k < 212 else PERIOD_S
-        encoders = checked(encoders, sample, command(k - 1), passed_s, CHECK)
+        encoders = check_sample(encoders, sample, command(k - 1), passed_s, CHECK)
         assert encoders.fault is None
 
 
@@ -290,7 +290,7 @@ def test_a_level_pole_may_stand_still_while_the_cart_is_shaken() -> None:
 
 
 def test_less_friction_believed_finds_a_stuck_cart_at_smaller_commands() -> None:
-    check = encoder_check(NOMINAL, 0.5, PERIOD_S, dry_n=0.5)
+    check = make_encoder_check(NOMINAL, 0.5, PERIOD_S, dry_n=0.5)
     assert first_fault(after([REST] * 100, lambda _: 0.15, check)) is not None
 
 
@@ -341,8 +341,8 @@ def test_the_same_sample_again_and_again_is_stuck() -> None:
 
 def test_stuck_stays_until_somebody_clears_it() -> None:
     states = after([REST] * 100, lambda _: 0.5)
-    moving = checked(states[-1], replace(REST, cart_m=0.101), 0.0, PERIOD_S, CHECK)
-    assert moving.fault is Reason.CART_STUCK and trusted_again(moving).fault is None
+    moving = check_sample(states[-1], replace(REST, cart_m=0.101), 0.0, PERIOD_S, CHECK)
+    assert moving.fault is Reason.CART_STUCK and trust_again(moving).fault is None
 
 
 def test_after_a_spike_nothing_is_said_about_stuck_encoders_for_a_while() -> None:
@@ -372,8 +372,8 @@ def test_a_rig_without_a_cart_is_refused_and_one_without_a_pole_is_not() -> None
     with pytest.raises(
         BadInputError, match="encoder check: expected a rig with a cart, found none"
     ):
-        encoder_check(pole, 0.5, PERIOD_S)
-    cart = encoder_check(
+        make_encoder_check(pole, 0.5, PERIOD_S)
+    cart = make_encoder_check(
         Rig(cart_mass_kg=1.0, force_per_pwm_n=10.0, cart_viscous_n_s_m=1.0), 0.5, PERIOD_S
     )
     assert (
@@ -419,7 +419,7 @@ def test_whatever_comes_a_latched_fault_stays_and_spikes_only_grow(
     encoders = Encoders()
     for cart_m, pole_rad, velocity, passed_s in kicks:
         before = encoders
-        encoders = checked(
+        encoders = check_sample(
             encoders, RigState(cart_m, pole_rad, velocity, velocity), 0.5, passed_s, CHECK
         )
         assert encoders.spikes >= before.spikes
@@ -427,7 +427,7 @@ def test_whatever_comes_a_latched_fault_stays_and_spikes_only_grow(
             assert encoders.fault is before.fault
 
 
-@given(passed_s=st.floats(0, 0.2), late=st.floats(0, UNEVEN_SLACK * PERIOD_S))
+@given(passed_s=st.floats(0, 0.2), late=st.floats(0, UNEVEN_SLACK_PERIODS * PERIOD_S))
 def test_even_motion_is_never_a_jump_however_its_time_is_told(
     passed_s: float, late: float
 ) -> None:
@@ -438,5 +438,5 @@ def test_even_motion_is_never_a_jump_however_its_time_is_told(
         angle += 25.0 * (
             told_s + (late if k == 20 and abs(passed_s - PERIOD_S) > PERIOD_S / 2 else 0.0)
         )
-        encoders = checked(encoders, RigState(0.0, angle, 0.0, 25.0), 0.0, told_s, CHECK)
+        encoders = check_sample(encoders, RigState(0.0, angle, 0.0, 25.0), 0.0, told_s, CHECK)
         assert encoders.fault is None

@@ -11,23 +11,30 @@ from pendulum_bridge.emulator.conceal import TABLE
 from pendulum_bridge.emulator.seal import open_seal
 from pendulum_bridge.emulator.unlisted import TABLE as UNLISTED
 from pendulum_bridge.studies import trials
-from pendulum_bridge.studies.trial.mix import EFFECTS_OF, USUAL, kind_at, shares_of
-from pendulum_bridge.studies.trial.trial import trial_at, trial_with
+from pendulum_bridge.studies.trial.mix import (
+    EFFECTS_OF_KIND,
+    USUAL_SHARES,
+    find_kind,
+    parse_shares,
+)
+from pendulum_bridge.studies.trial.trial import draw_trial, draw_trial_with
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import load_twin
 from pendulum_twin.rig import Rig
 
 
 def test_every_stretch_has_its_share_of_every_kind() -> None:
-    kinds = [kind_at(k, USUAL)[0] for k in range(100)]
-    assert Counter(kinds) == USUAL
+    kinds = [find_kind(k, USUAL_SHARES)[0] for k in range(100)]
+    assert Counter(kinds) == USUAL_SHARES
     for end in range(1, 101):
         counts = Counter(kinds[:end])
-        assert all(abs(counts[kind] - share * end / 100) < 1 for kind, share in USUAL.items())
+        assert all(
+            abs(counts[kind] - share * end / 100) < 1 for kind, share in USUAL_SHARES.items()
+        )
 
 
 def test_turns_count_up_within_a_kind() -> None:
-    found = [kind_at(k, {"single": 1, "pair": 1}) for k in range(6)]
+    found = [find_kind(k, {"single": 1, "pair": 1}) for k in range(6)]
     assert found == [
         ("single", 0),
         ("pair", 0),
@@ -43,27 +50,27 @@ def test_turns_count_up_within_a_kind() -> None:
 )
 def test_shares_that_are_none_are_refused(text: str) -> None:
     with pytest.raises(BadInputError, match="--kinds: expected"):
-        shares_of(text)
+        parse_shares(text)
 
 
 def test_shares_are_read() -> None:
-    assert shares_of("nothing:15, single:40") == {"nothing": 15, "single": 40}
+    assert parse_shares("nothing:15, single:40") == {"nothing": 15, "single": 40}
 
 
 def test_singles_and_unlisted_go_round_all_that_there_are(nominal: Rig) -> None:
     alone = [each.name for each in TABLE if not each.beside]
     for kind, names in (("single", alone), ("unlisted", [each.name for each in UNLISTED])):
-        found = [trial_at(k, 3, {kind: 1}, nominal).concealed for k in range(2 * len(names))]
+        found = [draw_trial(k, 3, {kind: 1}, nominal).concealed for k in range(2 * len(names))]
         assert Counter(
             name for each in found for name in (*each.effects, *each.unlisted)
         ) == dict.fromkeys(names, 2)
 
 
-@pytest.mark.parametrize("kind", EFFECTS_OF)
+@pytest.mark.parametrize("kind", EFFECTS_OF_KIND)
 def test_a_kind_conceals_as_many_as_it_says(kind: str, nominal: Rig) -> None:
     for k in range(30):
-        concealed = trial_at(k, 1, {kind: 1}, nominal).concealed
-        assert len(concealed.effects) == EFFECTS_OF[kind] and len(concealed.unlisted) == (
+        concealed = draw_trial(k, 1, {kind: 1}, nominal).concealed
+        assert len(concealed.effects) == EFFECTS_OF_KIND[kind] and len(concealed.unlisted) == (
             kind == "unlisted"
         )
         assert concealed.rig != nominal
@@ -71,7 +78,7 @@ def test_a_kind_conceals_as_many_as_it_says(kind: str, nominal: Rig) -> None:
 
 def test_given_sets_take_turns(nominal: Rig) -> None:
     sets = (("input_delay", "rail_tilt"), ("cogging",), ("air_jet",), ("hanging_cable", "cogging"))
-    found = [trial_with(k, 1, sets, nominal) for k in range(5)]
+    found = [draw_trial_with(k, 1, sets, nominal) for k in range(5)]
     assert [each.kind for each in found] == ["pair", "single", "unlisted", "unlisted", "pair"]
     assert [tuple(each.concealed.effects) for each in found[:2]] == list(sets[:2])
     assert found[0].concealed.effects != found[4].concealed.effects  # drawn anew

@@ -45,8 +45,8 @@ class Concealable:
     live: bool = True
 
 
-DRY = ("cart_coulomb_friction", "cart_stribeck_friction", "cart_saturating_friction")
-TURNED = (0.03, 0.15)  # rad
+DRY_FRICTIONS = ("cart_coulomb_friction", "cart_stribeck_friction", "cart_saturating_friction")
+ANGLE_SIZES_RAD = (0.03, 0.15)  # rad
 
 # Sizes for a rig of 0.7 kg, 6.4 N and a pole of 0.13 N m that swings at up to some 15 rad/s.
 TABLE: tuple[Concealable, ...] = (
@@ -75,7 +75,7 @@ TABLE: tuple[Concealable, ...] = (
         "friction asymmetry",
         {"ratio": (0.15, 0.4)},
         both_ways=True,
-        beside=DRY,
+        beside=DRY_FRICTIONS,
     ),
     Concealable("cart_quadratic_drag", "cart drag", {"n_s2_m2": (0.4, 1.6)}),
     Concealable("rail_tilt", "bias", {"angle_rad": (0.008, 0.03)}, both_ways=True),
@@ -100,12 +100,12 @@ TABLE: tuple[Concealable, ...] = (
     Concealable("pole_coulomb_friction", "pole friction", {"level_n_m": (0.0008, 0.004)}),
     Concealable("pole_quadratic_drag", "pole drag", {"n_m_s2": (1.5e-5, 6e-5)}),
     Concealable("pole_spring", "pole bias", {"n_m_per_rad": (0.002, 0.008)}),
-    Concealable("pole_imbalance", "pole bias", {"angle_rad": TURNED}, both_ways=True),
-    Concealable("angle_offset", "pole bias", {"angle_rad": TURNED}, both_ways=True),
+    Concealable("pole_imbalance", "pole bias", {"angle_rad": ANGLE_SIZES_RAD}, both_ways=True),
+    Concealable("angle_offset", "pole bias", {"angle_rad": ANGLE_SIZES_RAD}, both_ways=True),
     Concealable(
         "encoder_slip",
         "slip",
-        {"angle_rad": TURNED, "time_s": (12.0, 35.0)},
+        {"angle_rad": ANGLE_SIZES_RAD, "time_s": (12.0, 35.0)},
         both_ways=True,
         shapes=("time_s",),
         live=False,
@@ -123,26 +123,28 @@ BY_NAME = {each.name: each for each in TABLE}
 
 # Base parameters whose nominal values are made wrong. The cart's mass is not: motion alone cannot
 # tell it.
-WRONG = (
+PERTURBED_CONSTANTS = (
     "cart_viscous_n_s_m",
     "pole_viscous_n_m_s",
     "force_per_pwm_n",
     "com_distance_m",
     "pole_inertia_kg_m2",
 )
-LARGEST_ERROR = 0.2
+LARGEST_PERTURBATION = 0.2
 
 
-def draw(seed: int, count: int, nominal: Rig, live: bool = False) -> Concealed:
+def draw_concealed(seed: int, count: int, nominal: Rig, live: bool = False) -> Concealed:
     """Return `count` effects of realistic size, and the nominal rig with wrong parameters; the same for the same seed.
 
     live: only effects that a rig driven from outside can have. Raises BadInputError when more
     effects are asked for than can be concealed together.
     """
-    return concealed_of(completed((), count, seed, live), seed, nominal)
+    return conceal_effects(complete_set((), count, seed, live), seed, nominal)
 
 
-def completed(names: Sequence[str], count: int, seed: int, live: bool = False) -> tuple[str, ...]:
+def complete_set(
+    names: Sequence[str], count: int, seed: int, live: bool = False
+) -> tuple[str, ...]:
     """Return these effects and as many more, drawn by the seed, as make `count` that go together."""
     families = {each.family for each in TABLE if each.live or not live}
     if not 0 <= count <= len(families):
@@ -151,11 +153,11 @@ def completed(names: Sequence[str], count: int, seed: int, live: bool = False) -
     chosen = [BY_NAME[name] for name in names]
     order = [TABLE[k] for k in random.permutation(len(TABLE)) if TABLE[k].live or not live]
     while len(chosen) < count:
-        chosen.append(next(each for each in order if _goes_with(each, chosen, count)))
+        chosen.append(next(each for each in order if _is_compatible(each, chosen, count)))
     return tuple(each.name for each in chosen)
 
 
-def _goes_with(candidate: Concealable, chosen: Sequence[Concealable], count: int) -> bool:
+def _is_compatible(candidate: Concealable, chosen: Sequence[Concealable], count: int) -> bool:
     """Tell whether one more effect leaves every effect with what it must have beside it, or with room for it."""
     names = {each.name for each in chosen}
     lacking = next(
@@ -168,7 +170,7 @@ def _goes_with(candidate: Concealable, chosen: Sequence[Concealable], count: int
     return not candidate.beside or bool(names & set(candidate.beside)) or len(chosen) + 2 <= count
 
 
-def concealed_of(
+def conceal_effects(
     names: Sequence[str], seed: int, nominal: Rig, size_factor: float = 1.0
 ) -> Concealed:
     """Return these effects with sizes drawn by the seed times size_factor, and the nominal rig with wrong parameters.
@@ -177,13 +179,13 @@ def concealed_of(
     """
     listed, unlisted = (
         {
-            name: sized(table[name], np.random.default_rng([seed, 1, k]), size_factor)
+            name: draw_sizes(table[name], np.random.default_rng([seed, 1, k]), size_factor)
             for k, name in enumerate(names)
             if name in table
         }
         for table in (BY_NAME, UNLISTED)
     )
-    return Concealed(listed, _made_wrong(nominal, np.random.default_rng([seed, 0])), unlisted)
+    return Concealed(listed, _perturb_rig(nominal, np.random.default_rng([seed, 0])), unlisted)
 
 
 class Sized(Protocol):
@@ -206,7 +208,7 @@ class Sized(Protocol):
         """Return the size of nothing."""
 
 
-def sized(chosen: Sized, random: np.random.Generator, factor: float) -> dict[str, float]:
+def draw_sizes(chosen: Sized, random: np.random.Generator, factor: float) -> dict[str, float]:
     """Return drawn parameters; the distance of a size from neutral is multiplied by the factor."""
     sign = random.choice([-1.0, 1.0]) if chosen.both_ways else 1.0
     drawn = {name: float(random.uniform(*span)) for name, span in chosen.sizes.items()}
@@ -217,8 +219,11 @@ def sized(chosen: Sized, random: np.random.Generator, factor: float) -> dict[str
     return {name: drawn[name] if name in chosen.shapes else grown[name] for name in drawn}
 
 
-def _made_wrong(nominal: Rig, random: np.random.Generator) -> Rig:
-    factors = {name: 1 + random.uniform(-LARGEST_ERROR, LARGEST_ERROR) for name in WRONG}
+def _perturb_rig(nominal: Rig, random: np.random.Generator) -> Rig:
+    factors = {
+        name: 1 + random.uniform(-LARGEST_PERTURBATION, LARGEST_PERTURBATION)
+        for name in PERTURBED_CONSTANTS
+    }
     return replace(
         nominal,
         **{name: float(getattr(nominal, name) * factor) for name, factor in factors.items()},

@@ -19,12 +19,12 @@ from pendulum_bridge.emulator.conceal import BY_NAME
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import write_seal
 from pendulum_bridge.emulator.sensors import Encoders
-from pendulum_bridge.emulator.session import play, recorded
+from pendulum_bridge.emulator.session import play_plan, record_rig
 from pendulum_bridge.emulator.unlisted import BY_NAME as UNLISTED
 from pendulum_bridge.recording.bag_writer import Log, write_bag
-from pendulum_bridge.studies.trial.controller import Controller, tuning_of
-from pendulum_bridge.studies.trial.mix import USUAL, shares_of
-from pendulum_bridge.studies.trial.trial import Trial, trial_at, trial_with
+from pendulum_bridge.studies.trial.controller import Controller, make_tuning
+from pendulum_bridge.studies.trial.mix import USUAL_SHARES, parse_shares
+from pendulum_bridge.studies.trial.trial import Trial, draw_trial, draw_trial_with
 from pendulum_twin.command_line import as_option, make_number_reader, make_whole_reader
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin, load_twin, save_twin, write_atomically
@@ -36,42 +36,48 @@ SCHEMA = "pendulum_trial/1"
 
 def main(arguments: list[str] | None = None) -> int:
     """Record all trials and return 0; 1 with a sentence on stderr when one cannot be made."""
-    options = options_of(arguments)
+    options = parse_options(arguments)
     try:
         nominal = load_twin(options.twin)
         for number in range(options.first, options.first + options.trials):
-            print(record(_trial(number, options, nominal), nominal, options), flush=True)
+            print(
+                record_trial(_draw_trial(number, options, nominal), nominal, options), flush=True
+            )
     except (BadInputError, OSError) as error:
         print(f"trials: {error}", file=sys.stderr)
         return 1
     return 0
 
 
-def record(trial: Trial, nominal: Twin, options: argparse.Namespace) -> Path:
+def record_trial(trial: Trial, nominal: Twin, options: argparse.Namespace) -> Path:
     """Write the trial's folder whole or not at all, and return it; raise BadInputError when it is there already."""
     folder: Path = options.out / f"trial_{trial.number:04d}"
     if folder.exists():
         raise BadInputError(
             f"{folder}: expected no folder there, found one: trials are not overwritten"
         )
-    log = _log(trial, nominal, options)
+    log = _record_log(trial, nominal, options)
     options.out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=options.out, prefix=f".{folder.name}.") as temporary:
         made = Path(temporary) / folder.name
         write_bag(log, made / "bag")
         write_seal(trial.concealed, made / "seal.json")
         save_twin(Twin(f"{nominal.name}_nominal", nominal.rig), made / "twin.yaml")
-        write_atomically(made / "trial.json", json.dumps(_how(trial, options), indent=2) + "\n")
+        write_atomically(
+            made / "trial.json", json.dumps(_describe_trial(trial, options), indent=2) + "\n"
+        )
         shutil.move(made, folder)
     return folder
 
 
-def _log(trial: Trial, nominal: Twin, options: argparse.Namespace) -> Log:
+def _record_log(trial: Trial, nominal: Twin, options: argparse.Namespace) -> Log:
     rig = EmulatedRig(trial.concealed, options.rate_hz, Encoders(options.pole_counts), trial.seed)
     if options.closed_loop:
-        controller = Controller(tuning_of(nominal.rig, options.seconds, rig.period_s, trial.seed))
-        return recorded(rig, controller, round(options.seconds * options.rate_hz))
-    return play(
+        controller = Controller(
+            make_tuning(nominal.rig, options.seconds, rig.period_s, trial.seed)
+        )
+        return record_rig(rig, controller, round(options.seconds * options.rate_hz))
+    return play_plan(
         rig,
         make_standard_plan(
             make_envelope(nominal.rig), options.seconds, options.rate_hz, trial.seed
@@ -79,7 +85,7 @@ def _log(trial: Trial, nominal: Twin, options: argparse.Namespace) -> Log:
     )
 
 
-def _how(trial: Trial, options: argparse.Namespace) -> dict[str, object]:
+def _describe_trial(trial: Trial, options: argparse.Namespace) -> dict[str, object]:
     return {
         "schema": SCHEMA,
         "kind": trial.kind,
@@ -91,15 +97,17 @@ def _how(trial: Trial, options: argparse.Namespace) -> dict[str, object]:
     }
 
 
-def _trial(number: int, options: argparse.Namespace, nominal: Twin) -> Trial:
+def _draw_trial(number: int, options: argparse.Namespace, nominal: Twin) -> Trial:
     if options.effects:
-        return trial_with(number, options.seed, options.effects, nominal.rig, options.size_factor)
-    return trial_at(number, options.seed, options.kinds, nominal.rig, options.size_factor)
+        return draw_trial_with(
+            number, options.seed, options.effects, nominal.rig, options.size_factor
+        )
+    return draw_trial(number, options.seed, options.kinds, nominal.rig, options.size_factor)
 
 
-def options_of(arguments: list[str] | None) -> argparse.Namespace:
+def parse_options(arguments: list[str] | None) -> argparse.Namespace:
     """Return the command line's options; print what is wrong and exit with 2 for wrong use."""
-    usual = ",".join(f"{kind}:{share}" for kind, share in USUAL.items())
+    usual = ",".join(f"{kind}:{share}" for kind, share in USUAL_SHARES.items())
     parser = argparse.ArgumentParser(prog="trials", description=" ".join((__doc__ or "").split()))
     add = parser.add_argument
     add("--out", type=Path, required=True, help="folder for the trials' folders")
@@ -137,14 +145,14 @@ def options_of(arguments: list[str] | None) -> argparse.Namespace:
     )
     add(
         "--kinds",
-        type=as_option(shares_of),
-        default=USUAL,
+        type=as_option(parse_shares),
+        default=USUAL_SHARES,
         metavar="KIND:SHARE,...",
         help=f"kinds and their shares ({usual})",
     )
     add(
         "--effects",
-        type=as_option(_effects),
+        type=as_option(_parse_effects),
         nargs="+",
         metavar="A+B",
         help="conceal these, sets taking turns, instead of kinds",
@@ -170,7 +178,7 @@ def options_of(arguments: list[str] | None) -> argparse.Namespace:
     return parser.parse_args(arguments)
 
 
-def _effects(text: str) -> tuple[str, ...]:
+def _parse_effects(text: str) -> tuple[str, ...]:
     names = tuple(text.split("+"))
     for name in names:
         if name not in BY_NAME and name not in UNLISTED:

@@ -9,17 +9,17 @@ import pytest
 
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed
-from pendulum_bridge.emulator.session import recorded
+from pendulum_bridge.emulator.session import record_rig
 from pendulum_bridge.studies.trial.controller import (
-    PLACED,
+    PLACED_POLYNOMIAL,
     Controller,
     Mode,
     Stand,
-    controlled,
-    tuning_of,
+    compute_control,
+    make_tuning,
 )
-from pendulum_bridge.studies.trial.mix import USUAL
-from pendulum_bridge.studies.trial.trial import trial_at
+from pendulum_bridge.studies.trial.mix import USUAL_SHARES
+from pendulum_bridge.studies.trial.trial import draw_trial
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.rig import Rig
 
@@ -27,7 +27,7 @@ from pendulum_twin.rig import Rig
 def at_work(concealed: Concealed, nominal: Rig, seed: int = 1, seconds: float = 60.0):
     """Return the log, how far the cart really was from the middle at most, and how many samples each mode had."""
     rig = EmulatedRig(concealed, seed=seed, timestep_s=2e-3)
-    controller = Controller(tuning_of(nominal, seconds, rig.period_s, seed))
+    controller = Controller(make_tuning(nominal, seconds, rig.period_s, seed))
     far, modes = [0.0], Counter()
 
     def watched(sample: np.ndarray) -> float:
@@ -36,7 +36,7 @@ def at_work(concealed: Concealed, nominal: Rig, seed: int = 1, seconds: float = 
         modes[controller.stand.mode] += 1
         return command
 
-    return recorded(rig, watched, round(seconds * 100)), max(far), modes
+    return record_rig(rig, watched, round(seconds * 100)), max(far), modes
 
 
 def test_it_does_all_of_its_work_on_the_rig_that_it_knows(nominal: Rig) -> None:
@@ -48,8 +48,11 @@ def test_it_does_all_of_its_work_on_the_rig_that_it_knows(nominal: Rig) -> None:
 
 @pytest.mark.parametrize("number", range(0, 20, 2))
 def test_the_cart_stays_on_the_rail_whatever_is_concealed(number: int, nominal: Rig) -> None:
-    trial = trial_at(
-        number, 11, {kind: share for kind, share in USUAL.items() if kind != "nothing"}, nominal
+    trial = draw_trial(
+        number,
+        11,
+        {kind: share for kind, share in USUAL_SHARES.items() if kind != "nothing"},
+        nominal,
     )
     log, far, _ = at_work(trial.concealed, nominal, trial.seed)
     assert far < 0.8 * nominal.rail_half_length_m
@@ -65,12 +68,12 @@ def test_wrong_signs_are_seen_from_the_push(effect: str, nominal: Rig) -> None:
 
 
 def test_the_balancing_poles_are_where_they_were_placed(nominal: Rig) -> None:
-    tuning = tuning_of(nominal, 60.0, 0.01, 0)
+    tuning = make_tuning(nominal, 60.0, 0.01, 0)
     motion = np.array(
         [[0, 1, 0, 0], [tuning.stiffness, 0, 0, 0], [0, 0, 0, 1], [0, 0, 0, 0]], dtype=float
     )
     closed = motion - np.outer([0, tuning.coupling, 0, 1], tuning.gains)
-    assert np.poly(closed) == pytest.approx([1.0, *PLACED], rel=1e-6)
+    assert np.poly(closed) == pytest.approx([1.0, *PLACED_POLYNOMIAL], rel=1e-6)
 
 
 @pytest.mark.parametrize("mode", [Mode.FOLLOW, Mode.SWING, Mode.BALANCE])
@@ -79,10 +82,12 @@ def test_the_balancing_poles_are_where_they_were_placed(nominal: Rig) -> None:
 def test_a_cart_far_out_is_sent_back_before_all_else(
     mode: Mode, way: int, x: float, v: float, nominal: Rig
 ) -> None:
-    tuning = tuning_of(nominal, 60.0, 0.01, 0)
-    stand, command = controlled(Stand(1200, mode, way=way), np.array([x, 0.05, v, 0.0]), tuning)
+    tuning = make_tuning(nominal, 60.0, 0.01, 0)
+    stand, command = compute_control(
+        Stand(1200, mode, way=way), np.array([x, 0.05, v, 0.0]), tuning
+    )
     assert stand.mode is Mode.RETURN and command * way * x < -0.03
-    back, _ = controlled(stand, np.array([0.1 * x, 0.05, 0.0, 0.0]), tuning)
+    back, _ = compute_control(stand, np.array([0.1 * x, 0.05, 0.0, 0.0]), tuning)
     assert back.mode is not Mode.RETURN
 
 
@@ -100,5 +105,5 @@ def test_commands_answer_what_was_measured(nominal: Rig) -> None:
 
 def test_a_rig_without_a_rail_is_refused(nominal: Rig) -> None:
     with pytest.raises(BadInputError, match="rail_half_length_m"):
-        tuning_of(replace(nominal, rail_half_length_m=None), 60.0, 0.01, 0)
-    assert math.isfinite(sum(tuning_of(nominal, 60.0, 0.01, 0).gains))
+        make_tuning(replace(nominal, rail_half_length_m=None), 60.0, 0.01, 0)
+    assert math.isfinite(sum(make_tuning(nominal, 60.0, 0.01, 0).gains))

@@ -42,7 +42,7 @@ AIMS, AIMING_S = (
     10.0,
 )  # times the nominal energy: constants that are 20 % off make it 50 % off
 SPRING_PER_S2, DRAG_PER_S = 5.0, 0.5  # of the cart meanwhile
-PLACED = (16.0, 88.0, 192.0, 144.0)  # (s + 6)^2 (s + 2)^2, without its s^4
+PLACED_POLYNOMIAL = (16.0, 88.0, 192.0, 144.0)  # (s + 6)^2 (s + 2)^2, without its s^4
 CATCH_RAD, CATCH_RAD_S, LOST_RAD = 0.35, 3.0, 0.7
 CALM_S = 2.0  # of following after the pole was lost
 FREE, BACK = (
@@ -99,7 +99,7 @@ class Stand:
     turn: int = 1
 
 
-def tuning_of(rig: Rig, seconds: float, period_s: float, seed: int) -> Tuning:
+def make_tuning(rig: Rig, seconds: float, period_s: float, seed: int) -> Tuning:
     """Return the tuning for a nominal rig; raise BadInputError for one without cart, drive or rail length."""
     room = make_envelope(rig)
     coupling = (
@@ -112,37 +112,37 @@ def tuning_of(rig: Rig, seconds: float, period_s: float, seed: int) -> Tuning:
         coupling,
         coupling * rig.gravity_m_s2,
         (rig.cart_viscous_n_s_m or 0.0) / rig.total_mass_kg,
-        _placed(coupling, coupling * rig.gravity_m_s2),
+        _place_poles(coupling, coupling * rig.gravity_m_s2),
         waveforms.make_tones(room, np.random.default_rng(seed))(times),
     )
 
 
-def _placed(coupling: float, stiffness: float) -> tuple[float, float, float, float]:
+def _place_poles(coupling: float, stiffness: float) -> tuple[float, float, float, float]:
     """Return gains k of a = -k (psi, w, x, v) that give x'' = a, psi'' = b a + wn^2 psi the poles of PLACED."""
-    third, second, one, none = PLACED
+    third, second, one, none = PLACED_POLYNOMIAL
     on_x, on_v = -none / stiffness, -one / stiffness
     return (second + stiffness - on_x) / coupling, (third - on_v) / coupling, on_x, on_v
 
 
-def controlled(stand: Stand, sample: Floats, tuning: Tuning) -> tuple[Stand, float]:
+def compute_control(stand: Stand, sample: Floats, tuning: Tuning) -> tuple[Stand, float]:
     """Return the next stand and the command (PWM fraction) that answers a sample x (m), th (rad), v (m/s), w (rad/s)."""
     x, th, v, w = (float(value) for value in sample)
     if stand.k == 0:
         stand = replace(stand, first=(x, th))
     if stand.way == 0:
-        stand = _seen(stand, x, th, tuning)
+        stand = _observe_push(stand, x, th, tuning)
     ph, w = stand.turn * (th - stand.first[1]), stand.turn * w
-    before, stand = stand.mode, replace(stand, mode=_mode(stand, x, v, ph, w, tuning))
+    before, stand = stand.mode, replace(stand, mode=_choose_mode(stand, x, v, ph, w, tuning))
     if stand.mode is Mode.SWING and before is not Mode.SWING:
         stand = replace(stand, swinging_from=stand.k)
-    if stand.mode is Mode.RETURN and _lost_pole(ph):
+    if stand.mode is Mode.RETURN and _has_lost_pole(ph):
         stand = replace(stand, calm_until=stand.k + round(CALM_S / tuning.period_s))
     limit = tuning.room.limit
-    command = min(max(_command(stand, (x, ph, v, w), tuning), -limit), limit)
+    command = min(max(_compute_command(stand, (x, ph, v, w), tuning), -limit), limit)
     return replace(stand, k=stand.k + 1), command
 
 
-def _seen(stand: Stand, x: float, th: float, tuning: Tuning) -> Stand:
+def _observe_push(stand: Stand, x: float, th: float, tuning: Tuning) -> Stand:
     """Return the stand with what the push has shown, once it has."""
     if stand.k * tuning.period_s < PUSHED_S:
         return stand
@@ -150,7 +150,7 @@ def _seen(stand: Stand, x: float, th: float, tuning: Tuning) -> Stand:
     return replace(stand, way=-1 if travel < 0 else 1, turn=-1 if travel * swung > 0 else 1)
 
 
-def _mode(stand: Stand, x: float, v: float, ph: float, w: float, tuning: Tuning) -> Mode:
+def _choose_mode(stand: Stand, x: float, v: float, ph: float, w: float, tuning: Tuning) -> Mode:
     t, half = stand.k * tuning.period_s, tuning.room.half_length_m
     if t < BEGIN_S and stand.mode is not Mode.RETURN:
         return Mode.PUSH
@@ -160,21 +160,23 @@ def _mode(stand: Stand, x: float, v: float, ph: float, w: float, tuning: Tuning)
         return Mode.RETURN
     if (t - BEGIN_S) % TURN_S < FOLLOWED_S or stand.k < stand.calm_until:
         return Mode.FOLLOW
-    leaning = abs(_from_upright(ph))
+    leaning = abs(_measure_from_upright(ph))
     if stand.mode is Mode.BALANCE:
         return Mode.BALANCE if leaning < LOST_RAD else Mode.SWING
     return Mode.BALANCE if leaning < CATCH_RAD and abs(w) < CATCH_RAD_S else Mode.SWING
 
 
-def _lost_pole(ph: float) -> bool:
-    return abs(_from_upright(ph)) > CATCH_RAD
+def _has_lost_pole(ph: float) -> bool:
+    return abs(_measure_from_upright(ph)) > CATCH_RAD
 
 
-def _from_upright(ph: float) -> float:
+def _measure_from_upright(ph: float) -> float:
     return math.remainder(ph - math.pi, math.tau)
 
 
-def _command(stand: Stand, state: tuple[float, float, float, float], tuning: Tuning) -> float:
+def _compute_command(
+    stand: Stand, state: tuple[float, float, float, float], tuning: Tuning
+) -> float:
     x, ph, v, w = state
     t = stand.k * tuning.period_s
     if stand.mode is Mode.PUSH:
@@ -210,16 +212,16 @@ def _swing_up(x: float, ph: float, v: float, w: float, aim: float, tuning: Tunin
 
 def _balance(x: float, ph: float, v: float, w: float, tuning: Tuning) -> float:
     on_angle, on_rate, on_x, on_v = tuning.gains
-    return -(on_angle * _from_upright(ph) + on_rate * w + on_x * x + on_v * v)
+    return -(on_angle * _measure_from_upright(ph) + on_rate * w + on_x * x + on_v * v)
 
 
 class Controller:
-    """Answer a recording's samples one after another: `controlled`, with its stand kept."""
+    """Answer a recording's samples one after another: `compute_control`, with its stand kept."""
 
     def __init__(self, tuning: Tuning) -> None:
         self._tuning, self.stand = tuning, Stand()
 
     def __call__(self, sample: Floats) -> float:
         """Return the command (PWM fraction) that answers this sample."""
-        self.stand, command = controlled(self.stand, sample, self._tuning)
+        self.stand, command = compute_control(self.stand, sample, self._tuning)
         return command

@@ -6,18 +6,22 @@ from collections.abc import Mapping
 
 from pendulum_twin.errors import BadInputError
 
-EFFECTS_OF = {"nothing": 0, "single": 1, "pair": 2, "triple": 3, "unlisted": 0}
-USUAL = {"nothing": 15, "single": 40, "pair": 20, "triple": 10, "unlisted": 15}
+EFFECTS_OF_KIND = {"nothing": 0, "single": 1, "pair": 2, "triple": 3, "unlisted": 0}
+USUAL_SHARES = {"nothing": 15, "single": 40, "pair": 20, "triple": 10, "unlisted": 15}
 
 
-def shares_of(text: str) -> dict[str, int]:
+def parse_shares(text: str) -> dict[str, int]:
     """Return kind -> share as `nothing:15,single:40` has them; raise BadInputError for what cannot be shared out."""
     shares: dict[str, int] = {}
     for part in text.split(","):
         kind, _, share = part.strip().partition(":")
-        if kind not in EFFECTS_OF or kind in shares or not (share.isascii() and share.isdigit()):
+        if (
+            kind not in EFFECTS_OF_KIND
+            or kind in shares
+            or not (share.isascii() and share.isdigit())
+        ):
             raise BadInputError(
-                f"--kinds: expected KIND:SHARE,... with whole shares and the kinds {', '.join(EFFECTS_OF)}, found {part!r}"
+                f"--kinds: expected KIND:SHARE,... with whole shares and the kinds {', '.join(EFFECTS_OF_KIND)}, found {part!r}"
             )
         shares[kind] = int(share)
     if not sum(shares.values()):
@@ -25,7 +29,7 @@ def shares_of(text: str) -> dict[str, int]:
     return shares
 
 
-def kind_at(number: int, shares: Mapping[str, int]) -> tuple[str, int]:
+def find_kind(number: int, shares: Mapping[str, int]) -> tuple[str, int]:
     """Return the kind of this trial, and how many of its kind stand before it.
 
     Every trial is of the kind that lags most behind its share; of equals, the first.
