@@ -11,7 +11,7 @@ from pathlib import Path
 
 from pendulum_bridge.wire.link import Link
 from pendulum_bridge.wire.protocol import Sample
-from pendulum_bridge.wire.tcp import tcp_link
+from pendulum_bridge.wire.tcp import open_tcp_link
 from pendulum_bridge.wire.udp import Address
 
 TWIN = Path(__file__).parents[2] / "config" / "inteco.yaml"
@@ -38,7 +38,7 @@ class Emulator:
     def __init__(self, *arguments: str | Path, tcp: bool = False) -> None:
         kind = socket.SOCK_STREAM if tcp else socket.SOCK_DGRAM
         self.rig, user = (Address("127.0.0.1", port) for port in free_ports(kind=kind))
-        self.link = tcp_link(self.rig) if tcp else Link(user, self.rig)
+        self.link = open_tcp_link(self.rig) if tcp else Link(user, self.rig)
         way = ["--tcp"] if tcp else ["--send", str(user)]
         self.process = start("--twin", TWIN, "--listen", str(self.rig), *way, *arguments)
         try:

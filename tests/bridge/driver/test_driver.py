@@ -11,7 +11,7 @@ import pytest
 
 from pendulum_bridge.driver import driver as module
 from pendulum_bridge.driver.driver import DECISIONS_BETWEEN, LAST_WORDS, Driver
-from pendulum_bridge.safety.decide import rules_for
+from pendulum_bridge.safety.decide import make_rules
 from pendulum_bridge.safety.limits import Limits
 from pendulum_bridge.safety.reasons import Reason
 from pendulum_bridge.safety.rig_state import RigState
@@ -57,16 +57,16 @@ class Peer:
     def close(self) -> None:
         self.closed += 1
 
-    def sample(self, state: RigState, stamp_ns: int) -> None:
+    def publish_sample(self, state: RigState, stamp_ns: int) -> None:
         self.said.append(("sample", state))
 
-    def applied(self, pwm: float) -> None:
+    def publish_applied(self, pwm: float) -> None:
         self.said.append(("applied", pwm))
 
-    def stopped(self, latched: bool) -> None:
+    def publish_stopped(self, latched: bool) -> None:
         self.said.append(("stopped", latched))
 
-    def failed(self, error: Exception) -> None:
+    def report_failure(self, error: Exception) -> None:
         self.said.append(("failed", error))
 
 
@@ -81,7 +81,7 @@ class Bench:
 
     def __post_init__(self) -> None:
         clock = time.monotonic if self.real else lambda: self.now_s
-        self.driver = Driver(self.peer, rules_for(self.nominal), self.peer, self.peer, clock)
+        self.driver = Driver(self.peer, make_rules(self.nominal), self.peer, self.peer, clock)
 
     def arrive(self, age_s: float = 0.0, sample: Sample = HANGING) -> None:
         self.peer.waiting.append(Arrival(sample, time.time_ns() - round(1e9 * age_s)))
@@ -141,7 +141,7 @@ def test_a_decision_that_was_held_up_on_its_way_is_not_sent(
         return decision
 
     deciding = module.decided
-    monkeypatch.setattr(module, "decided", held_up)
+    monkeypatch.setattr(module, "decide", held_up)
     bench.turn()
     assert bench.peer.sent[-2:] == [0.3, 0.0]
 
@@ -226,7 +226,7 @@ def test_every_reset_is_told_how_it_ended(bench: Bench) -> None:
 def test_two_writers_get_nothing_but_0(bench: Bench) -> None:
     answers = []
     for number in (100, 1, 101, 2):
-        bench.driver.heard(number)
+        bench.driver.hear_writer(number)
         answers.append(bench.driver.command(0.2))
     assert (
         answers == [None, None, Reason.TWO_WRITERS, Reason.TWO_WRITERS]
@@ -257,7 +257,7 @@ def test_even_when_nothing_can_be_published_the_rig_gets_0_and_is_let_go(serving
     def broken(pwm: float) -> None:
         raise RuntimeError("publisher's context is invalid")
 
-    serving.peer.applied = broken
+    serving.peer.publish_applied = broken
     until(
         lambda: [name for name, _ in serving.peer.said].count("failed") > 2
     )  # its thread goes on
@@ -322,6 +322,6 @@ def test_the_last_word_hears_that_all_is_well_also_while_the_rig_is_silent(bench
 def test_new_rules_hold_from_the_next_decision_on(bench: Bench, nominal: Rig) -> None:
     bench.driver.command(0.4)
     bench.turn(3)
-    bench.driver.change(rules_for(nominal, Limits(0.1)))
+    bench.driver.change_rules(make_rules(nominal, Limits(0.1)))
     bench.turn()
     assert bench.peer.sent[-1] == 0.1 and bench.driver.health().figures["pwm_limit"] == 0.1

@@ -2,18 +2,18 @@
 
 import pytest
 
-from pendulum_bridge.driver.health import Report, health_of, worse
-from pendulum_bridge.driver.latency import KEPT, Latency
+from pendulum_bridge.driver.health import Report, make_health, pick_worse
+from pendulum_bridge.driver.latency import KEPT_DURATIONS, Latency
 from pendulum_bridge.safety.reasons import Reason
 from pendulum_twin.health import Level
 
 
 def test_the_worse_reason_is_kept_and_the_later_of_equals() -> None:
-    assert worse(Reason.RIG_SILENT, None) is Reason.RIG_SILENT
-    assert worse(Reason.RIG_SILENT, Reason.RAIL_BRAKING) is Reason.RIG_SILENT
-    assert worse(Reason.RIG_SILENT, Reason.COMMAND_OLD) is Reason.COMMAND_OLD
-    assert worse(Reason.OVER_LIMIT, None) is None  # all is well again
-    assert worse(None, Reason.RAIL_BRAKING) is Reason.RAIL_BRAKING
+    assert pick_worse(Reason.RIG_SILENT, None) is Reason.RIG_SILENT
+    assert pick_worse(Reason.RIG_SILENT, Reason.RAIL_BRAKING) is Reason.RIG_SILENT
+    assert pick_worse(Reason.RIG_SILENT, Reason.COMMAND_OLD) is Reason.COMMAND_OLD
+    assert pick_worse(Reason.OVER_LIMIT, None) is None  # all is well again
+    assert pick_worse(None, Reason.RAIL_BRAKING) is Reason.RAIL_BRAKING
 
 
 @pytest.mark.parametrize(
@@ -36,15 +36,18 @@ def test_the_worse_reason_is_kept_and_the_later_of_equals() -> None:
     ],
 )
 def test_level_and_sentence(report: Report, level: Level, sentence: str) -> None:
-    health = health_of(report, {"applied_pwm": 0.1})
+    health = make_health(report, {"applied_pwm": 0.1})
     assert health.level is level and sentence in health.sentence
     assert health.figures == {"rate_hz": report.samples / 1.0, "applied_pwm": 0.1}
 
 
 def test_latency_is_of_the_last_so_many() -> None:
     latency = Latency()
-    assert latency.figures("x") == {}
-    for value in (*[9.0] * 50, *[k / 1000 for k in range(KEPT)]):
+    assert latency.summarize("x") == {}
+    for value in (*[9.0] * 50, *[k / 1000 for k in range(KEPT_DURATIONS)]):
         latency.add(value)
     latency.add(-1.0)  # the clock was set back
-    assert latency.figures("x") == {"x_p50_ms": pytest.approx(499), "x_p99_ms": pytest.approx(989)}
+    assert latency.summarize("x") == {
+        "x_p50_ms": pytest.approx(499),
+        "x_p99_ms": pytest.approx(989),
+    }

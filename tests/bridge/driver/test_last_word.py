@@ -16,7 +16,7 @@ from pendulum_bridge.driver import last_word
 from pendulum_bridge.driver.last_word import LastWord
 from pendulum_bridge.wire.link import Link
 from pendulum_bridge.wire.protocol import COMMAND, Command
-from pendulum_bridge.wire.tcp import tcp_link
+from pendulum_bridge.wire.tcp import open_tcp_link
 from pendulum_bridge.wire.udp import Address
 from pendulum_twin.errors import BadInputError
 
@@ -30,13 +30,13 @@ import select, signal, subprocess, sys, time
 from pendulum_bridge.driver.last_word import LastWord
 from pendulum_bridge.wire.link import Link
 from pendulum_bridge.wire.protocol import Command
-from pendulum_bridge.wire.tcp import tcp_link
+from pendulum_bridge.wire.tcp import open_tcp_link
 from pendulum_bridge.wire.udp import Address
 from pendulum_twin.errors import BadInputError
 
 signal.signal(signal.SIGINT, signal.SIG_DFL)
 rig, silence_s = Address("127.0.0.1", int(sys.argv[2])), float(sys.argv[3])
-link = tcp_link(rig) if sys.argv[1] == "tcp" else Link(Address("127.0.0.1", 0), rig)
+link = open_tcp_link(rig) if sys.argv[1] == "tcp" else Link(Address("127.0.0.1", 0), rig)
 last = LastWord(link, Command(0.0).pack(), silence_s)
 waits = [sys.executable, "-S", "-c", "import sys; sys.stdin.read()"]
 other = subprocess.Popen(waits, stdin=subprocess.PIPE, close_fds=False)
@@ -244,7 +244,7 @@ def test_a_stopped_companion_holds_nobody_up(alone: tuple[Rig, Link]) -> None:
 def test_without_a_connection_it_waits_for_one() -> None:
     rig = Rig("tcp")
     rig.listening.close()
-    link = tcp_link(Address("127.0.0.1", rig.port))
+    link = open_tcp_link(Address("127.0.0.1", rig.port))
     with LastWord(link, ZERO, silence_s=60.0) as word:
         assert word.running and not link.connected
     link.close()

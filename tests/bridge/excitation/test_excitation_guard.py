@@ -13,25 +13,25 @@ from pendulum_bridge.excitation.guard import (
     Stopped,
     StopReason,
     Watch,
-    asking,
-    beyond,
-    missing,
-    obeyed,
-    watched,
+    note_request,
+    find_exceeded_bound,
+    find_missing_samples,
+    is_obeyed,
+    watch_sample,
 )
-from pendulum_bridge.excitation.performance import Performance, performed
-from pendulum_bridge.excitation.playback import LOOKED_AT, LOOKS
+from pendulum_bridge.excitation.performance import Performance, perform
+from pendulum_bridge.excitation.playback import SAMPLES_A_LOOK, MOST_LOOKS
 from pendulum_bridge.excitation.run import (
     Run,
     Stage,
-    ended,
-    entered,
-    health,
-    looking,
-    sampled,
-    share,
-    silent,
-    where,
+    stop_run,
+    enter_stage,
+    make_health,
+    begin_looking,
+    take_sample,
+    compute_share,
+    find_silence,
+    describe_progress,
 )
 from pendulum_bridge.safety.rig_state import RigState
 from pendulum_twin.errors import BadInputError
@@ -68,8 +68,8 @@ OUTSIDE = [
 
 @pytest.mark.parametrize(("state", "reason"), OUTSIDE)
 def test_a_bound_stops_at_the_second_sample_beyond_it(state: RigState, reason: StopReason) -> None:
-    watch, first = watched(state, 0.0, PERIOD_S, Watch(), BOUNDS)
-    _, again = watched(state, 0.0, PERIOD_S, watch, BOUNDS)
+    watch, first = watch_sample(state, 0.0, PERIOD_S, Watch(), BOUNDS)
+    _, again = watch_sample(state, 0.0, PERIOD_S, watch, BOUNDS)
     assert (
         first is None and again is not None and again.reason is reason and "at most" in again.found
     )
@@ -79,7 +79,7 @@ def test_a_bound_stops_at_the_second_sample_beyond_it(state: RigState, reason: S
 def test_a_single_spike_does_not(state: RigState, _reason: StopReason) -> None:
     watch, found = Watch(), []
     for k in range(20):
-        watch, stopped = watched(state if k % 2 else STILL, 0.0, PERIOD_S, watch, BOUNDS)
+        watch, stopped = watch_sample(state if k % 2 else STILL, 0.0, PERIOD_S, watch, BOUNDS)
         found.append(stopped)
     assert found == [None] * 20
 
@@ -94,18 +94,18 @@ def test_a_single_spike_does_not(state: RigState, _reason: StopReason) -> None:
     ),
 )
 def test_within_the_bounds_nothing_is_beyond(state: RigState) -> None:
-    assert beyond(state, BOUNDS) is None
+    assert find_exceeded_bound(state, BOUNDS) is None
 
 
 def overruled_after(applied: list[float], asked: list[float]) -> int | None:
     """Return at which sample the watch stops, with what was applied then and what was asked for."""
     watch = Watch()
     for k, (sent, wanted) in enumerate(zip(applied, asked, strict=True)):
-        watch, stopped = watched(STILL, sent, PERIOD_S, watch, BOUNDS)
+        watch, stopped = watch_sample(STILL, sent, PERIOD_S, watch, BOUNDS)
         if stopped:
             assert stopped.reason is StopReason.OVERRULED
             return k
-        watch = asking(wanted, PERIOD_S, watch)
+        watch = note_request(wanted, PERIOD_S, watch)
     return None
 
 
@@ -131,12 +131,16 @@ def test_one_that_is_a_little_behind_or_slewing_does_not(behind: int) -> None:
 
 
 def test_obeyed_is_between_recent_commands() -> None:
-    assert obeyed(0.1, (0.0, 0.3)) and obeyed(0.31, (0.0, 0.3)) and not obeyed(0.33, (0.0, 0.3))
+    assert (
+        is_obeyed(0.1, (0.0, 0.3))
+        and is_obeyed(0.31, (0.0, 0.3))
+        and not is_obeyed(0.33, (0.0, 0.3))
+    )
 
 
 def test_silence_is_missing_samples() -> None:
-    assert missing(0.2, BOUNDS) is None
-    assert "none for 0.25 s, at most 0.2 s" in missing(0.25, BOUNDS).sentence
+    assert find_missing_samples(0.2, BOUNDS) is None
+    assert "none for 0.25 s, at most 0.2 s" in find_missing_samples(0.25, BOUNDS).sentence
 
 
 @pytest.mark.parametrize("bad", [math.nan, 0.0, -1.0])
@@ -153,7 +157,7 @@ def driven(
     for k in range(len(plan.commands) + 1):
         state = RigState(*rig.sample.tolist())
         if k not in skip:
-            move = performed(k * PERIOD_NS, state, applied, performance, plan, bounds)
+            move = perform(k * PERIOD_NS, state, applied, performance, plan, bounds)
             performance, applied = move.performance, move.command
             if move.stopped or move.done:
                 assert move.command == 0.0
@@ -199,7 +203,7 @@ def looked(run: Run, stamps_ns: list[int]) -> tuple[Run, list[float | None]]:
     sent = []
     for stamp_ns in stamps_ns:
         if run.stage is Stage.LOOKING:
-            step = sampled(stamp_ns, STILL, 0.0, 1e-9 * stamp_ns, run, PLAN, BOUNDS)
+            step = take_sample(stamp_ns, STILL, 0.0, 1e-9 * stamp_ns, run, PLAN, BOUNDS)
             run = step.run
             sent.append(step.command)
     return run, sent
@@ -210,51 +214,57 @@ def stamps(count: int, periods: float = 1, first_ns: int = 0) -> list[int]:
 
 
 def test_a_run_looks_before_it_plays_and_sends_0_meanwhile() -> None:
-    run, sent = looked(looking(0.0, entered(Stage.WAITING, 0.0, Run())), stamps(99))
-    assert run.stage is Stage.PLAYING and sent == [0.0] * LOOKED_AT
-    step = sampled(LOOKED_AT * PERIOD_NS, STILL, 0.0, 1.0, run, PLAN, BOUNDS)
+    run, sent = looked(begin_looking(0.0, enter_stage(Stage.WAITING, 0.0, Run())), stamps(99))
+    assert run.stage is Stage.PLAYING and sent == [0.0] * SAMPLES_A_LOOK
+    step = take_sample(SAMPLES_A_LOOK * PERIOD_NS, STILL, 0.0, 1.0, run, PLAN, BOUNDS)
     assert step.run.performance.playback.sample == 0 and step.command == PLAN.commands[0]
 
 
 def test_a_run_at_another_rate_is_refused_in_a_sentence() -> None:
-    run, sent = looked(looking(0.0, Run()), stamps(999, periods=2))
-    assert run.stage is Stage.STOPPED and sent == [0.0] * LOOKS * LOOKED_AT
+    run, sent = looked(begin_looking(0.0, Run()), stamps(999, periods=2))
+    assert run.stage is Stage.STOPPED and sent == [0.0] * MOST_LOOKS * SAMPLES_A_LOOK
     assert "expected 100 Hz, found 50 Hz: give the plan the rig's rate_hz" in run.stopped.sentence
 
 
 def test_a_rate_that_fits_only_later_is_good() -> None:
     late = stamps(30, periods=2.5) + stamps(70, first_ns=80 * PERIOD_NS)
-    run, sent = looked(looking(0.0, Run()), late)
-    assert run.stage is Stage.PLAYING and len(sent) == 2 * LOOKED_AT
+    run, sent = looked(begin_looking(0.0, Run()), late)
+    assert run.stage is Stage.PLAYING and len(sent) == 2 * SAMPLES_A_LOOK
 
 
 def test_before_it_begins_nothing_is_answered() -> None:
     for stage in (Stage.WAITING, Stage.RESETTING):
-        step = sampled(0, STILL, 0.0, 3.0, entered(stage, 0.0, Run()), PLAN, BOUNDS)
+        step = take_sample(0, STILL, 0.0, 3.0, enter_stage(stage, 0.0, Run()), PLAN, BOUNDS)
         assert step.command is None and step.run.sampled_s == 3.0
-        assert silent(9.0, step.run, BOUNDS) is None  # the reset has a deadline of its own
+        assert find_silence(9.0, step.run, BOUNDS) is None  # the reset has a deadline of its own
 
 
 def test_silence_counts_from_the_start_of_the_look() -> None:
-    run = looking(5.0, Run())
-    assert silent(5.1, run, BOUNDS) is None
-    assert silent(5.3, run, BOUNDS).reason is StopReason.SAMPLES_MISSING
+    run = begin_looking(5.0, Run())
+    assert find_silence(5.1, run, BOUNDS) is None
+    assert find_silence(5.3, run, BOUNDS).reason is StopReason.SAMPLES_MISSING
 
 
 def test_a_run_says_where_it_is() -> None:
-    run, _ = looked(looking(0.0, Run()), stamps(99))
+    run, _ = looked(begin_looking(0.0, Run()), stamps(99))
     for k in range(226):
         state = RigState(0.0005 * k, math.pi, 0.0, 0.0)
-        run = sampled(
-            (LOOKED_AT + k) * PERIOD_NS, state, 0.0, 1.0, run, PLAN, Bounds(1.0, overruled_s=9.0)
+        run = take_sample(
+            (SAMPLES_A_LOOK + k) * PERIOD_NS,
+            state,
+            0.0,
+            1.0,
+            run,
+            PLAN,
+            Bounds(1.0, overruled_s=9.0),
         ).run
-    assert where(run, PLAN) == "plays steps: 2.2 s of 4.5 s, 2.2 s to go"
-    assert share(run, PLAN) == 0.5
-    assert health(run, PLAN, "").level is Level.OK
+    assert describe_progress(run, PLAN) == "plays steps: 2.2 s of 4.5 s, 2.2 s to go"
+    assert compute_share(run, PLAN) == 0.5
+    assert make_health(run, PLAN, "").level is Level.OK
     assert (
-        health(entered(Stage.WAITING, 0.0, Run()), PLAN, "no rig").sentence
+        make_health(enter_stage(Stage.WAITING, 0.0, Run()), PLAN, "no rig").sentence
         == "The node waits for rig and twin: no rig."
     )
-    stopped = ended(Stopped(StopReason.ABORTED), 2.0, run)
-    assert health(stopped, PLAN, "").level is Level.ERROR and not stopped.stage.active
-    assert health(stopped, PLAN, "").sentence == "The plan was aborted by request."
+    stopped = stop_run(Stopped(StopReason.ABORTED), 2.0, run)
+    assert make_health(stopped, PLAN, "").level is Level.ERROR and not stopped.stage.active
+    assert make_health(stopped, PLAN, "").sentence == "The plan was aborted by request."

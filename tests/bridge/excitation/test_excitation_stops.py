@@ -227,5 +227,5 @@ def test_a_failing_callback_stops_the_plan(
 ) -> None:
     bench = Bench(ros)
     node = bench.play(planned(*LONG))
-    monkeypatch.setattr("pendulum_bridge.nodes.excitation_node.sampled", lambda *_: 1 / 0)
+    monkeypatch.setattr("pendulum_bridge.nodes.excitation_node.take_sample", lambda *_: 1 / 0)
     assert bench.over(node) is StopReason.FAILED

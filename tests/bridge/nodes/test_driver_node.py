@@ -246,7 +246,7 @@ def test_failing_callbacks_and_decisions_bring_0_and_the_node_lives_on(
     driven, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     node, user = driven
-    for where, name in ((node.driver, "command"), (core, "decided")):
+    for where, name in ((node.driver, "command"), (core, "decide")):
         user.holding(0.01, lambda: user.pwm == 0.01, "the command")
         with monkeypatch.context() as broken:
             broken.setattr(where, name, lambda *_: 1 / 0)

@@ -9,7 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.guarded_rigs import PERIOD_S, seen, stepper, varied
 
-from pendulum_bridge.safety.rail_guard import Seen, braking_distance, guarded, rail_guard
+from pendulum_bridge.safety.rail_guard import (
+    Seen,
+    compute_braking_distance,
+    guard_command,
+    make_rail_guard,
+)
 from pendulum_bridge.safety.reasons import Reason
 from pendulum_bridge.safety.rig_state import RigState
 from pendulum_twin.errors import BadInputError
@@ -47,14 +52,14 @@ def furthest(
     lost: float = 0.0,
 ) -> float:
     """Return how far from the middle an adversary brings the cart; lost: share of samples that never arrive."""
-    guard = rail_guard(nominal, LIMIT, MARGIN_M)
+    guard = make_rail_guard(nominal, LIMIT, MARGIN_M)
     command, applied, in_vain_s, far, age = LIMIT, 0.0, 0.0, 0.0, 0.0
     shown = seen(rig)
     for k in range(samples):
         shown, age = (shown, age + PERIOD_S) if random.random() < lost else (seen(rig), 0.0)
         command = asked(kind, random, k, rig, command)
         within = min(max(command, -LIMIT), LIMIT)
-        found = guarded(within, Seen(shown, age, applied), in_vain_s, PERIOD_S, guard)
+        found = guard_command(within, Seen(shown, age, applied), in_vain_s, PERIOD_S, guard)
         assert abs(found.pwm) <= LIMIT and found.reason is not Reason.RAIL_NOT_HELD
         applied, in_vain_s = found.pwm, found.in_vain_s
         far = max(far, abs(float(rig.step(applied)[0])))
@@ -96,20 +101,20 @@ def test_nor_does_any_sequence_of_commands(
     nominal: Rig, plan: list[tuple[float, int]], seed: int
 ) -> None:
     random = np.random.default_rng(seed)
-    guard = rail_guard(nominal, LIMIT, MARGIN_M)
+    guard = make_rail_guard(nominal, LIMIT, MARGIN_M)
     rig = stepper(
         varied(nominal, random, corner=True), SLOW_DRIVES[seed % 3], (0.0, math.pi, 0.0, 0.0)
     )
     applied = 0.0
     for command in (command for command, samples in plan for _ in range(samples)):
-        applied = guarded(command, Seen(seen(rig), 0.0, applied), 0.0, PERIOD_S, guard).pwm
+        applied = guard_command(command, Seen(seen(rig), 0.0, applied), 0.0, PERIOD_S, guard).pwm
         assert abs(rig.step(applied)[0]) < nominal.rail_half_length_m - MARGIN_M
 
 
 def test_a_quiet_cart_in_the_middle_is_left_alone(nominal: Rig) -> None:
-    guard = rail_guard(nominal, LIMIT)
+    guard = make_rail_guard(nominal, LIMIT)
     for command in (-0.5, 0.0, 0.3):
-        found = guarded(
+        found = guard_command(
             command, Seen(RigState(0.2, math.pi, 0.1, 0.0), 0.0, command), 0.0, PERIOD_S, guard
         )
         assert found.pwm == command and found.reason is None
@@ -117,48 +122,48 @@ def test_a_quiet_cart_in_the_middle_is_left_alone(nominal: Rig) -> None:
 
 def test_braking_distance_has_its_closed_forms(nominal: Rig) -> None:
     """Without friction v^2/2b; with it shorter, and as an integration in small steps has it."""
-    guard = replace(rail_guard(nominal, LIMIT), friction_1_s=0.0)
+    guard = replace(make_rail_guard(nominal, LIMIT), friction_1_s=0.0)
     brake = guard.brake_m_s2 * LIMIT
-    assert braking_distance(2.0, guard) == pytest.approx(4 / (2 * brake))
-    assert braking_distance(-1.0, guard) == 0.0
+    assert compute_braking_distance(2.0, guard) == pytest.approx(4 / (2 * brake))
+    assert compute_braking_distance(-1.0, guard) == 0.0
     rough = replace(guard, friction_1_s=0.7)
     v, x, h = 2.0, 0.0, 1e-5
     while v > 0:
         x, v = x + v * h, v - (brake + 0.7 * v) * h
-    assert braking_distance(2.0, rough) == pytest.approx(x, rel=1e-3)
+    assert compute_braking_distance(2.0, rough) == pytest.approx(x, rel=1e-3)
 
 
 @given(st.floats(0, 5), st.floats(0, 1))
 def test_braking_distance_grows_with_speed(speed: float, more: float) -> None:
-    guard = rail_guard(Rig(0.5, 0.1, 0.02, 0.003, 9.81, 12.0, 0.5, 2e-4, 0.9), LIMIT)
-    assert braking_distance(speed + more, guard) >= braking_distance(speed, guard)
+    guard = make_rail_guard(Rig(0.5, 0.1, 0.02, 0.003, 9.81, 12.0, 0.5, 2e-4, 0.9), LIMIT)
+    assert compute_braking_distance(speed + more, guard) >= compute_braking_distance(speed, guard)
 
 
 def test_a_cart_beyond_is_sent_back_gently_and_a_running_one_is_braked_fully(nominal: Rig) -> None:
-    guard = rail_guard(nominal, LIMIT)
-    resting = guarded(
+    guard = make_rail_guard(nominal, LIMIT)
+    resting = guard_command(
         0.5, Seen(RigState(-0.88, math.pi, 0.0, 0.0), 0.0, 0.0), 0.0, PERIOD_S, guard
     )
-    running = guarded(
+    running = guard_command(
         -0.5, Seen(RigState(-0.8, math.pi, -2.0, 0.0), 0.0, 0.0), 0.0, PERIOD_S, guard
     )
     assert resting.pwm == 0.5  # asked for the right way: that may be stronger
-    assert guarded(
+    assert guard_command(
         -0.5, Seen(RigState(-0.88, math.pi, 0.0, 0.0), 0.0, 0.0), 0.0, PERIOD_S, guard
     ).pwm == pytest.approx(0.15)
     assert running.pwm == LIMIT and running.reason is Reason.RAIL_BRAKING
 
 
 def test_both_ends_and_both_ways_are_mirrored(nominal: Rig) -> None:
-    guard, other = rail_guard(nominal, LIMIT), rail_guard(nominal, LIMIT, way=-1)
+    guard, other = make_rail_guard(nominal, LIMIT), make_rail_guard(nominal, LIMIT, way=-1)
     for x, v, command in ((0.7, 0.8, 0.4), (0.6, 1.5, -0.1), (0.2, 2.5, 0.5)):
-        here = guarded(
+        here = guard_command(
             command, Seen(RigState(x, math.pi, v, 0.0), 0.0, 0.2), 0.0, PERIOD_S, guard
         ).pwm
-        there = guarded(
+        there = guard_command(
             -command, Seen(RigState(-x, math.pi, -v, 0.0), 0.0, -0.2), 0.0, PERIOD_S, guard
         ).pwm
-        inverted = guarded(
+        inverted = guard_command(
             -command, Seen(RigState(x, math.pi, v, 0.0), 0.0, -0.2), 0.0, PERIOD_S, other
         ).pwm
         assert here == pytest.approx(-there) == pytest.approx(-inverted)
@@ -166,13 +171,13 @@ def test_both_ends_and_both_ways_are_mirrored(nominal: Rig) -> None:
 
 def test_a_drive_that_goes_the_wrong_way_is_switched_off(nominal: Rig) -> None:
     """A stuck cart, or one whose command has the other sign, is not pushed into the end for ever."""
-    guard, in_vain_s = rail_guard(nominal, LIMIT), 0.0
+    guard, in_vain_s = make_rail_guard(nominal, LIMIT), 0.0
     at_the_end = Seen(RigState(0.9, math.pi, 0.0, 0.0), 0.0, 0.0)
     for _ in range(102):
-        found = guarded(0.1, at_the_end, in_vain_s, PERIOD_S, guard)
+        found = guard_command(0.1, at_the_end, in_vain_s, PERIOD_S, guard)
         in_vain_s = found.in_vain_s
     assert found.pwm == 0.0 and found.reason is Reason.RAIL_NOT_HELD
-    moved = guarded(
+    moved = guard_command(
         0.1, Seen(RigState(0.3, math.pi, 0.0, 0.0), 0.0, 0.0), in_vain_s, PERIOD_S, guard
     )
     assert moved.pwm == 0.1 and moved.in_vain_s == 0.0
@@ -180,8 +185,8 @@ def test_a_drive_that_goes_the_wrong_way_is_switched_off(nominal: Rig) -> None:
 
 def test_a_rig_without_rail_or_room_is_refused(nominal: Rig) -> None:
     with pytest.raises(BadInputError, match="rail_half_length_m"):
-        rail_guard(replace(nominal, rail_half_length_m=None), LIMIT)
+        make_rail_guard(replace(nominal, rail_half_length_m=None), LIMIT)
     with pytest.raises(BadInputError, match="leaves some rail"):
-        rail_guard(nominal, LIMIT, margin_m=0.9)
+        make_rail_guard(nominal, LIMIT, margin_m=0.9)
     with pytest.raises(BadInputError, match="ways of 1 or -1"):
-        rail_guard(nominal, LIMIT, way=0)
+        make_rail_guard(nominal, LIMIT, way=0)

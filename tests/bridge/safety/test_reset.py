@@ -9,18 +9,18 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from support.guarded_rigs import PERIOD_S, reset_run, seen, settled, stepper, varied
 
-from pendulum_bridge.safety.decide import decided, reset_asked, rules_for
+from pendulum_bridge.safety.decide import decide, begin_reset, make_rules
 from pendulum_bridge.safety.reasons import Reason
 from pendulum_bridge.safety.reset import (
     Reset,
     Rest,
-    at_rest,
-    ended,
-    given_up,
-    swing_down,
-    swung,
-    waited,
-    zero_wrong,
+    is_at_rest,
+    find_end,
+    find_obstacle,
+    make_swing_down,
+    swing_on,
+    let_time_pass,
+    is_zero_wrong,
 )
 from pendulum_bridge.safety.rig_state import RigState
 from pendulum_twin.errors import BadInputError
@@ -53,7 +53,7 @@ HINDRANCES = {
 
 @pytest.mark.parametrize("hindrance", HINDRANCES)
 def test_random_rigs_come_to_rest_from_anywhere(hindrance: str, nominal: Rig) -> None:
-    rules = rules_for(nominal)
+    rules = make_rules(nominal)
     for seed in range(16):
         random = np.random.default_rng(seed)
         start = (*random.uniform((-0.6, -30, -0.5, -20), (0.6, 30, 0.5, 20)).tolist(),)
@@ -61,7 +61,7 @@ def test_random_rigs_come_to_rest_from_anywhere(hindrance: str, nominal: Rig) ->
         decision, seconds, furthest = reset_run(rig, rules)
         assert decision.reset_ended is Reason.RESET_DONE, f"seed {seed}"
         assert seconds < rules.swing.deadline_s and furthest < 0.85
-        assert at_rest(seen(rig), REST) and decision.pwm == 0.0
+        assert is_at_rest(seen(rig), REST) and decision.pwm == 0.0
 
 
 @settings(max_examples=60, deadline=None)
@@ -75,20 +75,20 @@ def test_the_nominal_rig_comes_to_rest_from_anywhere(
     if abs(math.remainder(th, 2 * math.pi)) < 1e-4 and abs(w) < 1e-3:
         return  # balanced for longer than a zero is believed
     decision, seconds, furthest = reset_run(
-        stepper(nominal, {}, (x, th, v, w)), rules_for(nominal)
+        stepper(nominal, {}, (x, th, v, w)), make_rules(nominal)
     )
     assert decision.reset_ended is Reason.RESET_DONE
     assert seconds < 12 and furthest < 0.85
 
 
 def test_it_is_done_only_after_several_samples_at_rest() -> None:
-    plan, reset = swing_down(Rig(0.5, 0.1, 0.02, 0.003, 9.81, 12.0, 0.5, 2e-4), 0.5), Reset()
+    plan, reset = make_swing_down(Rig(0.5, 0.1, 0.02, 0.003, 9.81, 12.0, 0.5, 2e-4), 0.5), Reset()
     for sample in range(REST.samples - 1):
-        reset = swung(reset, HANGING, 0.0, PERIOD_S, plan)
-        assert ended(reset, plan) is None and reset.at_rest == sample + 1
-    shaken = swung(reset, replace(HANGING, pole_rad_s=0.5), 0.0, PERIOD_S, plan)
+        reset = swing_on(reset, HANGING, 0.0, PERIOD_S, plan)
+        assert find_end(reset, plan) is None and reset.at_rest == sample + 1
+    shaken = swing_on(reset, replace(HANGING, pole_rad_s=0.5), 0.0, PERIOD_S, plan)
     assert shaken.at_rest == 0
-    assert ended(swung(reset, HANGING, 0.0, PERIOD_S, plan), plan) is Reason.RESET_DONE
+    assert find_end(swing_on(reset, HANGING, 0.0, PERIOD_S, plan), plan) is Reason.RESET_DONE
 
 
 @pytest.mark.parametrize(
@@ -106,15 +106,15 @@ def test_it_is_done_only_after_several_samples_at_rest() -> None:
     ],
 )
 def test_each_of_the_four_numbers_counts(state: RigState, rests: bool) -> None:
-    assert at_rest(state, REST) is rests
+    assert is_at_rest(state, REST) is rests
 
 
 def test_a_wrong_zero_is_found_and_nothing_is_moved_meanwhile(nominal: Rig) -> None:
     """Hanging reads 0, so that damping the pole would drive it; and the cart is not in the middle."""
-    rules, reading = rules_for(nominal), RigState(0.3, 0.0, 0.0, 0.0)
-    safety, _ = reset_asked(0.0, settled(rules, reading), rules)
+    rules, reading = make_rules(nominal), RigState(0.3, 0.0, 0.0, 0.0)
+    safety, _ = begin_reset(0.0, settled(rules, reading), rules)
     for k in range(1, 1000):
-        decision = decided(None, reading, k * PERIOD_S, safety, rules)
+        decision = decide(None, reading, k * PERIOD_S, safety, rules)
         safety = decision.safety
         assert decision.pwm == 0.0
         if decision.reset_ended:
@@ -123,34 +123,34 @@ def test_a_wrong_zero_is_found_and_nothing_is_moved_meanwhile(nominal: Rig) -> N
         REST.standing_s, abs=0.05
     )
     assert "zero it while the pole hangs still" in Reason.ZERO_WRONG.sentence
-    assert zero_wrong(replace(HANGING, pole_rad=math.pi + 0.1), REST) and not zero_wrong(
+    assert is_zero_wrong(replace(HANGING, pole_rad=math.pi + 0.1), REST) and not is_zero_wrong(
         HANGING, REST
     )
 
 
 def test_it_never_goes_on_beyond_its_deadline(nominal: Rig) -> None:
-    plan = swing_down(nominal, 0.5, deadline_s=3.0)
+    plan = make_swing_down(nominal, 0.5, deadline_s=3.0)
     reset, swinging = Reset(), replace(HANGING, pole_rad_s=5.0)
     for _ in range(299):
-        reset = waited(swung(reset, swinging, 0.0, PERIOD_S, plan), PERIOD_S)
-        assert ended(reset, plan) is None
-    assert ended(waited(reset, 0.02), plan) is Reason.RESET_LATE
+        reset = let_time_pass(swing_on(reset, swinging, 0.0, PERIOD_S, plan), PERIOD_S)
+        assert find_end(reset, plan) is None
+    assert find_end(let_time_pass(reset, 0.02), plan) is Reason.RESET_LATE
 
 
 def test_it_refuses_to_begin_with_the_reason() -> None:
-    assert given_up(Reason.RIG_SILENT, stopped=False) is Reason.RESET_SILENT
+    assert find_obstacle(Reason.RIG_SILENT, stopped=False) is Reason.RESET_SILENT
     assert (
-        given_up(None, stopped=True)
-        is given_up(Reason.RIG_SILENT, stopped=True)
+        find_obstacle(None, stopped=True)
+        is find_obstacle(Reason.RIG_SILENT, stopped=True)
         is Reason.RESET_STOPPED
     )
-    assert given_up(None, stopped=False) is None
+    assert find_obstacle(None, stopped=False) is None
 
 
 def test_an_inverted_drive_is_driven_the_other_way(nominal: Rig) -> None:
     away = replace(HANGING, cart_m=0.3, cart_m_s=0.2, pole_rad_s=1.0)
     one, other = (
-        swung(Reset(), away, 0.0, PERIOD_S, swing_down(nominal, 0.5, way=way)).pwm
+        swing_on(Reset(), away, 0.0, PERIOD_S, make_swing_down(nominal, 0.5, way=way)).pwm
         for way in (1, -1)
     )
     assert one == -other != 0.0
@@ -168,7 +168,7 @@ def test_with_its_signs_told_a_mirrored_rig_comes_to_rest(
     effect: str, way: int, pole_way: int, nominal: Rig
 ) -> None:
     rig = stepper(nominal, {effect: {}}, (0.4, 2.0, 0.0, 12.0))
-    decision, _, furthest = reset_run(rig, rules_for(nominal, way=way, pole_way=pole_way))
+    decision, _, furthest = reset_run(rig, make_rules(nominal, way=way, pole_way=pole_way))
     assert decision.reset_ended is Reason.RESET_DONE and furthest < 0.85
 
 
@@ -177,4 +177,4 @@ def test_a_deadline_that_is_none_is_refused(nominal: Rig, deadline_s: float) -> 
     with pytest.raises(
         BadInputError, match="reset deadline: expected a number of seconds above 0"
     ):
-        swing_down(nominal, 0.5, deadline_s=deadline_s)
+        make_swing_down(nominal, 0.5, deadline_s=deadline_s)

@@ -8,7 +8,7 @@ import pytest
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.emulator.sensors import Encoders
-from pendulum_bridge.safety.signs import ways
+from pendulum_bridge.safety.signs import find_ways
 from pendulum_twin.rig import Rig
 
 SIGNS = ("input_sign_inverted", "cart_sign_inverted", "angle_sign_inverted")
@@ -20,7 +20,7 @@ def test_a_push_moves_the_cart_and_the_pole_the_ways_told(
 ) -> None:
     """The rail guard's l sin(th) is on the cart's side of the rail where pole_way is 1: so it stays where it was."""
     effects = {name: {} for name, there in zip(SIGNS, on, strict=True) if there}
-    way, pole_way = ways(effects)
+    way, pole_way = find_ways(effects)
     rig = EmulatedRig(Concealed(effects, nominal), 100.0, Encoders(0, 0.0, 0.0))
     for _ in range(5):
         rig.step(0.4)

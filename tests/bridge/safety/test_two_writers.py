@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pendulum_bridge.safety.two_writers import TOGETHER_S, Writers, heard, two
+from pendulum_bridge.safety.two_writers import TOGETHER_S, Writers, hear_writer, has_two_writers
 
 PERIOD_S = 0.01
 
@@ -18,8 +18,8 @@ def found(
     answers = []
     for k, number in enumerate(numbers):
         now_s = start_s + k * period_s
-        writers = heard(number, now_s, writers)
-        answers.append(two(writers, now_s))
+        writers = hear_writer(number, now_s, writers)
+        answers.append(has_two_writers(writers, now_s))
     return answers
 
 
@@ -67,13 +67,13 @@ def test_two_at_any_rates_are_found(first: int, second: int, every: int, random)
 def test_it_ends_when_one_has_been_silent_for_long_enough() -> None:
     writers = Writers()
     for k, number in enumerate(alternating(1000, 1)):
-        writers = heard(number, k * PERIOD_S, writers)
+        writers = hear_writer(number, k * PERIOD_S, writers)
     last_s, number = 40 * PERIOD_S, 1020
     times = [last_s + k * PERIOD_S for k in range(80)]
     answers = []
     for k, now_s in enumerate(times):
-        writers = heard(number + k, now_s, writers)
-        answers.append(two(writers, now_s))
+        writers = hear_writer(number + k, now_s, writers)
+        answers.append(has_two_writers(writers, now_s))
     assert answers == sorted(answers, reverse=True)  # it ends once
     assert abs(answers.count(True) * PERIOD_S - TOGETHER_S) < 2 * PERIOD_S
 
@@ -84,4 +84,4 @@ def test_two_that_take_long_turns_are_not_at_the_same_time() -> None:
 
 
 def test_with_nobody_there_are_not_two() -> None:
-    assert not two(Writers(), 0.0)
+    assert not has_two_writers(Writers(), 0.0)

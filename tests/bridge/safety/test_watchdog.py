@@ -10,13 +10,13 @@ from pendulum_bridge.safety.reasons import Level, Reason
 from pendulum_bridge.safety.watchdog import (
     Ages,
     Timeouts,
-    aged,
-    command_came,
-    command_forgotten,
-    command_missing,
-    passed_s,
-    sample_came,
-    silence,
+    advance_ages,
+    note_command,
+    forget_command,
+    find_missing_command,
+    compute_passed_s,
+    note_sample,
+    find_silence,
 )
 from pendulum_twin.errors import BadInputError
 
@@ -24,21 +24,21 @@ LIMITS = Timeouts()
 
 
 def heard(now_s: float) -> Ages:
-    return sample_came(command_came(Ages(now_s)))
+    return note_sample(note_command(Ages(now_s)))
 
 
 def test_nothing_heard_yet() -> None:
-    assert silence(Ages(5.0), LIMITS) is Reason.NO_SAMPLE_YET
-    assert command_missing(Ages(5.0), LIMITS) is Reason.NO_COMMAND_YET
+    assert find_silence(Ages(5.0), LIMITS) is Reason.NO_SAMPLE_YET
+    assert find_missing_command(Ages(5.0), LIMITS) is Reason.NO_COMMAND_YET
 
 
 @pytest.mark.parametrize(
     ("later_s", "old"), [(0.0, False), (0.19, False), (0.21, True), (1e9, True)]
 )
 def test_both_are_old_after_two_tenths_of_a_second(later_s: float, old: bool) -> None:
-    ages = aged(heard(7.0), 7.0 + later_s)
-    assert command_missing(ages, LIMITS) is (Reason.COMMAND_OLD if old else None)
-    assert silence(ages, LIMITS) is (Reason.RIG_SILENT if old else None)
+    ages = advance_ages(heard(7.0), 7.0 + later_s)
+    assert find_missing_command(ages, LIMITS) is (Reason.COMMAND_OLD if old else None)
+    assert find_silence(ages, LIMITS) is (Reason.RIG_SILENT if old else None)
 
 
 def test_old_is_an_error() -> None:
@@ -48,17 +48,17 @@ def test_old_is_an_error() -> None:
 
 
 def test_each_is_renewed_by_its_own_kind_alone() -> None:
-    old = aged(heard(0.0), 1.0)
-    assert command_missing(sample_came(old), LIMITS) is Reason.COMMAND_OLD
-    assert silence(command_came(old), LIMITS) is Reason.RIG_SILENT
-    assert command_missing(command_forgotten(heard(0.0)), LIMITS) is Reason.NO_COMMAND_YET
+    old = advance_ages(heard(0.0), 1.0)
+    assert find_missing_command(note_sample(old), LIMITS) is Reason.COMMAND_OLD
+    assert find_silence(note_command(old), LIMITS) is Reason.RIG_SILENT
+    assert find_missing_command(forget_command(heard(0.0)), LIMITS) is Reason.NO_COMMAND_YET
 
 
 def test_a_clock_that_jumps_back_makes_nothing_young_and_nothing_eternal() -> None:
-    ages = aged(aged(heard(1000.0), 1000.15), 3.0)  # a thousand seconds back
-    assert passed_s(ages, 2.0) == 0.0
-    assert ages.command_s == pytest.approx(0.15) and command_missing(ages, LIMITS) is None
-    assert command_missing(aged(ages, 3.1), LIMITS) is Reason.COMMAND_OLD
+    ages = advance_ages(advance_ages(heard(1000.0), 1000.15), 3.0)  # a thousand seconds back
+    assert compute_passed_s(ages, 2.0) == 0.0
+    assert ages.command_s == pytest.approx(0.15) and find_missing_command(ages, LIMITS) is None
+    assert find_missing_command(advance_ages(ages, 3.1), LIMITS) is Reason.COMMAND_OLD
 
 
 @given(st.lists(st.floats(-1e3, 1e3), max_size=5), st.integers(0, 20))
@@ -68,12 +68,12 @@ def test_after_any_jumps_a_command_dies_within_its_time_and_a_look_for_each_jump
     period, now = 0.01, 500.0
     ages, looks = heard(now), 0
     pending = list(jumps)
-    while command_missing(ages, LIMITS) is None:
+    while find_missing_command(ages, LIMITS) is None:
         looks += 1
         now += period
         if pending and looks % (every + 1) == 0:
             now += pending.pop()
-        ages = aged(ages, now)
+        ages = advance_ages(ages, now)
     assert looks * period <= LIMITS.command_s + (len(jumps) + 2) * period
 
 
@@ -86,6 +86,6 @@ def test_a_timeout_that_is_none_is_refused(wrong: float) -> None:
 
 
 def test_a_command_between_two_looks_at_the_clock_is_as_old_as_it_is() -> None:
-    ages = command_came(Ages(7.0), 7.015)
-    assert aged(ages, 7.02).command_s == pytest.approx(0.005)
-    assert command_came(Ages(7.0), 6.0).command_s == 0.0  # the clock jumped back
+    ages = note_command(Ages(7.0), 7.015)
+    assert advance_ages(ages, 7.02).command_s == pytest.approx(0.005)
+    assert note_command(Ages(7.0), 6.0).command_s == 0.0  # the clock jumped back

@@ -12,8 +12,8 @@ import pytest
 
 from pendulum_bridge.wire.link import Counts, Link
 from pendulum_bridge.wire.protocol import Command, Sample
-from pendulum_bridge.wire.receive_time import SO_TIMESTAMPNS, received_ns
-from pendulum_bridge.wire.udp import RIG, USER, Address, address_of
+from pendulum_bridge.wire.receive_time import SO_TIMESTAMPNS, read_arrival_ns
+from pendulum_bridge.wire.udp import RIG, USER, Address, parse_address
 from pendulum_twin.errors import BadInputError
 
 LONG_S = 10.0
@@ -90,9 +90,9 @@ def test_without_the_kernels_time_it_is_that_of_reading() -> None:
         [(socket.SOL_SOCKET, 99, bytes(16))],
         [(socket.SOL_SOCKET, SO_TIMESTAMPNS, b"short")],
     ):
-        assert before_ns <= received_ns(ancillary) <= time.time_ns()
+        assert before_ns <= read_arrival_ns(ancillary) <= time.time_ns()
     given = struct.pack("@qq", 12, 345)
-    assert received_ns([(socket.SOL_SOCKET, SO_TIMESTAMPNS, given)]) == 12_000_000_345
+    assert read_arrival_ns([(socket.SOL_SOCKET, SO_TIMESTAMPNS, given)]) == 12_000_000_345
 
 
 def test_no_arrival_at_the_deadline(bench: Bench) -> None:
@@ -228,11 +228,11 @@ def test_what_is_no_address_is_refused(text: str) -> None:
     with pytest.raises(
         BadInputError, match="expected HOST:PORT with a port from 1 to 65535, found"
     ):
-        address_of(text)
+        parse_address(text)
 
 
 def test_an_address_is_read_and_an_unknown_host_refused() -> None:
-    assert address_of("localhost:16384") == Address("localhost", 16384)
+    assert parse_address("localhost:16384") == Address("localhost", 16384)
     with pytest.raises(
         BadInputError, match=r"expected a host name or IPv4 address, found 'no\.such"
     ):

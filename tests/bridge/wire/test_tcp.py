@@ -18,7 +18,7 @@ from pendulum_bridge.emulator.tcp_server import TcpServer
 from pendulum_bridge.wire.link import Counts, Link
 from pendulum_bridge.wire.protocol import COMMAND, SAMPLE, Command, Sample
 from pendulum_bridge.wire.stream import Stream
-from pendulum_bridge.wire.tcp import TcpPort, tcp_link
+from pendulum_bridge.wire.tcp import TcpPort, open_tcp_link
 from pendulum_bridge.wire.udp import Address
 from pendulum_twin.errors import BadInputError
 
@@ -54,7 +54,7 @@ class Bench:
 def bench() -> Iterator[Bench]:
     with (
         listener() as listening,
-        contextlib.closing(tcp_link(Address(*listening.getsockname()))) as link,
+        contextlib.closing(open_tcp_link(Address(*listening.getsockname()))) as link,
     ):
         made = Bench(link, listening, listening.accept()[0])
         made.rig.settimeout(LONG_S)
@@ -173,7 +173,7 @@ def refused(link: Link, why: str) -> None:
 def test_nobody_there_is_a_sentence_and_is_found_once_there() -> None:
     with listener() as probe:
         port = probe.getsockname()[1]
-    link = tcp_link(Address("127.0.0.1", port))
+    link = open_tcp_link(Address("127.0.0.1", port))
     refused(
         link,
         f"cannot connect to 127.0.0.1:{port}: Connection refused; see that the rig is on and listens there over TCP",
@@ -247,7 +247,7 @@ def test_an_unknown_host_is_refused() -> None:
     with pytest.raises(
         BadInputError, match=r"expected a host name or IPv4 address, found 'no\.such"
     ):
-        tcp_link(Address("no.such.invalid", 1))
+        open_tcp_link(Address("no.such.invalid", 1))
 
 
 @given(cuts=st.lists(st.integers(0, 320), max_size=12))
@@ -259,7 +259,7 @@ def test_frames_are_found_however_the_stream_is_cut(cuts: list[int]) -> None:
         edges = [0, *sorted(cuts), len(whole)]
         for begin, end in pairwise(edges):
             sender.sendall(whole[begin:end])
-            while (came := stream.next()) is not None:
+            while (came := stream.take_frame()) is not None:
                 found.append(Sample.unpack(came[0]))
         stream.close()
     assert found == SAMPLES[:10]
@@ -324,7 +324,7 @@ def test_the_emulator_over_tcp_outlives_a_connection_and_holds_its_last_command(
     moved = [emulator.link.exchange(Command(0.3), LONG_S) for _ in range(10)]
     assert moved[-1].cart_m > moved[0].cart_m > 0
     emulator.link.close()
-    again = tcp_link(emulator.rig)
+    again = open_tcp_link(emulator.rig)
     sample = again.exchange(Command(0.0), LONG_S)
     assert sample.cart_m > moved[-1].cart_m
     again.close()

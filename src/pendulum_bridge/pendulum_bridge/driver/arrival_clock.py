@@ -19,19 +19,24 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-ANEW_S = 1.0  # further off than this the grid begins anew
-ON_TIME, AT_FIRST = (
+RESTART_S = 1.0  # further off than this the grid begins anew
+TOLERANCE_PERIODS, FIRST_TOLERANCE_PERIODS = (
     0.125,
     0.3,
 )  # of a period: the loop follows what is no further off; and while it still learns it
 MOST_LOST = 3
-SURE = 4  # packets in a row as late as the first, after which the grid has moved
-LEAST_STEP = 0.25  # of a period, from time to time
-FIRST, MEMORY = 4, 256  # packets that the loop counts as having seen: at the start, and at most
-LEARNT = 32  # packets until which it still learns the period
-MOVED = 16  # packets that it counts as having seen, at most, after the grid has moved
-EARLIER, LATER = 0.1, 0.005  # share by which one packet moves how early packets come
-WIDEST = 0.08  # share by which the period may differ from the nominal one
+LATE_PACKETS_OF_A_MOVED_GRID = (
+    4  # packets in a row as late as the first, after which the grid has moved
+)
+LEAST_STEP_PERIODS = 0.25  # of a period, from time to time
+FIRST_COUNT, MOST_COUNT = (
+    4,
+    256,
+)  # packets that the loop counts as having seen: at the start, and at most
+LEARNING_PACKETS = 32  # packets until which it still learns the period
+COUNT_AFTER_MOVE = 16  # packets that it counts as having seen, at most, after the grid has moved
+EARLIER_SHARE, LATER_SHARE = 0.1, 0.005  # share by which one packet moves how early packets come
+PERIOD_SPREAD = 0.08  # share by which the period may differ from the nominal one
 
 
 @dataclass(frozen=True)
@@ -63,7 +68,7 @@ class ArrivalClock:
         self._grid_ns = 0.0  # of the last packet
         self._early_ns = 0.0  # at most 0: where early packets come, from the grid
         self._given_ns = 0
-        self._seen = FIRST
+        self._seen = FIRST_COUNT
         self._floor_ns, self._late = (
             0.0,
             0,
@@ -80,27 +85,29 @@ class ArrivalClock:
         if self._origin_ns is None:
             return self._begin(arrival_ns)
         off_ns = arrival_ns - self._origin_ns - self._grid_ns - self._period_ns
-        if abs(off_ns) > 1e9 * ANEW_S:
+        if abs(off_ns) > 1e9 * RESTART_S:
             self._begun += 1
             self._set_back += arrival_ns <= self._given_ns
             return self._begin(arrival_ns)
         self._grid_ns += self._period_ns
-        self._follow(self._whole_periods_out(off_ns))
-        least = self._given_ns + max(round(LEAST_STEP * self._period_ns), 1)
+        self._follow(self._remove_whole_periods(off_ns))
+        least = self._given_ns + max(round(LEAST_STEP_PERIODS * self._period_ns), 1)
         self._given_ns = max(self._origin_ns + round(self._grid_ns + self._early_ns), least)
         return self._given_ns
 
     @property
     def _tolerance_ns(self) -> float:
-        return (ON_TIME if self._seen >= LEARNT else AT_FIRST) * self._period_ns
+        return (
+            TOLERANCE_PERIODS if self._seen >= LEARNING_PACKETS else FIRST_TOLERANCE_PERIODS
+        ) * self._period_ns
 
     def _begin(self, arrival_ns: int) -> int:
         self._origin_ns = self._given_ns = arrival_ns
         self._grid_ns, self._early_ns, self._period_ns = 0.0, 0.0, self._nominal_ns
-        self._seen, self._late = FIRST, 0
+        self._seen, self._late = FIRST_COUNT, 0
         return arrival_ns
 
-    def _whole_periods_out(self, off_ns: float) -> float:
+    def _remove_whole_periods(self, off_ns: float) -> float:
         """Move the grid by the whole periods that a packet says it is off; return what is left, ns."""
         whole = round(off_ns / self._period_ns)
         rest_ns = off_ns - whole * self._period_ns
@@ -124,28 +131,29 @@ class ArrivalClock:
             self._move(off_ns)
             return
         n = self._seen
-        self._seen = min(n + 1, MEMORY)
+        self._seen = min(n + 1, MOST_COUNT)
         self._grid_ns += off_ns * (4 * n + 2) / ((n + 1) * (n + 2))
         period_ns = self._period_ns + off_ns * 6 / ((n + 1) * (n + 2))
         self._period_ns = min(
-            max(period_ns, (1 - WIDEST) * self._nominal_ns), (1 + WIDEST) * self._nominal_ns
+            max(period_ns, (1 - PERIOD_SPREAD) * self._nominal_ns),
+            (1 + PERIOD_SPREAD) * self._nominal_ns,
         )
-        if n >= LEARNT:
+        if n >= LEARNING_PACKETS:
             beyond_ns = off_ns - self._early_ns
             self._early_ns = min(
-                self._early_ns + beyond_ns * (EARLIER if beyond_ns < 0 else LATER), 0.0
+                self._early_ns + beyond_ns * (EARLIER_SHARE if beyond_ns < 0 else LATER_SHARE), 0.0
             )
 
     def _hold_out(self, off_ns: float) -> None:
         """Stay with the grid though a packet is late, unless this has gone on without getting better."""
-        if not self._late or off_ns < self._floor_ns - 2 * ON_TIME * self._period_ns:
+        if not self._late or off_ns < self._floor_ns - 2 * TOLERANCE_PERIODS * self._period_ns:
             self._floor_ns, self._late = off_ns, 0  # a burst catches up
         self._floor_ns = min(self._floor_ns, off_ns)
         self._late += 1
-        if self._late >= SURE:
+        if self._late >= LATE_PACKETS_OF_A_MOVED_GRID:
             self._lost += round(self._floor_ns / self._period_ns)
             self._move(self._floor_ns)
 
     def _move(self, by_ns: float) -> None:
         self._grid_ns += by_ns
-        self._seen, self._late = min(self._seen, MOVED), 0
+        self._seen, self._late = min(self._seen, COUNT_AFTER_MOVE), 0

@@ -13,11 +13,11 @@ from threading import Event, Lock
 from typing import Protocol
 
 from pendulum_bridge.driver.arrival_clock import MOST_LOST, ArrivalClock
-from pendulum_bridge.driver.health import Report, health_of, worse
+from pendulum_bridge.driver.health import Report, make_health, pick_worse
 from pendulum_bridge.driver.last_word import LastWord
 from pendulum_bridge.driver.latency import Latency
-from pendulum_bridge.safety import decide as deciding
-from pendulum_bridge.safety.decide import Rules, decided
+from pendulum_bridge.safety import decide as policy
+from pendulum_bridge.safety.decide import Rules, decide
 from pendulum_bridge.safety.reasons import Reason
 from pendulum_bridge.safety.rig_state import RigState
 from pendulum_bridge.wire.link import Arrival, Link
@@ -29,28 +29,28 @@ WAIT_S = 0.02  # longest time without a decision; with what follows a wait, less
 DECISIONS_BETWEEN = (
     5  # decisions on commands between two samples; of more commands the last waits for the sample
 )
-OLD = 1.5  # periods after which a sample is surely followed by a newer one, and nothing is decided on it
+OLD_PERIODS = 1.5  # periods after which a sample is surely followed by a newer one, and nothing is decided on it
 LAST_WORDS = 5  # packets with PWM 0 at the end: any may be lost
 NO_LAST_WORD = (
     "The process that would send PWM 0 if the driver were killed has ended: the rig would hold its last command. "
     "Start the driver again."
 )
-Told = Callable[[Reason], None]
+Listener = Callable[[Reason], None]
 
 
 class Outlet(Protocol):
     """Where the driver's output goes."""
 
-    def sample(self, state: RigState, stamp_ns: int) -> None:
+    def publish_sample(self, state: RigState, stamp_ns: int) -> None:
         """Take a sample and its sampling time (system clock)."""
 
-    def applied(self, pwm: float) -> None:
+    def publish_applied(self, pwm: float) -> None:
         """Take what was sent (PWM fraction)."""
 
-    def stopped(self, latched: bool) -> None:
+    def publish_stopped(self, latched: bool) -> None:
         """Take whether the emergency stop is latched, after a change."""
 
-    def failed(self, error: Exception) -> None:
+    def report_failure(self, error: Exception) -> None:
         """Take what failed in the thread that serves the rig."""
 
 
@@ -75,9 +75,9 @@ class Driver:
         self._link, self._rules, self._outlet, self._last_word = link, rules, outlet, last_word
         self._clock = ArrivalClock(1 / rules.period_s, 0 if lossless else MOST_LOST)
         self._lock = Lock()
-        self._safety = deciding.at_start(self._now())
+        self._safety = policy.make_safety(self._now())
         self._since_sample = 0  # decisions on commands since the last sample
-        self._told: list[Told] = []  # who waits for the end of a reset
+        self._told: list[Listener] = []  # who waits for the end of a reset
         self._closed = False
         self._fault = ""
         self._worst: Reason | None = Reason.NO_SAMPLE_YET
@@ -91,7 +91,7 @@ class Driver:
         return self._safety.stop.latched
 
     @property
-    def counts(self) -> deciding.Counts:
+    def counts(self) -> policy.Counts:
         """Return what was not taken so far."""
         return self._safety.counts
 
@@ -108,13 +108,13 @@ class Driver:
                 if ended.is_set():
                     return
                 self.fail_safe()
-                self._outlet.failed(error)
+                self._outlet.report_failure(error)
                 ended.wait(WAIT_S)
 
     def turn(self) -> None:
         """Wait for one sample, publish it, and decide; decide without one when none comes."""
         arrival = self._link.receive_stamped(time.monotonic() + WAIT_S)
-        state, ago_s = (None, 0.0) if arrival is None else self._published(arrival)
+        state, ago_s = (None, 0.0) if arrival is None else self._publish(arrival)
         with self._lock:
             self._since_sample = 0
             self._decide(state, ago_s)
@@ -128,7 +128,7 @@ class Driver:
         with self._lock:
             self._commands += 1
             ago_s = 0.0 if sent_ns is None else 1e-9 * (time.time_ns() - sent_ns)
-            self._safety, refused = deciding.commanded(pwm, self._safety, self._now(), ago_s)
+            self._safety, refused = policy.take_command(pwm, self._safety, self._now(), ago_s)
             self._note(refused)
             if self._since_sample < DECISIONS_BETWEEN:
                 self._since_sample += 1
@@ -137,31 +137,31 @@ class Driver:
                     self._command_latency.add(1e-9 * (time.time_ns() - sent_ns))
             return refused
 
-    def heard(self, number: int) -> None:
+    def hear_writer(self, number: int) -> None:
         """Note that a command's writer has sent the message of this number, so that two at once are found."""
         with self._lock:
-            self._safety = deciding.heard(number, self._now(), self._safety)
+            self._safety = policy.hear_writer(number, self._now(), self._safety)
 
     def stop(self) -> Reason:
         """Latch the emergency stop; PWM 0 is sent before this returns."""
         with self._lock:
-            self._safety, ended = deciding.stopped(self._safety)
+            self._safety, ended = policy.press_stop(self._safety)
             self._decide(None)
             self._end_reset(ended)
-            self._outlet.stopped(True)
+            self._outlet.publish_stopped(True)
             return Reason.STOPPED
 
     def clear_stop(self) -> Reason:
         """Clear the emergency stop, or say why it stays."""
         with self._lock:
-            self._safety, reason = deciding.stop_cleared(self._safety)
-            self._outlet.stopped(self._safety.stop.latched)
+            self._safety, reason = policy.clear_stop(self._safety)
+            self._outlet.publish_stopped(self._safety.stop.latched)
             return reason
 
-    def reset(self, told: Told) -> None:
+    def reset(self, told: Listener) -> None:
         """Begin a reset, or join the one under way; told gets how it ended, from another thread, or why it cannot begin."""
         with self._lock:
-            self._safety, reason = deciding.reset_asked(self._now(), self._safety, self._rules)
+            self._safety, reason = policy.begin_reset(self._now(), self._safety, self._rules)
             if self._closed:
                 reason = Reason.RESET_ENDED
             if reason is Reason.RESETTING:
@@ -169,7 +169,7 @@ class Driver:
                 return
         told(reason)
 
-    def change(self, rules: Rules) -> None:
+    def change_rules(self, rules: Rules) -> None:
         """Go by these rules from the next decision on."""
         with self._lock:
             self._rules = rules
@@ -177,9 +177,9 @@ class Driver:
     def fail_safe(self) -> None:
         """Send PWM 0, and forget the command and any reset; after a failure in whatever called."""
         with self._lock:
-            self._safety, ended = deciding.failed(self._safety)
+            self._safety, ended = policy.fail_safe(self._safety)
             self._fault = Reason.FAILED.sentence
-            self._say_0()
+            self._send_zero()
             self._end_reset(ended)
 
     def close(self) -> None:
@@ -188,7 +188,7 @@ class Driver:
             if self._closed:
                 return
             for _ in range(LAST_WORDS):
-                self._say_0()
+                self._send_zero()
             self._closed = True
             self._end_reset(Reason.RESET_ENDED)
             self._last_word.close()
@@ -201,21 +201,21 @@ class Driver:
             (since_s, before), self._reported = self._reported, (now, received)
             report = Report(
                 self._worst,
-                self._trouble(),
+                self._describe_trouble(),
                 received - before,
                 now - since_s,
                 1 / self._rules.period_s,
             )
             self._worst, self._fault = None, ""
-            figures = self._figures()
-        return health_of(report, figures)
+            figures = self._collect_figures()
+        return make_health(report, figures)
 
-    def _trouble(self) -> str:
+    def _describe_trouble(self) -> str:
         if self._link.trouble or self._fault:
             return self._link.trouble or self._fault
         return "" if self._last_word.running else NO_LAST_WORD
 
-    def _figures(self) -> dict[str, float | int | str]:
+    def _collect_figures(self) -> dict[str, float | int | str]:
         wire, timing, safety = self._link.counts, self._clock.timing, self._safety
         return {
             "applied_pwm": safety.applied,
@@ -240,19 +240,19 @@ class Driver:
             "commands_dropped_standstill": safety.counts.after_standstill,
             "commands_unsent": self._unsent,
             "resets": self._resets,
-            **self._sample_latency.figures("sample_to_topic"),
-            **self._command_latency.figures("command_to_rig"),
+            **self._sample_latency.summarize("sample_to_topic"),
+            **self._command_latency.summarize("command_to_rig"),
         }
 
-    def _published(self, arrival: Arrival) -> tuple[RigState | None, float]:
+    def _publish(self, arrival: Arrival) -> tuple[RigState | None, float]:
         """Publish a sample and return its state (None for one so old that a newer one waits) and how long ago it came, s."""
         sample = arrival.sample
         state = RigState(sample.cart_m, sample.pole_rad, sample.cart_velocity, sample.pole_rate)
-        self._outlet.sample(state, self._clock.stamp(arrival.arrival_ns))
+        self._outlet.publish_sample(state, self._clock.stamp(arrival.arrival_ns))
         ago_s = 1e-9 * (time.time_ns() - arrival.arrival_ns)
         with self._lock:
             self._sample_latency.add(ago_s)
-            if ago_s > OLD * self._rules.period_s:
+            if ago_s > OLD_PERIODS * self._rules.period_s:
                 self._old += 1
                 return None, 0.0
         return state, max(ago_s, 0.0)
@@ -261,18 +261,18 @@ class Driver:
         if self._closed:
             return
         now_s = self._now()
-        decision = decided(None, sample, now_s, self._safety, self._rules, ago_s)
+        decision = decide(None, sample, now_s, self._safety, self._rules, ago_s)
         ended = decision.reset_ended
         if (
-            self._now() - now_s > deciding.STANDSTILL_S
+            self._now() - now_s > policy.STANDSTILL_S
         ):  # stopped (SIGSTOP) on the way: it is old before it is sent
-            decision = decided(None, None, self._now(), decision.safety, self._rules)
+            decision = decide(None, None, self._now(), decision.safety, self._rules)
         self._safety = decision.safety
         self._send(decision.pwm)
         self._note(max(decision.reasons, key=lambda reason: reason.level, default=None))
         self._end_reset(ended or decision.reset_ended)
 
-    def _say_0(self) -> None:
+    def _send_zero(self) -> None:
         if not self._closed:
             with suppress(
                 Exception
@@ -286,10 +286,10 @@ class Driver:
             self._fault = str(error)
             self._unsent += 1
         else:
-            self._outlet.applied(pwm)
+            self._outlet.publish_applied(pwm)
 
     def _note(self, reason: Reason | None) -> None:
-        self._worst = worse(self._worst, reason)
+        self._worst = pick_worse(self._worst, reason)
 
     def _end_reset(self, ended: Reason | None) -> None:
         if ended is None:

@@ -34,22 +34,22 @@ class Report:
         return self.samples / self.seconds if self.seconds > 0 else 0.0
 
 
-def worse(one: Reason | None, later: Reason | None) -> Reason | None:
+def pick_worse(one: Reason | None, later: Reason | None) -> Reason | None:
     """Return the worse of two reasons, the later one when they are as bad; None is no reason at all."""
-    return later if _level(later) >= _level(one) else one
+    return later if _get_level(later) >= _get_level(one) else one
 
 
-def health_of(report: Report, figures: Mapping[str, float | int | str]) -> Health:
+def make_health(report: Report, figures: Mapping[str, float | int | str]) -> Health:
     """Return the driver's health with its figures."""
-    level, sentence = _found(report)
+    level, sentence = _judge_report(report)
     return Health(level, sentence, {"rate_hz": report.rate_hz, **figures})
 
 
-def _found(report: Report) -> tuple[Level, str]:
+def _judge_report(report: Report) -> tuple[Level, str]:
     if report.fault:
         return Level.ERROR, report.fault
-    level = _level(report.worst)
-    if level is Level.OK and _off(report):
+    level = _get_level(report.worst)
+    if level is Level.OK and _is_rate_off(report):
         return Level.WARN, (
             f"The rig sends {report.rate_hz:.4g} samples a second, expected are {report.expected_hz:g}: "
             "set rate_hz to what it sends."
@@ -60,9 +60,9 @@ def _found(report: Report) -> tuple[Level, str]:
     )
 
 
-def _off(report: Report) -> bool:
+def _is_rate_off(report: Report) -> bool:
     return report.samples > 0 and abs(report.rate_hz / report.expected_hz - 1) > RATE_TOLERANCE
 
 
-def _level(reason: Reason | None) -> Level:
+def _get_level(reason: Reason | None) -> Level:
     return Level.OK if reason is None else reason.level

@@ -26,7 +26,7 @@ READY_S, END_S = (
 )  # given to the companion to start and to end; a busy machine takes its time
 
 
-class Way(Protocol):
+class SharedLink(Protocol):
     """What a companion must know of a link; see `link.Link`."""
 
     @property
@@ -51,7 +51,7 @@ class LastWord:
     ready.
     """
 
-    def __init__(self, link: Way, packet: bytes, silence_s: float = 0.2) -> None:
+    def __init__(self, link: SharedLink, packet: bytes, silence_s: float = 0.2) -> None:
         self._link, self._given = link, 0
         self._control, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         self._control.setblocking(False)

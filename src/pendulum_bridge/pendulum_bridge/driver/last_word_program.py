@@ -62,19 +62,19 @@ def main(arguments: list[str]) -> int:
     control = socket.socket(fileno=int(arguments[0]))
     way_out = WayOut(bytes.fromhex(arguments[2]))
     control.send(READY)
-    if not watched(control, way_out, float(arguments[1])):
+    if not watch_driver(control, way_out, float(arguments[1])):
         for _ in range(LAST_WORDS):
             way_out.speak()
             select.select([], [], [], BETWEEN_S)
     return 0
 
 
-def watched(control: socket.socket, way_out: WayOut, silence_s: float) -> bool:
+def watch_driver(control: socket.socket, way_out: WayOut, silence_s: float) -> bool:
     """Speak while the driver is silent; return whether it said goodbye when it went."""
     due = time.monotonic() + silence_s
     while True:
         if select.select([control], [], [], max(due - time.monotonic(), 0.0))[0]:
-            message = heard(control, way_out)
+            message = hear_message(control, way_out)
             if message in (b"", GOODBYE):
                 return message == GOODBYE
             due = time.monotonic() + silence_s
@@ -83,7 +83,7 @@ def watched(control: socket.socket, way_out: WayOut, silence_s: float) -> bool:
             due = time.monotonic() + REPEATED_S
 
 
-def heard(control: socket.socket, way_out: WayOut) -> bytes:
+def hear_message(control: socket.socket, way_out: WayOut) -> bytes:
     """Return the next message, having taken over the socket that came with it; empty when the driver is gone."""
     try:
         message, sockets, _, _ = socket.recv_fds(control, LONGEST_MESSAGE, 1)

@@ -4,21 +4,21 @@ from __future__ import annotations
 
 from collections import deque
 
-KEPT = 1000
+KEPT_DURATIONS = 1000
 
 
 class Latency:
     """Keep the last KEPT durations."""
 
     def __init__(self) -> None:
-        self._kept: deque[float] = deque(maxlen=KEPT)
+        self._kept: deque[float] = deque(maxlen=KEPT_DURATIONS)
 
     def add(self, seconds: float) -> None:
         """Take a duration; a negative one (a clock was set) is left out."""
         if seconds >= 0:
             self._kept.append(seconds)
 
-    def figures(self, name: str) -> dict[str, float]:
+    def summarize(self, name: str) -> dict[str, float]:
         """Return the median and the 99th percentile, ms, named; nothing when there was nothing yet."""
         ordered = sorted(self._kept)
         return {

@@ -36,7 +36,7 @@ def serve_in_time(rig: LiveRig, port: Port[Command], speed: float, ended: Ended)
         schedule.wait_for(samples)
         port.send(rig.sample.pack())
         schedule.wait_for(samples + 0.5)
-        for command in port.waiting():
+        for command in port.take_waiting():
             rig.take(command)
             commands += 1
         rig.step()

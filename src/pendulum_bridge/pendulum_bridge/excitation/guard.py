@@ -9,9 +9,11 @@ from enum import Enum
 from pendulum_bridge.safety.rig_state import RigState
 from pendulum_twin.errors import BadInputError
 
-IN_A_ROW = 2  # so many samples beyond a bound: a single one may be a spike of the encoder
+SAMPLES_BEYOND_IN_A_ROW = (
+    2  # so many samples beyond a bound: a single one may be a spike of the encoder
+)
 RECENT_S = 0.1  # what was asked for within this time may be what is applied now
-UNEQUAL = 0.02  # PWM; smaller differences between asked and applied do not count
+UNEQUAL_PWM = 0.02  # PWM; smaller differences between asked and applied do not count
 
 
 class StopReason(Enum):
@@ -83,7 +85,7 @@ class Watch:
     asked: tuple[float, ...] = (0.0,)
 
 
-def beyond(state: RigState, bounds: Bounds) -> Stopped | None:
+def find_exceeded_bound(state: RigState, bounds: Bounds) -> Stopped | None:
     """Return which bound a sample lies beyond; None when it lies within all."""
     if abs(state.cart_m) > bounds.far_m:
         return Stopped(
@@ -103,18 +105,18 @@ def beyond(state: RigState, bounds: Bounds) -> Stopped | None:
     return None
 
 
-def watched(
+def watch_sample(
     state: RigState, applied: float, period_s: float, watch: Watch, bounds: Bounds
 ) -> tuple[Watch, Stopped | None]:
     """Return the watch after a sample, period_s after the last, and why to stop now; None when all is well.
 
     applied: PWM fraction, the last that the driver said it has sent.
     """
-    found = beyond(state, bounds)
+    found = find_exceeded_bound(state, bounds)
     outside = watch.outside + 1 if found else 0
-    change = -period_s if obeyed(applied, watch.asked) else period_s
+    change = -period_s if is_obeyed(applied, watch.asked) else period_s
     watch = replace(watch, outside=outside, overruled_s=max(watch.overruled_s + change, 0.0))
-    if found and outside >= IN_A_ROW:
+    if found and outside >= SAMPLES_BEYOND_IN_A_ROW:
         return watch, found
     if watch.overruled_s > bounds.overruled_s:
         return watch, Stopped(
@@ -123,22 +125,22 @@ def watched(
     return watch, None
 
 
-def asking(command: float, period_s: float, watch: Watch) -> Watch:
+def note_request(command: float, period_s: float, watch: Watch) -> Watch:
     """Return the watch after a command was asked for."""
     kept = math.ceil(RECENT_S / period_s) + 1
     return replace(watch, asked=(*watch.asked, command)[-kept:])
 
 
-def obeyed(applied: float, asked: tuple[float, ...]) -> bool:
+def is_obeyed(applied: float, asked: tuple[float, ...]) -> bool:
     """Tell whether what is applied is one of the recent commands or between two of them.
 
     Between: a driver whose slew is limited passes from one to the next, which is no reason to
     stop.
     """
-    return min(asked) - UNEQUAL <= applied <= max(asked) + UNEQUAL
+    return min(asked) - UNEQUAL_PWM <= applied <= max(asked) + UNEQUAL_PWM
 
 
-def missing(gap_s: float, bounds: Bounds) -> Stopped | None:
+def find_missing_samples(gap_s: float, bounds: Bounds) -> Stopped | None:
     """Return why to stop after so long without a sample; None when it is not long."""
     if gap_s <= bounds.silence_s:
         return None

@@ -9,11 +9,11 @@ from pendulum_bridge.excitation.guard import (
     Stopped,
     StopReason,
     Watch,
-    asking,
-    missing,
-    watched,
+    note_request,
+    find_missing_samples,
+    watch_sample,
 )
-from pendulum_bridge.excitation.playback import Playback, answered, over
+from pendulum_bridge.excitation.playback import Playback, answer_sample, is_over
 from pendulum_bridge.safety.rig_state import RigState
 from pendulum_twin.plans.excitation import Excitation
 
@@ -40,7 +40,7 @@ class Move:
     stopped: Stopped | None = None
 
 
-def performed(
+def perform(
     stamp_ns: int,
     state: RigState,
     applied: float,
@@ -49,19 +49,23 @@ def performed(
     bounds: Bounds,
 ) -> Move:
     """Return what to send for a sample. applied: PWM fraction, the last that the driver said it has sent."""
-    answer = answered(stamp_ns, state.cart_m, state.cart_m_s, performance.playback, plan)
+    answer = answer_sample(stamp_ns, state.cart_m, state.cart_m_s, performance.playback, plan)
     if answer.command is None:
         return Move(Performance(answer.playback, performance.watch), None)
     playback = answer.playback
-    watch, stopped = watched(state, applied, playback.gap_s, performance.watch, bounds)
-    stopped = stopped or missing(playback.gap_s, bounds) or _not_moved(state, playback)
+    watch, stopped = watch_sample(state, applied, playback.gap_s, performance.watch, bounds)
+    stopped = (
+        stopped
+        or find_missing_samples(playback.gap_s, bounds)
+        or _find_unmoved_cart(state, playback)
+    )
     if stopped:
         return Move(Performance(playback, watch), 0.0, stopped=stopped)
-    watch = asking(answer.command, 1 / plan.rate_hz, watch)
-    return Move(Performance(playback, watch), answer.command, done=over(playback, plan))
+    watch = note_request(answer.command, 1 / plan.rate_hz, watch)
+    return Move(Performance(playback, watch), answer.command, done=is_over(playback, plan))
 
 
-def _not_moved(state: RigState, playback: Playback) -> Stopped | None:
+def _find_unmoved_cart(state: RigState, playback: Playback) -> Stopped | None:
     """Return that the first push did not move the cart, if it did not: nothing could be centred."""
     if playback.way != 0:
         return None

@@ -14,11 +14,11 @@ from itertools import pairwise
 
 from pendulum_twin.plans.excitation import Excitation, compute_command, find_command_direction
 
-FOLLOWING = (
+STAMP_FOLLOWING_SHARE = (
     0.05  # share of a stamp's deviation that is taken over: jitter is averaged over 20 samples
 )
-LOOKED_AT = 25  # samples before the start, by which the rate is seen; more than a subscription's queue holds
-LOOKS = 4  # so often, before a rate that does not fit is refused
+SAMPLES_A_LOOK = 25  # samples before the start, by which the rate is seen; more than a subscription's queue holds
+MOST_LOOKS = 4  # so often, before a rate that does not fit is refused
 RATE_TOLERANCE = 0.03
 
 
@@ -50,12 +50,12 @@ class Answer:
     command: float | None
 
 
-def over(playback: Playback, plan: Excitation) -> bool:
+def is_over(playback: Playback, plan: Excitation) -> bool:
     """Tell whether a sample after the plan's last has come."""
     return playback.sample >= len(plan.commands)
 
 
-def answered(
+def answer_sample(
     stamp_ns: int, cart_m: float, cart_m_s: float, playback: Playback, plan: Excitation
 ) -> Answer:
     """Return the command of the sample with this stamp, which acts until the next; 0 when the plan is over.
@@ -65,8 +65,8 @@ def answered(
     """
     if playback.sample >= 0 and stamp_ns <= playback.stamp_ns:
         return Answer(replace(playback, old=playback.old + 1), None)
-    playback = _counted(stamp_ns, cart_m, playback, plan)
-    if over(playback, plan):
+    playback = _count_sample(stamp_ns, cart_m, playback, plan)
+    if is_over(playback, plan):
         return Answer(playback, 0.0)
     if playback.way is None and plan.push_ends is not None and playback.sample >= plan.push_ends:
         playback = replace(playback, way=find_command_direction(cart_m - playback.start_m))
@@ -75,7 +75,7 @@ def answered(
     )
 
 
-def _counted(stamp_ns: int, cart_m: float, playback: Playback, plan: Excitation) -> Playback:
+def _count_sample(stamp_ns: int, cart_m: float, playback: Playback, plan: Excitation) -> Playback:
     """Return the playback with the sample's number."""
     if playback.sample < 0:
         return replace(
@@ -88,13 +88,13 @@ def _counted(stamp_ns: int, cart_m: float, playback: Playback, plan: Excitation)
         playback,
         sample=playback.sample + ahead,
         stamp_ns=stamp_ns,
-        due_ns=due_ns + FOLLOWING * (stamp_ns - due_ns),
+        due_ns=due_ns + STAMP_FOLLOWING_SHARE * (stamp_ns - due_ns),
         gap_s=(stamp_ns - playback.stamp_ns) / 1e9,
         lost=playback.lost + max(ahead - 1, 0),
     )
 
 
-def rate_of(stamps_ns: Sequence[int], rate_hz: float) -> float:
+def measure_rate(stamps_ns: Sequence[int], rate_hz: float) -> float:
     """Return the rate of samples, Hz, nearest to what is expected: by the whole time or by the usual distance.
 
     The one bears stamps that come in bursts, the other lost samples. Returns 0 for stamps that do
@@ -105,6 +105,6 @@ def rate_of(stamps_ns: Sequence[int], rate_hz: float) -> float:
     return min(seen, key=lambda hz: abs(hz - rate_hz), default=0.0)
 
 
-def rate_fits(seen_hz: float, rate_hz: float) -> bool:
+def is_rate_fitting(seen_hz: float, rate_hz: float) -> bool:
     """Tell whether samples come at the rate of the plan."""
     return abs(seen_hz - rate_hz) <= RATE_TOLERANCE * rate_hz

@@ -5,9 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from enum import Enum
 
-from pendulum_bridge.excitation.guard import Bounds, Stopped, StopReason, missing
-from pendulum_bridge.excitation.performance import Performance, performed
-from pendulum_bridge.excitation.playback import LOOKED_AT, LOOKS, rate_fits, rate_of
+from pendulum_bridge.excitation.guard import Bounds, Stopped, StopReason, find_missing_samples
+from pendulum_bridge.excitation.performance import Performance, perform
+from pendulum_bridge.excitation.playback import (
+    SAMPLES_A_LOOK,
+    MOST_LOOKS,
+    is_rate_fitting,
+    measure_rate,
+)
 from pendulum_bridge.safety.rig_state import RigState
 from pendulum_twin.health import Health, Level
 from pendulum_twin.plans.excitation import Excitation
@@ -61,22 +66,22 @@ class Step:
     command: float | None = None
 
 
-def entered(stage: Stage, now_s: float, run: Run) -> Run:
+def enter_stage(stage: Stage, now_s: float, run: Run) -> Run:
     """Return the run in another stage."""
     return replace(run, stage=stage, since_s=now_s)
 
 
-def looking(now_s: float, run: Run) -> Run:
+def begin_looking(now_s: float, run: Run) -> Run:
     """Return the run with rig and twin ready: it looks at samples before it plays."""
-    return replace(entered(Stage.LOOKING, now_s, run), sampled_s=now_s)
+    return replace(enter_stage(Stage.LOOKING, now_s, run), sampled_s=now_s)
 
 
-def ended(stopped: Stopped, now_s: float, run: Run) -> Run:
+def stop_run(stopped: Stopped, now_s: float, run: Run) -> Run:
     """Return the run stopped before its end; whoever commands has to send 0 if it was commanding."""
-    return replace(entered(Stage.STOPPED, now_s, run), stopped=stopped)
+    return replace(enter_stage(Stage.STOPPED, now_s, run), stopped=stopped)
 
 
-def sampled(
+def take_sample(
     stamp_ns: int,
     state: RigState,
     applied: float,
@@ -88,51 +93,51 @@ def sampled(
     """Return the run after a sample that came at now_s. applied: PWM fraction, what the driver said it sent last."""
     run = replace(run, sampled_s=now_s)
     if run.stage is Stage.LOOKING:
-        return Step(_looked(stamp_ns, now_s, run, plan), 0.0)
+        return Step(_look_at_rate(stamp_ns, now_s, run, plan), 0.0)
     if run.stage is not Stage.PLAYING:
         return Step(run)
-    move = performed(stamp_ns, state, applied, run.performance, plan, bounds)
+    move = perform(stamp_ns, state, applied, run.performance, plan, bounds)
     run = replace(run, performance=move.performance)
     if move.stopped:
-        run = ended(move.stopped, now_s, run)
+        run = stop_run(move.stopped, now_s, run)
     elif move.done:
-        run = entered(Stage.DONE, now_s, run)
+        run = enter_stage(Stage.DONE, now_s, run)
     return Step(run, move.command)
 
 
-def _looked(stamp_ns: int, now_s: float, run: Run, plan: Excitation) -> Run:
+def _look_at_rate(stamp_ns: int, now_s: float, run: Run, plan: Excitation) -> Run:
     """Return the run after one of the samples from before the plan, by which the rate is seen.
 
     A busy machine may lose most samples for a while: a rate that does not fit is looked at again,
     LOOKS times in all.
     """
     run = replace(run, stamps_ns=(*run.stamps_ns, stamp_ns))
-    if len(run.stamps_ns) % LOOKED_AT:
+    if len(run.stamps_ns) % SAMPLES_A_LOOK:
         return run
-    seen_hz = rate_of(run.stamps_ns[-LOOKED_AT:], plan.rate_hz)
-    if rate_fits(seen_hz, plan.rate_hz):
-        return entered(Stage.PLAYING, now_s, run)
-    if len(run.stamps_ns) < LOOKS * LOOKED_AT:
+    seen_hz = measure_rate(run.stamps_ns[-SAMPLES_A_LOOK:], plan.rate_hz)
+    if is_rate_fitting(seen_hz, plan.rate_hz):
+        return enter_stage(Stage.PLAYING, now_s, run)
+    if len(run.stamps_ns) < MOST_LOOKS * SAMPLES_A_LOOK:
         return run
     found = (
         f"expected {plan.rate_hz:g} Hz, found {seen_hz:.3g} Hz: give the plan the rig's rate_hz"
     )
-    return ended(Stopped(StopReason.RATE_WRONG, found), now_s, run)
+    return stop_run(Stopped(StopReason.RATE_WRONG, found), now_s, run)
 
 
-def silent(now_s: float, run: Run, bounds: Bounds) -> Stopped | None:
+def find_silence(now_s: float, run: Run, bounds: Bounds) -> Stopped | None:
     """Return that the rig has fallen silent; None while it is heard, or need not be."""
     if not run.stage.commanding or run.sampled_s is None:
         return None
-    return missing(now_s - run.sampled_s, bounds)
+    return find_missing_samples(now_s - run.sampled_s, bounds)
 
 
-def share(run: Run, plan: Excitation) -> float:
+def compute_share(run: Run, plan: Excitation) -> float:
     """Return how much of the plan has been played, 0 to 1."""
     return min(max(run.performance.playback.sample, 0) / len(plan.commands), 1.0)
 
 
-def where(run: Run, plan: Excitation) -> str:
+def describe_progress(run: Run, plan: Excitation) -> str:
     """Return what the run is at, to follow 'the node'."""
     if run.stage is Stage.DONE:
         return (
@@ -145,11 +150,11 @@ def where(run: Run, plan: Excitation) -> str:
     return f"plays {plan.part_at(sample)}: {played_s:.1f} s of {whole_s:.1f} s, {whole_s - played_s:.1f} s to go"
 
 
-def health(run: Run, plan: Excitation, lacking: str) -> Health:
+def make_health(run: Run, plan: Excitation, lacking: str) -> Health:
     """Return how the run is. lacking: what it waits for, nothing when it does not wait."""
     playback = run.performance.playback
     figures: dict[str, float | int | str] = {
-        "share_played": share(run, plan),
+        "share_played": compute_share(run, plan),
         "samples_lost": playback.lost,
         "samples_old": playback.old,
         "overruled_s": run.performance.watch.overruled_s,
@@ -157,5 +162,7 @@ def health(run: Run, plan: Excitation, lacking: str) -> Health:
     if run.stopped:
         return Health(Level.ERROR, run.stopped.sentence, figures)
     return Health(
-        Level.OK, f"The node {where(run, plan)}{f': {lacking}' if lacking else ''}.", figures
+        Level.OK,
+        f"The node {describe_progress(run, plan)}{f': {lacking}' if lacking else ''}.",
+        figures,
     )

@@ -10,15 +10,21 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from pendulum_bridge.safety import encoder_check as encoders
-from pendulum_bridge.safety import reset as swing
-from pendulum_bridge.safety import stop as emergency
+from pendulum_bridge.safety import encoder_check
+from pendulum_bridge.safety import reset as swing_down
+from pendulum_bridge.safety import stop as emergency_stop
 from pendulum_bridge.safety import two_writers, watchdog
 from pendulum_bridge.safety.encoder_check import EncoderCheck, Encoders
-from pendulum_bridge.safety.limits import Limits, left_s, limited, refusal, slewing_s
-from pendulum_bridge.safety.rail_guard import RailGuard, Seen, guarded, rail_guard
-from pendulum_bridge.safety.reasons import Level, Reason, worst
-from pendulum_bridge.safety.reset import Reset, SwingDown, swing_down
+from pendulum_bridge.safety.limits import (
+    Limits,
+    compute_left_s,
+    limit_command,
+    find_refusal,
+    compute_slewing_s,
+)
+from pendulum_bridge.safety.rail_guard import RailGuard, Seen, guard_command, make_rail_guard
+from pendulum_bridge.safety.reasons import Level, Reason, find_worst_level
+from pendulum_bridge.safety.reset import Reset, SwingDown, make_swing_down
 from pendulum_bridge.safety.rig_state import RigState
 from pendulum_bridge.safety.stop import Stop
 from pendulum_bridge.safety.two_writers import Writers
@@ -85,7 +91,7 @@ class Safety:
 
 
 @dataclass(frozen=True)
-class Came:
+class FreshSample:
     """Hold a sample, how long ago it came, and how long after the one before, s."""
 
     sample: RigState
@@ -109,10 +115,10 @@ class Decision:
     @property
     def level(self) -> Level:
         """Return the worst level of the reasons: ERROR when the watchdog has bitten."""
-        return worst(self.reasons)
+        return find_worst_level(self.reasons)
 
 
-def rules_for(
+def make_rules(
     rig: Rig,
     limits: Limits = Limits(),  # noqa: B008 (frozen)
     timeouts: Timeouts = Timeouts(),  # noqa: B008 (frozen)
@@ -127,18 +133,18 @@ def rules_for(
     reset_deadline_s: a reset is given up then.
     """
     limit = min(limits.magnitude, rig.pwm_limit or limits.magnitude)
-    guard = rail_guard(rig, limit, way=way, pole_way=pole_way)
-    swing_plan = swing_down(rig, limit, way, pole_way, reset_deadline_s)
-    check = encoders.encoder_check(rig, limit, period_s)
+    guard = make_rail_guard(rig, limit, way=way, pole_way=pole_way)
+    swing_plan = make_swing_down(rig, limit, way, pole_way, reset_deadline_s)
+    check = encoder_check.make_encoder_check(rig, limit, period_s)
     return Rules(replace(limits, magnitude=limit), timeouts, guard, swing_plan, check, period_s)
 
 
-def at_start(now_s: float) -> Safety:
+def make_safety(now_s: float) -> Safety:
     """Return the state at the start: nothing heard, nothing sent."""
     return Safety(Ages(now_s))
 
 
-def decided(
+def decide(
     request: float | None,
     sample: RigState | None,
     now_s: float,
@@ -149,30 +155,34 @@ def decided(
     """Return what to send now: stop > watchdog > encoder check > rail guard > limits.
 
     request: a command (PWM fraction) that has come since the last decision, None for none; when
-    more have come, pass all but the last to `commanded`. sample: the same of the rig, which came
+    more have come, pass all but the last to `take_command`. sample: the same of the rig, which came
     ago_s ago. now_s: monotonic time, s.
     """
-    passed_s = watchdog.passed_s(safety.ages, now_s)
-    came = None if sample is None else Came(sample, ago_s, _gap_s(safety, passed_s - ago_s, rules))
+    passed_s = watchdog.compute_passed_s(safety.ages, now_s)
+    came = (
+        None
+        if sample is None
+        else FreshSample(sample, ago_s, _compute_gap_s(safety, passed_s - ago_s, rules))
+    )
     if passed_s > STANDSTILL_S:
         safety = replace(safety, resumed_s=now_s)
-    safety, refused = _heard(request, came, now_s, safety, rules)
-    safety, over = _reset_moved_on(came, passed_s, safety, rules)
-    may_s = slewing_s(safety.unused_s, passed_s, rules.period_s)
-    if (nothing := _why_nothing(safety, rules)) or safety.rig is None:
+    safety, refused = _take_inputs(request, came, now_s, safety, rules)
+    safety, over = _advance_reset(came, passed_s, safety, rules)
+    may_s = compute_slewing_s(safety.unused_s, passed_s, rules.period_s)
+    if (nothing := _find_reason_for_zero(safety, rules)) or safety.rig is None:
         safety = replace(safety, applied=0.0, unused_s=may_s)
-        return Decision(0.0, safety, _known(nothing, over, *refused), over)
+        return Decision(0.0, safety, _list_reasons(nothing, over, *refused), over)
     asked = safety.reset.pwm if safety.reset else safety.command
-    within = limited(asked, safety.applied, may_s, rules.limits)
+    within = limit_command(asked, safety.applied, may_s, rules.limits)
     seen = Seen(safety.rig, safety.ages.sample_s or 0.0, safety.applied)
-    kept = guarded(within.pwm, seen, safety.in_vain_s, passed_s, rules.guard)
-    unused = left_s(may_s, kept.pwm - safety.applied, rules.limits)
+    kept = guard_command(within.pwm, seen, safety.in_vain_s, passed_s, rules.guard)
+    unused = compute_left_s(may_s, kept.pwm - safety.applied, rules.limits)
     safety = replace(safety, applied=kept.pwm, unused_s=unused, in_vain_s=kept.in_vain_s)
     mode = Reason.RESETTING if safety.reset else None
-    return Decision(kept.pwm, safety, _known(kept.reason, mode, *within.reasons, *refused))
+    return Decision(kept.pwm, safety, _list_reasons(kept.reason, mode, *within.reasons, *refused))
 
 
-def commanded(
+def take_command(
     command: float, safety: Safety, now_s: float | None = None, ago_s: float = 0.0
 ) -> tuple[Safety, Reason | None]:
     """Return the state after a command has come, and why it was refused or dropped; None when it was taken.
@@ -183,68 +193,70 @@ def commanded(
     """
     now_s, counts = safety.ages.now_s if now_s is None else now_s, safety.counts
     if safety.stop.latched:
-        return replace(safety, stop=emergency.dropping(safety.stop, command)), Reason.DROPPED
-    if (refused := refusal(command)) is not None:
+        return replace(
+            safety, stop=emergency_stop.drop_command(safety.stop, command)
+        ), Reason.DROPPED
+    if (refused := find_refusal(command)) is not None:
         return replace(safety, counts=replace(counts, commands=counts.commands + 1)), refused
     if safety.reset is not None:
         return replace(
             safety, counts=replace(counts, during_reset=counts.during_reset + 1)
         ), Reason.RESETTING
-    if two_writers.two(safety.writers, now_s):
+    if two_writers.has_two_writers(safety.writers, now_s):
         counts = replace(counts, of_two_writers=counts.of_two_writers + 1)
-        return _without_command(replace(safety, counts=counts)), Reason.TWO_WRITERS
-    if watchdog.passed_s(safety.ages, now_s) > STANDSTILL_S or 0 <= now_s - safety.resumed_s < min(
-        ago_s, UNSURE_S
-    ):
+        return _forget_command(replace(safety, counts=counts)), Reason.TWO_WRITERS
+    if watchdog.compute_passed_s(
+        safety.ages, now_s
+    ) > STANDSTILL_S or 0 <= now_s - safety.resumed_s < min(ago_s, UNSURE_S):
         return replace(
             safety, counts=replace(counts, after_standstill=counts.after_standstill + 1)
         ), Reason.COMMAND_OLD
-    return replace(safety, command=command, ages=watchdog.command_came(safety.ages, now_s)), None
+    return replace(safety, command=command, ages=watchdog.note_command(safety.ages, now_s)), None
 
 
-def heard(number: int, now_s: float, safety: Safety) -> Safety:
+def hear_writer(number: int, now_s: float, safety: Safety) -> Safety:
     """Return the state after a message of a command's writer, taken or not, with the number that its writer gave it."""
-    return replace(safety, writers=two_writers.heard(number, now_s, safety.writers))
+    return replace(safety, writers=two_writers.hear_writer(number, now_s, safety.writers))
 
 
-def stopped(safety: Safety) -> tuple[Safety, Reason | None]:
+def press_stop(safety: Safety) -> tuple[Safety, Reason | None]:
     """Return the state with the emergency stop pressed, and how that ended a reset under way; None when there was none.
 
     The command held is forgotten; the next decision, which should be taken at once, sends 0.
     """
     ended = None if safety.reset is None else Reason.RESET_STOPPED
-    return _without_command(
-        replace(safety, stop=emergency.pressed(safety.stop), reset=None)
+    return _forget_command(
+        replace(safety, stop=emergency_stop.press_stop(safety.stop), reset=None)
     ), ended
 
 
-def failed(safety: Safety) -> tuple[Safety, Reason | None]:
+def fail_safe(safety: Safety) -> tuple[Safety, Reason | None]:
     """Return the state after the driver itself has failed, with no command and no reset; how that ended a reset."""
     ended = None if safety.reset is None else Reason.RESET_FAILED
-    return _without_command(replace(safety, reset=None, applied=0.0)), ended
+    return _forget_command(replace(safety, reset=None, applied=0.0)), ended
 
 
-def stop_cleared(safety: Safety) -> tuple[Safety, Reason]:
+def clear_stop(safety: Safety) -> tuple[Safety, Reason]:
     """Return the state after somebody asked to clear the stop, and what came of that."""
-    stop, reason = emergency.cleared(safety.stop)
+    stop, reason = emergency_stop.clear_stop(safety.stop)
     believed = (
-        encoders.trusted_again(safety.encoders)
+        encoder_check.trust_again(safety.encoders)
         if reason is Reason.STOP_CLEARED
         else safety.encoders
     )
     return replace(safety, stop=stop, encoders=believed), reason
 
 
-def reset_asked(now_s: float, safety: Safety, rules: Rules) -> tuple[Safety, Reason]:
+def begin_reset(now_s: float, safety: Safety, rules: Rules) -> tuple[Safety, Reason]:
     """Return the state with a reset begun (or going on), or as it was with the reason why there can be none."""
-    silence = watchdog.silence(watchdog.aged(safety.ages, now_s), rules.timeouts)
-    refused = swing.given_up(silence, safety.stop.latched) or _lasting_fault(safety)
+    silence = watchdog.find_silence(watchdog.advance_ages(safety.ages, now_s), rules.timeouts)
+    refused = swing_down.find_obstacle(silence, safety.stop.latched) or _find_lasting_fault(safety)
     if refused is not None:
         return safety, refused
-    return _without_command(replace(safety, reset=safety.reset or Reset())), Reason.RESETTING
+    return _forget_command(replace(safety, reset=safety.reset or Reset())), Reason.RESETTING
 
 
-def _gap_s(safety: Safety, later_s: float, rules: Rules) -> float:
+def _compute_gap_s(safety: Safety, later_s: float, rules: Rules) -> float:
     """Return the time from the last sample to one that came later_s after the last decision; a period for the first."""
     return (
         rules.period_s
@@ -253,70 +265,70 @@ def _gap_s(safety: Safety, later_s: float, rules: Rules) -> float:
     )
 
 
-def _heard(
-    request: float | None, came: Came | None, now_s: float, safety: Safety, rules: Rules
+def _take_inputs(
+    request: float | None, came: FreshSample | None, now_s: float, safety: Safety, rules: Rules
 ) -> tuple[Safety, tuple[Reason | None, ...]]:
     """Return the state at now_s with what has come, and what of it was refused."""
-    safety = replace(safety, ages=watchdog.aged(safety.ages, now_s))
-    safety, refused = (safety, None) if request is None else commanded(request, safety)
+    safety = replace(safety, ages=watchdog.advance_ages(safety.ages, now_s))
+    safety, refused = (safety, None) if request is None else take_command(request, safety)
     if came is None:
         return safety, (refused,)
     if not came.sample.finite:
         counts = replace(safety.counts, samples=safety.counts.samples + 1)
         return replace(safety, counts=counts), (refused, Reason.SAMPLE_NOT_FINITE)
-    found = encoders.checked(
+    found = encoder_check.check_sample(
         safety.encoders, came.sample, safety.applied, came.gap_s, rules.encoders
     )
     rig = (
         safety.rig if found.fault else came.sample
     )  # what cannot be true is no sample to guard the rail by
     return replace(
-        safety, rig=rig, encoders=found, ages=watchdog.sample_came(safety.ages, came.ago_s)
+        safety, rig=rig, encoders=found, ages=watchdog.note_sample(safety.ages, came.ago_s)
     ), (refused,)
 
 
-def _lasting_fault(safety: Safety) -> Reason | None:
+def _find_lasting_fault(safety: Safety) -> Reason | None:
     """Return what makes samples unbelievable until somebody has looked; a single spike does not."""
     fault = safety.encoders.fault
     return fault if fault and fault.level is Level.ERROR else None
 
 
-def _reset_moved_on(
-    came: Came | None, passed_s: float, safety: Safety, rules: Rules
+def _advance_reset(
+    came: FreshSample | None, passed_s: float, safety: Safety, rules: Rules
 ) -> tuple[Safety, Reason | None]:
     """Return the state after another moment of the reset under way, and how it ended; None while it goes on."""
     if safety.reset is None:
         return safety, None
-    reset = swing.waited(safety.reset, passed_s)
+    reset = swing_down.let_time_pass(safety.reset, passed_s)
     if came is not None and came.sample is safety.rig:
-        reset = swing.swung(reset, came.sample, safety.applied, came.gap_s, rules.swing)
-    silence = watchdog.silence(safety.ages, rules.timeouts)
+        reset = swing_down.swing_on(reset, came.sample, safety.applied, came.gap_s, rules.swing)
+    silence = watchdog.find_silence(safety.ages, rules.timeouts)
     over = (
-        swing.given_up(silence, stopped=False)
-        or _lasting_fault(safety)
-        or swing.ended(reset, rules.swing)
+        swing_down.find_obstacle(silence, stopped=False)
+        or _find_lasting_fault(safety)
+        or swing_down.find_end(reset, rules.swing)
     )
     return replace(safety, reset=None if over else reset), over
 
 
-def _why_nothing(safety: Safety, rules: Rules) -> Reason | None:
+def _find_reason_for_zero(safety: Safety, rules: Rules) -> Reason | None:
     """Return why PWM is 0: the stop, the watchdog, the encoders; None when there is something to apply."""
     if safety.stop.latched:
         return Reason.STOPPED
-    silence = watchdog.silence(safety.ages, rules.timeouts)
+    silence = watchdog.find_silence(safety.ages, rules.timeouts)
     if nothing := silence or safety.encoders.fault:
         return nothing
     if safety.reset:
         return None
-    if two_writers.two(safety.writers, safety.ages.now_s):
+    if two_writers.has_two_writers(safety.writers, safety.ages.now_s):
         return Reason.TWO_WRITERS
-    return watchdog.command_missing(safety.ages, rules.timeouts)
+    return watchdog.find_missing_command(safety.ages, rules.timeouts)
 
 
-def _without_command(safety: Safety) -> Safety:
-    return replace(safety, command=0.0, ages=watchdog.command_forgotten(safety.ages))
+def _forget_command(safety: Safety) -> Safety:
+    return replace(safety, command=0.0, ages=watchdog.forget_command(safety.ages))
 
 
-def _known(*reasons: Reason | None) -> tuple[Reason, ...]:
+def _list_reasons(*reasons: Reason | None) -> tuple[Reason, ...]:
     """Return the reasons there are, each once."""
     return tuple(dict.fromkeys(reason for reason in reasons if reason is not None))

@@ -10,9 +10,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pendulum_bridge.safety.encoder_jump import Jumps, followed
-from pendulum_bridge.safety.encoder_reach import DRY_N, Reach, reach_of
-from pendulum_bridge.safety.encoder_stuck import Holding, Still, holding, stood, stuck
+from pendulum_bridge.safety.encoder_jump import Jumps, follow_positions
+from pendulum_bridge.safety.encoder_reach import DRY_N, Reach, compute_reach
+from pendulum_bridge.safety.encoder_stuck import (
+    Holding,
+    Still,
+    compute_holding,
+    follow_still,
+    find_stuck,
+)
 from pendulum_bridge.safety.reasons import Reason
 from pendulum_bridge.safety.rig_state import RigState
 from pendulum_twin.rig import Rig
@@ -29,20 +35,22 @@ class EncoderCheck:
     holding: Holding
 
 
-def encoder_check(rig: Rig, limit: float, period_s: float, dry_n: float = DRY_N) -> EncoderCheck:
+def make_encoder_check(
+    rig: Rig, limit: float, period_s: float, dry_n: float = DRY_N
+) -> EncoderCheck:
     """Return the check for a rig driven with at most limit (PWM fraction); raise BadInputError without a cart.
 
     period_s: from sample to sample. dry_n: the cart's dry friction, at most: where less is sure, a
     stuck encoder shows at smaller commands.
     """
-    return EncoderCheck(reach_of(rig, limit, period_s, dry_n), holding(rig, dry_n))
+    return EncoderCheck(compute_reach(rig, limit, period_s, dry_n), compute_holding(rig, dry_n))
 
 
 @dataclass(frozen=True)
 class Encoders:
     """Hold what is remembered from one sample to the next.
 
-    fault: why PWM has to be 0; a spike's goes by itself, others stay until `trusted_again`. still:
+    fault: why PWM has to be 0; a spike's goes by itself, others stay until `trust_again`. still:
     see `encoder_stuck`; None for unsettled_s, in which nothing is said about stuck encoders.
     """
 
@@ -57,7 +65,7 @@ class Encoders:
         return self.jumps.spikes
 
 
-def checked(
+def check_sample(
     encoders: Encoders, sample: RigState, applied: float, passed_s: float, check: EncoderCheck
 ) -> Encoders:
     """Return the state after a sample (finite), passed_s after the last, through which `applied` (PWM fraction) was sent.
@@ -65,7 +73,7 @@ def checked(
     With a fault in the result, PWM has to be 0. passed_s: best from the samples' own times, as
     `arrival_clock` gives them.
     """
-    jumps = followed(encoders.jumps, sample, passed_s, check.reach)
+    jumps = follow_positions(encoders.jumps, sample, passed_s, check.reach)
     fault: Reason | None = None if encoders.fault is Reason.ENCODER_SPIKE else encoders.fault
     if jumps.spikes > encoders.spikes or jumps.away:
         fault = fault or (Reason.ENCODER_JUMPED if jumps.stays else Reason.ENCODER_SPIKE)
@@ -74,13 +82,13 @@ def checked(
     still = (
         None
         if unsettled_s > 0
-        else stood(encoders.still, sample, applied, passed_s, check.holding)
+        else follow_still(encoders.still, sample, applied, passed_s, check.holding)
     )
     if still is not None:
-        fault = fault or stuck(still, check.holding)
+        fault = fault or find_stuck(still, check.holding)
     return Encoders(fault, jumps, still, unsettled_s)
 
 
-def trusted_again(encoders: Encoders) -> Encoders:
+def trust_again(encoders: Encoders) -> Encoders:
     """Return the state after somebody has cleared the stop: what is read next is believed, until it cannot be true."""
     return Encoders(jumps=Jumps(encoders.spikes))

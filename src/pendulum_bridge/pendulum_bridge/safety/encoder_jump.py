@@ -7,23 +7,23 @@ from dataclasses import dataclass, replace
 from pendulum_bridge.safety.encoder_reach import (
     Anchor,
     Reach,
-    anchored,
-    later,
-    moved_to,
-    nearer,
-    share_of_reach,
+    make_anchor,
+    age_anchor,
+    move_anchor,
+    is_nearer,
+    compute_share_of_reach,
 )
 from pendulum_bridge.safety.rig_state import RigState
 
 SPIKE_S, SPIKE_SAMPLES = 0.05, 3  # a spike lasts no longer than both
-TRUSTED = (
+TRUSTED_SAMPLES = (
     5  # good samples in a row before a jump counts against the next rather than against these
 )
-UNEVEN, UNEVEN_S = (
+UNEVEN_SHARE, UNEVEN_S = (
     0.5,
     0.3,
 )  # share of a period by which a step makes steps uneven, and for how long
-SLACK, UNEVEN_SLACK = (
+SLACK_PERIODS, UNEVEN_SLACK_PERIODS = (
     1.0,
     3.0,
 )  # periods more than are known that may have passed; the second while steps are uneven
@@ -51,22 +51,22 @@ class Jumps:
         return self.away > SPIKE_SAMPLES and self.away_s > SPIKE_S
 
 
-def followed(jumps: Jumps, sample: RigState, passed_s: float, reach: Reach) -> Jumps:
+def follow_positions(jumps: Jumps, sample: RigState, passed_s: float, reach: Reach) -> Jumps:
     """Return the state after a sample, passed_s after the last; the sample is good when nothing is away then."""
     if jumps.anchor is None:
-        return replace(jumps, anchor=anchored(sample, None, reach))
-    even = abs(passed_s - reach.period_s) <= UNEVEN * reach.period_s
+        return replace(jumps, anchor=make_anchor(sample, None, reach))
+    even = abs(passed_s - reach.period_s) <= UNEVEN_SHARE * reach.period_s
     uneven_s = max(jumps.uneven_s - passed_s, 0.0) if even else UNEVEN_S
-    slack_s = reach.period_s * (UNEVEN_SLACK if uneven_s else SLACK)
-    anchor = later(jumps.anchor, passed_s)
-    elsewhere = None if jumps.elsewhere is None else later(jumps.elsewhere, passed_s)
-    jumped = share_of_reach(sample, anchor, slack_s, reach) > 1
-    if not (jumped or (elsewhere is not None and nearer(sample, elsewhere, anchor, reach))):
-        return Jumps(jumps.spikes, anchored(sample, anchor, reach), uneven_s=uneven_s)
+    slack_s = reach.period_s * (UNEVEN_SLACK_PERIODS if uneven_s else SLACK_PERIODS)
+    anchor = age_anchor(jumps.anchor, passed_s)
+    elsewhere = None if jumps.elsewhere is None else age_anchor(jumps.elsewhere, passed_s)
+    jumped = compute_share_of_reach(sample, anchor, slack_s, reach) > 1
+    if not (jumped or (elsewhere is not None and is_nearer(sample, elsewhere, anchor, reach))):
+        return Jumps(jumps.spikes, make_anchor(sample, anchor, reach), uneven_s=uneven_s)
     new = jumps.away == 0
-    if new and anchor.good < TRUSTED:  # rather the first samples were the spike
-        return Jumps(jumps.spikes + 1, anchored(sample, None, reach), uneven_s=uneven_s)
+    if new and anchor.good < TRUSTED_SAMPLES:  # rather the first samples were the spike
+        return Jumps(jumps.spikes + 1, make_anchor(sample, None, reach), uneven_s=uneven_s)
     away_s = 0.0 if new else jumps.away_s + passed_s
     return Jumps(
-        jumps.spikes + new, anchor, moved_to(sample, anchor), jumps.away + 1, away_s, uneven_s
+        jumps.spikes + new, anchor, move_anchor(sample, anchor), jumps.away + 1, away_s, uneven_s
     )

@@ -16,7 +16,7 @@ from pendulum_bridge.safety.rig_state import RigState
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.rig import Rig
 
-SPREAD = 0.3  # share by which every constant of the rig may be wrong
+CONSTANTS_SPREAD = 0.3  # share by which every constant of the rig may be wrong
 DRY_N, DRY_SHARE = (
     2.0,
     0.1,
@@ -46,12 +46,12 @@ class Reach:
     period_s: float
 
 
-def reach_of(rig: Rig, limit: float, period_s: float, dry_n: float = DRY_N) -> Reach:
+def compute_reach(rig: Rig, limit: float, period_s: float, dry_n: float = DRY_N) -> Reach:
     """Return the reach of a rig whose commands are at most limit (PWM fraction); raise BadInputError without a cart."""
     if rig.force_per_pwm_n is None or rig.cart_viscous_n_s_m is None:
         raise BadInputError("encoder check: expected a rig with a cart, found none")
     end_m = math.inf if rig.rail_half_length_m is None else rig.rail_half_length_m - NEAR_END_M
-    more = (1 + SPREAD) / (1 - SPREAD)
+    more = (1 + CONSTANTS_SPREAD) / (1 - CONSTANTS_SPREAD)
     mass, drive, friction = (
         rig.total_mass_kg,
         rig.force_per_pwm_n * limit + dry_n,
@@ -91,7 +91,7 @@ class Anchor:
     good: int = 1
 
 
-def anchored(state: RigState, before: Anchor | None, reach: Reach) -> Anchor:
+def make_anchor(state: RigState, before: Anchor | None, reach: Reach) -> Anchor:
     """Return the anchor at a good sample: velocities lie between what is reported, what is seen, and 0."""
     cart = pole = 0.0
     if before is not None:
@@ -101,28 +101,32 @@ def anchored(state: RigState, before: Anchor | None, reach: Reach) -> Anchor:
     good = 1 if before is None else before.good + 1
     hit = abs(state.cart_m) > reach.end_m
     return Anchor(
-        state, 0.0, _span(hit, cart, state.cart_m_s), _span(hit, pole, state.pole_rad_s), good
+        state,
+        0.0,
+        _span_velocities(hit, cart, state.cart_m_s),
+        _span_velocities(hit, pole, state.pole_rad_s),
+        good,
     )
 
 
-def moved_to(state: RigState, anchor: Anchor) -> Anchor:
+def move_anchor(state: RigState, anchor: Anchor) -> Anchor:
     """Return the anchor at a sample that cannot be: its velocities are as wrong as its positions, so the anchor's stay."""
     here = replace(anchor.state, cart_m=state.cart_m, pole_rad=state.pole_rad)
     return replace(anchor, state=here, age_s=0.0)
 
 
-def later(anchor: Anchor, passed_s: float) -> Anchor:
+def age_anchor(anchor: Anchor, passed_s: float) -> Anchor:
     """Return the anchor as seen passed_s later."""
     return replace(anchor, age_s=anchor.age_s + max(passed_s, 0.0))
 
 
-def share_of_reach(state: RigState, anchor: Anchor, slack_s: float, reach: Reach) -> float:
+def compute_share_of_reach(state: RigState, anchor: Anchor, slack_s: float, reach: Reach) -> float:
     """Return how far the positions are from the anchor's, as a share of what can have been reached; over 1, a jump.
 
     slack_s: how much longer ago the anchor may have been than is known.
     """
     here = anchor.state
-    return _share(
+    return _compute_share(
         state.cart_m - here.cart_m,
         state.pole_rad - here.pole_rad,
         anchor,
@@ -131,34 +135,38 @@ def share_of_reach(state: RigState, anchor: Anchor, slack_s: float, reach: Reach
     )
 
 
-def nearer(state: RigState, there: Anchor, here: Anchor, reach: Reach) -> bool:
+def is_nearer(state: RigState, there: Anchor, here: Anchor, reach: Reach) -> bool:
     """Tell whether the positions are nearer to where they would be now coming from there than coming from here."""
 
     def off(anchor: Anchor) -> float:
         cart = state.cart_m - anchor.state.cart_m - anchor.state.cart_m_s * anchor.age_s
         pole = state.pole_rad - anchor.state.pole_rad - anchor.state.pole_rad_s * anchor.age_s
-        return _share(cart, pole, here, here.age_s, reach)
+        return _compute_share(cart, pole, here, here.age_s, reach)
 
     return off(there) < off(here)
 
 
-def _share(cart_m: float, pole_rad: float, anchor: Anchor, seconds: float, reach: Reach) -> float:
+def _compute_share(
+    cart_m: float, pole_rad: float, anchor: Anchor, seconds: float, reach: Reach
+) -> float:
     """Return two ways as shares of what cart and pole can go in so many seconds from the anchor; the larger one."""
     cart_m_s, rate = max(map(abs, anchor.cart_m_s)), max(map(abs, anchor.pole_rad_s))
     cart_m_s2 = reach.cart_m_s2 + reach.cart_1_s * cart_m_s + reach.cart_m * rate**2
     pole_rad_s2 = reach.pole_rad_s2 + reach.pole_1_m * cart_m_s + reach.pole_1 * rate**2
-    most_m = STEP_M + seconds * (_towards(cart_m, anchor.cart_m_s) + 0.5 * cart_m_s2 * seconds)
+    most_m = STEP_M + seconds * (
+        _find_speed_towards(cart_m, anchor.cart_m_s) + 0.5 * cart_m_s2 * seconds
+    )
     most_rad = STEP_RAD + seconds * (
-        _towards(pole_rad, anchor.pole_rad_s) + 0.5 * pole_rad_s2 * seconds
+        _find_speed_towards(pole_rad, anchor.pole_rad_s) + 0.5 * pole_rad_s2 * seconds
     )
     return max(abs(cart_m) / most_m, abs(pole_rad) / most_rad)
 
 
-def _towards(way: float, span: Span) -> float:
+def _find_speed_towards(way: float, span: Span) -> float:
     """Return the largest speed the way that a position has gone."""
     return span[1] if way > 0 else -span[0]
 
 
-def _span(both_ways: bool, *velocities: float) -> Span:
+def _span_velocities(both_ways: bool, *velocities: float) -> Span:
     low, high = min(0.0, *velocities), max(0.0, *velocities)
     return (min(low, -high), max(high, -low)) if both_ways else (low, high)

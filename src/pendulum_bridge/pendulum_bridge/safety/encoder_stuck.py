@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from pendulum_bridge.safety.encoder_reach import DRY_N, DRY_SHARE, NEAR_END_M, SPREAD
+from pendulum_bridge.safety.encoder_reach import DRY_N, DRY_SHARE, NEAR_END_M, CONSTANTS_SPREAD
 from pendulum_bridge.safety.reasons import Reason
 from pendulum_bridge.safety.rig_state import RigState
 from pendulum_twin.rig import Rig
@@ -26,8 +26,8 @@ WAY_M, TURN_RAD = (
     0.012,
 )  # what must have moved so far would have shown it: two steps of a coarse encoder
 WINDOW_S = 0.1  # over which the cart's acceleration is measured
-UPRIGHT = 0.15  # by which the cosine of the pole's angle may be wrong: its zero may be
-REPEATED = 10  # samples in a row with the same position and the same velocity but 0
+COSINE_ERROR = 0.15  # by which the cosine of the pole's angle may be wrong: its zero may be
+REPEATED_SAMPLES = 10  # samples in a row with the same position and the same velocity but 0
 
 
 @dataclass(frozen=True)
@@ -49,9 +49,9 @@ class Holding:
     end_m: float
 
 
-def holding(rig: Rig, dry_n: float = DRY_N) -> Holding:
+def compute_holding(rig: Rig, dry_n: float = DRY_N) -> Holding:
     """Return what can hold a rig with a cart."""
-    least, most = 1 - SPREAD, 1 + SPREAD
+    least, most = 1 - CONSTANTS_SPREAD, 1 + CONSTANTS_SPREAD
     lever, inertia = (
         rig.total_mass_kg * (rig.com_distance_m or 0.0),
         rig.pole_inertia_kg_m2 or math.inf,
@@ -92,27 +92,27 @@ class Still:
     pole_repeats: int = 0
 
 
-def stood(
+def follow_still(
     still: Still | None, sample: RigState, applied: float, passed_s: float, known: Holding
 ) -> Still:
     """Return the state after a sample, passed_s after the last, through which `applied` (PWM fraction) was sent."""
     if still is None:
         return Still(sample)
-    still = _cart_stood(still, sample, applied, passed_s, known)
-    return replace(_pole_stood(still, sample, passed_s), state=sample)
+    still = _follow_cart(still, sample, applied, passed_s, known)
+    return replace(_follow_pole(still, sample, passed_s), state=sample)
 
 
-def stuck(still: Still, known: Holding) -> Reason | None:
+def find_stuck(still: Still, known: Holding) -> Reason | None:
     """Return which encoder must be stuck, or None."""
-    if still.way_m > WAY_M or still.cart_repeats >= REPEATED:
+    if still.way_m > WAY_M or still.cart_repeats >= REPEATED_SAMPLES:
         return Reason.CART_STUCK
-    share = max(abs(math.cos(still.state.pole_rad)) - UPRIGHT, 0.0)
+    share = max(abs(math.cos(still.state.pole_rad)) - COSINE_ERROR, 0.0)
     change_m_s2 = max(still.most_m_s2 - still.least_m_s2, 0.0)
     moved = 0.5 * change_m_s2 * share * known.torque_n_m_s2 > known.pole_n_m
-    return Reason.POLE_STUCK if moved or still.pole_repeats >= REPEATED else None
+    return Reason.POLE_STUCK if moved or still.pole_repeats >= REPEATED_SAMPLES else None
 
 
-def _cart_stood(
+def _follow_cart(
     still: Still, sample: RigState, applied: float, passed_s: float, known: Holding
 ) -> Still:
     """Return the state with what the drive must have done to the cart."""
@@ -137,7 +137,7 @@ def _cart_stood(
     )
 
 
-def _pole_stood(still: Still, sample: RigState, passed_s: float) -> Still:
+def _follow_pole(still: Still, sample: RigState, passed_s: float) -> Still:
     """Return the state with what the cart's acceleration has been while the pole stood still."""
     slow = sample.cart_m_s if still.slow_m_s is None else still.slow_m_s
     slow = sample.cart_m_s + (slow - sample.cart_m_s) * math.exp(-passed_s / WINDOW_S)

@@ -37,19 +37,19 @@ class Limited:
     reasons: tuple[Reason, ...] = ()
 
 
-def refusal(command: float) -> Reason | None:
+def find_refusal(command: float) -> Reason | None:
     """Return why a command is refused, or None for a good one."""
     return None if math.isfinite(command) else Reason.COMMAND_NOT_FINITE
 
 
-def limited(asked: float, applied: float, elapsed_s: float, limits: Limits) -> Limited:
+def limit_command(asked: float, applied: float, elapsed_s: float, limits: Limits) -> Limited:
     """Return what may be applied now of a finite command, given what has been applied for the last elapsed_s.
 
     The slew limit is one of time: many messages in a short while move no further than one. A
     negative elapsed_s (the clock jumped back) counts as 0.
     """
     clipped = min(max(asked, -limits.magnitude), limits.magnitude)
-    reach = _reach(elapsed_s, limits)
+    reach = _compute_reach(elapsed_s, limits)
     pwm = min(max(clipped, applied - reach), applied + reach)
     found = ((clipped != asked, Reason.OVER_LIMIT), (pwm != clipped, Reason.TOO_FAST))
     # once more for what was applied under a larger limit
@@ -59,7 +59,7 @@ def limited(asked: float, applied: float, elapsed_s: float, limits: Limits) -> L
     )
 
 
-def slewing_s(unused_s: float, passed_s: float, period_s: float) -> float:
+def compute_slewing_s(unused_s: float, passed_s: float, period_s: float) -> float:
     """Return for how long a command may be moving by now: the time passed, and what an earlier decision left unused.
 
     What is left over is never more than a sample period. So an answer that comes just after the
@@ -69,12 +69,12 @@ def slewing_s(unused_s: float, passed_s: float, period_s: float) -> float:
     return min(unused_s + passed_s, max(period_s, passed_s))
 
 
-def left_s(may_s: float, moved: float, limits: Limits) -> float:
+def compute_left_s(may_s: float, moved: float, limits: Limits) -> float:
     """Return what is left unused of the time for which a command could move, after it has moved so far (PWM fraction)."""
     return max(may_s - abs(moved) / limits.slew_per_s, 0.0)
 
 
-def _reach(elapsed_s: float, limits: Limits) -> float:
+def _compute_reach(elapsed_s: float, limits: Limits) -> float:
     """Return how far a command may move from the one applied."""
     if limits.slew_per_s == math.inf:
         return 2 * limits.magnitude

@@ -57,7 +57,7 @@ class RailGuard:
     pole_way: int
 
 
-def rail_guard(
+def make_rail_guard(
     rig: Rig,
     limit: float,
     margin_m: float = 0.05,
@@ -133,7 +133,7 @@ class Seen:
     applied: float
 
 
-def guarded(
+def guard_command(
     asked: float, seen: Seen, in_vain_s: float, passed_s: float, guard: RailGuard
 ) -> Guarded:
     """Return what of a command keeps the cart on the rail.
@@ -144,11 +144,11 @@ def guarded(
     side = math.copysign(1.0, seen.state.cart_m)  # the end it is nearer to has the last word
     outward, forced = asked * guard.way, False
     for towards in (-side, side):
-        there, then = _moved(
-            *outermost(seen.state, towards, guard), guard.limit, seen.age_s, guard
+        there, then = _move(
+            *find_outermost(seen.state, towards, guard), guard.limit, seen.age_s, guard
         )
-        there, then = _moved(there, then, towards * seen.applied * guard.way, guard.delay_s, guard)
-        most, forced = _most(there, then, guard)
+        there, then = _move(there, then, towards * seen.applied * guard.way, guard.delay_s, guard)
+        most, forced = _find_largest_command(there, then, guard)
         outward = towards * min(towards * outward, most)
     pwm = outward * guard.way
     vain_s = in_vain_s + passed_s if forced and side * seen.state.cart_m_s > -AWAY_M_S else 0.0
@@ -157,7 +157,7 @@ def guarded(
     return Guarded(pwm, vain_s, None if pwm == asked else Reason.RAIL_BRAKING)
 
 
-def outermost(state: RigState, towards: float, guard: RailGuard) -> tuple[float, float]:
+def find_outermost(state: RigState, towards: float, guard: RailGuard) -> tuple[float, float]:
     """Return position (m) and velocity (m/s) of the centre of mass towards an end (+1 or -1), as far out as believed."""
     sideways = guard.pole_way * guard.reach_m * math.sin(state.pole_rad)
     sideways_m_s = guard.pole_way * guard.reach_m * math.cos(state.pole_rad) * state.pole_rad_s
@@ -167,7 +167,7 @@ def outermost(state: RigState, towards: float, guard: RailGuard) -> tuple[float,
     )
 
 
-def braking_distance(speed: float, guard: RailGuard) -> float:
+def compute_braking_distance(speed: float, guard: RailGuard) -> float:
     """Return how far (m) the cart still runs at a speed (m/s) with the full brake; 0 when it does not go outwards.
 
     With b the brake's deceleration and c friction over mass, v' = -b - c v gives v/c - b/c^2 log(1
@@ -181,18 +181,18 @@ def braking_distance(speed: float, guard: RailGuard) -> float:
     return speed / c - brake / c**2 * math.log1p(c * speed / brake)
 
 
-def _most(q: float, speed: float, guard: RailGuard) -> tuple[float, bool]:
+def _find_largest_command(q: float, speed: float, guard: RailGuard) -> tuple[float, bool]:
     """Return the largest command towards an end, q and speed being outwards, and whether even the full brake is late."""
     end = guard.end_m - (1 + guard.spread) * guard.reach_m
 
     def stops(command: float) -> bool:
-        there, then = _moved(q, speed, command, guard.hold_s, guard)
-        return there + braking_distance(then, guard) <= end
+        there, then = _move(q, speed, command, guard.hold_s, guard)
+        return there + compute_braking_distance(then, guard) <= end
 
     if stops(guard.limit):
         return guard.limit, False
     if not stops(-guard.limit):
-        return _sent_back(speed, guard), True
+        return _send_back(speed, guard), True
     low, high = -guard.limit, guard.limit
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
@@ -200,7 +200,7 @@ def _most(q: float, speed: float, guard: RailGuard) -> tuple[float, bool]:
     return low, False
 
 
-def _moved(
+def _move(
     q: float, speed: float, command: float, seconds: float, guard: RailGuard
 ) -> tuple[float, float]:
     """Return position and speed after a command has acted for so long, both outwards, as far out as believed."""
@@ -208,7 +208,7 @@ def _moved(
     return q + speed * seconds + 0.5 * acceleration * seconds**2, speed + acceleration * seconds
 
 
-def _sent_back(speed: float, guard: RailGuard) -> float:
+def _send_back(speed: float, guard: RailGuard) -> float:
     """Return the command for a cart that is too far out: brake it, then send it back slowly."""
     if speed > AWAY_M_S:
         return -guard.limit

@@ -124,6 +124,6 @@ class Reason(Enum):
         return self.value[1]
 
 
-def worst(reasons: tuple[Reason, ...]) -> Level:
+def find_worst_level(reasons: tuple[Reason, ...]) -> Level:
     """Return the worst level among the reasons; OK when there are none."""
     return max((reason.level for reason in reasons), default=Level.OK)

@@ -78,7 +78,7 @@ class SwingDown:
     rest: Rest = Rest()
 
 
-def swing_down(
+def make_swing_down(
     rig: Rig, limit: float, way: int = 1, pole_way: int = 1, deadline_s: float = 20.0
 ) -> SwingDown:
     """Return the swing-down for a rig; raise BadInputError when it has no cart that can be driven."""
@@ -123,36 +123,38 @@ class Reset:
     dead: float = 0.0
 
 
-def waited(reset: Reset, passed_s: float) -> Reset:
-    """Return the reset passed_s later; its command stays until a new sample has `swung` it."""
+def let_time_pass(reset: Reset, passed_s: float) -> Reset:
+    """Return the reset passed_s later; its command stays until a new sample has `swing_on` it."""
     return replace(reset, elapsed_s=reset.elapsed_s + max(passed_s, 0.0))
 
 
-def swung(reset: Reset, state: RigState, applied: float, gap_s: float, plan: SwingDown) -> Reset:
+def swing_on(
+    reset: Reset, state: RigState, applied: float, gap_s: float, plan: SwingDown
+) -> Reset:
     """Return the reset after a new sample, gap_s after the last, between which `applied` (PWM fraction) was sent.
 
     The command lets the cart be while nothing moves.
     """
     step = min(max(gap_s, 0.0), LONGEST_STEP_S)
-    resting, standing = at_rest(state, plan.rest), zero_wrong(state, plan.rest)
+    resting, standing = is_at_rest(state, plan.rest), is_zero_wrong(state, plan.rest)
     quiet = resting or standing
     reset = (
         replace(reset, cart_m_s=state.cart_m_s)
         if quiet
-        else _observed(reset, state, applied * plan.way, step, plan)
+        else _observe(reset, state, applied * plan.way, step, plan)
     )
-    wanted = _wanted(state, plan)
-    pushing = reset.bias if quiet else wanted + _unseen(reset, state, wanted, plan)
-    pwm = pushing + reset.dead * clipped(pushing / plan.narrow, 1.0)
+    wanted = _compute_wanted(state, plan)
+    pushing = reset.bias if quiet else wanted + _compute_unseen(reset, state, wanted, plan)
+    pwm = pushing + reset.dead * clip(pushing / plan.narrow, 1.0)
     return replace(
         reset,
         at_rest=reset.at_rest + 1 if resting else 0,
         standing_s=reset.standing_s + step if standing else 0.0,
-        pwm=plan.way * clipped(pwm, plan.limit),
+        pwm=plan.way * clip(pwm, plan.limit),
     )
 
 
-def ended(reset: Reset, plan: SwingDown) -> Reason | None:
+def find_end(reset: Reset, plan: SwingDown) -> Reason | None:
     """Return how a reset has ended by itself: done, with a wrong zero, or late; None while it goes on."""
     if reset.at_rest >= plan.rest.samples:
         return Reason.RESET_DONE
@@ -161,42 +163,42 @@ def ended(reset: Reset, plan: SwingDown) -> Reason | None:
     return None if reset.elapsed_s <= plan.deadline_s else Reason.RESET_LATE
 
 
-def given_up(silence: Reason | None, stopped: bool) -> Reason | None:
+def find_obstacle(silence: Reason | None, stopped: bool) -> Reason | None:
     """Return why no reset may begin or go on, or None: a latched stop wins, then a silent rig."""
     if stopped:
         return Reason.RESET_STOPPED
     return None if silence is None else Reason.RESET_SILENT
 
 
-def at_rest(state: RigState, rest: Rest) -> bool:
+def is_at_rest(state: RigState, rest: Rest) -> bool:
     """Tell whether the pendulum hangs still in the middle of the rail in this sample."""
     return (
-        still(state, rest)
+        is_still(state, rest)
         and abs(state.cart_m) <= rest.cart_m
         and abs(state.from_hanging_rad) <= rest.pole_rad
     )
 
 
-def still(state: RigState, rest: Rest) -> bool:
+def is_still(state: RigState, rest: Rest) -> bool:
     """Tell whether neither cart nor pole moves in this sample."""
     return abs(state.cart_m_s) <= rest.cart_m_s and abs(state.pole_rad_s) <= rest.pole_rad_s
 
 
-def zero_wrong(state: RigState, rest: Rest) -> bool:
+def is_zero_wrong(state: RigState, rest: Rest) -> bool:
     """Tell whether the pole is still although it is not at pi (or whole turns from there), in this sample.
 
     A swinging pole is so for a moment where it turns back; only one that stays so has a wrong
     zero.
     """
-    return still(state, rest) and abs(state.from_hanging_rad) > rest.pole_rad
+    return is_still(state, rest) and abs(state.from_hanging_rad) > rest.pole_rad
 
 
-def clipped(value: float, most: float) -> float:
+def clip(value: float, most: float) -> float:
     """Return the value, or the nearest one from -most to most."""
     return min(max(value, -most), most)
 
 
-def _wanted(state: RigState, plan: SwingDown) -> float:
+def _compute_wanted(state: RigState, plan: SwingDown) -> float:
     """Return the command for the acceleration that is wanted (see the module), if the rig were as its constants say."""
     centring = plan.position_1_s2 * state.cart_m + plan.velocity_1_s * state.cart_m_s
     wanted = (
@@ -205,13 +207,13 @@ def _wanted(state: RigState, plan: SwingDown) -> float:
     return wanted * plan.per_m_s2 + plan.friction * state.cart_m_s
 
 
-def _unseen(reset: Reset, state: RigState, wanted: float, plan: SwingDown) -> float:
+def _compute_unseen(reset: Reset, state: RigState, wanted: float, plan: SwingDown) -> float:
     """Return the command against what the motion does not show; dry friction acts against where the cart is going."""
     going = state.cart_m_s + plan.ahead_s * wanted / plan.per_m_s2
-    return reset.bias + reset.dry * clipped(going / plan.slow_m_s, 1.0)
+    return reset.bias + reset.dry * clip(going / plan.slow_m_s, 1.0)
 
 
-def _observed(
+def _observe(
     reset: Reset, state: RigState, applied: float, step_s: float, plan: SwingDown
 ) -> Reset:
     """Return the reset with what the cart's motion since the last sample says about the command that was applied.
@@ -230,7 +232,7 @@ def _observed(
     acceleration = (state.cart_m_s - reset.cart_m_s) / step_s
     lost = applied - acceleration * plan.per_m_s2 - plan.friction * state.cart_m_s
     way = math.copysign(1.0, state.cart_m_s)
-    error = lost - reset.bias - way * reset.dry - clipped(applied, reset.dead)
+    error = lost - reset.bias - way * reset.dry - clip(applied, reset.dead)
     dry = reset.dry + way * error * min(step_s / plan.dry_s, 1.0)
     bias = reset.bias + error * min(step_s / plan.bias_s, 1.0)
     dead = reset.dead
@@ -244,6 +246,6 @@ def _observed(
         reset,
         cart_m_s=state.cart_m_s,
         dry=min(max(dry, 0.0), most),
-        bias=clipped(bias, most),
+        bias=clip(bias, most),
         dead=min(max(dead, 0.0), plan.most_dead * plan.limit),
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 
 
-def ways(effects: Collection[str]) -> tuple[int, int]:
+def find_ways(effects: Collection[str]) -> tuple[int, int]:
     """Return way and pole_way (see RailGuard) of a rig with these effects, by their names in the twin file."""
     command, cart, pole = (
         -1 if name in effects else 1

@@ -20,17 +20,17 @@ class Stop:
     dropped: int = 0
 
 
-def pressed(stop: Stop) -> Stop:
+def press_stop(stop: Stop) -> Stop:
     """Return the stop latched; pressed once more, it wants a command of 0 once more."""
     return replace(stop, latched=True, zero_seen=False)
 
 
-def dropping(stop: Stop, command: float) -> Stop:
+def drop_command(stop: Stop, command: float) -> Stop:
     """Return a latched stop after a command, which it drops, and of which it keeps only whether it was 0."""
     return replace(stop, zero_seen=command == 0, dropped=stop.dropped + 1)
 
 
-def cleared(stop: Stop) -> tuple[Stop, Reason]:
+def clear_stop(stop: Stop) -> tuple[Stop, Reason]:
     """Return the stop after somebody asked to clear it, and what came of that.
 
     It stays latched unless the last command was 0: whoever still sends something else would move

@@ -28,14 +28,14 @@ class Writers:
     two_until_s: float | None = None
 
 
-def heard(number: int, now_s: float, writers: Writers) -> Writers:
+def hear_writer(number: int, now_s: float, writers: Writers) -> Writers:
     """Return the writers after a message with this number.
 
     It belongs to the row that it takes furthest the least, since messages may be lost: each row
     only grows.
     """
     rows = tuple(row for row in writers.rows if 0.0 <= now_s - row.heard_s < TOGETHER_S)
-    own = min(reversed(rows), key=lambda row: _skipped(number, row), default=None)
+    own = min(reversed(rows), key=lambda row: _count_skipped(number, row), default=None)
     message = Row(number, now_s)
     if own is None or number <= own.number:
         return Writers((*rows, message), writers.two_until_s)
@@ -44,11 +44,11 @@ def heard(number: int, now_s: float, writers: Writers) -> Writers:
     return Writers((*others, message), now_s + TOGETHER_S if goes_on else writers.two_until_s)
 
 
-def two(writers: Writers, now_s: float) -> bool:
+def has_two_writers(writers: Writers, now_s: float) -> bool:
     """Tell whether two writers send at the same time."""
     return writers.two_until_s is not None and now_s < writers.two_until_s
 
 
-def _skipped(number: int, row: Row) -> float:
+def _count_skipped(number: int, row: Row) -> float:
     """Return how far a message would take a row; infinite when it cannot belong there."""
     return number - row.number if number > row.number else float("inf")

@@ -38,42 +38,42 @@ class Ages:
     sample_s: float | None = None
 
 
-def passed_s(ages: Ages, now_s: float) -> float:
+def compute_passed_s(ages: Ages, now_s: float) -> float:
     """Return the time since the last look at the clock, s; 0 when the clock has jumped back."""
     return max(now_s - ages.now_s, 0.0)
 
 
-def aged(ages: Ages, now_s: float) -> Ages:
+def advance_ages(ages: Ages, now_s: float) -> Ages:
     """Return the ages at a later look at the clock."""
-    step = passed_s(ages, now_s)
+    step = compute_passed_s(ages, now_s)
     return Ages(
         now_s, *(None if age is None else age + step for age in (ages.command_s, ages.sample_s))
     )
 
 
-def command_came(ages: Ages, now_s: float | None = None) -> Ages:
+def note_command(ages: Ages, now_s: float | None = None) -> Ages:
     """Return the ages with a command that came at this moment, or at now_s, later than the last look at the clock."""
-    return replace(ages, command_s=0.0 if now_s is None else -passed_s(ages, now_s))
+    return replace(ages, command_s=0.0 if now_s is None else -compute_passed_s(ages, now_s))
 
 
-def command_forgotten(ages: Ages) -> Ages:
+def forget_command(ages: Ages) -> Ages:
     """Return the ages with no command to hold."""
     return replace(ages, command_s=None)
 
 
-def sample_came(ages: Ages, ago_s: float = 0.0) -> Ages:
+def note_sample(ages: Ages, ago_s: float = 0.0) -> Ages:
     """Return the ages with a sample that came at this moment, or so long ago."""
     return replace(ages, sample_s=ago_s)
 
 
-def silence(ages: Ages, timeouts: Timeouts) -> Reason | None:
+def find_silence(ages: Ages, timeouts: Timeouts) -> Reason | None:
     """Return why the rig counts as silent, or None while it is heard."""
     if ages.sample_s is None:
         return Reason.NO_SAMPLE_YET
     return None if ages.sample_s <= timeouts.sample_s else Reason.RIG_SILENT
 
 
-def command_missing(ages: Ages, timeouts: Timeouts) -> Reason | None:
+def find_missing_command(ages: Ages, timeouts: Timeouts) -> Reason | None:
     """Return why there is no command to apply, or None while there is one that is fresh."""
     if ages.command_s is None:
         return Reason.NO_COMMAND_YET

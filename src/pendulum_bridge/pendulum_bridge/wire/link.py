@@ -118,7 +118,7 @@ class Link:
 
     def drop_waiting(self) -> int:
         """Drop the samples that are there already, and return how many they were."""
-        dropped = len(self._port.waiting())
+        dropped = len(self._port.take_waiting())
         self._late += dropped
         return dropped
 

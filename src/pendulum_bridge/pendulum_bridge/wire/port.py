@@ -21,7 +21,7 @@ class Port[Packet](Protocol):
     def receive(self, deadline: float) -> Packet | None:
         """Return the oldest packet not yet seen, or None at the deadline (a time of `time.monotonic`, in s)."""
 
-    def waiting(self) -> list[Packet]:
+    def take_waiting(self) -> list[Packet]:
         """Return the packets that are there already, oldest first, without waiting."""
 
     def close(self) -> None:

@@ -28,7 +28,7 @@ class Command:
     reset: bool = False
 
     def __post_init__(self) -> None:
-        _finite("command", (self.pwm,))
+        _check_finite("command", (self.pwm,))
 
     def pack(self) -> bytes:
         """Return the command's 16 bytes: PWM, then 1 or 0 for reset."""
@@ -37,7 +37,7 @@ class Command:
     @staticmethod
     def unpack(packet: bytes) -> Command:
         """Return a packet's command; raise BadInputError for a wrong length, NaN, infinity or a flag but 0 and 1."""
-        pwm, flag = _numbers("command", COMMAND, packet)
+        pwm, flag = _unpack_numbers("command", COMMAND, packet)
         if flag not in (0.0, 1.0):
             raise BadInputError(f"command: expected the reset flag to be 0 or 1, found {flag:g}")
         return Command(pwm, flag == 1.0)
@@ -58,7 +58,7 @@ class Sample:
     cart_velocity: float
 
     def __post_init__(self) -> None:
-        _finite("sample", astuple(self))
+        _check_finite("sample", astuple(self))
 
     def pack(self) -> bytes:
         """Return the sample's 32 bytes, in the order of the fields."""
@@ -67,20 +67,20 @@ class Sample:
     @staticmethod
     def unpack(packet: bytes) -> Sample:
         """Return a packet's sample; raise BadInputError for a wrong length, NaN or infinity."""
-        return Sample(*_numbers("sample", SAMPLE, packet))
+        return Sample(*_unpack_numbers("sample", SAMPLE, packet))
 
 
-def _numbers(name: str, layout: struct.Struct, packet: bytes) -> tuple[float, ...]:
+def _unpack_numbers(name: str, layout: struct.Struct, packet: bytes) -> tuple[float, ...]:
     if len(packet) != layout.size:
         raise BadInputError(
             f"{name}: expected a packet of {layout.size} bytes, found {len(packet)}"
         )
     numbers = layout.unpack(packet)
-    _finite(name, numbers)
+    _check_finite(name, numbers)
     return numbers
 
 
-def _finite(name: str, numbers: tuple[float, ...]) -> None:
+def _check_finite(name: str, numbers: tuple[float, ...]) -> None:
     for number in numbers:
         if not math.isfinite(number):
             raise BadInputError(f"{name}: expected finite numbers, found {number}")

@@ -11,13 +11,13 @@ from collections.abc import Iterable
 # Linux's number on all but a few old machines; Python does not name it
 SO_TIMESTAMPNS = 35
 TIMESPEC = struct.Struct("@qq")  # seconds, nanoseconds
-ROOM = socket.CMSG_SPACE(TIMESPEC.size) if sys.platform == "linux" else 0
+ANCILLARY_BYTES = socket.CMSG_SPACE(TIMESPEC.size) if sys.platform == "linux" else 0
 
 Ancillary = Iterable[tuple[int, int, bytes]]
 
 
-def ask_for_times(opened: socket.socket) -> None:
-    """Have the kernel note when packets come; where it cannot, `received_ns` gives the time of reading."""
+def request_arrival_times(opened: socket.socket) -> None:
+    """Have the kernel note when packets come; where it cannot, `read_arrival_ns` gives the time of reading."""
     if sys.platform == "linux":
         try:
             opened.setsockopt(socket.SOL_SOCKET, SO_TIMESTAMPNS, 1)
@@ -25,7 +25,7 @@ def ask_for_times(opened: socket.socket) -> None:
             return
 
 
-def received_ns(ancillary: Ancillary) -> int:
+def read_arrival_ns(ancillary: Ancillary) -> int:
     """Return when a packet came (ns of the system's clock), from what `recvmsg` gave beside it."""
     for level, kind, data in ancillary:
         if (level, kind, len(data)) == (socket.SOL_SOCKET, SO_TIMESTAMPNS, TIMESPEC.size):

@@ -5,7 +5,11 @@ from __future__ import annotations
 import contextlib
 import socket
 
-from pendulum_bridge.wire.receive_time import ROOM, ask_for_times, received_ns
+from pendulum_bridge.wire.receive_time import (
+    ANCILLARY_BYTES,
+    request_arrival_times,
+    read_arrival_ns,
+)
 
 BROKEN_MS = 1000  # what stays unacknowledged for so long breaks the connection: a rig without power says nothing
 
@@ -18,7 +22,7 @@ class Stream:
         connected.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         if hasattr(socket, "TCP_USER_TIMEOUT"):
             connected.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, BROKEN_MS)
-        ask_for_times(connected)
+        request_arrival_times(connected)
         self._socket, self._size = connected, size
         self._coming, self._going = b"", b""  # parts of a frame
 
@@ -37,21 +41,23 @@ class Stream:
             if not self._going:
                 self._going = frame[self._socket.send(frame) :]
 
-    def next(self) -> tuple[bytes, int] | None:
+    def take_frame(self) -> tuple[bytes, int] | None:
         """Return the next frame that is there, and when its last byte came (ns of the system's clock); None for none.
 
         Raises OSError when the connection is broken or was closed.
         """
         try:
             while len(self._coming) < self._size:
-                part, ancillary, _, _ = self._socket.recvmsg(self._size - len(self._coming), ROOM)
+                part, ancillary, _, _ = self._socket.recvmsg(
+                    self._size - len(self._coming), ANCILLARY_BYTES
+                )
                 if not part:
                     raise ConnectionResetError("closed by the other side")
                 self._coming += part
         except BlockingIOError:
             return None
         frame, self._coming = self._coming, b""
-        return frame, received_ns(ancillary)
+        return frame, read_arrival_ns(ancillary)
 
     def shut(self) -> None:
         """End the connection, whoever else still holds the socket; it has to be closed yet."""

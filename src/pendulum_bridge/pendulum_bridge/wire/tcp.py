@@ -13,14 +13,14 @@ from threading import Lock
 from pendulum_bridge.wire.link import Link
 from pendulum_bridge.wire.protocol import SAMPLE, Sample
 from pendulum_bridge.wire.stream import Stream
-from pendulum_bridge.wire.udp import MOST_AT_ONCE, Address, number_of
+from pendulum_bridge.wire.udp import MOST_PACKETS_AT_ONCE, Address, resolve_host
 from pendulum_twin.errors import BadInputError
 
 CONNECT_S = 1.0  # given to one attempt
-AGAIN_S = 0.2  # from the end of one attempt or connection to the next attempt
+RETRY_S = 0.2  # from the end of one attempt or connection to the next attempt
 
 
-def tcp_link(rig: Address) -> Link:
+def open_tcp_link(rig: Address) -> Link:
     """Return a link to a rig that listens for one connection.
 
     The first attempt is made at once and may take CONNECT_S. Without a connection `connected` is
@@ -38,7 +38,7 @@ class TcpPort[Packet]:
     """
 
     def __init__(self, peer: Address, size: int, unpack: Callable[[bytes], Packet]) -> None:
-        self._address, self._where = (number_of(peer), peer.port), peer
+        self._address, self._where = (resolve_host(peer), peer.port), peer
         self._size, self._unpack = size, unpack
         self._lock = Lock()  # while sending, and while the stream is exchanged
         self._stream: Stream | None = None
@@ -101,11 +101,11 @@ class TcpPort[Packet]:
                 return None
             self._wait(left)
 
-    def waiting(self) -> list[Packet]:
+    def take_waiting(self) -> list[Packet]:
         """Return the packets that are there already, oldest first, without waiting."""
         self._reach()
         packets: list[Packet] = []
-        while len(packets) < MOST_AT_ONCE and (came := self._next()) is not None:
+        while len(packets) < MOST_PACKETS_AT_ONCE and (came := self._next()) is not None:
             packets.append(came[0])
         return packets
 
@@ -117,7 +117,7 @@ class TcpPort[Packet]:
     def _next(self) -> tuple[Packet, int] | None:
         while self._stream is not None:
             try:
-                came = self._stream.next()
+                came = self._stream.take_frame()
             except OSError as error:
                 self._exchange(None)
                 reason = error.strerror or str(error)
@@ -182,7 +182,7 @@ class TcpPort[Packet]:
     def _give_up(self, trouble: str) -> None:
         if self._attempt is not None:
             self._attempt.close()
-        self._attempt, self._again, self._trouble = None, time.monotonic() + AGAIN_S, trouble
+        self._attempt, self._again, self._trouble = None, time.monotonic() + RETRY_S, trouble
 
     def _exchange(self, stream: Stream | None) -> None:
         with self._lock:

@@ -9,11 +9,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Self
 
-from pendulum_bridge.wire.receive_time import ROOM, ask_for_times, received_ns
+from pendulum_bridge.wire.receive_time import (
+    ANCILLARY_BYTES,
+    request_arrival_times,
+    read_arrival_ns,
+)
 from pendulum_twin.errors import BadInputError
 
 LONGEST_PACKET = 64  # bytes; a longer one arrives cut to this, and is still of a wrong length
-MOST_AT_ONCE = 1000  # packets looked at before other work goes on, whatever still comes in
+MOST_PACKETS_AT_ONCE = 1000  # packets looked at before other work goes on, whatever still comes in
 
 
 @dataclass(frozen=True)
@@ -31,7 +35,7 @@ RIG = Address("127.0.0.1", 16384)  # where the rig listens
 USER = Address("127.0.0.1", 16385)  # where the rig sends its samples
 
 
-def address_of(text: str) -> Address:
+def parse_address(text: str) -> Address:
     """Return the address that HOST:PORT gives; raise BadInputError for anything else."""
     host, _, port = text.rpartition(":")
     if not host or not port.isascii() or not port.isdigit() or not 1 <= int(port) <= 65535:
@@ -56,10 +60,10 @@ class Endpoint[Packet]:
         unpack: Callable[[bytes], Packet],
         peer_port: int | None = None,
     ) -> None:
-        self._peer = (number_of(peer), peer.port)
+        self._peer = (resolve_host(peer), peer.port)
         self._peer_port, self._unpack = peer_port, unpack
-        self._socket = bound(listen, socket.SOCK_DGRAM)
-        ask_for_times(self._socket)
+        self._socket = bind_socket(listen, socket.SOCK_DGRAM)
+        request_arrival_times(self._socket)
         self.malformed = 0
         self.foreign = 0
         self.stranger: Address | None = None  # who sent the last foreign packet
@@ -128,10 +132,10 @@ class Endpoint[Packet]:
             if came is not None or not left:
                 return came
 
-    def waiting(self) -> list[Packet]:
+    def take_waiting(self) -> list[Packet]:
         """Return the peer's packets that are there already, oldest first, without waiting."""
         packets = []
-        for _ in range(MOST_AT_ONCE):
+        for _ in range(MOST_PACKETS_AT_ONCE):
             if not select.select([self._socket], [], [], 0)[0]:
                 break
             came = self._next()
@@ -141,7 +145,9 @@ class Endpoint[Packet]:
 
     def _next(self) -> tuple[Packet, int] | None:
         try:
-            packet, ancillary, _, (host, port) = self._socket.recvmsg(LONGEST_PACKET, ROOM)
+            packet, ancillary, _, (host, port) = self._socket.recvmsg(
+                LONGEST_PACKET, ANCILLARY_BYTES
+            )
         except OSError:
             return None  # it was announced, but its checksum was wrong
         if host != self._peer[0] or self._peer_port not in (None, port):
@@ -149,13 +155,13 @@ class Endpoint[Packet]:
             self.stranger = Address(host, port)
             return None
         try:
-            return self._unpack(packet), received_ns(ancillary)
+            return self._unpack(packet), read_arrival_ns(ancillary)
         except BadInputError:
             self.malformed += 1
             return None
 
 
-def bound(listen: Address, kind: socket.SocketKind) -> socket.socket:
+def bind_socket(listen: Address, kind: socket.SocketKind) -> socket.socket:
     """Return a socket of a kind at this address that never waits, one for streams listening already.
 
     Raises BadInputError when the address cannot be used.
@@ -167,7 +173,7 @@ def bound(listen: Address, kind: socket.SocketKind) -> socket.socket:
             kind == socket.SOCK_STREAM
         ):  # what is left of earlier connections does not keep it from being used again
             opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        opened.bind((number_of(listen), listen.port))
+        opened.bind((resolve_host(listen), listen.port))
         if kind == socket.SOCK_STREAM:
             opened.listen()
     except (OSError, BadInputError) as error:
@@ -180,7 +186,7 @@ def bound(listen: Address, kind: socket.SocketKind) -> socket.socket:
     return opened
 
 
-def number_of(address: Address) -> str:
+def resolve_host(address: Address) -> str:
     """Return the number of an address's host; raise BadInputError for one that nobody knows."""
     try:
         return socket.gethostbyname(address.host)

@@ -9,7 +9,7 @@ from rclpy.task import Future
 from pendulum_bridge.nodes.pendulum_client import PendulumClient
 
 
-class Resetting:
+class ResetSequence:
     """Reset the pendulums in order; the next begins when the one before hangs at rest."""
 
     def __init__(self, pendulums: Sequence[PendulumClient], timeout_s: float) -> None:

@@ -12,7 +12,7 @@ from std_srvs.srv import Trigger
 from pendulum_bridge.view.server import Answer
 
 
-async def asked(client: Client, deadline_s: float) -> Answer:
+async def call_trigger(client: Client, deadline_s: float) -> Answer:
     """Return what a Trigger service says, or why it says nothing; the client's node is spun by another thread."""
     name = client.service_name
     if not client.service_is_ready():
