@@ -15,7 +15,7 @@ from pendulum_bridge.wire.tcp import open_tcp_link
 from pendulum_bridge.wire.udp import Address
 
 TWIN = Path(__file__).parents[2] / "config" / "inteco.yaml"
-LONG_S = 30.0
+LONG_S = 120.0
 
 
 def udp_socket() -> socket.socket:

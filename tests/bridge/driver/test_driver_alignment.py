@@ -86,6 +86,7 @@ def error_m(states: np.ndarray, commands: np.ndarray) -> float:
     return float(np.median(np.abs(np.diff(run[:, 0] - states[:, 0], 2))))
 
 
+@pytest.mark.wall_time
 def test_a_shift_of_one_step_between_command_and_sample_shows(recorded: Recorded) -> None:
     states, commands, answers = recorded.states, recorded.commands, recorded.answers
     assert len(states) > 0.8 * SAMPLES and np.ptp(states[:, 0]) > 0.005

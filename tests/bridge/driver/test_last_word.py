@@ -20,7 +20,7 @@ from pendulum_bridge.wire.tcp import open_tcp_link
 from pendulum_bridge.wire.udp import Address
 from pendulum_twin.errors import BadInputError
 
-LONG_S = 20.0
+LONG_S = 120.0
 ZERO, DRIVEN = Command(0.0).pack(), Command(0.3).pack()
 
 # A driver in small: it sends 0.3 every 10 ms and says that it is well. Arguments: udp or tcp, the
@@ -164,6 +164,7 @@ def test_a_killed_driver_leaves_pwm_0(driven, way: str) -> None:
     assert rig.command(0.05) in (None, b"")
 
 
+@pytest.mark.wall_time
 @pytest.mark.parametrize("way", ["udp", "tcp"])
 def test_a_stopped_driver_leaves_pwm_0_and_is_watched_again_when_it_goes_on(
     driven, way: str
@@ -230,6 +231,7 @@ def test_a_companion_that_was_killed_is_seen(alone: tuple[Rig, Link]) -> None:
         word.alive()
 
 
+@pytest.mark.wall_time
 def test_a_stopped_companion_holds_nobody_up(alone: tuple[Rig, Link]) -> None:
     _, link = alone
     with LastWord(link, ZERO, silence_s=60.0) as word:

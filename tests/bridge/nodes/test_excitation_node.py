@@ -23,7 +23,7 @@ from support.excitation_bench import (  # noqa: E402
     make,
     written,
 )
-from support.ros_graph import Graph  # noqa: E402
+from support.ros_graph import DEADLINE_S, Graph  # noqa: E402
 
 from pendulum_bridge.excitation.playback import SAMPLES_A_LOOK  # noqa: E402
 from pendulum_bridge.excitation.run import Stage  # noqa: E402
@@ -201,7 +201,7 @@ def program(ros: Graph, plan: str, *more: str) -> subprocess.Popen:
 def ended(ros: Graph, node: subprocess.Popen) -> tuple[int, str]:
     """Serve the graph until a program has ended; return its status and what it said on stderr."""
     ros.until(lambda: node.poll() is not None, "the end of the program", 60.0)
-    return node.returncode, node.communicate(timeout=60)[1]
+    return node.returncode, node.communicate(timeout=DEADLINE_S)[1]
 
 
 def test_a_program_that_has_played_all_ends_with_0(ros: Graph, planned) -> None:

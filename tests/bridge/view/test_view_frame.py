@@ -71,7 +71,7 @@ def test_silence_is_told_after_half_a_second_and_nothing_old_is_plotted() -> Non
 
 
 def test_who_was_never_heard_is_waited_for_and_who_is_not_there_is_left_out() -> None:
-    moment = make_frame(Board("/lab/rig", None).snapshot(0.0))
+    moment = make_frame(Board("/lab/rig", None).take_snapshot(0.0))
     assert moment["rig"]["state"] == "never" and moment["twin"] is None
     assert (
         moment["rig"]["notice"] == "No sample of /lab/rig yet: waiting for /lab/rig/joint_states."

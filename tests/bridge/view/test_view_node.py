@@ -16,7 +16,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue  # n
 from sensor_msgs.msg import JointState  # noqa: E402
 from std_msgs.msg import Bool, Float64  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
-from support.ros_graph import Graph  # noqa: E402
+from support.ros_graph import DEADLINE_S, Graph  # noqa: E402
 
 from pendulum_bridge.nodes.trigger_call import call_trigger  # noqa: E402
 from pendulum_bridge.nodes.view_node import ViewNode  # noqa: E402
@@ -221,22 +221,22 @@ def test_a_signal_ends_it_cleanly_and_frees_the_port(ros: Graph, number: signal.
     said = program.stderr.readline()
     address = re.search(r"serves (http://127\.0\.0\.1:\d+/)", said)
     assert address, said
-    with urlopen(address[1], timeout=30) as page:
+    with urlopen(address[1], timeout=DEADLINE_S) as page:
         assert page.status == 200
     if number is signal.SIGTERM:  # a second one finds the port taken
         port = address[1].rsplit(":", 1)[1].rstrip("/")
         second = ros.start(MODULE, "--ros-args", "-p", f"port:={port}")
-        _, why = second.communicate(timeout=60)
+        _, why = second.communicate(timeout=DEADLINE_S)
         assert second.returncode == 1
         assert (
             f"view_node: port: expected a free port of 127.0.0.1, found {port} in use" in why
             and "Traceback" not in why
         )
     program.send_signal(number)
-    _, said = program.communicate(timeout=60)
+    _, said = program.communicate(timeout=DEADLINE_S)
     assert program.returncode == 0 and said == ""
     with pytest.raises(OSError, match="refused"):
-        urlopen(address[1], timeout=30)
+        urlopen(address[1], timeout=DEADLINE_S)
 
 
 def test_the_page_tells_what_the_node_hears(ros: Graph, view: ViewNode) -> None:

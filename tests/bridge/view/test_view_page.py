@@ -38,7 +38,7 @@ OPTIONS = (
     "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run", "--disable-component-update",
     "--disable-sync",
 )  # fmt: skip
-DEADLINE_MS = 30_000
+DEADLINE_MS = 120_000
 
 pytestmark = pytest.mark.skipif(
     CHROMIUM is None, reason="no chromium on PATH: install Debian's package chromium"
@@ -266,7 +266,7 @@ def serving(port: int) -> Serving:
         return Answer(True, f"{button} was asked")
 
     def make() -> Any:
-        feed = Feed(Board("/rig", "/twin").snapshot)
+        feed = Feed(Board("/rig", "/twin").take_snapshot)
         return make_app(view.Page("127.0.0.1", feed, press, monotonic, print))
 
     return Serving(open_listener("127.0.0.1", port), make, print)

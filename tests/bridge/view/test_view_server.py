@@ -16,12 +16,12 @@ from support.paths import ROOT
 
 from pendulum_bridge.view.board import Board
 from pendulum_bridge.view.feed import HISTORY_S, RATE_HZ, Feed
-from pendulum_bridge.view.same_origin import is_loopback, find_refusal
+from pendulum_bridge.view.same_origin import find_refusal, is_loopback
 from pendulum_bridge.view.server import BUTTONS, Answer, Page, make_app
-from pendulum_bridge.view.serving import Serving, open_listener, format_url
+from pendulum_bridge.view.serving import Serving, format_url, open_listener
 from pendulum_twin.errors import BadInputError
 
-DEADLINE_S = 30.0
+DEADLINE_S = 120.0
 
 
 class Server:
@@ -37,7 +37,7 @@ class Server:
         self.serving = Serving(taken, lambda: self.make(options), self.complaints.append)
 
     def make(self, options: dict[str, Any]) -> Any:
-        feed = Feed(Board("/rig", "/twin").snapshot)
+        feed = Feed(Board("/rig", "/twin").take_snapshot)
         self.page = Page(
             "127.0.0.1", feed, self.press, monotonic, self.complaints.append, **options
         )

@@ -42,13 +42,32 @@ def test_samples_there_and_back(sample: Sample) -> None:
     assert Sample.unpack(sample.pack()) == sample
 
 
-@given(st.binary(max_size=80))
+def pack_command(pwm: bytes, flag: float) -> bytes:
+    return pwm + struct.pack(">d", flag)
+
+
+LIKELY = st.one_of(
+    st.binary(max_size=80),
+    st.binary(min_size=32, max_size=32),
+    st.builds(pack_command, st.binary(min_size=8, max_size=8), st.sampled_from([0.0, -0.0, 1.0])),
+)
+
+
+@given(LIKELY)
 def test_any_bytes_are_a_packet_or_refused_in_a_sentence(packet: bytes) -> None:
     for kind in (Command, Sample):
         try:
-            assert kind.unpack(packet).pack() == packet or kind is Command  # -0 is a flag of 0
+            unpacked = kind.unpack(packet)
         except BadInputError as error:
             assert re.match("(command|sample): expected ", str(error))
+            continue
+        minus_0 = kind is Command and packet[8:] == struct.pack(">d", -0.0)  # a flag of 0, too
+        assert unpacked.pack() == (packet[:8] + bytes(8) if minus_0 else packet)
+
+
+@pytest.mark.parametrize("flag", [0.0, -0.0, 1.0])
+def test_every_flag_of_the_protocol_is_read(flag: float) -> None:
+    assert Command.unpack(struct.pack(">dd", 0.25, flag)) == Command(0.25, flag == 1.0)
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])

@@ -108,6 +108,7 @@ def test_a_sample_has_the_time_at_which_it_came(bench: Bench) -> None:
     assert before_ns <= arrival.arrival_ns <= time.time_ns()
 
 
+@pytest.mark.wall_time
 def test_silence_ends_at_the_deadline(bench: Bench) -> None:
     begin = time.monotonic()
     assert bench.receive(0.05) is None and bench.receive(-1.0) is None
@@ -128,6 +129,7 @@ def test_a_sample_from_before_the_command_is_never_its_answer(bench: Bench) -> N
     assert bench.link.counts == Counts(received=1, late=1)
 
 
+@pytest.mark.wall_time
 def test_who_does_not_read_holds_nobody_up_and_gets_whole_frames() -> None:
     size, count = 1000, 20_000
     with listener() as listening, socket.create_connection(listening.getsockname()) as other:
@@ -170,6 +172,7 @@ def refused(link: Link, why: str) -> None:
     assert time.monotonic() - begin < A_MOMENT_S
 
 
+@pytest.mark.wall_time
 def test_nobody_there_is_a_sentence_and_is_found_once_there() -> None:
     with listener() as probe:
         port = probe.getsockname()[1]
@@ -192,6 +195,7 @@ def test_nobody_there_is_a_sentence_and_is_found_once_there() -> None:
         rig.close()
 
 
+@pytest.mark.wall_time
 def test_a_broken_connection_is_a_sentence_and_is_made_anew(bench: Bench) -> None:
     bench.rig.sendall(SAMPLES[0].pack() + SAMPLES[1].pack()[:20])
     bench.rig.close()
@@ -331,6 +335,7 @@ def test_the_emulator_over_tcp_outlives_a_connection_and_holds_its_last_command(
     assert "11 samples sent, 11 commands taken, 0 malformed and 0 foreign" in emulator.end()
 
 
+@pytest.mark.wall_time
 def test_the_emulator_sends_over_tcp_in_real_time() -> None:
     emulator = Emulator("--rate", "100", tcp=True)
     try:
