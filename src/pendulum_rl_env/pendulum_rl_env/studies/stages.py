@@ -1,6 +1,6 @@
 """The stages from a concealed rig to a controlled one, each a program of its own room run as a user would run it.
 
-A trial folder (`pendulum_bridge.trials`) holds a rig: bag, seal and nominal twin. What is
+A trial folder (`pendulum_bridge.studies.trials`) holds a rig: bag, seal and nominal twin. What is
 concealed is known to the emulator alone; nothing here opens the seal.
 """
 
@@ -83,7 +83,7 @@ def conceal(
     if not folder.exists():
         drawn = ["--trials", "1", "--first", str(number), "--seed", str(seed), "--kinds", kinds]
         how = ["--out", str(out), "--twin", str(nominal), "--seconds", str(seconds)]
-        run([sys.executable, "-m", "pendulum_bridge.trials", *how, *drawn])
+        run([sys.executable, "-m", "pendulum_bridge.studies.trials", *how, *drawn])
     return ConcealedRig(folder)
 
 
