@@ -178,7 +178,7 @@ def test_drives_of_stretches_start_afresh():
 def test_time_goes_on_over_a_gap():
     """A gain that drifts has drifted on when the recording comes back after a gap."""
     twin = make_theta(Twin("drifting", THESIS, {"gain_drift": {"per_s": 0.01}}))[None]
-    gap = replace(recording(np.ones(20), 0.01), starts=(0, 10), begin_s=(0.0, 5.0))
+    gap = replace(recording(np.ones(20), 0.01), stretch_begins=(0, 10), begin_s=(0.0, 5.0))
     drives, _ = run_drive(gap, twin)
     np.testing.assert_allclose(drives[0, [0, 100]], [1.0, 1.05])
 
