@@ -20,9 +20,9 @@ from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.parameter_vector import NEUTRAL
 off, out = np.zeros(len(CATALOGUE), dtype=bool), np.empty(30)
 # the drive, for it compiles faster than the mechanics
-kernel.drive(np.ones(3), np.zeros(offsets[-1]), offsets, 1e-3, 10, 0, NEUTRAL.copy(), off, out)
+kernel.filter_command(np.ones(3), np.zeros(offsets[-1]), offsets, 1e-3, 10, 0, NEUTRAL.copy(), off, out)
 assert np.all(out == 1.0)
-print(sum(kernel.drive.stats.cache_hits.values()), sum(kernel.drive.stats.cache_misses.values()))
+print(sum(kernel.filter_command.stats.cache_hits.values()), sum(kernel.filter_command.stats.cache_misses.values()))
 print(machine_code.find_cache_folder())
 """
 

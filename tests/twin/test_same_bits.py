@@ -124,7 +124,7 @@ def mechanics(theta, width, laws, dry):
     drives, _ = run_drive(signals, theta[None])
     out, zeros = np.empty((3, 200, 4)), np.zeros(3, dtype=np.int64)
     starts = np.array(START) + 0.1 * np.arange(3)[:, None]
-    kernel.mechanics(
+    kernel.integrate_lanes(
         (0,) * width,
         laws,
         dry,

@@ -17,29 +17,29 @@ from pendulum_twin import elementary
 
 # Put into its caller by the compiler whatever its length: only then are lanes computed side by
 # side. No fastmath anywhere: every lane gives the same bits in whatever company it is computed.
-inlined = numba.njit(error_model="numpy", forceinline=True)
+compile_inline = numba.njit(error_model="numpy", forceinline=True)
 # The same for what is called from compiled code alone: half as long to compile.
-inner = numba.njit(
+compile_inner = numba.njit(
     error_model="numpy", forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True
 )
 
-sin_cos = inlined(elementary.sin_cos)
-exp = inlined(elementary.exp)
+sin_cos = compile_inline(elementary.sin_cos)
+exp = compile_inline(elementary.exp)
 
 
-@inner
+@compile_inner
 def compute_cart_load(coupling, w, sine):
     """Return the pole's centrifugal force on the cart, N."""
     return -coupling * w * w * sine
 
 
-@inner
+@compile_inner
 def compute_pole_weight(moment, gravity, sine):
     """Return gravity's torque on the pole, N m."""
     return moment * gravity * sine
 
 
-@inner
+@compile_inner
 def solve_accelerations(mass, coupling_cosine, inertia, force, torque, cart_free, pole_free):
     """Return v' and w' from all force and torque but the coupling's; free is 0 for a joint that sticks, else 1."""
     both = coupling_cosine * cart_free * pole_free

@@ -74,7 +74,7 @@ def run_drive(signals: Signals, theta: Floats) -> tuple[Floats, Ints]:
     Twins whose command and drive are the same share a row; the gain is not in it.
     """
     sub = kernel.count_substeps(signals.period_s)
-    _, first, row_of = np.unique(_filtering(theta), axis=0, return_index=True, return_inverse=True)
+    _, first, row_of = np.unique(_select_filter_columns(theta), axis=0, return_index=True, return_inverse=True)
     rows = np.empty((len(first), len(signals) * sub))
     clock_s = signals.clock_s
     for row, chosen in zip(rows, first, strict=True):
@@ -84,7 +84,7 @@ def run_drive(signals: Signals, theta: Floats) -> tuple[Floats, Ints]:
         for stretch in signals.stretches:
             steps = round(clock_s[stretch.start] / signals.period_s) * sub
             out = row[stretch.start * sub : stretch.stop * sub]
-            kernel.drive(
+            kernel.filter_command(
                 signals.command[stretch],
                 np.zeros(offsets[-1]),
                 offsets,
@@ -98,7 +98,7 @@ def run_drive(signals: Signals, theta: Floats) -> tuple[Floats, Ints]:
     return rows, row_of.reshape(-1).astype(np.int64)
 
 
-def _filtering(theta: Floats) -> Floats:
+def _select_filter_columns(theta: Floats) -> Floats:
     """Return the words that command and drive depend on; the base's only where a filter that is on asks for them."""
     columns = []
     on = find_active_effects(theta)
@@ -133,8 +133,8 @@ def run_mechanics(
     sub: int,
     out: Floats,
 ) -> None:
-    """Run the kernel's mechanics on lanes with the narrowest code that holds their effects; see `kernel.mechanics`."""
-    kernel.mechanics(
+    """Run the kernel's mechanics on lanes with the narrowest code that holds their effects; see `kernel.integrate_lanes`."""
+    kernel.integrate_lanes(
         (0,) * (1 if len(theta) == 1 else kernel.WIDTH),
         *select_kernel_code(theta),
         np.ascontiguousarray(drives),
@@ -149,7 +149,7 @@ def run_mechanics(
 
 
 def select_kernel_code(theta: Floats) -> tuple[tuple[int, ...] | None, bool]:
-    """Return laws and dry of `kernel.mechanics`: the least code that holds all effects of words (lanes, SIZE)."""
+    """Return laws and dry of `kernel.integrate_lanes`: the least code that holds all effects of words (lanes, SIZE)."""
     on = find_active_effects(theta)
     dry = bool(np.any(on & _STICKING))
     if not np.any(on & _MECHANICAL):
@@ -163,7 +163,7 @@ def apply_sensors(states: Floats, theta: Floats, t: Floats) -> Floats:
     t: (...) by the stamps, s from the start of the recording. Velocities are by the stamps, too;
     see also `apply_reporting`.
     """
-    return _by_stamps(
+    return _scale_rates(
         pass_through_sensors(states, theta, select_measuring_effects(theta), t), theta, 1.0
     )
 
@@ -175,16 +175,16 @@ def undo_sensors(states: Floats, theta: Floats, t: Floats) -> Floats:
         for e in reversed(select_measuring_effects(theta))
         if e.inverse is not None
     ]
-    return pass_through_sensors(_by_stamps(states, theta, -1.0), theta, effects, t)
+    return pass_through_sensors(_scale_rates(states, theta, -1.0), theta, effects, t)
 
 
-def _by_stamps(states: Floats, theta: Floats, power: float) -> Floats:
+def _scale_rates(states: Floats, theta: Floats, power: float) -> Floats:
     """Return states whose velocities are multiplied by a power of their lane's pace."""
     passed = compute_paces(theta)
     if np.all(passed == 1.0):
         return states
     states = states.copy()
-    states[..., RATES] *= (passed**power).reshape(_lanes_first(states))
+    states[..., RATES] *= (passed**power).reshape(_make_lane_shape(states))
     return states
 
 
@@ -232,11 +232,11 @@ def pass_through_sensors(
     x, th, v, w = (states[..., k] for k in range(4))
     for effect in effects:
         slot = SLOTS[effect.name]
-        columns = (theta[:, k].reshape(_lanes_first(x)) for k in range(slot.start, slot.stop))
+        columns = (theta[:, k].reshape(_make_lane_shape(x)) for k in range(slot.start, slot.stop))
         x, v, th, w = effect.law(x, v, th, w, t, *columns)
     return np.stack([x, th, v, w], axis=-1)
 
 
-def _lanes_first(values: Floats) -> tuple[int, ...]:
+def _make_lane_shape(values: Floats) -> tuple[int, ...]:
     """Return the shape in which a number a lane goes with values (lanes, ...)."""
     return (-1,) + (1,) * (values.ndim - 1)

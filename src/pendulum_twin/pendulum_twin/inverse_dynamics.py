@@ -11,8 +11,8 @@ from pendulum_twin.motion import (
     ALL_LAWS,
     add_cart_forces,
     add_pole_torques,
-    cart_level,
-    pole_level,
+    compute_cart_level,
+    compute_pole_level,
 )
 from pendulum_twin.parameter_vector import (
     CART_VISCOUS,
@@ -32,20 +32,20 @@ STANDING_SPEED_SHARE = (
 
 
 @kernel.compile_cached
-def _laws(x, th, v, w, p, out):  # type: ignore[no-untyped-def]
+def _fill_laws(x, th, v, w, p, out):  # type: ignore[no-untyped-def]
     for n in range(len(x)):
         cart_way, pole_way = np.sign(v[n]), np.sign(w[n])
         out[n, 0] = add_cart_forces(x[n], v[n], th[n], w[n], p, 0, 1, ALL_LAWS)
-        out[n, 0] -= cart_way * cart_level(abs(v[n]), x[n], cart_way, p, 0, 1, ALL_LAWS)
+        out[n, 0] -= cart_way * compute_cart_level(abs(v[n]), x[n], cart_way, p, 0, 1, ALL_LAWS)
         out[n, 1] = add_pole_torques(x[n], v[n], th[n], w[n], p, 0, 1, ALL_LAWS)
-        out[n, 1] -= pole_way * pole_level(abs(w[n]), th[n], pole_way, p, 0, 1, ALL_LAWS)
+        out[n, 1] -= pole_way * compute_pole_level(abs(w[n]), th[n], pole_way, p, 0, 1, ALL_LAWS)
 
 
 def evaluate_laws(signals: Signals, states: Floats, theta: Floats) -> Floats:
     """Return the force (N) and torque (N m) of the effects of cart and pole along measured states (n, 4), shape (n, 2)."""
     true = undo_sensors(states[None], theta[None], signals.clock_s)[0]
     out = np.empty((len(states), 2))
-    _laws(*(np.ascontiguousarray(true[:, k]) for k in range(4)), theta, out)
+    _fill_laws(*(np.ascontiguousarray(true[:, k]) for k in range(4)), theta, out)
     return out
 
 
@@ -72,7 +72,7 @@ def compute_missing_force(
         + theta[CART_VISCOUS] * v
         - laws[:, 0]
     )
-    force -= theta[FORCE_PER_PWM] * _drive_at_samples(signals, theta)
+    force -= theta[FORCE_PER_PWM] * _average_drive(signals, theta)
     torque = theta[INERTIA] * b - coupling * cosine * a - theta[MOMENT] * theta[GRAVITY] * sine
     torque += theta[POLE_VISCOUS] * w - laws[:, 1]
     usable = np.ones(len(signals), dtype=bool)
@@ -83,7 +83,7 @@ def compute_missing_force(
     return np.stack([force, torque], axis=1), usable
 
 
-def _drive_at_samples(signals: Signals, theta: Floats) -> Floats:
+def _average_drive(signals: Signals, theta: Floats) -> Floats:
     """Return what command and drive give around each sample: the mean of the periods before and after it."""
     sub = kernel.count_substeps(signals.period_s)
     rows, _ = run_drive(signals, theta[None])

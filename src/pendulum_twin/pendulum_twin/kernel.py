@@ -1,6 +1,6 @@
 """The three passes, compiled; the only place where time advances.
 
-`drive` runs command and drive once over a stretch and gives the force; `mechanics` integrates it,
+`filter_command` runs command and drive once over a stretch and gives the force; `integrate_lanes` integrates it,
 many lanes side by side (`motion.py`, `stick_slip.py`); the sensor's effects turn the true states
 into what would have been measured (`free_runs.py`). A lane is one run. Lanes are packed in blocks
 of constant width; every lane gives the same bits in any width, for nothing here depends on its
@@ -17,7 +17,7 @@ import numba
 import numpy as np
 
 from pendulum_twin import compose
-from pendulum_twin.equations import inner
+from pendulum_twin.equations import compile_inner
 from pendulum_twin.machine_code import compile_cached
 from pendulum_twin.motion import MOVING, advance_step
 from pendulum_twin.parameter_vector import FORCE_PER_PWM, SIZE
@@ -35,9 +35,9 @@ CART_WAY, POLE_WAY, CART_FREE, POLE_FREE = range(SIZE + 8, SIZE + 12)  # the mod
 FORCE, ENDED = SIZE + 12, SIZE + 13  # ENDED: 1 where a mode has ended within the step
 H = SIZE + 14  # the step, s
 
-chain = compose.compose_filters()
-frozen = compose.compose_holds()
-pace = compose.compose_pace()
+apply_filters = compose.compose_filters()
+is_frozen = compose.compose_holds()
+compute_pace = compose.compose_pace()
 
 
 def count_substeps(period_s: float) -> int:
@@ -46,18 +46,18 @@ def count_substeps(period_s: float) -> int:
 
 
 @compile_cached
-def drive(command, memory, offsets, h, sub, first_step, theta, active, out):
+def filter_command(command, memory, offsets, h, sub, first_step, theta, active, out):
     """Fill out, shape (samples * sub,), with what the drive makes of the held command (samples,), before the gain.
 
     memory is carried from call to call; first_step counts the substeps before this call.
     """
     for k in range(len(command)):
         out[k * sub : (k + 1) * sub] = command[k]
-    chain(out, memory, offsets, h, first_step, theta, active)
+    apply_filters(out, memory, offsets, h, first_step, theta, active)
 
 
-@inner
-def _four(p, row, i, width):
+@compile_inner
+def _get_four(p, row, i, width):
     """Return four neighbouring rows of lane i: a state or modes."""
     return (
         p[row * width + i],
@@ -67,7 +67,7 @@ def _four(p, row, i, width):
     )
 
 
-@inner
+@compile_inner
 def _put_four(p, row, i, width, four):
     for k in range(4):
         p[(row + k) * width + i] = four[k]
@@ -81,42 +81,42 @@ def _advance(lanes, laws, dry, p):
     if laws is not None:
         resting = dry and _begin_step(lanes, laws, p)
     for i in range(width):
-        modes = _four(p, CART_WAY, i, width) if laws is not None else MOVING
+        modes = _get_four(p, CART_WAY, i, width) if laws is not None else MOVING
         after = advance_step(
-            _four(p, X, i, width), p[FORCE * width + i], modes, p, i, width, laws, p[H * width + i]
+            _get_four(p, X, i, width), p[FORCE * width + i], modes, p, i, width, laws, p[H * width + i]
         )
         _put_four(p, X, i, width, after)
     if laws is not None and dry:
         _end_step(lanes, laws, p, resting)
 
 
-@inner
+@compile_inner
 def _begin_step(lanes, laws, p):
     """Keep the states, set the modes and return whether any joint is at rest."""
     width = len(lanes)
     at_rest = 0
     for i in range(width):
-        x, th, v, w = _four(p, X, i, width)
+        x, th, v, w = _get_four(p, X, i, width)
         _put_four(p, X_BEFORE, i, width, (x, th, v, w))
         _put_four(p, CART_WAY, i, width, (get_sign(v), get_sign(w), 1.0, 1.0))
         at_rest += 1 if (v == 0.0) | (w == 0.0) else 0
     if at_rest > 0:
         for i in range(width):
-            state = _four(p, X, i, width)
+            state = _get_four(p, X, i, width)
             _put_four(
                 p, CART_WAY, i, width, find_modes(state, p[FORCE * width + i], p, i, width, laws)
             )
     return at_rest > 0
 
 
-@inner
+@compile_inner
 def _end_step(lanes, laws, p, resting):
     """Do again, in parts, the steps in which a mode ended; put back the states that are held."""
     width = len(lanes)
     ends = 0
     if resting:
         for i in range(width):
-            state, modes = _four(p, X, i, width), _four(p, CART_WAY, i, width)
+            state, modes = _get_four(p, X, i, width), _get_four(p, CART_WAY, i, width)
             cart_margin, pole_margin = compute_margins(
                 state, p[FORCE * width + i], modes, p, i, width, laws
             )
@@ -133,21 +133,21 @@ def _end_step(lanes, laws, p, resting):
     if ends > 0:
         for i in range(width):
             if p[ENDED * width + i] > 0.0:
-                state, after = _four(p, X_BEFORE, i, width), _four(p, X, i, width)
-                modes = _four(p, CART_WAY, i, width)
+                state, after = _get_four(p, X_BEFORE, i, width), _get_four(p, X, i, width)
+                modes = _get_four(p, CART_WAY, i, width)
                 force, h = p[FORCE * width + i], p[H * width + i]
                 _put_four(
                     p, X, i, width, cut_step(state, after, force, modes, p, i, width, laws, h)
                 )
     for i in range(width):
-        x, th, v, w = _four(p, X_BEFORE, i, width)
-        held = frozen(p[FORCE * width + i], v, w, p, i, width)
-        after = _four(p, X, i, width)
+        x, th, v, w = _get_four(p, X_BEFORE, i, width)
+        held = is_frozen(p[FORCE * width + i], v, w, p, i, width)
+        after = _get_four(p, X, i, width)
         _put_four(p, X, i, width, (x, th, v, w) if held else after)
 
 
 @compile_cached
-def mechanics(lanes, laws, dry, drives, drive_of, begin, starts, theta, h, sub, out):
+def integrate_lanes(lanes, laws, dry, drives, drive_of, begin, starts, theta, h, sub, out):
     """Integrate lanes side by side from their start states and fill out with the true states.
 
     lanes: a tuple whose length is the block's width (a constant for the compiler).
@@ -173,7 +173,7 @@ def mechanics(lanes, laws, dry, drives, drive_of, begin, starts, theta, h, sub, 
             for k in range(4):
                 p[(X + k) * width + i] = starts[lane, k]
             _put_four(p, CART_WAY, i, width, MOVING)
-            p[H * width + i] = h * pace(p, i, width)
+            p[H * width + i] = h * compute_pace(p, i, width)
         for n in range(samples):
             for i in range(min(width, count - first)):
                 for k in range(4):

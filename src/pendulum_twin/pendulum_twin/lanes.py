@@ -15,7 +15,7 @@ import numpy as np
 from pendulum_twin import compose, kernel
 from pendulum_twin.arrays import Floats, Ints
 from pendulum_twin.encoders import EXACT, Encoders
-from pendulum_twin.equations import inner
+from pendulum_twin.equations import compile_inner
 from pendulum_twin.free_runs import compute_memory_offsets, compute_paces, select_kernel_code
 from pendulum_twin.machine_code import compile_cached
 from pendulum_twin.model import Twin
@@ -24,8 +24,8 @@ from pendulum_twin.parameter_vector import find_active_effects, make_theta
 HANGING = (0.0, math.pi, 0.0, 0.0)
 AT_REST = (0.0, 0.0, 0.0, 0.0)  # away from it
 
-sensed = compose.compose_sensors()
-told = compose.compose_reports()
+measure_state = compose.compose_sensors()
+report_rate = compose.compose_reports()
 
 
 class Kinds(NamedTuple):
@@ -64,7 +64,7 @@ class Lanes(NamedTuple):
 
 
 class Code(NamedTuple):
-    """Hold what the compiled call is specialised to: see `kernel.mechanics`."""
+    """Hold what the compiled call is specialised to: see `kernel.integrate_lanes`."""
 
     block: tuple[int, ...]
     laws: tuple[int, ...] | None
@@ -117,12 +117,12 @@ def select_lane_code(kinds: Kinds, count: int) -> Code:
     return Code((0,) * (1 if count == 1 else kernel.WIDTH), *select_kernel_code(kinds.theta))
 
 
-@inner
-def _read(kinds, lanes, i, state, t, period_s):
+@compile_inner
+def _show_state(kinds, lanes, i, state, t, period_s):
     """Show a true state of lane i; period_s: since the last one shown, 0 for the first."""
     x, th, v, w = state
     p, pace = lanes.theta[i], kinds.paces[lanes.kind[i]]
-    x, v, th, w = sensed(x, v, th, w, t, p, kinds.on)
+    x, v, th, w = measure_state(x, v, th, w, t, p, kinds.on)
     v, w = v * pace, w * pace
     fine_m, fine_rad = kinds.steps
     shown = lanes.shown[i]
@@ -133,11 +133,11 @@ def _read(kinds, lanes, i, state, t, period_s):
     if period_s > 0.0:
         if (fine_m > 0.0) | (fine_rad > 0.0):
             v, w = (x - shown[0]) / period_s, (th - shown[1]) / period_s
-        v, w = told(v, shown[2], period_s, p, kinds.on), told(w, shown[3], period_s, p, kinds.on)
+        v, w = report_rate(v, shown[2], period_s, p, kinds.on), report_rate(w, shown[3], period_s, p, kinds.on)
     shown[0], shown[1], shown[2], shown[3] = x, th, v, w
 
 
-@inner
+@compile_inner
 def begin_lane(kinds, lanes, timing, i, kind, away):
     """Start lane i as a twin of a kind: it hangs at rest, or a true x, th, v, w away from that; PWM 0 was held until now.
 
@@ -149,7 +149,7 @@ def begin_lane(kinds, lanes, timing, i, kind, away):
     lanes.done[i] = 0
     lanes.held[:] = 0.0
     h = timing.sample_s / timing.sub * kinds.paces[kind]
-    kernel.drive(
+    kernel.filter_command(
         lanes.held[:1],
         lanes.memory[i],
         kinds.offsets[kind],
@@ -163,10 +163,10 @@ def begin_lane(kinds, lanes, timing, i, kind, away):
     for k in range(4):
         lanes.true[i, k] = HANGING[k] + away[k]
     x, th, v, w = lanes.true[i]
-    _read(kinds, lanes, i, (x, th, v, w), 0.0, 0.0)
+    _show_state(kinds, lanes, i, (x, th, v, w), 0.0, 0.0)
 
 
-@inner
+@compile_inner
 def advance_lanes(code, kinds, lanes, timing, commands):
     """Hold a command (PWM fraction, as the rig takes it) a lane over one period; `lanes.shown` is what is measured then."""
     samples, sub, sample_s = timing
@@ -176,7 +176,7 @@ def advance_lanes(code, kinds, lanes, timing, commands):
         lanes.held[:] = commands[i]
         pace = kinds.paces[kind]
         drive = lanes.drives[i]
-        kernel.drive(
+        kernel.filter_command(
             lanes.held,
             lanes.memory[i],
             kinds.offsets[kind],
@@ -187,7 +187,7 @@ def advance_lanes(code, kinds, lanes, timing, commands):
             kinds.on,
             drive,
         )
-    kernel.mechanics(
+    kernel.integrate_lanes(
         code.block,
         code.laws,
         code.dry,
@@ -204,7 +204,7 @@ def advance_lanes(code, kinds, lanes, timing, commands):
         for n in range(1, samples + 1):
             t = (lanes.done[i] // sub + n) * sample_s
             x, th, v, w = lanes.out[i, n]
-            _read(kinds, lanes, i, (x, th, v, w), t, sample_s)
+            _show_state(kinds, lanes, i, (x, th, v, w), t, sample_s)
         lanes.true[i] = lanes.out[i, samples]
         lanes.done[i] += samples * sub
 

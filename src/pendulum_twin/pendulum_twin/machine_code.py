@@ -42,10 +42,10 @@ def compile_cached(function: Callable[..., Any]) -> Callable[..., Any]:
 
 def make_cached_compiler(*more: Path) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Return `compile_cached` for functions that also consist of more source files, of another package."""
-    return lambda function: _compiled(function, find_cache_folder(more))
+    return lambda function: _compile(function, find_cache_folder(more))
 
 
-def _compiled(function: Callable[..., Any], folder: Path | None) -> Callable[..., Any]:
+def _compile(function: Callable[..., Any], folder: Path | None) -> Callable[..., Any]:
     result = numba.njit(error_model="numpy")(function)
     if folder is not None:
         before = numba.config.CACHE_DIR
@@ -63,14 +63,14 @@ def find_cache_folder(more: tuple[Path, ...] = ()) -> Path | None:
     digest = hashlib.sha256()
     for path in [*sorted(path for pattern in SOURCES for path in HERE.glob(pattern)), *more]:
         digest.update(path.read_bytes())
-    for root in _roots():
+    for root in _list_roots():
         folder = root / "pendulum_twin" / digest.hexdigest()[:16]
         if _is_ours(folder):
             return folder
     return None
 
 
-def _roots() -> Iterator[Path]:
+def _list_roots() -> Iterator[Path]:
     if "XDG_CACHE_HOME" in os.environ:
         yield Path(os.environ["XDG_CACHE_HOME"])
     with contextlib.suppress(RuntimeError):  # no home

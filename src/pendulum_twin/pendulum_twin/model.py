@@ -33,7 +33,7 @@ class Twin:
         object.__setattr__(
             self,
             "effects",
-            {name: _checked_effect(name, values) for name, values in self.effects.items()},
+            {name: _check_effect(name, values) for name, values in self.effects.items()},
         )
 
     def drop_recording_effects(self) -> Twin:
@@ -52,7 +52,7 @@ class Twin:
         }
 
 
-def _checked_effect(name: str, values: object) -> dict[str, float]:
+def _check_effect(name: str, values: object) -> dict[str, float]:
     if name not in BY_NAME:
         raise BadInputError(f"effects: unknown effect {name}; known are {', '.join(BY_NAME)}")
     parameters = {p.name: p for p in BY_NAME[name].parameters}

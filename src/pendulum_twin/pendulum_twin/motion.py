@@ -16,7 +16,7 @@ from pendulum_twin.effects.effect import Place
 from pendulum_twin.equations import (
     compute_cart_load,
     compute_pole_weight,
-    inner,
+    compile_inner,
     sin_cos,
     solve_accelerations,
 )
@@ -35,11 +35,11 @@ MOVING = (0.0, 0.0, 1.0, 1.0)  # modes without dry friction
 
 add_cart_forces = compose.compose_forces(Place.CART)
 add_pole_torques = compose.compose_forces(Place.POLE)
-cart_level = compose.compose_dry_level(Place.CART)
-pole_level = compose.compose_dry_level(Place.POLE)
+compute_cart_level = compose.compose_dry_level(Place.CART)
+compute_pole_level = compose.compose_dry_level(Place.POLE)
 
 
-@inner
+@compile_inner
 def sum_forces(state, force, p, i, width, laws):
     """Return what pushes lane i's cart (N) and turns its pole (N m) but dry friction, and the coupling S cos(th)."""
     x, th, v, w = state
@@ -56,21 +56,21 @@ def sum_forces(state, force, p, i, width, laws):
     return push, turn, coupling * cosine
 
 
-@inner
+@compile_inner
 def compute_accelerations(state, force, modes, p, i, width, laws):
     """Return v' and w' of lane i."""
     x, th, v, w = state
     cart_way, pole_way, cart_free, pole_free = modes
     push, turn, coupling = sum_forces(state, force, p, i, width, laws)
     if laws is not None:
-        push -= cart_way * cart_level(abs(v), x, cart_way, p, i, width, laws)
-        turn -= pole_way * pole_level(abs(w), th, pole_way, p, i, width, laws)
+        push -= cart_way * compute_cart_level(abs(v), x, cart_way, p, i, width, laws)
+        turn -= pole_way * compute_pole_level(abs(w), th, pole_way, p, i, width, laws)
     return solve_accelerations(
         p[MASS * width + i], coupling, p[INERTIA * width + i], push, turn, cart_free, pole_free
     )
 
 
-@inner
+@compile_inner
 def advance_step(state, force, modes, p, i, width, laws, h):
     """Return lane i's state one step of h later, its modes held."""
     x, th, v, w = state

@@ -33,7 +33,7 @@ MASS, COUPLING, MOMENT, INERTIA, GRAVITY, CART_VISCOUS, POLE_VISCOUS, FORCE_PER_
 LOCKED = 1e12
 
 
-def _layout() -> tuple[dict[str, slice], int]:
+def _lay_out() -> tuple[dict[str, slice], int]:
     slots: dict[str, slice] = {}
     at = len(BASE)
     for effect in CATALOGUE:
@@ -43,7 +43,7 @@ def _layout() -> tuple[dict[str, slice], int]:
     return slots, at
 
 
-SLOTS, SIZE = _layout()
+SLOTS, SIZE = _lay_out()
 
 
 def get_neutral_values(effect: Effect) -> tuple[float, ...]:

@@ -82,7 +82,7 @@ class Stepper:
         """Hold the command for one sample period and return the measured state at its end, shape (4,)."""
         self._command[0] = command
         self._pass(self._drive[0])
-        kernel.mechanics(
+        kernel.integrate_lanes(
             ONE_LANE,
             self._laws,
             self._dry,
@@ -109,7 +109,7 @@ class Stepper:
     def _pass(self, drive: Floats) -> None:
         """Fill drive (substeps,) with what the drive makes of the command."""
         h = self._h * self._pace
-        kernel.drive(
+        kernel.filter_command(
             self._command,
             self._memory,
             self._offsets,

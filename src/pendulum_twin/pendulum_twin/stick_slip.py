@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import numba
 
-from pendulum_twin.equations import inner
-from pendulum_twin.motion import advance_step, cart_level, pole_level, sum_forces
+from pendulum_twin.equations import compile_inner
+from pendulum_twin.motion import advance_step, compute_cart_level, compute_pole_level, sum_forces
 from pendulum_twin.parameter_vector import INERTIA, MASS
 
 LASTING = 1.0  # the margin of a joint without dry friction: its mode never ends
@@ -22,35 +22,35 @@ BEYOND = (
     1e-9  # of a step, by which the cut lies behind the end of a mode, so that it surely has ended
 )
 
-alone = numba.njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+compile_apart = numba.njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 
-@inner
+@compile_inner
 def get_sign(number):
     """Return 1, 0 or -1."""
     return (1.0 if number > 0.0 else 0.0) - (1.0 if number < 0.0 else 0.0)
 
 
-@inner
+@compile_inner
 def find_modes(state, force, p, i, width, laws):
     """Return lane i's modes; a joint at rest slips if it is pushed harder than its dry friction holds."""
     x, th, v, w = state
     mass, inertia = p[MASS * width + i], p[INERTIA * width + i]
     push, turn, coupling = sum_forces(state, force, p, i, width, laws)
     cart_way, pole_way = get_sign(v), get_sign(w)
-    push -= cart_way * cart_level(abs(v), x, cart_way, p, i, width, laws)
-    turn -= pole_way * pole_level(abs(w), th, pole_way, p, i, width, laws)
+    push -= cart_way * compute_cart_level(abs(v), x, cart_way, p, i, width, laws)
+    turn -= pole_way * compute_pole_level(abs(w), th, pole_way, p, i, width, laws)
     cart_runs, pole_runs = v != 0.0, w != 0.0
 
     # The pole, with the cart standing still; then the cart, with the pole's motion; then the pole,
     # with the cart's.
-    held = 0.0 if pole_runs else pole_level(0.0, th, get_sign(turn), p, i, width, laws)
+    held = 0.0 if pole_runs else compute_pole_level(0.0, th, get_sign(turn), p, i, width, laws)
     pole_moves = pole_runs | does_slip(turn, held)
     pushed = push + (coupling * (turn - get_sign(turn) * held) / inertia if pole_moves else 0.0)
-    held = 0.0 if cart_runs else cart_level(0.0, x, get_sign(pushed), p, i, width, laws)
+    held = 0.0 if cart_runs else compute_cart_level(0.0, x, get_sign(pushed), p, i, width, laws)
     cart_moves = cart_runs | does_slip(pushed, held)
     turned = turn + (coupling * (push - get_sign(pushed) * held) / mass if cart_moves else 0.0)
-    held = 0.0 if pole_runs else pole_level(0.0, th, get_sign(turned), p, i, width, laws)
+    held = 0.0 if pole_runs else compute_pole_level(0.0, th, get_sign(turned), p, i, width, laws)
     pole_moves = pole_runs | does_slip(turned, held)
 
     cart_free, pole_free = 1.0 if cart_moves else 0.0, 1.0 if pole_moves else 0.0
@@ -59,33 +59,33 @@ def find_modes(state, force, p, i, width, laws):
     return cart_way, pole_way, cart_free, pole_free
 
 
-@inner
+@compile_inner
 def does_slip(push, level):
     """Return whether a joint at rest gives way to a push."""
     return (level <= 0.0) | (abs(push) > level)
 
 
-@inner
+@compile_inner
 def compute_margins(state, force, modes, p, i, width, laws):
     """Return by how much cart and pole of lane i are still within their modes: below zero, the mode has ended."""
     x, th, v, w = state
     cart_way, pole_way, cart_free, pole_free = modes
     push, turn, coupling = sum_forces(state, force, p, i, width, laws)
-    push -= cart_way * cart_level(abs(v), x, cart_way, p, i, width, laws)
-    turn -= pole_way * pole_level(abs(w), th, pole_way, p, i, width, laws)
+    push -= cart_way * compute_cart_level(abs(v), x, cart_way, p, i, width, laws)
+    turn -= pole_way * compute_pole_level(abs(w), th, pole_way, p, i, width, laws)
     pushed = push + coupling * pole_free * turn / p[INERTIA * width + i]
     turned = turn + coupling * cart_free * push / p[MASS * width + i]
-    cart_reserve = cart_level(0.0, x, get_sign(pushed), p, i, width, laws) - abs(pushed)
-    pole_reserve = pole_level(0.0, th, get_sign(turned), p, i, width, laws) - abs(turned)
-    cart_runs = v * cart_way if cart_level(0.0, x, cart_way, p, i, width, laws) > 0.0 else LASTING
-    pole_runs = w * pole_way if pole_level(0.0, th, pole_way, p, i, width, laws) > 0.0 else LASTING
+    cart_reserve = compute_cart_level(0.0, x, get_sign(pushed), p, i, width, laws) - abs(pushed)
+    pole_reserve = compute_pole_level(0.0, th, get_sign(turned), p, i, width, laws) - abs(turned)
+    cart_runs = v * cart_way if compute_cart_level(0.0, x, cart_way, p, i, width, laws) > 0.0 else LASTING
+    pole_runs = w * pole_way if compute_pole_level(0.0, th, pole_way, p, i, width, laws) > 0.0 else LASTING
     return (
         cart_runs if cart_free > 0.0 else cart_reserve,
         pole_runs if pole_free > 0.0 else pole_reserve,
     )
 
 
-@alone
+@compile_apart
 def cut_step(state, after, force, modes, p, i, width, laws, h):
     """Return lane i's state after a step that began in state and would, its modes held, end in after."""
     cart_begin, pole_begin = compute_margins(state, force, modes, p, i, width, laws)
@@ -105,12 +105,12 @@ def cut_step(state, after, force, modes, p, i, width, laws, h):
     modes = find_modes((x, th, v, w), force, p, i, width, laws)
     x, th, v, w = advance_step((x, th, v, w), force, modes, p, i, width, laws, (1.0 - part) * h)
     # A second end inside one step is at rest; the next step asks again.
-    v = 0.0 if v * modes[0] < 0.0 and cart_level(0.0, x, modes[0], p, i, width, laws) > 0.0 else v
-    w = 0.0 if w * modes[1] < 0.0 and pole_level(0.0, th, modes[1], p, i, width, laws) > 0.0 else w
+    v = 0.0 if v * modes[0] < 0.0 and compute_cart_level(0.0, x, modes[0], p, i, width, laws) > 0.0 else v
+    w = 0.0 if w * modes[1] < 0.0 and compute_pole_level(0.0, th, modes[1], p, i, width, laws) > 0.0 else w
     return x, th, v, w
 
 
-@alone
+@compile_apart
 def find_mode_end(state, after, force, modes, of_cart, begin, end, p, i, width, laws, h):
     """Return the part of the step after which cart's (else pole's) mode has just ended, and the state there.
 

@@ -41,20 +41,20 @@ def make_urdf(twin: Twin) -> str:
     """
     rig = twin.rig
     robot = ET.Element("robot", name=twin.name)
-    carrier = _link(
+    carrier = _add_link(
         robot, "rail_link"
     )  # what the pole turns on: the cart, or, without one, what stands still
     if rig.has_cart:
-        _drawn(carrier, _rail(rig), "0 0 0", "rail", GREY)
-        carrier = _add_cart(robot, rig, _friction(twin, "cart_coulomb_friction", "level_n"))
-    _drawn(carrier, ET.Element("box", size=_numbers(*CART_SIZE)), "0 0 0", "cart", BLUE)
+        _add_visual(carrier, _make_rail(rig), "0 0 0", "rail", GREY)
+        carrier = _add_cart(robot, rig, _get_friction(twin, "cart_coulomb_friction", "level_n"))
+    _add_visual(carrier, ET.Element("box", size=_format_numbers(*CART_SIZE)), "0 0 0", "cart", BLUE)
     if rig.has_pole:
-        _add_pole(robot, rig, carrier, _friction(twin, "pole_coulomb_friction", "level_n_m"))
+        _add_pole(robot, rig, carrier, _get_friction(twin, "pole_coulomb_friction", "level_n_m"))
     ET.indent(robot)
     return f'<?xml version="1.0"?>\n{ET.tostring(robot, encoding="unicode")}\n'
 
 
-def _pole_mass(rig: Rig) -> float:
+def _compute_pole_mass(rig: Rig) -> float:
     """Return the mass of the pole's body, kg; 0 without a pole.
 
     It is the rig's pole mass where that leaves a positive inertia about the centre of mass. Else
@@ -76,10 +76,10 @@ def _pole_mass(rig: Rig) -> float:
 
 def _add_cart(robot: ET.Element, rig: Rig, friction: float) -> ET.Element:
     """Add cart and joint, and return the cart's link."""
-    mass = rig.total_mass_kg - _pole_mass(rig)
-    link = _link(robot, "cart_link")
-    _heavy(link, mass, 0.0, _box_inertia(mass))
-    joint = _joint(robot, CART, "prismatic", "rail_link", "cart_link", "1 0 0")
+    mass = rig.total_mass_kg - _compute_pole_mass(rig)
+    link = _add_link(robot, "cart_link")
+    _add_inertial(link, mass, 0.0, _compute_box_inertia(mass))
+    joint = _add_joint(robot, CART, "prismatic", "rail_link", "cart_link", "1 0 0")
     ends = rig.rail_half_length_m or UNLIMITED
     effort = UNLIMITED if rig.pwm_limit is None else (rig.force_per_pwm_n or 0.0) * rig.pwm_limit
     # what the drive alone reaches without friction from one end of the rail to the other
@@ -94,57 +94,57 @@ def _add_cart(robot: ET.Element, rig: Rig, friction: float) -> ET.Element:
 
 
 def _add_pole(robot: ET.Element, rig: Rig, carrier: ET.Element, friction: float) -> None:
-    mass = _pole_mass(rig)
+    mass = _compute_pole_mass(rig)
     moment = rig.total_mass_kg * (rig.com_distance_m or 0.0)
     centre = moment / mass
     across = (rig.pole_inertia_kg_m2 or 0.0) - moment * centre
-    link = _link(robot, "pole_link")
-    _heavy(link, mass, centre, (across, across, SLENDER * across))
+    link = _add_link(robot, "pole_link")
+    _add_inertial(link, mass, centre, (across, across, SLENDER * across))
     length = max(2 * centre, SHORTEST_ROD)
     rod = ET.Element("cylinder", length=repr(length), radius=repr(ROD_RADIUS))
-    _drawn(link, rod, f"0 0 {length / 2!r}", "pole", ORANGE)
-    joint = _joint(robot, POLE, "continuous", str(carrier.get("name")), "pole_link", "0 -1 0")
+    _add_visual(link, rod, f"0 0 {length / 2!r}", "pole", ORANGE)
+    joint = _add_joint(robot, POLE, "continuous", str(carrier.get("name")), "pole_link", "0 -1 0")
     ET.SubElement(
         joint, "dynamics", damping=repr(rig.pole_viscous_n_m_s or 0.0), friction=repr(friction)
     )
 
 
-def _friction(twin: Twin, effect: str, key: str) -> float:
+def _get_friction(twin: Twin, effect: str, key: str) -> float:
     return twin.effects.get(effect, {}).get(key, 0.0)
 
 
-def _rail(rig: Rig) -> ET.Element:
+def _make_rail(rig: Rig) -> ET.Element:
     length = 2 * (rig.rail_half_length_m or RAIL_IF_UNKNOWN)
-    return ET.Element("box", size=_numbers(length, *RAIL_SIZE))
+    return ET.Element("box", size=_format_numbers(length, *RAIL_SIZE))
 
 
-def _box_inertia(mass: float) -> tuple[float, float, float]:
+def _compute_box_inertia(mass: float) -> tuple[float, float, float]:
     x, y, z = (side**2 * mass / 12 for side in CART_SIZE)
     return y + z, x + z, x + y
 
 
-def _link(robot: ET.Element, name: str) -> ET.Element:
+def _add_link(robot: ET.Element, name: str) -> ET.Element:
     return ET.SubElement(robot, "link", name=name)
 
 
-def _drawn(link: ET.Element, shape: ET.Element, at: str, material: str, colour: str) -> None:
+def _add_visual(link: ET.Element, shape: ET.Element, at: str, material: str, colour: str) -> None:
     visual = ET.SubElement(link, "visual")
     ET.SubElement(visual, "origin", xyz=at)
     ET.SubElement(visual, "geometry").append(shape)
     ET.SubElement(ET.SubElement(visual, "material", name=material), "color", rgba=colour)
 
 
-def _heavy(
+def _add_inertial(
     link: ET.Element, mass: float, height: float, inertia: tuple[float, float, float]
 ) -> None:
     inertial = ET.SubElement(link, "inertial")
-    ET.SubElement(inertial, "origin", xyz=_numbers(0.0, 0.0, height))
+    ET.SubElement(inertial, "origin", xyz=_format_numbers(0.0, 0.0, height))
     ET.SubElement(inertial, "mass", value=repr(mass))
     ixx, iyy, izz = map(repr, inertia)
     ET.SubElement(inertial, "inertia", ixx=ixx, ixy="0", ixz="0", iyy=iyy, iyz="0", izz=izz)
 
 
-def _joint(
+def _add_joint(
     robot: ET.Element, name: str, kind: str, parent: str, child: str, axis: str
 ) -> ET.Element:
     joint = ET.SubElement(robot, "joint", name=name, type=kind)
@@ -154,7 +154,7 @@ def _joint(
     return joint
 
 
-def _numbers(*values: float) -> str:
+def _format_numbers(*values: float) -> str:
     return " ".join(map(repr, values))
 
 

@@ -40,12 +40,12 @@ def to_diagnostics(name: str, hardware: str, health: Health, stamp_ns: int) -> D
         name=name,
         message=health.sentence,
         hardware_id=hardware,
-        values=[KeyValue(key=key, value=_shown(value)) for key, value in health.figures.items()],
+        values=[KeyValue(key=key, value=_format_value(value)) for key, value in health.figures.items()],
     )
     message = DiagnosticArray(status=[status])
     message.header.stamp = to_time(stamp_ns)
     return message
 
 
-def _shown(value: float | str) -> str:
+def _format_value(value: float | str) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)

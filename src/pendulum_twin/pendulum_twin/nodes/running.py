@@ -49,8 +49,8 @@ def run[N: Node](
     """
     arguments = sys.argv if arguments is None else arguments
     try:
-        _parser(name, description, settings).parse_args(remove_ros_args(arguments)[1:])
-        stopped = _signalled()
+        _make_parser(name, description, settings).parse_args(remove_ros_args(arguments)[1:])
+        stopped = _catch_signals()
         rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
         node = make()
         try:
@@ -73,7 +73,7 @@ def run[N: Node](
     return 0 if failure is None else 1
 
 
-def _signalled() -> Event:
+def _catch_signals() -> Event:
     """Return what SIGINT and SIGTERM set; rclpy's own handlers raise whatever the node is doing, start-up included."""
     stopped = Event()
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -81,7 +81,7 @@ def _signalled() -> Event:
     return stopped
 
 
-def _parser(name: str, description: str, settings: type[Any]) -> argparse.ArgumentParser:
+def _make_parser(name: str, description: str, settings: type[Any]) -> argparse.ArgumentParser:
     return argparse.ArgumentParser(
         prog=name,
         description=f"{description} Parameters (--ros-args -p NAME:=VALUE):\n{describe_settings(settings)}",

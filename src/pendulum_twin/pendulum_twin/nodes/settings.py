@@ -35,7 +35,7 @@ def make_number_field(
     default: float, low: float, high: float, text: str, live: bool = False
 ) -> Any:
     """Return a field for a number from low to high; an int is taken too. live: it may change while the node runs."""
-    return _field(
+    return _make_field(
         default, text, live, lambda name, value: check_number(name, value, low, high), (low, high)
     )
 
@@ -50,7 +50,7 @@ def make_whole_field(default: int, low: int, high: int, text: str, live: bool = 
             )
         return value
 
-    return _field(default, text, live, checked, (low, high))
+    return _make_field(default, text, live, checked, (low, high))
 
 
 def make_text_field(
@@ -65,7 +65,7 @@ def make_text_field(
             raise BadInputError(f"{name}: expected one of {', '.join(choices)}, found {value!r}")
         return value
 
-    return _field(default, f"{text} ({', '.join(choices)})" if choices else text, live, checked)
+    return _make_field(default, f"{text} ({', '.join(choices)})" if choices else text, live, checked)
 
 
 def make_list_field(default: tuple[str, ...], text: str, live: bool = False) -> Any:
@@ -77,7 +77,7 @@ def make_list_field(default: tuple[str, ...], text: str, live: bool = False) -> 
             raise BadInputError(f"{name}: expected a list of texts, found {value!r}")
         return tuple(texts)
 
-    return _field(default, text, live, checked)
+    return _make_field(default, text, live, checked)
 
 
 def make_flag_field(default: bool, text: str, live: bool = False) -> Any:
@@ -88,10 +88,10 @@ def make_flag_field(default: bool, text: str, live: bool = False) -> Any:
             raise BadInputError(f"{name}: expected true or false, found {value!r}")
         return value
 
-    return _field(default, text, live, checked)
+    return _make_field(default, text, live, checked)
 
 
-def _field(
+def _make_field(
     default: Any, text: str, live: bool, check: Check, span: tuple[float, float] | None = None
 ) -> Any:
     return field(
@@ -118,7 +118,7 @@ def declare_settings[S: Settings](node: Node, kind: type[S]) -> S:
     }
     settings = kind(**values)
     for each in fields(kind):
-        node.set_descriptor(each.name, _descriptor(each))
+        node.set_descriptor(each.name, _make_descriptor(each))
     return settings
 
 
@@ -140,7 +140,7 @@ def watch_settings[S: Settings](
     node.add_on_set_parameters_callback(changed)
 
 
-def _descriptor(each: Field[Any]) -> ParameterDescriptor:
+def _make_descriptor(each: Field[Any]) -> ParameterDescriptor:
     span, whole_numbers = each.metadata["span"], isinstance(each.default, int)
     descriptor = ParameterDescriptor(
         description=each.metadata["text"], read_only=not each.metadata["live"], dynamic_typing=True
@@ -157,16 +157,16 @@ def _descriptor(each: Field[Any]) -> ParameterDescriptor:
 def describe_settings(kind: type[Settings]) -> str:
     """Return the parameters as lines of help."""
     return "\n".join(
-        f"  {each.name:<20} {each.metadata['text']}{_span(each)}" for each in fields(kind)
+        f"  {each.name:<20} {each.metadata['text']}{_format_range(each)}" for each in fields(kind)
     )
 
 
-def _span(each: Field[Any]) -> str:
+def _format_range(each: Field[Any]) -> str:
     if each.metadata["span"] is None:
-        return f" (default {_shown(each.default)})" if each.default != "" else ""
+        return f" (default {_format_default(each.default)})" if each.default != "" else ""
     low, high = each.metadata["span"]
     return f" ({low:g} to {high:g}; default {each.default:g})"
 
 
-def _shown(default: Any) -> str:
+def _format_default(default: Any) -> str:
     return ", ".join(default) if isinstance(default, tuple) else str(default).lower()

@@ -29,7 +29,7 @@ LEAST_TRAVEL_M = 0.003  # below it the push says nothing
 
 
 @dataclass(frozen=True)
-class Part:
+class Stretch:
     """Hold one stretch of a plan: its name, its commands (PWM fraction, one a sample period), whether it is centred."""
 
     name: str
@@ -66,7 +66,7 @@ class Excitation:
 
 
 def compose_plan(
-    parts: Sequence[Part], rate_hz: float, room: Envelope, pushed: bool
+    parts: Sequence[Stretch], rate_hz: float, room: Envelope, pushed: bool
 ) -> Excitation:
     """Return stretches one after another as a plan; pushed: it begins with `make_push`, from which the cart's way is seen."""
     ends = np.cumsum([len(part.commands) for part in parts]).tolist()
@@ -96,7 +96,7 @@ def make_standard_plan(
     )
 
 
-def make_standard_pieces(room: Envelope, seconds: float, rate_hz: float, seed: int) -> list[Part]:
+def make_standard_pieces(room: Envelope, seconds: float, rate_hz: float, seed: int) -> list[Stretch]:
     """Return the stretches of the standard plan; see `make_standard_plan`."""
     if not seconds >= SHORTEST_S or not rate_hz >= SLOWEST_HZ:
         raise BadInputError(
@@ -120,7 +120,7 @@ def make_standard_pieces(room: Envelope, seconds: float, rate_hz: float, seed: i
     ends = np.round(np.cumsum([share for _, share, _, _ in waves]) * seconds * rate_hz).astype(int)
     counts = np.diff(ends, prepend=0)
     return [
-        Part(name, wave(np.arange(n) / rate_hz), centred)
+        Stretch(name, wave(np.arange(n) / rate_hz), centred)
         for n, (name, _, wave, centred) in zip(counts, waves, strict=True)
     ]
 

@@ -47,7 +47,7 @@ import yaml
 
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.files import write_atomically
-from pendulum_twin.plans.excitation import SLOWEST_HZ, Excitation, Part, compose_plan
+from pendulum_twin.plans.excitation import SLOWEST_HZ, Excitation, Stretch, compose_plan
 from pendulum_twin.plans.plan_keys import check_range
 from pendulum_twin.plans.plan_phases import BEGINNINGS, KINDS, LONGEST_S, MOST_SAMPLES, Phase
 from pendulum_twin.plans.waveforms import Envelope
@@ -91,7 +91,7 @@ class Plan:
         return {
             **head,
             "phases": [
-                {"kind": NAMES[type(each)], **_plain(asdict(each))} for each in self.phases
+                {"kind": NAMES[type(each)], **_list_tuples(asdict(each))} for each in self.phases
             ],
         }
 
@@ -106,12 +106,12 @@ def make_excitation(plan: Plan, room: Envelope) -> Excitation:
     if limit > room.limit:
         raise BadInputError(f"limit: expected at most the rig's {room.limit:g}, found {limit:g}")
     room = replace(room, limit=limit)
-    parts: list[Part] = []
+    parts: list[Stretch] = []
     for k, phase in enumerate(plan.phases):
         try:
             parts += phase.parts(room, plan.rate_hz)
         except BadInputError as error:
-            raise BadInputError(f"{_place(k, NAMES[type(phase)])}: {error}") from error
+            raise BadInputError(f"{_format_place(k, NAMES[type(phase)])}: {error}") from error
     samples = sum(len(part.commands) for part in parts)
     if samples > min(MOST_SAMPLES, LONGEST_S * plan.rate_hz):
         raise BadInputError(
@@ -143,7 +143,7 @@ def parse_plan(mapping: object) -> Plan:
     name = mapping.get("name", "plan")
     if not isinstance(name, str):
         raise BadInputError(f"name: expected text, found {shown(name)}")
-    made = tuple(_phase(k, each) for k, each in enumerate(phases))
+    made = tuple(_parse_phase(k, each) for k, each in enumerate(phases))
     return Plan(made, name, mapping.get("rate_hz", 100.0), mapping.get("limit"))
 
 
@@ -186,7 +186,7 @@ def save_plan(plan: Plan, path: str | Path) -> None:
     )
 
 
-def _phase(k: int, mapping: object) -> Phase:
+def _parse_phase(k: int, mapping: object) -> Phase:
     """Return phase k of a plan file."""
     if not isinstance(mapping, Mapping):
         raise BadInputError(f"phases[{k}]: expected a mapping with kind, found {shown(mapping)}")
@@ -195,7 +195,7 @@ def _phase(k: int, mapping: object) -> Phase:
         raise BadInputError(
             f"phases[{k}]: kind: expected one of {', '.join(KINDS)}, found {shown(name)}"
         )
-    where, keys = _place(k, name), {each.name: each for each in fields(KINDS[name])}
+    where, keys = _format_place(k, name), {each.name: each for each in fields(KINDS[name])}
     values = {key: value for key, value in mapping.items() if key != "kind"}
     for key in values:
         if key not in keys:
@@ -209,11 +209,11 @@ def _phase(k: int, mapping: object) -> Phase:
         raise BadInputError(f"{where}: {error}") from error
 
 
-def _place(k: int, kind: str) -> str:
+def _format_place(k: int, kind: str) -> str:
     return f"phases[{k}] ({kind})"
 
 
-def _plain(values: dict[str, Any]) -> dict[str, Any]:
+def _list_tuples(values: dict[str, Any]) -> dict[str, Any]:
     """Return values with lists for tuples, which YAML can hold."""
     return {
         key: list(value) if isinstance(value, tuple) else value for key, value in values.items()

@@ -23,7 +23,7 @@ class Keyed(Protocol):
 
 def make_number_key(low: float, high: float, default: Any = MISSING) -> Any:
     """Return a key for a number from low to high; without a default it has to be given."""
-    return _key(lambda name, value: check_range(name, value, low, high), default)
+    return _make_key(lambda name, value: check_range(name, value, low, high), default)
 
 
 def make_whole_key(low: int, high: int, default: Any = MISSING) -> Any:
@@ -36,7 +36,7 @@ def make_whole_key(low: int, high: int, default: Any = MISSING) -> Any:
             )
         return value
 
-    return _key(checked, default)
+    return _make_key(checked, default)
 
 
 def make_flag_key(default: bool) -> Any:
@@ -47,7 +47,7 @@ def make_flag_key(default: bool) -> Any:
             raise BadInputError(f"{name}: expected true or false, found {shown(value)}")
         return value
 
-    return _key(checked, default)
+    return _make_key(checked, default)
 
 
 def make_numbers_key(low: float, high: float, most: int, default: Any = MISSING) -> Any:
@@ -60,7 +60,7 @@ def make_numbers_key(low: float, high: float, most: int, default: Any = MISSING)
             )
         return tuple(check_range(f"{name}[{k}]", each, low, high) for k, each in enumerate(value))
 
-    return _key(checked, default)
+    return _make_key(checked, default)
 
 
 def check_keys(keyed: Keyed) -> None:
@@ -86,5 +86,5 @@ def check_range(name: str, value: Any, low: float, high: float) -> float:
     return check_number(name, value, low, high)
 
 
-def _key(check: Callable[[str, Any], Any], default: Any) -> Any:
+def _make_key(check: Callable[[str, Any], Any], default: Any) -> Any:
     return field(default=default, metadata={"check": check})

@@ -15,7 +15,7 @@ import numpy as np
 from pendulum_twin.arrays import Floats
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.plans import waveforms
-from pendulum_twin.plans.excitation import SHORTEST_S, Part, make_standard_pieces
+from pendulum_twin.plans.excitation import SHORTEST_S, Stretch, make_standard_pieces
 from pendulum_twin.plans.plan_keys import (
     check_keys,
     make_flag_key,
@@ -35,20 +35,20 @@ class Phase(Protocol):
 
     __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
 
-    def parts(self, room: Envelope, rate_hz: float) -> list[Part]:
+    def parts(self, room: Envelope, rate_hz: float) -> list[Stretch]:
         """Return its stretches on a rig; raise BadInputError when the rig or the rate does not allow them."""
 
 
-def _seconds(default: Any = MISSING, least: float = BRIEFEST_S) -> Any:
+def _make_seconds_key(default: Any = MISSING, least: float = BRIEFEST_S) -> Any:
     return make_number_key(least, LONGEST_S, default)
 
 
-def _made(name: str, wave: Wave, seconds: float, rate_hz: float, centred: bool) -> Part:
+def _make_stretch(name: str, wave: Wave, seconds: float, rate_hz: float, centred: bool) -> Stretch:
     """Return a wave as a stretch; it has two samples at least, for waves need a period."""
-    return Part(name, wave(np.arange(max(2, round(seconds * rate_hz))) / rate_hz), centred)
+    return Stretch(name, wave(np.arange(max(2, round(seconds * rate_hz))) / rate_hz), centred)
 
 
-def _within(amplitude: float, room: Envelope) -> float:
+def _check_amplitude(amplitude: float, room: Envelope) -> float:
     """Return an amplitude that the limit allows."""
     if amplitude > room.limit:
         raise BadInputError(
@@ -57,7 +57,7 @@ def _within(amplitude: float, room: Envelope) -> float:
     return amplitude
 
 
-def _below_half(name: str, hz: float, rate_hz: float) -> None:
+def _check_frequency(name: str, hz: float, rate_hz: float) -> None:
     if hz > rate_hz / 2:
         raise BadInputError(
             f"{name}: expected at most {rate_hz / 2:g} Hz, half of rate_hz, found {hz:g}"
@@ -68,36 +68,36 @@ def _below_half(name: str, hz: float, rate_hz: float) -> None:
 class Push:
     """A short push back and forth that shows which way the cart goes: what is centred needs it, at the plan's start."""
 
-    seconds: float = _seconds(1.5, WHOLE_PUSH_S)
+    seconds: float = _make_seconds_key(1.5, WHOLE_PUSH_S)
 
     def __post_init__(self) -> None:
         check_keys(self)
 
-    def parts(self, room: Envelope, rate_hz: float) -> list[Part]:
+    def parts(self, room: Envelope, rate_hz: float) -> list[Stretch]:
         """Return the push and the rest after it."""
-        return [_made("push", waveforms.make_push, self.seconds, rate_hz, False)]
+        return [_make_stretch("push", waveforms.make_push, self.seconds, rate_hz, False)]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Rest:
     """Nothing is sent; when centred, the cart is brought back towards the middle."""
 
-    seconds: float = _seconds()
+    seconds: float = _make_seconds_key()
     centred: bool = make_flag_key(False)
 
     def __post_init__(self) -> None:
         check_keys(self)
 
-    def parts(self, room: Envelope, rate_hz: float) -> list[Part]:
+    def parts(self, room: Envelope, rate_hz: float) -> list[Stretch]:
         """Return the rest."""
-        return [_made("rest", waveforms.make_rest, self.seconds, rate_hz, self.centred)]
+        return [_make_stretch("rest", waveforms.make_rest, self.seconds, rate_hz, self.centred)]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Chirp:
     """A tone that glides evenly, in octaves a second, from one frequency to another, up or down."""
 
-    seconds: float = _seconds()
+    seconds: float = _make_seconds_key()
     from_hz: float = make_number_key(0.01, 500.0)
     to_hz: float = make_number_key(0.01, 500.0)
     amplitude: float = make_number_key(0.001, 1e6)
@@ -106,19 +106,19 @@ class Chirp:
     def __post_init__(self) -> None:
         check_keys(self)
 
-    def parts(self, room: Envelope, rate_hz: float) -> list[Part]:
+    def parts(self, room: Envelope, rate_hz: float) -> list[Stretch]:
         """Return the sweep."""
-        _below_half("from_hz", self.from_hz, rate_hz)
-        _below_half("to_hz", self.to_hz, rate_hz)
-        wave = waveforms.make_chirp(room, self.from_hz, self.to_hz, _within(self.amplitude, room))
-        return [_made("chirp", wave, self.seconds, rate_hz, self.centred)]
+        _check_frequency("from_hz", self.from_hz, rate_hz)
+        _check_frequency("to_hz", self.to_hz, rate_hz)
+        wave = waveforms.make_chirp(room, self.from_hz, self.to_hz, _check_amplitude(self.amplitude, room))
+        return [_make_stretch("chirp", wave, self.seconds, rate_hz, self.centred)]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Multisine:
     """Many tones at once, their phases drawn by the seed; amplitude: of their sum."""
 
-    seconds: float = _seconds()
+    seconds: float = _make_seconds_key()
     amplitude: float = make_number_key(0.001, 1e6)
     tones_hz: tuple[float, ...] = make_numbers_key(0.01, 500.0, MOST_TONES, TONES_HZ)
     seed: int = make_whole_key(0, 2**32 - 1, 0)
@@ -127,21 +127,21 @@ class Multisine:
     def __post_init__(self) -> None:
         check_keys(self)
 
-    def parts(self, room: Envelope, rate_hz: float) -> list[Part]:
+    def parts(self, room: Envelope, rate_hz: float) -> list[Stretch]:
         """Return the tones."""
         for k, hz in enumerate(self.tones_hz):
-            _below_half(f"tones_hz[{k}]", hz, rate_hz)
+            _check_frequency(f"tones_hz[{k}]", hz, rate_hz)
         wave = waveforms.make_multisine(
-            room, self.tones_hz, _within(self.amplitude, room), np.random.default_rng(self.seed)
+            room, self.tones_hz, _check_amplitude(self.amplitude, room), np.random.default_rng(self.seed)
         )
-        return [_made("multisine", wave, self.seconds, rate_hz, self.centred)]
+        return [_make_stretch("multisine", wave, self.seconds, rate_hz, self.centred)]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Steps:
     """Pairs of steps, one way and back, of drawn sizes up to amplitude, none longer than hold_s."""
 
-    seconds: float = _seconds()
+    seconds: float = _make_seconds_key()
     amplitude: float = make_number_key(0.001, 1e6)
     hold_s: float = make_number_key(0.02, 10.0, LONGEST_HOLD_S)
     seed: int = make_whole_key(0, 2**32 - 1, 0)
@@ -150,42 +150,42 @@ class Steps:
     def __post_init__(self) -> None:
         check_keys(self)
 
-    def parts(self, room: Envelope, rate_hz: float) -> list[Part]:
+    def parts(self, room: Envelope, rate_hz: float) -> list[Stretch]:
         """Return the steps."""
         wave = waveforms.make_steps(
-            room, np.random.default_rng(self.seed), _within(self.amplitude, room), self.hold_s
+            room, np.random.default_rng(self.seed), _check_amplitude(self.amplitude, room), self.hold_s
         )
-        return [_made("steps", wave, self.seconds, rate_hz, self.centred)]
+        return [_make_stretch("steps", wave, self.seconds, rate_hz, self.centred)]
 
 
 @dataclass(frozen=True, kw_only=True)
 class FreeDecay:
     """Make the pole swing by so many swings at its own frequency, then send nothing while it swings out."""
 
-    seconds: float = _seconds()
+    seconds: float = _make_seconds_key()
     amplitude: float = make_number_key(0.001, 1e6)
     swings: int = make_whole_key(1, 100, 2)
 
     def __post_init__(self) -> None:
         check_keys(self)
 
-    def parts(self, room: Envelope, rate_hz: float) -> list[Part]:
+    def parts(self, room: Envelope, rate_hz: float) -> list[Stretch]:
         """Return the kick and the decay."""
         kicked_s = waveforms.compute_kick_s(room, self.swings)
         if not kicked_s + BRIEFEST_S <= self.seconds:
             raise BadInputError(
                 f"seconds: expected more than the {kicked_s:.3g} s that {self.swings} swings take, found {self.seconds:g}"
             )
-        kicked = _made(
+        kicked = _make_stretch(
             "kick",
-            waveforms.make_kick(room, _within(self.amplitude, room)),
+            waveforms.make_kick(room, _check_amplitude(self.amplitude, room)),
             kicked_s,
             rate_hz,
             False,
         )
         return [
             kicked,
-            _made("free decay", waveforms.make_rest, self.seconds - kicked_s, rate_hz, False),
+            _make_stretch("free decay", waveforms.make_rest, self.seconds - kicked_s, rate_hz, False),
         ]
 
 
@@ -199,7 +199,7 @@ class Samples:
     def __post_init__(self) -> None:
         check_keys(self)
 
-    def parts(self, room: Envelope, rate_hz: float) -> list[Part]:
+    def parts(self, room: Envelope, rate_hz: float) -> list[Stretch]:
         """Return the commands; raise BadInputError for one beyond the limit."""
         commands: Floats = np.array(self.commands)
         beyond = np.flatnonzero(np.abs(commands) > room.limit)
@@ -208,20 +208,20 @@ class Samples:
             raise BadInputError(
                 f"commands[{k}]: expected from {-room.limit:g} to {room.limit:g}, found {commands[k]:g}"
             )
-        return [Part("samples", commands, self.centred)]
+        return [Stretch("samples", commands, self.centred)]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Standard:
     """The standard plan, which begins with a push of its own."""
 
-    seconds: float = _seconds(60.0, SHORTEST_S)
+    seconds: float = _make_seconds_key(60.0, SHORTEST_S)
     seed: int = make_whole_key(0, 2**32 - 1, 0)
 
     def __post_init__(self) -> None:
         check_keys(self)
 
-    def parts(self, room: Envelope, rate_hz: float) -> list[Part]:
+    def parts(self, room: Envelope, rate_hz: float) -> list[Stretch]:
         """Return all its stretches."""
         return make_standard_pieces(room, self.seconds, rate_hz, self.seed)
 

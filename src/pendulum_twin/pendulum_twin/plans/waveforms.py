@@ -86,7 +86,7 @@ def make_sweep(room: Envelope, first_hz: float, last_hz: float) -> Wave:
     """Return a sweep of rising (or falling) frequency, as strong as the rail lets it be, gentle to the pole."""
 
     def commands(t: Floats) -> Floats:
-        hz, phase = _glide(t, first_hz, last_hz)
+        hz, phase = _compute_glide(t, first_hz, last_hz)
         # strength breathes, so that limits and dead zones are passed at every frequency
         breath = 0.8 + 0.2 * np.cos(2 * np.pi * t / 1.7)
         return limit_amplitude(room, hz) * spare_resonance(room, hz) * breath * np.cos(phase)
@@ -108,13 +108,13 @@ def make_chirp(room: Envelope, first_hz: float, last_hz: float, amplitude: float
     """Return a sweep of even amplitude, weaker only where the rail is too short for it."""
 
     def commands(t: Floats) -> Floats:
-        hz, phase = _glide(t, first_hz, last_hz)
+        hz, phase = _compute_glide(t, first_hz, last_hz)
         return np.minimum(amplitude, limit_amplitude(room, hz)) * np.cos(phase)
 
     return commands
 
 
-def _glide(t: Floats, first_hz: float, last_hz: float) -> tuple[Floats, Floats]:
+def _compute_glide(t: Floats, first_hz: float, last_hz: float) -> tuple[Floats, Floats]:
     """Return frequency (Hz) and phase (rad) of a tone that glides evenly in octaves a second."""
     hz = first_hz * (last_hz / first_hz) ** (t / t[-1])
     return hz, 2 * np.pi * np.cumsum(hz) * (t[1] - t[0])
@@ -157,12 +157,12 @@ def make_multisine(
         size = min(
             amplitude / np.max(np.abs(total)), room.half_length_m / 3 / np.max(np.abs(travel_m))
         )
-        return size * _edges(t) * total
+        return size * _compute_fade(t) * total
 
     return commands
 
 
-def _edges(t: Floats) -> Floats:
+def _compute_fade(t: Floats) -> Floats:
     """Return a fade from 0 to 1 and back."""
     edge = min(EDGE_S, t[-1] / 4)
     return np.sin(np.pi / 2 * np.clip(np.minimum(t, t[-1] - t) / edge, 0, 1)) ** 2
