@@ -28,11 +28,11 @@ LONGEST_STEP_S = 1e-3
 
 ROWS = SIZE + 15
 X, TH, V, W = range(SIZE, SIZE + 4)
-X_BEFORE, TH_BEFORE, V_BEFORE, W_BEFORE = range(
-    SIZE + 4, SIZE + 8
-)  # the state at the begin of the step
+# the state at the begin of the step
+X_BEFORE, TH_BEFORE, V_BEFORE, W_BEFORE = range(SIZE + 4, SIZE + 8)
 CART_WAY, POLE_WAY, CART_FREE, POLE_FREE = range(SIZE + 8, SIZE + 12)  # the modes; see `motion.py`
-FORCE, ENDED = SIZE + 12, SIZE + 13  # ENDED: 1 where a mode has ended within the step
+FORCE = SIZE + 12  # of the drive on the cart, N
+ENDED = SIZE + 13  # 1 where a mode has ended within the step
 H = SIZE + 14  # the step, s
 
 apply_filters = compose.compose_filters()
@@ -41,15 +41,20 @@ compute_pace = compose.compose_pace()
 
 
 def count_substeps(period_s: float) -> int:
-    """Return into how many steps of at most 1 ms a sample period is cut."""
+    """Return the number of steps, of at most LONGEST_STEP_S, in a sample period."""
     return max(1, int(np.ceil(period_s / LONGEST_STEP_S - 1e-9)))
 
 
 @compile_cached
 def filter_command(command, memory, offsets, h, sub, first_step, theta, active, out):
-    """Fill out, shape (samples * sub,), with what the drive makes of the held command (samples,), before the gain.
+    """Fill out with the command after command and drive, before the gain.
 
-    memory is carried from call to call; first_step counts the substeps before this call.
+    command: (samples,) held from sample to sample.
+    memory: of all filters, carried from call to call; offsets: where each filter's memory begins.
+    h: s, a substep of true time; sub: substeps a sample.
+    first_step: substeps before this call.
+    theta: (SIZE,); active: (effects,) which effects are on.
+    out: (samples * sub,).
     """
     for k in range(len(command)):
         out[k * sub : (k + 1) * sub] = command[k]
@@ -83,7 +88,14 @@ def _advance(lanes, laws, dry, p):
     for i in range(width):
         modes = _get_four(p, CART_WAY, i, width) if laws is not None else MOVING
         after = advance_step(
-            _get_four(p, X, i, width), p[FORCE * width + i], modes, p, i, width, laws, p[H * width + i]
+            _get_four(p, X, i, width),
+            p[FORCE * width + i],
+            modes,
+            p,
+            i,
+            width,
+            laws,
+            p[H * width + i],
         )
         _put_four(p, X, i, width, after)
     if laws is not None and dry:
@@ -111,7 +123,7 @@ def _begin_step(lanes, laws, p):
 
 @compile_inner
 def _end_step(lanes, laws, p, resting):
-    """Do again, in parts, the steps in which a mode ended; put back the states that are held."""
+    """Cut the steps in which a mode ended; put back the states that stand still."""
     width = len(lanes)
     ends = 0
     if resting:
@@ -141,22 +153,25 @@ def _end_step(lanes, laws, p, resting):
                 )
     for i in range(width):
         x, th, v, w = _get_four(p, X_BEFORE, i, width)
-        held = is_frozen(p[FORCE * width + i], v, w, p, i, width)
+        stands = is_frozen(p[FORCE * width + i], v, w, p, i, width)
         after = _get_four(p, X, i, width)
-        _put_four(p, X, i, width, (x, th, v, w) if held else after)
+        _put_four(p, X, i, width, (x, th, v, w) if stands else after)
 
 
 @compile_cached
-def integrate_lanes(lanes, laws, dry, drives, drive_of, begin, starts, theta, h, sub, out):
-    """Integrate lanes side by side from their start states and fill out with the true states.
+def integrate_lanes(lanes, laws, dry, drives, drive_of, begin, start_states, theta, h, sub, out):
+    """Integrate lanes side by side from their start states; fill out with the true states.
 
     lanes: a tuple whose length is the block's width (a constant for the compiler).
-    laws: by its type, which effects' laws are compiled in (see `motion.py`).
+    laws: by its type, which laws are compiled in (see `motion.py`).
     dry: whether dry friction (or a hold) is on in any lane.
-    drives: (sets, steps) what command and drive give, before the gain; drive_of: (lanes,) row of
-        each lane; begin: (lanes,) step at which each lane starts.
-    starts: (lanes, 4) x, th, v, w; theta: (lanes, SIZE); h: s by the stamps; out: (lanes, samples,
-        4), the first sample the start itself.
+    drives: (rows, steps) the command after command and drive, before the gain.
+    drive_of: (lanes,) row of drives of each lane.
+    begin: (lanes,) step of that row at which each lane starts.
+    start_states: (lanes, 4) x, th, v, w.
+    theta: (lanes, SIZE).
+    h: s by the stamps, a substep; sub: substeps a sample.
+    out: (lanes, samples, 4); the first sample is the start state.
     """
     width = len(lanes)
     count, samples = out.shape[0], out.shape[1]
@@ -164,14 +179,13 @@ def integrate_lanes(lanes, laws, dry, drives, drive_of, begin, starts, theta, h,
     row, at = np.empty(width, dtype=np.int64), np.empty(width, dtype=np.int64)
     for first in range(0, count, width):
         for i in range(width):
-            lane = min(
-                first + i, count - 1
-            )  # a block that is not full is filled up with its last lane
+            # a block that is not full is filled up with its last lane
+            lane = min(first + i, count - 1)
             row[i], at[i] = drive_of[lane], begin[lane]
             for k in range(SIZE):
                 p[k * width + i] = theta[lane, k]
             for k in range(4):
-                p[(X + k) * width + i] = starts[lane, k]
+                p[(X + k) * width + i] = start_states[lane, k]
             _put_four(p, CART_WAY, i, width, MOVING)
             p[H * width + i] = h * compute_pace(p, i, width)
         for n in range(samples):

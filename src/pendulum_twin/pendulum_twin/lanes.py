@@ -133,7 +133,10 @@ def _show_state(kinds, lanes, i, state, t, period_s):
     if period_s > 0.0:
         if (fine_m > 0.0) | (fine_rad > 0.0):
             v, w = (x - shown[0]) / period_s, (th - shown[1]) / period_s
-        v, w = report_rate(v, shown[2], period_s, p, kinds.on), report_rate(w, shown[3], period_s, p, kinds.on)
+        v, w = (
+            report_rate(v, shown[2], period_s, p, kinds.on),
+            report_rate(w, shown[3], period_s, p, kinds.on),
+        )
     shown[0], shown[1], shown[2], shown[3] = x, th, v, w
 
 

@@ -96,7 +96,9 @@ class Signals:
     def end_s(self) -> float:
         """Return when the last period ends, s, counted through all recordings, gaps included."""
         return (
-            self._after_s[-1] + self._begin_s[-1] + (len(self) - self.stretch_begins[-1]) * self.period_s
+            self._after_s[-1]
+            + self._begin_s[-1]
+            + (len(self) - self.stretch_begins[-1]) * self.period_s
         )
 
     @property
@@ -112,7 +114,9 @@ class Signals:
     @property
     def _begin_s(self) -> tuple[float, ...]:
         return (
-            tuple(k * self.period_s for k in self.stretch_begins) if self.begin_s is None else self.begin_s
+            tuple(k * self.period_s for k in self.stretch_begins)
+            if self.begin_s is None
+            else self.begin_s
         )
 
     @property

@@ -47,7 +47,9 @@ def make_urdf(twin: Twin) -> str:
     if rig.has_cart:
         _add_visual(carrier, _make_rail(rig), "0 0 0", "rail", GREY)
         carrier = _add_cart(robot, rig, _get_friction(twin, "cart_coulomb_friction", "level_n"))
-    _add_visual(carrier, ET.Element("box", size=_format_numbers(*CART_SIZE)), "0 0 0", "cart", BLUE)
+    _add_visual(
+        carrier, ET.Element("box", size=_format_numbers(*CART_SIZE)), "0 0 0", "cart", BLUE
+    )
     if rig.has_pole:
         _add_pole(robot, rig, carrier, _get_friction(twin, "pole_coulomb_friction", "level_n_m"))
     ET.indent(robot)

@@ -40,7 +40,9 @@ def to_diagnostics(name: str, hardware: str, health: Health, stamp_ns: int) -> D
         name=name,
         message=health.sentence,
         hardware_id=hardware,
-        values=[KeyValue(key=key, value=_format_value(value)) for key, value in health.figures.items()],
+        values=[
+            KeyValue(key=key, value=_format_value(value)) for key, value in health.figures.items()
+        ],
     )
     message = DiagnosticArray(status=[status])
     message.header.stamp = to_time(stamp_ns)

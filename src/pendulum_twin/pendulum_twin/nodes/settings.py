@@ -65,7 +65,9 @@ def make_text_field(
             raise BadInputError(f"{name}: expected one of {', '.join(choices)}, found {value!r}")
         return value
 
-    return _make_field(default, f"{text} ({', '.join(choices)})" if choices else text, live, checked)
+    return _make_field(
+        default, f"{text} ({', '.join(choices)})" if choices else text, live, checked
+    )
 
 
 def make_list_field(default: tuple[str, ...], text: str, live: bool = False) -> Any:

@@ -96,7 +96,9 @@ def make_standard_plan(
     )
 
 
-def make_standard_pieces(room: Envelope, seconds: float, rate_hz: float, seed: int) -> list[Stretch]:
+def make_standard_pieces(
+    room: Envelope, seconds: float, rate_hz: float, seed: int
+) -> list[Stretch]:
     """Return the stretches of the standard plan; see `make_standard_plan`."""
     if not seconds >= SHORTEST_S or not rate_hz >= SLOWEST_HZ:
         raise BadInputError(

@@ -110,7 +110,9 @@ class Chirp:
         """Return the sweep."""
         _check_frequency("from_hz", self.from_hz, rate_hz)
         _check_frequency("to_hz", self.to_hz, rate_hz)
-        wave = waveforms.make_chirp(room, self.from_hz, self.to_hz, _check_amplitude(self.amplitude, room))
+        wave = waveforms.make_chirp(
+            room, self.from_hz, self.to_hz, _check_amplitude(self.amplitude, room)
+        )
         return [_make_stretch("chirp", wave, self.seconds, rate_hz, self.centred)]
 
 
@@ -132,7 +134,10 @@ class Multisine:
         for k, hz in enumerate(self.tones_hz):
             _check_frequency(f"tones_hz[{k}]", hz, rate_hz)
         wave = waveforms.make_multisine(
-            room, self.tones_hz, _check_amplitude(self.amplitude, room), np.random.default_rng(self.seed)
+            room,
+            self.tones_hz,
+            _check_amplitude(self.amplitude, room),
+            np.random.default_rng(self.seed),
         )
         return [_make_stretch("multisine", wave, self.seconds, rate_hz, self.centred)]
 
@@ -153,7 +158,10 @@ class Steps:
     def parts(self, room: Envelope, rate_hz: float) -> list[Stretch]:
         """Return the steps."""
         wave = waveforms.make_steps(
-            room, np.random.default_rng(self.seed), _check_amplitude(self.amplitude, room), self.hold_s
+            room,
+            np.random.default_rng(self.seed),
+            _check_amplitude(self.amplitude, room),
+            self.hold_s,
         )
         return [_make_stretch("steps", wave, self.seconds, rate_hz, self.centred)]
 
@@ -185,7 +193,9 @@ class FreeDecay:
         )
         return [
             kicked,
-            _make_stretch("free decay", waveforms.make_rest, self.seconds - kicked_s, rate_hz, False),
+            _make_stretch(
+                "free decay", waveforms.make_rest, self.seconds - kicked_s, rate_hz, False
+            ),
         ]
 
 
