@@ -125,7 +125,9 @@ def test_a_filter_that_is_called_at_neutral_passes_the_command_on(effect):
     on = np.array([e is effect for e in CATALOGUE])
     out = np.empty(2000)
     offsets = np.concatenate([[0], np.cumsum(compute_memory_sizes(1e-3))]).astype(np.int64)
-    kernel.filter_command(COMMAND, np.zeros(offsets[-1]), offsets, 1e-3, 10, 0, NEUTRAL.copy(), on, out)
+    kernel.filter_command(
+        COMMAND, np.zeros(offsets[-1]), offsets, 1e-3, 10, 0, NEUTRAL.copy(), on, out
+    )
     assert np.array_equal(out, np.repeat(COMMAND, 10))
 
 

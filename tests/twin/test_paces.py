@@ -27,11 +27,11 @@ class Outlet:
         self.stamps: list[int] = []
         self.pwm: list[float] = []
 
-    def sample(self, state: np.ndarray, stamp_ns: int) -> None:
+    def publish_sample(self, state: np.ndarray, stamp_ns: int) -> None:
         self.states.append(state.copy())
         self.stamps.append(stamp_ns)
 
-    def applied(self, pwm: float) -> None:
+    def publish_applied(self, pwm: float) -> None:
         self.pwm.append(pwm)
 
 
@@ -50,7 +50,7 @@ def trajectory(commands: list[float], twin: Twin = TWIN) -> np.ndarray:
 def in_lockstep(commands: list[float], twin: Twin = TWIN) -> Outlet:
     _, pace, outlet = live(Lockstep, twin)
     pace.tick(0)
-    assert all(pace.command(command, 0) for command in commands)
+    assert all(pace.take_command(command, 0) for command in commands)
     return outlet
 
 
@@ -59,7 +59,7 @@ def in_real_time(commands: list[float]) -> Outlet:
     _, pace, outlet = live(RealTime)
     for k, command in enumerate(commands):
         pace.tick(k * PERIOD_NS)
-        pace.command(command, k * PERIOD_NS + PERIOD_NS // 4)
+        pace.take_command(command, k * PERIOD_NS + PERIOD_NS // 4)
         pace.settle(k * PERIOD_NS + PERIOD_NS // 2)
     pace.tick(len(commands) * PERIOD_NS)
     return outlet
@@ -83,7 +83,7 @@ def test_in_real_time_a_late_answer_acts_from_the_next_sample() -> None:
     _, pace, outlet = live(RealTime)
     pace.tick(0)
     pace.settle(PERIOD_NS // 2)
-    pace.command(0.4, PERIOD_NS // 2 + 1)
+    pace.take_command(0.4, PERIOD_NS // 2 + 1)
     pace.tick(PERIOD_NS)
     pace.tick(2 * PERIOD_NS)  # on a machine that stood still, nobody settled in time
     assert outlet.pwm == [0.0, 0.4]
@@ -104,7 +104,7 @@ def test_the_last_command_before_a_sample_counts_in_real_time() -> None:
     _, pace, outlet = live(RealTime)
     pace.tick(0)
     for command in (0.1, 0.2, 0.3):
-        pace.command(command, 1)
+        pace.take_command(command, 1)
     pace.tick(PERIOD_NS)
     assert outlet.pwm == [0.3]
 
@@ -122,10 +122,10 @@ def test_a_reset_in_lockstep_is_a_sample_of_the_start_and_time_goes_on() -> None
     _, pace, outlet = live(Lockstep)
     pace.tick(0)
     for command in COMMANDS:
-        pace.command(command, 0)
+        pace.take_command(command, 0)
     pace.reset()
     for command in COMMANDS:
-        pace.command(command, 0)
+        pace.take_command(command, 0)
     ways = np.array(outlet.states).reshape(2, len(COMMANDS) + 1, 4)
     assert (
         ways[0].tobytes() == ways[1].tobytes()
@@ -145,11 +145,11 @@ def test_another_twin_goes_on_from_the_measured_state() -> None:
     other = Twin("other", THESIS, {"angle_offset": {"angle_rad": 0.1}, "cart_sign_inverted": {}})
     twin, pace, outlet = live(Lockstep)
     for command in COMMANDS:
-        pace.command(command, 0)
+        pace.take_command(command, 0)
     before = twin.state
     twin.become(other)
     assert twin.state == pytest.approx(before, abs=1e-12)
-    pace.command(0.3, 0)
+    pace.take_command(0.3, 0)
     expected = Stepper(other, PERIOD_S, tuple(before))
     assert outlet.states[-1].tobytes() == expected.step(0.3).tobytes()
     assert set(np.diff(outlet.stamps)) == {PERIOD_NS}
@@ -158,9 +158,9 @@ def test_another_twin_goes_on_from_the_measured_state() -> None:
 def test_another_twin_brings_its_own_limit() -> None:
     twin, pace, outlet = live(Lockstep)
     weak = Twin("weak", type(THESIS)(**(THESIS.to_mapping() | {"pwm_limit": 0.1})))
-    pace.command(3.0, 0)
+    pace.take_command(3.0, 0)
     twin.become(weak)
-    pace.command(-3.0, 0)
+    pace.take_command(-3.0, 0)
     assert outlet.pwm == [3.0, -0.1]
 
 
@@ -180,7 +180,7 @@ def test_every_effect_of_the_catalogue_runs_live_from_its_file(effect, tmp_path)
     running.become(twin)
     pace.tick(0)
     for command in commands:
-        pace.command(command, 0)
+        pace.take_command(command, 0)
     as_shown = run(
         THESIS, np.array(commands), effects, HANGING
     )  # it goes on from what was measured

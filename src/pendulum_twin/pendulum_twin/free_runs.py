@@ -1,4 +1,4 @@
-"""Run twins freely, driven by a recorded command: the three passes in order, many runs at once.
+"""Run twins freely, driven by a recorded command: three passes in order, many runs at once.
 
 Arguments that the functions share:
 theta: (sets, SIZE) or (lanes, SIZE), parameter vectors.
@@ -19,8 +19,7 @@ from pendulum_twin.motion import ALL_LAWS, NO_LAWS, PLAIN_LAWS
 from pendulum_twin.parameter_vector import BASE, SLOTS, find_active_effects
 from pendulum_twin.signals import Signals
 
-# Of every effect of the catalogue: whether the mechanics know it, costly laws among them, laws that
-# can make a joint stick.
+# Masks over the catalogue: effects of the mechanics, costly laws, laws that can hold a joint.
 _MECHANICAL = np.array(
     [e.form in (Form.FORCE, Form.DRY, Form.DRY_RATIO, Form.HOLD) for e in CATALOGUE]
 )
@@ -128,7 +127,7 @@ def _select_filter_columns(theta: Floats) -> Floats:
 
 
 def compute_memory_offsets(h: float) -> Ints:
-    """Return where each filter's memory begins for substeps of h s; the last number is its size."""
+    """Return where each filter's memory begins for substeps of h s, and the size of all."""
     return np.concatenate([[0], np.cumsum(compose.compute_memory_sizes(h))]).astype(np.int64)
 
 

@@ -1,14 +1,14 @@
-"""The three passes, compiled; the only place where time advances.
+"""Run the compiled passes; the only place where time advances.
 
-`filter_command` runs command and drive once over a stretch and gives the force; `integrate_lanes` integrates it,
-many lanes side by side (`motion.py`, `stick_slip.py`); the sensor's effects turn the true states
-into what would have been measured (`free_runs.py`). A lane is one run. Lanes are packed in blocks
-of constant width; every lane gives the same bits in any width, for nothing here depends on its
-neighbours.
+`filter_command` runs command and drive once over a stretch and gives the force before the gain;
+`integrate_lanes` integrates the motion, many lanes side by side (`motion.py`, `stick_slip.py`);
+the sensor's effects turn true states into measured states (`free_runs.py`). A lane is a run. Lanes
+are packed in blocks of constant width; a lane gives the same bits in any width, for nothing here
+depends on its neighbours.
 
-A block's numbers lie in one array, row by row, lane beside lane: the words, and below them the
-rows named here. One array, because the compiler computes lanes side by side only where it can
-prove that what it reads is not what it writes.
+A block's numbers lie in one array, row by row, lane beside lane: theta, and below it the rows
+named here. There is one array because the compiler computes lanes side by side only where it can
+prove that it does not write what it reads.
 """
 
 from __future__ import annotations

@@ -107,17 +107,11 @@ def cut_step(state, after, force, modes, p, i, width, laws, h):
     v, w = (0.0, w) if of_cart else (v, 0.0)
     modes = find_modes((x, th, v, w), force, p, i, width, laws)
     x, th, v, w = advance_step((x, th, v, w), force, modes, p, i, width, laws, (1.0 - part) * h)
-    # A second end inside one step is at rest; the next step asks again.
-    v = (
-        0.0
-        if v * modes[0] < 0.0 and compute_cart_level(0.0, x, modes[0], p, i, width, laws) > 0.0
-        else v
-    )
-    w = (
-        0.0
-        if w * modes[1] < 0.0 and compute_pole_level(0.0, th, modes[1], p, i, width, laws) > 0.0
-        else w
-    )
+    # A second end inside one step is at rest; the next step finds the modes anew.
+    cart_level = compute_cart_level(0.0, x, modes[0], p, i, width, laws)
+    pole_level = compute_pole_level(0.0, th, modes[1], p, i, width, laws)
+    v = 0.0 if v * modes[0] < 0.0 and cart_level > 0.0 else v
+    w = 0.0 if w * modes[1] < 0.0 and pole_level > 0.0 else w
     return x, th, v, w
 
 
@@ -125,8 +119,10 @@ def cut_step(state, after, force, modes, p, i, width, laws, h):
 def find_mode_end(state, after, force, modes, of_cart, begin, end, p, i, width, laws, h):
     """Return the part of the step after which a mode has just ended, and the state there.
 
-    of_cart: whether it is the cart's mode, else the pole's. Regula falsi with the Illinois rule between the
-    margins at the begin of the step, at least 0, and at its end, below 0.
+    of_cart: whether it is the cart's mode, else the pole's.
+    begin, end: margins at the begin of the step, at least 0, and at its end, below 0.
+
+    Regula falsi with the Illinois rule.
     """
     low, high, ended, last = 0.0, 1.0, after, 0.0
     for _ in range(SEARCHES):

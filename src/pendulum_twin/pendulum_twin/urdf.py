@@ -1,13 +1,14 @@
-"""A twin's rig as a URDF, for robot_state_publisher, RViz and any engine that reads one.
+"""Describe a twin's rig as a URDF, for robot_state_publisher, RViz and any engine that reads one.
 
-Frames: x along the rail, z up. The joint `cart` slides along +x, 0 in the middle of the rail. The joint `pole` turns about
--y, 0 upright: counterclockwise positive for one who looks along +y, with the positive end of the rail on the right. So
-`joint_states` of twin and rig drive the model as they are.
+Frames: x along the rail, z up. The joint `cart` slides along +x, 0 in the middle of the rail. The
+joint `pole` turns about -y, 0 upright: counterclockwise positive as seen along +y, with the
+positive end of the rail on the right. So `joint_states` of twin and rig drive the model as they
+are.
 
-Motion sees only the moved mass m, the first moment S = m l and the pole's inertia Jp about its
-axis. A pole of mass mp with its centre of mass at S/mp from the axis and, by Steiner, the inertia
-Jp - S^2/mp about it, on a cart of m - mp, has these. What is drawn are plain bodies: a rod as long
-as its centre of mass asks for, the other sizes chosen to be seen.
+Motion depends only on the moved mass m, the first moment S = m l and the pole's inertia Jp about
+its axis. They are those of a pole of mass mp on a cart of m - mp, whose centre of mass lies S/mp
+from the axis and whose inertia about it is, by Steiner, Jp - S^2/mp. The bodies are drawn plainly:
+a rod as long as its centre of mass demands; the other sizes are chosen to be seen.
 """
 
 from __future__ import annotations
@@ -23,7 +24,8 @@ from pendulum_twin.model import Twin, load_twin
 from pendulum_twin.rig import Rig
 from pendulum_twin.topics import CART, POLE
 
-UNLIMITED = 1000.0  # m, N and m/s: stands for a limit that the twin file does not give; URDF wants a number
+# m, N and m/s: stands for a limit that the twin file does not give; URDF demands a number.
+UNLIMITED = 1000.0
 HEAVIER = 1.25  # times the lightest pole that can have the rig's S and Jp
 SLENDER = 0.01  # the pole's inertia about its own length, of that across; it never turns about it
 
@@ -34,16 +36,15 @@ GREY, BLUE, ORANGE = "0.6 0.6 0.6 1", "0.2 0.4 0.7 1", "0.9 0.5 0.1 1"
 
 
 def make_urdf(twin: Twin) -> str:
-    """Return the twin's rig as URDF text: joints `cart` (m) and `pole` (rad), those that the rig has.
+    """Return the twin's rig as URDF text with the joints `cart` (m) and `pole` (rad) that it has.
 
-    Where a limit is not in the twin file it is UNLIMITED. Raises BadInputError when no bodies have
-    the rig's constants.
+    A limit that is not in the twin file is UNLIMITED. Raises BadInputError when no bodies have the
+    rig's constants.
     """
     rig = twin.rig
     robot = ET.Element("robot", name=twin.name)
-    carrier = _add_link(
-        robot, "rail_link"
-    )  # what the pole turns on: the cart, or, without one, what stands still
+    # the pole turns on the cart or, without a cart, on what stands still
+    carrier = _add_link(robot, "rail_link")
     if rig.has_cart:
         _add_visual(carrier, _make_rail(rig), "0 0 0", "rail", GREY)
         carrier = _add_cart(robot, rig, _get_friction(twin, "cart_coulomb_friction", "level_n"))
@@ -60,8 +61,8 @@ def _compute_pole_mass(rig: Rig) -> float:
     """Return the mass of the pole's body, kg; 0 without a pole.
 
     It is the rig's pole mass where that leaves a positive inertia about the centre of mass. Else
-    it is as much heavier as it takes, at the cart's cost: m, S and Jp, and with them all motion,
-    stay as they are.
+    the pole's body is heavier and the cart's lighter; m, S and Jp, and with them all motion, stay
+    the same.
     """
     if rig.pole_mass_kg is None or rig.com_distance_m is None or rig.pole_inertia_kg_m2 is None:
         return 0.0
@@ -69,9 +70,10 @@ def _compute_pole_mass(rig: Rig) -> float:
     if rig.pole_mass_kg > lightest:
         return rig.pole_mass_kg
     if rig.has_cart and HEAVIER * lightest >= rig.total_mass_kg:
+        least = rig.pole_inertia_kg_m2 * HEAVIER * lightest / rig.total_mass_kg
         raise BadInputError(
-            f"pole_inertia_kg_m2: expected above {rig.pole_inertia_kg_m2 * HEAVIER * lightest / rig.total_mass_kg:.3g} for "
-            f"these masses and com_distance_m, found {rig.pole_inertia_kg_m2:g}: no bodies move like that"
+            f"pole_inertia_kg_m2: expected above {least:.3g} for these masses and com_distance_m, "
+            f"found {rig.pole_inertia_kg_m2:g}: no bodies move like that"
         )
     return HEAVIER * lightest
 
@@ -161,7 +163,7 @@ def _format_numbers(*values: float) -> str:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Print the URDF of a twin file and return 0; 1 with a sentence on stderr when that cannot be; 2 for wrong use."""
+    """Print the URDF of a twin file; return 0, or 1 with a sentence on stderr."""
     parser = argparse.ArgumentParser(
         prog="twin_urdf", description="Print the rig of a twin file as a URDF."
     )
@@ -171,7 +173,7 @@ def main(arguments: list[str] | None = None) -> int:
     except BadInputError as error:
         print(f"twin_urdf: {error}", file=sys.stderr)
         return 1
-    except BrokenPipeError:  # who reads wants no more
+    except BrokenPipeError:  # the reader has ended
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return 0
 

@@ -96,7 +96,7 @@ class TwinNode(Node):
         taken, refused, age_s = (
             live.commands.taken,
             live.commands.refused,
-            live.commands.age_s(self._now_ns()),
+            live.commands.compute_age_s(self._now_ns()),
         )
         return TwinFigures(
             live.twin.name, pace.samples, taken, refused, pace.lost, live.applied, age_s
@@ -156,7 +156,7 @@ class TwinNode(Node):
         return response
 
     def _take(self, message: Float64) -> None:
-        if not self._pace.command(message.data, self._now_ns()):
+        if not self._pace.take_command(message.data, self._now_ns()):
             self.get_logger().warning(
                 f"{topics.PWM}: expected a finite number, found {message.data} "
                 f"({self._live.commands.refused} refused so far)",
@@ -174,7 +174,7 @@ class TwinNode(Node):
         self.get_logger().info(f"twin {twin.name} of {settings.twin} goes on")
 
     def _healthy(self) -> Health:
-        return self._health.of(self.figures())
+        return self._health.report(self.figures())
 
     def _now_ns(self) -> int:
         return time.monotonic_ns() if self.lockstep else self.get_clock().now().nanoseconds
