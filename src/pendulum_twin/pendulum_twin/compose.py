@@ -14,7 +14,7 @@ from typing import Any
 
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Effect, Form, Place
-from pendulum_twin.equations import exp, compile_inner, sin_cos
+from pendulum_twin.equations import compile_inner, exp, sin_cos
 from pendulum_twin.parameter_vector import BASE, SLOTS
 
 # Where the text finds number {word} of theta: of lane i in a block of lanes, or of a lane alone.

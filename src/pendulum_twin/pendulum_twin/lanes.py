@@ -57,7 +57,7 @@ class Lanes(NamedTuple):
     drives: (lanes, substeps) room for a period of drive.
     out: (lanes, samples + 1, 4) room for a period of states.
     row, zero: (lanes,) the row of drives of each lane, and where the lane begins in it.
-    held: (samples,) room for a period of commands.
+    commands: (samples,) room for a period of commands.
     """
 
     kind: Ints
@@ -70,7 +70,7 @@ class Lanes(NamedTuple):
     out: Floats
     row: Ints
     zero: Ints
-    held: Floats
+    commands: Floats
 
 
 class Code(NamedTuple):
@@ -123,7 +123,7 @@ def make_lanes(kinds: Kinds, timing: Timing, count: int) -> Lanes:
         out=np.zeros((count, timing.samples + 1, 4)),
         row=np.arange(count, dtype=np.int64),
         zero=np.zeros(count, dtype=np.int64),
-        held=np.zeros(timing.samples),
+        commands=np.zeros(timing.samples),
     )
 
 
@@ -166,10 +166,10 @@ def begin_lane(kinds, lanes, timing, i, kind, away):
     lanes.theta[i] = kinds.theta[kind]
     lanes.memory[i] = 0.0
     lanes.done[i] = 0
-    lanes.held[:] = 0.0
+    lanes.commands[:] = 0.0
     h = timing.sample_s / timing.sub * kinds.paces[kind]
     kernel.filter_command(
-        lanes.held[:1],
+        lanes.commands[:1],
         lanes.memory[i],
         kinds.offsets[kind],
         h,
@@ -195,11 +195,11 @@ def advance_lanes(code, kinds, lanes, timing, commands):
     h = sample_s / sub
     for i in range(len(commands)):
         kind = lanes.kind[i]
-        lanes.held[:] = commands[i]
+        lanes.commands[:] = commands[i]
         pace = kinds.paces[kind]
         drive = lanes.drives[i]
         kernel.filter_command(
-            lanes.held,
+            lanes.commands,
             lanes.memory[i],
             kinds.offsets[kind],
             h * pace,

@@ -20,9 +20,9 @@ from __future__ import annotations
 from pendulum_twin import compose
 from pendulum_twin.effects.effect import Place
 from pendulum_twin.equations import (
+    compile_inner,
     compute_cart_load,
     compute_pole_weight,
-    compile_inner,
     sin_cos,
     solve_accelerations,
 )

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from pendulum_twin.arrays import Floats, Mask
 from pendulum_twin.errors import BadInputError
 
-
 MOST_PERIOD_DIFFERENCE = 0.01  # of the period, between recordings of one rate
 
 

@@ -93,20 +93,20 @@ def cut_step(state, after, force, modes, p, i, width, laws, h):
     """Return the state after a step from state that would end in after with its modes held."""
     cart_begin, pole_begin = compute_margins(state, force, modes, p, i, width, laws)
     cart_end, pole_end = compute_margins(after, force, modes, p, i, width, laws)
-    # The fraction of the step after which each mode ends; above 1 when it lasts.
-    cart_part = cart_begin / (cart_begin - cart_end) if cart_begin >= 0.0 > cart_end else 2.0
-    pole_part = pole_begin / (pole_begin - pole_end) if pole_begin >= 0.0 > pole_end else 2.0
-    if cart_part > 1.0 and pole_part > 1.0:
+    # The share of the step after which each mode ends; above 1 when it lasts.
+    cart_share = cart_begin / (cart_begin - cart_end) if cart_begin >= 0.0 > cart_end else 2.0
+    pole_share = pole_begin / (pole_begin - pole_end) if pole_begin >= 0.0 > pole_end else 2.0
+    if cart_share > 1.0 and pole_share > 1.0:
         return after
-    of_cart = cart_part <= pole_part
+    of_cart = cart_share <= pole_share
     begin, end = (cart_begin, cart_end) if of_cart else (pole_begin, pole_end)
-    part, (x, th, v, w) = find_mode_end(
+    share, (x, th, v, w) = find_mode_end(
         state, after, force, modes, of_cart, begin, end, p, i, width, laws, h
     )
     # A joint that slipped stands now; one that stuck has not moved.
     v, w = (0.0, w) if of_cart else (v, 0.0)
     modes = find_modes((x, th, v, w), force, p, i, width, laws)
-    x, th, v, w = advance_step((x, th, v, w), force, modes, p, i, width, laws, (1.0 - part) * h)
+    x, th, v, w = advance_step((x, th, v, w), force, modes, p, i, width, laws, (1.0 - share) * h)
     # A second end inside one step is at rest; the next step finds the modes anew.
     cart_level = compute_cart_level(0.0, x, modes[0], p, i, width, laws)
     pole_level = compute_pole_level(0.0, th, modes[1], p, i, width, laws)
@@ -117,7 +117,7 @@ def cut_step(state, after, force, modes, p, i, width, laws, h):
 
 @compile_apart
 def find_mode_end(state, after, force, modes, of_cart, begin, end, p, i, width, laws, h):
-    """Return the part of the step after which a mode has just ended, and the state there.
+    """Return the share of the step after which a mode has just ended, and the state there.
 
     of_cart: whether it is the cart's mode, else the pole's.
     begin, end: margins at the begin of the step, at least 0, and at its end, below 0.
@@ -126,15 +126,15 @@ def find_mode_end(state, after, force, modes, of_cart, begin, end, p, i, width, 
     """
     low, high, ended, last = 0.0, 1.0, after, 0.0
     for _ in range(SEARCHES):
-        part = min(low + (high - low) * begin / (begin - end) + BEYOND, high)
-        there = advance_step(state, force, modes, p, i, width, laws, part * h)
+        share = min(low + (high - low) * begin / (begin - end) + BEYOND, high)
+        there = advance_step(state, force, modes, p, i, width, laws, share * h)
         cart_margin, pole_margin = compute_margins(there, force, modes, p, i, width, laws)
         margin = cart_margin if of_cart else pole_margin
         if margin < 0.0:
-            high, ended, end = part, there, margin
+            high, ended, end = share, there, margin
             begin *= 0.5 if last < 0.0 else 1.0
         else:
-            low, begin = part, margin
+            low, begin = share, margin
             end *= 0.5 if last > 0.0 else 1.0
         last = -1.0 if margin < 0.0 else 1.0
     return high, ended

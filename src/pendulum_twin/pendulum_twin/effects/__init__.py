@@ -1,4 +1,4 @@
-"""The catalogue: every effect that a twin may hold and a diagnosis may name, in the order of the chain.
+"""List every effect that a twin may hold and a diagnosis may name, in the order of the chain.
 
 To add one: write its file beside this one, import it, put it into the tuple at its place.
 """

@@ -8,8 +8,10 @@ LONGEST_S = 0.3
 
 
 def law(u, memory, h, t, delay_s):
-    """Return the mean over this substep of the command delay_s ago; memory is a ring of past "
-    "commands."""
+    """Return the mean over this substep of the command delay_s ago.
+
+    memory: the position in the ring, and the ring of past commands.
+    """
     size = len(memory) - 1
     if memory[0] == 0.0:
         memory[0] = 1.0
@@ -25,8 +27,11 @@ def law(u, memory, h, t, delay_s):
 
 
 def memory(h):
-    """Return the ring's size: the longest delay, the two substeps between which it falls, and "
-    "the position."""
+    """Return the size of the memory.
+
+    The ring holds the longest delay and the two substeps between which it falls; one number more
+    is the position.
+    """
     return math.ceil(LONGEST_S / h) + 3
 
 

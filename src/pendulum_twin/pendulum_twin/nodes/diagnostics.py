@@ -1,4 +1,4 @@
-"""A node's health on `/diagnostics`, once a second."""
+"""Publish a node's health on `/diagnostics`, once a second."""
 
 from __future__ import annotations
 
@@ -17,7 +17,11 @@ PERIOD_S = 1.0
 
 
 def publish_health(node: Node, hardware: str, health: Callable[[], Health]) -> None:
-    """Publish what health() returns once a second of real time, whatever the simulated time is; hardware: the rig's name."""
+    """Publish a node's health once a second of real time, whatever the simulated time is.
+
+    hardware: name of the rig.
+    health: returns what to publish.
+    """
     publisher = node.create_publisher(DiagnosticArray, topics.DIAGNOSTICS, SAMPLES)
 
     def publish() -> None:

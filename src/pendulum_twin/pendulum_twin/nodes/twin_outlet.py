@@ -18,7 +18,7 @@ from pendulum_twin.topics import JOINTS
 
 
 class TwinOutlet:
-    """Publish samples of the joints that a rig has, and move the simulated clock, if any, with them.
+    """Publish samples of the joints of a rig, and move the simulated clock, if any, with them.
 
     The same message is filled anew each time: making a sample costs as much as publishing it.
     """

@@ -1,4 +1,4 @@
-"""The kinds of phases that a plan is made of: for each its keys, what they may be, and the commands it stands for.
+"""Define the kinds of phases of a plan: their keys, the checks of these, and their commands.
 
 Each kind is a frozen dataclass whose fields are its keys in a plan file (`plan_file`); a wrong
 value raises BadInputError.
@@ -31,12 +31,12 @@ WHOLE_PUSH_S = LEAD_S + 4 * PUSH_S
 
 
 class Phase(Protocol):
-    """What every kind of phase offers. A kind's fields are its keys in a plan file."""
+    """Offer what every kind of phase does; its fields are its keys in a plan file."""
 
     __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
 
-    def parts(self, room: Envelope, rate_hz: float) -> list[Stretch]:
-        """Return its stretches on a rig; raise BadInputError when the rig or the rate does not allow them."""
+    def make_stretches(self, room: Envelope, rate_hz: float) -> list[Stretch]:
+        """Return its stretches; raise BadInputError when the rig or the rate forbids them."""
 
 
 def _make_seconds_key(default: Any = MISSING, least: float = BRIEFEST_S) -> Any:
@@ -44,12 +44,12 @@ def _make_seconds_key(default: Any = MISSING, least: float = BRIEFEST_S) -> Any:
 
 
 def _make_stretch(name: str, wave: Wave, seconds: float, rate_hz: float, centred: bool) -> Stretch:
-    """Return a wave as a stretch; it has two samples at least, for waves need a period."""
+    """Return a wave as a stretch of at least two samples, for waves need a period."""
     return Stretch(name, wave(np.arange(max(2, round(seconds * rate_hz))) / rate_hz), centred)
 
 
 def _check_amplitude(amplitude: float, room: Envelope) -> float:
-    """Return an amplitude that the limit allows."""
+    """Return an amplitude within the limit; raise BadInputError for a larger amplitude."""
     if amplitude > room.limit:
         raise BadInputError(
             f"amplitude: expected at most the limit {room.limit:g}, found {amplitude:g}"
@@ -58,6 +58,7 @@ def _check_amplitude(amplitude: float, room: Envelope) -> float:
 
 
 def _check_frequency(name: str, hz: float, rate_hz: float) -> None:
+    """Raise BadInputError for a frequency above half of the rate."""
     if hz > rate_hz / 2:
         raise BadInputError(
             f"{name}: expected at most {rate_hz / 2:g} Hz, half of rate_hz, found {hz:g}"
@@ -66,21 +67,21 @@ def _check_frequency(name: str, hz: float, rate_hz: float) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class Push:
-    """A short push back and forth that shows which way the cart goes: what is centred needs it, at the plan's start."""
+    """Push back and forth at a plan's start: it shows the direction of the cart."""
 
     seconds: float = _make_seconds_key(1.5, WHOLE_PUSH_S)
 
     def __post_init__(self) -> None:
         check_keys(self)
 
-    def parts(self, room: Envelope, rate_hz: float) -> list[Stretch]:
+    def make_stretches(self, room: Envelope, rate_hz: float) -> list[Stretch]:
         """Return the push and the rest after it."""
         return [_make_stretch("push", waveforms.make_push, self.seconds, rate_hz, False)]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Rest:
-    """Nothing is sent; when centred, the cart is brought back towards the middle."""
+    """Send nothing; when centred, bring the cart back towards the middle."""
 
     seconds: float = _make_seconds_key()
     centred: bool = make_flag_key(False)
@@ -88,14 +89,14 @@ class Rest:
     def __post_init__(self) -> None:
         check_keys(self)
 
-    def parts(self, room: Envelope, rate_hz: float) -> list[Stretch]:
+    def make_stretches(self, room: Envelope, rate_hz: float) -> list[Stretch]:
         """Return the rest."""
         return [_make_stretch("rest", waveforms.make_rest, self.seconds, rate_hz, self.centred)]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Chirp:
-    """A tone that glides evenly, in octaves a second, from one frequency to another, up or down."""
+    """Glide a tone from a frequency to another, evenly in octaves a second, up or down."""
 
     seconds: float = _make_seconds_key()
     from_hz: float = make_number_key(0.01, 500.0)
@@ -106,7 +107,7 @@ class Chirp:
     def __post_init__(self) -> None:
         check_keys(self)
 
-    def parts(self, room: Envelope, rate_hz: float) -> list[Stretch]:
+    def make_stretches(self, room: Envelope, rate_hz: float) -> list[Stretch]:
         """Return the sweep."""
         _check_frequency("from_hz", self.from_hz, rate_hz)
         _check_frequency("to_hz", self.to_hz, rate_hz)
@@ -118,7 +119,7 @@ class Chirp:
 
 @dataclass(frozen=True, kw_only=True)
 class Multisine:
-    """Many tones at once, their phases drawn by the seed; amplitude: of their sum."""
+    """Send many tones at once, their phases drawn by the seed; amplitude: of their sum."""
 
     seconds: float = _make_seconds_key()
     amplitude: float = make_number_key(0.001, 1e6)
@@ -129,7 +130,7 @@ class Multisine:
     def __post_init__(self) -> None:
         check_keys(self)
 
-    def parts(self, room: Envelope, rate_hz: float) -> list[Stretch]:
+    def make_stretches(self, room: Envelope, rate_hz: float) -> list[Stretch]:
         """Return the tones."""
         for k, hz in enumerate(self.tones_hz):
             _check_frequency(f"tones_hz[{k}]", hz, rate_hz)
@@ -144,7 +145,7 @@ class Multisine:
 
 @dataclass(frozen=True, kw_only=True)
 class Steps:
-    """Pairs of steps, one way and back, of drawn sizes up to amplitude, none longer than hold_s."""
+    """Send pairs of steps, forth and back, of drawn sizes up to amplitude, hold_s at most."""
 
     seconds: float = _make_seconds_key()
     amplitude: float = make_number_key(0.001, 1e6)
@@ -155,7 +156,7 @@ class Steps:
     def __post_init__(self) -> None:
         check_keys(self)
 
-    def parts(self, room: Envelope, rate_hz: float) -> list[Stretch]:
+    def make_stretches(self, room: Envelope, rate_hz: float) -> list[Stretch]:
         """Return the steps."""
         wave = waveforms.make_steps(
             room,
@@ -168,7 +169,7 @@ class Steps:
 
 @dataclass(frozen=True, kw_only=True)
 class FreeDecay:
-    """Make the pole swing by so many swings at its own frequency, then send nothing while it swings out."""
+    """Make the pole swing at its own frequency, then send nothing while it swings out."""
 
     seconds: float = _make_seconds_key()
     amplitude: float = make_number_key(0.001, 1e6)
@@ -177,12 +178,14 @@ class FreeDecay:
     def __post_init__(self) -> None:
         check_keys(self)
 
-    def parts(self, room: Envelope, rate_hz: float) -> list[Stretch]:
+    def make_stretches(self, room: Envelope, rate_hz: float) -> list[Stretch]:
         """Return the kick and the decay."""
         kicked_s = waveforms.compute_kick_s(room, self.swings)
         if not kicked_s + BRIEFEST_S <= self.seconds:
             raise BadInputError(
-                f"seconds: expected more than the {kicked_s:.3g} s that {self.swings} swings take, found {self.seconds:g}"
+                f"seconds: expected more than the {kicked_s:.3g} s that "
+                f"{self.swings} swings take, "
+                f"found {self.seconds:g}"
             )
         kicked = _make_stretch(
             "kick",
@@ -201,7 +204,7 @@ class FreeDecay:
 
 @dataclass(frozen=True, kw_only=True)
 class Samples:
-    """Commands one by one, one a sample period."""
+    """Send commands as they are listed, one a sample period."""
 
     commands: tuple[float, ...] = make_numbers_key(-1e6, 1e6, MOST_SAMPLES)
     centred: bool = make_flag_key(True)
@@ -209,21 +212,22 @@ class Samples:
     def __post_init__(self) -> None:
         check_keys(self)
 
-    def parts(self, room: Envelope, rate_hz: float) -> list[Stretch]:
+    def make_stretches(self, room: Envelope, rate_hz: float) -> list[Stretch]:
         """Return the commands; raise BadInputError for one beyond the limit."""
         commands: Floats = np.array(self.commands)
         beyond = np.flatnonzero(np.abs(commands) > room.limit)
         if len(beyond):
             k = beyond[0]
             raise BadInputError(
-                f"commands[{k}]: expected from {-room.limit:g} to {room.limit:g}, found {commands[k]:g}"
+                f"commands[{k}]: expected from {-room.limit:g} to {room.limit:g}, "
+                f"found {commands[k]:g}"
             )
         return [Stretch("samples", commands, self.centred)]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Standard:
-    """The standard plan, which begins with a push of its own."""
+    """Play the standard plan, which begins with a push of its own."""
 
     seconds: float = _make_seconds_key(60.0, SHORTEST_S)
     seed: int = make_whole_key(0, 2**32 - 1, 0)
@@ -231,7 +235,7 @@ class Standard:
     def __post_init__(self) -> None:
         check_keys(self)
 
-    def parts(self, room: Envelope, rate_hz: float) -> list[Stretch]:
+    def make_stretches(self, room: Envelope, rate_hz: float) -> list[Stretch]:
         """Return all its stretches."""
         return make_standard_pieces(room, self.seconds, rate_hz, self.seed)
 
@@ -246,4 +250,4 @@ KINDS: Mapping[str, type[Phase]] = {
     "samples": Samples,
     "standard": Standard,
 }
-BEGINNINGS = (Push, Standard)  # the phases from which the cart's way is seen
+BEGINNINGS = (Push, Standard)  # the phases that show the direction of the cart
