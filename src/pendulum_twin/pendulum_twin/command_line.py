@@ -34,13 +34,13 @@ def run_command(name: str, work: Callable[[], int | None], interrupted: str) -> 
 def as_option[T](read: Callable[[str], T]) -> Callable[[str], T]:
     """Return a reader for `argparse` that shows the sentence of a BadInputError as its own."""
 
-    def reader(text: str) -> T:
+    def read_option(text: str) -> T:
         try:
             return read(text)
         except BadInputError as error:
             raise argparse.ArgumentTypeError(str(error)) from error
 
-    return reader
+    return read_option
 
 
 def make_whole_reader(low: int = 0, high: int | None = None) -> Callable[[str], int]:

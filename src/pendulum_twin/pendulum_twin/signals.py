@@ -103,12 +103,14 @@ class Signals:
     @property
     def clock_s(self) -> Floats:
         """Return the time of every sample, s, on the clock of its recording, (n,)."""
-        return self._times(self._begin_s)
+        return self._compute_times(self._begin_s)
 
     @property
     def times_s(self) -> Floats:
         """Return the time of every sample, s, counted through all recordings, (n,)."""
-        return self._times(tuple(a + b for a, b in zip(self._begin_s, self._after_s, strict=True)))
+        return self._compute_times(
+            tuple(a + b for a, b in zip(self._begin_s, self._after_s, strict=True))
+        )
 
     @property
     def _begin_s(self) -> tuple[float, ...]:
@@ -122,7 +124,7 @@ class Signals:
     def _after_s(self) -> tuple[float, ...]:
         return (0.0,) * len(self.stretch_begins) if self.after_s is None else self.after_s
 
-    def _times(self, begin_s: tuple[float, ...]) -> Floats:
+    def _compute_times(self, begin_s: tuple[float, ...]) -> Floats:
         pieces = [
             b + np.arange(s.stop - s.start) * self.period_s
             for s, b in zip(self.stretches, begin_s, strict=True)

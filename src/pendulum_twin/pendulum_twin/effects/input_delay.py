@@ -19,10 +19,10 @@ def law(u, memory, h, t, delay_s):
     now = int(memory[0]) - 1
     memory[1 + now] = u
     memory[0] = (now + 1) % size + 1.0
-    whole = int(delay_s / h)
-    part = delay_s / h - whole
-    return (1.0 - part) * memory[1 + (now - whole) % size] + part * memory[
-        1 + (now - whole - 1) % size
+    steps = int(delay_s / h)
+    share = delay_s / h - steps
+    return (1.0 - share) * memory[1 + (now - steps) % size] + share * memory[
+        1 + (now - steps - 1) % size
     ]
 
 

@@ -135,7 +135,7 @@ def watch_settings[S: Settings](
     accept: takes the new settings, or raises BadInputError to refuse them; then nothing changes.
     """
 
-    def changed(parameters: list[Parameter]) -> SetParametersResult:
+    def change(parameters: list[Parameter]) -> SetParametersResult:
         known = {item.name for item in fields(current())}
         given = {p.name: p.value for p in parameters if p.name in known}
         try:
@@ -145,7 +145,7 @@ def watch_settings[S: Settings](
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
-    node.add_on_set_parameters_callback(changed)
+    node.add_on_set_parameters_callback(change)
 
 
 def _make_descriptor(item: Field[Any]) -> ParameterDescriptor:

@@ -91,13 +91,13 @@ def limit_amplitude(room: Envelope, hz: Floats | float) -> Floats:
 def make_sweep(room: Envelope, first_hz: float, last_hz: float) -> Wave:
     """Return a sweep of rising (or falling) frequency, weaker about the pole's own frequency."""
 
-    def commands(t: Floats) -> Floats:
+    def compute(t: Floats) -> Floats:
         hz, phase = _compute_glide(t, first_hz, last_hz)
         # strength breathes, so that limits and dead zones are passed at every frequency
         breath = 0.8 + 0.2 * np.cos(2 * np.pi * t / 1.7)
         return limit_amplitude(room, hz) * spare_resonance(room, hz) * breath * np.cos(phase)
 
-    return commands
+    return compute
 
 
 def spare_resonance(room: Envelope, hz: Floats) -> Floats:
@@ -113,11 +113,11 @@ def spare_resonance(room: Envelope, hz: Floats) -> Floats:
 def make_chirp(room: Envelope, first_hz: float, last_hz: float, amplitude: float) -> Wave:
     """Return a sweep of even amplitude, weaker only where the rail is too short for it."""
 
-    def commands(t: Floats) -> Floats:
+    def compute(t: Floats) -> Floats:
         hz, phase = _compute_glide(t, first_hz, last_hz)
         return np.minimum(amplitude, limit_amplitude(room, hz)) * np.cos(phase)
 
-    return commands
+    return compute
 
 
 def _compute_glide(t: Floats, first_hz: float, last_hz: float) -> tuple[Floats, Floats]:
@@ -130,14 +130,14 @@ def make_tones(room: Envelope, random: np.random.Generator) -> Wave:
     """Return many tones at once, quiet: root mean squares of 5 to 20 % of the limit."""
     phases = random.uniform(0, 2 * np.pi, len(TONES_HZ))
 
-    def commands(t: Floats) -> Floats:
+    def compute(t: Floats) -> Floats:
         hz = np.array(TONES_HZ)
         strengths = np.minimum(0.25 * room.limit, 0.5 * limit_amplitude(room, hz))
         total = np.sum(strengths * np.cos(2 * np.pi * np.outer(t, hz) + phases), axis=1)
         loudness = 0.3 + 0.35 * (1 - np.cos(2 * np.pi * t / t[-1]))
         return 0.4 * loudness * total
 
-    return commands
+    return compute
 
 
 def make_multisine(
@@ -150,7 +150,7 @@ def make_multisine(
     """
     drawn = random.uniform(0, 2 * np.pi, len(tones_hz))
 
-    def commands(t: Floats) -> Floats:
+    def compute(t: Floats) -> Floats:
         turns = 2 * np.pi * np.array(tones_hz)
         waves = np.minimum(amplitude, limit_amplitude(room, np.array(tones_hz))) * np.cos(
             np.outer(t, turns) + drawn
@@ -165,7 +165,7 @@ def make_multisine(
         )
         return size * _compute_fade(t) * total
 
-    return commands
+    return compute
 
 
 def _compute_fade(t: Floats) -> Floats:
@@ -187,7 +187,7 @@ def make_steps(
     """
     largest = room.limit if amplitude is None else amplitude
 
-    def commands(t: Floats) -> Floats:
+    def compute(t: Floats) -> Floats:
         out, at, way = np.zeros_like(t), 0, 1.0
         rate = 1 / (t[1] - t[0])
         while at < len(t):
@@ -202,19 +202,19 @@ def make_steps(
             way = -way if random.random() < 0.7 else way
         return out
 
-    return commands
+    return compute
 
 
 def make_swing(room: Envelope) -> Wave:
     """Return ever stronger bursts about the pole's own frequency: it swings high or goes round."""
 
-    def commands(t: Floats) -> Floats:
+    def compute(t: Floats) -> Floats:
         strength = np.array([0.3, 0.6, 1.0])[np.minimum((3 * t / (t[-1] + 1e-9)).astype(int), 2)]
         hz = room.swing_hz * (1 - 0.12 * strength)
         phase = 2 * np.pi * np.cumsum(hz) * (t[1] - t[0])
         return strength * limit_amplitude(room, room.swing_hz) * np.cos(phase)
 
-    return commands
+    return compute
 
 
 def make_kick(room: Envelope, amplitude: float) -> Wave:
@@ -223,12 +223,12 @@ def make_kick(room: Envelope, amplitude: float) -> Wave:
     After whole periods, whose length `compute_kick_s` gives, the cart ends at rest.
     """
 
-    def commands(t: Floats) -> Floats:
+    def compute(t: Floats) -> Floats:
         return np.minimum(amplitude, limit_amplitude(room, room.swing_hz)) * np.cos(
             2 * np.pi * room.swing_hz * t
         )
 
-    return commands
+    return compute
 
 
 def compute_kick_s(room: Envelope, swings: int) -> float:
