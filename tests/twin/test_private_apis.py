@@ -36,7 +36,7 @@ def test_compiled_functions_keep_their_cache_where_machine_code_puts_it():
 
 
 def test_numba_takes_the_options_that_keep_lanes_side_by_side():
-    """`forceinline` is in no manual; without it each lane is computed alone, several times slower."""
+    """`forceinline` is in no manual; without it each lane is computed alone, much slower."""
     options = {"forceinline", "no_cpython_wrapper", "no_cfunc_wrapper"}
     for option in sorted(options):
         try:

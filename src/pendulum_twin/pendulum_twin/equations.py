@@ -1,4 +1,4 @@
-"""The equations of motion, stated once, with the energy that must be conserved (thesis, equations 18-23).
+"""State the equations of motion once, with the conserved energy (thesis, equations 18-23).
 
 State: cart position x (m), pole angle th (rad, 0 upright, counterclockwise positive), cart
 velocity v, pole rate w. With S the first moment of all that moves, m its mass, Jp the pole's
@@ -15,33 +15,36 @@ import numpy as np
 
 from pendulum_twin import elementary
 
-# Put into its caller by the compiler whatever its length: only then are lanes computed side by
-# side. No fastmath anywhere: every lane gives the same bits in whatever company it is computed.
-inlined = numba.njit(error_model="numpy", forceinline=True)
-# The same for what is called from compiled code alone: half as long to compile.
-inner = numba.njit(
+# The compiler puts the function into its caller whatever its length: only then are lanes computed
+# side by side. No fastmath anywhere: a lane gives the same bits whatever lanes are beside it.
+compile_inline = numba.njit(error_model="numpy", forceinline=True)
+# The same for functions that only compiled code calls: they take half as long to compile.
+compile_inner = numba.njit(
     error_model="numpy", forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True
 )
 
-sin_cos = inlined(elementary.sin_cos)
-exp = inlined(elementary.exp)
+sin_cos = compile_inline(elementary.sin_cos)
+exp = compile_inline(elementary.exp)
 
 
-@inner
+@compile_inner
 def compute_cart_load(coupling, w, sine):
     """Return the pole's centrifugal force on the cart, N."""
     return -coupling * w * w * sine
 
 
-@inner
+@compile_inner
 def compute_pole_weight(moment, gravity, sine):
     """Return gravity's torque on the pole, N m."""
     return moment * gravity * sine
 
 
-@inner
+@compile_inner
 def solve_accelerations(mass, coupling_cosine, inertia, force, torque, cart_free, pole_free):
-    """Return v' and w' from all force and torque but the coupling's; free is 0 for a joint that sticks, else 1."""
+    """Return v' and w' from force and torque without the coupling's.
+
+    cart_free, pole_free: 0 for a joint that sticks, else 1.
+    """
     both = coupling_cosine * cart_free * pole_free
     inverse = 1.0 / (mass * inertia - both * both)
     return (
@@ -51,10 +54,9 @@ def solve_accelerations(mass, coupling_cosine, inertia, force, torque, cart_free
 
 
 def compute_energy(mass, coupling, moment, inertia, gravity, state):
-    """Return the mechanical energy in J of states with x, th, v, w in the first axis; zero at rest, pole level.
+    """Return the mechanical energy, J, of states (4, ...); zero at rest with the pole level.
 
-    The kinetic energy's cross term has the sign that the coupling has in the equations: -S cos(th)
-    v w.
+    The cross term of the kinetic energy has the coupling's sign in the equations: -S cos(th) v w.
     """
     _, th, v, w = state
     return (

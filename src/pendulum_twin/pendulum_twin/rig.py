@@ -138,7 +138,7 @@ def parse_rig(mapping: object) -> Rig:
 
 
 def _compute_com_distance(mapping: Mapping[str, object]) -> float:
-    """Return com_distance_m of a block that gives the pole's own; the cart's mass is on the axis."""
+    """Return com_distance_m of a block that gives the pole's own: the cart is on the axis."""
     distance = check_number(POLE_COM_KEY, mapping[POLE_COM_KEY], *RANGES["com_distance_m"])
     if mapping.get("pole_mass_kg") is None:
         raise BadInputError(f"{POLE_COM_KEY}: expected pole_mass_kg beside it, found it missing")

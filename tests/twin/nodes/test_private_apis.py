@@ -1,4 +1,4 @@
-"""What is used of rclpy beyond its documented interface is still there: `nodes/direct.py`, `running.py`."""
+"""What is used of rclpy beyond its documented interface is there: `direct.py`, `running.py`."""
 
 import importlib
 

@@ -1,4 +1,4 @@
-"""A force that repeats along the rail: a motor's cogging, a pulley that runs out of true, the belt's teeth."""
+"""A force that repeats along the rail: a motor's cogging, an eccentric pulley, belt teeth."""
 
 from pendulum_twin.effects.effect import Effect, Form, Parameter, Place, Scale
 from pendulum_twin.elementary import sin_cos
