@@ -1,4 +1,4 @@
-"""The environments under Gymnasium's and stable-baselines3's checks, and what is told in `info`."""
+"""The environments under the checks of Gymnasium and stable-baselines3, and their `info`."""
 
 import math
 import warnings

@@ -1,4 +1,4 @@
-"""The classical controller: on twins of all sorts it swings up, stays up, and earns what the thesis's best did not."""
+"""The classical controller swings up and stays up on twins of all sorts."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The regulator: the linear map is the equations', the drive's memory is in it, and the loop it closes is stable."""
+"""The regulator: the linear map is the equations', and the closed loop is stable."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The swing-up: the energy is the twin's own, and the cart is pushed so that it grows, within the limits."""
+"""The swing-up: the energy is the twin's own; the cart makes it grow within the limits."""
 
 import math
 from dataclasses import replace

@@ -15,8 +15,8 @@ from pendulum_rl_env import evaluate, train
 TWIN = str(CONFIG / "inteco.yaml")
 SHORT = """
 pendulum_rl_env/InvertedPendulum-v0:
-  {algorithm: ppo, timesteps: 64, environments: 8, layers: [8], learning_rate: 0.001, evaluate_every: 64,
-   settings: {n_steps: 32, batch_size: 32, n_epochs: 1}}
+  {algorithm: ppo, timesteps: 64, environments: 8, layers: [8], learning_rate: 0.001,
+   evaluate_every: 64, settings: {n_steps: 32, batch_size: 32, n_epochs: 1}}
 """
 
 

@@ -15,8 +15,8 @@ from support.paths import CONFIG
 from support.ros_graph import until
 
 from pendulum_rl_env import evaluate, train
-from pendulum_rl_env.learning.algorithms import load_policy, make_policy
 from pendulum_rl_env.learning.export import INPUT, OUTPUT, export
+from pendulum_rl_env.learning.policies import load_policy, make_policy
 from pendulum_rl_env.learning.preset import IN_PROCESS, PRESETS, load_preset
 from pendulum_rl_env.task import Task, make_observation
 from pendulum_twin.errors import BadInputError
@@ -236,9 +236,14 @@ def test_the_thesis_preset_is_the_thesis() -> None:
         1,
     )
     assert thesis.settings == {
-        "n_steps": 2048, "batch_size": 64, "n_epochs": 20, "gamma": 0.99, "gae_lambda": 0.95, "ent_coef": 0.0,
+        "n_steps": 2048,
+        "batch_size": 64,
+        "n_epochs": 20,
+        "gamma": 0.99,
+        "gae_lambda": 0.95,
+        "ent_coef": 0.0,
         "clip_range": 0.2,
-    }  # fmt: skip
+    }
 
 
 @pytest.mark.parametrize(

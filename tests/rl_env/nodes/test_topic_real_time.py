@@ -1,4 +1,4 @@
-"""The environment over real topics, in real time: on the twin, and on a rig that does what the test wants."""
+"""The environment over real topics in real time, on the twin and on a made rig."""
 
 import math
 import os
@@ -67,7 +67,7 @@ def test_steps_on_the_twin_are_30_ms_by_its_stamps(domain) -> None:
 
 
 def test_the_browser_view_shows_the_episode(domain) -> None:
-    """Commands and samples of an episode over topics are what the page's frames hold, as for any other user of the rig."""
+    """The page shows commands and samples of an episode, as for any other user of the rig."""
     with served_twin(domain, "rig", twin=str(INTECO)):
         view, env = domain.add(ViewNode, port=0), make_ros_env()
         try:

@@ -19,8 +19,10 @@ DEPTH = 10  # of the queue of samples
 
 
 class MadeRig:
-    """A rig that samples every period, on a clock that goes on only by waiting or thinking; a sample shows in its third
-    number the command that was held when it was taken, in its first its number."""
+    """A rig that samples every period, on a clock that only waiting or thinking moves.
+
+    A sample's first number is its own number, its third the command held when it was taken.
+    """
 
     name = "/rig"
 
@@ -183,7 +185,7 @@ def test_what_cannot_be_used_is_refused() -> None:
 
 
 class MadeTwin:
-    """A twin in lockstep: a command makes the samples whose stamps (ms) come next, an empty row makes none."""
+    """A twin in lockstep: a command makes the samples of the next row of stamps (ms), if any."""
 
     name = "/twin"
 
@@ -257,19 +259,19 @@ def test_a_start_state_that_does_not_come_is_told() -> None:
 def test_a_schedule_does_not_drift() -> None:
     schedule = Schedule(0.03)
     schedule.start(100.0, 0)
-    assert [schedule.go_on(100.0 + 0.03 * k + 0.02, 0) for k in range(1000)] == [0.0] * 1000
+    assert [schedule.advance(100.0 + 0.03 * k + 0.02, 0) for k in range(1000)] == [0.0] * 1000
     assert (
         schedule.end_s == pytest.approx(130.0)
         and schedule.end_ns == 30_000 * MS
         and schedule.missed == 0
     )
-    assert schedule.go_on(200.0, 7) == pytest.approx(200.0 - 130.03) and schedule.missed == 1
+    assert schedule.advance(200.0, 7) == pytest.approx(200.0 - 130.03) and schedule.missed == 1
     assert schedule.end_s == 200.03 and schedule.end_ns == 7 + 30 * MS
 
 
 def test_a_row_of_stamps_is_judged() -> None:
     row = StampSequence(10.0)
-    assert [row.follows(stamp) for stamp in (0, 10, 21, 50, 50, 40, 58)] == [True] * 4 + [
+    assert [row.accept(stamp) for stamp in (0, 10, 21, 50, 50, 40, 58)] == [True] * 4 + [
         False
     ] * 2 + [True]
     assert (row.lost, row.stale) == (2, 2)

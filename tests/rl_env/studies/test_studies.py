@@ -1,4 +1,4 @@
-"""From a concealed rig to one under control, small: the programs run as users run them, only shorter."""
+"""From a concealed rig to a controlled rig: programs run as users run them, only shorter."""
 
 import json
 from pathlib import Path
@@ -16,8 +16,8 @@ from pendulum_rl_env.studies.transfer_report import compute_interval, format_tab
 TWIN = str(CONFIG / "inteco.yaml")
 QUICK = """
 pendulum_rl_env/InvertedPendulum-v0:
-  {algorithm: ppo, timesteps: 4096, environments: 16, layers: [16], learning_rate: 0.001, evaluate_every: 2048,
-   settings: {n_steps: 64, batch_size: 256, n_epochs: 2}}
+  {algorithm: ppo, timesteps: 4096, environments: 16, layers: [16], learning_rate: 0.001,
+   evaluate_every: 2048, settings: {n_steps: 64, batch_size: 256, n_epochs: 2}}
 """
 
 
