@@ -37,7 +37,7 @@ help: ## list these commands
 setup: $(VENV)/.installed-$(ROS) $(VENV)/.learning-$(ROS) ## create .venv with everything pinned; nothing when it is up to date
 
 demo: $(VENV)/.installed-$(ROS) ## conceal physics in an emulated rig, record it, diagnose it, report
-	@$(BIN)/python -m pendulum_bridge.demo --out out/demo $(ARGS)
+	@$(BIN)/python -m pendulum_bridge.studies.demo --out out/demo $(ARGS)
 
 test: setup ## run the test suite (ARGS="-k word" and the like go to pytest)
 	@$(BIN)/python -m pytest -n 2 $(ARGS)

@@ -4,6 +4,15 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
+from hypothesis import settings
+from support.signals import restore_interrupt
+
+settings.register_profile("no_deadline", deadline=None)  # a machine may stand still for seconds
+settings.load_profile("no_deadline")
+
+
+def pytest_configure() -> None:
+    restore_interrupt()
 
 
 @pytest.fixture
@@ -12,5 +21,5 @@ def ros() -> Iterator[Any]:
     pytest.importorskip("rclpy")
     from support.ros_graph import graph
 
-    with graph() as made:
-        yield made
+    with graph() as ros_graph:
+        yield ros_graph

@@ -16,10 +16,10 @@ ROS = {
 }  # fmt: skip
 CONFINED = (  # these packages may be imported in these modules, and nowhere else
     (ROS, {"pendulum_twin.nodes", "pendulum_bridge.nodes", "pendulum_rl_env.nodes"}),
-    ({"rosbags"}, {"pendulum_sysid.reading.bag", "pendulum_bridge.bag_writer"}),
+    ({"rosbags"}, {"pendulum_sysid.reading.bag", "pendulum_bridge.recording.bag_writer"}),
     (
         {"torch", "stable_baselines3", "sb3_contrib", "optuna"},
-        {"pendulum_rl_env.learning", "pendulum_rl_env.train"},
+        {"pendulum_rl_env.learning", "pendulum_rl_env.train", "pendulum_rl_env.studies"},
     ),
     ({"mujoco"}, {"pendulum_bridge.emulator"}),
 )
@@ -28,6 +28,8 @@ FLOORS = (
     "records", "reading", "cleaning", "fitting", "finding", "planning", "telling", "pipeline",
     "verbs", "studies",
 )  # fmt: skip
+# The roof: a study may import every package, and only studies import it.
+STUDIES = {f"{package}.studies" for package in PACKAGES}
 ENTRANCES = {"pendulum_sysid", "pendulum_sysid.cli"}  # they open every room and belong to none
 
 
@@ -67,8 +69,11 @@ def find_offences(module: str, source: str, is_package: bool = False) -> list[st
     """List in sentences what a module imports against the rules."""
     offences = []
     package, floor = module.split(".")[0], find_floor(module)
+    is_study = is_within(module, STUDIES)
     for name in sorted(set(list_imports(module, source, is_package))):
-        if is_within(name, PACKAGES - {package}):
+        if is_within(name, STUDIES) and not is_study and package != "pendulum_sysid":
+            offences.append(f"{module} imports {name}: only a study may import a study")
+        elif is_within(name, PACKAGES - {package}) and not is_study:
             offences.append(
                 f"{module} imports {name}: only {FOUNDATION} may be imported from another package"
             )
@@ -103,7 +108,17 @@ def test_every_package_is_looked_at() -> None:
         ("pendulum_sysid.verbs.fit", "from sensor_msgs.msg import JointState", "sensor_msgs.msg"),
         ("pendulum_sysid.records", "from rosbags.highlevel import AnyReader", "rosbags.highlevel"),
         ("pendulum_rl_env.env", "import torch", "torch"),
-        ("pendulum_bridge.protocol", "import mujoco", "mujoco"),
+        (
+            "pendulum_rl_env.env",
+            "from pendulum_bridge.studies import trials",
+            "pendulum_bridge.studies",
+        ),
+        (
+            "pendulum_bridge.emulator.rig",
+            "from pendulum_bridge.studies import trials",
+            "pendulum_bridge.studies",
+        ),
+        ("pendulum_bridge.wire.protocol", "import mujoco", "mujoco"),
         (
             "pendulum_sysid.fitting.fit",
             "from ..finding.judge import lead",
@@ -131,6 +146,7 @@ def test_the_checker_finds_an_offence(module: str, source: str, named: str) -> N
         ("pendulum_sysid.fitting.fit", "from pendulum_twin import kernel\nfrom .case import Case"),
         ("pendulum_bridge.emulator.rig", "import mujoco"),
         ("pendulum_rl_env.train", "import torch"),
+        ("pendulum_bridge.studies.demo", "from pendulum_sysid.studies.proof import names"),
     ],
 )
 def test_the_checker_lets_good_imports_pass(module: str, source: str) -> None:

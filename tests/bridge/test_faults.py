@@ -10,6 +10,8 @@ from faults.bench import Bench
 from faults.row import Row
 from support.ros_graph import Graph, graph
 
+pytestmark = pytest.mark.wall_time  # each row says how long it takes until PWM is 0
+
 
 @pytest.fixture(scope="module")
 def bench() -> Iterator[Bench]:

@@ -17,9 +17,9 @@ from support.excitation_bench import BUSY_S, LONG, written
 from support.excitation_bench import Bench as Twins
 from support.ros_graph import Graph
 
-from pendulum_bridge.arrival_clock import ArrivalClock
-from pendulum_bridge.excitation_guard import StopReason
-from pendulum_bridge.reasons import Reason
+from pendulum_bridge.driver.arrival_clock import ArrivalClock
+from pendulum_bridge.excitation.guard import StopReason
+from pendulum_bridge.safety.reasons import Reason
 from pendulum_twin.nodes.qos import SAMPLES
 
 HOUR_S = 3600

@@ -16,7 +16,7 @@ from support.ros_graph import DEADLINE_S, Graph, until
 from support.running_emulator import TWIN, start
 from support.wire import LOOPBACK, Sent, Wire, untouched
 
-from pendulum_bridge.reasons import Reason
+from pendulum_bridge.safety.reasons import Reason
 
 STAYS_S = 0.3  # PWM that is 0 for so long counts as 0 for good
 BUSY_S = 0.5  # more than is right, for a machine that does other things too

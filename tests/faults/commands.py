@@ -9,9 +9,9 @@ from faults.bench import BUSY_S, PUSH, Bench
 from faults.row import Row
 from std_msgs.msg import Float64
 
-from pendulum_bridge.driver import DECISIONS_BETWEEN, WAIT_S
-from pendulum_bridge.reasons import Reason
-from pendulum_bridge.two_writers import TOGETHER_S
+from pendulum_bridge.driver.driver import DECISIONS_BETWEEN, WAIT_S
+from pendulum_bridge.safety.reasons import Reason
+from pendulum_bridge.safety.two_writers import TOGETHER_S
 
 TIMEOUT_S = 0.2
 QUIET_S = TOGETHER_S + 0.1  # of the bench's own user, before another one commands

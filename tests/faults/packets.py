@@ -10,8 +10,8 @@ from itertools import pairwise
 from faults.bench import DEADLINE_S, Bench
 from faults.row import Row
 
-from pendulum_bridge.protocol import SAMPLE, Sample
-from pendulum_bridge.reasons import Reason
+from pendulum_bridge.safety.reasons import Reason
+from pendulum_bridge.wire.protocol import SAMPLE, Sample
 
 TIMEOUT_S = 0.2
 AT_ONCE_S = 0.05  # from the spoilt sample, which may come a period later

@@ -10,7 +10,7 @@ from support.driven_rig import MODULE
 from support.ros_graph import DEADLINE_S, Graph
 from support.wire import Wire
 
-from pendulum_bridge.reasons import Reason
+from pendulum_bridge.safety.reasons import Reason
 
 AT_ONCE_S = 0.1
 COMPANION_S = 0.25  # its patience, and a step

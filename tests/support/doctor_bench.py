@@ -9,8 +9,8 @@ from pendulum_bridge.doctor.wire import Heard
 from pendulum_bridge.emulator.live_rig import LiveRig
 from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.emulator.sensors import Encoders
-from pendulum_bridge.protocol import Command, Sample
-from pendulum_bridge.udp import Address
+from pendulum_bridge.wire.protocol import Command, Sample
+from pendulum_bridge.wire.udp import Address
 from pendulum_twin.model import Twin, load_twin
 
 TWIN = load_twin(Path(__file__).parents[2] / "config" / "inteco.yaml")

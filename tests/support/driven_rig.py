@@ -10,7 +10,7 @@ from std_msgs.msg import Bool, Float64
 from std_srvs.srv import Trigger
 
 from pendulum_bridge.nodes.driver_node import DriverNode
-from pendulum_bridge.protocol import Command, Sample
+from pendulum_bridge.wire.protocol import Command, Sample
 from pendulum_twin.nodes.qos import LATCHED
 from support.ros_graph import DEADLINE_S, Graph, until
 from support.running_emulator import LONG_S, TWIN, free_ports, start, udp_socket

@@ -6,8 +6,8 @@ import numpy as np
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
-from pendulum_bridge.excitation_guard import StopReason
-from pendulum_bridge.excitation_run import Stage
+from pendulum_bridge.excitation.guard import StopReason
+from pendulum_bridge.excitation.run import Stage
 from pendulum_bridge.nodes.excitation_node import ExcitationNode
 from pendulum_twin.model import load_twin
 from pendulum_twin.nodes.messages import to_joint_state
@@ -16,12 +16,12 @@ from pendulum_twin.nodes.twin_node import TwinNode
 from pendulum_twin.plans.plan_file import Plan, save_plan
 from pendulum_twin.plans.plan_phases import Phase, Push, Rest, Samples
 from pendulum_twin.stepper import Stepper
-from support.ros_graph import Graph
+from support.ros_graph import DEADLINE_S, Graph
 
 TWIN = Path(__file__).parents[2] / "config" / "inteco.yaml"
 RATE_HZ = 100.0
 PERIOD_NS = round(1e9 / RATE_HZ)
-BUSY_S = 20.0  # so long this machine may stand still in a test that is not about that
+BUSY_S = 60.0  # so long this machine may stand still in a test that is not about that
 NUMBERED = Samples(commands=tuple(np.arange(1, 101) * 1e-3), centred=False)
 PUSHED = Samples(commands=(0.3,) * 600, centred=False)
 LONG = (Push(seconds=0.9), Rest(seconds=60))
@@ -34,9 +34,8 @@ def written(folder: Path, *phases: Phase) -> str:
 
 
 def make(ros: Graph, plan: str, **values: object) -> ExcitationNode:
-    return ros.add(
-        ExcitationNode, **{"twin_file": str(TWIN), "plan": plan, "silence_s": BUSY_S, **values}
-    )
+    patient = {"silence_s": BUSY_S, "ready_timeout_s": DEADLINE_S, "reset_timeout_s": DEADLINE_S}
+    return ros.add(ExcitationNode, **{"twin_file": str(TWIN), "plan": plan, **patient, **values})
 
 
 class StepRig:

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from pendulum_bridge.reasons import Reason
-from pendulum_bridge.rig_state import RigState
-from pendulum_bridge.safety import Decision, Rules, Safety, at_start, decided, reset_asked
+from pendulum_bridge.safety.decide import Decision, Rules, Safety, make_safety, decide, begin_reset
+from pendulum_bridge.safety.reasons import Reason
+from pendulum_bridge.safety.rig_state import RigState
 from pendulum_twin.model import Twin
 from pendulum_twin.rig import Rig
 from pendulum_twin.stepper import Stepper
@@ -48,16 +48,16 @@ def seen(rig: Stepper) -> RigState:
 
 def settled(rules: Rules, sample: RigState, now_s: float = 0.0) -> Safety:
     """Return a state that has heard the rig once."""
-    return decided(None, sample, now_s, at_start(now_s), rules).safety
+    return decide(None, sample, now_s, make_safety(now_s), rules).safety
 
 
 def reset_run(rig: Stepper, rules: Rules) -> tuple[Decision, float, float]:
     """Return the decision that ended a reset, when (s), and how far from the middle the cart came (m)."""
-    safety, reason = reset_asked(0.0, settled(rules, seen(rig)), rules)
+    safety, reason = begin_reset(0.0, settled(rules, seen(rig)), rules)
     assert reason is Reason.RESETTING
     furthest = abs(rig.state[0])
     for k in range(1, round(2 * rules.swing.deadline_s / PERIOD_S)):
-        decision = decided(None, seen(rig), k * PERIOD_S, safety, rules)
+        decision = decide(None, seen(rig), k * PERIOD_S, safety, rules)
         if decision.reset_ended is not None:
             return decision, k * PERIOD_S, furthest
         safety = decision.safety

@@ -16,7 +16,7 @@ import yaml
 
 from support.launch_files import SRC, Launch, Process
 
-LONGEST_S = 60.0
+LONGEST_S = 180.0
 OURS = ("pendulum_twin", "pendulum_bridge")
 
 

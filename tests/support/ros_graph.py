@@ -17,7 +17,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
 
-DEADLINE_S = 30.0
+DEADLINE_S = 120.0
 DOMAINS = range(1, 100)  # higher ones need ports that the system gives to others
 
 

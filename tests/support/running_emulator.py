@@ -9,13 +9,13 @@ import sys
 import time
 from pathlib import Path
 
-from pendulum_bridge.link import Link
-from pendulum_bridge.protocol import Sample
-from pendulum_bridge.tcp import tcp_link
-from pendulum_bridge.udp import Address
+from pendulum_bridge.wire.link import Link
+from pendulum_bridge.wire.protocol import Sample
+from pendulum_bridge.wire.tcp import open_tcp_link
+from pendulum_bridge.wire.udp import Address
 
 TWIN = Path(__file__).parents[2] / "config" / "inteco.yaml"
-LONG_S = 30.0
+LONG_S = 120.0
 
 
 def udp_socket() -> socket.socket:
@@ -38,7 +38,7 @@ class Emulator:
     def __init__(self, *arguments: str | Path, tcp: bool = False) -> None:
         kind = socket.SOCK_STREAM if tcp else socket.SOCK_DGRAM
         self.rig, user = (Address("127.0.0.1", port) for port in free_ports(kind=kind))
-        self.link = tcp_link(self.rig) if tcp else Link(user, self.rig)
+        self.link = open_tcp_link(self.rig) if tcp else Link(user, self.rig)
         way = ["--tcp"] if tcp else ["--send", str(user)]
         self.process = start("--twin", TWIN, "--listen", str(self.rig), *way, *arguments)
         try:

@@ -8,8 +8,12 @@ from bisect import bisect_left
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from pendulum_bridge.protocol import Command
-from pendulum_bridge.receive_time import ROOM, ask_for_times, received_ns
+from pendulum_bridge.wire.protocol import Command
+from pendulum_bridge.wire.receive_time import (
+    ANCILLARY_BYTES,
+    request_arrival_times,
+    read_arrival_ns,
+)
 from support.running_emulator import free_ports, udp_socket
 
 LOOPBACK = "127.0.0.1"
@@ -57,7 +61,7 @@ class Wire:
         )
         self._from_emulator.bind((LOOPBACK, self.user_port))
         self._from_driver.bind((LOOPBACK, self.rig_port))
-        ask_for_times(self._from_driver)
+        request_arrival_times(self._from_driver)
         self._foreign.bind((FOREIGN, 0))
         self.commands: list[Sent] = []
         self.odd: list[bytes] = []  # packets of the driver that are no commands
@@ -90,10 +94,10 @@ class Wire:
         both: list[socket.socket] = [self._from_emulator, self._from_driver]
         while not self._closing.is_set():
             for ready in select.select(both, [], [], LONGEST_WAIT_S)[0]:
-                packet, ancillary, _, _ = ready.recvmsg(256, ROOM)
+                packet, ancillary, _, _ = ready.recvmsg(256, ANCILLARY_BYTES)
                 if ready is self._from_driver:
                     self._to_rig(
-                        packet, received_ns(ancillary) / 1e9 - self._system_less_monotonic_s
+                        packet, read_arrival_ns(ancillary) / 1e9 - self._system_less_monotonic_s
                     )
                 else:
                     for each in self.spoil(packet):

@@ -1,10 +1,10 @@
-"""An emulated rig that is stepped directly, in lockstep, over stdin and stdout: for whoever cares for the rig, not for time.
+"""An emulated rig that is stepped in lockstep over stdin and stdout, as fast as it goes.
 
-It speaks the rig's own packets (see `protocol`). Each command is held for --samples sample periods
-and answered with the sample at their end. A command whose reset flag is 1 makes the rig anew: it
-hangs at rest in the middle, nothing remembered by drive or sensors, and the answer is its first
-sample. The end of stdin ends it. Run as `python -m pendulum_bridge.stepped_rig --seal SEAL.json`
-for the rig of a trial.
+It speaks the rig's own packets (see `wire.protocol`). Each command is held for --samples sample
+periods and answered with the sample at their end. A command whose reset flag is 1 makes the rig
+anew: it hangs at rest in the middle, drive and sensors remember nothing, and the answer is its
+first sample. The end of stdin ends it. Run as
+`python -m pendulum_bridge.stepped_rig --seal SEAL.json` for the rig of a trial.
 """
 
 from __future__ import annotations
@@ -18,24 +18,24 @@ from dataclasses import replace
 from pathlib import Path
 from typing import BinaryIO
 
-from pendulum_bridge.emulator.conceal import BY_NAME, draw
+from pendulum_bridge.emulator.conceal import count_families, draw_concealed
 from pendulum_bridge.emulator.rig import EmulatedRig, Floats
 from pendulum_bridge.emulator.seal import Concealed, open_seal
 from pendulum_bridge.emulator.sensors import Encoders
-from pendulum_bridge.protocol import COMMAND, Command, Sample
+from pendulum_bridge.wire.protocol import COMMAND, Command, Sample
 from pendulum_twin.command_line import make_number_reader, make_whole_reader
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.model import load_twin
+from pendulum_twin.model import Twin, load_twin
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Answer commands until stdin ends and return 0; 1 with a sentence on stderr when it cannot go on."""
+    """Answer commands until stdin ends and return 0; return 1 with a sentence on stderr if not."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
-    options = options_of(arguments)
+    options = parse_options(arguments)
     try:
-        with own_stdout() as out:
-            serve(maker_of(options), options.samples, sys.stdin.buffer, out)
-    except BrokenPipeError:  # nobody wants to know any more
+        with claim_stdout() as answers:
+            serve(make_rig_factory(options), options.samples, sys.stdin.buffer, answers)
+    except BrokenPipeError:  # the reader has gone
         return 0
     except (BadInputError, OSError) as error:
         print(f"stepped_rig: {error}", file=sys.stderr)
@@ -44,59 +44,63 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def serve(
-    make: Callable[[], EmulatedRig], samples: int, commands: BinaryIO, answers: BinaryIO
+    make_rig: Callable[[], EmulatedRig], samples: int, commands: BinaryIO, answers: BinaryIO
 ) -> None:
-    """Answer each command with the sample after so many sample periods, until there are no more.
+    """Answer each command with the sample after so many sample periods, until commands end.
 
-    make: returns the rig as it is after a reset. Raises BadInputError for a packet that is none.
+    make_rig: returns the rig as it is after a reset.
+    samples: sample periods that a command is held.
+    Raises BadInputError for a packet that is no command.
     """
-    rig = make()
+    rig = make_rig()
     while packet := commands.read(COMMAND.size):
         command = Command.unpack(packet)
         if command.reset:
-            rig = make()
+            rig = make_rig()
         else:
             for _ in range(samples):
                 rig.step(command.pwm)
-        answers.write(_sample(rig.sample).pack())
+        answers.write(_make_sample(rig.sample).pack())
 
 
-def _sample(measured: Floats) -> Sample:
+def _make_sample(measured: Floats) -> Sample:
     cart_m, pole_rad, cart_velocity, pole_rate = measured.tolist()
     return Sample(pole_rad, pole_rate, cart_m, cart_velocity)
 
 
-def own_stdout() -> BinaryIO:
-    """Return stdout, unbuffered; what anything else prints goes to stderr from now on: packets stay among themselves."""
-    out = os.fdopen(os.dup(sys.stdout.fileno()), "wb", buffering=0)
+def claim_stdout() -> BinaryIO:
+    """Return stdout, unbuffered, for packets alone; all other output goes to stderr from now on."""
+    stdout = os.fdopen(os.dup(sys.stdout.fileno()), "wb", buffering=0)
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
-    return out
+    return stdout
 
 
-def maker_of(options: argparse.Namespace) -> Callable[[], EmulatedRig]:
-    """Return what makes the rig that the options ask for; raise BadInputError when there is none."""
-    concealed = _concealed(options)
+def make_rig_factory(options: argparse.Namespace) -> Callable[[], EmulatedRig]:
+    """Return the function that makes the rig of the options anew.
+
+    Raises BadInputError when there is no such rig.
+    """
+    concealed = _choose_concealed(options)
     encoders = Encoders(options.pole_counts)
 
-    def make() -> EmulatedRig:
+    def make_rig() -> EmulatedRig:
         return EmulatedRig(concealed, options.rate_hz, encoders, options.seed or 0)
 
-    return make
+    return make_rig
 
 
-def _concealed(options: argparse.Namespace) -> Concealed:
-    """Return the truth but for a stale start: that is a recording's, and a rig obeys from its reset on."""
+def _choose_concealed(options: argparse.Namespace) -> Concealed:
+    """Return the truth of the rig, without the effects that belong to one recording of it."""
     if options.seal is None:
-        return draw(options.seed, options.effects, load_twin(options.twin).rig, live=True)
+        nominal = load_twin(options.twin).rig
+        return draw_concealed(options.seed, options.effects, nominal, live=True)
     sealed = open_seal(options.seal)
-    return replace(
-        sealed,
-        effects={name: values for name, values in sealed.effects.items() if name != "stale_start"},
-    )
+    lasting = Twin("sealed", sealed.rig, sealed.effects).drop_recording_effects()
+    return replace(sealed, effects=lasting.effects)
 
 
-def options_of(arguments: list[str] | None) -> argparse.Namespace:
-    """Return the command line's options; print what is wrong and exit with 2 for wrong use."""
+def parse_options(arguments: list[str] | None) -> argparse.Namespace:
+    """Return the command line's options; print the mistake and exit with 2 for wrong use."""
     parser = argparse.ArgumentParser(
         prog="stepped_rig", description=" ".join((__doc__ or "").split())
     )
@@ -108,10 +112,9 @@ def options_of(arguments: list[str] | None) -> argparse.Namespace:
     which.add_argument(
         "--seed", type=make_whole_reader(0), metavar="S", help="the rig that this seed draws"
     )
-    families = len({each.family for each in BY_NAME.values() if each.live})
     add(
         "--effects",
-        type=make_whole_reader(0, families),
+        type=make_whole_reader(0, count_families(live=True)),
         metavar="N",
         help="how many effects the seed conceals (1)",
     )
@@ -126,7 +129,7 @@ def options_of(arguments: list[str] | None) -> argparse.Namespace:
         type=make_whole_reader(0, 10**9),
         default=4096,
         metavar="N",
-        help="the pole's encoder's counts a turn (4096)",
+        help="counts of the pole's encoder a turn (4096)",
     )
     add(
         "--rate-hz",

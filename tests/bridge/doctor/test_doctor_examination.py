@@ -12,7 +12,7 @@ from pendulum_bridge.doctor.faults import Fault, Verdict
 from pendulum_bridge.doctor.findings import Check, Finding
 from pendulum_bridge.doctor.moving import CHECKS
 from pendulum_bridge.emulator.sensors import Encoders
-from pendulum_bridge.protocol import Command, Sample
+from pendulum_bridge.wire.protocol import Command, Sample
 from pendulum_twin.model import Twin
 
 TASK = Task(TWIN, listen_s=0.5, may_move=True)

@@ -8,8 +8,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from pendulum_bridge.doctor.faults import Fault, Verdict
-from pendulum_bridge.doctor.packets import check_packets, samples_of
-from pendulum_bridge.protocol import Sample
+from pendulum_bridge.doctor.packets import check_packets, unpack_samples
+from pendulum_bridge.wire.protocol import Sample
 
 GOOD = Sample(
     math.pi, 0.01, -0.002, 1e-100
@@ -78,4 +78,4 @@ def test_swapped_samples_are_recognised_wherever_the_rig_hangs(
 
 
 def test_only_samples_are_handed_on() -> None:
-    assert samples_of([GOOD, b"", GOOD[:-1]]) == [Sample.unpack(GOOD), None, None]
+    assert unpack_samples([GOOD, b"", GOOD[:-1]]) == [Sample.unpack(GOOD), None, None]

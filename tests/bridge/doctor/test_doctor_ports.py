@@ -7,10 +7,10 @@ import pytest
 from support.running_emulator import free_ports, udp_socket
 
 from pendulum_bridge.doctor.faults import Fault, Verdict
-from pendulum_bridge.doctor.port_owner import NOBODY_KNOWN, owner_of
-from pendulum_bridge.doctor.ports import check_address, check_rig_port, our_port_refused
-from pendulum_bridge.protocol import Command
-from pendulum_bridge.udp import Address, Endpoint
+from pendulum_bridge.doctor.port_owner import UNKNOWN_OWNER, find_owner
+from pendulum_bridge.doctor.ports import check_address, check_rig_port, report_port_refused
+from pendulum_bridge.wire.protocol import Command
+from pendulum_bridge.wire.udp import Address, Endpoint
 from pendulum_twin.errors import BadInputError
 
 LOOPBACK, ALL, ELSEWHERE = (
@@ -50,13 +50,13 @@ def test_who_has_the_port_is_named() -> None:
     with udp_socket() as other:
         other.bind(("127.0.0.1", 0))
         listen = Address(*other.getsockname())
-        finding = our_port_refused(listen, refusal(listen))
+        finding = report_port_refused(listen, refusal(listen))
         assert finding.fault is Fault.PORT_TAKEN and "driver_node" in finding.advice
         assert finding.found.endswith(f"(process {os.getpid()})")
 
 
 def test_an_address_of_another_machine_cannot_be_listened_on() -> None:
-    finding = our_port_refused(ELSEWHERE, refusal(ELSEWHERE))
+    finding = report_port_refused(ELSEWHERE, refusal(ELSEWHERE))
     assert (
         finding.fault is Fault.PORT_REFUSED and "cannot listen on 192.168.7.9:1" in finding.found
     )
@@ -93,13 +93,13 @@ def proc(folder: Path, command: str, port: int = 16385) -> Path:
             "pendulum_bridge.nodes.driver_node",
         ),
         ("/usr/bin/rigd\0-x\0", "rigd"),
-        ("", NOBODY_KNOWN),
+        ("", UNKNOWN_OWNER),
     ],
 )
 def test_a_program_is_named_as_its_user_knows_it(tmp_path: Path, command: str, name: str) -> None:
-    assert owner_of(16385, proc(tmp_path, command)) == f"{name} (process 42)"
+    assert find_owner(16385, proc(tmp_path, command)) == f"{name} (process 42)"
 
 
 def test_an_owner_that_is_not_shown_is_another_program(tmp_path: Path) -> None:
-    assert owner_of(16386, proc(tmp_path, "x")) == NOBODY_KNOWN
-    assert owner_of(16385, tmp_path / "none") == NOBODY_KNOWN
+    assert find_owner(16386, proc(tmp_path, "x")) == UNKNOWN_OWNER
+    assert find_owner(16385, tmp_path / "none") == UNKNOWN_OWNER

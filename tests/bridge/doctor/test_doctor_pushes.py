@@ -8,24 +8,24 @@ from itertools import pairwise
 import pytest
 from support.doctor_bench import TWIN, Bench
 
-from pendulum_bridge.doctor.driving import BRAKED, LAST_WORDS, SILENT, drive, stop
+from pendulum_bridge.doctor.driving import BRAKED, LAST_PACKETS, SILENT, drive, stop
 from pendulum_bridge.doctor.pushes import (
     Doublet,
     Homing,
     Moment,
     Nudged,
     Plan,
-    home,
-    nudge,
-    push,
-    watch_reset,
+    plan_homing,
+    plan_nudge,
+    plan_pushes,
+    plan_reset_watch,
 )
-from pendulum_bridge.protocol import Command, Sample
-from pendulum_bridge.rig_state import RigState
-from pendulum_bridge.safety import rules_for
+from pendulum_bridge.safety.decide import make_rules
+from pendulum_bridge.safety.rig_state import RigState
+from pendulum_bridge.wire.protocol import Command, Sample
 from pendulum_twin.model import Twin
 
-RULES = rules_for(TWIN.rig)
+RULES = make_rules(TWIN.rig)
 HOMING = Homing(1, 1 / 18.6, 0.0)
 
 
@@ -55,14 +55,14 @@ def fed(plan: Plan[Nudged], moments: Generator[Moment, None, None]) -> tuple[Nud
 
 
 def test_a_cart_that_stands_is_pushed_no_harder_than_allowed() -> None:
-    seen, asked = fed(nudge(0.4, 0.1), states(0.02))
+    seen, asked = fed(plan_nudge(0.4, 0.1), states(0.02))
     assert seen == Nudged(None, None, 0)
     assert max(asked) == pytest.approx(0.4, abs=0.002) and min(asked) == 0.0
     assert max(abs(b - a) for a, b in pairwise(asked)) < 0.0015
 
 
 def test_one_wrong_sample_does_not_move_the_cart() -> None:
-    seen, asked = fed(nudge(0.1, 0.1), states(0.0, 0.0, 0.0, 0.05, 0.0))
+    seen, asked = fed(plan_nudge(0.1, 0.1), states(0.0, 0.0, 0.0, 0.05, 0.0))
     assert (seen.way, max(asked)) == (0, pytest.approx(0.1, abs=0.002))
 
 
@@ -72,7 +72,7 @@ def test_a_pole_that_swings_over_a_standing_cart_ends_the_push() -> None:
             angle = math.pi + (0.3 if moment.elapsed_s > 0.2 else 0.0)
             yield Moment(moment.elapsed_s, RigState(0.0, angle, 0.0, 0.0))
 
-    seen, asked = fed(nudge(0.4, 0.1), swinging())
+    seen, asked = fed(plan_nudge(0.4, 0.1), swinging())
     assert seen.blind and max(asked) < 0.03
 
 
@@ -82,21 +82,21 @@ def test_a_cart_that_nobody_sees_is_stopped_again(effects: dict) -> None:
         return replace(sample, cart_m=0.0, cart_velocity=0.0).pack()
 
     bench = Bench(Twin("rig", TWIN.rig, effects), stuck)
-    driven = drive(bench, nudge(0.4, 0.1), RULES, signs_known=False)
+    driven = drive(bench, plan_nudge(0.4, 0.1), RULES, signs_known=False)
     assert driven.seen is not None and driven.seen.blind
     drive(bench, hold(0.0, 3.0), RULES)
     assert bench.furthest_m < 0.06
 
 
 def test_a_cart_that_runs_away_ends_the_push() -> None:
-    seen, asked = fed(nudge(0.4, 0.1), states(*(0.002 * k for k in range(1000))))
+    seen, asked = fed(plan_nudge(0.4, 0.1), states(*(0.002 * k for k in range(1000))))
     assert (seen.way, seen.back) == (1, None) and max(map(abs, asked)) < 0.1
 
 
 @pytest.mark.parametrize("way", [1, -1])
 def test_the_first_push_tells_the_way(way: int) -> None:
     bench = Bench(Twin("rig", TWIN.rig, {} if way > 0 else {"input_sign_inverted": {}}))
-    driven = drive(bench, nudge(0.4, 0.1), RULES, signs_known=False)
+    driven = drive(bench, plan_nudge(0.4, 0.1), RULES, signs_known=False)
     assert driven.seen is not None and driven.seen.way == way
     assert driven.seen.forth is not None and 0 < driven.seen.forth < 0.05
     assert driven.seen.back is not None and -0.08 < driven.seen.back < 0
@@ -105,9 +105,9 @@ def test_the_first_push_tells_the_way(way: int) -> None:
 
 def test_home_and_doublets_leave_the_cart_where_they_should() -> None:
     bench = Bench()
-    drive(bench, home(0.1, HOMING), RULES)
+    drive(bench, plan_homing(0.1, HOMING), RULES)
     assert bench.rig.sample.cart_m == pytest.approx(0.1, abs=0.035)
-    driven = drive(bench, push((Doublet(0.06, 0.12), Doublet(0.5, 0.06)), HOMING), RULES)
+    driven = drive(bench, plan_pushes((Doublet(0.06, 0.12), Doublet(0.5, 0.06)), HOMING), RULES)
     assert bench.rig.sample.cart_m == pytest.approx(0.0, abs=0.035)
     assert (driven.track.sent.max(), driven.track.sent.min()) == (0.5, -0.5)
     assert len(driven.track.arrivals) == len(driven.track.samples)
@@ -116,7 +116,7 @@ def test_home_and_doublets_leave_the_cart_where_they_should() -> None:
 def test_the_end_of_every_drive_is_pwm_0() -> None:
     bench = Bench()
     assert drive(bench, hold(0.1, 0.2), RULES, reset=True).seen == "held"
-    assert bench.sent[-LAST_WORDS:] == [Command(0.0)] * LAST_WORDS
+    assert bench.sent[-LAST_PACKETS:] == [Command(0.0)] * LAST_PACKETS
     assert bench.sent[5] == Command(0.1, reset=True)
 
 
@@ -144,7 +144,7 @@ def test_whatever_interrupts_a_drive_pwm_0_is_sent(error: type[BaseException]) -
     with pytest.raises(error):
         drive(bench, hold(0.1, 5.0), RULES)
     assert any(command.pwm == 0.1 for command in bench.sent)
-    assert bench.sent[-LAST_WORDS:] == [Command(0.0)] * LAST_WORDS
+    assert bench.sent[-LAST_PACKETS:] == [Command(0.0)] * LAST_PACKETS
 
 
 def test_the_rail_guard_ends_a_drive_and_brakes_first() -> None:
@@ -164,8 +164,8 @@ def test_where_signs_are_not_known_the_guards_brake_is_not_sent() -> None:
 
 def test_the_rigs_own_swing_down_is_seen() -> None:
     bench = Bench()
-    drive(bench, home(0.1, HOMING), RULES)
-    seen = drive(bench, watch_reset(math.pi, 20.0, 3.0), RULES, reset=True).seen
+    drive(bench, plan_homing(0.1, HOMING), RULES)
+    seen = drive(bench, plan_reset_watch(math.pi, 20.0, 3.0), RULES, reset=True).seen
     assert seen is not None and seen.moved and seen.rest_s is not None and 0.5 < seen.rest_s < 10.0
 
 
@@ -188,4 +188,4 @@ def test_old_samples_of_a_standstill_are_not_answered() -> None:
 def test_stop_says_it_more_than_once() -> None:
     bench = Bench()
     stop(bench)
-    assert bench.sent == [Command(0.0)] * LAST_WORDS and LAST_WORDS > 1
+    assert bench.sent == [Command(0.0)] * LAST_PACKETS and LAST_PACKETS > 1

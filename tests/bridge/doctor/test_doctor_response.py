@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from support.doctor_bench import TWIN
 
-from pendulum_bridge.doctor.derivatives import check_order, check_velocities_moving, fit
-from pendulum_bridge.doctor.directions import pole_answer
+from pendulum_bridge.doctor.derivatives import check_order, check_velocities_moving, fit_derivative
+from pendulum_bridge.doctor.directions import measure_pole_answer
 from pendulum_bridge.doctor.faults import Fault, Verdict
 from pendulum_bridge.doctor.held import Held
 from pendulum_bridge.doctor.response import (
@@ -16,9 +16,9 @@ from pendulum_bridge.doctor.response import (
     check_acceleration,
     check_clipping,
     check_latency,
-    response_of,
+    measure_response,
 )
-from pendulum_bridge.doctor.track import Grid, Track, gridded
+from pendulum_bridge.doctor.track import Grid, Track, resample
 
 PERIOD_S, FINE = 0.01, 50
 SMALL = 0.2
@@ -77,7 +77,7 @@ def driven(cart: Cart, swing_rad: float = 0.0) -> Track:
 
 
 def response(track: Track) -> Response:
-    return response_of(track, gridded(track, PERIOD_S), TWIN.rig, 1, SMALL)
+    return measure_response(track, resample(track, PERIOD_S), TWIN.rig, 1, SMALL)
 
 
 @pytest.mark.parametrize(
@@ -219,7 +219,7 @@ def test_the_pole_tells_which_way_it_counts(per_m: float, way: int) -> None:
             )
         rate += (per_m * faster - 4.6 * 9.81 * angle) * step
         angle += rate * step
-    answer = pole_answer(
+    answer = measure_pole_answer(
         Grid(PERIOD_S * np.arange(len(shown)), np.array(shown), PERIOD_S), math.pi, 4.6
     )
     assert (answer.way, answer.stands) == (way, per_m == 0.0)
@@ -228,4 +228,4 @@ def test_the_pole_tells_which_way_it_counts(per_m: float, way: int) -> None:
 
 def test_nothing_that_moves_fits_nothing() -> None:
     still = np.zeros(50)
-    assert not fit(still, still, PERIOD_S).proportional
+    assert not fit_derivative(still, still, PERIOD_S).proportional

@@ -14,12 +14,12 @@ from support.doctor_bench import TWIN, faults, lines
 from pendulum_bridge.doctor.faults import Fault, Verdict
 from pendulum_bridge.doctor.findings import Check, Finding
 from pendulum_bridge.doctor.listening import Listened
-from pendulum_bridge.doctor.resting import running_median
-from pendulum_bridge.doctor.standing import CHECKS, stand
-from pendulum_bridge.doctor.track import without_spikes
+from pendulum_bridge.doctor.resting import compute_running_median
+from pendulum_bridge.doctor.standing import CHECKS, check_standing
+from pendulum_bridge.doctor.track import remove_spikes
 from pendulum_bridge.doctor.wire import Heard
 from pendulum_bridge.doctor.zeros import check_rail
-from pendulum_bridge.udp import Address
+from pendulum_bridge.wire.udp import Address
 from pendulum_twin.model import Twin
 
 RATE_HZ, COUNT = 100.0, 300
@@ -46,7 +46,7 @@ def heard(samples: np.ndarray) -> Listened:
 
 
 def findings(samples: np.ndarray, twin: Twin = TWIN) -> tuple[Finding, ...]:
-    return stand(heard(samples), twin, RATE_HZ).findings
+    return check_standing(heard(samples), twin, RATE_HZ).findings
 
 
 def changed(column: int, change: Callable[[np.ndarray], np.ndarray]) -> Spoil:
@@ -206,7 +206,7 @@ def test_a_twin_without_a_pole_is_not_asked_for_its_zero() -> None:
     ],
 )
 def test_who_is_heard(listened: Listened, fault: Fault, words: str) -> None:
-    stood = stand(listened, TWIN, RATE_HZ)
+    stood = check_standing(listened, TWIN, RATE_HZ)
     assert faults(stood.findings) == {fault}
     assert words in stood.findings[0].found
     assert tuple(each.check for each in stood.findings) == CHECKS
@@ -217,7 +217,7 @@ def test_packets_that_hold_nothing_leave_nothing_to_look_at() -> None:
     packets = tuple(
         Heard(struct.pack("<dddd", *row), 0.01 * k) for k, row in enumerate(resting().tolist())
     )
-    stood = stand(Listened(packets), TWIN, RATE_HZ)
+    stood = check_standing(Listened(packets), TWIN, RATE_HZ)
     assert faults(stood.findings) == {Fault.BYTES_SWAPPED}
     assert all(each.verdict is Verdict.SKIPPED for each in stood.findings[2:])
 
@@ -232,14 +232,14 @@ def test_the_running_median_takes_spikes_away_and_nothing_else() -> None:
     ramp = np.arange(20.0)
     spiky_ramp = ramp.copy()
     spiky_ramp[[4, 11, 12]] += 100
-    assert running_median(ramp)[2:-2].tolist() == ramp[2:-2].tolist()
-    assert np.abs(running_median(spiky_ramp) - ramp).max() <= 2
+    assert compute_running_median(ramp)[2:-2].tolist() == ramp[2:-2].tolist()
+    assert np.abs(compute_running_median(spiky_ramp) - ramp).max() <= 2
 
 
 def test_spikes_are_taken_away_and_single_counts_of_a_slow_rate_are_not() -> None:
     counts = np.tile([0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0, 0.0], 10)
     spoilt = counts.copy()
     spoilt[[20, 50, 51]] += 100
-    assert not np.any(running_median(counts))
-    assert without_spikes(counts[:, None])[:, 0].tolist() == counts.tolist()
-    assert np.abs(without_spikes(spoilt[:, None])[:, 0] - counts).max() <= 1
+    assert not np.any(compute_running_median(counts))
+    assert remove_spikes(counts[:, None])[:, 0].tolist() == counts.tolist()
+    assert np.abs(remove_spikes(spoilt[:, None])[:, 0] - counts).max() <= 1

@@ -10,8 +10,8 @@ from pendulum_bridge.doctor.timing import (
     check_jitter,
     check_losses,
     check_rate,
-    numbers_of,
-    period_of,
+    measure_period,
+    number_samples,
 )
 
 
@@ -24,7 +24,7 @@ def arrivals(
 
 
 def faults_of(times: np.ndarray, rate_hz: float = 100.0) -> set[Fault | None]:
-    period_s = period_of(times, 1 / rate_hz)
+    period_s = measure_period(times, 1 / rate_hz)
     return {
         check_rate(times, rate_hz).fault,
         check_jitter(times, period_s).fault,
@@ -68,7 +68,7 @@ def test_lost_samples_are_counted_and_late_ones_are_not(
     rate_hz: float, jitter: float, lost: set[int], seed: int
 ) -> None:
     times = np.delete(arrivals(rate_hz, 300, jitter, seed), sorted(lost))
-    numbers = numbers_of(times, 1 / rate_hz)
+    numbers = number_samples(times, 1 / rate_hz)
     assert list(numbers) == [k for k in range(300) if k not in lost]
 
 

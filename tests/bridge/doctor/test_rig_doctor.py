@@ -18,9 +18,9 @@ from pathlib import Path
 import pytest
 from support.running_emulator import LONG_S, TWIN, free_ports, start, udp_socket
 
-from pendulum_bridge.doctor.driving import LAST_WORDS
-from pendulum_bridge.doctor.rig_doctor import NOTICE, SCHEMA, options_of
-from pendulum_bridge.protocol import Command, Sample
+from pendulum_bridge.doctor.driving import LAST_PACKETS
+from pendulum_bridge.doctor.rig_doctor import NOTICE, SCHEMA, parse_options
+from pendulum_bridge.wire.protocol import Command, Sample
 from pendulum_twin.model import Twin, load_twin, save_twin
 
 BUSY = {"rate_off", "jitter", "bursts", "some_lost", "slow_answer"}
@@ -193,7 +193,7 @@ def test_what_a_bare_socket_sends_is_recognised() -> None:
         assert bare.commands and set(bare.commands) == {Command(0.0)}, (
             "without --move nothing but PWM 0 is sent"
         )
-        assert len(bare.commands) > LAST_WORDS, "and that also at the end"
+        assert len(bare.commands) > LAST_PACKETS, "and that also at the end"
 
 
 def test_an_interrupted_push_ends_with_pwm_0() -> None:
@@ -249,7 +249,7 @@ def test_a_taken_port_is_said_and_the_rig_left_alone() -> None:
 )
 def test_wrong_use_ends_with_2(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as ended:
-        options_of(arguments)
+        parse_options(arguments)
     assert ended.value.code == 2
     assert "rig_doctor: error" in capsys.readouterr().err
 

@@ -4,7 +4,14 @@ import json
 
 import pytest
 
-from pendulum_bridge.emulator.conceal import BY_NAME, TABLE, WRONG, completed, concealed_of, draw
+from pendulum_bridge.emulator.conceal import (
+    BY_NAME,
+    PERTURBED_CONSTANTS,
+    TABLE,
+    complete_set,
+    conceal_effects,
+    draw_concealed,
+)
 from pendulum_bridge.emulator.seal import Concealed, open_seal, write_seal
 from pendulum_twin.effects import BY_NAME as CATALOGUE
 from pendulum_twin.errors import BadInputError
@@ -17,13 +24,13 @@ def test_names_and_parameters_are_the_catalogues() -> None:
 
 
 def test_the_same_seed_conceals_the_same(nominal: Rig) -> None:
-    assert draw(7, 2, nominal) == draw(7, 2, nominal)
-    assert draw(7, 2, nominal) != draw(8, 2, nominal)
+    assert draw_concealed(7, 2, nominal) == draw_concealed(7, 2, nominal)
+    assert draw_concealed(7, 2, nominal) != draw_concealed(8, 2, nominal)
 
 
 @pytest.mark.parametrize("seed", range(40))
 def test_draws_are_realistic(seed: int, nominal: Rig) -> None:
-    concealed = draw(seed, 3, nominal)
+    concealed = draw_concealed(seed, 3, nominal)
     assert len(concealed.effects) == 3
     assert len({BY_NAME[name].family for name in concealed.effects}) == 3
     for name, values in concealed.effects.items():
@@ -32,26 +39,33 @@ def test_draws_are_realistic(seed: int, nominal: Rig) -> None:
             assert low <= size <= high
     for key, value in nominal.to_mapping().items():
         ratio = getattr(concealed.rig, key) / value
-        assert 0.8 <= ratio <= 1.2 and (key in WRONG or ratio == 1)
+        assert 0.8 <= ratio <= 1.2 and (key in PERTURBED_CONSTANTS or ratio == 1)
 
 
 def test_every_effect_is_drawn_sometime(nominal: Rig) -> None:
-    alone = {name for seed in range(300) for name in draw(seed, 1, nominal).effects}
+    alone = {name for seed in range(300) for name in draw_concealed(seed, 1, nominal).effects}
     assert alone == {each.name for each in TABLE if not each.beside}
-    assert {name for seed in range(300) for name in draw(seed, 2, nominal).effects} == set(BY_NAME)
+    assert {
+        name for seed in range(300) for name in draw_concealed(seed, 2, nominal).effects
+    } == set(BY_NAME)
 
 
 @pytest.mark.parametrize("count", [2, 3])
 def test_what_needs_another_beside_it_has_it(count: int, nominal: Rig) -> None:
     for first in (each for each in TABLE if each.beside):
         for seed in range(20):
-            names = completed([first.name], count, seed)
+            names = complete_set([first.name], count, seed)
             assert len(names) == count and set(names) & set(first.beside)
 
 
 def test_a_live_rig_has_nothing_that_counts_from_a_recordings_beginning(nominal: Rig) -> None:
-    drawn = {name for seed in range(300) for name in draw(seed, 2, nominal, live=True).effects}
-    assert drawn == {each.name for each in TABLE if each.live} and "stale_start" not in drawn
+    drawn = {
+        name for seed in range(300) for name in draw_concealed(seed, 2, nominal, live=True).effects
+    }
+    assert (
+        drawn == {each.name for each in TABLE if not each.is_of_recording}
+        and "stale_start" not in drawn
+    )
 
 
 def test_a_size_factor_brings_sizes_towards_neutral_and_leaves_the_rest(nominal: Rig) -> None:
@@ -62,7 +76,7 @@ def test_a_size_factor_brings_sizes_towards_neutral_and_leaves_the_rest(nominal:
         "angle_offset",
         "encoder_slip",
     )
-    whole, half = concealed_of(names, 5, nominal), concealed_of(names, 5, nominal, 0.5)
+    whole, half = conceal_effects(names, 5, nominal), conceal_effects(names, 5, nominal, 0.5)
     assert whole.rig == half.rig
     for name in names:
         for key, value in whole.effects[name].items():
@@ -73,17 +87,17 @@ def test_a_size_factor_brings_sizes_towards_neutral_and_leaves_the_rest(nominal:
 
 
 def test_nothing_can_be_concealed_too(nominal: Rig) -> None:
-    concealed = draw(1, 0, nominal)
+    concealed = draw_concealed(1, 0, nominal)
     assert concealed.effects == {} and concealed.rig != nominal
 
 
 def test_too_many_are_refused(nominal: Rig) -> None:
     with pytest.raises(BadInputError, match="effects: expected a number from 0 to"):
-        draw(1, 99, nominal)
+        draw_concealed(1, 99, nominal)
 
 
 def test_a_seal_opens_to_what_was_sealed(nominal: Rig, tmp_path) -> None:
-    concealed = draw(11, 2, nominal)
+    concealed = draw_concealed(11, 2, nominal)
     write_seal(concealed, tmp_path / "seal.json")
     assert open_seal(tmp_path / "seal.json") == concealed
     content = json.loads((tmp_path / "seal.json").read_text())

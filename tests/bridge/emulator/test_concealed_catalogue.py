@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pendulum_bridge.emulator.drive import chain
+from pendulum_bridge.emulator.drive import make_drive
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed
-from pendulum_bridge.emulator.sensors import Encoders, Sensors, shown
-from pendulum_bridge.emulator.session import recorded
+from pendulum_bridge.emulator.sensors import Encoders, Sensors, distort_positions
+from pendulum_bridge.emulator.session import record_rig
 from pendulum_twin.rig import Rig
 
 EXACT = Encoders(pole_counts=0, cart_step_m=0.0)
@@ -36,7 +36,7 @@ def driven(
 
 def test_a_slack_belt_pulls_once_a_free_motor_has_crossed_the_gap() -> None:
     step_s, gap_m, per_command = 1e-4, 0.004, FORCE / MASS
-    stage = chain({"belt_backlash": {"gap_m": gap_m}}, step_s, per_command)
+    stage = make_drive({"belt_backlash": {"gap_m": gap_m}}, step_s, per_command)
     crossing_s = math.sqrt(2 * gap_m / (0.2 * per_command * 10))
     given = np.array([stage(0.2) for _ in range(1000)])
     lost_s = np.sum(0.2 - given) / 0.2 * step_s
@@ -45,21 +45,21 @@ def test_a_slack_belt_pulls_once_a_free_motor_has_crossed_the_gap() -> None:
 
 
 def test_a_motor_that_is_turned_back_within_the_gap_never_pulls() -> None:
-    stage = chain({"belt_backlash": {"gap_m": 0.01}}, 1e-4, FORCE / MASS)
+    stage = make_drive({"belt_backlash": {"gap_m": 0.01}}, 1e-4, FORCE / MASS)
     there, back = [stage(0.1) for _ in range(50)], [stage(-0.1) for _ in range(120)]
     assert not any(there) and not any(back)  # 5 ms to stop, and sqrt(2) times that to come back
     assert -0.1 < stage(-0.1) < 0 and stage(-0.1) == -0.1
 
 
 def test_a_motor_that_was_let_go_within_the_gap_coasts_to_its_other_end() -> None:
-    stage = chain({"belt_backlash": {"gap_m": 0.004}}, 1e-4, FORCE / MASS)
+    stage = make_drive({"belt_backlash": {"gap_m": 0.004}}, 1e-4, FORCE / MASS)
     for command in [0.2] * 100 + [0.0] * 200:
         assert stage(command) == 0.0
     assert stage(0.2) == 0.2
 
 
 def test_without_a_gap_the_belt_is_not_there() -> None:
-    stage = chain({"belt_backlash": {"gap_m": 0.0}}, 1e-4, FORCE / MASS)
+    stage = make_drive({"belt_backlash": {"gap_m": 0.0}}, 1e-4, FORCE / MASS)
     assert [stage(u) for u in (0.1, -0.2, 0.0, 0.3)] == [0.1, -0.2, 0.0, 0.3]
 
 
@@ -124,17 +124,21 @@ def test_an_unbalanced_pole_hangs_beside_its_line(nominal: Rig) -> None:
 
 def test_slips_and_scales_change_what_is_shown() -> None:
     slip = {"encoder_slip": {"angle_rad": 0.1, "time_s": 12.0}}
-    assert shown(STATE, slip, 11.99) == (0.2, 3.0) and shown(STATE, slip, 12.0) == pytest.approx(
-        (0.2, 3.1)
+    assert distort_positions(STATE, slip, 11.99) == (0.2, 3.0) and distort_positions(
+        STATE, slip, 12.0
+    ) == pytest.approx((0.2, 3.1))
+    assert distort_positions(STATE, {"angle_scale": {"ratio": 0.02}}) == pytest.approx((0.2, 3.06))
+    assert distort_positions(STATE, {"position_scale": {"ratio": -0.1}}) == pytest.approx(
+        (0.18, 3.0)
     )
-    assert shown(STATE, {"angle_scale": {"ratio": 0.02}}) == pytest.approx((0.2, 3.06))
-    assert shown(STATE, {"position_scale": {"ratio": -0.1}}) == pytest.approx((0.18, 3.0))
     both = {
         "angle_offset": {"angle_rad": 0.1},
         "angle_scale": {"ratio": 0.1},
         "angle_sign_inverted": {},
     }
-    assert shown(STATE, both)[1] == pytest.approx(math.tau - 3.1 * 1.1)  # in the chain's order
+    assert distort_positions(STATE, both)[1] == pytest.approx(
+        math.tau - 3.1 * 1.1
+    )  # in the chain's order
 
 
 def test_a_slip_comes_at_its_time_by_the_stamps() -> None:
@@ -174,8 +178,8 @@ def test_a_fast_clock_stamps_more_time_than_passes(ratio: float, apart: Rig) -> 
 def test_a_stale_start_belongs_to_no_run(seed: int, nominal: Rig) -> None:
     concealed = Concealed({"stale_start": {"seconds": 0.745}}, nominal)
     emulator = EmulatedRig(concealed, encoders=EXACT, seed=seed)
-    log = recorded(emulator, lambda sample: 0.3, 120)
-    own = recorded(EmulatedRig(Concealed({}, nominal), encoders=EXACT), lambda sample: 0.3, 45)
+    log = record_rig(emulator, lambda sample: 0.3, 120)
+    own = record_rig(EmulatedRig(Concealed({}, nominal), encoders=EXACT), lambda sample: 0.3, 45)
     assert emulator.stale_samples == 75
     assert np.array_equal(
         log.positions[75:], own.positions
@@ -190,6 +194,6 @@ def test_stale_starts_stand_or_move(nominal: Rig) -> None:
             Concealed({"stale_start": {"seconds": 0.3}}, nominal), encoders=EXACT, seed=seed
         )
         moved.append(
-            bool(np.ptp(recorded(emulator, lambda sample: 0.0, 30).positions[:, 1]) > 0.05)
+            bool(np.ptp(record_rig(emulator, lambda sample: 0.0, 30).positions[:, 1]) > 0.05)
         )
     assert 2 < sum(moved) < 10

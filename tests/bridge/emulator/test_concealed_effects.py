@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pendulum_bridge.emulator.drive import chain
+from pendulum_bridge.emulator.drive import make_drive
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed
-from pendulum_bridge.emulator.sensors import Encoders, Sensors, shown
+from pendulum_bridge.emulator.sensors import Encoders, Sensors, distort_positions
 from pendulum_twin.rig import Rig
 
 EXACT = Encoders(pole_counts=0, cart_step_m=0.0)
@@ -45,12 +45,12 @@ def truth_after(
     ],
 )
 def test_command_stages(effects: dict, sent: list[float], made: list[float]) -> None:
-    stage = chain(effects, 1e-3)
+    stage = make_drive(effects, 1e-3)
     assert [stage(u) for u in sent] == pytest.approx(made)
 
 
 def test_the_lag_rises_with_its_time_constant() -> None:
-    stage = chain({"motor_lag": {"time_constant_s": 0.05}}, 1e-3)
+    stage = make_drive({"motor_lag": {"time_constant_s": 0.05}}, 1e-3)
     risen = [stage(1.0) for _ in range(200)]
     assert risen[49] == pytest.approx(1 - math.exp(-49.5e-3 / 0.05), rel=1e-9)
     assert risen[-1] == pytest.approx(1 - math.exp(-199.5e-3 / 0.05), rel=1e-9)
@@ -122,10 +122,14 @@ def test_the_bearing_stops_the_pole_in_the_time_of_the_closed_form(apart: Rig) -
 
 def test_sensor_effects_change_what_is_shown_and_nothing_else() -> None:
     state = np.array([0.2, 3.0, 0.0, 0.0])
-    assert shown(state, {}) == (0.2, 3.0)
-    assert shown(state, {"angle_offset": {"angle_rad": 0.1}}) == pytest.approx((0.2, 3.1))
-    assert shown(state, {"cart_sign_inverted": {}}) == (-0.2, 3.0)
-    assert shown(state, {"angle_sign_inverted": {}}) == pytest.approx((0.2, 2 * math.pi - 3.0))
+    assert distort_positions(state, {}) == (0.2, 3.0)
+    assert distort_positions(state, {"angle_offset": {"angle_rad": 0.1}}) == pytest.approx(
+        (0.2, 3.1)
+    )
+    assert distort_positions(state, {"cart_sign_inverted": {}}) == (-0.2, 3.0)
+    assert distort_positions(state, {"angle_sign_inverted": {}}) == pytest.approx(
+        (0.2, 2 * math.pi - 3.0)
+    )
 
 
 def test_encoders_count_in_steps_and_never_wrap() -> None:

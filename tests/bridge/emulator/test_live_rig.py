@@ -6,7 +6,7 @@ from pendulum_bridge.emulator.live_rig import LiveRig
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.schedule import Schedule
 from pendulum_bridge.emulator.seal import Concealed
-from pendulum_bridge.protocol import Command, Sample
+from pendulum_bridge.wire.protocol import Command, Sample
 from pendulum_twin.rig import Rig
 
 MOST_STEPS = 4000

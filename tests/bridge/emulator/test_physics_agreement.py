@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pendulum_bridge.bag_writer import Log
 from pendulum_bridge.emulator.conceal import BY_NAME, TABLE, Concealable
-from pendulum_bridge.emulator.mjcf import pole_body
+from pendulum_bridge.emulator.mjcf import compute_pole_body
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.emulator.sensors import Encoders
-from pendulum_bridge.emulator.session import play
+from pendulum_bridge.emulator.session import play_plan
+from pendulum_bridge.recording.bag_writer import Log
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.free_runs import run_freely
 from pendulum_twin.model import Twin
@@ -196,7 +196,7 @@ def states_along(rig: EmulatedRig, plan: Excitation) -> tuple[np.ndarray, Log]:
             true.append(rig.truth)
             return rig.step(command)
 
-    log = play(Watched(), plan)
+    log = play_plan(Watched(), plan)
     return np.array(true), log
 
 
@@ -221,7 +221,7 @@ def test_the_cart_stops_at_the_end_of_the_rail(nominal: Rig) -> None:
 
 def test_a_pole_mass_too_light_for_its_moment_is_made_up_from_the_cart(endless: Rig) -> None:
     light = replace(endless, cart_mass_kg=0.6423, pole_mass_kg=0.05)
-    mass, centre, inertia = pole_body(light)
+    mass, centre, inertia = compute_pole_body(light)
     assert mass > 0.05 and inertia > 0
     assert inertia + mass * centre**2 == pytest.approx(light.pole_inertia_kg_m2)
     start = (0.0, np.pi + 1.0, 0.0, 0.0)

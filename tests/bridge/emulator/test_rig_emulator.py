@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 from support.running_emulator import LONG_S, TWIN, Emulator, free_ports, start, udp_socket
 
-from pendulum_bridge.emulator.conceal import draw
+from pendulum_bridge.emulator.conceal import draw_concealed
 from pendulum_bridge.emulator.rig import EmulatedRig
-from pendulum_bridge.emulator.rig_emulator import options_of, run
+from pendulum_bridge.emulator.rig_emulator import parse_options, run
 from pendulum_bridge.emulator.seal import Concealed, open_seal
-from pendulum_bridge.protocol import Command, Sample
+from pendulum_bridge.wire.protocol import Command, Sample
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin, save_twin
 from pendulum_twin.rig import Rig
@@ -49,7 +49,7 @@ def test_lockstep_gives_the_engines_samples_bit_by_bit(
     )
     assert "in lockstep" in emulator.ready
     concealed = open_seal(tmp_path / "seal.json")
-    assert concealed == draw(7, 2, nominal, live=True)
+    assert concealed == draw_concealed(7, 2, nominal, live=True)
     bare = EmulatedRig(concealed, seed=7)
     for k in range(300):
         pwm = 0.4 * math.cos(0.05 * k)
@@ -237,7 +237,7 @@ def test_what_cannot_be_emulated_is_refused(tmp_path: Path, nominal: Rig) -> Non
         ),
     ):
         with pytest.raises((BadInputError, OSError), match=sentence):
-            run(options_of([*map(str, arguments), *free]), Event())
+            run(parse_options([*map(str, arguments), *free]), Event())
 
 
 @pytest.mark.parametrize(
@@ -259,6 +259,6 @@ def test_wrong_use_is_status_2(
     arguments: list[str], sentence: str, capsys: pytest.CaptureFixture
 ) -> None:
     with pytest.raises(SystemExit) as ended:
-        options_of(arguments)
+        parse_options(arguments)
     assert ended.value.code == 2
     assert sentence in capsys.readouterr().err

@@ -8,7 +8,14 @@ import pytest
 from pendulum_bridge.emulator.conceal import TABLE, Concealable
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed
-from pendulum_bridge.emulator.swing_down import Phase, Rest, SwingDown, advance, at_rest, tuned
+from pendulum_bridge.emulator.swing_down import (
+    Phase,
+    Rest,
+    SwingDown,
+    advance,
+    is_at_rest,
+    make_tuning,
+)
 from pendulum_twin.rig import Rig
 
 UPRIGHT_FAR_OUT = (-0.5, 0.05, 0.0, 0.0)
@@ -18,7 +25,10 @@ HANGING = np.array([0.0, math.pi, 0.0, 0.0])
 
 def swung_down(concealed: Concealed, start: tuple[float, ...]) -> tuple[SwingDown, np.ndarray]:
     """Return how it ended, and all true states."""
-    rig, tuning = EmulatedRig(concealed, start=start), tuned(concealed.rig, concealed.effects)
+    rig, tuning = (
+        EmulatedRig(concealed, start=start),
+        make_tuning(concealed.rig, concealed.effects),
+    )
     stand, states = SwingDown(), []
     while stand.phase is Phase.RUNNING:
         states.append(rig.truth)
@@ -53,12 +63,12 @@ def test_at_rest_already_takes_only_the_samples_in_a_row(nominal: Rig) -> None:
 
 
 def test_passing_through_the_middle_is_not_rest(nominal: Rig) -> None:
-    tuning = tuned(nominal, {})
-    assert at_rest(HANGING, tuning)
+    tuning = make_tuning(nominal, {})
+    assert is_at_rest(HANGING, tuning)
     for k, much in enumerate((0.02, 0.1, 0.1, 0.3)):
         away = HANGING.copy()
         away[k] += much
-        assert not at_rest(away, tuning)
+        assert not is_at_rest(away, tuning)
     almost = SwingDown(still=Rest().samples - 1)
     moving, _ = advance(almost, np.array([0.0, math.pi, 0.0, 5.0]), tuning, 0.01)
     assert (moving.phase, moving.still) == (Phase.RUNNING, 0)
@@ -68,13 +78,15 @@ def test_what_does_not_come_to_rest_is_given_up_with_no_command(nominal: Rig) ->
     stuck, stand, command = np.array([0.4, math.pi, 0.0, 0.0]), SwingDown(), 1.0
     steps = 0
     while stand.phase is Phase.RUNNING:
-        stand, command = advance(stand, stuck, tuned(nominal, {}), 0.01, Rest(limit_s=0.5))
+        stand, command = advance(stand, stuck, make_tuning(nominal, {}), 0.01, Rest(limit_s=0.5))
         steps += 1
     assert (stand.phase, command) == (Phase.GAVE_UP, 0.0)
     assert steps == pytest.approx(51, abs=1)
-    assert advance(stand, HANGING, tuned(nominal, {}), 0.01) == (stand, 0.0)  # over is over
+    assert advance(stand, HANGING, make_tuning(nominal, {}), 0.01) == (stand, 0.0)  # over is over
 
 
 def test_commands_stay_within_the_limit(nominal: Rig) -> None:
-    _, command = advance(SwingDown(), np.array([0.9, 0.5, -9.0, 30.0]), tuned(nominal, {}), 0.01)
+    _, command = advance(
+        SwingDown(), np.array([0.9, 0.5, -9.0, 30.0]), make_tuning(nominal, {}), 0.01
+    )
     assert abs(command) == nominal.pwm_limit

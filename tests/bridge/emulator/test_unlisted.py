@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pendulum_bridge.emulator.conceal import concealed_of, sized
+from pendulum_bridge.emulator.conceal import conceal_effects, draw_sizes
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed, open_seal, write_seal
 from pendulum_bridge.emulator.sensors import Encoders
@@ -173,7 +173,9 @@ def test_a_wandering_clock_comes_back(apart: Rig) -> None:
 def test_sizes_are_drawn_within_the_table_and_scaled_but_for_shapes(nominal: Rig) -> None:
     for each in TABLE:
         for seed in range(20):
-            one, half = (sized(each, np.random.default_rng(seed), factor) for factor in (1.0, 0.5))
+            one, half = (
+                draw_sizes(each, np.random.default_rng(seed), factor) for factor in (1.0, 0.5)
+            )
             for name, (low, high) in each.sizes.items():
                 assert low <= (abs(one[name]) if each.both_ways else one[name]) <= high
                 assert half[name] == pytest.approx(
@@ -182,7 +184,7 @@ def test_sizes_are_drawn_within_the_table_and_scaled_but_for_shapes(nominal: Rig
 
 
 def test_a_seal_keeps_place_variables_and_sizes(nominal: Rig, tmp_path) -> None:
-    concealed = concealed_of(("hanging_cable", "input_delay"), 3, nominal)
+    concealed = conceal_effects(("hanging_cable", "input_delay"), 3, nominal)
     write_seal(concealed, tmp_path / "seal.json")
     assert open_seal(tmp_path / "seal.json") == concealed and set(concealed.unlisted) == {
         "hanging_cable"

@@ -16,14 +16,14 @@ from support.driven_rig import DrivenEmulator, User, figures, make_driver  # noq
 from support.ros_graph import Graph, until  # noqa: E402
 from support.running_emulator import TWIN  # noqa: E402
 
-from pendulum_bridge import driver as core  # noqa: E402
+from pendulum_bridge.driver import driver as core  # noqa: E402
 from pendulum_bridge.nodes.driver_node import DriverNode  # noqa: E402
-from pendulum_bridge.reasons import Reason  # noqa: E402
-from pendulum_bridge.two_writers import TOGETHER_S  # noqa: E402
+from pendulum_bridge.safety.reasons import Reason  # noqa: E402
+from pendulum_bridge.safety.two_writers import TOGETHER_S  # noqa: E402
 from pendulum_twin.errors import BadInputError  # noqa: E402
 
 OK, WARN, ERROR = 0, 1, 2
-PATIENT_S = 1.0
+PATIENT_S = 60.0  # the longest that the driver takes: no silence of a busy machine decides
 
 
 @pytest.fixture(scope="module")
@@ -36,11 +36,20 @@ def shared() -> Iterator[DrivenEmulator]:
 
 @pytest.fixture
 def driven(ros: Graph, shared: DrivenEmulator):
-    """Give a driver in this process, and its user. A busy machine lets the emulator wait: that is no silence here."""
-    node, user = (
-        make_driver(ros, shared, rig_timeout_s=PATIENT_S, command_timeout_s=PATIENT_S / 2),
-        User(ros),
-    )
+    """Give a driver in this process that bears a machine which stands still, and its user."""
+    patient = {"rig_timeout_s": PATIENT_S, "command_timeout_s": PATIENT_S}
+    return meet(ros, shared, reset_deadline_s=2 * PATIENT_S, **patient)
+
+
+@pytest.fixture
+def alert(ros: Graph, shared: DrivenEmulator):
+    """Give a driver that soon misses samples and commands, and its user."""
+    return meet(ros, shared, rig_timeout_s=1.0, command_timeout_s=0.5)
+
+
+def meet(ros: Graph, rig: DrivenEmulator, **values: float) -> tuple[DriverNode, User]:
+    """Start a driver and its user, and return both once they hear one another."""
+    node, user = make_driver(ros, rig, **values), User(ros)
     user.meet()
     return node, user
 
@@ -67,7 +76,7 @@ def test_samples_come_in_order_with_the_contracts_names_and_a_command_moves_the_
     steps = np.diff(stamps_ns(user))
     assert np.all(steps > 0) and np.median(steps) == pytest.approx(1e7, rel=0.3)
     now = user.node.get_clock().now().nanoseconds
-    assert -10e9 < stamps_ns(user)[-1] - now <= 0.01e9
+    assert -120e9 < stamps_ns(user)[-1] - now <= 0.01e9
     assert 0.2 in [pwm for _, pwm in user.applied]
     user.until(lambda: user.healths, "the diagnostics")
     health = user.healths[-1]
@@ -78,6 +87,7 @@ def test_samples_come_in_order_with_the_contracts_names_and_a_command_moves_the_
     )
 
 
+@pytest.mark.wall_time
 def test_limit_and_slew_are_kept_whatever_is_commanded_and_may_change_while_it_runs(
     driven,
 ) -> None:
@@ -108,8 +118,8 @@ def test_limit_and_slew_are_kept_whatever_is_commanded_and_may_change_while_it_r
     assert node.get_parameter("pwm_limit").value == 0.1 and node.settings.pwm_limit == 0.1
 
 
-def test_a_learner_that_pauses_lets_the_rig_stand_and_goes_on_later(driven) -> None:
-    _, user = driven
+def test_a_learner_that_pauses_lets_the_rig_stand_and_goes_on_later(alert) -> None:
+    _, user = alert
     user.holding(0.01, lambda: user.pwm == 0.01, "the command")
     health = user.told(Reason.COMMAND_OLD.sentence, ERROR)
     assert user.pwm == 0.0 and figures(health)["applied_pwm"] == 0.0
@@ -117,9 +127,9 @@ def test_a_learner_that_pauses_lets_the_rig_stand_and_goes_on_later(driven) -> N
 
 
 def test_a_silent_rig_gets_0_and_no_reset_until_it_speaks_again(
-    driven, shared: DrivenEmulator
+    alert, shared: DrivenEmulator
 ) -> None:
-    _, user = driven
+    _, user = alert
     user.holding(0.01, lambda: user.pwm == 0.01, "the command")
     shared.process.send_signal(signal.SIGSTOP)
     try:
@@ -246,7 +256,7 @@ def test_failing_callbacks_and_decisions_bring_0_and_the_node_lives_on(
     driven, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     node, user = driven
-    for where, name in ((node.driver, "command"), (core, "decided")):
+    for where, name in ((node.driver, "command"), (core, "decide")):
         user.holding(0.01, lambda: user.pwm == 0.01, "the command")
         with monkeypatch.context() as broken:
             broken.setattr(where, name, lambda *_: 1 / 0)

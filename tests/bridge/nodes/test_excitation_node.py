@@ -23,10 +23,10 @@ from support.excitation_bench import (  # noqa: E402
     make,
     written,
 )
-from support.ros_graph import Graph  # noqa: E402
+from support.ros_graph import DEADLINE_S, Graph  # noqa: E402
 
-from pendulum_bridge.excitation_run import Stage  # noqa: E402
-from pendulum_bridge.playback import LOOKED_AT  # noqa: E402
+from pendulum_bridge.excitation.playback import SAMPLES_A_LOOK  # noqa: E402
+from pendulum_bridge.excitation.run import Stage  # noqa: E402
 from pendulum_twin.errors import BadInputError  # noqa: E402
 from pendulum_twin.model import load_twin  # noqa: E402
 from pendulum_twin.nodes.qos import LATEST, SAMPLES  # noqa: E402
@@ -69,7 +69,7 @@ def test_command_k_answers_sample_k(ros: Graph, planned, lost: frozenset[int]) -
     rig = StepRig(ros, lost)
     node = make(ros, path, reset_first=False, overruled_s=60.0)
     rig.look(node)
-    assert rig.answers == [0.0] * LOOKED_AT and node._run.stage is Stage.PLAYING
+    assert rig.answers == [0.0] * SAMPLES_A_LOOK and node._run.stage is Stage.PLAYING
     for kept in (rig.answers, rig.twins, rig.states):
         kept.clear()
     for k in range(len(plan.commands)):
@@ -86,7 +86,7 @@ def test_command_k_answers_sample_k(ros: Graph, planned, lost: frozenset[int]) -
 
 def test_the_look_empties_the_queue() -> None:
     """Samples from before the reset, still waiting, belong to the look and never to the plan."""
-    assert 2 * SAMPLES.depth < LOOKED_AT
+    assert 2 * SAMPLES.depth < SAMPLES_A_LOOK
 
 
 def test_rig_and_twin_get_the_same_commands_in_real_time(ros: Graph, planned) -> None:
@@ -123,7 +123,7 @@ def test_while_another_commands_the_rig_it_does_not_begin(ros: Graph, planned) -
     other = ros.user("other")
     other.create_publisher(Float64, "/rig/pwm", LATEST)
     node = make(ros, planned(Rest(seconds=0.1)), silence_s=BUSY_S)
-    ros.until(lambda: node._lacking() == "1 other(s) command /rig/pwm", "the other one")
+    ros.until(lambda: node._find_lacking() == "1 other(s) command /rig/pwm", "the other one")
     assert bench.sent == {"/rig": [], "/twin": []}
     ros.remove(other)
     assert bench.over(node) is None
@@ -134,7 +134,7 @@ def test_it_waits_for_as_many_nodes_as_it_is_told(ros: Graph, planned) -> None:
     bench = Bench(ros)
     bench.user.create_subscription(Float64, "/rig/pwm", print, LATEST)
     node = make(ros, planned(Rest(seconds=0.1)), listeners=3, silence_s=BUSY_S)
-    ros.until(lambda: node._lacking() == "2 of 3 listen to /rig/pwm", "all but one")
+    ros.until(lambda: node._find_lacking() == "2 of 3 listen to /rig/pwm", "all but one")
     ros.user("recorder").create_subscription(Float64, "/rig/pwm", print, LATEST)
     assert bench.over(node) is None
 
@@ -201,7 +201,7 @@ def program(ros: Graph, plan: str, *more: str) -> subprocess.Popen:
 def ended(ros: Graph, node: subprocess.Popen) -> tuple[int, str]:
     """Serve the graph until a program has ended; return its status and what it said on stderr."""
     ros.until(lambda: node.poll() is not None, "the end of the program", 60.0)
-    return node.returncode, node.communicate(timeout=60)[1]
+    return node.returncode, node.communicate(timeout=DEADLINE_S)[1]
 
 
 def test_a_program_that_has_played_all_ends_with_0(ros: Graph, planned) -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from rosbags.highlevel import AnyReader
 
-from pendulum_bridge.bag_writer import Log, write_bag
+from pendulum_bridge.recording.bag_writer import Log, write_bag
 from pendulum_twin.errors import BadInputError
 
 
@@ -68,7 +68,7 @@ def test_a_recording_is_never_overwritten(tmp_path) -> None:
 
 def test_a_failure_leaves_nothing(tmp_path, monkeypatch) -> None:
     log = some_log()
-    monkeypatch.setattr("pendulum_bridge.bag_writer.VERSION", 7)
+    monkeypatch.setattr("pendulum_bridge.recording.bag_writer.VERSION", 7)
     with pytest.raises(Exception, match="version"):
         write_bag(log, tmp_path / "early")
     monkeypatch.undo()

@@ -16,8 +16,8 @@ from mcap.reader import make_reader
 from mcap.stream_reader import StreamReader
 from support.recorder_bags import counts, data_file, index, with_mcap, with_rosbags
 
-from pendulum_bridge.recording.bag import Bag, digest_of
-from pendulum_bridge.recording.definition import definition_of
+from pendulum_bridge.recording.bag import Bag, compute_digest
+from pendulum_bridge.recording.definition import find_definition
 from pendulum_bridge.recording.mcap_file import LARGEST_CHUNK
 from pendulum_bridge.recording.metadata import INDEX, read_index
 from pendulum_bridge.recording.received_clock import ReceivedClock
@@ -130,7 +130,7 @@ def test_the_digest_is_the_one_that_a_verdict_carries(tmp_path: Path) -> None:
     digest = index(tmp_path / "run")["custom_data"]["digest"]
     assert (
         digest
-        == digest_of(data_file(tmp_path / "run"))
+        == compute_digest(data_file(tmp_path / "run"))
         == bag_files.digest_of((data_file(tmp_path / "run"),))
     )
     assert digest == bag_files.digest_of(bag_files.find_files(tmp_path / "run").files)
@@ -433,12 +433,16 @@ def test_simulated_time_is_that_of_the_last_clock_message() -> None:
 
 def test_a_definition_holds_every_type_in_it_once() -> None:
     pytest.importorskip("sensor_msgs")
-    found = definition_of("sensor_msgs/msg/JointState")
+    found = find_definition("sensor_msgs/msg/JointState")
     assert found.count("=" * 80) == 2
     assert found.index("MSG: std_msgs/Header\n") < found.index("MSG: builtin_interfaces/Time\n")
     assert "float64[] effort" in found
     assert (
-        definition_of("diagnostic_msgs/msg/DiagnosticArray").count("MSG: diagnostic_msgs/KeyValue")
+        find_definition("diagnostic_msgs/msg/DiagnosticArray").count(
+            "MSG: diagnostic_msgs/KeyValue"
+        )
         == 1
     )
-    assert definition_of("no_such_msgs/msg/Thing") == definition_of("std_msgs/msg/NoSuch") == ""
+    assert (
+        find_definition("no_such_msgs/msg/Thing") == find_definition("std_msgs/msg/NoSuch") == ""
+    )

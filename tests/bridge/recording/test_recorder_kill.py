@@ -16,7 +16,7 @@ from support.recorder_bags import data_file, index, with_mcap, with_rosbags  # n
 from support.ros_graph import Graph  # noqa: E402
 
 from pendulum_bridge.recording.recover import recover  # noqa: E402
-from pendulum_bridge.recording.recover_command import recover_command  # noqa: E402
+from pendulum_bridge.recording.recover_command import run_recover  # noqa: E402
 from pendulum_sysid.reading.bag import read_bag  # noqa: E402
 
 MODULE = "pendulum_bridge.nodes.recorder_node"
@@ -100,7 +100,7 @@ def last_kept(killed: Killed) -> int:
 def check_recovered(killed: Killed) -> None:
     before, files = read_bag(killed.folder), sorted(killed.folder.iterdir())
     bytes_before = [path.read_bytes() for path in files]
-    assert recover_command(["--recover", str(killed.folder)]) == 0
+    assert run_recover(["--recover", str(killed.folder)]) == 0
     made = killed.folder.with_name(f"{killed.folder.name}_recovered")
     after = read_bag(made)
     assert np.array_equal(before.cart, after.cart) and np.array_equal(

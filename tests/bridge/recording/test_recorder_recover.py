@@ -11,7 +11,7 @@ from pendulum_bridge.recording.bag import Bag
 from pendulum_bridge.recording.metadata import INDEX
 from pendulum_bridge.recording.records import Message, Topic
 from pendulum_bridge.recording.recover import recover
-from pendulum_bridge.recording.recover_command import recover_command
+from pendulum_bridge.recording.recover_command import run_recover
 from pendulum_twin.errors import BadInputError
 
 COMMANDS = Topic("/rig/pwm", "std_msgs/msg/Float64", "float64 data\n")
@@ -133,7 +133,7 @@ def test_a_bag_of_several_files_becomes_one(tmp_path: Path) -> None:
 
 def test_a_whole_bag_needs_nothing(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
     folder = written(tmp_path / "run", closed=True)
-    assert recover_command(["--recover", str(folder)]) == 0
+    assert run_recover(["--recover", str(folder)]) == 0
     assert "is whole: 40 messages" in capsys.readouterr().out
     assert [path.name for path in tmp_path.iterdir()] == ["run"]
 
@@ -162,6 +162,6 @@ def test_what_cannot_be_recovered_is_refused(
     elif make == "no mcap":
         path = tmp_path / "run.mcap"
         path.write_bytes(b"SQLite format 3\0")
-    assert recover_command(["--recover", str(path)]) == 1
+    assert run_recover(["--recover", str(path)]) == 1
     said = capsys.readouterr().err
     assert said.startswith("recorder_node: ") and "expected" in said and said.count("\n") == 1

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pendulum_bridge.view.board import NODES_KEPT, SAMPLES_KEPT, Board
-from pendulum_bridge.view.feed import HISTORY_S, RATE_HZ, Feed, ticking
-from pendulum_bridge.view.frame import COLUMNS, frame, point
+from pendulum_bridge.view.feed import HISTORY_S, RATE_HZ, Feed, keep_ticking
+from pendulum_bridge.view.frame import COLUMNS, make_frame, make_point
 from pendulum_bridge.view.samples import NodeHealth, Sample, Word
 
 PERIOD_NS = 10_000_000
@@ -27,8 +27,8 @@ def sample(
 def board_with(count: int = 5, now_s: float = 10.0) -> Board:
     board = Board("/rig", "/twin")
     for k in range(count):
-        board.sample("rig", sample(k, now_s, cart_m=0.3))
-        board.sample("twin", sample(k, now_s, cart_m=0.1))
+        board.take_sample("rig", sample(k, now_s, cart_m=0.3))
+        board.take_sample("twin", sample(k, now_s, cart_m=0.1))
     return board
 
 
@@ -38,10 +38,10 @@ def strict(moment: Any) -> Any:
 
 def test_a_frame_holds_both_and_their_mismatch() -> None:
     board = board_with()
-    board.pwm("rig", Word(0.2, 10.0))
-    board.applied("rig", Word(0.15, 10.0))
-    board.stopped("rig", True)
-    moment = strict(frame(board.snapshot(10.1)))
+    board.take_pwm("rig", Word(0.2, 10.0))
+    board.take_applied("rig", Word(0.15, 10.0))
+    board.take_stopped("rig", True)
+    moment = strict(make_frame(board.take_snapshot(10.1)))
     rig = moment["rig"]
     assert (rig["namespace"], rig["state"], rig["notice"]) == ("/rig", "fresh", None)
     assert (rig["cart_m"], rig["pwm"], rig["applied_pwm"], rig["stopped"]) == (
@@ -52,7 +52,7 @@ def test_a_frame_holds_both_and_their_mismatch() -> None:
     )
     assert rig["rate_hz"] == pytest.approx(100) and rig["stamp_age_s"] == pytest.approx(0.104)
     assert moment["mismatch"]["cart_m"] == pytest.approx(0.2)
-    assert dict(zip(COLUMNS, point(moment), strict=True)) == {
+    assert dict(zip(COLUMNS, make_point(moment), strict=True)) == {
         "time_s": 10.1, "rig_cart_m": 0.3, "rig_pole_rad": 3.0, "rig_pwm": 0.2, "rig_applied_pwm": 0.15,
         "twin_cart_m": 0.1, "twin_pole_rad": 3.0, "twin_pwm": None, "twin_applied_pwm": None,
         "mismatch_cart_m": 0.2, "mismatch_pole_rad": 0.0,
@@ -61,29 +61,29 @@ def test_a_frame_holds_both_and_their_mismatch() -> None:
 
 def test_silence_is_told_after_half_a_second_and_nothing_old_is_plotted() -> None:
     board = board_with(now_s=10.0)
-    board.applied("twin", Word(0.3, 10.0))
-    assert frame(board.snapshot(10.5))["twin"]["state"] == "fresh"
-    moment = frame(board.snapshot(10.51))
+    board.take_applied("twin", Word(0.3, 10.0))
+    assert make_frame(board.take_snapshot(10.5))["twin"]["state"] == "fresh"
+    moment = make_frame(board.take_snapshot(10.51))
     assert moment["twin"]["state"] == "stale" and moment["mismatch"] is None
     assert moment["twin"]["notice"] == "/twin is silent: its last sample is shown."
     assert moment["twin"]["cart_m"] == 0.1 and moment["twin"]["applied_pwm"] is None
-    assert point(moment)[1:] == [None] * (len(COLUMNS) - 1)
+    assert make_point(moment)[1:] == [None] * (len(COLUMNS) - 1)
 
 
 def test_who_was_never_heard_is_waited_for_and_who_is_not_there_is_left_out() -> None:
-    moment = frame(Board("/lab/rig", None).snapshot(0.0))
+    moment = make_frame(Board("/lab/rig", None).take_snapshot(0.0))
     assert moment["rig"]["state"] == "never" and moment["twin"] is None
     assert (
         moment["rig"]["notice"] == "No sample of /lab/rig yet: waiting for /lab/rig/joint_states."
     )
-    assert len(point(moment)) == len(COLUMNS)
+    assert len(make_point(moment)) == len(COLUMNS)
 
 
 def test_refused_messages_are_counted_and_told_once_nothing_good_comes() -> None:
     board = Board("/rig", "/twin")
     for _ in range(3):
         board.refuse("rig", "expected finite numbers, found nan")
-    rig = frame(board.snapshot(0.0))["rig"]
+    rig = make_frame(board.take_snapshot(0.0))["rig"]
     assert rig["refused"] == 3 and rig["notice"].endswith(
         "Refused: expected finite numbers, found nan."
     )
@@ -93,20 +93,20 @@ def test_refused_messages_are_counted_and_told_once_nothing_good_comes() -> None
 def test_whatever_is_heard_the_frame_is_strict_json(values: list[float], now_s: float) -> None:
     board = Board("/rig", "/twin")
     for k in range(3):
-        board.sample("rig", Sample(k * PERIOD_NS, 0.0, *values[:5]))
-        board.sample("twin", Sample(k * PERIOD_NS, 0.0, *values[3:]))
-    board.pwm("rig", Word(values[0], 0.0))
-    moment = frame(board.snapshot(now_s))
+        board.take_sample("rig", Sample(k * PERIOD_NS, 0.0, *values[:5]))
+        board.take_sample("twin", Sample(k * PERIOD_NS, 0.0, *values[3:]))
+    board.take_pwm("rig", Word(values[0], 0.0))
+    moment = make_frame(board.take_snapshot(now_s))
     strict(moment)
-    assert all(value is None or math.isfinite(value) for value in point(moment))
+    assert all(value is None or math.isfinite(value) for value in make_point(moment))
 
 
 def test_a_stamp_that_goes_back_begins_anew_and_samples_are_bounded() -> None:
     board = board_with(SAMPLES_KEPT + 50)
-    snapshot = board.snapshot(10.0)
+    snapshot = board.take_snapshot(10.0)
     assert snapshot.rig is not None and len(snapshot.rig.samples) == SAMPLES_KEPT
-    board.sample("rig", sample(3, 10.0))
-    after = board.snapshot(10.0)
+    board.take_sample("rig", sample(3, 10.0))
+    after = board.take_snapshot(10.0)
     assert after.rig is not None and [s.stamp_ns for s in after.rig.samples] == [3 * PERIOD_NS]
     assert len(snapshot.rig.samples) == SAMPLES_KEPT  # what was handed over stays as it was
 
@@ -123,8 +123,8 @@ def test_nodes_are_listed_by_name_go_stale_and_are_forgotten() -> None:
         ("/c", 7, 99.0),
         ("/old", 2, 1.0),
     ):
-        board.health(said(name, level, heard_s))
-    nodes = {node["name"]: node for node in frame(board.snapshot(100.0))["nodes"]}
+        board.take_health(said(name, level, heard_s))
+    nodes = {node["name"]: node for node in make_frame(board.take_snapshot(100.0))["nodes"]}
     assert list(nodes) == ["/a", "/b", "/c"]
     assert [node["level"] for node in nodes.values()] == ["stale", "warn", "stale"]
     assert nodes["/a"]["sentence"] == "silent; it said last: drives the rig" and nodes["/b"][
@@ -135,12 +135,12 @@ def test_nodes_are_listed_by_name_go_stale_and_are_forgotten() -> None:
 def test_a_flood_of_nodes_is_bounded() -> None:
     board = Board("/rig", "/twin")
     for k in range(5 * NODES_KEPT):
-        board.health(said(f"/n{k}", 0, float(k) / 100))
-    assert len(board.snapshot(2.0).nodes) == NODES_KEPT
+        board.take_health(said(f"/n{k}", 0, float(k) / 100))
+    assert len(board.take_snapshot(2.0).nodes) == NODES_KEPT
 
 
 def feed_of(board: Board, ticks: int) -> Feed:
-    feed = Feed(board.snapshot, {"rail_half_length_m": 0.9})
+    feed = Feed(board.take_snapshot, {"rail_half_length_m": 0.9})
     for k in range(ticks):
         feed.tick(k / RATE_HZ)
     return feed
@@ -148,7 +148,7 @@ def feed_of(board: Board, ticks: int) -> Feed:
 
 def test_a_reader_gets_the_newest_frame_and_the_points_it_missed() -> None:
     feed = feed_of(board_with(), 10)
-    got = json.loads(feed.text(6))
+    got = json.loads(feed.write_text(6))
     assert (
         got["number"] == 9
         and got["time_s"] == pytest.approx(9 / RATE_HZ, rel=1e-6)
@@ -157,17 +157,17 @@ def test_a_reader_gets_the_newest_frame_and_the_points_it_missed() -> None:
     assert [p[0] for p in got["points"]] == pytest.approx(
         [7 / RATE_HZ, 8 / RATE_HZ, 9 / RATE_HZ], rel=1e-6
     )
-    assert json.loads(feed.text(9))["points"] == []
+    assert json.loads(feed.write_text(9))["points"] == []
     assert (
-        len(json.loads(feed.text(-1))["points"])
-        == len(json.loads(feed.text(10**9))["points"])
+        len(json.loads(feed.write_text(-1))["points"])
+        == len(json.loads(feed.write_text(10**9))["points"])
         == 10
     )
 
 
 def test_the_history_is_bounded_however_long_a_reader_waits() -> None:
     feed = feed_of(board_with(), 2000)
-    points = json.loads(feed.text(3))["points"]
+    points = json.loads(feed.write_text(3))["points"]
     assert len(points) == round(HISTORY_S * RATE_HZ) and points[-1][0] == pytest.approx(
         1999 / RATE_HZ, rel=1e-6
     )
@@ -180,12 +180,12 @@ def test_a_tick_that_fails_is_complained_of_and_followed_by_others() -> None:
     def look(now_s: float) -> Any:
         if not complaints:
             raise ValueError("broken")
-        return board.snapshot(now_s)
+        return board.take_snapshot(now_s)
 
     async def first_frame() -> int:
         feed = Feed(look)
-        task = asyncio.create_task(ticking(feed, lambda: 0.0, complaints.append))
-        await asyncio.wait_for(feed.newer_than(-1), 30)
+        task = asyncio.create_task(keep_ticking(feed, lambda: 0.0, complaints.append))
+        await asyncio.wait_for(feed.wait_for_newer(-1), 30)
         task.cancel()
         return feed.number
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pendulum_bridge.view.mismatch import Mismatch, mismatch
+from pendulum_bridge.view.mismatch import Mismatch, find_mismatch
 from pendulum_bridge.view.samples import Sample
 
 PERIOD_NS = 10_000_000
@@ -30,7 +30,7 @@ def run_of(
 
 
 def found(rig: tuple[Sample, ...], twin: tuple[Sample, ...]) -> Mismatch:
-    apart = mismatch(rig, twin)
+    apart = find_mismatch(rig, twin)
     assert apart is not None
     return apart
 
@@ -61,7 +61,7 @@ def test_equal_motion_has_no_mismatch_at_any_offset_of_the_stamps(
 @pytest.mark.parametrize(("offset_ns", "matches"), [(5_000_000, True), (5_100_000, False)])
 def test_stamps_match_within_half_a_period(offset_ns: int, matches: bool) -> None:
     rig = run_of(0, 4)
-    assert (mismatch(rig, run_of(3 * PERIOD_NS + offset_ns, 3)) is not None) is matches
+    assert (find_mismatch(rig, run_of(3 * PERIOD_NS + offset_ns, 3)) is not None) is matches
 
 
 def test_the_longer_period_counts() -> None:
@@ -86,7 +86,11 @@ def test_a_joint_that_one_lacks_has_no_mismatch() -> None:
 
 def test_without_two_samples_of_each_there_is_none() -> None:
     many, one = run_of(0, 5), run_of(0, 1)
-    assert mismatch(many, one) is None and mismatch(one, many) is None and mismatch((), ()) is None
+    assert (
+        find_mismatch(many, one) is None
+        and find_mismatch(one, many) is None
+        and find_mismatch((), ()) is None
+    )
 
 
 def test_numbers_too_large_to_subtract_have_no_mismatch() -> None:

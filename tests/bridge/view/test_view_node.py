@@ -16,9 +16,9 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue  # n
 from sensor_msgs.msg import JointState  # noqa: E402
 from std_msgs.msg import Bool, Float64  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
-from support.ros_graph import Graph  # noqa: E402
+from support.ros_graph import DEADLINE_S, Graph  # noqa: E402
 
-from pendulum_bridge.nodes.asking import asked  # noqa: E402
+from pendulum_bridge.nodes.trigger_call import call_trigger  # noqa: E402
 from pendulum_bridge.nodes.view_node import ViewNode  # noqa: E402
 from pendulum_bridge.view.samples import Source  # noqa: E402
 from pendulum_bridge.view.server import Answer  # noqa: E402
@@ -35,7 +35,7 @@ def view(ros: Graph) -> ViewNode:
 
 
 def heard(view: ViewNode, key: str = "rig") -> Source:
-    source = getattr(view.board.snapshot(0.0), key)
+    source = getattr(view.board.take_snapshot(0.0), key)
     assert source is not None
     return source
 
@@ -133,7 +133,7 @@ def test_health_of_all_nodes_and_of_itself_is_heard(ros: Graph, view: ViewNode) 
         message="silent",
         values=[KeyValue(key="sent", value="7")],
     )
-    names = lambda: {node.name: node for node in view.board.snapshot(0.0).nodes}  # noqa: E731
+    names = lambda: {node.name: node for node in view.board.take_snapshot(0.0).nodes}  # noqa: E731
     ros.until(
         lambda: publisher.publish(DiagnosticArray(status=[status])) or len(names()) == 2,
         "health of both",
@@ -179,14 +179,14 @@ def test_a_service_that_never_answers_is_given_up(ros: Graph) -> None:
     client = user.create_client(Trigger, "stop")
     ros.until(client.service_is_ready, "the service")
     ros.executor.remove_node(rig)  # it is there, and does nothing
-    answer = pressed(ros, asked(client, 0.3))
+    answer = pressed(ros, call_trigger(client, 0.3))
     assert not answer.success and answer.sentence.startswith("/stop: no answer within 0.3 s")
     assert client._pending_requests == {}
 
 
 def test_without_a_twin_there_is_only_the_rig(ros: Graph) -> None:
     view = ros.add(ViewNode, port=0, twin="", rig="/lab/rig")
-    assert view.board.snapshot(0.0).twin is None and heard(view).namespace == "/lab/rig"
+    assert view.board.take_snapshot(0.0).twin is None and heard(view).namespace == "/lab/rig"
     assert pressed(ros, view.press("reset_twin")).success is False
 
 
@@ -221,22 +221,22 @@ def test_a_signal_ends_it_cleanly_and_frees_the_port(ros: Graph, number: signal.
     said = program.stderr.readline()
     address = re.search(r"serves (http://127\.0\.0\.1:\d+/)", said)
     assert address, said
-    with urlopen(address[1], timeout=30) as page:
+    with urlopen(address[1], timeout=DEADLINE_S) as page:
         assert page.status == 200
     if number is signal.SIGTERM:  # a second one finds the port taken
         port = address[1].rsplit(":", 1)[1].rstrip("/")
         second = ros.start(MODULE, "--ros-args", "-p", f"port:={port}")
-        _, why = second.communicate(timeout=60)
+        _, why = second.communicate(timeout=DEADLINE_S)
         assert second.returncode == 1
         assert (
             f"view_node: port: expected a free port of 127.0.0.1, found {port} in use" in why
             and "Traceback" not in why
         )
     program.send_signal(number)
-    _, said = program.communicate(timeout=60)
+    _, said = program.communicate(timeout=DEADLINE_S)
     assert program.returncode == 0 and said == ""
     with pytest.raises(OSError, match="refused"):
-        urlopen(address[1], timeout=30)
+        urlopen(address[1], timeout=DEADLINE_S)
 
 
 def test_the_page_tells_what_the_node_hears(ros: Graph, view: ViewNode) -> None:
@@ -244,5 +244,5 @@ def test_the_page_tells_what_the_node_hears(ros: Graph, view: ViewNode) -> None:
     feed = ros.until(lambda: view._page, "the page").feed
     before = feed.number
     ros.until(lambda: feed.number > before + 1, "a frame")
-    latest = json.loads(feed.text(before))
+    latest = json.loads(feed.write_text(before))
     assert latest["rig"]["cart_m"] == 0.125 and latest["rail_half_length_m"] == 0.9

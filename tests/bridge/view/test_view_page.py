@@ -25,7 +25,7 @@ from pendulum_bridge.view import server as view  # noqa: E402
 from pendulum_bridge.view.board import Board  # noqa: E402
 from pendulum_bridge.view.feed import Feed  # noqa: E402
 from pendulum_bridge.view.server import Answer, make_app  # noqa: E402
-from pendulum_bridge.view.serving import Serving, listening  # noqa: E402
+from pendulum_bridge.view.serving import Serving, open_listener  # noqa: E402
 from pendulum_twin.health import Health, Level  # noqa: E402
 from pendulum_twin.nodes.diagnostics import publish_health  # noqa: E402
 from pendulum_twin.nodes.qos import LATCHED  # noqa: E402
@@ -38,7 +38,7 @@ OPTIONS = (
     "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run", "--disable-component-update",
     "--disable-sync",
 )  # fmt: skip
-DEADLINE_MS = 30_000
+DEADLINE_MS = 120_000
 
 pytestmark = pytest.mark.skipif(
     CHROMIUM is None, reason="no chromium on PATH: install Debian's package chromium"
@@ -266,14 +266,14 @@ def serving(port: int) -> Serving:
         return Answer(True, f"{button} was asked")
 
     def make() -> Any:
-        feed = Feed(Board("/rig", "/twin").snapshot)
+        feed = Feed(Board("/rig", "/twin").take_snapshot)
         return make_app(view.Page("127.0.0.1", feed, press, monotonic, print))
 
-    return Serving(listening("127.0.0.1", port), make, print)
+    return Serving(open_listener("127.0.0.1", port), make, print)
 
 
 def test_a_lost_connection_is_told_and_found_again(browser: Browser) -> None:
-    with listening("127.0.0.1", 0) as free:
+    with open_listener("127.0.0.1", 0) as free:
         port = free.getsockname()[1]
     server = serving(port)
     try:

@@ -16,12 +16,12 @@ from support.paths import ROOT
 
 from pendulum_bridge.view.board import Board
 from pendulum_bridge.view.feed import HISTORY_S, RATE_HZ, Feed
-from pendulum_bridge.view.same_origin import is_loopback, refusal
+from pendulum_bridge.view.same_origin import find_refusal, is_loopback
 from pendulum_bridge.view.server import BUTTONS, Answer, Page, make_app
-from pendulum_bridge.view.serving import Serving, listening, url
+from pendulum_bridge.view.serving import Serving, format_url, open_listener
 from pendulum_twin.errors import BadInputError
 
-DEADLINE_S = 30.0
+DEADLINE_S = 120.0
 
 
 class Server:
@@ -31,13 +31,13 @@ class Server:
         self.pressed: list[str] = []
         self.complaints: list[str] = []
         self.hold: Event | None = None  # until then a reset takes
-        taken = listening("127.0.0.1", 0)
-        self.address = url(taken)
+        taken = open_listener("127.0.0.1", 0)
+        self.address = format_url(taken)
         self.socket = taken
         self.serving = Serving(taken, lambda: self.make(options), self.complaints.append)
 
     def make(self, options: dict[str, Any]) -> Any:
-        feed = Feed(Board("/rig", "/twin").snapshot)
+        feed = Feed(Board("/rig", "/twin").take_snapshot)
         self.page = Page(
             "127.0.0.1", feed, self.press, monotonic, self.complaints.append, **options
         )
@@ -270,7 +270,7 @@ def test_a_server_that_fails_says_so_and_lets_go_of_its_port() -> None:
         raise ValueError("broken")
 
     complaints: list[str] = []
-    taken = listening("127.0.0.1", 0)
+    taken = open_listener("127.0.0.1", 0)
     Serving(taken, broken, complaints.append).close()
     assert (
         complaints == ["the page is no longer served: ValueError('broken')"]
@@ -312,7 +312,7 @@ def test_a_browser_that_hangs_is_let_go() -> None:
 )
 def test_hosts(host: str, asked: str, passes: bool) -> None:
     headers = {"Host": asked, "Origin": f"http://{asked}"}
-    assert (refusal(headers, host, acts=True) is None) is passes
+    assert (find_refusal(headers, host, acts=True) is None) is passes
 
 
 @pytest.mark.parametrize(
@@ -324,17 +324,17 @@ def test_what_counts_as_loopback(host: str, loopback: bool) -> None:
 
 
 def test_an_address_that_cannot_be_had_is_told_in_a_sentence() -> None:
-    with listening("127.0.0.1", 0) as taken:
+    with open_listener("127.0.0.1", 0) as taken:
         port = taken.getsockname()[1]
         with pytest.raises(
             BadInputError, match=f"port: expected a free port of 127.0.0.1, found {port} in use"
         ):
-            listening("127.0.0.1", port)
+            open_listener("127.0.0.1", port)
     with pytest.raises(
         BadInputError, match=r"host: expected an address of this machine, found '192\.0\.2\.1'"
     ):
-        listening("192.0.2.1", 0)
+        open_listener("192.0.2.1", 0)
     with pytest.raises(
         BadInputError, match="host: expected an address of this machine, found 'no such host'"
     ):
-        listening("no such host", 0)
+        open_listener("no such host", 0)

@@ -11,7 +11,7 @@ from support.made_recordings import INTECO
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.emulator.sensors import Encoders
-from pendulum_bridge.emulator.session import play
+from pendulum_bridge.emulator.session import play_plan
 from pendulum_sysid.finding.localisation.localise import localise
 from pendulum_sysid.finding.localisation.shape_check import misfit_of_named, outweighed, remainders
 from pendulum_sysid.finding.search import Search, parameters_alone
@@ -41,7 +41,7 @@ def recorded(
 ) -> Recording:
     """Return what an emulated rig shows, its constants wrong as well; effects: (name, ((parameter, value), ...)), ..."""
     concealed = Concealed({n: dict(v) for n, v in effects}, RIG, {n: dict(v) for n, v in unlisted})
-    log = play(
+    log = play_plan(
         EmulatedRig(concealed, encoders=Encoders(pole_counts=pole_counts)),
         make_standard_plan(seconds=seconds, seed=3),
     )

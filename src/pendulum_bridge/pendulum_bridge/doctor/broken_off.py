@@ -6,10 +6,10 @@ from pendulum_bridge.doctor.derivatives import check_order
 from pendulum_bridge.doctor.driving import BRAKED, HUNG, JUMPED, SILENT, STOOD, Driven
 from pendulum_bridge.doctor.faults import Fault
 from pendulum_bridge.doctor.findings import Check, Finding
-from pendulum_bridge.doctor.timing import FEWEST
-from pendulum_bridge.doctor.track import gridded
+from pendulum_bridge.doctor.timing import FEWEST_SAMPLES
+from pendulum_bridge.doctor.track import resample
 
-MEANS = {
+FAULT_OF_END = {
     SILENT: Fault.FELL_SILENT,
     BRAKED: Fault.MOTION_BROKEN_OFF,
     JUMPED: Fault.JUMPED,
@@ -18,12 +18,12 @@ MEANS = {
 }
 
 
-def broken_off[Seen](
+def explain_broken_off[Seen](
     check: Check, expected: str, driven: Driven[Seen], period_s: float
 ) -> Finding:
     """Return the finding of a check whose plan was broken off: what the samples give away, or what ended it."""
-    if len(driven.track.arrivals) > FEWEST:
-        order = check_order(gridded(driven.track, period_s))
+    if len(driven.track.arrivals) > FEWEST_SAMPLES:
+        order = check_order(resample(driven.track, period_s))
         if order.fault:
             return Finding(check, order.expected, order.found, order.fault)
-    return Finding(check, expected, driven.broken_off, MEANS[driven.broken_off])
+    return Finding(check, expected, driven.broken_off, FAULT_OF_END[driven.broken_off])

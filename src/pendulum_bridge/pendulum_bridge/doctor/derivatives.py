@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from pendulum_bridge.doctor.faults import Fault
 from pendulum_bridge.doctor.findings import Check, Finding
-from pendulum_bridge.doctor.resting import CART, CART_VELOCITY, POLE, POLE_RATE, wraps
+from pendulum_bridge.doctor.resting import CART, CART_VELOCITY, POLE, POLE_RATE, has_wraps
 from pendulum_bridge.doctor.track import Grid
 from pendulum_bridge.doctor.zeros import FIELDS
 
 Floats = NDArray[np.float64]
 SPAN_S = 0.1  # long against the filter of a velocity, short against what is moved
-ALIKE = 0.8  # share of the change that the other field has to explain
+LEAST_EXPLAINED_SHARE = 0.8  # share of the change that the other field has to explain
 LEAST_SCALE, MOST_SCALE = 0.6, 1.6
 PAIRS = ((POLE, POLE_RATE), (CART, CART_VELOCITY))
 
@@ -31,7 +31,7 @@ class Fit:
     @property
     def proportional(self) -> bool:
         """Tell whether they follow at all."""
-        return self.share > ALIKE
+        return self.share > LEAST_EXPLAINED_SHARE
 
     @property
     def derivative(self) -> bool:
@@ -39,7 +39,7 @@ class Fit:
         return self.proportional and LEAST_SCALE < self.scale < MOST_SCALE
 
 
-def fit(position: Floats, velocity: Floats, period_s: float) -> Fit:
+def fit_derivative(position: Floats, velocity: Floats, period_s: float) -> Fit:
     """Return how the changes of position (n,) over SPAN_S follow the integral of velocity (n,); no motion fits nothing."""
     span = min(max(round(SPAN_S / period_s), 1), len(position) - 1)
     changes = position[span:] - position[:-span]
@@ -54,14 +54,14 @@ def fit(position: Floats, velocity: Floats, period_s: float) -> Fit:
 def check_order(grid: Grid) -> Finding:
     """Return whether the fields move as their names say: each rate as its position's derivative, angles not wrapped."""
     expected = "each rate to follow its own position, and an angle without jumps"
-    if wraps(grid.samples[:, POLE]):
+    if has_wraps(grid.samples[:, POLE]):
         return Finding(
             Check.FIELDS_MOVING, expected, "an angle that jumps by a whole turn", Fault.WRAPPED
         )
-    fits = {pair: _fit(grid, pair) for pair in _all_pairs()}
+    fits = {pair: _fit_pair(grid, pair) for pair in _list_pairs()}
     if any(fits[pair].derivative for pair in PAIRS):
         return Finding(Check.FIELDS_MOVING, expected, "that")
-    for first, second in _other_orders():
+    for first, second in _list_orders():
         if fits[first].derivative and fits[second].derivative:
             order = dict(zip((*first, *second), FIELDS, strict=True))
             found = f"what looks like {', '.join(order[k] for k in range(4))}, or the same with cart and pole changed"
@@ -72,16 +72,17 @@ def check_order(grid: Grid) -> Finding:
 def check_velocities_moving(grid: Grid) -> Finding:
     """Return whether the velocities are the derivatives of the positions, in sign, unit and size."""
     expected = f"pole rate and cart velocity {LEAST_SCALE:g} to {MOST_SCALE:g} times as differences of positions give them"
-    pole, cart = (_fit(grid, pair) for pair in PAIRS)
+    pole, cart = (_fit_pair(grid, pair) for pair in PAIRS)
     texts = [
-        f"{name} {_text(each)}" for name, each in (("pole rate", pole), ("cart velocity", cart))
+        f"{name} {_describe_fit(each)}"
+        for name, each in (("pole rate", pole), ("cart velocity", cart))
     ]
     wrong = not (cart.derivative and (pole.derivative or np.ptp(grid.samples[:, POLE]) == 0.0))
     fault = Fault.VELOCITY_WRONG if wrong else None
     return Finding(Check.VELOCITIES_MOVING, expected, ", ".join(texts), fault)
 
 
-def _text(fitted: Fit) -> str:
+def _describe_fit(fitted: Fit) -> str:
     return (
         f"{1 / fitted.scale:.2f} times"
         if fitted.proportional
@@ -89,18 +90,18 @@ def _text(fitted: Fit) -> str:
     )
 
 
-def _fit(grid: Grid, pair: tuple[int, int]) -> Fit:
+def _fit_pair(grid: Grid, pair: tuple[int, int]) -> Fit:
     position, velocity = (grid.samples[:, k] for k in pair)
-    return fit(position, velocity, grid.period_s)
+    return fit_derivative(position, velocity, grid.period_s)
 
 
-def _all_pairs() -> Iterator[tuple[int, int]]:
+def _list_pairs() -> Iterator[tuple[int, int]]:
     return ((i, j) for i in range(4) for j in range(4) if i != j)
 
 
-def _other_orders() -> Iterator[tuple[tuple[int, int], tuple[int, int]]]:
+def _list_orders() -> Iterator[tuple[tuple[int, int], tuple[int, int]]]:
     """Yield two pairs of position and rate that use every field once."""
-    for first in _all_pairs():
+    for first in _list_pairs():
         rest = [k for k in range(4) if k not in first]
         yield first, (rest[0], rest[1])
         yield first, (rest[1], rest[0])

@@ -18,22 +18,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pendulum_bridge.doctor.faults import Fault
-from pendulum_bridge.doctor.findings import Check, Finding, skipped
+from pendulum_bridge.doctor.findings import Check, Finding, skip_check
 from pendulum_bridge.doctor.resting import CART, POLE
-from pendulum_bridge.doctor.track import Grid, slopes
+from pendulum_bridge.doctor.track import Grid, compute_slopes
 from pendulum_twin.rig import Rig
 
 Floats = NDArray[np.float64]
-HALF = 2  # samples; differences over twice as many
-SURE = 4.0  # standard deviations
-STANDS = 0.1  # share of the expected motion; a pole that moves less has no working encoder
+HALF_BASE_SAMPLES = 2  # samples; differences over twice as many
+SIGN_STANDARD_DEVIATIONS = 4.0  # standard deviations
+STANDING_SHARE = 0.1  # share of the expected motion; a pole that moves less has no working encoder
 MIRRORED = {  # command to cart, cart to pole: as expected or not
     (True, True): None,
     (False, True): Fault.COMMAND_MIRRORED,
     (False, False): Fault.CART_MIRRORED,
     (True, False): Fault.ANGLE_MIRRORED,
 }
-WAYS = {1: "positive", -1: "negative"}
+WAY_NAMES = {1: "positive", -1: "negative"}
 
 
 @dataclass(frozen=True)
@@ -53,21 +53,22 @@ class PoleAnswer:
         """Return +1 for the contract's signs (a positive push turns the pole the negative way), -1, or 0 when unsure."""
         return (
             0
-            if self.stands or abs(self.per_m) < SURE * self.deviation
+            if self.stands or abs(self.per_m) < SIGN_STANDARD_DEVIATIONS * self.deviation
             else int(-np.sign(self.per_m))
         )
 
 
-def pole_answer(grid: Grid, hanging_rad: float, lever_per_m: float) -> PoleAnswer:
+def measure_pole_answer(grid: Grid, hanging_rad: float, lever_per_m: float) -> PoleAnswer:
     """Return how the pole answered the cart's motion; lever_per_m: S/Jp of the twin file, by which 'stands' is judged."""
     from_hanging = grid.samples[:, POLE] - hanging_rad
     rate, speed = (
-        slopes(values, grid.period_s, HALF) for values in (from_hanging, grid.samples[:, CART])
+        compute_slopes(values, grid.period_s, HALF_BASE_SAMPLES)
+        for values in (from_hanging, grid.samples[:, CART])
     )
-    fallen = np.cumsum(from_hanging[HALF:-HALF]) * grid.period_s
+    fallen = np.cumsum(from_hanging[HALF_BASE_SAMPLES:-HALF_BASE_SAMPLES]) * grid.period_s
     terms = np.stack([speed, fallen, np.ones_like(speed)], axis=1)
-    factors, deviations = least_squares(terms, rate)
-    stands = float(np.ptp(rate)) < STANDS * lever_per_m * float(np.ptp(speed))
+    factors, deviations = solve_least_squares(terms, rate)
+    stands = float(np.ptp(rate)) < STANDING_SHARE * lever_per_m * float(np.ptp(speed))
     return PoleAnswer(float(factors[0]), float(deviations[0]), stands)
 
 
@@ -79,24 +80,24 @@ def check_directions(
     way: which way a positive command moved the measured cart. expected_ways: that, and which way
     the pole should follow, see `signs.ways`.
     """
-    expected = f"a positive command to move the cart the {WAYS[expected_ways[0]]} way"
-    found = f"it went the {WAYS[way]} way"
+    expected = f"a positive command to move the cart the {WAY_NAMES[expected_ways[0]]} way"
+    found = f"it went the {WAY_NAMES[way]} way"
     if not has_pole:
         fault = None if way == expected_ways[0] else Fault.COMMAND_MIRRORED
         return Finding(Check.DIRECTIONS, expected, found, fault)
-    expected += (
-        f", and so to turn the hanging pole the {WAYS[-expected_ways[0] * expected_ways[1]]} way"
-    )
+    expected += f", and so to turn the hanging pole the {WAY_NAMES[-expected_ways[0] * expected_ways[1]]} way"
     if pole.stands:
         return Finding(
             Check.DIRECTIONS, expected, f"{found}, and the pole did not follow", Fault.POLE_STANDS
         )
     if pole.way == 0:
-        return skipped(
+        return skip_check(
             Check.DIRECTIONS,
             f"{found}; which way the pole follows could not be told from so little motion",
         )
-    found += f", the pole the {WAYS[-way * pole.way]} way ({abs(pole.per_m):.1f} rad/s for 1 m/s)"
+    found += (
+        f", the pole the {WAY_NAMES[-way * pole.way]} way ({abs(pole.per_m):.1f} rad/s for 1 m/s)"
+    )
     return Finding(
         Check.DIRECTIONS,
         expected,
@@ -105,7 +106,7 @@ def check_directions(
     )
 
 
-def lever_per_m(rig: Rig) -> float:
+def compute_lever_per_m(rig: Rig) -> float:
     """Return S/Jp, rad/s of the pole for 1 m/s of the cart; 0 without a pole."""
     return (
         rig.total_mass_kg * (rig.com_distance_m or 0.0) / rig.pole_inertia_kg_m2
@@ -114,7 +115,7 @@ def lever_per_m(rig: Rig) -> float:
     )
 
 
-def least_squares(terms: Floats, values: Floats) -> tuple[Floats, Floats]:
+def solve_least_squares(terms: Floats, values: Floats) -> tuple[Floats, Floats]:
     """Return factors (k,) of terms (n, k) and their standard deviations, infinite where the terms cannot tell."""
     factors, _, rank, _ = np.linalg.lstsq(terms, values, rcond=None)
     if rank < terms.shape[1] or len(values) <= terms.shape[1]:

@@ -9,18 +9,21 @@ import numpy as np
 from pendulum_bridge.doctor.pushes import Moment, Plan
 from pendulum_bridge.doctor.track import Track
 from pendulum_bridge.doctor.wire import Heard, Wire
-from pendulum_bridge.protocol import Command, Sample
-from pendulum_bridge.reasons import Reason
-from pendulum_bridge.rig_state import RigState
-from pendulum_bridge.safety import Rules, Safety, at_start, decided
+from pendulum_bridge.safety.decide import Rules, Safety, decide, make_safety
+from pendulum_bridge.safety.reasons import Reason
+from pendulum_bridge.safety.rig_state import RigState
+from pendulum_bridge.wire.protocol import Command, Sample
 from pendulum_twin.errors import BadInputError
 
 WAIT_S = 0.02  # longest time without a decision, as in the driver
-SILENT_S = 0.5
-OLD = 1.5  # periods; a sample that is older is surely followed by a newer one
-LAST_WORDS = 5  # packets with PWM 0: any may be lost
+LONGEST_SILENCE_S = 0.5
+OLD_SAMPLE_PERIODS = 1.5  # periods; a sample that is older is surely followed by a newer one
+LAST_PACKETS = 5  # packets with PWM 0: any may be lost
 BRAKING_S, COASTING_S, SLOW_M_S = 1.0, 0.5, 0.05
-SILENT, BRAKED = f"the rig sent nothing for {SILENT_S:g} s", "the rail guard had to brake the cart"
+SILENT, BRAKED = (
+    f"the rig sent nothing for {LONGEST_SILENCE_S:g} s",
+    "the rail guard had to brake the cart",
+)
 GUARDED = {Reason.RAIL_BRAKING, Reason.RAIL_NOT_HELD}
 JUMPED, STOOD, HUNG = (
     "a position jumped further than the rig can move",
@@ -64,36 +67,36 @@ def drive[Seen](
     """
     log = _Log()
     try:
-        seen, why, safety = _played(wire, plan, rules, reset, log)
+        seen, why, safety = _play(wire, plan, rules, reset, log)
         if why == BRAKED and signs_known:
-            _braked(wire, safety, rules)
+            _brake(wire, safety, rules)
     finally:
         stop(wire)
     if why == JUMPED:
-        _watched(wire, log)
+        _watch_coasting(wire, log)
     return Driven(log.track(), seen, why)
 
 
 def stop(wire: Wire) -> None:
     """Send PWM 0 and no reset, several times."""
-    for _ in range(LAST_WORDS):
+    for _ in range(LAST_PACKETS):
         wire.send(Command(0.0))
 
 
-def _played[Seen](
+def _play[Seen](
     wire: Wire, plan: Plan[Seen], rules: Rules, reset: bool, log: _Log
 ) -> tuple[Seen | None, str, Safety]:
     """Return what the plan has seen, why it was broken off, and the state of the safety rules at the end."""
     begin = heard_s = wire.now()
-    safety = at_start(begin)
+    safety = make_safety(begin)
     next(plan)
     while True:
         heard = wire.receive(wire.now() + WAIT_S)
-        state, now = _noted(heard, log), wire.now()
+        state, now = _note(heard, log), wire.now()
         heard_s = heard_s if state is None else now
-        if now - heard_s > SILENT_S:
+        if now - heard_s > LONGEST_SILENCE_S:
             return None, SILENT, safety
-        if heard is not None and now - heard.at_s > OLD * rules.period_s:
+        if heard is not None and now - heard.at_s > OLD_SAMPLE_PERIODS * rules.period_s:
             continue
         request = None
         if state is not None:
@@ -101,7 +104,7 @@ def _played[Seen](
                 request = plan.send(Moment(now - begin, state))
             except StopIteration as over:
                 return over.value, "", safety
-        decision = decided(request, state, now, safety, rules)
+        decision = decide(request, state, now, safety, rules)
         safety = decision.safety
         if why := next(
             (DISBELIEVED[each] for each in decision.reasons if each in DISBELIEVED), ""
@@ -118,26 +121,26 @@ def _played[Seen](
         log.sent.append(safety.applied)
 
 
-def _watched(wire: Wire, log: _Log) -> None:
+def _watch_coasting(wire: Wire, log: _Log) -> None:
     """Note for a while how the cart coasts: what its samples look like then tells why they were not believed."""
     end = wire.now() + COASTING_S
     while wire.now() < end:
-        _noted(wire.receive(end), log)
+        _note(wire.receive(end), log)
 
 
-def _braked(wire: Wire, safety: Safety, rules: Rules) -> None:
+def _brake(wire: Wire, safety: Safety, rules: Rules) -> None:
     """Ask for nothing until the guard has brought the cart to a stand."""
     end = wire.now() + BRAKING_S
     while wire.now() < end:
-        state = _noted(wire.receive(wire.now() + WAIT_S), _Log())
-        decision = decided(0.0, state, wire.now(), safety, rules)
+        state = _note(wire.receive(wire.now() + WAIT_S), _Log())
+        decision = decide(0.0, state, wire.now(), safety, rules)
         safety = decision.safety
         wire.send(Command(decision.pwm))
         if state is not None and abs(state.cart_m_s) < SLOW_M_S:
             return
 
 
-def _noted(heard: Heard | None, log: _Log) -> RigState | None:
+def _note(heard: Heard | None, log: _Log) -> RigState | None:
     if heard is None:
         return None
     try:

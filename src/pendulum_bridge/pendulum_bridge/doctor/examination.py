@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from pendulum_bridge.doctor import moving, standing
 from pendulum_bridge.doctor.faults import Verdict
-from pendulum_bridge.doctor.findings import Check, Finding, skipped
+from pendulum_bridge.doctor.findings import Check, Finding, skip_check
 from pendulum_bridge.doctor.listening import listen
 from pendulum_bridge.doctor.resting import CART
 from pendulum_bridge.doctor.standing import Standing
@@ -30,12 +30,12 @@ class Task:
 
 def examine(wire: Wire, task: Task) -> Iterator[Finding]:
     """Yield every finding from the samples on, as it is made. Raises BadInputError when the network refuses a command."""
-    stood = standing.stand(listen(wire, task.listen_s), task.twin, task.rate_hz)
+    stood = standing.check_standing(listen(wire, task.listen_s), task.twin, task.rate_hz)
     yield from stood.findings
-    why = moving.why_not(stood.findings, task.twin) if task.may_move else NOT_ASKED
+    why = moving.explain_refusal(stood.findings, task.twin) if task.may_move else NOT_ASKED
     made: list[Check] = []
     if stood.rest is not None and not why:
-        stage = moving.move(wire, task.twin, stood.rest, task.rate_hz)
+        stage = moving.move_cart(wire, task.twin, stood.rest, task.rate_hz)
         while True:
             try:
                 finding = next(stage)
@@ -45,13 +45,17 @@ def examine(wire: Wire, task: Task) -> Iterator[Finding]:
             made.append(finding.check)
             yield finding
     for check in moving.CHECKS[len(made) :]:
-        yield _rail(stood, task.twin) if check is Check.RAIL else skipped(check, why)
+        yield (
+            _check_standing_rail(stood, task.twin)
+            if check is Check.RAIL
+            else skip_check(check, why)
+        )
 
 
-def _rail(stood: Standing, twin: Twin) -> Finding:
+def _check_standing_rail(stood: Standing, twin: Twin) -> Finding:
     """Return whether the cart stood on the rail, when it was not moved."""
     zero = next(each for each in stood.findings if each.check is Check.CART_ZERO)
     if zero.verdict in (Verdict.FAIL, Verdict.SKIPPED):
-        return skipped(Check.RAIL, "see the cart's zero")
+        return skip_check(Check.RAIL, "see the cart's zero")
     cart = stood.samples[:, CART]
     return check_rail(float(cart.min()), float(cart.max()), twin.rig.rail_half_length_m)

@@ -97,6 +97,6 @@ class Finding:
         }
 
 
-def skipped(check: Check, why: str) -> Finding:
+def skip_check(check: Check, why: str) -> Finding:
     """Return the finding of a check that was not made."""
     return Finding(check, "", why, skipped=True)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
-FINENESS = 8  # parts of a sample period
+STEPS_PER_PERIOD = 8  # parts of a sample period
 
 
 class Held:
@@ -20,20 +20,20 @@ class Held:
     def __init__(
         self, at: Floats, values: Floats, lag_s: float, span_s: float, period_s: float
     ) -> None:
-        step_s = period_s / FINENESS
+        step_s = period_s / STEPS_PER_PERIOD
         self._times = np.arange(at[0] - 2 * span_s, at[-1] + 2 * span_s, step_s)
         began = np.searchsorted(at, self._times, "right") - 1
         fine = np.where(began >= 0, values[np.maximum(began, 0)], 0.0)
         half = max(round(span_s / step_s), 1)
         triangle = np.concatenate([np.arange(1, half + 1), np.arange(half - 1, 0, -1)]) / half**2
-        self._means = np.convolve(_lagging(fine, lag_s, step_s), triangle, "same")
+        self._means = np.convolve(_apply_lag(fine, lag_s, step_s), triangle, "same")
 
     def around(self, times: Floats) -> Floats:
         """Return the means around times (n,) s."""
         return np.interp(times, self._times, self._means)
 
 
-def _lagging(values: Floats, lag_s: float, step_s: float) -> Floats:
+def _apply_lag(values: Floats, lag_s: float, step_s: float) -> Floats:
     if lag_s <= 0:
         return values
     keep, output = float(np.exp(-step_s / lag_s)), 0.0

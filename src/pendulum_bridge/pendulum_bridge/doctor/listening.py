@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pendulum_bridge.doctor.faults import Fault
 from pendulum_bridge.doctor.findings import Check, Finding
 from pendulum_bridge.doctor.wire import Heard, Wire
-from pendulum_bridge.udp import Address
+from pendulum_bridge.wire.udp import Address
 
-FIRST_S = 2.0  # until the first sample
-SILENT_S = 0.5  # without one more at the end: it has stopped
+LONGEST_FIRST_S = 2.0  # until the first sample
+LONGEST_SILENCE_S = 0.5  # without one more at the end: it has stopped
 
 
 @dataclass(frozen=True)
@@ -31,19 +31,19 @@ class Listened:
 def listen(wire: Wire, seconds: float) -> Listened:
     """Hear the wire for so many seconds from the first packet on; give up when none comes within FIRST_S."""
     heard: list[Heard] = []
-    end = wire.now() + FIRST_S
+    end = wire.now() + LONGEST_FIRST_S
     while (now := wire.now()) < end:
         packet = wire.receive(end)
         if packet is not None:
             end = end if heard else now + seconds
             heard.append(packet)
-    silent_s = wire.now() - heard[-1].at_s if heard else FIRST_S
+    silent_s = wire.now() - heard[-1].at_s if heard else LONGEST_FIRST_S
     return Listened(tuple(heard), wire.foreign, wire.stranger, silent_s, wire.trouble)
 
 
 def check_samples(listened: Listened) -> Finding:
     """Return whether the rig is heard, and nobody else."""
-    expected = f"a first packet of the rig within {FIRST_S:g} s, and no others"
+    expected = f"a first packet of the rig within {LONGEST_FIRST_S:g} s, and no others"
     count, strangers = len(listened.heard), f"{listened.foreign} packets of another host"
     if listened.stranger is not None:
         strangers += f" ({listened.stranger.host})"
@@ -64,7 +64,7 @@ def check_samples(listened: Listened) -> Finding:
             f"{found}, none of the rig" if listened.foreign else found,
             fault,
         )
-    if listened.silent_s > SILENT_S:
+    if listened.silent_s > LONGEST_SILENCE_S:
         found = f"{count} packets, then nothing for {listened.silent_s:.1f} s"
         return Finding(Check.SAMPLES, expected, found, Fault.FELL_SILENT)
     if listened.foreign:

@@ -8,34 +8,34 @@ from dataclasses import dataclass
 import numpy as np
 
 from pendulum_bridge.doctor import response as answering
-from pendulum_bridge.doctor.broken_off import broken_off
+from pendulum_bridge.doctor.broken_off import explain_broken_off
 from pendulum_bridge.doctor.derivatives import check_order, check_velocities_moving
 from pendulum_bridge.doctor.directions import (
     PoleAnswer,
     check_directions,
-    lever_per_m,
-    pole_answer,
+    compute_lever_per_m,
+    measure_pole_answer,
 )
 from pendulum_bridge.doctor.driving import STOOD, Driven, drive
 from pendulum_bridge.doctor.faults import Fault, Verdict
-from pendulum_bridge.doctor.findings import Check, Finding, skipped
+from pendulum_bridge.doctor.findings import Check, Finding, skip_check
 from pendulum_bridge.doctor.pushes import (
     MOVED_M,
     Doublet,
     Homing,
     Nudged,
-    home,
-    nudge,
-    push,
-    watch_reset,
+    plan_homing,
+    plan_nudge,
+    plan_pushes,
+    plan_reset_watch,
 )
 from pendulum_bridge.doctor.resting import CART, AtRest
-from pendulum_bridge.doctor.track import Grid, gridded
+from pendulum_bridge.doctor.track import Grid, resample
 from pendulum_bridge.doctor.wire import Wire
 from pendulum_bridge.doctor.zeros import check_rail
-from pendulum_bridge.limits import Limits
-from pendulum_bridge.safety import Rules, rules_for
-from pendulum_bridge.signs import ways
+from pendulum_bridge.safety.decide import Rules, make_rules
+from pendulum_bridge.safety.limits import Limits
+from pendulum_bridge.safety.signs import find_ways
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin
 from pendulum_twin.rig import Rig
@@ -75,7 +75,7 @@ class Drive:
 
     def rules(self, way: int, pole_way: int) -> Rules:
         """Return the driver's rules for these signs."""
-        return rules_for(
+        return make_rules(
             self.twin.rig, Limits(), way=way, pole_way=pole_way, period_s=self.period_s
         )
 
@@ -84,7 +84,7 @@ class Drive:
         return Homing(way, 1 / self.gain, dry)
 
 
-def why_not(findings: tuple[Finding, ...], twin: Twin) -> str:
+def explain_refusal(findings: tuple[Finding, ...], twin: Twin) -> str:
     """Return why the cart should not be moved after these findings; empty when it may."""
     for each in findings:
         if each.verdict is Verdict.FAIL or each.fault in (Fault.MOVING, Fault.SPIKES, Fault.NOISY):
@@ -94,39 +94,41 @@ def why_not(findings: tuple[Finding, ...], twin: Twin) -> str:
     return ""
 
 
-def move(wire: Wire, twin: Twin, rest: AtRest, rate_hz: float) -> Generator[Finding, None, str]:
+def move_cart(
+    wire: Wire, twin: Twin, rest: AtRest, rate_hz: float
+) -> Generator[Finding, None, str]:
     """Push the cart and yield the findings, in the order of CHECKS, as they are made; return why no more could be.
 
     Raises BadInputError when the network refuses a command.
     """
     period_s = 1 / rate_hz
     try:
-        drive_ = _drive(twin, rest, period_s)
-        rules = drive_.rules(*ways(twin.effects))
+        drive_ = _make_drive(twin, rest, period_s)
+        rules = drive_.rules(*find_ways(twin.effects))
     except BadInputError as error:
         return str(error)
     nudged = drive(
-        wire, nudge(MOST_SHARE * drive_.limit, drive_.rise_per_s), rules, signs_known=False
+        wire, plan_nudge(MOST_SHARE * drive_.limit, drive_.rise_per_s), rules, signs_known=False
     )
     moves = check_moves(nudged, drive_)
     yield moves
     if moves.verdict is Verdict.FAIL or nudged.seen is None:
         return "the cart did not move as asked"
-    grid = gridded(nudged.track, period_s)
+    grid = resample(nudged.track, period_s)
     order, velocities = check_order(grid), check_velocities_moving(grid)
     yield order
     yield (
-        skipped(Check.VELOCITIES_MOVING, "the fields are not in their order")
+        skip_check(Check.VELOCITIES_MOVING, "the fields are not in their order")
         if order.fault
         else velocities
     )
     if order.fault or velocities.fault:
         return "the samples are not what they should be"
-    answer = pole_answer(grid, rest.pole_rad, lever_per_m(twin.rig))
-    signs = (nudged.seen.way, answer.way or ways(twin.effects)[1])
+    answer = measure_pole_answer(grid, rest.pole_rad, compute_lever_per_m(twin.rig))
+    signs = (nudged.seen.way, answer.way or find_ways(twin.effects)[1])
     dry = 0.9 * max(nudged.seen.breakaway - drive_.frictionless, 0.0)
-    return (yield from _pushed(wire, drive_, signs, dry)) or (
-        yield from _reset(wire, drive_, signs, dry)
+    return (yield from _push_cart(wire, drive_, signs, dry)) or (
+        yield from _check_reset(wire, drive_, signs, dry)
     )
 
 
@@ -143,7 +145,7 @@ def check_moves(nudged: Driven[Nudged], drive_: Drive) -> Finding:
             Fault.CART_STANDS,
         )
     if seen is None:
-        return broken_off(Check.MOVES, expected, nudged, drive_.period_s)
+        return explain_broken_off(Check.MOVES, expected, nudged, drive_.period_s)
     if seen.blind:
         return Finding(
             Check.MOVES, expected, "the pole swings, and the cart seems to stand", Fault.CART_BLIND
@@ -160,21 +162,21 @@ def check_moves(nudged: Driven[Nudged], drive_: Drive) -> Finding:
     )
 
 
-def _pushed(
+def _push_cart(
     wire: Wire, drive_: Drive, signs: tuple[int, int], dry: float
 ) -> Generator[Finding, None, str]:
     rig, rules = drive_.twin.rig, drive_.rules(*signs)
-    doublets = _doublets(drive_, dry)
-    pushed = drive(wire, push(doublets, drive_.homing(signs[0], dry)), rules)
+    doublets = _make_doublets(drive_, dry)
+    pushed = drive(wire, plan_pushes(doublets, drive_.homing(signs[0], dry)), rules)
     if pushed.broken_off:
-        yield broken_off(
+        yield explain_broken_off(
             Check.DIRECTIONS, "small pushes both ways, played to the end", pushed, drive_.period_s
         )
         return pushed.broken_off
-    grid = gridded(pushed.track, drive_.period_s)
-    yield _directions(grid, drive_, signs)
+    grid = resample(pushed.track, drive_.period_s)
+    yield _check_signs(grid, drive_, signs)
     small = 1.01 * doublets[1].pwm
-    found = answering.response_of(pushed.track, grid, rig, signs[1], small)
+    found = answering.measure_response(pushed.track, grid, rig, signs[1], small)
     yield answering.check_latency(found, drive_.period_s)
     yield answering.check_acceleration(
         found, drive_.gain, rules.guard.brake_m_s2, rules.guard.push_m_s2
@@ -185,31 +187,31 @@ def _pushed(
     return ""
 
 
-def _directions(grid: Grid, drive_: Drive, signs: tuple[int, int]) -> Finding:
+def _check_signs(grid: Grid, drive_: Drive, signs: tuple[int, int]) -> Finding:
     rig = drive_.twin.rig
     answer = (
-        pole_answer(grid, drive_.rest.pole_rad, lever_per_m(rig))
+        measure_pole_answer(grid, drive_.rest.pole_rad, compute_lever_per_m(rig))
         if rig.has_pole
         else PoleAnswer(0.0, 0.0, False)
     )
-    return check_directions(signs[0], answer, ways(drive_.twin.effects), rig.has_pole)
+    return check_directions(signs[0], answer, find_ways(drive_.twin.effects), rig.has_pole)
 
 
-def _reset(
+def _check_reset(
     wire: Wire, drive_: Drive, signs: tuple[int, int], dry: float
 ) -> Generator[Finding, None, str]:
     rules = drive_.rules(*signs)
-    aside = drive(wire, home(ASIDE_M, drive_.homing(signs[0], dry)), rules)
+    aside = drive(wire, plan_homing(ASIDE_M, drive_.homing(signs[0], dry)), rules)
     if aside.broken_off:
-        yield broken_off(
+        yield explain_broken_off(
             Check.RESET, f"the cart to go {1e3 * ASIDE_M:g} mm aside first", aside, drive_.period_s
         )
         return aside.broken_off
-    plan = watch_reset(drive_.rest.pole_rad, RESET_S, IGNORED_S)
+    plan = plan_reset_watch(drive_.rest.pole_rad, RESET_S, IGNORED_S)
     watched = drive(wire, plan, rules, reset=True)
     expected = f"the rig to swing down by itself within {RESET_S:g} s"
     if watched.seen is None:
-        yield broken_off(Check.RESET, expected, watched, drive_.period_s)
+        yield explain_broken_off(Check.RESET, expected, watched, drive_.period_s)
     elif not watched.seen.moved:
         found = f"a cart that did not come to the middle within {IGNORED_S:g} s, from {1e3 * ASIDE_M:g} mm beside it"
         yield Finding(Check.RESET, expected, found, Fault.RESET_IGNORED)
@@ -227,7 +229,7 @@ def _reset(
     return ""
 
 
-def _drive(twin: Twin, rest: AtRest, period_s: float) -> Drive:
+def _make_drive(twin: Twin, rest: AtRest, period_s: float) -> Drive:
     """Return what the pushes are computed from; raise BadInputError when the cart should not be moved."""
     rig: Rig = twin.rig
     if not rig.force_per_pwm_n or rig.rail_half_length_m is None:
@@ -242,7 +244,7 @@ def _drive(twin: Twin, rest: AtRest, period_s: float) -> Drive:
     return Drive(twin, rest, period_s, rig.force_per_pwm_n / rig.total_mass_kg, limit)
 
 
-def _doublets(drive_: Drive, dry: float) -> tuple[Doublet, ...]:
+def _make_doublets(drive_: Drive, dry: float) -> tuple[Doublet, ...]:
     """Return two small pushes over what dry friction takes, and a short one at the limit where samples are dense enough."""
     pwms = [
         min(dry + push / drive_.gain, MOST_SHARE * drive_.limit * share)

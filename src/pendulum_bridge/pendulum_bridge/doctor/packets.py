@@ -9,8 +9,8 @@ from collections.abc import Sequence
 
 from pendulum_bridge.doctor.faults import Fault
 from pendulum_bridge.doctor.findings import Check, Finding
-from pendulum_bridge.protocol import SAMPLE, Sample
-from pendulum_bridge.udp import LONGEST_PACKET
+from pendulum_bridge.wire.protocol import SAMPLE, Sample
+from pendulum_bridge.wire.udp import LONGEST_PACKET
 from pendulum_twin.errors import BadInputError
 
 SWAPPED = struct.Struct("<dddd")
@@ -23,14 +23,16 @@ LEAST, MOST = 1e-9, 1e6  # m, rad: what a position that is not 0 may be
 EXPECTED = f"{SAMPLE.size} bytes, four big-endian doubles (>dddd)"
 
 
-def samples_of(packets: Sequence[bytes]) -> list[Sample | None]:
+def unpack_samples(packets: Sequence[bytes]) -> list[Sample | None]:
     """Return each packet's sample, None for one that holds none."""
-    return [_sample(packet) for packet in packets]
+    return [_unpack_sample(packet) for packet in packets]
 
 
 def check_packets(packets: Sequence[bytes]) -> Finding:
     """Return whether the packets hold samples; more than half of one mistake is that mistake, fewer are strays."""
-    mistakes = Counter(mistake for packet in packets if (mistake := _mistake(packet)) is not None)
+    mistakes = Counter(
+        mistake for packet in packets if (mistake := _find_mistake(packet)) is not None
+    )
     right, total = len(packets) - mistakes.total(), len(packets)
     if not mistakes:
         return Finding(Check.PACKETS, EXPECTED, f"that in all {total} packets")
@@ -40,29 +42,29 @@ def check_packets(packets: Sequence[bytes]) -> Finding:
     return Finding(Check.PACKETS, EXPECTED, f"{what} in {count} of {total} packets", fault)
 
 
-def _mistake(packet: bytes) -> tuple[Fault, str] | None:
+def _find_mistake(packet: bytes) -> tuple[Fault, str] | None:
     if len(packet) != SAMPLE.size:
-        return Fault.WRONG_LENGTH, _description(packet)
+        return Fault.WRONG_LENGTH, _describe_packet(packet)
     straight, swapped = SAMPLE.unpack(packet), SWAPPED.unpack(packet)
-    if _believable(swapped) and (
-        not _believable(straight) or (_hanging(swapped) and not _hanging(straight))
+    if _is_believable(swapped) and (
+        not _is_believable(straight) or (_is_hanging(swapped) and not _is_hanging(straight))
     ):
         return Fault.BYTES_SWAPPED, f"little-endian doubles (angle {swapped[0]:.3f})"
     return None if all(map(math.isfinite, straight)) else (Fault.NOT_FINITE, "NaN or infinity")
 
 
-def _believable(fields: tuple[float, ...]) -> bool:
+def _is_believable(fields: tuple[float, ...]) -> bool:
     return all(fields[k] == 0 or LEAST <= abs(fields[k]) <= MOST for k in POSITIONS) and all(
         map(math.isfinite, fields)
     )
 
 
-def _hanging(fields: tuple[float, ...]) -> bool:
+def _is_hanging(fields: tuple[float, ...]) -> bool:
     """Tell whether the pole hangs: one number in some dozens is as believable swapped as straight, but not so near pi."""
     return abs(math.remainder(fields[0] - math.pi, math.tau)) < HANGING_RAD
 
 
-def _description(packet: bytes) -> str:
+def _describe_packet(packet: bytes) -> str:
     """Return what a packet of a wrong length may be."""
     size = (
         f"{len(packet)} bytes"
@@ -76,7 +78,7 @@ def _description(packet: bytes) -> str:
     return f"{size} ({len(packet) // 8} doubles?)" if packet and len(packet) % 8 == 0 else size
 
 
-def _sample(packet: bytes) -> Sample | None:
+def _unpack_sample(packet: bytes) -> Sample | None:
     try:
         return Sample.unpack(packet)
     except BadInputError:

@@ -5,20 +5,20 @@ from __future__ import annotations
 from pathlib import Path
 
 PROC = Path("/proc")
-NOBODY_KNOWN = "another program"
+UNKNOWN_OWNER = "another program"
 LOCAL, INODE = 1, 9  # columns of /proc/net/udp
 
 
-def owner_of(port: int, proc: Path = PROC) -> str:
+def find_owner(port: int, proc: Path = PROC) -> str:
     """Return 'NAME (process NUMBER)' of who listens on a UDP port, or 'another program' when that is not shown."""
-    sockets = {f"socket:[{inode}]" for inode in _inodes(port, proc)}
+    sockets = {f"socket:[{inode}]" for inode in _find_inodes(port, proc)}
     for process in sorted(proc.glob("[0-9]*")) if sockets else []:
-        if sockets & _opened(process):
-            return f"{_name(process)} (process {process.name})"
-    return NOBODY_KNOWN
+        if sockets & _list_open_files(process):
+            return f"{_read_name(process)} (process {process.name})"
+    return UNKNOWN_OWNER
 
 
-def _inodes(port: int, proc: Path) -> list[str]:
+def _find_inodes(port: int, proc: Path) -> list[str]:
     try:
         rows = [line.split() for line in (proc / "net" / "udp").read_text().splitlines()[1:]]
     except OSError:
@@ -30,7 +30,7 @@ def _inodes(port: int, proc: Path) -> list[str]:
     ]
 
 
-def _opened(process: Path) -> set[str]:
+def _list_open_files(process: Path) -> set[str]:
     found = set()
     try:
         for each in (process / "fd").iterdir():
@@ -40,14 +40,14 @@ def _opened(process: Path) -> set[str]:
     return found
 
 
-def _name(process: Path) -> str:
+def _read_name(process: Path) -> str:
     """Return the program's name; for one that an interpreter runs, the script's or module's."""
     try:
         words = (process / "cmdline").read_text().split("\0")
     except (OSError, UnicodeDecodeError):
-        return NOBODY_KNOWN
+        return UNKNOWN_OWNER
     program = Path(words[0]).name
     if program.startswith("python"):
         script = next((word for word in words[1:] if word and not word.startswith("-")), "")
         return Path(script).name or program
-    return program or NOBODY_KNOWN
+    return program or UNKNOWN_OWNER

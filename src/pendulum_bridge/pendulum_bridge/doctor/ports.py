@@ -9,9 +9,9 @@ import socket
 
 from pendulum_bridge.doctor.faults import Fault
 from pendulum_bridge.doctor.findings import Check, Finding
-from pendulum_bridge.doctor.port_owner import owner_of
-from pendulum_bridge.protocol import Command
-from pendulum_bridge.udp import Address, number_of
+from pendulum_bridge.doctor.port_owner import find_owner
+from pendulum_bridge.wire.protocol import Command
+from pendulum_bridge.wire.udp import Address, resolve_host
 from pendulum_twin.errors import BadInputError
 
 REFUSAL_S = 0.2  # until a machine in the same network has said that nobody listens
@@ -21,41 +21,41 @@ def check_address(listen: Address | None, rig: Address) -> Finding:
     """Return whether the rig's host is known, and can send to where we listen (None over TCP: we listen nowhere)."""
     expected = "a host that this machine knows, in a network that it is in"
     try:
-        number = number_of(rig)
+        number = resolve_host(rig)
     except BadInputError:
         return Finding(
             Check.ADDRESS, expected, f"{rig.host!r}, which nobody knows", Fault.HOST_UNKNOWN
         )
     loopback = ipaddress.ip_address(number).is_loopback
     found = f"{number}, {'this machine itself (loopback)' if loopback else 'another machine'}"
-    if listen is not None and not _meet(listen, loopback):
+    if listen is not None and not _can_reach(listen, loopback):
         return Finding(
             Check.ADDRESS, expected, f"{found}, while we listen on {listen}", Fault.LOOPBACK_MIXED
         )
     return Finding(Check.ADDRESS, expected, found)
 
 
-def _meet(listen: Address, loopback: bool) -> bool:
+def _can_reach(listen: Address, loopback: bool) -> bool:
     """Tell whether packets of a rig on the loopback network, or not, can reach an address."""
     try:
-        here = ipaddress.ip_address(number_of(listen))
+        here = ipaddress.ip_address(resolve_host(listen))
     except BadInputError:
         return True  # what is wrong with the address itself, its own check says
     return here.is_unspecified or here.is_loopback == loopback
 
 
-def our_port_open(listen: Address) -> Finding:
+def report_port_open(listen: Address) -> Finding:
     """Return the finding of an address that could be listened on."""
     return Finding(Check.OUR_PORT, f"{listen} free to listen on", "it is")
 
 
-def our_port_refused(listen: Address, error: BadInputError) -> Finding:
+def report_port_refused(listen: Address, error: BadInputError) -> Finding:
     """Return why an address could not be listened on: taken, and by whom, or not ours."""
     expected = f"{listen} free to listen on"
     number = error.__cause__.errno if isinstance(error.__cause__, OSError) else None
     if number == errno.EADDRINUSE:
         return Finding(
-            Check.OUR_PORT, expected, f"it is taken by {owner_of(listen.port)}", Fault.PORT_TAKEN
+            Check.OUR_PORT, expected, f"it is taken by {find_owner(listen.port)}", Fault.PORT_TAKEN
         )
     return Finding(Check.OUR_PORT, expected, str(error).split(";")[0], Fault.PORT_REFUSED)
 
@@ -68,7 +68,7 @@ def check_rig_port(rig: Address) -> Finding:
     expected = f"somebody to listen on {rig}"
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
-            probe.connect((number_of(rig), rig.port))
+            probe.connect((resolve_host(rig), rig.port))
             probe.send(Command(0.0).pack())
             if select.select([probe], [], [], REFUSAL_S)[0]:
                 probe.recv(1)

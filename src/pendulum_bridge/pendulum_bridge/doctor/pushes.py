@@ -11,10 +11,10 @@ import math
 from collections.abc import Generator
 from dataclasses import dataclass
 
-from pendulum_bridge.reset import Rest, clipped
-from pendulum_bridge.rig_state import RigState
+from pendulum_bridge.safety.reset import Rest, clip
+from pendulum_bridge.safety.rig_state import RigState
 
-SURE = 3  # samples in a row; one alone may be a spike
+MEDIAN_SAMPLES = 3  # samples in a row; one alone may be a spike
 MOVED_M = 0.005  # a cart that has come so far moves
 ROOM_M = 0.15  # from where a plan began; further is too far
 TILT_RAD = (
@@ -66,7 +66,7 @@ class Nudged:
         return max(abs(self.forth or 0.0), abs(self.back or 0.0))
 
 
-def nudge(most: float, rise_per_s: float) -> Plan[Nudged]:
+def plan_nudge(most: float, rise_per_s: float) -> Plan[Nudged]:
     """Raise the command from 0 until the cart moves, then the same the other way; no larger than most."""
     moment = yield 0.0
     hanging = moment.state.pole_rad
@@ -77,27 +77,27 @@ def nudge(most: float, rise_per_s: float) -> Plan[Nudged]:
         [0.0],
         0.0,
     )
-    while abs(_middle(carts) - start) <= MOVED_M:
-        if min(tilts[-SURE:]) > TILT_RAD:
-            yield from _undone(moment, pwm, moment.elapsed_s - begin)
+    while abs(_compute_median(carts) - start) <= MOVED_M:
+        if min(tilts[-MEDIAN_SAMPLES:]) > TILT_RAD:
+            yield from _take_back(moment, pwm, moment.elapsed_s - begin)
             return Nudged(blind=True)
         if (pwm := rise_per_s * (moment.elapsed_s - begin)) > most:
             return Nudged()
         moment = yield pwm
         carts.append(moment.state.cart_m)
         tilts.append(abs(math.remainder(moment.state.pole_rad - hanging, math.tau)))
-    way, forth = int(math.copysign(1, _middle(carts) - start)), pwm
+    way, forth = int(math.copysign(1, _compute_median(carts) - start)), pwm
     moment = yield from _pause(moment)
     begin, carts = moment.elapsed_s, [moment.state.cart_m]
     furthest = moment.state.cart_m
-    while way * (furthest - _middle(carts)) <= MOVED_M:
+    while way * (furthest - _compute_median(carts)) <= MOVED_M:
         pwm = -rise_per_s * (moment.elapsed_s - begin)
-        if pwm < -most or abs(_middle(carts) - start) > ROOM_M:
+        if pwm < -most or abs(_compute_median(carts) - start) > ROOM_M:
             return Nudged(forth, None, way)
         moment = yield pwm
         carts.append(moment.state.cart_m)
         furthest = way * max(
-            way * furthest, way * _middle(carts)
+            way * furthest, way * _compute_median(carts)
         )  # on its way from the first push for a while
     yield from _pause(moment)
     return Nudged(forth, pwm, way)
@@ -116,10 +116,10 @@ class Homing:
     dry: float
 
 
-def home(target_m: float, homing: Homing) -> Plan[None]:
+def plan_homing(target_m: float, homing: Homing) -> Plan[None]:
     """Bring the cart to target_m, as well as it goes in HOMING_S."""
     moment = yield 0.0
-    yield from _homed(moment, target_m, homing, STANDS_M_S)
+    yield from _bring_home(moment, target_m, homing, STANDS_M_S)
 
 
 @dataclass(frozen=True)
@@ -130,16 +130,16 @@ class Doublet:
     seconds: float
 
 
-def push(doublets: tuple[Doublet, ...], homing: Homing) -> Plan[None]:
+def plan_pushes(doublets: tuple[Doublet, ...], homing: Homing) -> Plan[None]:
     """Play doublets, each from the middle, and end there."""
     moment = yield 0.0
     for each in doublets:
-        moment = yield from _homed(moment, 0.0, homing)
+        moment = yield from _bring_home(moment, 0.0, homing)
         moment = yield from _pause(moment)
         begin = moment.elapsed_s
         while (part := (moment.elapsed_s - begin) / each.seconds) < 4.0:
             moment = yield -each.pwm if 1.0 <= part < 3.0 else each.pwm
-    yield from _homed(moment, 0.0, homing)
+    yield from _bring_home(moment, 0.0, homing)
 
 
 @dataclass(frozen=True)
@@ -154,7 +154,7 @@ class ResetSeen:
     rest_s: float | None
 
 
-def watch_reset(hanging_rad: float, deadline_s: float, ignored_s: float) -> Plan[ResetSeen]:
+def plan_reset_watch(hanging_rad: float, deadline_s: float, ignored_s: float) -> Plan[ResetSeen]:
     """Ask for nothing until the pendulum hangs still in the middle, or the deadline.
 
     hanging_rad: what hanging reads. ignored_s: a cart that has not come
@@ -181,26 +181,26 @@ def _pause(moment: Moment) -> Generator[float, Moment, Moment]:
     return moment
 
 
-def _middle(values: list[float]) -> float:
+def _compute_median(values: list[float]) -> float:
     """Return the median of the last SURE values: one alone may be a spike."""
-    return sorted(values[-SURE:])[len(values[-SURE:]) // 2]
+    return sorted(values[-MEDIAN_SAMPLES:])[len(values[-MEDIAN_SAMPLES:]) // 2]
 
 
-def _undone(moment: Moment, pwm: float, seconds: float) -> Generator[float, Moment, None]:
+def _take_back(moment: Moment, pwm: float, seconds: float) -> Generator[float, Moment, None]:
     """Take back the momentum that a command rising to pwm has given in so many seconds, without seeing the cart."""
     end = moment.elapsed_s + seconds
     while moment.elapsed_s < end:
         moment = yield -0.5 * pwm
 
 
-def _homed(
+def _bring_home(
     moment: Moment, target_m: float, homing: Homing, slow_m_s: float = SLOW_ENOUGH_M_S
 ) -> Generator[float, Moment, Moment]:
     end, still = moment.elapsed_s + HOMING_S, 0
-    while moment.elapsed_s < end and still < SURE:
+    while moment.elapsed_s < end and still < MEDIAN_SAMPLES:
         off, speed = moment.state.cart_m - target_m, moment.state.cart_m_s
         still = still + 1 if abs(off) < NEAR_M and abs(speed) < slow_m_s else 0
-        wanted = clipped(-(POSITION_1_S2 * off + VELOCITY_1_S * speed), MOST_M_S2)
-        going = clipped((speed + AHEAD_S * wanted) / SLOW_M_S, 1.0) if still == 0 else 0.0
+        wanted = clip(-(POSITION_1_S2 * off + VELOCITY_1_S * speed), MOST_M_S2)
+        going = clip((speed + AHEAD_S * wanted) / SLOW_M_S, 1.0) if still == 0 else 0.0
         moment = yield homing.way * (homing.per_m_s2 * wanted + homing.dry * going)
     return moment

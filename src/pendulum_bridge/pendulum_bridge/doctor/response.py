@@ -14,23 +14,23 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pendulum_bridge.doctor.directions import least_squares
+from pendulum_bridge.doctor.directions import solve_least_squares
 from pendulum_bridge.doctor.faults import Fault
-from pendulum_bridge.doctor.findings import Check, Finding, skipped
+from pendulum_bridge.doctor.findings import Check, Finding, skip_check
 from pendulum_bridge.doctor.held import Held
 from pendulum_bridge.doctor.resting import CART, POLE
-from pendulum_bridge.doctor.track import Grid, Track, slopes
+from pendulum_bridge.doctor.track import Grid, Track, compute_slopes
 from pendulum_twin.rig import Rig
 
 Floats = NDArray[np.float64]
-HALF = 2  # samples: half the length of a second difference
+HALF_BASE_SAMPLES = 2  # samples: half the length of a second difference
 SLOW_M_S = 0.02  # a slower cart may stick
-LONGEST_S, FINENESS_S = 0.2, 0.0025  # of the delays tried
+LONGEST_DELAY_S, DELAY_STEP_S = 0.2, 0.0025  # of the delays tried
 LAGS_S = (0.0, 0.01, 0.02, 0.03, 0.045, 0.06, 0.08, 0.1)
-ACTS = 0.3  # share of a push that a second difference has to see
-BELIEVED_S = 0.02  # what the rail guard reckons with
-UNSURE = 0.15  # share; a gain whose standard deviation is larger says nothing
-GAIN_CLOSE = 1.25  # factor that nobody need mend
+LEAST_PUSH_SHARE = 0.3  # share of a push that a second difference has to see
+GUARD_LATENCY_S = 0.02  # what the rail guard reckons with
+LARGEST_GAIN_DEVIATION = 0.15  # share; a gain whose standard deviation is larger says nothing
+CLOSE_GAIN_FACTOR = 1.25  # factor that nobody need mend
 CLIPPED_SHARE = 0.85  # of a command; less effect is a clipped one
 
 
@@ -53,10 +53,10 @@ class Response:
     @property
     def sure(self) -> bool:
         """Tell whether the gain was measured well enough to judge."""
-        return self.deviation < UNSURE * abs(self.gain)
+        return self.deviation < LARGEST_GAIN_DEVIATION * abs(self.gain)
 
 
-def response_of(track: Track, grid: Grid, rig: Rig, pole_way: int, small: float) -> Response:
+def measure_response(track: Track, grid: Grid, rig: Rig, pole_way: int, small: float) -> Response:
     """Return the response; commands up to small (PWM fraction) give the gain, larger ones, after them, its limit."""
     motion = _Motion(track, grid, rig, pole_way, small)
     fits = [motion.fitted(lag_s) for lag_s in LAGS_S]
@@ -68,10 +68,10 @@ def response_of(track: Track, grid: Grid, rig: Rig, pole_way: int, small: float)
 
 def check_latency(response: Response, period_s: float) -> Finding:
     """Return whether commands act as soon as the rail guard believes, to half a period."""
-    expected = f"at most {1e3 * BELIEVED_S:g} ms from a command to the cart's motion"
+    expected = f"at most {1e3 * GUARD_LATENCY_S:g} ms from a command to the cart's motion"
     if not response.sure:
-        return skipped(Check.LATENCY, "the motion was too small or too disturbed to tell")
-    slow = response.latency_s > BELIEVED_S + 0.5 * period_s
+        return skip_check(Check.LATENCY, "the motion was too small or too disturbed to tell")
+    slow = response.latency_s > GUARD_LATENCY_S + 0.5 * period_s
     return Finding(
         Check.LATENCY,
         expected,
@@ -83,9 +83,9 @@ def check_latency(response: Response, period_s: float) -> Finding:
 def check_acceleration(response: Response, expected: float, least: float, most: float) -> Finding:
     """Return whether the gain (m/s^2 a unit of command) is what the twin file says; outside least..most the guard errs."""
     if not response.sure:
-        return skipped(Check.ACCELERATION, "the motion was too small or too disturbed to tell")
+        return skip_check(Check.ACCELERATION, "the motion was too small or too disturbed to tell")
     gain = abs(response.gain)
-    fault = None if 1 / GAIN_CLOSE < gain / expected < GAIN_CLOSE else Fault.GAIN_OFF
+    fault = None if 1 / CLOSE_GAIN_FACTOR < gain / expected < CLOSE_GAIN_FACTOR else Fault.GAIN_OFF
     if not least < gain < most:
         fault = Fault.GAIN_UNSAFE
     found = f"{gain:.1f} (+-{response.deviation:.1f}), {gain / expected:.2f} times that"
@@ -96,7 +96,7 @@ def check_clipping(response: Response, limit: float) -> Finding:
     """Return whether commands up to limit (PWM fraction) act in full."""
     expected = f"commands up to {limit:g} to act in full"
     if response.effect is None or not response.sure:
-        return skipped(
+        return skip_check(
             Check.CLIPPING, "no command near the limit was sent, or the motion did not tell"
         )
     found = f"{response.strongest:.2f} acts like {response.effect:.2f}"
@@ -123,24 +123,31 @@ class _Motion:
     """The second differences of a track's centre of mass, and what explains them."""
 
     def __init__(self, track: Track, grid: Grid, rig: Rig, pole_way: int, small: float) -> None:
-        self._track, self._times, self._period_s = track, grid.times[HALF:-HALF], grid.period_s
+        self._track, self._times, self._period_s = (
+            track,
+            grid.times[HALF_BASE_SAMPLES:-HALF_BASE_SAMPLES],
+            grid.period_s,
+        )
         cart = grid.samples[:, CART]
         centre = cart - pole_way * (rig.com_distance_m or 0.0) * np.sin(grid.samples[:, POLE])
-        second = (centre[2 * HALF :] - 2 * centre[HALF:-HALF] + centre[: -2 * HALF]) / (
-            HALF * grid.period_s
-        ) ** 2
-        speed = slopes(cart, grid.period_s, HALF)
+        second = (
+            centre[2 * HALF_BASE_SAMPLES :]
+            - 2 * centre[HALF_BASE_SAMPLES:-HALF_BASE_SAMPLES]
+            + centre[: -2 * HALF_BASE_SAMPLES]
+        ) / (HALF_BASE_SAMPLES * grid.period_s) ** 2
+        speed = compute_slopes(cart, grid.period_s, HALF_BASE_SAMPLES)
         self._changes = second + (rig.cart_viscous_n_s_m or 0.0) / rig.total_mass_kg * speed
         self._moving, self._dry = np.abs(speed) > SLOW_M_S, -np.sign(speed)
         self._large = np.abs(track.sent) > small
         self._end_s = (
-            float(np.min(track.sent_at[self._large], initial=np.inf)) - HALF * grid.period_s
+            float(np.min(track.sent_at[self._large], initial=np.inf))
+            - HALF_BASE_SAMPLES * grid.period_s
         )
 
     def fitted(self, lag_s: float) -> _Fit:
         """Return the best fit of what was sent before the large commands, for one lag."""
         held = self._held(self._track.sent, lag_s), self._held(np.sign(self._track.sent), lag_s)
-        delays = np.arange(0.0, LONGEST_S, FINENESS_S).tolist()
+        delays = np.arange(0.0, LONGEST_DELAY_S, DELAY_STEP_S).tolist()
         return min(
             (self._fit(delay_s, lag_s, held) for delay_s in delays), key=lambda each: each.left
         )
@@ -149,7 +156,7 @@ class _Motion:
         """Return the command (PWM fraction) that would have done what the large ones did."""
         times, sent = self._times - best.delay_s, self._track.sent
         share = self._held(np.where(self._large, np.sign(sent), 0.0), best.lag_s).around(times)
-        chosen = self._moving & (np.abs(share) > ACTS)
+        chosen = self._moving & (np.abs(share) > LEAST_PUSH_SHARE)
         if chosen.sum() < 2 or not best.factors[0]:
             return None
         rest = self._terms(
@@ -167,7 +174,7 @@ class _Motion:
         terms, changes = self._terms(self._times - delay_s, *held)[chosen], self._changes[chosen]
         if len(terms) <= terms.shape[1]:
             return _Fit(delay_s, lag_s, np.zeros(4), np.full(4, np.inf), np.inf)
-        factors, deviations = least_squares(terms, changes)
+        factors, deviations = solve_least_squares(terms, changes)
         return _Fit(
             delay_s, lag_s, factors, deviations, float(np.mean((changes - terms @ factors) ** 2))
         )
@@ -178,4 +185,6 @@ class _Motion:
         )
 
     def _held(self, values: Floats, lag_s: float) -> Held:
-        return Held(self._track.sent_at, values, lag_s, HALF * self._period_s, self._period_s)
+        return Held(
+            self._track.sent_at, values, lag_s, HALF_BASE_SAMPLES * self._period_s, self._period_s
+        )

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from pendulum_bridge.doctor.faults import Fault
 from pendulum_bridge.doctor.findings import Check, Finding
-from pendulum_bridge.reset import Rest
+from pendulum_bridge.safety.reset import Rest
 
 Floats = NDArray[np.float64]
 POLE, POLE_RATE, CART, CART_VELOCITY = range(4)
@@ -38,19 +38,19 @@ class AtRest:
     wrapped: bool
 
 
-def at_rest(samples: Floats) -> AtRest:
+def measure_rest(samples: Floats) -> AtRest:
     """Return the medians of samples (n, 4), n at least 1."""
     pole, pole_rate, cart, cart_velocity = np.median(samples, axis=0).tolist()
-    return AtRest(pole, pole_rate, cart, cart_velocity, wraps(samples[:, POLE]))
+    return AtRest(pole, pole_rate, cart, cart_velocity, has_wraps(samples[:, POLE]))
 
 
-def wraps(angles: Floats) -> bool:
+def has_wraps(angles: Floats) -> bool:
     """Tell whether angles (n,) jump by a whole turn, and stay inside one."""
     jumps = np.abs(np.abs(np.diff(angles)) - math.tau) < WRAP_NEAR_RAD
     return bool(jumps.any() and np.ptp(angles) < math.tau + WRAP_NEAR_RAD)
 
 
-def running_median(values: Floats) -> Floats:
+def compute_running_median(values: Floats) -> Floats:
     """Return the running median of values (n, ...) along the first axis, with ends repeated."""
     half = WINDOW // 2
     padded = np.concatenate(
@@ -62,7 +62,8 @@ def running_median(values: Floats) -> Floats:
 def check_rest(samples: Floats) -> Finding:
     """Return whether cart and pole stand still."""
     pole, cart = (
-        np.ptp(np.percentile(running_median(values), [5, 95])) for values in _positions(samples)
+        np.ptp(np.percentile(compute_running_median(values), [5, 95]))
+        for values in _unwrap_positions(samples)
     )
     fault = Fault.MOVING if pole > MOVED_RAD or cart > MOVED_M else None
     expected = f"under {MOVED_RAD:g} rad and {1e3 * MOVED_M:g} mm of motion at PWM 0"
@@ -71,21 +72,21 @@ def check_rest(samples: Floats) -> Finding:
 
 def check_noise(samples: Floats) -> Finding:
     """Return whether the positions are measured cleanly, with the encoders' steps as far as they are seen."""
-    pole, cart = _positions(samples)
-    spikes = _spiky(pole, SPIKE_RAD) | _spiky(cart, SPIKE_M)
+    pole, cart = _unwrap_positions(samples)
+    spikes = _find_spikes(pole, SPIKE_RAD) | _find_spikes(cart, SPIKE_M)
     expected = f"noise under {NOISE_RAD:g} rad and {1e3 * NOISE_M:g} mm, no spikes"
     if spikes.any():
         found = f"{int(spikes.sum())} of {len(samples)} samples far off their neighbours"
         return Finding(Check.NOISE, expected, found, Fault.SPIKES)
-    pole_noise, cart_noise = _noise(pole), _noise(cart)
-    found = f"{pole_noise:.2g} rad ({_step(pole, 1, 'rad')}) and {1e3 * cart_noise:.2g} mm ({_step(cart, 1e3, 'mm')})"
+    pole_noise, cart_noise = _compute_noise(pole), _compute_noise(cart)
+    found = f"{pole_noise:.2g} rad ({_describe_step(pole, 1, 'rad')}) and {1e3 * cart_noise:.2g} mm ({_describe_step(cart, 1e3, 'mm')})"
     noisy = pole_noise > NOISE_RAD or cart_noise > NOISE_M
     return Finding(Check.NOISE, expected, found, Fault.NOISY if noisy else None)
 
 
 def check_velocities(samples: Floats) -> Finding:
     """Return whether the velocities agree with positions that do not change."""
-    rest = at_rest(samples)
+    rest = measure_rest(samples)
     wrong = abs(rest.pole_rad_s) > REST.pole_rad_s or abs(rest.cart_m_s) > REST.cart_m_s
     found = f"{rest.pole_rad_s:.3g} rad/s and {rest.cart_m_s:.3g} m/s"
     return Finding(
@@ -96,22 +97,22 @@ def check_velocities(samples: Floats) -> Finding:
     )
 
 
-def _positions(samples: Floats) -> tuple[Floats, Floats]:
+def _unwrap_positions(samples: Floats) -> tuple[Floats, Floats]:
     """Return angles, without whole turns in between, and cart positions."""
     angles = samples[:, POLE]
-    return np.unwrap(angles) if wraps(angles) else angles, samples[:, CART]
+    return np.unwrap(angles) if has_wraps(angles) else angles, samples[:, CART]
 
 
-def _spiky(values: Floats, least: float) -> NDArray[np.bool_]:
-    away = np.abs(values - running_median(values))
+def _find_spikes(values: Floats, least: float) -> NDArray[np.bool_]:
+    away = np.abs(values - compute_running_median(values))
     return away > max(least, 8 * float(np.median(away)))
 
 
-def _noise(values: Floats) -> float:
+def _compute_noise(values: Floats) -> float:
     return float(np.std(np.diff(values)) / math.sqrt(2)) if len(values) > 1 else 0.0
 
 
-def _step(values: Floats, scale: float, unit: str) -> str:
+def _describe_step(values: Floats, scale: float, unit: str) -> str:
     """Say the smallest change seen, which is the encoder's step where it changes at all."""
     steps = np.diff(np.unique(values))
     steps = steps[steps > 1e-12]

@@ -19,15 +19,15 @@ from pathlib import Path
 from pendulum_bridge.doctor.driving import stop
 from pendulum_bridge.doctor.examination import Task, examine
 from pendulum_bridge.doctor.faults import Verdict
-from pendulum_bridge.doctor.findings import Check, Finding, skipped
+from pendulum_bridge.doctor.findings import Check, Finding, skip_check
 from pendulum_bridge.doctor.ports import (
     check_address,
     check_rig_port,
-    our_port_open,
-    our_port_refused,
+    report_port_open,
+    report_port_refused,
 )
-from pendulum_bridge.doctor.wire import PortWire, tcp_wire, udp_wire
-from pendulum_bridge.udp import RIG, USER, Address, address_of
+from pendulum_bridge.doctor.wire import PortWire, open_tcp_wire, open_udp_wire
+from pendulum_bridge.wire.udp import RIG, USER, Address, parse_address
 from pendulum_twin.command_line import as_option, make_number_reader
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import load_twin
@@ -45,56 +45,60 @@ def main(arguments: list[str] | None = None) -> int:
     Ends with 2 for wrong use; returns 1 with a sentence on stderr when it was interrupted or
     cannot be done.
     """
-    options = options_of(arguments)
-    signal.signal(signal.SIGTERM, _interrupted)
+    options = parse_options(arguments)
+    signal.signal(signal.SIGTERM, _interrupt)
     findings: list[Finding] = []
     try:
         task = Task(load_twin(options.twin), options.rate, options.seconds, options.move)
         if options.move:
             print(NOTICE, file=sys.stderr, flush=True)
-        with closing(examined(options, task)) as coming:
+        with closing(run_checks(options, task)) as coming:
             for finding in coming:
                 findings.append(finding)
                 if not options.json:
                     print(finding.line, flush=True)
     except BadInputError as error:
-        return _ended(f"rig_doctor: {error}")
+        return _report_failure(f"rig_doctor: {error}")
     except KeyboardInterrupt:
-        return _ended("rig_doctor: interrupted; the last that was sent is PWM 0")
+        return _report_failure("rig_doctor: interrupted; the last that was sent is PWM 0")
     except BrokenPipeError:
         return 1  # nobody reads any more
-    print(json.dumps(_mapping(findings), indent=2) if options.json else f"\n{_summary(findings)}")
+    print(
+        json.dumps(_make_mapping(findings), indent=2)
+        if options.json
+        else f"\n{_summarise(findings)}"
+    )
     return int(any(each.verdict is Verdict.FAIL for each in findings))
 
 
-def examined(options: argparse.Namespace, task: Task) -> Generator[Finding]:
+def run_checks(options: argparse.Namespace, task: Task) -> Generator[Finding]:
     """Yield all findings in the order of the checks."""
     address = check_address(None if options.tcp else options.listen, options.rig)
     yield address
     if address.verdict is Verdict.FAIL:
-        yield from _rest_of(address, "the addresses cannot work")
+        yield from _skip_after(address, "the addresses cannot work")
     elif options.tcp:
-        yield skipped(Check.OUR_PORT, "over TCP only the rig listens")
-        yield skipped(Check.RIG_PORT, "over TCP the connection shows whether it does")
-        yield from _with(tcp_wire(options.rig), task)
+        yield skip_check(Check.OUR_PORT, "over TCP only the rig listens")
+        yield skip_check(Check.RIG_PORT, "over TCP the connection shows whether it does")
+        yield from _check_wire(open_tcp_wire(options.rig), task)
     else:
-        yield from _over_udp(options.listen, options.rig, task)
+        yield from _check_over_udp(options.listen, options.rig, task)
 
 
-def _over_udp(listen: Address, rig: Address, task: Task) -> Iterator[Finding]:
+def _check_over_udp(listen: Address, rig: Address, task: Task) -> Iterator[Finding]:
     """Yield the findings from our port on. While somebody else has it, the rig is theirs, and is sent nothing."""
     try:
-        wire = udp_wire(listen, rig)
+        wire = open_udp_wire(listen, rig)
     except BadInputError as error:
-        refused = our_port_refused(listen, error)
+        refused = report_port_refused(listen, error)
         yield refused
-        yield from _rest_of(refused, "nothing can be heard without our port")
+        yield from _skip_after(refused, "nothing can be heard without our port")
         return
-    yield our_port_open(listen)
-    yield from _with(wire, task, lambda: check_rig_port(rig))
+    yield report_port_open(listen)
+    yield from _check_wire(wire, task, lambda: check_rig_port(rig))
 
 
-def _with(
+def _check_wire(
     wire: PortWire, task: Task, first: Callable[[], Finding] | None = None
 ) -> Iterator[Finding]:
     """Yield the findings of a wire, which gets PWM 0 at the end, whatever happens, and is closed."""
@@ -103,22 +107,22 @@ def _with(
             yield first()
         yield from examine(wire, task)
     finally:
-        with _undisturbed(), suppress(BadInputError):  # no way there: the findings say so
+        with _ignore_signals(), suppress(BadInputError):  # no way there: the findings say so
             stop(wire)
         wire.close()
 
 
-def _rest_of(last: Finding, why: str) -> Iterator[Finding]:
+def _skip_after(last: Finding, why: str) -> Iterator[Finding]:
     checks = list(Check)
-    return (skipped(check, why) for check in checks[checks.index(last.check) + 1 :])
+    return (skip_check(check, why) for check in checks[checks.index(last.check) + 1 :])
 
 
-def _summary(findings: list[Finding]) -> str:
+def _summarise(findings: list[Finding]) -> str:
     counts = Counter(each.verdict for each in findings)
     return "rig_doctor: " + ", ".join(f"{counts[verdict]} {verdict.name}" for verdict in Verdict)
 
 
-def _mapping(findings: list[Finding]) -> dict[str, object]:
+def _make_mapping(findings: list[Finding]) -> dict[str, object]:
     verdicts = {each.verdict for each in findings}
     worst = next((each for each in (Verdict.FAIL, Verdict.WARN) if each in verdicts), Verdict.OK)
     return {
@@ -128,13 +132,13 @@ def _mapping(findings: list[Finding]) -> dict[str, object]:
     }
 
 
-def _ended(sentence: str) -> int:
+def _report_failure(sentence: str) -> int:
     print(sentence, file=sys.stderr)
     return 1
 
 
 @contextmanager
-def _undisturbed() -> Iterator[None]:
+def _ignore_signals() -> Iterator[None]:
     """Have the last words said to the end: who presses Ctrl-C twice is heard afterwards."""
     before = {
         number: signal.signal(number, signal.SIG_IGN) for number in (signal.SIGINT, signal.SIGTERM)
@@ -146,11 +150,11 @@ def _undisturbed() -> Iterator[None]:
             signal.signal(number, handler)
 
 
-def _interrupted(*_: object) -> None:
+def _interrupt(*_: object) -> None:
     raise KeyboardInterrupt
 
 
-def options_of(arguments: list[str] | None) -> argparse.Namespace:
+def parse_options(arguments: list[str] | None) -> argparse.Namespace:
     """Return the command line's options; print what is wrong and exit with 2 for wrong use."""
     parser = argparse.ArgumentParser(prog="rig_doctor", description=__doc__)
     add = parser.add_argument
@@ -162,14 +166,14 @@ def options_of(arguments: list[str] | None) -> argparse.Namespace:
     )
     add(
         "--listen",
-        type=as_option(address_of),
+        type=as_option(parse_address),
         default=USER,
         metavar="HOST:PORT",
         help=f"where the rig sends its samples ({USER})",
     )
     add(
         "--rig",
-        type=as_option(address_of),
+        type=as_option(parse_address),
         default=RIG,
         metavar="HOST:PORT",
         help=f"where the rig listens ({RIG})",

@@ -9,13 +9,13 @@ import numpy as np
 
 from pendulum_bridge.doctor import packets, resting, timing, zeros
 from pendulum_bridge.doctor.faults import Fault, Verdict
-from pendulum_bridge.doctor.findings import Check, Finding, skipped
+from pendulum_bridge.doctor.findings import Check, Finding, skip_check
 from pendulum_bridge.doctor.listening import Listened, check_samples
 from pendulum_bridge.doctor.resting import AtRest, Floats
 from pendulum_twin.model import Twin
 
 CHECKS = tuple(Check)[list(Check).index(Check.SAMPLES) : list(Check).index(Check.MOVES)]
-FEWEST = 3  # samples; fewer show nothing
+FEWEST_SAMPLES = 3  # samples; fewer show nothing
 
 
 @dataclass(frozen=True)
@@ -27,73 +27,76 @@ class Standing:
     samples: Floats
 
 
-def stand(listened: Listened, twin: Twin, rate_hz: float) -> Standing:
+def check_standing(listened: Listened, twin: Twin, rate_hz: float) -> Standing:
     """Return all findings of a rig that was heard at rest; what cannot be looked at is skipped, with the reason."""
     findings = [check_samples(listened)]
     raw = [heard.packet for heard in listened.heard]
-    found = packets.samples_of(raw)
+    found = packets.unpack_samples(raw)
     good = [k for k, sample in enumerate(found) if sample is not None]
     if raw:
         findings.append(packets.check_packets(raw))
-    if len(good) < FEWEST or findings[-1].verdict is Verdict.FAIL:
+    if len(good) < FEWEST_SAMPLES or findings[-1].verdict is Verdict.FAIL:
         why = (
             "no samples to look at"
-            if len(good) < FEWEST
+            if len(good) < FEWEST_SAMPLES
             else "what was heard holds no samples or has ended"
         )
         return Standing(
-            (*findings, *_skipped(CHECKS[len(findings) :], why)), None, np.empty((0, 4))
+            (*findings, *_skip_checks(CHECKS[len(findings) :], why)), None, np.empty((0, 4))
         )
     arrivals = np.array([listened.heard[k].at_s for k in good])
     samples = np.array(
         [(s.pole_rad, s.pole_rate, s.cart_m, s.cart_velocity) for s in found if s is not None]
     )
-    rest = resting.at_rest(samples)
-    fields = _fields(rest, twin)
-    findings += [fields, *_timing(arrivals, rate_hz)]
+    rest = resting.measure_rest(samples)
+    fields = _check_fields(rest, twin)
+    findings += [fields, *_check_timing(arrivals, rate_hz)]
     if fields.fault:
-        findings += _skipped(CHECKS[len(findings) :], "the fields are not in their order")
+        findings += _skip_checks(CHECKS[len(findings) :], "the fields are not in their order")
     else:
-        findings += _rest_and_zero(samples, rest, twin)
+        findings += _check_rest_and_zero(samples, rest, twin)
     return Standing(tuple(findings), rest, samples)
 
 
-def _fields(rest: AtRest, twin: Twin) -> Finding:
+def _check_fields(rest: AtRest, twin: Twin) -> Finding:
     if not twin.rig.has_pole:
-        return skipped(Check.FIELDS, "the twin file has no pole")
+        return skip_check(Check.FIELDS, "the twin file has no pole")
     return zeros.check_fields(rest, twin.rig.rail_half_length_m)
 
 
-def _timing(arrivals: Floats, rate_hz: float) -> list[Finding]:
+def _check_timing(arrivals: Floats, rate_hz: float) -> list[Finding]:
     rate = timing.check_rate(arrivals, rate_hz)
-    if len(arrivals) < timing.FEWEST:
-        return [rate, *_skipped((Check.JITTER, Check.LOSSES), "too few samples to tell")]
-    period_s = timing.period_of(arrivals, 1 / rate_hz)
+    if len(arrivals) < timing.FEWEST_SAMPLES:
+        return [rate, *_skip_checks((Check.JITTER, Check.LOSSES), "too few samples to tell")]
+    period_s = timing.measure_period(arrivals, 1 / rate_hz)
     return [rate, timing.check_jitter(arrivals, period_s), timing.check_losses(arrivals, period_s)]
 
 
-def _rest_and_zero(samples: Floats, rest: AtRest, twin: Twin) -> list[Finding]:
+def _check_rest_and_zero(samples: Floats, rest: AtRest, twin: Twin) -> list[Finding]:
     offset_rad = twin.effects.get("angle_offset", {}).get("angle_rad", 0.0)
     pole = (
         zeros.check_pole_zero(rest, offset_rad)
         if twin.rig.has_pole
-        else skipped(Check.POLE_ZERO, "no pole in the twin file")
+        else skip_check(Check.POLE_ZERO, "no pole in the twin file")
     )
     cart = zeros.check_cart_zero(rest, twin.rig.rail_half_length_m)
-    samples = samples * _units(pole, cart)
+    samples = samples * _find_units(pole, cart)
     findings = [resting.check_rest(samples), resting.check_noise(samples)]
     if findings[0].fault is Fault.MOVING:
         why = "only a rig at rest shows it"
-        return [*findings, *_skipped((Check.VELOCITIES, Check.POLE_ZERO, Check.CART_ZERO), why)]
+        return [
+            *findings,
+            *_skip_checks((Check.VELOCITIES, Check.POLE_ZERO, Check.CART_ZERO), why),
+        ]
     return [*findings, resting.check_velocities(samples), pole, cart]
 
 
-def _units(pole: Finding, cart: Finding) -> Floats:
+def _find_units(pole: Finding, cart: Finding) -> Floats:
     """Return what brings samples into SI units: a wrong unit is one fault, not noise and motion as well."""
     pole_unit = math.radians(1) if pole.fault is Fault.DEGREES else 1.0
     cart_unit = 1e-3 if cart.fault is Fault.MILLIMETRES else 1.0
     return np.array([pole_unit, pole_unit, cart_unit, cart_unit])
 
 
-def _skipped(checks: tuple[Check, ...], why: str) -> list[Finding]:
-    return [skipped(check, why) for check in checks]
+def _skip_checks(checks: tuple[Check, ...], why: str) -> list[Finding]:
+    return [skip_check(check, why) for check in checks]

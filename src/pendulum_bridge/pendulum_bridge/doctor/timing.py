@@ -14,17 +14,22 @@ from pendulum_bridge.doctor.faults import Fault
 from pendulum_bridge.doctor.findings import Check, Finding
 
 Floats = NDArray[np.float64]
-SPAN = 10  # samples over which the period is measured: a coarse timer evens out
-CLOSE, FAR = 0.02, 0.1  # shares by which a rate may be off, and may be off before nothing works
-LOST, MANY_LOST = 0.005, 0.1  # shares of samples
-AT_ONCE = 0.2  # periods; closer samples came in a burst
+SPAN_SAMPLES = 10  # samples over which the period is measured: a coarse timer evens out
+CLOSE_RATE_SHARE, FAR_RATE_SHARE = (
+    0.02,
+    0.1,
+)  # shares by which a rate may be off, and may be off before nothing works
+FEW_LOST_SHARE, MANY_LOST_SHARE = 0.005, 0.1  # shares of samples
+BURST_PERIODS = 0.2  # periods; closer samples came in a burst
 BURST_SHARE = 0.1
-EARLY = 0.3  # periods by which a sample after a loss may be less late than the earliest before it
-UNEVEN = 0.5  # periods; a later 99th percentile is a fault
-FEWEST = 2 * SPAN
+EARLY_PERIODS = (
+    0.3  # periods by which a sample after a loss may be less late than the earliest before it
+)
+LARGEST_JITTER_PERIODS = 0.5  # periods; a later 99th percentile is a fault
+FEWEST_SAMPLES = 2 * SPAN_SAMPLES
 
 
-def period_of(arrivals: Floats, expected_s: float) -> float:
+def measure_period(arrivals: Floats, expected_s: float) -> float:
     """Return the sample period in s, from at least 2 arrivals (n,), unmoved by a few losses and by jitter.
 
     Where most samples keep the expected period, a slower mean is taken for losses; where they come
@@ -32,30 +37,38 @@ def period_of(arrivals: Floats, expected_s: float) -> float:
     """
     intervals = np.diff(arrivals)
     single = float(np.median(intervals))
-    if len(arrivals) < FEWEST or _at_once(intervals, expected_s) > BURST_SHARE:
+    if len(arrivals) < FEWEST_SAMPLES or _compute_burst_share(intervals, expected_s) > BURST_SHARE:
         return float(np.polyfit(np.arange(len(arrivals)), arrivals - arrivals[0], 1)[0])
-    spans = float(np.median(arrivals[SPAN:] - arrivals[:-SPAN])) / SPAN
-    keeps = abs(single / expected_s - 1) < 2 * CLOSE
-    return single if keeps and spans > (1 + 2 * CLOSE) * expected_s else spans
+    spans = float(np.median(arrivals[SPAN_SAMPLES:] - arrivals[:-SPAN_SAMPLES])) / SPAN_SAMPLES
+    keeps = abs(single / expected_s - 1) < 2 * CLOSE_RATE_SHARE
+    return single if keeps and spans > (1 + 2 * CLOSE_RATE_SHARE) * expected_s else spans
 
 
-def numbers_of(arrivals: Floats, period_s: float) -> NDArray[np.int64]:
+def number_samples(arrivals: Floats, period_s: float) -> NDArray[np.int64]:
     """Return the number of each sample (n,), counted from 0, lost ones included, but for losses among the last few."""
     count = np.arange(len(arrivals))
     late = arrivals - count * period_s
     after = np.minimum.accumulate(late[::-1])[::-1]
-    after[-SPAN:] = after[-SPAN:][0]  # these have too few after them to tell lost from late
-    return count + np.floor((after - after[0]) / period_s + EARLY).astype(np.int64)
+    after[-SPAN_SAMPLES:] = after[-SPAN_SAMPLES:][
+        0
+    ]  # these have too few after them to tell lost from late
+    return count + np.floor((after - after[0]) / period_s + EARLY_PERIODS).astype(np.int64)
 
 
 def check_rate(arrivals: Floats, expected_hz: float) -> Finding:
     """Return whether samples come at the expected rate."""
     expected = f"{expected_hz:g} Hz"
-    if len(arrivals) < FEWEST:
+    if len(arrivals) < FEWEST_SAMPLES:
         return Finding(Check.RATE, expected, f"{len(arrivals)} samples in all", Fault.RATE_WRONG)
-    found_hz = 1 / period_of(arrivals, 1 / expected_hz)
+    found_hz = 1 / measure_period(arrivals, 1 / expected_hz)
     off = abs(found_hz / expected_hz - 1)
-    fault = None if off <= CLOSE else Fault.RATE_OFF if off <= FAR else Fault.RATE_WRONG
+    fault = (
+        None
+        if off <= CLOSE_RATE_SHARE
+        else Fault.RATE_OFF
+        if off <= FAR_RATE_SHARE
+        else Fault.RATE_WRONG
+    )
     return Finding(Check.RATE, expected, f"{found_hz:.1f} Hz", fault)
 
 
@@ -63,10 +76,10 @@ def check_jitter(arrivals: Floats, period_s: float) -> Finding:
     """Return whether samples come evenly: how far intervals are off the period, and how many come at once."""
     intervals = np.diff(arrivals)
     off_ms = 1e3 * np.abs(intervals - period_s)
-    at_once = _at_once(intervals, period_s)
+    at_once = _compute_burst_share(intervals, period_s)
     p50, p99, most = np.percentile(off_ms, [50, 99, 100])
     found = f"{p50:.2f} ms (p50), {p99:.2f} ms (p99), {most:.1f} ms (most)"
-    expected = f"intervals off by under {1e3 * UNEVEN * period_s:.1f} ms (p99)"
+    expected = f"intervals off by under {1e3 * LARGEST_JITTER_PERIODS * period_s:.1f} ms (p99)"
     if at_once > BURST_SHARE:
         return Finding(
             Check.JITTER,
@@ -75,17 +88,26 @@ def check_jitter(arrivals: Floats, period_s: float) -> Finding:
             Fault.BURSTS,
         )
     return Finding(
-        Check.JITTER, expected, found, Fault.JITTER if p99 > 1e3 * UNEVEN * period_s else None
+        Check.JITTER,
+        expected,
+        found,
+        Fault.JITTER if p99 > 1e3 * LARGEST_JITTER_PERIODS * period_s else None,
     )
 
 
 def check_losses(arrivals: Floats, period_s: float) -> Finding:
     """Return whether samples are missing."""
-    lost = int(numbers_of(arrivals, period_s)[-1]) + 1 - len(arrivals)
+    lost = int(number_samples(arrivals, period_s)[-1]) + 1 - len(arrivals)
     share = lost / (lost + len(arrivals))
-    fault = None if share <= LOST else Fault.SOME_LOST if share <= MANY_LOST else Fault.MANY_LOST
+    fault = (
+        None
+        if share <= FEW_LOST_SHARE
+        else Fault.SOME_LOST
+        if share <= MANY_LOST_SHARE
+        else Fault.MANY_LOST
+    )
     return Finding(Check.LOSSES, "no sample lost", f"{lost} of {lost + len(arrivals)} lost", fault)
 
 
-def _at_once(intervals: Floats, period_s: float) -> float:
-    return float(np.mean(intervals < AT_ONCE * period_s))
+def _compute_burst_share(intervals: Floats, period_s: float) -> float:
+    return float(np.mean(intervals < BURST_PERIODS * period_s))

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pendulum_bridge.doctor.resting import running_median
-from pendulum_bridge.doctor.timing import numbers_of, period_of
+from pendulum_bridge.doctor.resting import compute_running_median
+from pendulum_bridge.doctor.timing import measure_period, number_samples
 
 Floats = NDArray[np.float64]
-OFTEN = 0.9  # of all changes from sample to sample are smaller than a large one; spikes are rarer than the others
-FAR = 4  # such changes from the running median: a spike
+USUAL_CHANGE_QUANTILE = 0.9  # of all changes from sample to sample are smaller than a large one; spikes are rarer than the others
+SPIKE_CHANGES = 4  # such changes from the running median: a spike
 
 
 @dataclass(frozen=True)
@@ -38,18 +38,18 @@ class Grid:
     period_s: float
 
 
-def gridded(track: Track, expected_s: float) -> Grid:
+def resample(track: Track, expected_s: float) -> Grid:
     """Return a track of at least two samples at even times, the earliest that its arrivals allow."""
-    period_s = period_of(track.arrivals, expected_s)
-    numbers = numbers_of(track.arrivals, period_s)
+    period_s = measure_period(track.arrivals, expected_s)
+    numbers = number_samples(track.arrivals, period_s)
     start = float(np.min(track.arrivals - numbers * period_s))
     even = np.arange(int(numbers[-1]) + 1)
-    columns = without_spikes(track.samples).T
+    columns = remove_spikes(track.samples).T
     samples = np.stack([np.interp(even, numbers, column) for column in columns], axis=1)
     return Grid(np.asarray(start + even * period_s), samples, period_s)
 
 
-def without_spikes(values: Floats) -> Floats:
+def remove_spikes(values: Floats) -> Floats:
     """Return values (n, k) with those that lie far from their column's running median replaced by it.
 
     The others stay as they are: in the differences of an encoder that counts slowly, single counts
@@ -57,11 +57,13 @@ def without_spikes(values: Floats) -> Floats:
     """
     if len(values) < 2:
         return values
-    usual = running_median(values)
-    far = FAR * np.quantile(np.abs(np.diff(values, axis=0)), OFTEN, axis=0)
+    usual = compute_running_median(values)
+    far = SPIKE_CHANGES * np.quantile(
+        np.abs(np.diff(values, axis=0)), USUAL_CHANGE_QUANTILE, axis=0
+    )
     return np.where(np.abs(values - usual) > far, usual, values)
 
 
-def slopes(values: Floats, period_s: float, half: int = 2) -> Floats:
+def compute_slopes(values: Floats, period_s: float, half: int = 2) -> Floats:
     """Return the derivative of values (n,) by differences over 2 half samples, shape (n - 2 half,)."""
     return (values[2 * half :] - values[: -2 * half]) / (2 * half * period_s)

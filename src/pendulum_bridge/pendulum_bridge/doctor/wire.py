@@ -7,9 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
-from pendulum_bridge.protocol import SAMPLE, Command
-from pendulum_bridge.tcp import TcpPort
-from pendulum_bridge.udp import Address, Endpoint
+from pendulum_bridge.wire.protocol import SAMPLE, Command
+from pendulum_bridge.wire.tcp import TcpPort
+from pendulum_bridge.wire.udp import Address, Endpoint
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ class PortWire:
     def receive(self, deadline: float) -> Heard | None:
         """Return the oldest packet of the rig's host, whatever it holds, or None at the deadline."""
         came = self._port.receive_stamped(deadline)
-        return None if came is None else Heard(came[0], _monotonic(came[1]))
+        return None if came is None else Heard(came[0], _convert_to_monotonic(came[1]))
 
     @property
     def foreign(self) -> int:
@@ -115,17 +115,17 @@ class PortWire:
         self._port.close()
 
 
-def udp_wire(listen: Address, rig: Address) -> PortWire:
+def open_udp_wire(listen: Address, rig: Address) -> PortWire:
     """Return a wire to a rig over UDP; raise BadInputError when the listening address cannot be used."""
     endpoint = Endpoint(listen, rig, bytes)
     return PortWire(endpoint, lambda: endpoint.stranger)
 
 
-def tcp_wire(rig: Address) -> PortWire:
+def open_tcp_wire(rig: Address) -> PortWire:
     """Return a wire to a rig that listens over TCP, where a stream leaves no packet of another length."""
     return PortWire(TcpPort(rig, SAMPLE.size, bytes))
 
 
-def _monotonic(system_ns: int) -> float:
+def _convert_to_monotonic(system_ns: int) -> float:
     """Return a time of the system's clock as one of the monotonic clock; a clock that was set long ago does no harm."""
     return time.monotonic() - 1e-9 * (time.time_ns() - system_ns)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from pendulum_bridge.doctor.faults import Fault
-from pendulum_bridge.doctor.findings import Check, Finding, skipped
+from pendulum_bridge.doctor.findings import Check, Finding, skip_check
 from pendulum_bridge.doctor.resting import AtRest
-from pendulum_bridge.reset import Rest
+from pendulum_bridge.safety.reset import Rest
 
 NEAR_RAD = Rest().pole_rad
 LARGE_RAD = 0.2  # an offset above it is a mistake, not a carelessly set zero
@@ -40,7 +40,10 @@ def check_pole_zero(rest: AtRest, offset_rad: float = 0.0) -> Finding:
     if rest.wrapped:
         return Finding(Check.POLE_ZERO, expected, "jumps of a whole turn", Fault.WRAPPED)
     return Finding(
-        Check.POLE_ZERO, expected, f"{rest.pole_rad:.3f} rad", _pole_fault(rest.pole_rad, hanging)
+        Check.POLE_ZERO,
+        expected,
+        f"{rest.pole_rad:.3f} rad",
+        _find_pole_fault(rest.pole_rad, hanging),
     )
 
 
@@ -62,14 +65,14 @@ def check_rail(least_m: float, most_m: float, rail_m: float | None) -> Finding:
     """Return whether all positions that the cart has shown lie on the rail."""
     found = f"{least_m:.3f} to {most_m:.3f} m seen"
     if rail_m is None:
-        return skipped(Check.RAIL, "the twin file has no rail_half_length_m")
+        return skip_check(Check.RAIL, "the twin file has no rail_half_length_m")
     beyond = max(abs(least_m), abs(most_m)) > rail_m
     return Finding(
         Check.RAIL, f"positions within {rail_m:g} m", found, Fault.BEYOND_RAIL if beyond else None
     )
 
 
-def _pole_fault(angle_rad: float, hanging_rad: float) -> Fault | None:
+def _find_pole_fault(angle_rad: float, hanging_rad: float) -> Fault | None:
     off = angle_rad - hanging_rad
     within_turn = math.remainder(off, math.tau)
     if abs(off) <= NEAR_RAD:

@@ -1,8 +1,8 @@
-"""What can be concealed in the emulated rig, how much of it is realistic there, and how a seed draws it.
+"""The effects that an emulated rig can conceal, their realistic sizes, and how a seed draws them.
 
-Names and parameters are the catalogue's (they are what a verdict is compared with); the physics
-behind them is this package's own: `drive.py` before the force, `mjcf.py`, `friction.py` and
-`laws.py` in the mechanics, `sensors.py` behind it.
+Names and parameters are the catalogue's, so that a verdict can be compared with them. The physics
+is this package's own: `drive.py` before the force; `mjcf.py`, `friction.py` and `laws.py` in the
+mechanics; `sensors.py` behind them.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import numpy as np
 
 from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.emulator.unlisted import BY_NAME as UNLISTED
+from pendulum_twin.effects import BY_NAME as EFFECTS
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.rig import Rig
 
@@ -25,14 +26,14 @@ Span = tuple[float, float]
 class Concealable:
     """Give the realistic sizes of one effect.
 
-    sizes: parameter name -> lowest and highest size drawn. both_ways: whether the sign of its size
-    is drawn too. family: of effects in the same family at most one is drawn, for together they
-    mean nothing or cannot be told apart by anybody.
-    shapes: parameters that say where or how rather than how much: neither sign nor size factor is
-    theirs. neutral: the size at which the effect vanishes. beside: effects of which one must be
-    there, for this one to mean anything. live:
-    whether a rig that is driven from outside can have it: one that counts from a recording's
-    beginning cannot be.
+    name: of the effect, as the catalogue has it.
+    family: of effects of the same family at most one is drawn, because together they mean nothing
+        or no motion can tell them apart.
+    sizes: parameter name -> lowest and highest size drawn (unit: see the parameter's name).
+    both_ways: whether the sign of the size is drawn too.
+    shapes: parameters that say where or how, not how much; sign and size factor leave them alone.
+    neutral: the size at which the effect vanishes.
+    beside: effects of which one must be there for this effect to mean anything.
     """
 
     name: str
@@ -42,11 +43,15 @@ class Concealable:
     shapes: tuple[str, ...] = ()
     neutral: float = 0.0
     beside: tuple[str, ...] = ()
-    live: bool = True
+
+    @property
+    def is_of_recording(self) -> bool:
+        """Return whether one recording has the effect; a rig that is driven live cannot have it."""
+        return EFFECTS[self.name].of_recording
 
 
-DRY = ("cart_coulomb_friction", "cart_stribeck_friction", "cart_saturating_friction")
-TURNED = (0.03, 0.15)  # rad
+DRY_FRICTIONS = ("cart_coulomb_friction", "cart_stribeck_friction", "cart_saturating_friction")
+ANGLE_SIZES_RAD = (0.03, 0.15)  # rad
 
 # Sizes for a rig of 0.7 kg, 6.4 N and a pole of 0.13 N m that swings at up to some 15 rad/s.
 TABLE: tuple[Concealable, ...] = (
@@ -75,7 +80,7 @@ TABLE: tuple[Concealable, ...] = (
         "friction asymmetry",
         {"ratio": (0.15, 0.4)},
         both_ways=True,
-        beside=DRY,
+        beside=DRY_FRICTIONS,
     ),
     Concealable("cart_quadratic_drag", "cart drag", {"n_s2_m2": (0.4, 1.6)}),
     Concealable("rail_tilt", "bias", {"angle_rad": (0.008, 0.03)}, both_ways=True),
@@ -100,15 +105,14 @@ TABLE: tuple[Concealable, ...] = (
     Concealable("pole_coulomb_friction", "pole friction", {"level_n_m": (0.0008, 0.004)}),
     Concealable("pole_quadratic_drag", "pole drag", {"n_m_s2": (1.5e-5, 6e-5)}),
     Concealable("pole_spring", "pole bias", {"n_m_per_rad": (0.002, 0.008)}),
-    Concealable("pole_imbalance", "pole bias", {"angle_rad": TURNED}, both_ways=True),
-    Concealable("angle_offset", "pole bias", {"angle_rad": TURNED}, both_ways=True),
+    Concealable("pole_imbalance", "pole bias", {"angle_rad": ANGLE_SIZES_RAD}, both_ways=True),
+    Concealable("angle_offset", "pole bias", {"angle_rad": ANGLE_SIZES_RAD}, both_ways=True),
     Concealable(
         "encoder_slip",
         "slip",
-        {"angle_rad": TURNED, "time_s": (12.0, 35.0)},
+        {"angle_rad": ANGLE_SIZES_RAD, "time_s": (12.0, 35.0)},
         both_ways=True,
         shapes=("time_s",),
-        live=False,
     ),
     Concealable("sensor_delay", "time", {"delay_s": (0.01, 0.05)}),
     Concealable("angle_scale", "angle scale", {"ratio": (0.02, 0.08)}, both_ways=True),
@@ -117,85 +121,103 @@ TABLE: tuple[Concealable, ...] = (
     Concealable("angle_sign_inverted", "sign", {}),
     Concealable("velocity_filter", "velocities", {"time_constant_s": (0.02, 0.08)}),
     Concealable("sample_period_error", "pace", {"ratio": (0.02, 0.06)}, both_ways=True),
-    Concealable("stale_start", "beginning", {"seconds": (0.5, 2.0)}, live=False),
+    Concealable("stale_start", "beginning", {"seconds": (0.5, 2.0)}),
 )
-BY_NAME = {each.name: each for each in TABLE}
+BY_NAME = {entry.name: entry for entry in TABLE}
 
-# Base parameters whose nominal values are made wrong. The cart's mass is not: motion alone cannot
-# tell it.
-WRONG = (
+# The constants of which the nominal values are wrong. The cart's mass is right: motion alone shows
+# only ratios to it.
+PERTURBED_CONSTANTS = (
     "cart_viscous_n_s_m",
     "pole_viscous_n_m_s",
     "force_per_pwm_n",
     "com_distance_m",
     "pole_inertia_kg_m2",
 )
-LARGEST_ERROR = 0.2
+LARGEST_PERTURBATION = 0.2  # share of the nominal value
 
 
-def draw(seed: int, count: int, nominal: Rig, live: bool = False) -> Concealed:
-    """Return `count` effects of realistic size, and the nominal rig with wrong parameters; the same for the same seed.
+def draw_concealed(seed: int, count: int, nominal: Rig, live: bool = False) -> Concealed:
+    """Return `count` effects of realistic size, and the nominal rig with wrong constants.
 
-    live: only effects that a rig driven from outside can have. Raises BadInputError when more
-    effects are asked for than can be concealed together.
+    The same seed gives the same rig.
+    live: whether the rig is driven live, so that it has no effect of one recording only.
+    Raises BadInputError when more effects are asked for than go together.
     """
-    return concealed_of(completed((), count, seed, live), seed, nominal)
+    return conceal_effects(complete_set((), count, seed, live), seed, nominal)
 
 
-def completed(names: Sequence[str], count: int, seed: int, live: bool = False) -> tuple[str, ...]:
-    """Return these effects and as many more, drawn by the seed, as make `count` that go together."""
-    families = {each.family for each in TABLE if each.live or not live}
-    if not 0 <= count <= len(families):
-        raise BadInputError(f"effects: expected a number from 0 to {len(families)}, found {count}")
+def count_families(live: bool = False) -> int:
+    """Return how many effects can be concealed together; live: see `draw_concealed`."""
+    return len({entry.family for entry in _list_candidates(live)})
+
+
+def complete_set(
+    names: Sequence[str], count: int, seed: int, live: bool = False
+) -> tuple[str, ...]:
+    """Return the effects and as many more, drawn by the seed, as make `count` that go together.
+
+    Raises BadInputError when so many do not go together.
+    """
+    families = count_families(live)
+    if not 0 <= count <= families:
+        raise BadInputError(f"effects: expected a number from 0 to {families}, found {count}")
     random = np.random.default_rng(seed)
     chosen = [BY_NAME[name] for name in names]
-    order = [TABLE[k] for k in random.permutation(len(TABLE)) if TABLE[k].live or not live]
+    candidates = _list_candidates(live)
+    order = [TABLE[k] for k in random.permutation(len(TABLE)) if TABLE[k] in candidates]
     while len(chosen) < count:
-        chosen.append(next(each for each in order if _goes_with(each, chosen, count)))
-    return tuple(each.name for each in chosen)
+        chosen.append(next(entry for entry in order if _is_compatible(entry, chosen, count)))
+    return tuple(entry.name for entry in chosen)
 
 
-def _goes_with(candidate: Concealable, chosen: Sequence[Concealable], count: int) -> bool:
-    """Tell whether one more effect leaves every effect with what it must have beside it, or with room for it."""
-    names = {each.name for each in chosen}
+def _list_candidates(live: bool) -> list[Concealable]:
+    return [entry for entry in TABLE if not (live and entry.is_of_recording)]
+
+
+def _is_compatible(candidate: Concealable, chosen: Sequence[Concealable], count: int) -> bool:
+    """Return whether, with the candidate, every effect has or can still get what it needs beside it."""
+    names = {entry.name for entry in chosen}
     lacking = next(
-        (each.beside for each in chosen if each.beside and not names & set(each.beside)), ()
+        (entry.beside for entry in chosen if entry.beside and not names & set(entry.beside)), ()
     )
-    if candidate.family in {each.family for each in chosen} or (
+    if candidate.family in {entry.family for entry in chosen} or (
         lacking and candidate.name not in lacking
     ):
         return False
     return not candidate.beside or bool(names & set(candidate.beside)) or len(chosen) + 2 <= count
 
 
-def concealed_of(
+def conceal_effects(
     names: Sequence[str], seed: int, nominal: Rig, size_factor: float = 1.0
 ) -> Concealed:
-    """Return these effects with sizes drawn by the seed times size_factor, and the nominal rig with wrong parameters.
+    """Return the effects with sizes drawn by the seed, and the nominal rig with wrong constants.
 
-    names: of this table, or of unlisted effects. The constants are the same whatever is concealed.
+    names: of this table, or of unlisted effects.
+    size_factor: multiplies the sizes.
+    The seed's constants are the same whatever is concealed.
     """
     listed, unlisted = (
         {
-            name: sized(table[name], np.random.default_rng([seed, 1, k]), size_factor)
+            name: draw_sizes(table[name], np.random.default_rng([seed, 1, k]), size_factor)
             for k, name in enumerate(names)
             if name in table
         }
         for table in (BY_NAME, UNLISTED)
     )
-    return Concealed(listed, _made_wrong(nominal, np.random.default_rng([seed, 0])), unlisted)
+    return Concealed(listed, _perturb_rig(nominal, np.random.default_rng([seed, 0])), unlisted)
 
 
 class Sized(Protocol):
-    """What has sizes to be drawn: see `Concealable`."""
+    """An effect of which the sizes can be drawn; see `Concealable`."""
 
     @property
     def sizes(self) -> Mapping[str, Span]:
-        """Return parameter -> lowest and highest."""
+        """Return parameter -> lowest and highest size."""
 
     @property
     def both_ways(self) -> bool:
-        """Tell whether signs are drawn."""
+        """Return whether the sign is drawn."""
 
     @property
     def shapes(self) -> tuple[str, ...]:
@@ -203,22 +225,25 @@ class Sized(Protocol):
 
     @property
     def neutral(self) -> float:
-        """Return the size of nothing."""
+        """Return the size at which the effect vanishes."""
 
 
-def sized(chosen: Sized, random: np.random.Generator, factor: float) -> dict[str, float]:
-    """Return drawn parameters; the distance of a size from neutral is multiplied by the factor."""
-    sign = random.choice([-1.0, 1.0]) if chosen.both_ways else 1.0
-    drawn = {name: float(random.uniform(*span)) for name, span in chosen.sizes.items()}
-    grown = {
-        name: chosen.neutral + factor * (sign * value - chosen.neutral)
+def draw_sizes(effect: Sized, random: np.random.Generator, factor: float) -> dict[str, float]:
+    """Return drawn parameters; the factor multiplies the distance of a size from neutral."""
+    sign = random.choice([-1.0, 1.0]) if effect.both_ways else 1.0
+    drawn = {name: float(random.uniform(*span)) for name, span in effect.sizes.items()}
+    scaled = {
+        name: effect.neutral + factor * (sign * value - effect.neutral)
         for name, value in drawn.items()
     }
-    return {name: drawn[name] if name in chosen.shapes else grown[name] for name in drawn}
+    return {name: drawn[name] if name in effect.shapes else scaled[name] for name in drawn}
 
 
-def _made_wrong(nominal: Rig, random: np.random.Generator) -> Rig:
-    factors = {name: 1 + random.uniform(-LARGEST_ERROR, LARGEST_ERROR) for name in WRONG}
+def _perturb_rig(nominal: Rig, random: np.random.Generator) -> Rig:
+    factors = {
+        name: 1 + random.uniform(-LARGEST_PERTURBATION, LARGEST_PERTURBATION)
+        for name in PERTURBED_CONSTANTS
+    }
     return replace(
         nominal,
         **{name: float(getattr(nominal, name) * factor) for name, factor in factors.items()},

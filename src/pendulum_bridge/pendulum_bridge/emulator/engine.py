@@ -7,12 +7,12 @@ import math
 import mujoco
 
 from pendulum_bridge.emulator.laws import Laws
-from pendulum_bridge.emulator.mjcf import build
+from pendulum_bridge.emulator.mjcf import build_model
 from pendulum_bridge.emulator.seal import Concealed
 
 CART, POLE = 0, 1
-FINER = 32  # parts of a step in which a joint turns round: dry friction is of first order in the engine's step
-STUCK = 1e-6  # m/s, rad/s: below it a joint with dry friction counts as sticking
+REVERSAL_SUBSTEPS = 32  # parts of a step in which a joint turns round: dry friction is of first order in the engine's step
+STICKING_SPEED = 1e-6  # m/s, rad/s: below it a joint with dry friction counts as sticking
 
 State = tuple[
     float, float, float, float
@@ -23,7 +23,7 @@ class Engine:
     """Hold the mechanics; the same steps give the same bits. step_s: the usual step, for which friction is stiffened."""
 
     def __init__(self, concealed: Concealed, laws: Laws, step_s: float) -> None:
-        self._model = build(concealed.rig, concealed.effects, step_s / FINER)
+        self._model = build_model(concealed.rig, concealed.effects, step_s / REVERSAL_SUBSTEPS)
         self._data = mujoco.MjData(self._model)
         self._laws = laws
         self._force_n = concealed.rig.force_per_pwm_n or 0.0
@@ -33,7 +33,7 @@ class Engine:
         # a tenth of a step
         self._qpos, self._qvel, self._qacc = self._data.qpos, self._data.qvel, self._data.qacc
         self._applied, self._loss = self._data.qfrc_applied, self._model.dof_frictionloss
-        self._time_s, self._part_s = 0.0, step_s / FINER
+        self._time_s, self._part_s = 0.0, step_s / REVERSAL_SUBSTEPS
 
     def put(self, state: tuple[float, ...]) -> None:
         """Go on from this state, with nothing remembered of how it moved before."""
@@ -49,7 +49,7 @@ class Engine:
 
     def step(self, command: float, step_s: float) -> None:
         """Hold what the drive makes of the command (PWM fraction) for step_s."""
-        parts = FINER if self._dry and self._turns_round(step_s) else 1
+        parts = REVERSAL_SUBSTEPS if self._dry and self._turns_round(step_s) else 1
         part_s = step_s / parts
         if part_s != self._part_s:
             self._model.opt.timestep = self._part_s = part_s
@@ -65,7 +65,7 @@ class Engine:
         """Tell whether a joint with dry friction may pass zero velocity in this step, and does not just stick."""
         loss, speeds, changes = self._loss.tolist(), self._qvel.tolist(), self._qacc.tolist()
         for level, v, a in zip(loss, speeds, changes, strict=True):
-            if level > 0 and STUCK < abs(v) < 2 * abs(a) * step_s:
+            if level > 0 and STICKING_SPEED < abs(v) < 2 * abs(a) * step_s:
                 return True
         return False
 

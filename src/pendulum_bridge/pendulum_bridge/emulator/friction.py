@@ -14,17 +14,17 @@ Level = Callable[
 ]  # of the way (+1 or -1), and the same
 
 
-def constant(level_n: float) -> Law:
+def make_constant_level(level_n: float) -> Law:
     """Give the same level everywhere."""
     return lambda t, x, th, v, w: level_n
 
 
-def stribeck(level_n: float, static_n: float, velocity_m_s: float) -> Law:
+def make_stribeck_level(level_n: float, static_n: float, velocity_m_s: float) -> Law:
     """Give more at rest, fading over the Stribeck velocity."""
     return lambda t, x, th, v, w: level_n + static_n * math.exp(-((v / velocity_m_s) ** 2))
 
 
-def saturating(viscous_n_s_m: float, level_n: float, limit_n: float) -> Law:
+def make_saturating_level(viscous_n_s_m: float, level_n: float, limit_n: float) -> Law:
     """Grow with speed from the level up to the limit."""
 
     def law(t: float, x: float, th: float, v: float, w: float) -> float:
@@ -34,18 +34,18 @@ def saturating(viscous_n_s_m: float, level_n: float, limit_n: float) -> Law:
     return law
 
 
-def patch(level_n: float, centre_m: float, width_m: float) -> Law:
+def make_patch_level(level_n: float, centre_m: float, width_m: float) -> Law:
     """Give a bell along the rail."""
     return lambda t, x, th, v, w: level_n * math.exp(-(((x - centre_m) / width_m) ** 2))
 
 
 LEVELS: dict[str, Callable[..., Law]] = {
-    "cart_coulomb_friction": constant,
-    "cart_stribeck_friction": stribeck,
-    "cart_saturating_friction": saturating,
-    "rail_friction_patch": patch,
+    "cart_coulomb_friction": make_constant_level,
+    "cart_stribeck_friction": make_stribeck_level,
+    "cart_saturating_friction": make_saturating_level,
+    "rail_friction_patch": make_patch_level,
 }
-CHANGING = {
+STATE_DEPENDENT = {
     "cart_stribeck_friction",
     "cart_saturating_friction",
     "rail_friction_patch",
@@ -53,13 +53,13 @@ CHANGING = {
 }
 
 
-def dry_level(effects: Effects, more: Sequence[Law] = ()) -> Level | None:
+def make_dry_level(effects: Effects, more: Sequence[Law] = ()) -> Level | None:
     """Return the cart's dry friction (N) as a law of way and state; None when it is constant, which the engine has itself.
 
     The way is that of the motion, or at rest that of the push (+1 or -1). more: levels that no
     catalogue has.
     """
-    if not more and not CHANGING & effects.keys():
+    if not more and not STATE_DEPENDENT & effects.keys():
         return None
     laws = [make(**effects[name]) for name, make in LEVELS.items() if name in effects] + list(more)
     ratio = effects.get("cart_friction_asymmetry", {}).get("ratio", 0.0)

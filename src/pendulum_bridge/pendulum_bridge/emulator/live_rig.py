@@ -5,8 +5,8 @@ from __future__ import annotations
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.emulator.sensors import Encoders
-from pendulum_bridge.emulator.swing_down import Phase, SwingDown, advance, tuned
-from pendulum_bridge.protocol import Command, Sample
+from pendulum_bridge.emulator.swing_down import Phase, SwingDown, advance, make_tuning
+from pendulum_bridge.wire.protocol import Command, Sample
 
 
 class LiveRig:
@@ -25,7 +25,7 @@ class LiveRig:
         seed: int = 0,
     ) -> None:
         self._rig = EmulatedRig(concealed, rate_hz, encoders, seed)
-        self._tuning = tuned(concealed.rig, concealed.effects)
+        self._tuning = make_tuning(concealed.rig, concealed.effects)
         self._command = Command(0.0)
         self._swing_down: SwingDown | None = None
 

@@ -24,7 +24,7 @@ from pendulum_twin.errors import BadInputError
 from pendulum_twin.rig import Rig
 
 TIMESTEP_S = 2.5e-4
-HEAVIER = 1.25  # times the lightest pole body that can have the rig's S and Jp
+POLE_MASS_MARGIN = 1.25  # times the lightest pole body that can have the rig's S and Jp
 
 TEMPLATE = """
 <mujoco model="cart and pole">
@@ -51,7 +51,7 @@ TEMPLATE = """
 Effects = Mapping[str, Mapping[str, float]]
 
 
-def build(rig: Rig, effects: Effects, timestep_s: float = TIMESTEP_S) -> mujoco.MjModel:
+def build_model(rig: Rig, effects: Effects, timestep_s: float = TIMESTEP_S) -> mujoco.MjModel:
     """Return the compiled model of a rig with cart and pole; of the effects, those that the engine has by itself.
 
     Dry friction that changes is set by `rig`, step by step.
@@ -61,12 +61,12 @@ def build(rig: Rig, effects: Effects, timestep_s: float = TIMESTEP_S) -> mujoco.
     the ends of the rail. Raises BadInputError when a part is missing or no bodies have the rig's
     constants.
     """
-    return mujoco.MjModel.from_xml_string(mjcf(rig, effects, timestep_s))
+    return mujoco.MjModel.from_xml_string(write_mjcf(rig, effects, timestep_s))
 
 
-def mjcf(rig: Rig, effects: Effects, timestep_s: float = TIMESTEP_S) -> str:
-    """Return the model's XML; see `build`."""
-    pole_mass, distance, inertia = pole_body(rig)
+def write_mjcf(rig: Rig, effects: Effects, timestep_s: float = TIMESTEP_S) -> str:
+    """Return the model's XML; see `build_model`."""
+    pole_mass, distance, inertia = compute_pole_body(rig)
     ahead = effects.get("pole_imbalance", {}).get("angle_rad", 0.0)
     end = rig.rail_half_length_m or 1e3
     return TEMPLATE.format(
@@ -80,12 +80,12 @@ def mjcf(rig: Rig, effects: Effects, timestep_s: float = TIMESTEP_S) -> str:
         aside=repr(-distance * math.sin(ahead)),
         centre=repr(distance * math.cos(ahead)),
         inertia=repr(inertia),
-        cart_joint=_cart_joint(rig, effects),
-        pole_joint=_pole_joint(rig, effects),
+        cart_joint=_describe_cart_joint(rig, effects),
+        pole_joint=_describe_pole_joint(rig, effects),
     )
 
 
-def pole_body(rig: Rig) -> tuple[float, float, float]:
+def compute_pole_body(rig: Rig) -> tuple[float, float, float]:
     """Return the pole body's mass (kg), centre from the axis (m) and inertia about its centre (kg m^2).
 
     The mass is the rig's pole mass where that leaves a positive inertia; else as much heavier as
@@ -96,29 +96,33 @@ def pole_body(rig: Rig) -> tuple[float, float, float]:
     moment = rig.total_mass_kg * rig.com_distance_m
     mass = rig.pole_mass_kg or 0.0
     if moment**2 / mass >= rig.pole_inertia_kg_m2:
-        mass = HEAVIER * moment**2 / rig.pole_inertia_kg_m2
+        mass = POLE_MASS_MARGIN * moment**2 / rig.pole_inertia_kg_m2
     if mass >= rig.total_mass_kg:
         raise BadInputError(
-            f"pole_inertia_kg_m2: expected above {HEAVIER * moment**2 / rig.total_mass_kg:.3g} for this mass and "
+            f"pole_inertia_kg_m2: expected above {POLE_MASS_MARGIN * moment**2 / rig.total_mass_kg:.3g} for this mass and "
             f"com_distance_m, found {rig.pole_inertia_kg_m2:g}: no bodies move like that"
         )
     return mass, moment / mass, rig.pole_inertia_kg_m2 - moment**2 / mass
 
 
-def _cart_joint(rig: Rig, effects: Effects) -> str:
+def _describe_cart_joint(rig: Rig, effects: Effects) -> str:
     drag = effects.get("cart_quadratic_drag", {}).get("n_s2_m2", 0.0)
     level = effects.get("cart_coulomb_friction", {}).get("level_n", 0.0)
     spring = effects.get("rail_spring", {"n_per_m": 0.0, "centre_m": 0.0})
-    return _joint(rig.cart_viscous_n_s_m, drag, level, spring["n_per_m"], spring["centre_m"])
+    return _describe_joint(
+        rig.cart_viscous_n_s_m, drag, level, spring["n_per_m"], spring["centre_m"]
+    )
 
 
-def _pole_joint(rig: Rig, effects: Effects) -> str:
+def _describe_pole_joint(rig: Rig, effects: Effects) -> str:
     drag = effects.get("pole_quadratic_drag", {}).get("n_m_s2", 0.0)
     level = effects.get("pole_coulomb_friction", {}).get("level_n_m", 0.0)
     twist = effects.get("pole_spring", {}).get("n_m_per_rad", 0.0)
-    return _joint(rig.pole_viscous_n_m_s, drag, level, twist, math.pi)
+    return _describe_joint(rig.pole_viscous_n_m_s, drag, level, twist, math.pi)
 
 
-def _joint(viscous: float | None, drag: float, level: float, stiffness: float, rest: float) -> str:
+def _describe_joint(
+    viscous: float | None, drag: float, level: float, stiffness: float, rest: float
+) -> str:
     """Return a joint's attributes: force -(viscous + drag |v|) v - stiffness (q - rest), and dry friction of level."""
     return f'damping="{viscous or 0.0!r} {drag!r}" frictionloss="{level!r}" stiffness="{stiffness!r}" springref="{rest!r}"'

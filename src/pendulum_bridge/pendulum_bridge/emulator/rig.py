@@ -8,13 +8,13 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from pendulum_bridge.emulator.drive import chain
+from pendulum_bridge.emulator.drive import make_drive
 from pendulum_bridge.emulator.engine import Engine, State
-from pendulum_bridge.emulator.laws import laws_of
+from pendulum_bridge.emulator.laws import collect_laws
 from pendulum_bridge.emulator.mjcf import TIMESTEP_S
 from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.emulator.sensors import Encoders, Sensors
-from pendulum_bridge.emulator.stale_start import earlier_state, stale_samples
+from pendulum_bridge.emulator.stale_start import count_stale_samples, draw_earlier_state
 from pendulum_twin.errors import BadInputError
 
 Floats = NDArray[np.float64]
@@ -42,17 +42,17 @@ class EmulatedRig:
         if not rate_hz > 0:
             raise BadInputError(f"rate_hz: expected a number above 0, found {rate_hz}")
         self.period_s = 1 / rate_hz
-        rig, effects, self._laws = concealed.rig, concealed.effects, laws_of(concealed)
+        rig, effects, self._laws = concealed.rig, concealed.effects, collect_laws(concealed)
         self._limit = rig.pwm_limit or math.inf
         self._steps = math.ceil(self._passing_s(0.0) / timestep_s - 1e-9)
         step_s = self._passing_s(0.0) / self._steps
         self._engine = Engine(concealed, self._laws, step_s)
-        self._drive = chain(effects, step_s, (rig.force_per_pwm_n or 0.0) / rig.total_mass_kg)
-        self._stale = stale_samples(
+        self._drive = make_drive(effects, step_s, (rig.force_per_pwm_n or 0.0) / rig.total_mass_kg)
+        self._stale = count_stale_samples(
             effects.get("stale_start", {}).get("seconds", 0.0), self.period_s
         )
         self._start, self._count = start, 0
-        self._engine.put(earlier_state(start, seed) if self._stale else start)
+        self._engine.put(draw_earlier_state(start, seed) if self._stale else start)
         self._reporting = Reporting(
             effects.get("sensor_delay", {}).get("delay_s", 0.0), step_s, self._engine.state
         )

@@ -17,15 +17,15 @@ from contextlib import closing
 from pathlib import Path
 from threading import Event
 
-from pendulum_bridge.emulator.conceal import BY_NAME, draw
+from pendulum_bridge.emulator.conceal import BY_NAME, draw_concealed
 from pendulum_bridge.emulator.live_rig import LiveRig
 from pendulum_bridge.emulator.seal import Concealed, write_seal
 from pendulum_bridge.emulator.sensors import Encoders
 from pendulum_bridge.emulator.server import Ended, Served, serve_in_lockstep, serve_in_time
 from pendulum_bridge.emulator.tcp_server import TcpServer
-from pendulum_bridge.port import Port
-from pendulum_bridge.protocol import COMMAND, Command
-from pendulum_bridge.udp import RIG, USER, Endpoint, address_of
+from pendulum_bridge.wire.port import Port
+from pendulum_bridge.wire.protocol import COMMAND, Command
+from pendulum_bridge.wire.udp import RIG, USER, Endpoint, parse_address
 from pendulum_twin.command_line import as_option, make_number_reader, make_whole_reader
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import load_twin
@@ -36,8 +36,8 @@ def main(arguments: list[str] | None = None) -> int:
 
     Returns 1 with a sentence on stderr when it cannot be served, and ends with 2 for wrong use.
     """
-    stopped = _signalled()
-    options = options_of(arguments)
+    stopped = _watch_signals()
+    options = parse_options(arguments)
     try:
         run(options, stopped)
     except (BadInputError, OSError) as error:
@@ -48,11 +48,11 @@ def main(arguments: list[str] | None = None) -> int:
 
 def run(options: argparse.Namespace, stopped: Event) -> None:
     """Serve as the options say until stopped is set; raise BadInputError or OSError when it cannot be done."""
-    concealed = _concealed(options)
+    concealed = _choose_concealed(options)
     rig = LiveRig(
         concealed, options.rate, Encoders(spike_rate=options.spikes), options.conceal or 0
     )
-    with closing(_port(options)) as port:
+    with closing(_open_port(options)) as port:
         if options.seal:
             write_seal(concealed, options.seal)
         where = "answers there over TCP" if options.tcp else f"sends to {options.send}"
@@ -62,11 +62,11 @@ def run(options: argparse.Namespace, stopped: Event) -> None:
             else f"{options.rate:g} Hz, {options.speed:g} times real time"
         )
         _say(f"rig_emulator: listens on {options.listen}, {where}, {pace}")
-        served = _serve(rig, port, options, _ending(stopped, options.seconds))
-        _say(_summary(served, port))
+        served = _serve(rig, port, options, _make_end_check(stopped, options.seconds))
+        _say(_summarise(served, port))
 
 
-def _port(options: argparse.Namespace) -> Port[Command]:
+def _open_port(options: argparse.Namespace) -> Port[Command]:
     if options.tcp:
         return TcpServer(options.listen, COMMAND.size, Command.unpack)
     return Endpoint(options.listen, options.send, Command.unpack)
@@ -78,7 +78,7 @@ def _serve(rig: LiveRig, port: Port[Command], options: argparse.Namespace, ended
     return serve_in_time(rig, port, options.speed, ended)
 
 
-def _summary(served: Served, port: Port[Command]) -> str:
+def _summarise(served: Served, port: Port[Command]) -> str:
     behind = f"; fell {served.given_up_s:.1f} s behind" if served.given_up_s else ""
     return (
         f"rig_emulator: {served.samples} samples sent, {served.commands} commands taken, "
@@ -86,11 +86,11 @@ def _summary(served: Served, port: Port[Command]) -> str:
     )
 
 
-def _concealed(options: argparse.Namespace) -> Concealed:
+def _choose_concealed(options: argparse.Namespace) -> Concealed:
     """Return what the seed draws for the twin's rig, or, without a seed, the twin as its file has it."""
     twin = load_twin(options.twin)
     if options.conceal is not None:
-        return draw(options.conceal, options.effects, twin.rig, live=True)
+        return draw_concealed(options.conceal, options.effects, twin.rig, live=True)
     for name in twin.effects:
         if name not in BY_NAME:
             raise BadInputError(
@@ -99,12 +99,12 @@ def _concealed(options: argparse.Namespace) -> Concealed:
     return Concealed(twin.effects, twin.rig)
 
 
-def _ending(stopped: Event, seconds: float | None) -> Ended:
+def _make_end_check(stopped: Event, seconds: float | None) -> Ended:
     end = None if seconds is None else time.monotonic() + seconds
     return lambda: stopped.is_set() or (end is not None and time.monotonic() >= end)
 
 
-def _signalled() -> Event:
+def _watch_signals() -> Event:
     stopped = Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stopped.set())
@@ -119,7 +119,7 @@ def _say(line: str) -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def options_of(arguments: list[str] | None) -> argparse.Namespace:
+def parse_options(arguments: list[str] | None) -> argparse.Namespace:
     """Return the command line's options; print what is wrong and exit with 2 for wrong use."""
     parser = argparse.ArgumentParser(prog="rig_emulator", description=__doc__)
     add = parser.add_argument
@@ -182,7 +182,7 @@ def options_of(arguments: list[str] | None) -> argparse.Namespace:
     )
     add(
         "--listen",
-        type=as_option(address_of),
+        type=as_option(parse_address),
         default=RIG,
         metavar="HOST:PORT",
         help=f"where commands arrive ({RIG})",
@@ -190,7 +190,7 @@ def options_of(arguments: list[str] | None) -> argparse.Namespace:
     way = parser.add_mutually_exclusive_group()
     way.add_argument(
         "--send",
-        type=as_option(address_of),
+        type=as_option(parse_address),
         default=USER,
         metavar="HOST:PORT",
         help=f"where samples go ({USER})",

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from pendulum_bridge.emulator.unlisted import BY_NAME, checked
+from pendulum_bridge.emulator.unlisted import BY_NAME, check_parameters
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.files import read_json_object, write_atomically
 from pendulum_twin.model import Twin
@@ -36,14 +36,16 @@ class Concealed:
         object.__setattr__(
             self,
             "unlisted",
-            {name: checked(name, values) for name, values in self.unlisted.items()},
+            {name: check_parameters(name, values) for name, values in self.unlisted.items()},
         )
 
 
 def write_seal(concealed: Concealed, path: str | Path) -> None:
     """Write the seal whole or not at all."""
     effects = {name: dict(values) for name, values in concealed.effects.items()}
-    unlisted = {name: _described(name, values) for name, values in concealed.unlisted.items()}
+    unlisted = {
+        name: _describe_unlisted(name, values) for name, values in concealed.unlisted.items()
+    }
     content = {
         "schema": SCHEMA,
         "effects": effects,
@@ -53,7 +55,7 @@ def write_seal(concealed: Concealed, path: str | Path) -> None:
     write_atomically(path, json.dumps(content, indent=2) + "\n")
 
 
-def _described(name: str, values: Mapping[str, float]) -> dict[str, object]:
+def _describe_unlisted(name: str, values: Mapping[str, float]) -> dict[str, object]:
     known = BY_NAME[name]
     return {"place": known.place, "variables": list(known.variables), "parameters": dict(values)}
 

@@ -36,7 +36,9 @@ class Encoders:
         return 2 * math.pi / self.pole_counts if self.pole_counts else 0.0
 
 
-def shown(state: Floats, effects: Effects, stamp_s: float = 0.0) -> tuple[float, float]:
+def distort_positions(
+    state: Floats, effects: Effects, stamp_s: float = 0.0
+) -> tuple[float, float]:
     """Return position (m) and angle (rad) as the sensors' mounting and wiring show the true x, th, v, w at a time.
 
     th is the angle of the centre of mass; where that lies beside the pole's line, the line's angle
@@ -103,14 +105,14 @@ class Sensors:
     def _read(self, state: Floats, stamp_s: float) -> Floats:
         for law in self._more:
             state = np.array([*law(stamp_s, float(state[0]), float(state[1])), *state[2:]])
-        cart, pole = shown(state, self._effects, stamp_s)
+        cart, pole = distort_positions(state, self._effects, stamp_s)
         return np.array(
             [
-                _stepped(cart, self._encoders.cart_step_m),
-                _stepped(pole, self._encoders.pole_step_rad),
+                _round_to_step(cart, self._encoders.cart_step_m),
+                _round_to_step(pole, self._encoders.pole_step_rad),
             ]
         )
 
 
-def _stepped(value: float, step: float) -> float:
+def _round_to_step(value: float, step: float) -> float:
     return round(value / step) * step if step else value

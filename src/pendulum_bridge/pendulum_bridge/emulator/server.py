@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from pendulum_bridge.emulator.live_rig import LiveRig
 from pendulum_bridge.emulator.schedule import Schedule
-from pendulum_bridge.port import Port
-from pendulum_bridge.protocol import Command
+from pendulum_bridge.wire.port import Port
+from pendulum_bridge.wire.protocol import Command
 
 LONGEST_WAIT_S = 0.1  # until the end is seen when no command comes
 Ended = Callable[[], bool]
@@ -36,7 +36,7 @@ def serve_in_time(rig: LiveRig, port: Port[Command], speed: float, ended: Ended)
         schedule.wait_for(samples)
         port.send(rig.sample.pack())
         schedule.wait_for(samples + 0.5)
-        for command in port.waiting():
+        for command in port.take_waiting():
             rig.take(command)
             commands += 1
         rig.step()

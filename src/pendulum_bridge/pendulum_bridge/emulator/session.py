@@ -8,8 +8,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from pendulum_bridge.bag_writer import Log
-from pendulum_bridge.emulator.stale_start import old_command
+from pendulum_bridge.emulator.stale_start import compute_stale_command
+from pendulum_bridge.recording.bag_writer import Log
 from pendulum_twin.plans.excitation import Excitation, compute_command, find_command_direction
 
 Floats = NDArray[np.float64]
@@ -40,28 +40,30 @@ class Driven(Protocol):
         """Hold a command for one period."""
 
 
-def recorded(rig: Driven, driver: Driver, count: int) -> Log:
+def record_rig(rig: Driven, driver: Driver, count: int) -> Log:
     """Return `count` samples and the commands that the driver answered; of stale samples it sees none."""
     samples, commands = np.empty((count, 4)), np.empty(count)
     for k in range(count):
         samples[k] = rig.sample
         commands[k] = (
-            driver(rig.sample) if k >= rig.stale_samples else old_command(k * rig.period_s)
+            driver(rig.sample)
+            if k >= rig.stale_samples
+            else compute_stale_command(k * rig.period_s)
         )
         rig.step(commands[k])
     stamps = FIRST_STAMP_NS + np.round(np.arange(count) * rig.period_s * 1e9).astype(np.int64)
     return Log(stamps, JOINTS, samples[:, :2], samples[:, 2:], commands)
 
 
-def play(rig: Driven, plan: Excitation) -> Log:
+def play_plan(rig: Driven, plan: Excitation) -> Log:
     """Return samples and commands of a plan; stale samples at its beginning push its end out of the recording.
 
     Which way a command moves the cart is seen from the first push, and centring begins only then.
     """
-    return recorded(rig, player(plan), len(plan.commands))
+    return record_rig(rig, make_plan_driver(plan), len(plan.commands))
 
 
-def player(plan: Excitation) -> Driver:
+def make_plan_driver(plan: Excitation) -> Driver:
     """Return a driver that plays the plan, sample by sample, and keeps the cart on the rail as a plan is kept on it."""
     k, way, first_m = 0, 0, 0.0
 

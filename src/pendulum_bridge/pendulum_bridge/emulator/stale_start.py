@@ -9,12 +9,12 @@ import numpy as np
 OLD_PWM, OLD_HZ = 0.15, 0.8
 
 
-def stale_samples(seconds: float, period_s: float) -> int:
+def count_stale_samples(seconds: float, period_s: float) -> int:
     """Return how many samples do not belong to the run: those stamped before `seconds`."""
     return math.ceil(seconds / period_s - 1e-9)
 
 
-def earlier_state(start: tuple[float, ...], seed: int) -> tuple[float, ...]:
+def draw_earlier_state(start: tuple[float, ...], seed: int) -> tuple[float, ...]:
     """Return where cart and pole are when a recording begins too early.
 
     They stand where the run will start, or move by themselves, after an earlier run; the seed says
@@ -31,6 +31,6 @@ def earlier_state(start: tuple[float, ...], seed: int) -> tuple[float, ...]:
     )
 
 
-def old_command(time_s: float) -> float:
+def compute_stale_command(time_s: float) -> float:
     """Return a command that was sent while none acted."""
     return OLD_PWM * math.cos(2 * math.pi * OLD_HZ * time_s)

@@ -25,9 +25,9 @@ POLE_DAMPING = 0.25  # of the hanging pole's oscillation, as a share of critical
 CENTRING_PER_S = 1.0
 VELOCITY_LOOP_PER_S = 6.0
 INTEGRAL_PER_S2 = 6.0
-MOST_STUCK_RAD = 0.2
-MOST_INTEGRAL = 2.0  # m/s^2: tilt and spring need less
-HOLDING = (  # what holds the cart at rest
+LARGEST_STUCK_RAD = 0.2
+LARGEST_INTEGRAL_M_S2 = 2.0  # m/s^2: tilt and spring need less
+HOLDING_FRICTIONS = (  # what holds the cart at rest
     ("cart_coulomb_friction", "level_n"),
     ("cart_stribeck_friction", "level_n"),
     ("cart_stribeck_friction", "static_n"),
@@ -92,14 +92,14 @@ class SwingDown:
     integral: float = 0.0
 
 
-def tuned(rig: Rig, effects: Mapping[str, Mapping[str, float]]) -> Tuning:
+def make_tuning(rig: Rig, effects: Mapping[str, Mapping[str, float]]) -> Tuning:
     """Return the tuning for a rig with cart and pole; a rig without gravity or lever gets no pole damping."""
     force, mass = rig.force_per_pwm_n or 1.0, rig.total_mass_kg
     lever, inertia = mass * (rig.com_distance_m or 0.0), rig.pole_inertia_kg_m2 or 1.0
     weight = lever * rig.gravity_m_s2  # N m a rad from hanging
     twist = effects.get("pole_spring", {}).get("n_m_per_rad", 0.0)
     sticking = effects.get("pole_coulomb_friction", {}).get("level_n_m", 0.0)
-    dry = sum(effects.get(name, {}).get(key, 0.0) for name, key in HOLDING)
+    dry = sum(effects.get(name, {}).get(key, 0.0) for name, key in HOLDING_FRICTIONS)
     return Tuning(
         per_m_s2=mass / force,
         viscous_per_s=(rig.cart_viscous_n_s_m or 0.0) / mass,
@@ -108,7 +108,7 @@ def tuned(rig: Rig, effects: Mapping[str, Mapping[str, float]]) -> Tuning:
         way=-1 if "input_sign_inverted" in effects else 1,
         limit=rig.pwm_limit or math.inf,
         turn_rad=math.tau * weight / (weight + twist) if weight else math.tau,
-        stuck_rad=min(sticking / weight, MOST_STUCK_RAD) if weight else MOST_STUCK_RAD,
+        stuck_rad=min(sticking / weight, LARGEST_STUCK_RAD) if weight else LARGEST_STUCK_RAD,
     )
 
 
@@ -121,30 +121,30 @@ def advance(
     """
     if now.phase is not Phase.RUNNING:
         return now, 0.0
-    still = now.still + 1 if at_rest(state, tuning, rest) else 0
+    still = now.still + 1 if is_at_rest(state, tuning, rest) else 0
     if still >= rest.samples:
         return replace(now, phase=Phase.AT_REST, still=still), 0.0
     if now.elapsed_s >= rest.limit_s:
         return replace(now, phase=Phase.GAVE_UP, still=still), 0.0
-    integral, command = _control(now.integral, state, tuning, period_s)
+    integral, command = _compute_command(now.integral, state, tuning, period_s)
     return SwingDown(Phase.RUNNING, now.elapsed_s + period_s, still, integral), command
 
 
-def at_rest(state: Floats, tuning: Tuning, rest: Rest = Rest()) -> bool:
+def is_at_rest(state: Floats, tuning: Tuning, rest: Rest = Rest()) -> bool:
     """Tell whether the cart stands in the middle and the pole hangs, as closely as rest says."""
-    x, angle, v, w = _from_hanging(state, tuning)
+    x, angle, v, w = _measure_from_hanging(state, tuning)
     near = abs(x) <= rest.cart_m and abs(angle) <= rest.pole_rad
     return near and abs(v) <= rest.cart_m_s and abs(w) <= rest.pole_rad_s
 
 
-def _control(
+def _compute_command(
     integral: float, state: Floats, tuning: Tuning, period_s: float
 ) -> tuple[float, float]:
-    x, angle, v, w = _from_hanging(state, tuning)
+    x, angle, v, w = _measure_from_hanging(state, tuning)
     asked = tuning.follow_m_s * math.sin(angle) - CENTRING_PER_S * x
     asked_per_s = tuning.follow_m_s * math.cos(angle) * w - CENTRING_PER_S * v
     integral += INTEGRAL_PER_S2 * (asked - v) * period_s
-    integral = min(max(integral, -MOST_INTEGRAL), MOST_INTEGRAL)
+    integral = min(max(integral, -LARGEST_INTEGRAL_M_S2), LARGEST_INTEGRAL_M_S2)
     acceleration = (
         asked_per_s + VELOCITY_LOOP_PER_S * (asked - v) + integral + tuning.viscous_per_s * v
     )
@@ -152,7 +152,7 @@ def _control(
     return integral, tuning.way * min(max(command, -tuning.limit), tuning.limit)
 
 
-def _from_hanging(state: Floats, tuning: Tuning) -> tuple[float, float, float, float]:
+def _measure_from_hanging(state: Floats, tuning: Tuning) -> tuple[float, float, float, float]:
     """Return x, angle, v, w; the angle from where the pole hangs, 0 wherever its dry friction can hold it."""
     x, th, v, w = (float(value) for value in state)
     angle = math.remainder(th - math.pi, tuning.turn_rad)

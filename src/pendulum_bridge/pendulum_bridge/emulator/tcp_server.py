@@ -9,8 +9,8 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Self
 
-from pendulum_bridge.stream import Stream
-from pendulum_bridge.udp import MOST_AT_ONCE, Address, bound
+from pendulum_bridge.wire.stream import Stream
+from pendulum_bridge.wire.udp import MOST_PACKETS_AT_ONCE, Address, bind_socket
 from pendulum_twin.errors import BadInputError
 
 
@@ -24,7 +24,7 @@ class TcpServer[Packet]:
     """
 
     def __init__(self, listen: Address, size: int, unpack: Callable[[bytes], Packet]) -> None:
-        self._listener = bound(listen, socket.SOCK_STREAM)
+        self._listener = bind_socket(listen, socket.SOCK_STREAM)
         self._size, self._unpack = size, unpack
         self._stream: Stream | None = None
         self.malformed = self.foreign = 0
@@ -61,18 +61,18 @@ class TcpServer[Packet]:
             ]
             select.select(listened, [], [], left)
 
-    def waiting(self) -> list[Packet]:
+    def take_waiting(self) -> list[Packet]:
         """Return the packets that are there already, oldest first, without waiting."""
         packets: list[Packet] = []
-        while len(packets) < MOST_AT_ONCE and (packet := self._next()) is not None:
+        while len(packets) < MOST_PACKETS_AT_ONCE and (packet := self._next()) is not None:
             packets.append(packet)
         self._greet()  # only now: who has just left makes room for who has just come
         return packets
 
     def _next(self) -> Packet | None:
-        for _ in range(MOST_AT_ONCE):
+        for _ in range(MOST_PACKETS_AT_ONCE):
             try:
-                came = None if self._stream is None else self._stream.next()
+                came = None if self._stream is None else self._stream.take_frame()
             except OSError:
                 self._drop()
                 return None

@@ -43,17 +43,17 @@ class Extra:
     pace: Pace | None = None
 
 
-def gain_along_rail(rig: Rig, per_m: float) -> Extra:
+def make_gain_along_rail(rig: Rig, per_m: float) -> Extra:
     """Change the gain along the rail: a belt that is tighter at one end."""
     return Extra(gain=lambda u, t, x, th, v, w: u * (1 + per_m * x))
 
 
-def gain_falling_with_speed(rig: Rig, s_per_m: float) -> Extra:
+def make_gain_falling_with_speed(rig: Rig, s_per_m: float) -> Extra:
     """Take force away in proportion to command and speed: a weak supply."""
     return Extra(gain=lambda u, t, x, th, v, w: u * max(1 - s_per_m * abs(v), 0.0))
 
 
-def supply_ripple(rig: Rig, ratio: float, frequency_hz: float, phase_rad: float) -> Extra:
+def make_supply_ripple(rig: Rig, ratio: float, frequency_hz: float, phase_rad: float) -> Extra:
     """Let the gain go slowly up and down in time."""
     return Extra(
         gain=lambda u, t, x, th, v, w: (
@@ -62,61 +62,63 @@ def supply_ripple(rig: Rig, ratio: float, frequency_hz: float, phase_rad: float)
     )
 
 
-def soft_amplifier(rig: Rig, share: float) -> Extra:
+def make_soft_amplifier(rig: Rig, share: float) -> Extra:
     """Make large commands weaker smoothly, the largest by a share."""
     limit = rig.pwm_limit or 1.0
     return Extra(gain=lambda u, t, x, th, v, w: u * (1 - share * (u / limit) ** 2))
 
 
-def warming_friction(rig: Rig, n_per_s: float) -> Extra:
+def make_warming_friction(rig: Rig, n_per_s: float) -> Extra:
     """Let the cart's dry friction grow with time from nothing."""
     return Extra(level=lambda t, x, th, v, w: n_per_s * t)
 
 
-def half_rail_friction(rig: Rig, level_n: float, from_m: float) -> Extra:
+def make_half_rail_friction(rig: Rig, level_n: float, from_m: float) -> Extra:
     """Add dry friction on one part of the rail only, with a sharp edge."""
     return Extra(level=lambda t, x, th, v, w: level_n if x > from_m else 0.0)
 
 
-def load_friction(rig: Rig, share: float) -> Extra:
+def make_load_friction(rig: Rig, share: float) -> Extra:
     """Add dry friction in proportion to the pole's centrifugal force on its bearing."""
     moment = rig.total_mass_kg * (rig.com_distance_m or 0.0)
     return Extra(level=lambda t, x, th, v, w: share * moment * w * w)
 
 
-def table_vibration(rig: Rig, amplitude_n: float, frequency_hz: float, phase_rad: float) -> Extra:
+def make_table_vibration(
+    rig: Rig, amplitude_n: float, frequency_hz: float, phase_rad: float
+) -> Extra:
     """Push the cart with a sine in time."""
     return Extra(
         push=lambda t, x, th, v, w: amplitude_n * math.sin(math.tau * frequency_hz * t + phase_rad)
     )
 
 
-def drag_chain(rig: Rig, n_per_m3: float) -> Extra:
+def make_drag_chain(rig: Rig, n_per_m3: float) -> Extra:
     """Pull the cart back with the cube of its distance from the middle."""
     return Extra(push=lambda t, x, th, v, w: -n_per_m3 * x**3)
 
 
-def hanging_cable(rig: Rig, n_s_per_m2: float) -> Extra:
+def make_hanging_cable(rig: Rig, n_s_per_m2: float) -> Extra:
     """Brake the cart in proportion to its speed and to how far along the rail it is, and drive it on the other side."""
     return Extra(push=lambda t, x, th, v, w: -n_s_per_m2 * x * v)
 
 
-def bearing_notch(rig: Rig, torque_n_m: float, phase_rad: float) -> Extra:
+def make_bearing_notch(rig: Rig, torque_n_m: float, phase_rad: float) -> Extra:
     """Turn the pole towards three places of its bearing."""
     return Extra(twist=lambda t, x, th, v, w: torque_n_m * math.sin(3 * th + phase_rad))
 
 
-def air_jet(rig: Rig, torque_n_m: float) -> Extra:
+def make_air_jet(rig: Rig, torque_n_m: float) -> Extra:
     """Turn the pole with a constant torque."""
     return Extra(twist=lambda t, x, th, v, w: torque_n_m)
 
 
-def stirred_air(rig: Rig, n_s2: float) -> Extra:
+def make_stirred_air(rig: Rig, n_s2: float) -> Extra:
     """Brake the pole in proportion to its rate and to the cart's speed."""
     return Extra(twist=lambda t, x, th, v, w: -n_s2 * abs(v) * w)
 
 
-def bearing_hysteresis(rig: Rig, n_m_per_rad: float, width_rad: float) -> Extra:
+def make_bearing_hysteresis(rig: Rig, n_m_per_rad: float, width_rad: float) -> Extra:
     """Turn the pole back with a spring whose other end is dragged along once it is width behind."""
     end: float | None = None
 
@@ -128,12 +130,12 @@ def bearing_hysteresis(rig: Rig, n_m_per_rad: float, width_rad: float) -> Extra:
     return Extra(twist=twist)
 
 
-def encoder_eccentricity(rig: Rig, amplitude_rad: float, phase_rad: float) -> Extra:
+def make_encoder_eccentricity(rig: Rig, amplitude_rad: float, phase_rad: float) -> Extra:
     """Show an angle that runs ahead and behind once a turn."""
     return Extra(shown=lambda t, x, th: (x, th + amplitude_rad * math.sin(th + phase_rad)))
 
 
-def pulley_runout(rig: Rig, amplitude_m: float, period_m: float, phase_rad: float) -> Extra:
+def make_pulley_runout(rig: Rig, amplitude_m: float, period_m: float, phase_rad: float) -> Extra:
     """Show a position that runs ahead and behind along the rail."""
     return Extra(
         shown=lambda t, x, th: (
@@ -143,7 +145,7 @@ def pulley_runout(rig: Rig, amplitude_m: float, period_m: float, phase_rad: floa
     )
 
 
-def clock_wander(rig: Rig, ratio: float, period_s: float, phase_rad: float) -> Extra:
+def make_clock_wander(rig: Rig, ratio: float, period_s: float, phase_rad: float) -> Extra:
     """Let the time between samples go slowly up and down while the stamps say that it does not."""
     return Extra(pace=lambda t: 1 + ratio * math.sin(math.tau * t / period_s + phase_rad))
 
@@ -168,93 +170,100 @@ class Unlisted:
     @property
     def name(self) -> str:
         """Return the name by which it is concealed."""
-        return self.make.__name__
+        return self.make.__name__.removeprefix("make_")
 
 
-PHASE = {"phase_rad": (-3.1, 3.1)}
-WAVE = ("frequency_hz", "period_s", "period_m", "phase_rad")
+PHASE_SIZES = {"phase_rad": (-3.1, 3.1)}
+WAVE_SHAPES = ("frequency_hz", "period_s", "period_m", "phase_rad")
 
 TABLE: tuple[Unlisted, ...] = (
     Unlisted(
-        gain_along_rail,
+        make_gain_along_rail,
         "drive",
         ("command", "cart_position"),
         {"per_m": (0.5, 1.2)},
         both_ways=True,
     ),
     Unlisted(
-        gain_falling_with_speed, "drive", ("command", "cart_velocity"), {"s_per_m": (0.2, 0.5)}
+        make_gain_falling_with_speed,
+        "drive",
+        ("command", "cart_velocity"),
+        {"s_per_m": (0.2, 0.5)},
     ),
     Unlisted(
-        supply_ripple,
+        make_supply_ripple,
         "command",
         ("command", "time"),
-        {"ratio": (0.1, 0.3), "frequency_hz": (0.1, 0.3), **PHASE},
-        shapes=WAVE,
+        {"ratio": (0.1, 0.3), "frequency_hz": (0.1, 0.3), **PHASE_SIZES},
+        shapes=WAVE_SHAPES,
     ),
-    Unlisted(soft_amplifier, "command", ("command",), {"share": (0.25, 0.5)}),
-    Unlisted(warming_friction, "cart", ("time", "cart_velocity"), {"n_per_s": (0.012, 0.03)}),
+    Unlisted(make_soft_amplifier, "command", ("command",), {"share": (0.25, 0.5)}),
+    Unlisted(make_warming_friction, "cart", ("time", "cart_velocity"), {"n_per_s": (0.012, 0.03)}),
     Unlisted(
-        half_rail_friction,
+        make_half_rail_friction,
         "cart",
         ("cart_position", "cart_velocity"),
         {"level_n": (0.5, 1.2), "from_m": (-0.1, 0.1)},
         shapes=("from_m",),
     ),
-    Unlisted(load_friction, "cart", ("pole_rate", "cart_velocity"), {"share": (0.5, 1.2)}),
+    Unlisted(make_load_friction, "cart", ("pole_rate", "cart_velocity"), {"share": (0.5, 1.2)}),
     Unlisted(
-        table_vibration,
+        make_table_vibration,
         "cart",
         ("time", "frequency"),
-        {"amplitude_n": (0.4, 1.0), "frequency_hz": (2.0, 8.0), **PHASE},
-        shapes=WAVE,
+        {"amplitude_n": (0.4, 1.0), "frequency_hz": (2.0, 8.0), **PHASE_SIZES},
+        shapes=WAVE_SHAPES,
     ),
-    Unlisted(drag_chain, "cart", ("cart_position",), {"n_per_m3": (10.0, 30.0)}),
+    Unlisted(make_drag_chain, "cart", ("cart_position",), {"n_per_m3": (10.0, 30.0)}),
     Unlisted(
-        hanging_cable,
+        make_hanging_cable,
         "cart",
         ("cart_position", "cart_velocity"),
         {"n_s_per_m2": (2.0, 5.0)},
         both_ways=True,
     ),
     Unlisted(
-        bearing_notch, "pole", ("pole_angle",), {"torque_n_m": (0.006, 0.02), **PHASE}, shapes=WAVE
+        make_bearing_notch,
+        "pole",
+        ("pole_angle",),
+        {"torque_n_m": (0.006, 0.02), **PHASE_SIZES},
+        shapes=WAVE_SHAPES,
     ),
-    Unlisted(air_jet, "pole", ("constant",), {"torque_n_m": (0.006, 0.02)}, both_ways=True),
-    Unlisted(stirred_air, "pole", ("pole_rate", "cart_velocity"), {"n_s2": (0.0008, 0.0025)}),
+    Unlisted(make_air_jet, "pole", ("constant",), {"torque_n_m": (0.006, 0.02)}, both_ways=True),
+    Unlisted(make_stirred_air, "pole", ("pole_rate", "cart_velocity"), {"n_s2": (0.0008, 0.0025)}),
     Unlisted(
-        bearing_hysteresis,
+        make_bearing_hysteresis,
         "pole",
         ("pole_angle", "pole_rate"),
         {"n_m_per_rad": (0.008, 0.02), "width_rad": (0.3, 0.6)},
         shapes=("width_rad",),
     ),
     Unlisted(
-        encoder_eccentricity,
+        make_encoder_eccentricity,
         "sensor",
         ("pole_angle",),
-        {"amplitude_rad": (0.04, 0.12), **PHASE},
-        shapes=WAVE,
+        {"amplitude_rad": (0.04, 0.12), **PHASE_SIZES},
+        shapes=WAVE_SHAPES,
     ),
     Unlisted(
-        pulley_runout,
+        make_pulley_runout,
         "sensor",
         ("cart_position",),
-        {"amplitude_m": (0.003, 0.008), "period_m": (0.15, 0.3), **PHASE},
-        shapes=WAVE,
+        {"amplitude_m": (0.003, 0.008), "period_m": (0.15, 0.3), **PHASE_SIZES},
+        shapes=WAVE_SHAPES,
     ),
     Unlisted(
-        clock_wander,
+        make_clock_wander,
         "clock",
         ("time",),
-        {"ratio": (0.05, 0.12), "period_s": (8.0, 20.0), **PHASE},
-        shapes=WAVE,
+        {"ratio": (0.05, 0.12), "period_s": (8.0, 20.0), **PHASE_SIZES},
+        shapes=WAVE_SHAPES,
     ),
 )
 BY_NAME = {each.name: each for each in TABLE}
 
 
-def checked(name: str, parameters: Mapping[str, float]) -> dict[str, float]:
+def check_parameters(name: str, parameters: Mapping[str, float]) -> dict[str, float]:
     """Return the parameters of an unlisted effect; raise BadInputError when there is no such effect or parameter."""
     if name not in BY_NAME:
         raise BadInputError(f"unlisted: unknown effect {name}; known are {', '.join(BY_NAME)}")

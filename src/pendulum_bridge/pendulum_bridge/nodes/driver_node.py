@@ -23,20 +23,20 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, Float64
 from std_srvs.srv import Trigger
 
-from pendulum_bridge.driver import Driver
-from pendulum_bridge.last_word import LastWord
-from pendulum_bridge.limits import Limits
-from pendulum_bridge.link import Link
+from pendulum_bridge.driver.driver import Driver
+from pendulum_bridge.driver.last_word import LastWord
+from pendulum_bridge.driver.parent import Parent
 from pendulum_bridge.nodes.driver_settings import DriverSettings
-from pendulum_bridge.parent import Parent
-from pendulum_bridge.protocol import Command
-from pendulum_bridge.reasons import Level, Reason
-from pendulum_bridge.rig_state import RigState
-from pendulum_bridge.safety import Rules, rules_for
-from pendulum_bridge.signs import ways
-from pendulum_bridge.tcp import tcp_link
-from pendulum_bridge.udp import Address
-from pendulum_bridge.watchdog import Timeouts
+from pendulum_bridge.safety.decide import Rules, make_rules
+from pendulum_bridge.safety.limits import Limits
+from pendulum_bridge.safety.reasons import Level, Reason
+from pendulum_bridge.safety.rig_state import RigState
+from pendulum_bridge.safety.signs import find_ways
+from pendulum_bridge.safety.watchdog import Timeouts
+from pendulum_bridge.wire.link import Link
+from pendulum_bridge.wire.protocol import Command
+from pendulum_bridge.wire.tcp import open_tcp_link
+from pendulum_bridge.wire.udp import Address
 from pendulum_twin import topics
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.health import Health
@@ -53,7 +53,9 @@ LAST_ANSWERS = 20  # callbacks, or a tenth of LONGEST_WAIT_S each, in which who 
 THREAD_ENDS_S = (
     1.0  # it waits for the rig no longer than 20 ms; PWM 0 is sent whether or not it has ended
 )
-HEARD = QoSProfile(depth=100)  # of two that send at the same moment, keep-last 1 shows only one
+EVERY_WRITER = QoSProfile(
+    depth=100
+)  # of two that send at the same moment, keep-last 1 shows only one
 SWITCH_S = 0.0005  # a thread that computes gives way to the other after so long, instead of 5 ms
 
 
@@ -65,7 +67,7 @@ class DriverNode(Node):
         try:
             self.settings = declare_settings(self, DriverSettings)
             self._twin = load_twin(self.settings.twin)
-            self.driver = driver_of(self.settings, self._twin, Outlet(self, self._twin))
+            self.driver = make_driver(self.settings, self._twin, Outlet(self, self._twin))
         except BadInputError:
             super().destroy_node()
             raise
@@ -82,7 +84,7 @@ class DriverNode(Node):
 
     def _listen(self) -> None:
         self.create_subscription(Float64, topics.PWM, self.on_command, LATEST)
-        self.create_subscription(Float64, topics.PWM, self.on_heard, HEARD, raw=True)
+        self.create_subscription(Float64, topics.PWM, self.on_heard, EVERY_WRITER, raw=True)
         self.create_service(Trigger, topics.STOP, self.on_stop)
         self.create_service(Trigger, topics.CLEAR_STOP, self.on_clear_stop)
         # a group of its own: it answers seconds later, and all else has to be served meanwhile
@@ -120,12 +122,12 @@ class DriverNode(Node):
     def on_heard(self, packed: bytes, info: dict[str, Any]) -> None:
         """Note who sends; a middleware that does not number messages gives None, and two writers go unnoticed."""
         if (number := info["publication_sequence_number"]) is not None:
-            self.driver.heard(number)
+            self.driver.hear_writer(number)
 
     @guard_method
     def on_stop(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Latch the emergency stop."""
-        return answered(self.driver.stop(), response, success=True)
+        return fill_answer(self.driver.stop(), response, success=True)
 
     @guard_method
     def on_clear_stop(
@@ -133,7 +135,7 @@ class DriverNode(Node):
     ) -> Trigger.Response:
         """Clear the emergency stop, or say why it stays."""
         reason = self.driver.clear_stop()
-        return answered(reason, response, reason.level is Level.OK)
+        return fill_answer(reason, response, reason.level is Level.OK)
 
     async def on_reset(
         self, request: Trigger.Request, response: Trigger.Response
@@ -156,7 +158,7 @@ class DriverNode(Node):
             return Trigger.Response(success=False, message=repr(error))
         finally:
             self.waiting -= 1
-        return answered(reason, response, reason is Reason.RESET_DONE)
+        return fill_answer(reason, response, reason is Reason.RESET_DONE)
 
     @guard_method
     def health(self) -> Health:
@@ -165,11 +167,11 @@ class DriverNode(Node):
         return replace(health, figures={"link": self.settings.wire, **health.figures})
 
     def _change(self, settings: DriverSettings) -> None:
-        self.driver.change(rules_of(settings, self._twin))
+        self.driver.change_rules(collect_rules(settings, self._twin))
         self.settings = settings
 
 
-def answered(reason: Reason, response: Trigger.Response, success: bool) -> Trigger.Response:
+def fill_answer(reason: Reason, response: Trigger.Response, success: bool) -> Trigger.Response:
     """Return a service's answer with the reason's sentence."""
     response.success, response.message = success, reason.sentence
     return response
@@ -184,31 +186,31 @@ class Outlet:
         self._stopped = node.create_publisher(Bool, topics.STOPPED, LATCHED)
         self._joints = list_joints(twin.rig)
         self._logger = node.get_logger()
-        self.stopped(False)
+        self.publish_stopped(False)
 
-    def sample(self, state: RigState, stamp_ns: int) -> None:
+    def publish_sample(self, state: RigState, stamp_ns: int) -> None:
         """Publish a sample."""
         row = np.array([state.cart_m, state.pole_rad, state.cart_m_s, state.pole_rad_s])
         self._states.publish(to_joint_state(self._joints, row, stamp_ns))
 
-    def applied(self, pwm: float) -> None:
+    def publish_applied(self, pwm: float) -> None:
         """Publish what was sent."""
         self._applied.publish(to_float(pwm))
 
-    def stopped(self, latched: bool) -> None:
+    def publish_stopped(self, latched: bool) -> None:
         """Publish whether the emergency stop is latched."""
         self._stopped.publish(Bool(data=latched))
 
-    def failed(self, error: Exception) -> None:
+    def report_failure(self, error: Exception) -> None:
         """Log what failed."""
         self._logger.error(
             f"serving the rig failed, PWM is 0: {error!r}", throttle_duration_sec=1.0
         )
 
 
-def driver_of(settings: DriverSettings, twin: Twin, outlet: Outlet) -> Driver:
+def make_driver(settings: DriverSettings, twin: Twin, outlet: Outlet) -> Driver:
     """Return the driver of a rig; raise BadInputError when that cannot be driven or spoken to."""
-    rules, link = rules_of(settings, twin), link_of(settings)
+    rules, link = collect_rules(settings, twin), make_link(settings)
     try:
         last_word = LastWord(link, Command(0.0).pack())
         return Driver(link, rules, outlet, last_word, lossless=settings.transport == "tcp")
@@ -217,18 +219,18 @@ def driver_of(settings: DriverSettings, twin: Twin, outlet: Outlet) -> Driver:
         raise
 
 
-def link_of(settings: DriverSettings) -> Link:
+def make_link(settings: DriverSettings) -> Link:
     """Return the link to the rig; raise BadInputError when an address cannot be used."""
     rig = Address(settings.rig_host, settings.rig_port)
     if settings.transport == "tcp":
-        return tcp_link(rig)
+        return open_tcp_link(rig)
     return Link(Address(settings.listen_host, settings.listen_port), rig)
 
 
-def rules_of(settings: DriverSettings, twin: Twin) -> Rules:
+def collect_rules(settings: DriverSettings, twin: Twin) -> Rules:
     """Return what the driver decides by; raise BadInputError for a rig that cannot be driven."""
-    way, pole_way = ways(twin.effects)
-    return rules_for(
+    way, pole_way = find_ways(twin.effects)
+    return make_rules(
         twin.rig,
         Limits(settings.pwm_limit, settings.slew_per_s),
         Timeouts(settings.command_timeout_s, settings.rig_timeout_s),

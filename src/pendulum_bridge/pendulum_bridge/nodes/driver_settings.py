@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pendulum_bridge.udp import RIG, USER
+from pendulum_bridge.wire.udp import RIG, USER
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.nodes.settings import (
     check_settings,

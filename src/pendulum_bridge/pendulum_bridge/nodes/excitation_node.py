@@ -20,23 +20,23 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, Float64
 from std_srvs.srv import Trigger
 
-from pendulum_bridge.excitation_guard import Bounds, Stopped, StopReason
-from pendulum_bridge.excitation_run import (
+from pendulum_bridge.excitation.guard import Bounds, Stopped, StopReason
+from pendulum_bridge.excitation.run import (
     Run,
     Stage,
-    ended,
-    entered,
-    health,
-    looking,
-    sampled,
-    share,
-    silent,
-    where,
+    stop_run,
+    enter_stage,
+    make_health,
+    begin_looking,
+    take_sample,
+    compute_share,
+    find_silence,
+    describe_progress,
 )
 from pendulum_bridge.nodes.excitation_settings import AUTO, ExcitationSettings
 from pendulum_bridge.nodes.pendulum_client import PendulumClient
-from pendulum_bridge.nodes.resetting import Resetting
-from pendulum_bridge.rig_state import RigState
+from pendulum_bridge.nodes.reset_sequence import ResetSequence
+from pendulum_bridge.safety.rig_state import RigState
 from pendulum_twin import topics
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.health import Level
@@ -52,8 +52,10 @@ from pendulum_twin.plans.plan_file import load_plan
 from pendulum_twin.plans.waveforms import Envelope, make_envelope
 
 TICK_S = 0.05
-PROGRESS_S, SAY_S = 0.5, 5.0  # between two messages of progress, and between two lines of it
-EARLIER_S = 1.0  # what the driver reports so soon after the start may be about the time before
+PROGRESS_S, LOG_S = 0.5, 5.0  # between two messages of progress, and between two lines of it
+STALE_REPORT_S = (
+    1.0  # what the driver reports so soon after the start may be about the time before
+)
 
 
 class ExcitationNode(Node):
@@ -70,7 +72,7 @@ class ExcitationNode(Node):
         except BadInputError:
             super().destroy_node()
             raise
-        self._bounds = bounds_of(settings, room)
+        self._bounds = make_bounds(settings, room)
         self._rig = PendulumClient(self, settings.rig)
         self._pendulums = (
             self._rig,
@@ -79,7 +81,7 @@ class ExcitationNode(Node):
         self._run = Run()
         self._applied: float | None = None
         self._emergency = False
-        self._resetting = Resetting((), 0.0)
+        self._resetting = ResetSequence((), 0.0)
         self._ticked_s = self._reported_s = self._said_s = monotonic()
         self._listen()
         if settings.start == AUTO:
@@ -88,18 +90,22 @@ class ExcitationNode(Node):
     def _listen(self) -> None:
         self._progress = self.create_publisher(Float64, "progress", LATCHED)
         self.create_subscription(
-            JointState, self._rig.topic(topics.JOINT_STATES), self.on_sample, SAMPLES
+            JointState, self._rig.name_topic(topics.JOINT_STATES), self.on_sample, SAMPLES
         )
         self.create_subscription(
-            Float64, self._rig.topic(topics.APPLIED_PWM), self.on_applied, SAMPLES
+            Float64, self._rig.name_topic(topics.APPLIED_PWM), self.on_applied, SAMPLES
         )
-        self.create_subscription(Bool, self._rig.topic(topics.STOPPED), self.on_emergency, LATCHED)
+        self.create_subscription(
+            Bool, self._rig.name_topic(topics.STOPPED), self.on_emergency, LATCHED
+        )
         self.create_subscription(DiagnosticArray, topics.DIAGNOSTICS, self.on_diagnostics, SAMPLES)
         self.create_service(Trigger, "start", self.on_start)
         self.create_service(Trigger, "abort", self.on_abort)
         self.create_timer(TICK_S, self.on_tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
         publish_health(
-            self, self._settings.rig, lambda: health(self._run, self._plan, self._lacking())
+            self,
+            self._settings.rig,
+            lambda: make_health(self._run, self._plan, self._find_lacking()),
         )
 
     @property
@@ -133,7 +139,7 @@ class ExcitationNode(Node):
         if not self._run.stage.active:
             return
         try:
-            state = _state(message)
+            state = _read_state(message)
         except BadInputError as error:
             self._stop(StopReason.SAMPLE_MALFORMED, str(error))
             return
@@ -142,12 +148,14 @@ class ExcitationNode(Node):
             self._applied or 0.0,
             self._run.stage,
         )
-        step = sampled(stamp_ns, state, applied, monotonic(), self._run, self._plan, self._bounds)
+        step = take_sample(
+            stamp_ns, state, applied, monotonic(), self._run, self._plan, self._bounds
+        )
         if step.command is not None:
             self._send(step.command)
         self._run = step.run
         if self._run.stage is not before:
-            self._entered()
+            self._announce_stage()
 
     @guard_method
     def on_applied(self, message: Float64) -> None:
@@ -164,10 +172,13 @@ class ExcitationNode(Node):
     @guard_method
     def on_diagnostics(self, message: DiagnosticArray) -> None:
         """Stop when a node of the rig reports an error."""
-        if self._run.stage is not Stage.PLAYING or monotonic() - self._run.since_s < EARLIER_S:
+        if (
+            self._run.stage is not Stage.PLAYING
+            or monotonic() - self._run.since_s < STALE_REPORT_S
+        ):
             return
         for status in message.status:
-            if status.name.startswith(self._rig.topic("")) and status.level[0] == Level.ERROR:
+            if status.name.startswith(self._rig.name_topic("")) and status.level[0] == Level.ERROR:
                 self._stop(StopReason.DRIVER_ERROR, status.message)
                 return
 
@@ -207,41 +218,41 @@ class ExcitationNode(Node):
         elif self._run.stage is Stage.RESETTING:
             self._reset(now)
         elif not late and (
-            quiet := silent(now, self._run, self._bounds)
+            quiet := find_silence(now, self._run, self._bounds)
         ):  # if late itself, it has samples waiting
             self._stop(quiet.reason, quiet.found)
         if self._run.stage is Stage.PLAYING:
             self._report(now)
 
     def _begin(self) -> None:
-        self._run = entered(Stage.WAITING, monotonic(), Run())
+        self._run = enter_stage(Stage.WAITING, monotonic(), Run())
         self._applied = None
-        self._entered()
+        self._announce_stage()
 
     def _wait(self, now: float) -> None:
         if self._emergency:
             self._stop(StopReason.EMERGENCY_STOP)
-        elif not (lacking := self._lacking()):
+        elif not (lacking := self._find_lacking()):
             pendulums = self._pendulums if self._settings.reset_first else ()
-            self._resetting = Resetting(pendulums, self._settings.reset_timeout_s)
-            self._run = entered(Stage.RESETTING, now, self._run)
-            self._entered()
+            self._resetting = ResetSequence(pendulums, self._settings.reset_timeout_s)
+            self._run = enter_stage(Stage.RESETTING, now, self._run)
+            self._announce_stage()
         elif now - self._run.since_s > self._settings.ready_timeout_s:
             self._stop(
                 StopReason.NOT_READY, f"{lacking}, after {self._settings.ready_timeout_s:g} s"
             )
 
-    def _lacking(self) -> str:
+    def _find_lacking(self) -> str:
         """Return what is missing before the plan can begin; nothing when all is there, or nothing is waited for."""
         if self._run.stage is not Stage.WAITING:
             return ""
         if self._run.sampled_s is None:
-            return f"no samples on {self._rig.topic(topics.JOINT_STATES)}: does the driver run, and is the rig on?"
+            return f"no samples on {self._rig.name_topic(topics.JOINT_STATES)}: does the driver run, and is the rig on?"
         if self._applied is None:
-            return f"nothing on {self._rig.topic(topics.APPLIED_PWM)}: does the driver run?"
+            return f"nothing on {self._rig.name_topic(topics.APPLIED_PWM)}: does the driver run?"
         wanted = [self._settings.listeners] + [1] * (len(self._pendulums) - 1)
         lacking = (
-            p.lacking(n, self._settings.reset_first)
+            p.find_lacking(n, self._settings.reset_first)
             for p, n in zip(self._pendulums, wanted, strict=True)
         )
         return next((each for each in lacking if each), "")
@@ -252,23 +263,23 @@ class ExcitationNode(Node):
         if self._resetting.failure:
             self._stop(StopReason.RESET_FAILED, self._resetting.failure)
         else:
-            self._run = looking(now, self._run)
-            self._entered()
+            self._run = begin_looking(now, self._run)
+            self._announce_stage()
 
     def _stop(self, reason: StopReason, found: str = "") -> None:
         if self._run.stage.commanding:
             self._send(0.0)
-        self._run = ended(Stopped(reason, found), monotonic(), self._run)
-        self._entered()
+        self._run = stop_run(Stopped(reason, found), monotonic(), self._run)
+        self._announce_stage()
 
     def _send(self, pwm: float) -> None:
         for pendulum in self._pendulums:
             pendulum.send(pwm)
 
-    def _entered(self) -> None:
+    def _announce_stage(self) -> None:
         """Say that another stage has begun."""
         self._reported_s = self._said_s = monotonic()
-        self._progress.publish(to_float(share(self._run, self._plan)))
+        self._progress.publish(to_float(compute_share(self._run, self._plan)))
         if self._run.stopped is None:
             self.get_logger().info(self._where)
         elif not self._settings.exit_when_done:  # else it is said at the end
@@ -277,17 +288,17 @@ class ExcitationNode(Node):
     def _report(self, now: float) -> None:
         if now - self._reported_s >= PROGRESS_S:
             self._reported_s = now
-            self._progress.publish(to_float(share(self._run, self._plan)))
-        if now - self._said_s >= SAY_S:
+            self._progress.publish(to_float(compute_share(self._run, self._plan)))
+        if now - self._said_s >= LOG_S:
             self._said_s = now
             self.get_logger().info(self._where)
 
     @property
     def _where(self) -> str:
-        return where(self._run, self._plan)
+        return describe_progress(self._run, self._plan)
 
 
-def bounds_of(settings: ExcitationSettings, room: Envelope) -> Bounds:
+def make_bounds(settings: ExcitationSettings, room: Envelope) -> Bounds:
     """Return what a rig may do while a plan is played."""
     return Bounds(
         settings.rail_share * room.half_length_m,
@@ -298,7 +309,7 @@ def bounds_of(settings: ExcitationSettings, room: Envelope) -> Bounds:
     )
 
 
-def _state(message: JointState) -> RigState:
+def _read_state(message: JointState) -> RigState:
     """Return a sample; raise BadInputError when it cannot be read, or no cart is in it."""
     if topics.CART not in message.name:
         raise BadInputError(

@@ -71,14 +71,14 @@ class ExcitationSettings:
         if not self.rig:
             raise BadInputError("rig: expected a namespace such as /rig, found none")
         for name in ("rig", "twin"):
-            object.__setattr__(self, name, _namespace(name, getattr(self, name)))
+            object.__setattr__(self, name, _normalize_namespace(name, getattr(self, name)))
         if self.rig == self.twin:
             raise BadInputError(
                 f"twin: expected another namespace than that of the rig, found {self.twin} for both"
             )
 
 
-def _namespace(name: str, value: str) -> str:
+def _normalize_namespace(name: str, value: str) -> str:
     """Return a namespace that begins with a slash; empty stays empty."""
     if not value:
         return value

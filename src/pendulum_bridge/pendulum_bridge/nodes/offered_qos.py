@@ -9,7 +9,7 @@ from rclpy.duration import Duration
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 
-def fitting(offered: Sequence[QoSProfile], depth: int) -> QoSProfile:
+def choose_qos(offered: Sequence[QoSProfile], depth: int) -> QoSProfile:
     """Return the strictest request that every publisher fulfils: reliable if all are, transient local if all are."""
     reliable = all(each.reliability == ReliabilityPolicy.RELIABLE for each in offered)
     latched = all(each.durability == DurabilityPolicy.TRANSIENT_LOCAL for each in offered)
@@ -28,21 +28,21 @@ def demands_more(request: QoSProfile, other: QoSProfile) -> bool:
     )
 
 
-def entry(offered: QoSProfile) -> dict[str, Any]:
+def describe_offer(offered: QoSProfile) -> dict[str, Any]:
     """Return an offer by the names of index version 9; history and depth are not told to others and mostly unknown."""
     return {
         "history": offered.history.name.lower(),
         "depth": int(offered.depth),
         "reliability": offered.reliability.name.lower(),
         "durability": offered.durability.name.lower(),
-        "deadline": _span(offered.deadline),
-        "lifespan": _span(offered.lifespan),
+        "deadline": _split_duration(offered.deadline),
+        "lifespan": _split_duration(offered.lifespan),
         "liveliness": offered.liveliness.name.lower(),
-        "liveliness_lease_duration": _span(offered.liveliness_lease_duration),
+        "liveliness_lease_duration": _split_duration(offered.liveliness_lease_duration),
         "avoid_ros_namespace_conventions": bool(offered.avoid_ros_namespace_conventions),
     }
 
 
-def _span(span: Duration) -> dict[str, int]:
+def _split_duration(span: Duration) -> dict[str, int]:
     seconds, nanoseconds = divmod(int(span.nanoseconds), 10**9)
     return {"sec": seconds, "nsec": nanoseconds}

@@ -21,10 +21,10 @@ class PendulumClient:
     def __init__(self, node: Node, namespace: str) -> None:
         self.namespace = namespace
         self._node = node
-        self._commands = node.create_publisher(Float64, self.topic(topics.PWM), LATEST)
-        self._resets = node.create_client(Trigger, self.topic(topics.RESET))
+        self._commands = node.create_publisher(Float64, self.name_topic(topics.PWM), LATEST)
+        self._resets = node.create_client(Trigger, self.name_topic(topics.RESET))
 
-    def topic(self, name: str) -> str:
+    def name_topic(self, name: str) -> str:
         """Return a name of the graph in this namespace."""
         return f"{self.namespace}/{name}"
 
@@ -40,23 +40,23 @@ class PendulumClient:
         """Ask for a reset and return what will hold the answer."""
         return self._resets.call_async(Trigger.Request())
 
-    def lacking(self, listeners: int, reset: bool) -> str:
+    def find_lacking(self, listeners: int, reset: bool) -> str:
         """Return what is missing before it can be commanded; nothing when all is there.
 
         listeners: so many nodes must listen to its commands. reset: whether its reset is needed.
         """
-        if (heard := self._listening()) < listeners:
-            return f"{heard} of {listeners} listen to {self.topic(topics.PWM)}"
-        others = self._node.count_publishers(self.topic(topics.PWM)) - 1
+        if (heard := self._count_listeners()) < listeners:
+            return f"{heard} of {listeners} listen to {self.name_topic(topics.PWM)}"
+        others = self._node.count_publishers(self.name_topic(topics.PWM)) - 1
         if others > 0:
-            return f"{others} other(s) command {self.topic(topics.PWM)}"
+            return f"{others} other(s) command {self.name_topic(topics.PWM)}"
         if reset and not self._resets.service_is_ready():
-            return f"nobody offers {self.topic(topics.RESET)}"
+            return f"nobody offers {self.name_topic(topics.RESET)}"
         return ""
 
-    def _listening(self) -> int:
+    def _count_listeners(self) -> int:
         """Return how many nodes listen to the commands; one node may do so twice."""
-        known = self._node.get_subscriptions_info_by_topic(self.topic(topics.PWM))
+        known = self._node.get_subscriptions_info_by_topic(self.name_topic(topics.PWM))
         nodes = {(each.node_namespace, each.node_name) for each in known}
         return min(
             len(nodes), self._commands.get_subscription_count()

@@ -17,8 +17,8 @@ from rclpy.node import Node
 from rclpy.subscription import Subscription
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
-from pendulum_bridge.nodes.offered_qos import demands_more, entry, fitting
-from pendulum_bridge.recording.definition import definition_of
+from pendulum_bridge.nodes.offered_qos import choose_qos, demands_more, describe_offer
+from pendulum_bridge.recording.definition import find_definition
 from pendulum_bridge.recording.received_clock import ReceivedClock
 from pendulum_bridge.recording.records import Message, Topic
 from pendulum_bridge.recording.sequence_gaps import SequenceGaps
@@ -28,7 +28,7 @@ QUEUE = 5000  # messages a topic; the middleware keeps no more
 CLOCK = "/clock"
 
 
-class Undisturbed(CallbackGroup):
+class UntouchedGroup(CallbackGroup):
     """Keep executors from waiting for what is in this group, and from taking it."""
 
     def can_execute(self, entity: Any) -> bool:
@@ -44,7 +44,7 @@ class Undisturbed(CallbackGroup):
 
 
 @dataclass
-class _Heard:
+class _Listened:
     """Hold one topic: its subscription as soon as its type is known, and who published so far."""
 
     name: str
@@ -62,12 +62,12 @@ class RawTopics:
     """
 
     def __init__(self, node: Node, names: Sequence[str]) -> None:
-        self._node, self._group = node, Undisturbed()
+        self._node, self._group = node, UntouchedGroup()
         self._heard = [
-            _Heard(name) for name in dict.fromkeys(_resolved(node, name) for name in names)
+            _Listened(name) for name in dict.fromkeys(_resolve_name(node, name) for name in names)
         ]
         simulated = bool(node.get_parameter("use_sim_time").value)
-        self._clock_topic = _Heard(CLOCK) if simulated else None
+        self._clock_topic = _Listened(CLOCK) if simulated else None
         self._clock = ReceivedClock()
 
     @property
@@ -96,10 +96,10 @@ class RawTopics:
 
     def drain(self) -> list[Message]:
         """Return what has come since the last time."""
-        messages = [message for heard in self._heard for message in _taken(heard)]
+        messages = [message for heard in self._heard for message in _take_queued(heard)]
         if self._clock_topic is None:
             return messages
-        for tick in _taken(self._clock_topic):
+        for tick in _take_queued(self._clock_topic):
             self._clock.hear(tick.received_ns, tick.data)
         timed = [(self._clock.at(message.received_ns), message) for message in messages]
         self._clock.forget_before_last()
@@ -109,27 +109,27 @@ class RawTopics:
             if time_ns is not None
         ]
 
-    def _look_for(self, heard: _Heard) -> Topic | None:
+    def _look_for(self, heard: _Listened) -> Topic | None:
         publishers = self._node.get_publishers_info_by_topic(heard.name)
         if not publishers:
             return None
         heard.publishers |= {bytes(each.endpoint_gid) for each in publishers}
-        request = fitting([each.qos_profile for each in publishers], QUEUE)
+        request = choose_qos([each.qos_profile for each in publishers], QUEUE)
         if heard.subscription is None:
             return self._subscribe(heard, publishers, request)
         if demands_more(heard.subscription.qos_profile, request):
             kind = heard.subscription.msg_type
             self._node.destroy_subscription(heard.subscription)
-            heard.subscription = self._subscription(kind, heard.name, request)
+            heard.subscription = self._create_subscription(kind, heard.name, request)
         return None
 
     def _subscribe(
-        self, heard: _Heard, publishers: Sequence[TopicEndpointInfo], request: Any
+        self, heard: _Listened, publishers: Sequence[TopicEndpointInfo], request: Any
     ) -> Topic | None:
         type_name = publishers[0].topic_type
         try:
-            kind = _message_class(type_name)
-            heard.subscription = self._subscription(kind, heard.name, request)
+            kind = _import_message_class(type_name)
+            heard.subscription = self._create_subscription(kind, heard.name, request)
         except (ImportError, AttributeError, ValueError) as error:
             heard.useless = True
             self._node.get_logger().error(
@@ -140,22 +140,22 @@ class RawTopics:
         return Topic(
             name=heard.name,
             type=type_name,
-            definition=definition_of(type_name),
+            definition=find_definition(type_name),
             type_hash="" if type_hash == "INVALID" else type_hash,
-            offered_qos=tuple(entry(each.qos_profile) for each in publishers),
+            offered_qos=tuple(describe_offer(each.qos_profile) for each in publishers),
         )
 
-    def _subscription(self, kind: Any, name: str, request: Any) -> Subscription:
+    def _create_subscription(self, kind: Any, name: str, request: Any) -> Subscription:
         return self._node.create_subscription(
-            kind, name, _never, request, callback_group=self._group, raw=True
+            kind, name, _ignore, request, callback_group=self._group, raw=True
         )
 
 
-def _never(message: bytes) -> None:
-    """Be the callback that `Undisturbed` never lets run."""
+def _ignore(message: bytes) -> None:
+    """Be the callback that `UntouchedGroup` never lets run."""
 
 
-def _taken(heard: _Heard) -> Iterator[Message]:
+def _take_queued(heard: _Listened) -> Iterator[Message]:
     """Take what is queued, not more than a queue holds, so that a flood does not keep us here."""
     subscription = heard.subscription
     if subscription is None:
@@ -177,7 +177,7 @@ def _taken(heard: _Heard) -> Iterator[Message]:
             )
 
 
-def _resolved(node: Node, name: str) -> str:
+def _resolve_name(node: Node, name: str) -> str:
     try:
         return str(node.resolve_topic_name(name))
     except (RuntimeError, ValueError) as error:
@@ -187,6 +187,6 @@ def _resolved(node: Node, name: str) -> str:
         ) from error
 
 
-def _message_class(type_name: str) -> type:
+def _import_message_class(type_name: str) -> type:
     package, kind, name = type_name.split("/")
     return getattr(import_module(f"{package}.{kind}"), name)

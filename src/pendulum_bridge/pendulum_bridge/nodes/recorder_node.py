@@ -18,8 +18,8 @@ from rclpy.node import Node
 from pendulum_bridge.nodes.raw_topics import RawTopics
 from pendulum_bridge.nodes.recorder_settings import RecorderSettings
 from pendulum_bridge.recording.bag import MEGABYTE, Bag
-from pendulum_bridge.recording.kept_files import kept_files
-from pendulum_bridge.recording.recover_command import OPTION, recover_command
+from pendulum_bridge.recording.kept_files import read_kept_files
+from pendulum_bridge.recording.recover_command import OPTION, run_recover
 from pendulum_bridge.recording.session import Session
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.health import Health, Level
@@ -46,7 +46,7 @@ class RecorderNode(Node):
         try:
             settings = declare_settings(self, RecorderSettings)
             self._topics = RawTopics(self, settings.topics)
-            self._session = Session(_new_bag(settings), settings.seconds, time.monotonic())
+            self._session = Session(_create_bag(settings), settings.seconds, time.monotonic())
         except BadInputError:
             self.destroy_node()
             raise
@@ -109,9 +109,9 @@ class RecorderNode(Node):
         super().destroy_node()
 
 
-def _new_bag(settings: RecorderSettings) -> Bag:
+def _create_bag(settings: RecorderSettings) -> Bag:
     files = {"twin": settings.twin, "plan": settings.plan, "driver": settings.driver}
-    custom = {"settings": json.dumps(asdict(settings)), **kept_files(files)}
+    custom = {"settings": json.dumps(asdict(settings)), **read_kept_files(files)}
     if settings.note:
         custom["note"] = settings.note
     return Bag(
@@ -134,7 +134,7 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the node, see `running.run`; with --recover, make a whole bag of a damaged one instead."""
     arguments = sys.argv if arguments is None else arguments
     if any(each.split("=")[0] == OPTION for each in arguments[1:]):
-        return recover_command(arguments[1:])
+        return run_recover(arguments[1:])
     description = (
         "Record topics as a rosbag2 folder that stays readable whatever happens. "
         f"`recorder_node {OPTION} FOLDER_OR_FILE` makes a whole bag of what a killed recorder left."

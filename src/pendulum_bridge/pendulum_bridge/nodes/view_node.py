@@ -20,14 +20,14 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, Float64
 from std_srvs.srv import Trigger
 
-from pendulum_bridge.nodes.asking import asked
+from pendulum_bridge.nodes.trigger_call import call_trigger
 from pendulum_bridge.nodes.view_settings import ViewSettings
 from pendulum_bridge.view.board import Board
 from pendulum_bridge.view.feed import Feed
 from pendulum_bridge.view.same_origin import is_loopback
 from pendulum_bridge.view.samples import NodeHealth, Sample, Word
 from pendulum_bridge.view.server import Answer, Page, make_app
-from pendulum_bridge.view.serving import Serving, listening, url
+from pendulum_bridge.view.serving import Serving, open_listener, format_url
 from pendulum_twin import topics
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.health import Health, Level
@@ -49,7 +49,7 @@ class ViewNode(Node):
         super().__init__("view", **options)
         try:
             self._settings = declare_settings(self, ViewSettings)
-            taken = listening(self._settings.host, self._settings.port)
+            taken = open_listener(self._settings.host, self._settings.port)
         except BadInputError:
             super().destroy_node()
             raise
@@ -64,12 +64,12 @@ class ViewNode(Node):
             self._follow(key, name)
         self._listen(DiagnosticArray, topics.DIAGNOSTICS, SAMPLES, self.on_diagnostics)
         self._buttons = {
-            button: self._client(names, key, service)
+            button: self._create_button_client(names, key, service)
             for button, (key, service) in BUTTON_SERVICES.items()
         }
-        self.url = url(taken)
+        self.url = format_url(taken)
         self._page: Page | None = None
-        self._serving = Serving(taken, self._app, self._fail)
+        self._serving = Serving(taken, self._make_page_app, self._fail)
         publish_health(self, "", self.health)
         self.get_logger().info(f"serves {self.url}")
         if not is_loopback(self._settings.host):
@@ -86,7 +86,7 @@ class ViewNode(Node):
             return
         stamp_ns = from_time(message.header.stamp)
         cart, pole = (joint in message.name for joint in topics.JOINTS)
-        self.board.sample(
+        self.board.take_sample(
             key,
             Sample(
                 stamp_ns=stamp_ns,
@@ -103,7 +103,7 @@ class ViewNode(Node):
         """Take the health of the nodes."""
         for status in message.status:
             figures = {pair.key: pair.value for pair in status.values}
-            self.board.health(
+            self.board.take_health(
                 NodeHealth(status.name, status.level[0], status.message, monotonic(), figures)
             )
 
@@ -119,7 +119,7 @@ class ViewNode(Node):
         client = self._buttons[button]
         if client is None:
             return Answer(False, f"{button}: the view was told not to listen to it")
-        answer = await asked(
+        answer = await call_trigger(
             client, RESET_WITHIN_S if client.srv_name.endswith(topics.RESET) else ANSWER_WITHIN_S
         )
         self.get_logger().info(f"{client.srv_name} was asked for by the page: {answer.sentence}")
@@ -130,9 +130,9 @@ class ViewNode(Node):
         self._serving.close()
         super().destroy_node()
 
-    def _app(self) -> Any:
+    def _make_page_app(self) -> Any:
         fixed = {"rail_half_length_m": self._settings.rail_half_length_m}
-        feed = Feed(self.board.snapshot, fixed)
+        feed = Feed(self.board.take_snapshot, fixed)
         self._page = Page(self._settings.host, feed, self.press, monotonic, self._complain)
         return make_app(self._page)
 
@@ -142,22 +142,24 @@ class ViewNode(Node):
 
         self._listen(
             JointState,
-            _in(name, topics.JOINT_STATES),
+            _join_topic(name, topics.JOINT_STATES),
             SAMPLES,
             lambda message: self.on_sample(key, message),
         )
-        self._listen(Float64, _in(name, topics.PWM), LATEST, word(self.board.pwm))
-        self._listen(Float64, _in(name, topics.APPLIED_PWM), SAMPLES, word(self.board.applied))
+        self._listen(Float64, _join_topic(name, topics.PWM), LATEST, word(self.board.take_pwm))
+        self._listen(
+            Float64, _join_topic(name, topics.APPLIED_PWM), SAMPLES, word(self.board.take_applied)
+        )
         stopped = self._listen(
             Bool,
-            _in(name, topics.STOPPED),
+            _join_topic(name, topics.STOPPED),
             LATCHED,
-            lambda said: self.board.stopped(key, said.data),
+            lambda said: self.board.take_stopped(key, said.data),
         )
 
         def look() -> None:  # what was latched by a node that is gone says nothing
             if stopped.get_publisher_count() == 0:
-                self.board.stopped(key, None)
+                self.board.take_stopped(key, None)
 
         self.create_timer(
             LOOK_FOR_PUBLISHERS_S, look, clock=Clock(clock_type=ClockType.STEADY_TIME)
@@ -174,8 +176,10 @@ class ViewNode(Node):
 
         return self.create_subscription(kind, topic, taken, quality)
 
-    def _client(self, names: dict[str, str], key: str, service: str) -> Any:
-        return self.create_client(Trigger, _in(names[key], service)) if key in names else None
+    def _create_button_client(self, names: dict[str, str], key: str, service: str) -> Any:
+        return (
+            self.create_client(Trigger, _join_topic(names[key], service)) if key in names else None
+        )
 
     def _fail(self, sentence: str) -> None:
         self._failure = sentence
@@ -193,7 +197,7 @@ BUTTON_SERVICES = {
 }
 
 
-def _in(namespace: str, name: str) -> str:
+def _join_topic(namespace: str, name: str) -> str:
     return f"{namespace.rstrip('/')}/{name}"
 
 

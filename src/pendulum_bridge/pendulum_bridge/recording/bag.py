@@ -18,8 +18,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from pendulum_bridge.recording.mcap_file import McapFile, in_chunks
-from pendulum_bridge.recording.metadata import index_of, to_yaml, write_index
+from pendulum_bridge.recording.mcap_file import McapFile, split_into_chunks
+from pendulum_bridge.recording.metadata import format_yaml, make_index, write_index
 from pendulum_bridge.recording.records import Message, Tally, Topic
 from pendulum_twin.errors import BadInputError
 
@@ -44,7 +44,7 @@ class Bag:
         least_free_bytes: int = 0,
     ) -> None:
         self.folder = Path(os.path.abspath(folder))
-        self.custom = {"state": "recording", "started": _date(started_ns), **(custom or {})}
+        self.custom = {"state": "recording", "started": _format_date(started_ns), **(custom or {})}
         self.tally = Tally()
         self._started_ns, self._least_free_bytes = started_ns, least_free_bytes
         self._topics: dict[str, Topic] = {}
@@ -59,7 +59,7 @@ class Bag:
             self.refresh(sync=True)
         except OSError as error:
             shutil.rmtree(self.folder, ignore_errors=True)
-            raise _no_place(self.folder, error) from error
+            raise _explain_no_place(self.folder, error) from error
         except BadInputError:
             self.folder.rmdir()
             raise
@@ -123,7 +123,7 @@ class Bag:
             self.custom["state"] = state
             self._note_index()
             self._file.close()
-            self.custom["digest"] = digest_of(self._data_path)
+            self.custom["digest"] = compute_digest(self._data_path)
         except OSError:
             self.custom["state"] = "cut"
             with suppress(OSError):
@@ -133,7 +133,7 @@ class Bag:
 
     def _write_kept(self) -> None:
         kept, self._kept = sorted(self._kept, key=lambda message: message.received_ns), []
-        for run in in_chunks(kept, self._file.room_bytes):
+        for run in split_into_chunks(kept, self._file.room_bytes):
             self._file.write_chunk(run)
             for message in run:
                 self.tally.add(message)
@@ -154,15 +154,15 @@ class Bag:
         )
 
     def _index(self) -> dict[str, Any]:
-        return index_of(
+        return make_index(
             self._data_path.name, self._topics.values(), self.tally, self._started_ns, self.custom
         )
 
     def _note_index(self) -> None:
-        self._file.note(IN_FILE, {"serialized_metadata": to_yaml(self._index())})
+        self._file.note(IN_FILE, {"serialized_metadata": format_yaml(self._index())})
 
 
-def digest_of(path: Path) -> str:
+def compute_digest(path: Path) -> str:
     """Return "sha256:<hex>" over the bytes of a file."""
     with path.open("rb") as stream:
         return f"sha256:{hashlib.file_digest(stream, 'sha256').hexdigest()}"
@@ -176,10 +176,10 @@ def _make_folder(folder: Path) -> None:
             f"{folder}: expected no folder there, found one: recordings are not overwritten, name another"
         ) from None
     except OSError as error:
-        raise _no_place(folder, error) from error
+        raise _explain_no_place(folder, error) from error
 
 
-def _no_place(folder: Path, error: OSError) -> BadInputError:
+def _explain_no_place(folder: Path, error: OSError) -> BadInputError:
     return BadInputError(
         f"{folder}: expected a place to write to, found {error.strerror}: name another"
     )
@@ -193,5 +193,5 @@ def _sync_folder(folder: Path) -> None:
         os.close(descriptor)
 
 
-def _date(time_ns: int) -> str:
+def _format_date(time_ns: int) -> str:
     return datetime.fromtimestamp(time_ns / 1e9, UTC).isoformat(timespec="milliseconds")

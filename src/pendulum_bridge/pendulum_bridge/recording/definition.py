@@ -14,40 +14,40 @@ BUILT_IN = {
 FIELD = re.compile(r"^\s*(?P<type>[A-Za-z][\w/]*)(?:<=\d+)?(?:\[[^\]]*\])?\s+\w+")
 
 
-def definition_of(type_name: str) -> str:
+def find_definition(type_name: str) -> str:
     """Return the definition of a type such as "sensor_msgs/msg/JointState", "" when a text of it is not installed."""
     texts: dict[str, str] = {}
-    waiting = [_short(type_name)]
+    waiting = [_shorten(type_name)]
     while waiting:
         name = waiting.pop(0)
         if name in texts:
             continue
-        path = _file(name)
+        path = _find_file(name)
         if path is None:
             return ""
         texts[name] = path.read_text(encoding="utf-8")
-        waiting += types_in(texts[name], package=name.split("/")[0])
+        waiting += list_types(texts[name], package=name.split("/")[0])
     first, *others = texts.items()
     parts = [first[1], *(f"{SEPARATOR}\nMSG: {name}\n{text}" for name, text in others)]
     return "\n".join(part.rstrip("\n") for part in parts) + "\n"
 
 
-def types_in(text: str, package: str) -> list[str]:
+def list_types(text: str, package: str) -> list[str]:
     """Return the types ("package/Name") of a definition's fields that are no built-in ones, in their order."""
     found = []
     for line in text.splitlines():
         field = FIELD.match(line.split("#")[0])
         if field and field["type"] not in BUILT_IN:
-            name = _short(field["type"])
+            name = _shorten(field["type"])
             found.append(name if "/" in name else f"{package}/{name}")
     return found
 
 
-def _short(type_name: str) -> str:
+def _shorten(type_name: str) -> str:
     return type_name.replace("/msg/", "/")
 
 
-def _file(name: str) -> Path | None:
+def _find_file(name: str) -> Path | None:
     """Return where a type's text is: in `share` beside the `lib` that its Python package is in."""
     package, _, short = name.partition("/")
     spec = find_spec(package)

@@ -11,7 +11,7 @@ from pendulum_twin.errors import BadInputError
 LARGEST_BYTES = 256 * 1024
 
 
-def kept_files(paths: Mapping[str, str]) -> dict[str, str]:
+def read_kept_files(paths: Mapping[str, str]) -> dict[str, str]:
     """Return for each name with a path: `name` the file's text, `name_file` its name, `name_digest` its digest.
 
     Raises BadInputError when a file cannot be read, is no text, or is larger than 256 KiB.

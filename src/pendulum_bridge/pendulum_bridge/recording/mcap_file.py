@@ -53,7 +53,10 @@ class McapFile:
                 topic.type, encoding, topic.definition.encode()
             )
             self._begun += 64 + len(topic.definition.encode())
-        described = {"offered_qos_profiles": _qos_text(topic), "topic_type_hash": topic.type_hash}
+        described = {
+            "offered_qos_profiles": _format_qos(topic),
+            "topic_type_hash": topic.type_hash,
+        }
         self._channels[topic.name] = self._writer.register_channel(
             topic.name, "cdr", self._schemas[topic.type], described
         )
@@ -88,7 +91,7 @@ class McapFile:
         self._file.close()
 
 
-def in_chunks(messages: Iterable[Message], first_room: int) -> Iterator[list[Message]]:
+def split_into_chunks(messages: Iterable[Message], first_room: int) -> Iterator[list[Message]]:
     """Cut messages into runs that fit a chunk, the first into first_room bytes; one that fits none stands alone."""
     run: list[Message] = []
     room = first_room
@@ -103,6 +106,6 @@ def in_chunks(messages: Iterable[Message], first_room: int) -> Iterator[list[Mes
         yield run
 
 
-def _qos_text(topic: Topic) -> str:
+def _format_qos(topic: Topic) -> str:
     offered = [dict(each) for each in topic.offered_qos]
     return yaml.safe_dump(offered, sort_keys=False).strip() if offered else ""

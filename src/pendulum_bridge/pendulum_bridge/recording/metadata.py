@@ -17,7 +17,7 @@ VERSION = 9
 ROS_DISTRO = "jazzy"
 
 
-def index_of(
+def make_index(
     data_file: str,
     topics: Iterable[Topic],
     tally: Tally,
@@ -37,7 +37,7 @@ def index_of(
         "storage_identifier": "mcap",
         **span,
         "topics_with_message_count": [
-            _entry(topic, tally.messages.get(topic.name, 0)) for topic in topics
+            _make_entry(topic, tally.messages.get(topic.name, 0)) for topic in topics
         ],
         "compression_format": "",  # chunks may be packed, which the data file says itself
         "compression_mode": "",
@@ -48,7 +48,7 @@ def index_of(
     }
 
 
-def _entry(topic: Topic, count: int) -> dict[str, Any]:
+def _make_entry(topic: Topic, count: int) -> dict[str, Any]:
     about = {
         "name": topic.name,
         "type": topic.type,
@@ -59,7 +59,7 @@ def _entry(topic: Topic, count: int) -> dict[str, Any]:
     return {"topic_metadata": about, "message_count": count}
 
 
-def to_yaml(index: Mapping[str, Any]) -> str:
+def format_yaml(index: Mapping[str, Any]) -> str:
     """Return an index, or a file that holds one, as text; texts of several lines stay readable."""
     return yaml.dump(dict(index), Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=1000)
 
@@ -71,13 +71,13 @@ class _Dumper(yaml.SafeDumper):
         return True
 
 
-def _text(dumper: yaml.SafeDumper, text: str) -> yaml.ScalarNode:
+def _represent_text(dumper: yaml.SafeDumper, text: str) -> yaml.ScalarNode:
     return dumper.represent_scalar(
         "tag:yaml.org,2002:str", text, style="|" if "\n" in text else None
     )
 
 
-_Dumper.add_representer(str, _text)
+_Dumper.add_representer(str, _represent_text)
 
 
 def write_index(folder: Path, index: Mapping[str, Any], sync: bool = False) -> None:
@@ -88,7 +88,7 @@ def write_index(folder: Path, index: Mapping[str, Any], sync: bool = False) -> N
     temporary = folder / f".{INDEX}.new"
     try:
         with temporary.open("w", encoding="utf-8") as stream:
-            stream.write(to_yaml({ROOT: index}))
+            stream.write(format_yaml({ROOT: index}))
             if sync:
                 stream.flush()
                 os.fsync(stream.fileno())
@@ -101,12 +101,12 @@ def write_index(folder: Path, index: Mapping[str, Any], sync: bool = False) -> N
 def read_index(folder: Path) -> dict[str, Any]:
     """Return a folder's index, empty when there is none that can be read."""
     try:
-        return parsed((folder / INDEX).read_text(encoding="utf-8"))
+        return parse_index((folder / INDEX).read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError):
         return {}
 
 
-def parsed(text: str) -> dict[str, Any]:
+def parse_index(text: str) -> dict[str, Any]:
     """Return the index that a text holds, with or without its root, empty when it holds none."""
     try:
         whole = yaml.safe_load(text)

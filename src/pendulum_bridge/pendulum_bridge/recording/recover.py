@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 
-from pendulum_bridge.recording.bag import Bag, digest_of
+from pendulum_bridge.recording.bag import Bag, compute_digest
 from pendulum_bridge.recording.metadata import INDEX, read_index
 from pendulum_bridge.recording.records import Message, Tally, Topic
 from pendulum_bridge.recording.salvage import Salvage
@@ -29,8 +29,8 @@ def recover(path: Path) -> Recovered:
 
     Raises BadInputError when there is nothing to recover from, or the place is taken.
     """
-    folder, files = _found(path)
-    salvages, tally = _looked_at(files)
+    folder, files = _find_data(path)
+    salvages, tally = _survey(files)
     if not tally.total:
         raise BadInputError(
             f"{path}: expected messages, found none in {len(files)} data file(s): record again"
@@ -41,14 +41,14 @@ def recover(path: Path) -> Recovered:
         and all(each.whole for each in salvages)
         and index.get("message_count") == tally.total
     ):
-        return Recovered(None, f"{path} is whole: {_kept(tally)}; nothing had to be done")
+        return Recovered(None, f"{path} is whole: {_describe_kept(tally)}; nothing had to be done")
     target = (folder or path.with_suffix("")).with_name(f"{(folder or path).stem}_recovered")
-    sentence = f"kept {_kept(tally)}; {_lost(salvages, index)}"
+    sentence = f"kept {_describe_kept(tally)}; {_describe_lost(salvages, index)}"
     custom = {
         **salvages[0].custom,
         **{str(key): str(text) for key, text in (index.get("custom_data") or {}).items()},
         "recovered": sentence,
-        "recovered_from": ", ".join(f"{file.name} {digest_of(file)}" for file in files),
+        "recovered_from": ", ".join(f"{file.name} {compute_digest(file)}" for file in files),
     }
     custom.pop("digest", None)
     _write(files, Bag(target, started_ns=tally.first_ns or 0, custom=custom))
@@ -57,7 +57,7 @@ def recover(path: Path) -> Recovered:
     )
 
 
-def _found(path: Path) -> tuple[Path | None, list[Path]]:
+def _find_data(path: Path) -> tuple[Path | None, list[Path]]:
     """Return the bag's folder, if there is one, and its data files in the order of recording."""
     if path.is_file() and path.name.startswith(f"{path.absolute().parent.name}_"):
         path = path.absolute().parent
@@ -76,7 +76,7 @@ def _found(path: Path) -> tuple[Path | None, list[Path]]:
     )
 
 
-def _looked_at(files: Sequence[Path]) -> tuple[list[Salvage], Tally]:
+def _survey(files: Sequence[Path]) -> tuple[list[Salvage], Tally]:
     tally, salvages = Tally(), [Salvage(file) for file in files]
     for salvage in salvages:
         for found in salvage:
@@ -97,20 +97,20 @@ def _write(files: Sequence[Path], bag: Bag) -> None:
     bag.close("recovered")
 
 
-def _kept(tally: Tally) -> str:
+def _describe_kept(tally: Tally) -> str:
     topics = ", ".join(f"{name} {count}" for name, count in sorted(tally.messages.items()))
     return f"{tally.total} messages over {tally.duration_ns / 1e9:.2f} s ({topics})"
 
 
-def _lost(salvages: Sequence[Salvage], index: dict) -> str:
+def _describe_lost(salvages: Sequence[Salvage], index: dict) -> str:
     """Say what is missing; an index that was left behind by a kill counts too few, one of a whole bag all."""
-    parts = list(_parts(salvages))
+    parts = list(_list_losses(salvages))
     if not index:
         parts.append(f"{INDEX} was missing or unreadable")
     return "; ".join(parts) or f"nothing was lost but a right {INDEX}"
 
 
-def _parts(salvages: Sequence[Salvage]) -> Iterator[str]:
+def _list_losses(salvages: Sequence[Salvage]) -> Iterator[str]:
     for each in salvages:
         if each.lost_bytes:
             saved = (

@@ -13,7 +13,7 @@ from pendulum_twin.errors import BadInputError
 OPTION = "--recover"
 
 
-def recover_command(arguments: Sequence[str]) -> int:
+def run_recover(arguments: Sequence[str]) -> int:
     """Recover one bag and say what was kept and what was lost; return 0, or 1 with the reason on stderr."""
     parser = argparse.ArgumentParser(
         prog="recorder_node", description="Make a whole bag of what a killed recorder left."

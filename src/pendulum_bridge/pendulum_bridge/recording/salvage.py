@@ -18,7 +18,7 @@ from mcap.exceptions import EndOfFile
 from mcap.opcode import Opcode
 
 from pendulum_bridge.recording.bag import IN_FILE
-from pendulum_bridge.recording.metadata import parsed
+from pendulum_bridge.recording.metadata import parse_index
 from pendulum_bridge.recording.records import Message, Topic
 from pendulum_twin.errors import BadInputError
 
@@ -109,7 +109,7 @@ class Salvage:
             elif kind == Opcode.METADATA:
                 note = records.Metadata.read(stream)
                 if note.name == IN_FILE:
-                    custom = parsed(note.metadata.get("serialized_metadata", "")).get(
+                    custom = parse_index(note.metadata.get("serialized_metadata", "")).get(
                         "custom_data"
                     )
                     self.custom = {str(key): str(text) for key, text in (custom or {}).items()}

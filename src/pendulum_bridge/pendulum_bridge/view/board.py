@@ -25,7 +25,7 @@ class Board:
         self._nodes: dict[str, NodeHealth] = {}
         self._lock = Lock()
 
-    def sample(self, key: str, sample: Sample) -> None:
+    def take_sample(self, key: str, sample: Sample) -> None:
         """Take a sample of `rig` or `twin`; one that is not later than the last begins anew."""
 
         def taken(source: Source) -> Source:
@@ -41,26 +41,26 @@ class Board:
             key, lambda source: replace(source, refused=source.refused + 1, complaint=complaint)
         )
 
-    def pwm(self, key: str, word: Word) -> None:
+    def take_pwm(self, key: str, word: Word) -> None:
         """Take a command as it was asked for."""
         self._change(key, lambda source: replace(source, pwm=word))
 
-    def applied(self, key: str, word: Word) -> None:
+    def take_applied(self, key: str, word: Word) -> None:
         """Take a command as it was applied."""
         self._change(key, lambda source: replace(source, applied=word))
 
-    def stopped(self, key: str, latched: bool | None) -> None:
+    def take_stopped(self, key: str, latched: bool | None) -> None:
         """Take whether the stop is latched; None when there is nobody to say."""
         self._change(key, lambda source: replace(source, stopped=latched))
 
-    def health(self, said: NodeHealth) -> None:
+    def take_health(self, said: NodeHealth) -> None:
         """Take a node's health; of too many nodes the ones heard longest ago are forgotten."""
         with self._lock:
             self._nodes[said.name] = said
             if len(self._nodes) > NODES_KEPT:
                 del self._nodes[min(self._nodes.values(), key=lambda node: node.heard_s).name]
 
-    def snapshot(self, now_s: float) -> Snapshot:
+    def take_snapshot(self, now_s: float) -> Snapshot:
         """Return everything as it is now."""
         with self._lock:
             rig, twin = self._sources.get("rig"), self._sources.get("twin")

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from itertools import islice
 from typing import Any
 
-from pendulum_bridge.view.frame import COLUMNS, frame, point
+from pendulum_bridge.view.frame import COLUMNS, make_frame, make_point
 from pendulum_bridge.view.samples import Snapshot
 
 RATE_HZ = 30.0
@@ -36,18 +36,18 @@ class Feed:
 
     def tick(self, now_s: float) -> None:
         """Take the frame of now."""
-        self._latest = frame(self._look(now_s))
-        self._points.append(point(self._latest))
+        self._latest = make_frame(self._look(now_s))
+        self._points.append(make_point(self._latest))
         self.number += 1
         ticked, self._ticked = self._ticked, asyncio.Event()
         ticked.set()
 
-    async def newer_than(self, number: int) -> None:
+    async def wait_for_newer(self, number: int) -> None:
         """Wait until there is a frame after this one."""
         while self.number <= number:
             await self._ticked.wait()
 
-    def text(self, after: int) -> str:
+    def write_text(self, after: int) -> str:
         """Return the newest frame as JSON, with the points after that frame, or all there are for an unknown one."""
         known = -1 if after > self.number else max(after, -1)
         missed = min(self.number - known, len(self._points))
@@ -58,7 +58,9 @@ class Feed:
         )
 
 
-async def ticking(feed: Feed, clock: Callable[[], float], complain: Callable[[str], None]) -> None:
+async def keep_ticking(
+    feed: Feed, clock: Callable[[], float], complain: Callable[[str], None]
+) -> None:
     """Tick for ever; a tick that fails is told to complain, and the next one follows all the same."""
     loop = asyncio.get_running_loop()
     due_s = loop.time()

@@ -5,16 +5,16 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from pendulum_bridge.view.mismatch import Mismatch, mismatch
+from pendulum_bridge.view.mismatch import Mismatch, find_mismatch
 from pendulum_bridge.view.samples import (
     SILENT_AFTER_S,
     NodeHealth,
     Snapshot,
     Source,
     Word,
-    fresh,
-    period_ns,
-    silence_s,
+    is_fresh,
+    compute_period_ns,
+    compute_silence_s,
 )
 from pendulum_twin.topics import JOINT_STATES
 
@@ -30,23 +30,23 @@ COLUMNS = (
 Json = dict[str, Any]
 
 
-def frame(now: Snapshot) -> Json:
+def make_frame(now: Snapshot) -> Json:
     """Return one moment: rig, twin and mismatch (None for one that is not there), health of the nodes, and time_s."""
     apart = (
-        mismatch(now.rig.samples, now.twin.samples)
-        if now.rig and now.twin and _both_fresh(now)
+        find_mismatch(now.rig.samples, now.twin.samples)
+        if now.rig and now.twin and _are_both_fresh(now)
         else None
     )
     return {
-        "time_s": finite(now.now_s),
-        "rig": _source(now.rig, now.now_s) if now.rig else None,
-        "twin": _source(now.twin, now.now_s) if now.twin else None,
-        "mismatch": _mismatch(apart) if apart else None,
-        "nodes": [_node(node, now.now_s) for node in now.nodes],
+        "time_s": round_finite(now.now_s),
+        "rig": _describe_source(now.rig, now.now_s) if now.rig else None,
+        "twin": _describe_source(now.twin, now.now_s) if now.twin else None,
+        "mismatch": _describe_mismatch(apart) if apart else None,
+        "nodes": [_describe_node(node, now.now_s) for node in now.nodes],
     }
 
 
-def point(moment: Json) -> list[float | None]:
+def make_point(moment: Json) -> list[float | None]:
     """Return what the plots show of a frame, in the order of COLUMNS; None while a source is silent."""
     values: list[float | None] = [moment["time_s"]]
     for source in (moment["rig"], moment["twin"]):
@@ -57,40 +57,42 @@ def point(moment: Json) -> list[float | None]:
     return values + [apart[key] if apart else None for key in ("cart_m", "pole_rad")]
 
 
-def finite(value: float | None) -> float | None:
+def round_finite(value: float | None) -> float | None:
     """Return a number with the digits worth sending, None for what is not finite."""
     return None if value is None or not math.isfinite(value) else float(f"{value:.7g}")
 
 
-def _both_fresh(now: Snapshot) -> bool:
-    return fresh(now.rig, now.now_s) and fresh(now.twin, now.now_s)
+def _are_both_fresh(now: Snapshot) -> bool:
+    return is_fresh(now.rig, now.now_s) and is_fresh(now.twin, now.now_s)
 
 
-def _source(source: Source, now_s: float) -> Json:
+def _describe_source(source: Source, now_s: float) -> Json:
     last = source.samples[-1] if source.samples else None
-    silent_s, period = silence_s(source, now_s), period_ns(source.samples)
+    silent_s, period = compute_silence_s(source, now_s), compute_period_ns(source.samples)
     state = "never" if silent_s is None else "fresh" if silent_s <= SILENT_AFTER_S else "stale"
     values = ("cart_m", "pole_rad", "cart_m_s", "pole_rad_s")
     return {
         "namespace": source.namespace,
         "state": state,
-        "notice": _notice(source, state),
-        **{key: finite(getattr(last, key)) if last else None for key in values},
-        "pwm": _held(source.pwm, now_s),
-        "applied_pwm": _held(source.applied, now_s),
-        "silent_s": finite(silent_s),
-        "stamp_age_s": finite(last.age_s + silent_s) if last and silent_s is not None else None,
-        "rate_hz": finite(1e9 / period) if period and state == "fresh" else None,
+        "notice": _word_notice(source, state),
+        **{key: round_finite(getattr(last, key)) if last else None for key in values},
+        "pwm": _read_word(source.pwm, now_s),
+        "applied_pwm": _read_word(source.applied, now_s),
+        "silent_s": round_finite(silent_s),
+        "stamp_age_s": round_finite(last.age_s + silent_s)
+        if last and silent_s is not None
+        else None,
+        "rate_hz": round_finite(1e9 / period) if period and state == "fresh" else None,
         "stopped": source.stopped,
         "refused": source.refused,
     }
 
 
-def _held(word: Word | None, now_s: float) -> float | None:
-    return finite(word.value) if word and now_s - word.heard_s <= SILENT_AFTER_S else None
+def _read_word(word: Word | None, now_s: float) -> float | None:
+    return round_finite(word.value) if word and now_s - word.heard_s <= SILENT_AFTER_S else None
 
 
-def _notice(source: Source, state: str) -> str | None:
+def _word_notice(source: Source, state: str) -> str | None:
     """Return what a person should know of a source; the same words as long as it lasts, as it may be read aloud."""
     if state == "fresh":
         return None
@@ -103,16 +105,16 @@ def _notice(source: Source, state: str) -> str | None:
     return f"{said} Refused: {source.complaint}." if source.complaint else said
 
 
-def _mismatch(apart: Mismatch) -> Json:
+def _describe_mismatch(apart: Mismatch) -> Json:
     return {
-        "cart_m": finite(apart.cart_m),
-        "pole_rad": finite(apart.pole_rad),
+        "cart_m": round_finite(apart.cart_m),
+        "pole_rad": round_finite(apart.pole_rad),
         "turns": apart.turns,
-        "apart_s": finite(apart.apart_s),
+        "apart_s": round_finite(apart.apart_s),
     }
 
 
-def _node(node: NodeHealth, now_s: float) -> Json:
+def _describe_node(node: NodeHealth, now_s: float) -> Json:
     silent_s = max(now_s - node.heard_s, 0.0)
     silent = silent_s > NODE_SILENT_AFTER_S
     return {

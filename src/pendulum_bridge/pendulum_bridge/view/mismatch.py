@@ -6,7 +6,7 @@ import math
 from bisect import bisect_left
 from dataclasses import dataclass
 
-from pendulum_bridge.view.samples import Sample, period_ns
+from pendulum_bridge.view.samples import Sample, compute_period_ns
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Mismatch:
     turns: int
 
 
-def mismatch(rig: tuple[Sample, ...], twin: tuple[Sample, ...]) -> Mismatch | None:
+def find_mismatch(rig: tuple[Sample, ...], twin: tuple[Sample, ...]) -> Mismatch | None:
     """Return the newest mismatch of two samples whose stamps match; None when there are none such. Stamps must rise.
 
     Stamps match when no more than half a period lies between them (of the longer period, if they
@@ -33,43 +33,43 @@ def mismatch(rig: tuple[Sample, ...], twin: tuple[Sample, ...]) -> Mismatch | No
     left the twin is carried along by its velocity: at 1 m/s the 5 ms between nearest samples at
     100 Hz would pass for 5 mm.
     """
-    rig_period, twin_period = period_ns(rig), period_ns(twin)
+    rig_period, twin_period = compute_period_ns(rig), compute_period_ns(twin)
     if rig_period is None or twin_period is None:
         return None
     stamps = [sample.stamp_ns for sample in twin]
     for sample in reversed(rig):
-        near = twin[_nearest(stamps, sample.stamp_ns)]
+        near = twin[_find_nearest(stamps, sample.stamp_ns)]
         if abs(near.stamp_ns - sample.stamp_ns) <= max(rig_period, twin_period) / 2:
-            return _between(sample, near)
+            return _subtract_samples(sample, near)
     return None
 
 
-def _nearest(stamps: list[int], stamp_ns: int) -> int:
+def _find_nearest(stamps: list[int], stamp_ns: int) -> int:
     after = bisect_left(stamps, stamp_ns)
     around = [k for k in (after - 1, after) if 0 <= k < len(stamps)]
     return min(around, key=lambda k: abs(stamps[k] - stamp_ns))
 
 
-def _between(rig: Sample, twin: Sample) -> Mismatch:
+def _subtract_samples(rig: Sample, twin: Sample) -> Mismatch:
     apart_s = (twin.stamp_ns - rig.stamp_ns) * 1e-9
-    cart_m = _less(rig.cart_m, _moved(twin.cart_m, twin.cart_m_s, -apart_s))
-    pole_rad, turns = _nearest_way(
-        _less(rig.pole_rad, _moved(twin.pole_rad, twin.pole_rad_s, -apart_s))
+    cart_m = _subtract(rig.cart_m, _extrapolate(twin.cart_m, twin.cart_m_s, -apart_s))
+    pole_rad, turns = _wrap_angle(
+        _subtract(rig.pole_rad, _extrapolate(twin.pole_rad, twin.pole_rad_s, -apart_s))
     )
     return Mismatch(rig.stamp_ns, apart_s, cart_m, pole_rad, turns)
 
 
-def _moved(position: float | None, velocity: float | None, seconds: float) -> float | None:
+def _extrapolate(position: float | None, velocity: float | None, seconds: float) -> float | None:
     return None if position is None or velocity is None else position + velocity * seconds
 
 
-def _less(rig: float | None, twin: float | None) -> float | None:
+def _subtract(rig: float | None, twin: float | None) -> float | None:
     if rig is None or twin is None:
         return None
     return rig - twin if math.isfinite(rig - twin) else None
 
 
-def _nearest_way(angle_rad: float | None) -> tuple[float | None, int]:
+def _wrap_angle(angle_rad: float | None) -> tuple[float | None, int]:
     if angle_rad is None:
         return None, 0
     nearest = math.remainder(angle_rad, 2 * math.pi)

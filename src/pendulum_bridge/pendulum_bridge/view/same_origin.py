@@ -12,7 +12,7 @@ from ipaddress import IPv4Address, IPv6Address, ip_address
 from urllib.parse import urlsplit
 
 
-def refusal(headers: Mapping[str, str], host: str, acts: bool) -> str | None:
+def find_refusal(headers: Mapping[str, str], host: str, acts: bool) -> str | None:
     """Return why a request is refused, None when it may pass; host: where the server listens.
 
     acts: whether the request does or reveals something that a foreign page must not get, so that
@@ -31,7 +31,7 @@ def refusal(headers: Mapping[str, str], host: str, acts: bool) -> str | None:
 
 def is_loopback(host: str) -> bool:
     """Tell whether a host is reached from this machine only."""
-    address = _address(host)
+    address = _parse_address(host)
     return host == "localhost" or (address is not None and address.is_loopback)
 
 
@@ -42,10 +42,10 @@ def _is_ours(asked: str, host: str) -> bool:
         return False
     if is_loopback(host):
         return is_loopback(name)
-    return name in (host.lower(), "localhost") or _address(name) is not None
+    return name in (host.lower(), "localhost") or _parse_address(name) is not None
 
 
-def _address(host: str) -> IPv4Address | IPv6Address | None:
+def _parse_address(host: str) -> IPv4Address | IPv6Address | None:
     try:
         return ip_address(host)
     except ValueError:

@@ -73,18 +73,18 @@ class Snapshot:
     nodes: tuple[NodeHealth, ...] = ()
 
 
-def silence_s(source: Source, now_s: float) -> float | None:
+def compute_silence_s(source: Source, now_s: float) -> float | None:
     """Return for how long a source has said nothing, s; None when it never said anything."""
     return max(now_s - source.samples[-1].heard_s, 0.0) if source.samples else None
 
 
-def fresh(source: Source | None, now_s: float) -> bool:
+def is_fresh(source: Source | None, now_s: float) -> bool:
     """Tell whether a source is heard at present."""
-    silent_s = silence_s(source, now_s) if source else None
+    silent_s = compute_silence_s(source, now_s) if source else None
     return silent_s is not None and silent_s <= SILENT_AFTER_S
 
 
-def period_ns(samples: tuple[Sample, ...]) -> float | None:
+def compute_period_ns(samples: tuple[Sample, ...]) -> float | None:
     """Return the usual time between samples by their stamps, ns; None for fewer than two."""
     return (
         median(b.stamp_ns - a.stamp_ns for a, b in pairwise(samples)) if len(samples) > 1 else None

@@ -16,8 +16,8 @@ from importlib.resources import files
 from aiohttp import WSCloseCode, WSMsgType, web
 from aiohttp.typedefs import Handler
 
-from pendulum_bridge.view.feed import Feed, ticking
-from pendulum_bridge.view.same_origin import refusal
+from pendulum_bridge.view.feed import Feed, keep_ticking
+from pendulum_bridge.view.same_origin import find_refusal
 
 STOP = "stop"
 BUTTONS = (STOP, "clear_stop", "reset", "reset_twin")
@@ -68,20 +68,20 @@ PAGE: web.AppKey[Page] = web.AppKey("page", Page)
 
 def make_app(page: Page) -> web.Application:
     """Return the server of a page; the feed ticks while it runs."""
-    app = web.Application(middlewares=[_checked], client_max_size=1024)
+    app = web.Application(middlewares=[_check_request], client_max_size=1024)
     app[PAGE] = page
-    for path, (kind, content) in _assets().items():
-        app.router.add_get(path, _asset(kind, content))
-    app.router.add_get("/live", _live)
+    for path, (kind, content) in _read_assets().items():
+        app.router.add_get(path, _make_asset_handler(kind, content))
+    app.router.add_get("/live", _serve_frames)
     for button in BUTTONS:
-        app.router.add_post(f"/{button}", _pressed)
-    app.on_response_prepare.append(_with_headers)
+        app.router.add_post(f"/{button}", _press_button)
+    app.on_response_prepare.append(_add_headers)
     app.on_shutdown.append(_say_goodbye)
-    app.cleanup_ctx.append(_ticking)
+    app.cleanup_ctx.append(_run_ticks)
     return app
 
 
-def _assets() -> dict[str, tuple[str, bytes]]:
+def _read_assets() -> dict[str, tuple[str, bytes]]:
     """Return the files of the page by path: kind and content."""
     found = {
         f"/{item.name}": (KINDS[item.name.rpartition(".")[2]], item.read_bytes())
@@ -91,7 +91,7 @@ def _assets() -> dict[str, tuple[str, bytes]]:
     return {**found, "/": found["/index.html"]}
 
 
-def _asset(kind: str, content: bytes) -> Handler:
+def _make_asset_handler(kind: str, content: bytes) -> Handler:
     async def answer(request: web.Request) -> web.Response:
         return web.Response(body=content, content_type=kind, charset="utf-8")
 
@@ -99,10 +99,10 @@ def _asset(kind: str, content: bytes) -> Handler:
 
 
 @web.middleware
-async def _checked(request: web.Request, handler: Handler) -> web.StreamResponse:
+async def _check_request(request: web.Request, handler: Handler) -> web.StreamResponse:
     page = request.app[PAGE]
     acts = request.method not in ("GET", "HEAD") or request.path == "/live"
-    refused = refusal(request.headers, page.host, acts)
+    refused = find_refusal(request.headers, page.host, acts)
     if refused:
         return web.json_response(asdict(Answer(False, f"refused. {refused}")), status=403)
     try:
@@ -116,11 +116,11 @@ async def _checked(request: web.Request, handler: Handler) -> web.StreamResponse
         )
 
 
-async def _with_headers(request: web.Request, response: web.StreamResponse) -> None:
+async def _add_headers(request: web.Request, response: web.StreamResponse) -> None:
     response.headers.update(HEADERS)
 
 
-async def _pressed(request: web.Request) -> web.Response:
+async def _press_button(request: web.Request) -> web.Response:
     page, button = request.app[PAGE], request.path[1:]
     if button in page.pending and button != STOP:
         return web.json_response(
@@ -133,7 +133,7 @@ async def _pressed(request: web.Request) -> web.Response:
         page.pending.discard(button)
 
 
-async def _live(request: web.Request) -> web.StreamResponse:
+async def _serve_frames(request: web.Request) -> web.StreamResponse:
     page = request.app[PAGE]
     if len(page.browsers) >= MOST_BROWSERS:
         raise web.HTTPServiceUnavailable(
@@ -164,9 +164,9 @@ async def _answer_all(socket: web.WebSocketResponse, feed: Feed) -> None:
             )
             return
         after = int(question.data)
-        await feed.newer_than(max(sent, min(after, feed.number)))
+        await feed.wait_for_newer(max(sent, min(after, feed.number)))
         sent = feed.number
-        await socket.send_str(feed.text(after))
+        await socket.send_str(feed.write_text(after))
 
 
 async def _say_goodbye(app: web.Application) -> None:
@@ -177,9 +177,9 @@ async def _say_goodbye(app: web.Application) -> None:
     await asyncio.gather(*goodbyes, return_exceptions=True)
 
 
-async def _ticking(app: web.Application) -> AsyncIterator[None]:
+async def _run_ticks(app: web.Application) -> AsyncIterator[None]:
     page = app[PAGE]
-    task = asyncio.create_task(ticking(page.feed, page.clock, page.complain))
+    task = asyncio.create_task(keep_ticking(page.feed, page.clock, page.complain))
     yield
     task.cancel()
     with suppress(asyncio.CancelledError):

@@ -16,7 +16,7 @@ from pendulum_twin.errors import BadInputError
 LONGEST_END_S = 5.0
 
 
-def listening(host: str, port: int) -> socket.socket:
+def open_listener(host: str, port: int) -> socket.socket:
     """Return a socket that listens; port 0: any free one. Raises BadInputError when the address cannot be had."""
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     taken = socket.socket(family, socket.SOCK_STREAM)
@@ -28,17 +28,17 @@ def listening(host: str, port: int) -> socket.socket:
         taken.listen()
     except OSError as error:
         taken.close()
-        raise BadInputError(_sentence(host, port, error)) from error
+        raise BadInputError(_explain_error(host, port, error)) from error
     return taken
 
 
-def url(taken: socket.socket) -> str:
+def format_url(taken: socket.socket) -> str:
     """Return the address of a page served on this socket."""
     host, port = taken.getsockname()[:2]
     return f"http://[{host}]:{port}/" if ":" in host else f"http://{host}:{port}/"
 
 
-def _sentence(host: str, port: int, error: OSError) -> str:
+def _explain_error(host: str, port: int, error: OSError) -> str:
     if error.errno == errno.EADDRINUSE:
         return f"port: expected a free port of {host}, found {port} in use: give another one, or -p port:=0 for any"
     if error.errno == errno.EACCES:

@@ -1,6 +1,6 @@
 """The stages from a concealed rig to a controlled rig; each runs a command line as a user would.
 
-A trial's folder (`pendulum_bridge.trials`) holds a rig: recording, seal and nominal twin. Only the
+A trial's folder (`pendulum_bridge.studies.trials`) holds a rig: recording, seal and nominal twin. Only the
 emulator knows what is concealed; no stage opens the seal.
 """
 
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pendulum_bridge import trials
+from pendulum_bridge.studies import trials
 from pendulum_rl_env import train
 from pendulum_rl_env.env import PendulumEnv
 from pendulum_rl_env.kernel_transport import count_samples

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from pendulum_twin.errors import BadInputError
 
-MAKER = "pendulum_bridge.trials"
+MAKER = "pendulum_bridge.studies.trials"
 MISSING = (
     "expected the package pendulum_bridge, which conceals physics in emulated rigs and records them, found it missing: "
     "install it beside pendulum_sysid"

@@ -1,0 +1,1 @@
+"""The running driver: samples and commands in, decisions out to the rig."""

@@ -1,0 +1,301 @@
+"""The driver at work: samples and commands in, what is decided out to the rig at once, from whichever thread it comes.
+
+One lock holds all state. What is decided is sent and published under it, so that the rig gets
+decisions in their order.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from threading import Event, Lock
+from typing import Protocol
+
+from pendulum_bridge.driver.arrival_clock import MOST_LOST, ArrivalClock
+from pendulum_bridge.driver.health import Report, make_health, pick_worse
+from pendulum_bridge.driver.last_word import LastWord
+from pendulum_bridge.driver.latency import Latency
+from pendulum_bridge.safety import decide as policy
+from pendulum_bridge.safety.decide import Rules, decide
+from pendulum_bridge.safety.reasons import Reason
+from pendulum_bridge.safety.rig_state import RigState
+from pendulum_bridge.wire.link import Arrival, Link
+from pendulum_bridge.wire.protocol import Command
+from pendulum_twin.errors import BadInputError
+from pendulum_twin.health import Health
+
+WAIT_S = 0.02  # longest time without a decision; with what follows a wait, less than the rail guard's hold_s
+DECISIONS_BETWEEN = (
+    5  # decisions on commands between two samples; of more commands the last waits for the sample
+)
+OLD_PERIODS = 1.5  # periods after which a sample is surely followed by a newer one, and nothing is decided on it
+LAST_WORDS = 5  # packets with PWM 0 at the end: any may be lost
+NO_LAST_WORD = (
+    "The process that would send PWM 0 if the driver were killed has ended: the rig would hold its last command. "
+    "Start the driver again."
+)
+Listener = Callable[[Reason], None]
+
+
+class Outlet(Protocol):
+    """Where the driver's output goes."""
+
+    def publish_sample(self, state: RigState, stamp_ns: int) -> None:
+        """Take a sample and its sampling time (system clock)."""
+
+    def publish_applied(self, pwm: float) -> None:
+        """Take what was sent (PWM fraction)."""
+
+    def publish_stopped(self, latched: bool) -> None:
+        """Take whether the emergency stop is latched, after a change."""
+
+    def report_failure(self, error: Exception) -> None:
+        """Take what failed in the thread that serves the rig."""
+
+
+class Driver:
+    """Drive one rig by the rules.
+
+    last_word: speaks to the rig when this process no longer can. Close the driver after use: the
+    rig holds its last command; link and last word are closed with it. now: monotonic time, s.
+    lossless: whether the link delivers every sample, so that a late one is only late.
+    """
+
+    def __init__(
+        self,
+        link: Link,
+        rules: Rules,
+        outlet: Outlet,
+        last_word: LastWord,
+        now: Callable[[], float] = time.monotonic,
+        lossless: bool = False,
+    ) -> None:
+        self._now = now
+        self._link, self._rules, self._outlet, self._last_word = link, rules, outlet, last_word
+        self._clock = ArrivalClock(1 / rules.period_s, 0 if lossless else MOST_LOST)
+        self._lock = Lock()
+        self._safety = policy.make_safety(self._now())
+        self._since_sample = 0  # decisions on commands since the last sample
+        self._told: list[Listener] = []  # who waits for the end of a reset
+        self._closed = False
+        self._fault = ""
+        self._worst: Reason | None = Reason.NO_SAMPLE_YET
+        self._reported = (self._now(), 0)
+        self._unsent = self._old = self._commands = self._resets = 0
+        self._sample_latency, self._command_latency = Latency(), Latency()
+
+    @property
+    def stopped(self) -> bool:
+        """Tell whether the emergency stop is latched."""
+        return self._safety.stop.latched
+
+    @property
+    def counts(self) -> policy.Counts:
+        """Return what was not taken so far."""
+        return self._safety.counts
+
+    def serve(self, ended: Event) -> None:
+        """Take the rig's samples and watch its silence, until ended is set. Whatever fails brings PWM to 0.
+
+        Samples that came before, while the driver was not yet ready, are dropped.
+        """
+        self._link.drop_waiting()
+        while not ended.is_set():
+            try:
+                self.turn()
+            except Exception as error:  # the one who watches must not die
+                if ended.is_set():
+                    return
+                self.fail_safe()
+                self._outlet.report_failure(error)
+                ended.wait(WAIT_S)
+
+    def turn(self) -> None:
+        """Wait for one sample, publish it, and decide; decide without one when none comes."""
+        arrival = self._link.receive_stamped(time.monotonic() + WAIT_S)
+        state, ago_s = (None, 0.0) if arrival is None else self._publish(arrival)
+        with self._lock:
+            self._since_sample = 0
+            self._decide(state, ago_s)
+        self._last_word.alive()
+
+    def command(self, pwm: float, sent_ns: int | None = None) -> Reason | None:
+        """Take a command (PWM fraction), act on it at once, and return why it was refused or dropped.
+
+        sent_ns: when its writer sent it (system clock).
+        """
+        with self._lock:
+            self._commands += 1
+            ago_s = 0.0 if sent_ns is None else 1e-9 * (time.time_ns() - sent_ns)
+            self._safety, refused = policy.take_command(pwm, self._safety, self._now(), ago_s)
+            self._note(refused)
+            if self._since_sample < DECISIONS_BETWEEN:
+                self._since_sample += 1
+                self._decide(None)
+                if sent_ns is not None:
+                    self._command_latency.add(1e-9 * (time.time_ns() - sent_ns))
+            return refused
+
+    def hear_writer(self, number: int) -> None:
+        """Note that a command's writer has sent the message of this number, so that two at once are found."""
+        with self._lock:
+            self._safety = policy.hear_writer(number, self._now(), self._safety)
+
+    def stop(self) -> Reason:
+        """Latch the emergency stop; PWM 0 is sent before this returns."""
+        with self._lock:
+            self._safety, ended = policy.press_stop(self._safety)
+            self._decide(None)
+            self._end_reset(ended)
+            self._outlet.publish_stopped(True)
+            return Reason.STOPPED
+
+    def clear_stop(self) -> Reason:
+        """Clear the emergency stop, or say why it stays."""
+        with self._lock:
+            self._safety, reason = policy.clear_stop(self._safety)
+            self._outlet.publish_stopped(self._safety.stop.latched)
+            return reason
+
+    def reset(self, told: Listener) -> None:
+        """Begin a reset, or join the one under way; told gets how it ended, from another thread, or why it cannot begin."""
+        with self._lock:
+            self._safety, reason = policy.begin_reset(self._now(), self._safety, self._rules)
+            if self._closed:
+                reason = Reason.RESET_ENDED
+            if reason is Reason.RESETTING:
+                self._told.append(told)
+                return
+        told(reason)
+
+    def change_rules(self, rules: Rules) -> None:
+        """Go by these rules from the next decision on."""
+        with self._lock:
+            self._rules = rules
+
+    def fail_safe(self) -> None:
+        """Send PWM 0, and forget the command and any reset; after a failure in whatever called."""
+        with self._lock:
+            self._safety, ended = policy.fail_safe(self._safety)
+            self._fault = Reason.FAILED.sentence
+            self._send_zero()
+            self._end_reset(ended)
+
+    def close(self) -> None:
+        """Send PWM 0 and let go of the rig; nothing is sent any more. Once more does nothing."""
+        with self._lock:
+            if self._closed:
+                return
+            for _ in range(LAST_WORDS):
+                self._send_zero()
+            self._closed = True
+            self._end_reset(Reason.RESET_ENDED)
+            self._last_word.close()
+            self._link.close()
+
+    def health(self) -> Health:
+        """Return how the driver is, with what has happened since this was last asked."""
+        with self._lock:
+            received, now = self._link.counts.received, self._now()
+            (since_s, before), self._reported = self._reported, (now, received)
+            report = Report(
+                self._worst,
+                self._describe_trouble(),
+                received - before,
+                now - since_s,
+                1 / self._rules.period_s,
+            )
+            self._worst, self._fault = None, ""
+            figures = self._collect_figures()
+        return make_health(report, figures)
+
+    def _describe_trouble(self) -> str:
+        if self._link.trouble or self._fault:
+            return self._link.trouble or self._fault
+        return "" if self._last_word.running else NO_LAST_WORD
+
+    def _collect_figures(self) -> dict[str, float | int | str]:
+        wire, timing, safety = self._link.counts, self._clock.timing, self._safety
+        return {
+            "applied_pwm": safety.applied,
+            "pwm_limit": self._rules.limits.magnitude,
+            "slew_per_s": self._rules.limits.slew_per_s,
+            "stopped": int(safety.stop.latched),
+            "samples": wire.received,
+            "samples_lost": timing.lost,
+            "samples_old": self._old,
+            "samples_before_start": wire.late,
+            "samples_refused": safety.counts.samples,
+            "packets_malformed": wire.malformed,
+            "packets_foreign": wire.foreign,
+            "waits_in_vain": wire.lost,
+            "encoder_spikes": safety.encoders.spikes,
+            "clock_set_back": timing.set_back,
+            "commands": self._commands,
+            "commands_refused": safety.counts.commands,
+            "commands_dropped_by_stop": safety.stop.dropped,
+            "commands_dropped_by_reset": safety.counts.during_reset,
+            "commands_dropped_two_writers": safety.counts.of_two_writers,
+            "commands_dropped_standstill": safety.counts.after_standstill,
+            "commands_unsent": self._unsent,
+            "resets": self._resets,
+            **self._sample_latency.summarize("sample_to_topic"),
+            **self._command_latency.summarize("command_to_rig"),
+        }
+
+    def _publish(self, arrival: Arrival) -> tuple[RigState | None, float]:
+        """Publish a sample and return its state (None for one so old that a newer one waits) and how long ago it came, s."""
+        sample = arrival.sample
+        state = RigState(sample.cart_m, sample.pole_rad, sample.cart_velocity, sample.pole_rate)
+        self._outlet.publish_sample(state, self._clock.stamp(arrival.arrival_ns))
+        ago_s = 1e-9 * (time.time_ns() - arrival.arrival_ns)
+        with self._lock:
+            self._sample_latency.add(ago_s)
+            if ago_s > OLD_PERIODS * self._rules.period_s:
+                self._old += 1
+                return None, 0.0
+        return state, max(ago_s, 0.0)
+
+    def _decide(self, sample: RigState | None, ago_s: float = 0.0) -> None:
+        if self._closed:
+            return
+        now_s = self._now()
+        decision = decide(None, sample, now_s, self._safety, self._rules, ago_s)
+        ended = decision.reset_ended
+        if (
+            self._now() - now_s > policy.STANDSTILL_S
+        ):  # stopped (SIGSTOP) on the way: it is old before it is sent
+            decision = decide(None, None, self._now(), decision.safety, self._rules)
+        self._safety = decision.safety
+        self._send(decision.pwm)
+        self._note(max(decision.reasons, key=lambda reason: reason.level, default=None))
+        self._end_reset(ended or decision.reset_ended)
+
+    def _send_zero(self) -> None:
+        if not self._closed:
+            with suppress(
+                Exception
+            ):  # whatever else is broken, what comes after this has to be done
+                self._send(0.0)
+
+    def _send(self, pwm: float) -> None:
+        try:
+            self._link.send(Command(pwm))
+        except BadInputError as error:
+            self._fault = str(error)
+            self._unsent += 1
+        else:
+            self._outlet.publish_applied(pwm)
+
+    def _note(self, reason: Reason | None) -> None:
+        self._worst = pick_worse(self._worst, reason)
+
+    def _end_reset(self, ended: Reason | None) -> None:
+        if ended is None:
+            return
+        told, self._told = self._told, []
+        self._resets += bool(told)
+        self._note(ended)
+        for each in told:
+            each(ended)

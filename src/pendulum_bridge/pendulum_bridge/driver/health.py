@@ -1,0 +1,68 @@
+"""What the driver says of itself: how bad it is, in a sentence, and the figures behind it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from pendulum_bridge.safety.reasons import Reason
+from pendulum_twin.health import Health, Level
+
+RATE_TOLERANCE = (
+    0.05  # the rail guard, the slew limit and the sampling times go by the rate that was set
+)
+
+
+@dataclass(frozen=True)
+class Report:
+    """Hold what happened since the last report.
+
+    worst: of the reasons; None when commands were sent as they came. fault: what failed beyond the
+    decisions, empty for nothing. samples: that came in seconds. expected_hz: the rate that was
+    set.
+    """
+
+    worst: Reason | None = None
+    fault: str = ""
+    samples: int = 0
+    seconds: float = 0.0
+    expected_hz: float = 100.0
+
+    @property
+    def rate_hz(self) -> float:
+        """Return how many samples a second came."""
+        return self.samples / self.seconds if self.seconds > 0 else 0.0
+
+
+def pick_worse(one: Reason | None, later: Reason | None) -> Reason | None:
+    """Return the worse of two reasons, the later one when they are as bad; None is no reason at all."""
+    return later if _get_level(later) >= _get_level(one) else one
+
+
+def make_health(report: Report, figures: Mapping[str, float | int | str]) -> Health:
+    """Return the driver's health with its figures."""
+    level, sentence = _judge_report(report)
+    return Health(level, sentence, {"rate_hz": report.rate_hz, **figures})
+
+
+def _judge_report(report: Report) -> tuple[Level, str]:
+    if report.fault:
+        return Level.ERROR, report.fault
+    level = _get_level(report.worst)
+    if level is Level.OK and _is_rate_off(report):
+        return Level.WARN, (
+            f"The rig sends {report.rate_hz:.4g} samples a second, expected are {report.expected_hz:g}: "
+            "set rate_hz to what it sends."
+        )
+    return (
+        level,
+        "Commands are sent as they come." if report.worst is None else report.worst.sentence,
+    )
+
+
+def _is_rate_off(report: Report) -> bool:
+    return report.samples > 0 and abs(report.rate_hz / report.expected_hz - 1) > RATE_TOLERANCE
+
+
+def _get_level(reason: Reason | None) -> Level:
+    return Level.OK if reason is None else reason.level

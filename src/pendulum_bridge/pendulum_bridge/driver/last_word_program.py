@@ -1,0 +1,98 @@
+"""The companion process of `last_word.LastWord`: watch another process, and speak to the rig when it no longer can.
+
+It is run as a bare file by a bare Python (`python -I -S`), so it may import nothing but Python's
+own modules: that way it starts within some 20 ms, whatever the environment is, and nothing that
+breaks the driver breaks it too.
+
+Arguments: number of the control socket (messages from the driver, each a whole), longest silence
+in s, packet in hex.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import select
+import signal
+import socket
+import sys
+import time
+
+READY, BEAT, SOCKET, GOODBYE = (
+    b"r",
+    b".",
+    b"s",
+    b"q",
+)  # messages; SOCKET is followed by HOST:PORT or nothing
+LONGEST_MESSAGE = 128
+LAST_WORDS, BETWEEN_S = 5, 0.01  # packets after the driver's end: any may be lost
+REPEATED_S = 0.05  # from packet to packet while the driver is silent
+
+
+class WayOut:
+    """Send over the socket that the driver handed over last."""
+
+    def __init__(self, packet: bytes) -> None:
+        self._packet = packet
+        self._socket: socket.socket | None = None
+        self._peer: tuple[str, int] | None = None
+
+    def take(self, number: int, peer: str) -> None:
+        """Use this socket from now on; peer: HOST:PORT, empty when the socket itself knows."""
+        if self._socket is not None:
+            self._socket.close()
+        host, _, port = peer.rpartition(":")
+        self._socket, self._peer = (
+            socket.socket(fileno=number),
+            (host, int(port)) if peer else None,
+        )
+
+    def speak(self) -> None:
+        """Send the packet once, as far as the network lets it."""
+        with contextlib.suppress(OSError):
+            if self._socket is not None and self._peer is not None:
+                self._socket.sendto(self._packet, self._peer)
+            elif self._socket is not None:
+                self._socket.send(self._packet)
+
+
+def main(arguments: list[str]) -> int:
+    """Watch until the driver ends or says goodbye; return 0."""
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
+        signal.signal(number, signal.SIG_IGN)  # it ends after the driver, never before
+    control = socket.socket(fileno=int(arguments[0]))
+    way_out = WayOut(bytes.fromhex(arguments[2]))
+    control.send(READY)
+    if not watch_driver(control, way_out, float(arguments[1])):
+        for _ in range(LAST_WORDS):
+            way_out.speak()
+            select.select([], [], [], BETWEEN_S)
+    return 0
+
+
+def watch_driver(control: socket.socket, way_out: WayOut, silence_s: float) -> bool:
+    """Speak while the driver is silent; return whether it said goodbye when it went."""
+    due = time.monotonic() + silence_s
+    while True:
+        if select.select([control], [], [], max(due - time.monotonic(), 0.0))[0]:
+            message = hear_message(control, way_out)
+            if message in (b"", GOODBYE):
+                return message == GOODBYE
+            due = time.monotonic() + silence_s
+        else:
+            way_out.speak()
+            due = time.monotonic() + REPEATED_S
+
+
+def hear_message(control: socket.socket, way_out: WayOut) -> bytes:
+    """Return the next message, having taken over the socket that came with it; empty when the driver is gone."""
+    try:
+        message, sockets, _, _ = socket.recv_fds(control, LONGEST_MESSAGE, 1)
+    except OSError:
+        return b""
+    for number in sockets:
+        way_out.take(number, message[len(SOCKET) :].decode())
+    return message
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,1 @@
+"""Play an excitation plan on the rig, and stop where the rig leaves its bounds."""

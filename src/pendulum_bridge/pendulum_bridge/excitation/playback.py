@@ -1,0 +1,110 @@
+"""Play a plan in answer to samples: command k belongs to sample k, also when samples are lost, late or out of order.
+
+Samples are counted by their stamps, not by how many came: a lost one takes its command along, so
+that the plan stays on the rig's clock. The period is followed slowly, for the rig's clock and the
+stamps' differ by a little.
+"""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+from pendulum_twin.plans.excitation import Excitation, compute_command, find_command_direction
+
+STAMP_FOLLOWING_SHARE = (
+    0.05  # share of a stamp's deviation that is taken over: jitter is averaged over 20 samples
+)
+SAMPLES_A_LOOK = 25  # samples before the start, by which the rate is seen; more than a subscription's queue holds
+MOST_LOOKS = 4  # so often, before a rate that does not fit is refused
+RATE_TOLERANCE = 0.03
+
+
+@dataclass(frozen=True)
+class Playback:
+    """Hold how far a plan has been played.
+
+    sample: the one answered last, -1 before the first. stamp_ns: its stamp. due_ns: the same
+    without jitter. start_m: the cart in sample 0. way: see `find_command_direction`; None before
+    the push has shown it. gap_s: from the sample before. lost: samples that never came. old:
+    samples dropped since their stamps were not new.
+    """
+
+    sample: int = -1
+    stamp_ns: int = 0
+    due_ns: float = 0.0
+    start_m: float = 0.0
+    way: int | None = None
+    gap_s: float = 0.0
+    lost: int = 0
+    old: int = 0
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Hold the playback after a sample and the command for it (PWM fraction); None for a sample that gets none."""
+
+    playback: Playback
+    command: float | None
+
+
+def is_over(playback: Playback, plan: Excitation) -> bool:
+    """Tell whether a sample after the plan's last has come."""
+    return playback.sample >= len(plan.commands)
+
+
+def answer_sample(
+    stamp_ns: int, cart_m: float, cart_m_s: float, playback: Playback, plan: Excitation
+) -> Answer:
+    """Return the command of the sample with this stamp, which acts until the next; 0 when the plan is over.
+
+    A sample no newer than the one before gets none. Two samples that stand in one period, since
+    their stamps are not even, get the same command of the plan.
+    """
+    if playback.sample >= 0 and stamp_ns <= playback.stamp_ns:
+        return Answer(replace(playback, old=playback.old + 1), None)
+    playback = _count_sample(stamp_ns, cart_m, playback, plan)
+    if is_over(playback, plan):
+        return Answer(playback, 0.0)
+    if playback.way is None and plan.push_ends is not None and playback.sample >= plan.push_ends:
+        playback = replace(playback, way=find_command_direction(cart_m - playback.start_m))
+    return Answer(
+        playback, compute_command(plan, playback.sample, cart_m, cart_m_s, playback.way or 0)
+    )
+
+
+def _count_sample(stamp_ns: int, cart_m: float, playback: Playback, plan: Excitation) -> Playback:
+    """Return the playback with the sample's number."""
+    if playback.sample < 0:
+        return replace(
+            playback, sample=0, stamp_ns=stamp_ns, due_ns=float(stamp_ns), start_m=cart_m
+        )
+    period_ns = 1e9 / plan.rate_hz
+    ahead = max(round((stamp_ns - playback.due_ns) / period_ns), 0)
+    due_ns = playback.due_ns + ahead * period_ns
+    return replace(
+        playback,
+        sample=playback.sample + ahead,
+        stamp_ns=stamp_ns,
+        due_ns=due_ns + STAMP_FOLLOWING_SHARE * (stamp_ns - due_ns),
+        gap_s=(stamp_ns - playback.stamp_ns) / 1e9,
+        lost=playback.lost + max(ahead - 1, 0),
+    )
+
+
+def measure_rate(stamps_ns: Sequence[int], rate_hz: float) -> float:
+    """Return the rate of samples, Hz, nearest to what is expected: by the whole time or by the usual distance.
+
+    The one bears stamps that come in bursts, the other lost samples. Returns 0 for stamps that do
+    not advance.
+    """
+    gaps = [after - before for before, after in pairwise(stamps_ns)]
+    seen = [1e9 / gap for gap in (sum(gaps) / len(gaps), statistics.median(gaps)) if gap > 0]
+    return min(seen, key=lambda hz: abs(hz - rate_hz), default=0.0)
+
+
+def is_rate_fitting(seen_hz: float, rate_hz: float) -> bool:
+    """Tell whether samples come at the rate of the plan."""
+    return abs(seen_hz - rate_hz) <= RATE_TOLERANCE * rate_hz

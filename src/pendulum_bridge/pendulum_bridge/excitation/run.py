@@ -1,0 +1,168 @@
+"""A run of a plan from its beginning to its end: its stages, what is sent in each, and what is said of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import Enum
+
+from pendulum_bridge.excitation.guard import Bounds, Stopped, StopReason, find_missing_samples
+from pendulum_bridge.excitation.performance import Performance, perform
+from pendulum_bridge.excitation.playback import (
+    SAMPLES_A_LOOK,
+    MOST_LOOKS,
+    is_rate_fitting,
+    measure_rate,
+)
+from pendulum_bridge.safety.rig_state import RigState
+from pendulum_twin.health import Health, Level
+from pendulum_twin.plans.excitation import Excitation
+
+
+class Stage(Enum):
+    """Where a run is; each continues 'the node'."""
+
+    IDLE = "waits to be started"
+    WAITING = "waits for rig and twin"
+    RESETTING = "resets rig and twin"
+    LOOKING = "looks at the rate of the rig's samples"
+    PLAYING = "plays"
+    DONE = "has played the plan"
+    STOPPED = "was stopped"
+
+    @property
+    def active(self) -> bool:
+        """Return whether a run is under way."""
+        return self not in (Stage.IDLE, Stage.DONE, Stage.STOPPED)
+
+    @property
+    def commanding(self) -> bool:
+        """Return whether samples are answered."""
+        return self in (Stage.LOOKING, Stage.PLAYING)
+
+
+@dataclass(frozen=True)
+class Run:
+    """Hold a run.
+
+    since_s: when the stage began (monotonic time, s). sampled_s: when the last sample came; None
+    before the first.
+    stamps_ns: of the samples looked at. stopped: why it ended before its end; None when it did
+    not.
+    """
+
+    stage: Stage = Stage.IDLE
+    since_s: float = 0.0
+    sampled_s: float | None = None
+    stamps_ns: tuple[int, ...] = ()
+    performance: Performance = Performance()  # noqa: RUF009 (frozen)
+    stopped: Stopped | None = None
+
+
+@dataclass(frozen=True)
+class Step:
+    """Hold the run after a sample, and the command to answer it with (PWM fraction); None for no answer."""
+
+    run: Run
+    command: float | None = None
+
+
+def enter_stage(stage: Stage, now_s: float, run: Run) -> Run:
+    """Return the run in another stage."""
+    return replace(run, stage=stage, since_s=now_s)
+
+
+def begin_looking(now_s: float, run: Run) -> Run:
+    """Return the run with rig and twin ready: it looks at samples before it plays."""
+    return replace(enter_stage(Stage.LOOKING, now_s, run), sampled_s=now_s)
+
+
+def stop_run(stopped: Stopped, now_s: float, run: Run) -> Run:
+    """Return the run stopped before its end; whoever commands has to send 0 if it was commanding."""
+    return replace(enter_stage(Stage.STOPPED, now_s, run), stopped=stopped)
+
+
+def take_sample(
+    stamp_ns: int,
+    state: RigState,
+    applied: float,
+    now_s: float,
+    run: Run,
+    plan: Excitation,
+    bounds: Bounds,
+) -> Step:
+    """Return the run after a sample that came at now_s. applied: PWM fraction, what the driver said it sent last."""
+    run = replace(run, sampled_s=now_s)
+    if run.stage is Stage.LOOKING:
+        return Step(_look_at_rate(stamp_ns, now_s, run, plan), 0.0)
+    if run.stage is not Stage.PLAYING:
+        return Step(run)
+    move = perform(stamp_ns, state, applied, run.performance, plan, bounds)
+    run = replace(run, performance=move.performance)
+    if move.stopped:
+        run = stop_run(move.stopped, now_s, run)
+    elif move.done:
+        run = enter_stage(Stage.DONE, now_s, run)
+    return Step(run, move.command)
+
+
+def _look_at_rate(stamp_ns: int, now_s: float, run: Run, plan: Excitation) -> Run:
+    """Return the run after one of the samples from before the plan, by which the rate is seen.
+
+    A busy machine may lose most samples for a while: a rate that does not fit is looked at again,
+    LOOKS times in all.
+    """
+    run = replace(run, stamps_ns=(*run.stamps_ns, stamp_ns))
+    if len(run.stamps_ns) % SAMPLES_A_LOOK:
+        return run
+    seen_hz = measure_rate(run.stamps_ns[-SAMPLES_A_LOOK:], plan.rate_hz)
+    if is_rate_fitting(seen_hz, plan.rate_hz):
+        return enter_stage(Stage.PLAYING, now_s, run)
+    if len(run.stamps_ns) < MOST_LOOKS * SAMPLES_A_LOOK:
+        return run
+    found = (
+        f"expected {plan.rate_hz:g} Hz, found {seen_hz:.3g} Hz: give the plan the rig's rate_hz"
+    )
+    return stop_run(Stopped(StopReason.RATE_WRONG, found), now_s, run)
+
+
+def find_silence(now_s: float, run: Run, bounds: Bounds) -> Stopped | None:
+    """Return that the rig has fallen silent; None while it is heard, or need not be."""
+    if not run.stage.commanding or run.sampled_s is None:
+        return None
+    return find_missing_samples(now_s - run.sampled_s, bounds)
+
+
+def compute_share(run: Run, plan: Excitation) -> float:
+    """Return how much of the plan has been played, 0 to 1."""
+    return min(max(run.performance.playback.sample, 0) / len(plan.commands), 1.0)
+
+
+def describe_progress(run: Run, plan: Excitation) -> str:
+    """Return what the run is at, to follow 'the node'."""
+    if run.stage is Stage.DONE:
+        return (
+            f"{run.stage.value}: {plan.seconds:g} s, {run.performance.playback.lost} samples lost"
+        )
+    if run.stage is not Stage.PLAYING:
+        return run.stage.value
+    sample, whole_s = max(run.performance.playback.sample, 0), plan.seconds
+    played_s = sample / plan.rate_hz
+    return f"plays {plan.part_at(sample)}: {played_s:.1f} s of {whole_s:.1f} s, {whole_s - played_s:.1f} s to go"
+
+
+def make_health(run: Run, plan: Excitation, lacking: str) -> Health:
+    """Return how the run is. lacking: what it waits for, nothing when it does not wait."""
+    playback = run.performance.playback
+    figures: dict[str, float | int | str] = {
+        "share_played": compute_share(run, plan),
+        "samples_lost": playback.lost,
+        "samples_old": playback.old,
+        "overruled_s": run.performance.watch.overruled_s,
+    }
+    if run.stopped:
+        return Health(Level.ERROR, run.stopped.sentence, figures)
+    return Health(
+        Level.OK,
+        f"The node {describe_progress(run, plan)}{f': {lacking}' if lacking else ''}.",
+        figures,
+    )

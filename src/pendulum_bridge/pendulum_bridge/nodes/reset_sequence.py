@@ -1,0 +1,38 @@
+"""Reset pendulums one after another through their services, none for ever."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rclpy.task import Future
+
+from pendulum_bridge.nodes.pendulum_client import PendulumClient
+
+
+class ResetSequence:
+    """Reset the pendulums in order; the next begins when the one before hangs at rest."""
+
+    def __init__(self, pendulums: Sequence[PendulumClient], timeout_s: float) -> None:
+        self._left = list(pendulums)
+        self._timeout_s = timeout_s
+        self._pending: Future | None = None
+        self._deadline_s = 0.0
+        self.failure = ""
+
+    def done(self, now_s: float) -> bool:
+        """Go on with it at a monotonic time, s; return whether it is over: with `failure`, or with all at rest."""
+        if self._pending is None:
+            if not self._left:
+                return True
+            self._pending, self._deadline_s = self._left[0].reset(), now_s + self._timeout_s
+        if self._pending.done():
+            answer = self._pending.result()
+            self._pending = None
+            if not answer.success:
+                self.failure = f"{self._left[0].namespace}: {answer.message}"
+                return True
+            del self._left[0]
+            return not self._left
+        if now_s > self._deadline_s:
+            self.failure = f"{self._left[0].namespace}: no answer within {self._timeout_s:g} s"
+        return bool(self.failure)

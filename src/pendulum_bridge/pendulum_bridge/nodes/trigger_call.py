@@ -1,0 +1,42 @@
+"""Call a service from another thread's event loop."""
+
+from __future__ import annotations
+
+import asyncio
+from contextlib import suppress
+from typing import Any
+
+from rclpy.client import Client
+from std_srvs.srv import Trigger
+
+from pendulum_bridge.view.server import Answer
+
+
+async def call_trigger(client: Client, deadline_s: float) -> Answer:
+    """Return what a Trigger service says, or why it says nothing; the client's node is spun by another thread."""
+    name = client.service_name
+    if not client.service_is_ready():
+        return Answer(False, f"{name}: nobody offers this service: is the node running?")
+    loop = asyncio.get_running_loop()
+    arrived: asyncio.Future[Trigger.Response] = loop.create_future()
+
+    def hand_over(pending: Any) -> None:
+        with suppress(RuntimeError):  # the loop may have ended meanwhile
+            loop.call_soon_threadsafe(_settle, arrived, pending.result())
+
+    pending = client.call_async(Trigger.Request())
+    pending.add_done_callback(hand_over)
+    try:
+        response = await asyncio.wait_for(arrived, deadline_s)
+    except TimeoutError:
+        return Answer(
+            False, f"{name}: no answer within {deadline_s:g} s; whether it acted is not known"
+        )
+    finally:
+        client.remove_pending_request(pending)
+    return Answer(bool(response.success), str(response.message))
+
+
+def _settle(arrived: asyncio.Future[Any], response: Any) -> None:
+    if not arrived.done():
+        arrived.set_result(response)

@@ -1,0 +1,1 @@
+"""What is sent to the rig and why: every safety decision, pure, without clock, socket or topic."""

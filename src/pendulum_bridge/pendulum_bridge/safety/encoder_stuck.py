@@ -1,0 +1,156 @@
+"""Whether a position that stands exactly still can be true, while something must move it.
+
+A reading that is the same to the last bit is nothing in itself: dry friction holds a cart, and a
+hanging pole is at rest. It is claimed to be stuck only when no rig could stand still there whose
+constants are wrong by SPREAD and whose dry friction is as large as is believed possible:
+
+- the drive's impulse, through a lag, less what friction and the pole could have taken up, would have moved it WAY_M by
+  now: however wildly the pole swings, what it takes up in all is at most its own change of horizontal momentum;
+- the cart's acceleration has changed by more than the pole's friction, and a constant torque of any size, could hide;
+- the reported velocity is the same to the last bit as well, and not 0: the same sample again and again.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from pendulum_bridge.safety.encoder_reach import DRY_N, DRY_SHARE, NEAR_END_M, CONSTANTS_SPREAD
+from pendulum_bridge.safety.reasons import Reason
+from pendulum_bridge.safety.rig_state import RigState
+from pendulum_twin.rig import Rig
+
+LAG_S = 0.1  # of the drive, at most, as a first-order lag; delay counts as lag
+WAY_M, TURN_RAD = (
+    0.002,
+    0.012,
+)  # what must have moved so far would have shown it: two steps of a coarse encoder
+WINDOW_S = 0.1  # over which the cart's acceleration is measured
+COSINE_ERROR = 0.15  # by which the cosine of the pole's angle may be wrong: its zero may be
+REPEATED_SAMPLES = 10  # samples in a row with the same position and the same velocity but 0
+
+
+@dataclass(frozen=True)
+class Holding:
+    """Hold what can keep a rig where it is.
+
+    force_n: of the drive a unit of command, at least. dry_n: the cart's dry friction, at most.
+    mass_kg: at most. lever_kg_m, torque_n_m_s2: the pole's horizontal momentum by its rate in
+    rad/s, at most, and the cart's pull on the pole by m/s^2, at least; 0 without a pole. pole_n_m:
+    torque that may hide. end_m: where the rail may end.
+    """
+
+    force_n: float
+    dry_n: float
+    mass_kg: float
+    lever_kg_m: float
+    torque_n_m_s2: float
+    pole_n_m: float
+    end_m: float
+
+
+def compute_holding(rig: Rig, dry_n: float = DRY_N) -> Holding:
+    """Return what can hold a rig with a cart."""
+    least, most = 1 - CONSTANTS_SPREAD, 1 + CONSTANTS_SPREAD
+    lever, inertia = (
+        rig.total_mass_kg * (rig.com_distance_m or 0.0),
+        rig.pole_inertia_kg_m2 or math.inf,
+    )
+    weight = lever * rig.gravity_m_s2
+    seen_n_m = most * inertia * 2 * TURN_RAD / WINDOW_S**2 if lever else 0.0
+    return Holding(
+        force_n=least * (rig.force_per_pwm_n or 0.0),
+        dry_n=dry_n,
+        mass_kg=most * rig.total_mass_kg,
+        lever_kg_m=most * lever,
+        torque_n_m_s2=least * lever,
+        pole_n_m=DRY_SHARE * weight + seen_n_m,
+        end_m=math.inf if rig.rail_half_length_m is None else rig.rail_half_length_m - NEAR_END_M,
+    )
+
+
+@dataclass(frozen=True)
+class Still:
+    """Hold for how long both positions have stood still, and what should have moved them.
+
+    state: the last sample. drive: the command (PWM fraction) through the lag. impulse_n_s: of the
+    drive, less friction, at least; from when the pole had rate_rad_s. way_m: of the cart, at
+    least, by that impulse. slow_m_s: the cart's velocity through a filter of WINDOW_S. least_m_s2,
+    most_m_s2: the cart's acceleration while the pole has stood still.
+    cart_repeats, pole_repeats: samples with the same velocity as well.
+    """
+
+    state: RigState
+    drive: float = 0.0
+    impulse_n_s: float = 0.0
+    rate_rad_s: float = 0.0
+    way_m: float = 0.0
+    slow_m_s: float | None = None
+    least_m_s2: float = math.inf
+    most_m_s2: float = -math.inf
+    cart_repeats: int = 0
+    pole_repeats: int = 0
+
+
+def follow_still(
+    still: Still | None, sample: RigState, applied: float, passed_s: float, known: Holding
+) -> Still:
+    """Return the state after a sample, passed_s after the last, through which `applied` (PWM fraction) was sent."""
+    if still is None:
+        return Still(sample)
+    still = _follow_cart(still, sample, applied, passed_s, known)
+    return replace(_follow_pole(still, sample, passed_s), state=sample)
+
+
+def find_stuck(still: Still, known: Holding) -> Reason | None:
+    """Return which encoder must be stuck, or None."""
+    if still.way_m > WAY_M or still.cart_repeats >= REPEATED_SAMPLES:
+        return Reason.CART_STUCK
+    share = max(abs(math.cos(still.state.pole_rad)) - COSINE_ERROR, 0.0)
+    change_m_s2 = max(still.most_m_s2 - still.least_m_s2, 0.0)
+    moved = 0.5 * change_m_s2 * share * known.torque_n_m_s2 > known.pole_n_m
+    return Reason.POLE_STUCK if moved or still.pole_repeats >= REPEATED_SAMPLES else None
+
+
+def _follow_cart(
+    still: Still, sample: RigState, applied: float, passed_s: float, known: Holding
+) -> Still:
+    """Return the state with what the drive must have done to the cart."""
+    drive = applied + (still.drive - applied) * math.exp(-passed_s / LAG_S)
+    before = still.state
+    if sample.cart_m != before.cart_m or abs(sample.cart_m) > known.end_m:
+        return replace(still, drive=drive, impulse_n_s=0.0, way_m=0.0, cart_repeats=0)
+    force_n = known.force_n * min(abs(drive), abs(still.drive)) - known.dry_n
+    turned = drive * still.drive <= 0
+    impulse = 0.0 if turned else max(still.impulse_n_s + passed_s * force_n, 0.0)
+    rate = still.rate_rad_s if still.impulse_n_s else before.pole_rad_s
+    taken = known.lever_kg_m * (abs(sample.pole_rad_s) + abs(rate))
+    speed = max(impulse - taken, 0.0) / known.mass_kg
+    repeated = sample.cart_m_s == before.cart_m_s != 0.0
+    return replace(
+        still,
+        drive=drive,
+        impulse_n_s=impulse,
+        rate_rad_s=rate,
+        way_m=still.way_m + passed_s * speed,
+        cart_repeats=still.cart_repeats + 1 if repeated else 0,
+    )
+
+
+def _follow_pole(still: Still, sample: RigState, passed_s: float) -> Still:
+    """Return the state with what the cart's acceleration has been while the pole stood still."""
+    slow = sample.cart_m_s if still.slow_m_s is None else still.slow_m_s
+    slow = sample.cart_m_s + (slow - sample.cart_m_s) * math.exp(-passed_s / WINDOW_S)
+    if sample.pole_rad != still.state.pole_rad:
+        return replace(
+            still, slow_m_s=slow, least_m_s2=math.inf, most_m_s2=-math.inf, pole_repeats=0
+        )
+    acceleration = (sample.cart_m_s - slow) / WINDOW_S
+    repeated = sample.pole_rad_s == still.state.pole_rad_s != 0.0
+    return replace(
+        still,
+        slow_m_s=slow,
+        least_m_s2=min(still.least_m_s2, acceleration),
+        most_m_s2=max(still.most_m_s2, acceleration),
+        pole_repeats=still.pole_repeats + 1 if repeated else 0,
+    )

@@ -1,0 +1,210 @@
+"""The whole job with no hardware, from concealed physics in an emulated rig to the open seal.
+
+The rig is driven, excited and recorded over a ROS graph as a real rig is, and the recording is
+diagnosed by `sysid diagnose`. Run as `python -m pendulum_bridge.studies.demo --out out/demo`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import secrets
+import shutil
+import socket
+import sys
+from pathlib import Path
+
+from pendulum_bridge.emulator.seal import open_seal
+from pendulum_bridge.studies.comparison import format_comparison, read_verdict
+from pendulum_bridge.studies.programs import Programs, wait_for, wait_until_done
+from pendulum_bridge.wire.udp import Address
+from pendulum_sysid.cli import main as run_sysid
+from pendulum_twin.command_line import make_whole_reader, run_command
+from pendulum_twin.errors import BadInputError
+from pendulum_twin.model import Twin, load_twin, save_twin
+
+# The command after the driver's limits (magnitude and rate of change): what the rig received.
+APPLIED_TOPIC = "/rig/applied_pwm"
+LOOPBACK = "127.0.0.1"
+LONGEST_START_S = 180.0  # a program that takes longer to start is stuck, on any machine
+LONGEST_PLAY_S = 300.0  # the plan lasts a minute; a busy machine takes longer to start and end it
+# Instead of the driver's 0.2 s: on a busy machine an emulated rig may stand still for a moment.
+PATIENCE_S = 2.0
+OVERRULED_S = 10.0  # after such a standstill the rail guard may have to bring the cart back
+DOMAIN_IDS = range(1, 100)  # a higher ROS domain needs ports that the system gives to others
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the demo and return 0; return 1, with the reason on stderr, when it gets no answer."""
+    options = parse_options(arguments)
+    return run_command("demo", lambda: _run_demo(options), "all that it had started has ended")
+
+
+def _run_demo(options: argparse.Namespace) -> None:
+    seed = secrets.randbelow(10**6) if options.seed is None else options.seed
+    nominal = load_twin(options.twin)
+    _clear_folder(options.out)
+    record(options, nominal, seed)
+    diagnose(options.out)
+    print(format_answer(options.out, nominal))
+
+
+def record(options: argparse.Namespace, nominal: Twin, seed: int) -> None:
+    """Write seal, recording and nominal twin into `options.out`.
+
+    nominal: the twin from whose rig the concealed rig is drawn; its effects are left out.
+    seed: decides what is concealed.
+    """
+    out, effects, view = options.out, options.effects, options.view
+    print(
+        f"Concealing {effects} effect(s) and wrong parameters in an emulated rig "
+        f"(again: --seed {seed})",
+        flush=True,
+    )
+    file = out / "nominal_twin.yaml"
+    save_twin(Twin(f"{nominal.name}_nominal", nominal.rig), file)
+    with Programs(out / "logs", _make_environment()) as programs:
+        _start_rig(
+            programs, file, ("--conceal", seed, "--effects", effects, "--seal", out / "seal.json")
+        )
+        if view:
+            _start_view(programs, file)
+        recorder = programs.start(
+            "recorder_node",
+            *_list_node_arguments(
+                "/", out=out / "recording", twin=file, note=f"demo, seed {seed}"
+            ),
+        )
+        wait_for(recorder, "recording to", LONGEST_START_S)
+        _play_plan(
+            programs,
+            twin_file=file,
+            plan=options.plan or "",
+            twin="/twin" if view else "",
+            listeners=2 + view,
+        )
+    print(f"Recorded: {out / 'recording'}", flush=True)
+
+
+def _start_rig(programs: Programs, twin_file: Path, concealing: tuple[object, ...]) -> None:
+    """Start the emulated rig and its driver on free ports; return when both run."""
+    rig, user = (Address(LOOPBACK, port) for port in _find_free_ports())
+    emulator = programs.start(
+        "rig_emulator", "--twin", twin_file, "--listen", rig, "--send", user, *concealing
+    )
+    wait_for(emulator, "listens on", LONGEST_START_S)
+    timeouts = {"rig_timeout_s": PATIENCE_S, "command_timeout_s": PATIENCE_S}
+    settings = {"twin": twin_file, "rig_port": rig.port, "listen_port": user.port, **timeouts}
+    driver = programs.start("driver_node", *_list_node_arguments("/rig", **settings))
+    wait_for(driver, "drives", LONGEST_START_S)
+
+
+def _start_view(programs: Programs, twin_file: Path) -> None:
+    programs.start("twin_node", *_list_node_arguments("/twin", twin=twin_file))
+    page = programs.start("view_node", *_list_node_arguments("/", port=0))
+    wait_for(page, "serves http", LONGEST_START_S)
+    print(page.output.splitlines()[-1], flush=True)
+
+
+def _play_plan(programs: Programs, **settings: object) -> None:
+    """Play the plan to the rig; the excitation node prints its progress to the terminal.
+
+    The rig is not reset first: the emulated rig hangs at rest, and a driver cannot reset a rig
+    whose signs are concealed.
+    """
+    timeouts = {"silence_s": PATIENCE_S, "overruled_s": OVERRULED_S}
+    arguments = _list_node_arguments("/excitation", reset_first="false", **timeouts, **settings)
+    excitation = programs.start("excitation_node", *arguments, to_terminal=True)
+    wait_until_done(excitation, programs, LONGEST_PLAY_S)
+
+
+def _list_node_arguments(namespace: str, **parameters: object) -> list[str]:
+    """Return the command line of a node; an empty text is written as YAML writes it."""
+    arguments = ["--ros-args", "-r", f"__ns:={namespace}"]
+    for name, value in parameters.items():
+        arguments += ["-p", f"{name}:={"''" if value == '' else value}"]
+    return arguments
+
+
+def _make_environment() -> dict[str, str]:
+    """Return the variables of a ROS graph apart from all others, with plain logs."""
+    return {
+        "ROS_DOMAIN_ID": str(secrets.choice(DOMAIN_IDS)),
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+        "RCUTILS_CONSOLE_OUTPUT_FORMAT": "{message}",
+    }
+
+
+def _find_free_ports() -> list[int]:
+    """Return two UDP ports that are free now, so that the demo meets no other rig."""
+    with (
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as first,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as second,
+    ):
+        for port in (first, second):
+            port.bind((LOOPBACK, 0))
+        return [first.getsockname()[1], second.getsockname()[1]]
+
+
+def diagnose(out: Path) -> None:
+    """Run `sysid diagnose` on the recording; raise BadInputError when it fails."""
+    files = ["--twin", out / "nominal_twin.yaml", "--out", out / "diagnosis"]
+    status = run_sysid(
+        [str(word) for word in ("diagnose", out / "recording", *files)]
+        + ["--command-topic", APPLIED_TOPIC]
+    )
+    if status:
+        raise BadInputError(
+            f"sysid diagnose ended with status {status}; what it said stands above"
+        )
+
+
+def format_answer(out: Path, nominal: Twin) -> str:
+    """Open the seal and return it beside the verdict, with the path of the report."""
+    verdict = read_verdict(out / "diagnosis" / "verdict.json")
+    comparison = format_comparison(open_seal(out / "seal.json"), nominal.rig, verdict)
+    return f"\n{comparison}\nReport: {out / 'diagnosis' / 'report.html'}"
+
+
+def parse_options(arguments: list[str] | None) -> argparse.Namespace:
+    """Return the command line's options; print the mistake and exit with 2 for wrong use."""
+    parser = argparse.ArgumentParser(
+        prog="demo", description=" ".join((__doc__ or "").split("\n\n")[0].split())
+    )
+    parser.add_argument(
+        "--out", type=Path, required=True, help="folder for recording, seal and diagnosis"
+    )
+    parser.add_argument(
+        "--seed", type=make_whole_reader(), help="what is concealed; by default another every time"
+    )
+    parser.add_argument(
+        "--effects",
+        type=make_whole_reader(),
+        default=1,
+        help="how many effects are concealed (default 1)",
+    )
+    parser.add_argument(
+        "--twin", type=Path, default=Path("config/inteco.yaml"), help="the rig's nominal constants"
+    )
+    parser.add_argument("--plan", type=Path, help="a plan file; by default the standard minute")
+    parser.add_argument(
+        "--view", action="store_true", help="serve the page that shows rig and twin live"
+    )
+    return parser.parse_args(arguments)
+
+
+def _clear_folder(out: Path) -> None:
+    """Remove an earlier demo from `out`; raise BadInputError when other files are there."""
+    if out.is_dir() and any(out.iterdir()):
+        if not (out / "nominal_twin.yaml").is_file():
+            raise BadInputError(
+                f"--out: expected an empty folder or an earlier demo's, found other files in {out}"
+            )
+        for folder in ("recording", "diagnosis", "logs"):
+            shutil.rmtree(out / folder, ignore_errors=True)
+        (out / "seal.json").unlink(missing_ok=True)
+    elif out.exists() and not out.is_dir():
+        raise BadInputError(f"--out: expected a folder, found the file {out}")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,227 @@
+"""A controller at work: it swings the pole up, balances it, lets it hang and follows a course with the cart, in turns.
+
+Its commands answer measured samples, so what is late, noisy or off in them comes back in the
+input: that is what a recording in closed loop has and a played plan has not. It knows the nominal
+rig alone and nothing of what is concealed; what it must know beyond that, which way a command
+moves the measured cart and which way the pole then swings, it sees from a first push.
+
+The pole over a cart that is accelerated by a (measured from hanging, ph; b = S/Jp, wn^2 = b g):
+    ph'' = -b cos(ph) a - wn^2 sin(ph)
+* Swinging up: the energy w^2/2 - wn^2 cos(ph) grows at the rate -b w cos(ph) a, so a takes that sign until it is wn^2.
+  The rig's wn is not known well: what is aimed at rises slowly, past all that it may be, until the pole is caught.
+* Balancing: gains that place the poles of the linearised cart and pole, a being the input: PLACED.
+* Following: a weak spring and damper towards a slow course, with the plan's many tones on top.
+Whatever runs, a cart that would pass the free part of the rail is brought back to the middle first (`Mode.RETURN`).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pendulum_twin.plans import waveforms
+from pendulum_twin.plans.waveforms import LEAD_S, PUSH_S, Envelope, make_envelope
+from pendulum_twin.rig import Rig
+
+Floats = NDArray[np.float64]
+
+PUSHED_S = (
+    LEAD_S + 2 * PUSH_S
+)  # when the first push has moved the cart one way, and the pole the other
+BEGIN_S = 1.5  # of the turns
+FOLLOWED_S, TURN_S = 7.0, 20.0  # of a turn: following first, then swinging up and balancing
+COURSE = ((0.15, 0.11), (0.1, 0.23))  # m, Hz
+STIFFNESS, DAMPING = 1.0, 0.15  # command per m, per m/s: natural frequency 4 rad/s
+PUMPING_M_S2 = 5.0  # moves the cart 0.15 m each way at the pole's own frequency
+AIMS, AIMING_S = (
+    (0.8, 1.8),
+    10.0,
+)  # times the nominal energy: constants that are 20 % off make it 50 % off
+SPRING_PER_S2, DRAG_PER_S = 5.0, 0.5  # of the cart meanwhile
+PLACED_POLYNOMIAL = (16.0, 88.0, 192.0, 144.0)  # (s + 6)^2 (s + 2)^2, without its s^4
+CATCH_RAD, CATCH_RAD_S, LOST_RAD = 0.35, 3.0, 0.7
+CALM_S = 2.0  # of following after the pole was lost
+FREE, BACK = (
+    0.5,
+    0.15,
+)  # of the rail's half length: where the cart must turn back, and where it is back
+BRAKING_S = 0.15  # looked ahead
+RETURN_STIFFNESS, RETURN_DAMPING = 0.8, 0.3
+DITHER = {"follow": 0.8, "swing": 0.0, "balance": 0.25}  # of the plan's tones
+
+
+class Mode(Enum):
+    """Tell what the controller is about."""
+
+    PUSH = "push"
+    FOLLOW = "follow"
+    SWING = "swing"
+    BALANCE = "balance"
+    RETURN = "return"
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """Hold what does not change: rig, rail and gains.
+
+    period_s: from sample to sample. room: of the nominal rig. coupling: b, 1/m. stiffness: wn^2,
+    1/s^2. damping: the cart's, 1/s. gains: of acceleration, on the pole's angle from upright, its
+    rate, cart position and velocity. tones: commands.
+    """
+
+    period_s: float
+    room: Envelope
+    coupling: float
+    stiffness: float
+    damping: float
+    gains: tuple[float, float, float, float]
+    tones: Floats
+
+
+@dataclass(frozen=True)
+class Stand:
+    """Hold how it stands: samples seen, mode, until which sample it only follows, since which it swings up.
+
+    first: position and angle before the push. way: of the measured cart under a positive command,
+    +1 or -1, and 0 until it is known. turn: -1 where the measured angle runs the other way round.
+    """
+
+    k: int = 0
+    mode: Mode = Mode.PUSH
+    calm_until: int = 0
+    swinging_from: int = 0
+    first: tuple[float, float] = (0.0, 0.0)
+    way: int = 0
+    turn: int = 1
+
+
+def make_tuning(rig: Rig, seconds: float, period_s: float, seed: int) -> Tuning:
+    """Return the tuning for a nominal rig; raise BadInputError for one without cart, drive or rail length."""
+    room = make_envelope(rig)
+    coupling = (
+        rig.total_mass_kg * (rig.com_distance_m or 0.0) / (rig.pole_inertia_kg_m2 or math.inf)
+    )
+    times: Floats = np.arange(max(round(seconds / period_s), 2), dtype=np.float64) * period_s
+    return Tuning(
+        period_s,
+        room,
+        coupling,
+        coupling * rig.gravity_m_s2,
+        (rig.cart_viscous_n_s_m or 0.0) / rig.total_mass_kg,
+        _place_poles(coupling, coupling * rig.gravity_m_s2),
+        waveforms.make_tones(room, np.random.default_rng(seed))(times),
+    )
+
+
+def _place_poles(coupling: float, stiffness: float) -> tuple[float, float, float, float]:
+    """Return gains k of a = -k (psi, w, x, v) that give x'' = a, psi'' = b a + wn^2 psi the poles of PLACED."""
+    third, second, one, none = PLACED_POLYNOMIAL
+    on_x, on_v = -none / stiffness, -one / stiffness
+    return (second + stiffness - on_x) / coupling, (third - on_v) / coupling, on_x, on_v
+
+
+def compute_control(stand: Stand, sample: Floats, tuning: Tuning) -> tuple[Stand, float]:
+    """Return the next stand and the command (PWM fraction) that answers a sample x (m), th (rad), v (m/s), w (rad/s)."""
+    x, th, v, w = (float(value) for value in sample)
+    if stand.k == 0:
+        stand = replace(stand, first=(x, th))
+    if stand.way == 0:
+        stand = _observe_push(stand, x, th, tuning)
+    ph, w = stand.turn * (th - stand.first[1]), stand.turn * w
+    before, stand = stand.mode, replace(stand, mode=_choose_mode(stand, x, v, ph, w, tuning))
+    if stand.mode is Mode.SWING and before is not Mode.SWING:
+        stand = replace(stand, swinging_from=stand.k)
+    if stand.mode is Mode.RETURN and _has_lost_pole(ph):
+        stand = replace(stand, calm_until=stand.k + round(CALM_S / tuning.period_s))
+    limit = tuning.room.limit
+    command = min(max(_compute_command(stand, (x, ph, v, w), tuning), -limit), limit)
+    return replace(stand, k=stand.k + 1), command
+
+
+def _observe_push(stand: Stand, x: float, th: float, tuning: Tuning) -> Stand:
+    """Return the stand with what the push has shown, once it has."""
+    if stand.k * tuning.period_s < PUSHED_S:
+        return stand
+    travel, swung = x - stand.first[0], th - stand.first[1]
+    return replace(stand, way=-1 if travel < 0 else 1, turn=-1 if travel * swung > 0 else 1)
+
+
+def _choose_mode(stand: Stand, x: float, v: float, ph: float, w: float, tuning: Tuning) -> Mode:
+    t, half = stand.k * tuning.period_s, tuning.room.half_length_m
+    if t < BEGIN_S and stand.mode is not Mode.RETURN:
+        return Mode.PUSH
+    if abs(x + BRAKING_S * v) > FREE * half:
+        return Mode.RETURN
+    if stand.mode is Mode.RETURN and abs(x) > BACK * half:
+        return Mode.RETURN
+    if (t - BEGIN_S) % TURN_S < FOLLOWED_S or stand.k < stand.calm_until:
+        return Mode.FOLLOW
+    leaning = abs(_measure_from_upright(ph))
+    if stand.mode is Mode.BALANCE:
+        return Mode.BALANCE if leaning < LOST_RAD else Mode.SWING
+    return Mode.BALANCE if leaning < CATCH_RAD and abs(w) < CATCH_RAD_S else Mode.SWING
+
+
+def _has_lost_pole(ph: float) -> bool:
+    return abs(_measure_from_upright(ph)) > CATCH_RAD
+
+
+def _measure_from_upright(ph: float) -> float:
+    return math.remainder(ph - math.pi, math.tau)
+
+
+def _compute_command(
+    stand: Stand, state: tuple[float, float, float, float], tuning: Tuning
+) -> float:
+    x, ph, v, w = state
+    t = stand.k * tuning.period_s
+    if stand.mode is Mode.PUSH:
+        return float(waveforms.make_push(np.array([t]))[0])
+    if stand.mode is Mode.RETURN:
+        return -stand.way * (RETURN_STIFFNESS * x + RETURN_DAMPING * v)
+    dither = DITHER[stand.mode.value] * float(tuning.tones[min(stand.k, len(tuning.tones) - 1)])
+    if stand.mode is Mode.FOLLOW:
+        course = sum(size * math.sin(math.tau * hz * (t - BEGIN_S)) for size, hz in COURSE)
+        return dither - stand.way * (STIFFNESS * (x - course) + DAMPING * v)
+    since_s = (stand.k - stand.swinging_from) * tuning.period_s
+    aim = AIMS[0] + (AIMS[1] - AIMS[0]) * math.fmod(since_s / AIMING_S, 1.0)
+    wanted = (
+        _swing_up(x, ph, v, w, aim, tuning)
+        if stand.mode is Mode.SWING
+        else _balance(x, ph, v, w, tuning)
+    )
+    return dither + stand.way * (wanted + tuning.damping * v) / tuning.room.acceleration_m_s2
+
+
+def _swing_up(x: float, ph: float, v: float, w: float, aim: float, tuning: Tuning) -> float:
+    """Return the acceleration (m/s^2) that brings the pole's energy to `aim` times that of standing upright.
+
+    It brings the cart to the middle, too.
+    """
+    lacking = aim * tuning.stiffness - (0.5 * w * w - tuning.stiffness * math.cos(ph))
+    size = min(max(lacking / (0.2 * tuning.stiffness), -1.0), 1.0) * PUMPING_M_S2
+    help_now = (
+        w * math.cos(ph) / math.sqrt(tuning.stiffness)
+    )  # little near the horizontal, where a push does nothing
+    return -size * math.tanh(2.0 * help_now) - SPRING_PER_S2 * x - DRAG_PER_S * v
+
+
+def _balance(x: float, ph: float, v: float, w: float, tuning: Tuning) -> float:
+    on_angle, on_rate, on_x, on_v = tuning.gains
+    return -(on_angle * _measure_from_upright(ph) + on_rate * w + on_x * x + on_v * v)
+
+
+class Controller:
+    """Answer a recording's samples one after another: `compute_control`, with its stand kept."""
+
+    def __init__(self, tuning: Tuning) -> None:
+        self._tuning, self.stand = tuning, Stand()
+
+    def __call__(self, sample: Floats) -> float:
+        """Return the command (PWM fraction) that answers this sample."""
+        self.stand, command = compute_control(self.stand, sample, self._tuning)
+        return command

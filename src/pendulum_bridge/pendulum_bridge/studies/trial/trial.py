@@ -1,0 +1,69 @@
+"""One trial: what is concealed in it, drawn from its number alone."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pendulum_bridge.emulator.conceal import TABLE, complete_set, conceal_effects
+from pendulum_bridge.emulator.seal import Concealed
+from pendulum_bridge.emulator.unlisted import BY_NAME as UNLISTED
+from pendulum_bridge.studies.trial.mix import EFFECTS_OF_KIND, find_kind
+from pendulum_twin.rig import Rig
+
+KIND_OF_COUNT = {0: "nothing", 1: "single", 2: "pair", 3: "triple"}
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Hold a trial's number, kind, seed and truth."""
+
+    number: int
+    kind: str
+    seed: int
+    concealed: Concealed
+
+
+def derive_seed(run_seed: int, number: int) -> int:
+    """Return the seed of one trial of a run."""
+    return int(np.random.SeedSequence([run_seed, number]).generate_state(1)[0])
+
+
+def draw_trial(
+    number: int, run_seed: int, shares: Mapping[str, int], nominal: Rig, size_factor: float = 1.0
+) -> Trial:
+    """Return the trial with this number: its kind by the shares, its first effect going round all that there are."""
+    kind, turn = find_kind(number, shares)
+    seed = derive_seed(run_seed, number)
+    names = _draw_names(kind, turn, run_seed, seed)
+    return Trial(number, kind, seed, conceal_effects(names, seed, nominal, size_factor))
+
+
+def draw_trial_with(
+    number: int,
+    run_seed: int,
+    sets: Sequence[Sequence[str]],
+    nominal: Rig,
+    size_factor: float = 1.0,
+) -> Trial:
+    """Return the trial with this number whose effects are given, catalogued or not: the sets take turns."""
+    names = sets[number % len(sets)]
+    seed = derive_seed(run_seed, number)
+    kind = "unlisted" if set(names) & UNLISTED.keys() else KIND_OF_COUNT[min(len(names), 3)]
+    return Trial(number, kind, seed, conceal_effects(names, seed, nominal, size_factor))
+
+
+def _draw_names(kind: str, turn: int, run_seed: int, seed: int) -> tuple[str, ...]:
+    if kind == "unlisted":
+        return (_take_in_turn(tuple(UNLISTED), turn, run_seed),)
+    count = EFFECTS_OF_KIND[kind]
+    # an effect that needs another beside it cannot be drawn alone
+    names = tuple(each.name for each in TABLE if count > 1 or not each.beside)
+    return complete_set([_take_in_turn(names, turn, run_seed)], count, seed) if count else ()
+
+
+def _take_in_turn(names: tuple[str, ...], turn: int, run_seed: int) -> str:
+    """Return the name whose turn it is, in an order that the seed draws."""
+    return names[int(np.random.default_rng(run_seed).permutation(len(names))[turn % len(names)])]

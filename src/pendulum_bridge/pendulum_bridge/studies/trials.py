@@ -1,0 +1,194 @@
+"""Record trials of a diagnosis: emulated rigs in which physics is concealed, each a folder with recording, seal and twin.
+
+Every trial has bag/ (the recording), seal.json (the truth), twin.yaml (the nominal twin: wrong
+constants, no effects) and trial.json (how it was made). Its path is printed as soon as it is
+complete. Trial k of a seed is the same, however many are recorded. Run as `python -m
+pendulum_bridge.studies.trials --out DIR --trials N --seed S`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shutil
+import sys
+import tempfile
+from pathlib import Path
+
+from pendulum_bridge.emulator.conceal import BY_NAME
+from pendulum_bridge.emulator.rig import EmulatedRig
+from pendulum_bridge.emulator.seal import write_seal
+from pendulum_bridge.emulator.sensors import Encoders
+from pendulum_bridge.emulator.session import play_plan, record_rig
+from pendulum_bridge.emulator.unlisted import BY_NAME as UNLISTED
+from pendulum_bridge.recording.bag_writer import Log, write_bag
+from pendulum_bridge.studies.trial.controller import Controller, make_tuning
+from pendulum_bridge.studies.trial.mix import USUAL_SHARES, parse_shares
+from pendulum_bridge.studies.trial.trial import Trial, draw_trial, draw_trial_with
+from pendulum_twin.command_line import as_option, make_number_reader, make_whole_reader
+from pendulum_twin.errors import BadInputError
+from pendulum_twin.files import write_atomically
+from pendulum_twin.model import Twin, load_twin, save_twin
+from pendulum_twin.plans.excitation import make_standard_plan
+from pendulum_twin.plans.waveforms import make_envelope
+
+SCHEMA = "pendulum_trial/1"
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Record all trials and return 0; 1 with a sentence on stderr when one cannot be made."""
+    options = parse_options(arguments)
+    try:
+        nominal = load_twin(options.twin)
+        for number in range(options.first, options.first + options.trials):
+            print(
+                record_trial(_draw_trial(number, options, nominal), nominal, options), flush=True
+            )
+    except (BadInputError, OSError) as error:
+        print(f"trials: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def record_trial(trial: Trial, nominal: Twin, options: argparse.Namespace) -> Path:
+    """Write the trial's folder whole or not at all, and return it; raise BadInputError when it is there already."""
+    folder: Path = options.out / f"trial_{trial.number:04d}"
+    if folder.exists():
+        raise BadInputError(
+            f"{folder}: expected no folder there, found one: trials are not overwritten"
+        )
+    log = _record_log(trial, nominal, options)
+    options.out.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=options.out, prefix=f".{folder.name}.") as temporary:
+        made = Path(temporary) / folder.name
+        write_bag(log, made / "bag")
+        write_seal(trial.concealed, made / "seal.json")
+        save_twin(Twin(f"{nominal.name}_nominal", nominal.rig), made / "twin.yaml")
+        write_atomically(
+            made / "trial.json", json.dumps(_describe_trial(trial, options), indent=2) + "\n"
+        )
+        shutil.move(made, folder)
+    return folder
+
+
+def _record_log(trial: Trial, nominal: Twin, options: argparse.Namespace) -> Log:
+    rig = EmulatedRig(trial.concealed, options.rate_hz, Encoders(options.pole_counts), trial.seed)
+    if options.closed_loop:
+        controller = Controller(
+            make_tuning(nominal.rig, options.seconds, rig.period_s, trial.seed)
+        )
+        return record_rig(rig, controller, round(options.seconds * options.rate_hz))
+    return play_plan(
+        rig,
+        make_standard_plan(
+            make_envelope(nominal.rig), options.seconds, options.rate_hz, trial.seed
+        ),
+    )
+
+
+def _describe_trial(trial: Trial, options: argparse.Namespace) -> dict[str, object]:
+    return {
+        "schema": SCHEMA,
+        "kind": trial.kind,
+        "seed": trial.seed,
+        "pole_counts": options.pole_counts,
+        "seconds": options.seconds,
+        "closed_loop": options.closed_loop,
+        "size_factor": options.size_factor,
+    }
+
+
+def _draw_trial(number: int, options: argparse.Namespace, nominal: Twin) -> Trial:
+    if options.effects:
+        return draw_trial_with(
+            number, options.seed, options.effects, nominal.rig, options.size_factor
+        )
+    return draw_trial(number, options.seed, options.kinds, nominal.rig, options.size_factor)
+
+
+def parse_options(arguments: list[str] | None) -> argparse.Namespace:
+    """Return the command line's options; print what is wrong and exit with 2 for wrong use."""
+    usual = ",".join(f"{kind}:{share}" for kind, share in USUAL_SHARES.items())
+    parser = argparse.ArgumentParser(prog="trials", description=" ".join((__doc__ or "").split()))
+    add = parser.add_argument
+    add("--out", type=Path, required=True, help="folder for the trials' folders")
+    add("--trials", type=make_whole_reader(), required=True, metavar="N", help="how many")
+    add(
+        "--seed",
+        type=make_whole_reader(),
+        required=True,
+        metavar="S",
+        help="what they are drawn from",
+    )
+    add(
+        "--first", type=make_whole_reader(), default=0, metavar="K", help="number of the first (0)"
+    )
+    add(
+        "--seconds",
+        type=make_number_reader(40, 36000),
+        default=60.0,
+        metavar="S",
+        help="length of a recording (60)",
+    )
+    add(
+        "--rate-hz",
+        type=make_number_reader(20, 1000),
+        default=100.0,
+        metavar="HZ",
+        help="samples a second (100)",
+    )
+    add(
+        "--pole-counts",
+        type=make_whole_reader(),
+        default=4096,
+        metavar="N",
+        help="the pole's encoder's counts a turn (4096)",
+    )
+    add(
+        "--kinds",
+        type=as_option(parse_shares),
+        default=USUAL_SHARES,
+        metavar="KIND:SHARE,...",
+        help=f"kinds and their shares ({usual})",
+    )
+    add(
+        "--effects",
+        type=as_option(_parse_effects),
+        nargs="+",
+        metavar="A+B",
+        help="conceal these, sets taking turns, instead of kinds",
+    )
+    add(
+        "--size-factor",
+        type=make_number_reader(0, 100),
+        default=1.0,
+        metavar="F",
+        help="times every drawn size (1)",
+    )
+    add(
+        "--closed-loop",
+        action="store_true",
+        help="record a controller at work instead of the standard plan",
+    )
+    add(
+        "--twin",
+        type=Path,
+        default=Path("config/inteco.yaml"),
+        help="twin file of the nominal rig (config/inteco.yaml)",
+    )
+    return parser.parse_args(arguments)
+
+
+def _parse_effects(text: str) -> tuple[str, ...]:
+    names = tuple(text.split("+"))
+    for name in names:
+        if name not in BY_NAME and name not in UNLISTED:
+            known = ", ".join([*BY_NAME, *UNLISTED])
+            raise BadInputError(
+                f"expected effects that can be concealed ({known}), found {name!r}"
+            )
+    return names
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,196 @@
+"""One UDP socket that talks to one peer: what is not the peer's, or no packet of the protocol, is dropped and counted."""
+
+from __future__ import annotations
+
+import select
+import socket
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Self
+
+from pendulum_bridge.wire.receive_time import (
+    ANCILLARY_BYTES,
+    request_arrival_times,
+    read_arrival_ns,
+)
+from pendulum_twin.errors import BadInputError
+
+LONGEST_PACKET = 64  # bytes; a longer one arrives cut to this, and is still of a wrong length
+MOST_PACKETS_AT_ONCE = 1000  # packets looked at before other work goes on, whatever still comes in
+
+
+@dataclass(frozen=True)
+class Address:
+    """Hold an IPv4 host (name or number) and a port; as text HOST:PORT."""
+
+    host: str
+    port: int
+
+    def __str__(self) -> str:
+        return f"{self.host}:{self.port}"
+
+
+RIG = Address("127.0.0.1", 16384)  # where the rig listens
+USER = Address("127.0.0.1", 16385)  # where the rig sends its samples
+
+
+def parse_address(text: str) -> Address:
+    """Return the address that HOST:PORT gives; raise BadInputError for anything else."""
+    host, _, port = text.rpartition(":")
+    if not host or not port.isascii() or not port.isdigit() or not 1 <= int(port) <= 65535:
+        raise BadInputError(f"expected HOST:PORT with a port from 1 to 65535, found {text!r}")
+    return Address(host, int(port))
+
+
+class Endpoint[Packet]:
+    """Receive a peer's packets at one address and send to another.
+
+    listen: where to receive; loopback unless an address elsewhere is given. peer: where to send;
+    only packets from its host are taken. A peer may send from any port, as the thesis's library
+    does, from another one every time; peer_port narrows it to one. unpack: bytes to packet,
+    raising BadInputError for what is none. Raises BadInputError when the address cannot be used.
+    Close it after use, or use it in a `with`.
+    """
+
+    def __init__(
+        self,
+        listen: Address,
+        peer: Address,
+        unpack: Callable[[bytes], Packet],
+        peer_port: int | None = None,
+    ) -> None:
+        self._peer = (resolve_host(peer), peer.port)
+        self._peer_port, self._unpack = peer_port, unpack
+        self._socket = bind_socket(listen, socket.SOCK_DGRAM)
+        request_arrival_times(self._socket)
+        self.malformed = 0
+        self.foreign = 0
+        self.stranger: Address | None = None  # who sent the last foreign packet
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Give the address back."""
+        self._socket.close()
+
+    def fileno(self) -> int:
+        """Return the socket's number; -1 once closed."""
+        return self._socket.fileno()
+
+    @property
+    def connected(self) -> bool:
+        """Return True: there is no connection that could be missing."""
+        return True
+
+    @property
+    def trouble(self) -> str:
+        """Return no trouble."""
+        return ""
+
+    @property
+    def connections(self) -> int:
+        """Return 1: the socket stays the same."""
+        return 1
+
+    @property
+    def peer(self) -> tuple[str, int]:
+        """Return where packets go: number and port."""
+        return self._peer
+
+    def send(self, packet: bytes) -> None:
+        """Send to the peer, whether or not it listens; raise BadInputError when the network refuses."""
+        try:
+            self._socket.sendto(packet, self._peer)
+        except BlockingIOError:
+            return  # the buffer is full: lost, as on any network
+        except OSError as error:
+            raise BadInputError(
+                f"cannot send to {self._peer[0]}:{self._peer[1]}: {error.strerror}"
+            ) from error
+
+    def receive(self, deadline: float) -> Packet | None:
+        """Return the next packet of the peer, or None at the deadline (a time of `time.monotonic`, in s).
+
+        What others send never makes it longer. A deadline that has passed takes one that waits
+        already.
+        """
+        came = self.receive_stamped(deadline)
+        return None if came is None else came[0]
+
+    def receive_stamped(self, deadline: float) -> tuple[Packet, int] | None:
+        """Return the same packet, and when the kernel received it, in ns of the system's clock."""
+        while True:
+            left = max(deadline - time.monotonic(), 0.0)
+            if not select.select([self._socket], [], [], left)[0]:
+                return None
+            came = self._next()
+            if came is not None or not left:
+                return came
+
+    def take_waiting(self) -> list[Packet]:
+        """Return the peer's packets that are there already, oldest first, without waiting."""
+        packets = []
+        for _ in range(MOST_PACKETS_AT_ONCE):
+            if not select.select([self._socket], [], [], 0)[0]:
+                break
+            came = self._next()
+            if came is not None:
+                packets.append(came[0])
+        return packets
+
+    def _next(self) -> tuple[Packet, int] | None:
+        try:
+            packet, ancillary, _, (host, port) = self._socket.recvmsg(
+                LONGEST_PACKET, ANCILLARY_BYTES
+            )
+        except OSError:
+            return None  # it was announced, but its checksum was wrong
+        if host != self._peer[0] or self._peer_port not in (None, port):
+            self.foreign += 1
+            self.stranger = Address(host, port)
+            return None
+        try:
+            return self._unpack(packet), read_arrival_ns(ancillary)
+        except BadInputError:
+            self.malformed += 1
+            return None
+
+
+def bind_socket(listen: Address, kind: socket.SocketKind) -> socket.socket:
+    """Return a socket of a kind at this address that never waits, one for streams listening already.
+
+    Raises BadInputError when the address cannot be used.
+    """
+    opened = socket.socket(socket.AF_INET, kind)
+    opened.setblocking(False)
+    try:
+        if (
+            kind == socket.SOCK_STREAM
+        ):  # what is left of earlier connections does not keep it from being used again
+            opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        opened.bind((resolve_host(listen), listen.port))
+        if kind == socket.SOCK_STREAM:
+            opened.listen()
+    except (OSError, BadInputError) as error:
+        opened.close()
+        if isinstance(error, BadInputError):
+            raise
+        raise BadInputError(
+            f"cannot listen on {listen}: {error.strerror}; choose another address, or stop what uses this one"
+        ) from error
+    return opened
+
+
+def resolve_host(address: Address) -> str:
+    """Return the number of an address's host; raise BadInputError for one that nobody knows."""
+    try:
+        return socket.gethostbyname(address.host)
+    except (OSError, UnicodeError) as error:
+        raise BadInputError(
+            f"expected a host name or IPv4 address, found {address.host!r}, which nobody knows"
+        ) from error

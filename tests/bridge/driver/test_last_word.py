@@ -1,0 +1,264 @@
+"""Real processes and sockets: whatever happens to the driver's process, the rig hears PWM 0, and nothing is left over."""
+
+import os
+import select
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from pendulum_bridge.driver import last_word
+from pendulum_bridge.driver.last_word import LastWord
+from pendulum_bridge.wire.link import Link
+from pendulum_bridge.wire.protocol import COMMAND, Command
+from pendulum_bridge.wire.tcp import open_tcp_link
+from pendulum_bridge.wire.udp import Address
+from pendulum_twin.errors import BadInputError
+
+LONG_S = 120.0
+ZERO, DRIVEN = Command(0.0).pack(), Command(0.3).pack()
+
+# A driver in small: it sends 0.3 every 10 ms and says that it is well. Arguments: udp or tcp, the
+# rig's port, silence_s.
+DRIVER = """
+import select, signal, subprocess, sys, time
+from pendulum_bridge.driver.last_word import LastWord
+from pendulum_bridge.wire.link import Link
+from pendulum_bridge.wire.protocol import Command
+from pendulum_bridge.wire.tcp import open_tcp_link
+from pendulum_bridge.wire.udp import Address
+from pendulum_twin.errors import BadInputError
+
+signal.signal(signal.SIGINT, signal.SIG_DFL)
+rig, silence_s = Address("127.0.0.1", int(sys.argv[2])), float(sys.argv[3])
+link = open_tcp_link(rig) if sys.argv[1] == "tcp" else Link(Address("127.0.0.1", 0), rig)
+last = LastWord(link, Command(0.0).pack(), silence_s)
+waits = [sys.executable, "-S", "-c", "import sys; sys.stdin.read()"]
+other = subprocess.Popen(waits, stdin=subprocess.PIPE, close_fds=False)
+print(last.pid, other.pid, "numpy" in sys.modules, flush=True)
+while not select.select([sys.stdin], [], [], 0)[0]:
+    try:
+        link.send(Command(0.3))
+    except BadInputError:
+        pass
+    link.receive(time.monotonic() + 0.01)
+    last.alive()
+"""
+
+
+class Rig:
+    """The rig's end of a link over UDP or TCP: it takes commands, all in the order in which they come."""
+
+    def __init__(self, way: str) -> None:
+        self.way = way
+        self.socket = socket.socket(
+            socket.AF_INET, socket.SOCK_STREAM if way == "tcp" else socket.SOCK_DGRAM
+        )
+        self.socket.bind(("127.0.0.1", 0))
+        if way == "tcp":
+            self.socket.listen()
+        self.listening = self.socket
+        self.port = self.socket.getsockname()[1]
+
+    def greet(self) -> None:
+        if self.way == "tcp":
+            self.listening.settimeout(LONG_S)
+            self.socket, _ = self.listening.accept()
+
+    def command(self, wait_s: float = LONG_S) -> bytes | None:
+        """Return the next command, None when none came; over TCP empty when the connection is closed."""
+        if not select.select([self.socket], [], [], wait_s)[0]:
+            return None
+        return self.socket.recv(COMMAND.size)
+
+    def until(self, wanted: bytes | None) -> float:
+        """Take commands until one is the wanted; return how long that took, s."""
+        begin = time.monotonic()
+        while (command := self.command()) != wanted:
+            assert command and time.monotonic() < begin + LONG_S, command
+        return time.monotonic() - begin
+
+    def drain(self) -> None:
+        """Take all that has been sent so far."""
+        while self.command(0):
+            pass
+
+    def close(self) -> None:
+        self.socket.close()
+        self.listening.close()
+
+
+class Driver:
+    """The small driver as a process of its own, and who belongs to it."""
+
+    def __init__(self, rig: Rig, silence_s: float) -> None:
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+        arguments = [sys.executable, "-c", DRIVER, rig.way, str(rig.port), str(silence_s)]
+        self.process = subprocess.Popen(
+            arguments,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            env=environment,
+            start_new_session=True,
+        )
+        rig.greet()
+        self.companion, self.other, self.heavy = self.process.stdout.readline().split()
+        rig.until(DRIVEN)
+
+    def signal(self, number: signal.Signals) -> None:
+        self.process.send_signal(number)
+
+    def kill(self) -> None:
+        self.process.kill()
+        self.process.communicate()
+
+
+@pytest.fixture
+def driven() -> Iterator[Callable[..., tuple[Rig, Driver]]]:
+    made: list[Rig | Driver] = []
+
+    def make(way: str = "udp", silence_s: float = 0.2) -> tuple[Rig, Driver]:
+        rig = Rig(way)
+        made.append(rig)
+        driver = Driver(rig, silence_s)
+        made.append(driver)
+        return rig, driver
+
+    yield make
+    for each in made:
+        each.kill() if isinstance(each, Driver) else each.close()
+
+
+def gone(pid: str) -> bool:
+    """Tell whether a process has ended; who its parent is now, and whether that one has noticed, is not ours to say."""
+    try:
+        return "\nState:\tZ" in Path(f"/proc/{pid}/status").read_text()
+    except (FileNotFoundError, ProcessLookupError):
+        return True
+
+
+def within(done: Callable[[], bool], limit_s: float = LONG_S) -> float:
+    begin = time.monotonic()
+    while not done():
+        assert time.monotonic() < begin + limit_s, f"waited {limit_s} s"
+    return time.monotonic() - begin
+
+
+@pytest.mark.parametrize("way", ["udp", "tcp"])
+def test_a_killed_driver_leaves_pwm_0(driven, way: str) -> None:
+    """With a silence of a minute it is the closed pipe that tells, though another child of the driver lives on."""
+    rig, driver = driven(way, silence_s=60.0)
+    driver.signal(signal.SIGKILL)
+    took_s = rig.until(ZERO)
+    assert not gone(driver.other) and driver.heavy == "False"
+    for _ in range(last_word.last_word_program.LAST_WORDS - 1):
+        assert rig.command() == ZERO
+    gone_s = within(lambda: gone(driver.companion))
+    print(f"SIGKILL, {way}: PWM 0 after {1e3 * took_s:.1f} ms; gone {1e3 * gone_s:.0f} ms later")
+    assert rig.command(0.05) in (None, b"")
+
+
+@pytest.mark.wall_time
+@pytest.mark.parametrize("way", ["udp", "tcp"])
+def test_a_stopped_driver_leaves_pwm_0_and_is_watched_again_when_it_goes_on(
+    driven, way: str
+) -> None:
+    rig, driver = driven(way)
+    for _ in range(2):
+        driver.signal(signal.SIGSTOP)
+        took_s = rig.until(ZERO)
+        assert took_s > 0.1
+        print(f"SIGSTOP, {way}: PWM 0 after {1e3 * took_s:.0f} ms")
+        assert [rig.command(), rig.command()] == [ZERO, ZERO]  # as long as it lasts
+        driver.signal(signal.SIGCONT)
+        rig.until(DRIVEN)
+    driver.signal(signal.SIGKILL)
+    rig.until(ZERO)
+    within(lambda: gone(driver.companion))
+
+
+def test_signals_do_not_end_the_companion_before_the_driver(driven) -> None:
+    rig, driver = driven(silence_s=60.0)
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        os.kill(int(driver.companion), number)
+    os.killpg(driver.process.pid, signal.SIGINT)  # Ctrl-C: the driver dies of it, here
+    rig.until(ZERO)
+    within(lambda: gone(driver.companion))
+
+
+def test_after_another_connection_it_speaks_over_that_one(driven) -> None:
+    rig, driver = driven("tcp", silence_s=60.0)
+    rig.socket.close()
+    rig.greet()
+    rig.until(DRIVEN)
+    rig.until(DRIVEN)  # after the first the driver has said that it is well once more
+    driver.signal(signal.SIGKILL)
+    rig.until(ZERO)
+
+
+@pytest.fixture
+def alone() -> Iterator[tuple[Rig, Link]]:
+    rig = Rig("udp")
+    with Link(Address("127.0.0.1", 0), Address("127.0.0.1", rig.port)) as link:
+        yield rig, link
+    rig.close()
+
+
+def test_a_goodbye_is_silent_and_leaves_no_process(alone: tuple[Rig, Link]) -> None:
+    rig, link = alone
+    with LastWord(link, ZERO, silence_s=60.0) as word:
+        assert word.running
+        pid = str(word.pid)
+        open_before = len(os.listdir("/proc/self/fd"))
+    assert not word.running and not Path(f"/proc/{pid}").exists()
+    assert len(os.listdir("/proc/self/fd")) < open_before
+    word.close()
+    word.alive()  # neither does anything now
+    assert rig.command(0.1) is None
+
+
+def test_a_companion_that_was_killed_is_seen(alone: tuple[Rig, Link]) -> None:
+    _, link = alone
+    with LastWord(link, ZERO, silence_s=60.0) as word:
+        os.kill(word.pid, signal.SIGKILL)
+        within(lambda: not word.running)
+        word.alive()
+
+
+@pytest.mark.wall_time
+def test_a_stopped_companion_holds_nobody_up(alone: tuple[Rig, Link]) -> None:
+    _, link = alone
+    with LastWord(link, ZERO, silence_s=60.0) as word:
+        os.kill(word.pid, signal.SIGSTOP)
+        begin = time.monotonic()
+        for _ in range(5000):
+            word.alive()
+        assert time.monotonic() - begin < 2.0
+        os.kill(word.pid, signal.SIGCONT)
+
+
+def test_without_a_connection_it_waits_for_one() -> None:
+    rig = Rig("tcp")
+    rig.listening.close()
+    link = open_tcp_link(Address("127.0.0.1", rig.port))
+    with LastWord(link, ZERO, silence_s=60.0) as word:
+        assert word.running and not link.connected
+    link.close()
+
+
+def test_one_that_does_not_start_is_one_sentence(
+    alone: tuple[Rig, Link], tmp_path: Path, monkeypatch
+) -> None:
+    (tmp_path / "broken.py").write_text("raise SystemExit(1)")
+    monkeypatch.setattr(last_word, "PROGRAM", tmp_path / "broken.py")
+    with pytest.raises(
+        BadInputError,
+        match=r"last word: expected its process to be ready within 10 s: run .*broken\.py",
+    ):
+        LastWord(alone[1], ZERO)

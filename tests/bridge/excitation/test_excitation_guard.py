@@ -1,0 +1,270 @@
+"""An excitation is stopped for each reason, at the sample where the reason is there, and not before."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pendulum_bridge.emulator.rig import EmulatedRig
+from pendulum_bridge.emulator.seal import Concealed
+from pendulum_bridge.excitation.guard import (
+    Bounds,
+    Stopped,
+    StopReason,
+    Watch,
+    note_request,
+    find_exceeded_bound,
+    find_missing_samples,
+    is_obeyed,
+    watch_sample,
+)
+from pendulum_bridge.excitation.performance import Performance, perform
+from pendulum_bridge.excitation.playback import SAMPLES_A_LOOK, MOST_LOOKS
+from pendulum_bridge.excitation.run import (
+    Run,
+    Stage,
+    stop_run,
+    enter_stage,
+    make_health,
+    begin_looking,
+    take_sample,
+    compute_share,
+    find_silence,
+    describe_progress,
+)
+from pendulum_bridge.safety.rig_state import RigState
+from pendulum_twin.errors import BadInputError
+from pendulum_twin.health import Level
+from pendulum_twin.plans.excitation import Excitation, make_standard_plan
+from pendulum_twin.plans.plan_file import Plan, make_excitation
+from pendulum_twin.plans.plan_phases import Push, Rest, Samples, Steps
+from pendulum_twin.plans.waveforms import Envelope
+from pendulum_twin.rig import Rig
+
+PERIOD_S, PERIOD_NS = 0.01, 10_000_000
+BOUNDS = Bounds(far_m=0.85)
+STILL = RigState(0.0, math.pi, 0.0, 0.0)
+PLAN = make_excitation(
+    Plan((Push(), Steps(seconds=2, amplitude=0.3), Rest(seconds=1, centred=True))), Envelope()
+)
+
+
+@pytest.mark.parametrize("reason", StopReason)
+def test_every_reason_is_a_sentence(reason: StopReason) -> None:
+    said = Stopped(reason, "found this").sentence
+    assert said[0].isupper() and "found this" in said and said.endswith(".")
+
+
+OUTSIDE = [
+    (RigState(0.86, math.pi, 0, 0), StopReason.CART_TOO_FAR),
+    (RigState(-0.86, math.pi, 0, 0), StopReason.CART_TOO_FAR),
+    (RigState(0, math.pi, 5.1, 0), StopReason.CART_TOO_FAST),
+    (RigState(0, math.pi, -5.1, 0), StopReason.CART_TOO_FAST),
+    (RigState(0, math.pi, 0, 41), StopReason.POLE_TOO_FAST),
+    (RigState(0, math.pi, 0, -41), StopReason.POLE_TOO_FAST),
+]
+
+
+@pytest.mark.parametrize(("state", "reason"), OUTSIDE)
+def test_a_bound_stops_at_the_second_sample_beyond_it(state: RigState, reason: StopReason) -> None:
+    watch, first = watch_sample(state, 0.0, PERIOD_S, Watch(), BOUNDS)
+    _, again = watch_sample(state, 0.0, PERIOD_S, watch, BOUNDS)
+    assert (
+        first is None and again is not None and again.reason is reason and "at most" in again.found
+    )
+
+
+@pytest.mark.parametrize(("state", "_reason"), OUTSIDE)
+def test_a_single_spike_does_not(state: RigState, _reason: StopReason) -> None:
+    watch, found = Watch(), []
+    for k in range(20):
+        watch, stopped = watch_sample(state if k % 2 else STILL, 0.0, PERIOD_S, watch, BOUNDS)
+        found.append(stopped)
+    assert found == [None] * 20
+
+
+@given(
+    st.builds(
+        RigState,
+        st.floats(-0.85, 0.85),
+        st.floats(-1e3, 1e3),
+        st.floats(-5, 5),
+        st.floats(-40, 40),
+    ),
+)
+def test_within_the_bounds_nothing_is_beyond(state: RigState) -> None:
+    assert find_exceeded_bound(state, BOUNDS) is None
+
+
+def overruled_after(applied: list[float], asked: list[float]) -> int | None:
+    """Return at which sample the watch stops, with what was applied then and what was asked for."""
+    watch = Watch()
+    for k, (sent, wanted) in enumerate(zip(applied, asked, strict=True)):
+        watch, stopped = watch_sample(STILL, sent, PERIOD_S, watch, BOUNDS)
+        if stopped:
+            assert stopped.reason is StopReason.OVERRULED
+            return k
+        watch = note_request(wanted, PERIOD_S, watch)
+    return None
+
+
+def test_a_driver_that_sends_something_else_for_long_stops_the_plan() -> None:
+    assert overruled_after([0.1] * 200, [0.3] * 200) == pytest.approx(0.5 / PERIOD_S + 11, abs=2)
+
+
+def test_one_that_overrules_two_thirds_of_the_time_does_so_later() -> None:
+    asked, applied = [0.3] * 400, ([0.1] * 2 + [0.3]) * 133 + [0.1]
+    assert overruled_after(applied, asked) == pytest.approx(3 * 0.5 / PERIOD_S + 10, abs=20)
+    assert overruled_after(([0.1] + [0.3] * 2) * 133 + [0.3], asked) is None
+
+
+@pytest.mark.parametrize("behind", [1, 2, 8])
+def test_one_that_is_a_little_behind_or_slewing_does_not(behind: int) -> None:
+    asked = make_standard_plan(seconds=40).commands.tolist()
+    late = [0.0] * behind + asked[:-behind]
+    assert overruled_after(late, asked) is None
+    slewing = [0.0]
+    for wanted in late:
+        slewing.append(slewing[-1] + min(max(wanted - slewing[-1], -0.1), 0.1))
+    assert overruled_after(slewing[1:], asked) is None
+
+
+def test_obeyed_is_between_recent_commands() -> None:
+    assert (
+        is_obeyed(0.1, (0.0, 0.3))
+        and is_obeyed(0.31, (0.0, 0.3))
+        and not is_obeyed(0.33, (0.0, 0.3))
+    )
+
+
+def test_silence_is_missing_samples() -> None:
+    assert find_missing_samples(0.2, BOUNDS) is None
+    assert "none for 0.25 s, at most 0.2 s" in find_missing_samples(0.25, BOUNDS).sentence
+
+
+@pytest.mark.parametrize("bad", [math.nan, 0.0, -1.0])
+def test_bounds_that_are_none_are_refused(bad: float) -> None:
+    with pytest.raises(BadInputError, match="pole_rad_s: expected a number above 0, found"):
+        Bounds(0.8, pole_rad_s=bad)
+
+
+def driven(
+    rig: EmulatedRig, plan: Excitation, bounds: Bounds, skip: range = range(0)
+) -> tuple[Performance, Stopped | None]:
+    """Play a plan on a rig in process; samples in `skip` are lost."""
+    performance, applied = Performance(), 0.0
+    for k in range(len(plan.commands) + 1):
+        state = RigState(*rig.sample.tolist())
+        if k not in skip:
+            move = perform(k * PERIOD_NS, state, applied, performance, plan, bounds)
+            performance, applied = move.performance, move.command
+            if move.stopped or move.done:
+                assert move.command == 0.0
+                return performance, move.stopped
+        rig.step(applied)
+    raise AssertionError("it never ended")
+
+
+def test_a_rig_within_its_bounds_is_played_to_the_end(nominal: Rig) -> None:
+    performance, stopped = driven(
+        EmulatedRig(Concealed({}, nominal), timestep_s=1e-3), PLAN, BOUNDS
+    )
+    assert stopped is None and performance.playback.way == 1
+
+
+def test_a_cart_that_does_not_move_ends_the_plan_after_the_push(nominal: Rig) -> None:
+    stuck = Concealed({"cart_coulomb_friction": {"level_n": 8.0}}, nominal)
+    performance, stopped = driven(EmulatedRig(stuck, timestep_s=1e-3), PLAN, BOUNDS)
+    assert stopped.reason is StopReason.NOT_MOVED and performance.playback.sample == PLAN.push_ends
+
+
+def test_a_cart_that_leaves_is_stopped_before_the_end_of_the_rail(nominal: Rig) -> None:
+    away = make_excitation(Plan((Samples(commands=(0.2,) * 300, centred=False),)), Envelope())
+    rig = EmulatedRig(Concealed({}, nominal), timestep_s=1e-3)
+    _, stopped = driven(rig, away, BOUNDS)
+    assert stopped.reason is StopReason.CART_TOO_FAR
+    assert 0.85 < rig.sample[0] < 0.9
+
+
+@pytest.mark.parametrize(("lost", "ends"), [(range(100, 119), False), (range(100, 121), True)])
+def test_a_gap_in_the_stamps_of_more_than_the_silence_stops(
+    lost: range, ends: bool, nominal: Rig
+) -> None:
+    performance, stopped = driven(
+        EmulatedRig(Concealed({}, nominal), timestep_s=1e-3), PLAN, BOUNDS, lost
+    )
+    assert (stopped.reason if stopped else None) == (StopReason.SAMPLES_MISSING if ends else None)
+    assert performance.playback.lost == len(lost)
+
+
+def looked(run: Run, stamps_ns: list[int]) -> tuple[Run, list[float | None]]:
+    """Show a run samples with these stamps for as long as it looks; return it and what it sent."""
+    sent = []
+    for stamp_ns in stamps_ns:
+        if run.stage is Stage.LOOKING:
+            step = take_sample(stamp_ns, STILL, 0.0, 1e-9 * stamp_ns, run, PLAN, BOUNDS)
+            run = step.run
+            sent.append(step.command)
+    return run, sent
+
+
+def stamps(count: int, periods: float = 1, first_ns: int = 0) -> list[int]:
+    return [first_ns + round(k * periods * PERIOD_NS) for k in range(count)]
+
+
+def test_a_run_looks_before_it_plays_and_sends_0_meanwhile() -> None:
+    run, sent = looked(begin_looking(0.0, enter_stage(Stage.WAITING, 0.0, Run())), stamps(99))
+    assert run.stage is Stage.PLAYING and sent == [0.0] * SAMPLES_A_LOOK
+    step = take_sample(SAMPLES_A_LOOK * PERIOD_NS, STILL, 0.0, 1.0, run, PLAN, BOUNDS)
+    assert step.run.performance.playback.sample == 0 and step.command == PLAN.commands[0]
+
+
+def test_a_run_at_another_rate_is_refused_in_a_sentence() -> None:
+    run, sent = looked(begin_looking(0.0, Run()), stamps(999, periods=2))
+    assert run.stage is Stage.STOPPED and sent == [0.0] * MOST_LOOKS * SAMPLES_A_LOOK
+    assert "expected 100 Hz, found 50 Hz: give the plan the rig's rate_hz" in run.stopped.sentence
+
+
+def test_a_rate_that_fits_only_later_is_good() -> None:
+    late = stamps(30, periods=2.5) + stamps(70, first_ns=80 * PERIOD_NS)
+    run, sent = looked(begin_looking(0.0, Run()), late)
+    assert run.stage is Stage.PLAYING and len(sent) == 2 * SAMPLES_A_LOOK
+
+
+def test_before_it_begins_nothing_is_answered() -> None:
+    for stage in (Stage.WAITING, Stage.RESETTING):
+        step = take_sample(0, STILL, 0.0, 3.0, enter_stage(stage, 0.0, Run()), PLAN, BOUNDS)
+        assert step.command is None and step.run.sampled_s == 3.0
+        assert find_silence(9.0, step.run, BOUNDS) is None  # the reset has a deadline of its own
+
+
+def test_silence_counts_from_the_start_of_the_look() -> None:
+    run = begin_looking(5.0, Run())
+    assert find_silence(5.1, run, BOUNDS) is None
+    assert find_silence(5.3, run, BOUNDS).reason is StopReason.SAMPLES_MISSING
+
+
+def test_a_run_says_where_it_is() -> None:
+    run, _ = looked(begin_looking(0.0, Run()), stamps(99))
+    for k in range(226):
+        state = RigState(0.0005 * k, math.pi, 0.0, 0.0)
+        run = take_sample(
+            (SAMPLES_A_LOOK + k) * PERIOD_NS,
+            state,
+            0.0,
+            1.0,
+            run,
+            PLAN,
+            Bounds(1.0, overruled_s=9.0),
+        ).run
+    assert describe_progress(run, PLAN) == "plays steps: 2.2 s of 4.5 s, 2.2 s to go"
+    assert compute_share(run, PLAN) == 0.5
+    assert make_health(run, PLAN, "").level is Level.OK
+    assert (
+        make_health(enter_stage(Stage.WAITING, 0.0, Run()), PLAN, "no rig").sentence
+        == "The node waits for rig and twin: no rig."
+    )
+    stopped = stop_run(Stopped(StopReason.ABORTED), 2.0, run)
+    assert make_health(stopped, PLAN, "").level is Level.ERROR and not stopped.stage.active
+    assert make_health(stopped, PLAN, "").sentence == "The plan was aborted by request."

@@ -1,0 +1,192 @@
+"""No commands drive the cart beyond the margin before the end of the rail, on any rig about the nominal one."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from support.guarded_rigs import PERIOD_S, seen, stepper, varied
+
+from pendulum_bridge.safety.rail_guard import (
+    Seen,
+    compute_braking_distance,
+    guard_command,
+    make_rail_guard,
+)
+from pendulum_bridge.safety.reasons import Reason
+from pendulum_bridge.safety.rig_state import RigState
+from pendulum_twin.errors import BadInputError
+from pendulum_twin.rig import Rig
+from pendulum_twin.stepper import Stepper
+
+MARGIN_M, LIMIT = 0.05, 0.5
+SLOW_DRIVES = ({}, {"input_delay": {"delay_s": 0.02}}, {"motor_lag": {"time_constant_s": 0.015}})
+
+
+def asked(kind: str, random: np.random.Generator, k: int, rig: Stepper, last: float) -> float:
+    """Return the next command of an adversary."""
+    x, th, v, w = rig.state.tolist()
+    return {
+        "out": math.copysign(9.0, 350 - k % 700),
+        "telegraph": float(random.choice([-LIMIT, 0.0, LIMIT]))
+        if random.random() < 0.03
+        else last,
+        "pump": math.copysign(LIMIT, math.cos(th) * w),  # as much energy into the pole as can be
+        "run on": math.copysign(LIMIT, v),
+        "nearest end": math.copysign(LIMIT, x),
+        "noise": float(random.uniform(-1, 1)),
+    }[kind]
+
+
+ADVERSARIES = ("out", "telegraph", "pump", "run on", "nearest end", "noise")
+
+
+def furthest(
+    rig: Stepper,
+    nominal: Rig,
+    kind: str,
+    random: np.random.Generator,
+    samples: int,
+    lost: float = 0.0,
+) -> float:
+    """Return how far from the middle an adversary brings the cart; lost: share of samples that never arrive."""
+    guard = make_rail_guard(nominal, LIMIT, MARGIN_M)
+    command, applied, in_vain_s, far, age = LIMIT, 0.0, 0.0, 0.0, 0.0
+    shown = seen(rig)
+    for k in range(samples):
+        shown, age = (shown, age + PERIOD_S) if random.random() < lost else (seen(rig), 0.0)
+        command = asked(kind, random, k, rig, command)
+        within = min(max(command, -LIMIT), LIMIT)
+        found = guard_command(within, Seen(shown, age, applied), in_vain_s, PERIOD_S, guard)
+        assert abs(found.pwm) <= LIMIT and found.reason is not Reason.RAIL_NOT_HELD
+        applied, in_vain_s = found.pwm, found.in_vain_s
+        far = max(far, abs(float(rig.step(applied)[0])))
+    return far
+
+
+@pytest.mark.parametrize("kind", ADVERSARIES)
+def test_no_adversary_passes_the_margin(kind: str, nominal: Rig) -> None:
+    """Measured over 60 seeds of 15 s each: at worst 4.7 mm inside the margin; pumped poles reach 190 rad/s."""
+    for seed in range(24):
+        random = np.random.default_rng(seed)
+        start = (
+            random.uniform(-0.5, 0.5),
+            math.pi + random.uniform(-3, 3),
+            0.0,
+            random.uniform(-15, 15),
+        )
+        rig = stepper(varied(nominal, random, corner=seed % 2 == 0), SLOW_DRIVES[seed % 3], start)
+        assert furthest(rig, nominal, kind, random, 1000) < nominal.rail_half_length_m - MARGIN_M
+
+
+def test_nor_when_every_second_sample_is_lost(nominal: Rig) -> None:
+    for seed in range(12):
+        random = np.random.default_rng(seed)
+        rig = stepper(varied(nominal, random), {}, (0.0, math.pi, 0.0, random.uniform(-15, 15)))
+        kind = ADVERSARIES[seed % len(ADVERSARIES)]
+        assert (
+            furthest(rig, nominal, kind, random, 1000, lost=0.5)
+            < nominal.rail_half_length_m - MARGIN_M
+        )
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.lists(st.tuples(st.floats(-LIMIT, LIMIT), st.integers(1, 60)), max_size=12),
+    st.integers(0, 10**6),
+)
+def test_nor_does_any_sequence_of_commands(
+    nominal: Rig, plan: list[tuple[float, int]], seed: int
+) -> None:
+    random = np.random.default_rng(seed)
+    guard = make_rail_guard(nominal, LIMIT, MARGIN_M)
+    rig = stepper(
+        varied(nominal, random, corner=True), SLOW_DRIVES[seed % 3], (0.0, math.pi, 0.0, 0.0)
+    )
+    applied = 0.0
+    for command in (command for command, samples in plan for _ in range(samples)):
+        applied = guard_command(command, Seen(seen(rig), 0.0, applied), 0.0, PERIOD_S, guard).pwm
+        assert abs(rig.step(applied)[0]) < nominal.rail_half_length_m - MARGIN_M
+
+
+def test_a_quiet_cart_in_the_middle_is_left_alone(nominal: Rig) -> None:
+    guard = make_rail_guard(nominal, LIMIT)
+    for command in (-0.5, 0.0, 0.3):
+        found = guard_command(
+            command, Seen(RigState(0.2, math.pi, 0.1, 0.0), 0.0, command), 0.0, PERIOD_S, guard
+        )
+        assert found.pwm == command and found.reason is None
+
+
+def test_braking_distance_has_its_closed_forms(nominal: Rig) -> None:
+    """Without friction v^2/2b; with it shorter, and as an integration in small steps has it."""
+    guard = replace(make_rail_guard(nominal, LIMIT), friction_1_s=0.0)
+    brake = guard.brake_m_s2 * LIMIT
+    assert compute_braking_distance(2.0, guard) == pytest.approx(4 / (2 * brake))
+    assert compute_braking_distance(-1.0, guard) == 0.0
+    rough = replace(guard, friction_1_s=0.7)
+    v, x, h = 2.0, 0.0, 1e-5
+    while v > 0:
+        x, v = x + v * h, v - (brake + 0.7 * v) * h
+    assert compute_braking_distance(2.0, rough) == pytest.approx(x, rel=1e-3)
+
+
+@given(st.floats(0, 5), st.floats(0, 1))
+def test_braking_distance_grows_with_speed(speed: float, more: float) -> None:
+    guard = make_rail_guard(Rig(0.5, 0.1, 0.02, 0.003, 9.81, 12.0, 0.5, 2e-4, 0.9), LIMIT)
+    assert compute_braking_distance(speed + more, guard) >= compute_braking_distance(speed, guard)
+
+
+def test_a_cart_beyond_is_sent_back_gently_and_a_running_one_is_braked_fully(nominal: Rig) -> None:
+    guard = make_rail_guard(nominal, LIMIT)
+    resting = guard_command(
+        0.5, Seen(RigState(-0.88, math.pi, 0.0, 0.0), 0.0, 0.0), 0.0, PERIOD_S, guard
+    )
+    running = guard_command(
+        -0.5, Seen(RigState(-0.8, math.pi, -2.0, 0.0), 0.0, 0.0), 0.0, PERIOD_S, guard
+    )
+    assert resting.pwm == 0.5  # asked for the right way: that may be stronger
+    assert guard_command(
+        -0.5, Seen(RigState(-0.88, math.pi, 0.0, 0.0), 0.0, 0.0), 0.0, PERIOD_S, guard
+    ).pwm == pytest.approx(0.15)
+    assert running.pwm == LIMIT and running.reason is Reason.RAIL_BRAKING
+
+
+def test_both_ends_and_both_ways_are_mirrored(nominal: Rig) -> None:
+    guard, other = make_rail_guard(nominal, LIMIT), make_rail_guard(nominal, LIMIT, way=-1)
+    for x, v, command in ((0.7, 0.8, 0.4), (0.6, 1.5, -0.1), (0.2, 2.5, 0.5)):
+        here = guard_command(
+            command, Seen(RigState(x, math.pi, v, 0.0), 0.0, 0.2), 0.0, PERIOD_S, guard
+        ).pwm
+        there = guard_command(
+            -command, Seen(RigState(-x, math.pi, -v, 0.0), 0.0, -0.2), 0.0, PERIOD_S, guard
+        ).pwm
+        inverted = guard_command(
+            -command, Seen(RigState(x, math.pi, v, 0.0), 0.0, -0.2), 0.0, PERIOD_S, other
+        ).pwm
+        assert here == pytest.approx(-there) == pytest.approx(-inverted)
+
+
+def test_a_drive_that_goes_the_wrong_way_is_switched_off(nominal: Rig) -> None:
+    """A stuck cart, or one whose command has the other sign, is not pushed into the end for ever."""
+    guard, in_vain_s = make_rail_guard(nominal, LIMIT), 0.0
+    at_the_end = Seen(RigState(0.9, math.pi, 0.0, 0.0), 0.0, 0.0)
+    for _ in range(102):
+        found = guard_command(0.1, at_the_end, in_vain_s, PERIOD_S, guard)
+        in_vain_s = found.in_vain_s
+    assert found.pwm == 0.0 and found.reason is Reason.RAIL_NOT_HELD
+    moved = guard_command(
+        0.1, Seen(RigState(0.3, math.pi, 0.0, 0.0), 0.0, 0.0), in_vain_s, PERIOD_S, guard
+    )
+    assert moved.pwm == 0.1 and moved.in_vain_s == 0.0
+
+
+def test_a_rig_without_rail_or_room_is_refused(nominal: Rig) -> None:
+    with pytest.raises(BadInputError, match="rail_half_length_m"):
+        make_rail_guard(replace(nominal, rail_half_length_m=None), LIMIT)
+    with pytest.raises(BadInputError, match="leaves some rail"):
+        make_rail_guard(nominal, LIMIT, margin_m=0.9)
+    with pytest.raises(BadInputError, match="ways of 1 or -1"):
+        make_rail_guard(nominal, LIMIT, way=0)

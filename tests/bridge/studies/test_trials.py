@@ -1,0 +1,174 @@
+"""Trials: the mix of kinds is even, a trial is its number's alone, and its folder is whole or not there."""
+
+import json
+from collections import Counter
+
+import numpy as np
+import pytest
+from rosbags.highlevel import AnyReader
+
+from pendulum_bridge.emulator.conceal import TABLE
+from pendulum_bridge.emulator.seal import open_seal
+from pendulum_bridge.emulator.unlisted import TABLE as UNLISTED
+from pendulum_bridge.studies import trials
+from pendulum_bridge.studies.trial.mix import (
+    EFFECTS_OF_KIND,
+    USUAL_SHARES,
+    find_kind,
+    parse_shares,
+)
+from pendulum_bridge.studies.trial.trial import draw_trial, draw_trial_with
+from pendulum_twin.errors import BadInputError
+from pendulum_twin.model import load_twin
+from pendulum_twin.rig import Rig
+
+
+def test_every_stretch_has_its_share_of_every_kind() -> None:
+    kinds = [find_kind(k, USUAL_SHARES)[0] for k in range(100)]
+    assert Counter(kinds) == USUAL_SHARES
+    for end in range(1, 101):
+        counts = Counter(kinds[:end])
+        assert all(
+            abs(counts[kind] - share * end / 100) < 1 for kind, share in USUAL_SHARES.items()
+        )
+
+
+def test_turns_count_up_within_a_kind() -> None:
+    found = [find_kind(k, {"single": 1, "pair": 1}) for k in range(6)]
+    assert found == [
+        ("single", 0),
+        ("pair", 0),
+        ("single", 1),
+        ("pair", 1),
+        ("single", 2),
+        ("pair", 2),
+    ]
+
+
+@pytest.mark.parametrize(
+    "text", ["", "single", "single:0", "ghost:3", "single:1,single:2", "single:-1", "pair:x"]
+)
+def test_shares_that_are_none_are_refused(text: str) -> None:
+    with pytest.raises(BadInputError, match="--kinds: expected"):
+        parse_shares(text)
+
+
+def test_shares_are_read() -> None:
+    assert parse_shares("nothing:15, single:40") == {"nothing": 15, "single": 40}
+
+
+def test_singles_and_unlisted_go_round_all_that_there_are(nominal: Rig) -> None:
+    alone = [each.name for each in TABLE if not each.beside]
+    for kind, names in (("single", alone), ("unlisted", [each.name for each in UNLISTED])):
+        found = [draw_trial(k, 3, {kind: 1}, nominal).concealed for k in range(2 * len(names))]
+        assert Counter(
+            name for each in found for name in (*each.effects, *each.unlisted)
+        ) == dict.fromkeys(names, 2)
+
+
+@pytest.mark.parametrize("kind", EFFECTS_OF_KIND)
+def test_a_kind_conceals_as_many_as_it_says(kind: str, nominal: Rig) -> None:
+    for k in range(30):
+        concealed = draw_trial(k, 1, {kind: 1}, nominal).concealed
+        assert len(concealed.effects) == EFFECTS_OF_KIND[kind] and len(concealed.unlisted) == (
+            kind == "unlisted"
+        )
+        assert concealed.rig != nominal
+
+
+def test_given_sets_take_turns(nominal: Rig) -> None:
+    sets = (("input_delay", "rail_tilt"), ("cogging",), ("air_jet",), ("hanging_cable", "cogging"))
+    found = [draw_trial_with(k, 1, sets, nominal) for k in range(5)]
+    assert [each.kind for each in found] == ["pair", "single", "unlisted", "unlisted", "pair"]
+    assert [tuple(each.concealed.effects) for each in found[:2]] == list(sets[:2])
+    assert found[0].concealed.effects != found[4].concealed.effects  # drawn anew
+
+
+def ran(*arguments: str) -> int:
+    return trials.main(["--seconds", "40", "--rate-hz", "25", *arguments])
+
+
+def contents(folder) -> tuple:
+    with AnyReader([folder / "bag"]) as reader:
+        messages = [
+            (connection.topic, stamp, reader.deserialize(raw, connection.msgtype))
+            for connection, stamp, raw in reader.messages()
+        ]
+    states = np.array(
+        [[*m.position, *m.velocity] for topic, _, m in messages if topic == "/rig/joint_states"]
+    )
+    commands = np.array([m.data for topic, _, m in messages if topic == "/rig/pwm"])
+    return states.tolist(), commands.tolist(), json.loads((folder / "seal.json").read_text())
+
+
+def test_a_trial_is_the_same_whatever_else_is_recorded(tmp_path, capsys, nominal: Rig) -> None:
+    assert ran("--out", str(tmp_path / "all"), "--trials", "2", "--seed", "5") == 0
+    assert capsys.readouterr().out.split() == [
+        str(tmp_path / "all" / f"trial_{k:04d}") for k in range(2)
+    ]
+    assert ran("--out", str(tmp_path / "one"), "--trials", "1", "--seed", "5", "--first", "1") == 0
+    first, again = (contents(tmp_path / run / "trial_0001") for run in ("all", "one"))
+    assert first == again and contents(tmp_path / "all" / "trial_0000") != again
+    folder = tmp_path / "all" / "trial_0001"
+    assert sorted(each.name for each in folder.iterdir()) == [
+        "bag",
+        "seal.json",
+        "trial.json",
+        "twin.yaml",
+    ]
+    assert (
+        load_twin(folder / "twin.yaml").rig == nominal
+        and not load_twin(folder / "twin.yaml").effects
+    )
+    assert open_seal(folder / "seal.json").rig != nominal
+    assert len(first[0]) == len(first[1]) == 1000
+    assert sorted(each.name for each in (tmp_path / "all").iterdir()) == [
+        f"trial_{k:04d}" for k in range(2)
+    ]
+
+
+def test_how_it_was_made_is_written_down(tmp_path, capsys) -> None:
+    made = (
+        "--effects",
+        "cart_coulomb_friction+input_delay",
+        "--size-factor",
+        "0.5",
+        "--pole-counts",
+        "1024",
+    )
+    assert ran("--out", str(tmp_path), "--trials", "1", "--seed", "5", "--closed-loop", *made) == 0
+    content = json.loads((tmp_path / "trial_0000" / "trial.json").read_text())
+    seed = content.pop("seed")
+    assert content == {
+        "schema": "pendulum_trial/1", "kind": "pair", "pole_counts": 1024, "seconds": 40.0, "closed_loop": True,
+        "size_factor": 0.5,
+    }  # fmt: skip
+    assert isinstance(seed, int)
+    states, commands, seal = contents(tmp_path / "trial_0000")
+    assert seal["effects"]["input_delay"]["delay_s"] <= 0.025 and np.std(commands) > 0.01
+    assert (
+        np.max(np.abs(np.array(states)[:, 1] / (2 * np.pi / 1024) % 1 - 0.5)) > 0.499
+    )  # whole counts
+
+
+def test_what_is_there_is_not_overwritten(tmp_path, capsys) -> None:
+    (tmp_path / "trial_0000").mkdir()
+    assert ran("--out", str(tmp_path), "--trials", "1", "--seed", "5") == 1
+    assert "trials are not overwritten" in capsys.readouterr().err and not any(
+        (tmp_path / "trial_0000").iterdir()
+    )
+
+
+@pytest.mark.parametrize(
+    ("wrong", "sentence"),
+    [
+        (("--effects", "ghost"), "expected effects that can be concealed"),
+        (("--kinds", "ghost:1"), "--kinds: expected KIND:SHARE"),
+        (("--seconds", "3"), "expected a number from 40"),
+        (("--trials", "-3"), "expected a whole number"),
+    ],
+)
+def test_wrong_use_ends_with_2_and_a_sentence(wrong, sentence: str, tmp_path, capsys) -> None:
+    with pytest.raises(SystemExit) as ended:
+        trials.main(["--out", str(tmp_path), "--trials", "1", "--seed", "1", *wrong])
+    assert ended.value.code == 2 and sentence in capsys.readouterr().err
