@@ -1,7 +1,7 @@
 """The stages from a concealed rig to a controlled rig; each runs a command line as a user would.
 
-A trial's folder (`pendulum_bridge.studies.trials`) holds a rig: recording, seal and nominal twin. Only the
-emulator knows what is concealed; no stage opens the seal.
+A trial's folder (`pendulum_bridge.studies.trials`) holds a rig: recording, seal and nominal twin.
+Only the emulator knows what is concealed; no stage opens the seal.
 """
 
 from __future__ import annotations
