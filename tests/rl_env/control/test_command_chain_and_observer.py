@@ -104,10 +104,10 @@ def test_a_twin_in_process_begins_at_true_rest_with_a_drive_that_was_still() -> 
     rig = KernelTransport(twin, 0.03)
     for _ in range(2):
         assert rig.reset().state == pytest.approx([0.0, math.pi + 0.1, 0.0, 0.0])
-        found = [rig.exchange(0.5).state for _ in range(3)]
+        states = [rig.exchange(0.5).state for _ in range(3)]
         assert (
-            found[1] == pytest.approx([0.0, math.pi + 0.1, 0.0, 0.0], abs=1e-12)
-            and found[2][2] > 0.1
+            states[1] == pytest.approx([0.0, math.pi + 0.1, 0.0, 0.0], abs=1e-12)
+            and states[2][2] > 0.1
         )
     let_go = KernelTransport(twin, 0.03, aside_rad=-0.05)
     assert (

@@ -30,9 +30,11 @@ def test_a_policy_is_trained_on_the_rig_and_tried_there(
     with served_twin(ros, "rig", twin=TWIN):
         how = ["--preset", str(tmp_path / "short.yaml"), "--timesteps", "64", "--rig", "rig"]
         assert train.main(["--twin", TWIN, "--out", str(out), *how]) == 0
-        told = json.loads((out / "result.json").read_text(encoding="utf-8"))
+        result = json.loads((out / "result.json").read_text(encoding="utf-8"))
         assert (
-            told["timesteps"] == 64 and len(told["evaluations"]) == 1 and told["steps_per_s"] < 40
+            result["timesteps"] == 64
+            and len(result["evaluations"]) == 1
+            and result["steps_per_s"] < 40
         )  # 33 by its clock
         capsys.readouterr()
         assert (

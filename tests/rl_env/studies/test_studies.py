@@ -83,8 +83,8 @@ def test_the_study_makes_its_table_and_goes_on_from_what_is_there(
     ]
     assert transfer.main(arguments) == 0
     first = capsys.readouterr().out
-    told = json.loads((tmp_path / "t" / "transfer.json").read_text(encoding="utf-8"))
-    rewards = told["rigs"][0]["rewards"]
+    study = json.loads((tmp_path / "t" / "transfer.json").read_text(encoding="utf-8"))
+    rewards = study["rigs"][0]["rewards"]
     assert set(rewards) == {"nominal", "identified", "fine_tuned", "classical", "scratch"}
     assert rewards["classical"][0] > 400 > rewards["identified"][0]  # 4,096 steps are no training
     assert rewards["fine_tuned"][0] >= rewards["identified"][0]
@@ -96,23 +96,22 @@ def test_the_study_makes_its_table_and_goes_on_from_what_is_there(
 def test_a_policy_that_got_stuck_in_the_twin_is_trained_again(tmp_path: Path, monkeypatch) -> None:
     def train(twin: Path, out: Path, seed: int, options: object) -> Path:
         out.mkdir()
-        (out / "result.json").write_text(
-            json.dumps({"best_mean_reward": learned[seed]}), encoding="utf-8"
-        )
+        result = json.dumps({"best_mean_reward": rewards[seed]})
+        (out / "result.json").write_text(result, encoding="utf-8")
         return out / "policy.zip"
 
     monkeypatch.setattr(stages, "train_policy", train)
-    learned = {5: 250.0, 1005: 430.0}
+    rewards = {5: 250.0, 1005: 430.0}
     assert (
         stages.train_until_good(Path(TWIN), tmp_path / "a", 5)
         == tmp_path / "a_again_1" / "policy.zip"
     )
-    learned = {5: 250.0, 1005: 300.0, 2005: 270.0}
+    rewards = {5: 250.0, 1005: 300.0, 2005: 270.0}
     assert (
         stages.train_until_good(Path(TWIN), tmp_path / "b", 5)
         == tmp_path / "b_again_1" / "policy.zip"
     )
-    learned = {5: 450.0}
+    rewards = {5: 450.0}
     assert stages.train_until_good(Path(TWIN), tmp_path / "c", 5) == tmp_path / "c" / "policy.zip"
 
 
@@ -123,13 +122,13 @@ def test_the_table_says_how_many_are_above_the_mark() -> None:
         for k in range(2)
     ]
     low = {**rewards, "nominal": [-50.0]}
-    told = format_table(
+    study = format_table(
         {"mark": 423.0, "rigs": [{**rigs[0], "rewards": rewards}, {**rigs[1], "rewards": low}]}
     )
     assert (
-        "| 1 of 2 |" in told
-        and told.count("| 2 of 2 |") == 3
-        and "| 1 | rail_tilt | rail_tilt | -50 |" in told
+        "| 1 of 2 |" in study
+        and study.count("| 2 of 2 |") == 3
+        and "| 1 | rail_tilt | rail_tilt | -50 |" in study
     )
 
 
@@ -139,10 +138,27 @@ def test_an_interval_holds_the_mean_and_narrows_with_more_rigs() -> None:
     assert few[0] < values[:10].mean() < few[1] and many[1] - many[0] < few[1] - few[0]
 
 
-@pytest.mark.parametrize("reward", [-50.0, 0.0, 99.9, 100.0, 250.0, 350.0, 400.0, 512.0])
-def test_every_reward_has_words(reward: float) -> None:
-    low, high, theta = next(each for each in SLICES if each[0] <= reward < each[1])
-    assert describe_reward(reward) == theta and low <= reward < high
+def test_the_slices_are_those_of_table_6_and_leave_no_gap() -> None:
+    assert [low for low, _, _ in SLICES] == [-np.inf, 50, 100, 190, 300, 400]
+    assert [high for _, high, _ in SLICES] == [50, 100, 190, 300, 400, np.inf]
+
+
+@pytest.mark.parametrize(
+    ("reward", "words"),
+    [
+        (-50.0, "leaves"),
+        (49.9, "leaves"),
+        (50.0, "turns over"),
+        (100.0, "more slowly"),
+        (190.0, "short times"),
+        (300.0, "drifts"),
+        (399.9, "drifts"),
+        (400.0, "near the middle without"),
+        (512.0, "near the middle without"),
+    ],
+)
+def test_a_reward_is_described_by_its_slice(reward: float, words: str) -> None:
+    assert words in describe_reward(reward)
 
 
 def test_sample_times_are_compared_a_step(tmp_path: Path, quick: str, capsys) -> None:
