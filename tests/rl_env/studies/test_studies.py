@@ -1,6 +1,11 @@
 """From a concealed rig to a controlled rig: programs run as users run them, only shorter."""
 
+import io
 import json
+import shutil
+from collections.abc import Iterator
+from contextlib import redirect_stdout
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -21,74 +26,69 @@ pendulum_rl_env/InvertedPendulum-v0:
 """
 
 
-@pytest.fixture
-def quick(tmp_path: Path) -> str:
-    (tmp_path / "quick.yaml").write_text(QUICK, encoding="utf-8")
-    return str(tmp_path / "quick.yaml")
+@dataclass(frozen=True)
+class Run:
+    """Hold a run of `identify_and_control`: its folder, its arguments and what it printed."""
+
+    folder: Path
+    arguments: list[str]
+    printed: str
 
 
-def test_one_command_goes_from_an_unknown_rig_to_an_episode_on_it(
-    tmp_path: Path, quick: str, capsys
-) -> None:
-    out = tmp_path / "control"
-    arguments = [
-        "--seed",
-        "3",
-        "--out",
-        str(out),
-        "--twin",
-        TWIN,
-        "--preset",
-        quick,
-        "--kinds",
-        "single:1",
-    ]
-    assert identify_and_control.main(arguments) == 0
-    said = capsys.readouterr().out
-    assert "On the rig, with no training step there: reward" in said
-    assert json.loads((out / "diagnosis" / "verdict.json").read_text())["outcome"] == "named"
-    assert (out / "policy.onnx").stat().st_size > 1000 and (out / "episode.gif").read_bytes()[
-        :3
-    ] == b"GIF"
-    assert identify_and_control.main(arguments) == 1
+@pytest.fixture(scope="module")
+def quick(tmp_path_factory: pytest.TempPathFactory) -> str:
+    file = tmp_path_factory.mktemp("preset") / "quick.yaml"
+    file.write_text(QUICK, encoding="utf-8")
+    return str(file)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def train_once() -> Iterator[None]:
+    """Take the first training of a twin: one of 4,096 steps is never good, so all would follow."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(stages, "MOST_TRAININGS", 1)
+        yield
+
+
+@pytest.fixture(scope="module")
+def control(tmp_path_factory: pytest.TempPathFactory, quick: str) -> Run:
+    folder = tmp_path_factory.mktemp("studies") / "control"
+    arguments = ["--seed", "3", "--out", str(folder), "--twin", TWIN, "--preset", quick]
+    arguments += ["--kinds", "single:1"]
+    printed = io.StringIO()
+    with redirect_stdout(printed):
+        assert identify_and_control.main(arguments) == 0
+    return Run(folder, arguments, printed.getvalue())
+
+
+def test_one_command_goes_from_an_unknown_rig_to_an_episode_on_it(control: Run, capsys) -> None:
+    assert "On the rig, with no training step there: reward" in control.printed
+    verdict = json.loads((control.folder / "diagnosis" / "verdict.json").read_text("utf-8"))
+    assert verdict["outcome"] == "named"
+    assert (control.folder / "policy.onnx").stat().st_size > 1000
+    assert (control.folder / "episode.gif").read_bytes()[:3] == b"GIF"
+    assert identify_and_control.main(control.arguments) == 1
     assert "expected an empty folder" in capsys.readouterr().err
 
 
 def test_the_study_makes_its_table_and_goes_on_from_what_is_there(
-    tmp_path: Path, quick: str, capsys
+    control: Run, tmp_path: Path, quick: str, capsys
 ) -> None:
-    arguments = [
-        "--rigs",
-        "1",
-        "--seed",
-        "3",
-        "--out",
-        str(tmp_path / "t"),
-        "--twin",
-        TWIN,
-        "--preset",
-        quick,
-    ]
-    arguments += [
-        "--kinds",
-        "single:1",
-        "--fine-steps",
-        "2048",
-        "--processes",
-        "1",
-        "--scratch-rigs",
-        "1",
-        "--scratch-steps",
-        "100",
-    ]
+    out = tmp_path / "transfer"
+    trial = out / "rigs" / "trial_0000"
+    shutil.copytree(control.folder / "trial_0000", trial)  # recorded and diagnosed already
+    shutil.copytree(control.folder / "diagnosis", trial / "found")
+    arguments = ["--rigs", "1", "--seed", "3", "--out", str(out), "--twin", TWIN]
+    arguments += ["--preset", quick, "--kinds", "single:1", "--fine-steps", "2048"]
+    arguments += ["--processes", "1", "--scratch-rigs", "1", "--scratch-steps", "100"]
     assert transfer.main(arguments) == 0
     first = capsys.readouterr().out
-    study = json.loads((tmp_path / "t" / "transfer.json").read_text(encoding="utf-8"))
+    study = json.loads((out / "transfer.json").read_text(encoding="utf-8"))
     rewards = study["rigs"][0]["rewards"]
     assert set(rewards) == {"nominal", "identified", "fine_tuned", "classical", "scratch"}
     assert rewards["classical"][0] > 400 > rewards["identified"][0]  # 4,096 steps are no training
     assert rewards["fine_tuned"][0] >= rewards["identified"][0]
-    assert (tmp_path / "t" / "transfer.png").stat().st_size > 5000
+    assert (out / "transfer.png").stat().st_size > 5000
     assert transfer.main(arguments) == 0
     assert capsys.readouterr().out == first
 
@@ -100,6 +100,7 @@ def test_a_policy_that_got_stuck_in_the_twin_is_trained_again(tmp_path: Path, mo
         (out / "result.json").write_text(result, encoding="utf-8")
         return out / "policy.zip"
 
+    monkeypatch.setattr(stages, "MOST_TRAININGS", 3)
     monkeypatch.setattr(stages, "train_policy", train)
     rewards = {5: 250.0, 1005: 430.0}
     assert (
