@@ -1,3 +1,6 @@
+import runpy
+from pathlib import Path
+
 from setuptools import find_packages, setup
 
 NAME = "pendulum_twin"
@@ -5,13 +8,16 @@ EXECUTABLES = {
     "twin_node": "pendulum_twin.nodes.twin_node:main",
     "twin_urdf": "pendulum_twin.urdf:main",
 }
+VERSION = runpy.run_path(str(Path(__file__).parent / NAME / "version.py"))["__version__"]
 
 setup(
     name=NAME,
-    version="0.1.0",
-    description="Digital twin of a cart-pendulum rig: measured constants, believed effects, compiled kernel",
+    version=VERSION,
+    description="Digital twin of a cart-pendulum rig: "
+    "measured constants, believed effects, compiled kernel",
     license="Apache-2.0",
     packages=find_packages(exclude=["test", "test.*"]),
+    package_data={NAME: ["py.typed"]},
     python_requires=">=3.12",
     install_requires=["numba", "numpy", "PyYAML"],
     entry_points={

@@ -1,4 +1,4 @@
-"""The ROS parameter files: real rclpy reads them, nodes accept them, and they say what they are."""
+"""The ROS parameter files: rclpy reads them, nodes accept them, comments explain them."""
 
 import re
 from collections.abc import Iterator
@@ -41,18 +41,18 @@ NEEDED = {
 VALUE = re.compile(r" {4}(\w+): (.*?)(?:  +# (.*))?$")
 
 
-def values(name: str) -> dict[str, Any]:
+def read_values(name: str) -> dict[str, Any]:
     mapping = yaml.safe_load((FOLDER / f"{name}.yaml").read_text(encoding="utf-8"))
     assert list(mapping) == ["/**"] and list(mapping["/**"]) == ["ros__parameters"]
     return mapping["/**"]["ros__parameters"]
 
 
-def commented(name: str) -> Iterator[tuple[str, str]]:
+def read_comments(name: str) -> Iterator[tuple[str, str]]:
     """Yield each parameter with the comment beside it, or above it."""
     above = ""
     for line in (FOLDER / f"{name}.yaml").read_text(encoding="utf-8").splitlines():
-        if found := VALUE.fullmatch(line):
-            yield found[1], found[3] or above
+        if match := VALUE.fullmatch(line):
+            yield match[1], match[3] or above
         above = line.strip().removeprefix("# ") if line.startswith("    #") else ""
 
 
@@ -68,17 +68,17 @@ def test_rclpy_reads_it_and_the_node_takes_it(name: str, ros: Graph) -> None:
     arguments += ["-p", f"{NEEDED[name]}:=somewhere"] if name in NEEDED else []
     node = ros.serve(Node(name, context=ros.context, cli_args=arguments))
     settings = declare_settings(node, kind)
-    for key, value in values(name).items():
-        found = getattr(settings, key)
-        assert (list(found) if isinstance(found, tuple) else found) == value, key
+    for key, value in read_values(name).items():
+        setting = getattr(settings, key)
+        assert (list(setting) if isinstance(setting, tuple) else setting) == value, key
 
 
 @pytest.mark.parametrize("name", KINDS)
 def test_it_holds_the_defaults_with_meaning_and_range(name: str) -> None:
-    known: dict[str, Field[Any]] = {each.name: each for each in fields(KINDS[name])}
-    comments = dict(commented(name))
-    assert set(comments) == set(values(name)) <= set(known)
-    for key, value in values(name).items():
+    known: dict[str, Field[Any]] = {field.name: field for field in fields(KINDS[name])}
+    comments = dict(read_comments(name))
+    assert set(comments) == set(read_values(name)) <= set(known)
+    for key, value in read_values(name).items():
         default, span = known[key].default, known[key].metadata["span"]
         assert value == (list(default) if isinstance(default, tuple) else default), (
             f"{key}: default {default}"

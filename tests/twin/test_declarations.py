@@ -102,12 +102,12 @@ def test_only_levels_of_dry_friction_hold_a_joint(place):
     """At rest the law gives their sum, wherever the joint is, and nothing without them."""
     for effect in (e for e in CATALOGUE if e.form is Form.DRY and e.place is place):
         values = {p.name: 0.5 for p in effect.parameters}
-        held = sum(values[p.name] for p in effect.parameters if p.holds)
+        holding = sum(values[p.name] for p in effect.parameters if p.holds)
         for position in (-0.3, 0.0, 0.4):
             level = effect.law(0.0, position, *values.values())
-            assert level >= held
-            if held:
-                assert level == pytest.approx(held)
+            assert level >= holding
+            if holding:
+                assert level == pytest.approx(holding)
 
 
 def test_three_times_make_the_motion_late():

@@ -1,4 +1,4 @@
-"""Dry friction: block and pole against closed forms, exact rest, and the time at which sticking ends."""
+"""Dry friction: block and pole against closed forms, exact rest, and when sticking ends."""
 
 import numpy as np
 import pytest
@@ -83,15 +83,15 @@ def test_dry_friction_takes_the_same_from_every_swing():
 
 def test_a_stuck_cart_is_dragged_along_by_a_swinging_pole_only_above_its_level():
     swinging = (0.0, np.pi + 1.5, 0.0, 0.0)
-    held = run(THESIS, np.zeros(300), {"cart_coulomb_friction": {"level_n": 5.0}}, swinging)
-    assert np.all(held[:, [X, V]] == 0.0)
-    assert np.ptp(held[:, TH]) > 2.0
+    states = run(THESIS, np.zeros(300), {"cart_coulomb_friction": {"level_n": 5.0}}, swinging)
+    assert np.all(states[:, [X, V]] == 0.0)
+    assert np.ptp(states[:, TH]) > 2.0
     dragged = run(THESIS, np.zeros(300), {"cart_coulomb_friction": {"level_n": 0.2}}, swinging)
     assert np.ptp(dragged[:, X]) > 1e-4
 
 
 def test_a_held_cart_leaves_the_pole_the_motion_of_a_pole_alone():
-    held = run(
+    states = run(
         THESIS, np.zeros(300), {"cart_coulomb_friction": {"level_n": 50.0}}, (0.0, 2.0, 0.0, 0.0)
     )
     alone = type(THESIS)(
@@ -101,7 +101,7 @@ def test_a_held_cart_leaves_the_pole_the_motion_of_a_pole_alone():
         pole_viscous_n_m_s=THESIS.pole_viscous_n_m_s,
     )
     np.testing.assert_allclose(
-        held[:, TH], run(alone, np.zeros(300), None, (0.0, 2.0, 0.0, 0.0))[:, TH], atol=1e-12
+        states[:, TH], run(alone, np.zeros(300), None, (0.0, 2.0, 0.0, 0.0))[:, TH], atol=1e-12
     )
 
 

@@ -28,22 +28,22 @@ T = 0.01 * np.arange(300)
 MASS, GAIN = SLIDING_CART.cart_mass_kg, SLIDING_CART.force_per_pwm_n
 
 
-def same(effects, command, other=None, start=START, atol=1e-12):
-    """Hold that a twin with effects moves as one without (or with others) does under another command."""
+def check_same_motion(effects, command, other=None, start=START, atol=1e-12):
+    """Check that a twin with effects moves as another twin does under another command."""
     np.testing.assert_allclose(
         run(THESIS, COMMAND, effects, start), run(THESIS, command, other, start), rtol=0, atol=atol
     )
 
 
 def test_input_sign_inverted():
-    same({"input_sign_inverted": {}}, -COMMAND)
+    check_same_motion({"input_sign_inverted": {}}, -COMMAND)
 
 
 @pytest.mark.parametrize("samples", [1, 7, 30])
 def test_input_delay_by_whole_samples(samples):
     # before the recording the command is taken to have been what it is at first
     late = np.concatenate([np.full(samples, COMMAND[0]), COMMAND[:-samples]])
-    same({"input_delay": {"delay_s": samples * 0.01}}, late)
+    check_same_motion({"input_delay": {"delay_s": samples * 0.01}}, late)
 
 
 def test_input_delay_between_samples():
@@ -57,18 +57,20 @@ def test_input_delay_between_samples():
 
 
 def test_input_dead_zone():
-    same(
+    check_same_motion(
         {"input_dead_zone": {"width": 0.1}},
         np.sign(COMMAND) * np.maximum(np.abs(COMMAND) - 0.1, 0.0),
     )
 
 
 def test_input_saturation():
-    same({"input_saturation": {"limit": 0.2}}, np.clip(COMMAND, -0.2, 0.2))
+    check_same_motion({"input_saturation": {"limit": 0.2}}, np.clip(COMMAND, -0.2, 0.2))
 
 
 def test_gain_asymmetry():
-    same({"gain_asymmetry": {"ratio": 0.1}}, np.where(COMMAND > 0, 1.1, 0.9) * COMMAND)
+    check_same_motion(
+        {"gain_asymmetry": {"ratio": 0.1}}, np.where(COMMAND > 0, 1.1, 0.9) * COMMAND
+    )
 
 
 def test_gain_drift():
@@ -86,7 +88,7 @@ def test_motor_lag():
     )
 
 
-def acceleration_of(effects, state, command=0.0, rig=SLIDING_CART):
+def compute_acceleration(effects, state, command=0.0, rig=SLIDING_CART):
     """Return the acceleration of cart and pole at a state, from a very short run."""
     h = 1e-5
     states = run(rig, np.full(2, command), effects, state, h)
@@ -96,7 +98,7 @@ def acceleration_of(effects, state, command=0.0, rig=SLIDING_CART):
 @pytest.mark.parametrize("v", [0.1, -0.1, 0.7, -0.7])
 def test_cart_friction_laws(v):
     def force(effects):
-        return MASS * acceleration_of(effects, (0.05, np.pi, v, 0.0))[0]
+        return MASS * compute_acceleration(effects, (0.05, np.pi, v, 0.0))[0]
 
     speed, way = abs(v), np.sign(v)
     assert force({"cart_coulomb_friction": {"level_n": 0.3}}) == pytest.approx(
@@ -124,7 +126,7 @@ def test_pole_friction_laws(w):
     def torque(effects):
         return (
             POLE_ALONE.pole_inertia_kg_m2
-            * acceleration_of(effects, (0.0, np.pi, 0.0, w), rig=POLE_ALONE)[1]
+            * compute_acceleration(effects, (0.0, np.pi, 0.0, w), rig=POLE_ALONE)[1]
         )
 
     assert torque({"pole_coulomb_friction": {"level_n_m": 0.004}}) == pytest.approx(
@@ -144,7 +146,7 @@ def test_cart_quadratic_drag_in_closed_form():
 
 def test_rail_tilt_is_a_constant_force():
     force = THESIS.total_mass_kg * 9.81 * 0.02
-    same({"rail_tilt": {"angle_rad": 0.02}}, COMMAND + force / THESIS.force_per_pwm_n)
+    check_same_motion({"rail_tilt": {"angle_rad": 0.02}}, COMMAND + force / THESIS.force_per_pwm_n)
 
 
 def test_rail_spring():
@@ -162,7 +164,7 @@ def test_rail_spring():
 def test_cogging():
     effects = {"cogging": {"amplitude_n": 0.4, "period_m": 0.05, "phase_rad": 0.3}}
     for x in (-0.31, 0.0, 0.012, 0.2):
-        force = MASS * acceleration_of(effects, (x, np.pi, 0.0, 0.0))[0]
+        force = MASS * compute_acceleration(effects, (x, np.pi, 0.0, 0.0))[0]
         assert force == pytest.approx(0.4 * np.sin(2 * np.pi * x / 0.05 + 0.3), abs=1e-6)
 
 
@@ -214,14 +216,14 @@ def test_angle_sign_inverted():
 def test_rail_friction_patch():
     patch = {"rail_friction_patch": {"level_n": 0.4, "centre_m": 0.1, "width_m": 0.05}}
     for x, v in ((0.1, 0.2), (0.12, -0.3), (0.3, 0.2)):
-        force = MASS * acceleration_of(patch, (x, np.pi, v, 0.0))[0]
+        force = MASS * compute_acceleration(patch, (x, np.pi, v, 0.0))[0]
         assert force == pytest.approx(
             -np.sign(v) * 0.4 * np.exp(-(((x - 0.1) / 0.05) ** 2)), abs=1e-4
         )
 
 
 def test_pole_imbalance():
-    """The twin's angle is that of the centre of mass, which hangs straight down when the pole's line does not."""
+    """The twin's angle is that of the centre of mass, which hangs straight down."""
     states = run(
         THESIS, REST, {"pole_imbalance": {"angle_rad": 0.1}}, (0.0, np.pi - 0.1, 0.0, 0.0)
     )
@@ -267,7 +269,7 @@ def test_velocity_filter():
 
 
 def test_sample_period_error():
-    """By stamps that run too fast, motion of a shorter time takes longer: the same states, slower."""
+    """By stamps that run too fast a motion takes longer: the same states, slower."""
     stamped = run(
         THESIS,
         COMMAND,
@@ -280,7 +282,7 @@ def test_sample_period_error():
 
 
 def test_stale_start():
-    same({"stale_start": {"seconds": 0.5}}, np.where(T < 0.5 - 1e-9, 0.0, COMMAND))
+    check_same_motion({"stale_start": {"seconds": 0.5}}, np.where(T < 0.5 - 1e-9, 0.0, COMMAND))
 
 
 def test_belt_backlash():
@@ -296,14 +298,18 @@ def test_belt_backlash():
 
 
 def test_no_motion_parts_the_delays_or_the_offsets():
-    same({"sensor_delay": {"delay_s": 0.033}}, COMMAND, {"input_delay": {"delay_s": 0.033}})
-    same({"pole_imbalance": {"angle_rad": 0.1}}, COMMAND, {"angle_offset": {"angle_rad": -0.1}})
+    check_same_motion(
+        {"sensor_delay": {"delay_s": 0.033}}, COMMAND, {"input_delay": {"delay_s": 0.033}}
+    )
+    check_same_motion(
+        {"pole_imbalance": {"angle_rad": 0.1}}, COMMAND, {"angle_offset": {"angle_rad": -0.1}}
+    )
     assert BY_NAME["sensor_delay"].shows_as == "input_delay"
     assert BY_NAME["pole_imbalance"].shows_as == "angle_offset"
 
 
 def test_no_motion_parts_a_wrong_clock_from_a_wrong_scale():
-    """By the stamps the weight is 1/s^2 of itself beside the inertia; by a scale q = 1/s^2 of the way it is, too."""
+    """By the stamps the weight is 1/s^2 of itself beside the inertia; by a scale q, too."""
     s = 1.1
     q = s**-2
     mass = THESIS.total_mass_kg
@@ -322,7 +328,7 @@ def test_no_motion_parts_a_wrong_clock_from_a_wrong_scale():
 
 
 def test_back_emf_is_viscous_friction():
-    """The catalogue lists no back-EMF, for a term -k v is one whatever its cause; quadratic drag is another."""
+    """The catalogue lists no back-EMF: a term -k v is viscous friction, whatever its cause."""
     assert "back_emf" not in BY_NAME
     assert not np.allclose(
         run(CART_ALONE, COMMAND, {"cart_quadratic_drag": {"n_s2_m2": 0.5}}, HANGING),

@@ -1,4 +1,4 @@
-"""The equations of motion and the functions they are computed with, against independent statements of them."""
+"""The equations of motion and their elementary functions, against independent statements."""
 
 import numba
 import numpy as np
@@ -25,7 +25,7 @@ M, S, J, G = (
 numbers = st.floats(-20.0, 20.0)
 
 
-def from_kernel(th, w, force, torque, free=(1.0, 1.0)):
+def compute_by_kernel(th, w, force, torque, free=(1.0, 1.0)):
     sine, cosine = np.sin(th), np.cos(th)
     push = force + compute_cart_load.py_func(S, w, sine)
     turn = torque + compute_pole_weight.py_func(S, G, sine)
@@ -38,14 +38,17 @@ def test_accelerations_solve_the_two_coupled_equations(th, w, force, torque):
     left = np.array([[M, -S * np.cos(th)], [-S * np.cos(th), J]])
     right = np.array([force - S * w**2 * np.sin(th), torque + S * G * np.sin(th)])
     np.testing.assert_allclose(
-        from_kernel(th, w, force, torque), np.linalg.solve(left, right), rtol=1e-10, atol=1e-10
+        compute_by_kernel(th, w, force, torque),
+        np.linalg.solve(left, right),
+        rtol=1e-10,
+        atol=1e-10,
     )
 
 
 @given(numbers, numbers, numbers, st.floats(-1.0, 1.0))
 def test_a_joint_that_sticks_leaves_the_other_its_own_equation(th, w, force, torque):
-    cart_stuck = from_kernel(th, w, force, torque, (0.0, 1.0))
-    pole_stuck = from_kernel(th, w, force, torque, (1.0, 0.0))
+    cart_stuck = compute_by_kernel(th, w, force, torque, (0.0, 1.0))
+    pole_stuck = compute_by_kernel(th, w, force, torque, (1.0, 0.0))
     np.testing.assert_allclose(
         cart_stuck, [0.0, (torque + S * G * np.sin(th)) / J], rtol=1e-10, atol=1e-10
     )
@@ -57,7 +60,7 @@ def test_a_joint_that_sticks_leaves_the_other_its_own_equation(th, w, force, tor
 @given(numbers, st.floats(-2.0, 2.0), numbers)
 def test_energy_changes_by_nothing_but_work(th, v, w):
     force, torque = 0.7, -0.03
-    rate, h = from_kernel(th, w, force, torque), 1e-6
+    rate, h = compute_by_kernel(th, w, force, torque), 1e-6
     before, after = (
         compute_energy(
             M, S, S, J, G, np.array([0.0, th + s * w, v + s * rate[0], w + s * rate[1]])
@@ -68,8 +71,8 @@ def test_energy_changes_by_nothing_but_work(th, v, w):
 
 
 def test_upright_is_an_unstable_rest_and_hanging_a_stable_one():
-    assert from_kernel(0.01, 0.0, 0.0, 0.0)[1] > 0
-    assert from_kernel(np.pi + 0.01, 0.0, 0.0, 0.0)[1] < 0
+    assert compute_by_kernel(0.01, 0.0, 0.0, 0.0)[1] > 0
+    assert compute_by_kernel(np.pi + 0.01, 0.0, 0.0, 0.0)[1] < 0
 
 
 @numba.njit
@@ -107,7 +110,7 @@ def test_exponential_to_the_last_bits(reach):
 
 
 def test_exponential_of_zero_is_one_and_beyond_its_range_stays_finite():
-    _, _, (one, small, large) = values(np.array([0.0, -1e12, 1e12]))
-    assert one == 1.0
+    _, _, (unit, small, large) = values(np.array([0.0, -1e12, 1e12]))
+    assert unit == 1.0
     assert 0.0 < small < 1e-300
     assert 1e300 < large < np.inf

@@ -40,7 +40,7 @@ TYPICAL = {
 }
 
 
-def of_typical_size(effect: Effect) -> dict[str, dict[str, float]]:
+def choose_typical_values(effect: Effect) -> dict[str, dict[str, float]]:
     """Return the effect as a twin file would have it, clearly there but of a believable size."""
     values = {}
     for p in effect.parameters:
@@ -50,7 +50,7 @@ def of_typical_size(effect: Effect) -> dict[str, dict[str, float]]:
     return {effect.name: values}
 
 
-def at_neutral(effect: Effect) -> dict[str, dict[str, float]]:
+def make_neutral_values(effect: Effect) -> dict[str, dict[str, float]]:
     return {effect.name: {p.name: p.neutral for p in effect.parameters}}
 
 
@@ -97,10 +97,10 @@ def test_has_the_parts_that_its_form_needs(effect):
 def test_neutral_is_absent(effect):
     if not effect.parameters:
         pytest.skip("without parameters: on whenever it is there")
-    theta = make_theta(Twin("test", THESIS, at_neutral(effect)))
+    theta = make_theta(Twin("test", THESIS, make_neutral_values(effect)))
     assert not find_active_effects(theta).any()
     assert (
-        run(THESIS, COMMAND, at_neutral(effect), START).tobytes()
+        run(THESIS, COMMAND, make_neutral_values(effect), START).tobytes()
         == run(THESIS, COMMAND, {}, START).tobytes()
     )
 
@@ -109,8 +109,8 @@ def test_neutral_is_absent(effect):
 def test_with_nothing_of_it_its_shape_does_not_matter(effect):
     if all(p.shape for p in effect.parameters):
         pytest.skip("all of it is shape")
-    values = at_neutral(effect)[effect.name]
-    typical = of_typical_size(effect)[effect.name]
+    values = make_neutral_values(effect)[effect.name]
+    typical = choose_typical_values(effect)[effect.name]
     values |= {p.name: typical[p.name] for p in effect.parameters if p.shape}
     assert np.array_equal(
         run(THESIS, COMMAND, {effect.name: values}, START),
@@ -125,7 +125,9 @@ def test_a_filter_that_is_called_at_neutral_passes_the_command_on(effect):
     on = np.array([e is effect for e in CATALOGUE])
     out = np.empty(2000)
     offsets = np.concatenate([[0], np.cumsum(compute_memory_sizes(1e-3))]).astype(np.int64)
-    kernel.drive(COMMAND, np.zeros(offsets[-1]), offsets, 1e-3, 10, 0, NEUTRAL.copy(), on, out)
+    kernel.filter_command(
+        COMMAND, np.zeros(offsets[-1]), offsets, 1e-3, 10, 0, NEUTRAL.copy(), on, out
+    )
     assert np.array_equal(out, np.repeat(COMMAND, 10))
 
 
@@ -133,7 +135,7 @@ def test_a_filter_that_is_called_at_neutral_passes_the_command_on(effect):
 def test_changes_the_run_and_leaves_it_finite_and_repeatable(effect):
     # a factor on the dry friction needs some
     others = {"cart_coulomb_friction": {"level_n": 0.5}} if effect.form is Form.DRY_RATIO else {}
-    effects = others | of_typical_size(effect)
+    effects = others | choose_typical_values(effect)
     states = run(THESIS, COMMAND, effects, START)
     assert np.all(np.isfinite(states))
     assert states.tobytes() == run(THESIS, COMMAND, effects, START).tobytes()
@@ -143,20 +145,20 @@ def test_changes_the_run_and_leaves_it_finite_and_repeatable(effect):
 @every
 def test_is_on_when_it_is_there(effect):
     assert find_active_effects(
-        make_theta(Twin("test", THESIS, of_typical_size(effect)))
+        make_theta(Twin("test", THESIS, choose_typical_values(effect)))
     ).tolist() == [e is effect for e in CATALOGUE]
 
 
 @every
 @pytest.mark.parametrize("rig", [CART_ALONE, POLE_ALONE], ids=["cart alone", "pole alone"])
 def test_leaves_a_rig_of_one_part_finite(effect, rig):
-    states = run(rig, COMMAND, of_typical_size(effect), START)
+    states = run(rig, COMMAND, choose_typical_values(effect), START)
     assert np.all(np.isfinite(states))
 
 
 @every
 def test_goes_through_a_twin_file(effect, tmp_path):
-    twin = Twin("test", THESIS, of_typical_size(effect))
+    twin = Twin("test", THESIS, choose_typical_values(effect))
     save_twin(twin, tmp_path / "twin.yaml")
     assert load_twin(tmp_path / "twin.yaml") == twin
 

@@ -1,4 +1,4 @@
-"""Motions whose answer is known in closed form, and one solver that shares nothing with the kernel."""
+"""Motions with an answer in closed form, and a solver that shares nothing with the kernel."""
 
 import numpy as np
 import pytest
@@ -25,12 +25,12 @@ T = 0.01 * np.arange(500)
 REST = np.zeros(500)
 
 
-def theta(rig):
+def choose_theta(rig):
     return make_theta(Twin("test", rig))
 
 
 def test_small_swing_of_the_pole_alone():
-    p = theta(POLE_ALONE)
+    p = choose_theta(POLE_ALONE)
     rate = np.sqrt(p[MOMENT] * 9.81 / p[INERTIA])
     states = run(POLE_ALONE, REST, None, (0.0, np.pi + 1e-4, 0.0, 0.0))
     np.testing.assert_allclose(states[:, TH] - np.pi, 1e-4 * np.cos(rate * T), atol=1e-10)
@@ -38,7 +38,7 @@ def test_small_swing_of_the_pole_alone():
 
 
 def test_small_swing_of_the_free_cart_and_pole():
-    p = theta(FRICTIONLESS)
+    p = choose_theta(FRICTIONLESS)
     rate = np.sqrt(p[MOMENT] * 9.81 / (p[INERTIA] - p[COUPLING] ** 2 / p[MASS]))
     states = run(FRICTIONLESS, REST, None, (0.0, np.pi + 1e-4, 0.0, 0.0))
     swing = 1e-4 * np.cos(rate * T)

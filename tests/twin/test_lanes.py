@@ -13,17 +13,17 @@ AT_REST = (0.0, 0.0, 0.0, 0.0)
 TIMING = lanes.make_timing(0.03, 3)
 
 
-def started(kinds: lanes.Kinds, count: int) -> lanes.Lanes:
-    made = lanes.make_lanes(kinds, TIMING, count)
+def start_lanes(kinds: lanes.Kinds, count: int) -> lanes.Lanes:
+    batch = lanes.make_lanes(kinds, TIMING, count)
     for i in range(count):
-        lanes.begin_lane_from_python(kinds, made, TIMING, i, i % len(kinds.theta), AT_REST)
-    return made
+        lanes.begin_lane_from_python(kinds, batch, TIMING, i, i % len(kinds.theta), AT_REST)
+    return batch
 
 
 def run_beside_steppers(twins: list[Twin]) -> tuple[np.ndarray, np.ndarray]:
     """Return what is shown after 60 random commands: by lanes, and by a stepper each."""
     kinds = lanes.make_kinds(twins, TIMING)
-    running, code = started(kinds, len(twins)), lanes.select_lane_code(kinds, len(twins))
+    running, code = start_lanes(kinds, len(twins)), lanes.select_lane_code(kinds, len(twins))
     alone = [Stepper(twin, 0.01) for twin in twins]
     random = np.random.default_rng(3)
     for _ in range(60):
@@ -53,7 +53,7 @@ def test_lanes_of_different_twins_run_side_by_side() -> None:
 def test_what_is_late_is_late_from_the_first_command_on() -> None:
     twin = Twin("late", INTECO.rig, {"input_delay": {"delay_s": 0.03}})
     kinds = lanes.make_kinds([twin], TIMING)
-    running, code = started(kinds, 1), lanes.select_lane_code(kinds, 1)
+    running, code = start_lanes(kinds, 1), lanes.select_lane_code(kinds, 1)
     lanes.advance_lanes_from_python(code, kinds, running, TIMING, np.array([0.5]))
     assert abs(running.shown[0, 0]) < 1e-12
     lanes.advance_lanes_from_python(code, kinds, running, TIMING, np.array([0.5]))
@@ -67,11 +67,11 @@ def test_a_lane_begins_anew_with_nothing_left() -> None:
         {"input_delay": {"delay_s": 0.05}, "motor_lag": {"time_constant_s": 0.05}},
     )
     kinds = lanes.make_kinds([twin], TIMING)
-    running, code = started(kinds, 2), lanes.select_lane_code(kinds, 2)
+    running, code = start_lanes(kinds, 2), lanes.select_lane_code(kinds, 2)
     for _ in range(10):
         lanes.advance_lanes_from_python(code, kinds, running, TIMING, np.array([0.5, 0.5]))
     lanes.begin_lane_from_python(kinds, running, TIMING, 0, 0, AT_REST)
-    fresh = started(kinds, 2)
+    fresh = start_lanes(kinds, 2)
     for _ in range(5):
         lanes.advance_lanes_from_python(code, kinds, running, TIMING, np.array([0.1, 0.1]))
         lanes.advance_lanes_from_python(code, kinds, fresh, TIMING, np.array([0.1, 0.1]))
@@ -83,7 +83,7 @@ def test_a_lane_begins_anew_with_nothing_left() -> None:
 @pytest.mark.parametrize("step", [1e-3, 2 * np.pi / 512])
 def test_encoders_show_whole_steps_and_rates_are_their_differences(step: float) -> None:
     kinds = lanes.make_kinds([INTECO], TIMING, Encoders(step, step))
-    running, code = started(kinds, 1), lanes.select_lane_code(kinds, 1)
+    running, code = start_lanes(kinds, 1), lanes.select_lane_code(kinds, 1)
     stepper, before = Stepper(INTECO, 0.01), running.shown[0].copy()
     for k in range(100):
         command = 0.4 * np.sin(0.3 * k)

@@ -1,4 +1,4 @@
-"""The same inputs give the same bits: run after run, in any company, sample by sample, with any code for the laws."""
+"""The same inputs give the same bits: run after run, beside any lanes, with any code."""
 
 from dataclasses import replace
 
@@ -58,7 +58,7 @@ TWINS = {
 named = pytest.mark.parametrize("name", TWINS)
 
 
-def theta(name):
+def choose_theta(name):
     rig, effects = TWINS[name]
     return make_theta(Twin(name, rig, effects))
 
@@ -104,9 +104,9 @@ def test_a_returned_state_is_not_changed_by_later_steps():
 
 @pytest.mark.parametrize("lanes", [2, 16, 17, 35])
 def test_alone_as_in_any_company(lanes):
-    """Lanes with other words, starts and times of beginning beside them, in full blocks and in part-filled ones."""
+    """Beside lanes with other theta, start states and begins, in full and part-filled blocks."""
     names = [list(TWINS)[k % len(TWINS)] for k in range(lanes)]
-    sets = np.array([theta(name) for name in TWINS])
+    sets = np.array([choose_theta(name) for name in TWINS])
     set_of = np.arange(lanes) % len(TWINS)
     begin = np.arange(lanes) % 50
     starts = np.array(START) + 0.03 * np.arange(lanes)[:, None]
@@ -114,17 +114,17 @@ def test_alone_as_in_any_company(lanes):
     together = run_freely(signals, sets, set_of, begin, starts, 100)
     for k, name in enumerate(names):
         alone = run_freely(
-            signals, theta(name)[None], np.zeros(1, int), begin[[k]], starts[[k]], 100
+            signals, choose_theta(name)[None], np.zeros(1, int), begin[[k]], starts[[k]], 100
         )
         assert alone[0].tobytes() == together[k].tobytes(), name
 
 
-def mechanics(theta, width, laws, dry):
+def run_lanes(theta, width, laws, dry):
     signals = recording(COMMAND, 0.01)
     drives, _ = run_drive(signals, theta[None])
     out, zeros = np.empty((3, 200, 4)), np.zeros(3, dtype=np.int64)
     starts = np.array(START) + 0.1 * np.arange(3)[:, None]
-    kernel.mechanics(
+    kernel.integrate_lanes(
         (0,) * width,
         laws,
         dry,
@@ -145,32 +145,39 @@ def mechanics(theta, width, laws, dry):
 @pytest.mark.parametrize("dry", [False, True])
 def test_laws_that_are_off_add_exactly_nothing(width, laws, dry):
     assert np.array_equal(
-        mechanics(theta("base"), width, laws, dry), mechanics(theta("base"), 1, NO_LAWS, False)
+        run_lanes(choose_theta("base"), width, laws, dry),
+        run_lanes(choose_theta("base"), 1, NO_LAWS, False),
     )
 
 
 @pytest.mark.parametrize("name", ["plain laws", "dry", "thesis"])
 def test_costly_laws_that_are_off_add_exactly_nothing(name):
     assert np.array_equal(
-        mechanics(theta(name), 16, ALL_LAWS, True), mechanics(theta(name), 16, PLAIN_LAWS, True)
+        run_lanes(choose_theta(name), 16, ALL_LAWS, True),
+        run_lanes(choose_theta(name), 16, PLAIN_LAWS, True),
     )
 
 
 def test_run_mechanics_begins_where_it_is_told():
     signals = recording(COMMAND, 0.01)
     whole = run_freely(
-        signals, theta("base")[None], np.zeros(1, int), np.zeros(1, int), np.array([START]), 200
+        signals,
+        choose_theta("base")[None],
+        np.zeros(1, int),
+        np.zeros(1, int),
+        np.array([START]),
+        200,
     )[0]
     rest = run_freely(
-        signals, theta("base")[None], np.zeros(1, int), np.array([80]), whole[[80]], 120
+        signals, choose_theta("base")[None], np.zeros(1, int), np.array([80]), whole[[80]], 120
     )[0]
     assert rest.tobytes() == whole[80:].tobytes()
 
 
 def test_drives_of_stretches_start_afresh():
     """A delay does not carry the end of one recording into the next."""
-    one = recording(COMMAND, 0.01)
-    drives, row_of = run_drive(join_signals([one, one]), theta("all at once")[None])
+    single = recording(COMMAND, 0.01)
+    drives, row_of = run_drive(join_signals([single, single]), choose_theta("all at once")[None])
     assert row_of.tolist() == [0]
     assert drives[0, :2000].tobytes() == drives[0, 2000:].tobytes()
 
@@ -178,14 +185,15 @@ def test_drives_of_stretches_start_afresh():
 def test_time_goes_on_over_a_gap():
     """A gain that drifts has drifted on when the recording comes back after a gap."""
     twin = make_theta(Twin("drifting", THESIS, {"gain_drift": {"per_s": 0.01}}))[None]
-    gap = replace(recording(np.ones(20), 0.01), starts=(0, 10), begin_s=(0.0, 5.0))
+    gap = replace(recording(np.ones(20), 0.01), stretch_begins=(0, 10), begin_s=(0.0, 5.0))
     drives, _ = run_drive(gap, twin)
     np.testing.assert_allclose(drives[0, [0, 100]], [1.0, 1.05])
 
 
 def test_twins_with_the_same_drive_share_its_row():
     drives, row_of = run_drive(
-        recording(COMMAND, 0.01), np.array([theta(n) for n in ("base", "all at once", "dry")])
+        recording(COMMAND, 0.01),
+        np.array([choose_theta(n) for n in ("base", "all at once", "dry")]),
     )
     assert len(drives) == 2
     assert row_of[0] == row_of[2] != row_of[1]
@@ -194,6 +202,6 @@ def test_twins_with_the_same_drive_share_its_row():
 def test_a_block_is_as_wide_as_it_says():
     out = np.empty((3, 2, 4))
     drives, zeros = np.zeros((1, 10)), np.zeros(3, dtype=np.int64)
-    starts, sets = np.tile(START, (3, 1)), np.tile(theta("base"), (3, 1))
+    starts, sets = np.tile(START, (3, 1)), np.tile(choose_theta("base"), (3, 1))
     run_mechanics(drives, zeros, zeros, starts, sets, 1e-3, 10, out)
     assert np.array_equal(out[0], out[2])

@@ -23,7 +23,7 @@ GOOD = {
 }
 
 
-def changed(*path_and_value):
+def change(*path_and_value):
     """Return a good file's mapping with one place changed; a value of None takes the key away."""
     mapping = copy.deepcopy(GOOD)
     *path, key, value = path_and_value
@@ -37,11 +37,12 @@ def changed(*path_and_value):
     return mapping
 
 
-def refused(mapping, *theta):
+def assert_refused(mapping, *phrases):
+    """Check that a file is refused in a sentence with all these phrases."""
     with pytest.raises(BadInputError) as error:
         parse_twin(mapping)
-    for word in theta:
-        assert word in str(error.value)
+    for phrase in phrases:
+        assert phrase in str(error.value)
 
 
 def test_a_good_file_is_read():
@@ -52,10 +53,8 @@ def test_a_good_file_is_read():
 
 
 def test_an_effect_without_parameters_may_be_left_empty():
-    text = "schema: pendulum_twin/1\nrig: {pole_mass_kg: 1, com_distance_m: 1, pole_inertia_kg_m2: 2, "
-    twin = parse_twin(
-        yaml.safe_load(text + "pole_viscous_n_m_s: 0}\neffects: {angle_sign_inverted: }")
-    )
+    text = yaml.safe_dump(GOOD | {"effects": {}}).replace("{}", "{angle_sign_inverted: }")
+    twin = parse_twin(yaml.safe_load(text))
     assert twin.effects == {"angle_sign_inverted": {}}
     assert make_theta(twin)[SLOTS["angle_sign_inverted"]] == [1.0]
 
@@ -63,53 +62,59 @@ def test_an_effect_without_parameters_may_be_left_empty():
 @pytest.mark.parametrize("key", RANGES)
 def test_each_number_of_the_rig_is_checked(key):
     low, high = RANGES[key]
-    refused(changed("rig", key, 2 * high), key, f"{low:g} to {high:g}")
-    refused(changed("rig", key, -1.0), key, "-1.0")
-    refused(changed("rig", key, float("nan")), key, "nan")
-    refused(changed("rig", key, float("inf")), key, "inf")
-    refused(changed("rig", key, 10**400), key, "found 1000")
-    refused(changed("rig", key, True), key, "expected a number", "True")
-    refused(changed("rig", key, "0.5 kg"), key, "expected a number", "0.5 kg")
+    assert_refused(change("rig", key, 2 * high), key, f"{low:g} to {high:g}")
+    assert_refused(change("rig", key, -1.0), key, "-1.0")
+    assert_refused(change("rig", key, float("nan")), key, "nan")
+    assert_refused(change("rig", key, float("inf")), key, "inf")
+    assert_refused(change("rig", key, 10**400), key, "found 1000")
+    assert_refused(change("rig", key, True), key, "expected a number", "True")
+    assert_refused(change("rig", key, "0.5 kg"), key, "expected a number", "0.5 kg")
 
 
 @pytest.mark.parametrize("effect", CATALOGUE, ids=lambda e: e.name)
 def test_each_number_of_an_effect_is_checked(effect):
     middle = {p.name: min(max(p.neutral, p.low), p.high) for p in effect.parameters}
-    refused(changed("effects", effect.name, middle | {"strength": 1.0}), effect.name, "strength")
-    refused(changed("effects", effect.name, [1.0]), effect.name, "expected a mapping")
+    assert_refused(
+        change("effects", effect.name, middle | {"strength": 1.0}), effect.name, "strength"
+    )
+    assert_refused(change("effects", effect.name, [1.0]), effect.name, "expected a mapping")
     for p in effect.parameters:
         for bad in (p.high * 2 + 1, p.low - 1, float("nan"), float("inf"), True, "1"):
-            refused(changed("effects", effect.name, middle | {p.name: bad}), effect.name, p.name)
+            assert_refused(
+                change("effects", effect.name, middle | {p.name: bad}), effect.name, p.name
+            )
         missing = {name: value for name, value in middle.items() if name != p.name}
-        refused(changed("effects", effect.name, missing), effect.name, p.name, "missing")
+        assert_refused(change("effects", effect.name, missing), effect.name, p.name, "missing")
 
 
 def test_unknown_names_are_refused_with_a_hint():
-    refused(
-        changed("rig", "cart_mass_g", 572.3), "cart_mass_g", "did you mean cart_mass_kg", "unit"
+    assert_refused(
+        change("rig", "cart_mass_g", 572.3), "cart_mass_g", "did you mean cart_mass_kg", "unit"
     )
-    refused(changed("rig", "wheel_count", 4), "wheel_count", "known are", "cart_mass_kg")
-    refused(changed("effects", "cart_coulomb_friction", {"level_mn": 1200}), "level_mn", "level_n")
-    refused(changed("effects", "cart_rust", {}), "cart_rust", "cart_coulomb_friction")
-    refused(changed("colour", "red"), "colour")
+    assert_refused(change("rig", "wheel_count", 4), "wheel_count", "known are", "cart_mass_kg")
+    assert_refused(
+        change("effects", "cart_coulomb_friction", {"level_mn": 1200}), "level_mn", "level_n"
+    )
+    assert_refused(change("effects", "cart_rust", {}), "cart_rust", "cart_coulomb_friction")
+    assert_refused(change("colour", "red"), "colour")
 
 
 def test_other_shapes_are_refused():
-    refused(None, "expected a mapping")
-    refused([1, 2], "expected a mapping", "list")
-    refused(changed("schema", "pendulum_twin/2"), "pendulum_twin/1", "pendulum_twin/2")
-    refused(changed("schema", None), "pendulum_twin/1")
-    refused(changed("rig", None), "rig", "mapping")
-    refused(changed("rig", "inteco"), "rig", "str")
-    refused(changed("effects", ["rail_tilt"]), "effects", "list")
+    assert_refused(None, "expected a mapping")
+    assert_refused([1, 2], "expected a mapping", "list")
+    assert_refused(change("schema", "pendulum_twin/2"), "pendulum_twin/1", "pendulum_twin/2")
+    assert_refused(change("schema", None), "pendulum_twin/1")
+    assert_refused(change("rig", None), "rig", "mapping")
+    assert_refused(change("rig", "inteco"), "rig", "str")
+    assert_refused(change("effects", ["rail_tilt"]), "effects", "list")
 
 
 def test_a_part_is_whole_or_absent():
-    refused(
-        changed("rig", "cart_viscous_n_s_m", None), "all keys of the cart", "cart_viscous_n_s_m"
+    assert_refused(
+        change("rig", "cart_viscous_n_s_m", None), "all keys of the cart", "cart_viscous_n_s_m"
     )
-    refused(
-        changed("rig", "pole_inertia_kg_m2", None), "all keys of the pole", "pole_inertia_kg_m2"
+    assert_refused(
+        change("rig", "pole_inertia_kg_m2", None), "all keys of the pole", "pole_inertia_kg_m2"
     )
     with pytest.raises(BadInputError, match=r"expected a cart .* or a pole"):
         Rig()
@@ -128,19 +133,64 @@ def test_every_number_of_the_rig_has_a_unit():
     assert set(UNITS) == set(RANGES) == set(Rig.__dataclass_fields__)
 
 
-def effects():
-    def parameters(effect):
+def give_pole_distance(distance_m, **changes):
+    """Return a good file's mapping with the pole's own distance and other changes of the rig."""
+    rig = {key: value for key, value in GOOD["rig"].items() if key != "com_distance_m"} | changes
+    rig = {key: value for key, value in rig.items() if value is not None}
+    return GOOD | {"rig": {**rig, "pole_com_distance_m": distance_m}}
+
+
+def test_the_centre_of_mass_may_be_that_of_the_pole_alone():
+    twin = parse_twin(give_pole_distance(0.12, pole_mass_kg=0.1, cart_mass_kg=0.5))
+    assert twin.rig.com_distance_m == pytest.approx(0.1 * 0.12 / 0.6)
+    moment = twin.rig.total_mass_kg * twin.rig.com_distance_m
+    assert moment == pytest.approx(0.1 * 0.12)
+
+
+def test_the_centre_of_mass_of_a_pole_without_a_cart_is_its_own():
+    rig = POLE_ALONE.to_mapping() | {"com_distance_m": None}
+    rig = {key: value for key, value in rig.items() if value is not None}
+    twin = parse_twin(GOOD | {"rig": {**rig, "pole_com_distance_m": 0.12}, "effects": {}})
+    assert twin.rig.com_distance_m == 0.12
+
+
+def test_a_written_file_holds_the_centre_of_mass_of_cart_and_pole(tmp_path):
+    twin = parse_twin(give_pole_distance(0.12))
+    save_twin(twin, tmp_path / "twin.yaml")
+    rig = yaml.safe_load((tmp_path / "twin.yaml").read_text())["rig"]
+    assert "pole_com_distance_m" not in rig
+    assert rig["com_distance_m"] == twin.rig.com_distance_m
+    assert load_twin(tmp_path / "twin.yaml") == twin
+
+
+def test_the_centre_of_mass_is_given_once_and_checked_like_any_number():
+    both = change("rig", "pole_com_distance_m", 0.12)
+    assert_refused(both, "com_distance_m", "pole_com_distance_m", "found both", "give one of them")
+    for bad in (-0.1, 101.0, float("nan"), "12 cm", True):
+        assert_refused(give_pole_distance(bad), "pole_com_distance_m: expected a number")
+    lone = give_pole_distance(0.12, pole_mass_kg=None)
+    assert_refused(lone, "pole_com_distance_m: expected pole_mass_kg beside it")
+    assert_refused(give_pole_distance(0.12, pole_mass_kg="heavy"), "pole_mass_kg")
+    assert_refused(give_pole_distance(0.12, cart_mass_kg=-1.0), "cart_mass_kg")
+    assert_refused(change("rig", "pole_com_distance_mm", 120), "did you mean pole_com_distance_m")
+
+
+def draw_effects():
+    """Return a strategy for the effects of a twin, with any values in their ranges."""
+
+    def draw_parameters(effect):
         return st.fixed_dictionaries(
             {p.name: st.floats(p.low, p.high, allow_subnormal=False) for p in effect.parameters}
         )
 
     return st.lists(st.sampled_from(CATALOGUE), unique_by=lambda e: e.name).flatmap(
-        lambda chosen: st.fixed_dictionaries({e.name: parameters(e) for e in chosen})
+        lambda chosen: st.fixed_dictionaries({e.name: draw_parameters(e) for e in chosen})
     )
 
 
 @given(
-    effects(), st.text(st.characters(codec="utf-8", exclude_categories=["Cc", "Cs"]), max_size=20)
+    draw_effects(),
+    st.text(st.characters(codec="utf-8", exclude_categories=["Cc", "Cs"]), max_size=20),
 )
 def test_a_file_gives_back_the_very_twin(tmp_path_factory, effects, name):
     path = tmp_path_factory.mktemp("twins") / "twin.yaml"
@@ -177,7 +227,7 @@ def test_a_twin_is_written_whole_or_not_at_all(tmp_path, monkeypatch):
 
     monkeypatch.setattr(Path, "replace", fail)
     with pytest.raises(OSError, match="disk full"):
-        save_twin(parse_twin(changed("name", "other")), path)
+        save_twin(parse_twin(change("name", "other")), path)
     assert path.read_text() == before
     assert [p.name for p in path.parent.iterdir()] == ["twin.yaml"]
 

@@ -28,7 +28,7 @@ HEAVY_LEVER = replace(
 POSITIVE = st.floats(0.05, 5.0)
 
 
-def engine(twin: Twin) -> tuple[mujoco.MjModel, mujoco.MjData]:
+def make_engine(twin: Twin) -> tuple[mujoco.MjModel, mujoco.MjData]:
     """Return MuJoCo with the twin's URDF, in fine steps, and its state."""
     model = mujoco.MjModel.from_xml_string(make_urdf(twin))
     model.opt.timestep, model.opt.integrator = 2.5e-4, mujoco.mjtIntegrator.mjINT_RK4
@@ -38,7 +38,7 @@ def engine(twin: Twin) -> tuple[mujoco.MjModel, mujoco.MjData]:
 
 def run_by_engine(twin: Twin, start: tuple[float, ...], seconds: float) -> np.ndarray:
     """Return x, th, v, w every 10 ms of a run without command."""
-    model, data = engine(twin)
+    model, data = make_engine(twin)
     data.qpos[:], data.qvel[:] = start[:2], start[2:]
     states = []
     for _ in range(round(100 * seconds)):
@@ -52,10 +52,10 @@ def run_by_twin(twin: Twin, start: tuple[float, ...], seconds: float) -> np.ndar
     return np.array([stepper.step(0.0) for _ in range(round(100 * seconds))])
 
 
-def of(twin: Twin, path: str) -> dict[str, str]:
-    found = ET.fromstring(make_urdf(twin)).find(path)
-    assert found is not None, path
-    return found.attrib
+def read_attributes(twin: Twin, path: str) -> dict[str, str]:
+    element = ET.fromstring(make_urdf(twin)).find(path)
+    assert element is not None, path
+    return element.attrib
 
 
 @pytest.mark.skipif(
@@ -79,7 +79,7 @@ def test_joints_are_those_of_joint_states(file: Path) -> None:
     twin = load_twin(file)
     joints = [joint.get("name") for joint in ET.fromstring(make_urdf(twin)).iter("joint")]
     assert joints == ["cart"] * twin.rig.has_cart + ["pole"] * twin.rig.has_pole
-    assert engine(twin)[0].njnt == len(joints)
+    assert make_engine(twin)[0].njnt == len(joints)
 
 
 @pytest.mark.parametrize("rig", [INTECO.rig, HEAVY_LEVER], ids=["inteco", "heavy_lever"])
@@ -116,7 +116,7 @@ def swing_by_engine(urdf: str, angle: float, seconds: float) -> np.ndarray:
 
 
 def test_a_positive_angle_is_counterclockwise() -> None:
-    model, data = engine(INTECO)
+    model, data = make_engine(INTECO)
     data.qpos[:] = 0.2, 0.5
     mujoco.mj_forward(model, data)
     x, y, z = data.body("pole_link").xipos - data.body("cart_link").xpos
@@ -142,7 +142,7 @@ def test_mass_lever_and_inertia_survive(
     )
     moment = rig.total_mass_kg * distance
     assume(1.25 * moment**2 / inertia < 0.99 * rig.total_mass_kg)
-    model, _ = engine(Twin("t", rig))
+    model, _ = make_engine(Twin("t", rig))
     masses = [model.body(name).mass[0] for name in ("cart_link", "pole_link")]
     centre = model.body("pole_link").ipos[2]
     assert sum(masses) == pytest.approx(rig.total_mass_kg) and min(masses) > 0
@@ -161,14 +161,17 @@ def test_bodies_that_cannot_be_are_refused() -> None:
 
 
 def test_limits_are_those_of_the_twin_file() -> None:
-    limits = {key: float(value) for key, value in of(INTECO, "joint[@name='cart']/limit").items()}
+    limits = {
+        key: float(value)
+        for key, value in read_attributes(INTECO, "joint[@name='cart']/limit").items()
+    }
     assert (limits["lower"], limits["upper"], limits["effort"]) == (
         -0.9,
         0.9,
         pytest.approx(12.86 * 0.5),
     )
     assert limits["velocity"] == pytest.approx(math.sqrt(2 * 12.86 * 0.5 / 0.6923 * 1.8))
-    unknown = of(load_twin(CONFIG / "emps.yaml"), "joint[@name='cart']/limit")
+    unknown = read_attributes(load_twin(CONFIG / "emps.yaml"), "joint[@name='cart']/limit")
     assert {abs(float(value)) for value in unknown.values()} == {UNLIMITED}
 
 
@@ -178,8 +181,11 @@ def test_friction_is_that_of_the_twin_file() -> None:
         "pole_coulomb_friction": {"level_n_m": 0.002},
     }
     twin = Twin("t", INTECO.rig, effects)
-    assert of(twin, "joint[@name='cart']/dynamics") == {"damping": "0.5", "friction": "0.7"}
-    assert of(twin, "joint[@name='pole']/dynamics") == {
+    assert read_attributes(twin, "joint[@name='cart']/dynamics") == {
+        "damping": "0.5",
+        "friction": "0.7",
+    }
+    assert read_attributes(twin, "joint[@name='pole']/dynamics") == {
         "damping": "0.00027344",
         "friction": "0.002",
     }

@@ -1,4 +1,4 @@
-"""Which command acts now: the last one that was good, clipped, and only while it is fresh."""
+"""Decide which command acts now: the last good command, clipped, while it is fresh."""
 
 from __future__ import annotations
 
@@ -6,11 +6,12 @@ import math
 
 
 class CommandHold:
-    """Keep the last command and say what of it is applied.
+    """Keep the last command.
 
-    limit: largest magnitude (PWM fraction); None for no limit; it may be set anew at any time.
-    timeout_s: a command older than this counts as 0. taken, refused: how many commands were finite
-    numbers, and were not.
+    limit: largest magnitude, PWM fraction; None for no limit; it may be set anew at any time.
+    timeout_s: s; an older command counts as 0.
+    taken: how many commands were finite numbers.
+    refused: how many commands were not.
     """
 
     def __init__(self, limit: float | None, timeout_s: float) -> None:
@@ -25,7 +26,7 @@ class CommandHold:
         self._received_ns: int | None = None
 
     def offer(self, command: float, now_ns: int) -> bool:
-        """Take a command that arrived at now_ns, and return True; refuse and count one that is NaN or infinite."""
+        """Take a command that arrived at now_ns and return True; refuse NaN and infinity."""
         if not math.isfinite(command):
             self.refused += 1
             return False
@@ -33,13 +34,16 @@ class CommandHold:
         self._command, self._received_ns = command, now_ns
         return True
 
-    def at(self, now_ns: int) -> float:
-        """Return the command to apply from now_ns on; a clock that was set back makes a command stale, never fresh."""
+    def get_command(self, now_ns: int) -> float:
+        """Return the command to apply from now_ns on.
+
+        A clock that was set back makes a command stale, never fresh.
+        """
         if self._received_ns is None or abs(now_ns - self._received_ns) > self._timeout_ns:
             return 0.0
         limit = math.inf if self.limit is None else self.limit
         return min(max(self._command, -limit), limit)
 
-    def age_s(self, now_ns: int) -> float | None:
-        """Return how long ago the last command came; None when there was none since the last `clear`."""
+    def compute_age_s(self, now_ns: int) -> float | None:
+        """Return the age of the last command, s; None when there was none since `clear`."""
         return None if self._received_ns is None else (now_ns - self._received_ns) / 1e9

@@ -1,4 +1,4 @@
-"""What the command lines of this workspace do alike: read checked options, and end in one sentence."""
+"""Read checked options, and end in one sentence: what all command lines of the workspace do."""
 
 from __future__ import annotations
 
@@ -13,36 +13,39 @@ MOST_DIGITS = 18
 
 
 def run_command(name: str, work: Callable[[], int | None], interrupted: str) -> int:
-    """Do the work and return the exit status: its own, 0 when it gives none, or 1 when it could not be done.
+    """Do the work and return the exit status.
 
-    Bad input, a file that cannot be used, and Ctrl-C (told as `interrupted`) end in one line on
-    stderr.
+    name: of the program, before its messages.
+    work: returns the exit status, None for 0.
+    interrupted: what Ctrl-C has left behind, in words.
+
+    Bad input, a file that cannot be used, and Ctrl-C end in one line on stderr and the status 1.
     """
     try:
         return work() or 0
     except (BadInputError, OSError) as error:
-        said = str(error)
+        reason = str(error)
     except KeyboardInterrupt:
-        said = f"interrupted; {interrupted}"
-    print(f"{name}: {said}", file=sys.stderr)
+        reason = f"interrupted; {interrupted}"
+    print(f"{name}: {reason}", file=sys.stderr)
     return 1
 
 
 def as_option[T](read: Callable[[str], T]) -> Callable[[str], T]:
-    """Return a reader of text for `argparse`, which shows the sentence of a BadInputError as its own."""
+    """Return a reader for `argparse` that shows the sentence of a BadInputError as its own."""
 
-    def reader(text: str) -> T:
+    def read_option(text: str) -> T:
         try:
             return read(text)
         except BadInputError as error:
             raise argparse.ArgumentTypeError(str(error)) from error
 
-    return reader
+    return read_option
 
 
 def make_whole_reader(low: int = 0, high: int | None = None) -> Callable[[str], int]:
     """Return the reader of a whole number from low to high, both included."""
-    wanted = f"from {low} on" if high is None else f"from {low} to {high}"
+    bounds = f"from {low} on" if high is None else f"from {low} to {high}"
 
     @as_option
     def read(text: str) -> int:
@@ -50,7 +53,7 @@ def make_whole_reader(low: int = 0, high: int | None = None) -> Callable[[str], 
             int(text) if text.isascii() and text.isdigit() and len(text) <= MOST_DIGITS else -1
         )
         if number < low or (high is not None and number > high):
-            raise BadInputError(f"expected a whole number {wanted}, found {text!r}")
+            raise BadInputError(f"expected a whole number {bounds}, found {text!r}")
         return number
 
     return read

@@ -1,145 +1,166 @@
-"""The catalogue's laws, put together into the few functions that the kernel calls.
+"""Write the functions that the kernel calls from the catalogue's laws.
 
-Numba cannot walk through a list of different functions, so the walk is written out, one call an
-effect. The laws of
-cart and pole are called whether they are on or not: at their neutral values they add exactly
-nothing, and code without branches is computed for many lanes at once.
+Numba cannot loop over a list of different functions, so the source text of each function has a
+call per effect. The laws of cart and pole are called whether their effects are on or not: at
+neutral values they add exactly nothing, and code without branches is computed for many lanes at
+once.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from types import FunctionType
 from typing import Any
 
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Effect, Form, Place
-from pendulum_twin.equations import inner
+from pendulum_twin.equations import compile_inner, exp, sin_cos
 from pendulum_twin.parameter_vector import BASE, SLOTS
 
-LANE = "p[{word} * width + i]"  # words of a block of lanes lie word by word
+# Where the text finds number {word} of theta: of lane i in a block of lanes, or of a lane alone.
+LANE = "p[{word} * width + i]"
 ALONE = "p[{word}]"
 TRANSCENDENTAL = {"exp", "sin", "cos", "sin_cos", "tanh"}
 
 
-def _arguments(effect: Effect, where: str) -> list[str]:
+def _list_arguments(effect: Effect, where: str) -> list[str]:
+    """Return the text of a law's constants and parameters; where: LANE or ALONE."""
     slot = SLOTS[effect.name]
-    theta = [BASE.index(name) for name in effect.constants] + list(range(slot.start, slot.stop))
-    return [where.format(word=word) for word in theta]
+    words = [BASE.index(name) for name in effect.constants] + list(range(slot.start, slot.stop))
+    return [where.format(word=word) for word in words]
 
 
 def is_costly(effect: Effect) -> bool:
-    """Return whether the law calls a transcendental function: kernels are compiled with and without these."""
+    """Return whether the law calls a transcendental function; kernels exist without such laws."""
     return not TRANSCENDENTAL.isdisjoint(effect.law.__code__.co_names)
 
 
-def _calls(form: Form, places: tuple[Place, ...]) -> list[tuple[int, Effect]]:
+def _list_effects(form: Form, places: tuple[Place, ...]) -> list[tuple[int, Effect]]:
+    """Return the effects of a form at these places, each with its index in the catalogue."""
     return [(k, e) for k, e in enumerate(CATALOGUE) if e.form is form and e.place in places]
 
 
 def _compile(
     name: str, signature: str, lines: list[str], effects: list[tuple[int, Effect]]
 ) -> Callable[..., Any]:
-    scope: dict[str, Any] = {e.name: inner(e.law) for _, e in effects}
+    """Return the function of this name, signature and lines, which calls the laws of effects."""
+    scope: dict[str, Any] = {e.name: _compile_law(e) for _, e in effects}
     source = f"def {name}({signature}):\n" + "\n".join(f"    {line}" for line in lines)
     exec(compile(source, f"<{name} of the catalogue>", "exec"), scope)
-    return inner(scope[name])
+    return compile_inner(scope[name])
+
+
+def _compile_law(effect: Effect) -> Callable[..., Any]:
+    """Return the compiled law; it calls compiled functions in place of the plain ones."""
+    law = effect.law
+    names = {**law.__globals__, "exp": exp, "sin_cos": sin_cos}
+    return compile_inner(FunctionType(law.__code__, names, law.__name__))
 
 
 def compose_filters() -> Callable[..., Any]:
-    """Return chain(out, memory, offsets, h, first_step, p, active): the filters of the command in place, one by one.
+    """Return apply(out, memory, offsets, h, first_step, p, active), which filters out in place.
 
-    Nothing feeds back, so each filter may run over all substeps before the next begins.
+    Nothing feeds back, so each filter runs over all substeps before the next filter begins.
     """
-    effects = _calls(Form.FILTER, tuple(Place))
+    effects = _list_effects(Form.FILTER, tuple(Place))
     lines = []
     for n, (k, e) in enumerate(effects):
         arguments = ", ".join(
-            ["out[at]", "part", "h", "(first_step + at) * h", *_arguments(e, ALONE)]
+            ["out[at]", "kept", "h", "(first_step + at) * h", *_list_arguments(e, ALONE)]
         )
         lines += [
             f"if active[{k}]:",
-            f"    part = memory[offsets[{n}] : offsets[{n + 1}]]",
+            f"    kept = memory[offsets[{n}] : offsets[{n + 1}]]",
             "    for at in range(len(out)):",
             f"        out[at] = {e.name}({arguments})",
         ]
-    return _compile("chain", "out, memory, offsets, h, first_step, p, active", lines, effects)
+    return _compile("apply", "out, memory, offsets, h, first_step, p, active", lines, effects)
 
 
 def compute_memory_sizes(h: float) -> list[int]:
-    """Return how many numbers each filter keeps, in chain order."""
+    """Return how many numbers each filter keeps for substeps of h s, in chain order."""
     sizes = []
-    for _, effect in _calls(Form.FILTER, tuple(Place)):
+    for _, effect in _list_effects(Form.FILTER, tuple(Place)):
         assert effect.memory is not None
         sizes.append(effect.memory(h))
     return sizes
 
 
 def compose_sensors() -> Callable[..., Any]:
-    """Return shown(x, v, th, w, t, p, active): what the sensors make of one lane's true state, x, v, th, w again."""
-    effects = _calls(Form.MEASURE, tuple(Place))
+    """Return measure(x, v, th, w, t, p, active): true to measured state, x, v, th, w again."""
+    effects = _list_effects(Form.MEASURE, tuple(Place))
     lines = []
     for k, e in effects:
-        arguments = ", ".join(["x, v, th, w, t", *_arguments(e, ALONE)])
+        arguments = ", ".join(["x, v, th, w, t", *_list_arguments(e, ALONE)])
         lines += [f"if active[{k}]:", f"    x, v, th, w = {e.name}({arguments})"]
-    return _compile("shown", "x, v, th, w, t, p, active", [*lines, "return x, v, th, w"], effects)
+    return _compile(
+        "measure", "x, v, th, w, t, p, active", [*lines, "return x, v, th, w"], effects
+    )
 
 
 def compose_reports() -> Callable[..., Any]:
-    """Return told(rate, before, period_s, p, active): a velocity as it is reported, given the report before."""
-    effects = _calls(Form.REPORT, tuple(Place))
+    """Return report(rate, before, period_s, p, active): a velocity as it is reported."""
+    effects = _list_effects(Form.REPORT, tuple(Place))
     lines = []
     for k, e in effects:
-        arguments = ", ".join(["rate, before, period_s", *_arguments(e, ALONE)])
+        arguments = ", ".join(["rate, before, period_s", *_list_arguments(e, ALONE)])
         lines += [f"if active[{k}]:", f"    rate = {e.name}({arguments})"]
-    return _compile("told", "rate, before, period_s, p, active", [*lines, "return rate"], effects)
+    return _compile(
+        "report", "rate, before, period_s, p, active", [*lines, "return rate"], effects
+    )
 
 
 def compose_pace() -> Callable[..., Any]:
-    """Return pace(p, i, width): how much time passes on lane i while its stamps go on by one second."""
-    effects = _calls(Form.CLOCK, (Place.CLOCK,))
+    """Return pace(p, i, width): time, s, that passes on lane i per second of its stamps."""
+    effects = _list_effects(Form.CLOCK, (Place.CLOCK,))
     lines = ["pace = 1.0"] + [
-        f"pace *= {e.name}({', '.join(_arguments(e, LANE))})" for _, e in effects
+        f"pace *= {e.name}({', '.join(_list_arguments(e, LANE))})" for _, e in effects
     ]
     return _compile("pace", "p, i, width", [*lines, "return pace"], effects)
 
 
 def compose_forces(place: Place) -> Callable[..., Any]:
-    """Return total(x, v, th, w, p, i, width, laws): the sum of a place's smooth forces (torques) on lane i."""
-    effects = _calls(Form.FORCE, (place,))
+    """Return total(x, v, th, w, p, i, width, laws): all forces of a place on lane i, N or N m."""
+    effects = _list_effects(Form.FORCE, (place,))
     lines = ["total = 0.0"]
     for _, e in effects:
-        lines += _where_compiled(
-            e, f"total += {e.name}({', '.join(['x', 'v', 'th', 'w', *_arguments(e, LANE)])})"
+        lines += _guard_costly(
+            e, f"total += {e.name}({', '.join(['x', 'v', 'th', 'w', *_list_arguments(e, LANE)])})"
         )
     return _compile("total", "x, v, th, w, p, i, width, laws", [*lines, "return total"], effects)
 
 
 def compose_dry_level(place: Place) -> Callable[..., Any]:
-    """Return level(speed, position, way, p, i, width, laws): a joint's dry friction, slipping or pushed one way."""
-    dry, ratios = _calls(Form.DRY, (place,)), _calls(Form.DRY_RATIO, (place,))
+    """Return level(speed, position, way, p, i, width, laws): dry friction of a joint, N or N m.
+
+    way: 1 or -1, the direction in which the joint slips or is pushed.
+    """
+    dry, ratios = _list_effects(Form.DRY, (place,)), _list_effects(Form.DRY_RATIO, (place,))
     lines = ["level = 0.0"]
     for _, e in dry:
-        lines += _where_compiled(
-            e, f"level += {e.name}({', '.join(['speed', 'position', *_arguments(e, LANE)])})"
+        lines += _guard_costly(
+            e, f"level += {e.name}({', '.join(['speed', 'position', *_list_arguments(e, LANE)])})"
         )
     for _, e in ratios:
-        lines += _where_compiled(
-            e, f"level *= {e.name}({', '.join(['way', *_arguments(e, LANE)])})"
+        lines += _guard_costly(
+            e, f"level *= {e.name}({', '.join(['way', *_list_arguments(e, LANE)])})"
         )
     return _compile(
         "level", "speed, position, way, p, i, width, laws", [*lines, "return level"], dry + ratios
     )
 
 
-def _where_compiled(effect: Effect, line: str) -> list[str]:
+def _guard_costly(effect: Effect, line: str) -> list[str]:
+    """Return a line that calls a law, under the condition that costly laws are compiled in."""
     return ["if len(laws) > 1:", f"    {line}"] if is_costly(effect) else [line]
 
 
 def compose_holds() -> Callable[..., Any]:
-    """Return frozen(force, v, w, p, i, width): whether lane i stands still."""
-    effects = _calls(Form.HOLD, (Place.CART,))
+    """Return frozen(force, v, w, p, i, width): whether the whole state of lane i stands still."""
+    effects = _list_effects(Form.HOLD, (Place.CART,))
     calls = [
-        f"{e.name}({', '.join(['force', 'v', 'w', *_arguments(e, LANE)])})" for _, e in effects
+        f"{e.name}({', '.join(['force', 'v', 'w', *_list_arguments(e, LANE)])})"
+        for _, e in effects
     ]
     return _compile(
         "frozen", "force, v, w, p, i, width", [f"return {' | '.join(calls) or 'False'}"], effects

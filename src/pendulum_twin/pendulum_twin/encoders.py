@@ -1,4 +1,4 @@
-"""How finely a rig measures: the steps of its encoders."""
+"""Hold how finely a rig measures: the steps of its encoders."""
 
 from __future__ import annotations
 
@@ -9,10 +9,14 @@ from pendulum_twin.rig import check_number
 
 @dataclass(frozen=True)
 class Encoders:
-    """Hold the steps of the encoders; 0: positions are exact, and with both 0 velocities are, too.
+    """Hold the steps of the encoders.
 
-    Otherwise reported velocities are differences of two reported positions over the time between
-    them. Raises BadInputError for a step below 0 or too coarse to be one.
+    position_step_m: m; 0 for exact positions.
+    angle_step_rad: rad; 0 for exact angles.
+
+    With both 0 the velocities are exact, too. Otherwise reported velocities are differences of two
+    reported positions over the time between them. Raises BadInputError for a step below 0 or too
+    coarse for an encoder.
     """
 
     position_step_m: float = 0.0

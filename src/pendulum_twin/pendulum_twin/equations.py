@@ -1,4 +1,4 @@
-"""The equations of motion, stated once, with the energy that must be conserved (thesis, equations 18-23).
+"""State the equations of motion once, with the conserved energy (thesis, equations 18-23).
 
 State: cart position x (m), pole angle th (rad, 0 upright, counterclockwise positive), cart
 velocity v, pole rate w. With S the first moment of all that moves, m its mass, Jp the pole's
@@ -10,93 +10,41 @@ inertia about its axis:
 
 from __future__ import annotations
 
-import math
-
 import numba
 import numpy as np
 
-# Put into its caller by the compiler whatever its length: only then are lanes computed side by
-# side. No fastmath anywhere: every lane gives the same bits in whatever company it is computed.
-inlined = numba.njit(error_model="numpy", forceinline=True)
-# The same for what is called from compiled code alone: half as long to compile.
-inner = numba.njit(
+from pendulum_twin import elementary
+
+# The compiler puts the function into its caller whatever its length: only then are lanes computed
+# side by side. No fastmath anywhere: a lane gives the same bits whatever lanes are beside it.
+compile_inline = numba.njit(error_model="numpy", forceinline=True)
+# The same for functions that only compiled code calls: they take half as long to compile.
+compile_inner = numba.njit(
     error_model="numpy", forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True
 )
 
-HALF_PI_INVERSE = 2.0 / math.pi
-# pi/2 in two parts; the products of the first with integers up to a million are exact (Cody and
-# Waite, 1980).
-HALF_PI_HIGH = 1.57079632673412561417e00
-HALF_PI_LOW = 6.07710050650619224932e-11
-# Minimax polynomials on +-pi/4 (Sun Microsystems, fdlibm 5.3, k_sin.c and k_cos.c).
-S1, S2, S3 = -1.66666666666666324348e-01, 8.33333333332248946124e-03, -1.98412698298579493134e-04
-S4, S5, S6 = 2.75573137070700676789e-06, -2.50507602534068634195e-08, 1.58969099521155010221e-10
-C1, C2, C3 = 4.16666666666666019037e-02, -1.38888888888741095749e-03, 2.48015872894767294178e-05
-C4, C5, C6 = -2.75573143513906633035e-07, 2.08757232129817482790e-09, -1.13596475577881948265e-11
-
-LOG2_E = 1.0 / math.log(2.0)
-# log 2 in two parts, as pi/2 above (fdlibm, e_exp.c).
-LOG_2_HIGH = 6.93147180369123816490e-01
-LOG_2_LOW = 1.90821492927058770002e-10
+sin_cos = compile_inline(elementary.sin_cos)
+exp = compile_inline(elementary.exp)
 
 
-@inlined
-def sin_cos(angle):
-    """Return sine and cosine, each to 3e-16, for angles up to 1e5 rad.
-
-    Without branches or calls, so that lanes are computed side by side, and in short chains, for
-    one lane alone.
-    """
-    turns = np.floor(angle * HALF_PI_INVERSE + 0.5)
-    r = (angle - turns * HALF_PI_HIGH) - turns * HALF_PI_LOW
-    q = r * r
-    q2 = q * q
-    q4 = q2 * q2
-    s = r + r * q * ((S1 + q * S2) + q2 * (S3 + q * S4) + q4 * (S5 + q * S6))
-    c = (1.0 - 0.5 * q) + q2 * ((C1 + q * C2) + q2 * (C3 + q * C4) + q4 * (C5 + q * C6))
-    quadrant = turns - 4.0 * np.floor(turns * 0.25)
-    odd = (quadrant == 1.0) | (quadrant == 3.0)
-    sine = c if odd else s
-    cosine = s if odd else c
-    sine = -sine if quadrant >= 2.0 else sine
-    cosine = -cosine if (quadrant == 1.0) | (quadrant == 2.0) else cosine
-    return sine, cosine
-
-
-@inlined
-def exp(power):
-    """Return e to a power, to 4e-16 relative, for powers from -708 to 709; the nearest of these for others.
-
-    For laws of effects: `math.exp` is a call, which would hold all lanes up.
-    """
-    power = min(max(power, -708.0), 709.0)
-    doublings = np.floor(power * LOG2_E + 0.5)
-    r = (power - doublings * LOG_2_HIGH) - doublings * LOG_2_LOW
-    q = r * r
-    q2 = q * q
-    low = (1.0 / 2 + r * (1.0 / 6)) + q * (1.0 / 24 + r * (1.0 / 120))
-    middle = (1.0 / 720 + r * (1.0 / 5040)) + q * (1.0 / 40320 + r * (1.0 / 362880))
-    high = (1.0 / 3628800 + r * (1.0 / 39916800)) + q * (1.0 / 479001600 + r * (1.0 / 6227020800))
-    fraction = 1.0 + (r + q * (low + q2 * (middle + q2 * high)))
-    # 2 to a whole power, written straight into the exponent of a float64
-    return fraction * np.int64((np.int64(doublings) + 1023) << 52).view(np.float64)
-
-
-@inner
+@compile_inner
 def compute_cart_load(coupling, w, sine):
     """Return the pole's centrifugal force on the cart, N."""
     return -coupling * w * w * sine
 
 
-@inner
+@compile_inner
 def compute_pole_weight(moment, gravity, sine):
     """Return gravity's torque on the pole, N m."""
     return moment * gravity * sine
 
 
-@inner
+@compile_inner
 def solve_accelerations(mass, coupling_cosine, inertia, force, torque, cart_free, pole_free):
-    """Return v' and w' from all force and torque but the coupling's; free is 0 for a joint that sticks, else 1."""
+    """Return v' and w' from force and torque without the coupling's.
+
+    cart_free, pole_free: 0 for a joint that sticks, else 1.
+    """
     both = coupling_cosine * cart_free * pole_free
     inverse = 1.0 / (mass * inertia - both * both)
     return (
@@ -106,10 +54,9 @@ def solve_accelerations(mass, coupling_cosine, inertia, force, torque, cart_free
 
 
 def compute_energy(mass, coupling, moment, inertia, gravity, state):
-    """Return the mechanical energy in J of states with x, th, v, w in the first axis; zero at rest, pole level.
+    """Return the mechanical energy, J, of states (4, ...); zero at rest with the pole level.
 
-    The kinetic energy's cross term has the sign that the coupling has in the equations: -S cos(th)
-    v w.
+    The cross term of the kinetic energy has the coupling's sign in the equations: -S cos(th) v w.
     """
     _, th, v, w = state
     return (

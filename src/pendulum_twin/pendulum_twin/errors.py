@@ -1,5 +1,5 @@
-"""The one error that bad input ends in: a sentence for a person."""
+"""The error that bad input ends in: a sentence for a person."""
 
 
 class BadInputError(Exception):
-    """Say what was expected, what was found, and what to do; command lines print it and exit with status 1."""
+    """Say what was expected, what was found, and what to do; a program prints it and ends."""

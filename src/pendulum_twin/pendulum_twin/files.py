@@ -1,4 +1,4 @@
-"""Files of this workspace: written whole or not at all, named by their digest, read with their schema."""
+"""Write files whole or not at all, compute their digest, and read JSON files by their schema."""
 
 from __future__ import annotations
 

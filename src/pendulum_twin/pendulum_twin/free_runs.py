@@ -1,4 +1,9 @@
-"""Free runs of a twin, driven by a recorded command: the three passes in order, many runs at once."""
+"""Run twins freely, driven by a recorded command: three passes in order, many runs at once.
+
+Arguments that the functions share:
+theta: (sets, SIZE) or (lanes, SIZE), parameter vectors.
+states: (..., 4) x (m), th (rad), v (m/s), w (rad/s).
+"""
 
 from __future__ import annotations
 
@@ -14,6 +19,7 @@ from pendulum_twin.motion import ALL_LAWS, NO_LAWS, PLAIN_LAWS
 from pendulum_twin.parameter_vector import BASE, SLOTS, find_active_effects
 from pendulum_twin.signals import Signals
 
+# Masks over the catalogue: effects of the mechanics, costly laws, laws that can hold a joint.
 _MECHANICAL = np.array(
     [e.form in (Form.FORCE, Form.DRY, Form.DRY_RATIO, Form.HOLD) for e in CATALOGUE]
 )
@@ -23,19 +29,24 @@ _MEASURING = [(k, e) for k, e in enumerate(CATALOGUE) if e.form is Form.MEASURE]
 _FILTERING = [(k, e) for k, e in enumerate(CATALOGUE) if e.form in (Form.FILTER, Form.CLOCK)]
 _REPORTING = [(k, e) for k, e in enumerate(CATALOGUE) if e.form is Form.REPORT]
 _CLOCKS = [e for e in CATALOGUE if e.form is Form.CLOCK]
-RATES = (2, 3)
+RATES = (2, 3)  # columns of the velocities in a state
 
 
 def run_freely(
-    signals: Signals, theta: Floats, set_of: Ints, begin: Ints, starts: Floats, samples: int
+    signals: Signals, theta: Floats, set_of: Ints, begin: Ints, start_states: Floats, samples: int
 ) -> Floats:
-    """Return what the sensors would have shown in runs of a twin driven by the recorded command.
+    """Return what the sensors would have shown in runs driven by the recorded command.
 
-    theta: (sets, SIZE), the twins. set_of: (runs,) which twin each run has. begin: (runs,) sample
-    at which it starts; the run must stay inside the recording. starts: (runs, 4) measured x, th,
-    v, w there. Returns (runs, samples, 4), the first sample the start itself.
+    theta: (sets, SIZE) the twins.
+    set_of: (runs,) the twin of each run.
+    begin: (runs,) sample at which each run starts; the run must end inside the recording.
+    start_states: (runs, 4) measured states there.
+    samples: of a run, the start included.
+
+    Returns (runs, samples, 4); the first sample is the start state.
     """
-    return run_driven(signals, run_drive(signals, theta), theta, set_of, begin, starts, samples)
+    drives = run_drive(signals, theta)
+    return run_driven(signals, drives, theta, set_of, begin, start_states, samples)
 
 
 def run_driven(
@@ -44,10 +55,10 @@ def run_driven(
     theta: Floats,
     set_of: Ints,
     begin: Ints,
-    starts: Floats,
+    start_states: Floats,
     samples: int,
 ) -> Floats:
-    """Return what `run_freely` does, from what `run_drive` has made of the command for these words."""
+    """Return what `run_freely` returns; drives: what `run_drive` returned for these twins."""
     sub = kernel.count_substeps(signals.period_s)
     rows, row_of = drives
     lane_theta = theta[set_of]
@@ -58,7 +69,7 @@ def run_driven(
         rows,
         row_of[set_of],
         begin * sub,
-        undo_sensors(starts, lane_theta, t),
+        undo_sensors(start_states, lane_theta, t),
         lane_theta,
         signals.period_s / sub,
         sub,
@@ -69,12 +80,15 @@ def run_driven(
 
 
 def run_drive(signals: Signals, theta: Floats) -> tuple[Floats, Ints]:
-    """Return what command and drive make of the whole recording, (rows, samples * substeps), and each twin's row.
+    """Return the command after command and drive, before the gain, and the row of each twin.
 
-    Twins whose command and drive are the same share a row; the gain is not in it.
+    The rows have the shape (rows, samples * substeps). Twins with the same command and drive share
+    a row.
     """
     sub = kernel.count_substeps(signals.period_s)
-    _, first, row_of = np.unique(_filtering(theta), axis=0, return_index=True, return_inverse=True)
+    _, first, row_of = np.unique(
+        _select_filter_columns(theta), axis=0, return_index=True, return_inverse=True
+    )
     rows = np.empty((len(first), len(signals) * sub))
     clock_s = signals.clock_s
     for row, chosen in zip(rows, first, strict=True):
@@ -84,7 +98,7 @@ def run_drive(signals: Signals, theta: Floats) -> tuple[Floats, Ints]:
         for stretch in signals.stretches:
             steps = round(clock_s[stretch.start] / signals.period_s) * sub
             out = row[stretch.start * sub : stretch.stop * sub]
-            kernel.drive(
+            kernel.filter_command(
                 signals.command[stretch],
                 np.zeros(offsets[-1]),
                 offsets,
@@ -98,8 +112,11 @@ def run_drive(signals: Signals, theta: Floats) -> tuple[Floats, Ints]:
     return rows, row_of.reshape(-1).astype(np.int64)
 
 
-def _filtering(theta: Floats) -> Floats:
-    """Return the words that command and drive depend on; the base's only where a filter that is on asks for them."""
+def _select_filter_columns(theta: Floats) -> Floats:
+    """Return the columns of theta that command and drive depend on.
+
+    A column of the base model counts only where a filter that is on takes it.
+    """
     columns = []
     on = find_active_effects(theta)
     for k, e in _FILTERING:
@@ -115,32 +132,32 @@ def compute_memory_offsets(h: float) -> Ints:
 
 
 def compute_paces(theta: Floats) -> Floats:
-    """Return how much time passes while the stamps go on by one second, for words (..., SIZE), shape (...)."""
-    passed = np.ones(theta.shape[:-1])
+    """Return the time, s, that passes per second of the stamps, for theta (..., SIZE), (...)."""
+    pace = np.ones(theta.shape[:-1])
     for e in _CLOCKS:
         slot = SLOTS[e.name]
-        passed = passed * e.law(*(theta[..., k] for k in range(slot.start, slot.stop)))
-    return passed
+        pace = pace * e.law(*(theta[..., k] for k in range(slot.start, slot.stop)))
+    return pace
 
 
 def run_mechanics(
     drives: Floats,
     drive_of: Ints,
     begin: Ints,
-    starts: Floats,
+    start_states: Floats,
     theta: Floats,
     h: float,
     sub: int,
     out: Floats,
 ) -> None:
-    """Run the kernel's mechanics on lanes with the narrowest code that holds their effects; see `kernel.mechanics`."""
-    kernel.mechanics(
+    """Call `kernel.integrate_lanes` with the least code that holds the effects of the lanes."""
+    kernel.integrate_lanes(
         (0,) * (1 if len(theta) == 1 else kernel.WIDTH),
         *select_kernel_code(theta),
         np.ascontiguousarray(drives),
         drive_of,
         begin,
-        np.ascontiguousarray(starts),
+        np.ascontiguousarray(start_states),
         np.ascontiguousarray(theta),
         h,
         sub,
@@ -149,7 +166,7 @@ def run_mechanics(
 
 
 def select_kernel_code(theta: Floats) -> tuple[tuple[int, ...] | None, bool]:
-    """Return laws and dry of `kernel.mechanics`: the least code that holds all effects of words (lanes, SIZE)."""
+    """Return laws and dry of `kernel.integrate_lanes` for theta (lanes, SIZE): the least code."""
     on = find_active_effects(theta)
     dry = bool(np.any(on & _STICKING))
     if not np.any(on & _MECHANICAL):
@@ -158,14 +175,15 @@ def select_kernel_code(theta: Floats) -> tuple[tuple[int, ...] | None, bool]:
 
 
 def apply_sensors(states: Floats, theta: Floats, t: Floats) -> Floats:
-    """Return what the sensors show of true states (..., 4) of lanes with words (lanes, SIZE); lanes come first.
+    """Return what the sensors show of true states (lanes, ..., 4).
 
-    t: (...) by the stamps, s from the start of the recording. Velocities are by the stamps, too;
-    see also `apply_reporting`.
+    theta: (lanes, SIZE).
+    t: (lanes, ...) s by the stamps, from the start of the recording.
+
+    The velocities are by the stamps, too; `apply_reporting` makes them as reported.
     """
-    return _by_stamps(
-        pass_through_sensors(states, theta, select_measuring_effects(theta), t), theta, 1.0
-    )
+    effects = select_measuring_effects(theta)
+    return _scale_rates(pass_through_sensors(states, theta, effects, t), theta, 1.0)
 
 
 def undo_sensors(states: Floats, theta: Floats, t: Floats) -> Floats:
@@ -175,21 +193,21 @@ def undo_sensors(states: Floats, theta: Floats, t: Floats) -> Floats:
         for e in reversed(select_measuring_effects(theta))
         if e.inverse is not None
     ]
-    return pass_through_sensors(_by_stamps(states, theta, -1.0), theta, effects, t)
+    return pass_through_sensors(_scale_rates(states, theta, -1.0), theta, effects, t)
 
 
-def _by_stamps(states: Floats, theta: Floats, power: float) -> Floats:
-    """Return states whose velocities are multiplied by a power of their lane's pace."""
-    passed = compute_paces(theta)
-    if np.all(passed == 1.0):
+def _scale_rates(states: Floats, theta: Floats, power: float) -> Floats:
+    """Return states with velocities multiplied by a power of the pace of their lane."""
+    pace = compute_paces(theta)
+    if np.all(pace == 1.0):
         return states
     states = states.copy()
-    states[..., RATES] *= (passed**power).reshape(_lanes_first(states))
+    states[..., RATES] *= (pace**power).reshape(_make_lane_shape(states))
     return states
 
 
 def apply_reporting(states: Floats, theta: Floats, period_s: float) -> Floats:
-    """Return measured states (lanes, samples, 4) with the velocities as they are reported, sample after sample."""
+    """Return measured states (lanes, samples, 4) with the velocities as they are reported."""
     effects = select_reporting_effects(theta)
     if effects:
         states = states.copy()
@@ -203,7 +221,7 @@ def apply_reporting(states: Floats, theta: Floats, period_s: float) -> Floats:
 def report_rates(
     rates: Floats, before: Floats, theta: Floats, effects: list[Effect], period_s: float
 ) -> Floats:
-    """Return what is reported of velocities (lanes, 2), given what was reported a sample before."""
+    """Return reported velocities (lanes, 2); before: those reported a sample earlier."""
     for e in effects:
         slot = SLOTS[e.name]
         for i in range(len(rates)):
@@ -226,17 +244,17 @@ def select_measuring_effects(theta: Floats) -> list[Effect]:
 def pass_through_sensors(
     states: Floats, theta: Floats, effects: list[Effect], t: Floats
 ) -> Floats:
-    """Return states after the sensor's effects; see `apply_sensors`."""
+    """Return states after these sensor effects; see `apply_sensors`."""
     if not effects:
         return states.copy()
     x, th, v, w = (states[..., k] for k in range(4))
     for effect in effects:
         slot = SLOTS[effect.name]
-        columns = (theta[:, k].reshape(_lanes_first(x)) for k in range(slot.start, slot.stop))
+        columns = (theta[:, k].reshape(_make_lane_shape(x)) for k in range(slot.start, slot.stop))
         x, v, th, w = effect.law(x, v, th, w, t, *columns)
     return np.stack([x, th, v, w], axis=-1)
 
 
-def _lanes_first(values: Floats) -> tuple[int, ...]:
-    """Return the shape in which a number a lane goes with values (lanes, ...)."""
+def _make_lane_shape(values: Floats) -> tuple[int, ...]:
+    """Return the shape in which numbers (lanes,) go with values (lanes, ...)."""
     return (-1,) + (1,) * (values.ndim - 1)

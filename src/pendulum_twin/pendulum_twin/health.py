@@ -1,4 +1,4 @@
-"""How a node is: a level, a sentence for a person, and the figures behind it."""
+"""Hold how a node is: a level, a sentence for a person, and the figures behind it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,12 @@ class Level(IntEnum):
 
 @dataclass(frozen=True)
 class Health:
-    """Hold what a node says of itself once a second; figures: name -> number or text, units in the names."""
+    """Hold what a node says of itself once a second.
+
+    level: how bad it is.
+    sentence: for a person.
+    figures: name -> number or text; units are in the names.
+    """
 
     level: Level
     sentence: str

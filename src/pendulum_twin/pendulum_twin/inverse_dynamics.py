@@ -1,4 +1,4 @@
-"""What force and torque a recorded motion needs beyond those that a twin gives it."""
+"""Compute the force and torque that a recorded motion needs beyond those of a twin."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from pendulum_twin.motion import (
     ALL_LAWS,
     add_cart_forces,
     add_pole_torques,
-    cart_level,
-    pole_level,
+    compute_cart_level,
+    compute_pole_level,
 )
 from pendulum_twin.parameter_vector import (
     CART_VISCOUS,
@@ -26,36 +26,42 @@ from pendulum_twin.parameter_vector import (
 )
 from pendulum_twin.signals import Signals
 
-STANDING_SPEED_SHARE = (
-    0.03  # of the root mean square speed: slower than this, dry friction takes any value
-)
+# Of the root mean square speed: below it the cart counts as standing, where dry friction takes any
+# value.
+STANDING_SPEED_SHARE = 0.03
 
 
 @kernel.compile_cached
-def _laws(x, th, v, w, p, out):  # type: ignore[no-untyped-def]
+def _fill_laws(x, th, v, w, p, out):  # type: ignore[no-untyped-def]
     for n in range(len(x)):
         cart_way, pole_way = np.sign(v[n]), np.sign(w[n])
         out[n, 0] = add_cart_forces(x[n], v[n], th[n], w[n], p, 0, 1, ALL_LAWS)
-        out[n, 0] -= cart_way * cart_level(abs(v[n]), x[n], cart_way, p, 0, 1, ALL_LAWS)
+        out[n, 0] -= cart_way * compute_cart_level(abs(v[n]), x[n], cart_way, p, 0, 1, ALL_LAWS)
         out[n, 1] = add_pole_torques(x[n], v[n], th[n], w[n], p, 0, 1, ALL_LAWS)
-        out[n, 1] -= pole_way * pole_level(abs(w[n]), th[n], pole_way, p, 0, 1, ALL_LAWS)
+        out[n, 1] -= pole_way * compute_pole_level(abs(w[n]), th[n], pole_way, p, 0, 1, ALL_LAWS)
 
 
 def evaluate_laws(signals: Signals, states: Floats, theta: Floats) -> Floats:
-    """Return the force (N) and torque (N m) of the effects of cart and pole along measured states (n, 4), shape (n, 2)."""
+    """Return the force (N) and torque (N m) of the effects of cart and pole, shape (n, 2).
+
+    states: (n, 4) measured; theta: (SIZE,).
+    """
     true = undo_sensors(states[None], theta[None], signals.clock_s)[0]
     out = np.empty((len(states), 2))
-    _laws(*(np.ascontiguousarray(true[:, k]) for k in range(4)), theta, out)
+    _fill_laws(*(np.ascontiguousarray(true[:, k]) for k in range(4)), theta, out)
     return out
 
 
 def compute_missing_force(
     signals: Signals, states: Floats, accelerations: Floats, theta: Floats
 ) -> tuple[Floats, Mask]:
-    """Return the force on the cart (N) and torque on the pole (N m) that the twin lacks, (n, 2), and where they count.
+    """Return the force (N) and torque (N m) that the twin lacks, (n, 2), and where they count.
 
-    states: (n, 4) measured and smoothed; accelerations: (n, 2) of cart and pole. They do not count
-    where a sample is not valid or the cart hardly moves, for dry friction at rest takes any value.
+    states: (n, 4) measured and smoothed.
+    accelerations: (n, 2) of cart (m/s^2) and pole (rad/s^2).
+    theta: (SIZE,).
+
+    A sample does not count where it is not valid or where the cart hardly moves.
     """
     true = undo_sensors(states[None], theta[None], signals.clock_s)[0]
     turned = np.concatenate([states[:, :2], accelerations], axis=1)
@@ -72,7 +78,7 @@ def compute_missing_force(
         + theta[CART_VISCOUS] * v
         - laws[:, 0]
     )
-    force -= theta[FORCE_PER_PWM] * _drive_at_samples(signals, theta)
+    force -= theta[FORCE_PER_PWM] * _average_drive(signals, theta)
     torque = theta[INERTIA] * b - coupling * cosine * a - theta[MOMENT] * theta[GRAVITY] * sine
     torque += theta[POLE_VISCOUS] * w - laws[:, 1]
     usable = np.ones(len(signals), dtype=bool)
@@ -83,8 +89,8 @@ def compute_missing_force(
     return np.stack([force, torque], axis=1), usable
 
 
-def _drive_at_samples(signals: Signals, theta: Floats) -> Floats:
-    """Return what command and drive give around each sample: the mean of the periods before and after it."""
+def _average_drive(signals: Signals, theta: Floats) -> Floats:
+    """Return the drive around each sample: the mean over the periods before and after it."""
     sub = kernel.count_substeps(signals.period_s)
     rows, _ = run_drive(signals, theta[None])
     after = rows[0].reshape(-1, sub).mean(axis=1)

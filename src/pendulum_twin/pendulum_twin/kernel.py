@@ -1,14 +1,14 @@
-"""The three passes, compiled; the only place where time advances.
+"""Run the compiled passes; the only place where time advances.
 
-`drive` runs command and drive once over a stretch and gives the force; `mechanics` integrates it,
-many lanes side by side (`motion.py`, `stick_slip.py`); the sensor's effects turn the true states
-into what would have been measured (`free_runs.py`). A lane is one run. Lanes are packed in blocks
-of constant width; every lane gives the same bits in any width, for nothing here depends on its
-neighbours.
+`filter_command` runs command and drive once over a stretch and gives the force before the gain;
+`integrate_lanes` integrates the motion, many lanes side by side (`motion.py`, `stick_slip.py`);
+the sensor's effects turn true states into measured states (`free_runs.py`). A lane is a run. Lanes
+are packed in blocks of constant width; a lane gives the same bits in any width, for nothing here
+depends on its neighbours.
 
-A block's numbers lie in one array, row by row, lane beside lane: the words, and below them the
-rows named here. One array, because the compiler computes lanes side by side only where it can
-prove that what it reads is not what it writes.
+A block's numbers lie in one array, row by row, lane beside lane: theta, and below it the rows
+named here. There is one array because the compiler computes lanes side by side only where it can
+prove that it does not write what it reads.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numba
 import numpy as np
 
 from pendulum_twin import compose
-from pendulum_twin.equations import inner
+from pendulum_twin.equations import compile_inner
 from pendulum_twin.machine_code import compile_cached
 from pendulum_twin.motion import MOVING, advance_step
 from pendulum_twin.parameter_vector import FORCE_PER_PWM, SIZE
@@ -28,36 +28,41 @@ LONGEST_STEP_S = 1e-3
 
 ROWS = SIZE + 15
 X, TH, V, W = range(SIZE, SIZE + 4)
-X_BEFORE, TH_BEFORE, V_BEFORE, W_BEFORE = range(
-    SIZE + 4, SIZE + 8
-)  # the state at the begin of the step
+# the state at the begin of the step
+X_BEFORE, TH_BEFORE, V_BEFORE, W_BEFORE = range(SIZE + 4, SIZE + 8)
 CART_WAY, POLE_WAY, CART_FREE, POLE_FREE = range(SIZE + 8, SIZE + 12)  # the modes; see `motion.py`
-FORCE, ENDED = SIZE + 12, SIZE + 13  # ENDED: 1 where a mode has ended within the step
+FORCE = SIZE + 12  # of the drive on the cart, N
+ENDED = SIZE + 13  # 1 where a mode has ended within the step
 H = SIZE + 14  # the step, s
 
-chain = compose.compose_filters()
-frozen = compose.compose_holds()
-pace = compose.compose_pace()
+apply_filters = compose.compose_filters()
+is_frozen = compose.compose_holds()
+compute_pace = compose.compose_pace()
 
 
 def count_substeps(period_s: float) -> int:
-    """Return into how many steps of at most 1 ms a sample period is cut."""
+    """Return the number of steps, of at most LONGEST_STEP_S, in a sample period."""
     return max(1, int(np.ceil(period_s / LONGEST_STEP_S - 1e-9)))
 
 
 @compile_cached
-def drive(command, memory, offsets, h, sub, first_step, theta, active, out):
-    """Fill out, shape (samples * sub,), with what the drive makes of the held command (samples,), before the gain.
+def filter_command(command, memory, offsets, h, sub, first_step, theta, active, out):
+    """Fill out with the command after command and drive, before the gain.
 
-    memory is carried from call to call; first_step counts the substeps before this call.
+    command: (samples,) held from sample to sample.
+    memory: of all filters, carried from call to call; offsets: where each filter's memory begins.
+    h: s, a substep of true time; sub: substeps a sample.
+    first_step: substeps before this call.
+    theta: (SIZE,); active: (effects,) which effects are on.
+    out: (samples * sub,).
     """
     for k in range(len(command)):
         out[k * sub : (k + 1) * sub] = command[k]
-    chain(out, memory, offsets, h, first_step, theta, active)
+    apply_filters(out, memory, offsets, h, first_step, theta, active)
 
 
-@inner
-def _four(p, row, i, width):
+@compile_inner
+def _get_four(p, row, i, width):
     """Return four neighbouring rows of lane i: a state or modes."""
     return (
         p[row * width + i],
@@ -67,7 +72,7 @@ def _four(p, row, i, width):
     )
 
 
-@inner
+@compile_inner
 def _put_four(p, row, i, width, four):
     for k in range(4):
         p[(row + k) * width + i] = four[k]
@@ -81,42 +86,49 @@ def _advance(lanes, laws, dry, p):
     if laws is not None:
         resting = dry and _begin_step(lanes, laws, p)
     for i in range(width):
-        modes = _four(p, CART_WAY, i, width) if laws is not None else MOVING
+        modes = _get_four(p, CART_WAY, i, width) if laws is not None else MOVING
         after = advance_step(
-            _four(p, X, i, width), p[FORCE * width + i], modes, p, i, width, laws, p[H * width + i]
+            _get_four(p, X, i, width),
+            p[FORCE * width + i],
+            modes,
+            p,
+            i,
+            width,
+            laws,
+            p[H * width + i],
         )
         _put_four(p, X, i, width, after)
     if laws is not None and dry:
         _end_step(lanes, laws, p, resting)
 
 
-@inner
+@compile_inner
 def _begin_step(lanes, laws, p):
     """Keep the states, set the modes and return whether any joint is at rest."""
     width = len(lanes)
     at_rest = 0
     for i in range(width):
-        x, th, v, w = _four(p, X, i, width)
+        x, th, v, w = _get_four(p, X, i, width)
         _put_four(p, X_BEFORE, i, width, (x, th, v, w))
         _put_four(p, CART_WAY, i, width, (get_sign(v), get_sign(w), 1.0, 1.0))
         at_rest += 1 if (v == 0.0) | (w == 0.0) else 0
     if at_rest > 0:
         for i in range(width):
-            state = _four(p, X, i, width)
+            state = _get_four(p, X, i, width)
             _put_four(
                 p, CART_WAY, i, width, find_modes(state, p[FORCE * width + i], p, i, width, laws)
             )
     return at_rest > 0
 
 
-@inner
+@compile_inner
 def _end_step(lanes, laws, p, resting):
-    """Do again, in parts, the steps in which a mode ended; put back the states that are held."""
+    """Cut the steps in which a mode ended; put back the states that stand still."""
     width = len(lanes)
     ends = 0
     if resting:
         for i in range(width):
-            state, modes = _four(p, X, i, width), _four(p, CART_WAY, i, width)
+            state, modes = _get_four(p, X, i, width), _get_four(p, CART_WAY, i, width)
             cart_margin, pole_margin = compute_margins(
                 state, p[FORCE * width + i], modes, p, i, width, laws
             )
@@ -133,30 +145,33 @@ def _end_step(lanes, laws, p, resting):
     if ends > 0:
         for i in range(width):
             if p[ENDED * width + i] > 0.0:
-                state, after = _four(p, X_BEFORE, i, width), _four(p, X, i, width)
-                modes = _four(p, CART_WAY, i, width)
+                state, after = _get_four(p, X_BEFORE, i, width), _get_four(p, X, i, width)
+                modes = _get_four(p, CART_WAY, i, width)
                 force, h = p[FORCE * width + i], p[H * width + i]
                 _put_four(
                     p, X, i, width, cut_step(state, after, force, modes, p, i, width, laws, h)
                 )
     for i in range(width):
-        x, th, v, w = _four(p, X_BEFORE, i, width)
-        held = frozen(p[FORCE * width + i], v, w, p, i, width)
-        after = _four(p, X, i, width)
-        _put_four(p, X, i, width, (x, th, v, w) if held else after)
+        x, th, v, w = _get_four(p, X_BEFORE, i, width)
+        stands = is_frozen(p[FORCE * width + i], v, w, p, i, width)
+        after = _get_four(p, X, i, width)
+        _put_four(p, X, i, width, (x, th, v, w) if stands else after)
 
 
 @compile_cached
-def mechanics(lanes, laws, dry, drives, drive_of, begin, starts, theta, h, sub, out):
-    """Integrate lanes side by side from their start states and fill out with the true states.
+def integrate_lanes(lanes, laws, dry, drives, drive_of, begin, start_states, theta, h, sub, out):
+    """Integrate lanes side by side from their start states; fill out with the true states.
 
     lanes: a tuple whose length is the block's width (a constant for the compiler).
-    laws: by its type, which effects' laws are compiled in (see `motion.py`).
+    laws: by its type, which laws are compiled in (see `motion.py`).
     dry: whether dry friction (or a hold) is on in any lane.
-    drives: (sets, steps) what command and drive give, before the gain; drive_of: (lanes,) row of
-        each lane; begin: (lanes,) step at which each lane starts.
-    starts: (lanes, 4) x, th, v, w; theta: (lanes, SIZE); h: s by the stamps; out: (lanes, samples,
-        4), the first sample the start itself.
+    drives: (rows, steps) the command after command and drive, before the gain.
+    drive_of: (lanes,) row of drives of each lane.
+    begin: (lanes,) step of that row at which each lane starts.
+    start_states: (lanes, 4) x, th, v, w.
+    theta: (lanes, SIZE).
+    h: s by the stamps, a substep; sub: substeps a sample.
+    out: (lanes, samples, 4); the first sample is the start state.
     """
     width = len(lanes)
     count, samples = out.shape[0], out.shape[1]
@@ -164,16 +179,15 @@ def mechanics(lanes, laws, dry, drives, drive_of, begin, starts, theta, h, sub, 
     row, at = np.empty(width, dtype=np.int64), np.empty(width, dtype=np.int64)
     for first in range(0, count, width):
         for i in range(width):
-            lane = min(
-                first + i, count - 1
-            )  # a block that is not full is filled up with its last lane
+            # a block that is not full is filled up with its last lane
+            lane = min(first + i, count - 1)
             row[i], at[i] = drive_of[lane], begin[lane]
             for k in range(SIZE):
                 p[k * width + i] = theta[lane, k]
             for k in range(4):
-                p[(X + k) * width + i] = starts[lane, k]
+                p[(X + k) * width + i] = start_states[lane, k]
             _put_four(p, CART_WAY, i, width, MOVING)
-            p[H * width + i] = h * pace(p, i, width)
+            p[H * width + i] = h * compute_pace(p, i, width)
         for n in range(samples):
             for i in range(min(width, count - first)):
                 for k in range(4):

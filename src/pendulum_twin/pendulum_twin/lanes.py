@@ -1,7 +1,7 @@
-"""Many live twins side by side: one compiled call advances all of them by a period, sensors included.
+"""Advance many live twins side by side by a period, sensors included, in one compiled call.
 
-A lane is one twin that runs now. Lanes may be of different twins; which effects are compiled in is
-what any has.
+A lane is a twin that runs now. Lanes may be of different twins, which are called kinds here; the
+effects of all kinds are compiled in.
 """
 
 from __future__ import annotations
@@ -15,25 +15,27 @@ import numpy as np
 from pendulum_twin import compose, kernel
 from pendulum_twin.arrays import Floats, Ints
 from pendulum_twin.encoders import EXACT, Encoders
-from pendulum_twin.equations import inner
+from pendulum_twin.equations import compile_inner
 from pendulum_twin.free_runs import compute_memory_offsets, compute_paces, select_kernel_code
 from pendulum_twin.machine_code import compile_cached
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import find_active_effects, make_theta
 
 HANGING = (0.0, math.pi, 0.0, 0.0)
-AT_REST = (0.0, 0.0, 0.0, 0.0)  # away from it
+AT_REST = (0.0, 0.0, 0.0, 0.0)  # distance from HANGING
 
-sensed = compose.compose_sensors()
-told = compose.compose_reports()
+measure_state = compose.compose_sensors()
+report_rate = compose.compose_reports()
 
 
 class Kinds(NamedTuple):
     """Hold what does not change, for each of the twins that lanes may be of.
 
-    theta: (twins, SIZE). on: (effects,) in any of them. offsets: (twins, filters + 1) into a
-    lane's memory. paces: (twins,).
-    steps: of the encoders, m and rad.
+    theta: (twins, SIZE).
+    on: (effects,) whether an effect is on in any of the twins.
+    offsets: (twins, filters + 1) where each filter's memory begins in a lane's memory.
+    paces: (twins,) true time per second of the stamps.
+    steps: m and rad, of the encoders.
     """
 
     theta: Floats
@@ -44,10 +46,18 @@ class Kinds(NamedTuple):
 
 
 class Lanes(NamedTuple):
-    """Hold what changes, a row a lane: kind; words; memory of command and drive; substeps done; true and shown states.
+    """Hold what changes; each array has a row a lane.
 
-    drives and out: room for one period; row, zero: which drive a lane has and where it begins;
-    held: a period's commands.
+    kind: (lanes,) index into `Kinds`.
+    theta: (lanes, SIZE).
+    memory: (lanes, ...) of command and drive.
+    done: (lanes,) substeps done.
+    true: (lanes, 4) true state.
+    shown: (lanes, 4) measured state.
+    drives: (lanes, substeps) room for a period of drive.
+    out: (lanes, samples + 1, 4) room for a period of states.
+    row, zero: (lanes,) the row of drives of each lane, and where the lane begins in it.
+    commands: (samples,) room for a period of commands.
     """
 
     kind: Ints
@@ -60,11 +70,11 @@ class Lanes(NamedTuple):
     out: Floats
     row: Ints
     zero: Ints
-    held: Floats
+    commands: Floats
 
 
 class Code(NamedTuple):
-    """Hold what the compiled call is specialised to: see `kernel.mechanics`."""
+    """Hold what the compiled call is specialised to: lanes, laws and dry of the kernel."""
 
     block: tuple[int, ...]
     laws: tuple[int, ...] | None
@@ -72,7 +82,12 @@ class Code(NamedTuple):
 
 
 class Timing(NamedTuple):
-    """Hold how a period is cut: samples, substeps a sample, and a sample's length by the stamps, s."""
+    """Hold how a period is cut.
+
+    samples: in a period.
+    sub: substeps in a sample.
+    sample_s: s by the stamps, from sample to sample.
+    """
 
     samples: int
     sub: int
@@ -80,7 +95,7 @@ class Timing(NamedTuple):
 
 
 def make_timing(period_s: float, samples: int) -> Timing:
-    """Return the timing of a period with so many samples."""
+    """Return the timing of a period, s, with so many samples."""
     sample_s = period_s / samples
     return Timing(samples, kernel.count_substeps(sample_s), sample_s)
 
@@ -88,14 +103,14 @@ def make_timing(period_s: float, samples: int) -> Timing:
 def make_kinds(twins: Sequence[Twin], timing: Timing, encoders: Encoders = EXACT) -> Kinds:
     """Return what lanes of these twins need."""
     theta = np.array([make_theta(twin) for twin in twins])
-    passed = compute_paces(theta)
+    paces = compute_paces(theta)
     h = timing.sample_s / timing.sub
-    offsets = np.array([compute_memory_offsets(h * float(pace)) for pace in passed])
-    return Kinds(theta, find_active_effects(theta), offsets, passed, encoders.steps)
+    offsets = np.array([compute_memory_offsets(h * float(pace)) for pace in paces])
+    return Kinds(theta, find_active_effects(theta), offsets, paces, encoders.steps)
 
 
 def make_lanes(kinds: Kinds, timing: Timing, count: int) -> Lanes:
-    """Return so many lanes of the first kind, not started yet: see `begin_lane`."""
+    """Return so many lanes of the first kind, which `begin_lane` has to start."""
     substeps = timing.samples * timing.sub
     return Lanes(
         kind=np.zeros(count, dtype=np.int64),
@@ -108,7 +123,7 @@ def make_lanes(kinds: Kinds, timing: Timing, count: int) -> Lanes:
         out=np.zeros((count, timing.samples + 1, 4)),
         row=np.arange(count, dtype=np.int64),
         zero=np.zeros(count, dtype=np.int64),
-        held=np.zeros(timing.samples),
+        commands=np.zeros(timing.samples),
     )
 
 
@@ -117,12 +132,12 @@ def select_lane_code(kinds: Kinds, count: int) -> Code:
     return Code((0,) * (1 if count == 1 else kernel.WIDTH), *select_kernel_code(kinds.theta))
 
 
-@inner
-def _read(kinds, lanes, i, state, t, period_s):
-    """Show a true state of lane i; period_s: since the last one shown, 0 for the first."""
+@compile_inner
+def _show_state(kinds, lanes, i, state, t, period_s):
+    """Fill `lanes.shown` of lane i from a true state; period_s: since the last, 0 at the start."""
     x, th, v, w = state
     p, pace = lanes.theta[i], kinds.paces[lanes.kind[i]]
-    x, v, th, w = sensed(x, v, th, w, t, p, kinds.on)
+    x, v, th, w = measure_state(x, v, th, w, t, p, kinds.on)
     v, w = v * pace, w * pace
     fine_m, fine_rad = kinds.steps
     shown = lanes.shown[i]
@@ -133,24 +148,28 @@ def _read(kinds, lanes, i, state, t, period_s):
     if period_s > 0.0:
         if (fine_m > 0.0) | (fine_rad > 0.0):
             v, w = (x - shown[0]) / period_s, (th - shown[1]) / period_s
-        v, w = told(v, shown[2], period_s, p, kinds.on), told(w, shown[3], period_s, p, kinds.on)
+        v, w = (
+            report_rate(v, shown[2], period_s, p, kinds.on),
+            report_rate(w, shown[3], period_s, p, kinds.on),
+        )
     shown[0], shown[1], shown[2], shown[3] = x, th, v, w
 
 
-@inner
+@compile_inner
 def begin_lane(kinds, lanes, timing, i, kind, away):
-    """Start lane i as a twin of a kind: it hangs at rest, or a true x, th, v, w away from that; PWM 0 was held until now.
+    """Start lane i as a twin of a kind, after a command of 0.
 
-    A pole hangs by its weight, whatever its sensors show of that.
+    away: distance of the true start state x, th, v, w from hanging at rest. A pole hangs by its
+    weight, whatever its sensors show.
     """
     lanes.kind[i] = kind
     lanes.theta[i] = kinds.theta[kind]
     lanes.memory[i] = 0.0
     lanes.done[i] = 0
-    lanes.held[:] = 0.0
+    lanes.commands[:] = 0.0
     h = timing.sample_s / timing.sub * kinds.paces[kind]
-    kernel.drive(
-        lanes.held[:1],
+    kernel.filter_command(
+        lanes.commands[:1],
         lanes.memory[i],
         kinds.offsets[kind],
         h,
@@ -163,21 +182,24 @@ def begin_lane(kinds, lanes, timing, i, kind, away):
     for k in range(4):
         lanes.true[i, k] = HANGING[k] + away[k]
     x, th, v, w = lanes.true[i]
-    _read(kinds, lanes, i, (x, th, v, w), 0.0, 0.0)
+    _show_state(kinds, lanes, i, (x, th, v, w), 0.0, 0.0)
 
 
-@inner
+@compile_inner
 def advance_lanes(code, kinds, lanes, timing, commands):
-    """Hold a command (PWM fraction, as the rig takes it) a lane over one period; `lanes.shown` is what is measured then."""
+    """Hold the commands over a period; afterwards `lanes.shown` is the measured state.
+
+    commands: (lanes,) PWM fraction, as the drive receives it.
+    """
     samples, sub, sample_s = timing
     h = sample_s / sub
     for i in range(len(commands)):
         kind = lanes.kind[i]
-        lanes.held[:] = commands[i]
+        lanes.commands[:] = commands[i]
         pace = kinds.paces[kind]
         drive = lanes.drives[i]
-        kernel.drive(
-            lanes.held,
+        kernel.filter_command(
+            lanes.commands,
             lanes.memory[i],
             kinds.offsets[kind],
             h * pace,
@@ -187,7 +209,7 @@ def advance_lanes(code, kinds, lanes, timing, commands):
             kinds.on,
             drive,
         )
-    kernel.mechanics(
+    kernel.integrate_lanes(
         code.block,
         code.laws,
         code.dry,
@@ -204,18 +226,18 @@ def advance_lanes(code, kinds, lanes, timing, commands):
         for n in range(1, samples + 1):
             t = (lanes.done[i] // sub + n) * sample_s
             x, th, v, w = lanes.out[i, n]
-            _read(kinds, lanes, i, (x, th, v, w), t, sample_s)
+            _show_state(kinds, lanes, i, (x, th, v, w), t, sample_s)
         lanes.true[i] = lanes.out[i, samples]
         lanes.done[i] += samples * sub
 
 
 @compile_cached
 def begin_lane_from_python(kinds, lanes, timing, i, kind, away):
-    """Do `begin_lane`, called from Python."""
+    """Call `begin_lane` from Python."""
     begin_lane(kinds, lanes, timing, i, kind, away)
 
 
 @compile_cached
 def advance_lanes_from_python(code, kinds, lanes, timing, commands):
-    """Do `advance_lanes`, called from Python."""
+    """Call `advance_lanes` from Python."""
     advance_lanes(code, kinds, lanes, timing, commands)

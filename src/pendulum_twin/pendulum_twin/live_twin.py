@@ -1,4 +1,4 @@
-"""The twin that runs now: the one state that a live twin has, whatever its pace."""
+"""Hold the twin that runs now: the state of a live twin, whatever its pace."""
 
 from __future__ import annotations
 
@@ -9,11 +9,15 @@ from pendulum_twin.stepper import Stepper, compile_for_any_effect
 
 
 class LiveTwin:
-    """Run one twin sample by sample, driven by the last command that was offered.
+    """Run a twin sample by sample, driven by the last command that was offered.
 
-    period_s: from sample to sample. timeout_s: see `CommandHold`. Afterwards nothing is compiled
-    any more, whatever twin takes its place. commands: what was offered. applied: the PWM fraction
-    held over the last period.
+    All is compiled when it is made; later nothing is, whatever twin takes its place.
+
+    twin: runs now.
+    period_s: s from sample to sample.
+    timeout_s: see `CommandHold`.
+    commands: what was offered.
+    applied: PWM fraction held over the last period.
     """
 
     def __init__(self, twin: Twin, period_s: float, timeout_s: float) -> None:
@@ -30,22 +34,22 @@ class LiveTwin:
         return self._stepper.state
 
     def advance(self, now_ns: int) -> float:
-        """Hold the command that is due at now_ns over one period; return it, clipped, 0 when stale."""
-        self.applied = self.commands.at(now_ns)
+        """Hold the command of now_ns over a period; return it, clipped, 0 when stale."""
+        self.applied = self.commands.get_command(now_ns)
         self._stepper.step(self.applied)
         return self.applied
 
     def reset(self) -> None:
-        """Hang at rest in the middle of the rail, with nothing left of earlier commands."""
+        """Hang at rest in the middle of the rail; nothing is left of earlier commands."""
         self.commands.clear()
         self.applied = 0.0
         self._stepper.reset()
 
     def become(self, twin: Twin) -> None:
-        """Go on as another twin from the measured state of this one.
+        """Go on as another twin from the present measured state.
 
-        What the drive still remembered of earlier commands (a delay, a lag) is gone; the last
-        command stays as if long held.
+        The drive forgets earlier commands (its delay, its lag); the last command counts as held
+        for long.
         """
         stepper = Stepper(twin, self._period_s, tuple(map(float, self.state)), self.applied)
         self.twin, self._stepper = twin, stepper

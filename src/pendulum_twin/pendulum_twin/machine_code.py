@@ -20,10 +20,11 @@ import numba
 from numba.core.caching import FunctionCache
 
 HERE = Path(__file__).parent
-# All that goes into the kernel; Numba itself sees a change only of the file that holds the
+# All files that go into the kernel; Numba itself notices a change only of the file that holds the
 # compiled function.
 SOURCES = (
     "compose.py",
+    "elementary.py",
     "equations.py",
     "kernel.py",
     "lanes.py",
@@ -40,11 +41,12 @@ def compile_cached(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def make_cached_compiler(*more: Path) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Return `compile_cached` for functions that also consist of more source files, of another package."""
-    return lambda function: _compiled(function, find_cache_folder(more))
+    """Return `compile_cached` for functions that more source files go into, of another package."""
+    return lambda function: _compile(function, find_cache_folder(more))
 
 
-def _compiled(function: Callable[..., Any], folder: Path | None) -> Callable[..., Any]:
+def _compile(function: Callable[..., Any], folder: Path | None) -> Callable[..., Any]:
+    """Return a compiled function that keeps its machine code in a folder, or nowhere."""
     result = numba.njit(error_model="numpy")(function)
     if folder is not None:
         before = numba.config.CACHE_DIR
@@ -58,18 +60,19 @@ def _compiled(function: Callable[..., Any], folder: Path | None) -> Callable[...
 
 @functools.cache
 def find_cache_folder(more: tuple[Path, ...] = ()) -> Path | None:
-    """Return where machine code is kept, a folder named by its sources' digest; None where nothing can be kept."""
+    """Return the folder for machine code, named by its sources' digest; None for no place."""
     digest = hashlib.sha256()
     for path in [*sorted(path for pattern in SOURCES for path in HERE.glob(pattern)), *more]:
         digest.update(path.read_bytes())
-    for root in _roots():
+    for root in _list_roots():
         folder = root / "pendulum_twin" / digest.hexdigest()[:16]
         if _is_ours(folder):
             return folder
     return None
 
 
-def _roots() -> Iterator[Path]:
+def _list_roots() -> Iterator[Path]:
+    """Yield the folders in which machine code may be kept, the preferred folder first."""
     if "XDG_CACHE_HOME" in os.environ:
         yield Path(os.environ["XDG_CACHE_HOME"])
     with contextlib.suppress(RuntimeError):  # no home
@@ -81,7 +84,7 @@ def _roots() -> Iterator[Path]:
 
 
 def _is_ours(folder: Path) -> bool:
-    """Return whether folder, made if need be, can be written by us and by nobody else: code is run from it."""
+    """Return whether only this user can write to a folder, made if need be: code runs from it."""
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
@@ -92,7 +95,7 @@ def _is_ours(folder: Path) -> bool:
 
 
 class _SharedCache(FunctionCache):
-    """A cache that several processes may use at once, and that fails silently: what cannot be read is compiled."""
+    """Share a cache among processes; a file that cannot be read counts as not there."""
 
     def __init__(self, function: Callable[..., Any], folder: Path) -> None:
         super().__init__(function)
@@ -101,18 +104,18 @@ class _SharedCache(FunctionCache):
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         try:
             return super().load_overload(sig, target_context)
-        except Exception:  # whatever a damaged file raises when it is unpickled: forget them all
-            with self._alone():
+        except Exception:  # a damaged file raises anything when it is unpickled: forget all files
+            with self._lock():
                 self.flush()
             return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        with self._alone():
+        with self._lock():
             super().save_overload(sig, data)
 
     @contextlib.contextmanager
-    def _alone(self) -> Iterator[None]:
-        """Keep other processes out: Numba looks for a free file name, and only then takes it."""
+    def _lock(self) -> Iterator[None]:
+        """Keep other processes out: Numba looks for a free file name before it takes the name."""
         with contextlib.suppress(OSError), self._lock_path.open("w") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
             yield

@@ -1,4 +1,4 @@
-"""A twin: the rig's constants and the effects it is believed to have. YAML in and out; unknown keys are refused."""
+"""Hold a twin: the rig's constants and its believed effects; read and write twin files."""
 
 from __future__ import annotations
 
@@ -14,15 +14,20 @@ from pendulum_twin.files import write_atomically
 from pendulum_twin.rig import Rig, check_number, describe_unknown_key, parse_rig
 
 SCHEMA = "pendulum_twin/1"
+KEYS = ("schema", "name", "rig", "effects")
 
 
 @dataclass(frozen=True)
 class Twin:
-    """Hold one rig as it is believed to be.
+    """Hold a rig as it is believed to be.
 
-    effects: catalogue name -> parameter name -> value (SI units, in the parameter's name); an
-    effect that is there is on. Raises BadInputError for an effect or parameter that the catalogue
-    does not have, or a value out of its range.
+    name: of the rig.
+    rig: its constants.
+    effects: catalogue name -> parameter name -> value, in the unit of the parameter's name; an
+        effect that is listed is on.
+
+    Raises BadInputError for an effect or parameter that the catalogue does not have, and for a
+    value out of its range.
     """
 
     name: str
@@ -33,13 +38,13 @@ class Twin:
         object.__setattr__(
             self,
             "effects",
-            {name: _checked_effect(name, values) for name, values in self.effects.items()},
+            {name: _check_effect(name, values) for name, values in self.effects.items()},
         )
 
     def drop_recording_effects(self) -> Twin:
         """Return the twin without the effects that belong to one recording of the rig."""
-        kept = {name: v for name, v in self.effects.items() if not BY_NAME[name].of_recording}
-        return Twin(self.name, self.rig, kept)
+        lasting = {name: v for name, v in self.effects.items() if not BY_NAME[name].of_recording}
+        return Twin(self.name, self.rig, lasting)
 
     def to_mapping(self) -> dict:
         """Return the twin as the twin file holds it."""
@@ -52,7 +57,8 @@ class Twin:
         }
 
 
-def _checked_effect(name: str, values: object) -> dict[str, float]:
+def _check_effect(name: str, values: object) -> dict[str, float]:
+    """Return an effect's values in the order of its parameters; raise BadInputError."""
     if name not in BY_NAME:
         raise BadInputError(f"effects: unknown effect {name}; known are {', '.join(BY_NAME)}")
     parameters = {p.name: p for p in BY_NAME[name].parameters}
@@ -75,16 +81,15 @@ def _checked_effect(name: str, values: object) -> dict[str, float]:
 
 
 def parse_twin(mapping: object) -> Twin:
-    """Return the twin that a twin file holds; raise BadInputError naming the key that is wrong."""
+    """Return the twin of a twin file's mapping; raise BadInputError naming a wrong key."""
     if not isinstance(mapping, Mapping):
         raise BadInputError(
-            f"expected a mapping with schema, name, rig and effects, found {type(mapping).__name__}"
+            "expected a mapping with schema, name, rig and effects, "
+            f"found {type(mapping).__name__}"
         )
     for key in mapping:
-        if key not in ("schema", "name", "rig", "effects"):
-            raise BadInputError(
-                describe_unknown_key("twin file", str(key), ("schema", "name", "rig", "effects"))
-            )
+        if key not in KEYS:
+            raise BadInputError(describe_unknown_key("twin file", str(key), KEYS))
     if mapping.get("schema") != SCHEMA:
         raise BadInputError(f"expected schema: {SCHEMA}, found {mapping.get('schema')!r}")
     effects = mapping.get("effects") or {}
@@ -100,19 +105,15 @@ def parse_twin(mapping: object) -> Twin:
 
 
 def load_twin(path: str | Path) -> Twin:
-    """Return the twin in a YAML file; raise BadInputError when it cannot be read or holds something wrong."""
+    """Return the twin in a YAML file; raise BadInputError, with its path, when it holds none."""
     try:
-        text = Path(path).read_text(encoding="utf-8")
-        mapping = yaml.safe_load(text)
+        mapping = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as error:
         raise BadInputError(
             f"{path}: expected a twin file, but it cannot be read: {error}"
         ) from error
-    except (
-        yaml.YAMLError,
-        ValueError,
-        RecursionError,
-    ) as error:  # a date that is none, a thousand brackets
+    # PyYAML raises other errors, too: for a date that does not exist, for a thousand brackets
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
         raise BadInputError(
             f"{path}: expected YAML, found {str(error).splitlines()[0]}"
         ) from error

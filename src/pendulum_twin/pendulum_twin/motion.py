@@ -1,12 +1,18 @@
-"""How a lane moves over one step while its modes hold: forces, accelerations, Runge-Kutta of fourth order.
+"""Move a lane over a step in which its modes hold, by Runge-Kutta of fourth order.
 
-A lane is one run: one vector of words, one start state. Lanes are packed in blocks whose numbers
-lie word by word: word k of lane i is `p[k * width + i]`, so that the compiler computes
-neighbouring lanes side by side. A state is (x, th, v, w). Modes are (cart_way, pole_way,
-cart_free, pole_free): the direction in which each joint slips (1, -1, or 0), and 0 for a joint
-that sticks, 1 for one that moves. laws says by its type which effects' laws are compiled in: None
-for none, a tuple of one for those of plain arithmetic, of two for all; a law that is compiled in
-and neutral adds exactly nothing.
+A lane is a run: a parameter vector theta and a start state. Lanes are packed in blocks whose
+numbers lie row by row: number k of lane i is `p[k * width + i]`, so that the compiler computes
+neighbouring lanes side by side.
+
+Arguments that the functions of `motion` and `stick_slip` share:
+state: x (m), th (rad), v (m/s), w (rad/s).
+force: N, of the drive on the cart.
+modes: cart_way, pole_way, cart_free, pole_free. A way is the direction in which the joint slips,
+    1, -1 or 0; free is 0 for a joint that sticks and 1 for a joint that moves.
+p, i, width: the block, the lane in it, and how many lanes it has.
+laws: says by its type which laws are compiled in: None for none, a tuple of one for those of plain
+    arithmetic, a tuple of two for all. A law that is compiled in and neutral adds exactly nothing.
+h: s, the step.
 """
 
 from __future__ import annotations
@@ -14,9 +20,9 @@ from __future__ import annotations
 from pendulum_twin import compose
 from pendulum_twin.effects.effect import Place
 from pendulum_twin.equations import (
+    compile_inner,
     compute_cart_load,
     compute_pole_weight,
-    inner,
     sin_cos,
     solve_accelerations,
 )
@@ -35,13 +41,13 @@ MOVING = (0.0, 0.0, 1.0, 1.0)  # modes without dry friction
 
 add_cart_forces = compose.compose_forces(Place.CART)
 add_pole_torques = compose.compose_forces(Place.POLE)
-cart_level = compose.compose_dry_level(Place.CART)
-pole_level = compose.compose_dry_level(Place.POLE)
+compute_cart_level = compose.compose_dry_level(Place.CART)
+compute_pole_level = compose.compose_dry_level(Place.POLE)
 
 
-@inner
+@compile_inner
 def sum_forces(state, force, p, i, width, laws):
-    """Return what pushes lane i's cart (N) and turns its pole (N m) but dry friction, and the coupling S cos(th)."""
+    """Return force (N), torque (N m), both without dry friction, and S cos(th)."""
     x, th, v, w = state
     sine, cosine = sin_cos(th)
     coupling = p[COUPLING * width + i]
@@ -56,23 +62,23 @@ def sum_forces(state, force, p, i, width, laws):
     return push, turn, coupling * cosine
 
 
-@inner
+@compile_inner
 def compute_accelerations(state, force, modes, p, i, width, laws):
-    """Return v' and w' of lane i."""
+    """Return v' (m/s^2) and w' (rad/s^2)."""
     x, th, v, w = state
     cart_way, pole_way, cart_free, pole_free = modes
     push, turn, coupling = sum_forces(state, force, p, i, width, laws)
     if laws is not None:
-        push -= cart_way * cart_level(abs(v), x, cart_way, p, i, width, laws)
-        turn -= pole_way * pole_level(abs(w), th, pole_way, p, i, width, laws)
+        push -= cart_way * compute_cart_level(abs(v), x, cart_way, p, i, width, laws)
+        turn -= pole_way * compute_pole_level(abs(w), th, pole_way, p, i, width, laws)
     return solve_accelerations(
         p[MASS * width + i], coupling, p[INERTIA * width + i], push, turn, cart_free, pole_free
     )
 
 
-@inner
+@compile_inner
 def advance_step(state, force, modes, p, i, width, laws, h):
-    """Return lane i's state one step of h later, its modes held."""
+    """Return the state a step later, the modes being held."""
     x, th, v, w = state
     half = 0.5 * h
     a1, b1 = compute_accelerations(state, force, modes, p, i, width, laws)

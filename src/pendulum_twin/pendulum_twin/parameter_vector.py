@@ -1,7 +1,7 @@
-"""A twin as a flat vector of numbers, its words: the base model's constants first, then every effect's parameters.
+"""Lay out a twin as a flat vector of numbers, theta: the base model's constants, then all effects.
 
-The kernel, the fit and the live twin all speak in words; an effect that is absent has its neutral
-values, so one compiled kernel runs every hypothesis.
+Kernel, fit and live twin share this layout. An effect that is absent has its neutral values, so
+that one compiled kernel runs every hypothesis.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from pendulum_twin.effects.effect import Effect
 from pendulum_twin.model import Twin
 
 BASE = (
-    "mass_kg",  # m: all that moves along the rail; LOCKED for a cart that nothing can push
+    "mass_kg",  # m: all that moves along the rail; LOCKED for a cart that nothing moves
     "coupling_kg_m",  # S of the coupling terms; 0 when the pole is missing
     "moment_kg_m",  # S of gravity's torque on the pole
     "inertia_kg_m2",  # Jp
@@ -27,13 +27,13 @@ MASS, COUPLING, MOMENT, INERTIA, GRAVITY, CART_VISCOUS, POLE_VISCOUS, FORCE_PER_
     len(BASE)
 )
 
-
-# A locked cart is one too heavy to be moved by its pole; what is then commanded is the
-# acceleration of its axis, in m/s^2.
+# A locked cart is too heavy to be moved by its pole; the command is then the acceleration of the
+# axis, m/s^2.
 LOCKED = 1e12
 
 
-def _layout() -> tuple[dict[str, slice], int]:
+def _lay_out() -> tuple[dict[str, slice], int]:
+    """Return where each effect's parameters lie in theta, and the size of theta."""
     slots: dict[str, slice] = {}
     at = len(BASE)
     for effect in CATALOGUE:
@@ -43,11 +43,11 @@ def _layout() -> tuple[dict[str, slice], int]:
     return slots, at
 
 
-SLOTS, SIZE = _layout()
+SLOTS, SIZE = _lay_out()
 
 
 def get_neutral_values(effect: Effect) -> tuple[float, ...]:
-    """Return the words at which the effect vanishes."""
+    """Return the numbers of theta at which the effect vanishes."""
     return tuple(p.neutral for p in effect.parameters) or (0.0,)
 
 
@@ -58,7 +58,7 @@ NEUTRAL.setflags(write=False)
 
 
 def make_theta(twin: Twin) -> Floats:
-    """Return the twin's words, shape (SIZE,)."""
+    """Return the twin's parameter vector, shape (SIZE,)."""
     rig = twin.rig
     theta = NEUTRAL.copy()
     moment = rig.total_mass_kg * (rig.com_distance_m or 0.0)
@@ -78,6 +78,6 @@ def make_theta(twin: Twin) -> Floats:
 
 
 def find_active_effects(theta: Floats) -> Mask:
-    """Return which effects of the catalogue are on in any of the word vectors, shape (effects,); words (..., SIZE)."""
+    """Return which effects are on in any theta (..., SIZE), in catalogue order, (effects,)."""
     differs = np.any(theta.reshape(-1, SIZE) != NEUTRAL, axis=0)
     return np.array([differs[SLOTS[e.name]].any() for e in CATALOGUE])

@@ -1,7 +1,7 @@
-"""What a twin answers to a reset: a sentence that, in lockstep, ends with the stamp of the start state's sample.
+"""Format and read a twin's answer to a reset.
 
-A sample and an answer come by different ways, in any order; by the stamp a user tells the start
-state from samples that were under way before.
+In lockstep the sentence ends with the stamp of the start state's sample. Sample and answer arrive
+in any order; the stamp separates the start state from samples that were under way before.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ _STAMP = re.compile(r"stamped (\d+)\.(\d{9}) s$")
 
 
 def format_answer(stamp_ns: int | None) -> str:
-    """Return the answer; None: the start state has no sample of its own."""
+    """Return the answer; stamp_ns: None when the start state has no sample of its own."""
     if stamp_ns is None:
         return HANGS
     seconds, nanoseconds = divmod(stamp_ns, 10**9)
@@ -21,6 +21,6 @@ def format_answer(stamp_ns: int | None) -> str:
 
 
 def parse_stamp(answer: str) -> int | None:
-    """Return the stamp (ns) of the start state's sample, None when the answer does not tell it."""
-    found = _STAMP.search(answer)
-    return None if found is None else int(found[1]) * 10**9 + int(found[2])
+    """Return the stamp of the start state's sample, ns; None for an answer without it."""
+    match = _STAMP.search(answer)
+    return None if match is None else int(match[1]) * 10**9 + int(match[2])

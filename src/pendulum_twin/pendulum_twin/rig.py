@@ -24,6 +24,9 @@ RANGES: dict[str, tuple[float, float]] = {
     "rail_half_length_m": (1e-6, 1e3),
     "pwm_limit": (1e-6, 1e6),
 }
+# A twin file may give this key in place of com_distance_m: from the axis to the centre of mass of
+# the pole alone.
+POLE_COM_KEY = "pole_com_distance_m"
 UNITS: dict[str, str] = {
     "cart_mass_kg": "kg",
     "pole_mass_kg": "kg",
@@ -42,10 +45,19 @@ UNITS: dict[str, str] = {
 class Rig:
     """Hold the constants of a cart, a pole, or both (thesis, table 1).
 
-    com_distance_m: from the axis to the centre of mass of cart and pole together (l).
-    pole_inertia_kg_m2: about the axis of rotation (Jp).
-    force_per_pwm_n: force on the cart a unit of command (p1). None stands for a part that the rig
-    does not have: a cart alone has no pole keys, a pole alone (cart locked) no cart keys.
+    None stands for a part that the rig does not have: a cart alone has no pole keys, a pole alone
+    (its cart is locked) no cart keys.
+
+    cart_mass_kg: cart with all that moves with it along the rail.
+    pole_mass_kg: pole with its weight.
+    com_distance_m: l, from the axis to the centre of mass of cart and pole together.
+    pole_inertia_kg_m2: Jp, of the pole about the axis of rotation.
+    gravity_m_s2: g.
+    force_per_pwm_n: p1, force on the cart per unit of command.
+    cart_viscous_n_s_m: fc, viscous friction of the cart.
+    pole_viscous_n_m_s: fp, viscous friction of the pole's bearing.
+    rail_half_length_m: from the middle of the rail to either end.
+    pwm_limit: largest command that the rig takes.
 
     Raises BadInputError for a value out of range, and for a part of which only some keys are
     given.
@@ -69,11 +81,11 @@ class Rig:
                 object.__setattr__(
                     self, field.name, check_number(field.name, value, *RANGES[field.name])
                 )
-        for part, keys in (("cart", CART_KEYS), ("pole", POLE_KEYS)):
+        for joint, keys in (("cart", CART_KEYS), ("pole", POLE_KEYS)):
             missing = [k for k in keys if getattr(self, k) is None]
             if missing and len(missing) < len(keys):
                 raise BadInputError(
-                    f"expected all keys of the {part} or none of them, found {missing[0]} missing"
+                    f"expected all keys of the {joint} or none of them, found {missing[0]} missing"
                 )
         if not (self.has_cart or self.has_pole):
             raise BadInputError(
@@ -101,35 +113,59 @@ class Rig:
 
 
 def parse_rig(mapping: object) -> Rig:
-    """Return the rig of a twin file's `rig` block; raise BadInputError naming the key that is wrong."""
+    """Return the rig of a twin file's `rig` block.
+
+    The block has the keys of `Rig`; `pole_com_distance_m` may stand for `com_distance_m`. Raises
+    BadInputError naming the key that is wrong.
+    """
     if not isinstance(mapping, Mapping):
         raise BadInputError(
             f"expected 'rig' to be a mapping of names to numbers, found {type(mapping).__name__}"
         )
+    known = (*RANGES, POLE_COM_KEY)
     for key in mapping:
-        if key not in RANGES:
-            raise BadInputError(describe_unknown_key("rig", str(key), tuple(RANGES)))
-    return Rig(**mapping)
+        if key not in known:
+            raise BadInputError(describe_unknown_key("rig", str(key), known))
+    if POLE_COM_KEY not in mapping:
+        return Rig(**mapping)
+    if "com_distance_m" in mapping:
+        raise BadInputError(
+            f"rig: expected com_distance_m (of cart and pole together) or {POLE_COM_KEY} "
+            "(of the pole alone), found both: give one of them"
+        )
+    constants = {key: value for key, value in mapping.items() if key != POLE_COM_KEY}
+    return Rig(**constants, com_distance_m=_compute_com_distance(mapping))
+
+
+def _compute_com_distance(mapping: Mapping[str, object]) -> float:
+    """Return com_distance_m of a block that gives the pole's own: the cart is on the axis."""
+    distance = check_number(POLE_COM_KEY, mapping[POLE_COM_KEY], *RANGES["com_distance_m"])
+    if mapping.get("pole_mass_kg") is None:
+        raise BadInputError(f"{POLE_COM_KEY}: expected pole_mass_kg beside it, found it missing")
+    masses = {
+        key: check_number(key, mapping[key], *RANGES[key])
+        for key in ("pole_mass_kg", "cart_mass_kg")
+        if mapping.get(key) is not None
+    }
+    return masses["pole_mass_kg"] * distance / sum(masses.values())
 
 
 def check_number(key: str, value: object, low: float, high: float) -> float:
     """Return value as a float; raise BadInputError when it is no finite number in [low, high]."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise BadInputError(f"{key}: expected a number, found {value!r}")
-    if (
-        not low <= value <= high or abs(value) == math.inf
-    ):  # NaN is in no range; a whole number may be too large for a float
+    # NaN is in no range; a whole number may be too large for a float
+    if not low <= value <= high or abs(value) == math.inf:
         raise BadInputError(f"{key}: expected a number from {low:g} to {high:g}, found {value!r}")
     return float(value)
 
 
 def describe_unknown_key(where: str, key: str, known: tuple[str, ...]) -> str:
-    """Return the sentence for an unknown key, with the known key of the same quantity if its unit alone differs."""
-    stems = {k: k.split("_")[:2] for k in known}
-    near = [k for k in known if stems[k] == key.split("_")[:2]]
+    """Return the sentence for an unknown key; it suggests a known key with another unit."""
+    similar = [name for name in known if name.split("_")[:2] == key.split("_")[:2]]
     hint = (
-        f"; did you mean {near[0]} (the unit is part of the name)?"
-        if near
-        else f"; known are {', '.join(known)}"
+        f"did you mean {similar[0]} (the unit is part of the name)?"
+        if similar
+        else f"known are {', '.join(known)}"
     )
-    return f"{where}: unknown key {key}{hint}"
+    return f"{where}: unknown key {key}; {hint}"

@@ -1,16 +1,18 @@
-"""When samples are due: evenly spaced times, however unevenly somebody asks."""
+"""Decide when samples are due: at evenly spaced times, however unevenly the clock is read."""
 
 from __future__ import annotations
 
-LONGEST_BACKLOG_S = 0.25
+LONGEST_BACKLOG_S = 0.25  # of samples that are still made up for
 
 
 class SampleClock:
-    """Give out sampling times (ns), each exactly one period after the last.
+    """Give out sampling times, each exactly a period after the last.
 
     A time is due from half a period before it, so that a timer's jitter neither skips nor doubles
-    a sample. After a standstill of more than LONGEST_BACKLOG_S the times between are given up, and
-    counted in `lost`.
+    a sample. After a standstill of more than LONGEST_BACKLOG_S the times between are given up.
+
+    period_s: s from sample to sample.
+    lost: how many times were given up.
     """
 
     def __init__(self, period_s: float) -> None:
@@ -19,15 +21,12 @@ class SampleClock:
         self._given = 0
         self.lost = 0
 
-    def due(self, now_ns: int) -> list[int]:
-        """Return the sampling times that are due at now_ns, oldest first."""
+    def take_due_times(self, now_ns: int) -> list[int]:
+        """Return the sampling times, ns, that are due at now_ns and were not given out yet."""
         if self._first_ns is None:
             self._first_ns = now_ns
         behind = int((now_ns - self._first_ns) / self._period_ns + 0.5) + 1 - self._given
-        if (
-            behind * self._period_ns > LONGEST_BACKLOG_S * 1e9
-            or behind * self._period_ns < -LONGEST_BACKLOG_S * 1e9
-        ):
+        if abs(behind) * self._period_ns > LONGEST_BACKLOG_S * 1e9:
             self.lost += max(behind - 1, 0)
             self._first_ns, self._given, behind = now_ns, 0, 1
         times = [

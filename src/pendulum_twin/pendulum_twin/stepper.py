@@ -1,4 +1,4 @@
-"""The same kernel one sample at a time, for the live twin and the environment."""
+"""Step a twin sample by sample with the kernel, for the live twin and the environment."""
 
 from __future__ import annotations
 
@@ -23,21 +23,22 @@ from pendulum_twin.motion import ALL_LAWS, NO_LAWS, PLAIN_LAWS
 from pendulum_twin.parameter_vector import find_active_effects, make_theta
 
 HANGING = (0.0, math.pi, 0.0, 0.0)
-ONE_LANE = (0,)
+SINGLE_LANE = (0,)
 
 
 def make_resting_state(twin: Twin) -> tuple[float, ...]:
-    """Return what the sensors show (x, th, v, w) where the cart stands in the middle and the pole hangs by its weight."""
+    """Return the measured state of a cart in the middle and a pole that hangs at rest."""
     shown = apply_sensors(np.array([HANGING]), make_theta(twin)[None], np.zeros(1))[0]
     return tuple(float(value) + 0.0 for value in shown)  # no -0
 
 
 class Stepper:
-    """Advance one twin sample by sample; a run of steps gives the same bits as one free run.
+    """Advance a twin sample by sample; a run of steps gives the same bits as a free run.
 
-    state: measured x (m), th (rad), v (m/s), w (rad/s); None: at rest. before: the command that
-    was held until now, which delays and lags still let through; None: that of the first step, as
-    in a free run, which knows of none before.
+    period_s: s from sample to sample, by the stamps.
+    state: measured x (m), th (rad), v (m/s), w (rad/s) at the start; None: at rest.
+    before: command that was held until now, which delays and lags still let through; None: the
+        command of the first step, as in a free run.
     """
 
     def __init__(
@@ -63,13 +64,13 @@ class Stepper:
         self.reset(state, before)
 
     def reset(self, state: tuple[float, ...] | None = None, before: float | None = 0.0) -> None:
-        """Start again from a measured state, with nothing left of earlier commands but `before`."""
+        """Start again from a measured state; of earlier commands only `before` is left."""
         state = self._rest if state is None else state
         self._memory = np.zeros(self._offsets[-1])
         self._steps = 0
         if before is not None:
             self._command[0] = before
-            self._pass(self._drive[0, :1])
+            self._filter(self._drive[0, :1])
         self._true = undo_sensors(np.array([state], dtype=np.float64), self._theta, np.zeros(1))
         self._shown = np.array([state], dtype=np.float64)
 
@@ -79,11 +80,11 @@ class Stepper:
         return self._shown[0].copy()
 
     def step(self, command: float) -> Floats:
-        """Hold the command for one sample period and return the measured state at its end, shape (4,)."""
+        """Hold the command for a sample period; return the measured state after it, (4,)."""
         self._command[0] = command
-        self._pass(self._drive[0])
-        kernel.mechanics(
-            ONE_LANE,
+        self._filter(self._drive[0])
+        kernel.integrate_lanes(
+            SINGLE_LANE,
             self._laws,
             self._dry,
             self._drive,
@@ -106,10 +107,10 @@ class Stepper:
         self._shown = shown
         return self.state
 
-    def _pass(self, drive: Floats) -> None:
-        """Fill drive (substeps,) with what the drive makes of the command."""
+    def _filter(self, drive: Floats) -> None:
+        """Fill drive (substeps,) with the command after command and drive."""
         h = self._h * self._pace
-        kernel.drive(
+        kernel.filter_command(
             self._command,
             self._memory,
             self._offsets,
@@ -123,7 +124,7 @@ class Stepper:
 
 
 def compile_for_any_effect(twin: Twin, period_s: float) -> None:
-    """Compile all that a stepper of any twin can need, so that none stands still in the middle of a run."""
+    """Compile all that a stepper of any twin can need, so that no run stands still to compile."""
     stepper = Stepper(twin, period_s)
     for stepper._laws in (NO_LAWS, PLAIN_LAWS, ALL_LAWS):
         stepper.step(0.0)

@@ -1,4 +1,4 @@
-"""Names of the graph, the order of joints, and the signs: the same for twin and rig.
+"""Name the topics and services, the joints in their order, and the signs of twin and rig.
 
 Names are relative, so that `twin` and `rig` run side by side in their namespaces. Signs (thesis,
 section 5.2): the cart's position is positive along the rail, 0 in its middle; the pole's angle is
@@ -6,10 +6,12 @@ section 5.2): the cart's position is positive along the rail, 0 in its middle; t
 the cart the positive way.
 """
 
-JOINT_STATES = "joint_states"  # sensor_msgs/JointState: position [m, rad], velocity [m/s, rad/s]; stamp: sampling time
-PWM = "pwm"  # std_msgs/Float64: PWM fraction asked for
+# sensor_msgs/JointState: position [m, rad], velocity [m/s, rad/s]; stamp: sampling time
+JOINT_STATES = "joint_states"
+PWM = "pwm"  # std_msgs/Float64: PWM fraction, as commanded
 APPLIED_PWM = "applied_pwm"  # std_msgs/Float64: what was really sent, after limits
-RESET = "reset"  # std_srvs/Trigger: returns when the pendulum hangs at rest in the middle of the rail, or says why not
+# std_srvs/Trigger: returns when the pendulum hangs at rest in the middle of the rail, or why not
+RESET = "reset"
 STOP, CLEAR_STOP = "stop", "clear_stop"  # std_srvs/Trigger: the latching emergency stop
 STOPPED = "stopped"  # std_msgs/Bool, transient local: whether the stop is latched
 CLOCK = "/clock"  # rosgraph_msgs/Clock: simulated time, from a twin in lockstep

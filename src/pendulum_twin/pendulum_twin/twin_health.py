@@ -1,4 +1,4 @@
-"""How a live twin is, in a sentence."""
+"""Say in a sentence how a live twin is."""
 
 from __future__ import annotations
 
@@ -11,10 +11,13 @@ from pendulum_twin.health import Health, Level
 class TwinFigures:
     """Hold what a live twin counted since it started.
 
-    samples: published. commands, refused: finite numbers, and others. lost: samples that a
-    standing machine has cost.
-    applied_pwm: held over the last period. command_age_s: since the last command; None when there
-    was none.
+    twin: its name.
+    samples: published.
+    commands: taken, finite numbers.
+    refused: commands that were no finite numbers.
+    lost: samples that a standing machine has cost.
+    applied_pwm: PWM fraction held over the last period.
+    command_age_s: s since the last command; None when there was none.
     """
 
     twin: str
@@ -27,23 +30,23 @@ class TwinFigures:
 
 
 class TwinHealth:
-    """Say how a live twin is since this was asked last."""
+    """Report how a live twin is, and remember what was reported already."""
 
     def __init__(self) -> None:
         self._refused = self._lost = 0
 
-    def of(self, now: TwinFigures) -> Health:
+    def report(self, now: TwinFigures) -> Health:
         """Return a warning when commands were refused or samples lost since the last call."""
         refused, lost = now.refused - self._refused, now.lost - self._lost
         self._refused, self._lost = now.refused, now.lost
-        told = [
+        losses = [
             f"{count} {what}"
             for count, what in ((refused, "commands refused"), (lost, "samples lost"))
             if count > 0
         ]
-        sentence = (
-            f"{' and '.join(told)} since the last report" if told else f"the twin {now.twin} runs"
-        )
+        sentence = f"the twin {now.twin} runs"
+        if losses:
+            sentence = f"{' and '.join(losses)} since the last report"
         figures: dict[str, float | int | str] = {
             "twin": now.twin,
             "samples": now.samples,
@@ -53,4 +56,4 @@ class TwinHealth:
             "applied_pwm": now.applied_pwm,
             "command_age_s": "none" if now.command_age_s is None else now.command_age_s,
         }
-        return Health(Level.WARN if told else Level.OK, sentence, figures)
+        return Health(Level.WARN if losses else Level.OK, sentence, figures)

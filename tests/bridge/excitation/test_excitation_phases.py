@@ -66,12 +66,12 @@ def test_commands_stay_within_the_amplitude_and_last_as_long_as_asked(
 ) -> None:
     amplitude = max(0.001, share * room.limit)
     phase = waving(kind, seconds, amplitude, hz, seed)
-    parts = phase.parts(room, rate_hz)
+    parts = phase.make_stretches(room, rate_hz)
     commands = np.concatenate([part.commands for part in parts])
     assert np.all(np.isfinite(commands))
     assert np.max(np.abs(commands)) <= amplitude * (1 + 1e-12)
     assert abs(len(commands) - phase.seconds * rate_hz) <= 2
-    again = np.concatenate([part.commands for part in phase.parts(room, rate_hz)])
+    again = np.concatenate([part.commands for part in phase.make_stretches(room, rate_hz)])
     assert np.array_equal(commands, again)
 
 
@@ -79,13 +79,17 @@ def test_commands_stay_within_the_amplitude_and_last_as_long_as_asked(
     "phase", [Multisine(seconds=5, amplitude=0.2), Steps(seconds=5, amplitude=0.2)]
 )
 def test_another_seed_is_another_plan(phase: Phase) -> None:
-    first, other = (replace(phase, seed=seed).parts(ROOM, 100.0)[0].commands for seed in (0, 1))
+    first, other = (
+        replace(phase, seed=seed).make_stretches(ROOM, 100.0)[0].commands for seed in (0, 1)
+    )
     assert not np.array_equal(first, other)
 
 
 def test_a_chirp_passes_its_frequencies_in_order() -> None:
     commands = (
-        Chirp(seconds=20, from_hz=0.5, to_hz=8, amplitude=0.1).parts(ROOM, 100.0)[0].commands
+        Chirp(seconds=20, from_hz=0.5, to_hz=8, amplitude=0.1)
+        .make_stretches(ROOM, 100.0)[0]
+        .commands
     )
     turns = np.flatnonzero(np.diff(np.sign(commands))) / 100  # two a period
     hz = 1 / (turns[2:] - turns[:-2])
@@ -95,7 +99,9 @@ def test_a_chirp_passes_its_frequencies_in_order() -> None:
 
 def test_tones_are_where_they_were_asked_to_be() -> None:
     commands = (
-        Multisine(seconds=20, tones_hz=(1.0, 2.5), amplitude=0.2).parts(ROOM, 100.0)[0].commands
+        Multisine(seconds=20, tones_hz=(1.0, 2.5), amplitude=0.2)
+        .make_stretches(ROOM, 100.0)[0]
+        .commands
     )
     strength = np.abs(np.fft.rfft(commands))
     assert set(np.argsort(strength)[-2:] / 20) == {1.0, 2.5}
@@ -107,7 +113,7 @@ def test_low_tones_are_weaker_where_the_rail_is_too_short() -> None:
         np.max(
             np.abs(
                 Chirp(seconds=9, from_hz=0.2, to_hz=0.2, amplitude=0.5)
-                .parts(ROOM, 100.0)[0]
+                .make_stretches(ROOM, 100.0)[0]
                 .commands
             )
         )
@@ -116,7 +122,9 @@ def test_low_tones_are_weaker_where_the_rail_is_too_short() -> None:
     assert (
         np.max(
             np.abs(
-                Multisine(seconds=9, tones_hz=(0.2,), amplitude=0.5).parts(ROOM, 100.0)[0].commands
+                Multisine(seconds=9, tones_hz=(0.2,), amplitude=0.5)
+                .make_stretches(ROOM, 100.0)[0]
+                .commands
             )
         )
         < 0.03
@@ -125,7 +133,7 @@ def test_low_tones_are_weaker_where_the_rail_is_too_short() -> None:
 
 
 def test_a_free_decay_is_a_kick_and_then_nothing() -> None:
-    kick, decay = FreeDecay(seconds=10, amplitude=0.2, swings=3).parts(ROOM, 100.0)
+    kick, decay = FreeDecay(seconds=10, amplitude=0.2, swings=3).make_stretches(ROOM, 100.0)
     assert len(kick.commands) == round(3 / ROOM.swing_hz * 100) and np.max(
         kick.commands
     ) == pytest.approx(0.2)
@@ -137,7 +145,9 @@ def test_samples_are_sent_as_they_stand() -> None:
     plan = make_excitation(Plan((Samples(commands=(0.5, -0.5, 0.123), centred=False),)), ROOM)
     assert plan.commands.tolist() == [0.5, -0.5, 0.123] and plan.push_ends is None
     assert (
-        plan.parts == (("samples", 3),) and plan.part_at(2) == "samples" and plan.part_at(3) == ""
+        plan.stretches == (("samples", 3),)
+        and plan.get_stretch(2) == "samples"
+        and plan.get_stretch(3) == ""
     )
 
 

@@ -126,7 +126,11 @@ def test_the_standard_plan_as_a_phase_is_the_standard_plan() -> None:
     )
     for name in ("commands", "centring"):
         assert np.array_equal(getattr(made, name), getattr(known, name))
-    assert (made.push_ends, made.parts, made.limit) == (known.push_ends, known.parts, known.limit)
+    assert (made.push_ends, made.stretches, made.limit) == (
+        known.push_ends,
+        known.stretches,
+        known.limit,
+    )
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)

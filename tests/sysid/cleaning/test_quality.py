@@ -45,7 +45,7 @@ def check_unchanged(raw: RawRecording, out: Recording) -> None:
     np.testing.assert_array_equal(out.signals.command, raw.command)
     assert out.signals.cart_valid.all()
     assert out.signals.pole_valid.all()
-    assert out.signals.starts == (0,)
+    assert out.signals.stretch_begins == (0,)
 
 
 # Clean recordings
@@ -173,7 +173,7 @@ def test_a_spike_of_uneven_samples_is_one(recording: Make, sizes_m: tuple[float,
         cart[hit + k] += size_m
     out = cleaned(recording(STAMPS, cart=cart))
     largest = int(np.argmax(sizes_m))
-    assert out.signals.starts == (0,) and not out.signals.cart_valid[hit + largest].any()
+    assert out.signals.stretch_begins == (0,) and not out.signals.cart_valid[hit + largest].any()
 
 
 def test_half_a_turn_off_for_a_sample_is_a_spike(recording: Make) -> None:
@@ -183,7 +183,7 @@ def test_half_a_turn_off_for_a_sample_is_a_spike(recording: Make) -> None:
     pole[hit] = 0.0
     out = cleaned(recording(STAMPS, pole=pole))
     assert (
-        out.signals.starts == (0,)
+        out.signals.stretch_begins == (0,)
         and np.flatnonzero(~out.signals.pole_valid).tolist() == hit.tolist()
     )
 
@@ -206,7 +206,7 @@ def test_first_and_last_samples_of_another_run_are_spikes(recording: Make) -> No
     out = cleaned(recording(STAMPS, cart=cart, pole=pole))
     assert np.flatnonzero(~out.signals.cart_valid).tolist() == [0, 1]
     assert np.flatnonzero(~out.signals.pole_valid).tolist() == [2999]
-    assert out.signals.starts == (0,)
+    assert out.signals.stretch_begins == (0,)
     assert abs(out.signals.cart[0] - raw.cart[0]) < 3e-3
     assert found(out)["spike"].intervals_s == ((0.0, 0.01), (29.99, 29.99))
 
@@ -246,7 +246,7 @@ def test_a_jump_that_stays_begins_a_new_stretch(recording: Make) -> None:
     raw = recording(STAMPS)
     cart = raw.cart + np.where(STAMPS > 12.345, 0.2, 0.0)
     out = cleaned(recording(STAMPS, cart=cart))
-    assert out.signals.starts == (0, 1235)
+    assert out.signals.stretch_begins == (0, 1235)
     assert out.signals.cart_valid.all()
     assert found(out)["gap"].intervals_s == ((12.34, 12.35),)
     np.testing.assert_array_equal(out.signals.cart, cart)
@@ -273,7 +273,7 @@ def test_a_spike_at_a_wrap_does_not_hide_it(recording: Make) -> None:
     wrapped[at] += 2.0
     out = cleaned(recording(STAMPS, pole=wrapped))
     assert np.flatnonzero(~out.signals.pole_valid).tolist() == [at]
-    assert out.signals.starts == (0,)
+    assert out.signals.stretch_begins == (0,)
     assert np.ptp(out.signals.pole - pole) < 0.01
 
 
@@ -295,7 +295,7 @@ def test_a_few_lost_samples_are_filled(recording: Make, motion: Motion) -> None:
     keep[[100, 500, 501, 900, 901, 902, 903, 904]] = False
     out = cleaned(with_rows(recording, keep))
     assert len(out.signals) == 3000
-    assert out.signals.starts == (0,)
+    assert out.signals.stretch_begins == (0,)
     np.testing.assert_array_equal(out.signals.cart_valid, keep)
     np.testing.assert_array_equal(out.signals.pole_valid, keep)
     np.testing.assert_array_equal(out.signals.cart[keep], recording(STAMPS).cart[keep])
@@ -308,7 +308,7 @@ def test_five_percent_lost_at_random_are_handled(recording: Make, motion: Motion
     keep = np.random.default_rng(5).random(3000) > 0.05
     keep[[0, -1]] = True
     out = cleaned(with_rows(recording, keep))
-    assert out.signals.starts == (0,)
+    assert out.signals.stretch_begins == (0,)
     np.testing.assert_array_equal(out.signals.cart_valid, keep)
     assert set(found(out)) == {"gap"}
     assert np.abs(out.signals.pole - motion(STAMPS)[2]).max() < 0.02
@@ -331,7 +331,7 @@ def test_a_long_gap_begins_a_new_stretch(recording: Make) -> None:
     keep = np.ones(3000, dtype=bool)
     keep[1000:1006] = False
     out = cleaned(with_rows(recording, keep))
-    assert out.signals.starts == (0, 1000)
+    assert out.signals.stretch_begins == (0, 1000)
     assert out.signals.cart_valid.all()
     np.testing.assert_array_equal(out.signals.command, recording(STAMPS).command[keep])
     assert found(out)["gap"].intervals_s == ((9.99, 10.06),)
@@ -341,7 +341,7 @@ def test_a_stretch_too_short_to_say_anything_is_left_out(recording: Make) -> Non
     keep = np.ones(3000, dtype=bool)
     keep[1000:1100] = keep[1105:1200] = False
     out = cleaned(with_rows(recording, keep))
-    assert out.signals.starts == (0, 1000)
+    assert out.signals.stretch_begins == (0, 1000)
     assert len(out.signals) == 2800
 
 
@@ -374,7 +374,7 @@ def test_stamps_that_jitter_are_put_on_a_uniform_clock(recording: Make, motion: 
     stamps -= stamps[0]
     out = cleaned(recording(stamps))
     grid = np.arange(len(out.signals)) * out.signals.period_s
-    assert out.signals.starts == (0,)
+    assert out.signals.stretch_begins == (0,)
     assert out.signals.cart_valid.mean() > 0.999
     assert out.signals.period_s == pytest.approx(0.01, rel=1e-4)
     assert found(out)["jitter"].intervals_s == ((0.0, stamps[-1]),)
@@ -414,7 +414,7 @@ def test_a_frozen_driver_is_found(recording: Make) -> None:
     out = cleaned(recording(STAMPS, cart=cart, pole=pole))
     assert found(out)["stale"].intervals_s == ((10.01, 10.84),)
     assert set(found(out)) == {"stale"}
-    assert out.signals.starts == (0, 1001)
+    assert out.signals.stretch_begins == (0, 1001)
     np.testing.assert_array_equal(out.signals.pole, np.delete(raw.pole, np.arange(1001, 1085)))
 
 

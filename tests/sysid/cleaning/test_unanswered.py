@@ -73,7 +73,7 @@ def test_what_is_found_is_left_out_and_nothing_else() -> None:
     recording = dead_at_first({}, 0.5, 0.25, 1)
     cleaned = without_unanswered(recording).signals
     end = round(stale_s(recording)[0][1] / PERIOD_S)
-    assert cleaned.starts == (0, end)
+    assert cleaned.stretch_begins == (0, end)
     assert not cleaned.cart_valid[:end].any() and not cleaned.pole_valid[:end].any()
     assert cleaned.cart_valid[end:].all() and cleaned.pole_valid[end:].all()
     assert np.array_equal(cleaned.cart, recording.signals.cart)
@@ -166,7 +166,7 @@ def test_every_stretch_is_asked() -> None:
 def test_a_stretch_that_ends_early_may_be_left_out_as_a_whole() -> None:
     """What goes before an early break may be another run from its first to its last sample."""
     recording = dead_at_first({}, 2.0, 0.05, 1)
-    broken = replace(recording, signals=recording.signals.broken_at([round(2.0 / PERIOD_S)]))
+    broken = replace(recording, signals=recording.signals.break_at([round(2.0 / PERIOD_S)]))
     ((begin, end),) = stale_s(broken)
     assert begin == 0.0 and end == pytest.approx(2.0, abs=0.06)
-    assert stale_s(replace(broken, signals=hidden({}, 1, 20.0)[0].signals.broken_at([200]))) == []
+    assert stale_s(replace(broken, signals=hidden({}, 1, 20.0)[0].signals.break_at([200]))) == []

@@ -47,6 +47,6 @@ def test_fast_motion_is_no_slip(effects: dict) -> None:
 
 def test_nothing_is_asked_across_a_gap_or_of_a_cart_alone() -> None:
     signals = signals_of({"encoder_slip": {"angle_rad": 0.4, "time_s": 9.995}}, 1)
-    gap = replace(signals, starts=(0, 1000), begin_s=(0.0, 15.0))
+    gap = replace(signals, stretch_begins=(0, 1000), begin_s=(0.0, 15.0))
     assert all(abs(one.time_s - 9.995) > 0.2 for one in angle_steps(gap, 4e-4))
     assert angle_steps(replace(signals, pole=None), None) == ()

@@ -186,7 +186,7 @@ def test_a_long_recording_is_asked_by_pieces_at_their_own_times() -> None:
     case = case_of(recording, replace(truth, effects={}))
     fewer = thinned(case, most=6000)
     signals = fewer.signals
-    assert len(signals) == 6000 and len(signals.stretches) == len(signals.starts)
+    assert len(signals) == 6000 and len(signals.stretches) == len(signals.stretch_begins)
     at = np.round(signals.times_s / signals.period_s).astype(int)
     assert (
         np.array_equal(signals.command, case.signals.command[at])

@@ -38,7 +38,7 @@ def names_by_begin(found: Split) -> list[str]:
 def test_windows_stay_inside_their_stretch(
     signals: Signals, starts: tuple[int, ...], every_s: float
 ) -> None:
-    broken = replace(signals, starts=starts)
+    broken = replace(signals, stretch_begins=starts)
     windows = cut(broken, smooth_state(broken), every_s)
     assert windows.samples == LENGTH + 1 and len(windows)
     for begin in windows.begin:
@@ -86,7 +86,7 @@ def test_what_is_gathered_is_what_was_measured(signals: Signals) -> None:
 def test_the_parts_share_no_sample_but_the_ends_of_windows(
     signals: Signals, starts: tuple[int, ...]
 ) -> None:
-    found = parts_of(replace(signals, starts=starts))
+    found = parts_of(replace(signals, stretch_begins=starts))
     used = np.zeros(len(signals), dtype=int)
     for part in (found.train, found.choose, found.held_out):
         for begin in part.begin:
@@ -102,7 +102,7 @@ def test_half_is_for_fitting_and_a_quarter_each_for_choosing_and_judging(signals
 
 def test_the_pattern_begins_one_place_further_on_in_every_stretch(signals: Signals) -> None:
     repeated = replace(
-        signals, starts=tuple(range(0, 2400, 401))
+        signals, stretch_begins=tuple(range(0, 2400, 401))
     )  # four windows and no room for a fifth
     names = names_by_begin(parts_of(repeated))
     for stretch in range(5):
@@ -123,6 +123,6 @@ def test_a_recording_too_short_is_refused() -> None:
 
 def test_a_part_that_stays_empty_is_refused() -> None:
     """Three windows and then one, which the rotated pattern puts with those to choose on: none is left to judge on."""
-    broken = replace(made(INTECO, 4.04).signals, starts=(0, 303))
+    broken = replace(made(INTECO, 4.04).signals, stretch_begins=(0, 303))
     with pytest.raises(BadInputError, match="found one of these parts empty: record longer"):
         parts_of(broken)

@@ -188,7 +188,7 @@ def test_the_chirps_of_a_real_cart_have_their_first_and_last_sample_marked(
         "gap": ((5.5, 5.5),),
         "spike": ((0.0, 0.0), (5.5, 5.5)),
     }  # the last command is empty
-    assert out.signals.starts == (0,)
+    assert out.signals.stretch_begins == (0,)
     assert out.signals.cart_valid[1:-1].all()
     assert out.signals.pole_valid[:-1].all()
     assert out.signals.period_s == 0.004

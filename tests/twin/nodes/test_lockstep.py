@@ -45,7 +45,7 @@ def pair(ros, tmp_path):
         yield twin, user
 
 
-def trajectory(commands: list[float]) -> np.ndarray:
+def compute_trajectory(commands: list[float]) -> np.ndarray:
     stepper = Stepper(DELAYED, PERIOD_S)
     return np.array([stepper.step(command) for command in commands])
 
@@ -53,14 +53,17 @@ def trajectory(commands: list[float]) -> np.ndarray:
 def test_a_thousand_commands_are_answered_in_order_each_once(pair) -> None:
     twin, user = pair
     begin_ns, _ = user.reset()
-    before = twin.figures()
+    before = twin.count_figures()
     answers = [user.step(command) for command in COMMANDS]
-    assert np.array([state for _, state in answers]).tobytes() == trajectory(COMMANDS).tobytes()
+    assert (
+        np.array([state for _, state in answers]).tobytes()
+        == compute_trajectory(COMMANDS).tobytes()
+    )
     assert [stamp - begin_ns for stamp, _ in answers] == [
         (k + 1) * PERIOD_NS for k in range(len(COMMANDS))
     ]
     assert user.samples.wait(0.2) is None  # and no sample more
-    after = twin.figures()
+    after = twin.count_figures()
     assert (after.samples - before.samples, after.commands - before.commands) == (1000, 1000)
 
 
@@ -70,9 +73,9 @@ def test_a_shift_by_one_step_shows(pair, shift: int) -> None:
     user.reset()
     answers = np.array([user.step(command)[1] for command in COMMANDS[:20]])
     shifted = COMMANDS[1:21] if shift < 0 else [0.0, *COMMANDS[:19]]
-    assert np.array_equal(answers, trajectory(COMMANDS[:20]))
-    assert not np.array_equal(answers, trajectory(shifted))
-    assert not np.array_equal(answers[1:], trajectory(COMMANDS[:20])[:-1])
+    assert np.array_equal(answers, compute_trajectory(COMMANDS[:20]))
+    assert not np.array_equal(answers, compute_trajectory(shifted))
+    assert not np.array_equal(answers[1:], compute_trajectory(COMMANDS[:20])[:-1])
 
 
 def test_what_was_applied_is_told_once_for_each_command(pair) -> None:
@@ -89,7 +92,7 @@ def test_time_stands_still_without_commands(pair) -> None:
     first = user.step(0.4)
     assert user.samples.wait(0.5) is None  # longer than a command counts as fresh in real time
     second = user.step(0.4)
-    assert np.array([first[1], second[1]]).tobytes() == trajectory([0.4, 0.4]).tobytes()
+    assert np.array([first[1], second[1]]).tobytes() == compute_trajectory([0.4, 0.4]).tobytes()
     assert second[0] == begin_ns + 2 * PERIOD_NS
 
 
@@ -100,7 +103,7 @@ def test_commands_that_wait_are_answered_in_order(pair) -> None:
         user.send(command)
         user.sender.wait_for_all_acked()
     answers = [user.sample(20.0)[1] for _ in range(3)]
-    assert np.array(answers).tobytes() == trajectory(COMMANDS[:3]).tobytes()
+    assert np.array(answers).tobytes() == compute_trajectory(COMMANDS[:3]).tobytes()
 
 
 def test_a_reset_forgets_everything_but_the_time(pair) -> None:
@@ -119,7 +122,7 @@ def test_who_comes_late_gets_going_by_a_reset(pair) -> None:
     late = LockstepUser(user.ros, "late")
     stamp_ns, state = late.begin()
     assert state.tolist() == HANGING and stamp_ns > last_ns
-    assert late.step(0.2)[1].tobytes() == trajectory([0.2])[0].tobytes()
+    assert late.step(0.2)[1].tobytes() == compute_trajectory([0.2])[0].tobytes()
 
 
 def test_what_is_no_number_gets_no_answer(pair) -> None:
@@ -127,9 +130,9 @@ def test_what_is_no_number_gets_no_answer(pair) -> None:
     user.reset()
     for count, bad in enumerate((math.nan, math.inf, -math.inf), 1):
         user.send(bad)
-        user.ros.until(lambda count=count: twin.figures().refused == count, "the refusal")
+        user.ros.until(lambda count=count: twin.count_figures().refused == count, "the refusal")
     assert user.samples.wait(0.2) is None
-    assert user.step(0.3)[1].tobytes() == trajectory([0.3])[0].tobytes()
+    assert user.step(0.3)[1].tobytes() == compute_trajectory([0.3])[0].tobytes()
 
 
 def test_the_clock_follows_the_samples_and_spares_its_listeners(pair) -> None:
@@ -163,7 +166,7 @@ def test_another_twin_goes_on_from_the_present_state(pair, tmp_path) -> None:
     assert user.set_twin(tmp_path / "other.yaml").successful
     assert (
         twin.get_parameter("twin").value == str(tmp_path / "other.yaml")
-        and twin.figures().twin == "other"
+        and twin.count_figures().twin == "other"
     )
     stepper = Stepper(other, PERIOD_S, tuple(before[-1]), before=COMMANDS[19])
     for command in COMMANDS[20:40]:
@@ -194,7 +197,7 @@ def test_a_twin_that_is_none_is_refused_and_all_stays(
     assert not result.successful and sentence in result.reason
     assert twin.get_parameter("twin").value == str(tmp_path / "delayed.yaml")
     answers += [user.step(command)[1] for command in COMMANDS[5:10]]
-    assert np.array(answers).tobytes() == trajectory(COMMANDS[:10]).tobytes()
+    assert np.array(answers).tobytes() == compute_trajectory(COMMANDS[:10]).tobytes()
 
 
 def test_a_step_that_fails_gives_no_answer_and_ends_nothing(
@@ -206,7 +209,7 @@ def test_a_step_that_fails_gives_no_answer_and_ends_nothing(
         broken.setattr(twin._live, "advance", lambda now_ns: 1 / 0)
         user.send(0.3)
         assert user.samples.wait(0.3) is None
-    assert user.step(0.3)[1].tobytes() == trajectory([0.3])[0].tobytes()
+    assert user.step(0.3)[1].tobytes() == compute_trajectory([0.3])[0].tobytes()
 
 
 def test_a_reset_waits_for_the_step_that_is_under_way(
@@ -225,7 +228,7 @@ def test_a_reset_waits_for_the_step_that_is_under_way(
         assert user.samples.wait(0.3) is None and not answer.done()
     finally:
         go_on.set()
-    assert user.sample(20.0)[1].tobytes() == trajectory([0.4])[0].tobytes()
+    assert user.sample(20.0)[1].tobytes() == compute_trajectory([0.4])[0].tobytes()
     assert user.sample(20.0)[1].tolist() == HANGING
 
 
@@ -241,11 +244,11 @@ def test_a_reset_drops_commands_that_wait(ros) -> None:
 
 
 def test_resets_between_commands_keep_the_order(ros) -> None:
-    """Resets come from another thread than commands: each sample is the start state or a step from the last one."""
+    """Resets have another thread: each sample is the start state or a step from the last."""
     with served_twin(ros, lockstep=True, twin=str(TWIN_FILE)) as twin:
         user = LockstepUser(ros)
         user.begin()
-        begin = twin.figures().samples
+        begin = twin.count_figures().samples
         for k in range(20):
             answer = user.resetter.call_async(user.resetter.srv_type.Request())
             samples = []
@@ -254,9 +257,9 @@ def test_resets_between_commands_keep_the_order(ros) -> None:
                 user.ros.executor.spin_once(timeout_sec=0)
                 while (sample := user.sample(0.02)) is not None:
                     samples.append(sample)
-            while len(samples) < twin.figures().samples - begin:
+            while len(samples) < twin.count_figures().samples - begin:
                 samples.append(user.sample(20.0))
-            begin = twin.figures().samples
+            begin = twin.count_figures().samples
             assert k == 0 or set(np.diff([stamp for stamp, _ in samples])) <= {PERIOD_NS}
             assert HANGING in [state.tolist() for _, state in samples]
             for (_, state), (_, following) in pairwise(samples):

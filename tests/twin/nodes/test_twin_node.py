@@ -22,7 +22,7 @@ HANGING = [0.0, math.pi, 0.0, 0.0]
 
 @pytest.fixture
 def pair(ros: Graph):
-    """Return twin and user who know one another before the twin's first sample: both lists begin with it."""
+    """Return twin and user, who know each other before the twin's first sample."""
     user = User(ros)
     twin = make_twin(ros, rate_hz=RATE_HZ, command_timeout_s=0.2)
     ros.executor.remove_node(twin)
@@ -49,7 +49,7 @@ def test_samples_are_the_steppers_in_order(pair) -> None:
     assert user.states[0].name == ["cart", "pole"]
 
 
-def in_time_of_the_test(ros: Graph, commands: list[float]) -> User:
+def run_in_time_of_the_test(ros: Graph, commands: list[float]) -> User:
     """Drive a twin whose clock the test moves: each command arrives between two samples."""
     user = User(ros)
     twin = make_twin(ros, rate_hz=RATE_HZ, use_sim_time=True)
@@ -67,7 +67,7 @@ def in_time_of_the_test(ros: Graph, commands: list[float]) -> User:
     for k, command in enumerate(commands):
         sample(k)
         user.send(command)
-        user.until(lambda k=k: twin.figures().commands > k, f"command {k}")
+        user.until(lambda k=k: twin.count_figures().commands > k, f"command {k}")
     sample(len(commands))
     sample(len(commands) + 1)
     user.until(lambda: len(user.applied) == len(commands) + 1, "the last applied command")
@@ -78,16 +78,16 @@ COMMANDS = np.random.default_rng(11).uniform(-0.5, 0.5, 40).tolist()
 
 
 def test_each_command_acts_from_the_sample_that_it_answers(ros: Graph) -> None:
-    user = in_time_of_the_test(ros, COMMANDS)
+    user = run_in_time_of_the_test(ros, COMMANDS)
     stamps, states = arrays(user)
     assert np.array_equal(stamps, 10**9 + 10_000_000 * np.arange(len(COMMANDS) + 2))
     assert user.applied == [*COMMANDS, COMMANDS[-1]]
-    assert states.tobytes() == trajectory([*COMMANDS, COMMANDS[-1]]).tobytes()
+    assert states.tobytes() == compute_trajectory([*COMMANDS, COMMANDS[-1]]).tobytes()
     for shifted in ([*COMMANDS[1:], 0.0, 0.0], [0.0, *COMMANDS]):  # a step early, a step late
-        assert not np.array_equal(states, trajectory(shifted))
+        assert not np.array_equal(states, compute_trajectory(shifted))
 
 
-def trajectory(commands: list[float]) -> np.ndarray:
+def compute_trajectory(commands: list[float]) -> np.ndarray:
     stepper = Stepper(load_twin(TWIN), 1 / RATE_HZ)
     return np.array([stepper.state, *[stepper.step(command) for command in commands]])
 
@@ -98,8 +98,8 @@ def test_a_command_acts_after_it_arrived_and_stops_when_stale(pair) -> None:
     user.send(0.25)
     user.until(lambda: 0.25 in user.applied[before:], "the command")
     user.until(lambda: user.applied[-1] == 0.0, "the end of the command")
-    held = user.applied[before:].count(0.25)
-    assert 0 < held <= 21  # 0.2 s, fewer when the machine stood still
+    held_samples = user.applied[before:].count(0.25)
+    assert 0 < held_samples <= 21  # 0.2 s, fewer when the machine stood still
 
 
 def test_a_command_beyond_the_limit_is_clipped(pair) -> None:
@@ -112,9 +112,11 @@ def test_a_command_beyond_the_limit_is_clipped(pair) -> None:
 def test_what_is_no_number_is_refused_and_counted(pair) -> None:
     twin, user = pair
     for bad in (math.nan, math.inf, -math.inf):
-        refused = twin.figures().refused
+        refused = twin.count_figures().refused
         user.send(bad)
-        user.until(lambda before=refused: twin.figures().refused == before + 1, "the refusal")
+        user.until(
+            lambda before=refused: twin.count_figures().refused == before + 1, "the refusal"
+        )
     user.more(3)
     assert set(user.applied) == {0.0}
     assert np.all(np.isfinite(arrays(user)[1]))
@@ -160,8 +162,8 @@ def test_another_twin_goes_on_from_the_present_state(pair, tmp_path) -> None:
         "motion",
     )
     swapped = twin.set_parameters([Parameter("twin", value=str(tmp_path / "other.yaml"))])[0]
-    first = twin.figures().samples - 1  # the last sample of the twin before
-    assert swapped.successful and twin.figures().twin == "other"
+    first = twin.count_figures().samples - 1  # the last sample of the twin before
+    assert swapped.successful and twin.count_figures().twin == "other"
     for k in range(20):
         user.send(0.3 * math.cos(k))
         user.more(1)
@@ -184,7 +186,7 @@ def test_a_twin_that_is_none_is_refused_and_all_stays(pair, tmp_path) -> None:
     result = twin.set_parameters([Parameter("twin", value=str(tmp_path / "bad.yaml"))])[0]
     assert not result.successful and "pwm_limit: expected a number" in result.reason
     assert not twin.set_parameters([Parameter("twin", value=3)])[0].successful
-    assert twin.get_parameter("twin").value == str(TWIN) and twin.figures().twin == "inteco"
+    assert twin.get_parameter("twin").value == str(TWIN) and twin.count_figures().twin == "inteco"
     user.more(3)
 
 
@@ -198,17 +200,17 @@ def test_a_setting_of_rclpy_does_not_load_the_twin_anew(
 
 @pytest.mark.parametrize("lockstep", [False, True])
 def test_health_is_told_once_a_second(ros: Graph, lockstep: bool) -> None:
-    told: list[DiagnosticArray] = []
+    reports: list[DiagnosticArray] = []
     user = User(ros)
-    user.node.create_subscription(DiagnosticArray, "/diagnostics", told.append, 10)
+    user.node.create_subscription(DiagnosticArray, "/diagnostics", reports.append, 10)
     twin = make_twin(ros, lockstep=lockstep)
-    user.until(lambda: told, "a report")
-    assert told[-1].status[0].level == b"\x00" and told[-1].status[0].name == "/twin"
+    user.until(lambda: reports, "a report")
+    assert reports[-1].status[0].level == b"\x00" and reports[-1].status[0].name == "/twin"
     user.until(lambda: user.sender.get_subscription_count(), "discovery")
     user.send(math.nan)
-    user.until(lambda: twin.answer() or twin.figures().refused == 1, "the refusal")
-    user.until(lambda: told[-1].status[0].level == b"\x01", "a warning")
-    said = told[-1].status[0]
+    user.until(lambda: twin.answer() or twin.count_figures().refused == 1, "the refusal")
+    user.until(lambda: reports[-1].status[0].level == b"\x01", "a warning")
+    said = reports[-1].status[0]
     assert said.message == "1 commands refused since the last report"
     figures = {value.key: value.value for value in said.values}
     assert (
@@ -217,10 +219,11 @@ def test_health_is_told_once_a_second(ros: Graph, lockstep: bool) -> None:
         and figures["command_age_s"] == "none"
     )
     assert set(figures) == {
-        "twin", "samples", "commands", "refused_commands", "lost_samples", "applied_pwm", "command_age_s",
+        "twin", "samples", "commands", "refused_commands",
+        "lost_samples", "applied_pwm", "command_age_s",
     }  # fmt: skip
-    user.until(lambda: told[-1].status[0].level == b"\x00", "health again")
-    stamps = [from_time(each.header.stamp) for each in told]
+    user.until(lambda: reports[-1].status[0].level == b"\x00", "health again")
+    stamps = [from_time(report.header.stamp) for report in reports]
     assert np.min(np.diff(stamps)) > 0.5e9
 
 

@@ -73,7 +73,7 @@ def test_what_cannot_run_ends_with_a_sentence(
     node = ros.start(
         MODULE, *[a.replace("broken.yaml", str(tmp_path / "broken.yaml")) for a in arguments]
     )
-    _, said = node.communicate(timeout=60)
+    _, said = node.communicate(timeout=600)
     assert node.returncode == status
     assert sentence in said and "Traceback" not in said
 
@@ -83,5 +83,5 @@ def test_a_signal_ends_it_cleanly(ros: Graph, number: signal.Signals) -> None:
     node = ros.start(MODULE, "--ros-args", "-p", f"twin:={TWIN}")
     assert "runs at 100 Hz" in node.stderr.readline()
     node.send_signal(number)
-    _, said = node.communicate(timeout=60)
+    _, said = node.communicate(timeout=600)
     assert node.returncode == 0 and said == ""

@@ -147,7 +147,7 @@ def describe_progress(run: Run, plan: Excitation) -> str:
         return run.stage.value
     sample, whole_s = max(run.performance.playback.sample, 0), plan.seconds
     played_s = sample / plan.rate_hz
-    return f"plays {plan.part_at(sample)}: {played_s:.1f} s of {whole_s:.1f} s, {whole_s - played_s:.1f} s to go"
+    return f"plays {plan.get_stretch(sample)}: {played_s:.1f} s of {whole_s:.1f} s, {whole_s - played_s:.1f} s to go"
 
 
 def make_health(run: Run, plan: Excitation, lacking: str) -> Health:

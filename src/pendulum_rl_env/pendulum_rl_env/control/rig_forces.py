@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from pendulum_twin.arrays import Floats
 from pendulum_twin.machine_code import make_cached_compiler
-from pendulum_twin.motion import ALL_LAWS, cart_level, sum_forces
+from pendulum_twin.motion import ALL_LAWS, compute_cart_level, sum_forces
 from pendulum_twin.parameter_vector import FORCE_PER_PWM, INERTIA, MASS
 
 compiled = make_cached_compiler(Path(__file__))
@@ -31,7 +31,7 @@ class Forces(NamedTuple):
 @compiled
 def _sum_forces(x, th, v, w, way, theta):  # type: ignore[no-untyped-def]
     push, turn, coupling = sum_forces((x, th, v, w), 0.0, theta, 0, 1, ALL_LAWS)
-    return push, cart_level(abs(v), x, way, theta, 0, 1, ALL_LAWS), turn, coupling
+    return push, compute_cart_level(abs(v), x, way, theta, 0, 1, ALL_LAWS), turn, coupling
 
 
 def compute_forces(state: Floats, theta: Floats, way: float = 1.0) -> Forces:

@@ -273,7 +273,7 @@ def _on_one_clock(
         pole=columns["pole"],
         cart_valid=valid["cart"],
         pole_valid=valid["pole"],
-        starts=tuple(int(k) for k in np.cumsum([0, *(len(on) for on in grids[:-1])])),
+        stretch_begins=tuple(int(k) for k in np.cumsum([0, *(len(on) for on in grids[:-1])])),
         begin_s=tuple(float(on[0]) for on in grids),
     )
 

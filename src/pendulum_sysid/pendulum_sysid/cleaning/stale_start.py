@@ -66,7 +66,7 @@ def without_unanswered(recording: Recording) -> Recording:
     cleaned = replace(
         signals, cart_valid=signals.cart_valid & valid, pole_valid=signals.pole_valid & valid
     )
-    cleaned = cleaned.broken_at(end for _, end in found)
+    cleaned = cleaned.break_at(end for _, end in found)
     times = signals.times_s
     intervals = tuple(
         (float(times[begin]), float(times[end - 1]) + signals.period_s) for begin, end in found

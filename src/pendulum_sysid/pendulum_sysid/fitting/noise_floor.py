@@ -32,8 +32,8 @@ def noise_floor(case: Case, theta: Floats, windows: Windows, seed: int = 0) -> N
     """
     signals = case.signals
     lead = round(LEAD_S / signals.period_s)
-    stretch = np.searchsorted(signals.starts, windows.begin, side="right") - 1
-    reach = windows.begin - lead >= np.array(signals.starts)[stretch]
+    stretch = np.searchsorted(signals.stretch_begins, windows.begin, side="right") - 1
+    reach = windows.begin - lead >= np.array(signals.stretch_begins)[stretch]
     begin = windows.begin[reach] - lead
     if not len(begin):
         return NoiseFloor(1.0, 1.0)
@@ -77,7 +77,7 @@ def _perfect(
         pole=positions[1],
         cart_valid=every,
         pole_valid=every,
-        starts=tuple(int(s) for s in starts),
+        stretch_begins=tuple(int(s) for s in starts),
         begin_s=tuple(signals.clock_s[begin].tolist()),
         after_s=None,
     )

@@ -28,7 +28,7 @@ def split(signals: Signals, state: SmoothState) -> Split:
             f"expected at least {len(PATTERN)} usable windows of {WINDOW_S:g} s to fit, choose and judge on, "
             f"found {len(windows)}: record longer"
         )
-    stretch = np.searchsorted(signals.starts, windows.begin, side="right") - 1
+    stretch = np.searchsorted(signals.stretch_begins, windows.begin, side="right") - 1
     part = (np.arange(len(windows)) - np.searchsorted(stretch, stretch) + stretch) % len(PATTERN)
     found = Split(
         *(windows.pick(np.isin(part, _places(name))) for name in ("train", "choose", "held_out"))

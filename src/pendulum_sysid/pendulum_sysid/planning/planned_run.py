@@ -153,7 +153,7 @@ def _driven(
     for i, one in enumerate(drives):
         out[i] = commands[i]
         if one.filters:
-            kernel.drive(
+            kernel.filter_command(
                 commands[i : i + 1],
                 memory[i],
                 one.offsets,

@@ -1,6 +1,7 @@
-"""The catalogue: every effect that a twin may hold and a diagnosis may name, in the order of the chain.
+"""List every effect that a twin may hold and a diagnosis may name, in the order of the chain.
 
-To add one: write its file beside this one, import it, put it into the tuple at its place.
+To add an effect, write its file in this folder, import it, and put it into the tuple at its place
+(CONTRIBUTING.md has an example).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A turn of the pole is counted as more or less than a turn: the encoder's counts are believed wrong."""
+"""A turn of the pole is not counted as a turn: the encoder has other counts than believed."""
 
 from pendulum_twin.effects.effect import Effect, Form, Parameter, Place
 

@@ -6,16 +6,16 @@ lighter than what it pulls.
 
 from pendulum_twin.effects.effect import Effect, Form, Parameter, Place
 
-# The motor's mass as the belt feels it, as a part of all that moves. Not known in general: a gap
-# is therefore known only with this part, for it is the time that it takes to cross which shows.
+# The motor's mass as the belt feels it, as a share of all that moves. It is not known in general,
+# so a gap is known only for this share: what shows in a motion is the time of crossing.
 MOTOR_PART = 0.1
 
 
 def law(u, memory, h, t, mass_kg, force_per_pwm_n, gap_m):
     """Return the mean over this substep of the command that reaches the cart.
 
-    memory: whether it has begun, the motor's place in the gap (0 pulls the negative way, gap_m the
-    positive way), its speed.
+    memory: 1 after the first call; the motor's place in the gap, m (0 pulls the negative way,
+    gap_m the positive way); its speed, m/s.
     """
     if memory[0] == 0.0:
         memory[0] = 1.0
@@ -32,7 +32,7 @@ def law(u, memory, h, t, mass_kg, force_per_pwm_n, gap_m):
         memory[2] = speed
         return 0.0
     side = gap_m if place >= gap_m else 0.0
-    # the part of the substep that is left when the gap is crossed, as if at its mean speed
+    # the share of the substep that is left when the gap is crossed, as if at mean speed
     left = min(max((place - side) / (place - memory[1]), 0.0), 1.0) if place != memory[1] else 0.0
     memory[1] = side
     memory[2] = 0.0

@@ -1,7 +1,7 @@
-"""Dry friction of the cart that is larger at rest and falls to its level as the cart gets going."""
+"""Dry friction of the cart that is larger at rest and falls to its level with rising speed."""
 
 from pendulum_twin.effects.effect import Effect, Form, Parameter, Place, Scale
-from pendulum_twin.equations import exp
+from pendulum_twin.elementary import exp
 
 
 def law(speed, x, level_n, static_n, velocity_m_s):
@@ -25,7 +25,6 @@ EFFECT = Effect(
     sentence="Dry friction of {level_n} holds the cart back, with {static_n} more at rest that "
     "fades around {velocity_m_s}.",
     source="Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994), equation for the "
-    "Stribeck curve, "
-    "Gaussian form",
+    "Stribeck curve, Gaussian form",
     simpler=("cart_coulomb_friction",),
 )

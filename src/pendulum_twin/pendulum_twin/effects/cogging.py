@@ -1,7 +1,7 @@
-"""A force that repeats along the rail: a motor's cogging, a pulley that runs out of true, the belt's teeth."""
+"""A force that repeats along the rail: a motor's cogging, an eccentric pulley, belt teeth."""
 
 from pendulum_twin.effects.effect import Effect, Form, Parameter, Place, Scale
-from pendulum_twin.equations import sin_cos
+from pendulum_twin.elementary import sin_cos
 
 PERIODS = tuple(2.0 / 1.13**k for k in range(26))  # of the travel
 PHASES = tuple(0.7853981633974483 * k for k in range(-4, 4))

@@ -1,4 +1,4 @@
-"""What an effect is: a formula at one named place of the chain, with units, neutral values and a source."""
+"""Describe an effect: a formula at a named place of the chain, its parameters, its source."""
 
 from __future__ import annotations
 
@@ -8,13 +8,12 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
-HALF_STEP_S = 5e-4  # of the kernel's longest step: finer times are lost in it
-ROUNDING = 3.0**0.5  # deviations of rounding in half a step
+HALF_STEP_S = 5e-4  # half of the kernel's longest step: finer times are lost in it
+ROUNDING = 3.0**0.5  # half a step of an encoder, in standard deviations of its rounding
 
 
 class Place(Enum):
-    """The places of the chain command -> drive -> cart and pole -> sensor, and the clock beside "
-    "it."""
+    """The places of the chain: command, drive, cart and pole, sensor; and the clock beside it."""
 
     COMMAND = "command"
     DRIVE = "drive"
@@ -51,8 +50,7 @@ class Form(Enum):
 
 
 class Scale(Enum):
-    """What a parameter's typical sizes are fractions of; the fit takes the scale from rig and "
-    "recording."""
+    """The scales of typical sizes, which the fit takes from rig and recording."""
 
     ONE = "one"
     COMMAND = "command"  # largest command
@@ -130,7 +128,7 @@ class Effect:
         in s. They start as zeros; memory[0] stays 0 until the law has been called once.
 
     What a search asks:
-    searched: False for an effect that only describes a simulation and is no hypothesis about a rig.
+    searched: False for an effect that describes a simulation and is no hypothesis about a rig.
     simpler: names of effects that this effect contains as special cases; a search falls back to
         them.
     becomes: names of effects that this effect looks like at an end of its range: a patch as wide

@@ -1,4 +1,4 @@
-"""The drive's gain changes as the recording goes on: a motor that warms up, a battery that sags."""
+"""The drive's gain changes during the recording: a motor that warms up, a battery that sags."""
 
 from pendulum_twin.effects.effect import Effect, Form, Parameter, Place, Scale
 

@@ -8,8 +8,10 @@ LONGEST_S = 0.3
 
 
 def law(u, memory, h, t, delay_s):
-    """Return the mean over this substep of the command delay_s ago; memory is a ring of past "
-    "commands."""
+    """Return the mean over this substep of the command delay_s ago.
+
+    memory: the position in the ring, and the ring of past commands.
+    """
     size = len(memory) - 1
     if memory[0] == 0.0:
         memory[0] = 1.0
@@ -17,16 +19,19 @@ def law(u, memory, h, t, delay_s):
     now = int(memory[0]) - 1
     memory[1 + now] = u
     memory[0] = (now + 1) % size + 1.0
-    whole = int(delay_s / h)
-    part = delay_s / h - whole
-    return (1.0 - part) * memory[1 + (now - whole) % size] + part * memory[
-        1 + (now - whole - 1) % size
+    steps = int(delay_s / h)
+    share = delay_s / h - steps
+    return (1.0 - share) * memory[1 + (now - steps) % size] + share * memory[
+        1 + (now - steps - 1) % size
     ]
 
 
 def memory(h):
-    """Return the ring's size: the longest delay, the two substeps between which it falls, and "
-    "the position."""
+    """Return the size of the memory.
+
+    The ring holds the longest delay and the two substeps between which it falls; one number more
+    is the position.
+    """
     return math.ceil(LONGEST_S / h) + 3
 
 

@@ -1,4 +1,4 @@
-"""The force follows the command as a first-order lag: the motor's electrical time constant, an amplifier's filter."""
+"""The force follows the command as a first-order lag: motor inductance, amplifier filter."""
 
 import math
 
@@ -6,8 +6,7 @@ from pendulum_twin.effects.effect import HALF_STEP_S, Effect, Form, Parameter, P
 
 
 def law(u, memory, h, t, time_constant_s):
-    """Return the mean over this substep of the lagged command (exact for a command held over the "
-    "substep)."""
+    """Return the mean over this substep of the lagged command, which is held over the substep."""
     if memory[0] == 0.0:
         memory[0] = 1.0
         memory[1] = u

@@ -1,4 +1,4 @@
-"""The cart's way is counted as longer or shorter than it is: pulley radius or encoder counts are believed wrong."""
+"""The position is counted too long or too short: another pulley radius than believed."""
 
 from pendulum_twin.effects.effect import Effect, Form, Parameter, Place
 

@@ -1,7 +1,7 @@
 """More dry friction on one part of the rail: a dent, dirt, a rail that is bent there."""
 
 from pendulum_twin.effects.effect import Effect, Form, Parameter, Place, Scale
-from pendulum_twin.equations import exp
+from pendulum_twin.elementary import exp
 
 CENTRES = tuple(0.2 * k for k in range(-4, 5))  # of the travel, from the middle
 

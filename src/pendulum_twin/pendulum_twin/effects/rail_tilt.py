@@ -4,8 +4,7 @@ from pendulum_twin.effects.effect import Effect, Form, Parameter, Place
 
 
 def law(x, v, th, w, mass_kg, gravity_m_s2, angle_rad):
-    """Return m g angle in N, for small angles; a positive angle pulls the cart the positive "
-    "way."""
+    """Return m g angle in N, for small angles; positive angles pull the cart the positive way."""
     return mass_kg * gravity_m_s2 * angle_rad
 
 

@@ -1,4 +1,4 @@
-"""The recorder's clock is wrong: by its stamps more (or less) time passes from sample to sample than really does."""
+"""The recorder's clock is wrong: its stamps run faster or slower than time."""
 
 from pendulum_twin.effects.effect import Effect, Form, Parameter, Place
 

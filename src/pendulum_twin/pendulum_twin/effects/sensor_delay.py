@@ -1,7 +1,7 @@
-"""What is reported is some time old.
+"""Measurements are reported some time late.
 
-The state is kept in the sensor's time: seen from there everything happens that much later, so the
-command comes late and nothing else changes, for no other effect asks for the hour.
+The twin's state is kept in the sensor's time. There, the command comes late and nothing else
+changes, for no other law of the motion depends on the time.
 """
 
 from pendulum_twin.effects.effect import HALF_STEP_S, Effect, Form, Parameter, Place

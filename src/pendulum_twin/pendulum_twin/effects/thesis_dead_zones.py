@@ -1,4 +1,4 @@
-"""The dead zones of the thesis's simulation: its state freezes while force and both speeds are small."""
+"""The thesis's simulation freezes while force and both speeds are small."""
 
 from pendulum_twin.effects.effect import Effect, Form, Parameter, Place
 

@@ -1,4 +1,4 @@
-"""The reported velocities follow the true ones as a first-order lag: a filter against the noise of differences."""
+"""The reported velocities follow the true ones as a first-order lag: a noise filter."""
 
 import math
 

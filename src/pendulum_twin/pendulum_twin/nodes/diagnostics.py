@@ -1,4 +1,4 @@
-"""A node's health on `/diagnostics`, once a second."""
+"""Publish a node's health on `/diagnostics`, once a second."""
 
 from __future__ import annotations
 
@@ -17,7 +17,11 @@ PERIOD_S = 1.0
 
 
 def publish_health(node: Node, hardware: str, health: Callable[[], Health]) -> None:
-    """Publish what health() returns once a second of real time, whatever the simulated time is; hardware: the rig's name."""
+    """Publish a node's health once a second of real time, whatever the simulated time is.
+
+    hardware: name of the rig.
+    health: returns what to publish.
+    """
     publisher = node.create_publisher(DiagnosticArray, topics.DIAGNOSTICS, SAMPLES)
 
     def publish() -> None:
@@ -40,12 +44,14 @@ def to_diagnostics(name: str, hardware: str, health: Health, stamp_ns: int) -> D
         name=name,
         message=health.sentence,
         hardware_id=hardware,
-        values=[KeyValue(key=key, value=_shown(value)) for key, value in health.figures.items()],
+        values=[
+            KeyValue(key=key, value=_format_value(value)) for key, value in health.figures.items()
+        ],
     )
     message = DiagnosticArray(status=[status])
     message.header.stamp = to_time(stamp_ns)
     return message
 
 
-def _shown(value: float | str) -> str:
+def _format_value(value: float | str) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)

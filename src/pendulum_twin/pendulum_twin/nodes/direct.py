@@ -1,9 +1,8 @@
-"""A subscription that is waited on and taken from directly, without an executor in the loop.
+"""Wait on a subscription and take its messages directly, without an executor in the loop.
 
-An executor spends more on each message than the middleware does; for a user who has nothing to do
+An executor spends more time on each message than the middleware. For a user who has nothing to do
 until the next message, waiting on the subscription alone is several times faster. The node's other
-callbacks need an executor, in a thread of
-their own: it leaves these subscriptions alone.
+callbacks need an executor in a thread of their own, which leaves these subscriptions alone.
 """
 
 from __future__ import annotations
@@ -31,14 +30,13 @@ class _Unserved(CallbackGroup):
         pass
 
 
-# An executor that waits for a subscription's events is woken by each of its messages too. So
-# nothing tells of a publisher whose quality of service does not fit; that publisher hears of it
-# itself.
+# An executor that waits for a subscription's events is woken by each of its messages, too. So
+# nothing here reports a publisher with another quality of service; that publisher reports it.
 _NO_EVENTS = SubscriptionEventCallbacks(use_default_callbacks=False)
 
 
 class DirectSubscription:
-    """Subscribe a node to a topic and take its messages in the order in which they came; one thread at a time."""
+    """Subscribe a node to a topic and take its messages in order; one thread at a time."""
 
     def __init__(self, node: Node, kind: type[Any], topic: str, qos: QoSProfile) -> None:
         self._subscription = node.create_subscription(
@@ -55,17 +53,17 @@ class DirectSubscription:
         self._waiting = rcl.WaitSet(1, 0, 0, 0, 0, 0, node.context.handle)
 
     def take(self) -> Any | None:
-        """Return the oldest message that was not taken yet, None when there is none."""
-        taken = self._handle.take_message(self._kind, False)
-        return None if taken is None else taken[0]
+        """Return the oldest message that was not taken yet; None when there is none."""
+        answer = self._handle.take_message(self._kind, False)
+        return None if answer is None else answer[0]
 
     def take_with_time(self) -> tuple[Any, int] | None:
-        """Return the oldest message and when it was published (ns, the publisher's system clock)."""
-        taken = self._handle.take_message(self._kind, False)
-        return None if taken is None else (taken[0], taken[1]["source_timestamp"])
+        """Return the oldest message and its time, ns, by the publisher's system clock."""
+        answer = self._handle.take_message(self._kind, False)
+        return None if answer is None else (answer[0], answer[1]["source_timestamp"])
 
     def pause(self, timeout_s: float) -> None:
-        """Wait until a message can be taken, at most so long; it may also end for no reason."""
+        """Wait until a message can be taken, or timeout_s; it may end early for no reason."""
         if not self._context.ok():
             return
         with self._handle:
@@ -74,7 +72,7 @@ class DirectSubscription:
             self._waiting.wait(max(round(timeout_s * 1e9), 0))
 
     def wait(self, timeout_s: float) -> Any | None:
-        """Return the next message, None when there is none after timeout_s."""
+        """Return the next message; None when there is none within timeout_s."""
         end = time.monotonic() + timeout_s
         while (message := self.take()) is None:
             left_s = end - time.monotonic()
@@ -84,7 +82,7 @@ class DirectSubscription:
         return message
 
     def clear(self) -> int:
-        """Throw away what came and was not taken; return how many messages that were."""
+        """Throw away all messages that were not taken; return how many there were."""
         count = 0
         while self.take() is not None:
             count += 1

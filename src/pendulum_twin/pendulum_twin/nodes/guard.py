@@ -1,4 +1,4 @@
-"""Keep a node alive when one of its callbacks fails: an exception that leaves a callback ends the whole node."""
+"""Keep a node alive when a callback fails: an exception that leaves a callback ends the node."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from std_srvs.srv import Trigger
 def guard_method(callback: Callable[..., Any]) -> Callable[..., Any]:
     """Wrap a method of a node that has `fail_safe()`, which brings PWM to 0.
 
-    When the method raises, the node fails safe and says so; a service (two arguments) answers that
-    it failed.
+    When the method raises, the node fails safe and logs the error; a service (two arguments)
+    answers that it failed.
     """
 
     @wraps(callback)

@@ -1,4 +1,4 @@
-"""Messages from numbers and back: conversions, no decisions."""
+"""Convert numbers to messages and back."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pendulum_twin.topics import CART, JOINTS, POLE
 
 
 def list_joints(rig: Rig) -> list[str]:
-    """Return the names of the joints that a rig has, in the order of the contract."""
+    """Return the names of the joints that a rig has, cart first."""
     return [name for name, there in ((CART, rig.has_cart), (POLE, rig.has_pole)) if there]
 
 
@@ -32,7 +32,11 @@ def from_time(stamp: Time) -> int:
 
 
 def to_joint_state(joints: Sequence[str], state: Floats, stamp_ns: int) -> JointState:
-    """Return x (m), th (rad), v (m/s), w (rad/s), sampled at stamp_ns, as a message of the joints there are."""
+    """Return a state as a message of these joints.
+
+    state: (4,) x (m), th (rad), v (m/s), w (rad/s).
+    stamp_ns: sampling time, ns.
+    """
     columns = [JOINTS.index(name) for name in joints]
     message = JointState(name=list(joints))
     message.header.stamp = to_time(stamp_ns)
@@ -42,25 +46,25 @@ def to_joint_state(joints: Sequence[str], state: Floats, stamp_ns: int) -> Joint
 
 
 def from_joint_state(message: JointState) -> Floats:
-    """Return x (m), th (rad), v (m/s), w (rad/s) of a message, shape (4,); 0 for a joint that it does not name.
+    """Return x (m), th (rad), v (m/s), w (rad/s) of a message, (4,); 0 for a joint it lacks.
 
-    Raises BadInputError when it names neither cart nor pole, or lacks a finite position and
-    velocity for one it names.
+    Raises BadInputError when it names neither cart nor pole, or lacks a finite position or
+    velocity of a joint that it names.
     """
     state = np.zeros(4)
-    there = [
+    places = [
         (k, message.name.index(name)) for k, name in enumerate(JOINTS) if name in message.name
     ]
-    if not there:
+    if not places:
         raise BadInputError(
             f"joint_states: expected joints named cart or pole, found {list(message.name)}"
         )
-    if max(at for _, at in there) >= min(len(message.position), len(message.velocity)):
+    if max(at for _, at in places) >= min(len(message.position), len(message.velocity)):
         raise BadInputError(
             f"joint_states: expected a position and a velocity for each of {list(message.name)}, "
             f"found {len(message.position)} and {len(message.velocity)}"
         )
-    for k, at in there:
+    for k, at in places:
         state[k], state[2 + k] = message.position[at], message.velocity[at]
     if not np.all(np.isfinite(state)):
         raise BadInputError(f"joint_states: expected finite numbers, found {state.tolist()}")

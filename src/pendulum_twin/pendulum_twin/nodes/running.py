@@ -1,4 +1,4 @@
-"""Run one node as a program: arguments, signals, exit status. What can go wrong ends in one sentence."""
+"""Run a node as a program: arguments, signals, exit status, and errors in one sentence."""
 
 from __future__ import annotations
 
@@ -23,7 +23,11 @@ LONGEST_WAIT_S = 0.2  # until a signal is seen
 
 
 def spin(node: Node, stopped: Event, over: Callable[[], bool] = lambda: False) -> None:
-    """Serve a node's callbacks until stopped is set, or until over() says that the node is done by itself."""
+    """Serve a node's callbacks until it is stopped or done.
+
+    stopped: ends it when it is set.
+    over: returns whether the node is done by itself.
+    """
     executor = SingleThreadedExecutor(context=node.context)
     executor.add_node(node)
     try:
@@ -41,16 +45,23 @@ def run[N: Node](
     arguments: list[str] | None = None,
     serve: Callable[[N, Event], str | None] = spin,
 ) -> int:
-    """Make a node and serve it until SIGINT or SIGTERM, or until `serve` ends by itself; return 0.
+    """Make a node and serve it until SIGINT or SIGTERM, or until `serve` ends by itself.
 
-    Returns 1 with a sentence on stderr when a setting is wrong, ROS cannot run, or `serve` returns
-    why it failed; 2 for wrong use. The node is destroyed at the end in any case; what it has to do
-    last belongs in its `destroy_node`.
+    name: of the program.
+    description: what it does, for --help.
+    settings: dataclass of the node's parameters, for --help.
+    make: returns the node.
+    arguments: command line with the program's name; None for that of the process.
+    serve: serves the node and returns why it failed, or None.
+
+    Returns the exit status: 0; 1 with a sentence on stderr when a setting is wrong, ROS cannot run
+    or `serve` failed; 2 for wrong use. The node is destroyed at the end in any case; its last
+    actions belong in its `destroy_node`.
     """
     arguments = sys.argv if arguments is None else arguments
     try:
-        _parser(name, description, settings).parse_args(remove_ros_args(arguments)[1:])
-        stopped = _signalled()
+        _make_parser(name, description, settings).parse_args(remove_ros_args(arguments)[1:])
+        stopped = _catch_signals()
         rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
         node = make()
         try:
@@ -63,7 +74,7 @@ def run[N: Node](
     except (RCLInvalidROSArgsError, UnknownROSArgsError) as error:
         print(f"{name}: wrong --ros-args: {str(error).splitlines()[0]}", file=sys.stderr)
         return 2
-    except RuntimeError as error:  # what else rclpy raises: a name that is none, no middleware
+    except RuntimeError as error:  # rclpy raises it for a bad name, or no middleware
         print(f"{name}: ROS cannot run it: {str(error).splitlines()[0]}", file=sys.stderr)
         return 1
     finally:
@@ -73,17 +84,21 @@ def run[N: Node](
     return 0 if failure is None else 1
 
 
-def _signalled() -> Event:
-    """Return what SIGINT and SIGTERM set; rclpy's own handlers raise whatever the node is doing, start-up included."""
+def _catch_signals() -> Event:
+    """Return the event that SIGINT and SIGTERM set.
+
+    rclpy's own handlers would raise in the middle of whatever the node does, start-up included.
+    """
     stopped = Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stopped.set())
     return stopped
 
 
-def _parser(name: str, description: str, settings: type[Any]) -> argparse.ArgumentParser:
+def _make_parser(name: str, description: str, settings: type[Any]) -> argparse.ArgumentParser:
+    parameters = f"Parameters (--ros-args -p NAME:=VALUE):\n{describe_settings(settings)}"
     return argparse.ArgumentParser(
         prog=name,
-        description=f"{description} Parameters (--ros-args -p NAME:=VALUE):\n{describe_settings(settings)}",
+        description=f"{description} {parameters}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

@@ -1,4 +1,4 @@
-"""A node's settings: a frozen dataclass on one side, ROS parameters with ranges and descriptions on the other.
+"""Keep a node's settings as a frozen dataclass, and declare its fields as ROS parameters.
 
 Each field is made by `make_number_field`, `make_whole_field`, `make_text_field`, `make_list_field`
 or `make_flag_field`, and `__post_init__` calls `check_settings`.
@@ -26,7 +26,7 @@ Check = Callable[[str, Any], Any]
 
 
 class Settings(Protocol):
-    """Any dataclass."""
+    """Allow any dataclass."""
 
     __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
 
@@ -34,8 +34,12 @@ class Settings(Protocol):
 def make_number_field(
     default: float, low: float, high: float, text: str, live: bool = False
 ) -> Any:
-    """Return a field for a number from low to high; an int is taken too. live: it may change while the node runs."""
-    return _field(
+    """Return a field for a number from low to high; a whole number is taken, too.
+
+    text: describes the parameter.
+    live: whether it may change while the node runs.
+    """
+    return _make_field(
         default, text, live, lambda name, value: check_number(name, value, low, high), (low, high)
     )
 
@@ -43,14 +47,14 @@ def make_number_field(
 def make_whole_field(default: int, low: int, high: int, text: str, live: bool = False) -> Any:
     """Return a field for a whole number from low to high."""
 
-    def checked(name: str, value: Any) -> int:
+    def check(name: str, value: Any) -> int:
         if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
             raise BadInputError(
                 f"{name}: expected a whole number from {low} to {high}, found {value!r}"
             )
         return value
 
-    return _field(default, text, live, checked, (low, high))
+    return _make_field(default, text, live, check, (low, high))
 
 
 def make_text_field(
@@ -58,40 +62,42 @@ def make_text_field(
 ) -> Any:
     """Return a field for text; choices: what it may be, everything when empty."""
 
-    def checked(name: str, value: Any) -> str:
+    def check(name: str, value: Any) -> str:
         if not isinstance(value, str):
             raise BadInputError(f"{name}: expected text, found {value!r}")
         if choices and value not in choices:
             raise BadInputError(f"{name}: expected one of {', '.join(choices)}, found {value!r}")
         return value
 
-    return _field(default, f"{text} ({', '.join(choices)})" if choices else text, live, checked)
+    return _make_field(default, f"{text} ({', '.join(choices)})" if choices else text, live, check)
 
 
 def make_list_field(default: tuple[str, ...], text: str, live: bool = False) -> Any:
     """Return a field for texts; a single text is taken for a list of one."""
 
-    def checked(name: str, value: Any) -> tuple[str, ...]:
+    def check(name: str, value: Any) -> tuple[str, ...]:
         texts = [value] if isinstance(value, str) else value
-        if not isinstance(texts, list | tuple) or not all(isinstance(each, str) for each in texts):
+        if not isinstance(texts, list | tuple) or not all(
+            isinstance(entry, str) for entry in texts
+        ):
             raise BadInputError(f"{name}: expected a list of texts, found {value!r}")
         return tuple(texts)
 
-    return _field(default, text, live, checked)
+    return _make_field(default, text, live, check)
 
 
 def make_flag_field(default: bool, text: str, live: bool = False) -> Any:
     """Return a field for true or false."""
 
-    def checked(name: str, value: Any) -> bool:
+    def check(name: str, value: Any) -> bool:
         if not isinstance(value, bool):
             raise BadInputError(f"{name}: expected true or false, found {value!r}")
         return value
 
-    return _field(default, text, live, checked)
+    return _make_field(default, text, live, check)
 
 
-def _field(
+def _make_field(
     default: Any, text: str, live: bool, check: Check, span: tuple[float, float] | None = None
 ) -> Any:
     return field(
@@ -100,35 +106,37 @@ def _field(
 
 
 def check_settings(settings: Settings) -> None:
-    """Check every field of a frozen dataclass and put it in its type; raise BadInputError for a wrong one."""
-    for each in fields(settings):
+    """Check every field and convert it to its type; raise BadInputError for a wrong value."""
+    for item in fields(settings):
         object.__setattr__(
-            settings, each.name, each.metadata["check"](each.name, getattr(settings, each.name))
+            settings, item.name, item.metadata["check"](item.name, getattr(settings, item.name))
         )
 
 
 def declare_settings[S: Settings](node: Node, kind: type[S]) -> S:
-    """Declare the parameters on a node and return the settings that were given; raise BadInputError for a wrong one."""
-    anything = ParameterDescriptor(
-        dynamic_typing=True
-    )  # so that a wrong one gets our own sentence
+    """Declare the parameters on a node and return its settings, or raise BadInputError."""
+    anything = ParameterDescriptor(dynamic_typing=True)  # a wrong type gets our own sentence
     values = {
-        each.name: node.declare_parameter(each.name, each.default, anything).value
-        for each in fields(kind)
+        item.name: node.declare_parameter(item.name, item.default, anything).value
+        for item in fields(kind)
     }
     settings = kind(**values)
-    for each in fields(kind):
-        node.set_descriptor(each.name, _descriptor(each))
+    for item in fields(kind):
+        node.set_descriptor(item.name, _make_descriptor(item))
     return settings
 
 
 def watch_settings[S: Settings](
     node: Node, current: Callable[[], S], accept: Callable[[S], None]
 ) -> None:
-    """Hand changed settings to accept, which may raise BadInputError to refuse them; then all stays as it was."""
+    """Hand changed settings to accept.
 
-    def changed(parameters: list[Parameter]) -> SetParametersResult:
-        known = {each.name for each in fields(current())}
+    current: returns the settings now.
+    accept: takes the new settings, or raises BadInputError to refuse them; then nothing changes.
+    """
+
+    def change(parameters: list[Parameter]) -> SetParametersResult:
+        known = {item.name for item in fields(current())}
         given = {p.name: p.value for p in parameters if p.name in known}
         try:
             if given:  # not when it is one of rclpy's own parameters
@@ -137,13 +145,13 @@ def watch_settings[S: Settings](
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
-    node.add_on_set_parameters_callback(changed)
+    node.add_on_set_parameters_callback(change)
 
 
-def _descriptor(each: Field[Any]) -> ParameterDescriptor:
-    span, whole_numbers = each.metadata["span"], isinstance(each.default, int)
+def _make_descriptor(item: Field[Any]) -> ParameterDescriptor:
+    span, whole_numbers = item.metadata["span"], isinstance(item.default, int)
     descriptor = ParameterDescriptor(
-        description=each.metadata["text"], read_only=not each.metadata["live"], dynamic_typing=True
+        description=item.metadata["text"], read_only=not item.metadata["live"], dynamic_typing=True
     )
     if span and whole_numbers:
         descriptor.integer_range = [IntegerRange(from_value=span[0], to_value=span[1])]
@@ -157,16 +165,16 @@ def _descriptor(each: Field[Any]) -> ParameterDescriptor:
 def describe_settings(kind: type[Settings]) -> str:
     """Return the parameters as lines of help."""
     return "\n".join(
-        f"  {each.name:<20} {each.metadata['text']}{_span(each)}" for each in fields(kind)
+        f"  {item.name:<20} {item.metadata['text']}{_format_range(item)}" for item in fields(kind)
     )
 
 
-def _span(each: Field[Any]) -> str:
-    if each.metadata["span"] is None:
-        return f" (default {_shown(each.default)})" if each.default != "" else ""
-    low, high = each.metadata["span"]
-    return f" ({low:g} to {high:g}; default {each.default:g})"
+def _format_range(item: Field[Any]) -> str:
+    if item.metadata["span"] is None:
+        return f" (default {_format_default(item.default)})" if item.default != "" else ""
+    low, high = item.metadata["span"]
+    return f" ({low:g} to {high:g}; default {item.default:g})"
 
 
-def _shown(default: Any) -> str:
+def _format_default(default: Any) -> str:
     return ", ".join(default) if isinstance(default, tuple) else str(default).lower()

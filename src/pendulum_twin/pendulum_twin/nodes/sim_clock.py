@@ -1,4 +1,4 @@
-"""Simulated time on `/clock`, seldom enough that it costs its listeners little."""
+"""Publish simulated time on `/clock`, rarely enough to cost its listeners little."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class SimClock:
         self.catch_up()
 
     def catch_up(self) -> bool:
-        """Publish the time if it has moved and may be published already; return whether it stands unpublished."""
+        """Publish the time if it has moved; return whether it has to be published later."""
         if self._stamp_ns == self._published_ns:
             return False
         now_s = time.monotonic()

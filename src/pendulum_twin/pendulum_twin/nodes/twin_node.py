@@ -1,4 +1,4 @@
-"""The live twin: commands in, samples out, by the same names and types as the rig.
+"""Run the live twin: commands in, samples out, by the same names and types as the rig.
 
 `pendulum_twin.paces` says which sample answers which command, in real time and in lockstep.
 
@@ -9,11 +9,11 @@ In lockstep each accepted command brings one `applied_pwm` (it, clipped) and the
 stamped with simulated time. `/clock` follows the samples, at most 100 times a second of wall time,
 never ahead of them, and at the latest 10 ms behind. A reset publishes one sample, the start state,
 and answers with its stamp (`pendulum_twin.reset_answer`); time goes on, and commands still waiting
-are dropped. Messages that nobody listens to yet are lost, the first sample among them. So a user
-begins, early or late, like this: when publisher and subscriber know each other, call `reset` and
-take samples until the stamp is the one told; if it does not come, call `reset` again. From then
-on, send a command, and take its sample before sending the next; it is one period younger than the
-last. Commands of who does not wait queue up, ten at most.
+are dropped. Messages without a listener are lost, the first sample among them. So a user begins,
+early or late, like this: when publisher and subscriber know each other, call `reset` and take
+samples until the stamp is that of the answer; if it does not come, call `reset` again. From then
+on, send a command, and take its sample before sending the next command; the sample is a period
+younger than the last. Commands of a user who does not wait queue up, ten at most.
 
 Setting the parameter `twin` replaces the twin while it runs; its measured state stays (see
 `LiveTwin.become`).
@@ -51,7 +51,10 @@ from pendulum_twin.twin_health import TwinFigures, TwinHealth
 
 
 class TwinNode(Node):
-    """Run one twin; raise BadInputError when a parameter or the twin file is wrong. In lockstep it needs `serve`."""
+    """Run a twin; in lockstep the node needs `serve`.
+
+    Raises BadInputError when a parameter or the twin file is wrong.
+    """
 
     def __init__(self, **options: Any) -> None:
         super().__init__("twin", **options)
@@ -79,10 +82,10 @@ class TwinNode(Node):
             self._settling = self.create_timer(period_s / 2, self.on_settling)
         self.create_service(Trigger, topics.RESET, self.on_reset)
         watch_settings(self, lambda: self._settings, self._accept)
-        publish_health(self, "twin", self._healthy)
-        how = "in lockstep, in steps of 1 s /" if settings.lockstep else "at"
+        publish_health(self, "twin", self._report_health)
+        pace = "in lockstep, in steps of 1 s /" if settings.lockstep else "at"
         self.get_logger().info(
-            f"twin {twin.name} of {settings.twin} runs {how} {settings.rate_hz:g} Hz"
+            f"twin {twin.name} of {settings.twin} runs {pace} {settings.rate_hz:g} Hz"
         )
 
     @property
@@ -90,13 +93,13 @@ class TwinNode(Node):
         """Return whether simulated time waits for commands."""
         return self._settings.lockstep
 
-    def figures(self) -> TwinFigures:
-        """Return what was counted up to now."""
+    def count_figures(self) -> TwinFigures:
+        """Return the counts up to now."""
         live, pace = self._live, self._pace
         taken, refused, age_s = (
             live.commands.taken,
             live.commands.refused,
-            live.commands.age_s(self._now_ns()),
+            live.commands.compute_age_s(self._read_time_ns()),
         )
         return TwinFigures(
             live.twin.name, pace.samples, taken, refused, pace.lost, live.applied, age_s
@@ -110,18 +113,18 @@ class TwinNode(Node):
     def on_timer(self) -> None:
         """Publish what is due: in real time usually one sample, in lockstep the first."""
         with self._lock:
-            self._pace.tick(self._now_ns())
+            self._pace.tick(self._read_time_ns())
         if not self.lockstep:
             self._settling.reset()  # half a period from now
             if self._pace.samples == 1:
-                self._sampling.reset()  # stamps count from the first sample, which was late: so do the others
+                self._sampling.reset()  # the timer counts from the first sample, as the stamps do
 
     @guard_method
     def on_settling(self) -> None:
         """Settle the last sample's command, half a period after it was published."""
         self._settling.cancel()
         with self._lock:
-            self._pace.settle(self._now_ns())
+            self._pace.settle(self._read_time_ns())
 
     @guard_method
     def on_command(self, message: Float64) -> None:
@@ -139,7 +142,7 @@ class TwinNode(Node):
             return message is not None
 
     def wait(self) -> None:
-        """Wait for the next command of lockstep, not for long."""
+        """Wait for the next command of lockstep, for LONGEST_WAIT_S at most."""
         if self._commands is not None and self._sim_clock is not None:
             with self._lock:
                 behind = self._sim_clock.catch_up()
@@ -156,7 +159,7 @@ class TwinNode(Node):
         return response
 
     def _take(self, message: Float64) -> None:
-        if not self._pace.command(message.data, self._now_ns()):
+        if not self._pace.take_command(message.data, self._read_time_ns()):
             self.get_logger().warning(
                 f"{topics.PWM}: expected a finite number, found {message.data} "
                 f"({self._live.commands.refused} refused so far)",
@@ -167,21 +170,21 @@ class TwinNode(Node):
         """Go on with another twin file, or raise BadInputError with nothing changed."""
         twin = load_twin(settings.twin)
         with self._lock:
-            self._pace.settle(self._now_ns())  # the period that has begun is the former twin's
+            self._pace.settle(self._read_time_ns())  # the present period is the former twin's
             self._live.become(twin)
             self._outlet.show(twin.rig)
             self._settings = settings
         self.get_logger().info(f"twin {twin.name} of {settings.twin} goes on")
 
-    def _healthy(self) -> Health:
-        return self._health.of(self.figures())
+    def _report_health(self) -> Health:
+        return self._health.report(self.count_figures())
 
-    def _now_ns(self) -> int:
+    def _read_time_ns(self) -> int:
         return time.monotonic_ns() if self.lockstep else self.get_clock().now().nanoseconds
 
 
 def serve(node: TwinNode, stopped: Event) -> None:
-    """Serve the node until stopped is set; in lockstep the commands in this thread, all else in another."""
+    """Serve the node until stopped is set; in lockstep the commands have this thread."""
     if not node.lockstep:
         spin(node, stopped)
         return

@@ -1,4 +1,4 @@
-"""What a live twin says, as messages."""
+"""Publish what a live twin gives out."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from pendulum_twin.topics import JOINTS
 
 
 class TwinOutlet:
-    """Publish samples of the joints that a rig has, and keep the clock at them, where there is one.
+    """Publish samples of the joints of a rig, and move the simulated clock, if any, with them.
 
-    One message is filled anew each time: making a sample costs as much as publishing it.
+    The same message is filled anew each time: making a sample costs as much as publishing it.
     """
 
     def __init__(self, node: Node, rig: Rig, clock: SimClock | None) -> None:
@@ -31,12 +31,12 @@ class TwinOutlet:
         self.show(rig)
 
     def show(self, rig: Rig) -> None:
-        """Name the joints of this rig from now on."""
+        """Publish the joints of this rig from now on."""
         self._sample = JointState(name=list_joints(rig))
         self._positions = [JOINTS.index(name) for name in list_joints(rig)]
         self._velocities = [len(JOINTS) + k for k in self._positions]
 
-    def sample(self, state: Floats, stamp_ns: int) -> None:
+    def publish_sample(self, state: Floats, stamp_ns: int) -> None:
         """Publish a measured state."""
         message, values = self._sample, state.tolist()
         stamp = message.header.stamp
@@ -47,7 +47,7 @@ class TwinOutlet:
         if self._clock is not None:
             self._clock.move(stamp_ns)
 
-    def applied(self, pwm: float) -> None:
-        """Publish what is held."""
+    def publish_applied(self, pwm: float) -> None:
+        """Publish the PWM fraction that is held."""
         self._pwm.data = pwm
         self._applied.publish(self._pwm)

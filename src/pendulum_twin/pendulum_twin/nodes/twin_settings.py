@@ -1,4 +1,4 @@
-"""The settings of `twin_node`."""
+"""Name the settings of `twin_node`."""
 
 from __future__ import annotations
 
@@ -15,11 +15,12 @@ from pendulum_twin.nodes.settings import (
 
 @dataclass(frozen=True)
 class TwinSettings:
-    """Hold the parameters of `twin_node`, checked: a wrong type, NaN or out of range raises BadInputError."""
+    """Hold the parameters of `twin_node`; a wrong value raises BadInputError."""
 
     twin: str = make_text_field(
         "",
-        "path of the twin file; set while it runs, the twin goes on with it from its present state",
+        "path of the twin file; set while it runs, the twin goes on with it "
+        "from its present state",
         True,
     )
     rate_hz: float = make_number_field(100.0, 1.0, 1000.0, "samples a second")

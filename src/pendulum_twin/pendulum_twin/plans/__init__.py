@@ -1,1 +1,1 @@
-"""What to play on a rig: plans of commands, their files, and what keeps the cart on the rail meanwhile."""
+"""Plan what to play on a rig: commands over time, and plan files."""

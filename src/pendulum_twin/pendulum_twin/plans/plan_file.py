@@ -1,17 +1,18 @@
-"""Plans of one's own: what to play on a rig, phase by phase, as a YAML file. Anyone may write one; this is the format.
+"""Read and write plan files: what to play on a rig, phase by phase.
+
+The format:
 
     schema: pendulum_plan/1
     name: friction            # optional
     rate_hz: 100              # samples a second, 20 to 1000; optional, 100
-    limit: 0.3                # largest command (PWM fraction) of this plan; optional, the rig's
-    own limit
+    limit: 0.3                # largest command (PWM fraction); optional, the rig's own limit
     phases:                   # one after another, at most an hour in all
       - {kind: push}
       - {kind: chirp, seconds: 20, from_hz: 0.3, to_hz: 3, amplitude: 0.3}
       - {kind: samples, commands: [0.1, 0.1, -0.1, -0.1, 0]}
       - {kind: rest, seconds: 3, centred: true}
 
-Keys of the kinds; in brackets what holds when the key is left out:
+Keys of the kinds, with their defaults in brackets:
 
     push        seconds (1.5)
     rest        seconds, centred (false)
@@ -22,16 +23,18 @@ Keys of the kinds; in brackets what holds when the key is left out:
     samples     commands, centred (true)
     standard    seconds (60, at least 40), seed (0)
 
-- `amplitude` is the largest command. Below some frequency the rail is too short for it: there the phase is weaker, so
-  that the cart would keep within a third of the rail each way. Steps are made shorter instead. `samples` are sent as they
-  stand.
-- An amplitude or command beyond the limit is refused, not clipped: a clipped plan would be another experiment.
-- `centred`: a weak push towards the middle is added to each command (all together stay within the limit). Which way a
-  command moves the cart is seen from a push: a plan in which anything is centred begins with `push` or `standard`. A plan
-  without one is sent exactly as it stands, and is stopped when the cart comes too far out.
-- A plan had better end in `rest`, for at its end the command is 0 and a fast cart rolls on.
+- `amplitude` is the largest command. Below some frequency the rail is too short for it: there the
+  phase is weaker, so that the cart would keep within a third of the rail each way. Steps are made
+  shorter instead. `samples` are sent as they stand.
+- An amplitude or command beyond the limit is refused and not clipped: a clipped plan would be
+  another experiment.
+- `centred`: a weak push towards the middle is added to each command (the sum stays within the
+  limit). A push shows in which direction a command moves the cart: a plan in which anything is
+  centred begins with `push` or `standard`. A plan without a push is sent exactly as it stands, and
+  is stopped when the cart comes too far out.
+- A plan should end in `rest`, for at its end the command is 0 and a fast cart rolls on.
 
-An unknown key, a missing one or a wrong value is refused with the key's name, what was expected
+An unknown key, a missing key or a wrong value is refused with the key's name, what was expected
 and what was found.
 """
 
@@ -47,7 +50,7 @@ import yaml
 
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.files import write_atomically
-from pendulum_twin.plans.excitation import SLOWEST_HZ, Excitation, Part, compose_plan
+from pendulum_twin.plans.excitation import SLOWEST_HZ, Excitation, Stretch, compose_plan
 from pendulum_twin.plans.plan_keys import check_range
 from pendulum_twin.plans.plan_phases import BEGINNINGS, KINDS, LONGEST_S, MOST_SAMPLES, Phase
 from pendulum_twin.plans.waveforms import Envelope
@@ -62,7 +65,13 @@ NAMES = {kind: name for name, kind in KINDS.items()}
 
 @dataclass(frozen=True)
 class Plan:
-    """Hold a plan as its file has it. limit: PWM fraction, None for the rig's own. A wrong value raises BadInputError."""
+    """Hold a plan as its file has it; a wrong value raises BadInputError.
+
+    phases: in order.
+    name: of the plan.
+    rate_hz: samples a second.
+    limit: largest command, PWM fraction; None for the rig's own.
+    """
 
     phases: tuple[Phase, ...]
     name: str = "plan"
@@ -80,7 +89,7 @@ class Plan:
 
     @property
     def pushed(self) -> bool:
-        """Return whether it begins with the push from which the cart's way is seen."""
+        """Return whether it begins with the push that shows the direction of the cart."""
         return isinstance(self.phases[0], BEGINNINGS)
 
     def to_mapping(self) -> dict[str, Any]:
@@ -88,12 +97,8 @@ class Plan:
         head: dict[str, Any] = {"schema": SCHEMA, "name": self.name, "rate_hz": self.rate_hz}
         if self.limit is not None:
             head["limit"] = self.limit
-        return {
-            **head,
-            "phases": [
-                {"kind": NAMES[type(each)], **_plain(asdict(each))} for each in self.phases
-            ],
-        }
+        phases = [{"kind": NAMES[type(p)], **_list_tuples(asdict(p))} for p in self.phases]
+        return {**head, "phases": phases}
 
 
 def make_excitation(plan: Plan, room: Envelope) -> Excitation:
@@ -106,24 +111,26 @@ def make_excitation(plan: Plan, room: Envelope) -> Excitation:
     if limit > room.limit:
         raise BadInputError(f"limit: expected at most the rig's {room.limit:g}, found {limit:g}")
     room = replace(room, limit=limit)
-    parts: list[Part] = []
+    stretches: list[Stretch] = []
     for k, phase in enumerate(plan.phases):
         try:
-            parts += phase.parts(room, plan.rate_hz)
+            stretches += phase.make_stretches(room, plan.rate_hz)
         except BadInputError as error:
-            raise BadInputError(f"{_place(k, NAMES[type(phase)])}: {error}") from error
-    samples = sum(len(part.commands) for part in parts)
+            raise BadInputError(f"{_format_place(k, NAMES[type(phase)])}: {error}") from error
+    samples = sum(len(stretch.commands) for stretch in stretches)
     if samples > min(MOST_SAMPLES, LONGEST_S * plan.rate_hz):
         raise BadInputError(
             f"phases: expected at most {LONGEST_S:g} s and {MOST_SAMPLES} samples in all, found "
             f"{samples / plan.rate_hz:g} s and {samples}"
         )
-    if not plan.pushed and any(part.centred for part in parts):
+    if not plan.pushed and any(stretch.centred for stretch in stretches):
         raise BadInputError(
-            f"phases[0]: expected kind push or standard, found {NAMES[type(plan.phases[0])]}: what is centred needs to know "
-            f"which way a command moves the cart; put {{kind: push}} first, or give centred: false everywhere"
+            "phases[0]: expected kind push or standard, "
+            f"found {NAMES[type(plan.phases[0])]}: what is centred needs to know "
+            "which way a command moves the cart; "
+            "put {kind: push} first, or give centred: false everywhere"
         )
-    return compose_plan(parts, plan.rate_hz, room, plan.pushed)
+    return compose_plan(stretches, plan.rate_hz, room, plan.pushed)
 
 
 def parse_plan(mapping: object) -> Plan:
@@ -143,23 +150,20 @@ def parse_plan(mapping: object) -> Plan:
     name = mapping.get("name", "plan")
     if not isinstance(name, str):
         raise BadInputError(f"name: expected text, found {shown(name)}")
-    made = tuple(_phase(k, each) for k, each in enumerate(phases))
-    return Plan(made, name, mapping.get("rate_hz", 100.0), mapping.get("limit"))
+    parsed = tuple(_parse_phase(k, phase) for k, phase in enumerate(phases))
+    return Plan(parsed, name, mapping.get("rate_hz", 100.0), mapping.get("limit"))
 
 
 def read_plan(path: str | Path) -> Plan:
-    """Return the plan in a YAML file; raise BadInputError when it cannot be read or holds something wrong."""
+    """Return the plan in a YAML file; raise BadInputError, with its path, when it holds none."""
     try:
         mapping = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as error:
         raise BadInputError(
             f"{path}: expected a plan file, but it cannot be read: {error}"
         ) from error
-    except (
-        yaml.YAMLError,
-        ValueError,
-        RecursionError,
-    ) as error:  # PyYAML lets out what impossible dates and depths raise
+    # PyYAML raises other errors, too: for a date that does not exist, for a thousand brackets
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
         raise BadInputError(
             f"{path}: expected YAML, found {str(error).splitlines()[0]}"
         ) from error
@@ -170,7 +174,7 @@ def read_plan(path: str | Path) -> Plan:
 
 
 def load_plan(path: str | Path, room: Envelope = Envelope()) -> Excitation:  # noqa: B008 (frozen)
-    """Return what to play of a plan file on a rig; raise BadInputError with the file's name and the key's."""
+    """Return what to play of a plan file on a rig; raise BadInputError with path and key."""
     plan = read_plan(path)
     try:
         return make_excitation(plan, room)
@@ -186,7 +190,7 @@ def save_plan(plan: Plan, path: str | Path) -> None:
     )
 
 
-def _phase(k: int, mapping: object) -> Phase:
+def _parse_phase(k: int, mapping: object) -> Phase:
     """Return phase k of a plan file."""
     if not isinstance(mapping, Mapping):
         raise BadInputError(f"phases[{k}]: expected a mapping with kind, found {shown(mapping)}")
@@ -195,13 +199,13 @@ def _phase(k: int, mapping: object) -> Phase:
         raise BadInputError(
             f"phases[{k}]: kind: expected one of {', '.join(KINDS)}, found {shown(name)}"
         )
-    where, keys = _place(k, name), {each.name: each for each in fields(KINDS[name])}
+    where, keys = _format_place(k, name), {key.name: key for key in fields(KINDS[name])}
     values = {key: value for key, value in mapping.items() if key != "kind"}
     for key in values:
         if key not in keys:
             raise BadInputError(describe_unknown_key(where, str(key), ("kind", *keys)))
-    for key, each in keys.items():
-        if each.default is MISSING and key not in values:
+    for key, field in keys.items():
+        if field.default is MISSING and key not in values:
             raise BadInputError(f"{where}: expected {key}, found it missing")
     try:
         return KINDS[name](**values)
@@ -209,11 +213,11 @@ def _phase(k: int, mapping: object) -> Phase:
         raise BadInputError(f"{where}: {error}") from error
 
 
-def _place(k: int, kind: str) -> str:
+def _format_place(k: int, kind: str) -> str:
     return f"phases[{k}] ({kind})"
 
 
-def _plain(values: dict[str, Any]) -> dict[str, Any]:
+def _list_tuples(values: dict[str, Any]) -> dict[str, Any]:
     """Return values with lists for tuples, which YAML can hold."""
     return {
         key: list(value) if isinstance(value, tuple) else value for key, value in values.items()

@@ -1,8 +1,12 @@
-"""Commands as functions of time: each makes one stretch of an excitation, as strong as the rail lets it be.
+"""Make commands as functions of time, each as strong as the rail lets it be.
 
 Amplitudes are largest commands (PWM fraction). At low frequencies the rail is too short for them:
-there a wave is weaker, so that the cart stays within a third of the rail each way
-(`limit_amplitude`).
+there a wave is weaker, so that the cart stays within a third of the rail (`limit_amplitude`).
+
+Arguments that the functions share:
+room: what a plan must know of the rig.
+t: (n,) s, evenly spaced times from the wave's start, at least two.
+random: draws phases and sizes.
 """
 
 from __future__ import annotations
@@ -29,11 +33,12 @@ EDGE_S = 0.5  # in which many tones fade in and out
 
 @dataclass(frozen=True)
 class Envelope:
-    """Hold what a plan must know of the rig, roughly.
+    """Hold what a plan must know of the rig, roughly; table 1 of the thesis gives the defaults.
 
-    limit: largest command. acceleration_m_s2: of the cart per unit of command (p1/m). swing_hz: of
-    the hanging pole when it swings by itself. half_length_m: of the rail. Table 1 gives the
-    defaults.
+    limit: largest command, PWM fraction.
+    acceleration_m_s2: of the cart per unit of command (p1/m).
+    swing_hz: of the hanging pole by itself.
+    half_length_m: of the rail, from its middle to either end.
     """
 
     limit: float = 0.5
@@ -43,10 +48,11 @@ class Envelope:
 
 
 def make_envelope(rig: Rig) -> Envelope:
-    """Return what a plan must know of a rig; raise BadInputError for one without cart, drive or rail length."""
+    """Return the envelope of a rig; raise BadInputError without cart, drive or rail length."""
     if not rig.force_per_pwm_n or rig.rail_half_length_m is None:
         raise BadInputError(
-            "excitation: expected a rig with a cart, force_per_pwm_n above 0 and rail_half_length_m, found one missing"
+            "excitation: expected a rig with a cart, force_per_pwm_n above 0 and "
+            "rail_half_length_m, found one missing"
         )
     usual = Envelope()
     turning = rig.total_mass_kg * rig.gravity_m_s2 * (rig.com_distance_m or 0.0)
@@ -64,7 +70,7 @@ def make_envelope(rig: Rig) -> Envelope:
 
 
 def make_push(t: Floats) -> Floats:
-    """Rest; push the positive way, twice as long back, and once more: the cart ends at rest, about where it began."""
+    """Rest, push the positive way, twice as long back, and again: the cart ends where it began."""
     since = (t - LEAD_S) / PUSH_S
     return PUSH * np.select(
         [since < -1e-9, since < 1, since < 3, since < 4], [0.0, 1.0, -1.0, 1.0], 0.0
@@ -77,29 +83,29 @@ def make_rest(t: Floats) -> Floats:
 
 
 def limit_amplitude(room: Envelope, hz: Floats | float) -> Floats:
-    """Return the largest command of a frequency that keeps the cart within a third of the rail, and in the limit."""
+    """Return the largest command at hz that keeps the cart within a third of the rail."""
     acceleration = (2 * np.pi * np.asarray(hz)) ** 2 * room.half_length_m / 3
     return np.minimum(room.limit, acceleration / room.acceleration_m_s2)
 
 
 def make_sweep(room: Envelope, first_hz: float, last_hz: float) -> Wave:
-    """Return a sweep of rising (or falling) frequency, as strong as the rail lets it be, gentle to the pole."""
+    """Return a sweep of rising (or falling) frequency, weaker about the pole's own frequency."""
 
-    def commands(t: Floats) -> Floats:
-        hz, phase = _glide(t, first_hz, last_hz)
+    def compute(t: Floats) -> Floats:
+        hz, phase = _compute_glide(t, first_hz, last_hz)
         # strength breathes, so that limits and dead zones are passed at every frequency
         breath = 0.8 + 0.2 * np.cos(2 * np.pi * t / 1.7)
         return limit_amplitude(room, hz) * spare_resonance(room, hz) * breath * np.cos(phase)
 
-    return commands
+    return compute
 
 
 def spare_resonance(room: Envelope, hz: Floats) -> Floats:
-    """Return how much weaker a sweep is about the pole's own frequency.
+    """Return the factor by which a sweep is weaker about the pole's own frequency.
 
-    At full strength there the pole goes round within a second and stays near upright too often,
-    where a run magnifies
-    every small error of its start: measured, by up to 100 within a second, and by 20 with this.
+    At full strength the pole goes round within a second and stays near upright too often, where a
+    run magnifies every small error of its start: measured, by up to 100 within a second, and by 20
+    with this factor.
     """
     return 1 - 0.7 * np.exp(-((np.log(hz / room.swing_hz) / 0.35) ** 2))
 
@@ -107,14 +113,14 @@ def spare_resonance(room: Envelope, hz: Floats) -> Floats:
 def make_chirp(room: Envelope, first_hz: float, last_hz: float, amplitude: float) -> Wave:
     """Return a sweep of even amplitude, weaker only where the rail is too short for it."""
 
-    def commands(t: Floats) -> Floats:
-        hz, phase = _glide(t, first_hz, last_hz)
+    def compute(t: Floats) -> Floats:
+        hz, phase = _compute_glide(t, first_hz, last_hz)
         return np.minimum(amplitude, limit_amplitude(room, hz)) * np.cos(phase)
 
-    return commands
+    return compute
 
 
-def _glide(t: Floats, first_hz: float, last_hz: float) -> tuple[Floats, Floats]:
+def _compute_glide(t: Floats, first_hz: float, last_hz: float) -> tuple[Floats, Floats]:
     """Return frequency (Hz) and phase (rad) of a tone that glides evenly in octaves a second."""
     hz = first_hz * (last_hz / first_hz) ** (t / t[-1])
     return hz, 2 * np.pi * np.cumsum(hz) * (t[1] - t[0])
@@ -124,14 +130,14 @@ def make_tones(room: Envelope, random: np.random.Generator) -> Wave:
     """Return many tones at once, quiet: root mean squares of 5 to 20 % of the limit."""
     phases = random.uniform(0, 2 * np.pi, len(TONES_HZ))
 
-    def commands(t: Floats) -> Floats:
+    def compute(t: Floats) -> Floats:
         hz = np.array(TONES_HZ)
-        parts = np.minimum(0.25 * room.limit, 0.5 * limit_amplitude(room, hz))
-        total = np.sum(parts * np.cos(2 * np.pi * np.outer(t, hz) + phases), axis=1)
+        strengths = np.minimum(0.25 * room.limit, 0.5 * limit_amplitude(room, hz))
+        total = np.sum(strengths * np.cos(2 * np.pi * np.outer(t, hz) + phases), axis=1)
         loudness = 0.3 + 0.35 * (1 - np.cos(2 * np.pi * t / t[-1]))
         return 0.4 * loudness * total
 
-    return commands
+    return compute
 
 
 def make_multisine(
@@ -139,12 +145,12 @@ def make_multisine(
 ) -> Wave:
     """Return many tones with drawn phases, their sum as large as amplitude and the rail allow.
 
-    All are equally strong but for the low ones, each of which is as strong as the rail lets it be
+    All tones are equally strong, except that a low tone is as strong as the rail allows for it
     alone.
     """
     drawn = random.uniform(0, 2 * np.pi, len(tones_hz))
 
-    def commands(t: Floats) -> Floats:
+    def compute(t: Floats) -> Floats:
         turns = 2 * np.pi * np.array(tones_hz)
         waves = np.minimum(amplitude, limit_amplitude(room, np.array(tones_hz))) * np.cos(
             np.outer(t, turns) + drawn
@@ -157,12 +163,12 @@ def make_multisine(
         size = min(
             amplitude / np.max(np.abs(total)), room.half_length_m / 3 / np.max(np.abs(travel_m))
         )
-        return size * _edges(t) * total
+        return size * _compute_fade(t) * total
 
-    return commands
+    return compute
 
 
-def _edges(t: Floats) -> Floats:
+def _compute_fade(t: Floats) -> Floats:
     """Return a fade from 0 to 1 and back."""
     edge = min(EDGE_S, t[-1] / 4)
     return np.sin(np.pi / 2 * np.clip(np.minimum(t, t[-1] - t) / edge, 0, 1)) ** 2
@@ -174,14 +180,14 @@ def make_steps(
     amplitude: float | None = None,
     hold_s: float = LONGEST_HOLD_S,
 ) -> Wave:
-    """Return pairs of steps of equal size and opposite way, of all sizes up to amplitude, with short pauses.
+    """Return pairs of steps, equal and opposite, of all sizes up to amplitude, with short pauses.
 
-    amplitude: None for the limit. hold_s: of the longest step; the larger ones are shorter, as the
-    rail asks.
+    amplitude: None for the limit.
+    hold_s: s, of the longest step; larger steps are shorter, as the rail demands.
     """
     largest = room.limit if amplitude is None else amplitude
 
-    def commands(t: Floats) -> Floats:
+    def compute(t: Floats) -> Floats:
         out, at, way = np.zeros_like(t), 0, 1.0
         rate = 1 / (t[1] - t[0])
         while at < len(t):
@@ -196,35 +202,35 @@ def make_steps(
             way = -way if random.random() < 0.7 else way
         return out
 
-    return commands
+    return compute
 
 
 def make_swing(room: Envelope) -> Wave:
-    """Return bursts about the pole's own frequency, each stronger than the last: the pole swings high or goes round."""
+    """Return ever stronger bursts about the pole's own frequency: it swings high or goes round."""
 
-    def commands(t: Floats) -> Floats:
+    def compute(t: Floats) -> Floats:
         strength = np.array([0.3, 0.6, 1.0])[np.minimum((3 * t / (t[-1] + 1e-9)).astype(int), 2)]
         hz = room.swing_hz * (1 - 0.12 * strength)
         phase = 2 * np.pi * np.cumsum(hz) * (t[1] - t[0])
         return strength * limit_amplitude(room, room.swing_hz) * np.cos(phase)
 
-    return commands
+    return compute
 
 
 def make_kick(room: Envelope, amplitude: float) -> Wave:
-    """Return swings at the pole's own frequency, weaker where the rail asks: the pole swings, the cart ends at rest.
+    """Return swings at the pole's own frequency, weaker where the rail demands.
 
-    That is so after whole periods; `compute_kick_s` gives their length.
+    After whole periods, whose length `compute_kick_s` gives, the cart ends at rest.
     """
 
-    def commands(t: Floats) -> Floats:
+    def compute(t: Floats) -> Floats:
         return np.minimum(amplitude, limit_amplitude(room, room.swing_hz)) * np.cos(
             2 * np.pi * room.swing_hz * t
         )
 
-    return commands
+    return compute
 
 
 def compute_kick_s(room: Envelope, swings: int) -> float:
-    """Return how long so many swings of the pole take, s."""
+    """Return the time, s, of so many swings of the pole."""
     return swings / room.swing_hz

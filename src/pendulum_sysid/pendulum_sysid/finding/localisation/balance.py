@@ -175,8 +175,8 @@ def _balance(case: Case, theta: Floats, sharp: Floats, equation: int) -> Balance
 def _blocks(case: Case, at: Ints) -> Ints:
     """Return the number of each row's block; no block reaches over two stretches."""
     signals = case.signals
-    stretch = np.searchsorted(signals.starts, at, side="right") - 1
-    inside = ((at - np.array(signals.starts)[stretch]) * signals.period_s // BLOCK_S).astype(
+    stretch = np.searchsorted(signals.stretch_begins, at, side="right") - 1
+    inside = ((at - np.array(signals.stretch_begins)[stretch]) * signals.period_s // BLOCK_S).astype(
         np.int64
     )
     return np.unique(np.stack([stretch, inside]), axis=1, return_inverse=True)[1].reshape(-1)

@@ -39,7 +39,7 @@ def thinned(case: Case, most: int = MOST_SAMPLES) -> Case:
         pole=None if signals.pole is None else signals.pole[at],
         cart_valid=signals.cart_valid[at],
         pole_valid=signals.pole_valid[at],
-        starts=tuple(int(s) for s in starts),
+        stretch_begins=tuple(int(s) for s in starts),
         begin_s=tuple(clock_s.tolist()),
         after_s=tuple((times_s - clock_s).tolist()),
     )

@@ -1,0 +1,50 @@
+"""Sampling times are even, whoever asks for them, and how late."""
+
+import pytest
+
+from pendulum_twin.sample_clock import SampleClock
+
+MS = 1_000_000  # ns
+
+
+def test_a_jittering_timer_gives_even_times() -> None:
+    clock = SampleClock(0.01)
+    asked_ms = [0, 10.4, 19.8, 34.0, 34.1, 50.3]
+    given_ms = [t // MS for now in asked_ms for t in clock.take_due_times(round(now * MS))]
+    assert given_ms == [0, 10, 20, 30, 40, 50]
+
+
+def test_a_standstill_is_given_up_and_counted() -> None:
+    clock = SampleClock(0.01)
+    assert clock.take_due_times(0) == [0]
+    assert clock.take_due_times(2000 * MS) == [2000 * MS]
+    assert clock.lost == 199
+    assert clock.take_due_times(2010 * MS) == [2010 * MS]
+
+
+def test_a_clock_set_back_starts_anew() -> None:
+    clock = SampleClock(0.01)
+    clock.take_due_times(5000 * MS)
+    assert clock.take_due_times(1000 * MS) == [1000 * MS]
+    assert clock.take_due_times(1010 * MS) == [1010 * MS]
+
+
+def test_no_drift_over_an_hour() -> None:
+    clock = SampleClock(1 / 300)
+    times = [t for k in range(3000) for t in clock.take_due_times(round(k * 1e9 / 300))]
+    assert times[-1] == pytest.approx(2999 / 300 * 1e9, abs=1) and len(times) == 3000
+
+
+def test_a_time_is_due_from_half_a_period_before_it() -> None:
+    clock = SampleClock(0.01)
+    assert clock.take_due_times(0) == [0]
+    assert clock.take_due_times(4 * MS) == []
+    assert clock.take_due_times(6 * MS) == [10 * MS]
+    assert clock.take_due_times(10 * MS) == []
+
+
+def test_a_short_standstill_is_made_up_for() -> None:
+    clock = SampleClock(0.01)
+    clock.take_due_times(0)
+    assert clock.take_due_times(200 * MS) == [k * 10 * MS for k in range(1, 21)]
+    assert clock.lost == 0
