@@ -144,7 +144,10 @@ class WatchNode(Node):
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the node, see `running.run`."""
-    description = "An alarm on /diagnostics when the rig no longer moves as its twin says, naming the place that changed."
+    description = (
+        "An alarm on /diagnostics when the rig no longer moves as its twin says, naming the place "
+        "that changed."
+    )
     return run("watch_node", description, WatchSettings, WatchNode, arguments)
 
 
