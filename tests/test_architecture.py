@@ -19,7 +19,7 @@ CONFINED = (  # these packages may be imported in these modules, and nowhere els
     ({"rosbags"}, {"pendulum_sysid.reading.bag", "pendulum_bridge.recording.bag_writer"}),
     (
         {"torch", "stable_baselines3", "sb3_contrib", "optuna"},
-        {"pendulum_rl_env.learning", "pendulum_rl_env.train"},
+        {"pendulum_rl_env.learning", "pendulum_rl_env.train", "pendulum_rl_env.studies"},
     ),
     ({"mujoco"}, {"pendulum_bridge.emulator"}),
 )

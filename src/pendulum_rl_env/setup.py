@@ -1,15 +1,19 @@
+import runpy
+from pathlib import Path
+
 from setuptools import find_packages, setup
 
 NAME = "pendulum_rl_env"
 EXECUTABLES = {"train": "pendulum_rl_env.train:main", "evaluate": "pendulum_rl_env.evaluate:main"}
+VERSION = runpy.run_path(str(Path(__file__).parent / NAME / "version.py"))["__version__"]
 
 setup(
     name=NAME,
-    version="0.1.0",
+    version=VERSION,
     description="Gymnasium environments on the twin or the rig, and learning on them",
     license="Apache-2.0",
     packages=find_packages(exclude=["test", "test.*"]),
-    package_data={NAME: ["presets/*.yaml"]},
+    package_data={NAME: ["presets/*.yaml", "py.typed"]},
     python_requires=">=3.12",
     install_requires=["gymnasium", "matplotlib", "numba", "numpy", "pillow", "PyYAML", "scipy"],
     extras_require={
@@ -24,7 +28,8 @@ setup(
         ],
     },
     entry_points={
-        "console_scripts": [f"{name} = {function}" for name, function in EXECUTABLES.items()]
+        "console_scripts": [f"{name} = {function}" for name, function in EXECUTABLES.items()],
+        "gymnasium.envs": [f"__root__ = {NAME}.registration:register_environments"],
     },
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),

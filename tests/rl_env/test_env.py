@@ -1,4 +1,4 @@
-"""The environments under Gymnasium's and stable-baselines3's checks, and what is told in `info`."""
+"""The environments under the checks of Gymnasium and stable-baselines3, and their `info`."""
 
 import math
 import warnings
@@ -82,7 +82,7 @@ def test_a_picture_shows_the_pole_where_it_is() -> None:
     assert abs(pole[:, 1].mean() - hanging.shape[1] / 2) < 2
 
 
-class Told:
+class ScriptedTransport:
     """A transport that says what it is told to: what a rig with a loose plug would."""
 
     step_s = 0.03
@@ -107,7 +107,9 @@ class Told:
 
 def test_a_jump_is_dropped_and_counted_and_the_last_good_sample_stands() -> None:
     hanging, spike = [0.0, math.pi, 0.0, 0.0], [0.5, 0.0, 0.0, 0.0]
-    env = PendulumEnv(Told([hanging, hanging, spike, hanging, [math.nan] * 4, hanging]))
+    env = PendulumEnv(
+        ScriptedTransport([hanging, hanging, spike, hanging, [math.nan] * 4, hanging])
+    )
     env.reset()
     dropped, states = [], []
     for _ in range(5):

@@ -12,7 +12,7 @@ import pendulum_rl_env  # noqa: F401 (registers)
 from pendulum_rl_env.env import PendulumEnv
 from pendulum_rl_env.fleet import SPREAD_RANGE, Fleet
 from pendulum_rl_env.kernel_transport import KernelTransport
-from pendulum_rl_env.task import End, Task
+from pendulum_rl_env.task import End
 from pendulum_rl_env.vector_env import PendulumVectorEnv
 from pendulum_twin.encoders import Encoders
 from pendulum_twin.model import Twin
@@ -34,9 +34,9 @@ def test_a_fleet_is_many_single_environments(effect: str | None) -> None:
     for _ in range(700):
         command = random.uniform(-0.5, 0.5)
         course = fleet.step(np.full(3, command))
-        seen, earned, terminated, truncated, info = env.step(np.array([command]))
-        total += earned
-        assert np.array_equal(course.last[1], seen) and course.reward[1] == earned
+        seen, reward, terminated, truncated, info = env.step(np.array([command]))
+        total += reward
+        assert np.array_equal(course.last[1], seen) and course.reward[1] == reward
         assert (
             End(course.end[1]).name.lower() == info["end"]
             and bool(course.truncated[1]) == truncated
@@ -70,7 +70,7 @@ def test_at_the_rail_the_penalty_is_what_the_agent_gets() -> None:
 
 
 def test_the_same_seed_gives_the_same_episodes_and_another_others() -> None:
-    def played(seed: int) -> np.ndarray:
+    def play(seed: int) -> np.ndarray:
         fleet = Fleet(
             [INTECO, Twin("b", INTECO.rig, {"rail_tilt": {"angle_rad": 0.05}})],
             16,
@@ -82,7 +82,7 @@ def test_the_same_seed_gives_the_same_episodes_and_another_others() -> None:
             [fleet.step(random.uniform(-0.5, 0.5, 16)).seen.copy() for _ in range(200)]
         )
 
-    assert np.array_equal(played(4), played(4)) and not np.array_equal(played(4), played(5))
+    assert np.array_equal(play(4), play(4)) and not np.array_equal(play(4), play(5))
 
 
 def test_starts_spread_as_far_as_they_are_told_and_twins_take_turns() -> None:
@@ -100,9 +100,9 @@ def test_starts_spread_as_far_as_they_are_told_and_twins_take_turns() -> None:
 
 
 def test_pwm_is_held_within_the_limit_of_task_and_rig() -> None:
-    one, two = Fleet([INTECO], 1), Fleet([INTECO], 1)
+    first, second = Fleet([INTECO], 1), Fleet([INTECO], 1)
     for _ in range(20):
-        assert np.array_equal(one.step(np.array([7.0])).last, two.step(np.array([0.5])).last)
+        assert np.array_equal(first.step(np.array([7.0])).last, second.step(np.array([0.5])).last)
 
 
 def test_the_vector_environment_keeps_gymnasiums_contract() -> None:
@@ -114,14 +114,13 @@ def test_the_vector_environment_keeps_gymnasiums_contract() -> None:
     seen, _ = env.reset(seed=3)
     assert env.observation_space.contains(seen) and env.action_space.shape == (5, 1)
     for _ in range(300):
-        seen, earned, terminated, truncated, info = env.step(
+        seen, reward, terminated, truncated, info = env.step(
             np.full((5, 1), 0.5, dtype=np.float32)
         )
         assert env.observation_space.contains(
             seen
-        ) and earned.shape == terminated.shape == truncated.shape == (5,)
+        ) and reward.shape == terminated.shape == truncated.shape == (5,)
         if terminated.any():
             break
     assert terminated.all() and info["final_obs"][0, 0] > 0.7 and seen[0, 0] == 0
     assert info["final_info"]["episode"]["r"][0] < 0 and info["final_info"]["end"][0] == End.RAIL
-    assert Task().pwm_limit == 0.5

@@ -17,8 +17,8 @@ TWIN = Twin(
 FORCE = INTECO.rig.force_per_pwm_n
 
 
-def verdict(folder: Path, **more: object) -> Path:
-    told = {
+def write_verdict(folder: Path, **more: object) -> Path:
+    verdict_content = {
         "schema": "pendulum_verdict/1",
         "missing_physics": [
             {
@@ -35,16 +35,16 @@ def verdict(folder: Path, **more: object) -> Path:
         **more,
     }
     file = folder / "verdict.json"
-    file.write_text(json.dumps(told), encoding="utf-8")
+    file.write_text(json.dumps(verdict_content), encoding="utf-8")
     return file
 
 
 def test_draws_have_the_spread_of_the_intervals(tmp_path: Path) -> None:
-    known = gather_knowledge(TWIN, verdict(tmp_path), 400, 1)
-    assert known.twins[0] is TWIN and len(known.twins) == 401
-    forces = np.array([twin.rig.force_per_pwm_n for twin in known.twins[1:]])
+    knowledge = gather_knowledge(TWIN, write_verdict(tmp_path), 400, 1)
+    assert knowledge.twins[0] is TWIN and len(knowledge.twins) == 401
+    forces = np.array([twin.rig.force_per_pwm_n for twin in knowledge.twins[1:]])
     levels = np.array(
-        [twin.effects["cart_coulomb_friction"]["level_n"] for twin in known.twins[1:]]
+        [twin.effects["cart_coulomb_friction"]["level_n"] for twin in knowledge.twins[1:]]
     )
     assert forces.mean() == pytest.approx(FORCE, abs=0.05) and forces.std() == pytest.approx(
         0.2, rel=0.15
@@ -52,9 +52,11 @@ def test_draws_have_the_spread_of_the_intervals(tmp_path: Path) -> None:
     assert levels.mean() == pytest.approx(1.0, abs=0.02) and levels.std() == pytest.approx(
         0.102, rel=0.15
     )
-    assert all(twin.rig.pole_viscous_n_m_s == TWIN.rig.pole_viscous_n_m_s for twin in known.twins)
-    assert all("cart_sign_inverted" in twin.effects for twin in known.twins)
-    assert known.encoders.steps == (57e-6, 0.0015)
+    assert all(
+        twin.rig.pole_viscous_n_m_s == TWIN.rig.pole_viscous_n_m_s for twin in knowledge.twins
+    )
+    assert all("cart_sign_inverted" in twin.effects for twin in knowledge.twins)
+    assert knowledge.encoders.steps == (57e-6, 0.0015)
 
 
 def test_draws_repeat_with_the_seed_and_stay_within_what_can_be(tmp_path: Path) -> None:
@@ -62,15 +64,15 @@ def test_draws_repeat_with_the_seed_and_stay_within_what_can_be(tmp_path: Path) 
         "effect": "cart_coulomb_friction",
         "parameters": {"level_n": {"value": 1.0, "low": -9.0, "high": 11.0}},
     }
-    file = verdict(tmp_path, missing_physics=[wide])
-    one, two = (gather_knowledge(TWIN, file, 50, 3).twins for _ in range(2))
-    assert one == two
-    assert min(twin.effects["cart_coulomb_friction"]["level_n"] for twin in one) == 0.0
+    file = write_verdict(tmp_path, missing_physics=[wide])
+    first, second = (gather_knowledge(TWIN, file, 50, 3).twins for _ in range(2))
+    assert first == second
+    assert min(twin.effects["cart_coulomb_friction"]["level_n"] for twin in first) == 0.0
 
 
 def test_without_a_verdict_there_is_the_twin_alone() -> None:
-    known = gather_knowledge(TWIN, None, 64, 0)
-    assert known.twins == (TWIN,) and known.encoders.steps == (0.0, 0.0)
+    knowledge = gather_knowledge(TWIN, None, 64, 0)
+    assert knowledge.twins == (TWIN,) and knowledge.encoders.steps == (0.0, 0.0)
 
 
 @pytest.mark.parametrize("text", ["", "[]", '{"schema": "other/1"}', "{"])

@@ -2,9 +2,11 @@
 
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
+from support.ros_graph import until
 
 from pendulum_rl_env.process_transport import ProcessTransport
 from pendulum_rl_env.transport import NoAnswerError
@@ -21,18 +23,22 @@ while packet := sys.stdin.buffer.read(16):
         sys.stdout.buffer.write(part)
         sys.stdout.buffer.flush()
 """
-SILENT = (
-    "import sys; print('waits for Godot', file=sys.stderr, flush=True); sys.stdin.buffer.read()"
-)
-DEAD = "import sys; print('one'); print('no rig here\\n', file=sys.stderr); sys.exit(3)"
+SILENT = """
+import pathlib, sys
+print("waits for Godot", file=sys.stderr, flush=True)
+pathlib.Path(sys.argv[1]).touch()
+sys.stdin.buffer.read()
+"""
+DEAD = "import sys; print('no sample'); print('no rig here\\n', file=sys.stderr); sys.exit(3)"
 
 
-def program(source: str, deadline_s: float = 20.0) -> ProcessTransport:
-    return ProcessTransport([sys.executable, "-c", source], 0.03, deadline_s)
+def start(source: str, *arguments: object, deadline_s: float = 120.0) -> ProcessTransport:
+    command = [sys.executable, "-c", source, *map(str, arguments)]
+    return ProcessTransport(command, 0.03, deadline_s)
 
 
 def test_packets_are_put_in_the_order_of_a_state() -> None:
-    transport = program(ECHO)
+    transport = start(ECHO)
     first, second = transport.reset(), transport.exchange(0.25)
     assert (
         first.state.tolist() == [0.0, 3.0, 1.0, 0.0]
@@ -52,21 +58,23 @@ def test_packets_are_put_in_the_order_of_a_state() -> None:
         transport.exchange(0.0)
 
 
-def test_a_silent_program_is_given_up_at_the_deadline_and_for_good() -> None:
-    transport = program(SILENT, deadline_s=1.0)
-    begin = time.monotonic()
+def test_a_silent_program_is_given_up_at_the_deadline_and_for_good(tmp_path: Path) -> None:
+    started = tmp_path / "started"
+    transport = start(SILENT, started, deadline_s=1.0)
+    until(started.exists, "the program's start", lambda: time.sleep(0.01))
+    begin_s = time.monotonic()
     with pytest.raises(NoAnswerError, match="expected a sample within 1 s, found none"):
         transport.reset()
-    assert 1.0 <= time.monotonic() - begin < 5.0
+    assert time.monotonic() - begin_s >= 1.0
     with pytest.raises(NoAnswerError, match="ended with status -9 and said last: waits for Godot"):
         transport.reset()
     transport.close()
 
 
 def test_a_dead_programs_last_words_are_passed_on() -> None:
-    transport = program(DEAD)
+    transport = start(DEAD)
     with pytest.raises(NoAnswerError):
-        for _ in range(2):  # its first word is no sample, and then it is gone
+        for _ in range(2):  # its first line is no sample, and then it is gone
             transport.reset()
     with pytest.raises(NoAnswerError, match=r"ended with status 3 and said last: no rig here$"):
         transport.reset()
@@ -82,7 +90,7 @@ def test_a_program_that_does_not_exist() -> None:
 
 def test_a_real_rig_hangs_at_rest_and_is_pushed() -> None:
     transport = ProcessTransport(
-        [sys.executable, "-m", "pendulum_bridge.stepped_rig", "--seed", "3"], 0.03, 60.0
+        [sys.executable, "-m", "pendulum_bridge.stepped_rig", "--seed", "3"], 0.03, 120.0
     )
     assert transport.reset().state == pytest.approx(
         [0.0, np.pi, 0.0, 0.0], abs=0.2

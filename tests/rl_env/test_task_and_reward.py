@@ -31,18 +31,18 @@ def test_upright_at_rest_in_the_middle_earns_one_and_hanging_nothing() -> None:
 def test_it_is_equation_27_and_between_0_and_1(values: tuple[float, float, float, float]) -> None:
     x, th, v, w = values
     a = math.atan2(math.sin(th), math.cos(th))
-    told = (
+    expected = (
         (1 - abs(a / math.pi))
         * (15 - abs(w))
         / 15
         * (0.75 * (0.7 - abs(x)) / 0.7 + 0.25 * (3 - abs(v)) / 3)
     )
-    assert compute_reward(np.array(values), TASK) == pytest.approx(told, abs=1e-9)
+    assert compute_reward(np.array(values), TASK) == pytest.approx(expected, abs=1e-9)
     assert -1e-12 <= compute_reward(np.array(values), TASK) <= 1
 
 
 @pytest.mark.parametrize(
-    ("where", "end", "earned"),
+    ("where", "end", "reward"),
     [
         ({"x": 0.71}, End.RAIL, -50),
         ({"x": -0.71}, End.RAIL, -50),
@@ -55,10 +55,10 @@ def test_it_is_equation_27_and_between_0_and_1(values: tuple[float, float, float
     ],
 )
 def test_an_episode_ends_beyond_the_limits_and_its_penalty_is_given(
-    where: dict[str, float], end: End, earned: float
+    where: dict[str, float], end: End, reward: float
 ) -> None:
     assert find_end(state(**where), TASK) is end
-    assert compute_reward(state(**where), TASK) == pytest.approx(earned, abs=1e-12)
+    assert compute_reward(state(**where), TASK) == pytest.approx(reward, abs=1e-12)
 
 
 def test_the_observation_is_what_the_thesis_lists() -> None:

@@ -1,4 +1,4 @@
-"""What the environment over topics is tested on beside a twin: a rig that does what the test wants."""
+"""A rig over topics that does what the test wants."""
 
 import threading
 from collections.abc import Iterator
@@ -20,25 +20,38 @@ HANGING = np.array([0.0, np.pi, 0.0, 0.0])
 
 
 class MadeRig:
-    """A rig that samples at 100 Hz while it is alive; its cart's velocity shows the last command that it has heard."""
+    """A rig that samples at 100 Hz while it is alive.
+
+    Its cart's velocity shows the last command that it had heard when its sample was stamped.
+    commands: all that it has heard.
+    heard_ns: when it heard the last of them, on the clock of stamps.
+    """
 
     def __init__(self, context: Context) -> None:
         self.node = Node("made_rig", namespace="rig", context=context)
         self.samples = self.node.create_publisher(JointState, "joint_states", SAMPLES)
         self.node.create_subscription(
-            Float64, "pwm", lambda message: self.commands.append(message.data), LATEST
+            Float64, "pwm", lambda message: self.hear(message.data), LATEST
         )
         self.node.create_service(Trigger, "reset", self.on_reset)
         self.node.create_timer(0.01, self.sample)
         self.commands: list[float] = []
+        self.heard_ns = 0
         self.alive, self.refusal, self.joints = True, "", ["cart", "pole"]
+
+    def now_ns(self) -> int:
+        return self.node.get_clock().now().nanoseconds
+
+    def hear(self, command: float) -> None:
+        if self.commands[-1:] != [command]:
+            self.heard_ns = self.now_ns()
+        self.commands.append(command)
 
     def sample(self) -> None:
         if self.alive:
+            stamp_ns = self.now_ns()
             state = np.array([*HANGING[:2], self.commands[-1] if self.commands else 0.0, 0.0])
-            self.samples.publish(
-                to_joint_state(self.joints, state, self.node.get_clock().now().nanoseconds)
-            )
+            self.samples.publish(to_joint_state(self.joints, state, stamp_ns))
 
     def on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.success, response.message = (
@@ -47,7 +60,7 @@ class MadeRig:
         )
         return response
 
-    def hears(self, command: float) -> None:
+    def wait_to_hear(self, command: float) -> None:
         """Return when this is the last command heard; fail at the deadline."""
         wait = threading.Event().wait
         until(

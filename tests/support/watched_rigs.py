@@ -1,4 +1,4 @@
-"""Rigs that change while they are watched: a true rig, the twin that a diagnosis would have left, and a change."""
+"""Rigs that change while they are watched: the truth, the twin of a diagnosis, and a change."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -30,7 +30,7 @@ HANGING = (0.0, np.pi, 0.0, 0.0)
 Make = Callable[[Concealed, tuple[float, ...]], "object"]
 
 
-def rig_of(seed: int) -> Concealed:
+def make_rig(seed: int) -> Concealed:
     """Return a rig that is not quite the nominal one, with dry friction on its cart."""
     random = np.random.default_rng(seed)
     rig = replace(NOMINAL, cart_viscous_n_s_m=1.5, force_per_pwm_n=11.0)
@@ -40,8 +40,8 @@ def rig_of(seed: int) -> Concealed:
     return Concealed({"cart_coulomb_friction": {"level_n": float(random.uniform(0.3, 0.7))}}, rig)
 
 
-def twin_of(truth: Concealed, seed: int, off: float = 0.02) -> Twin:
-    """Return the rig's twin with every constant off by up to that part, as a diagnosis leaves it."""
+def make_twin(truth: Concealed, seed: int, off: float = 0.02) -> Twin:
+    """Return the rig's twin with every constant off by up to a share, as a diagnosis leaves it."""
     random = np.random.default_rng(seed + 1000)
     rig = replace(
         truth.rig,
@@ -56,14 +56,18 @@ def twin_of(truth: Concealed, seed: int, off: float = 0.02) -> Twin:
 
 @dataclass(frozen=True)
 class Change:
-    """Hold what changes about a rig, and at which place an alarm has to put it."""
+    """Hold what changes about a rig.
+
+    place: at which an alarm has to put it.
+    effects, constants: of the rig after the change.
+    """
 
     name: str
     place: str
     effects: Callable[[Concealed], dict[str, dict[str, float]]] = lambda truth: {}
     constants: Callable[[Rig], dict[str, float]] = lambda rig: {}
 
-    def of(self, truth: Concealed) -> Concealed:
+    def apply(self, truth: Concealed) -> Concealed:
         """Return the rig after the change."""
         return Concealed(
             {**truth.effects, **self.effects(truth)},
@@ -71,7 +75,7 @@ class Change:
         )
 
 
-def _doubled(truth: Concealed) -> dict[str, dict[str, float]]:
+def _double_friction(truth: Concealed) -> dict[str, dict[str, float]]:
     return {
         "cart_coulomb_friction": {"level_n": 2 * truth.effects["cart_coulomb_friction"]["level_n"]}
     }
@@ -79,19 +83,29 @@ def _doubled(truth: Concealed) -> dict[str, dict[str, float]]:
 
 CHANGES = (
     Change("encoder slips by 0.05 rad", "sensor", lambda t: {"angle_offset": {"angle_rad": 0.05}}),
-    Change("dry friction of the cart doubles", "cart", _doubled),
-    Change("drive loses 15 % of its force", "drive", constants=lambda r: {"force_per_pwm_n": 0.85 * r.force_per_pwm_n}),
+    Change("dry friction of the cart doubles", "cart", _double_friction),
+    Change(
+        "drive loses 15 % of its force",
+        "drive",
+        constants=lambda rig: {"force_per_pwm_n": 0.85 * rig.force_per_pwm_n},
+    ),
     Change("commands act 15 ms later", "command", lambda t: {"input_delay": {"delay_s": 0.015}}),
     Change(
-        "pole's friction triples", "pole", constants=lambda r: {"pole_viscous_n_m_s": 3 * r.pole_viscous_n_m_s}
+        "pole's friction triples",
+        "pole",
+        constants=lambda rig: {"pole_viscous_n_m_s": 3 * rig.pole_viscous_n_m_s},
     ),
     Change("rail tilts by 1 degree", "cart", lambda t: {"rail_tilt": {"angle_rad": 0.01745}}),
-)  # fmt: skip
+)
 
 
 @dataclass(frozen=True)
 class Wire:
-    """Say how samples reach the watch: stamps scatter by jitter_s (deviation), a share of samples is lost."""
+    """Say how samples reach the watch.
+
+    jitter_s: s; standard deviation of stamps.
+    lost: share of samples.
+    """
 
     jitter_s: float = 0.0
     lost: float = 0.0
@@ -122,10 +136,10 @@ class KernelRig:
         self._stepper.step(command)
 
 
-def driven(
+def drive(
     make: Make, truth: Concealed, seed: int, change: Change | None = None, at_s: float = 0.0
 ) -> Iterator[tuple]:
-    """Yield (number, positions, command) for ever: standard plans of a minute, each of another strength, end to end."""
+    """Yield (number, positions, command) for ever: standard plans of a minute, end to end."""
     random, rig, number = np.random.default_rng(seed + 2000), make(truth, HANGING), 0
     while True:
         plan, strength = (
@@ -135,7 +149,7 @@ def driven(
         plan = replace(plan, commands=strength * plan.commands)
         for k in range(MINUTE):
             if change is not None and number == round(at_s * RATE_HZ):
-                rig = make(change.of(truth), tuple(map(float, rig.truth)))
+                rig = make(change.apply(truth), tuple(map(float, rig.truth)))
             sample = rig.sample
             command = compute_command(plan, k, float(sample[0]), float(sample[2]), 1)
             yield number, sample[:2].copy(), command
@@ -145,7 +159,14 @@ def driven(
 
 @dataclass(frozen=True)
 class Watched:
-    """Hold how a watch did: its first alarm and when that came, s; when it had learned, s; how long it saw; its CPU time."""
+    """Hold how a watch did.
+
+    alarm: its first; None without an alarm.
+    raised_s: s; when that came.
+    learned_s: s; when it had learned.
+    seconds: s; how long it saw.
+    cpu_s: s; its CPU time.
+    """
 
     watch: Watch
     alarm: Alarm | None
@@ -155,7 +176,7 @@ class Watched:
     cpu_s: float
 
 
-def watched(
+def watch_run(
     watch: Watch,
     run: Iterator[tuple],
     seconds: float,
@@ -163,7 +184,7 @@ def watched(
     seed: int = 0,
     then_s: float = 0.0,
 ) -> Watched:
-    """Feed a watch from a run until its first alarm, and so long beyond it, for so many seconds at most."""
+    """Feed a watch from a run until then_s after its first alarm, for some seconds at most."""
     random, learned_s, cpu_s, first, raised_s = np.random.default_rng(seed), None, 0.0, None, None
     for number, positions, command in run:
         now_s = number / RATE_HZ

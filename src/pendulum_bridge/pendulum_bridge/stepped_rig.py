@@ -69,7 +69,7 @@ def _make_sample(measured: Floats) -> Sample:
 
 
 def claim_stdout() -> BinaryIO:
-    """Return stdout, unbuffered, for packets alone; all other output goes to stderr from now on."""
+    """Return stdout, unbuffered, for packets alone; other output goes to stderr from now on."""
     stdout = os.fdopen(os.dup(sys.stdout.fileno()), "wb", buffering=0)
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     return stdout

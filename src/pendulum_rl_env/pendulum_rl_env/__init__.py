@@ -7,8 +7,8 @@ Gymnasium before 1 finds the ids by the entry point `gymnasium.envs`.
 from __future__ import annotations
 
 from pendulum_rl_env.registration import register_environments
+from pendulum_rl_env.version import __version__
 
-__version__ = "0.1.0"
 __all__ = ["__version__", "register_environments"]
 
 register_environments()

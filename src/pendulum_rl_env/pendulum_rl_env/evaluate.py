@@ -1,4 +1,7 @@
-"""Evaluate a policy: episodes from hanging at rest, in the twin or on a rig over topics, without exploration."""
+"""Evaluate a policy without exploration: episodes from hanging at rest, in the twin or on a rig.
+
+A rig is reached over topics, in real time.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,7 @@ from typing import Any
 import gymnasium as gym
 
 from pendulum_rl_env.in_process import load_learnable_twin
-from pendulum_rl_env.learning.algorithms import load_policy, make_policy
+from pendulum_rl_env.learning.policies import load_policy, make_policy
 from pendulum_rl_env.learning.preset import IN_PROCESS, OVER_TOPICS
 from pendulum_rl_env.posterior import gather_knowledge
 from pendulum_rl_env.scoring import run_episode, summarise
@@ -22,7 +25,7 @@ from pendulum_twin.errors import BadInputError
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run `evaluate`; return 0 when it is done, 1 when it could not (the reason on stderr)."""
+    """Run `evaluate`; return 0 when it is done, 1 when it could not be (the reason on stderr)."""
     options = _parse_options(arguments)
     return run_command("evaluate", lambda: print(_evaluate(options)), "the drive is at PWM 0")
 
@@ -44,43 +47,35 @@ def _evaluate(options: argparse.Namespace) -> str:
         env.close()
     if options.video is not None:
         save_video(episodes[0], env.unwrapped.task, options.video)  # type: ignore[attr-defined]
-    told = summarise(episodes)
-    return json.dumps(told, indent=2) if options.json else format_summary(told)
+    summary = summarise(episodes)
+    return json.dumps(summary, indent=2) if options.json else format_summary(summary)
 
 
-def format_summary(told: dict[str, Any]) -> str:
+def format_summary(summary: dict[str, Any]) -> str:
     """Return a summary as lines for a person."""
-    mean, least = told["mean_reward"], told["min_reward"]
+    mean, minimum = summary["mean_reward"], summary["min_reward"]
     lines = [
-        f"{told['episodes']} episodes: mean reward {mean:.1f}, minimum {least:.1f}: {told['words']}"
+        f"{summary['episodes']} episodes: mean reward {mean:.1f}, minimum {minimum:.1f}: "
+        f"{summary['words']}"
     ]
-    for each in told["slices"]:
-        low = "below" if each["from"] is None else f"{each['from']:g} to"
-        high = "more" if each["to"] is None else f"{each['to']:g}"
-        lines.append(f"  {low:>7} {high:<5} {each['episodes']:>4}  {each['means']}")
+    for row in summary["slices"]:
+        low = "below" if row["from"] is None else f"{row['from']:g} to"
+        high = "more" if row["to"] is None else f"{row['to']:g}"
+        lines.append(f"  {low:>7} {high:<5} {row['episodes']:>4}  {row['means']}")
     return "\n".join(lines)
 
 
 def _make_environment(options: argparse.Namespace) -> gym.Env[Any, Any]:
-    render = "rgb_array" if options.video is not None else None
-    steps = Task.make_for_step(options.step_s).steps
+    common: dict[str, Any] = {
+        "step_s": options.step_s,
+        "render_mode": "rgb_array" if options.video is not None else None,
+        "max_episode_steps": Task.make_for_step(options.step_s).steps,
+    }
     if options.rig is not None:
-        return gym.make(
-            OVER_TOPICS,
-            namespace=options.rig,
-            step_s=options.step_s,
-            render_mode=render,
-            max_episode_steps=steps,
-        )
-    known = gather_knowledge(load_learnable_twin(options.twin), options.verdict, 0, options.seed)
-    return gym.make(
-        IN_PROCESS,
-        twin=known.twins[0],
-        encoders=known.encoders,
-        step_s=options.step_s,
-        render_mode=render,
-        max_episode_steps=steps,
-    )
+        return gym.make(OVER_TOPICS, namespace=options.rig, **common)
+    twin = load_learnable_twin(options.twin)
+    knowledge = gather_knowledge(twin, options.verdict, 0, options.seed)
+    return gym.make(IN_PROCESS, twin=knowledge.twins[0], encoders=knowledge.encoders, **common)
 
 
 def _parse_options(arguments: list[str] | None) -> argparse.Namespace:
@@ -88,24 +83,19 @@ def _parse_options(arguments: list[str] | None) -> argparse.Namespace:
         prog="evaluate", description=" ".join((__doc__ or "").split())
     )
     add = parser.add_argument
-    add(
-        "--policy", type=Path, required=True, metavar="POLICY.zip", help="what `train` has written"
-    )
+    count = make_whole_reader(1)
+    file = "what `train` has written"
+    add("--policy", type=Path, required=True, metavar="POLICY.zip", help=file)
     where = parser.add_mutually_exclusive_group(required=True)
     where.add_argument("--twin", type=Path, help="twin file")
-    where.add_argument(
-        "--rig", metavar="NAMESPACE", help="the rig of this namespace, over topics, in real time"
-    )
+    rig = "the rig of this namespace, over topics, in real time"
+    where.add_argument("--rig", metavar="NAMESPACE", help=rig)
     add("--verdict", type=Path, help="verdict.json: measure as finely as that recording's rig did")
-    add("--episodes", type=make_whole_reader(1), default=20, metavar="N", help="how many (20)")
+    add("--episodes", type=count, default=20, metavar="N", help="how many (20)")
     add("--seed", type=int, default=0, help="of the first episode (0); a twin alone draws nothing")
     add("--step-s", type=float, default=0.03, metavar="S", help="from command to command (0.03)")
-    add(
-        "--video",
-        type=Path,
-        metavar="FILE.gif",
-        help="also write the first episode as an animation",
-    )
+    video = "also write the first episode as an animation"
+    add("--video", type=Path, metavar="FILE.gif", help=video)
     add("--json", action="store_true", help="print one JSON object")
     return parser.parse_args(arguments)
 

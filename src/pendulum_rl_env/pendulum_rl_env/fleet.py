@@ -1,7 +1,7 @@
-"""Many pendulums at once: one compiled call steps them all, with observation, reward and resets inside.
+"""Many pendulums at once: one compiled call steps, observes, rewards and resets them all.
 
-Each pendulum is one of the given twins, drawn anew at every start: that is how a policy meets all
-rigs that a recording leaves possible. `NoiseFilter` is not in here: twins do not jump.
+Every episode draws one of the given twins, so a policy meets all rigs that a recording leaves
+possible. There is no `NoiseFilter` here: twins do not jump.
 """
 
 from __future__ import annotations
@@ -13,43 +13,50 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pendulum_rl_env.arithmetic import compiled
-from pendulum_rl_env.kernel_transport import count_samples, lasting
+from pendulum_rl_env.kernel_transport import count_samples
 from pendulum_rl_env.reward import compute_reward_and_end
 from pendulum_rl_env.task import Task
 from pendulum_twin import lanes as live
+from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.encoders import EXACT, Encoders
 from pendulum_twin.model import Twin
 
-SPREAD_RANGE = (
-    0.3,
-    np.pi,
-    0.5,
-    6.0,
-)  # how far from hanging at rest in the middle a start may lie: m, rad, m/s, rad/s
+# How far from hanging at rest in the middle a spread start may lie: m, rad, m/s, rad/s.
+SPREAD_RANGE = (0.3, np.pi, 0.5, 6.0)
 
 
 class Course(NamedTuple):
-    """Hold the running episodes, a row a pendulum; what has just ended stands in last, length and total.
+    """Hold the running episodes, a row a pendulum.
 
-    seen: observations now, (n, 5). last: observation at the end of the step, before a reset.
-    reward, end (`End`),
-    truncated: of this step. length, total: steps and summed reward of the episode up to and with
-    this step. age, sum: of the episode that goes on.
+    seen: (n, 5) observations now, after a reset where an episode is over.
+    last: (n, 5) observations at the end of the step, before a reset.
+    reward: (n,) of this step.
+    end: (n,) number of the `End` of this step.
+    truncated: (n,) whether the episode reached its last step.
+    length: (n,) steps of the episode up to and with this step.
+    total: (n,) summed reward of the episode up to and with this step.
+    age: (n,) steps of the episode that goes on.
+    sum: (n,) summed reward of the episode that goes on.
     """
 
     seen: NDArray[np.float32]
     last: NDArray[np.float32]
-    reward: NDArray[np.float64]
-    end: NDArray[np.int64]
-    truncated: NDArray[np.bool_]
-    length: NDArray[np.int64]
-    total: NDArray[np.float64]
-    age: NDArray[np.int64]
-    sum: NDArray[np.float64]
+    reward: Floats
+    end: Ints
+    truncated: Mask
+    length: Ints
+    total: Floats
+    age: Ints
+    sum: Floats
 
 
 class Rules(NamedTuple):
-    """Hold the task for compiled code; bounds of observations; spread: the share of starts that do not hang at rest."""
+    """Hold the task for compiled code.
+
+    limits, penalties, steps, bounds: see `Task`.
+    pwm_limit: PWM fraction; the smallest limit of task and rigs.
+    spread: share of starts that do not hang at rest.
+    """
 
     limits: tuple[float, float, float]
     penalties: tuple[float, float]
@@ -61,7 +68,7 @@ class Rules(NamedTuple):
 
 @compiled
 def _observe(state, bounds, out):
-    """Write the observation of a state x, th, v, w; see `task.observation`."""
+    """Write the observation of a state x, th, v, w; see `task.make_observation`."""
     x, th, v, w = state
     for k, value in enumerate((x, v, np.sin(th), np.cos(th), w)):
         out[k] = min(max(np.float32(value), -bounds[k]), bounds[k])
@@ -69,7 +76,7 @@ def _observe(state, bounds, out):
 
 @compiled
 def _start(kinds, lanes, timing, course, rules, random, i):
-    """Begin an episode of pendulum i."""
+    """Begin an episode of pendulum i: draw its twin and its start."""
     kind = int(random.random() * len(kinds.theta))
     away = np.zeros(4)
     if random.random() < rules.spread:
@@ -90,16 +97,16 @@ def start_all(kinds, lanes, timing, course, rules, random):
 
 @compiled
 def step_all(code, kinds, lanes, timing, course, rules, random, commands):
-    """Hold a command a pendulum for a period; reward, end, and begin anew where an episode is over."""
+    """Hold the commands for a period, reward every pendulum, and restart the ended episodes."""
     for i in range(len(commands)):
         commands[i] = min(max(commands[i], -rules.pwm_limit), rules.pwm_limit)
     live.advance_lanes(code, kinds, lanes, timing, commands)
     for i in range(len(commands)):
         x, th, v, w = lanes.shown[i]
-        gain, end = compute_reward_and_end(x, th, v, w, rules.limits, rules.penalties)
+        reward, end = compute_reward_and_end(x, th, v, w, rules.limits, rules.penalties)
         course.age[i] += 1
-        course.sum[i] += gain
-        course.reward[i], course.end[i] = gain, end
+        course.sum[i] += reward
+        course.reward[i], course.end[i] = reward, end
         course.length[i], course.total[i] = course.age[i], course.sum[i]
         course.truncated[i] = (end == 0) & (course.age[i] >= rules.steps)
         _observe(lanes.shown[i], rules.bounds, course.seen[i])
@@ -109,11 +116,15 @@ def step_all(code, kinds, lanes, timing, course, rules, random, commands):
 
 
 class Fleet:
-    """Step count pendulums together.
+    """Step several pendulums together; recording effects of the twins are left out.
 
-    twins: what they may be; task: their task; encoders: how finely all are measured; spread: the
-    share of episodes that begin anywhere within `SPREAD_RANGE` instead of hanging at rest; seed: of what
-    is drawn. course: how they stand, see `Course`; its arrays are written over by the next step.
+    twins: what each pendulum may be.
+    count: of pendulums.
+    task: their task.
+    encoders: how finely positions are measured.
+    spread: share of episodes that begin anywhere within `SPREAD_RANGE` of hanging at rest.
+    seed: of twins and starts.
+    course: the running episodes, see `Course`; the next step overwrites its arrays.
     """
 
     def __init__(
@@ -127,7 +138,8 @@ class Fleet:
     ) -> None:
         self.task, self.count = task or Task(), count
         self._timing = live.make_timing(self.task.step_s, count_samples(self.task.step_s))
-        self._kinds = live.make_kinds([lasting(twin) for twin in twins], self._timing, encoders)
+        kept = [twin.drop_recording_effects() for twin in twins]
+        self._kinds = live.make_kinds(kept, self._timing, encoders)
         self._lanes = live.make_lanes(self._kinds, self._timing, count)
         self._code = live.select_lane_code(self._kinds, count)
         limit = min(self.task.pwm_limit, *(twin.rig.pwm_limit or 1.0 for twin in twins))
@@ -138,15 +150,17 @@ class Fleet:
         self.reset(seed)
 
     def reset(self, seed: int | None = None) -> NDArray[np.float32]:
-        """Begin every episode anew, with another seed if one is given; return the observations, (count, 5)."""
+        """Begin every episode anew and return the observations (count, 5).
+
+        seed: of twins and starts from now on; None goes on drawing.
+        """
         if seed is not None:
             self._random = np.random.default_rng(seed)
         start_all(self._kinds, self._lanes, self._timing, self.course, self._rules, self._random)
         return self.course.seen
 
-    def step(self, commands: NDArray[np.float64]) -> Course:
-        """Hold commands (PWM fractions, (count,)) for a period and return how it stands then."""
-        held = np.array(commands, dtype=np.float64).reshape(self.count)
+    def step(self, commands: Floats) -> Course:
+        """Hold commands (PWM fractions, (count,)) for a period and return the episodes."""
         step_all(
             self._code,
             self._kinds,
@@ -155,7 +169,7 @@ class Fleet:
             self.course,
             self._rules,
             self._random,
-            held,
+            np.array(commands, dtype=np.float64).reshape(self.count),
         )
         return self.course
 

@@ -10,7 +10,7 @@ from pendulum_rl_env.task import Task
 from pendulum_rl_env.transport import Sample
 
 REACH_FACTOR = 2.0  # jump that counts as noise, in units of what the task's speed limits allow
-VELOCITY_SHARE = 0.25  # of a speed limit: how far a velocity may change in a step, before the factor
+VELOCITY_SHARE = 0.25  # of a speed limit: change of a velocity in a step, before the factor
 MOST_DROPPED_IN_A_ROW = 3  # then the next sample is accepted: the rig really is there
 
 

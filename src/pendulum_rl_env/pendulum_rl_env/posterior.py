@@ -1,8 +1,9 @@
-"""What a diagnosis leaves possible: twins drawn from its intervals, and how finely the rig measures.
+"""The rigs that a diagnosis leaves possible: twins drawn from the intervals of its verdict.
 
-Randomisation needs no invented ranges: a verdict says how well each number is known. Numbers are
-drawn independently, normal, with the interval as +-1.96 deviations; the verdict tells no
-correlations, so the draws are wider than what the recording allows, never narrower.
+Randomisation needs no invented ranges: a verdict says how well each number is known. Every number
+is drawn independently from a normal distribution whose +-1.96 standard deviations are the
+interval. A verdict holds no correlations, so the draws are wider than the recording allows, never
+narrower.
 """
 
 from __future__ import annotations
@@ -19,66 +20,78 @@ from pendulum_twin.encoders import EXACT, Encoders
 from pendulum_twin.files import read_json_object
 from pendulum_twin.model import Twin
 
-INTERVAL_DEVIATIONS = 1.96  # of a 95 % interval
-WIDEST_SHARE = (
-    0.2  # times a rig's constant: one that the recording does not fix is not spread further
-)
+INTERVAL_DEVIATIONS = 1.96  # half a 95 % interval, in standard deviations
+WIDEST_SHARE = 0.2  # of a rig's constant: the widest draw, for what the recording does not fix
+LEAST_SHARE = 0.1  # of a positive constant: no draw is smaller
 SCHEMA = "pendulum_verdict/1"
 
 
 @dataclass(frozen=True)
 class Knowledge:
-    """Hold the twins to learn on, the best estimate first, and the encoders."""
+    """Hold what is known of a rig.
+
+    twins: the best estimate first, then the draws.
+    encoders: how finely the rig measures.
+    """
 
     twins: tuple[Twin, ...]
     encoders: Encoders
 
 
 def gather_knowledge(twin: Twin, verdict: Path | None, draws: int, seed: int) -> Knowledge:
-    """Return the twin alone, or with a verdict (JSON) so many drawn from its intervals beside it; raise BadInputError."""
+    """Return the twins and encoders that a diagnosis leaves possible.
+
+    twin: the best estimate.
+    verdict: JSON file of the diagnosis; None for the twin alone with exact encoders.
+    draws: how many twins to draw.
+    seed: of the draws.
+
+    Raises BadInputError when the file is no verdict.
+    """
     if verdict is None:
         return Knowledge((twin,), EXACT)
-    told = read_json_object(verdict, SCHEMA, "a verdict")
+    content = read_json_object(verdict, SCHEMA, "a verdict")
     random = np.random.default_rng(seed)
-    return Knowledge(
-        (twin, *(_draw_twin(twin, told, random) for _ in range(draws))), _read_encoders(told)
-    )
+    drawn = (_draw_twin(twin, content, random) for _ in range(draws))
+    return Knowledge((twin, *drawn), _read_encoders(content))
 
 
-def _draw_twin(twin: Twin, told: Mapping[str, Any], random: np.random.Generator) -> Twin:
+def _draw_twin(twin: Twin, verdict: Mapping[str, Any], random: np.random.Generator) -> Twin:
     """Return a twin with every number drawn from its interval."""
     rig = twin.rig
-    for name, known in told.get("rig_parameters", {}).items():
+    for name, estimate in verdict.get("rig_parameters", {}).items():
         value = getattr(rig, name, None)
         if value:
-            deviation = min(_compute_deviation(known), WIDEST_SHARE * abs(value))
+            deviation = min(_compute_deviation(estimate), WIDEST_SHARE * abs(value))
             drawn = value + deviation * random.standard_normal()
-            rig = replace(rig, **{name: max(drawn, 0.1 * value) if value > 0 else drawn})
+            rig = replace(rig, **{name: max(drawn, LEAST_SHARE * value) if value > 0 else drawn})
     effects = {name: dict(values) for name, values in twin.effects.items()}
-    for name, parameter, known in _list_parameters(told):
+    for name, parameter, estimate in _list_parameters(verdict):
         if parameter in effects.get(name, {}):
             bounds = next(p for p in BY_NAME[name].parameters if p.name == parameter)
-            drawn = effects[name][parameter] + _compute_deviation(known) * random.standard_normal()
+            drawn = effects[name][parameter]
+            drawn += _compute_deviation(estimate) * random.standard_normal()
             effects[name][parameter] = float(np.clip(drawn, bounds.low, bounds.high))
     return Twin(twin.name, rig, effects)
 
 
-def _list_parameters(told: Mapping[str, Any]) -> Iterator[tuple[str, str, Mapping[str, Any]]]:
-    for missing in told.get("missing_physics", []):
-        for parameter, known in missing.get("parameters", {}).items():
-            yield missing["effect"], parameter, known
+def _list_parameters(verdict: Mapping[str, Any]) -> Iterator[tuple[str, str, Mapping[str, Any]]]:
+    """Yield effect, parameter and estimate of everything that the verdict names."""
+    for missing in verdict.get("missing_physics", []):
+        for parameter, estimate in missing.get("parameters", {}).items():
+            yield missing["effect"], parameter, estimate
 
 
-def _compute_deviation(known: Mapping[str, Any]) -> float:
-    """Return the standard deviation behind an interval; 0 when there is none."""
-    low, high = known.get("low"), known.get("high")
+def _compute_deviation(estimate: Mapping[str, Any]) -> float:
+    """Return the standard deviation behind an interval; 0 without an interval."""
+    low, high = estimate.get("low"), estimate.get("high")
     if low is None or high is None or not np.isfinite([low, high]).all():
         return 0.0
     return max(float(high) - float(low), 0.0) / (2 * INTERVAL_DEVIATIONS)
 
 
-def _read_encoders(told: Mapping[str, Any]) -> Encoders:
-    recording = told.get("recording", {})
+def _read_encoders(verdict: Mapping[str, Any]) -> Encoders:
+    recording = verdict.get("recording", {})
     return Encoders(
         float(recording.get("position_step_m") or 0.0),
         float(recording.get("angle_step_rad") or 0.0),

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import gymnasium as gym
 
-SOLVED_MEAN_REWARD = 400  # thesis, section 5.5: training may end above it
+from pendulum_rl_env.learning.result import SOLVED_MEAN_REWARD
+
 TORQUE_SOLVED_MEAN_REWARD = 390  # thesis, section 4.2
 
 

@@ -1,44 +1,54 @@
-"""How a policy does: episodes run, counted and put into words."""
+"""Run episodes of a policy, and count and describe their rewards."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
-from numpy.typing import NDArray
 
-# Slices of an episode's reward, as in the thesis's table 6, and what one sees; the thesis's own
-# wording is not at hand. Hanging at rest for 512 steps earns next to nothing; half the way up all
-# the time, half; the best policies in the twin 480.
+from pendulum_twin.arrays import Floats
+
+# Slices of an episode's reward and what the pendulum then does: the thesis's table 6, described in
+# words of our own. 512 would be upright in the middle from the first step on.
 SLICES = (
-    (-np.inf, 0.0, "ends early: the cart hits the end of its rail, or something moves too fast"),
-    (0.0, 100.0, "hangs or swings a little, the cart on the rail"),
-    (100.0, 200.0, "swings high, or turns over, and never stands"),
-    (200.0, 300.0, "comes up, and falls again or stands for a short while"),
-    (300.0, 400.0, "stands at the end, but comes up late, moves much, or stands off the middle"),
-    (400.0, np.inf, "swings up at once and stands in the middle"),
+    (-np.inf, 50.0, "wanders along the rail and mostly leaves it"),
+    (50.0, 100.0, "keeps to the rail, moves without order, and the pole turns over"),
+    (100.0, 190.0, "stays near the middle; the pole turns more slowly and does not stay up"),
+    (190.0, 300.0, "holds the pole up for short times, wherever the cart is"),
+    (300.0, 400.0, "keeps the pole up while the cart drifts, at times to near the ends"),
+    (400.0, np.inf, "keeps the pole up near the middle without sudden moves"),
 )
+UPRIGHT_RAD = 0.2  # from upright: within it a step counts as upright
 
 
 @dataclass(frozen=True)
 class Episode:
-    """Hold one episode: summed reward, steps, why it ended ("none": it lasted), and all states (steps + 1, 4)."""
+    """Hold one episode.
+
+    reward: summed over the episode.
+    steps: how many.
+    end: "rail", "cart_speed", "pole_speed", or "none" when the episode lasted.
+    states: (steps + 1, 4) measured x, th, v, w.
+    commands: (steps,) PWM fractions as applied.
+    timing: figures of each step's `info`.
+    """
 
     reward: float
     steps: int
     end: str
-    states: NDArray[np.float64]
-    commands: NDArray[np.float64]
+    states: Floats
+    commands: Floats
     timing: tuple[dict[str, float], ...] = ()
 
     @property
     def upright_share(self) -> float:
         """Return the share of steps in which the pole is within 0.2 rad of upright."""
-        leaning = np.abs(np.remainder(self.states[1:, 1] + np.pi, 2 * np.pi) - np.pi)
-        return float(np.mean(leaning < 0.2))
+        lean = np.abs(np.remainder(self.states[1:, 1] + np.pi, 2 * np.pi) - np.pi)
+        return float(np.mean(lean < UPRIGHT_RAD))
 
 
 def describe_reward(reward: float) -> str:
@@ -49,16 +59,20 @@ def describe_reward(reward: float) -> str:
 def run_episode(
     env: gym.Env[Any, Any], policy: Callable[[Any], Any], seed: int | None = None
 ) -> Episode:
-    """Run one episode of a `PendulumEnv` (wrapped or not) with a policy: observation in, action out."""
-    policy(
-        np.zeros(env.observation_space.shape or (), dtype=np.float32)
-    )  # whatever a first call costs is paid before the pendulum moves
-    seen, info = env.reset(seed=seed)
+    """Run one episode.
+
+    env: a `PendulumEnv`, wrapped or not.
+    policy: observation in, action out.
+    seed: of the reset.
+    """
+    # A first call can be slow; it is made before the pendulum moves.
+    policy(np.zeros(env.observation_space.shape or (), dtype=np.float32))
+    observation, info = env.reset(seed=seed)
     states, commands, timing, total = [info["state"]], [], [], 0.0
     over = False
     while not over:
-        seen, gain, terminated, truncated, info = env.step(policy(seen))
-        total += float(gain)
+        observation, reward, terminated, truncated, info = env.step(policy(observation))
+        total += float(reward)
         states.append(info["state"])
         commands.append(info["applied_pwm"])
         timing.append({key: value for key, value in info.items() if isinstance(value, float)})
@@ -69,7 +83,7 @@ def run_episode(
 
 
 def summarise(episodes: Sequence[Episode]) -> dict[str, Any]:
-    """Return mean, minimum, spread and slices of several episodes, as `evaluate --json` prints them."""
+    """Return mean, minimum, spread and slices of episodes, as `evaluate --json` prints them."""
     rewards = np.array([episode.reward for episode in episodes])
     slices = [
         {
@@ -88,10 +102,7 @@ def summarise(episodes: Sequence[Episode]) -> dict[str, Any]:
         "std_reward": float(rewards.std()),
         "mean_steps": float(np.mean([episode.steps for episode in episodes])),
         "upright_share": float(np.mean([episode.upright_share for episode in episodes])),
-        "ends": {
-            end: sum(episode.end == end for episode in episodes)
-            for end in sorted({e.end for e in episodes})
-        },
+        "ends": dict(sorted(Counter(episode.end for episode in episodes).items())),
         "slices": slices,
         "words": describe_reward(float(rewards.mean())),
     }

@@ -1,6 +1,7 @@
-"""Train a policy in the twin, or on a rig over topics: from a preset to `policy.zip` and `result.json`.
+"""Train a policy in the twin, or on a rig over topics, from a preset.
 
-Ctrl-C saves what is learned so far; `--resume` goes on from the last checkpoint.
+Writes `policy.zip` and `result.json`. Ctrl-C saves what is learned so far; `--resume` continues
+from the last checkpoint.
 """
 
 from __future__ import annotations
@@ -23,128 +24,143 @@ from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv  # noqa: E402
 
 from pendulum_rl_env.fleet import Fleet  # noqa: E402
 from pendulum_rl_env.in_process import load_learnable_twin  # noqa: E402
-from pendulum_rl_env.learning.algorithms import as_off_policy, load_policy, make_learner  # noqa: E402
 from pendulum_rl_env.learning.callbacks import Milestones, Progress, make_callbacks  # noqa: E402
 from pendulum_rl_env.learning.fleet_vec_env import FleetVecEnv  # noqa: E402
+from pendulum_rl_env.learning.learner import as_off_policy, make_learner  # noqa: E402
 from pendulum_rl_env.learning.on_rig import learn_on_rig  # noqa: E402
-from pendulum_rl_env.learning.preset import IN_PROCESS, OVER_TOPICS, PRESETS, Preset, load_preset  # noqa: E402
+from pendulum_rl_env.learning.policies import load_policy  # noqa: E402
+from pendulum_rl_env.learning.preset import (  # noqa: E402
+    IN_PROCESS,
+    OVER_TOPICS,
+    PRESETS,
+    Preset,
+    load_preset,
+)
 from pendulum_rl_env.learning.result import Result  # noqa: E402
-from pendulum_rl_env.posterior import Knowledge, gather_knowledge  # noqa: E402
+from pendulum_rl_env.posterior import gather_knowledge  # noqa: E402
 from pendulum_rl_env.task import Task  # noqa: E402
 from pendulum_twin.command_line import make_whole_reader, run_command  # noqa: E402
 from pendulum_twin.errors import BadInputError  # noqa: E402
 
-EVALUATION_EPISODES = 20  # episodes an evaluation
-RIG_EVALUATION_EPISODES = 3  # each costs a quarter of a minute and a reset
+EVALUATION_EPISODES = 20
+RIG_EVALUATION_EPISODES = 3  # each takes 15 s and a reset
+EVALUATION_SEED_OFFSET = 10**6  # from the seed of the training to that of the evaluation
 REPLAY_FILE = "replay.pkl"
+CHECKPOINT_NUMBER = re.compile(r"policy_(\d+)_steps")
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run `train`; return 0 when it is done, 1 when it could not or was interrupted (the reason on stderr)."""
+    """Run `train`; return 0 when it is done, 1 when it could not be or was interrupted.
+
+    The reason is on stderr.
+    """
     options = _parse_options(arguments)
-    return run_command(
-        "train", lambda: _train(options), f"what was saved before is in {options.out}"
-    )
+    saved = f"what was saved before is in {options.out}"
+    return run_command("train", lambda: _train(options), saved)
 
 
 def _train(options: argparse.Namespace) -> int:
     preset = load_preset(options.preset, options.env)
     if options.rig is not None:
         preset = replace(preset, environments=1)
-    last = _prepare_folder(options)
+    checkpoint = _prepare_folder(options)
     training, evaluation = _make_environments(options, preset)
     try:
-        model = _make_model(options, preset, training, last)
-        return _learn(options, preset, model, evaluation)
+        model = _make_model(options, preset, training, checkpoint)
+        result = _learn(options, preset, model, evaluation)
     finally:
         training.close()
         evaluation.close()
+    return _report(options, result)
 
 
 def _learn(
     options: argparse.Namespace, preset: Preset, model: BaseAlgorithm, evaluation: VecEnv
-) -> int:
-    """Learn, whatever ends it, and save."""
-    out, total = options.out, options.timesteps or preset.timesteps
+) -> Result:
+    """Learn until the end or Ctrl-C, save, and return the result."""
     result = Result(options.env, options.preset, preset.algorithm, options.seed)
-    milestones = Milestones(result, out, options.until, _measure_running_s)
-    progress = Progress(total, _print_progress)
-    first, begun_s = model.num_timesteps, _measure_running_s()
+    first, start_s = model.num_timesteps, _measure_running_s()
     try:
-        if options.rig is None:
-            every = make_callbacks(
-                preset,
-                evaluation,
-                EVALUATION_EPISODES,
-                milestones,
-                progress,
-                out,
-                preset.environments,
-            )
-            model.learn(
-                max(total - first, 1),
-                callback=every,
-                tb_log_name="run",
-                reset_num_timesteps=first == 0,
-            )
-        else:
-            learn_on_rig(
-                model,
-                total,
-                preset.evaluate_every,
-                RIG_EVALUATION_EPISODES,
-                result,
-                out,
-                options.until,
-                _measure_running_s,
-                progress,
-            )
+        _run_learning(options, preset, model, evaluation, result)
     except KeyboardInterrupt:
         result.interrupted = True
     result.timesteps, result.wall_s = model.num_timesteps, round(_measure_running_s(), 3)
-    result.steps_per_s = round(
-        (model.num_timesteps - first) / max(_measure_running_s() - begun_s, 1e-9), 1
+    learning_s = max(_measure_running_s() - start_s, 1e-9)
+    result.steps_per_s = round((model.num_timesteps - first) / learning_s, 1)
+    _save(model, options.out, result)
+    return result
+
+
+def _run_learning(
+    options: argparse.Namespace,
+    preset: Preset,
+    model: BaseAlgorithm,
+    evaluation: VecEnv,
+    result: Result,
+) -> None:
+    out, until = options.out, options.until
+    total, first = options.timesteps or preset.timesteps, model.num_timesteps
+    progress = Progress(total, _print_progress)
+    if options.rig is not None:
+        every, episodes = preset.evaluate_every, RIG_EVALUATION_EPISODES
+        learn_on_rig(
+            model, total, every, episodes, result, out, until, _measure_running_s, progress
+        )
+        return
+    milestones = Milestones(result, out, until, _measure_running_s)
+    model.learn(
+        max(total - first, 1),
+        callback=make_callbacks(
+            preset, evaluation, EVALUATION_EPISODES, milestones, progress, out
+        ),
+        tb_log_name="run",
+        reset_num_timesteps=first == 0,
     )
-    _save(model, out, result)
+
+
+def _report(options: argparse.Namespace, result: Result) -> int:
+    """Print what came of the training; return the exit status."""
     if result.interrupted:
         print(
-            f"train: interrupted after {result.timesteps} steps; saved in {out}, --resume goes on",
+            f"train: interrupted after {result.timesteps} steps; saved in {options.out}, "
+            "--resume goes on",
             file=sys.stderr,
         )
         return 1
     best = "not evaluated" if result.best_mean_reward is None else f"{result.best_mean_reward:.1f}"
     print(
-        f"{out / 'policy.zip'}: best mean reward {best}, {result.timesteps:,} steps in {result.wall_s:.0f} s"
+        f"{options.out / 'policy.zip'}: best mean reward {best}, {result.timesteps:,} steps in "
+        f"{result.wall_s:.0f} s"
     )
     return 0
 
 
 def _save(model: BaseAlgorithm, out: Path, result: Result) -> None:
-    """Save the last state for `--resume`; it is also the policy when there was no evaluation."""
+    """Save the last state for `--resume`; without an evaluation it is the policy, too."""
     (out / "checkpoints").mkdir(exist_ok=True)
     model.save(out / "checkpoints" / f"policy_{model.num_timesteps}_steps")
-    remembering = as_off_policy(model)
-    if remembering is not None:
-        remembering.save_replay_buffer(out / REPLAY_FILE)
+    off_policy = as_off_policy(model)
+    if off_policy is not None:
+        off_policy.save_replay_buffer(out / REPLAY_FILE)
     if not (out / "policy.zip").exists():
         model.save(out / "policy.zip")
     result.save(out / "result.json")
 
 
 def _prepare_folder(options: argparse.Namespace) -> Path | None:
-    """Make the folder, or find the last checkpoint in it when it is to go on."""
+    """Return the last checkpoint for `--resume`; else make the folder and return None."""
     out: Path = options.out
     if options.resume:
-        found = [
-            (int(match[1]), path)
+        checkpoints = {
+            int(match[1]): path
             for path in out.glob("checkpoints/policy_*_steps.zip")
             if (match := CHECKPOINT_NUMBER.search(path.name))
-        ]
-        if not found:
+        }
+        if not checkpoints:
             raise BadInputError(
                 f"{out}: expected checkpoints to go on from, found none: leave out --resume"
             )
-        return max(found)[1]
+        return checkpoints[max(checkpoints)]
     if (out / "result.json").exists() or (out / "policy.zip").exists():
         raise BadInputError(
             f"{out}: expected no training there, found one: give another --out, or --resume"
@@ -158,64 +174,57 @@ def _prepare_folder(options: argparse.Namespace) -> Path | None:
     return None
 
 
-CHECKPOINT_NUMBER = re.compile(r"policy_(\d+)_steps")
-
-
 def _make_model(
-    options: argparse.Namespace, preset: Preset, training: VecEnv, last: Path | None
+    options: argparse.Namespace, preset: Preset, training: VecEnv, checkpoint: Path | None
 ) -> BaseAlgorithm:
-    """Return a new learner, or one that goes on from a checkpoint, or begins with another's policy."""
+    """Return a new learner, with the weights of a checkpoint or of `--init` if there is one."""
     model = make_learner(preset, training, options.seed, options.out / "tensorboard")
-    begun = last or options.init
-    if begun is not None:
-        before = load_policy(begun)
-        if type(before) is not type(model):
-            kinds = f"{type(model).__name__}, found one of {type(before).__name__}"
-            raise BadInputError(
-                f"{begun}: expected a policy of {kinds}: choose the preset that it was trained with"
-            )
-        try:
-            model.set_parameters(before.get_parameters(), device="cpu")  # type: ignore[arg-type]
-        except (RuntimeError, ValueError) as error:
-            raise BadInputError(
-                f"{begun}: expected the layers of preset {options.preset}, found others: {error}"
-            ) from error
-    remembering = as_off_policy(model)
-    if last is not None:
-        model.num_timesteps = load_policy(last).num_timesteps
-        if remembering is not None and (options.out / REPLAY_FILE).exists():
-            remembering.load_replay_buffer(options.out / REPLAY_FILE)
+    origin = checkpoint or options.init
+    if origin is not None:
+        _take_weights(model, origin, options.preset)
+    off_policy = as_off_policy(model)
+    if checkpoint is not None:
+        model.num_timesteps = load_policy(checkpoint).num_timesteps
+        if off_policy is not None and (options.out / REPLAY_FILE).exists():
+            off_policy.load_replay_buffer(options.out / REPLAY_FILE)
     return model
+
+
+def _take_weights(model: BaseAlgorithm, origin: Path, preset: str) -> None:
+    """Copy the weights of a saved policy; raise BadInputError when it is of another kind."""
+    saved = load_policy(origin)
+    if type(saved) is not type(model):
+        raise BadInputError(
+            f"{origin}: expected a policy of {type(model).__name__}, found one of "
+            f"{type(saved).__name__}: choose the preset that it was trained with"
+        )
+    try:
+        model.set_parameters(saved.get_parameters(), device="cpu")  # type: ignore[arg-type]
+    except (RuntimeError, ValueError) as error:
+        raise BadInputError(
+            f"{origin}: expected the layers of preset {preset}, found others: {error}"
+        ) from error
 
 
 def _make_environments(options: argparse.Namespace, preset: Preset) -> tuple[VecEnv, VecEnv]:
     """Return where to learn and where to evaluate: two fleets, or twice the one rig."""
     if options.rig is not None:
-        rig = DummyVecEnv(
-            [lambda: Monitor(gym.make(OVER_TOPICS, namespace=options.rig, step_s=options.step_s))]
-        )
+        topics = {"namespace": options.rig, "step_s": options.step_s}
+        rig = DummyVecEnv([lambda: Monitor(gym.make(OVER_TOPICS, **topics))])
         return rig, rig
     if options.env != IN_PROCESS:
         make: list[Callable[[], gym.Env]] = [lambda: Monitor(gym.make(options.env))]
-        return _seed(DummyVecEnv(make * preset.environments), options.seed), _seed(
-            DummyVecEnv(make), options.seed + 10**6
-        )
-    known: Knowledge = gather_knowledge(
-        load_learnable_twin(options.twin), options.verdict, options.draws, options.seed
-    )
-    task = Task.make_for_step(options.step_s)
-    training = Fleet(
-        known.twins, preset.environments, task, known.encoders, preset.start_spread, options.seed
-    )
-    evaluation = Fleet(
-        known.twins[:1], EVALUATION_EPISODES, task, known.encoders, 0.0, options.seed
-    )
-    return FleetVecEnv(training), FleetVecEnv(evaluation)
-
-
-def _seed(env: VecEnv, seed: int) -> VecEnv:
-    env.seed(seed)
-    return env
+        training, evaluation = DummyVecEnv(make * preset.environments), DummyVecEnv(make)
+        training.seed(options.seed)
+        evaluation.seed(options.seed + EVALUATION_SEED_OFFSET)
+        return training, evaluation
+    twin = load_learnable_twin(options.twin)
+    knowledge = gather_knowledge(twin, options.verdict, options.draws, options.seed)
+    task, encoders = Task.make_for_step(options.step_s), knowledge.encoders
+    count, spread = preset.environments, preset.start_spread
+    fleet = Fleet(knowledge.twins, count, task, encoders, spread, options.seed)
+    best = Fleet(knowledge.twins[:1], EVALUATION_EPISODES, task, encoders, 0.0, options.seed)
+    return FleetVecEnv(fleet), FleetVecEnv(best)
 
 
 def _measure_running_s() -> float:
@@ -228,50 +237,24 @@ def _print_progress(line: str) -> None:
 
 def _parse_options(arguments: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="train", description=" ".join((__doc__ or "").split()))
-    add = parser.add_argument
-    add(
-        "--twin",
-        type=Path,
-        help="twin file to learn on (without one: the INTECO rig by its maker's constants)",
-    )
-    add("--timesteps", type=make_whole_reader(1), help="how many steps (the preset's)")
-    add("--seed", type=int, default=0, help="of everything that is drawn (0)")
-    add(
-        "--out",
-        type=Path,
-        required=True,
-        help="folder for policy.zip, result.json, checkpoints and tensorboard",
-    )
-    add(
-        "--preset",
-        default="fast",
-        metavar="|".join(PRESETS),
-        help="how to learn, or a YAML file of your own (fast)",
-    )
-    add(
-        "--until",
-        type=float,
-        metavar="R",
-        help="stop at the first evaluation with a mean reward of at least R",
-    )
+    add, count = parser.add_argument, make_whole_reader(1)
+    twin = "twin file to learn on (without one: the INTECO rig by its maker's constants)"
+    add("--twin", type=Path, help=twin)
+    add("--timesteps", type=count, help="how many steps (the preset's)")
+    add("--seed", type=int, default=0, help="of everything random (0)")
+    out = "folder for policy.zip, result.json, checkpoints and tensorboard"
+    add("--out", type=Path, required=True, help=out)
+    preset = "how to learn, or a YAML file of your own (fast)"
+    add("--preset", default="fast", metavar="|".join(PRESETS), help=preset)
+    until = "stop at the first evaluation with a mean reward of at least R"
+    add("--until", type=float, metavar="R", help=until)
     add("--init", type=Path, metavar="POLICY.zip", help="begin with this policy, for fine-tuning")
-    add(
-        "--rig",
-        metavar="NAMESPACE",
-        help="learn on the rig of this namespace, over topics, in real time",
-    )
-    add(
-        "--verdict",
-        type=Path,
-        help="verdict.json of the diagnosis that made the twin: learn on all rigs that it leaves possible",
-    )
-    add(
-        "--draws",
-        type=make_whole_reader(1),
-        default=64,
-        metavar="N",
-        help="how many twins are drawn from the verdict (64)",
-    )
+    rig = "learn on the rig of this namespace, over topics, in real time"
+    add("--rig", metavar="NAMESPACE", help=rig)
+    verdict = "verdict.json of the twin's diagnosis: learn on all rigs that it leaves possible"
+    add("--verdict", type=Path, help=verdict)
+    draws = "how many twins are drawn from the verdict (64)"
+    add("--draws", type=count, default=64, metavar="N", help=draws)
     add("--step-s", type=float, default=0.03, metavar="S", help="from command to command (0.03)")
     add("--env", default=IN_PROCESS, help=f"another environment's id ({IN_PROCESS})")
     add("--resume", action="store_true", help="go on from the last checkpoint in --out")

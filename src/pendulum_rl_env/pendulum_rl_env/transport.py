@@ -1,4 +1,4 @@
-"""What an environment drives: a twin in process, or a rig over topics or a wire. A command in, a sample out."""
+"""What an environment drives: a twin in process, or a rig over topics or pipes."""
 
 from __future__ import annotations
 
@@ -6,39 +6,35 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
+from pendulum_twin.arrays import Floats
 from pendulum_twin.errors import BadInputError
 
 
 @dataclass(frozen=True)
 class Sample:
-    """Hold what was measured, and when.
+    """Hold one measurement.
 
-    state: x (m), th (rad, 0 upright, not wrapped), v (m/s), w (rad/s), shape (4,). stamp_s:
-    sampling time, on the transport's own clock. info: what the transport knows of this exchange,
-    put into the environment's `info` as it is: dt_s (since the last sample), and over topics
-    age_s, latency_s, overrun_s and counts.
+    state: (4,) x (m), th (rad, 0 upright, not wrapped), v (m/s), w (rad/s).
+    stamp_s: s; sampling time on the transport's own clock.
+    info: what the transport reports of the exchange, copied into the environment's `info`: dt_s
+        (s since the last sample), and over topics age_s, latency_s, overrun_s and counts.
     """
 
-    state: NDArray[np.float64]
+    state: Floats
     stamp_s: float
     info: Mapping[str, float] = field(default_factory=dict)
 
 
 class NoAnswerError(BadInputError):
-    """The rig or the twin did not answer in time; the sentence says what was waited for, and what to do."""
+    """Say that rig or twin did not answer in time: what was awaited, and what to do."""
 
 
 class Transport(Protocol):
     """Exchange commands for samples, a period apart.
 
-    `step_s`: the period, s. `exchange` holds a command (PWM fraction) for it and returns the first
-    sample that shows all
-    of it: never one from before the command. `reset` returns when the pendulum hangs at rest in
-    the middle of the rail, with the sample that shows it. Both raise `NoAnswerError` after their
-    deadline; nothing waits for ever.
+    step_s: s; the period.
+
+    `reset` and `exchange` raise NoAnswerError after their deadline; no call waits for ever.
     """
 
     step_s: float
@@ -48,9 +44,12 @@ class Transport(Protocol):
         ...
 
     def exchange(self, command: float) -> Sample:
-        """Hold a command for a period and return the sample at its end."""
+        """Hold a command (PWM fraction) for a period and return the sample at its end.
+
+        It is the first sample that shows the whole period, never a sample from before the command.
+        """
         ...
 
     def close(self) -> None:
-        """Stop the drive and let go of what is held; a second time does nothing."""
+        """Stop the drive and release everything; a second call does nothing."""
         ...

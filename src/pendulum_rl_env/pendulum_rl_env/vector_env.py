@@ -1,4 +1,4 @@
-"""Many pendulums as a Gymnasium vector environment: `Fleet` under that contract."""
+"""Many pendulums as a Gymnasium vector environment: `Fleet` under that interface."""
 
 from __future__ import annotations
 
@@ -9,16 +9,21 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
-from pendulum_rl_env.fleet import Fleet
+from pendulum_rl_env.fleet import Course, Fleet
 from pendulum_rl_env.task import End
+from pendulum_twin.arrays import Mask
 
 
 class PendulumVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
-    """Step every pendulum of a fleet in one compiled call; what ends begins anew in the same step.
+    """Step all pendulums of a fleet in one compiled call.
 
-    Spaces of one pendulum as in `PendulumEnv`, the action scaled to +-1. `info` at an end:
-    final_obs (n, 5), and final_info with episode's r (summed reward), l (steps) and end, where
-    `_final_obs` is true.
+    Spaces: of one pendulum as in `PendulumEnv`, the action scaled to +-1.
+    Restart: an episode that ends begins anew in the same step.
+
+    `info` at an end, valid where `_final_obs` is true:
+
+    final_obs: (n, 5) last observations.
+    final_info: episode's r (summed reward) and l (steps), and end (number of the `End`).
     """
 
     metadata: dict[str, Any] = {"autoreset_mode": AutoresetMode.SAME_STEP, "render_modes": []}  # noqa: RUF012
@@ -40,26 +45,20 @@ class PendulumVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
 
     def step(self, actions: Any) -> Any:
         """Hold actions (n, 1) within +-1, times the PWM limit, for a period."""
-        course = self.fleet.step(
-            np.asarray(actions, dtype=np.float64).reshape(-1) * self.fleet.task.pwm_limit
-        )
+        scaled = np.asarray(actions, dtype=np.float64).reshape(-1)
+        course = self.fleet.step(scaled * self.fleet.task.pwm_limit)
         terminated = course.end != End.NONE
         over = terminated | course.truncated
-        info: dict[str, Any] = {}
-        if over.any():
-            episode = {
-                "r": np.where(over, course.total, 0.0),
-                "l": np.where(over, course.length, 0),
-            }
-            info = {
-                "final_obs": course.last.copy(),
-                "_final_obs": over,
-                "final_info": {
-                    "episode": episode,
-                    "_episode": over,
-                    "end": course.end.copy(),
-                    "_end": over,
-                },
-                "_final_info": over,
-            }
+        info = _make_final_info(course, over) if over.any() else {}
         return course.seen.copy(), course.reward.copy(), terminated, course.truncated.copy(), info
+
+
+def _make_final_info(course: Course, over: Mask) -> dict[str, Any]:
+    episode = {"r": np.where(over, course.total, 0.0), "l": np.where(over, course.length, 0)}
+    final = {"episode": episode, "_episode": over, "end": course.end.copy(), "_end": over}
+    return {
+        "final_obs": course.last.copy(),
+        "_final_obs": over,
+        "final_info": final,
+        "_final_info": over,
+    }

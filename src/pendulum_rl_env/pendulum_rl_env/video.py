@@ -1,4 +1,4 @@
-"""An episode as an animation (GIF)."""
+"""Write an episode as an animation (GIF)."""
 
 from __future__ import annotations
 
@@ -11,27 +11,26 @@ from pendulum_rl_env.picture import draw_picture
 from pendulum_rl_env.scoring import Episode
 from pendulum_rl_env.task import Task
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.files import write_atomically
 
-STEPS_A_PICTURE = (
-    2  # steps a picture: GIFs of more than 20 pictures a second play slowly in many viewers
-)
+STEPS_A_PICTURE = 2  # many viewers play GIFs of more than 20 pictures a second too slowly
 COLOURS = 16
+SIZE_PX = (360, 240)
 
 
 def save_video(episode: Episode, task: Task, path: Path) -> None:
     """Write the episode at its own pace; raise BadInputError when it cannot be written."""
     pictures = [
-        Image.fromarray(draw_picture(state, task.x_limit_m)).resize((360, 240)).quantize(COLOURS)
+        Image.fromarray(draw_picture(state, task.x_limit_m)).resize(SIZE_PX).quantize(COLOURS)
         for state in episode.states[::STEPS_A_PICTURE]
     ]
-    packed = io.BytesIO()
+    content = io.BytesIO()
     millis = round(1000 * STEPS_A_PICTURE * task.step_s)
     pictures[0].save(
-        packed, "GIF", save_all=True, append_images=pictures[1:], duration=millis, loop=0
+        content, "GIF", save_all=True, append_images=pictures[1:], duration=millis, loop=0
     )
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(packed.getvalue())
+        write_atomically(path, content.getvalue())
     except OSError as error:
         raise BadInputError(
             f"{path}: expected a place for the animation, found {error.strerror}"

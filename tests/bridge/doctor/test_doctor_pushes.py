@@ -8,7 +8,7 @@ from itertools import pairwise
 import pytest
 from support.doctor_bench import TWIN, Bench
 
-from pendulum_bridge.doctor.driving import BRAKED, LAST_PACKETS, SILENT, drive, stop
+from pendulum_bridge.doctor.driving import BRAKED, LAST_PACKETS, SILENT, play_plan, stop
 from pendulum_bridge.doctor.pushes import (
     Doublet,
     Homing,
@@ -82,9 +82,9 @@ def test_a_cart_that_nobody_sees_is_stopped_again(effects: dict) -> None:
         return replace(sample, cart_m=0.0, cart_velocity=0.0).pack()
 
     bench = Bench(Twin("rig", TWIN.rig, effects), stuck)
-    driven = drive(bench, plan_nudge(0.4, 0.1), RULES, signs_known=False)
+    driven = play_plan(bench, plan_nudge(0.4, 0.1), RULES, signs_known=False)
     assert driven.seen is not None and driven.seen.blind
-    drive(bench, hold(0.0, 3.0), RULES)
+    play_plan(bench, hold(0.0, 3.0), RULES)
     assert bench.furthest_m < 0.06
 
 
@@ -96,7 +96,7 @@ def test_a_cart_that_runs_away_ends_the_push() -> None:
 @pytest.mark.parametrize("way", [1, -1])
 def test_the_first_push_tells_the_way(way: int) -> None:
     bench = Bench(Twin("rig", TWIN.rig, {} if way > 0 else {"input_sign_inverted": {}}))
-    driven = drive(bench, plan_nudge(0.4, 0.1), RULES, signs_known=False)
+    driven = play_plan(bench, plan_nudge(0.4, 0.1), RULES, signs_known=False)
     assert driven.seen is not None and driven.seen.way == way
     assert driven.seen.forth is not None and 0 < driven.seen.forth < 0.05
     assert driven.seen.back is not None and -0.08 < driven.seen.back < 0
@@ -105,9 +105,11 @@ def test_the_first_push_tells_the_way(way: int) -> None:
 
 def test_home_and_doublets_leave_the_cart_where_they_should() -> None:
     bench = Bench()
-    drive(bench, plan_homing(0.1, HOMING), RULES)
+    play_plan(bench, plan_homing(0.1, HOMING), RULES)
     assert bench.rig.sample.cart_m == pytest.approx(0.1, abs=0.035)
-    driven = drive(bench, plan_pushes((Doublet(0.06, 0.12), Doublet(0.5, 0.06)), HOMING), RULES)
+    driven = play_plan(
+        bench, plan_pushes((Doublet(0.06, 0.12), Doublet(0.5, 0.06)), HOMING), RULES
+    )
     assert bench.rig.sample.cart_m == pytest.approx(0.0, abs=0.035)
     assert (driven.track.sent.max(), driven.track.sent.min()) == (0.5, -0.5)
     assert len(driven.track.arrivals) == len(driven.track.samples)
@@ -115,7 +117,7 @@ def test_home_and_doublets_leave_the_cart_where_they_should() -> None:
 
 def test_the_end_of_every_drive_is_pwm_0() -> None:
     bench = Bench()
-    assert drive(bench, hold(0.1, 0.2), RULES, reset=True).seen == "held"
+    assert play_plan(bench, hold(0.1, 0.2), RULES, reset=True).seen == "held"
     assert bench.sent[-LAST_PACKETS:] == [Command(0.0)] * LAST_PACKETS
     assert bench.sent[5] == Command(0.1, reset=True)
 
@@ -123,7 +125,7 @@ def test_the_end_of_every_drive_is_pwm_0() -> None:
 def test_a_silent_rig_gets_pwm_0_and_ends_the_drive() -> None:
     bench = Bench()
     bench.silent_from_s = 0.3
-    driven = drive(bench, hold(0.05, 5.0), RULES)
+    driven = play_plan(bench, hold(0.05, 5.0), RULES)
     assert (driven.seen, driven.broken_off) == (None, SILENT)
     silent = [command.pwm for command in bench.sent[-20:]]
     assert silent[0] == 0.0 and bench.pwm == 0.0 and bench.now() < 1.0
@@ -142,14 +144,14 @@ def test_whatever_interrupts_a_drive_pwm_0_is_sent(error: type[BaseException]) -
 
     bench.receive = interrupted  # type: ignore[method-assign, assignment]
     with pytest.raises(error):
-        drive(bench, hold(0.1, 5.0), RULES)
+        play_plan(bench, hold(0.1, 5.0), RULES)
     assert any(command.pwm == 0.1 for command in bench.sent)
     assert bench.sent[-LAST_PACKETS:] == [Command(0.0)] * LAST_PACKETS
 
 
 def test_the_rail_guard_ends_a_drive_and_brakes_first() -> None:
     bench = Bench()
-    driven = drive(bench, hold(0.3, 5.0), RULES)
+    driven = play_plan(bench, hold(0.3, 5.0), RULES)
     assert driven.broken_off == BRAKED and driven.seen is None
     assert min(command.pwm for command in bench.sent) < -0.2, "the guard's brake was not sent"
     assert bench.furthest_m < RULES.guard.end_m and abs(bench.rig.sample.cart_velocity) < 0.1
@@ -157,15 +159,15 @@ def test_the_rail_guard_ends_a_drive_and_brakes_first() -> None:
 
 def test_where_signs_are_not_known_the_guards_brake_is_not_sent() -> None:
     bench = Bench(Twin("rig", TWIN.rig, {"input_sign_inverted": {}}))
-    driven = drive(bench, hold(0.1, 9.0), RULES, signs_known=False)
+    driven = play_plan(bench, hold(0.1, 9.0), RULES, signs_known=False)
     assert driven.broken_off == BRAKED
     assert {round(command.pwm, 9) for command in bench.sent} == {0.0, 0.1}
 
 
 def test_the_rigs_own_swing_down_is_seen() -> None:
     bench = Bench()
-    drive(bench, plan_homing(0.1, HOMING), RULES)
-    seen = drive(bench, plan_reset_watch(math.pi, 20.0, 3.0), RULES, reset=True).seen
+    play_plan(bench, plan_homing(0.1, HOMING), RULES)
+    seen = play_plan(bench, plan_reset_watch(math.pi, 20.0, 3.0), RULES, reset=True).seen
     assert seen is not None and seen.moved and seen.rest_s is not None and 0.5 < seen.rest_s < 10.0
 
 
@@ -181,7 +183,7 @@ def test_old_samples_of_a_standstill_are_not_answered() -> None:
         return heard
 
     bench.receive = late  # type: ignore[method-assign, assignment]
-    driven = drive(bench, hold(0.05, 0.3), RULES)
+    driven = play_plan(bench, hold(0.05, 0.3), RULES)
     assert len(driven.track.samples) - len(driven.track.sent) >= 8
 
 

@@ -96,7 +96,7 @@ def response(track: Track) -> Response:
 )
 def test_what_was_made_up_is_found(cart: Cart) -> None:
     found = response(driven(cart))
-    assert found.sure
+    assert found.is_sure
     assert found.gain == pytest.approx(cart.gain, rel=0.1)
     assert found.latency_s == pytest.approx(cart.delay_s + cart.lag_s, abs=0.006)
     assert found.effect == pytest.approx(min(cart.most, 0.5), rel=0.06)
@@ -124,7 +124,7 @@ def test_jitter_and_losses_do_not_matter() -> None:
 
 def test_a_cart_that_hardly_moves_tells_nothing() -> None:
     still = response(driven(Cart(gain=0.01)))
-    assert not still.sure
+    assert not still.is_sure
     findings = [
         check_latency(still, PERIOD_S),
         check_acceleration(still, 18.6, 10.0, 34.0),
@@ -150,11 +150,11 @@ def test_latency_and_clipping_are_judged() -> None:
 
 def test_means_are_the_triangular_ones() -> None:
     held = Held(np.array([1.0, 1.1]), np.array([2.0, 0.0]), 0.0, 0.02, PERIOD_S)
-    assert held.around(np.array([0.9, 1.0, 1.05, 1.1, 1.2])) == pytest.approx(
+    assert held.average_around(np.array([0.9, 1.0, 1.05, 1.1, 1.2])) == pytest.approx(
         [0.0, 1.0, 2.0, 1.0, 0.0], abs=0.15
     )
     lagging = Held(np.array([1.0, 2.0]), np.array([1.0, 0.0]), 0.05, 0.02, PERIOD_S)
-    assert lagging.around(np.array([1.1, 1.3])) == pytest.approx(
+    assert lagging.average_around(np.array([1.1, 1.3])) == pytest.approx(
         [1 - math.exp(-2), 1 - math.exp(-6)], abs=0.03
     )
 

@@ -135,12 +135,12 @@ def test_a_decision_that_was_held_up_on_its_way_is_not_sent(
     bench.driver.command(0.3)
 
     def held_up(*arguments: object) -> object:
-        decision = deciding(*arguments)
+        decision = original(*arguments)
         monkeypatch.undo()
         bench.now_s += 1.0  # stopped (SIGSTOP) here
         return decision
 
-    deciding = module.decided
+    original = module.decide
     monkeypatch.setattr(module, "decide", held_up)
     bench.turn()
     assert bench.peer.sent[-2:] == [0.3, 0.0]
@@ -246,7 +246,7 @@ def test_what_fails_in_a_decision_brings_0_and_is_told_and_passes(
 
     until(drive)
     with monkeypatch.context() as broken:
-        broken.setattr(module, "decided", lambda *_: 1 / 0)
+        broken.setattr(module, "decide", lambda *_: 1 / 0)
         until(lambda: serving.peer.said[-1][0] == "failed")
         assert serving.peer.sent[-1] == 0.0
     assert serving.driver.health().sentence == Reason.FAILED.sentence

@@ -1,4 +1,4 @@
-"""The emulated rig as the protocol sees it: what it holds, when it swings down, and when samples are due."""
+"""The emulated rig as the protocol sees it: held commands, swing-down, times of samples."""
 
 import pytest
 
@@ -9,7 +9,7 @@ from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.wire.protocol import Command, Sample
 from pendulum_twin.rig import Rig
 
-MOST_STEPS = 4000
+LONGEST_STEPS = 4000
 
 
 @pytest.fixture
@@ -17,17 +17,17 @@ def concealed(nominal: Rig) -> Concealed:
     return Concealed({}, nominal)
 
 
-def sample_of(rig: EmulatedRig) -> Sample:
+def get_sample(rig: EmulatedRig) -> Sample:
     x, th, v, w = rig.sample
     return Sample(pole_rad=th, pole_rate=w, cart_m=x, cart_velocity=v)
 
 
 def swing_down(rig: LiveRig) -> None:
-    for _ in range(MOST_STEPS):
+    for _ in range(LONGEST_STEPS):
         rig.step()
-        if not rig.swinging_down:
+        if not rig.is_swinging_down:
             return
-    pytest.fail(f"swings down for more than {MOST_STEPS} samples")
+    pytest.fail(f"swings down for more than {LONGEST_STEPS} samples")
 
 
 def test_nothing_moves_before_the_first_command(concealed: Concealed) -> None:
@@ -38,27 +38,27 @@ def test_nothing_moves_before_the_first_command(concealed: Concealed) -> None:
 
 def test_a_command_is_held_until_the_next(concealed: Concealed) -> None:
     rig, bare = LiveRig(concealed), EmulatedRig(concealed)
-    assert rig.sample == sample_of(bare)
+    assert rig.sample == get_sample(bare)
     for pwm in (0.2, -0.35, 9.0):  # the last beyond the limit: clipped
         rig.take(Command(pwm))
         for _ in range(5):
             bare.step(pwm)
-            assert rig.step() == sample_of(bare)
+            assert rig.step() == get_sample(bare)
     assert rig.sample.cart_m != 0
 
 
 def test_only_a_rising_edge_starts_the_swing_down(concealed: Concealed) -> None:
     rig = LiveRig(concealed)
     rig.take(Command(0.0))
-    assert not rig.swinging_down
+    assert not rig.is_swinging_down
     rig.take(Command(0.0, reset=True))
-    assert rig.swinging_down
+    assert rig.is_swinging_down
     swing_down(rig)
     rig.take(Command(0.0, reset=True))  # still high: no edge
-    assert not rig.swinging_down
+    assert not rig.is_swinging_down
     rig.take(Command(0.0))
     rig.take(Command(0.0, reset=True))
-    assert rig.swinging_down
+    assert rig.is_swinging_down
 
 
 def test_commands_wait_until_the_swing_down_is_over(concealed: Concealed) -> None:

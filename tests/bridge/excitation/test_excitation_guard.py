@@ -71,7 +71,7 @@ def test_a_bound_stops_at_the_second_sample_beyond_it(state: RigState, reason: S
     watch, first = watch_sample(state, 0.0, PERIOD_S, Watch(), BOUNDS)
     _, again = watch_sample(state, 0.0, PERIOD_S, watch, BOUNDS)
     assert (
-        first is None and again is not None and again.reason is reason and "at most" in again.found
+        first is None and again is not None and again.reason is reason and "at most" in again.detail
     )
 
 

@@ -1,4 +1,4 @@
-"""What the nodes use of rclpy beyond its documentation: an upgrade that changes it is seen here."""
+"""What the nodes use of rclpy beyond its documentation: an upgrade that changes it shows here."""
 
 from typing import Any
 

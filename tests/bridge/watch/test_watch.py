@@ -1,4 +1,4 @@
-"""The watch as a whole: rigs that change are named, rigs that do not are left alone, whatever the wire does."""
+"""The watch as a whole: it names changes, and leaves healthy rigs alone on any wire."""
 
 import math
 from dataclasses import replace
@@ -13,15 +13,15 @@ from support.watched_rigs import (
     Change,
     KernelRig,
     Wire,
-    driven,
-    rig_of,
-    twin_of,
-    watched,
+    drive,
+    make_rig,
+    make_twin,
+    watch_run,
 )
 
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.sensors import Encoders
-from pendulum_bridge.watch.health import health
+from pendulum_bridge.watch.health import describe_health
 from pendulum_bridge.watch.watch import Phase, Settings, Watch
 from pendulum_twin.health import Level
 from pendulum_twin.model import Twin
@@ -33,9 +33,9 @@ POOR = Wire(jitter_s=0.002, lost=0.03)
 
 @pytest.mark.parametrize("change", CHANGES, ids=lambda change: change.name)
 def test_a_change_is_put_in_its_place_within_seconds(change: Change) -> None:
-    truth = rig_of(101)
-    done = watched(
-        Watch(twin_of(truth, 101), QUICK), driven(KernelRig, truth, 101, change, 31.0), 46.0
+    truth = make_rig(101)
+    done = watch_run(
+        Watch(make_twin(truth, 101), QUICK), drive(KernelRig, truth, 101, change, 31.0), 46.0
     )
     assert done.alarm is not None and done.learned_s is not None and done.learned_s < 31.0
     assert done.alarm.place.value == change.place
@@ -49,62 +49,66 @@ def test_a_change_is_put_in_its_place_within_seconds(change: Change) -> None:
 
 
 def test_a_healthy_rig_raises_no_alarm_over_a_poor_wire() -> None:
-    """MuJoCo's rig, a coarse encoder, scattered stamps and lost samples: swings, rests and turns of the pole are in it."""
-    truth = rig_of(6)
-    run = driven(
-        lambda rig, start: EmulatedRig(rig, encoders=Encoders(pole_counts=1024), start=start), truth, 6
-    )  # fmt: skip
-    done = watched(Watch(twin_of(truth, 6), QUICK), run, 62.0, POOR, 6)
+    """MuJoCo's rig with a coarse encoder, scattered stamps and lost samples."""
+    truth = make_rig(6)
+    encoders = Encoders(pole_counts=1024)
+    run = drive(lambda rig, start: EmulatedRig(rig, encoders=encoders, start=start), truth, 6)
+    done = watch_run(Watch(make_twin(truth, 6), QUICK), run, 62.0, POOR, 6)
     assert done.alarm is None and done.watch.phase is Phase.WATCHING
     assert done.watch.stream.lost > 100 and done.watch.stream.begun == 1
 
 
 def test_what_the_twin_lacks_already_is_no_alarm() -> None:
     """A twin that is 5 % off is held against the rig as it is, not against the truth."""
-    truth = rig_of(4)
-    done = watched(Watch(twin_of(truth, 4, off=0.05), QUICK), driven(KernelRig, truth, 4), 75.0)
+    truth = make_rig(4)
+    done = watch_run(Watch(make_twin(truth, 4, off=0.05), QUICK), drive(KernelRig, truth, 4), 75.0)
     assert done.alarm is None and np.max(np.abs(done.watch.baseline.sizes)) > 0
 
 
 def test_an_alarm_stays_until_it_is_cleared_or_learned() -> None:
     change = CHANGES[2]
-    truth = rig_of(5)
-    run, watch = driven(KernelRig, truth, 5, change, 25.0), Watch(twin_of(truth, 5), QUICK)
-    first = watched(watch, run, 60.0).alarm
+    truth = make_rig(5)
+    run, watch = drive(KernelRig, truth, 5, change, 25.0), Watch(make_twin(truth, 5), QUICK)
+    first = watch_run(watch, run, 60.0).alarm
     assert first is not None and watch.phase is Phase.ALARMED
-    told = health(watch, "/rig", 0.0)
+    told = describe_health(watch, "/rig", 0.0)
     assert told.level is Level.ERROR and told.sentence.startswith("/rig has changed: drive: ")
     assert (
         told.figures["place"] == "drive"
         and told.figures["unit"] == "N"
         and float(told.figures["size"]) < 0
     )
-    assert watched(watch, islice(run, 600), 120.0).alarm is None
+    assert watch_run(watch, islice(run, 600), 120.0).alarm is None
     assert watch.alarm is not None and watch.alarm.raised_ns == first.raised_ns
     assert watch.alarm.size == pytest.approx(-0.15 * truth.rig.force_per_pwm_n, rel=0.1)
     watch.clear()
     cleared_ns = watch.stream.stamp_ns
-    assert watch.phase is Phase.WATCHING and health(watch, "/rig", 0.0).level is Level.OK
-    again = watched(watch, run, 120.0)
+    assert watch.phase is Phase.WATCHING and describe_health(watch, "/rig", 0.0).level is Level.OK
+    again = watch_run(watch, run, 120.0)
     assert again.alarm is not None and again.alarm.place is first.place
     assert again.alarm.raised_ns - cleared_ns >= 10**9  # from new windows, not from those before
     watch.learn()  # takes the change for usual
     assert watch.phase is Phase.LEARNING and watch.alarm is None
-    assert watched(watch, islice(run, 2600), 200.0).alarm is None and watch.phase is Phase.WATCHING
+    assert (
+        watch_run(watch, islice(run, 2600), 200.0).alarm is None and watch.phase is Phase.WATCHING
+    )
 
 
 def test_nothing_is_learned_at_rest() -> None:
-    watch = Watch(twin_of(rig_of(1), 1), QUICK)
+    watch = Watch(make_twin(make_rig(1), 1), QUICK)
     for k in range(3000):
         watch.sample(k * 10**7, k * 10**7, (0.0, math.pi))
     assert watch.phase is Phase.LEARNING and watch.learned_s == 0.0
-    assert health(watch, "/rig", 0.0).sentence == "/rig: learns what is usual, 0 of 12 s of motion"
+    assert (
+        describe_health(watch, "/rig", 0.0).sentence
+        == "/rig: learns what is usual, 0 of 12 s of motion"
+    )
 
 
 def test_a_reset_of_the_rig_is_no_change() -> None:
-    truth = rig_of(2)
-    run, watch = driven(KernelRig, truth, 2), Watch(twin_of(truth, 2), QUICK)
-    assert watched(watch, islice(run, 3000), 60.0).alarm is None
+    truth = make_rig(2)
+    run, watch = drive(KernelRig, truth, 2), Watch(make_twin(truth, 2), QUICK)
+    assert watch_run(watch, islice(run, 3000), 60.0).alarm is None
     rig = KernelRig(truth, HANGING)
     for k in range(3000, 4500):
         command = 0.3 * math.sin(0.08 * k)
@@ -116,7 +120,7 @@ def test_a_reset_of_the_rig_is_no_change() -> None:
 
 @pytest.mark.parametrize("joint", ["cart", "pole"])
 def test_a_rig_with_one_joint_is_watched_too(joint: str) -> None:
-    rig = rig_of(7).rig
+    rig = make_rig(7).rig
     poleless = dict.fromkeys(
         ("pole_mass_kg", "com_distance_m", "pole_inertia_kg_m2", "pole_viscous_n_m_s")
     )
@@ -166,8 +170,8 @@ def test_a_rig_with_one_joint_is_watched_too(joint: str) -> None:
 def test_what_keeps_it_from_watching_is_said(
     factor: float, silent_s: float | None, level: Level, said: str
 ) -> None:
-    watch = Watch(twin_of(rig_of(1), 1), QUICK)
+    watch = Watch(make_twin(make_rig(1), 1), QUICK)
     for k in range(0 if silent_s is None else 200):
         watch.sample(round(k * 10**7 * factor), k * 10**7, (0.0, math.pi))
-    told = health(watch, "/rig", silent_s)
+    told = describe_health(watch, "/rig", silent_s)
     assert (told.level, told.sentence) == (level, said)

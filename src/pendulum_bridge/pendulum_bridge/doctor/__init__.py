@@ -1,1 +1,1 @@
-"""The answer to 'it does not connect': checks of a rig's wire, signs, zero and limits, each with what to do."""
+"""The doctor: checks of a rig's wire, signs, zeros and limits, each with what to do."""

@@ -1,4 +1,4 @@
-"""What it means that a plan was broken off."""
+"""The finding of a check whose plan was broken off."""
 
 from __future__ import annotations
 
@@ -21,7 +21,12 @@ FAULT_OF_END = {
 def explain_broken_off[Seen](
     check: Check, expected: str, driven: Driven[Seen], period_s: float
 ) -> Finding:
-    """Return the finding of a check whose plan was broken off: what the samples give away, or what ended it."""
+    """Return the finding of a check whose plan was broken off.
+
+    The fault is a wrong order of the fields when the samples show one, else the end of the plan.
+    expected: for the finding, when the samples show no wrong order.
+    driven: the plan that was broken off.
+    """
     if len(driven.track.arrivals) > FEWEST_SAMPLES:
         order = check_order(resample(driven.track, period_s))
         if order.fault:

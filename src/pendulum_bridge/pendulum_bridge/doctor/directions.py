@@ -1,13 +1,13 @@
-"""Which way command, cart and pole count.
+"""The signs of command, cart and pole.
 
 A positive command has to move the cart the positive way. And hanging (th = pi + ph, cos th = -1),
 the second equation of motion (`pendulum_twin.equations`) reads Jp ph'' = -S (v' + g ph): a cart
 that is accelerated the positive way turns the pole the negative way. Integrated once, ph' =
--(S/Jp) (v + g * integral of ph): fitted with a factor of its own for each of the two terms, the
-first has the sign in question, and the second is negative whichever way the angle counts.
+-(S/Jp) (v + g * integral of ph). A fit has a factor for each of the two terms: the first factor
+has the sign in question; the second is negative whichever way the angle counts.
 
-Of command, cart and angle one alone turned is told so from the other two; two turned look as the
-third does.
+When command, cart or angle alone has the wrong sign, the other two show which. Two wrong signs
+look like the third sign alone.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ from pendulum_bridge.doctor.track import Grid, compute_slopes
 from pendulum_twin.rig import Rig
 
 Floats = NDArray[np.float64]
-HALF_BASE_SAMPLES = 2  # samples; differences over twice as many
-SIGN_STANDARD_DEVIATIONS = 4.0  # standard deviations
-STANDING_SHARE = 0.1  # share of the expected motion; a pole that moves less has no working encoder
-MIRRORED = {  # command to cart, cart to pole: as expected or not
+HALF_BASE_SAMPLES = 2  # half the base of a difference
+SIGN_STANDARD_DEVIATIONS = 4.0  # from 0, for a sign to be sure
+STANDING_SHARE = 0.1  # of the expected motion; a pole that moves less has no working encoder
+MIRRORED = {  # by (command to cart, cart to pole): whether each is as expected
     (True, True): None,
     (False, True): Fault.COMMAND_MIRRORED,
     (False, False): Fault.CART_MIRRORED,
@@ -40,8 +40,9 @@ WAY_NAMES = {1: "positive", -1: "negative"}
 class PoleAnswer:
     """Hold how the pole follows the cart.
 
-    per_m: pole rate for a change of the cart's velocity, rad/m, and its standard deviation;
-    stands: it does not follow.
+    per_m: pole rate for a change of the cart's velocity, rad/m.
+    deviation: standard deviation of per_m.
+    stands: whether the pole does not follow at all.
     """
 
     per_m: float
@@ -50,7 +51,7 @@ class PoleAnswer:
 
     @property
     def way(self) -> int:
-        """Return +1 for the contract's signs (a positive push turns the pole the negative way), -1, or 0 when unsure."""
+        """Return +1 when a positive push turns the pole negatively, -1 if not, 0 if unsure."""
         return (
             0
             if self.stands or abs(self.per_m) < SIGN_STANDARD_DEVIATIONS * self.deviation
@@ -59,7 +60,11 @@ class PoleAnswer:
 
 
 def measure_pole_answer(grid: Grid, hanging_rad: float, lever_per_m: float) -> PoleAnswer:
-    """Return how the pole answered the cart's motion; lever_per_m: S/Jp of the twin file, by which 'stands' is judged."""
+    """Return how the pole answered the cart's motion.
+
+    hanging_rad: angle that the rig reports while the pole hangs.
+    lever_per_m: S/Jp of the twin file, for the motion that is expected.
+    """
     from_hanging = grid.samples[:, POLE] - hanging_rad
     rate, speed = (
         compute_slopes(values, grid.period_s, HALF_BASE_SAMPLES)
@@ -77,15 +82,18 @@ def check_directions(
 ) -> Finding:
     """Return whether command, cart and pole count as the twin file says.
 
-    way: which way a positive command moved the measured cart. expected_ways: that, and which way
-    the pole should follow, see `signs.ways`.
+    way: of the measured cart under a positive command, +1 or -1.
+    pole: how the pole followed.
+    expected_ways: ways of cart and pole by the twin file; see `signs.find_ways`.
+    has_pole: whether the twin file has a pole.
     """
     expected = f"a positive command to move the cart the {WAY_NAMES[expected_ways[0]]} way"
     found = f"it went the {WAY_NAMES[way]} way"
     if not has_pole:
         fault = None if way == expected_ways[0] else Fault.COMMAND_MIRRORED
         return Finding(Check.DIRECTIONS, expected, found, fault)
-    expected += f", and so to turn the hanging pole the {WAY_NAMES[-expected_ways[0] * expected_ways[1]]} way"
+    pole_turn = WAY_NAMES[-expected_ways[0] * expected_ways[1]]
+    expected += f", and so to turn the hanging pole the {pole_turn} way"
     if pole.stands:
         return Finding(
             Check.DIRECTIONS, expected, f"{found}, and the pole did not follow", Fault.POLE_STANDS
@@ -107,7 +115,7 @@ def check_directions(
 
 
 def compute_lever_per_m(rig: Rig) -> float:
-    """Return S/Jp, rad/s of the pole for 1 m/s of the cart; 0 without a pole."""
+    """Return S/Jp (1/m): rad/s of the pole for 1 m/s of the cart; 0 without a pole."""
     return (
         rig.total_mass_kg * (rig.com_distance_m or 0.0) / rig.pole_inertia_kg_m2
         if rig.pole_inertia_kg_m2
@@ -116,10 +124,13 @@ def compute_lever_per_m(rig: Rig) -> float:
 
 
 def solve_least_squares(terms: Floats, values: Floats) -> tuple[Floats, Floats]:
-    """Return factors (k,) of terms (n, k) and their standard deviations, infinite where the terms cannot tell."""
+    """Return the factors of a linear fit and their standard deviations, (k,) each.
+
+    terms: (n, k). values: (n,). Deviations are infinite when the terms are dependent or too few.
+    """
     factors, _, rank, _ = np.linalg.lstsq(terms, values, rcond=None)
     if rank < terms.shape[1] or len(values) <= terms.shape[1]:
         return factors, np.full(terms.shape[1], np.inf)
-    left = values - terms @ factors
-    variance = float(left @ left) / (len(values) - terms.shape[1])
+    residuals = values - terms @ factors
+    variance = float(residuals @ residuals) / (len(values) - terms.shape[1])
     return factors, np.sqrt(variance * np.diag(np.linalg.inv(terms.T @ terms)))

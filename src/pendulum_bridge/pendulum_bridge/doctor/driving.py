@@ -1,4 +1,4 @@
-"""Play a plan on a rig by the driver's own safety rules, and keep what happened. It ends with PWM 0, however it ends."""
+"""Play a plan on a rig by the driver's own safety rules; however it ends, PWM 0 is sent last."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from pendulum_twin.errors import BadInputError
 
 WAIT_S = 0.02  # longest time without a decision, as in the driver
 LONGEST_SILENCE_S = 0.5
-OLD_SAMPLE_PERIODS = 1.5  # periods; a sample that is older is surely followed by a newer one
-LAST_PACKETS = 5  # packets with PWM 0: any may be lost
+OLD_SAMPLE_PERIODS = 1.5  # a sample that is older is surely followed by a newer sample
+LAST_PACKETS = 5  # with PWM 0 at the end: any packet may be lost
 BRAKING_S, COASTING_S, SLOW_M_S = 1.0, 0.5, 0.05
 SILENT, BRAKED = (
     f"the rig sent nothing for {LONGEST_SILENCE_S:g} s",
@@ -30,13 +30,18 @@ JUMPED, STOOD, HUNG = (
     "the cart's position did not change at all",
     "the pole's angle did not change at all while the cart moved",
 )
-# reasons for which the safety rules send nothing any more
+# reasons for which the safety rules stop sending
 DISBELIEVED = {Reason.ENCODER_JUMPED: JUMPED, Reason.CART_STUCK: STOOD, Reason.POLE_STUCK: HUNG}
 
 
 @dataclass(frozen=True)
 class Driven[Seen]:
-    """Hold what happened: the track, what the plan has seen (None when it was broken off), and why, in words."""
+    """Hold how a plan was played.
+
+    track: samples and commands.
+    seen: what the plan returned; None when it was broken off.
+    broken_off: why, in words; empty when the plan was played to its end.
+    """
 
     track: Track
     seen: Seen | None
@@ -52,18 +57,23 @@ class _Log:
 
     def track(self) -> Track:
         return Track(
-            *(np.array(each) for each in (self.arrivals, self.samples, self.sent_at, self.sent))
+            np.array(self.arrivals),
+            np.array(self.samples),
+            np.array(self.sent_at),
+            np.array(self.sent),
         )
 
 
-def drive[Seen](
+def play_plan[Seen](
     wire: Wire, plan: Plan[Seen], rules: Rules, signs_known: bool = True, reset: bool = False
 ) -> Driven[Seen]:
     """Play the plan until it ends or the rail guard has to brake.
 
-    signs_known: whether the guard knows which way a command moves the cart; if not, its brake is
-    not sent but 0. reset: hold the reset flag meanwhile. Raises BadInputError when the network
-    refuses a command.
+    rules: the driver's safety rules for this rig.
+    signs_known: whether the guard knows which way a command moves the cart; if not, PWM 0 is sent
+        in place of its brake.
+    reset: whether the reset flag is held meanwhile.
+    Raises BadInputError when the network refuses a command.
     """
     log = _Log()
     try:
@@ -86,7 +96,7 @@ def stop(wire: Wire) -> None:
 def _play[Seen](
     wire: Wire, plan: Plan[Seen], rules: Rules, reset: bool, log: _Log
 ) -> tuple[Seen | None, str, Safety]:
-    """Return what the plan has seen, why it was broken off, and the state of the safety rules at the end."""
+    """Return what the plan returned, why it was broken off, and the last safety state."""
     begin = heard_s = wire.now()
     safety = make_safety(begin)
     next(plan)
@@ -107,7 +117,7 @@ def _play[Seen](
         decision = decide(request, state, now, safety, rules)
         safety = decision.safety
         if why := next(
-            (DISBELIEVED[each] for each in decision.reasons if each in DISBELIEVED), ""
+            (DISBELIEVED[reason] for reason in decision.reasons if reason in DISBELIEVED), ""
         ):
             return None, why, safety
         if GUARDED & set(decision.reasons):
@@ -122,14 +132,14 @@ def _play[Seen](
 
 
 def _watch_coasting(wire: Wire, log: _Log) -> None:
-    """Note for a while how the cart coasts: what its samples look like then tells why they were not believed."""
+    """Note for a while how the cart coasts: these samples show why they were not believed."""
     end = wire.now() + COASTING_S
     while wire.now() < end:
         _note(wire.receive(end), log)
 
 
 def _brake(wire: Wire, safety: Safety, rules: Rules) -> None:
-    """Ask for nothing until the guard has brought the cart to a stand."""
+    """Send the guard's brake until the cart stands."""
     end = wire.now() + BRAKING_S
     while wire.now() < end:
         state = _note(wire.receive(wire.now() + WAIT_S), _Log())

@@ -1,4 +1,4 @@
-"""All checks of a rig that can be heard, in their order."""
+"""All checks of a rig that sends samples, in their order."""
 
 from __future__ import annotations
 
@@ -20,7 +20,13 @@ NOT_ASKED = "not without --move, which moves the cart"
 
 @dataclass(frozen=True)
 class Task:
-    """Hold what is to be examined: the twin file's rig, samples a second, seconds of listening, whether it may be moved."""
+    """Hold what is to be examined.
+
+    twin: the rig as the twin file has it.
+    rate_hz: samples a second.
+    listen_s: how long to listen.
+    may_move: whether the cart may be moved.
+    """
 
     twin: Twin
     rate_hz: float = 100.0
@@ -29,11 +35,14 @@ class Task:
 
 
 def examine(wire: Wire, task: Task) -> Iterator[Finding]:
-    """Yield every finding from the samples on, as it is made. Raises BadInputError when the network refuses a command."""
+    """Yield the findings from Check.SAMPLES on, each when it is made.
+
+    Raises BadInputError when the network refuses a command.
+    """
     stood = standing.check_standing(listen(wire, task.listen_s), task.twin, task.rate_hz)
     yield from stood.findings
     why = moving.explain_refusal(stood.findings, task.twin) if task.may_move else NOT_ASKED
-    made: list[Check] = []
+    done: list[Check] = []
     if stood.rest is not None and not why:
         stage = moving.move_cart(wire, task.twin, stood.rest, task.rate_hz)
         while True:
@@ -42,9 +51,9 @@ def examine(wire: Wire, task: Task) -> Iterator[Finding]:
             except StopIteration as over:
                 why = over.value
                 break
-            made.append(finding.check)
+            done.append(finding.check)
             yield finding
-    for check in moving.CHECKS[len(made) :]:
+    for check in moving.CHECKS[len(done) :]:
         yield (
             _check_standing_rail(stood, task.twin)
             if check is Check.RAIL
@@ -53,8 +62,8 @@ def examine(wire: Wire, task: Task) -> Iterator[Finding]:
 
 
 def _check_standing_rail(stood: Standing, twin: Twin) -> Finding:
-    """Return whether the cart stood on the rail, when it was not moved."""
-    zero = next(each for each in stood.findings if each.check is Check.CART_ZERO)
+    """Return whether a cart that was not moved stood on the rail."""
+    zero = next(f for f in stood.findings if f.check is Check.CART_ZERO)
     if zero.verdict in (Verdict.FAIL, Verdict.SKIPPED):
         return skip_check(Check.RAIL, "see the cart's zero")
     cart = stood.samples[:, CART]

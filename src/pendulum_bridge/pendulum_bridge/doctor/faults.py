@@ -9,7 +9,7 @@ USE_CABLE = "Use a cable, not Wi-Fi; see whether the rig's program always keeps 
 
 
 class Verdict(Enum):
-    """How a check ended; FAIL: nothing should be run on this rig before it is mended."""
+    """The result of a check; after a FAIL nothing should run on the rig before it is mended."""
 
     OK = "nothing to do"
     WARN = "works, but not as well as it could"
@@ -26,13 +26,14 @@ class Fault(Enum):
     )
     LOOPBACK_MIXED = (
         Verdict.FAIL,
-        "One end is this machine alone, the other is not, so no packet passes: give --listen this machine's address "
-        "in the rig's network (0.0.0.0:PORT for all), and let the rig send there.",
+        "One end is this machine alone, the other is not, so no packet passes: give --listen "
+        "this machine's address in the rig's network (0.0.0.0:PORT for all), and let the rig "
+        "send there.",
     )
     PORT_TAKEN = (
         Verdict.FAIL,
-        "Most likely a driver_node is running: end it, or ask its /diagnostics instead; or give --listen another "
-        "port, and let the rig send there.",
+        "Most likely a driver_node is running: end it, or ask its /diagnostics instead; or give "
+        "--listen another port, and let the rig send there.",
     )
     PORT_REFUSED = (
         Verdict.FAIL,
@@ -40,14 +41,16 @@ class Fault(Enum):
     )
     NOBODY_LISTENS = (
         Verdict.FAIL,
-        "Start the rig's program (or rig_emulator), and check the port in --rig; commands arrive nowhere now.",
+        "Start the rig's program (or rig_emulator), and check the port in --rig; commands arrive"
+        " nowhere now.",
     )
     NOT_CONNECTED = (Verdict.FAIL, "Start the rig's program, and check host and port in --rig.")
 
     SILENT = (
         Verdict.FAIL,
-        "Is the rig's program running, and does it send to this machine's address and the port in --listen? On a "
-        "network: does a firewall let UDP in on that port, and do both ends answer ping?",
+        "Is the rig's program running, and does it send to this machine's address and the port "
+        "in --listen? On a network: does a firewall let UDP in on that port, and do both ends "
+        "answer ping?",
     )
     FELL_SILENT = (
         Verdict.FAIL,
@@ -63,16 +66,18 @@ class Fault(Enum):
     )
     WRONG_LENGTH = (
         Verdict.FAIL,
-        "Set the byte mask of the rig's program to >dddd: pole angle, pole rate, cart position, cart velocity, each a "
-        "big-endian double, nothing else.",
+        "Set the byte mask of the rig's program to >dddd: pole angle, pole rate, cart position, "
+        "cart velocity, each a big-endian double, nothing else.",
     )
     BYTES_SWAPPED = (
         Verdict.FAIL,
-        "Set the byte order of the rig's program to big-endian (mask >dddd; network order), for commands as well (>dd).",
+        "Set the byte order of the rig's program to big-endian (mask >dddd; network order), for "
+        "commands as well (>dd).",
     )
     NOT_FINITE = (
         Verdict.FAIL,
-        "The rig's program computes NaN or infinity: look at its encoders and its divisions by time.",
+        "The rig's program computes NaN or infinity: look at its encoders and its divisions by "
+        "time.",
     )
     SOME_MALFORMED = (
         Verdict.WARN,
@@ -87,34 +92,36 @@ class Fault(Enum):
     RATE_WRONG = (Verdict.FAIL, SET_RATE)
     BURSTS = (
         Verdict.WARN,
-        "Something between collects samples: a coarse timer in the rig's program, a serial adapter's latency timer, "
-        "or TCP without TCP_NODELAY.",
+        "Something between collects samples: a coarse timer in the rig's program, a serial "
+        "adapter's latency timer, or TCP without TCP_NODELAY.",
     )
     JITTER = (
         Verdict.WARN,
-        "Is a computer on the way busy, or saving power, or on Wi-Fi? Use a cable; give the rig's program a higher "
-        "priority.",
+        "Is a computer on the way busy, or saving power, or on Wi-Fi? Use a cable; give the "
+        "rig's program a higher priority.",
     )
     SOME_LOST = (Verdict.WARN, USE_CABLE)
     MANY_LOST = (Verdict.FAIL, USE_CABLE)
 
     MOVING = (
         Verdict.WARN,
-        "Hold the pole until it hangs still, and start again. A cart that rolls by itself wants a level rail; if nothing "
-        "moves, an encoder drifts.",
+        "Hold the pole until it hangs still, and start again. A cart that rolls by itself wants "
+        "a level rail; if nothing moves, an encoder drifts.",
     )
     NOISY = (
         Verdict.WARN,
-        "Look at the encoders' cables and shielding, and whether the angle is read from an analogue sensor.",
+        "Look at the encoders' cables and shielding, and whether the angle is read from an "
+        "analogue sensor.",
     )
     SPIKES = (
         Verdict.WARN,
-        "Look at the encoders' plugs, and whether the rig's program reads a counter while it changes.",
+        "Look at the encoders' plugs, and whether the rig's program reads a counter while it "
+        "changes.",
     )
     VELOCITY_AT_REST = (
         Verdict.FAIL,
-        "Velocities have to be 0 at rest: see that the rig's program differentiates positions, and that no field is "
-        "mistaken.",
+        "Velocities have to be 0 at rest: see that the rig's program differentiates positions, "
+        "and that no field is mistaken.",
     )
 
     HANGS_AT_ZERO = (
@@ -125,13 +132,13 @@ class Fault(Enum):
     WRAPPED = (Verdict.FAIL, "Send the angle as it is counted, without wrapping it into one turn.")
     TURNED = (
         Verdict.WARN,
-        "Hanging is pi: the pole has made whole turns since the rig's program was started, or the program takes pi "
-        "away; start it while the pole hangs.",
+        "Hanging is pi: the pole has made whole turns since the rig's program was started, or "
+        "the program takes pi away; start it while the pole hangs.",
     )
     ZERO_OFF = (
         Verdict.WARN,
-        "Zero the encoder while the pole hangs still, or state the offset in the twin file (effect angle_offset); "
-        "sysid measures it.",
+        "Zero the encoder while the pole hangs still, or state the offset in the twin file "
+        "(effect angle_offset); sysid measures it.",
     )
     ZERO_WRONG = (
         Verdict.FAIL,
@@ -139,22 +146,25 @@ class Fault(Enum):
     )
     OFF_MIDDLE = (
         Verdict.WARN,
-        "If the cart stands in the middle, zero its encoder there; if not, move it there by hand and start again.",
+        "If the cart stands in the middle, zero its encoder there; if not, move it there by hand"
+        " and start again.",
     )
     BEYOND_RAIL = (
         Verdict.FAIL,
-        "Zero the cart's encoder in the middle of the rail, and compare rail_half_length_m in the twin file with the rail.",
+        "Zero the cart's encoder in the middle of the rail, and compare rail_half_length_m in "
+        "the twin file with the rail.",
     )
     MILLIMETRES = (Verdict.FAIL, "Send m and m/s, not millimetres.")
 
     CART_STANDS = (
         Verdict.FAIL,
-        "Is the motor's power on, its emergency stop released, its enable set? Do commands (mask >dd, big-endian) "
-        "arrive at the rig? Does the cart run freely by hand?",
+        "Is the motor's power on, its emergency stop released, its enable set? Do commands (mask"
+        " >dd, big-endian) arrive at the rig? Does the cart run freely by hand?",
     )
     CART_BLIND = (
         Verdict.FAIL,
-        "The pole shows that the cart moves, and the cart's encoder does not: look at its cable and coupling.",
+        "The pole shows that the cart moves, and the cart's encoder does not: look at its cable "
+        "and coupling.",
     )
     STIFF = (
         Verdict.WARN,
@@ -170,23 +180,23 @@ class Fault(Enum):
     )
     VELOCITY_WRONG = (
         Verdict.FAIL,
-        "Send the position's own derivative, in m/s and rad/s: check unit, sign and the time by which differences are "
-        "divided.",
+        "Send the position's own derivative, in m/s and rad/s: check unit, sign and the time by "
+        "which differences are divided.",
     )
     COMMAND_MIRRORED = (
         Verdict.FAIL,
-        "Swap the motor's two wires, or turn the command's sign in the rig's program; or state input_sign_inverted in "
-        "the twin file.",
+        "Swap the motor's two wires, or turn the command's sign in the rig's program; or state "
+        "input_sign_inverted in the twin file.",
     )
     CART_MIRRORED = (
         Verdict.FAIL,
-        "Swap the channels A and B of the cart's encoder, or turn its sign in the rig's program; or state "
-        "cart_sign_inverted in the twin file.",
+        "Swap the channels A and B of the cart's encoder, or turn its sign in the rig's program;"
+        " or state cart_sign_inverted in the twin file.",
     )
     ANGLE_MIRRORED = (
         Verdict.FAIL,
-        "Swap the channels A and B of the pole's encoder, or turn its sign in the rig's program; or state "
-        "angle_sign_inverted in the twin file.",
+        "Swap the channels A and B of the pole's encoder, or turn its sign in the rig's program;"
+        " or state angle_sign_inverted in the twin file.",
     )
     POLE_STANDS = (
         Verdict.FAIL,
@@ -194,32 +204,34 @@ class Fault(Enum):
     )
     SLOW_ANSWER = (
         Verdict.WARN,
-        "The rail guard reckons with 20 ms. Look for buffers in the rig's program and drive; state input_delay in the "
-        "twin file.",
+        "The rail guard reckons with 20 ms. Look for buffers in the rig's program and drive; "
+        "state input_delay in the twin file.",
     )
     GAIN_OFF = (
         Verdict.WARN,
-        "The twin file does not describe this rig well: record an excitation and run sysid diagnose.",
+        "The twin file does not describe this rig well: record an excitation and run sysid "
+        "diagnose.",
     )
     GAIN_UNSAFE = (
         Verdict.FAIL,
-        "The rail guard, which takes force and mass from the twin file, cannot be trusted so: correct force_per_pwm_n "
-        "or the masses. A factor of 100 or 1000 is a wrong unit of the position.",
+        "The rail guard, which takes force and mass from the twin file, cannot be trusted so: "
+        "correct force_per_pwm_n or the masses. A factor of 100 or 1000 is a wrong unit of the "
+        "position.",
     )
     CLIPPED = (
         Verdict.WARN,
-        "The drive gives no more than that: lower pwm_limit in the twin file, or state input_saturation; see the "
-        "motor's supply.",
+        "The drive gives no more than that: lower pwm_limit in the twin file, or state "
+        "input_saturation; see the motor's supply.",
     )
     RESET_IGNORED = (
         Verdict.FAIL,
-        "The rig's program does not act on the second number of a command (mask >dd). The driver_node's own reset "
-        "works without it.",
+        "The rig's program does not act on the second number of a command (mask >dd). The "
+        "driver_node's own reset works without it.",
     )
     RESET_LATE = (
         Verdict.FAIL,
-        "The rig's swing-down does not come to rest: check its gains and signs. The driver_node's own reset works "
-        "without it.",
+        "The rig's swing-down does not come to rest: check its gains and signs. The "
+        "driver_node's own reset works without it.",
     )
 
     @property

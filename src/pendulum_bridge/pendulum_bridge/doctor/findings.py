@@ -1,4 +1,4 @@
-"""What a check can come to: one finding each, with what was expected, what was found, and what to do."""
+"""The checks, and the finding of a check: what was expected, what was found, what to do."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pendulum_bridge.doctor.faults import Fault, Verdict
 
 
 class Check(Enum):
-    """The checks, in the order in which they are made: group and name."""
+    """The checks in their order; the value is group and name."""
 
     ADDRESS = ("ports", "rig's address")
     OUR_PORT = ("ports", "our port")
@@ -37,7 +37,7 @@ class Check(Enum):
 
     @property
     def group(self) -> str:
-        """Return what the check belongs to."""
+        """Return the group to which the check belongs."""
         return self.value[0]
 
     @property
@@ -48,10 +48,11 @@ class Check(Enum):
 
 @dataclass(frozen=True)
 class Finding:
-    """Hold what one check came to.
+    """Hold the result of a check.
 
-    expected, found: for a person. fault: what is wrong, None when nothing is. skipped: not looked
-    at; found then says why.
+    expected, found: for a person.
+    fault: what is wrong; None when nothing is.
+    skipped: whether the check was not made; `found` then gives the reason.
     """
 
     check: Check
@@ -69,7 +70,7 @@ class Finding:
 
     @property
     def advice(self) -> str:
-        """Return what to do; empty when there is nothing to do."""
+        """Return what to do about the fault; empty without a fault."""
         return "" if self.fault is None else self.fault.advice
 
     @property
@@ -97,6 +98,6 @@ class Finding:
         }
 
 
-def skip_check(check: Check, why: str) -> Finding:
+def skip_check(check: Check, reason: str) -> Finding:
     """Return the finding of a check that was not made."""
-    return Finding(check, "", why, skipped=True)
+    return Finding(check, "", reason, skipped=True)

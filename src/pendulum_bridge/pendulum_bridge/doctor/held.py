@@ -1,4 +1,4 @@
-"""A command that is held from each sending to the next, as a drive with a lag makes it, averaged as differences see it."""
+"""A held command after a lag, averaged as second differences average it."""
 
 from __future__ import annotations
 
@@ -6,15 +6,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
-STEPS_PER_PERIOD = 8  # parts of a sample period
+STEPS_PER_PERIOD = 8  # of the fine grid, a sample period
 
 
 class Held:
     """Hold the triangular means of a held signal.
 
-    at: (m,) s, when each value began; before the first it is 0. values: (m,). lag_s: time constant
-    of a first-order lag that it passes. span_s: half the base of the triangle. period_s: sample
-    period.
+    at: (m,) s, when each value begins; before the first value the signal is 0.
+    values: (m,).
+    lag_s: time constant of a first-order lag that the signal passes.
+    span_s: half the base of the triangle.
+    period_s: sample period.
     """
 
     def __init__(
@@ -28,8 +30,8 @@ class Held:
         triangle = np.concatenate([np.arange(1, half + 1), np.arange(half - 1, 0, -1)]) / half**2
         self._means = np.convolve(_apply_lag(fine, lag_s, step_s), triangle, "same")
 
-    def around(self, times: Floats) -> Floats:
-        """Return the means around times (n,) s."""
+    def average_around(self, times: Floats) -> Floats:
+        """Return the means around the times (n,) s."""
         return np.interp(times, self._times, self._means)
 
 

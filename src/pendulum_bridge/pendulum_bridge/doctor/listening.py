@@ -1,4 +1,4 @@
-"""Hear the rig for a while, and say whether it is the rig that is heard."""
+"""Listen to the rig for a while, and check that it is the rig that sends."""
 
 from __future__ import annotations
 
@@ -9,16 +9,19 @@ from pendulum_bridge.doctor.findings import Check, Finding
 from pendulum_bridge.doctor.wire import Heard, Wire
 from pendulum_bridge.wire.udp import Address
 
-LONGEST_FIRST_S = 2.0  # until the first sample
-LONGEST_SILENCE_S = 0.5  # without one more at the end: it has stopped
+LONGEST_FIRST_S = 2.0  # until the first packet
+LONGEST_SILENCE_S = 0.5  # at the end; after a longer silence the rig has stopped
 
 
 @dataclass(frozen=True)
 class Listened:
-    """Hold what was heard: packets of the rig's host; foreign: how many were not; stranger: who sent the last of these.
+    """Hold what was heard.
 
-    silent_s: from the last packet to the end. trouble: why the rig is not connected, empty when it
-    is.
+    heard: packets of the rig's host.
+    foreign: number of packets of other hosts.
+    stranger: who sent the last foreign packet.
+    silent_s: from the last packet to the end.
+    trouble: why the rig is not connected; empty when it is.
     """
 
     heard: tuple[Heard, ...]
@@ -29,7 +32,10 @@ class Listened:
 
 
 def listen(wire: Wire, seconds: float) -> Listened:
-    """Hear the wire for so many seconds from the first packet on; give up when none comes within FIRST_S."""
+    """Listen for so many seconds from the first packet on.
+
+    Gives up when no packet comes within LONGEST_FIRST_S.
+    """
     heard: list[Heard] = []
     end = wire.now() + LONGEST_FIRST_S
     while (now := wire.now()) < end:
@@ -42,7 +48,7 @@ def listen(wire: Wire, seconds: float) -> Listened:
 
 
 def check_samples(listened: Listened) -> Finding:
-    """Return whether the rig is heard, and nobody else."""
+    """Return whether packets come from the rig, and from no other host."""
     expected = f"a first packet of the rig within {LONGEST_FIRST_S:g} s, and no others"
     count, strangers = len(listened.heard), f"{listened.foreign} packets of another host"
     if listened.stranger is not None:

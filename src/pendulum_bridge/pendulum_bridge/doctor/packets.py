@@ -1,4 +1,4 @@
-"""Whether packets hold samples as the protocol has them, and by which mistake not."""
+"""Check that packets hold samples of the protocol, and name the mistake when they do not."""
 
 from __future__ import annotations
 
@@ -14,22 +14,20 @@ from pendulum_bridge.wire.udp import LONGEST_PACKET
 from pendulum_twin.errors import BadInputError
 
 SWAPPED = struct.Struct("<dddd")
-POSITIONS = (
-    0,
-    2,
-)  # of the fields; velocities that die out may be as small as a swapped number looks
+# Indices of the positions. A velocity that dies out may be as small as a swapped number looks.
+POSITIONS = (0, 2)
 HANGING_RAD = 0.3
-LEAST, MOST = 1e-9, 1e6  # m, rad: what a position that is not 0 may be
+LEAST, MOST = 1e-9, 1e6  # m, rad: size of a position that is not 0
 EXPECTED = f"{SAMPLE.size} bytes, four big-endian doubles (>dddd)"
 
 
 def unpack_samples(packets: Sequence[bytes]) -> list[Sample | None]:
-    """Return each packet's sample, None for one that holds none."""
+    """Return the sample of each packet; None for a packet that holds no sample."""
     return [_unpack_sample(packet) for packet in packets]
 
 
 def check_packets(packets: Sequence[bytes]) -> Finding:
-    """Return whether the packets hold samples; more than half of one mistake is that mistake, fewer are strays."""
+    """Return whether the packets hold samples; wrong packets in the minority are strays."""
     mistakes = Counter(
         mistake for packet in packets if (mistake := _find_mistake(packet)) is not None
     )
@@ -60,12 +58,12 @@ def _is_believable(fields: tuple[float, ...]) -> bool:
 
 
 def _is_hanging(fields: tuple[float, ...]) -> bool:
-    """Tell whether the pole hangs: one number in some dozens is as believable swapped as straight, but not so near pi."""
+    """Return whether the angle is near hanging, where few numbers are when bytes are swapped."""
     return abs(math.remainder(fields[0] - math.pi, math.tau)) < HANGING_RAD
 
 
 def _describe_packet(packet: bytes) -> str:
-    """Return what a packet of a wrong length may be."""
+    """Return what a packet of a wrong length may hold."""
     size = (
         f"{len(packet)} bytes"
         if len(packet) < LONGEST_PACKET

@@ -1,7 +1,8 @@
-"""Which program of this machine uses a UDP port, as far as Linux tells this user."""
+"""Find the program of this machine that uses a UDP port, as far as Linux shows it to this user."""
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 
 PROC = Path("/proc")
@@ -10,7 +11,10 @@ LOCAL, INODE = 1, 9  # columns of /proc/net/udp
 
 
 def find_owner(port: int, proc: Path = PROC) -> str:
-    """Return 'NAME (process NUMBER)' of who listens on a UDP port, or 'another program' when that is not shown."""
+    """Return 'NAME (process NUMBER)' of the program that listens on a UDP port.
+
+    Returns 'another program' when Linux does not show it.
+    """
     sockets = {f"socket:[{inode}]" for inode in _find_inodes(port, proc)}
     for process in sorted(proc.glob("[0-9]*")) if sockets else []:
         if sockets & _list_open_files(process):
@@ -31,17 +35,15 @@ def _find_inodes(port: int, proc: Path) -> list[str]:
 
 
 def _list_open_files(process: Path) -> set[str]:
-    found = set()
-    try:
-        for each in (process / "fd").iterdir():
-            found.add(str(each.readlink()))
-    except OSError:
-        pass  # of another user, or just ended
-    return found
+    files = set()
+    with suppress(OSError):  # of another user, or just ended
+        for descriptor in (process / "fd").iterdir():
+            files.add(str(descriptor.readlink()))
+    return files
 
 
 def _read_name(process: Path) -> str:
-    """Return the program's name; for one that an interpreter runs, the script's or module's."""
+    """Return the program's name; of a Python program, the name of its script or module."""
     try:
         words = (process / "cmdline").read_text().split("\0")
     except (OSError, UnicodeDecodeError):

@@ -1,4 +1,4 @@
-"""Whether the addresses can work at all: known, on networks that meet, free on this machine, somebody there at the rig."""
+"""Check the addresses: hosts known, networks that meet, our port free, a listener at the rig."""
 
 from __future__ import annotations
 
@@ -14,11 +14,14 @@ from pendulum_bridge.wire.protocol import Command
 from pendulum_bridge.wire.udp import Address, resolve_host
 from pendulum_twin.errors import BadInputError
 
-REFUSAL_S = 0.2  # until a machine in the same network has said that nobody listens
+REFUSAL_S = 0.2  # in which a machine in the same network refuses a packet
 
 
 def check_address(listen: Address | None, rig: Address) -> Finding:
-    """Return whether the rig's host is known, and can send to where we listen (None over TCP: we listen nowhere)."""
+    """Return whether the rig's host is known, and can send to our address.
+
+    listen: our address; None over TCP, where we connect to the rig.
+    """
     expected = "a host that this machine knows, in a network that it is in"
     try:
         number = resolve_host(rig)
@@ -36,21 +39,21 @@ def check_address(listen: Address | None, rig: Address) -> Finding:
 
 
 def _can_reach(listen: Address, loopback: bool) -> bool:
-    """Tell whether packets of a rig on the loopback network, or not, can reach an address."""
+    """Return whether a rig, on the loopback network or not, can reach our address."""
     try:
         here = ipaddress.ip_address(resolve_host(listen))
     except BadInputError:
-        return True  # what is wrong with the address itself, its own check says
+        return True  # the check of our port tells about the address itself
     return here.is_unspecified or here.is_loopback == loopback
 
 
 def report_port_open(listen: Address) -> Finding:
-    """Return the finding of an address that could be listened on."""
+    """Return the finding for an address that is free to listen on."""
     return Finding(Check.OUR_PORT, f"{listen} free to listen on", "it is")
 
 
 def report_port_refused(listen: Address, error: BadInputError) -> Finding:
-    """Return why an address could not be listened on: taken, and by whom, or not ours."""
+    """Return the finding for an address that is taken, and by whom, or that is not ours."""
     expected = f"{listen} free to listen on"
     number = error.__cause__.errno if isinstance(error.__cause__, OSError) else None
     if number == errno.EADDRINUSE:
@@ -61,9 +64,9 @@ def report_port_refused(listen: Address, error: BadInputError) -> Finding:
 
 
 def check_rig_port(rig: Address) -> Finding:
-    """Return whether anybody refuses packets at the rig's address; it is sent PWM 0.
+    """Return whether packets to the rig's address are refused; it is sent PWM 0.
 
-    Only a refusal is certain: a firewall may swallow packets without a word.
+    Only a refusal is certain: a firewall may drop packets silently.
     """
     expected = f"somebody to listen on {rig}"
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:

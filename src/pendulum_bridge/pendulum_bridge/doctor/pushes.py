@@ -1,8 +1,8 @@
-"""What is asked of the cart: small pushes whose size is only as large as the cart needs.
+"""Plans that push the cart, only as hard as the cart needs.
 
-A plan is a generator: it is sent each moment and yields the command (PWM fraction) to hold until
-the next; what it returns is what it has seen. The first command, before any moment, is 0. Whoever
-plays it limits what it asks.
+A plan is a generator: it takes the moments (samples) and yields the command (PWM fraction) to hold
+until the next moment; it returns what it has seen. The first command, before any moment, is 0. The
+player (`driving.play_plan`) limits the commands.
 """
 
 from __future__ import annotations
@@ -10,33 +10,32 @@ from __future__ import annotations
 import math
 from collections.abc import Generator
 from dataclasses import dataclass
+from statistics import median_high
 
 from pendulum_bridge.safety.reset import Rest, clip
 from pendulum_bridge.safety.rig_state import RigState
 
-MEDIAN_SAMPLES = 3  # samples in a row; one alone may be a spike
-MOVED_M = 0.005  # a cart that has come so far moves
-ROOM_M = 0.15  # from where a plan began; further is too far
-TILT_RAD = (
-    0.06  # the pole so far from hanging, with a cart that seems to stand: something is blind
-)
+MEDIAN_SAMPLES = 3  # a single sample may be a spike
+MOVED_M = 0.005  # a cart that has come so far does move
+ROOM_M = 0.15  # largest distance from the begin of a plan
+TILT_RAD = 0.06  # a pole so far from hanging over a standing cart: the cart's encoder is blind
 PAUSE_S = 0.3
 HOMING_S = 3.0
-NEAR_M, SLOW_ENOUGH_M_S = (
-    0.03,
-    0.05,
-)  # of where the cart is brought; a swinging pole hardly lets it stand
-STANDS_M_S = 0.02  # a cart that is no faster coasts no further than 0.03 m
-POSITION_1_S2, VELOCITY_1_S, MOST_M_S2 = 4.0, 3.5, 1.5  # of homing
-AHEAD_S, SLOW_M_S = (
-    0.05,
-    0.02,
-)  # how far ahead, and from which speed on, the way the cart is going counts
+# Within these the cart has come home; a swinging pole hardly lets it stand.
+NEAR_M, SLOW_ENOUGH_M_S = 0.03, 0.05
+STANDS_M_S = 0.02  # a slower cart coasts no further than 0.03 m
+POSITION_1_S2, VELOCITY_1_S, LARGEST_M_S2 = 4.0, 3.5, 1.5  # of homing
+# Of the command against dry friction: prediction time, and speed of its full size.
+AHEAD_S, SLOW_M_S = 0.05, 0.02
 
 
 @dataclass(frozen=True)
 class Moment:
-    """Hold a sample's state and the time since the plan began, s."""
+    """Hold a sample.
+
+    elapsed_s: since the plan began.
+    state: of the rig, as measured.
+    """
 
     elapsed_s: float
     state: RigState
@@ -47,12 +46,12 @@ type Plan[Seen] = Generator[float, Moment, Seen]
 
 @dataclass(frozen=True)
 class Nudged:
-    """Hold how the cart answered commands that grow slowly.
+    """Hold how the cart answered commands that rise slowly.
 
-    forth, back: the commands (PWM fraction, signed) at which it had moved, the positive one first;
-    None where it had not.
-    way: which way the positive one moved it, 0 when it did not. blind: the pole swung while the
-    cart seemed to stand.
+    forth, back: positive and negative command (PWM fraction) at which it had moved; None when it
+        did not move.
+    way: of the measured cart under the positive command, +1 or -1; 0 when it did not move.
+    blind: whether the pole swung while the cart seemed to stand.
     """
 
     forth: float | None = None
@@ -62,12 +61,16 @@ class Nudged:
 
     @property
     def breakaway(self) -> float:
-        """Return the larger of both commands, 0 where there are none."""
+        """Return the larger size of both commands, PWM fraction; 0 without commands."""
         return max(abs(self.forth or 0.0), abs(self.back or 0.0))
 
 
 def plan_nudge(most: float, rise_per_s: float) -> Plan[Nudged]:
-    """Raise the command from 0 until the cart moves, then the same the other way; no larger than most."""
+    """Raise the command from 0 until the cart moves, then lower it until the cart moves back.
+
+    most: largest size of a command.
+    rise_per_s: PWM fraction a second.
+    """
     moment = yield 0.0
     hanging = moment.state.pole_rad
     begin, start, carts, tilts, pwm = (
@@ -96,19 +99,19 @@ def plan_nudge(most: float, rise_per_s: float) -> Plan[Nudged]:
             return Nudged(forth, None, way)
         moment = yield pwm
         carts.append(moment.state.cart_m)
-        furthest = way * max(
-            way * furthest, way * _compute_median(carts)
-        )  # on its way from the first push for a while
+        # the cart still coasts from the first push for a while
+        furthest = way * max(way * furthest, way * _compute_median(carts))
     yield from _pause(moment)
     return Nudged(forth, pwm, way)
 
 
 @dataclass(frozen=True)
 class Homing:
-    """Hold how to bring the cart somewhere.
+    """Hold the controller that brings the cart to a place.
 
-    way: +1, or -1 where a positive command moves the cart the negative way. per_m_s2: command for
-    1 m/s^2. dry: command (PWM fraction) that friction and dead zone take.
+    way: of the measured cart under a positive command, +1 or -1.
+    per_m_s2: command (PWM fraction) for 1 m/s^2.
+    dry: command (PWM fraction) that friction and dead zone take.
     """
 
     way: int
@@ -117,28 +120,28 @@ class Homing:
 
 
 def plan_homing(target_m: float, homing: Homing) -> Plan[None]:
-    """Bring the cart to target_m, as well as it goes in HOMING_S."""
+    """Bring the cart to target_m, as near as it comes within HOMING_S."""
     moment = yield 0.0
     yield from _bring_home(moment, target_m, homing, STANDS_M_S)
 
 
 @dataclass(frozen=True)
 class Doublet:
-    """Hold a push: pwm for seconds, -pwm for twice as long, pwm again, so that the cart ends where it was, at rest."""
+    """Hold a push that ends where it began: `pwm` for `seconds`, -`pwm` twice as long, `pwm`."""
 
     pwm: float
     seconds: float
 
 
 def plan_pushes(doublets: tuple[Doublet, ...], homing: Homing) -> Plan[None]:
-    """Play doublets, each from the middle, and end there."""
+    """Play the doublets, each from the middle, and bring the cart back to the middle."""
     moment = yield 0.0
-    for each in doublets:
+    for doublet in doublets:
         moment = yield from _bring_home(moment, 0.0, homing)
         moment = yield from _pause(moment)
         begin = moment.elapsed_s
-        while (part := (moment.elapsed_s - begin) / each.seconds) < 4.0:
-            moment = yield -each.pwm if 1.0 <= part < 3.0 else each.pwm
+        while (phase := (moment.elapsed_s - begin) / doublet.seconds) < 4.0:
+            moment = yield -doublet.pwm if 1.0 <= phase < 3.0 else doublet.pwm
     yield from _bring_home(moment, 0.0, homing)
 
 
@@ -146,8 +149,8 @@ def plan_pushes(doublets: tuple[Doublet, ...], homing: Homing) -> Plan[None]:
 class ResetSeen:
     """Hold what the rig's own swing-down did.
 
-    moved: the cart came half of the way to the middle, further than it coasts. rest_s: when it
-    came to rest, or None.
+    moved: whether the cart came half of the way to the middle, further than it coasts.
+    rest_s: when cart and pole came to rest; None when they did not.
     """
 
     moved: bool
@@ -155,10 +158,10 @@ class ResetSeen:
 
 
 def plan_reset_watch(hanging_rad: float, deadline_s: float, ignored_s: float) -> Plan[ResetSeen]:
-    """Ask for nothing until the pendulum hangs still in the middle, or the deadline.
+    """Send PWM 0 until the pendulum hangs still in the middle, or until the deadline.
 
-    hanging_rad: what hanging reads. ignored_s: a cart that has not come
-    nearer to the middle by then will not.
+    hanging_rad: angle that the rig reports while the pole hangs.
+    ignored_s: time within which the cart has to come nearer to the middle.
     """
     moment, moved, resting, rest = (yield 0.0), False, 0, Rest()
     start_m = abs(moment.state.cart_m)
@@ -182,12 +185,12 @@ def _pause(moment: Moment) -> Generator[float, Moment, Moment]:
 
 
 def _compute_median(values: list[float]) -> float:
-    """Return the median of the last SURE values: one alone may be a spike."""
-    return sorted(values[-MEDIAN_SAMPLES:])[len(values[-MEDIAN_SAMPLES:]) // 2]
+    """Return the (upper) median of the last MEDIAN_SAMPLES values."""
+    return median_high(values[-MEDIAN_SAMPLES:])
 
 
 def _take_back(moment: Moment, pwm: float, seconds: float) -> Generator[float, Moment, None]:
-    """Take back the momentum that a command rising to pwm has given in so many seconds, without seeing the cart."""
+    """Take back the momentum of a command that rose to pwm in so many seconds, unseen."""
     end = moment.elapsed_s + seconds
     while moment.elapsed_s < end:
         moment = yield -0.5 * pwm
@@ -200,7 +203,7 @@ def _bring_home(
     while moment.elapsed_s < end and still < MEDIAN_SAMPLES:
         off, speed = moment.state.cart_m - target_m, moment.state.cart_m_s
         still = still + 1 if abs(off) < NEAR_M and abs(speed) < slow_m_s else 0
-        wanted = clip(-(POSITION_1_S2 * off + VELOCITY_1_S * speed), MOST_M_S2)
+        wanted = clip(-(POSITION_1_S2 * off + VELOCITY_1_S * speed), LARGEST_M_S2)
         going = clip((speed + AHEAD_S * wanted) / SLOW_M_S, 1.0) if still == 0 else 0.0
         moment = yield homing.way * (homing.per_m_s2 * wanted + homing.dry * going)
     return moment

@@ -1,10 +1,10 @@
 """How a cart answers pushes: how late, how strongly, and up to which command.
 
-Looked at is the centre of mass of cart and pole, which the drive and the cart's friction alone
-move (see `rail_guard`). Its second differences over 4 samples are means, with triangular weights,
-of gain (u - dead sign u) - friction over mass; u is the command of some delay ago after some lag.
-For each delay and lag, gain, dead zone, dry friction and bias are a linear fit; the best of all is
-taken. What a command near the limit did is then measured in terms of smaller ones.
+Only the drive and the cart's friction move the centre of mass of cart and pole (see
+`safety.rail_guard`). Its second differences over 4 samples are means, with triangular weights, of
+gain (u - dead sign u) - friction over mass, where u is the delayed and lagged command. For each
+delay and lag, gain, dead zone, dry friction and bias are a linear fit; the best fit is taken. The
+effect of a command near the limit is then measured by that of smaller commands.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ from pendulum_bridge.doctor.track import Grid, Track, compute_slopes
 from pendulum_twin.rig import Rig
 
 Floats = NDArray[np.float64]
-HALF_BASE_SAMPLES = 2  # samples: half the length of a second difference
+HALF_BASE_SAMPLES = 2  # half the length of a second difference
 SLOW_M_S = 0.02  # a slower cart may stick
 LONGEST_DELAY_S, DELAY_STEP_S = 0.2, 0.0025  # of the delays tried
 LAGS_S = (0.0, 0.01, 0.02, 0.03, 0.045, 0.06, 0.08, 0.1)
-LEAST_PUSH_SHARE = 0.3  # share of a push that a second difference has to see
-GUARD_LATENCY_S = 0.02  # what the rail guard reckons with
-LARGEST_GAIN_DEVIATION = 0.15  # share; a gain whose standard deviation is larger says nothing
-CLOSE_GAIN_FACTOR = 1.25  # factor that nobody need mend
-CLIPPED_SHARE = 0.85  # of a command; less effect is a clipped one
+LEAST_PUSH_SHARE = 0.3  # of a push, within a second difference that counts
+GUARD_LATENCY_S = 0.02  # that the rail guard assumes
+LARGEST_GAIN_DEVIATION = 0.15  # of the gain; with a larger deviation it says nothing
+CLOSE_GAIN_FACTOR = 1.25  # within which the gain is as the twin file has it
+CLIPPED_SHARE = 0.85  # of a command; with less effect it is clipped
 
 
 @dataclass(frozen=True)
@@ -39,9 +39,10 @@ class Response:
     """Hold how the cart answers.
 
     latency_s: from a sample to the motion that the answer to it makes, the drive's lag included.
-    gain: m/s^2 a unit of command, along the measured cart. deviation: its standard deviation.
-    strongest: the largest command sent; effect: the one that would have done as much as it did,
-    None when it could not be told.
+    gain: m/s^2 a unit of command, along the measured cart.
+    deviation: standard deviation of the gain.
+    strongest: the largest command that was sent, PWM fraction.
+    effect: the command without a limit that would have had the same effect; None when unknown.
     """
 
     latency_s: float
@@ -51,25 +52,31 @@ class Response:
     effect: float | None
 
     @property
-    def sure(self) -> bool:
-        """Tell whether the gain was measured well enough to judge."""
+    def is_sure(self) -> bool:
+        """Return whether the gain was measured well enough to judge."""
         return self.deviation < LARGEST_GAIN_DEVIATION * abs(self.gain)
 
 
 def measure_response(track: Track, grid: Grid, rig: Rig, pole_way: int, small: float) -> Response:
-    """Return the response; commands up to small (PWM fraction) give the gain, larger ones, after them, its limit."""
+    """Return the response; small commands give the gain, the large commands after them the limit.
+
+    pole_way: +1, or -1 where the angle counts clockwise.
+    small: largest size of a small command, PWM fraction.
+    """
     motion = _Motion(track, grid, rig, pole_way, small)
-    fits = [motion.fitted(lag_s) for lag_s in LAGS_S]
-    best = min(fits, key=lambda each: each.left)
+    fits = [motion.fit_delay(lag_s) for lag_s in LAGS_S]
+    best = min(fits, key=lambda fit: fit.residual)
     strongest = float(np.max(np.abs(track.sent), initial=0.0))
     gain, deviation = float(best.factors[0]), float(best.deviations[0])
-    return Response(best.delay_s + best.lag_s, gain, deviation, strongest, motion.effect(best))
+    return Response(
+        best.delay_s + best.lag_s, gain, deviation, strongest, motion.measure_effect(best)
+    )
 
 
 def check_latency(response: Response, period_s: float) -> Finding:
-    """Return whether commands act as soon as the rail guard believes, to half a period."""
+    """Return whether commands act within the guard's latency and half a period."""
     expected = f"at most {1e3 * GUARD_LATENCY_S:g} ms from a command to the cart's motion"
-    if not response.sure:
+    if not response.is_sure:
         return skip_check(Check.LATENCY, "the motion was too small or too disturbed to tell")
     slow = response.latency_s > GUARD_LATENCY_S + 0.5 * period_s
     return Finding(
@@ -81,8 +88,12 @@ def check_latency(response: Response, period_s: float) -> Finding:
 
 
 def check_acceleration(response: Response, expected: float, least: float, most: float) -> Finding:
-    """Return whether the gain (m/s^2 a unit of command) is what the twin file says; outside least..most the guard errs."""
-    if not response.sure:
+    """Return whether the gain (m/s^2 a unit of command) is that of the twin file.
+
+    expected: by the twin file.
+    least, most: between which the rail guard works.
+    """
+    if not response.is_sure:
         return skip_check(Check.ACCELERATION, "the motion was too small or too disturbed to tell")
     gain = abs(response.gain)
     fault = None if 1 / CLOSE_GAIN_FACTOR < gain / expected < CLOSE_GAIN_FACTOR else Fault.GAIN_OFF
@@ -93,9 +104,9 @@ def check_acceleration(response: Response, expected: float, least: float, most: 
 
 
 def check_clipping(response: Response, limit: float) -> Finding:
-    """Return whether commands up to limit (PWM fraction) act in full."""
+    """Return whether commands up to the limit (PWM fraction) act in full."""
     expected = f"commands up to {limit:g} to act in full"
-    if response.effect is None or not response.sure:
+    if response.effect is None or not response.is_sure:
         return skip_check(
             Check.CLIPPING, "no command near the limit was sent, or the motion did not tell"
         )
@@ -110,17 +121,22 @@ def check_clipping(response: Response, limit: float) -> Finding:
 
 @dataclass(frozen=True)
 class _Fit:
-    """Hold gain, gain times dead zone, dry friction and bias, their deviations, and what is left (mean square)."""
+    """Hold the fit for a delay and a lag.
+
+    factors: (4,) gain, gain times dead zone, dry friction, bias.
+    deviations: (4,) standard deviations of the factors.
+    residual: mean square.
+    """
 
     delay_s: float
     lag_s: float
     factors: Floats
     deviations: Floats
-    left: float
+    residual: float
 
 
 class _Motion:
-    """The second differences of a track's centre of mass, and what explains them."""
+    """The second differences of a track's centre of mass, and the terms that explain them."""
 
     def __init__(self, track: Track, grid: Grid, rig: Rig, pole_way: int, small: float) -> None:
         self._track, self._times, self._period_s = (
@@ -144,34 +160,34 @@ class _Motion:
             - HALF_BASE_SAMPLES * grid.period_s
         )
 
-    def fitted(self, lag_s: float) -> _Fit:
-        """Return the best fit of what was sent before the large commands, for one lag."""
-        held = self._held(self._track.sent, lag_s), self._held(np.sign(self._track.sent), lag_s)
+    def fit_delay(self, lag_s: float) -> _Fit:
+        """Return the best fit of the small commands for a lag, over all delays."""
+        held = self._hold(self._track.sent, lag_s), self._hold(np.sign(self._track.sent), lag_s)
         delays = np.arange(0.0, LONGEST_DELAY_S, DELAY_STEP_S).tolist()
         return min(
-            (self._fit(delay_s, lag_s, held) for delay_s in delays), key=lambda each: each.left
+            (self._fit(delay_s, lag_s, held) for delay_s in delays), key=lambda fit: fit.residual
         )
 
-    def effect(self, best: _Fit) -> float | None:
-        """Return the command (PWM fraction) that would have done what the large ones did."""
+    def measure_effect(self, best: _Fit) -> float | None:
+        """Return the unlimited command (PWM fraction) that has the large commands' effect."""
         times, sent = self._times - best.delay_s, self._track.sent
-        share = self._held(np.where(self._large, np.sign(sent), 0.0), best.lag_s).around(times)
+        share = self._hold(np.where(self._large, np.sign(sent), 0.0), best.lag_s).average_around(
+            times
+        )
         chosen = self._moving & (np.abs(share) > LEAST_PUSH_SHARE)
         if chosen.sum() < 2 or not best.factors[0]:
             return None
-        rest = self._terms(
-            times,
-            *(
-                self._held(each, best.lag_s)
-                for each in (np.where(self._large, 0.0, sent), np.sign(sent))
-            ),
-        )
-        unexplained = (self._changes - rest @ best.factors)[chosen] / best.factors[0]
+        small = self._hold(np.where(self._large, 0.0, sent), best.lag_s)
+        others = self._stack_terms(times, small, self._hold(np.sign(sent), best.lag_s))
+        unexplained = (self._changes - others @ best.factors)[chosen] / best.factors[0]
         return float(unexplained @ share[chosen] / (share[chosen] @ share[chosen]))
 
     def _fit(self, delay_s: float, lag_s: float, held: tuple[Held, Held]) -> _Fit:
         chosen = self._moving & (self._times < self._end_s)
-        terms, changes = self._terms(self._times - delay_s, *held)[chosen], self._changes[chosen]
+        terms, changes = (
+            self._stack_terms(self._times - delay_s, *held)[chosen],
+            self._changes[chosen],
+        )
         if len(terms) <= terms.shape[1]:
             return _Fit(delay_s, lag_s, np.zeros(4), np.full(4, np.inf), np.inf)
         factors, deviations = solve_least_squares(terms, changes)
@@ -179,12 +195,18 @@ class _Motion:
             delay_s, lag_s, factors, deviations, float(np.mean((changes - terms @ factors) ** 2))
         )
 
-    def _terms(self, times: Floats, command: Held, sign: Held) -> Floats:
+    def _stack_terms(self, times: Floats, command: Held, sign: Held) -> Floats:
         return np.stack(
-            [command.around(times), -sign.around(times), self._dry, np.ones_like(times)], axis=1
+            [
+                command.average_around(times),
+                -sign.average_around(times),
+                self._dry,
+                np.ones_like(times),
+            ],
+            axis=1,
         )
 
-    def _held(self, values: Floats, lag_s: float) -> Held:
+    def _hold(self, values: Floats, lag_s: float) -> Held:
         return Held(
             self._track.sent_at, values, lag_s, HALF_BASE_SAMPLES * self._period_s, self._period_s
         )

@@ -1,7 +1,7 @@
-"""What the rig shows while nothing is asked of it: whether it is still, and how cleanly it measures.
+"""The checks of a rig at PWM 0: whether it stands still, and how cleanly it measures.
 
-Samples are arrays (n, 4) in the protocol's order: pole angle (rad), pole rate, cart position (m),
-cart velocity.
+Samples are arrays (n, 4) in the protocol's order: pole angle (rad), pole rate (rad/s), cart
+position (m), cart velocity (m/s).
 """
 
 from __future__ import annotations
@@ -19,17 +19,20 @@ from pendulum_bridge.safety.reset import Rest
 
 Floats = NDArray[np.float64]
 POLE, POLE_RATE, CART, CART_VELOCITY = range(4)
-REST = Rest()  # what the reset calls at rest
+REST = Rest()  # limits of rest, as the reset has them
 WINDOW = 5  # samples of the running median; spikes are shorter than half of it
 MOVED_RAD, MOVED_M = 0.05, 0.005
 NOISE_RAD, NOISE_M = 0.01, 0.001  # standard deviation from sample to sample
 SPIKE_RAD, SPIKE_M = 0.05, 0.005
-WRAP_NEAR_RAD = 0.3  # a jump that is so near a whole turn is a wrapped angle
+WRAP_NEAR_RAD = 0.3  # a jump so near a whole turn is that of a wrapped angle
 
 
 @dataclass(frozen=True)
 class AtRest:
-    """Hold the medians of the samples at rest: pole_rad, pole_rad_s, cart_m, cart_m_s; wrapped: whether the angle jumps."""
+    """Hold the medians of the samples at rest.
+
+    wrapped: whether the angle jumps by whole turns.
+    """
 
     pole_rad: float
     pole_rad_s: float
@@ -45,17 +48,16 @@ def measure_rest(samples: Floats) -> AtRest:
 
 
 def has_wraps(angles: Floats) -> bool:
-    """Tell whether angles (n,) jump by a whole turn, and stay inside one."""
+    """Return whether angles (n,) jump by a whole turn, and stay inside a turn."""
     jumps = np.abs(np.abs(np.diff(angles)) - math.tau) < WRAP_NEAR_RAD
     return bool(jumps.any() and np.ptp(angles) < math.tau + WRAP_NEAR_RAD)
 
 
 def compute_running_median(values: Floats) -> Floats:
-    """Return the running median of values (n, ...) along the first axis, with ends repeated."""
+    """Return the running median of values (n, ...) along the first axis; the ends are repeated."""
     half = WINDOW // 2
-    padded = np.concatenate(
-        [values[:1].repeat(half, axis=0), values, values[-1:].repeat(half, axis=0)]
-    )
+    padding = [(half, half), *[(0, 0)] * (values.ndim - 1)]
+    padded = np.pad(values, padding, mode="edge")
     return np.median(sliding_window_view(padded, WINDOW, axis=0), axis=-1)
 
 
@@ -71,7 +73,7 @@ def check_rest(samples: Floats) -> Finding:
 
 
 def check_noise(samples: Floats) -> Finding:
-    """Return whether the positions are measured cleanly, with the encoders' steps as far as they are seen."""
+    """Return whether the positions are measured cleanly, and the encoders' steps."""
     pole, cart = _unwrap_positions(samples)
     spikes = _find_spikes(pole, SPIKE_RAD) | _find_spikes(cart, SPIKE_M)
     expected = f"noise under {NOISE_RAD:g} rad and {1e3 * NOISE_M:g} mm, no spikes"
@@ -79,13 +81,16 @@ def check_noise(samples: Floats) -> Finding:
         found = f"{int(spikes.sum())} of {len(samples)} samples far off their neighbours"
         return Finding(Check.NOISE, expected, found, Fault.SPIKES)
     pole_noise, cart_noise = _compute_noise(pole), _compute_noise(cart)
-    found = f"{pole_noise:.2g} rad ({_describe_step(pole, 1, 'rad')}) and {1e3 * cart_noise:.2g} mm ({_describe_step(cart, 1e3, 'mm')})"
+    found = (
+        f"{pole_noise:.2g} rad ({_describe_step(pole, 1, 'rad')}) and "
+        f"{1e3 * cart_noise:.2g} mm ({_describe_step(cart, 1e3, 'mm')})"
+    )
     noisy = pole_noise > NOISE_RAD or cart_noise > NOISE_M
     return Finding(Check.NOISE, expected, found, Fault.NOISY if noisy else None)
 
 
 def check_velocities(samples: Floats) -> Finding:
-    """Return whether the velocities agree with positions that do not change."""
+    """Return whether the velocities are 0 while the positions do not change."""
     rest = measure_rest(samples)
     wrong = abs(rest.pole_rad_s) > REST.pole_rad_s or abs(rest.cart_m_s) > REST.cart_m_s
     found = f"{rest.pole_rad_s:.3g} rad/s and {rest.cart_m_s:.3g} m/s"
@@ -98,7 +103,7 @@ def check_velocities(samples: Floats) -> Finding:
 
 
 def _unwrap_positions(samples: Floats) -> tuple[Floats, Floats]:
-    """Return angles, without whole turns in between, and cart positions."""
+    """Return angles, without jumps of whole turns, and cart positions."""
     angles = samples[:, POLE]
     return np.unwrap(angles) if has_wraps(angles) else angles, samples[:, CART]
 
@@ -113,7 +118,7 @@ def _compute_noise(values: Floats) -> float:
 
 
 def _describe_step(values: Floats, scale: float, unit: str) -> str:
-    """Say the smallest change seen, which is the encoder's step where it changes at all."""
+    """Return the smallest change, which is the encoder's step, in words."""
     steps = np.diff(np.unique(values))
     steps = steps[steps > 1e-12]
     return f"steps of {scale * steps.min():.2g} {unit}" if len(steps) else "no step seen"

@@ -1,8 +1,8 @@
-"""Find out why a rig does not connect, or whether it does: ports, samples, rate, rest, zeros, signs, limits, reset.
+"""Examine the connection to a rig: ports, samples, rate, rest, zeros, signs, limits, reset.
 
-Each check ends in one line: OK, WARN, FAIL or SKIPPED, what was expected, what was found, and what
-to do. The rig is sent PWM 0 and nothing else, unless --move allows to move the cart; PWM 0 is also
-the last thing that is sent.
+Each check prints a line: OK, WARN, FAIL or SKIPPED, what was expected, what was found, and what to
+do. The rig is sent PWM 0 only, unless --move allows to move the cart; the last command is PWM 0 in
+any case.
 """
 
 from __future__ import annotations
@@ -34,16 +34,16 @@ from pendulum_twin.model import load_twin
 
 SCHEMA = "rig_doctor/1"
 NOTICE = (
-    "rig_doctor: --move: the cart will be pushed gently both ways, up to some 0.3 m, and the rig's own swing-down be asked "
-    "for. Keep clear of it; Ctrl-C stops it."
+    "rig_doctor: --move: the cart will be pushed gently both ways, up to some 0.3 m, and the "
+    "rig's own swing-down be asked for. Keep clear of it; Ctrl-C stops it."
 )
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Examine a rig and print each finding as it is made; return 0 when nothing FAILed, 1 when something did.
+    """Examine a rig and print each finding; return 0 without a FAIL, 1 with a FAIL.
 
-    Ends with 2 for wrong use; returns 1 with a sentence on stderr when it was interrupted or
-    cannot be done.
+    Exits with 2 for wrong use; returns 1 with a sentence on stderr when the examination was
+    interrupted or cannot be done.
     """
     options = parse_options(arguments)
     signal.signal(signal.SIGTERM, _interrupt)
@@ -52,8 +52,8 @@ def main(arguments: list[str] | None = None) -> int:
         task = Task(load_twin(options.twin), options.rate, options.seconds, options.move)
         if options.move:
             print(NOTICE, file=sys.stderr, flush=True)
-        with closing(run_checks(options, task)) as coming:
-            for finding in coming:
+        with closing(run_checks(options, task)) as checks:
+            for finding in checks:
                 findings.append(finding)
                 if not options.json:
                     print(finding.line, flush=True)
@@ -62,17 +62,17 @@ def main(arguments: list[str] | None = None) -> int:
     except KeyboardInterrupt:
         return _report_failure("rig_doctor: interrupted; the last that was sent is PWM 0")
     except BrokenPipeError:
-        return 1  # nobody reads any more
+        return 1  # the reader of stdout has gone
     print(
         json.dumps(_make_mapping(findings), indent=2)
         if options.json
         else f"\n{_summarise(findings)}"
     )
-    return int(any(each.verdict is Verdict.FAIL for each in findings))
+    return int(any(finding.verdict is Verdict.FAIL for finding in findings))
 
 
 def run_checks(options: argparse.Namespace, task: Task) -> Generator[Finding]:
-    """Yield all findings in the order of the checks."""
+    """Yield all findings, in the order of the checks."""
     address = check_address(None if options.tcp else options.listen, options.rig)
     yield address
     if address.verdict is Verdict.FAIL:
@@ -86,7 +86,7 @@ def run_checks(options: argparse.Namespace, task: Task) -> Generator[Finding]:
 
 
 def _check_over_udp(listen: Address, rig: Address, task: Task) -> Iterator[Finding]:
-    """Yield the findings from our port on. While somebody else has it, the rig is theirs, and is sent nothing."""
+    """Yield the findings from our port on; send nothing while another program has the port."""
     try:
         wire = open_udp_wire(listen, rig)
     except BadInputError as error:
@@ -101,34 +101,37 @@ def _check_over_udp(listen: Address, rig: Address, task: Task) -> Iterator[Findi
 def _check_wire(
     wire: PortWire, task: Task, first: Callable[[], Finding] | None = None
 ) -> Iterator[Finding]:
-    """Yield the findings of a wire, which gets PWM 0 at the end, whatever happens, and is closed."""
+    """Yield the findings of a wire; whatever happens, send PWM 0 at the end and close it.
+
+    first: a check that comes before.
+    """
     try:
         if first is not None:
             yield first()
         yield from examine(wire, task)
     finally:
-        with _ignore_signals(), suppress(BadInputError):  # no way there: the findings say so
+        with _ignore_signals(), suppress(BadInputError):  # without a way to the rig: see findings
             stop(wire)
         wire.close()
 
 
-def _skip_after(last: Finding, why: str) -> Iterator[Finding]:
+def _skip_after(last: Finding, reason: str) -> Iterator[Finding]:
     checks = list(Check)
-    return (skip_check(check, why) for check in checks[checks.index(last.check) + 1 :])
+    return (skip_check(check, reason) for check in checks[checks.index(last.check) + 1 :])
 
 
 def _summarise(findings: list[Finding]) -> str:
-    counts = Counter(each.verdict for each in findings)
+    counts = Counter(finding.verdict for finding in findings)
     return "rig_doctor: " + ", ".join(f"{counts[verdict]} {verdict.name}" for verdict in Verdict)
 
 
 def _make_mapping(findings: list[Finding]) -> dict[str, object]:
-    verdicts = {each.verdict for each in findings}
-    worst = next((each for each in (Verdict.FAIL, Verdict.WARN) if each in verdicts), Verdict.OK)
+    verdicts = {finding.verdict for finding in findings}
+    worst = next((v for v in (Verdict.FAIL, Verdict.WARN) if v in verdicts), Verdict.OK)
     return {
         "schema": SCHEMA,
         "outcome": worst.name,
-        "findings": [each.to_mapping() for each in findings],
+        "findings": [finding.to_mapping() for finding in findings],
     }
 
 
@@ -139,7 +142,7 @@ def _report_failure(sentence: str) -> int:
 
 @contextmanager
 def _ignore_signals() -> Iterator[None]:
-    """Have the last words said to the end: who presses Ctrl-C twice is heard afterwards."""
+    """Hold back SIGINT and SIGTERM, so that the last packets are sent."""
     before = {
         number: signal.signal(number, signal.SIG_IGN) for number in (signal.SIGINT, signal.SIGTERM)
     }
@@ -155,7 +158,7 @@ def _interrupt(*_: object) -> None:
 
 
 def parse_options(arguments: list[str] | None) -> argparse.Namespace:
-    """Return the command line's options; print what is wrong and exit with 2 for wrong use."""
+    """Return the command line's options; print the mistake and exit with 2 for wrong use."""
     parser = argparse.ArgumentParser(prog="rig_doctor", description=__doc__)
     add = parser.add_argument
     add(
@@ -195,7 +198,7 @@ def parse_options(arguments: list[str] | None) -> argparse.Namespace:
     add(
         "--move",
         action="store_true",
-        help="allow to move the cart, gently, both ways: only so signs and limits show",
+        help="allow to move the cart, gently, both ways: only this shows signs and limits",
     )
     add("--tcp", action="store_true", help="connect to --rig over TCP instead of UDP")
     add("--json", action="store_true", help="print one JSON object at the end, instead of lines")

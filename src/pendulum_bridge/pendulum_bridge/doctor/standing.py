@@ -1,4 +1,4 @@
-"""The checks of a rig that nobody moves: samples, rate, rest and zeros, from what was heard."""
+"""The checks of a rig that stands: samples, rate, rest and zeros, from what was heard."""
 
 from __future__ import annotations
 
@@ -15,12 +15,17 @@ from pendulum_bridge.doctor.resting import AtRest, Floats
 from pendulum_twin.model import Twin
 
 CHECKS = tuple(Check)[list(Check).index(Check.SAMPLES) : list(Check).index(Check.MOVES)]
-FEWEST_SAMPLES = 3  # samples; fewer show nothing
+FEWEST_SAMPLES = 3  # fewer samples show nothing
 
 
 @dataclass(frozen=True)
 class Standing:
-    """Hold the findings in their order; rest: what the rig reads at rest, samples (n, 4); None and empty without samples."""
+    """Hold what a standing rig showed.
+
+    findings: in the order of CHECKS.
+    rest: what the rig reports at rest; None without samples.
+    samples: (n, 4) in the protocol's order.
+    """
 
     findings: tuple[Finding, ...]
     rest: AtRest | None
@@ -28,11 +33,11 @@ class Standing:
 
 
 def check_standing(listened: Listened, twin: Twin, rate_hz: float) -> Standing:
-    """Return all findings of a rig that was heard at rest; what cannot be looked at is skipped, with the reason."""
+    """Return all findings of a rig at rest; a check that cannot be made gives its reason."""
     findings = [check_samples(listened)]
     raw = [heard.packet for heard in listened.heard]
-    found = packets.unpack_samples(raw)
-    good = [k for k, sample in enumerate(found) if sample is not None]
+    unpacked = packets.unpack_samples(raw)
+    good = [k for k, sample in enumerate(unpacked) if sample is not None]
     if raw:
         findings.append(packets.check_packets(raw))
     if len(good) < FEWEST_SAMPLES or findings[-1].verdict is Verdict.FAIL:
@@ -46,7 +51,7 @@ def check_standing(listened: Listened, twin: Twin, rate_hz: float) -> Standing:
         )
     arrivals = np.array([listened.heard[k].at_s for k in good])
     samples = np.array(
-        [(s.pole_rad, s.pole_rate, s.cart_m, s.cart_velocity) for s in found if s is not None]
+        [(s.pole_rad, s.pole_rate, s.cart_m, s.cart_velocity) for s in unpacked if s is not None]
     )
     rest = resting.measure_rest(samples)
     fields = _check_fields(rest, twin)
@@ -92,11 +97,11 @@ def _check_rest_and_zero(samples: Floats, rest: AtRest, twin: Twin) -> list[Find
 
 
 def _find_units(pole: Finding, cart: Finding) -> Floats:
-    """Return what brings samples into SI units: a wrong unit is one fault, not noise and motion as well."""
+    """Return the factors (4,) to SI units, so that a wrong unit is no noise or motion too."""
     pole_unit = math.radians(1) if pole.fault is Fault.DEGREES else 1.0
     cart_unit = 1e-3 if cart.fault is Fault.MILLIMETRES else 1.0
     return np.array([pole_unit, pole_unit, cart_unit, cart_unit])
 
 
-def _skip_checks(checks: tuple[Check, ...], why: str) -> list[Finding]:
-    return [skip_check(check, why) for check in checks]
+def _skip_checks(checks: tuple[Check, ...], reason: str) -> list[Finding]:
+    return [skip_check(check, reason) for check in checks]

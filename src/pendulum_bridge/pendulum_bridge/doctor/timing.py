@@ -1,8 +1,7 @@
-"""How often samples come, how evenly, and whether any are lost. Times are arrivals at this machine, s.
+"""The checks of rate, jitter and losses. Times are arrivals at this machine, s.
 
-Samples carry no number and no time. One that is lost moves all later ones by a period; one that is
-late moves only itself. So what is left of the lateness when one always looks at the earliest of
-all later samples, are losses.
+Samples carry no number and no time. A lost sample moves all later samples by a period; a late
+sample moves only itself. So the least lateness of all later samples counts the losses.
 """
 
 from __future__ import annotations
@@ -14,26 +13,24 @@ from pendulum_bridge.doctor.faults import Fault
 from pendulum_bridge.doctor.findings import Check, Finding
 
 Floats = NDArray[np.float64]
-SPAN_SAMPLES = 10  # samples over which the period is measured: a coarse timer evens out
-CLOSE_RATE_SHARE, FAR_RATE_SHARE = (
-    0.02,
-    0.1,
-)  # shares by which a rate may be off, and may be off before nothing works
-FEW_LOST_SHARE, MANY_LOST_SHARE = 0.005, 0.1  # shares of samples
-BURST_PERIODS = 0.2  # periods; closer samples came in a burst
+SPAN_SAMPLES = 10  # over which the period is measured, so that a coarse timer evens out
+# Relative errors of the rate: up to the first it is right, beyond the second nothing works.
+CLOSE_RATE_SHARE, FAR_RATE_SHARE = 0.02, 0.1
+FEW_LOST_SHARE, MANY_LOST_SHARE = 0.005, 0.1  # of all samples
+BURST_PERIODS = 0.2  # closer samples came in a burst
 BURST_SHARE = 0.1
-EARLY_PERIODS = (
-    0.3  # periods by which a sample after a loss may be less late than the earliest before it
-)
-LARGEST_JITTER_PERIODS = 0.5  # periods; a later 99th percentile is a fault
+# By so many periods may a sample after a loss be less late than the earliest sample before it.
+EARLY_PERIODS = 0.3
+LARGEST_JITTER_PERIODS = 0.5  # of the 99th percentile
 FEWEST_SAMPLES = 2 * SPAN_SAMPLES
 
 
 def measure_period(arrivals: Floats, expected_s: float) -> float:
-    """Return the sample period in s, from at least 2 arrivals (n,), unmoved by a few losses and by jitter.
+    """Return the sample period (s), robust against a few losses and jitter.
 
-    Where most samples keep the expected period, a slower mean is taken for losses; where they come
-    in bursts, a line through all is all there is.
+    When most samples keep the expected period, a longer mean period means losses. When samples
+    come in bursts, a line through all arrivals gives the period.
+    arrivals: (n,) s, at least 2.
     """
     intervals = np.diff(arrivals)
     single = float(np.median(intervals))
@@ -45,13 +42,14 @@ def measure_period(arrivals: Floats, expected_s: float) -> float:
 
 
 def number_samples(arrivals: Floats, period_s: float) -> NDArray[np.int64]:
-    """Return the number of each sample (n,), counted from 0, lost ones included, but for losses among the last few."""
+    """Return the number of each sample (n,) from 0, lost samples counted.
+
+    Losses among the last SPAN_SAMPLES are not counted.
+    """
     count = np.arange(len(arrivals))
     late = arrivals - count * period_s
     after = np.minimum.accumulate(late[::-1])[::-1]
-    after[-SPAN_SAMPLES:] = after[-SPAN_SAMPLES:][
-        0
-    ]  # these have too few after them to tell lost from late
+    after[-SPAN_SAMPLES:] = after[-SPAN_SAMPLES:][0]  # too few follow to tell lost from late
     return count + np.floor((after - after[0]) / period_s + EARLY_PERIODS).astype(np.int64)
 
 
@@ -73,7 +71,7 @@ def check_rate(arrivals: Floats, expected_hz: float) -> Finding:
 
 
 def check_jitter(arrivals: Floats, period_s: float) -> Finding:
-    """Return whether samples come evenly: how far intervals are off the period, and how many come at once."""
+    """Return whether samples come evenly: errors of the intervals, and share of bursts."""
     intervals = np.diff(arrivals)
     off_ms = 1e3 * np.abs(intervals - period_s)
     at_once = _compute_burst_share(intervals, period_s)

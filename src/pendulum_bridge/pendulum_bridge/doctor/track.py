@@ -1,4 +1,4 @@
-"""What a rig did while it was driven, as it came, and put on an even grid of times."""
+"""The samples and commands of a drive, as they came and on an even grid of times."""
 
 from __future__ import annotations
 
@@ -11,16 +11,18 @@ from pendulum_bridge.doctor.resting import compute_running_median
 from pendulum_bridge.doctor.timing import measure_period, number_samples
 
 Floats = NDArray[np.float64]
-USUAL_CHANGE_QUANTILE = 0.9  # of all changes from sample to sample are smaller than a large one; spikes are rarer than the others
-SPIKE_CHANGES = 4  # such changes from the running median: a spike
+USUAL_CHANGE_QUANTILE = 0.9  # of the changes from sample to sample; spikes are rarer than 10 %
+SPIKE_CHANGES = 4  # usual changes; further from the running median is a spike
 
 
 @dataclass(frozen=True)
 class Track:
     """Hold a stretch of driving.
 
-    arrivals: (n,) s. samples: (n, 4) in the protocol's order. sent_at: (m,) s, on the same clock,
-    when each command was sent; it holds until the next. sent: (m,) PWM fraction.
+    arrivals: (n,) s.
+    samples: (n, 4) in the protocol's order.
+    sent_at: (m,) s on the same clock, when each command was sent; it holds until the next.
+    sent: (m,) PWM fraction.
     """
 
     arrivals: Floats
@@ -31,7 +33,12 @@ class Track:
 
 @dataclass(frozen=True)
 class Grid:
-    """Hold samples at even times: times (n,) s, samples (n, 4) without spikes, lost ones filled in, period_s."""
+    """Hold samples at even times.
+
+    times: (n,) s.
+    samples: (n, 4) without spikes; lost samples are interpolated.
+    period_s: between two times.
+    """
 
     times: Floats
     samples: Floats
@@ -39,7 +46,11 @@ class Grid:
 
 
 def resample(track: Track, expected_s: float) -> Grid:
-    """Return a track of at least two samples at even times, the earliest that its arrivals allow."""
+    """Return a track at even times, the earliest that its arrivals allow.
+
+    track: of at least two samples.
+    expected_s: sample period as it should be.
+    """
     period_s = measure_period(track.arrivals, expected_s)
     numbers = number_samples(track.arrivals, period_s)
     start = float(np.min(track.arrivals - numbers * period_s))
@@ -50,10 +61,10 @@ def resample(track: Track, expected_s: float) -> Grid:
 
 
 def remove_spikes(values: Floats) -> Floats:
-    """Return values (n, k) with those that lie far from their column's running median replaced by it.
+    """Return values (n, k) with spikes replaced by the running median of their column.
 
-    The others stay as they are: in the differences of an encoder that counts slowly, single counts
-    are all there is of the motion, and a median takes them for spikes.
+    Other values stay as they are: in the differences of an encoder that counts slowly the motion
+    is single counts, which a median would remove.
     """
     if len(values) < 2:
         return values
@@ -65,5 +76,5 @@ def remove_spikes(values: Floats) -> Floats:
 
 
 def compute_slopes(values: Floats, period_s: float, half: int = 2) -> Floats:
-    """Return the derivative of values (n,) by differences over 2 half samples, shape (n - 2 half,)."""
+    """Return the derivative of values (n,) by differences over 2 half samples: (n - 2 half,)."""
     return (values[2 * half :] - values[: -2 * half]) / (2 * half * period_s)

@@ -1,4 +1,4 @@
-"""What the doctor hears a rig through: packets as they come, before anybody has dropped those that hold nothing."""
+"""The doctor's wire to a rig: packets as they come, malformed packets included."""
 
 from __future__ import annotations
 
@@ -14,14 +14,17 @@ from pendulum_bridge.wire.udp import Address, Endpoint
 
 @dataclass(frozen=True)
 class Heard:
-    """Hold a packet and when it reached this machine, s on the wire's clock."""
+    """Hold a packet.
+
+    at_s: when it reached this machine, on the wire's clock.
+    """
 
     packet: bytes
     at_s: float
 
 
 class Wire(Protocol):
-    """Carry commands to a rig and packets back, with a clock of its own, in s."""
+    """Carry commands to a rig and packets back, with its own clock in s."""
 
     def now(self) -> float:
         """Return the time."""
@@ -32,7 +35,7 @@ class Wire(Protocol):
         ...
 
     def receive(self, deadline: float) -> Heard | None:
-        """Return the oldest packet not yet seen, or None at the deadline."""
+        """Return the oldest packet that was not yet returned; None at the deadline."""
         ...
 
     @property
@@ -52,7 +55,7 @@ class Wire(Protocol):
 
 
 class Packets(Protocol):
-    """What carries packets as they come: `Endpoint` or `TcpPort`."""
+    """A port that carries packets as they come: `Endpoint` or `TcpPort`."""
 
     foreign: int
 
@@ -66,7 +69,7 @@ class Packets(Protocol):
         ...
 
     def receive_stamped(self, deadline: float) -> tuple[bytes, int] | None:
-        """Return the oldest packet and when it came (ns of the system's clock), or None at the deadline."""
+        """Return the oldest packet and its time (system clock, ns); None at the deadline."""
         ...
 
     def close(self) -> None:
@@ -75,7 +78,10 @@ class Packets(Protocol):
 
 
 class PortWire:
-    """Hear a rig over UDP or TCP, by the monotonic clock. stranger: who sent the last foreign packet. Close it after use."""
+    """Exchange packets with a rig over UDP or TCP; the clock is monotonic. Close it after use.
+
+    stranger: returns the sender of the last foreign packet.
+    """
 
     def __init__(
         self, port: Packets, stranger: Callable[[], Address | None] = lambda: None
@@ -91,9 +97,12 @@ class PortWire:
         self._port.send(command.pack())
 
     def receive(self, deadline: float) -> Heard | None:
-        """Return the oldest packet of the rig's host, whatever it holds, or None at the deadline."""
-        came = self._port.receive_stamped(deadline)
-        return None if came is None else Heard(came[0], _convert_to_monotonic(came[1]))
+        """Return the oldest packet of the rig's host, whatever it holds; None at the deadline."""
+        stamped = self._port.receive_stamped(deadline)
+        if stamped is None:
+            return None
+        packet, system_ns = stamped
+        return Heard(packet, _convert_to_monotonic(system_ns))
 
     @property
     def foreign(self) -> int:
@@ -116,16 +125,16 @@ class PortWire:
 
 
 def open_udp_wire(listen: Address, rig: Address) -> PortWire:
-    """Return a wire to a rig over UDP; raise BadInputError when the listening address cannot be used."""
+    """Return a wire to a rig over UDP; raise BadInputError when `listen` cannot be used."""
     endpoint = Endpoint(listen, rig, bytes)
     return PortWire(endpoint, lambda: endpoint.stranger)
 
 
 def open_tcp_wire(rig: Address) -> PortWire:
-    """Return a wire to a rig that listens over TCP, where a stream leaves no packet of another length."""
+    """Return a wire to a rig that listens over TCP; a stream has no packets of wrong length."""
     return PortWire(TcpPort(rig, SAMPLE.size, bytes))
 
 
 def _convert_to_monotonic(system_ns: int) -> float:
-    """Return a time of the system's clock as one of the monotonic clock; a clock that was set long ago does no harm."""
+    """Return a time of the system's clock as a time of the monotonic clock, s."""
     return time.monotonic() - 1e-9 * (time.time_ns() - system_ns)

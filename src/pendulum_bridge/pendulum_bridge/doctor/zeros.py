@@ -1,4 +1,4 @@
-"""Whether the zeros are where the contract has them: hanging reads pi, the middle of the rail reads 0."""
+"""The checks of the zeros: hanging reads pi, the middle of the rail reads 0."""
 
 from __future__ import annotations
 
@@ -10,20 +10,22 @@ from pendulum_bridge.doctor.resting import AtRest
 from pendulum_bridge.safety.reset import Rest
 
 NEAR_RAD = Rest().pole_rad
-LARGE_RAD = 0.2  # an offset above it is a mistake, not a carelessly set zero
+LARGE_RAD = 0.2  # a larger offset is a mistake, not a carelessly set zero
 NEAR_DEGREES = 10.0
 MIDDLE_M = 0.05
-HANGING_MISTAKEN_RAD = 0.3  # a field that is so near pi holds the pole's angle
+HANGING_MISTAKEN_RAD = 0.3  # a field so near pi holds the pole's angle
 FIELDS = ("pole angle", "pole rate", "cart position", "cart velocity")
 
 
 def check_fields(rest: AtRest, rail_m: float | None) -> Finding:
-    """Return whether the fields stand in their order, as far as a hanging pole shows it.
+    """Return whether the fields are in their order, as far as a hanging pole shows it.
 
-    rail_m: half the rail's length; on a rail so long that the cart may stand at pi m nothing can
-    be told.
+    rail_m: half the rail's length; on a rail where the cart may stand at pi m no order shows.
     """
-    expected = f"{math.pi:.3f}, 0, the cart's position, 0 (pole angle, pole rate, cart position, cart velocity)"
+    expected = (
+        f"{math.pi:.3f}, 0, the cart's position, 0 "
+        "(pole angle, pole rate, cart position, cart velocity)"
+    )
     values = (rest.pole_rad, rest.pole_rad_s, rest.cart_m, rest.cart_m_s)
     found = ", ".join(f"{value:.3f}" for value in values)
     hanging = [abs(abs(value) - math.pi) < HANGING_MISTAKEN_RAD for value in values]
@@ -34,7 +36,10 @@ def check_fields(rest: AtRest, rail_m: float | None) -> Finding:
 
 
 def check_pole_zero(rest: AtRest, offset_rad: float = 0.0) -> Finding:
-    """Return whether a hanging pole reads pi; offset_rad: the offset that the twin file states."""
+    """Return whether a hanging pole reads pi.
+
+    offset_rad: the offset that the twin file states.
+    """
     hanging = math.pi + offset_rad
     expected = f"{hanging:.3f} rad while the pole hangs still"
     if rest.wrapped:
@@ -48,7 +53,10 @@ def check_pole_zero(rest: AtRest, offset_rad: float = 0.0) -> Finding:
 
 
 def check_cart_zero(rest: AtRest, rail_m: float | None) -> Finding:
-    """Return whether the cart's zero can be in the middle of a rail of half length rail_m (None: not known)."""
+    """Return whether the cart's zero can be in the middle of the rail.
+
+    rail_m: half the rail's length; None when unknown.
+    """
     expected = f"0 m with the cart in the middle (to {MIDDLE_M:g} m)"
     fault = Fault.OFF_MIDDLE if abs(rest.cart_m) > MIDDLE_M else None
     if rail_m is not None and abs(rest.cart_m) > rail_m:
@@ -62,7 +70,11 @@ def check_cart_zero(rest: AtRest, rail_m: float | None) -> Finding:
 
 
 def check_rail(least_m: float, most_m: float, rail_m: float | None) -> Finding:
-    """Return whether all positions that the cart has shown lie on the rail."""
+    """Return whether all positions of the cart were on the rail.
+
+    least_m, most_m: its extreme positions.
+    rail_m: half the rail's length; None when unknown.
+    """
     found = f"{least_m:.3f} to {most_m:.3f} m seen"
     if rail_m is None:
         return skip_check(Check.RAIL, "the twin file has no rail_half_length_m")

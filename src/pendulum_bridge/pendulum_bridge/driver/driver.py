@@ -1,7 +1,7 @@
-"""The driver at work: samples and commands in, what is decided out to the rig at once, from whichever thread it comes.
+"""The running driver: samples and commands in, decisions out to the rig at once, from any thread.
 
-One lock holds all state. What is decided is sent and published under it, so that the rig gets
-decisions in their order.
+A lock holds all state. Decisions are sent and published under it, so that the rig gets them in
+order.
 """
 
 from __future__ import annotations
@@ -25,41 +25,46 @@ from pendulum_bridge.wire.protocol import Command
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.health import Health
 
-WAIT_S = 0.02  # longest time without a decision; with what follows a wait, less than the rail guard's hold_s
-DECISIONS_BETWEEN = (
-    5  # decisions on commands between two samples; of more commands the last waits for the sample
-)
-OLD_PERIODS = 1.5  # periods after which a sample is surely followed by a newer one, and nothing is decided on it
+# longest time without a decision; with what follows a wait, less than the rail guard's hold_s
+WAIT_S = 0.02
+# decisions on commands between two samples; the last of more commands waits for the sample
+DECISIONS_BETWEEN = 5
+# periods after which a newer sample surely waits: nothing is decided on the older one
+OLD_PERIODS = 1.5
 LAST_WORDS = 5  # packets with PWM 0 at the end: any may be lost
 NO_LAST_WORD = (
-    "The process that would send PWM 0 if the driver were killed has ended: the rig would hold its last command. "
+    "The process that would send PWM 0 if the driver were killed has ended: the rig would hold "
+    "its last command. "
     "Start the driver again."
 )
 Listener = Callable[[Reason], None]
 
 
 class Outlet(Protocol):
-    """Where the driver's output goes."""
+    """Take the driver's output."""
 
     def publish_sample(self, state: RigState, stamp_ns: int) -> None:
-        """Take a sample and its sampling time (system clock)."""
+        """Take a sample and its sampling time (ns, system clock)."""
 
     def publish_applied(self, pwm: float) -> None:
-        """Take what was sent (PWM fraction)."""
+        """Take the command that was sent (PWM fraction)."""
 
     def publish_stopped(self, latched: bool) -> None:
         """Take whether the emergency stop is latched, after a change."""
 
     def report_failure(self, error: Exception) -> None:
-        """Take what failed in the thread that serves the rig."""
+        """Take an error of the thread that serves the rig."""
 
 
 class Driver:
-    """Drive one rig by the rules.
+    """Drive a rig by the rules. Close the driver after use: the rig holds its last command.
 
-    last_word: speaks to the rig when this process no longer can. Close the driver after use: the
-    rig holds its last command; link and last word are closed with it. now: monotonic time, s.
-    lossless: whether the link delivers every sample, so that a late one is only late.
+    link: to the rig; closed with the driver.
+    rules: constants of the decisions.
+    outlet: takes samples and applied commands.
+    last_word: sends PWM 0 when this process no longer can; closed with the driver.
+    now: s, monotonic; the clock.
+    lossless: whether the link delivers every sample, so that a late sample is only late.
     """
 
     def __init__(
@@ -77,7 +82,7 @@ class Driver:
         self._lock = Lock()
         self._safety = policy.make_safety(self._now())
         self._since_sample = 0  # decisions on commands since the last sample
-        self._told: list[Listener] = []  # who waits for the end of a reset
+        self._listeners: list[Listener] = []  # they wait for the end of a reset
         self._closed = False
         self._fault = ""
         self._worst: Reason | None = Reason.NO_SAMPLE_YET
@@ -87,16 +92,16 @@ class Driver:
 
     @property
     def stopped(self) -> bool:
-        """Tell whether the emergency stop is latched."""
+        """Whether the emergency stop is latched."""
         return self._safety.stop.latched
 
     @property
     def counts(self) -> policy.Counts:
-        """Return what was not taken so far."""
+        """What was refused so far."""
         return self._safety.counts
 
     def serve(self, ended: Event) -> None:
-        """Take the rig's samples and watch its silence, until ended is set. Whatever fails brings PWM to 0.
+        """Take samples and watch for silence until ended is set; any failure brings PWM to 0.
 
         Samples that came before, while the driver was not yet ready, are dropped.
         """
@@ -104,7 +109,7 @@ class Driver:
         while not ended.is_set():
             try:
                 self.turn()
-            except Exception as error:  # the one who watches must not die
+            except Exception as error:  # the thread that watches must not die
                 if ended.is_set():
                     return
                 self.fail_safe()
@@ -112,7 +117,7 @@ class Driver:
                 ended.wait(WAIT_S)
 
     def turn(self) -> None:
-        """Wait for one sample, publish it, and decide; decide without one when none comes."""
+        """Wait for a sample, publish it, and decide; decide without a sample when none comes."""
         arrival = self._link.receive_stamped(time.monotonic() + WAIT_S)
         state, ago_s = (None, 0.0) if arrival is None else self._publish(arrival)
         with self._lock:
@@ -121,9 +126,10 @@ class Driver:
         self._last_word.alive()
 
     def command(self, pwm: float, sent_ns: int | None = None) -> Reason | None:
-        """Take a command (PWM fraction), act on it at once, and return why it was refused or dropped.
+        """Take a command, act on it at once, and return why it was refused; None if it was not.
 
-        sent_ns: when its writer sent it (system clock).
+        pwm: PWM fraction.
+        sent_ns: ns, system clock; when its writer sent it.
         """
         with self._lock:
             self._commands += 1
@@ -138,7 +144,7 @@ class Driver:
             return refused
 
     def hear_writer(self, number: int) -> None:
-        """Note that a command's writer has sent the message of this number, so that two at once are found."""
+        """Note a message with this number of some writer of commands, to detect two writers."""
         with self._lock:
             self._safety = policy.hear_writer(number, self._now(), self._safety)
 
@@ -152,30 +158,33 @@ class Driver:
             return Reason.STOPPED
 
     def clear_stop(self) -> Reason:
-        """Clear the emergency stop, or say why it stays."""
+        """Clear the emergency stop, or return why it stays."""
         with self._lock:
             self._safety, reason = policy.clear_stop(self._safety)
             self._outlet.publish_stopped(self._safety.stop.latched)
             return reason
 
-    def reset(self, told: Listener) -> None:
-        """Begin a reset, or join the one under way; told gets how it ended, from another thread, or why it cannot begin."""
+    def reset(self, listener: Listener) -> None:
+        """Begin a reset, or join the reset under way.
+
+        listener: gets how the reset ended, from another thread, or at once why it cannot begin.
+        """
         with self._lock:
             self._safety, reason = policy.begin_reset(self._now(), self._safety, self._rules)
             if self._closed:
                 reason = Reason.RESET_ENDED
             if reason is Reason.RESETTING:
-                self._told.append(told)
+                self._listeners.append(listener)
                 return
-        told(reason)
+        listener(reason)
 
     def change_rules(self, rules: Rules) -> None:
-        """Go by these rules from the next decision on."""
+        """Apply these rules from the next decision on."""
         with self._lock:
             self._rules = rules
 
     def fail_safe(self) -> None:
-        """Send PWM 0, and forget the command and any reset; after a failure in whatever called."""
+        """Send PWM 0 and forget command and reset, after a failure of the caller."""
         with self._lock:
             self._safety, ended = policy.fail_safe(self._safety)
             self._fault = Reason.FAILED.sentence
@@ -183,7 +192,7 @@ class Driver:
             self._end_reset(ended)
 
     def close(self) -> None:
-        """Send PWM 0 and let go of the rig; nothing is sent any more. Once more does nothing."""
+        """Send PWM 0 and release the rig; a second call does nothing."""
         with self._lock:
             if self._closed:
                 return
@@ -195,7 +204,7 @@ class Driver:
             self._link.close()
 
     def health(self) -> Health:
-        """Return how the driver is, with what has happened since this was last asked."""
+        """Return the driver's health since the last call."""
         with self._lock:
             received, now = self._link.counts.received, self._now()
             (since_s, before), self._reported = self._reported, (now, received)
@@ -245,7 +254,10 @@ class Driver:
         }
 
     def _publish(self, arrival: Arrival) -> tuple[RigState | None, float]:
-        """Publish a sample and return its state (None for one so old that a newer one waits) and how long ago it came, s."""
+        """Publish a sample; return its state (None for an old sample) and how long ago it came, s.
+
+        A sample is old when a newer sample surely waits.
+        """
         sample = arrival.sample
         state = RigState(sample.cart_m, sample.pole_rad, sample.cart_velocity, sample.pole_rate)
         self._outlet.publish_sample(state, self._clock.stamp(arrival.arrival_ns))
@@ -263,9 +275,7 @@ class Driver:
         now_s = self._now()
         decision = decide(None, sample, now_s, self._safety, self._rules, ago_s)
         ended = decision.reset_ended
-        if (
-            self._now() - now_s > policy.STANDSTILL_S
-        ):  # stopped (SIGSTOP) on the way: it is old before it is sent
+        if self._now() - now_s > policy.STANDSTILL_S:  # the process was stopped (SIGSTOP)
             decision = decide(None, None, self._now(), decision.safety, self._rules)
         self._safety = decision.safety
         self._send(decision.pwm)
@@ -274,9 +284,7 @@ class Driver:
 
     def _send_zero(self) -> None:
         if not self._closed:
-            with suppress(
-                Exception
-            ):  # whatever else is broken, what comes after this has to be done
+            with suppress(Exception):  # the caller has to go on, whatever else is broken
                 self._send(0.0)
 
     def _send(self, pwm: float) -> None:
@@ -294,8 +302,8 @@ class Driver:
     def _end_reset(self, ended: Reason | None) -> None:
         if ended is None:
             return
-        told, self._told = self._told, []
-        self._resets += bool(told)
+        listeners, self._listeners = self._listeners, []
+        self._resets += bool(listeners)
         self._note(ended)
-        for each in told:
-            each(ended)
+        for listener in listeners:
+            listener(ended)

@@ -1,4 +1,4 @@
-"""What the driver says of itself: how bad it is, in a sentence, and the figures behind it."""
+"""The driver's health: a level, a sentence, and the figures behind it."""
 
 from __future__ import annotations
 
@@ -8,18 +8,19 @@ from dataclasses import dataclass
 from pendulum_bridge.safety.reasons import Reason
 from pendulum_twin.health import Health, Level
 
-RATE_TOLERANCE = (
-    0.05  # the rail guard, the slew limit and the sampling times go by the rate that was set
-)
+# rail guard, slew limit and sampling times rely on the rate that was set
+RATE_TOLERANCE = 0.05
 
 
 @dataclass(frozen=True)
 class Report:
     """Hold what happened since the last report.
 
-    worst: of the reasons; None when commands were sent as they came. fault: what failed beyond the
-    decisions, empty for nothing. samples: that came in seconds. expected_hz: the rate that was
-    set.
+    worst: the worst reason; None when commands were sent as they came.
+    fault: a failure beyond the decisions; empty for none.
+    samples: number of samples.
+    seconds: s, since the last report.
+    expected_hz: Hz; the rate that was set.
     """
 
     worst: Reason | None = None
@@ -30,13 +31,13 @@ class Report:
 
     @property
     def rate_hz(self) -> float:
-        """Return how many samples a second came."""
+        """Samples a second, Hz."""
         return self.samples / self.seconds if self.seconds > 0 else 0.0
 
 
-def pick_worse(one: Reason | None, later: Reason | None) -> Reason | None:
-    """Return the worse of two reasons, the later one when they are as bad; None is no reason at all."""
-    return later if _get_level(later) >= _get_level(one) else one
+def pick_worse(earlier: Reason | None, later: Reason | None) -> Reason | None:
+    """Return the worse of two reasons, the later one for equal levels; None counts as OK."""
+    return later if _get_level(later) >= _get_level(earlier) else earlier
 
 
 def make_health(report: Report, figures: Mapping[str, float | int | str]) -> Health:
@@ -51,7 +52,8 @@ def _judge_report(report: Report) -> tuple[Level, str]:
     level = _get_level(report.worst)
     if level is Level.OK and _is_rate_off(report):
         return Level.WARN, (
-            f"The rig sends {report.rate_hz:.4g} samples a second, expected are {report.expected_hz:g}: "
+            f"The rig sends {report.rate_hz:.4g} samples a second, expected are "
+            f"{report.expected_hz:g}: "
             "set rate_hz to what it sends."
         )
     return (

@@ -1,7 +1,7 @@
 """PWM 0 to the rig when the driver can no longer send it: the rig holds its last command for ever.
 
-A process that is killed (SIGKILL) or stopped (SIGSTOP) runs nothing any more, so another one has
-to speak for it. The companion (`last_word_program.py`) shares the driver's own socket, so the rig
+A process that is killed (SIGKILL) or stopped (SIGSTOP) executes nothing, so another process has to
+speak for it. The companion (`last_word_program.py`) shares the driver's own socket, so the rig
 takes its packet for the driver's.
 """
 
@@ -20,39 +20,45 @@ from pendulum_bridge.driver.last_word_program import BEAT, GOODBYE, READY, SOCKE
 from pendulum_twin.errors import BadInputError
 
 PROGRAM = Path(last_word_program.__file__)
-READY_S, END_S = (
-    10.0,
-    2.0,
-)  # given to the companion to start and to end; a busy machine takes its time
+# longest time for the companion to start and to end: a busy machine takes its time
+READY_S, END_S = 10.0, 2.0
 
 
 class SharedLink(Protocol):
-    """What a companion must know of a link; see `link.Link`."""
+    """Show the socket of a link that a companion shares; see `link.Link`."""
 
     @property
     def connections(self) -> int:
-        """Return how many connections there have been."""
+        """The number of connections so far."""
 
     @property
     def peer(self) -> tuple[str, int] | None:
-        """Return where to send to, None when the socket itself knows."""
+        """The address to send to; None when the socket itself knows it."""
 
     def fileno(self) -> int:
-        """Return the socket's number, -1 while there is none."""
+        """Return the socket's number; -1 while there is none."""
 
 
 class LastWord:
-    """Keep a companion process that sends `packet` over the link's own socket when this process no longer can.
+    """Keep a companion process that sends a packet when this process no longer can.
 
-    It does so several times when this process ends without `close`, and again and again once
-    `alive` has not been called for silence_s, until it is called again. It ends a moment after
-    this process. Signals to this process's group do not reach it; SIGINT and SIGTERM do not end
-    it. Close it before the link, or use it in a `with`. Raises BadInputError when it does not get
-    ready.
+    The companion sends the packet several times when this process ends without `close`, and
+    repeatedly
+    while `alive` has not been called for silence_s. It ends a moment after this process. Signals
+    to
+    this process's group do not reach it; SIGINT and SIGTERM do not end it. Close it before the
+    link,
+    or use it in a `with`.
+
+    link: whose socket the companion shares.
+    packet: the packet with PWM 0.
+    silence_s: s; longest time between two calls of `alive`.
+
+    Raises BadInputError when the companion does not get ready.
     """
 
     def __init__(self, link: SharedLink, packet: bytes, silence_s: float = 0.2) -> None:
-        self._link, self._given = link, 0
+        self._link, self._handed_over = link, 0
         self._control, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         self._control.setblocking(False)
         # -I -S: no start-up hooks, no site packages, no PYTHON* variables
@@ -79,7 +85,8 @@ class LastWord:
         if not self._ready():
             self.close()
             raise BadInputError(
-                f"last word: expected its process to be ready within {READY_S:g} s: run {PROGRAM} by hand"
+                f"last word: expected its process to be ready within {READY_S:g} s: run {PROGRAM} "
+                "by hand"
             )
 
     def __enter__(self) -> Self:
@@ -90,25 +97,24 @@ class LastWord:
 
     @property
     def running(self) -> bool:
-        """Tell whether the companion is still there; without it nobody speaks for this process."""
+        """Whether the companion still runs; without it nobody speaks for this process."""
         return self._process.poll() is None
 
     @property
     def pid(self) -> int:
-        """Return the companion's process number."""
+        """The companion's process number."""
         return self._process.pid
 
     def alive(self) -> None:
-        """Say that this process is well; at least every 30 ms. Never waits, never raises."""
-        with contextlib.suppress(
-            OSError, ValueError
-        ):  # it is gone, or full of beats; or the link has just lost its socket
-            if self._link.connections != self._given:
+        """Report that this process works, at least every 30 ms. Never blocks, never raises."""
+        # the companion has ended, or is full of beats, or the link has just lost its socket
+        with contextlib.suppress(OSError, ValueError):
+            if self._link.connections != self._handed_over:
                 self._hand_over()
             self._control.send(BEAT)
 
     def close(self) -> None:
-        """End the companion without a word to the rig; once more does nothing."""
+        """End the companion without a packet to the rig; a second call does nothing."""
         with contextlib.suppress(OSError):
             self._control.send(GOODBYE)
         self._control.close()
@@ -119,20 +125,18 @@ class LastWord:
             self._process.wait()
 
     def _ready(self) -> bool:
-        """Wait until the companion says that it is ready; return False when it does not."""
+        """Wait until the companion reports that it is ready; return False when it does not."""
         select.select([self._control], [], [], READY_S)
         try:
             return self._control.recv(1) == READY
-        except OSError:  # it has ended, or says nothing
+        except OSError:  # the companion has ended, or is silent
             return False
 
     def _hand_over(self) -> None:
         """Give the companion the link's present socket."""
-        count, peer = (
-            self._link.connections,
-            self._link.peer,
-        )  # first the count: a newer socket is handed over once more
+        # the count first, so that a newer socket is handed over once more
+        count, peer = self._link.connections, self._link.peer
         if (number := self._link.fileno()) >= 0:
             where = f"{peer[0]}:{peer[1]}" if peer else ""
             socket.send_fds(self._control, [SOCKET + where.encode()], [number])
-            self._given = count
+            self._handed_over = count

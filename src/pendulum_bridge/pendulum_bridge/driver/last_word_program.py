@@ -1,11 +1,11 @@
-"""The companion process of `last_word.LastWord`: watch another process, and speak to the rig when it no longer can.
+"""The companion process of `last_word.LastWord`: it sends the last packet for another process.
 
-It is run as a bare file by a bare Python (`python -I -S`), so it may import nothing but Python's
-own modules: that way it starts within some 20 ms, whatever the environment is, and nothing that
-breaks the driver breaks it too.
+A bare Python runs it as a bare file (`python -I -S`), so it may import only the standard library.
+That way it starts within some 20 ms, whatever the environment is, and nothing that breaks the
+driver breaks it too.
 
-Arguments: number of the control socket (messages from the driver, each a whole), longest silence
-in s, packet in hex.
+Arguments: number of the control socket (each message of the driver is whole), longest silence in
+s, packet in hex.
 """
 
 from __future__ import annotations
@@ -17,19 +17,18 @@ import socket
 import sys
 import time
 
-READY, BEAT, SOCKET, GOODBYE = (
-    b"r",
-    b".",
-    b"s",
-    b"q",
-)  # messages; SOCKET is followed by HOST:PORT or nothing
+# messages; SOCKET is followed by HOST:PORT or nothing
+READY, BEAT, SOCKET, GOODBYE = b"r", b".", b"s", b"q"
 LONGEST_MESSAGE = 128
-LAST_WORDS, BETWEEN_S = 5, 0.01  # packets after the driver's end: any may be lost
-REPEATED_S = 0.05  # from packet to packet while the driver is silent
+LAST_WORDS, BETWEEN_S = 5, 0.01  # packets after the driver's end, as any may be lost
+REPEATED_S = 0.05  # time between packets while the driver is silent
 
 
 class WayOut:
-    """Send over the socket that the driver handed over last."""
+    """Send over the socket that the driver handed over last.
+
+    packet: the packet to send.
+    """
 
     def __init__(self, packet: bytes) -> None:
         self._packet = packet
@@ -37,7 +36,10 @@ class WayOut:
         self._peer: tuple[str, int] | None = None
 
     def take(self, number: int, peer: str) -> None:
-        """Use this socket from now on; peer: HOST:PORT, empty when the socket itself knows."""
+        """Use this socket from now on.
+
+        peer: HOST:PORT; empty when the socket itself knows its peer.
+        """
         if self._socket is not None:
             self._socket.close()
         host, _, port = peer.rpartition(":")
@@ -47,7 +49,7 @@ class WayOut:
         )
 
     def speak(self) -> None:
-        """Send the packet once, as far as the network lets it."""
+        """Send the packet once, as far as the network allows."""
         with contextlib.suppress(OSError):
             if self._socket is not None and self._peer is not None:
                 self._socket.sendto(self._packet, self._peer)
@@ -58,7 +60,7 @@ class WayOut:
 def main(arguments: list[str]) -> int:
     """Watch until the driver ends or says goodbye; return 0."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
-        signal.signal(number, signal.SIG_IGN)  # it ends after the driver, never before
+        signal.signal(number, signal.SIG_IGN)  # the companion ends after the driver
     control = socket.socket(fileno=int(arguments[0]))
     way_out = WayOut(bytes.fromhex(arguments[2]))
     control.send(READY)
@@ -70,7 +72,7 @@ def main(arguments: list[str]) -> int:
 
 
 def watch_driver(control: socket.socket, way_out: WayOut, silence_s: float) -> bool:
-    """Speak while the driver is silent; return whether it said goodbye when it went."""
+    """Send the packet while the driver is silent; return whether it said goodbye when it ended."""
     due = time.monotonic() + silence_s
     while True:
         if select.select([control], [], [], max(due - time.monotonic(), 0.0))[0]:
@@ -84,7 +86,10 @@ def watch_driver(control: socket.socket, way_out: WayOut, silence_s: float) -> b
 
 
 def hear_message(control: socket.socket, way_out: WayOut) -> bytes:
-    """Return the next message, having taken over the socket that came with it; empty when the driver is gone."""
+    """Return the next message, and take over the socket that came with it.
+
+    The message is empty when the driver has ended.
+    """
     try:
         message, sockets, _, _ = socket.recv_fds(control, LONGEST_MESSAGE, 1)
     except OSError:

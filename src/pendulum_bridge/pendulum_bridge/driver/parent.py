@@ -6,10 +6,11 @@ import os
 
 
 class Parent:
-    """Remember who is the parent now.
+    """Remember the present parent process.
 
-    Looked at again and again, as the kernel's own signal comes already when the thread ends that
-    started this program.
+    The caller polls `ended`: the kernel's own signal comes already when the thread ends that
+    started
+    this program.
     """
 
     def __init__(self) -> None:
@@ -17,5 +18,5 @@ class Parent:
 
     @property
     def ended(self) -> bool:
-        """Tell whether this process has been handed on to another parent."""
+        """Whether this process has been handed on to another parent."""
         return os.getppid() != self._process

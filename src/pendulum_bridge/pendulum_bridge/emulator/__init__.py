@@ -1,1 +1,1 @@
-"""A rig emulated on MuJoCo, with concealed physics: an engine that shares no formula with the twin."""
+"""An rig on MuJoCo: concealed effects, and physics that shares no formula with the twin."""

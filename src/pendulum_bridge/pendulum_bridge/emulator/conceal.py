@@ -46,7 +46,7 @@ class Concealable:
 
     @property
     def is_of_recording(self) -> bool:
-        """Return whether one recording has the effect; a rig that is driven live cannot have it."""
+        """Return whether the effect belongs to one recording; a live rig cannot have it."""
         return EFFECTS[self.name].of_recording
 
 
@@ -176,7 +176,7 @@ def _list_candidates(live: bool) -> list[Concealable]:
 
 
 def _is_compatible(candidate: Concealable, chosen: Sequence[Concealable], count: int) -> bool:
-    """Return whether, with the candidate, every effect has or can still get what it needs beside it."""
+    """Return whether every effect has, or can still get, what it needs beside it."""
     names = {entry.name for entry in chosen}
     lacking = next(
         (entry.beside for entry in chosen if entry.beside and not names & set(entry.beside)), ()

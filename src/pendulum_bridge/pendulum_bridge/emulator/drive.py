@@ -1,7 +1,7 @@
-"""From the command to the force: the emulator's own command and drive effects, one closure a stage.
+"""From the command to the force: the emulator's command and drive effects, a closure a stage.
 
-Every stage is called once a step of the engine, in the order of STAGES, and returns what it makes
-of the command.
+Each step of the engine calls every stage once, in the order of STAGES; a stage takes a command
+(PWM fraction) and returns the command that it makes of it. step_s is the engine's step.
 """
 
 from __future__ import annotations
@@ -10,46 +10,49 @@ import math
 from collections import deque
 from collections.abc import Callable, Mapping
 
-MOTOR_SHARE = 0.1  # of the moved mass: the motor's own, as the belt feels it
+MOTOR_SHARE = 0.1  # of the moved mass: the motor's own mass, seen at the belt
 
 Stage = Callable[[float], float]
 Effects = Mapping[str, Mapping[str, float]]
 
 
 def make_inversion(step_s: float) -> Stage:
-    """Turn the command's sign."""
+    """Return a stage that turns the command's sign."""
     return lambda u: -u
 
 
 def make_delay(step_s: float, delay_s: float) -> Stage:
-    """Give the command of delay_s ago; before the first there was none. Parts of a step are shared by weight."""
-    whole, part = divmod(delay_s / step_s, 1.0)
-    past = deque([0.0] * (int(whole) + 2), maxlen=int(whole) + 2)
+    """Return a stage that gives the command of delay_s ago, 0 before the first.
+
+    A delay between two steps mixes both steps' commands in proportion.
+    """
+    steps, fraction = divmod(delay_s / step_s, 1.0)
+    past = deque([0.0] * (int(steps) + 2), maxlen=int(steps) + 2)
 
     def stage(u: float) -> float:
         past.append(u)
-        return past[1] + part * (past[0] - past[1])
+        return past[1] + fraction * (past[0] - past[1])
 
     return stage
 
 
 def make_dead_zone(step_s: float, width: float) -> Stage:
-    """Give 0 within +-width, and take width away from larger commands."""
+    """Return a stage that gives 0 within +-width and makes larger commands smaller by width."""
     return lambda u: math.copysign(max(abs(u) - width, 0.0), u)
 
 
 def make_saturation(step_s: float, limit: float) -> Stage:
-    """Clip the command at +-limit."""
+    """Return a stage that clips the command at +-limit."""
     return lambda u: math.copysign(min(abs(u), limit), u)
 
 
 def make_asymmetry(step_s: float, ratio: float) -> Stage:
-    """Make positive commands stronger by ratio and negative ones weaker."""
+    """Return a stage that makes positive commands stronger by ratio, negative weaker."""
     return lambda u: u + ratio * abs(u)
 
 
 def make_drift(step_s: float, per_s: float) -> Stage:
-    """Change the gain by per_s of its first value every second."""
+    """Return a stage whose gain changes by per_s of its first value every second."""
     steps = 0
 
     def stage(u: float) -> float:
@@ -61,7 +64,7 @@ def make_drift(step_s: float, per_s: float) -> Stage:
 
 
 def make_lag(step_s: float, time_constant_s: float) -> Stage:
-    """Follow the command with a first-order lag; gives its value in the middle of the step."""
+    """Return a stage with a first-order lag; it gives the value in the middle of the step."""
     output, over_half = 0.0, math.exp(-0.5 * step_s / time_constant_s)
 
     def stage(u: float) -> float:
@@ -74,11 +77,13 @@ def make_lag(step_s: float, time_constant_s: float) -> Stage:
 
 
 def make_slack(step_s: float, gap_m: float, per_command_m_s2: float) -> Stage:
-    """Give nothing while the motor is within the belt's slack, which it crosses as a free mass that the command drives.
+    """Return a stage that gives 0 while the motor crosses the belt's slack.
 
-    per_command_m_s2: acceleration of everything that moves, a unit of command; the motor alone is
-    lighter (MOTOR_SHARE). It begins at the end from which it pulls the negative way, stops dead
-    where the belt is tight, and pulls from then on.
+    There the motor is a free mass that the command drives. It begins at the end from which it
+    pulls the negative way, stops dead where the belt is tight, and pulls from then on.
+    gap_m: width of the slack.
+    per_command_m_s2: acceleration of all that moves, a unit of command; the motor alone is lighter
+        (MOTOR_SHARE).
     """
     lightness = per_command_m_s2 / MOTOR_SHARE
     place, speed = 0.0, 0.0
@@ -102,7 +107,10 @@ def make_slack(step_s: float, gap_m: float, per_command_m_s2: float) -> Stage:
 
 
 def _compute_crossing_time(way: float, speed: float, acceleration: float, step_s: float) -> float:
-    """Return when a mass has gone that way, at most a step: the first root of way = speed t + acceleration t^2/2."""
+    """Return when a mass has gone `way` (m), at most step_s.
+
+    The first root of way = speed t + acceleration t^2 / 2.
+    """
     root = math.sqrt(max(speed**2 + 2 * acceleration * way, 0.0))
     return min(max(2 * way / (speed + math.copysign(root, way)), 0.0), step_s) if way else 0.0
 
@@ -120,7 +128,10 @@ STAGES: dict[str, Callable[..., Stage]] = {
 
 
 def make_drive(effects: Effects, step_s: float, per_command_m_s2: float = 1.0) -> Stage:
-    """Return all stages that the effects ask for as one, with nothing remembered yet; per_command_m_s2: see `make_slack`."""
+    """Return the stages of the effects as one stage that remembers nothing yet.
+
+    per_command_m_s2: see `make_slack`.
+    """
     stages = []
     for name, make in STAGES.items():
         if name in effects:
@@ -128,8 +139,8 @@ def make_drive(effects: Effects, step_s: float, per_command_m_s2: float = 1.0) -
             stages.append(make(step_s, **effects[name], **more))
 
     def stage(u: float) -> float:
-        for each in stages:
-            u = each(u)
+        for apply_effect in stages:
+            u = apply_effect(u)
         return u
 
     return stage

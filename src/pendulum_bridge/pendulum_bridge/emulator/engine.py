@@ -1,4 +1,4 @@
-"""Cart and pole on MuJoCo: a step of the engine at a time, under a command and the laws of what is concealed."""
+"""Cart and pole on MuJoCo, step by step, under a command and the laws of what is concealed."""
 
 from __future__ import annotations
 
@@ -11,16 +11,21 @@ from pendulum_bridge.emulator.mjcf import build_model
 from pendulum_bridge.emulator.seal import Concealed
 
 CART, POLE = 0, 1
-REVERSAL_SUBSTEPS = 32  # parts of a step in which a joint turns round: dry friction is of first order in the engine's step
+# A step in which a joint reverses is cut finer: dry friction is of first order in the step.
+REVERSAL_SUBSTEPS = 32
 STICKING_SPEED = 1e-6  # m/s, rad/s: below it a joint with dry friction counts as sticking
 
-State = tuple[
-    float, float, float, float
-]  # x (m), th (rad, 0 where the centre of mass is upright), v (m/s), w (rad/s)
+# x (m), th (rad, 0 where the centre of mass is upright), v (m/s), w (rad/s)
+State = tuple[float, float, float, float]
 
 
 class Engine:
-    """Hold the mechanics; the same steps give the same bits. step_s: the usual step, for which friction is stiffened."""
+    """Hold the mechanics; the same steps give the same bits.
+
+    concealed: rig and effects.
+    laws: the laws that the engine does not have itself.
+    step_s: the usual step, for which the stiffness of dry friction is chosen.
+    """
 
     def __init__(self, concealed: Concealed, laws: Laws, step_s: float) -> None:
         self._model = build_model(concealed.rig, concealed.effects, step_s / REVERSAL_SUBSTEPS)
@@ -29,14 +34,13 @@ class Engine:
         self._force_n = concealed.rig.force_per_pwm_n or 0.0
         self._ahead_rad = concealed.effects.get("pole_imbalance", {}).get("angle_rad", 0.0)
         self._dry = bool(laws.dry) or bool(self._model.dof_frictionloss.any())
-        # MuJoCo's own arrays, seen through numpy: asking the engine for them anew costs as much as
-        # a tenth of a step
+        # MuJoCo's own arrays, seen through numpy: each attribute access costs a tenth of a step.
         self._qpos, self._qvel, self._qacc = self._data.qpos, self._data.qvel, self._data.qacc
         self._applied, self._loss = self._data.qfrc_applied, self._model.dof_frictionloss
-        self._time_s, self._part_s = 0.0, step_s / REVERSAL_SUBSTEPS
+        self._time_s, self._substep_s = 0.0, step_s / REVERSAL_SUBSTEPS
 
     def put(self, state: tuple[float, ...]) -> None:
-        """Go on from this state, with nothing remembered of how it moved before."""
+        """Go on from the state, and forget the motion before it."""
         x, th, v, w = state
         self._qpos[:], self._qvel[:] = (x, th - self._ahead_rad), (v, w)
         self._qacc[:] = self._data.qacc_warmstart[:] = 0.0
@@ -49,20 +53,20 @@ class Engine:
 
     def step(self, command: float, step_s: float) -> None:
         """Hold what the drive makes of the command (PWM fraction) for step_s."""
-        parts = REVERSAL_SUBSTEPS if self._dry and self._turns_round(step_s) else 1
-        part_s = step_s / parts
-        if part_s != self._part_s:
-            self._model.opt.timestep = self._part_s = part_s
+        substeps = REVERSAL_SUBSTEPS if self._dry and self._may_reverse(step_s) else 1
+        substep_s = step_s / substeps
+        if substep_s != self._substep_s:
+            self._model.opt.timestep = self._substep_s = substep_s
         if not self._laws.of_state:
             self._applied[CART] = self._force_n * command
-        for _ in range(parts):
+        for _ in range(substeps):
             if self._laws.of_state:
-                self._apply(command, part_s)
+                self._apply(command, substep_s)
             mujoco.mj_step(self._model, self._data)
-            self._time_s += part_s
+            self._time_s += substep_s
 
-    def _turns_round(self, step_s: float) -> bool:
-        """Tell whether a joint with dry friction may pass zero velocity in this step, and does not just stick."""
+    def _may_reverse(self, step_s: float) -> bool:
+        """Return whether a joint with dry friction moves and may reverse in the step."""
         loss, speeds, changes = self._loss.tolist(), self._qvel.tolist(), self._qacc.tolist()
         for level, v, a in zip(loss, speeds, changes, strict=True):
             if level > 0 and STICKING_SPEED < abs(v) < 2 * abs(a) * step_s:
@@ -70,7 +74,7 @@ class Engine:
         return False
 
     def _apply(self, command: float, step_s: float) -> None:
-        """Set force, torque and dry friction to what the laws say in the middle of a step."""
+        """Set force, torque and dry friction by the laws, for the state in the step's middle."""
         (x, angle), (v, w), (a, b) = self._qpos.tolist(), self._qvel.tolist(), self._qacc.tolist()
         half = 0.5 * step_s
         t, x, th = (
@@ -86,6 +90,6 @@ class Engine:
         )
         self._applied[POLE] = sum([law(t, x, th, v, w) for law in self._laws.twist])
         if self._laws.dry is not None:
-            # a cart that sticks creeps the way it is pushed (see `mjcf`), so its velocity tells
-            # the way there too
+            # A cart that sticks creeps the way it is pushed (see `mjcf`): its velocity has the
+            # sign of the push.
             self._loss[CART] = self._laws.dry(math.copysign(1.0, v), t, x, th, v, w)

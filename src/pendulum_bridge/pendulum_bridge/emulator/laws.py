@@ -1,4 +1,4 @@
-"""What acts on a rig beside its base model, as laws of its state; the rig applies them, catalogued or not."""
+"""The laws of state that act on a rig beside its base model, catalogued or not."""
 
 from __future__ import annotations
 
@@ -14,7 +14,11 @@ from pendulum_twin.rig import Rig
 
 @dataclass(frozen=True)
 class Laws:
-    """Hold the laws of one rig; see `Extra` for what they are of, and `friction.dry_level` for dry."""
+    """Hold the laws of one rig.
+
+    gain, push, twist, shown, pace: see `Extra`.
+    dry: the cart's dry friction; see `friction.make_dry_level`.
+    """
 
     gain: tuple[Gain, ...]
     push: tuple[Law, ...]
@@ -25,20 +29,20 @@ class Laws:
 
     @property
     def of_state(self) -> bool:
-        """Tell whether forces have to be set anew in every step of the engine."""
+        """Return whether the forces have to be set anew in every step of the engine."""
         return bool(self.gain or self.push or self.twist or self.dry)
 
 
 def collect_laws(concealed: Concealed) -> Laws:
-    """Return the laws of everything that is concealed and that the engine does not have by itself."""
+    """Return the laws of all that is concealed and that the engine does not have itself."""
     extras = [*_make_listed(concealed), *_make_unlisted(concealed)]
     return Laws(
-        gain=_drop_absent(each.gain for each in extras),
-        push=_drop_absent(each.push for each in extras),
-        twist=_drop_absent(each.twist for each in extras),
-        dry=make_dry_level(concealed.effects, _drop_absent(each.level for each in extras)),
-        shown=_drop_absent(each.shown for each in extras),
-        pace=_drop_absent(each.pace for each in extras),
+        gain=_drop_absent(extra.gain for extra in extras),
+        push=_drop_absent(extra.push for extra in extras),
+        twist=_drop_absent(extra.twist for extra in extras),
+        dry=make_dry_level(concealed.effects, _drop_absent(extra.level for extra in extras)),
+        shown=_drop_absent(extra.shown for extra in extras),
+        pace=_drop_absent(extra.pace for extra in extras),
     )
 
 
@@ -61,25 +65,24 @@ def _make_unlisted(concealed: Concealed) -> list[Extra]:
 
 
 def make_rail_tilt(rig: Rig, angle_rad: float) -> Extra:
-    """Pull the cart with the weight's share along the rail.
+    """Return the pull of the weight along a rail that is tilted by angle_rad.
 
-    The pole's angle is measured from hanging, whatever the tilt, so the pole's own weight keeps
-    its equation; the tilt's second effect, the coupling's cosine turned by the same small angle,
-    is left out.
+    The pole's angle is measured from hanging, so the pole's equation stays as it is. The tilt also
+    turns the cosine of the coupling by the same small angle; this second effect is left out.
     """
     share_n = rig.total_mass_kg * rig.gravity_m_s2 * math.sin(angle_rad)
     return Extra(push=lambda t, x, th, v, w: share_n)
 
 
 def make_cogging(rig: Rig, amplitude_n: float, period_m: float, phase_rad: float) -> Extra:
-    """Push the cart with a sine of its position."""
+    """Return a push on the cart that is a sine of its position."""
     return Extra(
         push=lambda t, x, th, v, w: amplitude_n * math.sin(math.tau * x / period_m + phase_rad)
     )
 
 
 def make_sample_period_error(rig: Rig, ratio: float) -> Extra:
-    """Let less time pass from sample to sample than the stamps say."""
+    """Return a pace at which less time passes from sample to sample than the stamps say."""
     return Extra(pace=lambda t: 1 / (1 + ratio))
 
 

@@ -1,4 +1,4 @@
-"""An emulated rig that takes the protocol's commands and gives its samples: it holds the last command, and swings down."""
+"""An emulated rig that takes the protocol's commands and gives the protocol's samples."""
 
 from __future__ import annotations
 
@@ -10,11 +10,13 @@ from pendulum_bridge.wire.protocol import Command, Sample
 
 
 class LiveRig:
-    """Hold the last command as the real rig does, for ever: whoever drives it has to watch. Before the first, PWM is 0.
+    """Hold the last command for ever, as the real rig does; before the first command PWM is 0.
 
-    A rising edge of the reset flag starts the swing-down, or starts it anew; while it runs,
-    commands are remembered and not obeyed. Then the last command counts again. rate_hz: samples a
-    second; encoders and seed: as `EmulatedRig` has them.
+    A rising edge of the reset flag starts the swing-down anew. While it runs, commands are stored
+    and not obeyed; when it is over, the last command acts again.
+    concealed: rig, effects and unlisted physics.
+    rate_hz: samples a second.
+    encoders, seed: see `EmulatedRig`.
     """
 
     def __init__(
@@ -41,22 +43,22 @@ class LiveRig:
         return Sample(pole_rad, pole_rate, cart_m, cart_velocity)
 
     @property
-    def swinging_down(self) -> bool:
-        """Tell whether a swing-down runs."""
+    def is_swinging_down(self) -> bool:
+        """Return whether a swing-down runs."""
         return self._swing_down is not None
 
     def take(self, command: Command) -> None:
-        """Hold this command from now on."""
+        """Hold the command from now on."""
         if command.reset and not self._command.reset:
             self._swing_down = SwingDown()
         self._command = command
 
     def step(self) -> Sample:
         """Move on by one sample period and return the sample at its end."""
-        self._rig.step(self._pwm())
+        self._rig.step(self._choose_pwm())
         return self.sample
 
-    def _pwm(self) -> float:
+    def _choose_pwm(self) -> float:
         if self._swing_down is not None:
             self._swing_down, pwm = advance(
                 self._swing_down, self._rig.truth, self._tuning, self.period_s

@@ -1,4 +1,6 @@
-"""A rig as a MuJoCo model: cart on a slide, pole on a hinge, with the engine's own dry friction, drag and springs.
+"""A rig as a MuJoCo model: a cart on a slide and a pole on a hinge.
+
+Constant dry friction, drag and springs are the engine's own.
 
 The base model holds only the moved mass m, the first moment S = m l and the pole's inertia Jp
 about its axis. A pole of mass mp with its centre at S/mp and the inertia Jp - S^2/mp about it, on
@@ -8,9 +10,9 @@ Dry friction is the engine's `frictionloss`, a soft constraint, at its stiffest:
 two steps, impedance 0.9999. Measured on a 0.7 kg block with 1 N of friction, RK4, steps of 0.25
 ms, against closed forms and a rigid stick-slip in steps of 10 us: pushed with 90 % of its friction
 it creeps at 3e-8 m/s, comes to rest within 5e-8 m, and stays within 1e-7 m for 10 s under a sine.
-(With the pole on it, reversals cost 1e-4 m a second; `rig.py` cuts them finer, which leaves less
-than the encoder's step.) The engine's defaults creep at 1e-3 m/s, and `implicitfast` stops 1e-4 m
-short.
+(With the pole on it, reversals cost 1e-4 m a second; `engine.py` cuts these steps finer, so that
+less than the encoder's step remains.) The engine's defaults creep at 1e-3 m/s, and `implicitfast`
+stops 1e-4 m short.
 """
 
 from __future__ import annotations
@@ -24,12 +26,13 @@ from pendulum_twin.errors import BadInputError
 from pendulum_twin.rig import Rig
 
 TIMESTEP_S = 2.5e-4
-POLE_MASS_MARGIN = 1.25  # times the lightest pole body that can have the rig's S and Jp
+POLE_MASS_MARGIN = 1.25  # times the mass of the lightest pole body with the rig's S and Jp
 
 TEMPLATE = """
 <mujoco model="cart and pole">
   <compiler angle="radian" autolimits="true"/>
-  <option timestep="{timestep}" integrator="RK4" gravity="0 0 {gravity}" iterations="20" tolerance="1e-10">
+  <option timestep="{timestep}" integrator="RK4" gravity="0 0 {gravity}"
+          iterations="20" tolerance="1e-10">
     <flag contact="disable"/>
   </option>
   <default>
@@ -41,7 +44,8 @@ TEMPLATE = """
       <inertial pos="0 0 0" mass="{cart_mass}" diaginertia="1e-3 1e-3 1e-3"/>
       <body name="pole">
         <joint name="pole" type="hinge" axis="0 -1 0" {pole_joint}/>
-        <inertial pos="{aside} 0 {centre}" mass="{pole_mass}" diaginertia="{inertia} {inertia} {inertia}"/>
+        <inertial pos="{aside} 0 {centre}" mass="{pole_mass}"
+                  diaginertia="{inertia} {inertia} {inertia}"/>
       </body>
     </body>
   </worldbody>
@@ -52,14 +56,14 @@ Effects = Mapping[str, Mapping[str, float]]
 
 
 def build_model(rig: Rig, effects: Effects, timestep_s: float = TIMESTEP_S) -> mujoco.MjModel:
-    """Return the compiled model of a rig with cart and pole; of the effects, those that the engine has by itself.
-
-    Dry friction that changes is set by `rig`, step by step.
+    """Return the compiled model of a rig with cart and pole.
 
     Joint 0 is the cart (m, positive along the rail), joint 1 the pole (rad, 0 upright,
-    counterclockwise positive when the rail points right and one looks along +y). The cart stops at
-    the ends of the rail. Raises BadInputError when a part is missing or no bodies have the rig's
-    constants.
+    counterclockwise positive when the rail points right and the view is along +y). The cart stops
+    at the ends of the rail.
+    effects: the model has those that MuJoCo has itself; `engine` sets friction that changes.
+    timestep_s: step for which the stiffness of dry friction is chosen.
+    Raises BadInputError when cart or pole is missing, or when no bodies have the rig's constants.
     """
     return mujoco.MjModel.from_xml_string(write_mjcf(rig, effects, timestep_s))
 
@@ -86,10 +90,10 @@ def write_mjcf(rig: Rig, effects: Effects, timestep_s: float = TIMESTEP_S) -> st
 
 
 def compute_pole_body(rig: Rig) -> tuple[float, float, float]:
-    """Return the pole body's mass (kg), centre from the axis (m) and inertia about its centre (kg m^2).
+    """Return the pole body's mass (kg), centre from the axis (m) and own inertia (kg m^2).
 
-    The mass is the rig's pole mass where that leaves a positive inertia; else as much heavier as
-    it takes, at the cart's cost, for motion sees only m, S and Jp.
+    The mass is the rig's pole mass where that leaves a positive inertia about the centre. Else the
+    pole body is heavier and the cart lighter: motion shows only m, S and Jp.
     """
     if rig.com_distance_m is None or rig.pole_inertia_kg_m2 is None or not rig.has_cart:
         raise BadInputError("expected a rig with cart and pole to emulate, found only one of them")
@@ -98,9 +102,10 @@ def compute_pole_body(rig: Rig) -> tuple[float, float, float]:
     if moment**2 / mass >= rig.pole_inertia_kg_m2:
         mass = POLE_MASS_MARGIN * moment**2 / rig.pole_inertia_kg_m2
     if mass >= rig.total_mass_kg:
+        least = POLE_MASS_MARGIN * moment**2 / rig.total_mass_kg
         raise BadInputError(
-            f"pole_inertia_kg_m2: expected above {POLE_MASS_MARGIN * moment**2 / rig.total_mass_kg:.3g} for this mass and "
-            f"com_distance_m, found {rig.pole_inertia_kg_m2:g}: no bodies move like that"
+            f"pole_inertia_kg_m2: expected above {least:.3g} for this mass and com_distance_m, "
+            f"found {rig.pole_inertia_kg_m2:g}: no bodies move like that"
         )
     return mass, moment / mass, rig.pole_inertia_kg_m2 - moment**2 / mass
 
@@ -122,7 +127,13 @@ def _describe_pole_joint(rig: Rig, effects: Effects) -> str:
 
 
 def _describe_joint(
-    viscous: float | None, drag: float, level: float, stiffness: float, rest: float
+    viscous: float | None, drag: float, level: float, stiffness: float, origin: float
 ) -> str:
-    """Return a joint's attributes: force -(viscous + drag |v|) v - stiffness (q - rest), and dry friction of level."""
-    return f'damping="{viscous or 0.0!r} {drag!r}" frictionloss="{level!r}" stiffness="{stiffness!r}" springref="{rest!r}"'
+    """Return the XML attributes of a joint.
+
+    Its force is -(viscous + drag |v|) v - stiffness (q - origin), and dry friction of `level`.
+    """
+    return (
+        f'damping="{viscous or 0.0!r} {drag!r}" frictionloss="{level!r}" '
+        f'stiffness="{stiffness!r}" springref="{origin!r}"'
+    )

@@ -1,4 +1,4 @@
-"""The emulated rig: command in, sample out, once a sample period; MuJoCo moves what lies between."""
+"""The emulated rig: a command in and a sample out every sample period, with MuJoCo between."""
 
 from __future__ import annotations
 
@@ -22,12 +22,15 @@ HANGING = (0.0, math.pi, 0.0, 0.0)
 
 
 class EmulatedRig:
-    """Move a rig with concealed physics, sample period by sample period; the same commands give the same bits.
+    """Move a rig with concealed physics; the same commands give the same bits.
 
-    rate_hz: samples a second, by the stamps. encoders: how it measures. seed: of its spikes, and
-    of what a stale start shows. start: true x (m), th (rad, 0 where the centre of mass is
-    upright), v (m/s), w (rad/s). timestep_s: longest step of the engine; each period is a whole
-    number of steps. Raises BadInputError for a rate that is none, and for a rig that lacks a part.
+    concealed: rig, effects and unlisted physics.
+    rate_hz: samples a second, by the stamps.
+    encoders: how finely the rig measures.
+    seed: of the spikes, and of the motion that a stale start shows.
+    start: (4,) true x (m), th (rad, 0 where the centre of mass is upright), v (m/s), w (rad/s).
+    timestep_s: longest step of the engine; a sample period is a whole number of steps.
+    Raises BadInputError for a rate that is not positive and for a rig without cart or pole.
     """
 
     def __init__(
@@ -44,8 +47,8 @@ class EmulatedRig:
         self.period_s = 1 / rate_hz
         rig, effects, self._laws = concealed.rig, concealed.effects, collect_laws(concealed)
         self._limit = rig.pwm_limit or math.inf
-        self._steps = math.ceil(self._passing_s(0.0) / timestep_s - 1e-9)
-        step_s = self._passing_s(0.0) / self._steps
+        self._steps = math.ceil(self._compute_elapsed_s(0.0) / timestep_s - 1e-9)
+        step_s = self._compute_elapsed_s(0.0) / self._steps
         self._engine = Engine(concealed, self._laws, step_s)
         self._drive = make_drive(effects, step_s, (rig.force_per_pwm_n or 0.0) / rig.total_mass_kg)
         self._stale = count_stale_samples(
@@ -66,18 +69,19 @@ class EmulatedRig:
 
     @property
     def stale_samples(self) -> int:
-        """Return how many samples from the first on do not belong to the run: commands do not act on them."""
+        """Return how many of the first samples are stale: no command acts on them."""
         return self._stale
 
     def step(self, command: float) -> Floats:
-        """Hold the command (PWM, clipped at the rig's limit) for one sample period; return the sample at its end.
+        """Hold the command for one sample period and return the sample at its end.
 
-        A sample is the measured x (m), th (rad, not wrapped), v (m/s), w (rad/s), shape (4,).
+        command: PWM fraction; it is clipped at the rig's limit.
+        The sample is the measured x (m), th (rad, not wrapped), v (m/s), w (rad/s), shape (4,).
         """
         command = (
             min(max(command, -self._limit), self._limit) if self._count >= self._stale else 0.0
         )
-        step_s = self._passing_s(self._count * self.period_s) / self._steps
+        step_s = self._compute_elapsed_s(self._count * self.period_s) / self._steps
         for _ in range(self._steps):
             self._engine.step(self._drive(command), step_s)
             self._reporting.keep(self._engine.state)
@@ -88,17 +92,21 @@ class EmulatedRig:
         self.sample = self._sensors.measure(np.array(self._reporting.reported))
         return self.sample
 
-    def _passing_s(self, stamp_s: float) -> float:
-        """Return how long the sample period that is stamped with this time really lasts."""
+    def _compute_elapsed_s(self, stamp_s: float) -> float:
+        """Return how long (s) the sample period that is stamped with this time really lasts."""
         return self.period_s * math.prod(pace(stamp_s) for pace in self._laws.pace)
 
 
 class Reporting:
-    """Report states some time late; before the first, the first. Between two steps of the engine, in proportion."""
+    """Report states late; before the first state is due, report the first state.
+
+    delay_s: how late; a delay between two steps of the engine mixes both states in proportion.
+    step_s: the engine's step.
+    """
 
     def __init__(self, delay_s: float, step_s: float, state: State) -> None:
-        whole, self._part = divmod(delay_s / step_s, 1.0)
-        self._states = deque([state], maxlen=int(whole) + 2)
+        steps, self._fraction = divmod(delay_s / step_s, 1.0)
+        self._states = deque([state], maxlen=int(steps) + 2)
         self.forget(state)
 
     def keep(self, state: State) -> None:
@@ -106,14 +114,14 @@ class Reporting:
         self._states.append(state)
 
     def forget(self, state: State) -> None:
-        """Know only this state from now on."""
+        """Forget all states but this state."""
         self._states.extend([state] * (self._states.maxlen or 1))
 
     @property
     def reported(self) -> State:
         """Return the state that is reported now."""
         x, th, v, w = (
-            new + self._part * (old - new)
+            new + self._fraction * (old - new)
             for old, new in zip(self._states[0], self._states[1], strict=True)
         )
         return x, th, v, w

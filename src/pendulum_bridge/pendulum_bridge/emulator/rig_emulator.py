@@ -1,9 +1,8 @@
-"""A rig that is none: MuJoCo behind the rig's own protocol, over UDP or TCP, with physics concealed if asked.
+"""An emulated rig: MuJoCo behind the rig's own protocol, over UDP or TCP, with concealed physics.
 
-It sends a sample at every sampling time, and holds the last command for ever, as the real rig
-does. It does so over TCP
-too, even when the connection closes: a rig that then stopped by itself would hide a driver that
-does not stop it.
+It sends a sample at every sampling time and holds the last command for ever, as the real rig does.
+It holds the command even when a TCP connection closes: an emulator that stopped by itself would
+hide a driver that fails to stop the rig.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ from pendulum_twin.model import load_twin
 def main(arguments: list[str] | None = None) -> int:
     """Serve until SIGINT, SIGTERM or the end of --seconds and return 0.
 
-    Returns 1 with a sentence on stderr when it cannot be served, and ends with 2 for wrong use.
+    Returns 1 with a sentence on stderr when the rig cannot be served; exits with 2 for wrong use.
     """
     stopped = _watch_signals()
     options = parse_options(arguments)
@@ -47,7 +46,10 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def run(options: argparse.Namespace, stopped: Event) -> None:
-    """Serve as the options say until stopped is set; raise BadInputError or OSError when it cannot be done."""
+    """Serve as the options say until `stopped` is set.
+
+    Raises BadInputError or OSError when the rig cannot be served.
+    """
     concealed = _choose_concealed(options)
     rig = LiveRig(
         concealed, options.rate, Encoders(spike_rate=options.spikes), options.conceal or 0
@@ -87,14 +89,15 @@ def _summarise(served: Served, port: Port[Command]) -> str:
 
 
 def _choose_concealed(options: argparse.Namespace) -> Concealed:
-    """Return what the seed draws for the twin's rig, or, without a seed, the twin as its file has it."""
+    """Return the rig that the seed draws, or, without a seed, the twin of the file."""
     twin = load_twin(options.twin)
     if options.conceal is not None:
         return draw_concealed(options.conceal, options.effects, twin.rig, live=True)
     for name in twin.effects:
         if name not in BY_NAME:
             raise BadInputError(
-                f"{options.twin}: expected effects that can be emulated ({', '.join(BY_NAME)}), found {name}"
+                f"{options.twin}: expected effects that can be emulated "
+                f"({', '.join(BY_NAME)}), found {name}"
             )
     return Concealed(twin.effects, twin.rig)
 
@@ -112,7 +115,7 @@ def _watch_signals() -> Event:
 
 
 def _say(line: str) -> None:
-    """Print a line at once; somebody who stopped reading is no reason to end."""
+    """Print a line at once; go on when the reader of stdout has gone."""
     try:
         print(line, flush=True)
     except BrokenPipeError:
@@ -120,7 +123,7 @@ def _say(line: str) -> None:
 
 
 def parse_options(arguments: list[str] | None) -> argparse.Namespace:
-    """Return the command line's options; print what is wrong and exit with 2 for wrong use."""
+    """Return the command line's options; print the mistake and exit with 2 for wrong use."""
     parser = argparse.ArgumentParser(prog="rig_emulator", description=__doc__)
     add = parser.add_argument
     add(
@@ -178,7 +181,7 @@ def parse_options(arguments: list[str] | None) -> argparse.Namespace:
         "--seconds",
         type=make_number_reader(0, 1e9),
         metavar="S",
-        help="end by itself after so long on the wall's clock",
+        help="end after so many seconds by the clock on the wall",
     )
     add(
         "--listen",
@@ -198,7 +201,7 @@ def parse_options(arguments: list[str] | None) -> argparse.Namespace:
     way.add_argument(
         "--tcp",
         action="store_true",
-        help="send samples to the one who connects to --listen over TCP",
+        help="send samples to the program that connects to --listen over TCP",
     )
     options = parser.parse_args(arguments)
     if options.effects is not None and options.conceal is None:

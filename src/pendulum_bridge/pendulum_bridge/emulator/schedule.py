@@ -1,4 +1,4 @@
-"""When the next sample is due: at whole numbers of periods since the start, however long the last one took."""
+"""Wait until a sample is due, at whole numbers of periods since the start."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ LONGEST_BACKLOG_S = 0.25
 class Schedule:
     """Wait for evenly spaced times.
 
-    interval_s: from one to the next. Who is late goes on at once and catches up; what a standstill
-    of more than LONGEST_BACKLOG_S left behind is given up, and summed in `given_up_s`. now, sleep:
-    the clock, in s.
+    A caller who is late goes on at once and catches up. After a standstill of more than
+    LONGEST_BACKLOG_S the times start anew, and `given_up_s` adds up what was left behind.
+    interval_s: between two times.
+    now, sleep: the clock, in s.
     """
 
     def __init__(
@@ -27,7 +28,7 @@ class Schedule:
         self.given_up_s = 0.0
 
     def wait_for(self, count: float) -> None:
-        """Return at `count` intervals after the start; a fraction is a time between two."""
+        """Return at `count` intervals after the start; the count may be a fraction."""
         early = self._start + count * self._interval_s - self._now()
         if early > 0:
             self._sleep(early)

@@ -1,4 +1,4 @@
-"""The sealed answer: what was concealed in an emulated rig, as a file that is opened after the diagnosis."""
+"""The seal: the truth about an emulated rig, in a file that is opened after the diagnosis."""
 
 from __future__ import annotations
 
@@ -20,11 +20,10 @@ SCHEMA = "pendulum_seal/1"
 class Concealed:
     """Hold the truth of an emulated rig.
 
-    effects: catalogue name -> parameter name -> value (SI units, in the parameter's name). rig:
-    the true constants.
-    unlisted: the same of effects that the catalogue does not hold (see `unlisted`). Raises
-    BadInputError when the catalogue (the table of unlisted effects) has no such effect or
-    parameter.
+    effects: catalogue name -> parameter name -> value (unit: see the parameter's name).
+    rig: the true constants.
+    unlisted: the same for physics that the catalogue does not hold (see `unlisted`).
+    Raises BadInputError for an effect or parameter that does not exist.
     """
 
     effects: Mapping[str, Mapping[str, float]]
@@ -67,7 +66,8 @@ def open_seal(path: str | Path) -> Concealed:
         raise BadInputError(f"{path}: expected a seal with effects and rig, found no effects")
     try:
         unlisted = {
-            str(name): each["parameters"] for name, each in (content.get("unlisted") or {}).items()
+            str(name): entry["parameters"]
+            for name, entry in (content.get("unlisted") or {}).items()
         }
         return Concealed(content["effects"], parse_rig(content.get("rig")), unlisted)
     except BadInputError as error:

@@ -1,4 +1,4 @@
-"""From the true state to what the rig reports: slips, zeros, scales, signs, encoder steps, differences, spikes."""
+"""From the true state to the reported sample: zeros, scales, signs, encoder steps, velocities."""
 
 from __future__ import annotations
 
@@ -17,11 +17,12 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Encoders:
-    """Describe how finely and how cleanly the rig measures; defaults are those of the INTECO rig.
+    """Describe how finely and how cleanly the rig measures; the defaults are the INTECO rig's.
 
-    pole_counts: encoder counts a turn of the pole. cart_step_m: one step of the cart's encoder. A
-    step of 0 (or 0 counts) measures exactly. spike_rate: share of samples whose positions are
-    wrong by spike_m and spike_rad.
+    pole_counts: counts of the pole's encoder a turn; 0 measures exactly.
+    cart_step_m: step of the cart's encoder; 0 measures exactly.
+    spike_rate: share of samples with a spike.
+    spike_m, spike_rad: error of position and angle in a spike.
     """
 
     pole_counts: int = 4096
@@ -39,10 +40,11 @@ class Encoders:
 def distort_positions(
     state: Floats, effects: Effects, stamp_s: float = 0.0
 ) -> tuple[float, float]:
-    """Return position (m) and angle (rad) as the sensors' mounting and wiring show the true x, th, v, w at a time.
+    """Return position (m) and angle (rad) as mounting and wiring of the sensors show them.
 
-    th is the angle of the centre of mass; where that lies beside the pole's line, the line's angle
-    is what is read.
+    state: (4,) true x (m), th (rad), v (m/s), w (rad/s); th is the angle of the centre of mass.
+        With an imbalance the sensor reads the angle of the pole's line.
+    stamp_s: time by the stamps, for a slip.
     """
     cart, pole = float(state[0]), float(state[1])
     pole -= effects.get("pole_imbalance", {}).get("angle_rad", 0.0)
@@ -60,11 +62,15 @@ def distort_positions(
 
 
 class Sensors:
-    """Measure a sample at a time, a period apart by the rig's own clock; remember only what velocities need.
+    """Measure samples that are a period apart by the rig's own clock.
 
-    Reported velocities are differences of the last two reported positions, over the period; a
-    concealed velocity filter smooths them. more: what else the sensors make of positions, before
-    all else.
+    Reported velocities are the differences of the last two reported positions over the period; a
+    concealed velocity filter smooths them.
+    encoders: steps and spikes.
+    effects: the concealed effects.
+    period_s: sample period by the stamps.
+    seed: of the spikes.
+    more: unlisted laws of positions; they act first.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""Serve an emulated rig over any port: at its own pace, or one sample for each command."""
+"""Serve an emulated rig over a port, at its own pace or one sample for each command."""
 
 from __future__ import annotations
 
@@ -17,7 +17,10 @@ Ended = Callable[[], bool]
 
 @dataclass(frozen=True)
 class Served:
-    """Count what was served; given_up_s: how far the samples fell behind their times."""
+    """Count the samples sent and the commands taken.
+
+    given_up_s: how far the samples fell behind their times.
+    """
 
     samples: int
     commands: int
@@ -25,10 +28,11 @@ class Served:
 
 
 def serve_in_time(rig: LiveRig, port: Port[Command], speed: float, ended: Ended) -> Served:
-    """Send a sample at every sampling time, speed times as fast as the clock on the wall, until ended.
+    """Send a sample at every sampling time until `ended` returns True.
 
-    A command acts from the sampling time nearest to its arrival: the answer to a sample, when it
-    comes within half a period, acts from that sample on.
+    A command acts from the sampling time nearest to its arrival: an answer within half a period
+    acts from the sample that it answers.
+    speed: times as fast as the clock on the wall.
     """
     schedule = Schedule(rig.period_s / speed)
     samples = commands = 0
@@ -45,7 +49,10 @@ def serve_in_time(rig: LiveRig, port: Port[Command], speed: float, ended: Ended)
 
 
 def serve_in_lockstep(rig: LiveRig, port: Port[Command], ended: Ended) -> Served:
-    """Answer each command with the sample at the end of the period through which it was held, until ended."""
+    """Answer each command with the sample at the end of the period for which it was held.
+
+    Returns when `ended` returns True.
+    """
     exchanges = 0
     while not ended():
         command = port.receive(time.monotonic() + LONGEST_WAIT_S)

@@ -1,4 +1,4 @@
-"""Record a rig that is driven by a plan or a controller, and keep what it showed."""
+"""Record a rig that a plan or a controller drives."""
 
 from __future__ import annotations
 
@@ -13,16 +13,15 @@ from pendulum_bridge.recording.bag_writer import Log
 from pendulum_twin.plans.excitation import Excitation, compute_command, find_command_direction
 
 Floats = NDArray[np.float64]
-Driver = Callable[
-    [Floats], float
-]  # the sample x, th, v, w -> the command (PWM fraction) that is held to the next
+# From the sample x, th, v, w to the command (PWM fraction) that is held to the next sample.
+Driver = Callable[[Floats], float]
 
-FIRST_STAMP_NS = 10**9  # the emulated clock's; the same run gives the same file
+FIRST_STAMP_NS = 10**9  # of the emulated clock, so that the same run gives the same file
 JOINTS = ("cart", "pole")
 
 
 class Driven(Protocol):
-    """What is recorded: an `EmulatedRig`, or one that is watched."""
+    """A rig that can be recorded, such as `EmulatedRig`."""
 
     @property
     def period_s(self) -> float:
@@ -30,7 +29,7 @@ class Driven(Protocol):
 
     @property
     def stale_samples(self) -> int:
-        """Return how many of the first samples belong to no run."""
+        """Return how many of the first samples are stale: no command acts on them."""
 
     @property
     def sample(self) -> Floats:
@@ -41,7 +40,7 @@ class Driven(Protocol):
 
 
 def record_rig(rig: Driven, driver: Driver, count: int) -> Log:
-    """Return `count` samples and the commands that the driver answered; of stale samples it sees none."""
+    """Return `count` samples and the driver's commands; the driver sees no stale sample."""
     samples, commands = np.empty((count, 4)), np.empty(count)
     for k in range(count):
         samples[k] = rig.sample
@@ -56,15 +55,16 @@ def record_rig(rig: Driven, driver: Driver, count: int) -> Log:
 
 
 def play_plan(rig: Driven, plan: Excitation) -> Log:
-    """Return samples and commands of a plan; stale samples at its beginning push its end out of the recording.
+    """Return samples and commands of a plan.
 
-    Which way a command moves the cart is seen from the first push, and centring begins only then.
+    The driver sees from the first push which way a command moves the cart; it centres the cart
+    only after it. Stale samples at the beginning push the plan's end out of the recording.
     """
     return record_rig(rig, make_plan_driver(plan), len(plan.commands))
 
 
 def make_plan_driver(plan: Excitation) -> Driver:
-    """Return a driver that plays the plan, sample by sample, and keeps the cart on the rail as a plan is kept on it."""
+    """Return a driver that plays the plan sample by sample and centres the cart."""
     k, way, first_m = 0, 0, 0.0
 
     def command(sample: Floats) -> float:

@@ -1,4 +1,4 @@
-"""A recording whose first samples belong to no run, or to an earlier one: what the rig does meanwhile."""
+"""A recording that starts too early: its first samples are stale, its commands do not act."""
 
 from __future__ import annotations
 
@@ -6,19 +6,19 @@ import math
 
 import numpy as np
 
-OLD_PWM, OLD_HZ = 0.15, 0.8
+COMMAND_PWM, COMMAND_HZ = 0.15, 0.8  # of the commands that have no effect
 
 
 def count_stale_samples(seconds: float, period_s: float) -> int:
-    """Return how many samples do not belong to the run: those stamped before `seconds`."""
+    """Return how many samples are stale: those stamped before `seconds`."""
     return math.ceil(seconds / period_s - 1e-9)
 
 
 def draw_earlier_state(start: tuple[float, ...], seed: int) -> tuple[float, ...]:
-    """Return where cart and pole are when a recording begins too early.
+    """Return the state (x, th, v, w) of cart and pole when a recording begins too early.
 
-    They stand where the run will start, or move by themselves, after an earlier run; the seed says
-    which.
+    The seed decides whether they stand at the start of the run or still move after an earlier run.
+    start: (4,) state from which the run starts.
     """
     random = np.random.default_rng([seed, 2])
     if random.random() < 0.5:
@@ -32,5 +32,5 @@ def draw_earlier_state(start: tuple[float, ...], seed: int) -> tuple[float, ...]
 
 
 def compute_stale_command(time_s: float) -> float:
-    """Return a command that was sent while none acted."""
-    return OLD_PWM * math.cos(2 * math.pi * OLD_HZ * time_s)
+    """Return the command (PWM fraction) that is sent at a time while no command acts."""
+    return COMMAND_PWM * math.cos(2 * math.pi * COMMAND_HZ * time_s)

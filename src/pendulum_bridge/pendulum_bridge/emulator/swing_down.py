@@ -1,10 +1,9 @@
-"""The rig's own swing-down: bring the cart to the middle and the pole to rest hanging, and say when both are there.
+"""The rig's own swing-down: bring the cart to rest in the middle and the pole to rest hanging.
 
-It belongs to the rig, so it reads the true state, before anything that is concealed behind the
-sensors, and knows the rig's constants, as the maker who tuned it does. The cart is asked for a
-velocity, k sin(ph) - c x with ph the pole's angle
-from hanging: following the pole takes k (m l) w^2 cos(ph)^2 of its energy a second, and the rest
-leads to the middle.
+It belongs to the rig: it reads the true state, before the sensors, and knows the rig's constants,
+as the maker who tuned it does. The cart follows a velocity k sin(ph) - c x, where ph is the pole's
+angle from hanging. The first term takes k (m l) w^2 cos(ph)^2 of the pole's energy a second; the
+second leads to the middle.
 """
 
 from __future__ import annotations
@@ -27,17 +26,17 @@ VELOCITY_LOOP_PER_S = 6.0
 INTEGRAL_PER_S2 = 6.0
 LARGEST_STUCK_RAD = 0.2
 LARGEST_INTEGRAL_M_S2 = 2.0  # m/s^2: tilt and spring need less
-HOLDING_FRICTIONS = (  # what holds the cart at rest
+HOLDING_FRICTIONS = (  # effect and parameter of the friction that holds a cart at rest
     ("cart_coulomb_friction", "level_n"),
     ("cart_stribeck_friction", "level_n"),
     ("cart_stribeck_friction", "static_n"),
     ("cart_saturating_friction", "level_n"),
 )
-SIGN_WIDTH_M_S = 0.01  # asked velocity over which the help against dry friction changes its sign
+SIGN_WIDTH_M_S = 0.01  # wanted velocity over which the command against friction changes sign
 
 
 class Phase(Enum):
-    """Tell how a swing-down stands."""
+    """The states of a swing-down; the value is a sentence."""
 
     RUNNING = "the pendulum is brought to rest"
     AT_REST = "the pendulum hangs at rest in the middle of the rail"
@@ -46,10 +45,12 @@ class Phase(Enum):
 
 @dataclass(frozen=True)
 class Rest:
-    """Say what counts as at rest, for how long, and how long to try.
+    """Hold the limits within which cart and pole are at rest.
 
-    cart_m, cart_m_s: distance from the middle and speed. pole_rad, pole_rad_s: angle from hanging,
-    in whatever turn, and rate. samples: in a row. limit_s: time after which it gives up.
+    cart_m, cart_m_s: distance from the middle, and speed.
+    pole_rad, pole_rad_s: angle from hanging, in any turn, and rate.
+    samples: samples at rest in a row.
+    limit_s: time after which the swing-down gives up.
     """
 
     cart_m: float = 0.01
@@ -64,12 +65,14 @@ class Rest:
 class Tuning:
     """Hold the controller's constants, all in SI units.
 
-    per_m_s2: command for an acceleration of 1 m/s^2. viscous_per_s: deceleration of the cart per
-    unit of its speed.
-    follow_m_s: k above. breakaway: command that just overcomes dead zone and dry friction. way: -1
-    when the drive is wired the wrong way round, else 1. limit: largest command. turn_rad: from one
-    resting angle to the next, less than a full turn where a spring winds up. stuck_rad: as far
-    from there the pole's dry friction can hold it.
+    per_m_s2: command for an acceleration of 1 m/s^2.
+    viscous_per_s: deceleration of the cart per unit of its speed.
+    follow_m_s: the gain k.
+    breakaway: command that just overcomes dead zone and dry friction.
+    way: -1 when the drive is wired the wrong way round, else 1.
+    limit: largest command.
+    turn_rad: from one resting angle to the next; less than a turn where a spring winds up.
+    stuck_rad: distance from the resting angle at which the pole's dry friction can hold it.
     """
 
     per_m_s2: float
@@ -84,7 +87,12 @@ class Tuning:
 
 @dataclass(frozen=True)
 class SwingDown:
-    """Hold how far a swing-down has come: seconds run, samples at rest in a row, integral of the velocity loop (m/s^2)."""
+    """Hold the progress of a swing-down.
+
+    elapsed_s: since its start.
+    still: samples at rest in a row.
+    integral: of the velocity loop, m/s^2.
+    """
 
     phase: Phase = Phase.RUNNING
     elapsed_s: float = 0.0
@@ -93,7 +101,7 @@ class SwingDown:
 
 
 def make_tuning(rig: Rig, effects: Mapping[str, Mapping[str, float]]) -> Tuning:
-    """Return the tuning for a rig with cart and pole; a rig without gravity or lever gets no pole damping."""
+    """Return the tuning for a rig; a rig without gravity or lever gets no damping of the pole."""
     force, mass = rig.force_per_pwm_n or 1.0, rig.total_mass_kg
     lever, inertia = mass * (rig.com_distance_m or 0.0), rig.pole_inertia_kg_m2 or 1.0
     weight = lever * rig.gravity_m_s2  # N m a rad from hanging
@@ -115,9 +123,10 @@ def make_tuning(rig: Rig, effects: Mapping[str, Mapping[str, float]]) -> Tuning:
 def advance(
     now: SwingDown, state: Floats, tuning: Tuning, period_s: float, rest: Rest = Rest()
 ) -> tuple[SwingDown, float]:
-    """Return the next stand and the command (PWM fraction) to hold for one sample period; 0 once it is over.
+    """Return the next progress and the command (PWM fraction) to hold for one sample period.
 
-    state: true x (m, 0 in the middle), th (rad, 0 upright), v (m/s), w (rad/s).
+    The command is 0 once the swing-down is over.
+    state: (4,) true x (m, 0 in the middle), th (rad, 0 upright), v (m/s), w (rad/s).
     """
     if now.phase is not Phase.RUNNING:
         return now, 0.0
@@ -131,7 +140,7 @@ def advance(
 
 
 def is_at_rest(state: Floats, tuning: Tuning, rest: Rest = Rest()) -> bool:
-    """Tell whether the cart stands in the middle and the pole hangs, as closely as rest says."""
+    """Return whether the cart stands in the middle and the pole hangs, within `rest`."""
     x, angle, v, w = _measure_from_hanging(state, tuning)
     near = abs(x) <= rest.cart_m and abs(angle) <= rest.pole_rad
     return near and abs(v) <= rest.cart_m_s and abs(w) <= rest.pole_rad_s
@@ -141,19 +150,21 @@ def _compute_command(
     integral: float, state: Floats, tuning: Tuning, period_s: float
 ) -> tuple[float, float]:
     x, angle, v, w = _measure_from_hanging(state, tuning)
-    asked = tuning.follow_m_s * math.sin(angle) - CENTRING_PER_S * x
-    asked_per_s = tuning.follow_m_s * math.cos(angle) * w - CENTRING_PER_S * v
-    integral += INTEGRAL_PER_S2 * (asked - v) * period_s
+    wanted = tuning.follow_m_s * math.sin(angle) - CENTRING_PER_S * x
+    wanted_per_s = tuning.follow_m_s * math.cos(angle) * w - CENTRING_PER_S * v
+    integral += INTEGRAL_PER_S2 * (wanted - v) * period_s
     integral = min(max(integral, -LARGEST_INTEGRAL_M_S2), LARGEST_INTEGRAL_M_S2)
     acceleration = (
-        asked_per_s + VELOCITY_LOOP_PER_S * (asked - v) + integral + tuning.viscous_per_s * v
+        wanted_per_s + VELOCITY_LOOP_PER_S * (wanted - v) + integral + tuning.viscous_per_s * v
     )
-    command = tuning.per_m_s2 * acceleration + tuning.breakaway * math.tanh(asked / SIGN_WIDTH_M_S)
+    command = tuning.per_m_s2 * acceleration + tuning.breakaway * math.tanh(
+        wanted / SIGN_WIDTH_M_S
+    )
     return integral, tuning.way * min(max(command, -tuning.limit), tuning.limit)
 
 
 def _measure_from_hanging(state: Floats, tuning: Tuning) -> tuple[float, float, float, float]:
-    """Return x, angle, v, w; the angle from where the pole hangs, 0 wherever its dry friction can hold it."""
+    """Return x, angle from hanging, v, w; the angle is 0 where dry friction can hold the pole."""
     x, th, v, w = (float(value) for value in state)
     angle = math.remainder(th - math.pi, tuning.turn_rad)
     return x, math.copysign(max(abs(angle) - tuning.stuck_rad, 0.0), angle), v, w

@@ -1,4 +1,4 @@
-"""The rig's end of a TCP connection: it listens, takes one connection at a time, and outlives it."""
+"""The rig's end of TCP: it listens, takes one connection at a time, and outlives it."""
 
 from __future__ import annotations
 
@@ -56,10 +56,10 @@ class TcpServer[Packet]:
             self._greet()
             if (left := deadline - time.monotonic()) <= 0:
                 return None
-            listened = [
-                each.fileno() for each in (self._listener, self._stream) if each is not None
+            sources = [
+                source.fileno() for source in (self._listener, self._stream) if source is not None
             ]
-            select.select(listened, [], [], left)
+            select.select(sources, [], [], left)
 
     def take_waiting(self) -> list[Packet]:
         """Return the packets that are there already, oldest first, without waiting."""

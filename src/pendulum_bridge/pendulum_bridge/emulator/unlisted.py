@@ -1,8 +1,8 @@
-"""Physics that no catalogue holds: what a diagnosis must not give a catalogue's name.
+"""Physics that the catalogue does not hold: a diagnosis must not give it a catalogue name.
 
-Every entry says at which place of the chain it acts and on what the missing force (torque, sensor
-error) depends; its law is a closure that the emulated rig applies. Sizes are for a rig of 0.7 kg,
-6.4 N and a pole of 0.13 N m.
+Each entry names the place of the chain where it acts and the variables on which the missing force
+(torque, sensor error) depends; its law is a closure that the emulated rig applies. Sizes are for a
+rig of 0.7 kg, 6.4 N and a pole of 0.13 N m.
 """
 
 from __future__ import annotations
@@ -16,23 +16,25 @@ from pendulum_twin.errors import BadInputError
 from pendulum_twin.rig import Rig
 
 Span = tuple[float, float]
-Gain = Callable[
-    [float, float, float, float, float, float], float
-]  # of the command, and t, x, th, v, w: the command made of it
-Shown = Callable[
-    [float, float, float], tuple[float, float]
-]  # of t, x, th: position and angle as the sensors see them
+# From the command and t, x, th, v, w to the command that acts.
+Gain = Callable[[float, float, float, float, float, float], float]
+# From t, x, th to position and angle as the sensors see them.
+Shown = Callable[[float, float, float], tuple[float, float]]
+# From the time by the stamps to true seconds a stamped second.
 Pace = Callable[[float], float]
 
 
 @dataclass(frozen=True)
 class Extra:
-    """Hold the laws that one piece of physics adds; None for those that it leaves alone.
+    """Hold the laws that one piece of physics adds; None for a law that it leaves alone.
 
-    All are of t (s), x (m), th (rad, 0 upright), v (m/s), w (rad/s), true. gain: of the command.
-    push: N on the cart along the rail. twist: N m on the pole. level: N of the cart's dry
-    friction. shown: what the sensors see. pace: true seconds a stamped second, at a time by the
-    stamps.
+    All are laws of the true t (s), x (m), th (rad, 0 upright), v (m/s), w (rad/s).
+    gain: command that acts, PWM fraction.
+    push: force on the cart along the rail, N.
+    twist: torque on the pole, N m.
+    level: the cart's dry friction, N.
+    shown: position (m) and angle (rad) that the sensors see.
+    pace: true seconds a stamped second.
     """
 
     gain: Gain | None = None
@@ -99,7 +101,7 @@ def make_drag_chain(rig: Rig, n_per_m3: float) -> Extra:
 
 
 def make_hanging_cable(rig: Rig, n_s_per_m2: float) -> Extra:
-    """Brake the cart in proportion to its speed and to how far along the rail it is, and drive it on the other side."""
+    """Brake the cart in proportion to speed and position, so drive it on the other side."""
     return Extra(push=lambda t, x, th, v, w: -n_s_per_m2 * x * v)
 
 
@@ -119,7 +121,7 @@ def make_stirred_air(rig: Rig, n_s2: float) -> Extra:
 
 
 def make_bearing_hysteresis(rig: Rig, n_m_per_rad: float, width_rad: float) -> Extra:
-    """Turn the pole back with a spring whose other end is dragged along once it is width behind."""
+    """Turn the pole back with a spring whose other end is dragged along width behind."""
     end: float | None = None
 
     def twist(t: float, x: float, th: float, v: float, w: float) -> float:
@@ -154,9 +156,13 @@ def make_clock_wander(rig: Rig, ratio: float, period_s: float, phase_rad: float)
 class Unlisted:
     """Describe one piece of unlisted physics.
 
-    place: of the chain. variables: on which the missing force, torque or error depends. sizes:
-    parameter -> lowest and highest size drawn. both_ways: whether the sign of a size is drawn too.
-    shapes: parameters that say where or how.
+    make: returns its laws for a rig and its parameters.
+    place: of the chain where it acts.
+    variables: on which the missing force, torque or error depends.
+    sizes: parameter -> lowest and highest size drawn (unit: see the parameter's name).
+    both_ways: whether the sign of a size is drawn too.
+    shapes: parameters that say where or how, not how much.
+    neutral: the size at which it vanishes.
     """
 
     make: Callable[..., Extra]
@@ -260,15 +266,16 @@ TABLE: tuple[Unlisted, ...] = (
         shapes=WAVE_SHAPES,
     ),
 )
-BY_NAME = {each.name: each for each in TABLE}
+BY_NAME = {entry.name: entry for entry in TABLE}
 
 
 def check_parameters(name: str, parameters: Mapping[str, float]) -> dict[str, float]:
-    """Return the parameters of an unlisted effect; raise BadInputError when there is no such effect or parameter."""
+    """Return the parameters; raise BadInputError when effect or parameter does not exist."""
     if name not in BY_NAME:
         raise BadInputError(f"unlisted: unknown effect {name}; known are {', '.join(BY_NAME)}")
     if set(parameters) != set(BY_NAME[name].sizes):
         raise BadInputError(
-            f"unlisted: {name}: expected {', '.join(BY_NAME[name].sizes)}, found {', '.join(parameters)}"
+            f"unlisted: {name}: expected {', '.join(BY_NAME[name].sizes)}, "
+            f"found {', '.join(parameters)}"
         )
     return {key: float(value) for key, value in parameters.items()}

@@ -1,4 +1,4 @@
-"""When an excitation has to be stopped, and why: decisions on what a rig shows while a plan is played on it."""
+"""When an excitation has to be stopped, and why: decisions on each sample of a plan."""
 
 from __future__ import annotations
 
@@ -9,21 +9,23 @@ from enum import Enum
 from pendulum_bridge.safety.rig_state import RigState
 from pendulum_twin.errors import BadInputError
 
-SAMPLES_BEYOND_IN_A_ROW = (
-    2  # so many samples beyond a bound: a single one may be a spike of the encoder
-)
-RECENT_S = 0.1  # what was asked for within this time may be what is applied now
-UNEQUAL_PWM = 0.02  # PWM; smaller differences between asked and applied do not count
+# samples beyond a bound that stop the plan: a single sample may be a spike of the encoder
+SAMPLES_BEYOND_IN_A_ROW = 2
+RECENT_S = 0.1  # age of the requests that may be applied now
+UNEQUAL_PWM = 0.02  # PWM fraction; smaller differences between request and applied do not count
 
 
 class StopReason(Enum):
-    """Why a plan was not begun or not played to its end; each a sentence for a person. Whoever plays it then sends 0."""
+    """Name in a sentence why a plan did not begin or end; the player then sends 0."""
 
     CART_TOO_FAR = "The cart came too near the end of the rail"
     CART_TOO_FAST = "The cart is too fast"
     POLE_TOO_FAST = "The pole is too fast"
     NOT_MOVED = "The first push did not move the cart: see that the drive is on and the cart free"
-    OVERRULED = "The driver has sent something else than it was asked for too long: a limit, the rail guard or another sender"
+    OVERRULED = (
+        "The driver has sent something else than it was asked for too long: a limit, the rail "
+        "guard or another sender"
+    )
     EMERGENCY_STOP = "The emergency stop is latched"
     DRIVER_ERROR = "The driver reports an error"
     SAMPLES_MISSING = "The rig's samples are missing"
@@ -38,25 +40,32 @@ class StopReason(Enum):
 
 @dataclass(frozen=True)
 class Stopped:
-    """Hold why a plan was stopped and what was found, with units; nothing when there is no more to say."""
+    """Hold why a plan was stopped.
+
+    reason: the reason.
+    detail: what was measured, with units; empty when there is no more to say.
+    """
 
     reason: StopReason
-    found: str = ""
+    detail: str = ""
 
     @property
     def sentence(self) -> str:
-        """Return both as a sentence."""
-        return f"{self.reason.value}{f' ({self.found})' if self.found else ''}."
+        """Reason and detail as a sentence."""
+        return f"{self.reason.value}{f' ({self.detail})' if self.detail else ''}."
 
 
 @dataclass(frozen=True)
 class Bounds:
     """Hold what a rig may do while a plan is played.
 
-    far_m: of the cart from the middle. cart_m_s, pole_rad_s: speeds. silence_s: longest time
-    without a sample.
-    overruled_s: how much longer than it was obeyed the driver may send something else. Raises
-    BadInputError for a bound that is NaN or not above 0.
+    far_m: m; largest distance of the cart from the middle.
+    cart_m_s: m/s; largest speed of the cart.
+    pole_rad_s: rad/s; largest rate of the pole.
+    silence_s: s; longest time without a sample.
+    overruled_s: s; how much longer than it obeys the driver may send another command.
+
+    Raises BadInputError for a bound that is NaN or not above 0.
     """
 
     far_m: float
@@ -73,20 +82,20 @@ class Bounds:
 
 @dataclass(frozen=True)
 class Watch:
-    """Hold what is remembered from sample to sample.
+    """Hold the state between two samples.
 
-    outside: consecutive samples beyond a bound. overruled_s: for how much longer something else
-    was applied than what was asked for. asked: commands (PWM fraction) of the last RECENT_S, the
-    newest last.
+    outside: consecutive samples beyond a bound.
+    overruled_s: s; how much longer than the requested command another command was applied.
+    requests: PWM fractions requested in the last RECENT_S, the newest last.
     """
 
     outside: int = 0
     overruled_s: float = 0.0
-    asked: tuple[float, ...] = (0.0,)
+    requests: tuple[float, ...] = (0.0,)
 
 
 def find_exceeded_bound(state: RigState, bounds: Bounds) -> Stopped | None:
-    """Return which bound a sample lies beyond; None when it lies within all."""
+    """Return which bound a sample exceeds; None when it is within all."""
     if abs(state.cart_m) > bounds.far_m:
         return Stopped(
             StopReason.CART_TOO_FAR,
@@ -108,40 +117,40 @@ def find_exceeded_bound(state: RigState, bounds: Bounds) -> Stopped | None:
 def watch_sample(
     state: RigState, applied: float, period_s: float, watch: Watch, bounds: Bounds
 ) -> tuple[Watch, Stopped | None]:
-    """Return the watch after a sample, period_s after the last, and why to stop now; None when all is well.
+    """Return the watch after a sample, and why to stop now; None when all is well.
 
-    applied: PWM fraction, the last that the driver said it has sent.
+    applied: PWM fraction; what the driver last reported as sent.
+    period_s: s, since the last sample.
     """
-    found = find_exceeded_bound(state, bounds)
-    outside = watch.outside + 1 if found else 0
-    change = -period_s if is_obeyed(applied, watch.asked) else period_s
+    exceeded = find_exceeded_bound(state, bounds)
+    outside = watch.outside + 1 if exceeded else 0
+    change = -period_s if is_obeyed(applied, watch.requests) else period_s
     watch = replace(watch, outside=outside, overruled_s=max(watch.overruled_s + change, 0.0))
-    if found and outside >= SAMPLES_BEYOND_IN_A_ROW:
-        return watch, found
+    if exceeded and outside >= SAMPLES_BEYOND_IN_A_ROW:
+        return watch, exceeded
     if watch.overruled_s > bounds.overruled_s:
         return watch, Stopped(
-            StopReason.OVERRULED, f"asked for {watch.asked[-1]:.3g}, sent {applied:.3g}"
+            StopReason.OVERRULED, f"asked for {watch.requests[-1]:.3g}, sent {applied:.3g}"
         )
     return watch, None
 
 
 def note_request(command: float, period_s: float, watch: Watch) -> Watch:
-    """Return the watch after a command was asked for."""
+    """Return the watch after a command (PWM fraction) was requested."""
     kept = math.ceil(RECENT_S / period_s) + 1
-    return replace(watch, asked=(*watch.asked, command)[-kept:])
+    return replace(watch, requests=(*watch.requests, command)[-kept:])
 
 
-def is_obeyed(applied: float, asked: tuple[float, ...]) -> bool:
-    """Tell whether what is applied is one of the recent commands or between two of them.
+def is_obeyed(applied: float, requests: tuple[float, ...]) -> bool:
+    """Tell whether the applied command is a recent request or between two of them.
 
-    Between: a driver whose slew is limited passes from one to the next, which is no reason to
-    stop.
+    Between: a driver whose slew is limited passes from one request to the next.
     """
-    return min(asked) - UNEQUAL_PWM <= applied <= max(asked) + UNEQUAL_PWM
+    return min(requests) - UNEQUAL_PWM <= applied <= max(requests) + UNEQUAL_PWM
 
 
 def find_missing_samples(gap_s: float, bounds: Bounds) -> Stopped | None:
-    """Return why to stop after so long without a sample; None when it is not long."""
+    """Return why to stop after gap_s (s) without a sample; None when that is short."""
     if gap_s <= bounds.silence_s:
         return None
     return Stopped(

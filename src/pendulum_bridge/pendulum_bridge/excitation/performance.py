@@ -1,4 +1,7 @@
-"""A plan being played: what to send for each sample, and when to stop. Playback and guard put together."""
+"""A plan being played: what to send for each sample, and when to stop.
+
+Playback and guard together.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +12,8 @@ from pendulum_bridge.excitation.guard import (
     Stopped,
     StopReason,
     Watch,
-    note_request,
     find_missing_samples,
+    note_request,
     watch_sample,
 )
 from pendulum_bridge.excitation.playback import Playback, answer_sample, is_over
@@ -20,7 +23,11 @@ from pendulum_twin.plans.excitation import Excitation
 
 @dataclass(frozen=True)
 class Performance:
-    """Hold all that is remembered from sample to sample."""
+    """Hold the state between two samples.
+
+    playback: how far the plan has been played.
+    watch: what the guard remembers.
+    """
 
     playback: Playback = Playback()  # noqa: RUF009 (frozen)
     watch: Watch = Watch()  # noqa: RUF009 (frozen)
@@ -28,10 +35,12 @@ class Performance:
 
 @dataclass(frozen=True)
 class Move:
-    """Hold the performance after a sample, what to send for it, and how it ended.
+    """Hold the performance after a sample, and what to send for it.
 
-    command: PWM fraction; None for a sample that gets none. done: the plan has been played to its
-    end. stopped: why it was stopped before; None when it was not. In both cases the command is 0.
+    performance: the state for the next sample.
+    command: PWM fraction; None for a sample without an answer, 0 at the end.
+    done: whether the plan has been played to its end.
+    stopped: why the plan was stopped before its end; None when it was not.
     """
 
     performance: Performance
@@ -48,7 +57,11 @@ def perform(
     plan: Excitation,
     bounds: Bounds,
 ) -> Move:
-    """Return what to send for a sample. applied: PWM fraction, the last that the driver said it has sent."""
+    """Return what to send for a sample.
+
+    stamp_ns: ns; the sampling time.
+    applied: PWM fraction; what the driver last reported as sent.
+    """
     answer = answer_sample(stamp_ns, state.cart_m, state.cart_m_s, performance.playback, plan)
     if answer.command is None:
         return Move(Performance(answer.playback, performance.watch), None)
@@ -66,7 +79,7 @@ def perform(
 
 
 def _find_unmoved_cart(state: RigState, playback: Playback) -> Stopped | None:
-    """Return that the first push did not move the cart, if it did not: nothing could be centred."""
+    """Return that the first push did not move the cart, if so: nothing could be centred."""
     if playback.way != 0:
         return None
     return Stopped(

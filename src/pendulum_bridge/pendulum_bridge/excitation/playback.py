@@ -1,8 +1,8 @@
-"""Play a plan in answer to samples: command k belongs to sample k, also when samples are lost, late or out of order.
+"""Play a plan in answer to samples: command k belongs to sample k, even when samples are lost.
 
-Samples are counted by their stamps, not by how many came: a lost one takes its command along, so
-that the plan stays on the rig's clock. The period is followed slowly, for the rig's clock and the
-stamps' differ by a little.
+Samples are counted by their stamps, not by their number: a lost sample takes its command along, so
+that the plan stays on the rig's clock. The period is followed slowly, as the rig's clock and the
+clock of the stamps differ a little. Late samples and samples out of order get no command.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from itertools import pairwise
 
 from pendulum_twin.plans.excitation import Excitation, compute_command, find_command_direction
 
-STAMP_FOLLOWING_SHARE = (
-    0.05  # share of a stamp's deviation that is taken over: jitter is averaged over 20 samples
-)
-SAMPLES_A_LOOK = 25  # samples before the start, by which the rate is seen; more than a subscription's queue holds
-MOST_LOOKS = 4  # so often, before a rate that does not fit is refused
+# share of a stamp's deviation that the clock follows: averages jitter over 20 samples
+STAMP_FOLLOWING_SHARE = 0.05
+# samples before the start that show the rate; more than a subscription's queue holds
+SAMPLES_A_LOOK = 25
+MOST_LOOKS = 4  # measurements of the rate, after which a wrong rate is refused
 RATE_TOLERANCE = 0.03
 
 
@@ -26,10 +26,14 @@ RATE_TOLERANCE = 0.03
 class Playback:
     """Hold how far a plan has been played.
 
-    sample: the one answered last, -1 before the first. stamp_ns: its stamp. due_ns: the same
-    without jitter. start_m: the cart in sample 0. way: see `find_command_direction`; None before
-    the push has shown it. gap_s: from the sample before. lost: samples that never came. old:
-    samples dropped since their stamps were not new.
+    sample: the number of the sample answered last, -1 before the first.
+    stamp_ns: ns; its stamp.
+    due_ns: ns; its stamp without jitter.
+    start_m: m; the cart's position in sample 0.
+    way: see `find_command_direction`; None before the push has shown it.
+    gap_s: s, since the sample before.
+    lost: samples that never came.
+    old: samples dropped because their stamps were not new.
     """
 
     sample: int = -1
@@ -44,24 +48,29 @@ class Playback:
 
 @dataclass(frozen=True)
 class Answer:
-    """Hold the playback after a sample and the command for it (PWM fraction); None for a sample that gets none."""
+    """Hold the playback after a sample and the command for it.
+
+    playback: the state for the next sample.
+    command: PWM fraction; None for a sample without an answer.
+    """
 
     playback: Playback
     command: float | None
 
 
 def is_over(playback: Playback, plan: Excitation) -> bool:
-    """Tell whether a sample after the plan's last has come."""
+    """Tell whether a sample after the plan's last sample has come."""
     return playback.sample >= len(plan.commands)
 
 
 def answer_sample(
     stamp_ns: int, cart_m: float, cart_m_s: float, playback: Playback, plan: Excitation
 ) -> Answer:
-    """Return the command of the sample with this stamp, which acts until the next; 0 when the plan is over.
+    """Return the command for the sample with this stamp; 0 after the plan.
 
-    A sample no newer than the one before gets none. Two samples that stand in one period, since
-    their stamps are not even, get the same command of the plan.
+    The command acts until the next sample. A sample no newer than the sample before gets no
+    command.
+    Two samples in the same period, as stamps are uneven, get the same command of the plan.
     """
     if playback.sample >= 0 and stamp_ns <= playback.stamp_ns:
         return Answer(replace(playback, old=playback.old + 1), None)
@@ -95,9 +104,10 @@ def _count_sample(stamp_ns: int, cart_m: float, playback: Playback, plan: Excita
 
 
 def measure_rate(stamps_ns: Sequence[int], rate_hz: float) -> float:
-    """Return the rate of samples, Hz, nearest to what is expected: by the whole time or by the usual distance.
+    """Return the rate of samples, Hz, nearest to rate_hz: by the mean or by the median distance.
 
-    The one bears stamps that come in bursts, the other lost samples. Returns 0 for stamps that do
+    The mean bears stamps that come in bursts, the median lost samples. Returns 0 for stamps that
+    do
     not advance.
     """
     gaps = [after - before for before, after in pairwise(stamps_ns)]

@@ -1,4 +1,4 @@
-"""A run of a plan from its beginning to its end: its stages, what is sent in each, and what is said of it."""
+"""A run of a plan from its beginning to its end: its stages, its commands, and its health."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from enum import Enum
 from pendulum_bridge.excitation.guard import Bounds, Stopped, StopReason, find_missing_samples
 from pendulum_bridge.excitation.performance import Performance, perform
 from pendulum_bridge.excitation.playback import (
-    SAMPLES_A_LOOK,
     MOST_LOOKS,
+    SAMPLES_A_LOOK,
     is_rate_fitting,
     measure_rate,
 )
@@ -19,7 +19,7 @@ from pendulum_twin.plans.excitation import Excitation
 
 
 class Stage(Enum):
-    """Where a run is; each continues 'the node'."""
+    """Name where a run is; each value continues 'the node'."""
 
     IDLE = "waits to be started"
     WAITING = "waits for rig and twin"
@@ -31,23 +31,25 @@ class Stage(Enum):
 
     @property
     def active(self) -> bool:
-        """Return whether a run is under way."""
+        """Whether a run is under way."""
         return self not in (Stage.IDLE, Stage.DONE, Stage.STOPPED)
 
     @property
     def commanding(self) -> bool:
-        """Return whether samples are answered."""
+        """Whether samples are answered."""
         return self in (Stage.LOOKING, Stage.PLAYING)
 
 
 @dataclass(frozen=True)
 class Run:
-    """Hold a run.
+    """Hold the state of a run.
 
-    since_s: when the stage began (monotonic time, s). sampled_s: when the last sample came; None
-    before the first.
-    stamps_ns: of the samples looked at. stopped: why it ended before its end; None when it did
-    not.
+    stage: where it is.
+    since_s: s, monotonic; when the stage began.
+    sampled_s: s, monotonic; when the last sample came; None before the first.
+    stamps_ns: ns; stamps of the samples that show the rate.
+    performance: the state of the plan being played.
+    stopped: why the run ended before its end; None when it did not.
     """
 
     stage: Stage = Stage.IDLE
@@ -60,7 +62,11 @@ class Run:
 
 @dataclass(frozen=True)
 class Step:
-    """Hold the run after a sample, and the command to answer it with (PWM fraction); None for no answer."""
+    """Hold the run after a sample, and the answer to the sample.
+
+    run: the state for the next sample.
+    command: PWM fraction; None for no answer.
+    """
 
     run: Run
     command: float | None = None
@@ -72,12 +78,12 @@ def enter_stage(stage: Stage, now_s: float, run: Run) -> Run:
 
 
 def begin_looking(now_s: float, run: Run) -> Run:
-    """Return the run with rig and twin ready: it looks at samples before it plays."""
+    """Return the run with rig and twin ready: it measures the rate of samples before it plays."""
     return replace(enter_stage(Stage.LOOKING, now_s, run), sampled_s=now_s)
 
 
 def stop_run(stopped: Stopped, now_s: float, run: Run) -> Run:
-    """Return the run stopped before its end; whoever commands has to send 0 if it was commanding."""
+    """Return the run stopped before its end; the caller has to send 0 if it was commanding."""
     return replace(enter_stage(Stage.STOPPED, now_s, run), stopped=stopped)
 
 
@@ -90,7 +96,12 @@ def take_sample(
     plan: Excitation,
     bounds: Bounds,
 ) -> Step:
-    """Return the run after a sample that came at now_s. applied: PWM fraction, what the driver said it sent last."""
+    """Return the run after a sample.
+
+    stamp_ns: ns; the sampling time.
+    applied: PWM fraction; what the driver last reported as sent.
+    now_s: s, monotonic; when the sample came.
+    """
     run = replace(run, sampled_s=now_s)
     if run.stage is Stage.LOOKING:
         return Step(_look_at_rate(stamp_ns, now_s, run, plan), 0.0)
@@ -106,10 +117,10 @@ def take_sample(
 
 
 def _look_at_rate(stamp_ns: int, now_s: float, run: Run, plan: Excitation) -> Run:
-    """Return the run after one of the samples from before the plan, by which the rate is seen.
+    """Return the run after a sample before the plan, which shows the rate.
 
-    A busy machine may lose most samples for a while: a rate that does not fit is looked at again,
-    LOOKS times in all.
+    A busy machine may lose most samples for a while: a rate that does not fit is measured again,
+    MOST_LOOKS times in all.
     """
     run = replace(run, stamps_ns=(*run.stamps_ns, stamp_ns))
     if len(run.stamps_ns) % SAMPLES_A_LOOK:
@@ -119,26 +130,26 @@ def _look_at_rate(stamp_ns: int, now_s: float, run: Run, plan: Excitation) -> Ru
         return enter_stage(Stage.PLAYING, now_s, run)
     if len(run.stamps_ns) < MOST_LOOKS * SAMPLES_A_LOOK:
         return run
-    found = (
+    detail = (
         f"expected {plan.rate_hz:g} Hz, found {seen_hz:.3g} Hz: give the plan the rig's rate_hz"
     )
-    return stop_run(Stopped(StopReason.RATE_WRONG, found), now_s, run)
+    return stop_run(Stopped(StopReason.RATE_WRONG, detail), now_s, run)
 
 
 def find_silence(now_s: float, run: Run, bounds: Bounds) -> Stopped | None:
-    """Return that the rig has fallen silent; None while it is heard, or need not be."""
+    """Return that the rig has fallen silent; None while it sends, or need not send."""
     if not run.stage.commanding or run.sampled_s is None:
         return None
     return find_missing_samples(now_s - run.sampled_s, bounds)
 
 
 def compute_share(run: Run, plan: Excitation) -> float:
-    """Return how much of the plan has been played, 0 to 1."""
+    """Return the share of the plan that has been played, 0 to 1."""
     return min(max(run.performance.playback.sample, 0) / len(plan.commands), 1.0)
 
 
 def describe_progress(run: Run, plan: Excitation) -> str:
-    """Return what the run is at, to follow 'the node'."""
+    """Return where the run is, in words that follow 'the node'."""
     if run.stage is Stage.DONE:
         return (
             f"{run.stage.value}: {plan.seconds:g} s, {run.performance.playback.lost} samples lost"
@@ -147,11 +158,17 @@ def describe_progress(run: Run, plan: Excitation) -> str:
         return run.stage.value
     sample, whole_s = max(run.performance.playback.sample, 0), plan.seconds
     played_s = sample / plan.rate_hz
-    return f"plays {plan.get_stretch(sample)}: {played_s:.1f} s of {whole_s:.1f} s, {whole_s - played_s:.1f} s to go"
+    return (
+        f"plays {plan.get_stretch(sample)}: {played_s:.1f} s of {whole_s:.1f} s, "
+        f"{whole_s - played_s:.1f} s to go"
+    )
 
 
 def make_health(run: Run, plan: Excitation, lacking: str) -> Health:
-    """Return how the run is. lacking: what it waits for, nothing when it does not wait."""
+    """Return the run's health.
+
+    lacking: what the run waits for; empty when it does not wait.
+    """
     playback = run.performance.playback
     figures: dict[str, float | int | str] = {
         "share_played": compute_share(run, plan),

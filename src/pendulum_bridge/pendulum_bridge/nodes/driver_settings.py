@@ -61,7 +61,8 @@ class DriverSettings:
             )
         if self.rig_timeout_s * self.rate_hz < SILENT_PERIODS:
             raise BadInputError(
-                f"rig_timeout_s: expected at least {SILENT_PERIODS:g} periods of the {self.rate_hz:g} Hz of rate_hz, "
+                f"rig_timeout_s: expected at least {SILENT_PERIODS:g} periods of the "
+                f"{self.rate_hz:g} Hz of rate_hz, "
                 f"found {self.rig_timeout_s:g} s"
             )
 
@@ -70,4 +71,7 @@ class DriverSettings:
         """Return between which addresses packets go."""
         if self.transport == "tcp":
             return f"tcp, rig {self.rig_host}:{self.rig_port}"
-        return f"udp, rig {self.rig_host}:{self.rig_port}, samples to {self.listen_host}:{self.listen_port}"
+        return (
+            f"udp, rig {self.rig_host}:{self.rig_port}, samples to "
+            f"{self.listen_host}:{self.listen_port}"
+        )

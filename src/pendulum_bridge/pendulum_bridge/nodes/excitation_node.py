@@ -218,9 +218,9 @@ class ExcitationNode(Node):
         elif self._run.stage is Stage.RESETTING:
             self._reset(now)
         elif not late and (
-            quiet := find_silence(now, self._run, self._bounds)
+            silence := find_silence(now, self._run, self._bounds)
         ):  # if late itself, it has samples waiting
-            self._stop(quiet.reason, quiet.found)
+            self._stop(silence.reason, silence.detail)
         if self._run.stage is Stage.PLAYING:
             self._report(now)
 
@@ -247,7 +247,10 @@ class ExcitationNode(Node):
         if self._run.stage is not Stage.WAITING:
             return ""
         if self._run.sampled_s is None:
-            return f"no samples on {self._rig.name_topic(topics.JOINT_STATES)}: does the driver run, and is the rig on?"
+            return (
+                f"no samples on {self._rig.name_topic(topics.JOINT_STATES)}: does the driver run, "
+                "and is the rig on?"
+            )
         if self._applied is None:
             return f"nothing on {self._rig.name_topic(topics.APPLIED_PWM)}: does the driver run?"
         wanted = [self._settings.listeners] + [1] * (len(self._pendulums) - 1)
@@ -266,10 +269,10 @@ class ExcitationNode(Node):
             self._run = begin_looking(now, self._run)
             self._announce_stage()
 
-    def _stop(self, reason: StopReason, found: str = "") -> None:
+    def _stop(self, reason: StopReason, detail: str = "") -> None:
         if self._run.stage.commanding:
             self._send(0.0)
-        self._run = stop_run(Stopped(reason, found), monotonic(), self._run)
+        self._run = stop_run(Stopped(reason, detail), monotonic(), self._run)
         self._announce_stage()
 
     def _send(self, pwm: float) -> None:

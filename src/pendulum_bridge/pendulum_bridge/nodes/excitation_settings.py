@@ -66,7 +66,8 @@ class ExcitationSettings:
         check_settings(self)
         if not self.twin_file:
             raise BadInputError(
-                "twin_file: expected the path of the rig's twin file, found none: give -p twin_file:=FILE"
+                "twin_file: expected the path of the rig's twin file, found none: give -p "
+                "twin_file:=FILE"
             )
         if not self.rig:
             raise BadInputError("rig: expected a namespace such as /rig, found none")
@@ -74,7 +75,8 @@ class ExcitationSettings:
             object.__setattr__(self, name, _normalize_namespace(name, getattr(self, name)))
         if self.rig == self.twin:
             raise BadInputError(
-                f"twin: expected another namespace than that of the rig, found {self.twin} for both"
+                f"twin: expected another namespace than that of the rig, found {self.twin} for "
+                "both"
             )
 
 

@@ -100,8 +100,8 @@ class RawTopics:
         if self._clock_topic is None:
             return messages
         for tick in _take_queued(self._clock_topic):
-            self._clock.hear(tick.received_ns, tick.data)
-        timed = [(self._clock.at(message.received_ns), message) for message in messages]
+            self._clock.take(tick.received_ns, tick.data)
+        timed = [(self._clock.convert(message.received_ns), message) for message in messages]
         self._clock.forget_before_last()
         return [
             message._replace(received_ns=time_ns)

@@ -137,7 +137,8 @@ def main(arguments: list[str] | None = None) -> int:
         return run_recover(arguments[1:])
     description = (
         "Record topics as a rosbag2 folder that stays readable whatever happens. "
-        f"`recorder_node {OPTION} FOLDER_OR_FILE` makes a whole bag of what a killed recorder left."
+        f"`recorder_node {OPTION} FOLDER_OR_FILE` makes a whole bag of what a killed recorder "
+        "left."
     )
     return run("recorder_node", description, RecorderSettings, RecorderNode, arguments, record)
 

@@ -34,7 +34,8 @@ class ViewSettings:
         check_settings(self)
         if self.rig == self.twin:
             raise BadInputError(
-                f"twin: expected another namespace than that of the rig, found {self.twin!r} for both"
+                f"twin: expected another namespace than that of the rig, found {self.twin!r} for "
+                "both"
             )
         for name, value in (("rig", self.rig), ("twin", self.twin)):
             try:

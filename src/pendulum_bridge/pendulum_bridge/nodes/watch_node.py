@@ -20,7 +20,7 @@ from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 
 from pendulum_bridge.nodes.watch_settings import WatchSettings
-from pendulum_bridge.watch.health import health
+from pendulum_bridge.watch.health import describe_health
 from pendulum_bridge.watch.in_order import InOrder, Said
 from pendulum_bridge.watch.watch import Watch
 from pendulum_twin import topics
@@ -115,7 +115,7 @@ class WatchNode(Node):
     def health(self) -> Health:
         """Return how the rig is."""
         silent_s = None if self._heard_s is None else monotonic() - self._heard_s
-        return health(self._watch, self._settings.rig, silent_s)
+        return describe_health(self._watch, self._settings.rig, silent_s)
 
     def _accept(self, settings: WatchSettings) -> None:
         """Go on with another twin file, or raise BadInputError with nothing changed."""
@@ -144,7 +144,10 @@ class WatchNode(Node):
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the node, see `running.run`."""
-    description = "An alarm on /diagnostics when the rig no longer moves as its twin says, naming the place that changed."
+    description = (
+        "An alarm on /diagnostics when the rig no longer moves as its twin says, naming the place "
+        "that changed."
+    )
     return run("watch_node", description, WatchSettings, WatchNode, arguments)
 
 

@@ -1,4 +1,4 @@
-"""Write a recording as a rosbag2 folder (mcap, ros2msg): samples and commands by the contract."""
+"""Write samples and commands of a run as a rosbag2 folder (mcap, ros2msg)."""
 
 from __future__ import annotations
 
@@ -24,11 +24,14 @@ VERSION: Literal[9] = 9
 
 @dataclass(frozen=True)
 class Log:
-    """Hold what a rig was sent and what it showed, one row a sample.
+    """Hold the samples and commands of a run, a row each sample.
 
-    stamps_ns: (n,) sampling times. joints: names, in the order of the columns. positions,
-    velocities: (n, joints) in m, rad, m/s, rad/s. commands: (n,) PWM fraction sent at each sample
-    and held to the next; None when nothing was sent.
+    stamps_ns: (n,) sampling times, since the epoch.
+    joints: names, in the order of the columns.
+    positions: (n, joints) m, rad.
+    velocities: (n, joints) m/s, rad/s.
+    commands: (n,) PWM fraction, sent at each sample and held to the next; None without commands.
+    Raises BadInputError when the shapes disagree.
     """
 
     stamps_ns: NDArray[np.int64]
@@ -50,9 +53,10 @@ class Log:
 def write_bag(
     log: Log, path: str | Path, state_topic: str = STATE_TOPIC, command_topic: str = COMMAND_TOPIC
 ) -> None:
-    """Write the folder whole or not at all; raise BadInputError when something is there already.
+    """Write the folder whole or not at all.
 
-    A sample's command carries the sample's time, and stands after it.
+    A command carries the time of its sample, and stands after it.
+    Raises BadInputError when the folder exists.
     """
     path = Path(path)
     if path.exists():

@@ -1,4 +1,4 @@
-"""The text of a message type and of all types in it, as a recording has to carry it (ros2msg)."""
+"""The definition of a message type and of all types in it, as a recording carries it (ros2msg)."""
 
 from __future__ import annotations
 
@@ -8,14 +8,17 @@ from pathlib import Path
 
 SEPARATOR = "=" * 80
 BUILT_IN = {
-    "bool", "byte", "char", "float32", "float64", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64",
-    "string", "wstring",
+    "bool", "byte", "char", "float32", "float64", "int8", "uint8", "int16", "uint16", "int32",
+    "uint32", "int64", "uint64", "string", "wstring",
 }  # fmt: skip
 FIELD = re.compile(r"^\s*(?P<type>[A-Za-z][\w/]*)(?:<=\d+)?(?:\[[^\]]*\])?\s+\w+")
 
 
 def find_definition(type_name: str) -> str:
-    """Return the definition of a type such as "sensor_msgs/msg/JointState", "" when a text of it is not installed."""
+    """Return the definition of a type such as "sensor_msgs/msg/JointState".
+
+    Returns "" when the text of the type or of a type in it is not installed.
+    """
     texts: dict[str, str] = {}
     waiting = [_shorten(type_name)]
     while waiting:
@@ -28,19 +31,22 @@ def find_definition(type_name: str) -> str:
         texts[name] = path.read_text(encoding="utf-8")
         waiting += list_types(texts[name], package=name.split("/")[0])
     first, *others = texts.items()
-    parts = [first[1], *(f"{SEPARATOR}\nMSG: {name}\n{text}" for name, text in others)]
-    return "\n".join(part.rstrip("\n") for part in parts) + "\n"
+    sections = [first[1], *(f"{SEPARATOR}\nMSG: {name}\n{text}" for name, text in others)]
+    return "\n".join(section.rstrip("\n") for section in sections) + "\n"
 
 
 def list_types(text: str, package: str) -> list[str]:
-    """Return the types ("package/Name") of a definition's fields that are no built-in ones, in their order."""
-    found = []
+    """Return the types ("package/Name") of the fields, in order, without built-in types.
+
+    text: the definition of a type of `package`.
+    """
+    types = []
     for line in text.splitlines():
         field = FIELD.match(line.split("#")[0])
         if field and field["type"] not in BUILT_IN:
             name = _shorten(field["type"])
-            found.append(name if "/" in name else f"{package}/{name}")
-    return found
+            types.append(name if "/" in name else f"{package}/{name}")
+    return types
 
 
 def _shorten(type_name: str) -> str:
@@ -48,7 +54,7 @@ def _shorten(type_name: str) -> str:
 
 
 def _find_file(name: str) -> Path | None:
-    """Return where a type's text is: in `share` beside the `lib` that its Python package is in."""
+    """Return the file of a type: in `share` beside the `lib` of its Python package."""
     package, _, short = name.partition("/")
     spec = find_spec(package)
     if spec is None or spec.origin is None:

@@ -1,4 +1,4 @@
-"""A file that only grows, by whole stretches: what was given is there in full, or not at all."""
+"""A file that grows by whole pieces: the data of a flush is there in full, or not at all."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from pathlib import Path
 
 
 class GrowingFile:
-    """Write a new file; after `flush` the kernel has the bytes, whatever becomes of this process.
+    """Write a new file; after `flush` the kernel has the bytes, even when this process is killed.
 
-    What is written between two flushes belongs together: a chunk of messages and the index after
-    it are two writes. Raises OSError when the file exists or cannot be made.
+    The writes between two flushes belong together, such as a chunk of messages and its index.
+    Raises OSError when the file exists or cannot be made.
     """
 
     def __init__(self, path: Path) -> None:
@@ -19,30 +19,30 @@ class GrowingFile:
             path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o644
         )
         self._size = 0
-        self._given = bytearray()
+        self._pending = bytearray()
 
     def write(self, data: bytes) -> int:
         """Take data for the next `flush`."""
-        self._given += data
+        self._pending += data
         return len(data)
 
     def flush(self) -> None:
-        """Append what was given; when that fails (no space), take back what went in, forget it and raise OSError."""
-        given, self._given = self._given, bytearray()
-        rest = memoryview(given)
+        """Append the pending data; raise OSError, and leave the file as it was, without space."""
+        pending, self._pending = self._pending, bytearray()
+        unwritten = memoryview(pending)
         try:
-            while rest:
-                rest = rest[os.write(self._descriptor, rest) :]
+            while unwritten:
+                unwritten = unwritten[os.write(self._descriptor, unwritten) :]
         except OSError:
             with suppress(OSError):
                 os.ftruncate(self._descriptor, self._size)
                 os.lseek(self._descriptor, self._size, os.SEEK_SET)
             raise
-        self._size += len(given)
+        self._size += len(pending)
 
     def tell(self) -> int:
-        """Return the size with what was given, bytes."""
-        return self._size + len(self._given)
+        """Return the size in bytes, pending data included."""
+        return self._size + len(self._pending)
 
     def sync(self) -> None:
         """Flush, and wait until the disk has everything."""
@@ -50,7 +50,7 @@ class GrowingFile:
         os.fsync(self._descriptor)
 
     def close(self) -> None:
-        """Close the file without what was not flushed; a second time does nothing."""
+        """Close the file without pending data; a second call does nothing."""
         descriptor, self._descriptor = self._descriptor, -1
         if descriptor >= 0:
             os.close(descriptor)

@@ -1,4 +1,4 @@
-"""Small files that are kept with a recording, such as the twin that was believed when it was made."""
+"""Small files that a recording keeps, such as the twin that the driver used."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ LARGEST_BYTES = 256 * 1024
 
 
 def read_kept_files(paths: Mapping[str, str]) -> dict[str, str]:
-    """Return for each name with a path: `name` the file's text, `name_file` its name, `name_digest` its digest.
+    """Return the texts to keep: for each name with a path, three entries.
 
+    `NAME`: the file's text. `NAME_file`: its name. `NAME_digest`: "sha256:<hex>".
     Raises BadInputError when a file cannot be read, is no text, or is larger than 256 KiB.
     """
     kept: dict[str, str] = {}

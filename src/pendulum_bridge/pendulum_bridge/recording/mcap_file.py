@@ -13,14 +13,14 @@ from pendulum_bridge.recording.growing_file import GrowingFile
 from pendulum_bridge.recording.records import Message, Topic
 
 LARGEST_CHUNK = 64 * 1024  # bytes before compression
-NEVER = 1 << 62  # chunks end where we say, not where the writer would
+NEVER = 1 << 62  # bytes after which the writer ends a chunk by itself
 MESSAGE_HEAD = 31  # bytes of a message's record before its data
 COMPRESSIONS = {"none": CompressionType.NONE, "zstd": CompressionType.ZSTD}
 SEQUENCE_MASK = 0xFFFFFFFF  # the format keeps 32 bits
 
 
 class McapFile:
-    """Write topics and messages; each chunk of messages is in the kernel's hands when `write_chunk` returns.
+    """Write topics and messages; the kernel has a chunk when `write_chunk` returns.
 
     After an OSError the file ends with the last whole chunk, and only `abandon` may follow.
     """
@@ -33,37 +33,37 @@ class McapFile:
         self._writer.flush()
         self._schemas: dict[str, int] = {}
         self._channels: dict[str, int] = {}
-        self._begun = 0  # bytes of definitions in the chunk to come
+        self._definition_bytes = 0  # in the next chunk
 
     @property
     def size_bytes(self) -> int:
-        """Return how much is written."""
+        """Return the number of bytes written."""
         return self._file.tell()
 
     @property
     def room_bytes(self) -> int:
-        """Return how much the next chunk may hold."""
-        return LARGEST_CHUNK - self._begun
+        """Return the number of bytes that the next chunk may still hold."""
+        return LARGEST_CHUNK - self._definition_bytes
 
     def add_topic(self, topic: Topic) -> None:
-        """Make a topic known; it is written with the next chunk."""
+        """Declare a topic; it is written with the next chunk."""
         if topic.type not in self._schemas:
             encoding = "ros2msg" if topic.definition else ""
             self._schemas[topic.type] = self._writer.register_schema(
                 topic.type, encoding, topic.definition.encode()
             )
-            self._begun += 64 + len(topic.definition.encode())
-        described = {
+            self._definition_bytes += 64 + len(topic.definition.encode())
+        metadata = {
             "offered_qos_profiles": _format_qos(topic),
             "topic_type_hash": topic.type_hash,
         }
         self._channels[topic.name] = self._writer.register_channel(
-            topic.name, "cdr", self._schemas[topic.type], described
+            topic.name, "cdr", self._schemas[topic.type], metadata
         )
-        self._begun += 128 + len(topic.name) + sum(map(len, described.values()))
+        self._definition_bytes += 128 + len(topic.name) + sum(map(len, metadata.values()))
 
     def write_chunk(self, messages: Iterable[Message]) -> None:
-        """Write messages of known topics as one chunk."""
+        """Write messages of declared topics as a chunk."""
         for message in messages:
             self._writer.add_message(
                 self._channels[message.topic],
@@ -73,10 +73,10 @@ class McapFile:
                 sequence=message.sequence & SEQUENCE_MASK,
             )
         self._writer.flush()
-        self._begun = 0
+        self._definition_bytes = 0
 
-    def note(self, name: str, entries: Mapping[str, str]) -> None:
-        """Write a named set of texts."""
+    def write_metadata(self, name: str, entries: Mapping[str, str]) -> None:
+        """Write a metadata record: a name and its texts."""
         self._writer.add_metadata(name, dict(entries))
         self._file.flush()
 
@@ -92,20 +92,23 @@ class McapFile:
 
 
 def split_into_chunks(messages: Iterable[Message], first_room: int) -> Iterator[list[Message]]:
-    """Cut messages into runs that fit a chunk, the first into first_room bytes; one that fits none stands alone."""
-    run: list[Message] = []
+    """Yield the messages in groups that fit a chunk; a message that fits none stands alone.
+
+    first_room: bytes that the first chunk may hold.
+    """
+    chunk: list[Message] = []
     room = first_room
     for message in messages:
         size = MESSAGE_HEAD + len(message.data)
-        if run and size > room:
-            yield run
-            run, room = [], LARGEST_CHUNK
-        run.append(message)
+        if chunk and size > room:
+            yield chunk
+            chunk, room = [], LARGEST_CHUNK
+        chunk.append(message)
         room -= size
-    if run:
-        yield run
+    if chunk:
+        yield chunk
 
 
 def _format_qos(topic: Topic) -> str:
-    offered = [dict(each) for each in topic.offered_qos]
+    offered = [dict(profile) for profile in topic.offered_qos]
     return yaml.safe_dump(offered, sort_keys=False).strip() if offered else ""

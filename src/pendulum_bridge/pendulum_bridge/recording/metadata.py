@@ -24,7 +24,12 @@ def make_index(
     started_ns: int,
     custom: Mapping[str, str],
 ) -> dict[str, Any]:
-    """Return the index of one data file; started_ns stands for the first message's time as long as there is none."""
+    """Return the index of a data file.
+
+    started_ns: time of the start since the epoch; it stands for the first message's time as long
+        as there is no message.
+    custom: texts of `custom_data`.
+    """
     span = {
         "duration": {"nanoseconds": tally.duration_ns},
         "starting_time": {
@@ -39,7 +44,7 @@ def make_index(
         "topics_with_message_count": [
             _make_entry(topic, tally.messages.get(topic.name, 0)) for topic in topics
         ],
-        "compression_format": "",  # chunks may be packed, which the data file says itself
+        "compression_format": "",  # of the whole file; the data file names that of its chunks
         "compression_mode": "",
         "relative_file_paths": [data_file],
         "files": [{"path": data_file, **span}],
@@ -49,23 +54,23 @@ def make_index(
 
 
 def _make_entry(topic: Topic, count: int) -> dict[str, Any]:
-    about = {
+    metadata = {
         "name": topic.name,
         "type": topic.type,
         "serialization_format": "cdr",
-        "offered_qos_profiles": [dict(each) for each in topic.offered_qos],
+        "offered_qos_profiles": [dict(profile) for profile in topic.offered_qos],
         "type_description_hash": topic.type_hash,
     }
-    return {"topic_metadata": about, "message_count": count}
+    return {"topic_metadata": metadata, "message_count": count}
 
 
 def format_yaml(index: Mapping[str, Any]) -> str:
-    """Return an index, or a file that holds one, as text; texts of several lines stay readable."""
+    """Return an index as YAML; texts of several lines stay readable."""
     return yaml.dump(dict(index), Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=1000)
 
 
 class _Dumper(yaml.SafeDumper):
-    """Write texts of several lines as they are, and nothing by reference."""
+    """Write texts of several lines as they are, and no references."""
 
     def ignore_aliases(self, data: Any) -> bool:
         return True
@@ -81,9 +86,10 @@ _Dumper.add_representer(str, _represent_text)
 
 
 def write_index(folder: Path, index: Mapping[str, Any], sync: bool = False) -> None:
-    """Put the index into the folder in one move: a reader sees the old one or the new one.
+    """Replace the folder's index at once: a reader sees the old index or the new index.
 
-    sync: wait for the disk. Raises OSError; then the old one stays.
+    sync: wait for the disk.
+    Raises OSError; then the old index stays.
     """
     temporary = folder / f".{INDEX}.new"
     try:
@@ -99,7 +105,7 @@ def write_index(folder: Path, index: Mapping[str, Any], sync: bool = False) -> N
 
 
 def read_index(folder: Path) -> dict[str, Any]:
-    """Return a folder's index, empty when there is none that can be read."""
+    """Return a folder's index; an empty one when it cannot be read."""
     try:
         return parse_index((folder / INDEX).read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError):
@@ -107,10 +113,10 @@ def read_index(folder: Path) -> dict[str, Any]:
 
 
 def parse_index(text: str) -> dict[str, Any]:
-    """Return the index that a text holds, with or without its root, empty when it holds none."""
+    """Return the index that a text holds, with or without its root; empty when there is none."""
     try:
-        whole = yaml.safe_load(text)
+        content = yaml.safe_load(text)
     except yaml.YAMLError:
         return {}
-    index = whole.get(ROOT, whole) if isinstance(whole, dict) else {}
+    index = content.get(ROOT, content) if isinstance(content, dict) else {}
     return index if isinstance(index, dict) else {}

@@ -9,12 +9,13 @@ from typing import Any, NamedTuple
 
 @dataclass(frozen=True)
 class Topic:
-    """Hold what a bag says of a topic.
+    """Describe a topic of a bag.
 
-    type: as in "std_msgs/msg/Float64". definition: the type's text and that of all types in it
-    (ros2msg), "" when unknown.
-    type_hash: "RIHS01_...", "" when unknown. offered_qos: one mapping a publisher, by the names of
-    the index.
+    name: with its namespace.
+    type: such as "std_msgs/msg/Float64".
+    definition: text of the type and of all types in it (ros2msg); "" when unknown.
+    type_hash: "RIHS01_..."; "" when unknown.
+    offered_qos: a mapping for each publisher, by the names of the index.
     """
 
     name: str
@@ -25,10 +26,11 @@ class Topic:
 
 
 class Message(NamedTuple):
-    """Hold one message as it came over the wire.
+    """Hold a message as it was received.
 
-    received_ns, published_ns: since the epoch. sequence: its number among its publisher's
-    messages, 0 when unknown.
+    topic: name of its topic.
+    received_ns, published_ns: since the epoch.
+    sequence: number among the publisher's messages, from 1; 0 when unknown.
     data: serialised (CDR).
     """
 
@@ -41,7 +43,11 @@ class Message(NamedTuple):
 
 @dataclass
 class Tally:
-    """Count what stands in a data file: messages by topic, and the receive times (ns) of the earliest and the latest."""
+    """Count the messages of a data file.
+
+    messages: topic -> number of messages.
+    first_ns, last_ns: receive times of the earliest and the latest; None without messages.
+    """
 
     messages: dict[str, int] = field(default_factory=dict)
     first_ns: int | None = None
@@ -49,7 +55,7 @@ class Tally:
 
     @property
     def total(self) -> int:
-        """Return how many messages there are."""
+        """Return the number of messages."""
         return sum(self.messages.values())
 
     @property

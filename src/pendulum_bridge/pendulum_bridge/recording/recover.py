@@ -1,4 +1,4 @@
-"""Make a whole bag of what a killed recorder left, beside the damaged one, which stays as it is."""
+"""Make a whole bag of the bag that a killed recorder left; the damaged bag stays as it is."""
 
 from __future__ import annotations
 
@@ -13,12 +13,16 @@ from pendulum_bridge.recording.records import Message, Tally, Topic
 from pendulum_bridge.recording.salvage import Salvage
 from pendulum_twin.errors import BadInputError
 
-BATCH = 5000  # messages written at a time
+BATCH = 5000  # messages between two flushes
 
 
 @dataclass(frozen=True)
 class Recovered:
-    """Hold where the whole bag is (None when nothing had to be done), and in a sentence what was kept and lost."""
+    """Hold the result of a recovery.
+
+    folder: of the whole bag; None when the bag was whole already.
+    sentence: what was kept and what was lost.
+    """
 
     folder: Path | None
     sentence: str
@@ -27,7 +31,7 @@ class Recovered:
 def recover(path: Path) -> Recovered:
     """Recover a bag's folder or its data file into `<folder>_recovered`.
 
-    Raises BadInputError when there is nothing to recover from, or the place is taken.
+    Raises BadInputError when there is no message to recover, or when that folder exists.
     """
     folder, files = _find_data(path)
     salvages, tally = _survey(files)
@@ -38,7 +42,7 @@ def recover(path: Path) -> Recovered:
     index = read_index(folder) if folder else {}
     if (
         folder
-        and all(each.whole for each in salvages)
+        and all(salvage.is_whole for salvage in salvages)
         and index.get("message_count") == tally.total
     ):
         return Recovered(None, f"{path} is whole: {_describe_kept(tally)}; nothing had to be done")
@@ -53,12 +57,12 @@ def recover(path: Path) -> Recovered:
     custom.pop("digest", None)
     _write(files, Bag(target, started_ns=tally.first_ns or 0, custom=custom))
     return Recovered(
-        target, f"{path}: {sentence}; the whole bag is {target}, the damaged one stays as it was"
+        target, f"{path}: {sentence}; the whole bag is {target}, the damaged bag stays as it was"
     )
 
 
 def _find_data(path: Path) -> tuple[Path | None, list[Path]]:
-    """Return the bag's folder, if there is one, and its data files in the order of recording."""
+    """Return the bag's folder (None for a lone file) and its data files, the earliest first."""
     if path.is_file() and path.name.startswith(f"{path.absolute().parent.name}_"):
         path = path.absolute().parent
     if path.is_dir():
@@ -67,7 +71,8 @@ def _find_data(path: Path) -> tuple[Path | None, list[Path]]:
         if files:
             return path.absolute(), files
         raise BadInputError(
-            f"{path}: expected a folder with .mcap data in it, found none: name the recorder's folder"
+            f"{path}: expected a folder with .mcap data in it, found none: "
+            "name the recorder's folder"
         )
     if path.is_file() and path.suffix == ".mcap" and path.stat().st_size:
         return None, [path.absolute()]
@@ -79,20 +84,20 @@ def _find_data(path: Path) -> tuple[Path | None, list[Path]]:
 def _survey(files: Sequence[Path]) -> tuple[list[Salvage], Tally]:
     tally, salvages = Tally(), [Salvage(file) for file in files]
     for salvage in salvages:
-        for found in salvage:
-            if isinstance(found, Message):
-                tally.add(found)
+        for record in salvage:
+            if isinstance(record, Message):
+                tally.add(record)
     return salvages, tally
 
 
 def _write(files: Sequence[Path], bag: Bag) -> None:
-    contents = (found for file in files for found in Salvage(file))
-    while batch := list(islice(contents, BATCH)):
-        for found in batch:
-            if isinstance(found, Topic):
-                bag.add_topic(found)
+    records = (record for file in files for record in Salvage(file))
+    while batch := list(islice(records, BATCH)):
+        for record in batch:
+            if isinstance(record, Topic):
+                bag.add_topic(record)
             else:
-                bag.keep(found)
+                bag.keep(record)
         bag.flush()
     bag.close("recovered")
 
@@ -103,21 +108,20 @@ def _describe_kept(tally: Tally) -> str:
 
 
 def _describe_lost(salvages: Sequence[Salvage], index: dict) -> str:
-    """Say what is missing; an index that was left behind by a kill counts too few, one of a whole bag all."""
-    parts = list(_list_losses(salvages))
+    """Return what was lost, as a clause."""
+    losses = list(_list_losses(salvages))
     if not index:
-        parts.append(f"{INDEX} was missing or unreadable")
-    return "; ".join(parts) or f"nothing was lost but a right {INDEX}"
+        losses.append(f"{INDEX} was missing or unreadable")
+    return "; ".join(losses) or f"nothing was lost but a right {INDEX}"
 
 
 def _list_losses(salvages: Sequence[Salvage]) -> Iterator[str]:
-    for each in salvages:
-        if each.lost_bytes:
-            saved = (
-                f", of which {each.saved_of_cut} messages were saved" if each.saved_of_cut else ""
-            )
-            yield f"lost {each.lost_bytes} bytes of {each.path.name} that were cut or damaged{saved}"
-        elif each.nameless:
-            yield f"lost {each.nameless} messages of {each.path.name} whose topic is unknown"
-        elif not each.whole:
-            yield f"{each.path.name} had no end mark"
+    for salvage in salvages:
+        name, saved = salvage.path.name, salvage.saved_of_cut
+        if salvage.lost_bytes:
+            exception = f", of which {saved} messages were saved" if saved else ""
+            yield f"lost {salvage.lost_bytes} bytes of {name} that were cut or damaged{exception}"
+        elif salvage.nameless:
+            yield f"lost {salvage.nameless} messages of {name} whose topic is unknown"
+        elif not salvage.is_whole:
+            yield f"{name} had no end mark"

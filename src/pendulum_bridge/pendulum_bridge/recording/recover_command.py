@@ -1,4 +1,4 @@
-"""`recorder_node --recover FOLDER_OR_FILE`."""
+"""The command `recorder_node --recover FOLDER_OR_FILE`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,10 @@ OPTION = "--recover"
 
 
 def run_recover(arguments: Sequence[str]) -> int:
-    """Recover one bag and say what was kept and what was lost; return 0, or 1 with the reason on stderr."""
+    """Recover a bag, print what was kept and lost, and return 0.
+
+    Returns 1 with the reason on stderr when there is nothing to recover.
+    """
     parser = argparse.ArgumentParser(
         prog="recorder_node", description="Make a whole bag of what a killed recorder left."
     )

@@ -1,4 +1,4 @@
-"""Walk an mcap file from front to back, as far as it goes, and keep every message that is there in full."""
+"""Read an mcap file from front to back, as far as it goes, and keep every complete message."""
 
 from __future__ import annotations
 
@@ -23,29 +23,31 @@ from pendulum_bridge.recording.records import Message, Topic
 from pendulum_twin.errors import BadInputError
 
 MAGIC = b"\x89MCAP0\r\n"
-HEAD = struct.Struct("<BQ")  # what stands before each record: its kind and its size
+HEAD = struct.Struct("<BQ")  # before each record: its kind and its size
 UNREADABLE = (
-    struct.error, EndOfFile, UnicodeDecodeError, OverflowError, MemoryError, RuntimeError, zstandard.ZstdError,
-    yaml.YAMLError,
+    struct.error, EndOfFile, UnicodeDecodeError, OverflowError, MemoryError, RuntimeError,
+    zstandard.ZstdError, yaml.YAMLError,
 )  # fmt: skip
 
 
 class Salvage:
-    """Iterate once over the topics and messages of a file, a topic before its messages; then the rest is known.
+    """Iterate once over the topics and messages of a file; a topic comes before its messages.
 
-    whole: the file goes to its end mark and has all that it counts. lost_bytes: what could not be
-    read. nameless: messages whose topic stood in what could not be read. saved_of_cut: messages
-    read from a last chunk that was cut.
-    custom: the `custom_data` that the file holds of itself. Raises BadInputError when it is no
-    mcap file.
+    The attributes are known when the iteration is over.
+    is_whole: whether the file has its end mark and all messages that it counts.
+    lost_bytes: bytes that could not be read.
+    nameless: messages whose topic could not be read.
+    saved_of_cut: messages read from a last chunk that was cut.
+    custom: the `custom_data` within the file.
+    Raises BadInputError when the file is no mcap file.
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.whole = False
+        self.is_whole = False
         self.lost_bytes = self.saved_of_cut = self.nameless = 0
         self.custom: dict[str, str] = {}
-        self._read, self._counted = 0, -1
+        self._read_count, self._stated_count = 0, -1
         self._schemas: dict[int, records.Schema] = {}
         self._topics: dict[int, str] = {}
 
@@ -56,56 +58,57 @@ class Salvage:
                     f"{self.path}: expected an mcap file, found one without its opening mark"
                 )
             with mmap(stream.fileno(), 0, access=ACCESS_READ) as data:
-                yield from self._file(data)
+                yield from self._read_file(data)
 
-    def _file(self, data: mmap) -> Iterator[Topic | Message]:
+    def _read_file(self, data: mmap) -> Iterator[Topic | Message]:
         end, ended = len(MAGIC), False
-        for kind, body, size in _records(data, end):
+        for kind, body, size in _split_records(data, end):
             complete = len(body) == size
             if kind == Opcode.CHUNK:
-                yield from self._chunk(body, complete)
+                yield from self._read_chunk(body, complete)
             elif complete:
-                yield from self._record(kind, body)
+                yield from self._read_record(kind, body)
             end += HEAD.size + size
             ended = kind == Opcode.FOOTER and data[end:] == MAGIC
         self.lost_bytes += 0 if ended else max(0, len(data) - min(end, len(data)))
-        self.whole = ended and not self.lost_bytes and self._counted in (-1, self._read)
+        self.is_whole = (
+            ended and not self.lost_bytes and self._stated_count in (-1, self._read_count)
+        )
 
-    def _chunk(self, body: bytes, complete: bool) -> Iterator[Topic | Message]:
+    def _read_chunk(self, body: bytes, complete: bool) -> Iterator[Topic | Message]:
         try:
-            chunk = records.Chunk.read(
-                ReadDataStream(BytesIO(body))
-            )  # takes a cut one as far as it goes
-            content = _unpacked(chunk)
+            # of a chunk that was cut, this reads what is there
+            chunk = records.Chunk.read(ReadDataStream(BytesIO(body)))
+            content = _decompress(chunk)
         except UNREADABLE:
             self.lost_bytes += len(body)
             return
         if complete and (
-            len(content) != chunk.uncompressed_size or _damaged(content, chunk.uncompressed_crc)
+            len(content) != chunk.uncompressed_size or _is_damaged(content, chunk.uncompressed_crc)
         ):
             self.lost_bytes += len(body)
             return
         kept = 0
-        for kind, inner, size in _records(content, 0):
+        for kind, inner, size in _split_records(content, 0):
             if len(inner) == size:
                 kept += HEAD.size + size
-                for found in self._record(kind, inner):
-                    self.saved_of_cut += not complete and isinstance(found, Message)
-                    yield found
+                for record in self._read_record(kind, inner):
+                    self.saved_of_cut += not complete and isinstance(record, Message)
+                    yield record
         self.lost_bytes += 0 if complete else max(1, len(content) - kept)
 
-    def _record(self, kind: int, body: bytes) -> Iterator[Topic | Message]:
+    def _read_record(self, kind: int, body: bytes) -> Iterator[Topic | Message]:
         stream = ReadDataStream(BytesIO(body))
         try:
             if kind == Opcode.MESSAGE:
-                yield from self._message(records.Message.read(stream, len(body)))
+                yield from self._read_message(records.Message.read(stream, len(body)))
             elif kind == Opcode.SCHEMA:
                 schema = records.Schema.read(stream)
                 self._schemas[schema.id] = schema
             elif kind == Opcode.CHANNEL:
-                yield self._topic(records.Channel.read(stream))
+                yield self._read_topic(records.Channel.read(stream))
             elif kind == Opcode.STATISTICS:
-                self._counted = records.Statistics.read(stream).message_count
+                self._stated_count = records.Statistics.read(stream).message_count
             elif kind == Opcode.METADATA:
                 note = records.Metadata.read(stream)
                 if note.name == IN_FILE:
@@ -116,17 +119,17 @@ class Salvage:
         except UNREADABLE:
             self.lost_bytes += len(body)
 
-    def _message(self, message: records.Message) -> Iterator[Message]:
+    def _read_message(self, message: records.Message) -> Iterator[Message]:
         name = self._topics.get(message.channel_id)
         if name is None:
             self.nameless += 1
         else:
-            self._read += 1
+            self._read_count += 1
             yield Message(
                 name, message.log_time, message.publish_time, message.sequence, message.data
             )
 
-    def _topic(self, channel: records.Channel) -> Topic:
+    def _read_topic(self, channel: records.Channel) -> Topic:
         self._topics[channel.id] = channel.topic
         schema = self._schemas.get(channel.schema_id)
         offered = yaml.safe_load(channel.metadata.get("offered_qos_profiles", "") or "[]")
@@ -139,8 +142,11 @@ class Salvage:
         )
 
 
-def _records(data: bytes | mmap, position: int) -> Iterator[tuple[int, bytes, int]]:
-    """Yield kind, content as far as it is there, and size; stop at what is no record, such as zeros after a crash."""
+def _split_records(data: bytes | mmap, position: int) -> Iterator[tuple[int, bytes, int]]:
+    """Yield kind, content as far as it is there, and stated size of each record.
+
+    Stops at bytes that are no record, such as zeros after a crash.
+    """
     while position + HEAD.size <= len(data):
         kind, size = HEAD.unpack_from(data, position)
         if kind == 0:
@@ -150,7 +156,7 @@ def _records(data: bytes | mmap, position: int) -> Iterator[tuple[int, bytes, in
         position += size
 
 
-def _unpacked(chunk: records.Chunk) -> bytes:
+def _decompress(chunk: records.Chunk) -> bytes:
     if chunk.compression == "zstd":
         return zstandard.ZstdDecompressor().decompressobj().decompress(chunk.data)
     if chunk.compression == "lz4":
@@ -160,5 +166,5 @@ def _unpacked(chunk: records.Chunk) -> bytes:
     return chunk.data
 
 
-def _damaged(content: bytes, checksum: int) -> bool:
+def _is_damaged(content: bytes, checksum: int) -> bool:
     return checksum not in (0, zlib.crc32(content))

@@ -1,4 +1,4 @@
-"""A recording as it runs: when to write, when to end, and how it goes."""
+"""A running recording: when to write, when to end, and its health."""
 
 from __future__ import annotations
 
@@ -10,15 +10,17 @@ from pendulum_bridge.recording.records import Message, Topic
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.health import Health, Level
 
-FLUSH_S = 0.25  # a kill costs at most this, and the time that a flush takes
-REFRESH_S = 5.0  # the index beside the data is at most this old
-RATE_SPAN_S = 0.5  # a rate is measured over at least this
+FLUSH_S = 0.25  # a kill costs at most this time, and that of a flush
+REFRESH_S = 5.0  # largest age of the index beside the data
+RATE_SPAN_S = 0.5  # shortest time over which a rate is measured
 
 
 class Session:
-    """Put messages into a bag until it is closed, has lasted long enough, or cannot go on.
+    """Write messages to a bag until it is closed, its time is over, or the disk fails.
 
-    seconds: how long from the first message, 0: until closed. All times are of a steady clock, s.
+    bag: where to write.
+    seconds: length of the recording from the first message; 0: until `close`.
+    now_s: time of a steady clock, here and in all methods.
     """
 
     def __init__(self, bag: Bag, seconds: float, now_s: float) -> None:
@@ -33,7 +35,7 @@ class Session:
 
     @property
     def ended(self) -> bool:
-        """Tell whether nothing more is taken."""
+        """Return whether the session takes no more messages."""
         return self.finished or bool(self.failure)
 
     def take(
@@ -43,7 +45,11 @@ class Session:
         dropped: Mapping[str, int],
         now_s: float,
     ) -> None:
-        """Keep messages of known topics, or of those that come now, and write what is due; dropped: so far, by topic."""
+        """Keep the messages, and write when writing is due.
+
+        topics: new topics; the messages are of these and earlier topics.
+        dropped: topic -> number of messages that were lost so far.
+        """
         if self.ended:
             return
         for topic in topics:
@@ -72,10 +78,13 @@ class Session:
         except BadInputError as error:
             self.failure = str(error)
         except OSError as error:
-            self.failure = f"{self._bag.folder}: expected to write the index, found {error.strerror}: record again"
+            self.failure = (
+                f"{self._bag.folder}: expected to write the index, found {error.strerror}: "
+                "record again"
+            )
 
     def close(self) -> None:
-        """Close the bag; raise BadInputError with the reason when the recording could not go on."""
+        """Close the bag; raise BadInputError with the reason when the recording failed."""
         self._bag.custom["dropped"] = json.dumps(self._dropped)
         try:
             self._bag.close()
@@ -85,7 +94,10 @@ class Session:
             raise BadInputError(self.failure)
 
     def health(self, waiting: Collection[str], now_s: float) -> Health:
-        """Return how it goes, the rate since the last time; waiting: topics that nobody publishes so far."""
+        """Return the session's health, with the rate since the last call.
+
+        waiting: topics that nobody publishes so far.
+        """
         total, lost = self._bag.tally.total, sum(self._dropped.values())
         since_s, before = self._rate_from
         if now_s - since_s >= RATE_SPAN_S:
@@ -112,7 +124,7 @@ class Session:
 
     @property
     def summary(self) -> str:
-        """Say in a line what is recorded so far."""
+        """Return a line about what is recorded so far."""
         tally, lost = self._bag.tally, sum(self._dropped.values())
         return (
             f"{tally.duration_ns / 1e9:.1f} s, {tally.total} messages, {lost or 'none'} dropped, "

@@ -1,8 +1,8 @@
-"""What is really sent to the rig, and why: stop, watchdog, rail guard and limits put together.
+"""What is sent to the rig, and why: stop, watchdog, encoder check, rail guard and limits together.
 
-The stop wins over the watchdog, the watchdog over the encoder check, that over the rail guard, and
-that over the limits. Nothing here looks at a clock, a socket or a topic: whoever does passes in
-what came and when, and keeps the state.
+The stop overrides the watchdog, the watchdog the encoder check, the check the rail guard, and the
+guard the limits. Nothing here reads a clock, a socket or a topic: the caller passes in what came
+and when, and keeps the state.
 """
 
 from __future__ import annotations
@@ -10,17 +10,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from pendulum_bridge.safety import encoder_check
+from pendulum_bridge.safety import encoder_check, two_writers, watchdog
 from pendulum_bridge.safety import reset as swing_down
 from pendulum_bridge.safety import stop as emergency_stop
-from pendulum_bridge.safety import two_writers, watchdog
 from pendulum_bridge.safety.encoder_check import EncoderCheck, Encoders
 from pendulum_bridge.safety.limits import (
     Limits,
     compute_left_s,
-    limit_command,
-    find_refusal,
     compute_slewing_s,
+    find_refusal,
+    limit_command,
 )
 from pendulum_bridge.safety.rail_guard import RailGuard, Seen, guard_command, make_rail_guard
 from pendulum_bridge.safety.reasons import Level, Reason, find_worst_level
@@ -31,15 +30,23 @@ from pendulum_bridge.safety.two_writers import Writers
 from pendulum_bridge.safety.watchdog import Ages, Timeouts
 from pendulum_twin.rig import Rig
 
-STANDSTILL_S = (
-    0.15  # without a decision for so long, the driver stood still: it decides every 30 ms
-)
-UNSURE_S = 1.0  # what comes so soon after a standstill may have waited through it: it counts by when it was sent
+# without a decision for so long, the driver stood still: it decides every 30 ms
+STANDSTILL_S = 0.15
+# a command so soon after a standstill may have waited through it: its time of sending counts
+UNSURE_S = 1.0
 
 
 @dataclass(frozen=True)
 class Rules:
-    """Hold what the decisions go by; period_s: from sample to sample."""
+    """Hold the constants of the decisions.
+
+    limits: of a command.
+    timeouts: after which a command or the samples count as missing.
+    guard: of the rail.
+    swing: the reset.
+    encoders: the plausibility check of the encoders.
+    period_s: s, from sample to sample.
+    """
 
     limits: Limits
     timeouts: Timeouts
@@ -51,11 +58,13 @@ class Rules:
 
 @dataclass(frozen=True)
 class Counts:
-    """Count what was not taken since the start.
+    """Count what was refused since the start.
 
-    commands, samples: that are no numbers. during_reset: commands then. of_two_writers: commands
-    while two sent at once.
-    after_standstill: commands that may have waited.
+    commands: commands that were not finite.
+    samples: samples that were not finite.
+    during_reset: commands during a reset.
+    of_two_writers: commands while two writers sent at once.
+    after_standstill: commands that may have waited while the driver stood still.
     """
 
     commands: int = 0
@@ -67,13 +76,20 @@ class Counts:
 
 @dataclass(frozen=True)
 class Safety:
-    """Hold all that is remembered from one decision to the next.
+    """Hold the state between two decisions.
 
-    command: the last good one (PWM fraction); it counts only while the ages say so. rig: the last
-    good sample, encoders: whether samples can be believed. reset: the one under way. applied: what
-    was sent last. unused_s: see `limits.left_s`.
-    in_vain_s: for how long the rail guard has pushed in vain. writers: who has sent commands
-    lately. resumed_s: when the last standstill ended (monotonic).
+    ages: of the last command and the last sample.
+    stop: the emergency stop.
+    reset: the reset under way; None while there is none.
+    command: PWM fraction; the last good command, which counts only while its age allows it.
+    rig: the last good sample; None before the first.
+    encoders: whether samples can be believed.
+    applied: PWM fraction; what was sent last.
+    unused_s: s; time left over for slewing, see `limits.compute_left_s`.
+    in_vain_s: s; how long the rail guard has pushed without effect.
+    writers: who has sent commands lately.
+    resumed_s: s, monotonic; when the last standstill of the driver ended.
+    counts: what was refused.
     """
 
     ages: Ages
@@ -92,7 +108,12 @@ class Safety:
 
 @dataclass(frozen=True)
 class FreshSample:
-    """Hold a sample, how long ago it came, and how long after the one before, s."""
+    """Hold a sample since the last decision.
+
+    sample: the sample.
+    ago_s: s; how long ago it came.
+    gap_s: s; how long after the sample before it came.
+    """
 
     sample: RigState
     ago_s: float
@@ -101,10 +122,12 @@ class FreshSample:
 
 @dataclass(frozen=True)
 class Decision:
-    """Hold what to send (PWM fraction), the state for the next time, and why.
+    """Hold what to send, the state for the next decision, and the reasons.
 
-    reasons: the one that decided comes first. reset_ended: how a reset under way ended just now;
-    None while none has.
+    pwm: PWM fraction to send.
+    safety: the state for the next decision.
+    reasons: the deciding reason first.
+    reset_ended: how a reset ended in this decision; None when none did.
     """
 
     pwm: float
@@ -114,7 +137,7 @@ class Decision:
 
     @property
     def level(self) -> Level:
-        """Return the worst level of the reasons: ERROR when the watchdog has bitten."""
+        """The worst level of the reasons: ERROR when the watchdog has acted."""
         return find_worst_level(self.reasons)
 
 
@@ -127,10 +150,15 @@ def make_rules(
     period_s: float = 0.01,
     reset_deadline_s: float = 20.0,
 ) -> Rules:
-    """Return the rules for a rig: its own limit where that is lower. Raises BadInputError when it lacks what they need.
+    """Return the rules for a rig; the rig's own PWM limit applies where it is lower.
 
-    way, pole_way: the rig's signs, see RailGuard. period_s: from sample to sample.
-    reset_deadline_s: a reset is given up then.
+    rig: constants of the rig.
+    limits, timeouts: see `Limits` and `Timeouts`.
+    way, pole_way: the rig's signs, see `RailGuard`.
+    period_s: s, from sample to sample.
+    reset_deadline_s: s, after which a reset is given up.
+
+    Raises BadInputError when the rig lacks constants that the rules need.
     """
     limit = min(limits.magnitude, rig.pwm_limit or limits.magnitude)
     guard = make_rail_guard(rig, limit, way=way, pole_way=pole_way)
@@ -140,7 +168,7 @@ def make_rules(
 
 
 def make_safety(now_s: float) -> Safety:
-    """Return the state at the start: nothing heard, nothing sent."""
+    """Return the state at the start (now_s: s, monotonic): nothing was heard or sent yet."""
     return Safety(Ages(now_s))
 
 
@@ -154,42 +182,51 @@ def decide(
 ) -> Decision:
     """Return what to send now: stop > watchdog > encoder check > rail guard > limits.
 
-    request: a command (PWM fraction) that has come since the last decision, None for none; when
-    more have come, pass all but the last to `take_command`. sample: the same of the rig, which came
-    ago_s ago. now_s: monotonic time, s.
+    request: PWM fraction; the command since the last decision, None for none. Of several commands,
+        pass
+    all but the last to `take_command`.
+    sample: the rig's sample since the last decision, None for none.
+    now_s: s, monotonic.
+    safety: the state after the last decision.
+    rules: the constants.
+    ago_s: s; how long ago the sample came.
     """
     passed_s = watchdog.compute_passed_s(safety.ages, now_s)
-    came = (
+    fresh = (
         None
         if sample is None
         else FreshSample(sample, ago_s, _compute_gap_s(safety, passed_s - ago_s, rules))
     )
     if passed_s > STANDSTILL_S:
         safety = replace(safety, resumed_s=now_s)
-    safety, refused = _take_inputs(request, came, now_s, safety, rules)
-    safety, over = _advance_reset(came, passed_s, safety, rules)
-    may_s = compute_slewing_s(safety.unused_s, passed_s, rules.period_s)
-    if (nothing := _find_reason_for_zero(safety, rules)) or safety.rig is None:
-        safety = replace(safety, applied=0.0, unused_s=may_s)
-        return Decision(0.0, safety, _list_reasons(nothing, over, *refused), over)
-    asked = safety.reset.pwm if safety.reset else safety.command
-    within = limit_command(asked, safety.applied, may_s, rules.limits)
+    safety, refused = _take_inputs(request, fresh, now_s, safety, rules)
+    safety, ended = _advance_reset(fresh, passed_s, safety, rules)
+    slewing_s = compute_slewing_s(safety.unused_s, passed_s, rules.period_s)
+    if (reason := _find_reason_for_zero(safety, rules)) or safety.rig is None:
+        safety = replace(safety, applied=0.0, unused_s=slewing_s)
+        return Decision(0.0, safety, _list_reasons(reason, ended, *refused), ended)
+    wanted = safety.reset.pwm if safety.reset else safety.command
+    within = limit_command(wanted, safety.applied, slewing_s, rules.limits)
     seen = Seen(safety.rig, safety.ages.sample_s or 0.0, safety.applied)
-    kept = guard_command(within.pwm, seen, safety.in_vain_s, passed_s, rules.guard)
-    unused = compute_left_s(may_s, kept.pwm - safety.applied, rules.limits)
-    safety = replace(safety, applied=kept.pwm, unused_s=unused, in_vain_s=kept.in_vain_s)
+    guarded = guard_command(within.pwm, seen, safety.in_vain_s, passed_s, rules.guard)
+    unused = compute_left_s(slewing_s, guarded.pwm - safety.applied, rules.limits)
+    safety = replace(safety, applied=guarded.pwm, unused_s=unused, in_vain_s=guarded.in_vain_s)
     mode = Reason.RESETTING if safety.reset else None
-    return Decision(kept.pwm, safety, _list_reasons(kept.reason, mode, *within.reasons, *refused))
+    return Decision(
+        guarded.pwm, safety, _list_reasons(guarded.reason, mode, *within.reasons, *refused)
+    )
 
 
 def take_command(
     command: float, safety: Safety, now_s: float | None = None, ago_s: float = 0.0
 ) -> tuple[Safety, Reason | None]:
-    """Return the state after a command has come, and why it was refused or dropped; None when it was taken.
+    """Return the state after a command, and why it was refused; None when it was accepted.
 
-    now_s: when it came (monotonic, s), if that is later than the last decision. ago_s: how long
-    before that it was sent, by
-    clocks of two machines perhaps: it matters only after the driver has stood still.
+    command: PWM fraction.
+    now_s: s, monotonic; when the command came, if that is later than the last decision.
+    ago_s: s; how long before its arrival the command was sent, perhaps by the clocks of two
+        machines.
+    It matters only after the driver has stood still.
     """
     now_s, counts = safety.ages.now_s if now_s is None else now_s, safety.counts
     if safety.stop.latched:
@@ -215,14 +252,20 @@ def take_command(
 
 
 def hear_writer(number: int, now_s: float, safety: Safety) -> Safety:
-    """Return the state after a message of a command's writer, taken or not, with the number that its writer gave it."""
+    """Return the state after a message with this number came from some writer of commands.
+
+    number: the message's number, which its writer counts up.
+    now_s: s, monotonic.
+    """
     return replace(safety, writers=two_writers.hear_writer(number, now_s, safety.writers))
 
 
 def press_stop(safety: Safety) -> tuple[Safety, Reason | None]:
-    """Return the state with the emergency stop pressed, and how that ended a reset under way; None when there was none.
+    """Return the state with the emergency stop latched, and how that ended a reset.
 
-    The command held is forgotten; the next decision, which should be taken at once, sends 0.
+    The second value is None when no reset was under way. The command is forgotten; the next
+    decision,
+    which should follow at once, sends 0.
     """
     ended = None if safety.reset is None else Reason.RESET_STOPPED
     return _forget_command(
@@ -231,13 +274,16 @@ def press_stop(safety: Safety) -> tuple[Safety, Reason | None]:
 
 
 def fail_safe(safety: Safety) -> tuple[Safety, Reason | None]:
-    """Return the state after the driver itself has failed, with no command and no reset; how that ended a reset."""
+    """Return the state after the driver itself failed, and how that ended a reset.
+
+    The state has no command and no reset.
+    """
     ended = None if safety.reset is None else Reason.RESET_FAILED
     return _forget_command(replace(safety, reset=None, applied=0.0)), ended
 
 
 def clear_stop(safety: Safety) -> tuple[Safety, Reason]:
-    """Return the state after somebody asked to clear the stop, and what came of that."""
+    """Return the state after a request to clear the stop, and the answer to the request."""
     stop, reason = emergency_stop.clear_stop(safety.stop)
     believed = (
         encoder_check.trust_again(safety.encoders)
@@ -248,7 +294,7 @@ def clear_stop(safety: Safety) -> tuple[Safety, Reason]:
 
 
 def begin_reset(now_s: float, safety: Safety, rules: Rules) -> tuple[Safety, Reason]:
-    """Return the state with a reset begun (or going on), or as it was with the reason why there can be none."""
+    """Return the state with a reset under way, or unchanged, and the answer to the request."""
     silence = watchdog.find_silence(watchdog.advance_ages(safety.ages, now_s), rules.timeouts)
     refused = swing_down.find_obstacle(silence, safety.stop.latched) or _find_lasting_fault(safety)
     if refused is not None:
@@ -257,7 +303,10 @@ def begin_reset(now_s: float, safety: Safety, rules: Rules) -> tuple[Safety, Rea
 
 
 def _compute_gap_s(safety: Safety, later_s: float, rules: Rules) -> float:
-    """Return the time from the last sample to one that came later_s after the last decision; a period for the first."""
+    """Return the time between the last two samples, s; a period for the first sample.
+
+    later_s: s; how long after the last decision the new sample came.
+    """
     return (
         rules.period_s
         if safety.ages.sample_s is None
@@ -266,58 +315,57 @@ def _compute_gap_s(safety: Safety, later_s: float, rules: Rules) -> float:
 
 
 def _take_inputs(
-    request: float | None, came: FreshSample | None, now_s: float, safety: Safety, rules: Rules
+    request: float | None, fresh: FreshSample | None, now_s: float, safety: Safety, rules: Rules
 ) -> tuple[Safety, tuple[Reason | None, ...]]:
-    """Return the state at now_s with what has come, and what of it was refused."""
+    """Return the state at now_s with the new command and sample, and why either was refused."""
     safety = replace(safety, ages=watchdog.advance_ages(safety.ages, now_s))
     safety, refused = (safety, None) if request is None else take_command(request, safety)
-    if came is None:
+    if fresh is None:
         return safety, (refused,)
-    if not came.sample.finite:
+    if not fresh.sample.finite:
         counts = replace(safety.counts, samples=safety.counts.samples + 1)
         return replace(safety, counts=counts), (refused, Reason.SAMPLE_NOT_FINITE)
-    found = encoder_check.check_sample(
-        safety.encoders, came.sample, safety.applied, came.gap_s, rules.encoders
+    checked = encoder_check.check_sample(
+        safety.encoders, fresh.sample, safety.applied, fresh.gap_s, rules.encoders
     )
-    rig = (
-        safety.rig if found.fault else came.sample
-    )  # what cannot be true is no sample to guard the rail by
+    # an impossible sample is none to guard the rail by
+    rig = safety.rig if checked.fault else fresh.sample
     return replace(
-        safety, rig=rig, encoders=found, ages=watchdog.note_sample(safety.ages, came.ago_s)
+        safety, rig=rig, encoders=checked, ages=watchdog.note_sample(safety.ages, fresh.ago_s)
     ), (refused,)
 
 
 def _find_lasting_fault(safety: Safety) -> Reason | None:
-    """Return what makes samples unbelievable until somebody has looked; a single spike does not."""
+    """Return the encoder fault that lasts until a person has looked; a single spike is none."""
     fault = safety.encoders.fault
     return fault if fault and fault.level is Level.ERROR else None
 
 
 def _advance_reset(
-    came: FreshSample | None, passed_s: float, safety: Safety, rules: Rules
+    fresh: FreshSample | None, passed_s: float, safety: Safety, rules: Rules
 ) -> tuple[Safety, Reason | None]:
-    """Return the state after another moment of the reset under way, and how it ended; None while it goes on."""
+    """Return the state after another moment of a reset, and how it ended; None if it goes on."""
     if safety.reset is None:
         return safety, None
     reset = swing_down.let_time_pass(safety.reset, passed_s)
-    if came is not None and came.sample is safety.rig:
-        reset = swing_down.swing_on(reset, came.sample, safety.applied, came.gap_s, rules.swing)
+    if fresh is not None and fresh.sample is safety.rig:
+        reset = swing_down.swing_on(reset, fresh.sample, safety.applied, fresh.gap_s, rules.swing)
     silence = watchdog.find_silence(safety.ages, rules.timeouts)
-    over = (
+    ended = (
         swing_down.find_obstacle(silence, stopped=False)
         or _find_lasting_fault(safety)
         or swing_down.find_end(reset, rules.swing)
     )
-    return replace(safety, reset=None if over else reset), over
+    return replace(safety, reset=None if ended else reset), ended
 
 
 def _find_reason_for_zero(safety: Safety, rules: Rules) -> Reason | None:
-    """Return why PWM is 0: the stop, the watchdog, the encoders; None when there is something to apply."""
+    """Return why PWM is 0: stop, watchdog or encoders; None when a command can be applied."""
     if safety.stop.latched:
         return Reason.STOPPED
     silence = watchdog.find_silence(safety.ages, rules.timeouts)
-    if nothing := silence or safety.encoders.fault:
-        return nothing
+    if reason := silence or safety.encoders.fault:
+        return reason
     if safety.reset:
         return None
     if two_writers.has_two_writers(safety.writers, safety.ages.now_s):
@@ -326,9 +374,10 @@ def _find_reason_for_zero(safety: Safety, rules: Rules) -> Reason | None:
 
 
 def _forget_command(safety: Safety) -> Safety:
+    """Return the state without a command to apply."""
     return replace(safety, command=0.0, ages=watchdog.forget_command(safety.ages))
 
 
 def _list_reasons(*reasons: Reason | None) -> tuple[Reason, ...]:
-    """Return the reasons there are, each once."""
+    """Return the reasons that are not None, each once."""
     return tuple(dict.fromkeys(reason for reason in reasons if reason is not None))

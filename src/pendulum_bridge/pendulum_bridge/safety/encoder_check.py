@@ -1,9 +1,8 @@
-"""Whether the encoders' readings can be true. With one that cannot, nobody knows where the cart is: PWM 0.
+"""Whether the encoders' readings can be true; when not, the cart's place is unknown and PWM is 0.
 
-A jump that is back within a few samples is a spike: PWM is 0 meanwhile, and that is all. One that
-stays, and an encoder that
-is stuck, are latched until somebody has looked at the rig and clears the stop: what is read next
-is then believed.
+A jump that is back within a few samples is a spike: PWM is 0 meanwhile, and nothing else follows.
+A jump that stays, and an encoder that is stuck, are latched until a person has looked at the rig
+and clears the stop: the next readings are then believed.
 """
 
 from __future__ import annotations
@@ -16,20 +15,24 @@ from pendulum_bridge.safety.encoder_stuck import (
     Holding,
     Still,
     compute_holding,
-    follow_still,
     find_stuck,
+    follow_still,
 )
 from pendulum_bridge.safety.reasons import Reason
 from pendulum_bridge.safety.rig_state import RigState
 from pendulum_twin.rig import Rig
 
-GAP_S = 0.1  # between samples: after it nobody knows what moved meanwhile
-SETTLED_S = 0.3  # after a spike or a gap, until reported velocities are as if there had been none
+GAP_S = 0.1  # longest time between samples after which the motion between them is known
+SETTLED_S = 0.3  # after a spike or a gap, until reported velocities no longer show it
 
 
 @dataclass(frozen=True)
 class EncoderCheck:
-    """Hold what is known of the rig."""
+    """Hold what is known of the rig.
+
+    reach: how far positions can move between two samples.
+    holding: what can hold the rig where it is.
+    """
 
     reach: Reach
     holding: Holding
@@ -38,20 +41,27 @@ class EncoderCheck:
 def make_encoder_check(
     rig: Rig, limit: float, period_s: float, dry_n: float = DRY_N
 ) -> EncoderCheck:
-    """Return the check for a rig driven with at most limit (PWM fraction); raise BadInputError without a cart.
+    """Return the check for a rig.
 
-    period_s: from sample to sample. dry_n: the cart's dry friction, at most: where less is sure, a
-    stuck encoder shows at smaller commands.
+    limit: PWM fraction; the largest command.
+    period_s: s, from sample to sample.
+    dry_n: N; an upper bound of the cart's dry friction. With a lower bound a stuck encoder shows
+        at
+    smaller commands.
+
+    Raises BadInputError for a rig without a cart.
     """
     return EncoderCheck(compute_reach(rig, limit, period_s, dry_n), compute_holding(rig, dry_n))
 
 
 @dataclass(frozen=True)
 class Encoders:
-    """Hold what is remembered from one sample to the next.
+    """Hold the state of the check between two samples.
 
-    fault: why PWM has to be 0; a spike's goes by itself, others stay until `trust_again`. still:
-    see `encoder_stuck`; None for unsettled_s, in which nothing is said about stuck encoders.
+    fault: why PWM has to be 0; a spike's fault ends by itself, others stay until `trust_again`.
+    jumps: jumps of the positions.
+    still: positions that do not change, see `encoder_stuck`; None while unsettled.
+    unsettled_s: s; how long the check still says nothing about stuck encoders.
     """
 
     fault: Reason | None = None
@@ -61,17 +71,19 @@ class Encoders:
 
     @property
     def spikes(self) -> int:
-        """Return how often a position has jumped since the start."""
+        """The number of jumps since the start."""
         return self.jumps.spikes
 
 
 def check_sample(
     encoders: Encoders, sample: RigState, applied: float, passed_s: float, check: EncoderCheck
 ) -> Encoders:
-    """Return the state after a sample (finite), passed_s after the last, through which `applied` (PWM fraction) was sent.
+    """Return the state after a sample; PWM has to be 0 while the state has a fault.
 
-    With a fault in the result, PWM has to be 0. passed_s: best from the samples' own times, as
-    `arrival_clock` gives them.
+    sample: finite.
+    applied: PWM fraction that was sent since the last sample.
+    passed_s: s, since the last sample; best from sampling times, as `arrival_clock` estimates
+        them.
     """
     jumps = follow_positions(encoders.jumps, sample, passed_s, check.reach)
     fault: Reason | None = None if encoders.fault is Reason.ENCODER_SPIKE else encoders.fault
@@ -90,5 +102,5 @@ def check_sample(
 
 
 def trust_again(encoders: Encoders) -> Encoders:
-    """Return the state after somebody has cleared the stop: what is read next is believed, until it cannot be true."""
+    """Return the state after a person has cleared the stop: readings are believed again."""
     return Encoders(jumps=Jumps(encoders.spikes))

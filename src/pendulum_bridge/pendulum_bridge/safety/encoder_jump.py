@@ -1,4 +1,4 @@
-"""Jumps of a position: spikes, which are back within a few samples, and those that stay."""
+"""Jumps of a position: spikes, which are back within a few samples, and jumps that stay."""
 
 from __future__ import annotations
 
@@ -7,35 +7,33 @@ from dataclasses import dataclass, replace
 from pendulum_bridge.safety.encoder_reach import (
     Anchor,
     Reach,
-    make_anchor,
     age_anchor,
-    move_anchor,
-    is_nearer,
     compute_share_of_reach,
+    is_nearer,
+    make_anchor,
+    move_anchor,
 )
 from pendulum_bridge.safety.rig_state import RigState
 
 SPIKE_S, SPIKE_SAMPLES = 0.05, 3  # a spike lasts no longer than both
-TRUSTED_SAMPLES = (
-    5  # good samples in a row before a jump counts against the next rather than against these
-)
-UNEVEN_SHARE, UNEVEN_S = (
-    0.5,
-    0.3,
-)  # share of a period by which a step makes steps uneven, and for how long
-SLACK_PERIODS, UNEVEN_SLACK_PERIODS = (
-    1.0,
-    3.0,
-)  # periods more than are known that may have passed; the second while steps are uneven
+# good samples in a row after which a jump counts against the next sample, not against these
+TRUSTED_SAMPLES = 5
+UNEVEN_SHARE = 0.5  # deviation of a step, as a share of a period, that makes steps uneven
+UNEVEN_S = 0.3  # how long steps then count as uneven
+# periods by which more time may have passed than is known: usually, and while steps are uneven
+SLACK_PERIODS, UNEVEN_SLACK_PERIODS = 1.0, 3.0
 
 
 @dataclass(frozen=True)
 class Jumps:
-    """Hold what is remembered of the positions.
+    """Hold the state of the jump detector.
 
-    spikes: jumps since the start. anchor: the last good sample. elsewhere: where the positions
-    have jumped to, for away samples, the first of them away_s ago; None while they have not.
-    uneven_s: for how long steps count as uneven.
+    spikes: jumps since the start.
+    anchor: the last good sample.
+    elsewhere: where the positions have jumped to; None while they have not.
+    away: samples since the jump.
+    away_s: s, since the first of these samples.
+    uneven_s: s; how long steps still count as uneven.
     """
 
     spikes: int = 0
@@ -47,12 +45,15 @@ class Jumps:
 
     @property
     def stays(self) -> bool:
-        """Tell whether the positions are away for longer than a spike."""
+        """Whether the positions are away for longer than a spike."""
         return self.away > SPIKE_SAMPLES and self.away_s > SPIKE_S
 
 
 def follow_positions(jumps: Jumps, sample: RigState, passed_s: float, reach: Reach) -> Jumps:
-    """Return the state after a sample, passed_s after the last; the sample is good when nothing is away then."""
+    """Return the state after a sample; the sample is good when `away` is 0 then.
+
+    passed_s: s, since the last sample.
+    """
     if jumps.anchor is None:
         return replace(jumps, anchor=make_anchor(sample, None, reach))
     even = abs(passed_s - reach.period_s) <= UNEVEN_SHARE * reach.period_s
@@ -64,7 +65,7 @@ def follow_positions(jumps: Jumps, sample: RigState, passed_s: float, reach: Rea
     if not (jumped or (elsewhere is not None and is_nearer(sample, elsewhere, anchor, reach))):
         return Jumps(jumps.spikes, make_anchor(sample, anchor, reach), uneven_s=uneven_s)
     new = jumps.away == 0
-    if new and anchor.good < TRUSTED_SAMPLES:  # rather the first samples were the spike
+    if new and anchor.good < TRUSTED_SAMPLES:  # the first samples rather were the spike
         return Jumps(jumps.spikes + 1, make_anchor(sample, None, reach), uneven_s=uneven_s)
     away_s = 0.0 if new else jumps.away_s + passed_s
     return Jumps(

@@ -1,10 +1,9 @@
-"""Whether a position can have been reached since the last good sample, by anything that the rig can do.
+"""Whether the rig can have moved from the last good sample to a position.
 
-The bound is wide on purpose. Constants may be wrong by a share, more time may have passed than
-anybody knows (a lost packet), or none (a burst); near the end of the rail, where a cart rebounds,
-velocities may have turned round at once. What
-goes beyond it all is no motion: counts lost in bulk, a bad cable, a pole's angle that lost whole
-turns.
+The bound is wide on purpose. Constants may be wrong by a share; more time may have passed than is
+known (a lost packet), or none (a burst); near the end of the rail, where a cart rebounds,
+velocities may have turned at once. A position beyond the bound is no motion: counts lost in bulk,
+a bad cable, a pole angle that lost whole turns.
 """
 
 from __future__ import annotations
@@ -17,23 +16,25 @@ from pendulum_twin.errors import BadInputError
 from pendulum_twin.rig import Rig
 
 CONSTANTS_SPREAD = 0.3  # share by which every constant of the rig may be wrong
-DRY_N, DRY_SHARE = (
-    2.0,
-    0.1,
-)  # dry friction believed possible: of the cart; of the pole, as a share of its weight's torque
-STEP_M, STEP_RAD = 0.002, 0.02  # of the coarsest encoders
-NEAR_END_M = 0.1  # from the end of the rail: the cart may hit it, or be held by it
-Span = tuple[float, float]  # from the lowest, at most 0, to the highest, at least 0
+DRY_N = 2.0  # largest dry friction of the cart that is believed possible
+DRY_SHARE = 0.1  # the same of the pole, as a share of its weight's torque
+STEP_M, STEP_RAD = 0.002, 0.02  # steps of the coarsest encoders
+NEAR_END_M = 0.1  # nearer to the end of the rail the cart may hit it, or be held by it
+Span = tuple[float, float]  # lowest (at most 0) and highest (at least 0)
 
 
 @dataclass(frozen=True)
 class Reach:
-    """Hold how fast a rig can accelerate: at rest, and more by the square of the pole's rate.
+    """Hold how fast a rig can accelerate: at rest, and the increase with the speeds.
 
-    cart_m_s2, pole_rad_s2: largest accelerations at rest (infinite for a pole that is not known).
-    cart_m, pole_1: more for each (rad/s)^2 of the pole's rate. cart_1_s, pole_1_m: more for each
-    m/s of the cart's speed. end_m: from the middle to where the cart may hit the end. period_s:
-    from sample to sample.
+    cart_m_s2: m/s^2; largest acceleration of the cart at rest.
+    cart_m: m/s^2 for each (rad/s)^2 of the pole's rate.
+    cart_1_s: m/s^2 for each m/s of the cart's speed.
+    pole_rad_s2: rad/s^2; of the pole at rest, infinite when the pole is unknown.
+    pole_1: rad/s^2 for each (rad/s)^2 of the pole's rate.
+    pole_1_m: rad/s^2 for each m/s of the cart's speed.
+    end_m: m, from the middle of the rail; beyond it the cart may hit the end.
+    period_s: s, from sample to sample.
     """
 
     cart_m_s2: float
@@ -47,7 +48,10 @@ class Reach:
 
 
 def compute_reach(rig: Rig, limit: float, period_s: float, dry_n: float = DRY_N) -> Reach:
-    """Return the reach of a rig whose commands are at most limit (PWM fraction); raise BadInputError without a cart."""
+    """Return the reach of a rig whose commands are at most limit (PWM fraction).
+
+    Raises BadInputError for a rig without a cart.
+    """
     if rig.force_per_pwm_n is None or rig.cart_viscous_n_s_m is None:
         raise BadInputError("encoder check: expected a rig with a cart, found none")
     end_m = math.inf if rig.rail_half_length_m is None else rig.rail_half_length_m - NEAR_END_M
@@ -79,9 +83,13 @@ def compute_reach(rig: Rig, limit: float, period_s: float, dry_n: float = DRY_N)
 
 @dataclass(frozen=True)
 class Anchor:
-    """Hold the last good sample, how long ago it was, and between what its velocities lie (m/s, rad/s).
+    """Hold the last good sample and the range of its velocities.
 
-    good: how many good ones there have been in a row.
+    state: the sample.
+    age_s: s; how long ago it was taken.
+    cart_m_s: m/s; range of the cart's velocity, lowest and highest.
+    pole_rad_s: rad/s; range of the pole's rate.
+    good: number of good samples in a row up to this one.
     """
 
     state: RigState
@@ -92,7 +100,12 @@ class Anchor:
 
 
 def make_anchor(state: RigState, before: Anchor | None, reach: Reach) -> Anchor:
-    """Return the anchor at a good sample: velocities lie between what is reported, what is seen, and 0."""
+    """Return the anchor at a good sample.
+
+    Its velocities range over the reported velocity, the observed velocity, and 0.
+
+    before: the anchor at the good sample before; None for none.
+    """
     cart = pole = 0.0
     if before is not None:
         passed_s = max(before.age_s, 0.25 * reach.period_s)
@@ -110,20 +123,23 @@ def make_anchor(state: RigState, before: Anchor | None, reach: Reach) -> Anchor:
 
 
 def move_anchor(state: RigState, anchor: Anchor) -> Anchor:
-    """Return the anchor at a sample that cannot be: its velocities are as wrong as its positions, so the anchor's stay."""
+    """Return the anchor at the positions of an impossible sample, with its own velocities.
+
+    The sample's velocities are as wrong as its positions.
+    """
     here = replace(anchor.state, cart_m=state.cart_m, pole_rad=state.pole_rad)
     return replace(anchor, state=here, age_s=0.0)
 
 
 def age_anchor(anchor: Anchor, passed_s: float) -> Anchor:
-    """Return the anchor as seen passed_s later."""
+    """Return the anchor passed_s (s) later."""
     return replace(anchor, age_s=anchor.age_s + max(passed_s, 0.0))
 
 
 def compute_share_of_reach(state: RigState, anchor: Anchor, slack_s: float, reach: Reach) -> float:
-    """Return how far the positions are from the anchor's, as a share of what can have been reached; over 1, a jump.
+    """Return the way from the anchor as a share of what can have been reached; over 1 is a jump.
 
-    slack_s: how much longer ago the anchor may have been than is known.
+    slack_s: s; how much longer ago than known the anchor may have been.
     """
     here = anchor.state
     return _compute_share(
@@ -136,7 +152,7 @@ def compute_share_of_reach(state: RigState, anchor: Anchor, slack_s: float, reac
 
 
 def is_nearer(state: RigState, there: Anchor, here: Anchor, reach: Reach) -> bool:
-    """Tell whether the positions are nearer to where they would be now coming from there than coming from here."""
+    """Tell whether positions fit a motion from `there` better than a motion from `here`."""
 
     def off(anchor: Anchor) -> float:
         cart = state.cart_m - anchor.state.cart_m - anchor.state.cart_m_s * anchor.age_s
@@ -149,7 +165,10 @@ def is_nearer(state: RigState, there: Anchor, here: Anchor, reach: Reach) -> boo
 def _compute_share(
     cart_m: float, pole_rad: float, anchor: Anchor, seconds: float, reach: Reach
 ) -> float:
-    """Return two ways as shares of what cart and pole can go in so many seconds from the anchor; the larger one."""
+    """Return the larger of both ways, each as a share of what can be gone in that time.
+
+    cart_m, pole_rad: m and rad; the ways of cart and pole.
+    """
     cart_m_s, rate = max(map(abs, anchor.cart_m_s)), max(map(abs, anchor.pole_rad_s))
     cart_m_s2 = reach.cart_m_s2 + reach.cart_1_s * cart_m_s + reach.cart_m * rate**2
     pole_rad_s2 = reach.pole_rad_s2 + reach.pole_1_m * cart_m_s + reach.pole_1 * rate**2
@@ -163,7 +182,7 @@ def _compute_share(
 
 
 def _find_speed_towards(way: float, span: Span) -> float:
-    """Return the largest speed the way that a position has gone."""
+    """Return the largest speed in the direction of a way."""
     return span[1] if way > 0 else -span[0]
 
 

@@ -1,13 +1,15 @@
-"""Whether a position that stands exactly still can be true, while something must move it.
+"""Whether a position can truly stand exactly still while something must move it.
 
-A reading that is the same to the last bit is nothing in itself: dry friction holds a cart, and a
-hanging pole is at rest. It is claimed to be stuck only when no rig could stand still there whose
-constants are wrong by SPREAD and whose dry friction is as large as is believed possible:
+A reading that stays the same to the last bit is normal in itself: dry friction holds a cart, and a
+hanging pole is at rest. An encoder counts as stuck only when no rig could stand still there whose
+constants are wrong by CONSTANTS_SPREAD and whose dry friction is as large as is believed possible:
 
-- the drive's impulse, through a lag, less what friction and the pole could have taken up, would have moved it WAY_M by
-  now: however wildly the pole swings, what it takes up in all is at most its own change of horizontal momentum;
-- the cart's acceleration has changed by more than the pole's friction, and a constant torque of any size, could hide;
-- the reported velocity is the same to the last bit as well, and not 0: the same sample again and again.
+- The drive's impulse, through a lag, less what friction and the pole could have taken up, would
+  have moved the cart by WAY_M. However wildly the pole swings, it takes up at most its own change
+  of horizontal momentum.
+- The cart's acceleration has changed by more than the pole's friction and a constant torque of any
+  size could hide.
+- The reported velocity is the same to the last bit too, and not 0: the same sample over and over.
 """
 
 from __future__ import annotations
@@ -15,29 +17,30 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from pendulum_bridge.safety.encoder_reach import DRY_N, DRY_SHARE, NEAR_END_M, CONSTANTS_SPREAD
+from pendulum_bridge.safety.encoder_reach import CONSTANTS_SPREAD, DRY_N, DRY_SHARE, NEAR_END_M
 from pendulum_bridge.safety.reasons import Reason
 from pendulum_bridge.safety.rig_state import RigState
 from pendulum_twin.rig import Rig
 
-LAG_S = 0.1  # of the drive, at most, as a first-order lag; delay counts as lag
-WAY_M, TURN_RAD = (
-    0.002,
-    0.012,
-)  # what must have moved so far would have shown it: two steps of a coarse encoder
-WINDOW_S = 0.1  # over which the cart's acceleration is measured
-COSINE_ERROR = 0.15  # by which the cosine of the pole's angle may be wrong: its zero may be
-REPEATED_SAMPLES = 10  # samples in a row with the same position and the same velocity but 0
+LAG_S = 0.1  # largest lag of the drive, first order; a delay counts as lag
+# a motion that would have shown itself by now: two steps of a coarse encoder
+WAY_M, TURN_RAD = 0.002, 0.012
+WINDOW_S = 0.1  # time over which the cart's acceleration is measured
+COSINE_ERROR = 0.15  # error of the cosine of the pole's angle, as the angle's zero may be wrong
+REPEATED_SAMPLES = 10  # samples in a row with the same position and the same velocity, not 0
 
 
 @dataclass(frozen=True)
 class Holding:
     """Hold what can keep a rig where it is.
 
-    force_n: of the drive a unit of command, at least. dry_n: the cart's dry friction, at most.
-    mass_kg: at most. lever_kg_m, torque_n_m_s2: the pole's horizontal momentum by its rate in
-    rad/s, at most, and the cart's pull on the pole by m/s^2, at least; 0 without a pole. pole_n_m:
-    torque that may hide. end_m: where the rail may end.
+    force_n: N; force of the drive a unit of command, at least.
+    dry_n: N; dry friction of the cart, at most.
+    mass_kg: kg, at most.
+    lever_kg_m: kg m; the pole's horizontal momentum a rad/s, at most; 0 without a pole.
+    torque_n_m_s2: N m for each m/s^2; pull of the cart on the pole, at least; 0 without a pole.
+    pole_n_m: N m; torque on the pole that may stay hidden.
+    end_m: m, from the middle of the rail; beyond it the rail may end.
     """
 
     force_n: float
@@ -50,7 +53,10 @@ class Holding:
 
 
 def compute_holding(rig: Rig, dry_n: float = DRY_N) -> Holding:
-    """Return what can hold a rig with a cart."""
+    """Return what can hold a rig with a cart.
+
+    dry_n: N; dry friction of the cart, at most.
+    """
     least, most = 1 - CONSTANTS_SPREAD, 1 + CONSTANTS_SPREAD
     lever, inertia = (
         rig.total_mass_kg * (rig.com_distance_m or 0.0),
@@ -71,13 +77,16 @@ def compute_holding(rig: Rig, dry_n: float = DRY_N) -> Holding:
 
 @dataclass(frozen=True)
 class Still:
-    """Hold for how long both positions have stood still, and what should have moved them.
+    """Hold how long both positions have stood still, and what should have moved them.
 
-    state: the last sample. drive: the command (PWM fraction) through the lag. impulse_n_s: of the
-    drive, less friction, at least; from when the pole had rate_rad_s. way_m: of the cart, at
-    least, by that impulse. slow_m_s: the cart's velocity through a filter of WINDOW_S. least_m_s2,
-    most_m_s2: the cart's acceleration while the pole has stood still.
-    cart_repeats, pole_repeats: samples with the same velocity as well.
+    state: the last sample.
+    drive: PWM fraction; the command through the lag.
+    impulse_n_s: N s; impulse of the drive less friction, at least.
+    rate_rad_s: rad/s; the pole's rate when the impulse began.
+    way_m: m; way of the cart by that impulse, at least.
+    slow_m_s: m/s; the cart's velocity through a filter of WINDOW_S.
+    least_m_s2, most_m_s2: m/s^2; range of the cart's acceleration while the pole stood still.
+    cart_repeats, pole_repeats: number of samples whose velocity was the same too.
     """
 
     state: RigState
@@ -95,7 +104,13 @@ class Still:
 def follow_still(
     still: Still | None, sample: RigState, applied: float, passed_s: float, known: Holding
 ) -> Still:
-    """Return the state after a sample, passed_s after the last, through which `applied` (PWM fraction) was sent."""
+    """Return the state after a sample.
+
+    still: the state before; None at the first sample.
+    applied: PWM fraction that was sent since the last sample.
+    passed_s: s, since the last sample.
+    known: what can hold the rig.
+    """
     if still is None:
         return Still(sample)
     still = _follow_cart(still, sample, applied, passed_s, known)
@@ -138,7 +153,7 @@ def _follow_cart(
 
 
 def _follow_pole(still: Still, sample: RigState, passed_s: float) -> Still:
-    """Return the state with what the cart's acceleration has been while the pole stood still."""
+    """Return the state with the cart's acceleration while the pole stood still."""
     slow = sample.cart_m_s if still.slow_m_s is None else still.slow_m_s
     slow = sample.cart_m_s + (slow - sample.cart_m_s) * math.exp(-passed_s / WINDOW_S)
     if sample.pole_rad != still.state.pole_rad:

@@ -1,4 +1,4 @@
-"""Which commands are numbers, how large they may be, and how fast they may change in a second."""
+"""The limits of a command: finite, of limited size, and of limited change a second."""
 
 from __future__ import annotations
 
@@ -13,8 +13,10 @@ from pendulum_twin.errors import BadInputError
 class Limits:
     """Hold the limits of a command.
 
-    magnitude: largest PWM fraction either way. slew_per_s: largest change of it in a second;
-    infinite for none. Raises BadInputError for a limit that is NaN or not above 0.
+    magnitude: PWM fraction, largest either way.
+    slew_per_s: PWM fraction a second, largest change; infinite for none.
+
+    Raises BadInputError for a limit that is NaN or not above 0.
     """
 
     magnitude: float = 0.5
@@ -31,51 +33,65 @@ class Limits:
 
 @dataclass(frozen=True)
 class Limited:
-    """Hold what may be applied (PWM fraction), and why it differs from what was asked; no reasons when it does not."""
+    """Hold what may be applied, and why that differs from the request.
+
+    pwm: PWM fraction.
+    reasons: empty when the request is applied as it is.
+    """
 
     pwm: float
     reasons: tuple[Reason, ...] = ()
 
 
 def find_refusal(command: float) -> Reason | None:
-    """Return why a command is refused, or None for a good one."""
+    """Return why a command is refused, or None for a finite command."""
     return None if math.isfinite(command) else Reason.COMMAND_NOT_FINITE
 
 
 def limit_command(asked: float, applied: float, elapsed_s: float, limits: Limits) -> Limited:
-    """Return what may be applied now of a finite command, given what has been applied for the last elapsed_s.
+    """Return what may be applied of a finite command.
 
-    The slew limit is one of time: many messages in a short while move no further than one. A
-    negative elapsed_s (the clock jumped back) counts as 0.
+    The slew limit is a limit a second: many messages in a short time move no further than one
+    message.
+
+    asked: PWM fraction, the request.
+    applied: PWM fraction, what has been applied so far.
+    elapsed_s: s; time for the change. A negative time (the clock was set back) counts as 0.
     """
     clipped = min(max(asked, -limits.magnitude), limits.magnitude)
     reach = _compute_reach(elapsed_s, limits)
     pwm = min(max(clipped, applied - reach), applied + reach)
-    found = ((clipped != asked, Reason.OVER_LIMIT), (pwm != clipped, Reason.TOO_FAST))
-    # once more for what was applied under a larger limit
+    checks = ((clipped != asked, Reason.OVER_LIMIT), (pwm != clipped, Reason.TOO_FAST))
+    # clipped again, as the command before may have been applied under a larger limit
     return Limited(
         min(max(pwm, -limits.magnitude), limits.magnitude),
-        tuple(reason for on, reason in found if on),
+        tuple(reason for applies, reason in checks if applies),
     )
 
 
 def compute_slewing_s(unused_s: float, passed_s: float, period_s: float) -> float:
-    """Return for how long a command may be moving by now: the time passed, and what an earlier decision left unused.
+    """Return the time for which a command may change by now: the time passed and the time unused.
 
-    What is left over is never more than a sample period. So an answer that comes just after the
-    decision at its sample may move as far as one at the sample itself, and over any time the
-    command moves no further than that time and one period allow.
+    The unused time never exceeds a sample period. So a command just after the decision at its
+    sample
+    may move as far as a command at the sample itself, and over any time the command moves no
+    further
+    than that time and a period allow.
     """
     return min(unused_s + passed_s, max(period_s, passed_s))
 
 
 def compute_left_s(may_s: float, moved: float, limits: Limits) -> float:
-    """Return what is left unused of the time for which a command could move, after it has moved so far (PWM fraction)."""
+    """Return the unused time for changes (s) after the command has moved.
+
+    may_s: s; the time before.
+    moved: PWM fraction; the change of the command.
+    """
     return max(may_s - abs(moved) / limits.slew_per_s, 0.0)
 
 
 def _compute_reach(elapsed_s: float, limits: Limits) -> float:
-    """Return how far a command may move from the one applied."""
+    """Return how far a command may move from the applied command."""
     if limits.slew_per_s == math.inf:
         return 2 * limits.magnitude
     return limits.slew_per_s * max(elapsed_s, 0.0)

@@ -1,14 +1,14 @@
 """Keep the cart on the rail: brake while there is still room to.
 
-What is guarded is the centre of mass of cart and pole, q = x - l sin(th). Of all forces only the
-drive and the cart's friction move it (m q'' = force - fc v: the sum of the equations of motion,
-thesis, equations 18-23), whatever the pole does, and the cart is never further from it than l. So
-a spinning pole needs no allowance of its own.
+The guard watches the centre of mass of cart and pole, q = x - l sin(th). Only the drive and the
+cart's friction move it (m q'' = force - fc v: the sum of the equations of motion, thesis,
+equations 18-23), whatever the pole does, and the cart is never further from it than l. So a
+spinning pole needs no allowance of its own.
 
-For a command u the guard foresees: since the sample the push was the hardest there is; the command
-applied last acts on for the delay; u acts until the next decision; from then on the brake is full.
-The largest u that so stops before the end is the largest that is sent. Pushes towards the end are
-believed stronger, brakes and friction weaker than the rig's constants say.
+For a command u the guard foresees: since the sample the strongest possible push has acted; the
+last command acts on for the delay; u acts until the next decision; then the brake is full. The
+largest u that stops before the end is the largest that is sent. Pushes towards the end are assumed
+stronger, brakes and friction weaker than the rig's constants say.
 """
 
 from __future__ import annotations
@@ -21,25 +21,28 @@ from pendulum_bridge.safety.rig_state import RigState
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.rig import Rig
 
-HALVINGS = 12  # of the range of commands: exact to 1/4096 of it
-AWAY_M_S, BACK_M_S = (
-    0.05,
-    0.2,
-)  # slower than the first counts as at rest; no faster than the second the cart is sent back
+HALVINGS = 12  # bisections of the range of commands: exact to 1/4096 of it
+AWAY_M_S = 0.05  # a slower cart counts as at rest
+BACK_M_S = 0.2  # the cart is sent back no faster
 
 
 @dataclass(frozen=True)
 class RailGuard:
-    """Hold what the guard knows of the rig and how far it trusts it.
+    """Hold what the guard knows of the rig, and how far it trusts that.
 
-    end_m: from the middle to where the cart has to stop. reach_m: l, from the cart to the centre
-    of mass; it may be wrong by a share of spread. push_m_s2: acceleration by a unit of command at
-    most. brake_m_s2: the same, at least. friction_1_s: viscous friction over mass, at least.
-    limit: largest command. delay_s: from a command to its force.
-    hold_s: how long a command acts, at most, before the next is decided. back: share of the limit
-    that sends a resting cart back. patience_s: how long a cart may be pushed back in vain. way:
-    +1, or -1 on a rig where a positive command moves the measured cart the negative way. pole_way:
-    +1, or -1 where cart or pole alone is measured mirrored.
+    end_m: m, from the middle; where the cart has to stop.
+    reach_m: m; l, from the cart to the centre of mass; wrong by at most a share of spread.
+    spread: share by which every constant of the rig may be wrong.
+    push_m_s2: m/s^2 a unit of command, at most.
+    brake_m_s2: m/s^2 a unit of command, at least.
+    friction_1_s: 1/s; viscous friction over mass, at least.
+    limit: PWM fraction, largest command.
+    delay_s: s, from a command to its force.
+    hold_s: s; how long a command acts, at most, before the next decision.
+    back: share of the limit that sends a resting cart back.
+    patience_s: s; how long a cart may be pushed back without effect.
+    way: +1, or -1 on a rig where a positive command moves the measured cart the negative way.
+    pole_way: +1, or -1 where cart or pole alone is measured mirrored.
     """
 
     end_m: float
@@ -71,9 +74,10 @@ def make_rail_guard(
 ) -> RailGuard:
     """Return the guard of a rig whose every constant may be wrong by a share of spread.
 
-    margin_m: how far before the end of the rail the cart has to stop. The other arguments: see
-    RailGuard. Raises BadInputError for a rig without cart or rail length, and when no rail is left
-    within the margin.
+    margin_m: m; how far before the end of the rail the cart has to stop.
+    The other arguments: see `RailGuard`.
+
+    Raises BadInputError for a rig without cart or rail length, and when the margin leaves no rail.
     """
     if (
         rig.force_per_pwm_n is None
@@ -81,11 +85,13 @@ def make_rail_guard(
         or rig.rail_half_length_m is None
     ):
         raise BadInputError(
-            "rail guard: expected a rig with a cart and rail_half_length_m, found one of them missing"
+            "rail guard: expected a rig with a cart and rail_half_length_m, found one of them "
+            "missing"
         )
     if not 0 <= spread < 1 or not margin_m >= 0 or {abs(way), abs(pole_way)} != {1}:
         raise BadInputError(
-            f"rail guard: expected a spread from 0 to below 1, a margin of at least 0 m and ways of 1 or -1, "
+            "rail guard: expected a spread from 0 to below 1, a margin of at least 0 m and ways "
+            "of 1 or -1, "
             f"found {spread:g}, {margin_m:g}, {way} and {pole_way}"
         )
     end, reach = rig.rail_half_length_m - margin_m, rig.com_distance_m or 0.0
@@ -117,7 +123,12 @@ def make_rail_guard(
 
 @dataclass(frozen=True)
 class Guarded:
-    """Hold what may be applied (PWM fraction), for how long the cart has been pushed back in vain (s), and why."""
+    """Hold what may be applied, and why.
+
+    pwm: PWM fraction.
+    in_vain_s: s; how long the cart has been pushed back without effect.
+    reason: None when the request is applied as it is.
+    """
 
     pwm: float
     in_vain_s: float = 0.0
@@ -126,7 +137,12 @@ class Guarded:
 
 @dataclass(frozen=True)
 class Seen:
-    """Hold what the guard looks at: the last sample, its age, s, and the command (PWM fraction) applied last."""
+    """Hold what the guard looks at.
+
+    state: the last sample.
+    age_s: s; its age.
+    applied: PWM fraction, the last command that was applied.
+    """
 
     state: RigState
     age_s: float
@@ -138,10 +154,15 @@ def guard_command(
 ) -> Guarded:
     """Return what of a command keeps the cart on the rail.
 
-    in_vain_s: from the last decision, passed_s ago. A drive that does not bring the cart back
-    within the guard's patience is switched off until somebody has moved the cart.
+    A drive that does not bring the cart back within the guard's patience is switched off until a
+    person has moved the cart.
+
+    asked: PWM fraction, the request.
+    seen: the last sample.
+    in_vain_s: s; from the last decision.
+    passed_s: s, since the last decision.
     """
-    side = math.copysign(1.0, seen.state.cart_m)  # the end it is nearer to has the last word
+    side = math.copysign(1.0, seen.state.cart_m)  # the nearer end is decided last
     outward, forced = asked * guard.way, False
     for towards in (-side, side):
         there, then = _move(
@@ -158,7 +179,10 @@ def guard_command(
 
 
 def find_outermost(state: RigState, towards: float, guard: RailGuard) -> tuple[float, float]:
-    """Return position (m) and velocity (m/s) of the centre of mass towards an end (+1 or -1), as far out as believed."""
+    """Return position and velocity of the centre of mass, as far out as the guard has to assume.
+
+    towards: the end, +1 or -1. Returns m and m/s, both positive towards that end.
+    """
     sideways = guard.pole_way * guard.reach_m * math.sin(state.pole_rad)
     sideways_m_s = guard.pole_way * guard.reach_m * math.cos(state.pole_rad) * state.pole_rad_s
     return (
@@ -168,10 +192,11 @@ def find_outermost(state: RigState, towards: float, guard: RailGuard) -> tuple[f
 
 
 def compute_braking_distance(speed: float, guard: RailGuard) -> float:
-    """Return how far (m) the cart still runs at a speed (m/s) with the full brake; 0 when it does not go outwards.
+    """Return the distance (m) that the cart still runs at a speed (m/s) under the full brake.
 
-    With b the brake's deceleration and c friction over mass, v' = -b - c v gives v/c - b/c^2 log(1
-    + c v/b).
+    It is 0 for a cart that does not run outwards. With the brake's deceleration b and friction
+    over
+    mass c, v' = -b - c v gives v/c - b/c^2 log(1 + c v/b).
     """
     if speed <= 0:
         return 0.0
@@ -182,7 +207,10 @@ def compute_braking_distance(speed: float, guard: RailGuard) -> float:
 
 
 def _find_largest_command(q: float, speed: float, guard: RailGuard) -> tuple[float, bool]:
-    """Return the largest command towards an end, q and speed being outwards, and whether even the full brake is late."""
+    """Return the largest safe command towards an end, and whether even the full brake is too late.
+
+    q, speed: m and m/s, positive towards the end.
+    """
     end = guard.end_m - (1 + guard.spread) * guard.reach_m
 
     def stops(command: float) -> bool:
@@ -203,7 +231,7 @@ def _find_largest_command(q: float, speed: float, guard: RailGuard) -> tuple[flo
 def _move(
     q: float, speed: float, command: float, seconds: float, guard: RailGuard
 ) -> tuple[float, float]:
-    """Return position and speed after a command has acted for so long, both outwards, as far out as believed."""
+    """Return position and speed towards the end after a command, as far out as assumed."""
     acceleration = command * (guard.push_m_s2 if command > 0 else guard.brake_m_s2)
     return q + speed * seconds + 0.5 * acceleration * seconds**2, speed + acceleration * seconds
 

@@ -1,4 +1,4 @@
-"""Why the driver sends what it sends: every decision's reason, with a sentence for a person."""
+"""Why the driver sends what it sends: each decision's reason, with a sentence for a person."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pendulum_twin.health import Level
 
 
 class Reason(Enum):
-    """Why a command is not sent as it was asked for, or why a reset or a stop is where it is; see `sentence`."""
+    """Name why a command is changed, or where a reset or a stop stands; see `sentence`."""
 
     STOPPED = (Level.WARN, "The emergency stop is latched: PWM is 0 until it is cleared.")
     DROPPED = (
@@ -35,7 +35,8 @@ class Reason(Enum):
 
     TWO_WRITERS = (
         Level.ERROR,
-        "Two nodes send commands at the same time: PWM is 0, and both are dropped until one has been silent for 0.5 s.",
+        "Two nodes send commands at the same time: PWM is 0, and both are dropped until one has "
+        "been silent for 0.5 s.",
     )
 
     FAILED = (
@@ -49,7 +50,8 @@ class Reason(Enum):
     )
     RAIL_NOT_HELD = (
         Level.ERROR,
-        "The cart does not come away from the end of the rail though it is pushed: PWM is 0. Move it to the middle by "
+        "The cart does not come away from the end of the rail though it is pushed: PWM is 0. Move "
+        "it to the middle by "
         "hand, and check that a positive command moves it the positive way.",
     )
 
@@ -63,23 +65,29 @@ class Reason(Enum):
     )
     ENCODER_SPIKE = (
         Level.WARN,
-        "A position jumped further than the rig can move: PWM is 0 until it is back. If this comes often, check the "
+        "A position jumped further than the rig can move: PWM is 0 until it is back. If this "
+        "comes often, check the "
         "encoders' cables.",
     )
     ENCODER_JUMPED = (
         Level.ERROR,
-        "A position jumped further than the rig can move, and stayed there: PWM is 0. Check the encoders' cables, zero "
+        "A position jumped further than the rig can move, and stayed there: PWM is 0. Check the "
+        "encoders' cables, zero "
         "both encoders (cart in the middle, pole hanging still), then stop and clear the stop.",
     )
     CART_STUCK = (
         Level.ERROR,
-        "The cart's position does not change at all though the drive, or the velocity reported with it, must change it: "
-        "PWM is 0. Check the cart's encoder, that the drive is on and that the cart is free, then stop and clear the stop.",
+        "The cart's position does not change at all though the drive, or the velocity reported "
+        "with it, must change it: "
+        "PWM is 0. Check the cart's encoder, that the drive is on and that the cart is free, then "
+        "stop and clear the stop.",
     )
     POLE_STUCK = (
         Level.ERROR,
-        "The pole's angle does not change at all though the cart's motion, or the rate reported with it, must change it: "
-        "PWM is 0. Check the pole's encoder and that the pole is free, then stop and clear the stop.",
+        "The pole's angle does not change at all though the cart's motion, or the rate reported "
+        "with it, must change it: "
+        "PWM is 0. Check the pole's encoder and that the pole is free, then stop and clear the "
+        "stop.",
     )
     OVER_LIMIT = (Level.OK, "The command is larger than the limit and was clipped.")
     TOO_FAST = (
@@ -91,7 +99,8 @@ class Reason(Enum):
     RESET_DONE = (Level.OK, "The pendulum hangs at rest in the middle of the rail.")
     RESET_LATE = (
         Level.WARN,
-        "The reset was given up: the pendulum did not come to rest before the deadline. Check that the pole swings and "
+        "The reset was given up: the pendulum did not come to rest before the deadline. Check "
+        "that the pole swings and "
         "the cart runs freely, and that hanging reads pi.",
     )
     RESET_STOPPED = (
@@ -109,21 +118,22 @@ class Reason(Enum):
     RESET_ENDED = (Level.WARN, "The reset was given up: the driver ends.")
     ZERO_WRONG = (
         Level.ERROR,
-        "The reset was given up: the pole is at rest, but its angle is not pi. If it hangs, the encoder was zeroed "
+        "The reset was given up: the pole is at rest, but its angle is not pi. If it hangs, the "
+        "encoder was zeroed "
         "wrongly: zero it while the pole hangs still. If it stands upright by friction, push it.",
     )
 
     @property
     def level(self) -> Level:
-        """Return how bad it is."""
+        """How severe the reason is."""
         return self.value[0]
 
     @property
     def sentence(self) -> str:
-        """Return what to tell a person."""
+        """The sentence for a person."""
         return self.value[1]
 
 
 def find_worst_level(reasons: tuple[Reason, ...]) -> Level:
-    """Return the worst level among the reasons; OK when there are none."""
+    """Return the worst level among the reasons; OK without reasons."""
     return max((reason.level for reason in reasons), default=Level.OK)

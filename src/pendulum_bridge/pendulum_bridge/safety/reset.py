@@ -1,16 +1,17 @@
-"""Swing the pendulum down: the cart to the middle, the pole damped through the cart, rest proved, never for ever.
+"""Swing the pendulum down: cart to the middle, pole damped by the cart, rest verified.
 
-The cart is asked for the acceleration a = -(p x + d v) - k cos(th) w. As the pole's energy changes
-by S cos(th) a w (thesis, equation 23, multiplied by w), the last term takes energy out of the pole
-at every angle; and hanging at rest in the middle is stable (poles at -1.7 +- 5.3i and -1.9 +- 1.5i
-1/s for table 1).
+The requested acceleration of the cart is a = -(p x + d v) - k cos(th) w. As the pole's energy
+changes by S cos(th) a w (thesis, equation 23, multiplied by w), the last term takes energy out of
+the pole at every angle; and hanging at rest in the middle is stable (poles at -1.7 +- 5.3i and
+-1.9 +- 1.5i 1/s for table 1). A deadline ends a reset that does not come to rest.
 
-The integral part follows what of the command the cart's motion does not show: a bias (a tilted
-rail, a weaker motor), dry friction, which is given along where the cart is going, and a dead zone
-of the drive, which swallows commands whichever way the cart goes. Measured on 60 random rigs with
-0.5 N of dry friction: 4 came to rest within 20 s with an integral of the position, 56 with a bias
-alone that follows fast, all 60 with both. On 48 with a dead zone of 0.02 to 0.06: 16 without
-following it, 47 with.
+The integral part follows the share of the command that the cart's motion does not show: a bias (a
+tilted rail, a weaker motor), dry friction, which is compensated along the cart's motion, and a
+dead
+zone of the drive, which swallows commands in either direction. Measured on 60 random rigs with
+0.5 N of dry friction: 4 came to rest within 20 s with an integral of the position, 56 with a fast
+bias alone, all 60 with both. On 48 rigs with a dead zone of 0.02 to 0.06: 16 without following the
+dead zone, 47 with.
 """
 
 from __future__ import annotations
@@ -28,11 +29,15 @@ LONGEST_STEP_S = 0.05  # a longer gap between samples counts as this in the inte
 
 @dataclass(frozen=True)
 class Rest:
-    """Say what counts as at rest: hanging in the middle for so many consecutive samples, each within all of these.
+    """Define rest: hanging in the middle, all values within these bounds for consecutive samples.
 
-    standing_s: how long a pole may rest elsewhere than at pi before its encoder's zero counts as
-    wrong. pole_rad_s: above what a rig that reports plain differences shows when one count of 4096
+    cart_m: m, from the middle.
+    pole_rad: rad, from hanging.
+    cart_m_s: m/s.
+    pole_rad_s: rad/s; above what a rig that reports plain differences shows when one count of 4096
     changes in 10 ms, 0.153.
+    samples: number of consecutive samples.
+    standing_s: s; how long a pole may rest elsewhere before its encoder's zero counts as wrong.
     """
 
     cart_m: float = 0.02
@@ -45,16 +50,22 @@ class Rest:
 
 @dataclass(frozen=True)
 class SwingDown:
-    """Hold the gains, in terms of the cart's acceleration, and what turns them into a command.
+    """Hold the gains, which give a cart acceleration, and what turns that into a command.
 
-    per_m_s2: command a m/s^2. friction: command against viscous friction at 1 m/s. limit: largest
-    command. position_1_s2 (p), velocity_1_s (d), damping_m_s (k): see the module. bias_s, dry_s,
-    dead_s: how fast bias, dry friction and dead zone are followed; most_unseen: the most of the
-    first two that is believed, as a share of the limit, most_dead: of the third. slow_m_s: a
-    slower cart counts as sticking; growth_1_s: how fast the dry friction that is believed (PWM)
-    then grows. ahead_s: where the cart is going is foreseen by so much. narrow: commands below it
-    (PWM) get their share of the dead zone only. way, pole_way: see RailGuard. deadline_s: then it
-    is given up.
+    per_m_s2: PWM fraction for each m/s^2.
+    friction: PWM fraction against viscous friction at 1 m/s.
+    limit: PWM fraction, largest command.
+    position_1_s2, velocity_1_s, damping_m_s: p, d and k of the module's law.
+    dry_s, bias_s, dead_s: s; time constants of the estimates of dry friction, bias and dead zone.
+    ahead_s: s; how far ahead the cart's direction is foreseen.
+    slow_m_s: m/s; a slower cart counts as sticking.
+    growth_1_s: PWM fraction a second; growth of the assumed dry friction while the cart sticks.
+    narrow: PWM fraction; smaller commands get only their share of the dead zone.
+    most_unseen: bound of bias and of dry friction, as a share of the limit.
+    most_dead: bound of the dead zone, as a share of the limit.
+    way, pole_way: the rig's signs, see `RailGuard`.
+    deadline_s: s; a longer reset is given up.
+    rest: the definition of rest.
     """
 
     per_m_s2: float
@@ -81,7 +92,14 @@ class SwingDown:
 def make_swing_down(
     rig: Rig, limit: float, way: int = 1, pole_way: int = 1, deadline_s: float = 20.0
 ) -> SwingDown:
-    """Return the swing-down for a rig; raise BadInputError when it has no cart that can be driven."""
+    """Return the swing-down for a rig.
+
+    limit: PWM fraction, largest command.
+    way, pole_way: the rig's signs, see `RailGuard`.
+    deadline_s: s; a longer reset is given up.
+
+    Raises BadInputError for a rig without a cart that can be driven.
+    """
     if not rig.force_per_pwm_n or rig.cart_viscous_n_s_m is None:
         raise BadInputError(
             "reset: expected a rig with a cart and force_per_pwm_n above 0, found none"
@@ -105,12 +123,14 @@ def make_swing_down(
 class Reset:
     """Hold a reset that is under way.
 
-    elapsed_s: since it began. at_rest: consecutive samples at rest so far.
-    standing_s: how long the pole has been still, but not hanging. pwm: command until the next
-    sample (PWM fraction).
-    cart_m_s: the cart's velocity in the last sample, None before the first. dry, bias, dead: what
-    of the command the motion does not show, PWM, along the rail's positive way: against the
-    motion, always, and against the command.
+    elapsed_s: s, since its beginning.
+    at_rest: number of consecutive samples at rest.
+    standing_s: s; how long the pole has been still without hanging.
+    pwm: PWM fraction; the command until the next sample.
+    cart_m_s: m/s; the cart's velocity in the last sample, None before the first.
+    dry: PWM fraction against the motion (dry friction), along the rail's positive way.
+    bias: PWM fraction that is always missing.
+    dead: PWM fraction that is missing against the command (dead zone).
     """
 
     elapsed_s: float = 0.0
@@ -124,16 +144,17 @@ class Reset:
 
 
 def let_time_pass(reset: Reset, passed_s: float) -> Reset:
-    """Return the reset passed_s later; its command stays until a new sample has `swing_on` it."""
+    """Return the reset passed_s (s) later; its command stays until the next `swing_on`."""
     return replace(reset, elapsed_s=reset.elapsed_s + max(passed_s, 0.0))
 
 
 def swing_on(
     reset: Reset, state: RigState, applied: float, gap_s: float, plan: SwingDown
 ) -> Reset:
-    """Return the reset after a new sample, gap_s after the last, between which `applied` (PWM fraction) was sent.
+    """Return the reset after a new sample; while nothing moves, the command leaves the cart alone.
 
-    The command lets the cart be while nothing moves.
+    applied: PWM fraction that was sent since the last sample.
+    gap_s: s, since the last sample.
     """
     step = min(max(gap_s, 0.0), LONGEST_STEP_S)
     resting, standing = is_at_rest(state, plan.rest), is_zero_wrong(state, plan.rest)
@@ -155,7 +176,7 @@ def swing_on(
 
 
 def find_end(reset: Reset, plan: SwingDown) -> Reason | None:
-    """Return how a reset has ended by itself: done, with a wrong zero, or late; None while it goes on."""
+    """Return how a reset has ended by itself: done, wrong zero, or late; None while it goes on."""
     if reset.at_rest >= plan.rest.samples:
         return Reason.RESET_DONE
     if reset.standing_s > plan.rest.standing_s:
@@ -164,7 +185,7 @@ def find_end(reset: Reset, plan: SwingDown) -> Reason | None:
 
 
 def find_obstacle(silence: Reason | None, stopped: bool) -> Reason | None:
-    """Return why no reset may begin or go on, or None: a latched stop wins, then a silent rig."""
+    """Return why no reset may begin or go on, or None: first a latched stop, then a silent rig."""
     if stopped:
         return Reason.RESET_STOPPED
     return None if silence is None else Reason.RESET_SILENT
@@ -185,21 +206,21 @@ def is_still(state: RigState, rest: Rest) -> bool:
 
 
 def is_zero_wrong(state: RigState, rest: Rest) -> bool:
-    """Tell whether the pole is still although it is not at pi (or whole turns from there), in this sample.
+    """Tell whether the pole is still, but not hanging (whole turns aside), in this sample.
 
-    A swinging pole is so for a moment where it turns back; only one that stays so has a wrong
+    A swinging pole is still for a moment where it turns; only a pole that stays so has a wrong
     zero.
     """
     return is_still(state, rest) and abs(state.from_hanging_rad) > rest.pole_rad
 
 
 def clip(value: float, most: float) -> float:
-    """Return the value, or the nearest one from -most to most."""
+    """Return the value limited to -most to most."""
     return min(max(value, -most), most)
 
 
 def _compute_wanted(state: RigState, plan: SwingDown) -> float:
-    """Return the command for the acceleration that is wanted (see the module), if the rig were as its constants say."""
+    """Return the command for the module's law, for a rig as its constants say."""
     centring = plan.position_1_s2 * state.cart_m + plan.velocity_1_s * state.cart_m_s
     wanted = (
         -centring - plan.pole_way * plan.damping_m_s * math.cos(state.pole_rad) * state.pole_rad_s
@@ -208,7 +229,7 @@ def _compute_wanted(state: RigState, plan: SwingDown) -> float:
 
 
 def _compute_unseen(reset: Reset, state: RigState, wanted: float, plan: SwingDown) -> float:
-    """Return the command against what the motion does not show; dry friction acts against where the cart is going."""
+    """Return the command against bias and dry friction; that acts against the coming motion."""
     going = state.cart_m_s + plan.ahead_s * wanted / plan.per_m_s2
     return reset.bias + reset.dry * clip(going / plan.slow_m_s, 1.0)
 
@@ -216,11 +237,11 @@ def _compute_unseen(reset: Reset, state: RigState, wanted: float, plan: SwingDow
 def _observe(
     reset: Reset, state: RigState, applied: float, step_s: float, plan: SwingDown
 ) -> Reset:
-    """Return the reset with what the cart's motion since the last sample says about the command that was applied.
+    """Return the reset with the estimates updated from the cart's motion since the last sample.
 
-    Of what is missing, that against the motion is dry friction. A cart that sticks shows no more
-    than that there is
-    more of it: what is believed grows until the cart moves.
+    Missing force against the motion is dry friction. A cart that sticks shows only that there is
+    more
+    of it: the assumed friction grows until the cart moves.
     """
     if reset.cart_m_s is None or step_s == 0.0:
         return replace(reset, cart_m_s=state.cart_m_s)
@@ -237,10 +258,9 @@ def _observe(
     bias = reset.bias + error * min(step_s / plan.bias_s, 1.0)
     dead = reset.dead
     if reset.elapsed_s > 0.5 * plan.deadline_s:
-        dead = 0.0  # a delay looks like a dead zone, and following it feeds a swing: so half of the time without
-    elif (
-        abs(applied) > dead
-    ):  # a smaller one is swallowed whole, and says nothing about how much more would be
+        # a delay looks like a dead zone, and following it feeds a swing: so not in the second half
+        dead = 0.0
+    elif abs(applied) > dead:  # a smaller command is swallowed whole, and shows no width
         dead += math.copysign(1.0, applied) * error * min(step_s / plan.dead_s, 1.0)
     return replace(
         reset,

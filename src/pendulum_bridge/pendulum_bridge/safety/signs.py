@@ -1,4 +1,4 @@
-"""Which way a rig's command and encoders count, as the rail guard and the reset need it."""
+"""The signs of a rig's command and encoders, as the rail guard and the reset need them."""
 
 from __future__ import annotations
 
@@ -6,7 +6,10 @@ from collections.abc import Collection
 
 
 def find_ways(effects: Collection[str]) -> tuple[int, int]:
-    """Return way and pole_way (see RailGuard) of a rig with these effects, by their names in the twin file."""
+    """Return way and pole_way (see `RailGuard`) of a rig with these effects.
+
+    effects: names in the twin file.
+    """
     command, cart, pole = (
         -1 if name in effects else 1
         for name in ("input_sign_inverted", "cart_sign_inverted", "angle_sign_inverted")

@@ -1,4 +1,4 @@
-"""The emergency stop: it latches, drops what is commanded meanwhile, and is cleared only on purpose."""
+"""The emergency stop: it latches, drops commands meanwhile, and is cleared only on purpose."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ from pendulum_bridge.safety.reasons import Reason
 class Stop:
     """Hold the state of the stop.
 
-    zero_seen: whether the last command since it was pressed was 0. dropped: commands dropped by
-    all stops so far.
+    latched: whether it is pressed.
+    zero_seen: whether the last command since it was pressed was 0.
+    dropped: commands dropped by all stops so far.
     """
 
     latched: bool = False
@@ -21,20 +22,19 @@ class Stop:
 
 
 def press_stop(stop: Stop) -> Stop:
-    """Return the stop latched; pressed once more, it wants a command of 0 once more."""
+    """Return the stop latched; pressing it again requires a command of 0 again."""
     return replace(stop, latched=True, zero_seen=False)
 
 
 def drop_command(stop: Stop, command: float) -> Stop:
-    """Return a latched stop after a command, which it drops, and of which it keeps only whether it was 0."""
+    """Return a latched stop after a command, which it drops; it notes only whether that was 0."""
     return replace(stop, zero_seen=command == 0, dropped=stop.dropped + 1)
 
 
 def clear_stop(stop: Stop) -> tuple[Stop, Reason]:
-    """Return the stop after somebody asked to clear it, and what came of that.
+    """Return the stop after a request to clear it, and the answer to the request.
 
-    It stays latched unless the last command was 0: whoever still sends something else would move
-    the cart at once.
+    It stays latched unless the last command was 0: any other command would move the cart at once.
     """
     if not stop.latched:
         return stop, Reason.NOT_STOPPED

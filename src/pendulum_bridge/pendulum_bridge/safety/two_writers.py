@@ -1,20 +1,25 @@
-"""Find out that two writers send commands at the same time, by the numbers that their messages carry.
+"""Detect two simultaneous writers of commands by the sequence numbers of their messages.
 
-Each writer numbers its messages 1, 2, 3, ..., so two at once are two rows of numbers. A row that
-goes on after another row was heard means two; a writer that merely exists sends nothing, and one
-that takes over from another is followed by no more of the old row.
+Each writer numbers its messages 1, 2, 3, ..., so two writers give two sequences of numbers. A
+sequence that goes on after another was heard means two writers. A writer that merely exists sends
+nothing, and after a writer that takes over from another the old sequence does not go on.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-TOGETHER_S = 0.5  # two that are heard again within this time send at the same time; it ends when one is silent for so long
+# writers that are both heard again within this time send at once, until one is silent for as long
+TOGETHER_S = 0.5
 
 
 @dataclass(frozen=True)
 class Row:
-    """Hold one row of numbers: its last one, and when that was heard (monotonic, s)."""
+    """Hold a sequence of numbers.
+
+    number: its last number.
+    heard_s: s, monotonic; when that was heard.
+    """
 
     number: int
     heard_s: float
@@ -22,7 +27,11 @@ class Row:
 
 @dataclass(frozen=True)
 class Writers:
-    """Hold the rows heard lately, the one heard last at the end, and until when they count as two (monotonic, s)."""
+    """Hold the sequences heard lately.
+
+    rows: the sequence heard last stands at the end.
+    two_until_s: s, monotonic; until when two writers are assumed; None for never.
+    """
 
     rows: tuple[Row, ...] = ()
     two_until_s: float | None = None
@@ -31,7 +40,8 @@ class Writers:
 def hear_writer(number: int, now_s: float, writers: Writers) -> Writers:
     """Return the writers after a message with this number.
 
-    It belongs to the row that it takes furthest the least, since messages may be lost: each row
+    The message belongs to the sequence that it advances least: messages may be lost, and each
+    sequence
     only grows.
     """
     rows = tuple(row for row in writers.rows if 0.0 <= now_s - row.heard_s < TOGETHER_S)
@@ -50,5 +60,5 @@ def has_two_writers(writers: Writers, now_s: float) -> bool:
 
 
 def _count_skipped(number: int, row: Row) -> float:
-    """Return how far a message would take a row; infinite when it cannot belong there."""
+    """Return how far a message would advance a sequence; infinite when it cannot belong to it."""
     return number - row.number if number > row.number else float("inf")

@@ -1,1 +1,1 @@
-"""Studies: the demo and recorded trials; they may import every package, and nothing imports them."""
+"""The demo and recorded trials: studies may import every package, and nothing imports a study."""

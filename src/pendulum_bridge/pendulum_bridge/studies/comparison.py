@@ -17,7 +17,7 @@ from pendulum_sysid.studies.proof.names import judged
 from pendulum_sysid.studies.proof.records import How, Names, Sealed, Size, Unlisted
 from pendulum_sysid.studies.proof.sizes import RIG, effect_sizes, mass_scale, rig_sizes
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.json_files import read_json_object
+from pendulum_twin.files import read_json_object
 from pendulum_twin.rig import UNITS, Rig
 
 SCHEMA = "pendulum_verdict/1"

@@ -1,9 +1,9 @@
-"""Record trials of a diagnosis: emulated rigs in which physics is concealed, each a folder with recording, seal and twin.
+"""Record trials of a diagnosis: emulated rigs with concealed physics, a folder each.
 
-Every trial has bag/ (the recording), seal.json (the truth), twin.yaml (the nominal twin: wrong
-constants, no effects) and trial.json (how it was made). Its path is printed as soon as it is
-complete. Trial k of a seed is the same, however many are recorded. Run as `python -m
-pendulum_bridge.studies.trials --out DIR --trials N --seed S`.
+The folder of a trial has bag/ (the recording), seal.json (the truth), twin.yaml (the nominal twin:
+wrong constants, no effects) and trial.json (its options). The path of a trial is printed when the
+folder is complete. Trial k of a seed is the same, however many are recorded. Run as
+`python -m pendulum_bridge.studies.trials --out DIR --trials N --seed S`.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ SCHEMA = "pendulum_trial/1"
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Record all trials and return 0; 1 with a sentence on stderr when one cannot be made."""
+    """Record all trials and return 0; return 1 with a sentence on stderr when a trial fails."""
     options = parse_options(arguments)
     try:
         nominal = load_twin(options.twin)
@@ -51,7 +51,10 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def record_trial(trial: Trial, nominal: Twin, options: argparse.Namespace) -> Path:
-    """Write the trial's folder whole or not at all, and return it; raise BadInputError when it is there already."""
+    """Write the trial's folder whole or not at all, and return it.
+
+    Raises BadInputError when the folder exists.
+    """
     folder: Path = options.out / f"trial_{trial.number:04d}"
     if folder.exists():
         raise BadInputError(
@@ -60,14 +63,14 @@ def record_trial(trial: Trial, nominal: Twin, options: argparse.Namespace) -> Pa
     log = _record_log(trial, nominal, options)
     options.out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=options.out, prefix=f".{folder.name}.") as temporary:
-        made = Path(temporary) / folder.name
-        write_bag(log, made / "bag")
-        write_seal(trial.concealed, made / "seal.json")
-        save_twin(Twin(f"{nominal.name}_nominal", nominal.rig), made / "twin.yaml")
+        complete = Path(temporary) / folder.name
+        write_bag(log, complete / "bag")
+        write_seal(trial.concealed, complete / "seal.json")
+        save_twin(Twin(f"{nominal.name}_nominal", nominal.rig), complete / "twin.yaml")
         write_atomically(
-            made / "trial.json", json.dumps(_describe_trial(trial, options), indent=2) + "\n"
+            complete / "trial.json", json.dumps(_describe_trial(trial, options), indent=2) + "\n"
         )
-        shutil.move(made, folder)
+        shutil.move(complete, folder)
     return folder
 
 
@@ -107,7 +110,7 @@ def _draw_trial(number: int, options: argparse.Namespace, nominal: Twin) -> Tria
 
 
 def parse_options(arguments: list[str] | None) -> argparse.Namespace:
-    """Return the command line's options; print what is wrong and exit with 2 for wrong use."""
+    """Return the command line's options; print the mistake and exit with 2 for wrong use."""
     usual = ",".join(f"{kind}:{share}" for kind, share in USUAL_SHARES.items())
     parser = argparse.ArgumentParser(prog="trials", description=" ".join((__doc__ or "").split()))
     add = parser.add_argument

@@ -40,10 +40,19 @@ def format_url(taken: socket.socket) -> str:
 
 def _explain_error(host: str, port: int, error: OSError) -> str:
     if error.errno == errno.EADDRINUSE:
-        return f"port: expected a free port of {host}, found {port} in use: give another one, or -p port:=0 for any"
+        return (
+            f"port: expected a free port of {host}, found {port} in use: give another one, or -p "
+            "port:=0 for any"
+        )
     if error.errno == errno.EACCES:
-        return f"port: expected one that you may listen on, found {port}: give one from 1024 on, or -p port:=0 for any"
-    return f"host: expected an address of this machine, found {host!r} ({error.strerror}): give -p host:=127.0.0.1"
+        return (
+            f"port: expected one that you may listen on, found {port}: give one from 1024 on, or "
+            "-p port:=0 for any"
+        )
+    return (
+        f"host: expected an address of this machine, found {host!r} ({error.strerror}): give -p "
+        "host:=127.0.0.1"
+    )
 
 
 class Serving:

@@ -1,1 +1,1 @@
-"""Watch a rig beside its twin: which place of the chain has changed, since when, and by how much."""
+"""Watch a rig beside its twin, and name the place of the chain that changes."""

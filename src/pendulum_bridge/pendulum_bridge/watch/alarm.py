@@ -1,18 +1,20 @@
-"""An alarm: which place of the chain has changed, by how much, since when, and how sure that is."""
+"""An alarm: which place of the chain has changed, how much, since when, and how sure that is."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from pendulum_bridge.watch.rivals import Rival, confidences
+from pendulum_bridge.watch.candidates import Candidate, compute_confidences
 from pendulum_bridge.watch.signatures import Signature
 from pendulum_bridge.watch.slips import Slip
 from pendulum_twin.effects.effect import Place
 
-SURE = 0.99  # confidence from which the place counts as known
-EXPLAINED = 3.0  # times its degrees of freedom, that the misfit may have when the named change explains the windows
-SLIPS = (
+SURE_CONFIDENCE = 0.99  # from which the place counts as known
+EXPLAINED_MISFIT = 3.0  # times its degrees of freedom: the named change explains the windows
+INTERVAL_DEVIATIONS = 1.96  # half a 95 % interval
+UNKNOWN_CONFIDENCE = 0.5
+SLIP_SENTENCES = (  # variable, unit and sentence of each joint
     ("cart_position", "m", "the cart's encoder slipped by {size}"),
     ("pole_angle", "rad", "the pole's encoder slipped by {size}"),
 )
@@ -22,12 +24,17 @@ SLIPS = (
 class Alarm:
     """Hold what has changed.
 
-    place: of the chain. effect: what kind of change: an effect of the catalogue or a constant of
-    the rig. variable: what it goes along with. size: of the change, in unit, with low and high of
-    its 95 % interval as far as the windows' noise goes.
-    since_ns: stamp of about when it began; raised_ns: of the sample that raised the alarm.
-    confidence: share of the place in the likelihood of all changes tried. others: places that are
-    not ruled out. explained: whether the change explains the windows, or only part of them.
+    place: of the chain.
+    effect: of the catalogue, or a constant of the rig.
+    variable: what the change depends on.
+    size: of the change, in unit.
+    low, high: 95 % interval of size, as far as the windows' noise goes.
+    unit: of size.
+    since_ns: ns; stamp of about when the change began.
+    raised_ns: ns; stamp of the sample that raised the alarm.
+    confidence: the place's share in the likelihood of all changes tried.
+    others: places that are not ruled out.
+    explained: whether the change explains the windows, or only part of them.
     sentence: for a person.
     """
 
@@ -48,73 +55,91 @@ class Alarm:
     @property
     def sure(self) -> bool:
         """Tell whether the place is beyond doubt."""
-        return self.confidence >= SURE and self.explained
+        return self.confidence >= SURE_CONFIDENCE and self.explained
 
 
-def changed(
-    bank: Sequence[Signature], fitted: Sequence[Rival], since_ns: int, raised_ns: int
+def make_change_alarm(
+    bank: Sequence[Signature], candidates: Sequence[Candidate], since_ns: int, raised_ns: int
 ) -> Alarm:
-    """Return the alarm that the fitted rivals make; they come likeliest first."""
-    shares = confidences(bank, fitted)
-    best, place = fitted[0], bank[fitted[0].number].place
-    signature, explained = bank[best.number], best.misfit < EXPLAINED
+    """Return the alarm for fitted candidates, the likeliest first."""
+    confidences = compute_confidences(bank, candidates)
+    best = candidates[0]
+    signature, explained = bank[best.number], best.misfit < EXPLAINED_MISFIT
+    place = signature.place
     others = tuple(
-        other.value for other, share in shares.items() if other is not place and share > 1 - SURE
+        other.value
+        for other, share in confidences.items()
+        if other is not place and share > 1 - SURE_CONFIDENCE
     )
     doubt = f" (or {' or '.join(others)})" if others else ""
-    part = "" if explained else "; this explains only part of what is seen"
-    off, said = (
-        1.96 * best.deviation,
-        signature.sentence.format(size=_shown(best.size, signature.unit)),
-    )
+    rest = "" if explained else "; this explains only part of what is seen"
+    half = INTERVAL_DEVIATIONS * best.deviation
+    change = signature.sentence.format(size=_format_size(best.size, signature.unit))
     return Alarm(
-        place,
-        signature.effect,
-        signature.variable,
-        best.size,
-        best.size - off,
-        best.size + off,
-        signature.unit,
-        since_ns,
-        raised_ns,
-        shares[place],
-        others,
-        explained,
-        f"{place.value}{doubt}: {said}{part}",
+        place=place,
+        effect=signature.effect,
+        variable=signature.variable,
+        size=best.size,
+        low=best.size - half,
+        high=best.size + half,
+        unit=signature.unit,
+        since_ns=since_ns,
+        raised_ns=raised_ns,
+        confidence=confidences[place],
+        others=others,
+        explained=explained,
+        sentence=f"{place.value}{doubt}: {change}{rest}",
     )
 
 
-def unknown(joint: int, times: float, since_ns: int, raised_ns: int) -> Alarm:
-    """Return the alarm of a joint (0 cart, 1 pole) that moves otherwise for no known reason; times: its usual scatter."""
+def make_unknown_alarm(joint: int, times: float, since_ns: int, raised_ns: int) -> Alarm:
+    """Return the alarm for a joint that moves otherwise, for no known reason.
+
+    joint: 0 cart, 1 pole.
+    times: how far it is off, in units of its usual scatter.
+    """
     place, variable = ((Place.CART, "cart_position"), (Place.POLE, "pole_angle"))[joint]
-    said = (
-        f"{place.value}: it moves otherwise than the twin says, {times:.3g} times the usual scatter off, and no change that "
-        "is watched for explains it"
+    sentence = (
+        f"{place.value}: it moves otherwise than the twin says, {times:.3g} times the usual "
+        "scatter off, and no change that is watched for explains it"
     )
-    size = (times, times, times)
-    return Alarm(place, "unknown", variable, *size, "1", since_ns, raised_ns, 0.5, (), False, said)
-
-
-def slipped(slip: Slip, since_ns: int, raised_ns: int) -> Alarm:
-    """Return the alarm of a slip, which nothing else explains."""
-    variable, unit, sentence = SLIPS[slip.joint]
-    size, off = slip.leader.size, 1.96 * slip.leader.deviation
-    said = f"{Place.SENSOR.value}: {sentence.format(size=_shown(size, unit))}"
-    interval = (size, size - off, size + off)
     return Alarm(
-        Place.SENSOR,
-        "encoder_slip",
-        variable,
-        *interval,
-        unit,
-        since_ns,
-        raised_ns,
-        1.0,
-        (),
-        True,
-        said,
+        place=place,
+        effect="unknown",
+        variable=variable,
+        size=times,
+        low=times,
+        high=times,
+        unit="1",
+        since_ns=since_ns,
+        raised_ns=raised_ns,
+        confidence=UNKNOWN_CONFIDENCE,
+        others=(),
+        explained=False,
+        sentence=sentence,
     )
 
 
-def _shown(size: float, unit: str) -> str:
+def make_slip_alarm(slip: Slip, since_ns: int, raised_ns: int) -> Alarm:
+    """Return the alarm for a slip, which nothing else explains."""
+    variable, unit, sentence = SLIP_SENTENCES[slip.joint]
+    size, half = slip.leader.size, INTERVAL_DEVIATIONS * slip.leader.deviation
+    return Alarm(
+        place=Place.SENSOR,
+        effect="encoder_slip",
+        variable=variable,
+        size=size,
+        low=size - half,
+        high=size + half,
+        unit=unit,
+        since_ns=since_ns,
+        raised_ns=raised_ns,
+        confidence=1.0,
+        others=(),
+        explained=True,
+        sentence=f"{Place.SENSOR.value}: {sentence.format(size=_format_size(size, unit))}",
+    )
+
+
+def _format_size(size: float, unit: str) -> str:
     return f"{size:+.3g}" if unit == "1" else f"{size:+.3g} {unit}"

@@ -1,4 +1,4 @@
-"""Evidence that something has changed, gathered window by window, with a stated rate of false alarms.
+"""Gather evidence of a change window by window, with a stated rate of false alarms.
 
 For every signature and every moment in the last minute the watch asks how much better the windows
 since then are explained by a change of that kind. A change counts when it exceeds what is worth an
@@ -22,20 +22,19 @@ import numpy as np
 
 from pendulum_twin.arrays import Floats
 
-KEPT = 120  # windows in which a change may have begun: 30 s
-SHARE = 0.5  # windows overlap by half: each sample speaks twice, each time with half its weight
-LARGER = (
-    4.0  # times what is worth an alarm: deviation of the sizes beyond it that are averaged over
-)
-AT_MOST = 0.25  # of the alarm's threshold, that a single window may add: a knock on the rig is no change of it
+KEPT_WINDOWS = 120  # windows in which a change may have begun: 30 s
+OVERLAP_WEIGHT = 0.5  # windows overlap by half: each sample counts twice
+LARGER_SIZES = 4.0  # in units of worth: deviation of the larger sizes that are averaged over
+MOST_SHARE_A_WINDOW = 0.25  # of the threshold: a knock on the rig is no change of it
 
 
 @dataclass(frozen=True)
 class Leader:
-    """Hold how one signature stands.
+    """Hold how a signature stands.
 
-    ratio: its log-likelihood ratio. since: how many windows ago it began. size, deviation: of the
-    change, in its unit.
+    ratio: log-likelihood ratio.
+    since: how many windows ago the change began.
+    size, deviation: in the signature's unit; the change and its standard deviation.
     """
 
     ratio: float
@@ -47,14 +46,14 @@ class Leader:
 class Evidence:
     """Gather scores of a bank of signatures.
 
-    worth: (signatures,) changes worth an alarm, above 0. falls: (signatures,) whether a change may
-    be negative too.
-    threshold: the log-likelihood ratio of an alarm.
+    worth: (signatures,) above 0; sizes worth an alarm.
+    falls: (signatures,) whether a change may be negative, too.
+    threshold: log-likelihood ratio of an alarm.
     """
 
     def __init__(self, worth: Floats, falls: Floats, threshold: float) -> None:
         self._worth, self._falls = worth, falls.astype(bool)
-        self._most = AT_MOST * threshold
+        self._most = MOST_SHARE_A_WINDOW * threshold
         self.clear()
 
     def clear(self) -> None:
@@ -63,34 +62,43 @@ class Evidence:
         self._information = np.zeros((0, len(self._worth)))
 
     def add(self, score: Floats, information: Floats) -> None:
-        """Take a window's scores and information, (signatures,) each."""
+        """Take a window's score and information, (signatures,) each."""
         best = float(np.max(score**2 / np.maximum(information, 1e-300), initial=0.0)) / 2
-        weight = SHARE * min(1.0, self._most / max(SHARE * best, 1e-300))
-        self._scores = np.concatenate([self._scores[-KEPT + 1 :], weight * score[None]])
+        weight = OVERLAP_WEIGHT * min(1.0, self._most / max(OVERLAP_WEIGHT * best, 1e-300))
+        self._scores = np.concatenate([self._scores[-KEPT_WINDOWS + 1 :], weight * score[None]])
         self._information = np.concatenate(
-            [self._information[-KEPT + 1 :], weight * information[None]]
+            [self._information[-KEPT_WINDOWS + 1 :], weight * information[None]]
         )
 
     def leaders(self) -> list[Leader]:
         """Return how each signature stands now."""
         total = np.cumsum(self._scores[::-1], axis=0)
-        known = np.cumsum(self._information[::-1], axis=0)
-        both = [ratios(way * total, known, self._worth) for way in (1.0, -1.0)]
-        both[1][:, ~self._falls] = -math.inf
-        larger = np.maximum(*both)
-        rows = np.argmax(larger, axis=0)
-        return [self._leader(k, int(row), larger, total, known) for k, row in enumerate(rows)]
-
-    def _leader(self, k: int, row: int, ratio: Floats, total: Floats, known: Floats) -> Leader:
-        information = max(float(known[row, k]), 1e-300)
-        return Leader(
-            float(ratio[row, k]), row, float(total[row, k]) / information, information**-0.5
+        information = np.cumsum(self._information[::-1], axis=0)
+        rising, falling = (
+            compute_ratios(way * total, information, self._worth) for way in (1.0, -1.0)
         )
+        falling[:, ~self._falls] = -math.inf
+        ratio = np.maximum(rising, falling)
+        rows = np.argmax(ratio, axis=0)
+        return [
+            _make_leader(int(row), float(ratio[row, k]), total[row, k], information[row, k])
+            for k, row in enumerate(rows)
+        ]
 
 
-def ratios(score: Floats, information: Floats, worth: Floats) -> Floats:
-    """Return log-likelihood ratios of a positive change beyond worth against one of just worth; see the module."""
-    variance = (LARGER * worth) ** 2
+def _make_leader(since: int, ratio: float, score: float, information: float) -> Leader:
+    known = max(float(information), 1e-300)
+    return Leader(ratio, since, float(score) / known, known**-0.5)
+
+
+def compute_ratios(score: Floats, information: Floats, worth: Floats) -> Floats:
+    """Return log-likelihood ratios of a positive change beyond worth against just worth.
+
+    score, information: (windows, signatures) summed since each window.
+    worth: (signatures,) sizes worth an alarm.
+    Source: see the module.
+    """
+    variance = (LARGER_SIZES * worth) ** 2
     beyond = score - worth * information
     ratio = 0.5 * (
         variance * beyond**2 / (1 + variance * information) - np.log1p(variance * information)
@@ -98,6 +106,11 @@ def ratios(score: Floats, information: Floats, worth: Floats) -> Floats:
     return np.where(beyond > 0, ratio, -np.inf)
 
 
-def threshold(tests: int, hours: float, hop_s: float) -> float:
-    """Return the log-likelihood ratio at which so many tests together give a false alarm once in so many hours, at most."""
+def compute_threshold(tests: int, hours: float, hop_s: float) -> float:
+    """Return the log-likelihood ratio of an alarm.
+
+    tests: how many run together.
+    hours: h; mean time between false alarms, at least.
+    hop_s: s; from window to window.
+    """
     return math.log(max(tests, 1) * max(hours * 3600 / hop_s, 1.0))

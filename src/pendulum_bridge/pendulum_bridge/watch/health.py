@@ -1,9 +1,9 @@
-"""What the watch says of itself and of the rig, once a second."""
+"""Describe the watch and the rig, once a second."""
 
 from __future__ import annotations
 
 from pendulum_bridge.watch.alarm import Alarm
-from pendulum_bridge.watch.stream import OFF_RATE
+from pendulum_bridge.watch.stream import RATE_TOLERANCE
 from pendulum_bridge.watch.watch import Phase, Watch
 from pendulum_twin.health import Health, Level
 
@@ -11,39 +11,45 @@ SILENT_S = 2.0
 Figures = dict[str, float | int | str]
 
 
-def health(watch: Watch, rig: str, silent_s: float | None) -> Health:
-    """Return how the rig is; rig: its namespace; silent_s: since the last sample, None when there was none.
+def describe_health(watch: Watch, rig: str, silent_s: float | None) -> Health:
+    """Return how the rig is.
 
-    ERROR: a change whose place is known. WARN: one whose place is in doubt, or nothing can be
+    ERROR: a change whose place is known. WARN: a change whose place is in doubt, or nothing can be
     said.
+
+    rig: its namespace.
+    silent_s: s since the last sample; None when there was none.
     """
-    figures: Figures = {"phase": watch.phase.value, **_counts(watch)}
+    figures: Figures = {"phase": watch.phase.value, **_list_counts(watch)}
     if watch.alarm is not None:
         level = Level.ERROR if watch.alarm.sure else Level.WARN
         return Health(
             level,
             f"{rig} has changed: {watch.alarm.sentence}",
-            {**figures, **_figures(watch.alarm)},
+            {**figures, **_list_figures(watch.alarm)},
         )
-    rate_hz, expected_hz = watch.stream.rate_is, watch.settings.rate_hz
+    rate_hz, expected_hz = watch.stream.rate_hz, watch.settings.rate_hz
     if silent_s is None or silent_s > SILENT_S:
-        return Health(Level.WARN, f"{rig}: no samples{_for(silent_s)}", figures)
-    if rate_hz is not None and abs(rate_hz / expected_hz - 1) > OFF_RATE:
-        said = (
+        return Health(Level.WARN, f"{rig}: no samples{_format_silence(silent_s)}", figures)
+    if rate_hz is not None and abs(rate_hz / expected_hz - 1) > RATE_TOLERANCE:
+        sentence = (
             f"{rig}: expected samples at {expected_hz:g} Hz, found {rate_hz:.4g} Hz: set rate_hz"
         )
-        return Health(Level.ERROR, said, figures)
+        return Health(Level.ERROR, sentence, figures)
     if watch.phase is Phase.LEARNING:
-        said = f"{rig}: learns what is usual, {watch.learned_s:g} of {watch.settings.learn_s:g} s of motion"
-        return Health(Level.OK, said, figures)
+        sentence = (
+            f"{rig}: learns what is usual, {watch.learned_s:g} of {watch.settings.learn_s:g} s of "
+            "motion"
+        )
+        return Health(Level.OK, sentence, figures)
     return Health(Level.OK, f"{rig} moves as its twin says", figures)
 
 
-def _for(silent_s: float | None) -> str:
+def _format_silence(silent_s: float | None) -> str:
     return " yet" if silent_s is None else f" for {silent_s:.1f} s"
 
 
-def _counts(watch: Watch) -> Figures:
+def _list_counts(watch: Watch) -> Figures:
     stream, baseline = watch.stream, watch.baseline
     counts: Figures = {
         "samples": stream.samples,
@@ -56,7 +62,7 @@ def _counts(watch: Watch) -> Figures:
     return counts
 
 
-def _figures(alarm: Alarm) -> Figures:
+def _list_figures(alarm: Alarm) -> Figures:
     return {
         "place": alarm.place.value,
         "effect": alarm.effect,

@@ -1,4 +1,4 @@
-"""How finely the encoders measure, from the samples alone."""
+"""Measure how finely the encoders count, from the samples alone."""
 
 from __future__ import annotations
 
@@ -7,12 +7,10 @@ import numpy as np
 from pendulum_bridge.watch.stream import History
 from pendulum_twin.arrays import Floats
 
-SMALLEST = np.array(
-    [2e-5, 3e-4]
-)  # m, rad: noise that is believed at least; pushes every 50 ms leave so much unexplained
-QUANTILE = (
-    0.02  # of the steps between samples: the joint's slow moments show the encoder's own step
-)
+# m, rad; least deviation of a sample: pushes every 50 ms leave so much unexplained.
+SMALLEST_NOISE = np.array([2e-5, 3e-4])
+STEP_QUANTILE = 0.02  # of the steps between samples: slow motion shows the encoder's own step
+LEAST_STEPS = 10  # of a joint that moves
 
 
 class Resolution:
@@ -26,11 +24,11 @@ class Resolution:
         steps = np.abs(np.diff(history.positions, axis=0))
         for k in (0, 1):
             moved = steps[steps[:, k] > 1e-12, k]
-            if len(moved) >= 10:
-                self._step[k] = min(self._step[k], float(np.quantile(moved, QUANTILE)))
+            if len(moved) >= LEAST_STEPS:
+                self._step[k] = min(self._step[k], float(np.quantile(moved, STEP_QUANTILE)))
 
     @property
     def sensor(self) -> Floats:
-        """Return the deviation of a sample of cart (m) and pole (rad), for even rounding to a step."""
-        known = np.where(np.isfinite(self._step), self._step / np.sqrt(12), 0.0)
-        return np.maximum(known, SMALLEST)
+        """Return the standard deviation of a sample, (2,) m and rad, for rounding to a step."""
+        rounding = np.where(np.isfinite(self._step), self._step / np.sqrt(12), 0.0)
+        return np.maximum(rounding, SMALLEST_NOISE)

@@ -1,4 +1,4 @@
-"""Runs of the twin through one window, and what their differences from the samples look like."""
+"""Run the twin through a window, and judge the differences from the samples."""
 
 from __future__ import annotations
 
@@ -10,13 +10,21 @@ from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.free_runs import run_freely
 from pendulum_twin.signals import Signals
 
-FAR = 1e4  # m, rad, or either per unit of what is varied
-SPIKE = 8.0  # times the usual bend of the rows: a larger one is no sample of this motion
+RUNAWAY = 1e4  # m, rad, or either per unit of what is varied
+SPIKE_FACTOR = 8.0  # times the usual bend of the rows: a larger bend is no sample of this motion
+SIDE_FACTOR = 1.5  # times the bend of both neighbours, which a single wrong sample exceeds
+RIDGE = 1e-6  # of the mean diagonal, so that columns without effect keep size 0
 
 
 @dataclass(frozen=True)
 class WindowRuns:
-    """Run the twin through one window, which begins at sample first of signals; rows as in Reading."""
+    """Run twins through a window.
+
+    signals: commands on an even clock.
+    theta: (sets, SIZE) parameter vectors.
+    first: sample of signals with which the window begins.
+    joint, at: (rows,) joint and sample of each row, see `Reading`.
+    """
 
     signals: Signals
     theta: Floats
@@ -24,52 +32,67 @@ class WindowRuns:
     joint: Ints
     at: Ints
 
-    def shown(self, sets: Ints, starts: Floats, samples: int) -> tuple[Floats, Floats]:
-        """Return what runs of these words show in the rows, (runs, rows), and their states (runs, samples, 4)."""
+    def run(self, sets: Ints, starts: Floats, samples: int) -> tuple[Floats, Floats]:
+        """Return the rows (runs, rows) and the states (runs, samples, 4) of runs.
+
+        sets: (runs,) row of theta.
+        starts: (runs, 4) state at the window's begin.
+        """
         states = run_freely(
             self.signals, self.theta, sets, np.full(len(sets), self.first), starts, samples
         )
         return states[:, self.at, self.joint], states
 
-    def later(self, when: Ints, starts: Floats, theta: Floats, samples: int) -> Floats:
-        """Return runs of twins with words (runs, SIZE) that start later in the window."""
+    def run_later(self, when: Ints, starts: Floats, theta: Floats, samples: int) -> Floats:
+        """Return the states of runs of twins theta (runs, SIZE) that start later in the window."""
         return run_freely(
             self.signals, theta, np.arange(len(when)), self.first + when, starts, samples
         )
 
-    def window_command(self, samples: int) -> Floats:
+    def select_command(self, samples: int) -> Floats:
         """Return the window's commands."""
         return self.signals.command[self.first : self.first + samples]
 
 
-def solved(columns: Floats, off: Floats, deviations: Floats) -> Floats:
-    """Return the least-squares sizes of columns (rows, n) that explain off (rows,), held back where they do nothing."""
+def solve_least_squares(columns: Floats, off: Floats, deviations: Floats) -> Floats:
+    """Return the sizes of columns that explain off best; a column without effect gets 0.
+
+    columns: (rows, n).
+    off: (rows,).
+    deviations: (rows,) of off.
+    """
     scaled = columns / deviations[:, None]
     normal = scaled.T @ scaled
-    normal[np.diag_indices_from(normal)] += 1e-6 * np.trace(normal) / len(normal) + 1e-12
+    normal[np.diag_indices_from(normal)] += RIDGE * np.trace(normal) / len(normal) + 1e-12
     return np.asarray(np.linalg.solve(normal, scaled.T @ (off / deviations)))
 
 
-def runs_away(rows: Floats) -> bool:
-    """Tell whether numbers are none, or far beyond what a rig can show in a window."""
-    return not bool(np.all(np.abs(rows) < FAR))
+def has_run_away(rows: Floats) -> bool:
+    """Tell whether a number is not finite, or far beyond what a rig can show in a window."""
+    return not bool(np.all(np.abs(rows) < RUNAWAY))
 
 
-def spikes(off: Floats, joint: Ints, at: Ints, sensor: Floats) -> Mask:
-    """Return which rows are off the line through their neighbours by far more than these are off theirs.
+def find_spikes(off: Floats, joint: Ints, at: Ints, sensor: Floats) -> Mask:
+    """Return which rows are spikes, (rows,).
 
-    A single wrong sample is twice as far off as both beside it; at a step, which is kept, two
-    neighbours are as far off.
+    A spike is off the line through its neighbours by far more than they are off theirs. A single
+    wrong sample bends twice as much as both beside it; at a step, which is kept, two neighbours
+    bend alike.
+
+    off: (rows,) measured minus twin.
+    joint, at: (rows,) joint and sample of each row.
+    sensor: (2,) standard deviation of a sample, m and rad.
     """
-    found = np.zeros(len(off), dtype=bool)
+    spikes = np.zeros(len(off), dtype=bool)
     for k in np.unique(joint):
         rows = np.flatnonzero(joint == k)
         if len(rows) < 5:
             continue
-        here, t = off[rows], at[rows].astype(float)
+        values, t = off[rows], at[rows].astype(float)
         share = (t[1:-1] - t[:-2]) / (t[2:] - t[:-2])
-        bent = np.abs(here[1:-1] - (1 - share) * here[:-2] - share * here[2:])
-        around = np.pad(bent, 1)
-        usual = SPIKE * max(float(np.median(bent)), sensor[k])
-        found[rows[1:-1]] = (bent > usual) & (bent > 1.5 * np.maximum(around[:-2], around[2:]))
-    return found
+        bend = np.abs(values[1:-1] - (1 - share) * values[:-2] - share * values[2:])
+        beside = np.pad(bend, 1)
+        usual = SPIKE_FACTOR * max(float(np.median(bend)), sensor[k])
+        is_single = bend > SIDE_FACTOR * np.maximum(beside[:-2], beside[2:])
+        spikes[rows[1:-1]] = (bend > usual) & is_single
+    return spikes

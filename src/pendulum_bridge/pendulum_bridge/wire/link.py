@@ -1,4 +1,4 @@
-"""The link to a rig: a command goes out, a sample comes in before its deadline, and whatever goes wrong is counted."""
+"""The link to a rig: commands go out, samples come in before a deadline, errors are counted."""
 
 from __future__ import annotations
 
@@ -15,9 +15,11 @@ from pendulum_bridge.wire.udp import RIG, USER, Address, Endpoint
 class Counts:
     """Count what a link has seen.
 
-    received: samples handed out. lost: deadlines that passed without a sample. late: samples that
-    came when nobody waited for them any more, dropped by `drop_waiting`. malformed: packets of the
-    rig that hold no sample. foreign: packets of somebody else.
+    received: samples that were returned.
+    lost: deadlines that passed without a sample.
+    late: samples that `drop_waiting` dropped because nobody waited for them any more.
+    malformed: packets of the rig that hold no sample.
+    foreign: packets of other senders.
     """
 
     received: int = 0
@@ -29,19 +31,27 @@ class Counts:
 
 @dataclass(frozen=True)
 class Arrival:
-    """Hold a sample and when it reached this machine: arrival_ns by the system's clock, whoever slept meanwhile."""
+    """Hold a sample and its time of arrival.
+
+    sample: the sample.
+    arrival_ns: ns, system clock; when the sample reached this machine, whichever process slept.
+    """
 
     sample: Sample
     arrival_ns: int
 
 
 class Link:
-    """Talk to a rig, over UDP unless another port is given (`tcp.tcp_link` gives one over TCP).
+    """Talk to a rig over UDP, or over another port (`tcp.open_tcp_link` gives a link over TCP).
 
-    listen: where samples arrive; loopback unless an address elsewhere is given. rig: where
-    commands go; only packets from its host are taken, with rig_port only from that port. port:
-    used instead of these. Raises BadInputError when the address cannot be used. Close it after
-    use, or use it in a `with`. One thread receives; any may send.
+    One thread receives; any thread may send. Close the link after use, or use it in a `with`.
+
+    listen: where samples arrive; loopback unless another address is given.
+    rig: where commands go; packets are taken from this host only.
+    rig_port: the only port of the rig that packets are taken from; None for any.
+    port: the port to use instead of a UDP socket.
+
+    Raises BadInputError when the address cannot be used.
     """
 
     def __init__(
@@ -64,51 +74,62 @@ class Link:
         self.close()
 
     def close(self) -> None:
-        """Give the address back; the rig holds its last command."""
+        """Free the address; the rig holds its last command."""
         self._port.close()
 
     def fileno(self) -> int:
-        """Return the socket's number, so that `select` and the like can wait for samples; -1 while there is none."""
+        """Return the socket's number for `select` and the like; -1 while there is no socket."""
         return self._port.fileno()
 
     @property
     def connected(self) -> bool:
-        """Tell whether commands can go out now: always over UDP, over TCP while there is a connection."""
+        """Whether commands can go out: always over UDP, over TCP while there is a connection."""
         return self._port.connected
 
     @property
     def trouble(self) -> str:
-        """Return in a sentence why it is not connected, and what to do; empty while it is."""
+        """Why the link is not connected, and what to do, in a sentence; empty while it is."""
         return self._port.trouble
 
     @property
     def connections(self) -> int:
-        """Return how many connections there have been; 1 over UDP. When it grows, `fileno` gives another socket."""
+        """The number of connections so far; 1 over UDP. `fileno` changes when it grows."""
         return self._port.connections
 
     @property
     def peer(self) -> tuple[str, int] | None:
-        """Return where to send to (number and port), or None when the socket itself knows (TCP)."""
+        """The address to send to (number, port); None when the socket itself knows it (TCP)."""
         return self._port.peer
 
     @property
     def counts(self) -> Counts:
-        """Return what was counted so far."""
+        """The counts so far."""
         return Counts(
             self._received, self._lost, self._late, self._port.malformed, self._port.foreign
         )
 
     def send(self, command: Command) -> None:
-        """Send a command; raise BadInputError when the network refuses. Whether it arrives, only samples can tell."""
+        """Send a command; only samples show whether it arrives.
+
+        Raises BadInputError when the network refuses.
+        """
         self._port.send(command.pack())
 
     def receive(self, deadline: float) -> Sample | None:
-        """Return the oldest sample not yet seen, or None at the deadline (a time of `time.monotonic`, in s)."""
+        """Return the oldest unread sample, or None at the deadline.
+
+        deadline: s, `time.monotonic`.
+        """
         arrival = self.receive_stamped(deadline)
         return None if arrival is None else arrival.sample
 
     def receive_stamped(self, deadline: float) -> Arrival | None:
-        """Return the same sample with the time at which it came. Over TCP this also connects anew, without holding up."""
+        """Return the oldest unread sample with its time of arrival, or None at the deadline.
+
+        Over TCP this also renews a broken connection, without blocking beyond the deadline.
+
+        deadline: s, `time.monotonic`.
+        """
         came = self._port.receive_stamped(deadline)
         if came is None:
             self._lost += 1
@@ -117,15 +138,17 @@ class Link:
         return Arrival(*came)
 
     def drop_waiting(self) -> int:
-        """Drop the samples that are there already, and return how many they were."""
+        """Drop all unread samples, and return their number."""
         dropped = len(self._port.take_waiting())
         self._late += dropped
         return dropped
 
     def exchange(self, command: Command, timeout_s: float) -> Sample | None:
-        """Send a command and return the first sample that comes after it, or None when timeout_s have passed.
+        """Send a command and return the first sample that comes after it, or None at the timeout.
 
         A sample from before the command is never taken for its answer.
+
+        timeout_s: s, from the sending.
         """
         self.drop_waiting()
         self.send(command)

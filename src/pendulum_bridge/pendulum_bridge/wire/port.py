@@ -1,4 +1,4 @@
-"""What carries packets to one peer and back, over UDP or TCP: whoever uses it need not know which."""
+"""The interface of what carries packets to a peer and back: the same over UDP and over TCP."""
 
 from __future__ import annotations
 
@@ -6,49 +6,52 @@ from typing import Protocol
 
 
 class Port[Packet](Protocol):
-    """Send packets to one peer and receive its packets.
+    """Send packets to a peer and receive the peer's packets.
 
-    malformed: packets of the peer that hold nothing. foreign: packets, or attempts to connect, of
-    somebody else; both are dropped and counted.
+    malformed: packets of the peer that could not be read; dropped.
+    foreign: packets, or attempts to connect, of other senders; dropped.
     """
 
     malformed: int
     foreign: int
 
     def send(self, packet: bytes) -> None:
-        """Send, without waiting; raise BadInputError when it cannot be done."""
+        """Send without blocking; raise BadInputError when the network refuses."""
 
     def receive(self, deadline: float) -> Packet | None:
-        """Return the oldest packet not yet seen, or None at the deadline (a time of `time.monotonic`, in s)."""
+        """Return the oldest unread packet, or None at the deadline (s, `time.monotonic`)."""
 
     def take_waiting(self) -> list[Packet]:
-        """Return the packets that are there already, oldest first, without waiting."""
+        """Return all unread packets, oldest first, without blocking."""
 
     def close(self) -> None:
-        """Give the address back."""
+        """Free the address."""
 
 
 class RigPort[Packet](Port[Packet], Protocol):
-    """Be a port whose peer is the rig: its packets have times, and its socket may be another one after a break."""
+    """Be a port to the rig: packets have times, and a new connection may bring a new socket."""
 
     @property
     def connected(self) -> bool:
-        """Tell whether packets can go out now; always, over UDP."""
+        """Whether packets can go out now; always, over UDP."""
 
     @property
     def trouble(self) -> str:
-        """Return in a sentence why it is not connected; empty while it is."""
+        """The reason in a sentence why the port is not connected; empty while it is."""
 
     @property
     def connections(self) -> int:
-        """Return how many connections there have been: the socket is another one whenever this has grown."""
+        """The number of connections so far: the socket is a new one whenever it has grown."""
 
     @property
     def peer(self) -> tuple[str, int] | None:
-        """Return where to send to (number and port), or None when the socket itself knows."""
+        """The address to send to (number, port); None when the socket itself knows it."""
 
     def fileno(self) -> int:
-        """Return the socket's number, -1 while there is none."""
+        """Return the socket's number; -1 while there is no socket."""
 
     def receive_stamped(self, deadline: float) -> tuple[Packet, int] | None:
-        """Return the oldest packet and when it came (ns of the system's clock), or None at the deadline."""
+        """Return the oldest unread packet and its arrival, or None at the deadline.
+
+        The arrival is in ns of the system clock; the deadline in s of `time.monotonic`.
+        """

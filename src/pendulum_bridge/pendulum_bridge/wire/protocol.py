@@ -1,7 +1,7 @@
-"""The rig's wire protocol: one datagram a command, one datagram a sample, all numbers big-endian doubles.
+"""The rig's wire protocol: a packet a command, a packet a sample, all numbers big-endian doubles.
 
-Source: the thesis's client library, masks `>dd` and `>dddd`; what a rig built for it sends and
-expects.
+Source: the thesis's client library, masks `>dd` and `>dddd`, which is what a rig built for it
+sends and expects.
 """
 
 from __future__ import annotations
@@ -17,11 +17,12 @@ COMMAND, SAMPLE = struct.Struct(">dd"), struct.Struct(">dddd")
 
 @dataclass(frozen=True)
 class Command:
-    """Hold what is sent to the rig.
+    """Hold a command to the rig.
 
-    pwm: PWM fraction, positive pushes the cart the positive way; the rig clips it. reset: whether
-    the swing-down is asked for; the rig starts it when this changes from False to True. Raises
-    BadInputError when pwm is no finite number.
+    pwm: PWM fraction; a positive command pushes the cart the positive way; the rig clips it.
+    reset: whether the swing-down is requested; the rig starts it at a change from False to True.
+
+    Raises BadInputError when pwm is not finite.
     """
 
     pwm: float
@@ -31,12 +32,15 @@ class Command:
         _check_finite("command", (self.pwm,))
 
     def pack(self) -> bytes:
-        """Return the command's 16 bytes: PWM, then 1 or 0 for reset."""
+        """Return the command's 16 bytes: the PWM fraction, then 1 or 0 for reset."""
         return COMMAND.pack(self.pwm, float(self.reset))
 
     @staticmethod
     def unpack(packet: bytes) -> Command:
-        """Return a packet's command; raise BadInputError for a wrong length, NaN, infinity or a flag but 0 and 1."""
+        """Return the command of a packet.
+
+        Raises BadInputError for a wrong length, NaN, infinity, or a flag other than 0 and 1.
+        """
         pwm, flag = _unpack_numbers("command", COMMAND, packet)
         if flag not in (0.0, 1.0):
             raise BadInputError(f"command: expected the reset flag to be 0 or 1, found {flag:g}")
@@ -45,11 +49,14 @@ class Command:
 
 @dataclass(frozen=True)
 class Sample:
-    """Hold what the rig sends at every sampling time.
+    """Hold a sample of the rig.
 
-    pole_rad: 0 upright, counterclockwise positive, pi when hanging, not wrapped. pole_rate: rad/s.
-    cart_m: 0 in the middle, positive along the rail. cart_velocity: m/s. Raises BadInputError when
-    one of them is no finite number.
+    pole_rad: rad; 0 upright, counterclockwise positive, pi hanging, not wrapped.
+    pole_rate: rad/s.
+    cart_m: m; 0 in the middle of the rail, positive along the rail.
+    cart_velocity: m/s.
+
+    Raises BadInputError when a field is not finite.
     """
 
     pole_rad: float
@@ -66,7 +73,10 @@ class Sample:
 
     @staticmethod
     def unpack(packet: bytes) -> Sample:
-        """Return a packet's sample; raise BadInputError for a wrong length, NaN or infinity."""
+        """Return the sample of a packet.
+
+        Raises BadInputError for a wrong length, NaN or infinity.
+        """
         return Sample(*_unpack_numbers("sample", SAMPLE, packet))
 
 

@@ -1,4 +1,4 @@
-"""When a packet reached this machine, by the kernel: true even when the process that reads it was not running then."""
+"""The time at which the kernel received a packet: right even when the reading process slept."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import sys
 import time
 from collections.abc import Iterable
 
-# Linux's number on all but a few old machines; Python does not name it
+# Linux's number of the option on all but a few old machines; Python does not name it
 SO_TIMESTAMPNS = 35
 TIMESPEC = struct.Struct("@qq")  # seconds, nanoseconds
 ANCILLARY_BYTES = socket.CMSG_SPACE(TIMESPEC.size) if sys.platform == "linux" else 0
@@ -17,7 +17,7 @@ Ancillary = Iterable[tuple[int, int, bytes]]
 
 
 def request_arrival_times(opened: socket.socket) -> None:
-    """Have the kernel note when packets come; where it cannot, `read_arrival_ns` gives the time of reading."""
+    """Ask the kernel to note when packets come; a system that cannot is left as it is."""
     if sys.platform == "linux":
         try:
             opened.setsockopt(socket.SOL_SOCKET, SO_TIMESTAMPNS, 1)
@@ -26,7 +26,10 @@ def request_arrival_times(opened: socket.socket) -> None:
 
 
 def read_arrival_ns(ancillary: Ancillary) -> int:
-    """Return when a packet came (ns of the system's clock), from what `recvmsg` gave beside it."""
+    """Return when a packet came (ns, system clock); the present when the kernel did not note it.
+
+    ancillary: what `recvmsg` returned beside the packet.
+    """
     for level, kind, data in ancillary:
         if (level, kind, len(data)) == (socket.SOL_SOCKET, SO_TIMESTAMPNS, TIMESPEC.size):
             seconds, nanoseconds = TIMESPEC.unpack(data)

@@ -1,4 +1,4 @@
-"""A connected TCP socket as a row of frames, all of one length: a packet of the protocol each."""
+"""A connected TCP socket as frames of equal length: a packet of the protocol each."""
 
 from __future__ import annotations
 
@@ -7,15 +7,20 @@ import socket
 
 from pendulum_bridge.wire.receive_time import (
     ANCILLARY_BYTES,
-    request_arrival_times,
     read_arrival_ns,
+    request_arrival_times,
 )
 
-BROKEN_MS = 1000  # what stays unacknowledged for so long breaks the connection: a rig without power says nothing
+# bytes that stay unacknowledged for so long break the connection: a rig without power is silent
+BROKEN_MS = 1000
 
 
 class Stream:
-    """Send and receive frames of `size` bytes without ever waiting; it takes the socket over."""
+    """Send and receive frames without blocking.
+
+    connected: the socket, which the stream takes over.
+    size: bytes of a frame.
+    """
 
     def __init__(self, connected: socket.socket, size: int) -> None:
         connected.setblocking(False)
@@ -24,16 +29,17 @@ class Stream:
             connected.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, BROKEN_MS)
         request_arrival_times(connected)
         self._socket, self._size = connected, size
-        self._coming, self._going = b"", b""  # parts of a frame
+        self._coming, self._going = b"", b""  # pieces of a frame
 
     def fileno(self) -> int:
         """Return the socket's number."""
         return self._socket.fileno()
 
     def send(self, frame: bytes) -> None:
-        """Send a frame, or lose it while the other side does not read; raise OSError when the connection is broken.
+        """Send a frame, or lose it while the other side does not read.
 
-        A frame is lost as a whole: what went out of it is followed by its rest before the next.
+        A frame is lost as a whole: the remainder of a cut frame goes out before the next frame.
+        Raises OSError when the connection is broken.
         """
         with contextlib.suppress(BlockingIOError):
             if self._going:
@@ -42,29 +48,31 @@ class Stream:
                 self._going = frame[self._socket.send(frame) :]
 
     def take_frame(self) -> tuple[bytes, int] | None:
-        """Return the next frame that is there, and when its last byte came (ns of the system's clock); None for none.
+        """Return the next complete frame and its arrival, or None when there is none.
 
-        Raises OSError when the connection is broken or was closed.
+        The arrival is that of the frame's last byte, in ns of the system clock. Raises OSError
+        when the
+        connection is broken or closed.
         """
         try:
             while len(self._coming) < self._size:
-                part, ancillary, _, _ = self._socket.recvmsg(
+                piece, ancillary, _, _ = self._socket.recvmsg(
                     self._size - len(self._coming), ANCILLARY_BYTES
                 )
-                if not part:
+                if not piece:
                     raise ConnectionResetError("closed by the other side")
-                self._coming += part
+                self._coming += piece
         except BlockingIOError:
             return None
         frame, self._coming = self._coming, b""
         return frame, read_arrival_ns(ancillary)
 
     def shut(self) -> None:
-        """End the connection, whoever else still holds the socket; it has to be closed yet."""
+        """End the connection for every process that holds the socket, which stays open."""
         with contextlib.suppress(OSError):
             self._socket.shutdown(socket.SHUT_RDWR)
 
     def close(self) -> None:
-        """End the connection and give the socket back."""
+        """End the connection and free the socket."""
         self.shut()
         self._socket.close()

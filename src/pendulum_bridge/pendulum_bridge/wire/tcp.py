@@ -1,4 +1,4 @@
-"""The rig's packets as a byte stream over TCP: a connection that is made, watched and made again, without holding up."""
+"""The rig's packets over TCP: a connection that is watched and renewed without blocking."""
 
 from __future__ import annotations
 
@@ -16,31 +16,32 @@ from pendulum_bridge.wire.stream import Stream
 from pendulum_bridge.wire.udp import MOST_PACKETS_AT_ONCE, Address, resolve_host
 from pendulum_twin.errors import BadInputError
 
-CONNECT_S = 1.0  # given to one attempt
+CONNECT_S = 1.0  # longest duration of an attempt
 RETRY_S = 0.2  # from the end of one attempt or connection to the next attempt
 
 
 def open_tcp_link(rig: Address) -> Link:
-    """Return a link to a rig that listens for one connection.
+    """Return a link to a rig that listens for one TCP connection.
 
     The first attempt is made at once and may take CONNECT_S. Without a connection `connected` is
-    False, `trouble` says why, `send` raises BadInputError, and whoever waits in `receive` connects
-    anew. Raises BadInputError for a host that nobody knows.
+    False, `trouble` gives the reason, `send` raises BadInputError, and `receive` connects again.
+    Raises BadInputError for an unknown host.
     """
     return Link(port=TcpPort(rig, SAMPLE.size, Sample.unpack))
 
 
 class TcpPort[Packet]:
-    """Be a `RigPort` over TCP. One thread receives, and makes connections; any may send.
+    """Be a `RigPort` over TCP. One thread receives and makes connections; any thread may send.
 
-    peer: who listens. size: bytes of a packet. unpack: bytes to packet, raising BadInputError for
-    what is none.
+    peer: the address that listens.
+    size: bytes of a packet.
+    unpack: turns bytes into a packet, and raises BadInputError for bytes that are none.
     """
 
     def __init__(self, peer: Address, size: int, unpack: Callable[[bytes], Packet]) -> None:
         self._address, self._where = (resolve_host(peer), peer.port), peer
         self._size, self._unpack = size, unpack
-        self._lock = Lock()  # while sending, and while the stream is exchanged
+        self._lock = Lock()  # held while sending, and while the stream is replaced
         self._stream: Stream | None = None
         self._attempt: socket.socket | None = None
         self._since = self._again = 0.0
@@ -52,26 +53,26 @@ class TcpPort[Packet]:
 
     @property
     def connected(self) -> bool:
-        """Tell whether there is a connection."""
+        """Whether there is a connection."""
         return self._stream is not None
 
     @property
     def trouble(self) -> str:
-        """Return why there is none; empty while there is."""
+        """The reason in a sentence why there is no connection; empty while there is one."""
         return "" if self.connected else self._trouble
 
     @property
     def connections(self) -> int:
-        """Return how many connections there have been."""
+        """The number of connections so far."""
         return self._connections
 
     @property
     def peer(self) -> None:
-        """Return None: the socket knows."""
+        """None: the socket itself knows the peer."""
         return None
 
     def fileno(self) -> int:
-        """Return the connection's socket's number, -1 while there is none."""
+        """Return the number of the connection's socket; -1 while there is none."""
         stream = self._stream
         return -1 if stream is None else stream.fileno()
 
@@ -83,46 +84,47 @@ class TcpPort[Packet]:
             try:
                 self._stream.send(packet)
             except OSError as error:
-                self._stream.shut()  # whoever receives sees it and connects anew
+                self._stream.shut()  # the receiving thread sees it and connects again
                 raise BadInputError(f"cannot send to {self._where}: {error.strerror}") from error
 
     def receive(self, deadline: float) -> Packet | None:
-        """Return the next packet, or None at the deadline (a time of `time.monotonic`, in s)."""
+        """Return the next packet, or None at the deadline (s, `time.monotonic`)."""
         came = self.receive_stamped(deadline)
         return None if came is None else came[0]
 
     def receive_stamped(self, deadline: float) -> tuple[Packet, int] | None:
-        """Return the same packet, and when it came, in ns of the system's clock."""
+        """Return the next packet and its arrival (ns, system clock), or None at the deadline."""
         while True:
             self._reach()
-            if (came := self._next()) is not None:
+            if (came := self._take_packet()) is not None:
                 return came
             if (left := deadline - time.monotonic()) <= 0:
                 return None
             self._wait(left)
 
     def take_waiting(self) -> list[Packet]:
-        """Return the packets that are there already, oldest first, without waiting."""
+        """Return all unread packets, oldest first, without blocking."""
         self._reach()
         packets: list[Packet] = []
-        while len(packets) < MOST_PACKETS_AT_ONCE and (came := self._next()) is not None:
+        while len(packets) < MOST_PACKETS_AT_ONCE and (came := self._take_packet()) is not None:
             packets.append(came[0])
         return packets
 
     def close(self) -> None:
         """End the connection."""
-        self._exchange(None)
+        self._replace_stream(None)
         self._give_up("closed")
 
-    def _next(self) -> tuple[Packet, int] | None:
+    def _take_packet(self) -> tuple[Packet, int] | None:
         while self._stream is not None:
             try:
                 came = self._stream.take_frame()
             except OSError as error:
-                self._exchange(None)
+                self._replace_stream(None)
                 reason = error.strerror or str(error)
                 self._give_up(
-                    f"the connection to {self._where} broke: {reason}; the rig takes one at a time, is it another's?"
+                    f"the connection to {self._where} broke: {reason}; "
+                    "the rig takes one at a time, is it another's?"
                 )
                 return None
             if came is None:
@@ -134,7 +136,7 @@ class TcpPort[Packet]:
         return None
 
     def _wait(self, left: float) -> None:
-        """Wait, at most so long, for whatever comes next: a packet, a connection, or the time of another attempt."""
+        """Wait at most left s for a packet, a connection, or the time of the next attempt."""
         if self._stream is not None:
             select.select([self._stream], [], [], left)
         elif self._attempt is not None:
@@ -143,15 +145,15 @@ class TcpPort[Packet]:
             select.select([], [], [], min(left, max(self._again - time.monotonic(), 0.0)))
 
     def _reach(self) -> None:
-        """Take the making of a connection one step on, without waiting."""
+        """Advance the making of a connection by one step, without blocking."""
         if self._stream is None and self._attempt is None and time.monotonic() >= self._again:
             self._begin()
         if self._attempt is None:
             return
         if select.select([], [self._attempt], [], 0)[1]:
-            self._ended(self._attempt)
+            self._finish_attempt(self._attempt)
         elif time.monotonic() > self._since + CONNECT_S:
-            self._refused("no answer")
+            self._fail_attempt("no answer")
 
     def _begin(self) -> None:
         self._since = time.monotonic()
@@ -159,24 +161,24 @@ class TcpPort[Packet]:
         self._attempt.setblocking(False)
         status = self._attempt.connect_ex(self._address)
         if status not in (0, errno.EINPROGRESS):
-            self._refused(os.strerror(status))
+            self._fail_attempt(os.strerror(status))
 
-    def _ended(self, attempt: socket.socket) -> None:
-        """Take the connection that an attempt has made, if it has."""
+    def _finish_attempt(self, attempt: socket.socket) -> None:
+        """Take over the connection of an attempt that has ended, or note why it failed."""
         if status := attempt.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR):
-            self._refused(os.strerror(status))
+            self._fail_attempt(os.strerror(status))
         elif attempt.getsockname() == self._address:
-            self._refused(
-                "Connection refused"
-            )  # nobody listened, and the system connected the socket to itself
+            # nobody listened, and the system connected the socket to itself
+            self._fail_attempt("Connection refused")
         else:
             self._attempt = None
-            self._exchange(Stream(attempt, self._size))
+            self._replace_stream(Stream(attempt, self._size))
             self._connections += 1
 
-    def _refused(self, reason: str) -> None:
+    def _fail_attempt(self, reason: str) -> None:
         self._give_up(
-            f"cannot connect to {self._where}: {reason}; see that the rig is on and listens there over TCP"
+            f"cannot connect to {self._where}: {reason}; "
+            "see that the rig is on and listens there over TCP"
         )
 
     def _give_up(self, trouble: str) -> None:
@@ -184,7 +186,7 @@ class TcpPort[Packet]:
             self._attempt.close()
         self._attempt, self._again, self._trouble = None, time.monotonic() + RETRY_S, trouble
 
-    def _exchange(self, stream: Stream | None) -> None:
+    def _replace_stream(self, stream: Stream | None) -> None:
         with self._lock:
             if self._stream is not None:
                 self._stream.close()

@@ -1,4 +1,4 @@
-"""One UDP socket that talks to one peer: what is not the peer's, or no packet of the protocol, is dropped and counted."""
+"""A UDP socket for one peer: packets of others, and malformed packets, are dropped and counted."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from typing import Self
 
 from pendulum_bridge.wire.receive_time import (
     ANCILLARY_BYTES,
-    request_arrival_times,
     read_arrival_ns,
+    request_arrival_times,
 )
 from pendulum_twin.errors import BadInputError
 
-LONGEST_PACKET = 64  # bytes; a longer one arrives cut to this, and is still of a wrong length
-MOST_PACKETS_AT_ONCE = 1000  # packets looked at before other work goes on, whatever still comes in
+LONGEST_PACKET = 64  # bytes; a longer packet is cut to this, and its length is still wrong
+MOST_PACKETS_AT_ONCE = 1000  # packets read in one call, however many still come in
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ USER = Address("127.0.0.1", 16385)  # where the rig sends its samples
 
 
 def parse_address(text: str) -> Address:
-    """Return the address that HOST:PORT gives; raise BadInputError for anything else."""
+    """Return the address that HOST:PORT gives; raise BadInputError for any other text."""
     host, _, port = text.rpartition(":")
     if not host or not port.isascii() or not port.isdigit() or not 1 <= int(port) <= 65535:
         raise BadInputError(f"expected HOST:PORT with a port from 1 to 65535, found {text!r}")
@@ -46,11 +46,15 @@ def parse_address(text: str) -> Address:
 class Endpoint[Packet]:
     """Receive a peer's packets at one address and send to another.
 
-    listen: where to receive; loopback unless an address elsewhere is given. peer: where to send;
-    only packets from its host are taken. A peer may send from any port, as the thesis's library
-    does, from another one every time; peer_port narrows it to one. unpack: bytes to packet,
-    raising BadInputError for what is none. Raises BadInputError when the address cannot be used.
-    Close it after use, or use it in a `with`.
+    A peer may send from any port: the thesis's library uses a new port every time. Close the
+    endpoint after use, or use it in a `with`.
+
+    listen: where to receive; loopback unless another address is given.
+    peer: where to send; packets are taken from this host only.
+    unpack: turns bytes into a packet, and raises BadInputError for bytes that are none.
+    peer_port: the only port of the peer that packets are taken from; None for any.
+
+    Raises BadInputError when the address cannot be used.
     """
 
     def __init__(
@@ -66,7 +70,7 @@ class Endpoint[Packet]:
         request_arrival_times(self._socket)
         self.malformed = 0
         self.foreign = 0
-        self.stranger: Address | None = None  # who sent the last foreign packet
+        self.stranger: Address | None = None  # the sender of the last foreign packet
 
     def __enter__(self) -> Self:
         return self
@@ -75,7 +79,7 @@ class Endpoint[Packet]:
         self.close()
 
     def close(self) -> None:
-        """Give the address back."""
+        """Free the address."""
         self._socket.close()
 
     def fileno(self) -> int:
@@ -84,26 +88,29 @@ class Endpoint[Packet]:
 
     @property
     def connected(self) -> bool:
-        """Return True: there is no connection that could be missing."""
+        """True: UDP needs no connection."""
         return True
 
     @property
     def trouble(self) -> str:
-        """Return no trouble."""
+        """Empty: UDP needs no connection."""
         return ""
 
     @property
     def connections(self) -> int:
-        """Return 1: the socket stays the same."""
+        """1: the socket stays the same."""
         return 1
 
     @property
     def peer(self) -> tuple[str, int]:
-        """Return where packets go: number and port."""
+        """The address that packets go to: number and port."""
         return self._peer
 
     def send(self, packet: bytes) -> None:
-        """Send to the peer, whether or not it listens; raise BadInputError when the network refuses."""
+        """Send to the peer, whether or not it listens.
+
+        Raises BadInputError when the network refuses.
+        """
         try:
             self._socket.sendto(packet, self._peer)
         except BlockingIOError:
@@ -114,42 +121,44 @@ class Endpoint[Packet]:
             ) from error
 
     def receive(self, deadline: float) -> Packet | None:
-        """Return the next packet of the peer, or None at the deadline (a time of `time.monotonic`, in s).
+        """Return the next packet of the peer, or None at the deadline (s, `time.monotonic`).
 
-        What others send never makes it longer. A deadline that has passed takes one that waits
-        already.
+        Packets of others never extend the wait. A deadline in the past takes a packet that waits.
         """
         came = self.receive_stamped(deadline)
         return None if came is None else came[0]
 
     def receive_stamped(self, deadline: float) -> tuple[Packet, int] | None:
-        """Return the same packet, and when the kernel received it, in ns of the system's clock."""
+        """Return the peer's next packet and its arrival, or None at the deadline.
+
+        The arrival is in ns of the system clock; the deadline in s of `time.monotonic`.
+        """
         while True:
             left = max(deadline - time.monotonic(), 0.0)
             if not select.select([self._socket], [], [], left)[0]:
                 return None
-            came = self._next()
+            came = self._take_packet()
             if came is not None or not left:
                 return came
 
     def take_waiting(self) -> list[Packet]:
-        """Return the peer's packets that are there already, oldest first, without waiting."""
+        """Return all unread packets of the peer, oldest first, without blocking."""
         packets = []
         for _ in range(MOST_PACKETS_AT_ONCE):
             if not select.select([self._socket], [], [], 0)[0]:
                 break
-            came = self._next()
+            came = self._take_packet()
             if came is not None:
                 packets.append(came[0])
         return packets
 
-    def _next(self) -> tuple[Packet, int] | None:
+    def _take_packet(self) -> tuple[Packet, int] | None:
         try:
             packet, ancillary, _, (host, port) = self._socket.recvmsg(
                 LONGEST_PACKET, ANCILLARY_BYTES
             )
         except OSError:
-            return None  # it was announced, but its checksum was wrong
+            return None  # `select` announced the packet, but its checksum was wrong
         if host != self._peer[0] or self._peer_port not in (None, port):
             self.foreign += 1
             self.stranger = Address(host, port)
@@ -162,16 +171,14 @@ class Endpoint[Packet]:
 
 
 def bind_socket(listen: Address, kind: socket.SocketKind) -> socket.socket:
-    """Return a socket of a kind at this address that never waits, one for streams listening already.
+    """Return a non-blocking socket bound to an address; a stream socket listens already.
 
     Raises BadInputError when the address cannot be used.
     """
     opened = socket.socket(socket.AF_INET, kind)
     opened.setblocking(False)
     try:
-        if (
-            kind == socket.SOCK_STREAM
-        ):  # what is left of earlier connections does not keep it from being used again
+        if kind == socket.SOCK_STREAM:  # earlier connections must not keep the address in use
             opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         opened.bind((resolve_host(listen), listen.port))
         if kind == socket.SOCK_STREAM:
@@ -181,13 +188,14 @@ def bind_socket(listen: Address, kind: socket.SocketKind) -> socket.socket:
         if isinstance(error, BadInputError):
             raise
         raise BadInputError(
-            f"cannot listen on {listen}: {error.strerror}; choose another address, or stop what uses this one"
+            f"cannot listen on {listen}: {error.strerror}; "
+            "choose another address, or stop what uses this one"
         ) from error
     return opened
 
 
 def resolve_host(address: Address) -> str:
-    """Return the number of an address's host; raise BadInputError for one that nobody knows."""
+    """Return the number of an address's host; raise BadInputError for an unknown host."""
     try:
         return socket.gethostbyname(address.host)
     except (OSError, UnicodeError) as error:

@@ -1,7 +1,8 @@
-"""Choose a classical controller for a twin by the reward that it earns there: how it swings up, then each number in turn.
+"""Design a classical controller for a twin by the reward that it earns there.
 
-A twin is never quite the rig, so candidates also run on twins that are a little off, measured as
-coarsely as a rig measures. Nothing is drawn: the same twin gives the same controller.
+First the swing-up is chosen, then each number in turn. A twin is never quite the rig, so
+candidates also run on perturbed twins, with encoders as coarse as a rig's. Nothing is random: the
+same twin gives the same controller.
 """
 
 from __future__ import annotations
@@ -22,61 +23,60 @@ from pendulum_twin.encoders import Encoders
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin
 
-TYPICAL_ENCODERS = Encoders(57e-6, 2 * math.pi / 4096)
-PERTURBATIONS = (  # times the drive's force, times the pole's inertia, rad aside of hanging
+TYPICAL_ENCODERS = Encoders(57e-6, 2 * math.pi / 4096)  # of the INTECO rig, m and rad a step
+PERTURBATIONS = (  # factor of the drive's force, factor of the pole's inertia, rad off hanging
     (1.0, 1.0, 0.0),
     (1.05, 0.97, 0.04),
     (0.95, 1.03, -0.04),
     (1.05, 1.03, -0.08),
     (0.95, 0.97, 0.08),
 )
-FINALISTS = 6  # ways to swing up that are looked at closer
-ROUNDS = 2
+FINALISTS = 6  # swing-ups that are tried on all perturbed rigs
+ROUNDS = 2  # through all numbers
 
 Change = Callable[[Tuning], Tuning]
 
 
 def design_controller(twin: Twin, task: Task) -> Classical:
-    """Return the best controller found for a twin; raise BadInputError when the twin cannot be balanced."""
+    """Return the best controller found; raise BadInputError when the twin cannot be balanced."""
     plant = make_plant(twin, task)
-    rigs = [_make_perturbed_rig(plant.twin, task, *how) for how in PERTURBATIONS]
-    swings = {Tuning(swing=swing): 0.0 for swing in _list_swing_ups()}
-    for tuning in swings:
-        swings[tuning] = _rate_tuning(plant, tuning, rigs[:1])
-    earned = {
-        tuning: _rate_tuning(plant, tuning, rigs)
-        for tuning in sorted(swings, key=lambda each: -swings[each])[:FINALISTS]
+    rigs = [_make_perturbed_rig(plant.twin, task, *changes) for changes in PERTURBATIONS]
+    swings = {
+        tuning: _rate_tuning(plant, tuning, rigs[:1])
+        for tuning in (Tuning(swing=swing) for swing in _list_swing_ups())
     }
+    finalists = sorted(swings, key=lambda tuning: -swings[tuning])[:FINALISTS]
+    ratings = {tuning: _rate_tuning(plant, tuning, rigs) for tuning in finalists}
     for _ in range(ROUNDS):
         for changes in _list_changes():
-            best = max(earned, key=lambda each: earned[each])
+            best = max(ratings, key=lambda tuning: ratings[tuning])
             for tuning in (change(best) for change in changes):
-                if tuning not in earned:
-                    earned[tuning] = _rate_tuning(plant, tuning, rigs)
-    return Classical(plant, max(earned, key=lambda each: earned[each]))
+                if tuning not in ratings:
+                    ratings[tuning] = _rate_tuning(plant, tuning, rigs)
+    return Classical(plant, max(ratings, key=lambda tuning: ratings[tuning]))
 
 
 def run_controller(rig: Transport, controller: Classical, task: Task) -> float:
-    """Return the sum of rewards of one episode from hanging at rest."""
+    """Run one episode from hanging at rest and return its sum of rewards."""
     controller.reset()
     state, total = rig.reset().state, 0.0
     for _ in range(task.steps):
         state = rig.exchange(controller(state)).state
-        gain, end = compute_reward_and_end(*state.tolist(), task.limits, task.penalties)
-        total += gain
+        reward, end = compute_reward_and_end(*state.tolist(), task.limits, task.penalties)
+        total += reward
         if end:
             break
     return total
 
 
 def _rate_tuning(plant: Plant, tuning: Tuning, rigs: Sequence[Transport]) -> float:
-    """Return what a tuning earns on the rigs: half the mean and half the least."""
+    """Return half the mean and half the minimum of the rewards on the rigs."""
     try:
         controller = Classical(plant, tuning)
     except BadInputError:
         return -math.inf
-    earned = [run_controller(rig, controller, plant.task) for rig in rigs]
-    return 0.5 * (sum(earned) / len(earned) + min(earned))
+    rewards = [run_controller(rig, controller, plant.task) for rig in rigs]
+    return 0.5 * (sum(rewards) / len(rewards) + min(rewards))
 
 
 def _make_perturbed_rig(
@@ -87,21 +87,19 @@ def _make_perturbed_rig(
         force_per_pwm_n=(twin.rig.force_per_pwm_n or 0.0) * force,
         pole_inertia_kg_m2=(twin.rig.pole_inertia_kg_m2 or 0.0) * inertia,
     )
-    return KernelTransport(
-        Twin(twin.name, rig, twin.effects), task.step_s, TYPICAL_ENCODERS, aside_rad
-    )
+    perturbed = Twin(twin.name, rig, twin.effects)
+    return KernelTransport(perturbed, task.step_s, TYPICAL_ENCODERS, aside_rad)
 
 
 def _list_swing_ups() -> Iterator[SwingUp]:
-    """Yield ways to swing up."""
-    for gain, over, pull, first in product(
-        (2.0, 4.0, 8.0, 16.0), (0.0, 0.04, 0.08), (1.0, 4.0, 10.0), (1.0, -1.0)
-    ):
+    gains, overs = (2.0, 4.0, 8.0, 16.0), (0.0, 0.04, 0.08)
+    pulls, firsts = (1.0, 4.0, 10.0), (1.0, -1.0)
+    for gain, over, pull, first in product(gains, overs, pulls, firsts):
         yield SwingUp(gain, over, pull, first)
 
 
 def _list_changes() -> tuple[list[Change], ...]:
-    """Return what is tried for each number of what follows the swing-up."""
+    """Return the candidates for each number that acts after the swing-up."""
     return (
         [_change_numbers(catch=value) for value in (0.5, 1.0, 2.0)],
         [_change_numbers(effort=value) for value in (3.0, 10.0, 30.0)],

@@ -1,8 +1,8 @@
-"""Balancing upright: the twin's own map from command to command, linearised there, and its linear-quadratic regulator.
+"""Balance upright by a linear-quadratic regulator on the twin's own linearised map.
 
-What the drive remembers (delay, lag) is told by past drives, so the regulator's state holds these
-too; and the sum of x, for what the twin says wrongly of angle and forces would keep the cart
-beside the middle.
+The map goes from command to command. Past drives stand for what the drive remembers (delay, lag),
+so the regulator's state holds them, too. It also holds the sum of x: an error of the twin in angle
+or forces would keep the cart beside the middle.
 """
 
 from __future__ import annotations
@@ -12,40 +12,30 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import solve_discrete_are
 from scipy.optimize import brentq
 
 from pendulum_rl_env.control.rig_forces import compute_drive, compute_forces
 from pendulum_rl_env.kernel_transport import count_samples
 from pendulum_twin import lanes
+from pendulum_twin.arrays import Floats
+from pendulum_twin.effects import BY_NAME
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
 
-Floats = NDArray[np.float64]
-
-# Effects that have a derivative at rest. The others are undone (see `static_drive`), compensated,
-# or left to feedback.
-SMOOTH = (
-    "input_delay",
-    "motor_lag",
-    "cart_quadratic_drag",
-    "rail_tilt",
-    "rail_spring",
-    "pole_quadratic_drag",
-    "pole_spring",
-    "sensor_delay",
-    "sample_period_error",
-)
-DIFFERENCE_STEP = 1e-4  # of a state, and of the drive, for derivatives
+DIFFERENCE_STEP = 1e-4  # of a state (m, rad, m/s, rad/s) and of the drive, for derivatives
 FORGOTTEN_SHARE = 1e-3  # of the largest effect of a past drive: what is less is forgotten
-MOST_PERIODS = 40  # periods that are remembered
+MOST_PERIODS = 40  # that are remembered
 
 
 @dataclass(frozen=True)
 class Upright:
-    """Hold where the pole balances: true angle (rad) and the drive that it takes in the middle of the rail."""
+    """Hold where the pole balances.
+
+    angle_rad: true angle.
+    drive: 1; holds the cart there in the middle of the rail.
+    """
 
     angle_rad: float
     drive: float
@@ -60,7 +50,8 @@ class Upright:
 class LinearMap:
     """Hold the map from command to command, of distances from `Upright`.
 
-    state: (4, 4). drive: (n + 1, 4), the effect of this period's drive and of those n before it.
+    state: (4, 4) effect of the state x, th, v, w.
+    drive: (n + 1, 4) effect of this period's drive and of the n before it.
     """
 
     state: Floats
@@ -68,7 +59,10 @@ class LinearMap:
 
     @property
     def augmented(self) -> tuple[Floats, Floats]:
-        """Return A (5 + n, 5 + n) and B (5 + n, 1) of x, th, v, w, the sum of x, and the last n drives, the newest first."""
+        """Return A (5 + n, 5 + n) and B (5 + n, 1).
+
+        Of x, th, v, w, the sum of x, and the last n drives, the newest first.
+        """
         n = len(self.drive) - 1
         a, b = np.zeros((5 + n, 5 + n)), np.zeros((5 + n, 1))
         a[:4, :4], a[:4, 5:], b[:4, 0] = self.state, self.drive[1:].T, self.drive[0]
@@ -79,57 +73,52 @@ class LinearMap:
 
 
 def keep_smooth_effects(twin: Twin) -> Twin:
-    """Return the twin with what can be linearised: no dry friction, no steps of the command, exact sensors."""
-    return Twin(
-        twin.name,
-        twin.rig,
-        {name: values for name, values in twin.effects.items() if name in SMOOTH},
-    )
+    """Return the twin with the effects that a linear model holds (`Effect.smooth`).
+
+    The controller undoes or compensates the others, or leaves them to feedback.
+    """
+    kept = {name: values for name, values in twin.effects.items() if BY_NAME[name].smooth}
+    return Twin(twin.name, twin.rig, kept)
 
 
 def find_upright(twin: Twin, turn: int = 0) -> Upright:
-    """Return where a twin balances near the angle 2 pi turn; raise BadInputError when it does so nowhere.
+    """Return where a twin balances near the angle 2 pi turn.
 
-    Where gravity and springs leave no torque on the pole; the drive holds what then pushes the
-    cart.
+    Gravity and springs leave no torque on the pole there; the drive holds the cart against its
+    forces. Raises BadInputError when the pole does not fall from there.
     """
     theta = make_theta(keep_smooth_effects(twin))
 
-    def torque(angle: float) -> float:
+    def compute_torque(angle: float) -> float:
         return compute_forces(np.array([0.0, angle, 0.0, 0.0]), theta).turn
 
     middle = 2 * math.pi * turn
-    if not torque(middle - 1.0) < 0.0 < torque(middle + 1.0):
+    if not compute_torque(middle - 1.0) < 0.0 < compute_torque(middle + 1.0):
         raise BadInputError(
-            f"{twin.name}: expected a pole that falls when it is left alone, found one that does not"
+            f"{twin.name}: expected a pole that falls when it is left alone, found a pole that "
+            "does not"
         )
-    angle = float(brentq(torque, middle - 1.0, middle + 1.0))
+    angle = float(brentq(compute_torque, middle - 1.0, middle + 1.0))
     return Upright(angle, compute_drive(0.0, 0.0, np.array([0.0, angle, 0.0, 0.0]), theta))
 
 
 def linearise(twin: Twin, at: Upright, step_s: float) -> LinearMap:
-    """Return the map of the twin's smooth part over periods of step_s, by differences through the kernel."""
+    """Return the map of the twin's smooth part over periods of step_s, by central differences."""
     period = _Period(keep_smooth_effects(twin), at, step_s)
     state = np.empty((4, 4))
-    for k in range(4):
-        aside = np.zeros(4)
-        aside[k] = DIFFERENCE_STEP
-        state[:, k] = (period.run(aside, [0.0])[0] - period.run(-aside, [0.0])[0]) / (
-            2 * DIFFERENCE_STEP
-        )
-    up, down = (
-        period.run(np.zeros(4), [way * DIFFERENCE_STEP, *[0.0] * MOST_PERIODS])
-        for way in (1.0, -1.0)
-    )
-    drive = (up - down) / (2 * DIFFERENCE_STEP)
-    kept = np.flatnonzero(
-        (np.abs(drive) > FORGOTTEN_SHARE * np.abs(drive).max(axis=0)).any(axis=1)
-    )
-    return LinearMap(state, drive[: kept[-1] + 1])
+    for k, aside in enumerate(DIFFERENCE_STEP * np.eye(4)):
+        plus, minus = period.run(aside, [0.0])[0], period.run(-aside, [0.0])[0]
+        state[:, k] = (plus - minus) / (2 * DIFFERENCE_STEP)
+    pause = [0.0] * MOST_PERIODS
+    plus = period.run(np.zeros(4), [DIFFERENCE_STEP, *pause])
+    minus = period.run(np.zeros(4), [-DIFFERENCE_STEP, *pause])
+    drive = (plus - minus) / (2 * DIFFERENCE_STEP)
+    is_felt = np.abs(drive) > FORGOTTEN_SHARE * np.abs(drive).max(axis=0)
+    return LinearMap(state, drive[: np.flatnonzero(is_felt.any(axis=1))[-1] + 1])
 
 
 class _Period:
-    """Run a twin for single periods from near a state; only what the drive remembers goes on from one to the next."""
+    """Run a twin for single periods from near a state; only the drive's memory carries over."""
 
     def __init__(self, twin: Twin, at: Upright, step_s: float) -> None:
         self._at = at
@@ -139,24 +128,35 @@ class _Period:
         self._code = lanes.select_lane_code(self._kinds, 1)
 
     def run(self, aside: Floats, drives: list[float]) -> Floats:
-        """Return the distances from rest at the end of every period, (periods, 4); each begins this far aside of it."""
+        """Return the distances from `Upright` at the end of every period, (periods, 4).
+
+        aside: (4,) distance from `Upright` at which every period begins.
+        drives: distance of each period's drive from that of `Upright`.
+        """
         lanes.begin_lane_from_python(self._kinds, self._lanes, self._timing, 0, 0, lanes.AT_REST)
-        for _ in range(MOST_PERIODS):  # for as long as the drive remembers, it was this
+        for _ in range(MOST_PERIODS):  # until the drive remembers nothing else
             self._hold(np.zeros(4), 0.0)
         return np.array([self._hold(aside, drive) for drive in drives])
 
     def _hold(self, aside: Floats, drive: float) -> Floats:
         self._lanes.true[0] = self._at.state + aside
-        held = np.array([self._at.drive + drive])
-        lanes.advance_lanes_from_python(self._code, self._kinds, self._lanes, self._timing, held)
+        command = np.array([self._at.drive + drive])
+        lanes.advance_lanes_from_python(
+            self._code, self._kinds, self._lanes, self._timing, command
+        )
         return self._lanes.true[0] - self._at.state
 
 
 def design_regulator(linear: LinearMap, weights: Sequence[float], effort: float) -> Floats:
-    """Return the gains (5 + n,) of drive = -gains (x, th, v, w, sum of x, past drives), all as distances from `Upright`.
+    """Return the gains (5 + n,) of drive = -gains (x, th, v, w, sum of x, past drives).
 
-    weights: of the squares of x, th, v, w and the sum of x; effort: of that of the drive. Raises
-    BadInputError when there is no regulator.
+    All are distances from `Upright`.
+
+    linear: the map to balance.
+    weights: (5,) of the squares of x, th, v, w and the sum of x.
+    effort: weight of the square of the drive.
+
+    Raises BadInputError when no regulator balances the map.
     """
     a, b = linear.augmented
     q = np.diag([*weights, *[0.0] * (len(a) - 5)])

@@ -1,7 +1,7 @@
-"""A twin that runs beside the rig with the same commands and is put right by every measured position.
+"""An observer: a twin runs beside the rig, and every measured position corrects its state.
 
-Reported velocities are not looked at: rigs differ in how they make them. Prediction goes on from
-there, through all that the drive still remembers.
+It ignores reported velocities, for rigs make them in different ways. It predicts from the
+corrected state, through all that the drive remembers.
 """
 
 from __future__ import annotations
@@ -9,22 +9,26 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pendulum_rl_env.kernel_transport import count_samples
 from pendulum_twin import lanes
-from pendulum_twin.free_runs import pass_through_sensors, select_measuring_effects, undo_sensors
+from pendulum_twin.arrays import Floats
+from pendulum_twin.free_runs import (
+    pass_through_sensors,
+    select_measuring_effects,
+    undo_sensors,
+)
 from pendulum_twin.model import Twin
-
-Floats = NDArray[np.float64]
 
 VELOCITY_GAIN = 0.8  # of the mean velocity's error that a position shows
 
 
 class Observer:
-    """Estimate the true state x, th, v, w of a rig that is as the twin is, at the times at which commands are sent.
+    """Estimate the true state x, th, v, w at the times at which commands are sent.
 
-    step_s: from command to command. ahead_s: how far `ahead` predicts.
+    twin: the rig as it is believed to be.
+    step_s: s; from command to command.
+    ahead_s: s; how far `predict` looks ahead.
     """
 
     def __init__(self, twin: Twin, step_s: float, ahead_s: float = 0.0) -> None:
@@ -37,39 +41,38 @@ class Observer:
         self._later = lanes.Timing(1, substeps, substeps * substep_s) if substeps else None
         if self._later is not None:
             self._ahead = lanes.make_lanes(self._kinds, self._later, 1)
-        self._step_s = step_s * float(self._kinds.paces[0])  # as it really passes
-        theta = self._kinds.theta
-        self._undoing = [
-            replace(each, law=each.inverse)
-            for each in reversed(select_measuring_effects(theta))
-            if each.inverse is not None
+        self._true_step_s = step_s * float(self._kinds.paces[0])  # by a true clock
+        self._inverses = [
+            replace(effect, law=effect.inverse)
+            for effect in reversed(select_measuring_effects(self._kinds.theta))
+            if effect.inverse is not None
         ]
         self._steps = 0
-        self._begun = False
+        self._has_begun = False
 
     def reset(self) -> None:
-        """Know nothing any more."""
-        self._begun = False
+        """Forget everything; the next measurement begins an episode."""
+        self._has_begun = False
 
-    def seen(self, measured: Floats, command: float) -> Floats:
-        """Return the true state that a measured one shows; command: what was held since the last call."""
-        if not self._begun:
+    def correct(self, measured: Floats, command: float) -> Floats:
+        """Return the true state (4,) behind a measured state.
+
+        measured: (4,) x, th, v, w as reported.
+        command: PWM fraction, held since the last call.
+        """
+        if not self._has_begun:
             return self._begin(measured)
         self._hold(command)
         self._steps += 1
-        true = self._lanes.true[0]
-        off = (
-            pass_through_sensors(measured[None], self._kinds.theta, self._undoing, self._now)[
-                0, :2
-            ]
-            - true[:2]
-        )
-        true[:2] += off
-        true[2:] += VELOCITY_GAIN * off / self._step_s
-        return true.copy()
+        state = self._lanes.true[0]
+        shown = pass_through_sensors(measured[None], self._kinds.theta, self._inverses, self._now)
+        error = shown[0, :2] - state[:2]
+        state[:2] += error
+        state[2:] += VELOCITY_GAIN * error / self._true_step_s
+        return state.copy()
 
-    def ahead(self, command: float) -> Floats:
-        """Return the true state ahead_s later, if this command is held meanwhile."""
+    def predict(self, command: float) -> Floats:
+        """Return the true state (4,) ahead_s later, the command being held meanwhile."""
         if self._later is None:
             return self._lanes.true[0].copy()
         for name in ("theta", "memory", "done", "true", "shown"):
@@ -80,9 +83,9 @@ class Observer:
         return self._ahead.true[0].copy()
 
     def _begin(self, measured: Floats) -> Floats:
-        """Start where the rig is, with a drive that has done nothing for long."""
+        """Start at the measured state, with a drive that has been still for long."""
         lanes.begin_lane_from_python(self._kinds, self._lanes, self._timing, 0, 0, lanes.AT_REST)
-        self._steps, self._begun = 0, True
+        self._steps, self._has_begun = 0, True
         self._lanes.true[0] = undo_sensors(measured[None], self._kinds.theta, self._now)[0]
         return self._lanes.true[0].copy()
 

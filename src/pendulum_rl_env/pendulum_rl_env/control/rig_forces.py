@@ -1,26 +1,25 @@
-"""What pushes cart and pole of a twin at a state, and the drive that a wanted acceleration of the cart takes."""
+"""Forces on cart and pole of a twin at a state, and the drive for a wanted acceleration."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from pendulum_twin.arrays import Floats
 from pendulum_twin.machine_code import make_cached_compiler
 from pendulum_twin.motion import ALL_LAWS, compute_cart_level, sum_forces
 from pendulum_twin.parameter_vector import FORCE_PER_PWM, INERTIA, MASS
-
-Floats = NDArray[np.float64]
 
 compiled = make_cached_compiler(Path(__file__))
 
 
 class Forces(NamedTuple):
-    """Hold what acts without drive: push on the cart (N), level of its dry friction (N), torque on the pole (N m).
+    """Hold what acts without drive.
 
-    coupling: S cos th, kg m.
+    push: N; on the cart.
+    level: N; of the cart's dry friction.
+    turn: N m; torque on the pole.
+    coupling: kg m; S cos th.
     """
 
     push: float
@@ -36,16 +35,24 @@ def _sum_forces(x, th, v, w, way, theta):  # type: ignore[no-untyped-def]
 
 
 def compute_forces(state: Floats, theta: Floats, way: float = 1.0) -> Forces:
-    """Return what acts at a true state x, th, v, w; way: in which the cart moves, or wants to, 1 or -1."""
+    """Return what acts at a state.
+
+    state: (4,) true x, th, v, w.
+    theta: parameter vector of the twin.
+    way: 1 or -1, direction in which the cart moves or is about to.
+    """
     x, th, v, w = state.tolist()
     return Forces(*_sum_forces(x, th, v, w, way, theta))
 
 
 def compute_drive(acceleration: float, way: float, state: Floats, theta: Floats) -> float:
-    """Return the drive that accelerates the cart so (m/s^2) at a true state.
+    """Return the drive that accelerates the cart as wanted; the pole's dry friction is left out.
 
-    way: in which the cart moves or is to move, -1 to 1: dry friction is overcome by that share,
-    the pole's own is left out.
+    acceleration: m/s^2; of the cart.
+    way: -1 to 1, direction in which the cart moves or is about to; its size is the share of dry
+        friction that is overcome.
+    state: (4,) true x, th, v, w.
+    theta: parameter vector of the twin.
     """
     push, level, turn, coupling = compute_forces(state, theta, 1.0 if way >= 0.0 else -1.0)
     swing = (turn + coupling * acceleration) / float(theta[INERTIA])

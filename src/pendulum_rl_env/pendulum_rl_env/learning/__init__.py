@@ -1,1 +1,1 @@
-"""What needs torch: stable-baselines3 on the fleet, presets, results, export."""
+"""Learning with torch and stable-baselines3: presets, learners, callbacks, results, export."""

@@ -1,4 +1,4 @@
-"""What happens while stable-baselines3 learns: evaluations noted, the best kept, progress told."""
+"""What happens while stable-baselines3 learns: evaluations, checkpoints, progress."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from stable_baselines3.common.vec_env import VecEnv
 from pendulum_rl_env.learning.preset import Preset
 from pendulum_rl_env.learning.result import Result
 
-CHECKPOINT_STEPS = 5000  # steps, as the thesis did
+CHECKPOINT_STEPS = 5000  # from checkpoint to checkpoint, as in the thesis
 PROGRESS_PERIOD_S = 5.0
 
 
 def note_evaluation(
     model: BaseAlgorithm, mean: float, result: Result, out: Path, wall_s: float
 ) -> None:
-    """Put an evaluation into the result, on the disk too; the best policy so far is kept as `policy.zip`."""
+    """Put an evaluation into the result and on the disk; keep the best policy as `policy.zip`."""
     if result.note(model.num_timesteps, wall_s, mean):
         model.save(out / "policy.zip")
     result.timesteps = model.num_timesteps
@@ -34,7 +34,13 @@ def note_evaluation(
 
 
 class Milestones(BaseCallback):
-    """Note each evaluation in the result and on the disk; end the training at a mean of at least `until`."""
+    """Note every evaluation, and end the training at a mean reward of at least `until`.
+
+    result: takes the evaluations.
+    out: folder of policy and result.
+    until: mean reward; None never ends the training.
+    clock: s since the start of the program.
+    """
 
     def __init__(
         self, result: Result, out: Path, until: float | None, clock: Callable[[], float]
@@ -50,30 +56,35 @@ class Milestones(BaseCallback):
 
 
 class Progress(BaseCallback):
-    """Say every few seconds how far it is, how well, how fast, and how long it will take."""
+    """Report every few seconds the steps done, their reward and rate, and the time left.
+
+    total: timesteps of the training.
+    say: takes each line.
+    """
 
     def __init__(self, total: int, say: Callable[[str], None]) -> None:
         super().__init__()
         self._total, self._say = total, say
-        self._begun_s = self._said_s = time.monotonic()
+        self._start_s = self._said_s = time.monotonic()
 
     def _on_training_start(self) -> None:
-        self._begun_s = self._said_s = time.monotonic()
-        self._first = self.num_timesteps
+        self._start_s = self._said_s = time.monotonic()
+        self._first_step = self.num_timesteps
 
     def _on_step(self) -> bool:
         now_s = time.monotonic()
         if now_s - self._said_s >= PROGRESS_PERIOD_S:
             self._said_s = now_s
-            rate = max(self.num_timesteps - self._first, 1) / (now_s - self._begun_s)
-            recent = [episode["r"] for episode in self.model.ep_info_buffer or ()]
-            mean = f"{np.mean(recent):.0f}" if recent else "none yet"
-            left_s = max(self._total - self.num_timesteps, 0) / rate
-            done = f"{self.num_timesteps:,} of {self._total:,} steps"
-            self._say(
-                f"{done}, mean reward {mean}, {rate:,.0f} steps/s, {_format_span(left_s)} left"
-            )
+            self._say(self._describe(now_s))
         return True
+
+    def _describe(self, now_s: float) -> str:
+        rate = max(self.num_timesteps - self._first_step, 1) / (now_s - self._start_s)
+        recent = [episode["r"] for episode in self.model.ep_info_buffer or ()]
+        mean = f"{np.mean(recent):.0f}" if recent else "none yet"
+        left = _format_span(max(self._total - self.num_timesteps, 0) / rate)
+        steps = f"{self.num_timesteps:,} of {self._total:,} steps"
+        return f"{steps}, mean reward {mean}, {rate:,.0f} steps/s, {left} left"
 
 
 def _format_span(seconds: float) -> str:
@@ -87,19 +98,24 @@ def make_callbacks(
     milestones: Milestones,
     progress: Progress,
     out: Path,
-    count: int,
 ) -> CallbackList:
-    """Return all of them; count: environments side by side, a step of which is so many timesteps."""
+    """Return evaluation, checkpoints and progress as one callback.
+
+    preset: says how often to evaluate, and how many timesteps a step of all environments is.
+    evaluation: where to evaluate.
+    episodes: of an evaluation.
+    milestones, progress: called at evaluations and steps.
+    out: folder of the checkpoints.
+    """
     evaluating = EvalCallback(
         evaluation,
         callback_after_eval=milestones,
         n_eval_episodes=episodes,
-        eval_freq=max(preset.evaluate_every // count, 1),
+        eval_freq=max(preset.evaluate_every // preset.environments, 1),
         deterministic=True,
         verbose=0,
         warn=False,
     )
-    keeping = CheckpointCallback(
-        max(CHECKPOINT_STEPS // count, 1), str(out / "checkpoints"), name_prefix="policy"
-    )
+    period = max(CHECKPOINT_STEPS // preset.environments, 1)
+    keeping = CheckpointCallback(period, str(out / "checkpoints"), name_prefix="policy")
     return CallbackList([evaluating, keeping, progress])

@@ -1,4 +1,4 @@
-"""A policy as one ONNX file that needs nothing else: scaling is inside, measured state in, PWM out."""
+"""Write a policy as one ONNX file that needs nothing else: measured state in, PWM out."""
 
 from __future__ import annotations
 
@@ -12,55 +12,57 @@ from torch import Tensor, nn
 
 from pendulum_rl_env.task import Task
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.files import write_atomically
 
 INPUT, OUTPUT = "state", "pwm"
 
 
 class StateToPwm(nn.Module):
-    """Turn measured states (n, 4: x in m, th in rad, v in m/s, w in rad/s) into PWM fractions (n, 1)."""
+    """Turn measured states (n, 4) into PWM fractions (n, 1); the scaling is inside.
+
+    A state is x (m), th (rad, 0 upright), v (m/s), w (rad/s).
+    """
 
     def __init__(self, model: BaseAlgorithm, task: Task) -> None:
         super().__init__()
         self._policy = model.policy
-        self._squashed = hasattr(
-            model, "actor"
-        )  # off-policy learners: the deterministic action is the actor's own
         self._limit = task.pwm_limit
         self._bounds = torch.as_tensor(task.bounds)  # a constant of the graph
 
     def forward(self, state: Tensor) -> Tensor:
         """Return the deterministic action in PWM."""
         x, th, v, w = state[:, 0], state[:, 1], state[:, 2], state[:, 3]
-        seen = torch.stack([x, v, torch.sin(th), torch.cos(th), w], dim=1)
-        seen = torch.minimum(torch.maximum(seen, -self._bounds), self._bounds)
-        return self._limit * torch.clamp(
-            self._policy._predict(seen, deterministic=True), -1.0, 1.0
-        )
+        observation = torch.stack([x, v, torch.sin(th), torch.cos(th), w], dim=1)
+        observation = torch.minimum(torch.maximum(observation, -self._bounds), self._bounds)
+        action = self._policy._predict(observation, deterministic=True)
+        return self._limit * torch.clamp(action, -1.0, 1.0)
 
 
 def export(model: BaseAlgorithm, task: Task, path: Path) -> None:
-    """Write the deterministic policy as ONNX; raise BadInputError for another task's, or when it cannot be written.
+    """Write the deterministic policy as ONNX.
 
-    Input "state", float32 (n, 4); output "pwm", float32 (n, 1).
+    Input "state": float32 (n, 4). Output "pwm": float32 (n, 1).
+
+    Raises BadInputError for another task's policy, or when the file cannot be written.
     """
     if model.observation_space.shape != (5,):
         raise BadInputError(
             f"expected a policy for observations (5,), found {model.observation_space.shape}"
         )
-    packed = io.BytesIO()
+    content = io.BytesIO()
     states = torch.tensor([[0.0, np.pi, 0.0, 0.0]], dtype=torch.float32)
     model.policy.set_training_mode(False)
     torch.onnx.export(
         StateToPwm(model, task).eval(),
         (states,),
-        packed,  # type: ignore[arg-type]  # a stream serves as well
+        content,  # type: ignore[arg-type]  # a stream serves as well
         input_names=[INPUT],
         output_names=[OUTPUT],
         dynamic_axes={INPUT: {0: "n"}, OUTPUT: {0: "n"}},
         dynamo=False,
     )
     try:
-        path.write_bytes(packed.getvalue())
+        write_atomically(path, content.getvalue())
     except OSError as error:
         raise BadInputError(
             f"{path}: expected a place for the policy, found {error.strerror}"

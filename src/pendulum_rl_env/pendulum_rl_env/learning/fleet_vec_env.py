@@ -1,4 +1,4 @@
-"""A fleet as stable-baselines3 wants it."""
+"""A fleet as a stable-baselines3 vector environment."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ from pendulum_rl_env.fleet import Fleet
 
 
 class FleetVecEnv(VecEnv):
-    """Step a fleet; actions from -1 to 1. Episodes are counted here: no Monitor is needed around it."""
+    """Step a fleet with actions from -1 to 1.
+
+    It reports every episode's reward and length itself: it needs no Monitor around it.
+    """
 
     def __init__(self, fleet: Fleet) -> None:
         self._fleet, self.render_mode = fleet, None
@@ -22,10 +25,10 @@ class FleetVecEnv(VecEnv):
             gym.spaces.Box(-bounds, bounds, dtype=np.float32),
             gym.spaces.Box(-1.0, 1.0, (1,), np.float32),
         )
-        self._nothing: dict[str, Any] = {}
+        self._no_info: dict[str, Any] = {}
 
     def reset(self) -> Any:
-        """Begin every episode anew; with the seed of `seed`, if one was given."""
+        """Begin every episode anew, with the seed given to `seed`, if any."""
         seed = self._seeds[0]
         self._reset_seeds()
         self._reset_options()
@@ -33,15 +36,14 @@ class FleetVecEnv(VecEnv):
 
     def step_async(self, actions: Any) -> None:
         """Keep the actions for `step_wait`."""
-        self._actions = (
-            np.asarray(actions, dtype=np.float64).reshape(-1) * self._fleet.task.pwm_limit
-        )
+        scaled = np.asarray(actions, dtype=np.float64).reshape(-1)
+        self._actions = scaled * self._fleet.task.pwm_limit
 
     def step_wait(self) -> VecEnvStepReturn:
-        """Step all pendulums; return observations (n, 5), rewards (n,), dones (n,) and a dictionary each."""
+        """Step all pendulums; return observations (n, 5), rewards (n,), dones (n,) and infos."""
         course = self._fleet.step(self._actions)
         over = (course.end != 0) | course.truncated
-        infos = [self._nothing] * self.num_envs
+        infos = [self._no_info] * self.num_envs
         for i in np.flatnonzero(over):
             infos[i] = {
                 "TimeLimit.truncated": bool(course.truncated[i]),
@@ -51,14 +53,14 @@ class FleetVecEnv(VecEnv):
         return course.seen.copy(), course.reward.astype(np.float32), over, infos
 
     def close(self) -> None:
-        """Do nothing: nothing is held."""
+        """Do nothing: a fleet holds no resource."""
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
-        """Return what this environment has by that name, once a pendulum."""
+        """Return this environment's attribute, once a pendulum."""
         return [getattr(self, attr_name) for _ in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
-        """Refuse: pendulums of a fleet have nothing of their own."""
+        """Refuse: a fleet's pendulums have no attributes of their own."""
         raise AttributeError(f"a fleet's pendulums have no {attr_name} of their own to be set")
 
     def env_method(
@@ -68,7 +70,7 @@ class FleetVecEnv(VecEnv):
         indices: VecEnvIndices = None,
         **method_kwargs: Any,
     ) -> list[Any]:
-        """Refuse: pendulums of a fleet are no objects."""
+        """Refuse: a fleet's pendulums are no objects."""
         raise AttributeError(f"a fleet's pendulums have no method {method_name}")
 
     def env_is_wrapped(

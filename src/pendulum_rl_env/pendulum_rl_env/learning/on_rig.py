@@ -1,4 +1,4 @@
-"""Learn on the one rig that there is: training and evaluation take turns, each from a reset of its own."""
+"""Learn on the one rig there is: training and evaluation take turns, each from a reset."""
 
 from __future__ import annotations
 
@@ -33,22 +33,29 @@ def learn_on_rig(
     clock: Callable[[], float],
     progress: BaseCallback,
 ) -> None:
-    """Train until so many steps, or a mean reward of `until`; after each `every` steps evaluate so many episodes.
+    """Train and evaluate in turns on the learner's own environment.
 
-    An evaluation in the middle of an episode would leave the learner with an observation of a
-    pendulum that has moved since.
+    An evaluation amid an episode would leave the learner with the observation of a pendulum that
+    has moved since; so every turn begins with a reset.
+
+    model: learns.
+    total: timesteps at most.
+    every: timesteps from evaluation to evaluation.
+    episodes: of an evaluation.
+    result: takes the evaluations.
+    out: folder of policy, result and checkpoints.
+    until: mean reward that ends the training; None for none.
+    clock: s since the start of the program.
+    progress: called at every step.
     """
     env = model.get_env()
     assert env is not None
-    keeping = CallbackList(
-        [CheckpointCallback(CHECKPOINT_STEPS, str(out / "checkpoints"), "policy"), progress]
-    )
+    checkpoints = CheckpointCallback(CHECKPOINT_STEPS, str(out / "checkpoints"), "policy")
     while model.num_timesteps < total:
-        steps = min(every, total - model.num_timesteps)
         model._last_obs = None  # so that learning begins with a reset
         model.learn(
-            steps,
-            callback=keeping,
+            min(every, total - model.num_timesteps),
+            callback=CallbackList([checkpoints, progress]),
             tb_log_name="run",
             reset_num_timesteps=model.num_timesteps == 0,
         )

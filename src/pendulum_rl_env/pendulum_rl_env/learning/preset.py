@@ -1,9 +1,9 @@
-"""Settings of training: three presets as YAML, keyed by environment id."""
+"""Presets: how to train, as YAML files keyed by environment id."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -17,19 +17,24 @@ from pendulum_twin.rig import check_number, describe_unknown_key
 PRESETS = ("fast", "frugal", "thesis")
 IN_PROCESS = "pendulum_rl_env/InvertedPendulum-v0"
 OVER_TOPICS = "pendulum_rl_env/InvertedPendulumRos-v0"
+REQUIRED_KEYS = 6  # the first fields of `Preset`, which have no default
 
 
 @dataclass(frozen=True)
 class Preset:
     """Hold how to train on one environment.
 
-    algorithm: one of `ALGORITHMS`. timesteps: how many, when not told. environments: how many side
-    by side in process.
-    layers: hidden layers of policy and value. learning_rate: at the start; falling: whether it
-    goes down to 0.
-    start_spread: share of episodes that begin anywhere, see `fleet.AWAY`. evaluate_every: steps
-    from evaluation to evaluation. settings: further arguments of the algorithm. Raises
-    BadInputError, naming the key, for what cannot be.
+    algorithm: a key of `ALGORITHMS`.
+    timesteps: how many, where the command line does not say.
+    environments: how many side by side, in process.
+    layers: hidden layers of policy and value.
+    learning_rate: at the start.
+    evaluate_every: timesteps from evaluation to evaluation.
+    falling: whether the learning rate falls to 0.
+    start_spread: share of episodes that begin anywhere, see `Fleet`.
+    settings: further arguments of the algorithm.
+
+    Raises BadInputError, naming the key, for a value that cannot be.
     """
 
     algorithm: str
@@ -40,7 +45,7 @@ class Preset:
     evaluate_every: int
     falling: bool = False
     start_spread: float = 0.0
-    settings: Mapping[str, Any] = ()  # type: ignore[assignment]
+    settings: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.algorithm not in ALGORITHMS:
@@ -60,18 +65,21 @@ class Preset:
 
 
 def load_preset(name: str, environment: str) -> Preset:
-    """Return a preset by its name, or by the path of a file of one's own, for an environment id.
+    """Return a preset.
 
-    Over topics the settings of the environment in process hold, with one environment. Raises
-    BadInputError.
+    name: one of `PRESETS`, or the path of a YAML file.
+    environment: its id; over topics the settings of the environment in process hold.
+
+    Raises BadInputError when there is no such preset, or it holds something wrong.
     """
     path = files("pendulum_rl_env") / "presets" / f"{name}.yaml" if name in PRESETS else Path(name)
     try:
         mapping = yaml.safe_load(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         known = ", ".join(PRESETS)
+        reason = str(error).splitlines()[0]
         raise BadInputError(
-            f"--preset: expected {known} or a YAML file, found {name}: {str(error).splitlines()[0]}"
+            f"--preset: expected {known} or a YAML file, found {name}: {reason}"
         ) from error
     wanted = IN_PROCESS if environment == OVER_TOPICS else environment
     if not isinstance(mapping, Mapping) or not isinstance(mapping.get(wanted), Mapping):
@@ -80,7 +88,10 @@ def load_preset(name: str, environment: str) -> Preset:
 
 
 def parse_preset(mapping: Mapping[str, Any], where: str) -> Preset:
-    """Return the preset that a mapping holds; raise BadInputError naming the key that is wrong."""
+    """Return the preset that a mapping holds; raise BadInputError naming the wrong key.
+
+    where: file or name of the preset, for the message.
+    """
     known = tuple(field.name for field in fields(Preset))
     for key in mapping:
         if key not in known:
@@ -89,7 +100,6 @@ def parse_preset(mapping: Mapping[str, Any], where: str) -> Preset:
         return Preset(**mapping)
     except BadInputError as error:
         raise BadInputError(f"{where}: {error}") from error
-    except TypeError as error:  # a key is missing, or a list is none
-        raise BadInputError(
-            f"{where}: expected all of {', '.join(known[:6])}, found {error}"
-        ) from error
+    except TypeError as error:  # a key is missing, or layers are no list
+        required = ", ".join(known[:REQUIRED_KEYS])
+        raise BadInputError(f"{where}: expected all of {required}, found {error}") from error

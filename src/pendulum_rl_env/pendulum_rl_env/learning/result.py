@@ -1,4 +1,4 @@
-"""What a training came to, as `result.json` tells it."""
+"""The figures of a training, as `result.json` holds them."""
 
 from __future__ import annotations
 
@@ -8,17 +8,23 @@ from pathlib import Path
 
 from pendulum_twin.files import write_atomically
 
-SOLVED_MEAN_REWARD = 400.0  # mean reward of an evaluation: the thesis's mark
+SOLVED_MEAN_REWARD = 400.0  # of an evaluation; the thesis: training may end above it
 SCHEMA = "pendulum_training/1"
 
 
 @dataclass
 class Result:
-    """Hold what is known of a training so far.
+    """Hold what is known of a training so far; wall times count from the start of the program.
 
-    steps_to_400, wall_to_400_s: at the first evaluation with a mean of at least 400, None when
-    there was none; wall times count from the start of the program. evaluations: steps, wall_s and
-    mean reward of each.
+    environment: its id.
+    preset, algorithm, seed: as chosen.
+    timesteps: done so far.
+    steps_to_400, wall_to_400_s: at the first evaluation with a mean of at least 400; None before.
+    best_mean_reward: of all evaluations; None before the first.
+    steps_per_s: of the learning alone.
+    wall_s: s; of the whole program.
+    interrupted: whether Ctrl-C ended it.
+    evaluations: steps, wall_s and mean_reward of each.
     """
 
     environment: str
@@ -46,5 +52,5 @@ class Result:
         return False
 
     def save(self, path: Path) -> None:
-        """Write it as JSON, whole or not at all."""
+        """Write the result as JSON, whole or not at all."""
         write_atomically(path, json.dumps(asdict(self), indent=2) + "\n")

@@ -1,1 +1,1 @@
-"""What of the environments speaks ROS."""
+"""The environments' ROS nodes."""

@@ -1,4 +1,7 @@
-"""A node that commands one pendulum and takes its samples, with a context of its own: several can live in one process."""
+"""A node that commands one pendulum and takes its samples.
+
+It has a context of its own, so several can live in one process.
+"""
 
 from __future__ import annotations
 
@@ -25,26 +28,28 @@ from pendulum_twin.nodes.direct import DirectSubscription
 from pendulum_twin.nodes.messages import from_joint_state, from_time, to_float
 from pendulum_twin.nodes.qos import LATEST, SAMPLES
 
-CONNECT_S = 20.0  # discovery can take seconds, and a program its time to start; whoever is not there then is not coming
+CONNECT_S = 20.0  # for discovery, and for a program to start
 DELIVERY_S = 0.5  # at most, for the last command
-SPIN_S = 0.1  # until Ctrl-C is seen
+SPIN_S = 0.1  # at most, without a look for Ctrl-C
 _numbers = itertools.count()
 
 
 class RigClient:
-    """Speak with the rig of a namespace; raise BadInputError when the namespace is none, or ROS cannot run.
+    """Speak with the rig of a namespace, in the domain that ROS_DOMAIN_ID says.
 
-    The environment says in which domain (ROS_DOMAIN_ID). `close` it after use.
+    namespace: of the driver, or of the twin.
+    name: the namespace in full.
+    unreadable: what was wrong with the last sample; empty when it could be read.
+
+    Raises BadInputError when the namespace is not valid or ROS cannot run. `close` it after use.
     """
 
     def __init__(self, namespace: str) -> None:
         self.name = _complete_namespace(namespace)
-        self.unreadable = ""  # what was wrong with the last sample, when it could not be read
+        self.unreadable = ""
         self._context = Context()
         try:
-            rclpy.init(
-                args=[], context=self._context
-            )  # the program's own arguments are not this node's
+            rclpy.init(args=[], context=self._context)  # not the program's own arguments
             self._node = Node(
                 f"environment_{os.getpid()}_{next(_numbers)}",
                 context=self._context,
@@ -63,26 +68,27 @@ class RigClient:
         self._executor.add_node(self._node)
 
     def connect(self, timeout_s: float) -> None:
-        """Return when the rig's node knows this one; raise `NoAnswerError` when it is not there."""
+        """Return when the rig's node knows this node; raise NoAnswerError when it is not there."""
         end_s = time.monotonic() + timeout_s
-        while lacking := self._lacking():
+        while missing := self._find_missing():
             if (left_s := end_s - time.monotonic()) <= 0:
                 raise NoAnswerError(
-                    f"{self.name}: expected a rig's driver or a twin in this namespace, but {lacking} within "
-                    f"{timeout_s:g} s: see that it runs, under the same ROS_DOMAIN_ID"
+                    f"{self.name}: expected a rig's driver or a twin in this namespace, but "
+                    f"{missing} within {timeout_s:g} s: see that it runs, under the same "
+                    "ROS_DOMAIN_ID"
                 )
             self._executor.spin_once(timeout_sec=min(SPIN_S, left_s))
 
     def reset(self, timeout_s: float) -> str:
-        """Ask for a reset and return what was answered; raise `NoAnswerError` when it failed, with the rig's reason."""
+        """Ask for a reset and return the answer; raise NoAnswerError with the rig's reason."""
         name, end_s = self._topic(topics.RESET), time.monotonic() + timeout_s
         pending = self._resets.call_async(Trigger.Request())
         try:
             while not pending.done():
                 if (left_s := end_s - time.monotonic()) <= 0:
                     raise NoAnswerError(
-                        f"{name}: expected the pendulum to hang at rest within {timeout_s:.3g} s, found no answer: "
-                        "see what the rig's driver says, then reset again"
+                        f"{name}: expected the pendulum to hang at rest within {timeout_s:.3g} s, "
+                        "found no answer: see what the rig's driver says, then reset again"
                     )
                 self._executor.spin_once(timeout_sec=min(SPIN_S, left_s))
         finally:
@@ -97,7 +103,7 @@ class RigClient:
         self._commands.publish(to_float(command))
 
     def wait(self, timeout_s: float) -> Received | None:
-        """Return the oldest sample not taken yet, None after timeout_s; one that cannot be read is passed over."""
+        """Return the oldest sample not taken yet, None after timeout_s; skip unreadable ones."""
         end_s = time.monotonic() + timeout_s
         while True:
             left_s = max(end_s - time.monotonic(), 0.0)
@@ -108,11 +114,11 @@ class RigClient:
                 return received
 
     def now_s(self) -> float:
-        """Return the monotonic time."""
+        """Return the monotonic time, s."""
         return time.monotonic()
 
     def now_ns(self) -> int:
-        """Return the node's time, which is the system's."""
+        """Return the node's time, which is the system's, ns."""
         return int(self._node.get_clock().now().nanoseconds)
 
     def close(self) -> None:
@@ -128,8 +134,8 @@ class RigClient:
     def _topic(self, name: str) -> str:
         return f"{self.name.rstrip('/')}/{name}"
 
-    def _lacking(self) -> str:
-        """Return what is missing before the rig can be used, nothing when all is there."""
+    def _find_missing(self) -> str:
+        """Return what the rig still lacks, as a clause; nothing when it can be used."""
         if not self._commands.get_subscription_count():
             return f"nobody listens to {self._topic(topics.PWM)}"
         if not self._samples.publishers:
@@ -142,7 +148,8 @@ class RigClient:
         try:
             if missing := [name for name in topics.JOINTS if name not in message.name]:
                 raise BadInputError(
-                    f"joint_states: expected a {' and a '.join(missing)}, found {list(message.name)}"
+                    f"joint_states: expected a {' and a '.join(missing)}, found "
+                    f"{list(message.name)}"
                 )
             received = Received(
                 from_joint_state(message), from_time(message.header.stamp), time.monotonic()
@@ -155,7 +162,7 @@ class RigClient:
 
 
 def _complete_namespace(namespace: str) -> str:
-    """Return a namespace as the graph has it; raise BadInputError when it is none."""
+    """Return a namespace as the graph has it; raise BadInputError when it is not valid."""
     full = f"/{namespace.strip('/')}"
     try:
         validate_namespace(full)

@@ -22,12 +22,12 @@ def make_ros_env(
     reset_deadline_s: float = 60.0,
     render_mode: str | None = None,
 ) -> gym.Env[Any, Any]:
-    """Return `InvertedPendulumRos-v0`: the rig, or the twin, of a namespace; see `TopicTransport` for what is told.
+    """Return `InvertedPendulumRos-v0`: the rig, or the twin, of a namespace.
 
-    Actions are scaled as those of `InvertedPendulum-v0`, so that policies carry over. Close it in
-    a `finally`.
+    Actions are scaled as in `InvertedPendulum-v0`, so policies carry over. Close it in a
+    `finally`. Arguments: see `TopicTransport`; render_mode "rgb_array" for pictures.
     """
     task = Task(step_s=step_s)
-    compute_reward(np.array(HANGING), task)  # compiled now: within a step there is no time for it
+    compute_reward(np.array(HANGING), task)  # compiles it; within a step there is no time
     transport = TopicTransport(namespace, lockstep, step_s, deadline_s, reset_deadline_s)
     return scale_actions(PendulumEnv(transport, task, render_mode))

@@ -17,23 +17,29 @@ from pendulum_twin.rig import check_number
 
 
 class TopicTransport:
-    """Exchange `pwm` for `joint_states` with whoever serves a namespace: a driver, or a twin, in real time or lockstep.
+    """Exchange `pwm` for `joint_states` with the driver or twin of a namespace.
 
-    step_s: the period; in lockstep a whole number of the twin's. deadline_s: for a sample later
-    than a command, at least step_s. reset_deadline_s: for a reset, discovery included, which gets
-    20 s of it at most. Each sample's info, floats:
+    namespace: of the driver, or of the twin.
+    lockstep: whether the twin waits for each command; False for real time.
+    step_s: s; the period, in lockstep a whole number of the twin's.
+    deadline_s: s; for a sample later than a command, at least step_s.
+    reset_deadline_s: s; for a reset with discovery, which takes 20 s of it at most.
 
-    dt_s: from the stamp of the sample before (for an episode's first step: of the one that its
-    command answered).
-    age_s: now - stamp when it was returned; 0 in lockstep. latency_s: from the command to the
-    arrival of the first sample stamped later. overrun_s: by how much the command came after its
-    step's end; 0 when in time. Since the reset: missed, such steps; lost, samples that never came,
-    by the gaps between stamps; stale, samples out of order, or, in lockstep, answers to somebody
-    else's commands.
+    Each sample's info, floats:
+
+    dt_s: s; from the stamp of the sample before (for an episode's first step: of the sample that
+        its command answered).
+    age_s: s; from the stamp to the return of the sample; 0 in lockstep.
+    latency_s: s; from the command to the arrival of the first sample stamped later.
+    overrun_s: s; by which the command came after its step's end, 0 when in time.
+    missed: steps since the reset whose command came too late.
+    lost: samples since the reset that never came, by the gaps between stamps.
+    stale: samples since the reset that were out of order; in lockstep, answers to commands of
+        another program.
 
     Whatever leaves `reset` or `exchange` other than by a return, Ctrl-C included, publishes PWM 0
     first, as `close` does: close it in a `finally`. A driver sets PWM to 0 by itself 0.2 s after
-    the last command, so between steps, too.
+    the last command, between steps, too.
     """
 
     def __init__(
@@ -54,24 +60,25 @@ class TopicTransport:
         self._pace = make(self._client, step_s, deadline_s)
 
     def reset(self) -> Sample:
-        """Call the reset service; return the first sample that shows the pendulum hanging at rest.
+        """Call the reset service; return the first sample that shows the pendulum at rest.
 
-        Raises `NoAnswerError` with the rig's own sentence when it refuses, or when nothing comes
+        Raises NoAnswerError with the rig's own sentence when it refuses, or when no answer comes
         in time.
         """
-        with self._safely() as client:
+        with self._stop_on_error() as client:
             end_s = time.monotonic() + self._reset_deadline_s
             client.connect(min(CONNECT_S, self._reset_deadline_s))
-            while (
-                True
-            ):  # a sample may have come before the subscription was complete: then once more
-                told = client.reset(end_s - time.monotonic())
-                if (sample := self._pace.begin(parse_stamp(told))) is not None:
+            while True:  # a sample may come before the subscription is complete: then once more
+                answer = client.reset(end_s - time.monotonic())
+                if (sample := self._pace.begin(parse_stamp(answer))) is not None:
                     return sample
 
     def exchange(self, command: float) -> Sample:
-        """Publish a command (PWM fraction) and return the sample at its step's end; raise `NoAnswerError` without one."""
-        with self._safely():
+        """Publish a command (PWM fraction) and return the sample at the end of its step.
+
+        Raises NoAnswerError when no such sample comes.
+        """
+        with self._stop_on_error():
             if not math.isfinite(command):
                 raise BadInputError(f"command: expected a finite PWM fraction, found {command}")
             return self._pace.exchange(command)
@@ -83,8 +90,8 @@ class TopicTransport:
             client.close()
 
     @contextmanager
-    def _safely(self) -> Iterator[RigClient]:
-        """Leave PWM 0 behind when something goes wrong."""
+    def _stop_on_error(self) -> Iterator[RigClient]:
+        """Give the client, and publish PWM 0 on any exception."""
         client = self._client
         if client is None:
             raise NoAnswerError("expected an open transport, found it closed: make another")

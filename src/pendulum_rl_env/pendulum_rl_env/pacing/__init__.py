@@ -1,1 +1,1 @@
-"""How an environment keeps pace with a rig that is reached by messages: in lockstep, or in real time."""
+"""How an environment keeps pace with a rig that messages reach: in lockstep or in real time."""

@@ -1,19 +1,23 @@
-"""What a pace needs of whatever carries commands to a rig, and brings its samples."""
+"""What a pace needs from whatever carries commands to a rig and brings its samples."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
+from pendulum_twin.arrays import Floats
 
 
 @dataclass(frozen=True)
 class Received:
-    """Hold a sample that has come: state x (m), th (rad), v (m/s), w (rad/s); sampling time; monotonic time of arrival."""
+    """Hold a sample that has arrived.
 
-    state: NDArray[np.float64]
+    state: (4,) x (m), th (rad), v (m/s), w (rad/s).
+    stamp_ns: ns; sampling time.
+    arrived_s: s; monotonic time of arrival.
+    """
+
+    state: Floats
     stamp_ns: int
     arrived_s: float
 
@@ -23,7 +27,7 @@ class RigLink(Protocol):
 
     @property
     def name(self) -> str:
-        """Return the rig's name, for sentences."""
+        """Return the rig's name, for messages."""
         ...
 
     def send(self, command: float) -> None:
@@ -31,13 +35,13 @@ class RigLink(Protocol):
         ...
 
     def wait(self, timeout_s: float) -> Received | None:
-        """Return the oldest sample that was not taken yet; None when none has come within timeout_s, which may be 0."""
+        """Return the oldest sample not taken yet; None when none comes within timeout_s (s)."""
         ...
 
     def now_s(self) -> float:
-        """Return the monotonic time of arrivals."""
+        """Return the monotonic time of arrivals, s."""
         ...
 
     def now_ns(self) -> int:
-        """Return the time on the clock of stamps; without meaning in lockstep."""
+        """Return the time on the clock of stamps, ns; without meaning in lockstep."""
         ...

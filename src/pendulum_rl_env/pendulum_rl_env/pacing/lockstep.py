@@ -1,4 +1,4 @@
-"""Lockstep: time stands still until a command comes, and every command is answered by one sample."""
+"""Lockstep: time stands still until a command comes, and one sample answers each command."""
 
 from __future__ import annotations
 
@@ -7,79 +7,85 @@ from pendulum_rl_env.pacing.sequence import StampSequence
 from pendulum_rl_env.transport import NoAnswerError, Sample
 from pendulum_twin.errors import BadInputError
 
-PERIOD_TOLERANCE = 0.01  # share by which so many sample periods may differ from a step
+PERIOD_TOLERANCE = 0.01  # share by which a step may differ from a whole number of sample periods
 
 
 class LockstepPace:
-    """Send each command as often as a step has samples, and take the answer to each before the next.
+    """Send each command once for every sample of a step, and await each answer.
 
-    How many samples these are is seen in the stamps of the first step. See `TopicTransport` for
-    what is told.
+    The stamps of the first step show how many samples a step has. See `TopicTransport` for each
+    sample's info.
+
+    link: carries commands and samples.
+    step_s: s; the period.
+    deadline_s: s; for one answer.
     """
 
     def __init__(self, link: RigLink, step_s: float, deadline_s: float) -> None:
         self._link, self._step_s, self._deadline_s = link, step_s, deadline_s
         self._sequence = StampSequence()
 
-    def begin(self, told_ns: int | None) -> Sample | None:
-        """Return the sample whose stamp the reset told, None when it does not come.
+    def begin(self, stamp_ns: int | None) -> Sample | None:
+        """Return the sample whose stamp the reset has announced; None when it does not come.
 
-        Raises BadInputError when the reset told none: then what answered it does not run in
-        lockstep.
+        stamp_ns: ns; None when the reset announced none.
+
+        Raises BadInputError without a stamp: then the twin or rig is not in lockstep.
         """
-        if told_ns is None:
+        if stamp_ns is None:
             raise BadInputError(
-                f"{self._link.name}: expected a twin in lockstep, found one, or a rig, in real time: start twin_node with "
-                "lockstep:=true, or give lockstep=False"
+                f"{self._link.name}: expected a twin in lockstep, found one, or a rig, in real "
+                "time: start twin_node with lockstep:=true, or give lockstep=False"
             )
         end_s = self._link.now_s() + self._deadline_s
         while (received := self._link.wait(end_s - self._link.now_s())) is not None:
-            if received.stamp_ns == told_ns:
-                self._sequence = StampSequence(last_ns=told_ns)
-                return self._told(received, told_ns, 0.0)
+            if received.stamp_ns == stamp_ns:
+                self._sequence = StampSequence(last_ns=stamp_ns)
+                return self._make_sample(received, stamp_ns, 0.0)
         return None
 
     def exchange(self, command: float) -> Sample:
-        """Hold a command for a step and return its last sample; raise `NoAnswerError` when one does not come."""
+        """Hold a command for a step and return its last sample; raise NoAnswerError on silence."""
         if self._sequence.last_ns is None:
             raise BadInputError(
                 f"{self._link.name}: expected a reset before the first command, found none"
             )
-        while (waiting := self._link.wait(0.0)) is not None:  # an answer to somebody else
-            if self._sequence.follows(waiting.stamp_ns):
+        while (waiting := self._link.wait(0.0)) is not None:  # an answer to another program
+            if self._sequence.accept(waiting.stamp_ns):
                 self._sequence.stale += 1
         before_ns, sent_s = self._sequence.last_ns, self._link.now_s()
-        last = self._answered(command)
+        last = self._ask(command)
         latency_s = last.arrived_s - sent_s
-        for _ in range(self._samples(before_ns, last.stamp_ns) - 1):
-            last = self._answered(command)
-        return self._told(last, before_ns, latency_s)
+        for _ in range(self._count_samples(before_ns, last.stamp_ns) - 1):
+            last = self._ask(command)
+        return self._make_sample(last, before_ns, latency_s)
 
-    def _answered(self, command: float) -> Received:
+    def _ask(self, command: float) -> Received:
         self._link.send(command)
         end_s = self._link.now_s() + self._deadline_s
         while (received := self._link.wait(end_s - self._link.now_s())) is not None:
-            if self._sequence.follows(received.stamp_ns):
+            if self._sequence.accept(received.stamp_ns):
                 return received
         raise NoAnswerError(
-            f"{self._link.name}: expected an answer to a command within {self._deadline_s:g} s, found none: "
-            "see that the twin still runs, then reset"
+            f"{self._link.name}: expected an answer to a command within {self._deadline_s:g} s, "
+            "found none: see that the twin still runs, then reset"
         )
 
-    def _samples(self, before_ns: int, answered_ns: int) -> int:
-        """Return how many samples a step has; its first answer shows it."""
+    def _count_samples(self, before_ns: int, answered_ns: int) -> int:
+        """Return how many samples a step has; its first answer shows the period."""
         if self._sequence.period_ns is None:
             self._sequence.period_ns = float(answered_ns - before_ns)
         period_s = 1e-9 * self._sequence.period_ns
         count = round(self._step_s / period_s)
         if abs(count * period_s - self._step_s) > PERIOD_TOLERANCE * self._step_s:
             raise BadInputError(
-                f"{self._link.name}: expected a whole number of sample periods in a step of {1e3 * self._step_s:g} ms, "
-                f"found samples every {1e3 * period_s:g} ms: set rate_hz of the twin, or step_s"
+                f"{self._link.name}: expected a whole number of sample periods in a step of "
+                f"{1e3 * self._step_s:g} ms, found samples every {1e3 * period_s:g} ms: set "
+                "rate_hz of the twin, or step_s"
             )
         return count
 
-    def _told(self, received: Received, before_ns: int, latency_s: float) -> Sample:
+    def _make_sample(self, received: Received, before_ns: int, latency_s: float) -> Sample:
         info = {
             "dt_s": (received.stamp_ns - before_ns) / 1e9,
             "age_s": 0.0,  # simulated time waits for the command

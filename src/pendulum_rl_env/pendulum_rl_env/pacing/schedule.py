@@ -1,4 +1,4 @@
-"""When steps end: every step_s, counted from one moment, so that nothing adds up."""
+"""The ends of steps: every step_s from one moment on, so that errors do not add up."""
 
 from __future__ import annotations
 
@@ -7,10 +7,15 @@ from dataclasses import dataclass
 
 @dataclass
 class Schedule:
-    """Hold when the present step ends, on the monotonic clock (s) and on that of stamps (ns), and how many were missed.
+    """Hold the end of the present step.
 
-    A step's deadline is its end: a command that comes later has missed it. The schedule is then
-    set anew from the command, so that nobody has to catch up.
+    A step's deadline is its end: a command that comes later has missed it. The schedule then
+    begins anew at the command, so that no caller has to catch up.
+
+    step_s: s; length of a step.
+    end_s: s; end of the present step on the monotonic clock.
+    end_ns: ns; the same on the clock of stamps.
+    missed: how many deadlines were missed.
     """
 
     step_s: float
@@ -22,8 +27,8 @@ class Schedule:
         """Let the next step begin now, with a sample of this stamp."""
         self.end_s, self.end_ns = now_s, stamp_ns
 
-    def go_on(self, now_s: float, now_ns: int) -> float:
-        """Go on to the next step, whose command is sent now; return by how much that was too late, 0 when in time."""
+    def advance(self, now_s: float, now_ns: int) -> float:
+        """Go to the next step, whose command is sent now; return its delay, s, 0 when in time."""
         self.end_s += self.step_s
         self.end_ns += round(1e9 * self.step_s)
         if now_s <= self.end_s:

@@ -1,4 +1,4 @@
-"""Whether samples come in order, each once: by their stamps, for they carry no number."""
+"""Check by their stamps that samples come in order and once; they carry no number."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ from statistics import median
 
 @dataclass
 class StampSequence:
-    """Count what is wrong with a row of stamps.
+    """Count what is wrong with a sequence of stamps.
 
-    period_ns: from sample to sample; None while it is not known, then nothing counts as lost.
-    stale: samples no later than one that came before. lost: samples that never came, by the gaps
-    between stamps.
+    period_ns: ns; from sample to sample. None while unknown; then no sample counts as lost.
+    stale: samples no later than an earlier sample.
+    lost: samples that never came, by the gaps between stamps.
+    last_ns: ns; the latest stamp.
     """
 
     period_ns: float | None = None
@@ -22,8 +23,8 @@ class StampSequence:
     lost: int = 0
     last_ns: int | None = None
 
-    def follows(self, stamp_ns: int) -> bool:
-        """Take the next stamp and tell whether it is later than the last one; count what is missing between them."""
+    def accept(self, stamp_ns: int) -> bool:
+        """Tell whether the next stamp is later than the last; count the samples between them."""
         if self.last_ns is not None:
             if stamp_ns <= self.last_ns:
                 self.stale += 1
@@ -35,5 +36,5 @@ class StampSequence:
 
 
 def compute_period_ns(stamps_ns: Sequence[int]) -> float:
-    """Return the period, ns, of rising stamps, at least two: the median, for a few may be missing."""
+    """Return the period, ns, of two or more rising stamps: the median, for some may be missing."""
     return float(median(after - before for before, after in pairwise(stamps_ns)))

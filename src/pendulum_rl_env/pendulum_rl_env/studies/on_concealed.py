@@ -1,4 +1,4 @@
-"""Train on a concealed rig, stepped directly: a policy of its twin, carefully and briefly, or one from nothing."""
+"""Train on a concealed rig, stepped directly: fine-tune a twin's policy, or learn from nothing."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import DummyVecEnv
 
 from pendulum_rl_env.in_process import scale_actions
-from pendulum_rl_env.learning.algorithms import load_policy, make_learner, make_policy
 from pendulum_rl_env.learning.callbacks import Progress
+from pendulum_rl_env.learning.learner import make_learner
 from pendulum_rl_env.learning.on_rig import learn_on_rig
+from pendulum_rl_env.learning.policies import load_policy, make_policy
 from pendulum_rl_env.learning.preset import IN_PROCESS, load_preset
 from pendulum_rl_env.learning.result import SOLVED_MEAN_REWARD, Result
 from pendulum_rl_env.scoring import run_episode
@@ -21,9 +22,9 @@ from pendulum_rl_env.studies.stages import ConcealedRig
 from pendulum_rl_env.task import Task
 from pendulum_twin.errors import BadInputError
 
-# Small steps: what was learned in the twin is nearly right, and a few thousand steps on the rig
-# are few to learn it anew.
-ROLLOUT_STEPS = 2048  # steps
+ROLLOUT_STEPS = 2048  # on the rig, between two updates of the policy
+# Small updates: the twin's policy is nearly right, and a few thousand steps on the rig are too few
+# to learn it anew.
 SETTINGS = {
     "learning_rate": 1e-4,
     "n_steps": ROLLOUT_STEPS,
@@ -31,19 +32,24 @@ SETTINGS = {
     "n_epochs": 10,
     "clip_range": 0.1,
 }
-MOST_LOG_STD = -2.0  # log of the deviation of the tried actions, of full PWM
+MOST_LOG_STD = -2.0  # of the explored actions, in units of full PWM
 
 
 def fine_tune(policy: Path, rig: ConcealedRig, steps: int, out: Path) -> float:
-    """Train a policy of PPO on the rig for at most so many steps; keep the best on the way, and return its reward.
+    """Train a policy of PPO on the rig, keep the best on the way, and return its reward.
 
-    It is looked at before and after every 2,048 steps. Rollouts count as steps on the rig,
-    evaluations do not.
+    policy: file of the policy to begin with.
+    rig: where it is trained, and evaluated before and after every 2,048 steps.
+    steps: on the rig, at most; evaluations do not count.
+    out: folder of the best policy.
+
+    Raises BadInputError when the policy is none of PPO.
     """
     before = load_policy(policy)
     if not isinstance(before, PPO):
         raise BadInputError(
-            f"{policy}: expected a policy of PPO to fine-tune, found one of {type(before).__name__}"
+            f"{policy}: expected a policy of PPO to fine-tune, found one of "
+            f"{type(before).__name__}"
         )
     training, evaluation = DummyVecEnv([lambda: _make_env(rig)]), _make_env(rig)
     try:
@@ -54,9 +60,9 @@ def fine_tune(policy: Path, rig: ConcealedRig, steps: int, out: Path) -> float:
         model.save(out / "policy.zip")
         for done in range(0, steps - ROLLOUT_STEPS + 1, ROLLOUT_STEPS):
             model.learn(ROLLOUT_STEPS, reset_num_timesteps=done == 0)
-            earned = run_episode(evaluation, make_policy(model)).reward
-            if earned > best:
-                best = earned
+            reward = run_episode(evaluation, make_policy(model)).reward
+            if reward > best:
+                best = reward
                 model.save(out / "policy.zip")
     finally:
         training.close()
@@ -65,25 +71,29 @@ def fine_tune(policy: Path, rig: ConcealedRig, steps: int, out: Path) -> float:
 
 
 def learn_from_scratch(rig: ConcealedRig, seed: int, steps: int, out: Path) -> float:
-    """Learn on the rig alone, by the preset for that, until GOOD or at most so many steps; return the best mean reward."""
+    """Learn on the rig alone by the preset frugal, and return the best mean reward.
+
+    rig: where it is trained and evaluated.
+    seed: of the training.
+    steps: on the rig, at most; a mean reward of 400 ends it earlier.
+    out: folder of policy, result and checkpoints.
+    """
     preset = load_preset("frugal", IN_PROCESS)
     env = DummyVecEnv([lambda: _make_env(rig)])
     out.mkdir(parents=True, exist_ok=True)
-    begun_s = time.monotonic()
+    start_s = time.monotonic()
     result = Result(IN_PROCESS, "frugal", preset.algorithm, seed)
     try:
-        model = make_learner(preset, env, seed, None)
-        silent = Progress(steps, lambda line: None)
         learn_on_rig(
-            model,
+            make_learner(preset, env, seed, None),
             steps,
             preset.evaluate_every,
             1,
             result,
             out,
             SOLVED_MEAN_REWARD,
-            lambda: time.monotonic() - begun_s,
-            silent,
+            lambda: time.monotonic() - start_s,
+            Progress(steps, lambda line: None),
         )
     finally:
         env.close()
@@ -92,4 +102,4 @@ def learn_from_scratch(rig: ConcealedRig, seed: int, steps: int, out: Path) -> f
 
 def _make_env(rig: ConcealedRig) -> gym.Env:
     task = Task()
-    return Monitor(gym.wrappers.TimeLimit(scale_actions(rig.env(task)), task.steps))
+    return Monitor(gym.wrappers.TimeLimit(scale_actions(rig.make_env(task)), task.steps))

@@ -1,7 +1,7 @@
-"""The thesis's study of sample times (table 3) as one command: the same training, commands further and further apart.
+"""The thesis's study of sample times (table 3): the same training with several sample times.
 
-An episode lasts as long in all (15.36 s), so rewards are told a step. Run as
-`python -m pendulum_rl_env.studies.sample_times --twin TWIN --out DIR --step-s 0.01 0.02 0.03 0.05 0.1`.
+An episode lasts 15.36 s with each of them, so rewards are given a step. Run as `python -m
+pendulum_rl_env.studies.sample_times --twin TWIN --out DIR --step-s 0.01 0.02 0.03 0.05 0.1`.
 """
 
 from __future__ import annotations
@@ -17,26 +17,33 @@ from typing import Any
 import numpy as np
 
 from pendulum_rl_env.studies import stages
+from pendulum_rl_env.studies.workers import limit_workers_to_one_core
 from pendulum_rl_env.task import EPISODE_S, Task
 from pendulum_twin.command_line import run_command
 from pendulum_twin.files import write_atomically
 from pendulum_twin.model import load_twin
 
+SHORTEST_STEP_S, LONGEST_STEP_S = 0.005, 0.5 * EPISODE_S
+
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the study; return 0 when it is done, 1 when it could not (the reason on stderr)."""
+    """Run the study; return 0 when it is done, 1 when it could not be (the reason on stderr)."""
     options = _parse_options(arguments)
-    goes_on = f"the same command goes on from what is in {options.out}"
-    return run_command("sample_times", lambda: _study(options), goes_on)
+    resumable = f"the same command goes on from what is in {options.out}"
+    return run_command("sample_times", lambda: _study(options), resumable)
 
 
 def _study(options: argparse.Namespace) -> None:
     load_twin(options.twin)
-    asked = list(product(options.step_s, range(options.seed, options.seed + options.seeds)))
-    with ThreadPoolExecutor(options.processes) as pool:
-        found = list(pool.map(lambda each: _train(each[0], each[1], options), asked))
+    seeds = range(options.seed, options.seed + options.seeds)
+    with limit_workers_to_one_core(), ThreadPoolExecutor(options.processes) as pool:
+        pairs = list(product(options.step_s, seeds))
+        results = list(pool.map(lambda pair: _train(pair[0], pair[1], options), pairs))
     rows = [
-        _make_row(step_s, [r for (s, _), r in zip(asked, found, strict=True) if s == step_s])
+        _make_row(
+            step_s,
+            [result for pair, result in zip(pairs, results, strict=True) if pair[0] == step_s],
+        )
         for step_s in options.step_s
     ]
     write_atomically(options.out / "sample_times.json", json.dumps(rows, indent=2) + "\n")
@@ -46,20 +53,16 @@ def _study(options: argparse.Namespace) -> None:
 def _train(step_s: float, seed: int, options: argparse.Namespace) -> dict[str, Any]:
     """Return `result.json` of a training with this sample time."""
     out = options.out / f"step_{step_s:g}_seed_{seed}"
-    how = [
-        "--step-s",
-        str(step_s),
-        "--preset",
-        options.preset,
-        *(["--timesteps", str(options.timesteps)] if options.timesteps else []),
-    ]
+    how = ["--step-s", str(step_s), "--preset", options.preset]
+    if options.timesteps:
+        how += ["--timesteps", str(options.timesteps)]
     policy = stages.train_policy(options.twin, out, seed, how)
-    told: dict[str, Any] = json.loads((policy.parent / "result.json").read_text(encoding="utf-8"))
-    return told
+    result: dict[str, Any] = json.loads((policy.parent / "result.json").read_text("utf-8"))
+    return result
 
 
 def _make_row(step_s: float, results: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return what trainings with one sample time came to; rewards a step: 1 is upright in the middle all the time."""
+    """Return the figures of one sample time; a reward a step of 1 is upright in the middle."""
     steps = Task.make_for_step(step_s).steps
     best = [result["best_mean_reward"] / steps for result in results]
     return {
@@ -73,13 +76,14 @@ def _make_row(step_s: float, results: list[dict[str, Any]]) -> dict[str, Any]:
 
 def _format_table(rows: list[dict[str, Any]]) -> str:
     lines = [
-        "| sample time, s | steps an episode | best reward a step: median, each seed | wall time, s: median |",
+        "| sample time, s | steps an episode | best reward a step: median, each seed "
+        "| wall time, s: median |",
         "|---|---|---|---|",
     ]
     for row in rows:
-        each = ", ".join(f"{value:.3f}" for value in row["best_reward_a_step"])
+        rewards = ", ".join(f"{value:.3f}" for value in row["best_reward_a_step"])
         lines.append(
-            f"| {row['step_s']:g} | {row['steps_an_episode']} | {row['median']:.3f} ({each}) "
+            f"| {row['step_s']:g} | {row['steps_an_episode']} | {row['median']:.3f} ({rewards}) "
             f"| {np.median(row['wall_s']):.0f} |"
         )
     return "\n".join(lines)
@@ -89,26 +93,12 @@ def _parse_options(arguments: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="sample_times", description=" ".join((__doc__ or "").split())
     )
-    add = parser.add_argument
-    add(
-        "--twin",
-        type=Path,
-        default=Path("config/inteco.yaml"),
-        help="twin file (config/inteco.yaml)",
-    )
-    add(
-        "--out",
-        type=Path,
-        required=True,
-        help="folder for the trainings; a second run goes on from what is there",
-    )
-    add(
-        "--step-s",
-        type=float,
-        nargs="+",
-        default=[0.01, 0.02, 0.03, 0.05, 0.1],
-        help="sample times, s",
-    )
+    add, twin = parser.add_argument, Path("config/inteco.yaml")
+    add("--twin", type=Path, default=twin, help=f"twin file ({twin})")
+    out = "folder for the trainings; a second run goes on from what is there"
+    add("--out", type=Path, required=True, help=out)
+    steps_s = [0.01, 0.02, 0.03, 0.05, 0.1]
+    add("--step-s", type=float, nargs="+", default=steps_s, help="sample times, s")
     add("--seed", type=int, default=0, help="of the first training (0)")
     add("--seeds", type=int, default=3, metavar="N", help="trainings a sample time (3)")
     add("--preset", default="fast", help="how to train (fast)")
@@ -116,9 +106,10 @@ def _parse_options(arguments: list[str] | None) -> argparse.Namespace:
     add("--processes", type=int, default=2, metavar="P", help="trainings at a time (2)")
     options = parser.parse_args(arguments)
     for step_s in options.step_s:
-        if not 0.005 <= step_s <= 0.5 * EPISODE_S:
+        if not SHORTEST_STEP_S <= step_s <= LONGEST_STEP_S:
             parser.error(
-                f"--step-s: expected sample times from 0.005 s to {0.5 * EPISODE_S:g} s, found {step_s:g}"
+                f"--step-s: expected sample times from {SHORTEST_STEP_S:g} s to "
+                f"{LONGEST_STEP_S:g} s, found {step_s:g}"
             )
     return options
 

@@ -1,29 +1,30 @@
-"""The stages from a concealed rig to a controlled one, each a program of its own room run as a user would run it.
+"""The stages from a concealed rig to a controlled rig; each runs a command line as a user would.
 
-A trial folder (`pendulum_bridge.studies.trials`) holds a rig: bag, seal and nominal twin. What is
-concealed is known to the emulator alone; nothing here opens the seal.
+A trial's folder (`pendulum_bridge.studies.trials`) holds a rig: recording, seal and nominal twin.
+Only the emulator knows what is concealed; no stage opens the seal.
 """
 
 from __future__ import annotations
 
 import json
-import os
-import subprocess
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from pendulum_bridge.studies import trials
+from pendulum_rl_env import train
 from pendulum_rl_env.env import PendulumEnv
+from pendulum_rl_env.kernel_transport import count_samples
 from pendulum_rl_env.learning.result import SOLVED_MEAN_REWARD
 from pendulum_rl_env.process_transport import ProcessTransport
+from pendulum_rl_env.studies.workers import run_in_worker
 from pendulum_rl_env.task import Task
-from pendulum_twin.errors import BadInputError
+from pendulum_sysid import cli
 
-SCRIPTS = Path(sys.executable).parent
-LAST_LINES = 3
-MOST_TRAININGS, SEED_STEP = 3, 1000  # trainings at most, and from seed to seed
+MOST_TRAININGS, SEED_STEP = 3, 1000  # of a twin; from the seed of one training to the next
+RIG_DEADLINE_S = 60.0
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,7 @@ class ConcealedRig:
 
     @property
     def nominal(self) -> Path:
-        """Return the twin file that knows nothing of what is concealed, its constants wrong."""
+        """Return the twin file without the concealed physics, its constants wrong."""
         return self.folder / "twin.yaml"
 
     @property
@@ -42,27 +43,30 @@ class ConcealedRig:
         """Return a minute of excitation."""
         return self.folder / "bag"
 
-    def env(self, task: Task) -> PendulumEnv:
-        """Return the rig as an environment, stepped directly; close it when done."""
-        samples = max(1, round(task.step_s * 100))
-        command = [
-            sys.executable,
-            "-m",
-            "pendulum_bridge.stepped_rig",
-            "--seal",
-            str(self.folder / "seal.json"),
-        ]
-        return PendulumEnv(
-            ProcessTransport([*command, "--samples", str(samples)], task.step_s, 60.0), task
-        )
+    def make_env(self, task: Task) -> PendulumEnv:
+        """Return the rig as an environment, stepped directly; close it after use."""
+        program = [sys.executable, "-m", "pendulum_bridge.stepped_rig"]
+        seal = ["--seal", str(self.folder / "seal.json")]
+        samples = ["--samples", str(count_samples(task.step_s))]
+        transport = ProcessTransport([*program, *seal, *samples], task.step_s, RIG_DEADLINE_S)
+        return PendulumEnv(transport, task)
 
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """Hold where a diagnosis's files are, and its verdict."""
+    """Hold a diagnosis.
+
+    folder: where its files are.
+    verdict: content of verdict.json.
+    """
 
     folder: Path
     verdict: dict[str, Any]
+
+    @property
+    def file(self) -> Path:
+        """Return the verdict's file."""
+        return self.folder / "verdict.json"
 
     @property
     def twin(self) -> Path:
@@ -71,91 +75,67 @@ class Diagnosis:
 
     @property
     def names(self) -> list[str]:
-        """Return what it calls missing."""
+        """Return the effects that it calls missing."""
         return [missing["effect"] for missing in self.verdict["missing_physics"]]
 
 
 def conceal(
     out: Path, number: int, seed: int, kinds: str, nominal: Path, seconds: float = 60.0
 ) -> ConcealedRig:
-    """Draw a rig, play a minute of excitation to it and record it; one that is there already is taken as it is."""
+    """Draw a rig, excite it and record it; a trial that is there already is taken as it is.
+
+    out: folder of the trials.
+    number, seed: say which rig.
+    kinds: how many effects are concealed, as KIND:SHARE,...
+    nominal: twin file of the rig before anything is concealed.
+    seconds: s; length of the recording.
+    """
     folder = out / f"trial_{number:04d}"
     if not folder.exists():
-        drawn = ["--trials", "1", "--first", str(number), "--seed", str(seed), "--kinds", kinds]
+        which = ["--trials", "1", "--first", str(number), "--seed", str(seed), "--kinds", kinds]
         how = ["--out", str(out), "--twin", str(nominal), "--seconds", str(seconds)]
-        run([sys.executable, "-m", "pendulum_bridge.studies.trials", *how, *drawn])
+        run_in_worker("trials", trials.main, [*how, *which])
     return ConcealedRig(folder)
 
 
 def diagnose(rig: ConcealedRig, out: Path) -> Diagnosis:
-    """Run `sysid diagnose` on the rig's recording; a verdict that is there already is taken as it is."""
-    if not (out / "verdict.json").exists():
-        run(
-            [
-                str(SCRIPTS / "sysid"),
-                "diagnose",
-                str(rig.recording),
-                "--twin",
-                str(rig.nominal),
-                "--out",
-                str(out),
-            ]
-        )
-    return Diagnosis(out, json.loads((out / "verdict.json").read_text(encoding="utf-8")))
+    """Diagnose the rig's recording; a verdict that is there already is taken as it is."""
+    file = out / "verdict.json"
+    if not file.exists():
+        bag, twin = str(rig.recording), str(rig.nominal)
+        arguments = ["diagnose", bag, "--twin", twin, "--out", str(out)]
+        run_in_worker("sysid diagnose", cli.main, arguments)
+    return Diagnosis(out, json.loads(file.read_text(encoding="utf-8")))
 
 
 def train_policy(twin: Path, out: Path, seed: int, options: Sequence[str] = ()) -> Path:
-    """Run `train_policy` and return the policy; one that is there already, whole, is taken as it is."""
-    if (
-        not (out / "result.json").exists()
-        or not json.loads((out / "result.json").read_text())["wall_s"]
-    ):
-        command = [
-            sys.executable,
-            "-m",
-            "pendulum_rl_env.train",
-            "--twin",
-            str(twin),
-            "--out",
-            str(out),
-        ]
-        resumed = (
-            ["--resume"]
-            if (out / "result.json").exists() and list(out.glob("checkpoints/*.zip"))
-            else []
-        )
-        run([*command, "--seed", str(seed), *options, *resumed])
+    """Train in a twin and return the policy; a finished training is taken as it is.
+
+    twin: file of the twin.
+    out: folder of the training; an unfinished training there is resumed.
+    seed: of the training.
+    options: further arguments of `train`.
+    """
+    result = out / "result.json"
+    if not (result.exists() and json.loads(result.read_text(encoding="utf-8"))["wall_s"]):
+        resumable = result.exists() and any(out.glob("checkpoints/*.zip"))
+        arguments = ["--twin", str(twin), "--out", str(out), "--seed", str(seed), *options]
+        run_in_worker("train", train.main, [*arguments, *(["--resume"] if resumable else [])])
     return out / "policy.zip"
 
 
 def train_until_good(twin: Path, out: Path, seed: int, options: Sequence[str] = ()) -> Path:
-    """Train, again with other seeds where a policy is not good in the twin itself, and return the one that is best there.
+    """Train with up to three seeds and return the policy that is best in the twin itself.
 
-    Reinforcement learning gets stuck at times. Trying again costs time, and no step on the rig: it
-    has no say in the choice.
+    Reinforcement learning gets stuck at times. Another training costs time and no step on the rig,
+    which has no say in the choice. Arguments: see `train_policy`.
     """
-    tried: dict[Path, float] = {}
+    rewards: dict[Path, float] = {}
     for attempt in range(MOST_TRAININGS):
         folder = out if not attempt else out.with_name(f"{out.name}_again_{attempt}")
         policy = train_policy(twin, folder, seed + SEED_STEP * attempt, options)
-        learned = json.loads((folder / "result.json").read_text(encoding="utf-8"))
-        tried[policy] = learned["best_mean_reward"] or 0.0
-        if tried[policy] >= SOLVED_MEAN_REWARD:
+        result = json.loads((folder / "result.json").read_text(encoding="utf-8"))
+        rewards[policy] = result["best_mean_reward"] or 0.0
+        if rewards[policy] >= SOLVED_MEAN_REWARD:
             break
-    return max(tried, key=lambda each: tried[each])
-
-
-def run(command: Sequence[str]) -> None:
-    """Run a program; raise BadInputError with its last words when it fails."""
-    one_core = {"OMP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"}
-    try:
-        done = subprocess.run(
-            command, check=False, capture_output=True, text=True, env={**os.environ, **one_core}
-        )
-    except OSError as error:
-        raise BadInputError(
-            f"expected the program {command[0]}, but it cannot be run: {error.strerror}"
-        ) from error
-    if done.returncode:
-        said = " / ".join(done.stderr.strip().splitlines()[-LAST_LINES:])
-        raise BadInputError(f"{' '.join(command[:4])} ended with status {done.returncode}: {said}")
+    return max(rewards, key=lambda policy: rewards[policy])

@@ -1,7 +1,7 @@
-"""Look for better settings of a preset by Optuna; the study stays on the disk and goes on when called again.
+"""Search better settings of a preset with Optuna; the study is kept on the disk and resumed.
 
-Run as `python -m pendulum_rl_env.studies.tune --preset fast --out DIR --trials N`; the best are
-written as a preset file.
+Run as `python -m pendulum_rl_env.studies.tune --preset fast --out DIR --trials N`; the best
+settings are written as a preset file.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from stable_baselines3.common.callbacks import BaseCallback
 
 from pendulum_rl_env.fleet import Fleet
 from pendulum_rl_env.in_process import load_learnable_twin
-from pendulum_rl_env.learning.algorithms import make_learner
 from pendulum_rl_env.learning.fleet_vec_env import FleetVecEnv
+from pendulum_rl_env.learning.learner import make_learner
 from pendulum_rl_env.learning.on_rig import evaluate_mean_reward
 from pendulum_rl_env.learning.preset import IN_PROCESS, Preset, load_preset
 from pendulum_twin.command_line import make_whole_reader, run_command
@@ -27,14 +27,14 @@ from pendulum_twin.errors import BadInputError
 from pendulum_twin.files import write_atomically
 from pendulum_twin.model import Twin
 
-EVALUATIONS = 8  # evaluations a trial: hopeless ones are given up at one
+EVALUATIONS = 8  # of a trial; each may end it, when other trials were better by then
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the search; return 0 when it is done, 1 when it could not (the reason on stderr)."""
+    """Run the search; return 0 when it is done, 1 when it could not be (the reason on stderr)."""
     options = _parse_options(arguments)
-    goes_on = f"the same command goes on with the study in {options.out}"
-    return run_command("tune", lambda: _search(options), goes_on)
+    resumable = f"the same command goes on with the study in {options.out}"
+    return run_command("tune", lambda: _search(options), resumable)
 
 
 def _search(options: argparse.Namespace) -> None:
@@ -53,29 +53,24 @@ def _search(options: argparse.Namespace) -> None:
             lambda trial: _train_and_rate(trial, preset, twin, options), n_trials=options.trials
         )
         best = _suggest_preset(optuna.trial.FixedTrial(study.best_params), preset)
-    except ValueError as error:  # another search's study, or none of its trials came to an end
+    except ValueError as error:  # another search's study, or no trial came to its end
         raise BadInputError(
             f"{options.out}: expected a study of this search, found otherwise: {error}"
         ) from error
     file = options.out / f"{options.preset}.yaml"
-    write_atomically(
-        file,
-        yaml.safe_dump(
-            {IN_PROCESS: {**asdict(best), "layers": list(best.layers)}}, sort_keys=False
-        ),
-    )
+    content = {IN_PROCESS: {**asdict(best), "layers": list(best.layers)}}
+    write_atomically(file, yaml.safe_dump(content, sort_keys=False))
     print(
-        f"{file}: {study.best_value:.1f} after {len(study.trials)} trials; train with --preset {file}"
+        f"{file}: {study.best_value:.1f} after {len(study.trials)} trials; train with "
+        f"--preset {file}"
     )
 
 
 def _suggest_preset(trial: optuna.trial.BaseTrial, preset: Preset) -> Preset:
     """Return the preset with settings that the trial suggests."""
     rate = trial.suggest_float("learning_rate", 1e-4, 3e-3, log=True)
-    settings = {
-        **preset.settings,
-        "gamma": 1 - trial.suggest_float("one_minus_gamma", 3e-3, 5e-2, log=True),
-    }
+    one_minus_gamma = trial.suggest_float("one_minus_gamma", 3e-3, 5e-2, log=True)
+    settings = {**preset.settings, "gamma": 1 - one_minus_gamma}
     if preset.algorithm == "ppo":
         settings["n_epochs"] = trial.suggest_int("n_epochs", 4, 20)
         settings["batch_size"] = trial.suggest_categorical("batch_size", [128, 256, 512, 1024])
@@ -87,7 +82,7 @@ def _suggest_preset(trial: optuna.trial.BaseTrial, preset: Preset) -> Preset:
 
 
 class _EvaluationCallback(BaseCallback):
-    """Evaluate several times in a training, and end it where others were better by then."""
+    """Evaluate several times in a training, and end it where the pruner says so."""
 
     def __init__(self, trial: optuna.Trial, every: int, evaluation: FleetVecEnv) -> None:
         super().__init__()
@@ -105,32 +100,28 @@ class _EvaluationCallback(BaseCallback):
 def _train_and_rate(
     trial: optuna.Trial, preset: Preset, twin: Twin, options: argparse.Namespace
 ) -> float:
-    """Return the mean of all looks: high early is what is wanted."""
-    drawn = _suggest_preset(trial, preset)
+    """Return the mean reward of all evaluations: a high reward early counts."""
+    tried, seed = _suggest_preset(trial, preset), options.seed + trial.number
     steps = options.timesteps or preset.timesteps
-    training = FleetVecEnv(
-        Fleet(
-            [twin], drawn.environments, spread=drawn.start_spread, seed=options.seed + trial.number
-        )
-    )
-    looking = _EvaluationCallback(
+    fleet = Fleet([twin], tried.environments, spread=tried.start_spread, seed=seed)
+    callback = _EvaluationCallback(
         trial, max(steps // EVALUATIONS, 1), FleetVecEnv(Fleet([twin], 1))
     )
-    model = make_learner(drawn, training, options.seed + trial.number, None)
-    model.learn(steps, callback=looking)
-    if len(looking.means) < EVALUATIONS and model.num_timesteps < steps:
+    model = make_learner(tried, FleetVecEnv(fleet), seed, None)
+    model.learn(steps, callback=callback)
+    if len(callback.means) < EVALUATIONS and model.num_timesteps < steps:
         raise optuna.TrialPruned
-    return float(np.mean(looking.means))
+    return float(np.mean(callback.means))
 
 
 def _parse_options(arguments: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="tune", description=" ".join((__doc__ or "").split()))
-    add = parser.add_argument
+    add, count = parser.add_argument, make_whole_reader(1)
     add("--preset", default="fast", help="where to begin (fast)")
     add("--twin", type=Path, help="twin file to learn on (without one: the INTECO rig)")
     add("--out", type=Path, required=True, help="folder of the study")
-    add("--trials", type=make_whole_reader(1), default=20, metavar="N", help="how many more (20)")
-    add("--timesteps", type=make_whole_reader(1), help="of each training (the preset's)")
+    add("--trials", type=count, default=20, metavar="N", help="how many more (20)")
+    add("--timesteps", type=count, help="of each training (the preset's)")
     add("--seed", type=int, default=0, help="of the search and the trainings (0)")
     return parser.parse_args(arguments)
 

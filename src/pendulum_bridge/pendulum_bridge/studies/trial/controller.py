@@ -1,17 +1,19 @@
-"""A controller at work: it swings the pole up, balances it, lets it hang and follows a course with the cart, in turns.
+"""A controller for recordings in closed loop: swing up, balance, hang, follow a course, in turns.
 
-Its commands answer measured samples, so what is late, noisy or off in them comes back in the
-input: that is what a recording in closed loop has and a played plan has not. It knows the nominal
-rig alone and nothing of what is concealed; what it must know beyond that, which way a command
-moves the measured cart and which way the pole then swings, it sees from a first push.
+Its commands answer measured samples, so delays, noise and errors of the sensors come back in the
+input; a played plan does not have this feedback. The controller knows the nominal rig and nothing
+of what is concealed. A first push shows which way a command moves the measured cart, and which way
+the pole then swings.
 
-The pole over a cart that is accelerated by a (measured from hanging, ph; b = S/Jp, wn^2 = b g):
+The pole over a cart with acceleration a (ph from hanging; b = S/Jp, wn^2 = b g):
     ph'' = -b cos(ph) a - wn^2 sin(ph)
-* Swinging up: the energy w^2/2 - wn^2 cos(ph) grows at the rate -b w cos(ph) a, so a takes that sign until it is wn^2.
-  The rig's wn is not known well: what is aimed at rises slowly, past all that it may be, until the pole is caught.
-* Balancing: gains that place the poles of the linearised cart and pole, a being the input: PLACED.
-* Following: a weak spring and damper towards a slow course, with the plan's many tones on top.
-Whatever runs, a cart that would pass the free part of the rail is brought back to the middle first (`Mode.RETURN`).
+* Swing up: the energy w^2/2 - wn^2 cos(ph) grows at the rate -b w cos(ph) a, so a takes the sign
+  of growth until the energy is wn^2. The true wn is uncertain, so the aim rises slowly, past every
+  possible value, until the pole is caught.
+* Balance: gains place the poles of the linearised cart and pole with input a: PLACED_POLYNOMIAL.
+* Follow: a weak spring and damper pull towards a slow course, with the plan's tones on top.
+In every mode a cart that would pass the free part of the rail returns to the middle first
+(`Mode.RETURN`).
 """
 
 from __future__ import annotations
@@ -29,33 +31,27 @@ from pendulum_twin.rig import Rig
 
 Floats = NDArray[np.float64]
 
-PUSHED_S = (
-    LEAD_S + 2 * PUSH_S
-)  # when the first push has moved the cart one way, and the pole the other
-BEGIN_S = 1.5  # of the turns
-FOLLOWED_S, TURN_S = 7.0, 20.0  # of a turn: following first, then swinging up and balancing
+PUSHED_S = LEAD_S + 2 * PUSH_S  # then the first push has moved the cart, and the pole opposite
+BEGIN_S = 1.5  # of the first turn
+FOLLOWED_S, TURN_S = 7.0, 20.0  # a turn begins with following; swing-up and balance come after
 COURSE = ((0.15, 0.11), (0.1, 0.23))  # m, Hz
 STIFFNESS, DAMPING = 1.0, 0.15  # command per m, per m/s: natural frequency 4 rad/s
 PUMPING_M_S2 = 5.0  # moves the cart 0.15 m each way at the pole's own frequency
-AIMS, AIMING_S = (
-    (0.8, 1.8),
-    10.0,
-)  # times the nominal energy: constants that are 20 % off make it 50 % off
+# Times the nominal energy: constants that are 20 % off change it by 50 %.
+AIMS, AIMING_S = (0.8, 1.8), 10.0
 SPRING_PER_S2, DRAG_PER_S = 5.0, 0.5  # of the cart meanwhile
 PLACED_POLYNOMIAL = (16.0, 88.0, 192.0, 144.0)  # (s + 6)^2 (s + 2)^2, without its s^4
 CATCH_RAD, CATCH_RAD_S, LOST_RAD = 0.35, 3.0, 0.7
 CALM_S = 2.0  # of following after the pole was lost
-FREE, BACK = (
-    0.5,
-    0.15,
-)  # of the rail's half length: where the cart must turn back, and where it is back
-BRAKING_S = 0.15  # looked ahead
+# Shares of the rail's half length: from FREE on the cart returns, within BACK it has returned.
+FREE, BACK = 0.5, 0.15
+BRAKING_S = 0.15  # how far ahead the cart's position is predicted
 RETURN_STIFFNESS, RETURN_DAMPING = 0.8, 0.3
 DITHER = {"follow": 0.8, "swing": 0.0, "balance": 0.25}  # of the plan's tones
 
 
 class Mode(Enum):
-    """Tell what the controller is about."""
+    """The modes of the controller."""
 
     PUSH = "push"
     FOLLOW = "follow"
@@ -66,11 +62,15 @@ class Mode(Enum):
 
 @dataclass(frozen=True)
 class Tuning:
-    """Hold what does not change: rig, rail and gains.
+    """Hold the constants of the controller.
 
-    period_s: from sample to sample. room: of the nominal rig. coupling: b, 1/m. stiffness: wn^2,
-    1/s^2. damping: the cart's, 1/s. gains: of acceleration, on the pole's angle from upright, its
-    rate, cart position and velocity. tones: commands.
+    period_s: sample period.
+    room: limits of command and rail of the nominal rig.
+    coupling: b, 1/m.
+    stiffness: wn^2, 1/s^2.
+    damping: of the cart, 1/s.
+    gains: of the acceleration, on pole angle from upright, pole rate, cart position and velocity.
+    tones: (n,) the plan's commands, PWM fraction.
     """
 
     period_s: float
@@ -84,10 +84,15 @@ class Tuning:
 
 @dataclass(frozen=True)
 class Stand:
-    """Hold how it stands: samples seen, mode, until which sample it only follows, since which it swings up.
+    """Hold the state of the controller.
 
-    first: position and angle before the push. way: of the measured cart under a positive command,
-    +1 or -1, and 0 until it is known. turn: -1 where the measured angle runs the other way round.
+    k: samples seen.
+    mode: what it does.
+    calm_until: sample until which it only follows.
+    swinging_from: sample since which it swings up.
+    first: position (m) and angle (rad) before the push.
+    way: of the measured cart under a positive command, +1 or -1; 0 until the push has shown it.
+    turn: -1 where the measured angle counts clockwise, else 1.
     """
 
     k: int = 0
@@ -100,7 +105,12 @@ class Stand:
 
 
 def make_tuning(rig: Rig, seconds: float, period_s: float, seed: int) -> Tuning:
-    """Return the tuning for a nominal rig; raise BadInputError for one without cart, drive or rail length."""
+    """Return the tuning for a nominal rig.
+
+    seconds: length of the recording.
+    seed: of the tones.
+    Raises BadInputError for a rig without cart, drive or rail length.
+    """
     room = make_envelope(rig)
     coupling = (
         rig.total_mass_kg * (rig.com_distance_m or 0.0) / (rig.pole_inertia_kg_m2 or math.inf)
@@ -118,14 +128,20 @@ def make_tuning(rig: Rig, seconds: float, period_s: float, seed: int) -> Tuning:
 
 
 def _place_poles(coupling: float, stiffness: float) -> tuple[float, float, float, float]:
-    """Return gains k of a = -k (psi, w, x, v) that give x'' = a, psi'' = b a + wn^2 psi the poles of PLACED."""
-    third, second, one, none = PLACED_POLYNOMIAL
-    on_x, on_v = -none / stiffness, -one / stiffness
+    """Return the gains k of a = -k (psi, w, x, v), with psi from upright.
+
+    With them x'' = a, psi'' = b a + wn^2 psi has the poles of PLACED_POLYNOMIAL.
+    """
+    third, second, first, constant = PLACED_POLYNOMIAL
+    on_x, on_v = -constant / stiffness, -first / stiffness
     return (second + stiffness - on_x) / coupling, (third - on_v) / coupling, on_x, on_v
 
 
 def compute_control(stand: Stand, sample: Floats, tuning: Tuning) -> tuple[Stand, float]:
-    """Return the next stand and the command (PWM fraction) that answers a sample x (m), th (rad), v (m/s), w (rad/s)."""
+    """Return the next state of the controller and the command (PWM fraction) for a sample.
+
+    sample: (4,) measured x (m), th (rad), v (m/s), w (rad/s).
+    """
     x, th, v, w = (float(value) for value in sample)
     if stand.k == 0:
         stand = replace(stand, first=(x, th))
@@ -143,7 +159,7 @@ def compute_control(stand: Stand, sample: Floats, tuning: Tuning) -> tuple[Stand
 
 
 def _observe_push(stand: Stand, x: float, th: float, tuning: Tuning) -> Stand:
-    """Return the stand with what the push has shown, once it has."""
+    """Return the state with the signs that the push has shown, when it is over."""
     if stand.k * tuning.period_s < PUSHED_S:
         return stand
     travel, swung = x - stand.first[0], th - stand.first[1]
@@ -198,16 +214,15 @@ def _compute_command(
 
 
 def _swing_up(x: float, ph: float, v: float, w: float, aim: float, tuning: Tuning) -> float:
-    """Return the acceleration (m/s^2) that brings the pole's energy to `aim` times that of standing upright.
+    """Return the acceleration (m/s^2) that swings the pole up and centres the cart.
 
-    It brings the cart to the middle, too.
+    aim: wanted energy of the pole, in units of its energy upright.
     """
     lacking = aim * tuning.stiffness - (0.5 * w * w - tuning.stiffness * math.cos(ph))
     size = min(max(lacking / (0.2 * tuning.stiffness), -1.0), 1.0) * PUMPING_M_S2
-    help_now = (
-        w * math.cos(ph) / math.sqrt(tuning.stiffness)
-    )  # little near the horizontal, where a push does nothing
-    return -size * math.tanh(2.0 * help_now) - SPRING_PER_S2 * x - DRAG_PER_S * v
+    # small near the horizontal, where a push does nothing
+    effectiveness = w * math.cos(ph) / math.sqrt(tuning.stiffness)
+    return -size * math.tanh(2.0 * effectiveness) - SPRING_PER_S2 * x - DRAG_PER_S * v
 
 
 def _balance(x: float, ph: float, v: float, w: float, tuning: Tuning) -> float:
@@ -216,7 +231,7 @@ def _balance(x: float, ph: float, v: float, w: float, tuning: Tuning) -> float:
 
 
 class Controller:
-    """Answer a recording's samples one after another: `compute_control`, with its stand kept."""
+    """Answer the samples of a recording in order: `compute_control` with its state kept."""
 
     def __init__(self, tuning: Tuning) -> None:
         self._tuning, self.stand = tuning, Stand()

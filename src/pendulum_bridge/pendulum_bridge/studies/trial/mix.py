@@ -1,4 +1,4 @@
-"""Which kind of trial comes when: the shares as even as they can be over any stretch, and the same whatever is asked for."""
+"""The kind of each trial, with the shares of the kinds as even as possible in every run."""
 
 from __future__ import annotations
 
@@ -11,17 +11,21 @@ USUAL_SHARES = {"nothing": 15, "single": 40, "pair": 20, "triple": 10, "unlisted
 
 
 def parse_shares(text: str) -> dict[str, int]:
-    """Return kind -> share as `nothing:15,single:40` has them; raise BadInputError for what cannot be shared out."""
+    """Return kind -> share of a text such as `nothing:15,single:40`.
+
+    Raises BadInputError when a kind is unknown or double, or when no share is positive.
+    """
     shares: dict[str, int] = {}
-    for part in text.split(","):
-        kind, _, share = part.strip().partition(":")
+    for entry in text.split(","):
+        kind, _, share = entry.strip().partition(":")
         if (
             kind not in EFFECTS_OF_KIND
             or kind in shares
             or not (share.isascii() and share.isdigit())
         ):
             raise BadInputError(
-                f"--kinds: expected KIND:SHARE,... with whole shares and the kinds {', '.join(EFFECTS_OF_KIND)}, found {part!r}"
+                "--kinds: expected KIND:SHARE,... with whole shares and the kinds "
+                f"{', '.join(EFFECTS_OF_KIND)}, found {entry!r}"
             )
         shares[kind] = int(share)
     if not sum(shares.values()):
@@ -30,13 +34,15 @@ def parse_shares(text: str) -> dict[str, int]:
 
 
 def find_kind(number: int, shares: Mapping[str, int]) -> tuple[str, int]:
-    """Return the kind of this trial, and how many of its kind stand before it.
+    """Return the kind of a trial, and how many trials of its kind come before it.
 
-    Every trial is of the kind that lags most behind its share; of equals, the first.
+    A trial has the kind that lags most behind its share; among equals, the first kind.
+    number: of the trial, from 0.
+    shares: kind -> share.
     """
     total = sum(shares.values())
     counts = dict.fromkeys(shares, 0)
     for k in range(number + 1):
-        kind = max(shares, key=lambda each: shares[each] * (k + 1) - counts[each] * total)
+        kind = max(shares, key=lambda name: shares[name] * (k + 1) - counts[name] * total)
         counts[kind] += 1
     return kind, counts[kind] - 1

@@ -1,4 +1,4 @@
-"""One trial: what is concealed in it, drawn from its number alone."""
+"""A trial: what is concealed in it, drawn from the seed of the run and the trial's number."""
 
 from __future__ import annotations
 
@@ -18,7 +18,13 @@ KIND_OF_COUNT = {0: "nothing", 1: "single", 2: "pair", 3: "triple"}
 
 @dataclass(frozen=True)
 class Trial:
-    """Hold a trial's number, kind, seed and truth."""
+    """Hold a trial.
+
+    number: in its run, from 0.
+    kind: see `mix`.
+    seed: of all that is random in it.
+    concealed: the truth.
+    """
 
     number: int
     kind: str
@@ -27,14 +33,20 @@ class Trial:
 
 
 def derive_seed(run_seed: int, number: int) -> int:
-    """Return the seed of one trial of a run."""
+    """Return the seed of a trial of a run."""
     return int(np.random.SeedSequence([run_seed, number]).generate_state(1)[0])
 
 
 def draw_trial(
     number: int, run_seed: int, shares: Mapping[str, int], nominal: Rig, size_factor: float = 1.0
 ) -> Trial:
-    """Return the trial with this number: its kind by the shares, its first effect going round all that there are."""
+    """Return the trial with this number.
+
+    The shares decide its kind; its first effect goes round all effects in turn.
+    shares: kind -> share.
+    nominal: the rig of which the constants are perturbed.
+    size_factor: multiplies the sizes of the effects.
+    """
     kind, turn = find_kind(number, shares)
     seed = derive_seed(run_seed, number)
     names = _draw_names(kind, turn, run_seed, seed)
@@ -48,7 +60,11 @@ def draw_trial_with(
     nominal: Rig,
     size_factor: float = 1.0,
 ) -> Trial:
-    """Return the trial with this number whose effects are given, catalogued or not: the sets take turns."""
+    """Return the trial with this number, with given effects.
+
+    sets: names of effects, catalogued or not; the trials take the sets in turn.
+    nominal, size_factor: see `draw_trial`.
+    """
     names = sets[number % len(sets)]
     seed = derive_seed(run_seed, number)
     kind = "unlisted" if set(names) & UNLISTED.keys() else KIND_OF_COUNT[min(len(names), 3)]
@@ -59,11 +75,11 @@ def _draw_names(kind: str, turn: int, run_seed: int, seed: int) -> tuple[str, ..
     if kind == "unlisted":
         return (_take_in_turn(tuple(UNLISTED), turn, run_seed),)
     count = EFFECTS_OF_KIND[kind]
-    # an effect that needs another beside it cannot be drawn alone
-    names = tuple(each.name for each in TABLE if count > 1 or not each.beside)
+    # an effect that needs another effect beside it cannot be drawn alone
+    names = tuple(effect.name for effect in TABLE if count > 1 or not effect.beside)
     return complete_set([_take_in_turn(names, turn, run_seed)], count, seed) if count else ()
 
 
 def _take_in_turn(names: tuple[str, ...], turn: int, run_seed: int) -> str:
-    """Return the name whose turn it is, in an order that the seed draws."""
+    """Return the name whose turn it is, in the order that the run's seed draws."""
     return names[int(np.random.default_rng(run_seed).permutation(len(names))[turn % len(names)])]
