@@ -1,4 +1,4 @@
-"""Command and sample belong together: a driver that is off by one step, either way, fits the twin clearly worse.
+"""Command and sample belong together: a driver that is off by a step fits the twin clearly worse.
 
 The user answers every sample at once with a random command. What the driver says it applied, by
 when it said so, is what
@@ -27,7 +27,7 @@ CLEARLY = 2.0
 
 
 class Recorded:
-    """Hold what was recorded from rest on; stamps in s, states (n, 4), commands and answers (n,) PWM fraction.
+    """Hold a recording from rest on; stamps in s, states (n, 4), commands and answers (n,) PWM.
 
     commands: what was in force from each sample on, the last applied within half a period after
     it. answers: what the user answered to each sample.
@@ -50,7 +50,7 @@ class Recorded:
 
 @pytest.fixture
 def recorded(ros: Graph):
-    """Return stamps (s), states (n, 4), and when (s) what (PWM fraction) was applied, in answer to samples from rest on."""
+    """Return stamps (s), states (n, 4), and when (s) which PWM fraction was applied."""
     emulator = DrivenEmulator()
     try:
         user, wanted = User(ros), random.Random(5)
@@ -75,8 +75,8 @@ def recorded(ros: Graph):
         emulator.kill()
 
 
-def error_m(states: np.ndarray, commands: np.ndarray) -> float:
-    """Return how far the cart's second differences are from those of the twin's free run from the first sample.
+def compute_error_m(states: np.ndarray, commands: np.ndarray) -> float:
+    """Return how far the cart's second differences are from those of the twin's free run.
 
     The median: on a busy machine some commands miss their sample, and that shows in their own
     differences alone.
@@ -90,8 +90,8 @@ def error_m(states: np.ndarray, commands: np.ndarray) -> float:
 def test_a_shift_of_one_step_between_command_and_sample_shows(recorded: Recorded) -> None:
     states, commands, answers = recorded.states, recorded.commands, recorded.answers
     assert len(states) > 0.8 * SAMPLES and np.ptp(states[:, 0]) > 0.005
-    as_it_is = error_m(states, commands)
-    shifted = {shift: error_m(states, np.roll(commands, shift)) for shift in (-1, 1)}
+    as_it_is = compute_error_m(states, commands)
+    shifted = {shift: compute_error_m(states, np.roll(commands, shift)) for shift in (-1, 1)}
     assert as_it_is * CLEARLY < min(shifted.values()), (as_it_is, shifted)
     same = {shift: float(np.mean(commands == np.roll(answers, shift))) for shift in (-1, 0, 1)}
     assert same[0] > 0.2, (
