@@ -1,8 +1,8 @@
 """Command and sample belong together: a driver that is off by a step fits the twin clearly worse.
 
-The user answers every sample at once with a random command. The commands that the driver reports as
-applied, by the time of the report, moved the rig: the twin, driven by them from rest, follows the
-samples; driven by the same commands shifted by a sample, it does not.
+The user answers every sample at once with a random command. The commands that the driver reports
+as applied, by the time of the report, moved the rig: the twin, driven by them from rest, follows
+the samples; driven by the same commands shifted by a sample, it does not.
 """
 
 import random
