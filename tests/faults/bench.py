@@ -122,8 +122,13 @@ class Bench:
         """Look at the rig, stop, command 0 and clear the stop."""
         self.wire.spoil = untouched
         assert self.user.call("stop").success
+        cleared = Reason.STOP_CLEARED.sentence
         self.spin(0.1, lambda: self.send(0.0))
-        assert self.user.call("clear_stop").message == Reason.STOP_CLEARED.sentence
+        self.until(
+            lambda: self.user.call("clear_stop").message == cleared,
+            "the stop to be cleared",
+            lambda: self.send(0.0),
+        )
 
     def _drives(self, within_s: float) -> bool:
         begin = time.monotonic()
