@@ -1,4 +1,4 @@
-"""The RViz file and the Foxglove layout show what there is: topics, services, fields and frames by their names."""
+"""The RViz file and the Foxglove layout name topics, services, fields and frames that exist."""
 
 import json
 import re
@@ -40,11 +40,11 @@ def placed(layout: Any) -> Iterator[str]:
 
 
 def paths() -> list[str]:
-    return [each["value"] for panel in PANELS.values() for each in panel.get("paths", [])]
+    return [entry["value"] for panel in PANELS.values() for entry in panel.get("paths", [])]
 
 
 def test_rviz_shows_rig_and_twin_in_the_frames_that_launch_files_make() -> None:
-    models = [each for each in RVIZ["Displays"] if each["Class"].endswith("/RobotModel")]
+    models = [entry for entry in RVIZ["Displays"] if entry["Class"].endswith("/RobotModel")]
     assert len(models) == 2
     launch = read("identify", twin="t.yaml", out="o", rviz="true")
     frames = {
@@ -67,10 +67,12 @@ def test_rviz_shows_rig_and_twin_in_the_frames_that_launch_files_make() -> None:
 
 
 def test_rviz_asks_only_for_plugins_that_are_installed() -> None:
-    needed = {each.text for each in ET.parse(BRIDGE / "package.xml").getroot().iter("exec_depend")}
+    needed = {
+        entry.text for entry in ET.parse(BRIDGE / "package.xml").getroot().iter("exec_depend")
+    }
     classes = {
-        each["Class"].split("/")[0]
-        for each in [*RVIZ["Displays"], *RVIZ["Tools"], RVIZ["Views"]["Current"]]
+        entry["Class"].split("/")[0]
+        for entry in [*RVIZ["Displays"], *RVIZ["Tools"], RVIZ["Views"]["Current"]]
     }
     assert classes == {"rviz_default_plugins"} and classes <= needed
 

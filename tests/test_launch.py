@@ -53,7 +53,7 @@ PATIENT = {
 }
 
 
-def settings_of(executable: str, package: str) -> type:
+def find_settings(executable: str, package: str) -> type:
     """Return the dataclass of a node's parameters."""
     module = executables(package)[executable].split(":")[0]
     found = vars(import_module(f"{module.removesuffix('_node')}_settings"))
@@ -64,7 +64,7 @@ def settings_of(executable: str, package: str) -> type:
     )
 
 
-def declared(name: str) -> dict[str, ET.Element]:
+def list_declared(name: str) -> dict[str, ET.Element]:
     return {
         each.attrib["name"]: each
         for each in ET.parse(LAUNCH / f"{name}.launch.xml").getroot().iterfind("arg")
@@ -75,7 +75,7 @@ def ways() -> list[tuple[str, dict[str, str]]]:
     """Return each launch file with each combination of what its choices and switches may be."""
     found = []
     for name in FILES:
-        arguments = declared(name)
+        arguments = list_declared(name)
         given = {key: value for key, value in GIVEN.items() if key in arguments}
         free = {
             key: [c.attrib["value"] for c in each] for key, each in arguments.items() if len(each)
@@ -157,7 +157,7 @@ def test_executables_are_there() -> None:
 
 def test_parameters_are_the_nodes_own_and_files_do_not_repeat_them() -> None:
     for process in NODES:
-        known = {each.name for each in fields(settings_of(process.executable, process.package))}
+        known = {each.name for each in fields(find_settings(process.executable, process.package))}
         (file,) = (each for each in process.parameters if isinstance(each, Path))
         filed = yaml.safe_load(file.read_text(encoding="utf-8"))["/**"]["ros__parameters"]
         assert set(filed) | set(given_to(process)) == known, process.executable
@@ -171,7 +171,7 @@ def test_nodes_take_what_they_are_given() -> None:
         filed = yaml.safe_load(process.parameters[0].read_text(encoding="utf-8"))["/**"][
             "ros__parameters"
         ]  # type: ignore[union-attr]
-        settings_of(process.executable, process.package)(**filed, **given_to(process))
+        find_settings(process.executable, process.package)(**filed, **given_to(process))
 
 
 @pytest.mark.parametrize("kind", ["rig", "emulated", "twin"])
@@ -253,7 +253,7 @@ def test_models_stand_side_by_side_and_come_from_the_twin_file() -> None:
 
 
 def patient(folder: Path) -> dict[str, Path]:
-    """Write copies of the parameter files that suit a test, and return the arguments that name them."""
+    """Write copies of the parameter files that suit a test, and return their arguments."""
     for name, values in PATIENT.items():
         mapping = yaml.safe_load(
             (SRC / "pendulum_bridge" / "config" / f"{name}.yaml").read_text(encoding="utf-8")
@@ -300,7 +300,8 @@ def test_identify_records_a_plan_and_ends_by_itself(ros: Graph, tmp_path: Path) 
     (tmp_path / "plan.yaml").write_text(yaml.safe_dump(PLAN), encoding="utf-8")
     heard = {name: Samples(ros, name) for name in ("rig", "twin")}
     launch = read(
-        "identify", twin=TWIN, out=tmp_path / "bag", plan=tmp_path / "plan.yaml", pendulum="emulated",
+        "identify", twin=TWIN, out=tmp_path / "bag", plan=tmp_path / "plan.yaml",
+        pendulum="emulated",
         rig_port=rig, listen_port=user, view="true", **patient(tmp_path),
     )  # fmt: skip
     with running(launch, ros.environment, tmp_path / "programs") as programs:
@@ -343,7 +344,10 @@ def test_ros2_launch_does_the_same(ros: Graph, tmp_path: Path) -> None:
     }
     given |= {"rig_port": rig, "listen_port": user, **patient(tmp_path)}
     theta = " ".join(f"{key}:={value}" for key, value in given.items())
-    line = f". {tmp_path / 'i' / 'setup.sh'} && exec ros2 launch pendulum_bridge identify.launch.xml {theta}"
+    line = (
+        f". {tmp_path / 'i' / 'setup.sh'} && exec ros2 launch pendulum_bridge identify.launch.xml "
+        f"{theta}"
+    )
     launched = subprocess.Popen(["sh", "-c", line], env=ros.environment, start_new_session=True)
     try:
         until(lambda: launched.poll() is not None, "the end of the plan", ros.spin, 3 * LONG_S)

@@ -17,7 +17,9 @@ SHARED = ("launch", "config", "rviz", "foxglove")
 setup(
     name=NAME,
     version="0.1.0",
-    description="The rig's side: driver, excitation, recorder, doctor, view, and an emulated rig on MuJoCo",
+    description=(
+        "The rig's side: driver, excitation, recorder, doctor, view, and an emulated rig on MuJoCo"
+    ),
     license="Apache-2.0",
     packages=find_packages(exclude=["test", "test.*"]),
     package_data={NAME: ["view/static/*"]},

@@ -1,4 +1,4 @@
-"""The table of faults (`make faults` prints it with all 1,000 resets): each with its oracle, on the real programs."""
+"""The table of faults (`make faults` prints it), each with its oracle, on the real programs."""
 
 from collections.abc import Callable, Iterator
 

@@ -18,6 +18,7 @@ from pendulum_bridge.wire.protocol import COMMAND, SAMPLE, Command
 from pendulum_twin.rig import Rig
 
 PWM = (0.3, -0.2, -0.4, 0.5, 0.1)
+ENCODERS = Encoders()
 COMMANDS = [Command(pwm) for pwm in PWM]
 
 
@@ -31,7 +32,7 @@ def list_answers(arguments: Sequence[str], commands: Sequence[Command]) -> np.nd
 
 
 def step_in_process(
-    concealed: Concealed, samples: int = 3, encoders: Encoders = Encoders(), rate_hz: float = 100.0
+    concealed: Concealed, samples: int = 3, encoders: Encoders = ENCODERS, rate_hz: float = 100.0
 ) -> np.ndarray:
     rig = EmulatedRig(concealed, rate_hz, encoders)
     return np.array([[rig.step(pwm) for _ in range(samples)][-1] for pwm in PWM])
@@ -52,7 +53,7 @@ def test_a_seed_is_the_rig_that_the_emulator_draws(nominal: Rig) -> None:
 def test_a_seal_is_its_rig_measured_as_the_options_say(nominal: Rig, tmp_path: Path) -> None:
     concealed = conceal_effects(("input_delay", "cart_coulomb_friction"), 4, nominal)
     write_seal(concealed, tmp_path / "seal.json")
-    options = "--pole-counts 512 --rate-hz 50 --samples 2".split()
+    options = ["--pole-counts", "512", "--rate-hz", "50", "--samples", "2"]
     assert np.array_equal(
         list_answers(["--seal", str(tmp_path / "seal.json"), *options], COMMANDS),
         step_in_process(concealed, 2, Encoders(pole_counts=512), 50.0),

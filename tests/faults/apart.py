@@ -53,7 +53,7 @@ def ros_clock_jumps(ros: Graph) -> Row:
 
 
 def system_clock_jumps() -> Row:
-    """Set the clock that samples are stamped by: pure, because only the administrator can set it for real."""
+    """Set the clock that stamps samples: a pure function, as only the administrator may set it."""
     for jump_ns in (HOUR_S * 10**9, -HOUR_S * 10**9):
         clock = ArrivalClock(100.0)
         arrival = time.time_ns()
@@ -65,7 +65,10 @@ def system_clock_jumps() -> Row:
             stamp = clock.stamp(arrival + jump_ns)
             assert abs(stamp - arrival - jump_ns) < PERIOD_NS
         assert (clock.timing.begun, clock.timing.set_back) == (1, int(jump_ns < 0))
-    right = "stamps follow from the next sample on (ArrivalClock alone); whatever decides PWM goes by the monotonic clock"
+    right = (
+        "stamps follow from the next sample on (ArrivalClock alone); whatever decides PWM goes by "
+        "the monotonic clock"
+    )
     return Row("the system's clock is set by 1 h, both ways", None, right)
 
 
@@ -103,7 +106,7 @@ def empty_sample(ros: Graph) -> Row:
 
 
 def resets(ros: Graph, count: int = 100) -> Row:
-    """Reset again and again what hangs at rest, at the highest rate; warmed up with as many, at most 100."""
+    """Reset a hanging pendulum over and over, after a warm-up of as many resets, at most 100."""
     rig = DrivenEmulator("--rate", RATE_HZ)
     try:
         patient = {"rate_hz": RATE_HZ, "rig_timeout_s": 2.0, "reset_deadline_s": 90.0}
@@ -111,16 +114,17 @@ def resets(ros: Graph, count: int = 100) -> Row:
         client = ros.user().create_client(Trigger, "reset")
         _reset(ros, client, 1)
         _reset(ros, client, min(count, 100))
-        before, begin = _held(driver.pid), time.monotonic()
+        before, begin = _read_usage(driver.pid), time.monotonic()
         _reset(ros, client, count)
-        each_s, after = (time.monotonic() - begin) / count, _held(driver.pid)
+        each_s, after = (time.monotonic() - begin) / count, _read_usage(driver.pid)
     finally:
         rig.kill()
     assert after[:2] == before[:2], f"files and threads: {before[:2]} before, {after[:2]} after"
     grown_kib = after[2] - before[2]
     assert grown_kib < GROWTH_KIB, f"memory grew by {grown_kib} KiB in {count} resets"
     right = (
-        f"{after[0]} files and {after[1]} threads before and after; memory grew by {grown_kib} KiB of {before[2]}; "
+        f"{after[0]} files and {after[1]} threads before and after; memory grew by {grown_kib} "
+        f"KiB of {before[2]}; "
         f"{1e3 * each_s:.0f} ms each"
     )
     return Row(f"{count:,} resets without a leak", None, right, Reason.RESET_DONE.sentence)
@@ -132,7 +136,7 @@ def _reset(ros: Graph, client, count: int) -> None:
         assert answer.success, answer.message
 
 
-def _held(process: int) -> tuple[int, int, int]:
+def _read_usage(process: int) -> tuple[int, int, int]:
     """Return how many files and threads a process has, and its memory in KiB."""
     proc = Path(f"/proc/{process}")
     memory = next(

@@ -1,4 +1,4 @@
-"""The bench of the faults: the driver's program, the wire, the rig emulator's program, and a user who commands."""
+"""The bench of the faults: the driver's program, the wire, the rig emulator, and a user."""
 
 import math
 import select
@@ -28,7 +28,7 @@ Step = Callable[[], None]
 
 
 class Bench:
-    """Drive an emulated rig over a wire that sees all; faults are made by the functions beside this module."""
+    """Drive an emulated rig over a wire that sees all; the modules beside this make the faults."""
 
     def __init__(self, ros: Graph, **values: object) -> None:
         sys.setswitchinterval(SWITCH_S)
@@ -122,8 +122,13 @@ class Bench:
         """Look at the rig, stop, command 0 and clear the stop."""
         self.wire.spoil = untouched
         assert self.user.call("stop").success
+        cleared = Reason.STOP_CLEARED.sentence
         self.spin(0.1, lambda: self.send(0.0))
-        assert self.user.call("clear_stop").message == Reason.STOP_CLEARED.sentence
+        self.until(
+            lambda: self.user.call("clear_stop").message == cleared,
+            "the stop to be cleared",
+            lambda: self.send(0.0),
+        )
 
     def _drives(self, within_s: float) -> bool:
         begin = time.monotonic()
@@ -144,7 +149,7 @@ class Bench:
         self.until(lambda: time.monotonic() >= end, f"{seconds} s", step)
 
     def zero_after(self, begin: float, limit_s: float, step: Step | None = None) -> float:
-        """Return the time from begin until PWM was 0 for good; fail when it took longer than limit_s on a busy machine."""
+        """Return the time from begin until PWM was 0 for good; fail after limit_s and BUSY_S."""
 
         def rests() -> bool:
             at_s = zero_at(self.wire.since(begin))
@@ -161,7 +166,7 @@ class Bench:
         """Go on for a while and return what the rig got; fail when it mostly was not driven."""
         self.spin(seconds, step or self.drive)
         sent = self.wire.since(begin)
-        driven = sum(each.pwm != 0 for each in sent)
+        driven = sum(sent_command.pwm != 0 for sent_command in sent)
         assert driven > 0.5 * len(sent) > 10, (
             f"of {len(sent)} commands {len(sent) - driven} were 0: {self.sentences}"
         )
@@ -206,9 +211,9 @@ def driver_arguments(wire: Wire, **values: object) -> list[str]:
 
 def zero_at(sent: list[Sent]) -> float | None:
     """Return when PWM became 0 and has been since (monotonic, s); None when it has not."""
-    found = None
-    for each in reversed(sent):
-        if each.pwm != 0:
+    since_s = None
+    for sent_command in reversed(sent):
+        if sent_command.pwm != 0:
             break
-        found = each.at_s
-    return found
+        since_s = sent_command.at_s
+    return since_s

@@ -1,4 +1,4 @@
-"""Command a driver from a program of its own: RATE_HZ SIZE, back and forth every 0.1 s, until it is killed."""
+"""Command a driver from a program of its own: RATE_HZ SIZE, back and forth, until it is killed."""
 
 import sys
 import time

@@ -66,20 +66,21 @@ def flood(bench: Bench, rate_hz: float = 10_000.0, seconds: float = 2.0) -> Row:
         most = (DECISIONS_BETWEEN + 1) * 100 * passed_s + passed_s / WAIT_S + 50
         assert len(sent) < most, f"{len(sent)} packets, at most {most:.0f}"
         moved = sum(abs(b.pwm - a.pwm) for a, b in pairwise(sent))
-        assert max(abs(each.pwm) for each in sent) <= limit
+        assert max(abs(command.pwm) for command in sent) <= limit
         assert moved <= slew_per_s * (passed_s + BUSY_S), (
             f"PWM moved by {moved:.2f} in {passed_s:.1f} s"
         )
         flooder.kill()
         end = time.monotonic()
         zero_s = bench.zero_after(end, TIMEOUT_S)
-        told = flooder.communicate()[0].split()
+        printed = flooder.communicate()[0].split()
     finally:
         assert bench.set(pwm_limit=0.5, slew_per_s=50.0) == ""
     bench.spin(QUIET_S)
-    flood_hz, packets_hz = float(told[-2]) / float(told[-1]), len(sent) / passed_s
+    flood_hz, packets_hz = float(printed[-2]) / float(printed[-1]), len(sent) / passed_s
     right = (
-        f"of {flood_hz:.0f} commands a second {packets_hz:.0f} reach the rig, within limit and slew a second, "
+        f"of {flood_hz:.0f} commands a second {packets_hz:.0f} reach the rig, within limit and "
+        "slew a second, "
         f"beside {samples / passed_s:.0f} samples; PWM 0 after it ends"
     )
     said = bench.said(Reason.COMMAND_OLD)
@@ -118,7 +119,7 @@ def huge(bench: Bench) -> Row:
     try:
         begin = time.monotonic()
         sent = bench.goes_on(begin, step=lambda: bench.send(bench.wave(1e300)))
-        assert max(abs(each.pwm) for each in sent) <= limit
+        assert max(abs(command.pwm) for command in sent) <= limit
         bench.user.healths.clear()
         said = bench.said(Reason.OVER_LIMIT, step=lambda: bench.send(bench.wave(1e300)))
     finally:

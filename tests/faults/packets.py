@@ -105,14 +105,14 @@ def foreign_packets(bench: Bench) -> Row:
 
 
 def reordered_packets(bench: Bench) -> Row:
-    held: list[bytes] = []
+    stored: list[bytes] = []
 
     def swap(packet: bytes) -> list[bytes]:
-        held.append(packet)
-        if len(held) < 2:
+        stored.append(packet)
+        if len(stored) < 2:
             return []
-        pair = held[::-1]
-        held.clear()
+        pair = stored[::-1]
+        stored.clear()
         return pair
 
     bench.wire.spoil = swap
@@ -166,11 +166,11 @@ def encoder_jump(bench: Bench) -> Row:
 
 def encoder_stuck(bench: Bench) -> Row:
     push = -math.copysign(0.4, bench.user.states[-1].position[0])
-    held: list[float] = []
+    stored: list[float] = []
 
     def stuck(sample: Sample) -> Sample:
-        held.append(sample.cart_m)
-        return replace(sample, cart_m=held[0], cart_velocity=0.0)
+        stored.append(sample.cart_m)
+        return replace(sample, cart_m=stored[0], cart_velocity=0.0)
 
     zero_s, said = spoilt(
         bench, spoiling(stuck), STUCK_S, Reason.CART_STUCK, step=lambda: bench.send(push)
@@ -182,11 +182,11 @@ def encoder_stuck(bench: Bench) -> Row:
 
 
 def same_sample(bench: Bench) -> Row:
-    held: list[bytes] = []
+    stored: list[bytes] = []
 
     def same(packet: bytes) -> list[bytes]:
-        held.append(packet)
-        return [held[0]]
+        stored.append(packet)
+        return [stored[0]]
 
     bench.until(lambda: abs(bench.user.states[-1].velocity[0]) > 0.05, "motion", bench.drive)
     zero_s, said = spoilt(bench, same, STUCK_S, Reason.CART_STUCK, Reason.POLE_STUCK)

@@ -1,4 +1,4 @@
-"""Make every fault in turn and print the table: fault, time until PWM 0, what is right, what was said."""
+"""Make every fault in turn and print the table: fault, time until PWM 0, what is right."""
 
 import sys
 from argparse import ArgumentParser

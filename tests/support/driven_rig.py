@@ -1,4 +1,4 @@
-"""A rig for `driver_node`: the emulator with the user's port left to the driver, and a user who commands and listens."""
+"""A rig for `driver_node`: the emulator, and a user who commands and listens."""
 
 import select
 from typing import Any
@@ -20,7 +20,7 @@ HOST = "127.0.0.1"
 
 
 class DrivenEmulator:
-    """A running `rig_emulator` whose samples go to a port that is left to a driver, or over TCP."""
+    """A running `rig_emulator` whose samples go to a driver's port, or over TCP."""
 
     def __init__(self, *arguments: object, tcp: bool = False) -> None:
         self.rig_port, self.listen_port = free_ports()

@@ -1,4 +1,4 @@
-"""What the excitation node is tested on: a rig that moves only when it is answered, or two live twins."""
+"""Rigs for the excitation node: a rig that moves only when it is answered, or two live twins."""
 
 from pathlib import Path
 
@@ -39,7 +39,7 @@ def make(ros: Graph, plan: str, **values: object) -> ExcitationNode:
 
 
 class StepRig:
-    """A rig that moves when it is answered: then the order of samples and commands is all that decides its motion.
+    """A rig that moves when it is answered: only the order of samples and commands matters.
 
     Samples whose number is in `lost` are never sent, and what was answered last acts on.
     """
@@ -62,7 +62,7 @@ class StepRig:
         )
 
     def look(self, node: ExcitationNode) -> None:
-        """Hang still and send samples until the node has seen its rate; then every sample sent has been answered."""
+        """Hang still and send samples until the node has seen its rate and answered all."""
         self._ros.until(lambda: self._tick() or node._run.stage is Stage.LOOKING, "the look")
         self._tick()
         self._ros.until(
@@ -117,7 +117,7 @@ class Bench:
         )
 
     def play(self, plan: str, **values: object) -> ExcitationNode:
-        """Start the node and wait until it plays; both it and the watcher are listened to by then."""
+        """Start the node and wait until it plays; node and watcher are listened to by then."""
         node = make(self.ros, plan, **{"listeners": 2, "overruled_s": 60.0, **values})
         self.ros.until(
             lambda: node._run.stage in (Stage.PLAYING, Stage.DONE, Stage.STOPPED), "the plan"
@@ -125,7 +125,7 @@ class Bench:
         return node
 
     def over(self, node: ExcitationNode) -> StopReason | None:
-        """Wait for the end, see that it is 0 for both, and return why it came early; None when it did not."""
+        """Wait for the end, check the last 0 for both, and return why it came early, or None."""
         self.ros.until(lambda: node.over, "the end")
         self.ros.until(
             lambda: self.sent["/rig"][-1:] == self.sent["/twin"][-1:] == [0.0],

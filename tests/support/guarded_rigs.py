@@ -1,10 +1,10 @@
-"""Random rigs about the nominal one, moved by the twin's own equations and driven through the safety decisions."""
+"""Random rigs about the nominal rig, moved by the twin's equations, driven through the safety."""
 
 from dataclasses import replace
 
 import numpy as np
 
-from pendulum_bridge.safety.decide import Decision, Rules, Safety, make_safety, decide, begin_reset
+from pendulum_bridge.safety.decide import Decision, Rules, Safety, begin_reset, decide, make_safety
 from pendulum_bridge.safety.reasons import Reason
 from pendulum_bridge.safety.rig_state import RigState
 from pendulum_twin.model import Twin
@@ -25,7 +25,7 @@ VARIED = (
 
 
 def varied(nominal: Rig, random: np.random.Generator, corner: bool = False) -> Rig:
-    """Return a rig each of whose constants is up to SPREAD off; in a corner each is exactly that far off."""
+    """Return a rig with constants up to SPREAD off; in a corner each is exactly that far off."""
     share = (
         random.choice([-1.0, 1.0], len(VARIED)) if corner else random.uniform(-1, 1, len(VARIED))
     )
@@ -52,7 +52,7 @@ def settled(rules: Rules, sample: RigState, now_s: float = 0.0) -> Safety:
 
 
 def reset_run(rig: Stepper, rules: Rules) -> tuple[Decision, float, float]:
-    """Return the decision that ended a reset, when (s), and how far from the middle the cart came (m)."""
+    """Return the decision that ended a reset, when (s), and the cart's largest distance (m)."""
     safety, reason = begin_reset(0.0, settled(rules, seen(rig)), rules)
     assert reason is Reason.RESETTING
     furthest = abs(rig.state[0])

@@ -1,4 +1,4 @@
-"""Read a launch file as `ros2 launch` does, as far as ours need it: what it would start, and with what.
+"""Read a launch file as `ros2 launch` does: which programs it would start, and with what.
 
 Anything that is not known here is an error, so that a file cannot use what its tests do not
 understand.
@@ -61,7 +61,7 @@ class Launch:
 
 
 def read(name: str, **given: object) -> Launch:
-    """Read launch/NAME.launch.xml with arguments; raise AssertionError for what `ros2 launch` would refuse."""
+    """Read launch/NAME.launch.xml; raise AssertionError for what `ros2 launch` would refuse."""
     launch = Launch()
     _visit(
         ET.parse(LAUNCH / f"{name}.launch.xml").getroot(),
@@ -72,7 +72,7 @@ def read(name: str, **given: object) -> Launch:
 
 
 def _visit(parent: ET.Element, scope: dict[str, str], launch: Launch, inner: bool = False) -> None:
-    """Visit what stands in a file or a group, in its order; a name that is set stays set to the end of the group."""
+    """Visit the tags of a file or a group in order; names that are set last until its end."""
     for element in parent:
         attributes = dict(element.attrib)
         condition = _condition(attributes.pop("if", None), scope) and not _condition(

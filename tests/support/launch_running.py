@@ -1,4 +1,4 @@
-"""Start what a launch file says, as `ros2 launch` would: each program by itself; all end when one of the vital ones ends."""
+"""Start the programs of a launch file, as `ros2 launch` would; all end with a vital program."""
 
 from __future__ import annotations
 
@@ -33,18 +33,18 @@ def executables(package: str) -> dict[str, str]:
 
 
 def command(process: Process, folder: Path) -> list[str]:
-    """Return the command line of one of our own programs; mappings of parameters become files in the folder."""
+    """Return the command line of a program of ours; mappings of parameters become files."""
     module = executables(process.package)[process.executable].split(":")[0]
     line = [sys.executable, "-m", module, *process.arguments]
     if not process.is_node:
         return line
     line += ["--ros-args", "-r", f"__ns:={process.namespace}"]
     line += ["-r", f"__node:={process.name}"] if process.name else []
-    for k, each in enumerate(process.parameters):
+    for k, values in enumerate(process.parameters):
         file = (
-            each
-            if isinstance(each, Path)
-            else _written(each, folder / f"{process.executable}_{k}.yaml")
+            values
+            if isinstance(values, Path)
+            else _written(values, folder / f"{process.executable}_{k}.yaml")
         )
         line += ["--params-file", str(file)]
     return line
@@ -111,7 +111,7 @@ class Running:
 
 @contextmanager
 def running(launch: Launch, environment: dict[str, str], folder: Path) -> Iterator[Running]:
-    """Start a launch file's programs; at the end all are gone, and what they said is shown when the test failed."""
+    """Start a launch file's programs; kill them at the end, print their logs on a failure."""
     programs = Running(launch, {**environment, "PYTHONUNBUFFERED": "1"}, folder)
     try:
         yield programs

@@ -1,4 +1,4 @@
-"""A ROS graph of one's own for a test: a domain that nobody else uses, nodes spun in process, programs started beside."""
+"""A ROS graph for a test: a domain of its own, nodes spun in process, programs started beside."""
 
 import os
 import socket
@@ -91,7 +91,7 @@ class Graph:
         return answer.result()
 
     def start(self, module: str, *arguments: object) -> subprocess.Popen:
-        """Start a node's module as a program of its own in this domain; killed at the end of the test."""
+        """Start a node's module as a program in this domain; killed at the end of the test."""
         command = [sys.executable, "-m", module, *map(str, arguments)]
         program = subprocess.Popen(
             command,
@@ -123,7 +123,7 @@ class Graph:
 
 @contextmanager
 def graph() -> Iterator[Graph]:
-    """Return a graph in a domain of its own; as a fixture: `ros = pytest.fixture(...)` in a folder's conftest."""
+    """Return a graph in a domain of its own; the fixture `ros` of the tests."""
     before = os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE")
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
     try:

@@ -1,4 +1,4 @@
-"""The wire between a driver and an emulated rig: it sees every packet, and spoils samples when told to."""
+"""The wire between a driver and an emulated rig: it sees every packet, and may spoil samples."""
 
 import select
 import socket
@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from pendulum_bridge.wire.protocol import Command
 from pendulum_bridge.wire.receive_time import (
     ANCILLARY_BYTES,
-    request_arrival_times,
     read_arrival_ns,
+    request_arrival_times,
 )
 from support.running_emulator import free_ports, udp_socket
 
@@ -24,7 +24,7 @@ Spoil = Callable[[bytes], list[bytes]]
 
 @dataclass(frozen=True)
 class Sent:
-    """Hold a command as the rig got it, and when it reached the rig's end of the wire (monotonic, s)."""
+    """Hold a command as the rig got it, and its arrival at the rig's end (monotonic, s)."""
 
     at_s: float
     pwm: float
@@ -38,7 +38,7 @@ def untouched(packet: bytes) -> list[bytes]:
 def system_less_monotonic_s() -> float:
     """Return the system's clock less the monotonic one, from the pair that was read fastest."""
     pairs = [(time.monotonic(), time.time(), time.monotonic()) for _ in range(20)]
-    before, system, after = min(pairs, key=lambda each: each[2] - each[0])
+    before, system, after = min(pairs, key=lambda entry: entry[2] - entry[0])
     return system - 0.5 * (before + after)
 
 
@@ -87,8 +87,8 @@ class Wire:
     def close(self) -> None:
         self._closing.set()
         self._thread.join()
-        for each in (self._from_emulator, self._from_driver, self._foreign):
-            each.close()
+        for entry in (self._from_emulator, self._from_driver, self._foreign):
+            entry.close()
 
     def _run(self) -> None:
         both: list[socket.socket] = [self._from_emulator, self._from_driver]
@@ -100,8 +100,8 @@ class Wire:
                         packet, read_arrival_ns(ancillary) / 1e9 - self._system_less_monotonic_s
                     )
                 else:
-                    for each in self.spoil(packet):
-                        self._from_driver.sendto(each, (LOOPBACK, self.driver_port))
+                    for entry in self.spoil(packet):
+                        self._from_driver.sendto(entry, (LOOPBACK, self.driver_port))
 
     def _to_rig(self, packet: bytes, at_s: float) -> None:
         try:

@@ -1,4 +1,4 @@
-"""Whole examinations of emulated rigs (MuJoCo), each with one thing wrong: it is found, nothing else is, no harm is done."""
+"""Examinations of emulated rigs (MuJoCo) with a fault each: the finding names it alone."""
 
 import math
 from collections.abc import Callable
@@ -33,15 +33,17 @@ class Case:
 
 def examined(bench: Bench, task: Task = TASK) -> list[Finding]:
     findings = list(examine(bench, task))
-    assert [each.check for each in findings] == list(Check)[list(Check).index(Check.SAMPLES) :]
+    assert [finding.check for finding in findings] == list(Check)[
+        list(Check).index(Check.SAMPLES) :
+    ]
     if task.may_move and any(command.pwm for command in bench.sent):
         assert bench.sent[-1] == Command(0.0)
     assert bench.furthest_m < NEAR_M
     return findings
 
 
-def first(finding: Check, findings: list[Finding]) -> Finding:
-    return next(each for each in findings if each.check is finding)
+def first(check: Check, findings: list[Finding]) -> Finding:
+    return next(finding for finding in findings if finding.check is check)
 
 
 def stuck_cart(sample: Sample) -> bytes:
@@ -71,7 +73,8 @@ def mirrored_velocity(sample: Sample) -> bytes:
 CASES = [
     Case("command mirrored", {Fault.COMMAND_MIRRORED}, {"input_sign_inverted": {}}),
     Case("angle mirrored", {Fault.ANGLE_MIRRORED}, {"angle_sign_inverted": {}}),
-    Case("mirrored, sticky", {Fault.CART_MIRRORED}, {"cart_sign_inverted": {}, "cart_coulomb_friction": {"level_n": 0.8}}),
+    Case("mirrored, sticky", {Fault.CART_MIRRORED},
+         {"cart_sign_inverted": {}, "cart_coulomb_friction": {"level_n": 0.8}}),
     Case("motor off", {Fault.CART_STANDS}, obeys=lambda command: Command(0.0, command.reset)),
     Case("stiff", {Fault.STIFF}, {"cart_coulomb_friction": {"level_n": 3.0}}),
     Case("cart's encoder stuck", {Fault.CART_BLIND}, shown=stuck_cart),
@@ -93,12 +96,13 @@ def test_each_fault_gives_its_finding_and_no_other(case: Case) -> None:
     assert faults(findings) == case.expected, lines(findings)
 
 
-@pytest.mark.parametrize("effects", [{}, {"cart_coulomb_friction": {"level_n": 1.0}, "input_dead_zone": {"width": 0.03}}],
+@pytest.mark.parametrize("effects", [
+    {}, {"cart_coulomb_friction": {"level_n": 1.0}, "input_dead_zone": {"width": 0.03}}],
                          ids=["smooth", "sticky"])  # fmt: skip
 def test_a_good_rig_is_ok_in_every_line(effects: dict) -> None:
     bench = Bench(Twin("rig", TWIN.rig, effects))
     findings = examined(bench)
-    assert {each.verdict for each in findings} == {Verdict.OK}, lines(findings)
+    assert {finding.verdict for finding in findings} == {Verdict.OK}, lines(findings)
     assert max(abs(command.pwm) for command in bench.sent) <= 0.5
 
 
@@ -113,7 +117,7 @@ def test_without_consent_nothing_is_sent() -> None:
     findings = examined(bench, replace(TASK, may_move=False))
     assert bench.sent == []
     assert not faults(findings)
-    assert [each.check for each in findings if each.found == NOT_ASKED] == [
+    assert [finding.check for finding in findings if finding.observed == NOT_ASKED] == [
         c for c in CHECKS if c is not Check.RAIL
     ]
     assert first(Check.RAIL, findings).verdict is Verdict.OK
@@ -144,7 +148,7 @@ def test_without_consent_nothing_is_sent() -> None:
 def test_a_rig_that_should_not_be_moved_is_not_moved(bench: Bench, task: Task, words: str) -> None:
     findings = examined_anywhere(bench, task)
     moves = first(Check.MOVES, findings)
-    assert moves.verdict is Verdict.SKIPPED and words in moves.found
+    assert moves.verdict is Verdict.SKIPPED and words in moves.observed
     assert not any(command.pwm for command in bench.sent)
 
 
@@ -158,5 +162,5 @@ def test_a_rig_that_falls_silent_while_it_is_pushed_gets_pwm_0() -> None:
     findings = examined(bench)
     assert faults(findings) == {Fault.FELL_SILENT}
     assert first(Check.MOVES, findings).fault is Fault.FELL_SILENT
-    assert {each.verdict for each in findings[-3:]} == {Verdict.SKIPPED, Verdict.OK}
+    assert {finding.verdict for finding in findings[-3:]} == {Verdict.SKIPPED, Verdict.OK}
     assert bench.pwm == 0.0 and bench.now() < 2.0

@@ -18,7 +18,7 @@ GOOD = Sample(
 
 def test_samples_are_samples() -> None:
     finding = check_packets([GOOD] * 9)
-    assert (finding.verdict, finding.found) == (Verdict.OK, "that in all 9 packets")
+    assert (finding.verdict, finding.observed) == (Verdict.OK, "that in all 9 packets")
 
 
 @pytest.mark.parametrize(
@@ -46,9 +46,9 @@ def test_samples_are_samples() -> None:
 def test_each_mistake_is_named(packet: bytes, fault: Fault, words: str) -> None:
     finding = check_packets([packet] * 6 + [GOOD])
     assert finding.fault is fault
-    assert words in finding.found and finding.found.endswith("in 6 of 7 packets")
+    assert words in finding.observed and finding.observed.endswith("in 6 of 7 packets")
     stray = check_packets([packet] + [GOOD] * 9)
-    assert stray.fault is Fault.SOME_MALFORMED and words in stray.found
+    assert stray.fault is Fault.SOME_MALFORMED and words in stray.observed
 
 
 @given(

@@ -1,4 +1,4 @@
-"""Addresses that cannot work are named, with whoever uses a port, and nobody's refusal is taken for silence."""
+"""Addresses that cannot work are named, with the program that uses a port."""
 
 import os
 from pathlib import Path
@@ -37,7 +37,7 @@ LOOPBACK, ALL, ELSEWHERE = (
 def test_both_ends_have_to_meet(listen: Address | None, rig: Address, fault: Fault | None) -> None:
     finding = check_address(listen, rig)
     assert finding.fault is fault
-    assert ("loopback" in finding.found) == (rig in (LOOPBACK, Address("localhost", 1)))
+    assert ("loopback" in finding.observed) == (rig in (LOOPBACK, Address("localhost", 1)))
 
 
 def refusal(listen: Address) -> BadInputError:
@@ -52,13 +52,14 @@ def test_who_has_the_port_is_named() -> None:
         listen = Address(*other.getsockname())
         finding = report_port_refused(listen, refusal(listen))
         assert finding.fault is Fault.PORT_TAKEN and "driver_node" in finding.advice
-        assert finding.found.endswith(f"(process {os.getpid()})")
+        assert finding.observed.endswith(f"(process {os.getpid()})")
 
 
 def test_an_address_of_another_machine_cannot_be_listened_on() -> None:
     finding = report_port_refused(ELSEWHERE, refusal(ELSEWHERE))
     assert (
-        finding.fault is Fault.PORT_REFUSED and "cannot listen on 192.168.7.9:1" in finding.found
+        finding.fault is Fault.PORT_REFUSED
+        and "cannot listen on 192.168.7.9:1" in finding.observed
     )
 
 
@@ -75,7 +76,10 @@ def test_a_rig_that_listens_gets_pwm_0_and_one_that_does_not_is_known() -> None:
 def proc(folder: Path, command: str, port: int = 16385) -> Path:
     """Make what Linux shows of one program with one UDP port."""
     (folder / "net").mkdir(parents=True)
-    row = f" 12: 0100007F:{port:04X} 00000000:0000 07 00000000:00000000 00:00000000 00000000  1000        0 777 2 0 0"
+    row = (
+        f" 12: 0100007F:{port:04X} 00000000:0000 07 00000000:00000000 00:00000000 00000000  1000"
+        "        0 777 2 0 0"
+    )
     (folder / "net" / "udp").write_text(f"  sl  local_address rem_address   st ...\n{row}\n")
     (folder / "42" / "fd").mkdir(parents=True)
     (folder / "42" / "fd" / "3").symlink_to("socket:[777]")

@@ -1,4 +1,4 @@
-"""Whatever happens while the cart is driven: it stays near, it is stopped, and it was asked for no more than needed."""
+"""While it is driven the cart stays near, is stopped, and gets no larger command than needed."""
 
 import math
 from collections.abc import Generator
@@ -46,24 +46,24 @@ def states(*carts: float, pole_rad: float = math.pi) -> Generator[Moment, None, 
 
 def fed(plan: Plan[Nudged], moments: Generator[Moment, None, None]) -> tuple[Nudged, list[float]]:
     """Return what a plan has seen in these moments, and what it asked for."""
-    asked = [next(plan)]
+    commands = [next(plan)]
     while True:
         try:
-            asked.append(plan.send(next(moments)))
+            commands.append(plan.send(next(moments)))
         except StopIteration as over:
-            return over.value, asked
+            return over.value, commands
 
 
 def test_a_cart_that_stands_is_pushed_no_harder_than_allowed() -> None:
-    seen, asked = fed(plan_nudge(0.4, 0.1), states(0.02))
+    seen, commands = fed(plan_nudge(0.4, 0.1), states(0.02))
     assert seen == Nudged(None, None, 0)
-    assert max(asked) == pytest.approx(0.4, abs=0.002) and min(asked) == 0.0
-    assert max(abs(b - a) for a, b in pairwise(asked)) < 0.0015
+    assert max(commands) == pytest.approx(0.4, abs=0.002) and min(commands) == 0.0
+    assert max(abs(b - a) for a, b in pairwise(commands)) < 0.0015
 
 
 def test_one_wrong_sample_does_not_move_the_cart() -> None:
-    seen, asked = fed(plan_nudge(0.1, 0.1), states(0.0, 0.0, 0.0, 0.05, 0.0))
-    assert (seen.way, max(asked)) == (0, pytest.approx(0.1, abs=0.002))
+    seen, commands = fed(plan_nudge(0.1, 0.1), states(0.0, 0.0, 0.0, 0.05, 0.0))
+    assert (seen.way, max(commands)) == (0, pytest.approx(0.1, abs=0.002))
 
 
 def test_a_pole_that_swings_over_a_standing_cart_ends_the_push() -> None:
@@ -72,8 +72,8 @@ def test_a_pole_that_swings_over_a_standing_cart_ends_the_push() -> None:
             angle = math.pi + (0.3 if moment.elapsed_s > 0.2 else 0.0)
             yield Moment(moment.elapsed_s, RigState(0.0, angle, 0.0, 0.0))
 
-    seen, asked = fed(plan_nudge(0.4, 0.1), swinging())
-    assert seen.blind and max(asked) < 0.03
+    seen, commands = fed(plan_nudge(0.4, 0.1), swinging())
+    assert seen.blind and max(commands) < 0.03
 
 
 @pytest.mark.parametrize("effects", [{}, {"input_sign_inverted": {}}])
@@ -89,8 +89,8 @@ def test_a_cart_that_nobody_sees_is_stopped_again(effects: dict) -> None:
 
 
 def test_a_cart_that_runs_away_ends_the_push() -> None:
-    seen, asked = fed(plan_nudge(0.4, 0.1), states(*(0.002 * k for k in range(1000))))
-    assert (seen.way, seen.back) == (1, None) and max(map(abs, asked)) < 0.1
+    seen, commands = fed(plan_nudge(0.4, 0.1), states(*(0.002 * k for k in range(1000))))
+    assert (seen.way, seen.back) == (1, None) and max(map(abs, commands)) < 0.1
 
 
 @pytest.mark.parametrize("way", [1, -1])
@@ -172,7 +172,7 @@ def test_the_rigs_own_swing_down_is_seen() -> None:
 
 
 def test_old_samples_of_a_standstill_are_not_answered() -> None:
-    """After a pause of this process, what has piled up is kept for the track, and only the newest is decided on."""
+    """After a pause all waiting samples are kept for the track; only the newest is decided on."""
     bench = Bench(shown=Sample.pack)
     receive = bench.receive
 

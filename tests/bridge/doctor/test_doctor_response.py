@@ -1,4 +1,4 @@
-"""Gain, latency and limit of a made-up cart are found again, whatever dry friction, dead zone and lag stand between."""
+"""Gain, latency and limit of a made-up cart are measured despite friction, dead zone and lag."""
 
 import math
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from support.doctor_bench import TWIN
 from pendulum_bridge.doctor.derivatives import check_order, check_velocities_moving, fit_derivative
 from pendulum_bridge.doctor.directions import measure_pole_answer
 from pendulum_bridge.doctor.faults import Fault, Verdict
-from pendulum_bridge.doctor.held import Held
+from pendulum_bridge.doctor.held_signal import HeldSignal
 from pendulum_bridge.doctor.response import (
     Response,
     check_acceleration,
@@ -37,7 +37,7 @@ class Cart:
     most: float = 1.0
 
 
-def commands() -> np.ndarray:
+def make_commands() -> np.ndarray:
     """Return doublets, two small and one large, each after a pause: one command a sample."""
     doublet = np.repeat([1.0, -1.0, -1.0, 1.0], 12)
     kick = np.repeat([1.0, -1.0, -1.0, 1.0], 7)
@@ -45,21 +45,21 @@ def commands() -> np.ndarray:
     return np.concatenate([pause, 0.1 * doublet, pause, 0.19 * doublet, pause, 0.5 * kick, pause])
 
 
-def driven(cart: Cart, swing_rad: float = 0.0) -> Track:
+def drive_cart(cart: Cart, swing_rad: float = 0.0) -> Track:
     """Return what the cart does, in steps of a fiftieth of the period, measured in encoder steps.
 
     swing_rad: how far a pole swings, and shakes the cart about the centre of mass, which is what
     the drive moves.
     """
-    u, step = np.repeat(commands(), FINE), PERIOD_S / FINE
+    u, step = np.repeat(make_commands(), FINE), PERIOD_S / FINE
     u = np.concatenate([np.zeros(round(cart.delay_s / step)), u])[: len(u)]
     viscous = (TWIN.rig.cart_viscous_n_s_m or 0.0) / TWIN.rig.total_mass_kg
     x = v = lagged = 0.0
     shown = []
-    for k, each in enumerate(u):
+    for k, command in enumerate(u):
         if k % FINE == 0:
             shown.append(round(x / STEP_M) * STEP_M)
-        lagged = each if not cart.lag_s else lagged + (each - lagged) * step / cart.lag_s
+        lagged = command if not cart.lag_s else lagged + (command - lagged) * step / cart.lag_s
         drive = cart.gain * math.copysign(
             max(min(abs(lagged), cart.most) - cart.dead, 0.0), lagged
         )
@@ -73,10 +73,10 @@ def driven(cart: Cart, swing_rad: float = 0.0) -> Track:
     samples = np.zeros((len(shown), 4))
     samples[:, 0] = math.pi + swing_rad * np.sin(9 * times)
     samples[:, 2] = np.array(shown) + (TWIN.rig.com_distance_m or 0.0) * np.sin(samples[:, 0])
-    return Track(times, samples, times, commands())
+    return Track(times, samples, times, make_commands())
 
 
-def response(track: Track) -> Response:
+def measure(track: Track) -> Response:
     return measure_response(track, resample(track, PERIOD_S), TWIN.rig, 1, SMALL)
 
 
@@ -95,45 +95,46 @@ def response(track: Track) -> Response:
     ids=str,
 )
 def test_what_was_made_up_is_found(cart: Cart) -> None:
-    found = response(driven(cart))
-    assert found.is_sure
-    assert found.gain == pytest.approx(cart.gain, rel=0.1)
-    assert found.latency_s == pytest.approx(cart.delay_s + cart.lag_s, abs=0.006)
-    assert found.effect == pytest.approx(min(cart.most, 0.5), rel=0.06)
-    assert found.strongest == 0.5
+    response = measure(drive_cart(cart))
+    assert response.is_sure
+    assert response.gain == pytest.approx(cart.gain, rel=0.1)
+    assert response.latency_s == pytest.approx(cart.delay_s + cart.lag_s, abs=0.006)
+    assert response.effect == pytest.approx(min(cart.most, 0.5), rel=0.06)
+    assert response.strongest == 0.5
 
 
 def test_a_swinging_pole_does_not_matter() -> None:
-    found = response(driven(Cart(delay_s=0.02), swing_rad=1.0))
-    assert (found.gain, found.latency_s) == (
+    response = measure(drive_cart(Cart(delay_s=0.02), swing_rad=1.0))
+    assert (response.gain, response.latency_s) == (
         pytest.approx(18.6, rel=0.1),
         pytest.approx(0.02, abs=0.006),
     )
 
 
 def test_jitter_and_losses_do_not_matter() -> None:
-    whole = driven(Cart(delay_s=0.03))
-    late = np.random.default_rng(3).uniform(0, 0.004, len(whole.arrivals))
+    track = drive_cart(Cart(delay_s=0.03))
+    late = np.random.default_rng(3).uniform(0, 0.004, len(track.arrivals))
     kept = np.delete(np.arange(len(late)), [60, 90, 131, 132])
-    found = response(
-        Track((whole.arrivals + late)[kept], whole.samples[kept], whole.sent_at, whole.sent)
+    response = measure(
+        Track((track.arrivals + late)[kept], track.samples[kept], track.sent_at, track.sent)
     )
-    assert found.gain == pytest.approx(18.6, rel=0.1)
-    assert found.latency_s == pytest.approx(0.03, abs=0.008)
+    assert response.gain == pytest.approx(18.6, rel=0.1)
+    assert response.latency_s == pytest.approx(0.03, abs=0.008)
 
 
 def test_a_cart_that_hardly_moves_tells_nothing() -> None:
-    still = response(driven(Cart(gain=0.01)))
+    still = measure(drive_cart(Cart(gain=0.01)))
     assert not still.is_sure
     findings = [
         check_latency(still, PERIOD_S),
         check_acceleration(still, 18.6, 10.0, 34.0),
         check_clipping(still, 0.5),
     ]
-    assert {each.verdict for each in findings} == {Verdict.SKIPPED}
+    assert {finding.verdict for finding in findings} == {Verdict.SKIPPED}
 
 
-@pytest.mark.parametrize(("gain", "fault"), [(18.0, None), (-18.0, None), (13.0, Fault.GAIN_OFF), (40.0, Fault.GAIN_UNSAFE),
+@pytest.mark.parametrize(("gain", "fault"), [
+    (18.0, None), (-18.0, None), (13.0, Fault.GAIN_OFF), (40.0, Fault.GAIN_UNSAFE),
                                              (9.0, Fault.GAIN_UNSAFE)])  # fmt: skip
 def test_a_gain_is_judged_by_what_the_guard_believes(gain: float, fault: Fault | None) -> None:
     finding = check_acceleration(Response(0.0, gain, 0.1, 0.5, 0.5), 18.6, 10.0, 34.5)
@@ -149,11 +150,11 @@ def test_latency_and_clipping_are_judged() -> None:
 
 
 def test_means_are_the_triangular_ones() -> None:
-    held = Held(np.array([1.0, 1.1]), np.array([2.0, 0.0]), 0.0, 0.02, PERIOD_S)
-    assert held.average_around(np.array([0.9, 1.0, 1.05, 1.1, 1.2])) == pytest.approx(
+    signal = HeldSignal(np.array([1.0, 1.1]), np.array([2.0, 0.0]), 0.0, 0.02, PERIOD_S)
+    assert signal.average_around(np.array([0.9, 1.0, 1.05, 1.1, 1.2])) == pytest.approx(
         [0.0, 1.0, 2.0, 1.0, 0.0], abs=0.15
     )
-    lagging = Held(np.array([1.0, 2.0]), np.array([1.0, 0.0]), 0.05, 0.02, PERIOD_S)
+    lagging = HeldSignal(np.array([1.0, 2.0]), np.array([1.0, 0.0]), 0.05, 0.02, PERIOD_S)
     assert lagging.average_around(np.array([1.1, 1.3])) == pytest.approx(
         [1 - math.exp(-2), 1 - math.exp(-6)], abs=0.03
     )
@@ -162,7 +163,7 @@ def test_means_are_the_triangular_ones() -> None:
 def moving(
     pole_rate: float = 1.0, cart_velocity: float = 1.0, columns: tuple[int, ...] = (0, 1, 2, 3)
 ) -> Grid:
-    """Return two sines in place of pole and cart, the rates multiplied, the columns in another order."""
+    """Return two sines as pole and cart, with the rates scaled and the columns reordered."""
     t = PERIOD_S * np.arange(150)
     pole, cart = math.pi + 0.1 * np.sin(6 * t), 0.02 * np.sin(4 * t)
     rates = pole_rate * 0.6 * np.cos(6 * t), cart_velocity * 0.08 * np.cos(4 * t)
@@ -172,19 +173,21 @@ def moving(
 def test_rates_that_follow_their_positions_are_right() -> None:
     assert check_order(moving()).fault is None and check_velocities_moving(moving()).fault is None
     assert (
-        check_velocities_moving(moving()).found == "pole rate 1.00 times, cart velocity 1.00 times"
+        check_velocities_moving(moving()).observed
+        == "pole rate 1.00 times, cart velocity 1.00 times"
     )
 
 
 @pytest.mark.parametrize(("pole_rate", "cart_velocity", "words"), [
-    (-1.0, 1.0, "pole rate -1.00 times"), (1.0, 100.0, "cart velocity 99.9"), (57.3, 1.0, "pole rate 57."),
+    (-1.0, 1.0, "pole rate -1.00 times"), (1.0, 100.0, "cart velocity 99.9"),
+    (57.3, 1.0, "pole rate 57."),
     (0.0, 1.0, "pole rate that has nothing to do with them"),
 ])  # fmt: skip
 def test_a_rate_of_a_wrong_sign_or_unit_is_found(
     pole_rate: float, cart_velocity: float, words: str
 ) -> None:
     finding = check_velocities_moving(moving(pole_rate, cart_velocity))
-    assert finding.fault is Fault.VELOCITY_WRONG and words in finding.found
+    assert finding.fault is Fault.VELOCITY_WRONG and words in finding.observed
 
 
 @pytest.mark.parametrize("columns", [(0, 2, 1, 3), (0, 2, 3, 1), (1, 0, 3, 2), (2, 0, 3, 1)])
@@ -203,7 +206,7 @@ def test_a_wrapped_angle_is_found() -> None:
 
 @pytest.mark.parametrize(("per_m", "way"), [(-4.6, 1), (4.6, -1), (0.0, 0)])
 def test_the_pole_tells_which_way_it_counts(per_m: float, way: int) -> None:
-    """The linear equation of a hanging pole, ph'' = per_m (v' + g ph) with per_m < 0, integrated beside the test."""
+    """The linear equation of a hanging pole, ph'' = per_m (v' + g ph), is integrated here."""
     t, step = np.arange(0, 1.5, 1e-4), 1e-4
     speed = 0.1 * np.sin(8 * t) ** 2
     angle, rate, shown = 0.0, 0.0, []

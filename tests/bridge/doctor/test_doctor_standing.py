@@ -1,4 +1,4 @@
-"""A rig at rest, recorded and spoilt: each fault gives exactly its finding, and a clean one gives none."""
+"""A rig at rest, recorded and spoilt: each fault gives its finding and no other."""
 
 import math
 import struct
@@ -29,7 +29,7 @@ Spoil = Callable[[np.ndarray], np.ndarray]
 
 
 def resting(angle_rad: float = math.pi, cart_m: float = 0.01, seed: int = 0) -> np.ndarray:
-    """Return samples of a rig at rest, each encoder flickering between two steps, velocities by differences."""
+    """Return samples of a rig at rest whose encoders flicker between two steps."""
     flicker = np.random.default_rng(seed).integers(0, 2, (COUNT + 1, 2))
     positions = np.array([angle_rad, cart_m]) + flicker * [POLE_STEP, CART_STEP]
     speeds = np.diff(positions, axis=0) * RATE_HZ
@@ -69,7 +69,7 @@ def spiky(samples: np.ndarray) -> np.ndarray:
 
 
 def thickly_spiky(samples: np.ndarray) -> np.ndarray:
-    """Return samples with spikes so close to one another that a running median does not take them all away."""
+    """Return samples with spikes so close that a running median does not remove all."""
     spoilt = samples.copy()
     spoilt[[50, 51, 53, 120, 122, 123], POLE] += 1.0
     return spoilt
@@ -129,23 +129,24 @@ SPOILT: list[tuple[str, Spoil, set[Fault]]] = [
     ("spoil", "expected"), [case[1:] for case in SPOILT], ids=[case[0] for case in SPOILT]
 )
 def test_each_fault_gives_its_finding_and_no_other(spoil: Spoil, expected: set[Fault]) -> None:
-    found = findings(spoil(resting()))
-    assert faults(found) == expected, lines(found)
-    assert tuple(each.check for each in found) == CHECKS
-    for finding in found:
-        assert finding.found and (finding.expected or finding.skipped)
+    listed = findings(spoil(resting()))
+    assert faults(listed) == expected, lines(listed)
+    assert tuple(finding.check for finding in listed) == CHECKS
+    for finding in listed:
+        assert finding.observed and (finding.expected or finding.skipped)
 
 
 def test_a_clean_rig_is_ok_in_every_line() -> None:
-    found = findings(resting())
-    assert {each.verdict for each in found} == {Verdict.OK}
-    by_check = {each.check: each for each in found}
+    listed = findings(resting())
+    assert {finding.verdict for finding in listed} == {Verdict.OK}
+    by_check = {finding.check: finding for finding in listed}
     assert (
-        "steps of 0.0015 rad" in by_check[Check.NOISE].found
-        and "steps of 0.057 mm" in by_check[Check.NOISE].found
+        "steps of 0.0015 rad" in by_check[Check.NOISE].observed
+        and "steps of 0.057 mm" in by_check[Check.NOISE].observed
     )
     assert by_check[Check.POLE_ZERO].line == (
-        "OK       zero, pole             expected 3.142 rad while the pole hangs still; found 3.143 rad"
+        "OK       zero, pole             "
+        "expected 3.142 rad while the pole hangs still; found 3.143 rad"
     )
 
 
@@ -157,12 +158,12 @@ def test_wherever_it_rests_a_good_rig_is_good(angle_rad: float, cart_m: float, s
 
 def test_what_hangs_on_rest_and_order_is_skipped_without_them() -> None:
     moving = findings(swinging(resting()))
-    assert [each.check for each in moving if each.verdict is Verdict.SKIPPED] == [
+    assert [finding.check for finding in moving if finding.verdict is Verdict.SKIPPED] == [
         Check.VELOCITIES, Check.POLE_ZERO, Check.CART_ZERO,
     ]  # fmt: skip
     mixed = findings(resting()[:, [CART, CART_VELOCITY, POLE, POLE_RATE]])
     assert mixed[-1].line == "SKIPPED  zero, cart             the fields are not in their order"
-    assert "the place of the cart position" in mixed[2].found
+    assert "the place of the cart position" in mixed[2].observed
 
 
 def test_the_offset_that_the_twin_file_states_is_expected() -> None:
@@ -174,9 +175,9 @@ def test_the_offset_that_the_twin_file_states_is_expected() -> None:
 def test_a_twin_without_a_pole_is_not_asked_for_its_zero() -> None:
     keys = ("pole_mass_kg", "com_distance_m", "pole_inertia_kg_m2", "pole_viscous_n_m_s")
     twin = Twin("cart", replace(TWIN.rig, **dict.fromkeys(keys)))
-    found = findings(resting(0.0), twin)
-    assert not faults(found)
-    assert [each.check for each in found if each.verdict is Verdict.SKIPPED] == [
+    listed = findings(resting(0.0), twin)
+    assert not faults(listed)
+    assert [finding.check for finding in listed if finding.verdict is Verdict.SKIPPED] == [
         Check.FIELDS,
         Check.POLE_ZERO,
     ]
@@ -207,9 +208,9 @@ def test_a_twin_without_a_pole_is_not_asked_for_its_zero() -> None:
 def test_who_is_heard(listened: Listened, fault: Fault, words: str) -> None:
     stood = check_standing(listened, TWIN, RATE_HZ)
     assert faults(stood.findings) == {fault}
-    assert words in stood.findings[0].found
-    assert tuple(each.check for each in stood.findings) == CHECKS
-    assert (stood.rest is None) == (not listened.heard)
+    assert words in stood.findings[0].observed
+    assert tuple(finding.check for finding in stood.findings) == CHECKS
+    assert (stood.rest_state is None) == (not listened.heard)
 
 
 def test_packets_that_hold_nothing_leave_nothing_to_look_at() -> None:

@@ -78,19 +78,19 @@ def test_the_figures_are_the_ones_of_the_arrivals() -> None:
     finding = check_jitter(late, 0.01)
     assert (
         finding.fault is None
-        and "0.00 ms (p50)" in finding.found
-        and "4.0 ms (most)" in finding.found
+        and "0.00 ms (p50)" in finding.observed
+        and "4.0 ms (most)" in finding.observed
     )
-    assert check_losses(np.delete(late, 200), 0.01).found == "1 of 301 lost"
-    assert check_rate(arrivals(80.0), 100.0).found == "80.0 Hz"
+    assert check_losses(np.delete(late, 200), 0.01).observed == "1 of 301 lost"
+    assert check_rate(arrivals(80.0), 100.0).observed == "80.0 Hz"
 
 
 def test_samples_that_are_late_at_the_end_are_not_lost() -> None:
     times = arrivals()
     times[-3:] += 0.02
-    assert check_losses(times, 0.01).found == "0 of 300 lost"
+    assert check_losses(times, 0.01).observed == "0 of 300 lost"
 
 
 def test_hardly_any_samples_are_a_wrong_rate() -> None:
     finding = check_rate(arrivals(count=7), 100.0)
-    assert (finding.fault, finding.found) == (Fault.RATE_WRONG, "7 samples in all")
+    assert (finding.fault, finding.observed) == (Fault.RATE_WRONG, "7 samples in all")

@@ -1,4 +1,4 @@
-"""The program over real sockets: emulated rigs in processes of their own, and bare sockets in a rig's place.
+"""The program over real sockets: emulated rigs in processes, and bare sockets as rigs.
 
 On a busy machine samples come unevenly and late: small faults of time decide nothing here.
 Programs run side by side, to save time.
@@ -71,7 +71,7 @@ class Doctor:
 
 
 class Rig:
-    """An emulated rig in a process of its own, and the doctor that examines it once it is ready."""
+    """An emulated rig in its own process, and the doctor that examines it when it is ready."""
 
     def __init__(self, *arguments: str | Path) -> None:
         self._tcp = ("--tcp",) if "--tcp" in arguments else ()
@@ -93,7 +93,7 @@ class Rig:
 def examine_side_by_side(
     rig_arguments: list[list[str | Path]], expected: list[set[str]], *arguments: str
 ) -> list[Answer]:
-    """Return the doctor's answers, with the expected faults; again when the machine stood still."""
+    """Return the answers with the expected faults; repeat when the machine stood still."""
 
     def examine() -> list[Answer]:
         rigs = [Rig(*of_rig) for of_rig in rig_arguments]

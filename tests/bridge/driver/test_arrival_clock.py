@@ -15,20 +15,20 @@ MS = 1e6
 
 @dataclass(frozen=True)
 class Run:
-    """Sampling times and arrivals (ns since START_NS) of the packets that came, and how many did not."""
+    """Sampling times and arrivals (ns since START_NS) of packets, and how many never came."""
 
     sampled: np.ndarray
     arrived: np.ndarray
     lost: int = 0
 
-    def stamped(self, rate_hz: float = 100.0) -> tuple[np.ndarray, Timing]:
+    def stamp_arrivals(self, rate_hz: float = 100.0) -> tuple[np.ndarray, Timing]:
         """Return the clock's times, ns since START_NS, and what it says of them."""
         clock = ArrivalClock(rate_hz)
         stamps = [clock.stamp(START_NS + int(arrival)) - START_NS for arrival in self.arrived]
         return np.array(stamps), clock.timing
 
 
-def simulated(
+def simulate(
     seed: int,
     count: int = 6000,
     period_ms: float = 10.0,
@@ -50,14 +50,14 @@ def simulated(
     )
     for begin in random.integers(100, count - 100, standstills):
         end = sampled[begin] + random.uniform(15, 300) * MS
-        held = (arrived >= sampled[begin]) & (arrived < end)
-        arrived[held] = end + 0.4 * MS * np.arange(held.sum())
+        is_held = (arrived >= sampled[begin]) & (arrived < end)
+        arrived[is_held] = end + 0.4 * MS * np.arange(is_held.sum())
     came = random.random(count) >= lost
     return Run(sampled[came], np.maximum.accumulate(arrived)[came], int(count - came.sum()))
 
 
-def off_ms(found: np.ndarray, run: Run, skipped: int = 50) -> np.ndarray:
-    return np.abs(found - run.sampled)[skipped:] / MS
+def off_ms(estimates: np.ndarray, run: Run, skipped: int = 50) -> np.ndarray:
+    return np.abs(estimates - run.sampled)[skipped:] / MS
 
 
 def quantiles(errors: np.ndarray) -> list[float]:
@@ -86,17 +86,20 @@ def quantiles(errors: np.ndarray) -> list[float]:
 def test_times_are_far_nearer_than_arrivals(
     name: str, most_ms: tuple[float, ...], options: dict
 ) -> None:
-    runs = [simulated(seed, **options) for seed in range(4)]
-    found = [run.stamped() for run in runs]
+    runs = [simulate(seed, **options) for seed in range(4)]
+    estimates = [run.stamp_arrivals() for run in runs]
     errors = quantiles(
-        np.concatenate([off_ms(stamps, run) for (stamps, _), run in zip(found, runs, strict=True)])
+        np.concatenate(
+            [off_ms(stamps, run) for (stamps, _), run in zip(estimates, runs, strict=True)]
+        )
     )
     arrivals = quantiles(np.concatenate([off_ms(run.arrived, run) for run in runs]))
     print(
-        f"{name:24s} p50, p99, max [ms]: times {np.round(errors, 3)}, arrivals {np.round(arrivals, 3)}"
+        f"{name:24s} p50, p99, max [ms]: times {np.round(errors, 3)}, arrivals "
+        f"{np.round(arrivals, 3)}"
     )
     assert np.all(np.array(errors) < most_ms)
-    for (stamps, timing), run in zip(found, runs, strict=True):
+    for (stamps, timing), run in zip(estimates, runs, strict=True):
         assert np.diff(stamps).min() > 0
         assert 1e3 * timing.period_s == pytest.approx(options.get("period_ms", 10.0), rel=1e-4)
         assert timing.lost == pytest.approx(run.lost, abs=3) and (
@@ -108,16 +111,16 @@ def test_times_are_far_nearer_than_arrivals(
 @pytest.mark.parametrize("period_ms", [9.5, 10.0, 10.5])
 def test_the_grid_is_found_whatever_the_first_packets_are(period_ms: float) -> None:
     for seed in range(60):
-        run = simulated(seed, 400, period_ms, outliers=0.05, lost=0.1)
-        stamps, timing = run.stamped()
+        run = simulate(seed, 400, period_ms, outliers=0.05, lost=0.1)
+        stamps, timing = run.stamp_arrivals()
         assert np.percentile(off_ms(stamps, run), 80) < 1.2, f"seed {seed}"
         assert timing.lost == pytest.approx(run.lost, abs=2)
         assert 1e3 * timing.period_s == pytest.approx(period_ms, rel=1e-2)
 
 
 def test_steps_are_even_to_a_fraction_of_the_jitter() -> None:
-    run = simulated(1)
-    stamps, _ = run.stamped()
+    run = simulate(1)
+    stamps, _ = run.stamp_arrivals()
     assert np.std(np.diff(run.arrived)[500:]) > 0.2 * MS
     assert np.std(np.diff(stamps)[500:]) < 0.01 * MS
 
@@ -126,7 +129,7 @@ def test_lost_samples_leave_whole_periods_out() -> None:
     sampled = (
         np.concatenate([np.arange(300), np.arange(301, 400), np.arange(403, 500)]) * 10.0 * MS
     )
-    stamps, timing = Run(sampled, sampled).stamped()
+    stamps, timing = Run(sampled, sampled).stamp_arrivals()
     assert np.array_equal(stamps, sampled) and timing.lost == 4
 
 
@@ -135,7 +138,9 @@ def test_where_nothing_is_lost_lateness_by_whole_periods_is_a_standstill() -> No
     arrived = sampled.copy()
     arrived[200:203] = sampled[202]  # the first is late by two periods
     clock = ArrivalClock(100.0, most_lost=0)
-    stamps = np.array([clock.stamp(START_NS + int(each)) - START_NS for each in arrived])
+    stamps = np.array(
+        [clock.stamp(START_NS + int(arrival_ns)) - START_NS for arrival_ns in arrived]
+    )
     assert np.array_equal(stamps, sampled) and clock.timing.lost == 0
 
 
@@ -143,7 +148,7 @@ def test_a_burst_after_a_standstill_is_a_period_apart() -> None:
     sampled = np.arange(500) * 10.0 * MS
     arrived = sampled.copy()
     arrived[200:212] = sampled[212] - 5 * MS + 0.01 * MS * np.arange(12)
-    stamps, timing = Run(sampled, arrived).stamped()
+    stamps, timing = Run(sampled, arrived).stamp_arrivals()
     assert np.abs(stamps - sampled).max() < 0.01 * MS and timing.lost == 0
 
 
@@ -152,13 +157,14 @@ def test_another_rate_is_followed(change: float, settled: int) -> None:
     steps = np.where(np.arange(1500) < 600, 1.0, 1 + change) * 10.0 * MS
     sampled = np.cumsum(steps)
     run = Run(sampled, sampled + np.random.default_rng(0).exponential(0.2 * MS, len(sampled)))
-    errors = off_ms(run.stamped()[0], run)
+    errors = off_ms(run.stamp_arrivals()[0], run)
     assert errors.max() < 2.5 and errors[550 + settled :].max() < 0.8
 
 
 @pytest.mark.parametrize(
     ("step_s", "within", "timing"),
-    [  # within how many samples the times are right again; timing: lost, begun anew, of these set back
+    # within how many samples the times are right again; timing: lost, new grids, of these set back
+    [
         (0.05, 3, (5, 0, 0)),  # nobody can tell it from 5 lost samples
         (0.9, 3, (90, 0, 0)),
         (5.0, 0, (0, 1, 0)),
@@ -175,18 +181,18 @@ def test_a_clock_that_is_set_is_followed(
     sampled = np.arange(1500) * 10.0 * MS
     sampled[600:] += step_s * 1e9
     run = Run(sampled, sampled + np.random.default_rng(0).exponential(0.2 * MS, len(sampled)))
-    stamps, found = run.stamped()
+    stamps, estimates = run.stamp_arrivals()
     errors = off_ms(stamps, run)
     assert max(errors[:550].max(), errors[550 + within :].max()) < 1.0
-    assert (found.lost, found.begun, found.set_back) == timing
+    assert (estimates.lost, estimates.begun, estimates.set_back) == timing
     assert (
-        np.count_nonzero(np.diff(stamps) <= 0) == found.set_back
+        np.count_nonzero(np.diff(stamps) <= 0) == estimates.set_back
     )  # only then they go back, and only once
 
 
 def test_a_long_gap_begins_anew() -> None:
     sampled = np.concatenate([np.arange(300), np.arange(800, 1000)]) * 10.0 * MS + 0.3 * MS
-    stamps, timing = Run(sampled, sampled).stamped()
+    stamps, timing = Run(sampled, sampled).stamp_arrivals()
     assert np.array_equal(stamps, sampled) and timing == Timing(pytest.approx(0.01), begun=1)
 
 
@@ -194,7 +200,7 @@ def test_a_first_packet_that_was_held_up_is_soon_forgotten() -> None:
     for held_ms in (2.0, 7.0, 18.0, 200.0):
         sampled = np.arange(300) * 10.0 * MS
         arrived = np.maximum.accumulate(np.concatenate([[held_ms * MS], sampled[1:]]))
-        stamps, _ = Run(sampled, arrived).stamped()
+        stamps, _ = Run(sampled, arrived).stamp_arrivals()
         assert off_ms(stamps, Run(sampled, arrived), skipped=100).max() < 0.3
 
 

@@ -27,7 +27,7 @@ PERIOD_S = 0.01
 
 @dataclass
 class Peer:
-    """Stand for link, outlet and last word: samples wait in a queue, and everything that is said is kept in order."""
+    """Stand for link, outlet and last word; samples queue up, and calls are kept in order."""
 
     waiting: deque[Arrival] = field(default_factory=deque)
     said: list[tuple] = field(default_factory=list)
@@ -72,7 +72,7 @@ class Peer:
 
 @dataclass
 class Bench:
-    """A driver at its peer; time stands still but for `turn`, which moves on by a period, unless it is the real one."""
+    """A driver at its peer; unless real, time stands still but for `turn`, which adds a period."""
 
     nominal: Rig
     real: bool = False
@@ -211,15 +211,15 @@ def test_the_stop_is_sent_before_it_is_answered(bench: Bench) -> None:
 
 
 def test_every_reset_is_told_how_it_ended(bench: Bench) -> None:
-    told: list[Reason] = []
-    bench.driver.reset(told.append)
-    bench.driver.reset(told.append)
+    endings: list[Reason] = []
+    bench.driver.reset(endings.append)
+    bench.driver.reset(endings.append)
     bench.turn(25)
-    assert told == [Reason.RESET_DONE] * 2
-    bench.driver.reset(told.append)
+    assert endings == [Reason.RESET_DONE] * 2
+    bench.driver.reset(endings.append)
     bench.driver.stop()
-    bench.driver.reset(told.append)
-    assert told[2:] == [Reason.RESET_STOPPED] * 2
+    bench.driver.reset(endings.append)
+    assert endings[2:] == [Reason.RESET_STOPPED] * 2
     assert bench.driver.health().figures["resets"] == 2
 
 
@@ -267,10 +267,10 @@ def test_even_when_nothing_can_be_published_the_rig_gets_0_and_is_let_go(serving
 
 
 def test_what_fails_ends_a_reset(bench: Bench) -> None:
-    told: list[Reason] = []
-    bench.driver.reset(told.append)
+    endings: list[Reason] = []
+    bench.driver.reset(endings.append)
     bench.driver.fail_safe()
-    assert told == [Reason.RESET_FAILED]
+    assert endings == [Reason.RESET_FAILED]
 
 
 def test_a_network_that_refuses_is_an_error_in_its_own_words(bench: Bench) -> None:
@@ -294,22 +294,22 @@ def test_a_missing_connection_and_a_missing_last_word_are_errors(bench: Bench) -
 
 
 def test_closing_says_0_often_and_then_nothing_more(bench: Bench) -> None:
-    told: list[Reason] = []
+    endings: list[Reason] = []
     bench.driver.command(0.2)
-    bench.driver.reset(told.append)
+    bench.driver.reset(endings.append)
     bench.driver.close()
-    assert bench.peer.sent[-LAST_WORDS:] == [0.0] * LAST_WORDS and told == [Reason.RESET_ENDED]
+    assert bench.peer.sent[-LAST_WORDS:] == [0.0] * LAST_WORDS and endings == [Reason.RESET_ENDED]
     count = len(bench.peer.sent)
     bench.driver.command(0.2)
     bench.turn()
     bench.driver.fail_safe()
     bench.driver.stop()
     bench.driver.close()
-    bench.driver.reset(told.append)
+    bench.driver.reset(endings.append)
     assert (
         len(bench.peer.sent) == count and bench.peer.closed == 2
     )  # link and last word, once each
-    assert told[1:] == [Reason.RESET_ENDED]
+    assert endings[1:] == [Reason.RESET_ENDED]
 
 
 def test_the_last_word_hears_that_all_is_well_also_while_the_rig_is_silent(bench: Bench) -> None:

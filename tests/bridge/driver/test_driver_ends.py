@@ -94,12 +94,12 @@ def test_it_ends_when_its_parent_has_ended(bench: Bench) -> None:
         try:
             bench.drive(0.1)
             parent.kill()
-            bench.until(lambda: not _runs(driver), "the end of the driver")
+            bench.until(lambda: not is_running(driver), "the end of the driver")
             bench.listen()
             assert [command.pwm for command in bench.heard[-LAST_WORDS:]] == [0.0] * LAST_WORDS
         finally:
             parent.kill()
-            if _runs(driver):
+            if is_running(driver):
                 os.kill(driver, signal.SIGKILL)
 
 
@@ -120,7 +120,7 @@ def test_without_a_parent_to_end_with_only_a_signal_ends_it(
         assert bool(looked) is ends
 
 
-def _runs(process: int) -> bool:
+def is_running(process: int) -> bool:
     try:
         with open(f"/proc/{process}/stat") as stat:
             return stat.read().rpartition(")")[2].split()[0] != "Z"

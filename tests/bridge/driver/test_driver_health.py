@@ -1,4 +1,4 @@
-"""What the driver says of itself: the worst that happened since it was last asked, and whether the rate is right."""
+"""The driver's health: the worst since the last report, and whether the rate is right."""
 
 import pytest
 

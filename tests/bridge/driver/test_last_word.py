@@ -1,4 +1,4 @@
-"""Real processes and sockets: whatever happens to the driver's process, the rig hears PWM 0, and nothing is left over."""
+"""Real processes and sockets: whatever ends the driver, the rig hears PWM 0."""
 
 import os
 import select
@@ -52,7 +52,7 @@ while not select.select([sys.stdin], [], [], 0)[0]:
 
 
 class Rig:
-    """The rig's end of a link over UDP or TCP: it takes commands, all in the order in which they come."""
+    """The rig's end of a link over UDP or TCP: it takes all commands in their order."""
 
     def __init__(self, way: str) -> None:
         self.way = way
@@ -71,7 +71,7 @@ class Rig:
             self.socket, _ = self.listening.accept()
 
     def command(self, wait_s: float = LONG_S) -> bytes | None:
-        """Return the next command, None when none came; over TCP empty when the connection is closed."""
+        """Return the next command, None for none; over TCP empty when the connection is closed."""
         if not select.select([self.socket], [], [], wait_s)[0]:
             return None
         return self.socket.recv(COMMAND.size)
@@ -121,29 +121,29 @@ class Driver:
 
 @pytest.fixture
 def driven() -> Iterator[Callable[..., tuple[Rig, Driver]]]:
-    made: list[Rig | Driver] = []
+    opened: list[Rig | Driver] = []
 
     def make(way: str = "udp", silence_s: float = 0.2) -> tuple[Rig, Driver]:
         rig = Rig(way)
-        made.append(rig)
+        opened.append(rig)
         driver = Driver(rig, silence_s)
-        made.append(driver)
+        opened.append(driver)
         return rig, driver
 
     yield make
-    for each in made:
-        each.kill() if isinstance(each, Driver) else each.close()
+    for resource in opened:
+        resource.kill() if isinstance(resource, Driver) else resource.close()
 
 
-def gone(pid: str) -> bool:
-    """Tell whether a process has ended; who its parent is now, and whether that one has noticed, is not ours to say."""
+def is_gone(pid: str) -> bool:
+    """Tell whether a process has ended, whoever its parent is now and whether it has noticed."""
     try:
         return "\nState:\tZ" in Path(f"/proc/{pid}/status").read_text()
     except (FileNotFoundError, ProcessLookupError):
         return True
 
 
-def within(done: Callable[[], bool], limit_s: float = LONG_S) -> float:
+def wait_until(done: Callable[[], bool], limit_s: float = LONG_S) -> float:
     begin = time.monotonic()
     while not done():
         assert time.monotonic() < begin + limit_s, f"waited {limit_s} s"
@@ -152,14 +152,14 @@ def within(done: Callable[[], bool], limit_s: float = LONG_S) -> float:
 
 @pytest.mark.parametrize("way", ["udp", "tcp"])
 def test_a_killed_driver_leaves_pwm_0(driven, way: str) -> None:
-    """With a silence of a minute it is the closed pipe that tells, though another child of the driver lives on."""
+    """With a silence of a minute the closed pipe tells, though another child lives on."""
     rig, driver = driven(way, silence_s=60.0)
     driver.signal(signal.SIGKILL)
     took_s = rig.until(ZERO)
-    assert not gone(driver.other) and driver.heavy == "False"
+    assert not is_gone(driver.other) and driver.heavy == "False"
     for _ in range(last_word.last_word_program.LAST_WORDS - 1):
         assert rig.command() == ZERO
-    gone_s = within(lambda: gone(driver.companion))
+    gone_s = wait_until(lambda: is_gone(driver.companion))
     print(f"SIGKILL, {way}: PWM 0 after {1e3 * took_s:.1f} ms; gone {1e3 * gone_s:.0f} ms later")
     assert rig.command(0.05) in (None, b"")
 
@@ -180,7 +180,7 @@ def test_a_stopped_driver_leaves_pwm_0_and_is_watched_again_when_it_goes_on(
         rig.until(DRIVEN)
     driver.signal(signal.SIGKILL)
     rig.until(ZERO)
-    within(lambda: gone(driver.companion))
+    wait_until(lambda: is_gone(driver.companion))
 
 
 def test_signals_do_not_end_the_companion_before_the_driver(driven) -> None:
@@ -189,7 +189,7 @@ def test_signals_do_not_end_the_companion_before_the_driver(driven) -> None:
         os.kill(int(driver.companion), number)
     os.killpg(driver.process.pid, signal.SIGINT)  # Ctrl-C: the driver dies of it, here
     rig.until(ZERO)
-    within(lambda: gone(driver.companion))
+    wait_until(lambda: is_gone(driver.companion))
 
 
 def test_after_another_connection_it_speaks_over_that_one(driven) -> None:
@@ -227,7 +227,7 @@ def test_a_companion_that_was_killed_is_seen(alone: tuple[Rig, Link]) -> None:
     _, link = alone
     with LastWord(link, ZERO, silence_s=60.0) as word:
         os.kill(word.pid, signal.SIGKILL)
-        within(lambda: not word.running)
+        wait_until(lambda: not word.running)
         word.alive()
 
 

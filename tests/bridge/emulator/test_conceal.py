@@ -19,8 +19,8 @@ from pendulum_twin.rig import Rig
 
 
 def test_names_and_parameters_are_the_catalogues() -> None:
-    for each in TABLE:
-        assert set(each.sizes) == {p.name for p in CATALOGUE[each.name].parameters}
+    for effect in TABLE:
+        assert set(effect.sizes) == {p.name for p in CATALOGUE[effect.name].parameters}
 
 
 def test_the_same_seed_conceals_the_same(nominal: Rig) -> None:
@@ -44,7 +44,7 @@ def test_draws_are_realistic(seed: int, nominal: Rig) -> None:
 
 def test_every_effect_is_drawn_sometime(nominal: Rig) -> None:
     alone = {name for seed in range(300) for name in draw_concealed(seed, 1, nominal).effects}
-    assert alone == {each.name for each in TABLE if not each.beside}
+    assert alone == {effect.name for effect in TABLE if not effect.beside}
     assert {
         name for seed in range(300) for name in draw_concealed(seed, 2, nominal).effects
     } == set(BY_NAME)
@@ -52,7 +52,7 @@ def test_every_effect_is_drawn_sometime(nominal: Rig) -> None:
 
 @pytest.mark.parametrize("count", [2, 3])
 def test_what_needs_another_beside_it_has_it(count: int, nominal: Rig) -> None:
-    for first in (each for each in TABLE if each.beside):
+    for first in (effect for effect in TABLE if effect.beside):
         for seed in range(20):
             names = complete_set([first.name], count, seed)
             assert len(names) == count and set(names) & set(first.beside)
@@ -63,7 +63,7 @@ def test_a_live_rig_has_nothing_that_counts_from_a_recordings_beginning(nominal:
         name for seed in range(300) for name in draw_concealed(seed, 2, nominal, live=True).effects
     }
     assert (
-        drawn == {each.name for each in TABLE if not each.is_of_recording}
+        drawn == {effect.name for effect in TABLE if not effect.is_of_recording}
         and "stale_start" not in drawn
     )
 
@@ -76,10 +76,10 @@ def test_a_size_factor_brings_sizes_towards_neutral_and_leaves_the_rest(nominal:
         "angle_offset",
         "encoder_slip",
     )
-    whole, half = conceal_effects(names, 5, nominal), conceal_effects(names, 5, nominal, 0.5)
-    assert whole.rig == half.rig
+    full, half = conceal_effects(names, 5, nominal), conceal_effects(names, 5, nominal, 0.5)
+    assert full.rig == half.rig
     for name in names:
-        for key, value in whole.effects[name].items():
+        for key, value in full.effects[name].items():
             shape, neutral = key in BY_NAME[name].shapes, BY_NAME[name].neutral
             assert half.effects[name][key] == pytest.approx(
                 value if shape else neutral + 0.5 * (value - neutral)

@@ -1,4 +1,4 @@
-"""Known answers for what the engine has no attribute for: slack, friction that changes, cogging, sensors, clocks."""
+"""Known answers for effects that are not the engine's own: slack, friction, sensors, clocks."""
 
 import math
 from dataclasses import replace
@@ -21,7 +21,7 @@ STATE = np.array([0.2, 3.0, 0.0, 0.0])
 
 @pytest.fixture
 def apart(endless: Rig) -> Rig:
-    """Return a rig without viscous friction whose pole is balanced: cart and pole move independently."""
+    """Return a rig without viscous friction whose balanced pole moves independently."""
     return replace(endless, com_distance_m=0.0, cart_viscous_n_s_m=0.0, pole_viscous_n_m_s=0.0)
 
 
@@ -149,7 +149,7 @@ def test_a_slip_comes_at_its_time_by_the_stamps() -> None:
 def test_reported_velocities_are_the_differences_of_two_positions() -> None:
     sensors = Sensors(EXACT, {}, 0.01)
     reported = [sensors.measure(np.array([x, 0.0, 9.0, 9.0])) for x in (0.0, 0.01, 0.03)]
-    assert [each[2] for each in reported] == pytest.approx([0.0, 1.0, 2.0])
+    assert [sample[2] for sample in reported] == pytest.approx([0.0, 1.0, 2.0])
 
 
 @pytest.mark.parametrize("delay_s", [0.02, 0.0233, 0.0001])

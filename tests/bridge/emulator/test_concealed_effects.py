@@ -18,7 +18,7 @@ MASS, INERTIA = 0.6923, 0.00292
 
 @pytest.fixture
 def apart(endless: Rig) -> Rig:
-    """Return a rig without viscous friction whose pole is balanced: cart and pole move independently."""
+    """Return a rig without viscous friction whose balanced pole moves independently."""
     return replace(endless, com_distance_m=0.0, cart_viscous_n_s_m=0.0, pole_viscous_n_m_s=0.0)
 
 
@@ -32,7 +32,7 @@ def truth_after(
 
 
 @pytest.mark.parametrize(
-    ("effects", "sent", "made"),
+    ("effects", "sent", "expected"),
     [
         ({"input_sign_inverted": {}}, [0.3, -0.1], [-0.3, 0.1]),
         ({"input_delay": {"delay_s": 0.002}}, [0.1, 0.2, 0.3, 0.4], [0.0, 0.0, 0.1, 0.2]),
@@ -44,9 +44,9 @@ def truth_after(
         ({"input_dead_zone": {"width": 0.1}, "gain_asymmetry": {"ratio": 0.1}}, [0.3], [0.22]),
     ],
 )
-def test_command_stages(effects: dict, sent: list[float], made: list[float]) -> None:
+def test_command_stages(effects: dict, sent: list[float], expected: list[float]) -> None:
     stage = make_drive(effects, 1e-3)
-    assert [stage(u) for u in sent] == pytest.approx(made)
+    assert [stage(u) for u in sent] == pytest.approx(expected)
 
 
 def test_the_lag_rises_with_its_time_constant() -> None:

@@ -79,10 +79,12 @@ BEGINS = {
 
 
 @pytest.mark.parametrize(
-    "chosen", [each for each in TABLE if each.name != "stale_start"], ids=lambda each: each.name
+    "chosen",
+    [effect for effect in TABLE if effect.name != "stale_start"],
+    ids=lambda effect: effect.name,
 )
 def test_every_effect_acts_as_the_catalogue_says(chosen: Concealable, endless: Rig) -> None:
-    """Dry friction differs most: the engine is of first order where a joint turns round. Then the tilt, by its sine."""
+    """Dry friction differs most (first order where a joint reverses), then the tilt (its sine)."""
     sent = commands(5.0)
     effects = {
         chosen.name: {name: 0.3 * span[0] + 0.7 * span[1] for name, span in chosen.sizes.items()}
@@ -107,10 +109,10 @@ def test_every_effect_acts_as_the_catalogue_says(chosen: Concealable, endless: R
 
 
 def test_velocities_are_filtered_as_the_catalogue_says(endless: Rig) -> None:
-    """The emulated ones are of differences, half a period late; within that, and not without the filter."""
+    """Emulated velocities are differences, half a period late; the filter makes them agree."""
     sent, effects = commands(5.0), {"velocity_filter": {"time_constant_s": 0.06}}
     measured, _ = emulated(endless, effects, sent)
-    twin, plain = (twinned(endless, each, sent, tuple(measured[0])) for each in (effects, {}))
+    twin, plain = (twinned(endless, effect, sent, tuple(measured[0])) for effect in (effects, {}))
     middle = 0.5 * (twin[1:] + twin[:-1])[50:, 2:]
     assert np.max(np.abs(measured[51:, 2:] - middle)) < 0.02 * np.max(np.abs(middle))
     assert np.max(np.abs(measured[51:, 2:] - plain[51:, 2:])) > 0.1 * np.max(np.abs(middle))
@@ -160,7 +162,7 @@ def test_several_effects_at_once_act_in_the_catalogues_order(endless: Rig) -> No
 def test_a_twin_that_knows_all_explains_a_recording_to_the_encoders_step(
     name: str, nominal: Rig
 ) -> None:
-    """Free runs of a second from the true states; what remains is rounding, in all but the odd window."""
+    """Free runs of a second from the true states differ by rounding, in all but a few windows."""
     effects = {name: {key: sum(span) / 2 for key, span in BY_NAME[name].sizes.items()}}
     rig, plan = EmulatedRig(Concealed(effects, nominal)), make_standard_plan(seconds=40, seed=2)
     true, log = states_along(rig, plan)

@@ -1,4 +1,4 @@
-"""The executable over real sockets: the samples are the engine's, on time, and it ends with a sentence."""
+"""The executable over real sockets: its samples are the engine's and come on time."""
 
 import math
 import re

@@ -1,4 +1,4 @@
-"""Physics that no catalogue holds: each piece does what its row of the table says, at its place."""
+"""Physics that no catalogue holds: each piece does what its row says, at its place."""
 
 import math
 from dataclasses import replace
@@ -17,7 +17,8 @@ from pendulum_twin.rig import Rig
 
 EXACT = Encoders(pole_counts=0, cart_step_m=0.0)
 MASS, FORCE, INERTIA, MOMENT = 0.6923, 12.86, 0.00292, 0.6923 * 0.01955717
-ADDS = {"command": {"gain"}, "drive": {"gain"}, "cart": {"push", "level"}, "pole": {"twist"}, "sensor": {"shown"},
+ADDS = {"command": {"gain"}, "drive": {"gain"}, "cart": {"push", "level"}, "pole": {"twist"},
+        "sensor": {"shown"},
         "clock": {"pace"}}  # fmt: skip
 
 
@@ -26,20 +27,20 @@ def apart(endless: Rig) -> Rig:
     return replace(endless, com_distance_m=0.0, cart_viscous_n_s_m=0.0, pole_viscous_n_m_s=0.0)
 
 
-def middle(each: Unlisted) -> dict[str, float]:
-    return {name: sum(span) / 2 for name, span in each.sizes.items()}
+def middle(effect: Unlisted) -> dict[str, float]:
+    return {name: sum(span) / 2 for name, span in effect.sizes.items()}
 
 
-@pytest.mark.parametrize("each", TABLE, ids=lambda each: each.name)
-def test_it_acts_at_its_place_alone_and_no_catalogue_has_it(each: Unlisted, nominal: Rig) -> None:
-    extra = each.make(nominal, **middle(each))
+@pytest.mark.parametrize("effect", TABLE, ids=lambda effect: effect.name)
+def test_it_acts_at_its_place_and_is_in_no_catalogue(effect: Unlisted, nominal: Rig) -> None:
+    extra = effect.make(nominal, **middle(effect))
     laws = {
         name
         for name in ("gain", "push", "twist", "level", "shown", "pace")
         if getattr(extra, name) is not None
     }
-    assert len(laws) == 1 and laws <= ADDS[each.place]
-    assert each.name not in CATALOGUE and each.variables
+    assert len(laws) == 1 and laws <= ADDS[effect.place]
+    assert effect.name not in CATALOGUE and effect.variables
 
 
 @pytest.fixture(scope="module")
@@ -47,12 +48,12 @@ def without(nominal: Rig) -> np.ndarray:
     return moved(replace(nominal, rail_half_length_m=1000.0), {})
 
 
-@pytest.mark.parametrize("each", TABLE, ids=lambda each: each.name)
-def test_it_is_clearly_seen(each: Unlisted, endless: Rig, without: np.ndarray) -> None:
+@pytest.mark.parametrize("effect", TABLE, ids=lambda effect: effect.name)
+def test_it_is_clearly_seen(effect: Unlisted, endless: Rig, without: np.ndarray) -> None:
     """At its smallest, within seconds, by many encoder steps; and at nothing it is nothing."""
-    smallest = {name: low for name, (low, _) in each.sizes.items()}
-    nothing = {name: value if name in each.shapes else 0.0 for name, value in smallest.items()}
-    with_it, gone = moved(endless, {each.name: smallest}), moved(endless, {each.name: nothing})
+    smallest = {name: low for name, (low, _) in effect.sizes.items()}
+    nothing = {name: value if name in effect.shapes else 0.0 for name, value in smallest.items()}
+    with_it, gone = moved(endless, {effect.name: smallest}), moved(endless, {effect.name: nothing})
     assert np.max(np.abs(with_it - without) / [57e-6, math.tau / 4096]) > 20
     assert np.max(np.abs(gone - without)) < 1e-6
 
@@ -69,7 +70,7 @@ def moved(rig: Rig, unlisted: dict, seconds: float = 4.0) -> np.ndarray:
 def accelerations(
     rig: Rig, name: str, parameters: dict, start: tuple, command: float = 0.0, until_s: float = 0.0
 ):
-    """Return how v and w change, a second, in the first millisecond after until_s; the state is put back to start then."""
+    """Return the accelerations (m/s^2, rad/s^2) at `start` in the millisecond after until_s."""
     emulator = EmulatedRig(Concealed({}, rig, {name: parameters}), 1000.0, EXACT, start=start)
     for _ in range(round(until_s * 1000)):
         emulator.step(0.0)
@@ -171,15 +172,15 @@ def test_a_wandering_clock_comes_back(apart: Rig) -> None:
 
 
 def test_sizes_are_drawn_within_the_table_and_scaled_but_for_shapes(nominal: Rig) -> None:
-    for each in TABLE:
+    for effect in TABLE:
         for seed in range(20):
-            one, half = (
-                draw_sizes(each, np.random.default_rng(seed), factor) for factor in (1.0, 0.5)
+            full, half = (
+                draw_sizes(effect, np.random.default_rng(seed), factor) for factor in (1.0, 0.5)
             )
-            for name, (low, high) in each.sizes.items():
-                assert low <= (abs(one[name]) if each.both_ways else one[name]) <= high
+            for name, (low, high) in effect.sizes.items():
+                assert low <= (abs(full[name]) if effect.both_ways else full[name]) <= high
                 assert half[name] == pytest.approx(
-                    one[name] * (1.0 if name in each.shapes else 0.5)
+                    full[name] * (1.0 if name in effect.shapes else 0.5)
                 )
 
 

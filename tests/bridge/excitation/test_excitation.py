@@ -49,11 +49,11 @@ def largest(chosen: Concealable) -> dict:
     return {chosen.name: {name: high for name, (_, high) in chosen.sizes.items()}}
 
 
-@pytest.mark.parametrize("chosen", TABLE, ids=lambda each: each.name)
+@pytest.mark.parametrize("chosen", TABLE, ids=lambda effect: effect.name)
 def test_the_cart_stays_on_the_rail_and_commands_in_the_limit(
     chosen: Concealable, nominal: Rig
 ) -> None:
-    """With every effect at its largest, in a rig that is pushed harder and braked less than was thought."""
+    """With every effect at its largest, in a rig with a stronger push and a weaker brake."""
     signs = {
         name: -1 if name in ("cart_viscous_n_s_m", "pole_viscous_n_m_s") else 1
         for name in PERTURBED_CONSTANTS
@@ -93,9 +93,13 @@ def test_the_same_seed_gives_the_same_recording(nominal: Rig) -> None:
 
 def test_a_rest_sends_nothing_and_the_end_of_the_rail_sends_the_cart_back() -> None:
     plan = make_standard_plan()
-    rest = int(np.flatnonzero(plan.centring == 0)[-1])
-    assert compute_command(plan, rest, 0.1, 0.5, 1) == 0.0
-    assert compute_command(plan, rest, 0.6, 0.0, 1) < 0 < compute_command(plan, rest, 0.6, 0.0, -1)
+    last_centred = int(np.flatnonzero(plan.centring == 0)[-1])
+    assert compute_command(plan, last_centred, 0.1, 0.5, 1) == 0.0
+    assert (
+        compute_command(plan, last_centred, 0.6, 0.0, 1)
+        < 0
+        < compute_command(plan, last_centred, 0.6, 0.0, -1)
+    )
 
 
 def test_a_cart_whose_way_is_unknown_is_not_centred() -> None:

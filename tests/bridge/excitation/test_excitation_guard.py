@@ -1,4 +1,4 @@
-"""An excitation is stopped for each reason, at the sample where the reason is there, and not before."""
+"""An excitation is stopped for each reason, at the sample that shows the reason, not before."""
 
 import math
 
@@ -13,25 +13,25 @@ from pendulum_bridge.excitation.guard import (
     Stopped,
     StopReason,
     Watch,
-    note_request,
     find_exceeded_bound,
     find_missing_samples,
     is_obeyed,
+    note_request,
     watch_sample,
 )
 from pendulum_bridge.excitation.performance import Performance, perform
-from pendulum_bridge.excitation.playback import SAMPLES_A_LOOK, MOST_LOOKS
+from pendulum_bridge.excitation.playback import MOST_LOOKS, SAMPLES_A_LOOK
 from pendulum_bridge.excitation.run import (
     Run,
     Stage,
-    stop_run,
-    enter_stage,
-    make_health,
     begin_looking,
-    take_sample,
     compute_share,
-    find_silence,
     describe_progress,
+    enter_stage,
+    find_silence,
+    make_health,
+    stop_run,
+    take_sample,
 )
 from pendulum_bridge.safety.rig_state import RigState
 from pendulum_twin.errors import BadInputError
@@ -71,17 +71,20 @@ def test_a_bound_stops_at_the_second_sample_beyond_it(state: RigState, reason: S
     watch, first = watch_sample(state, 0.0, PERIOD_S, Watch(), BOUNDS)
     _, again = watch_sample(state, 0.0, PERIOD_S, watch, BOUNDS)
     assert (
-        first is None and again is not None and again.reason is reason and "at most" in again.detail
+        first is None
+        and again is not None
+        and again.reason is reason
+        and "at most" in again.detail
     )
 
 
 @pytest.mark.parametrize(("state", "_reason"), OUTSIDE)
 def test_a_single_spike_does_not(state: RigState, _reason: StopReason) -> None:
-    watch, found = Watch(), []
+    watch, stops = Watch(), []
     for k in range(20):
         watch, stopped = watch_sample(state if k % 2 else STILL, 0.0, PERIOD_S, watch, BOUNDS)
-        found.append(stopped)
-    assert found == [None] * 20
+        stops.append(stopped)
+    assert stops == [None] * 20
 
 
 @given(
@@ -97,10 +100,10 @@ def test_within_the_bounds_nothing_is_beyond(state: RigState) -> None:
     assert find_exceeded_bound(state, BOUNDS) is None
 
 
-def overruled_after(applied: list[float], asked: list[float]) -> int | None:
-    """Return at which sample the watch stops, with what was applied then and what was asked for."""
+def count_until_overruled(applied: list[float], requests: list[float]) -> int | None:
+    """Return at which sample the watch stops, for these applied and requested commands."""
     watch = Watch()
-    for k, (sent, wanted) in enumerate(zip(applied, asked, strict=True)):
+    for k, (sent, wanted) in enumerate(zip(applied, requests, strict=True)):
         watch, stopped = watch_sample(STILL, sent, PERIOD_S, watch, BOUNDS)
         if stopped:
             assert stopped.reason is StopReason.OVERRULED
@@ -110,24 +113,28 @@ def overruled_after(applied: list[float], asked: list[float]) -> int | None:
 
 
 def test_a_driver_that_sends_something_else_for_long_stops_the_plan() -> None:
-    assert overruled_after([0.1] * 200, [0.3] * 200) == pytest.approx(0.5 / PERIOD_S + 11, abs=2)
+    assert count_until_overruled([0.1] * 200, [0.3] * 200) == pytest.approx(
+        0.5 / PERIOD_S + 11, abs=2
+    )
 
 
 def test_one_that_overrules_two_thirds_of_the_time_does_so_later() -> None:
-    asked, applied = [0.3] * 400, ([0.1] * 2 + [0.3]) * 133 + [0.1]
-    assert overruled_after(applied, asked) == pytest.approx(3 * 0.5 / PERIOD_S + 10, abs=20)
-    assert overruled_after(([0.1] + [0.3] * 2) * 133 + [0.3], asked) is None
+    requests, applied = [0.3] * 400, ([0.1] * 2 + [0.3]) * 133 + [0.1]
+    assert count_until_overruled(applied, requests) == pytest.approx(
+        3 * 0.5 / PERIOD_S + 10, abs=20
+    )
+    assert count_until_overruled(([0.1] + [0.3] * 2) * 133 + [0.3], requests) is None
 
 
 @pytest.mark.parametrize("behind", [1, 2, 8])
 def test_one_that_is_a_little_behind_or_slewing_does_not(behind: int) -> None:
-    asked = make_standard_plan(seconds=40).commands.tolist()
-    late = [0.0] * behind + asked[:-behind]
-    assert overruled_after(late, asked) is None
+    requests = make_standard_plan(seconds=40).commands.tolist()
+    late = [0.0] * behind + requests[:-behind]
+    assert count_until_overruled(late, requests) is None
     slewing = [0.0]
     for wanted in late:
         slewing.append(slewing[-1] + min(max(wanted - slewing[-1], -0.1), 0.1))
-    assert overruled_after(slewing[1:], asked) is None
+    assert count_until_overruled(slewing[1:], requests) is None
 
 
 def test_obeyed_is_between_recent_commands() -> None:

@@ -1,4 +1,4 @@
-"""Each kind of phase: within the limit, as long as it was asked to be, the same for the same seed, and on the rail."""
+"""Each kind of phase: within the limit, of the right length, repeatable, and on the rail."""
 
 from dataclasses import replace
 
@@ -66,8 +66,8 @@ def test_commands_stay_within_the_amplitude_and_last_as_long_as_asked(
 ) -> None:
     amplitude = max(0.001, share * room.limit)
     phase = waving(kind, seconds, amplitude, hz, seed)
-    parts = phase.make_stretches(room, rate_hz)
-    commands = np.concatenate([part.commands for part in parts])
+    pieces = phase.make_stretches(room, rate_hz)
+    commands = np.concatenate([piece.commands for piece in pieces])
     assert np.all(np.isfinite(commands))
     assert np.max(np.abs(commands)) <= amplitude * (1 + 1e-12)
     assert abs(len(commands) - phase.seconds * rate_hz) <= 2

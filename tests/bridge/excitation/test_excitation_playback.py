@@ -39,7 +39,7 @@ PLAN = numbered()
 
 
 def replies(stamps: list[float], plan: Excitation = PLAN) -> tuple[list[float | None], Playback]:
-    """Return the command for each sample, as its number in the plan from 0 on, and the playback at the end."""
+    """Return each sample's command as its number in the plan, and the playback at the end."""
     playback, sent = Playback(), []
     for stamp in stamps:
         answer = answer_sample(FIRST_NS + round(stamp * PERIOD_NS), 0.0, 0.0, playback, plan)
@@ -73,7 +73,7 @@ def test_a_lost_sample_takes_its_command_along(kept: list[bool]) -> None:
 def test_uneven_stamps_and_another_clock_shift_nothing(
     seed: int, jitter: float, drift: float, lost: float
 ) -> None:
-    """Stamps off by up to 0.2 periods; the rig's clock may gain or lose three samples over the plan and is followed."""
+    """Stamps off by up to 0.2 periods; the rig's clock may gain or lose three samples."""
     random = np.random.default_rng(seed)
     samples = [k for k in range(1500) if k == 0 or random.random() >= lost]
     stamps = [k * (1 + drift) + random.uniform(-jitter, jitter) for k in samples]
@@ -104,7 +104,7 @@ def centred() -> Excitation:
 def test_answers_are_those_of_a_rig_in_process(
     effects: dict, centred: Excitation, nominal: Rig
 ) -> None:
-    """Sample by sample over stamps, and in one go: the same bits, centring and the cart's way included."""
+    """Sample by sample, and in one go: the same bits, centring and the cart's way included."""
     log = play_plan(EmulatedRig(Concealed(effects, nominal), timestep_s=1e-3), centred)
     playback, sent = Playback(), []
     for k, stamp in enumerate(log.stamps_ns.tolist()):
@@ -134,7 +134,7 @@ def test_the_way_is_learned_also_when_the_push_s_last_sample_is_lost(centred: Ex
     ],
 )
 def test_the_rate_is_seen(gaps: list[float], rate: float) -> None:
-    stamps = [FIRST_NS + round(each * PERIOD_NS) for each in np.cumsum([0, *gaps])]
+    stamps = [FIRST_NS + round(periods * PERIOD_NS) for periods in np.cumsum([0, *gaps])]
     seen = measure_rate(stamps, 100.0)
     assert seen == pytest.approx(rate)
     assert is_rate_fitting(seen, 100.0) == (rate == 100)

@@ -1,4 +1,4 @@
-"""What keeps the excitation from beginning and what stops it: each over real topics, each with its reason and a last 0."""
+"""What keeps the excitation from beginning and what stops it, over real topics, with a last 0."""
 
 import math
 import re
@@ -113,17 +113,17 @@ BOUNDS = [
 
 
 @pytest.mark.parametrize(
-    ("rig", "phase", "values", "reason", "found"),
+    ("rig", "phase", "values", "reason", "detail"),
     BOUNDS,
-    ids=lambda each: getattr(each, "name", ""),
+    ids=lambda parameter: getattr(parameter, "name", ""),
 )
 def test_a_limit_stops_the_plan(
-    ros: Graph, planned, tmp_path, rig, phase, values, reason, found
+    ros: Graph, planned, tmp_path, rig, phase, values, reason, detail
 ) -> None:
     bench = Bench(ros, rig if isinstance(rig, Path) else rig(tmp_path))
     node = bench.play(planned(phase), **values)
     assert bench.over(node) is reason
-    assert re.search(found, node.end())
+    assert re.search(detail, node.end())
 
 
 def test_a_rig_at_another_rate_is_refused(ros: Graph, planned) -> None:
@@ -188,7 +188,9 @@ EVENTS = [
 
 
 @pytest.mark.parametrize(
-    ("event", "reason", "sentence"), EVENTS, ids=lambda each: getattr(each, "__name__", "")
+    ("event", "reason", "sentence"),
+    EVENTS,
+    ids=lambda parameter: getattr(parameter, "__name__", ""),
 )
 def test_an_event_stops_the_plan(
     ros: Graph, planned, event, reason: StopReason, sentence: str

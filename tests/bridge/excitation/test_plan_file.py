@@ -106,7 +106,7 @@ def test_the_format_is_as_documented(tmp_path) -> None:
         for line in table.splitlines()
     }
     assert documented == {
-        name: [each.name for each in fields(kind)] for name, kind in KINDS.items()
+        name: [entry.name for entry in fields(kind)] for name, kind in KINDS.items()
     }
 
 
@@ -218,7 +218,7 @@ WRONG = [
 
 
 @pytest.mark.parametrize(
-    ("mapping", "sentence"), WRONG, ids=lambda each: each[:60] if isinstance(each, str) else ""
+    ("mapping", "sentence"), WRONG, ids=lambda entry: entry[:60] if isinstance(entry, str) else ""
 )
 def test_what_is_wrong_is_named(mapping: object, sentence: str, tmp_path) -> None:
     (tmp_path / "plan.yaml").write_text(yaml.safe_dump(mapping))
@@ -275,7 +275,7 @@ def test_what_is_wrong_is_named(mapping: object, sentence: str, tmp_path) -> Non
             "phases: expected at most 3600 s and 1000000 samples in all, found",
         ),
     ],
-    ids=lambda each: each[:60] if isinstance(each, str) else "",
+    ids=lambda entry: entry[:60] if isinstance(entry, str) else "",
 )
 def test_what_the_rig_does_not_allow_is_named(plan: Plan, sentence: str) -> None:
     with pytest.raises(BadInputError, match=re.escape(sentence)):

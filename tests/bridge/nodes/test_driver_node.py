@@ -1,4 +1,4 @@
-"""The driver over real topics, at the rig emulator: samples, commands, limits, watchdog, stop, reset."""
+"""The driver over real topics, at the rig emulator: samples, commands, limits, watchdog, reset."""
 
 import math
 import re

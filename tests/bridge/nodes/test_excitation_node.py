@@ -1,4 +1,4 @@
-"""The excitation over real topics: which command answers which sample, both get the same, and how it ends."""
+"""The excitation over real topics: which command answers which sample, and how it ends."""
 
 import math
 import re
@@ -59,7 +59,7 @@ def expected(plan: Excitation, states: list[np.ndarray], lost: frozenset[int]) -
     "lost", [frozenset(), frozenset({40, 41, 100, 101, 102, 200})], ids=["none lost", "some lost"]
 )
 def test_command_k_answers_sample_k(ros: Graph, planned, lost: frozenset[int]) -> None:
-    """The rig's motion and the centring hang on every answer: one that is a sample late or early changes all after it."""
+    """The rig's motion depends on every answer: an answer a sample late changes all after it."""
     path = planned(
         Push(seconds=0.9),
         Chirp(seconds=1.5, from_hz=1, to_hz=4, amplitude=0.4),
@@ -90,14 +90,14 @@ def test_the_look_empties_the_queue() -> None:
 
 
 def test_rig_and_twin_get_the_same_commands_in_real_time(ros: Graph, planned) -> None:
-    """All but what a machine that stands still drops: of commands, only the last is kept for who is late."""
+    """All but what a machine that stands still drops: a late reader gets the last command."""
     bench = Bench(ros)
     node = bench.play(planned(Rest(seconds=0.2), NUMBERED))
     assert bench.over(node) is None
     numbers = [
         [round(1e3 * command) for command in sent if command] for sent in bench.sent.values()
     ]
-    assert all(each == sorted(set(each)) for each in numbers)
+    assert all(sequence == sorted(set(sequence)) for sequence in numbers)
     assert len(set(numbers[0]) & set(numbers[1])) + node._run.performance.playback.lost >= 90
     ros.until(lambda: bench.progress[-1] == 1.0, "the last of the progress")
     assert node.end() is None
@@ -169,7 +169,8 @@ def test_it_waits_for_the_service_and_plays_again_when_asked(ros: Graph, planned
     [
         (
             {"twin_file": ""},
-            "twin_file: expected the path of the rig's twin file, found none: give -p twin_file:=FILE",
+            "twin_file: expected the path of the rig's twin file, found none: give -p "
+            "twin_file:=FILE",
         ),
         ({"twin_file": "/no/such.yaml"}, "/no/such.yaml: expected a twin file"),
         ({"plan": "/no/such.yaml"}, "/no/such.yaml: expected a plan file, but it cannot be read"),
@@ -192,13 +193,13 @@ def test_wrong_parameters_are_refused_in_a_sentence(
         make(ros, values.pop("plan", ""), **values)
 
 
-def program(ros: Graph, plan: str, *more: str) -> subprocess.Popen:
+def start_program(ros: Graph, plan: str, *more: str) -> subprocess.Popen:
     values = {"twin_file": str(TWIN), "plan": plan, "silence_s": str(BUSY_S)}
     given = [part for name, value in values.items() for part in ("-p", f"{name}:={value}")]
     return ros.start(MODULE, "--ros-args", *given, *more)
 
 
-def ended(ros: Graph, node: subprocess.Popen) -> tuple[int, str]:
+def wait_for_end(ros: Graph, node: subprocess.Popen) -> tuple[int, str]:
     """Serve the graph until a program has ended; return its status and what it said on stderr."""
     ros.until(lambda: node.poll() is not None, "the end of the program", 60.0)
     return node.returncode, node.communicate(timeout=DEADLINE_S)[1]
@@ -206,14 +207,16 @@ def ended(ros: Graph, node: subprocess.Popen) -> tuple[int, str]:
 
 def test_a_program_that_has_played_all_ends_with_0(ros: Graph, planned) -> None:
     bench = Bench(ros)
-    status, said = ended(ros, program(ros, planned(Rest(seconds=0.2), NUMBERED)))
+    status, said = wait_for_end(ros, start_program(ros, planned(Rest(seconds=0.2), NUMBERED)))
     assert status == 0 and "has played the plan" in said
     assert bench.sent["/rig"][-1] == 0.0 and 0.1 in bench.sent["/rig"]
 
 
 def test_a_program_that_was_stopped_ends_with_1_and_why(ros: Graph, planned) -> None:
     bench = Bench(ros)
-    status, said = ended(ros, program(ros, planned(PUSHED), "-p", "cart_limit_m_s:=0.2"))
+    status, said = wait_for_end(
+        ros, start_program(ros, planned(PUSHED), "-p", "cart_limit_m_s:=0.2")
+    )
     assert status == 1 and said.splitlines()[-1].startswith(
         "excitation_node: The cart is too fast ("
     )
@@ -225,10 +228,10 @@ def test_a_program_that_was_stopped_ends_with_1_and_why(ros: Graph, planned) -> 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_sends_0_and_ends_it(ros: Graph, planned, number: signal.Signals) -> None:
     bench = Bench(ros)
-    node = program(ros, planned(PUSHED), "-p", "rail_share:=1.0")
+    node = start_program(ros, planned(PUSHED), "-p", "rail_share:=1.0")
     ros.until(lambda: 0.3 in bench.sent["/rig"], "the plan")
     node.send_signal(number)
-    status, said = ended(ros, node)
+    status, said = wait_for_end(ros, node)
     assert (
         status == 1
         and "The plan was interrupted by a signal (plays samples: " in said
@@ -240,8 +243,8 @@ def test_a_signal_sends_0_and_ends_it(ros: Graph, planned, number: signal.Signal
 
 
 def test_a_program_that_waits_for_its_service_ends_well(ros: Graph, planned) -> None:
-    node = program(ros, planned(*LONG), "-p", "start:=service")
+    node = start_program(ros, planned(*LONG), "-p", "start:=service")
     starter = ros.user("starter").create_client(Trigger, "start")
     ros.until(starter.service_is_ready, "the program", 60.0)
     node.send_signal(signal.SIGINT)
-    assert ended(ros, node) == (0, "")
+    assert wait_for_end(ros, node) == (0, "")

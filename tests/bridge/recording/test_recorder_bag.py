@@ -32,7 +32,8 @@ from pendulum_twin.health import Level
 
 QOS = {
     "history": "keep_last", "depth": 10, "reliability": "reliable", "durability": "volatile",
-    "deadline": {"sec": 9223372036, "nsec": 854775807}, "lifespan": {"sec": 9223372036, "nsec": 854775807},
+    "deadline": {"sec": 9223372036, "nsec": 854775807},
+    "lifespan": {"sec": 9223372036, "nsec": 854775807},
     "liveliness": "automatic", "liveliness_lease_duration": {"sec": 9223372036, "nsec": 854775807},
     "avoid_ros_namespace_conventions": False,
 }  # fmt: skip
@@ -76,7 +77,7 @@ def fill(bag: Bag, numbers, batch: int = 7) -> None:
 def chunk_sizes(folder: Path) -> list[int]:
     with data_file(folder).open("rb") as stream:
         records = StreamReader(stream, emit_chunks=True).records
-        return [each.uncompressed_size for each in records if type(each).__name__ == "Chunk"]
+        return [r.uncompressed_size for r in records if type(r).__name__ == "Chunk"]
 
 
 @pytest.mark.parametrize("compression", ["none", "zstd"])
@@ -86,9 +87,9 @@ def test_every_message_comes_back_in_every_reader(tmp_path: Path, compression: s
     bag.close()
     wanted = [(m.topic, m.received_ns, m.data) for m in map(command, range(100))]
     for read in (with_rosbags, with_mcap):
-        found = read(tmp_path / "run")
-        assert [(m.topic, m.received_ns, m.data) for m in found] == wanted
-        assert [m.decoded.data for m in found] == list(range(100))
+        result = read(tmp_path / "run")
+        assert [(m.topic, m.received_ns, m.data) for m in result] == wanted
+        assert [m.decoded.data for m in result] == list(range(100))
     assert counts(tmp_path / "run") == {"/rig/pwm": 100, "/note": 0}
 
 
@@ -102,19 +103,20 @@ def test_the_index_is_version_9_and_keeps_the_custom_data(tmp_path: Path) -> Non
     bag = new_bag(tmp_path / "run", custom=custom)
     fill(bag, range(50))
     bag.close()
-    found = index(tmp_path / "run")
-    assert (found["version"], found["storage_identifier"], found["message_count"]) == (
+    result = index(tmp_path / "run")
+    assert (result["version"], result["storage_identifier"], result["message_count"]) == (
         9,
         "mcap",
         50,
     )
-    assert found["starting_time"]["nanoseconds_since_epoch"] == START_NS
-    assert found["duration"]["nanoseconds"] == 490_000_000
-    assert found["relative_file_paths"] == ["run_0.mcap"]
-    assert found["topics_with_message_count"][0]["topic_metadata"]["offered_qos_profiles"] == [QOS]
-    kept = found["custom_data"]
+    assert result["starting_time"]["nanoseconds_since_epoch"] == START_NS
+    assert result["duration"]["nanoseconds"] == 490_000_000
+    assert result["relative_file_paths"] == ["run_0.mcap"]
+    metadata = result["topics_with_message_count"][0]["topic_metadata"]
+    assert metadata["offered_qos_profiles"] == [QOS]
+    kept = result["custom_data"]
     assert {key: kept[key] for key in custom} == custom and all(
-        isinstance(each, str) for each in kept.values()
+        isinstance(message, str) for message in kept.values()
     )
     assert (
         kept["state"] == "whole"
@@ -146,13 +148,13 @@ def test_the_data_file_knows_the_settings_by_itself(tmp_path: Path) -> None:
 
 def test_it_is_a_bag_from_the_first_moment(tmp_path: Path) -> None:
     bag = new_bag(tmp_path / "run")
-    found = index(tmp_path / "run")
+    result = index(tmp_path / "run")
     assert (
-        found["message_count"] == 0
-        and found["starting_time"]["nanoseconds_since_epoch"] == START_NS
+        result["message_count"] == 0
+        and result["starting_time"]["nanoseconds_since_epoch"] == START_NS
     )
     assert (
-        found["custom_data"]["state"] == "recording"
+        result["custom_data"]["state"] == "recording"
         and data_file(tmp_path / "run").stat().st_size > 0
     )
     fill(bag, range(7))
@@ -198,23 +200,23 @@ def closed(request, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_file_cut_anywhere_keeps_all_before_the_cut(
     closed: Path, tmp_path_factory, data: st.DataObject
 ) -> None:
-    whole = data_file(closed).read_bytes()
-    size = data.draw(st.integers(8, len(whole) - 1))
+    full = data_file(closed).read_bytes()
+    size = data.draw(st.integers(8, len(full) - 1))
     cut = tmp_path_factory.mktemp("cut") / "cut.mcap"
-    cut.write_bytes(whole[:size])
+    cut.write_bytes(full[:size])
     salvage = Salvage(cut)
-    found = [m for m in salvage if isinstance(m, Message)]
-    assert found == [command(k) for k in range(len(found))]
+    result = [m for m in salvage if isinstance(m, Message)]
+    assert result == [command(k) for k in range(len(result))]
     with data_file(closed).open("rb") as stream:
         chunks, least = StreamReader(stream, emit_chunks=True), 0
         for record in chunks.records:
             if type(record).__name__ == "Chunk" and chunks._stream.count <= size:
                 least += 7
-    assert least <= len(found) <= min(least + 7, 70)
+    assert least <= len(result) <= min(least + 7, 70)
     assert not salvage.is_whole
     sysid = scan(cut, {"/rig/pwm"}) if size > 8 else None
     if sysid is not None:
-        assert [data for _, data in sysid.messages.get("/rig/pwm", [])] == [m.data for m in found]
+        assert [data for _, data in sysid.messages.get("/rig/pwm", [])] == [m.data for m in result]
 
 
 @settings(max_examples=80, deadline=None)
@@ -228,9 +230,9 @@ def test_a_damaged_byte_never_passes_for_a_message(
     damaged = tmp_path_factory.mktemp("damaged") / "damaged.mcap"
     damaged.write_bytes(content)
     salvage = Salvage(damaged)
-    found = [m for m in salvage if isinstance(m, Message)]
-    assert set(found) <= {command(k) for k in range(70)}
-    assert not (salvage.is_whole and len(found) < 70)
+    result = [m for m in salvage if isinstance(m, Message)]
+    assert set(result) <= {command(k) for k in range(70)}
+    assert not (salvage.is_whole and len(result) < 70)
 
 
 def test_a_chunk_that_no_longer_passes_for_one_is_missed(closed: Path, tmp_path: Path) -> None:
@@ -404,7 +406,7 @@ def test_gaps_of_one_publisher_are_what_is_missing() -> None:
 )
 @settings(max_examples=300)
 def test_gaps_of_two_publishers_add_up(turns: list[tuple[bool, bool]], a: int, b: int) -> None:
-    """Two publishers take turns, some messages are lost; both were heard before, and both are heard again after."""
+    """Two publishers take turns and lose messages; both send before and after the losses."""
     assume(b != a + 1)  # else the second one's first message passes for the first one's next
     numbers, arrived = {True: a, False: b}, []
     both = [(True, False), (False, False)]
@@ -433,10 +435,10 @@ def test_simulated_time_is_that_of_the_last_clock_message() -> None:
 
 def test_a_definition_holds_every_type_in_it_once() -> None:
     pytest.importorskip("sensor_msgs")
-    found = find_definition("sensor_msgs/msg/JointState")
-    assert found.count("=" * 80) == 2
-    assert found.index("MSG: std_msgs/Header\n") < found.index("MSG: builtin_interfaces/Time\n")
-    assert "float64[] effort" in found
+    result = find_definition("sensor_msgs/msg/JointState")
+    assert result.count("=" * 80) == 2
+    assert result.index("MSG: std_msgs/Header\n") < result.index("MSG: builtin_interfaces/Time\n")
+    assert "float64[] effort" in result
     assert (
         find_definition("diagnostic_msgs/msg/DiagnosticArray").count(
             "MSG: diagnostic_msgs/KeyValue"

@@ -1,4 +1,4 @@
-"""The recorder on real topics: every message in every reader, drops counted, every end in a sentence."""
+"""The recorder on real topics: every reader reads every message, and drops are counted."""
 
 import json
 import math
@@ -61,7 +61,7 @@ def finish(ros: Graph, node: RecorderNode, **wanted: int) -> None:
 
 
 def state(k: int, rng: random.Random) -> JointState:
-    """Return a sample with the time of now; some have no velocity, some a frame with other letters."""
+    """Return a sample stamped now; some have NaN as velocity, some a frame with umlauts."""
     turn = math.nan if k % 40 == 7 else rng.gauss(0, 9)
     message = JointState(
         name=["cart", "pole"],
@@ -112,24 +112,24 @@ def test_every_message_is_equal_in_three_readers(ros: Graph, tmp_path: Path) -> 
     )
     node.finish()
     by_rosbags, by_mcap = with_rosbags(tmp_path / "run"), with_mcap(tmp_path / "run")
-    assert sorted(each[:3] for each in by_rosbags) == sorted(each[:3] for each in by_mcap)
+    assert sorted(m[:3] for m in by_rosbags) == sorted(m[:3] for m in by_mcap)
     for read in (by_rosbags, by_mcap):
         for name, messages in sent.items():
-            found = [each for each in read if each.topic == name]
-            unpacked = [deserialize_message(each.data, type(messages[0])) for each in found]
+            received = [message for message in read if message.topic == name]
+            unpacked = [deserialize_message(m.data, type(messages[0])) for m in received]
             assert list(map(str, unpacked)) == list(
                 map(str, messages)
             )  # as text, so that NaN equals NaN
             if name == "/rig/joint_states":
-                same = zip(found, messages, strict=True)
+                same = zip(received, messages, strict=True)
                 assert all(
                     np.array_equal(f.decoded.velocity, m.velocity, equal_nan=True) for f, m in same
                 )
-                assert [f.decoded.header.frame_id for f in found] == [
+                assert [f.decoded.header.frame_id for f in received] == [
                     m.header.frame_id for m in messages
                 ]
             if name == "/health":
-                assert [[s.values[0].value for s in f.decoded.status] for f in found] == [
+                assert [[s.values[0].value for s in f.decoded.status] for f in received] == [
                     [s.values[0].value for s in m.status] for m in messages
                 ]
     raw = read_bag(tmp_path / "run")
@@ -159,9 +159,9 @@ def test_times_are_those_of_sending_and_receiving(ros: Graph, tmp_path: Path) ->
     with data_file(tmp_path / "run").open("rb") as stream:
         from mcap.reader import make_reader
 
-        found = [m for _, _, m in make_reader(stream).iter_messages()]
-    assert [m.sequence for m in found] == list(range(1, 11))
-    assert all(before <= m.publish_time <= m.log_time <= after for m in found)
+        received = [m for _, _, m in make_reader(stream).iter_messages()]
+    assert [m.sequence for m in received] == list(range(1, 11))
+    assert all(before <= m.publish_time <= m.log_time <= after for m in received)
 
 
 def test_settings_and_files_are_kept(ros: Graph, tmp_path: Path) -> None:
@@ -250,9 +250,9 @@ def test_simulated_time_stamps_messages_by_the_clock(ros: Graph, tmp_path: Path)
         clock.publish(tick)
         commands.publish(Float64(data=float(k)))
     finish(ros, node, **{"rig/pwm": 50})
-    found = with_rosbags(tmp_path / "run")
-    assert [m.received_ns for m in found] == [7 * 10**9 + k * 1_000_000 for k in range(50)]
-    assert [m.decoded.data for m in found] == list(range(50))
+    received = with_rosbags(tmp_path / "run")
+    assert [m.received_ns for m in received] == [7 * 10**9 + k * 1_000_000 for k in range(50)]
+    assert [m.decoded.data for m in received] == list(range(50))
 
 
 def test_a_type_that_is_not_installed_is_left_out_with_a_word(
@@ -296,7 +296,7 @@ def test_health_is_published_once_a_second(ros: Graph, tmp_path: Path) -> None:
         "health that is OK",
     )
     status = heard[-1].status[0]
-    figures = {each.key: each.value for each in status.values}
+    figures = {pair.key: pair.value for pair in status.values}
     assert (
         status.name == "/recorder" and int(figures["messages"]) > 0 and int(figures["bytes"]) > 0
     )
@@ -348,7 +348,7 @@ def test_what_cannot_run_ends_with_a_sentence(
     ros: Graph, tmp_path: Path, arguments, status: int, sentence: str
 ) -> None:
     (tmp_path / "file").write_text("")
-    program = ros.start(MODULE, *[each.replace("{tmp}", str(tmp_path)) for each in arguments])
+    program = ros.start(MODULE, *[word.replace("{tmp}", str(tmp_path)) for word in arguments])
     _, said = program.communicate(timeout=LONGEST_END_S)
     assert program.returncode == status and sentence in said and "Traceback" not in said
 
@@ -423,10 +423,10 @@ def test_a_full_disk_ends_with_a_sentence_and_loses_nothing_written(
     assert raw.lost_messages == 0 and index(tmp_path / "run")["custom_data"]["state"] == "cut"
     assert len(raw.cart) > 50 and np.array_equal(raw.command, np.arange(len(raw.command)))
     assert len(raw.cart) == counts(tmp_path / "run")["/rig/joint_states"]
-    made = recover(tmp_path / "run").folder
+    recovered = recover(tmp_path / "run").folder
     assert (
-        counts(made) == counts(tmp_path / "run")
-        and len(with_rosbags(made)) == index(made)["message_count"]
+        counts(recovered) == counts(tmp_path / "run")
+        and len(with_rosbags(recovered)) == index(recovered)["message_count"]
     )
 
 
@@ -459,7 +459,7 @@ def test_a_stopped_recorder_counts_what_it_missed(ros: Graph, tmp_path: Path) ->
 
 
 def test_a_node_of_another_kind_is_not_disturbed(ros: Graph, tmp_path: Path) -> None:
-    """The recorder's subscriptions are no callbacks: what else runs in its process is served as before."""
+    """The recorder's subscriptions have no callbacks: other nodes of its process are served."""
     node = recorder(ros, tmp_path / "run", topics=["/a"])
     other, heard = Node("other", context=ros.context), []
     other.create_subscription(Float64, "/a", heard.append, 10)

@@ -18,7 +18,7 @@ COMMANDS = Topic("/rig/pwm", "std_msgs/msg/Float64", "float64 data\n")
 
 
 def written(folder: Path, closed: bool = False, **options) -> Path:
-    """Write 40 commands in four chunks, the last of 10; leave the folder as a killed recorder does, or close it."""
+    """Write 40 commands in four chunks; close the folder, or leave it as after a kill."""
     bag = Bag(folder, started_ns=1, custom={"note": "mine"}, **options)
     bag.add_topic(COMMANDS)
     for k in range(40):
@@ -37,16 +37,19 @@ def cut(folder: Path, size: int) -> None:
 
 
 def values(folder: Path) -> list[float]:
-    return [each.decoded.data for each in with_rosbags(folder)]
+    return [message.decoded.data for message in with_rosbags(folder)]
 
 
 def test_a_file_without_its_end_is_made_whole(tmp_path: Path) -> None:
-    found = recover(written(tmp_path / "run"))
-    assert found.folder == tmp_path / "run_recovered" and values(found.folder) == list(range(40))
-    assert (
-        "kept 40 messages over 0.39 s (/rig/pwm 40); run_0.mcap had no end mark" in found.sentence
+    recovered = recover(written(tmp_path / "run"))
+    assert recovered.folder == tmp_path / "run_recovered" and values(recovered.folder) == list(
+        range(40)
     )
-    kept = index(found.folder)["custom_data"]
+    assert (
+        "kept 40 messages over 0.39 s (/rig/pwm 40); run_0.mcap had no end mark"
+        in recovered.sentence
+    )
+    kept = index(recovered.folder)["custom_data"]
     assert (
         kept["note"] == "mine"
         and kept["recovered_from"].startswith("run_0.mcap sha256:")
@@ -58,12 +61,13 @@ def test_a_chunk_that_was_cut_gives_what_is_there(tmp_path: Path) -> None:
     folder = written(tmp_path / "run")
     size = data_file(folder).stat().st_size
     cut(folder, size - 400)  # behind the chunk stands an index of 180 bytes
-    found = recover(folder)
-    assert 30 < counts(found.folder)["/rig/pwm"] < 40
-    assert values(found.folder) == list(range(counts(found.folder)["/rig/pwm"]))
+    recovered = recover(folder)
+    assert 30 < counts(recovered.folder)["/rig/pwm"] < 40
+    assert values(recovered.folder) == list(range(counts(recovered.folder)["/rig/pwm"]))
     assert (
-        "lost" in found.sentence
-        and f"of which {len(values(found.folder)) - 30} messages were saved" in found.sentence
+        "lost" in recovered.sentence
+        and f"of which {len(values(recovered.folder)) - 30} messages were saved"
+        in recovered.sentence
     )
 
 
@@ -72,17 +76,17 @@ def test_a_damaged_chunk_is_left_out_and_said(tmp_path: Path) -> None:
     content = bytearray(data_file(folder).read_bytes())
     content[content.index(struct.pack("<d", 15.0))] ^= 1
     data_file(folder).write_bytes(content)
-    found = recover(folder)
-    assert values(found.folder) == [*range(10), *range(20, 40)]
-    assert "bytes of run_0.mcap that were cut or damaged" in found.sentence
+    recovered = recover(folder)
+    assert values(recovered.folder) == [*range(10), *range(20, 40)]
+    assert "bytes of run_0.mcap that were cut or damaged" in recovered.sentence
 
 
 def test_zeros_after_a_power_cut_end_the_file(tmp_path: Path) -> None:
     folder = written(tmp_path / "run")
     with data_file(folder).open("ab") as stream:
         stream.write(bytes(5000))
-    found = recover(folder)
-    assert values(found.folder) == list(range(40)) and "lost 5000 bytes" in found.sentence
+    recovered = recover(folder)
+    assert values(recovered.folder) == list(range(40)) and "lost 5000 bytes" in recovered.sentence
 
 
 @pytest.mark.parametrize("index_text", [None, "", "rosbag2_bagfile_information:\n  - [", "[]\n"])
@@ -91,12 +95,12 @@ def test_an_index_that_is_missing_or_damaged_is_made_anew(
 ) -> None:
     folder = written(tmp_path / "run", closed=True)
     (folder / INDEX).unlink() if index_text is None else (folder / INDEX).write_text(index_text)
-    found = recover(folder)
+    recovered = recover(folder)
     assert (
-        values(found.folder) == list(range(40))
-        and f"{INDEX} was missing or unreadable" in found.sentence
+        values(recovered.folder) == list(range(40))
+        and f"{INDEX} was missing or unreadable" in recovered.sentence
     )
-    assert index(found.folder)["custom_data"]["note"] == "mine"  # the data file knows it too
+    assert index(recovered.folder)["custom_data"]["note"] == "mine"  # the data file knows it too
 
 
 def test_an_old_index_is_brought_up_to_date(tmp_path: Path) -> None:
@@ -105,18 +109,20 @@ def test_an_old_index_is_brought_up_to_date(tmp_path: Path) -> None:
     shutil.rmtree(folder)
     written(folder, closed=True)
     (folder / INDEX).write_text(old)
-    found = recover(folder)
+    recovered = recover(folder)
     assert (
-        counts(found.folder) == {"/rig/pwm": 40}
-        and "nothing was lost but a right metadata.yaml" in found.sentence
+        counts(recovered.folder) == {"/rig/pwm": 40}
+        and "nothing was lost but a right metadata.yaml" in recovered.sentence
     )
 
 
 def test_a_data_file_alone_is_enough(tmp_path: Path) -> None:
     shutil.copy(data_file(written(tmp_path / "run")), tmp_path / "alone.mcap")
-    found = recover(tmp_path / "alone.mcap")
-    assert found.folder == tmp_path / "alone_recovered" and values(found.folder) == list(range(40))
-    assert index(found.folder)["custom_data"]["note"] == "mine"
+    recovered = recover(tmp_path / "alone.mcap")
+    assert recovered.folder == tmp_path / "alone_recovered" and values(recovered.folder) == list(
+        range(40)
+    )
+    assert index(recovered.folder)["custom_data"]["note"] == "mine"
 
 
 def test_the_data_file_of_a_folder_stands_for_the_folder(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Readings that cannot be true are found, and none of a rig that is only different from what is believed of it."""
+"""Impossible readings are found, and none of a rig that only differs from its constants."""
 
 import math
 from collections.abc import Callable
@@ -40,11 +40,11 @@ Command = Callable[[int], float]
 Wrong = Callable[[int, RigState], RigState]
 
 
-def steps(size: float, samples: int) -> Command:
+def draw_steps(size: float, samples: int) -> Command:
     return lambda k: size * (-1) ** (k // samples)
 
 
-def measured(
+def measure_run(
     rig: Rig,
     effects: dict,
     command: Command,
@@ -54,7 +54,7 @@ def measured(
     jumps_at: int = 300,
     start: tuple[float, float, float, float] = (0.0, math.pi, 0.0, 0.0),
 ) -> list[RigState]:
-    """Return what a rig of the twin's equations shows, measured as the emulator measures; jump: m, rad, from then on."""
+    """Return what a rig shows to the emulator's sensors, with a jump (m, rad) from then on."""
     moved, meter = stepper(rig, effects, start), sensors.Sensors(encoders, {}, PERIOD_S)
     shown = []
     for k in range(count):
@@ -70,18 +70,25 @@ def measured(
     return shown
 
 
-def after(shown: list[RigState], command: Command, check: EncoderCheck = CHECK) -> list[Encoders]:
+def follow(shown: list[RigState], command: Command, check: EncoderCheck = CHECK) -> list[Encoders]:
     """Return the state after each sample."""
-    found = [Encoders()]
+    claim = [Encoders()]
     for k, sample in enumerate(shown):
         applied = command(k - 1) if k else 0.0
-        found.append(check_sample(found[-1], sample, applied, PERIOD_S, check))
-    return found[1:]
+        claim.append(check_sample(claim[-1], sample, applied, PERIOD_S, check))
+    return claim[1:]
 
 
-def first_fault(states: list[Encoders], but: Reason | None = None) -> tuple[int, Reason] | None:
+def find_first_fault(
+    states: list[Encoders], but: Reason | None = None
+) -> tuple[int, Reason] | None:
     return next(
-        ((k, each.fault) for k, each in enumerate(states) if each.fault not in (None, but)), None
+        (
+            (k, checked.fault)
+            for k, checked in enumerate(states)
+            if checked.fault not in (None, but)
+        ),
+        None,
     )
 
 
@@ -96,12 +103,12 @@ def test_no_alarm_in_concealed_rigs(seed: int, effects: int, encoders: sensors.E
     shown = [
         RigState(*map(float, [*p, *v])) for p, v in zip(log.positions, log.velocities, strict=True)
     ]
-    states = after(shown, lambda k: float(log.commands[k]))
-    assert first_fault(states) is None and states[-1].spikes == 0
+    states = follow(shown, lambda k: float(log.commands[k]))
+    assert find_first_fault(states) is None and states[-1].spikes == 0
 
 
 def test_no_alarm_in_rigs_as_wrong_as_is_believed_possible() -> None:
-    """Constants 30 % off, most of them all at once, dry friction up to 2 N, and commands that hardly overcome it, or do."""
+    """Constants 30 % off, dry friction up to 2 N, and commands that hardly overcome it, or do."""
     random = np.random.default_rng(5)
     for trial in range(40):
         rig = varied(NOMINAL, random, corner=trial % 2 == 0)
@@ -109,19 +116,21 @@ def test_no_alarm_in_rigs_as_wrong_as_is_believed_possible() -> None:
             "cart_coulomb_friction": {"level_n": random.uniform(0, 2.0)},
             "pole_coulomb_friction": {"level_n_m": random.uniform(0, 0.01)},
         }
-        command = steps(
+        command = draw_steps(
             random.choice([0.1, 0.2, 0.25, 0.3, 0.4, 0.5]), random.choice([12, 30, 60, 1000])
         )
-        shown = measured(rig, effects, command, 800, COARSE if trial % 3 else sensors.Encoders())
-        assert first_fault(after(shown, command)) is None, f"trial {trial}: {rig}"
+        shown = measure_run(
+            rig, effects, command, 800, COARSE if trial % 3 else sensors.Encoders()
+        )
+        assert find_first_fault(follow(shown, command)) is None, f"trial {trial}: {rig}"
 
 
-def swung(
+def swing(
     count: int = 400, jump: tuple[float, float] = (0.0, 0.0)
 ) -> tuple[list[RigState], Command]:
     """Return a rig driven hard enough that both its joints move fast; jump: see `measured`."""
-    command = steps(0.4, 25)
-    return measured(NOMINAL, {}, command, count, COARSE, jump), command
+    command = draw_steps(0.4, 25)
+    return measure_run(NOMINAL, {}, command, count, COARSE, jump), command
 
 
 @pytest.mark.parametrize("samples", [1, 3])
@@ -129,16 +138,16 @@ def swung(
     ("cart_m", "pole_rad"), [(0.05, 0.0), (0.0, 0.5), (0.0, -math.tau), (-0.05, 1.0)]
 )
 def test_a_spike_is_pwm_0_until_it_is_back(cart_m: float, pole_rad: float, samples: int) -> None:
-    shown, command = swung()
+    shown, command = swing()
     wrong = slice(300, 300 + samples)
     shown[wrong] = [
         replace(s, cart_m=s.cart_m + cart_m, pole_rad=s.pole_rad + pole_rad) for s in shown[wrong]
     ]
-    states = after(shown, command)
-    assert [k for k, each in enumerate(states) if each.fault is Reason.ENCODER_SPIKE] == list(
-        range(300, 300 + samples)
-    )
-    assert first_fault(states, but=Reason.ENCODER_SPIKE) is None and states[-1].spikes == 1
+    states = follow(shown, command)
+    assert [
+        k for k, checked in enumerate(states) if checked.fault is Reason.ENCODER_SPIKE
+    ] == list(range(300, 300 + samples))
+    assert find_first_fault(states, but=Reason.ENCODER_SPIKE) is None and states[-1].spikes == 1
 
 
 @pytest.mark.parametrize(
@@ -147,51 +156,53 @@ def test_a_spike_is_pwm_0_until_it_is_back(cart_m: float, pole_rad: float, sampl
 def test_a_jump_that_stays_is_latched_until_somebody_clears_it(
     cart_m: float, pole_rad: float
 ) -> None:
-    shown, command = swung(
+    shown, command = swing(
         jump=(cart_m, pole_rad)
     )  # the velocities that are reported jump as well
-    states = after(shown, command)
-    assert first_fault(states) == (300, Reason.ENCODER_SPIKE)
-    assert first_fault(states, but=Reason.ENCODER_SPIKE) == (306, Reason.ENCODER_JUMPED)
-    assert {each.fault for each in states[306:]} == {Reason.ENCODER_JUMPED}
+    states = follow(shown, command)
+    assert find_first_fault(states) == (300, Reason.ENCODER_SPIKE)
+    assert find_first_fault(states, but=Reason.ENCODER_SPIKE) == (306, Reason.ENCODER_JUMPED)
+    assert {checked.fault for checked in states[306:]} == {Reason.ENCODER_JUMPED}
     cleared = trust_again(states[-1])
     assert cleared.fault is None and cleared.spikes == 1
     assert check_sample(cleared, shown[-1], 0.0, PERIOD_S, CHECK).fault is None
 
 
 def test_a_jump_back_after_it_was_latched_changes_nothing() -> None:
-    shown, command = swung()
+    shown, command = swing()
     shown[300:320] = [replace(s, cart_m=s.cart_m + 0.2) for s in shown[300:320]]
-    assert after(shown, command)[-1].fault is Reason.ENCODER_JUMPED
+    assert follow(shown, command)[-1].fault is Reason.ENCODER_JUMPED
 
 
 def test_spikes_of_the_emulator_are_found_with_the_velocities_that_they_spoil() -> None:
     moved = stepper(NOMINAL, {}, (0.0, math.pi, 0.0, 0.0))
     meter = sensors.Sensors(sensors.Encoders(spike_rate=0.03), {}, PERIOD_S, seed=4)
     exact = sensors.Sensors(sensors.Encoders(), {}, PERIOD_S)
-    command, shown, wrong = steps(0.4, 25), [], []
+    command, shown, wrong = draw_steps(0.4, 25), [], []
     for k in range(1500):
         shown.append(RigState(*map(float, meter.measure(moved.state))))
         wrong.append(abs(shown[-1].cart_m - exact.measure(moved.state)[0]) > 0.04)
         moved.step(command(k))
-    states = after(shown, command)
+    states = follow(shown, command)
     assert sum(wrong) > 30
-    assert [each.fault for each in states] == [
-        Reason.ENCODER_SPIKE if each else None for each in wrong
+    assert [checked.fault for checked in states] == [
+        Reason.ENCODER_SPIKE if checked else None for checked in wrong
     ]
 
 
 def test_a_spike_among_the_first_samples_does_not_condemn_the_rest() -> None:
     for at in range(4):
-        shown, command = swung(100)
+        shown, command = swing(100)
         shown[at] = replace(shown[at], cart_m=shown[at].cart_m + 0.5)
-        states = after(shown, command)
-        assert first_fault(states, but=Reason.ENCODER_SPIKE) is None and states[-1].fault is None
+        states = follow(shown, command)
+        assert (
+            find_first_fault(states, but=Reason.ENCODER_SPIKE) is None and states[-1].fault is None
+        )
 
 
 @pytest.mark.parametrize("lost", [1, 5, 20])
 def test_lost_samples_are_no_jump(lost: int) -> None:
-    shown, command = swung()
+    shown, command = swing()
     encoders = Encoders()
     for k, sample in enumerate(shown):
         if not 200 <= k < 200 + lost:
@@ -206,7 +217,7 @@ def test_lost_samples_are_no_jump(lost: int) -> None:
 
 
 def test_a_burst_with_a_sample_missing_is_no_jump() -> None:
-    shown, command = swung()
+    shown, command = swing()
     encoders = Encoders()
     for k, sample in enumerate(shown):
         if k == 205:
@@ -218,84 +229,84 @@ def test_a_burst_with_a_sample_missing_is_no_jump() -> None:
 
 @pytest.mark.parametrize("pwm", [0.4, -0.4, 0.5])
 def test_a_cart_that_stands_still_though_it_is_pushed_is_stuck(pwm: float) -> None:
-    found = first_fault(after([REST] * 300, lambda _: pwm))
-    assert found is not None and found[1] is Reason.CART_STUCK
-    print(f"PWM {pwm}: stuck cart found after {1e3 * PERIOD_S * found[0]:.0f} ms")
-    assert found[0] * PERIOD_S < 0.4
+    claim = find_first_fault(follow([REST] * 300, lambda _: pwm))
+    assert claim is not None and claim[1] is Reason.CART_STUCK
+    print(f"PWM {pwm}: stuck cart found after {1e3 * PERIOD_S * claim[0]:.0f} ms")
+    assert claim[0] * PERIOD_S < 0.4
 
 
 @pytest.mark.parametrize("pwm", [0.0, 0.1, 0.22])
 def test_what_dry_friction_can_hold_is_not_stuck(pwm: float) -> None:
-    assert first_fault(after([REST] * 2000, lambda _: pwm)) is None
+    assert find_first_fault(follow([REST] * 2000, lambda _: pwm)) is None
 
 
 def test_a_cart_at_the_end_of_the_rail_may_be_held_by_it() -> None:
-    assert first_fault(after([replace(REST, cart_m=0.85)] * 500, lambda _: 0.5)) is None
+    assert find_first_fault(follow([replace(REST, cart_m=0.85)] * 500, lambda _: 0.5)) is None
 
 
 def test_a_cart_may_be_held_by_a_pole_that_spins_but_not_for_ever() -> None:
     """What a spinning pole takes up is bounded by its momentum, and a steady push goes on."""
     spinning = [replace(REST, pole_rad=0.2 * k, pole_rad_s=20.0) for k in range(300)]
-    found = first_fault(after(spinning, lambda _: 0.4))
-    assert found is not None and found[1] is Reason.CART_STUCK and 0.4 < found[0] * PERIOD_S < 1.0
-    assert first_fault(after(spinning, lambda _: 0.2)) is None
+    claim = find_first_fault(follow(spinning, lambda _: 0.4))
+    assert claim is not None and claim[1] is Reason.CART_STUCK and 0.4 < claim[0] * PERIOD_S < 1.0
+    assert find_first_fault(follow(spinning, lambda _: 0.2)) is None
 
 
-def whirling(
+def whirl(
     rig: Rig, effects: dict, command: Command, encoders: sensors.Encoders, rate_rad_s: float
 ) -> list[RigState]:
-    """Return what a rig shows whose pole was let go fast, from when its velocities have settled."""
+    """Return what a rig shows after its pole was let go fast, once its velocities have settled."""
     start = (-0.7 * math.copysign(1, command(0)), 2.0, 0.0, rate_rad_s)
-    return measured(
+    return measure_run(
         rig, effects, lambda k: command(max(k - SETTLED, 0)), 300, encoders, start=start
     )[SETTLED:]
 
 
 @pytest.mark.parametrize("rate_rad_s", [-18.0, -8.0, 8.0, 18.0])
 def test_a_stuck_cart_is_found_however_the_pole_whirls(rate_rad_s: float) -> None:
-    command = steps(0.4, 1000)
-    shown = whirling(NOMINAL, {}, command, COARSE, rate_rad_s)
+    command = draw_steps(0.4, 1000)
+    shown = whirl(NOMINAL, {}, command, COARSE, rate_rad_s)
     took_s = []
     for at in (5, 20, 35):
-        found = first_fault(after(frozen("cart", at, shown), command))
-        assert found is not None and found[1] in (
+        claim = find_first_fault(follow(freeze("cart", at, shown), command))
+        assert claim is not None and claim[1] in (
             Reason.CART_STUCK,
             Reason.POLE_STUCK,
         )  # a dead velocity looks like braking
-        took_s.append((found[0] - at) * PERIOD_S)
+        took_s.append((claim[0] - at) * PERIOD_S)
     print(f"pole at {rate_rad_s} rad/s: stuck cart found after at most {1e3 * max(took_s):.0f} ms")
     assert 0.05 < max(took_s) < 0.9
 
 
 def test_no_alarm_while_a_pole_whirls_on_rigs_as_wrong_as_is_believed_possible() -> None:
-    """The cart is hard to move: pushes that dry friction nearly holds, with the pole's pull for and against them."""
+    """Pushes that dry friction nearly holds, with the pole's pull for and against them."""
     random = np.random.default_rng(8)
     for trial in range(60):
         rig = varied(NOMINAL, random, corner=trial % 2 == 0)
         effects = {"cart_coulomb_friction": {"level_n": random.uniform(1.0, 2.0)}}
-        command = steps(
+        command = draw_steps(
             random.choice([0.1, 0.15, 0.2, 0.25, 0.3, 0.5]), random.choice([12, 30, 1000])
         )
         encoders = COARSE if trial % 3 else sensors.Encoders()
-        shown = whirling(rig, effects, command, encoders, random.uniform(-20, 20))
-        assert first_fault(after(shown, command)) is None, f"trial {trial}: {rig}"
+        shown = whirl(rig, effects, command, encoders, random.uniform(-20, 20))
+        assert find_first_fault(follow(shown, command)) is None, f"trial {trial}: {rig}"
 
 
 def test_a_level_pole_may_stand_still_while_the_cart_is_shaken() -> None:
-    shown, command = swung()
+    shown, command = swing()
     level = [replace(s, pole_rad=math.pi / 2, pole_rad_s=0.0) for s in shown]
-    assert first_fault(after(level, command)) is None
+    assert find_first_fault(follow(level, command)) is None
     hanging = [replace(s, pole_rad=math.pi, pole_rad_s=0.0) for s in shown]
-    assert first_fault(after(hanging, command)) is not None
+    assert find_first_fault(follow(hanging, command)) is not None
 
 
 def test_less_friction_believed_finds_a_stuck_cart_at_smaller_commands() -> None:
     check = make_encoder_check(NOMINAL, 0.5, PERIOD_S, dry_n=0.5)
-    assert first_fault(after([REST] * 100, lambda _: 0.15, check)) is not None
+    assert find_first_fault(follow([REST] * 100, lambda _: 0.15, check)) is not None
 
 
-def frozen(joint: str, at: int, shown: list[RigState]) -> list[RigState]:
-    """Return the samples with a joint's encoder dead: its position stays, its velocity is filtered to 0."""
+def freeze(joint: str, at: int, shown: list[RigState]) -> list[RigState]:
+    """Return the samples with a dead encoder: constant position, velocity filtered to 0."""
     names = ("cart_m", "cart_m_s") if joint == "cart" else ("pole_rad", "pole_rad_s")
     there = shown[at]
     return shown[:at] + [
@@ -311,42 +322,43 @@ def frozen(joint: str, at: int, shown: list[RigState]) -> list[RigState]:
 
 
 def test_a_pole_that_stands_still_while_the_cart_is_shaken_is_stuck() -> None:
-    """Where it reads level, the cart's acceleration need not move it, so nothing is claimed there."""
-    shown, command = swung(500)
+    """At a level reading the cart's acceleration need not move the pole: nothing is claimed."""
+    shown, command = swing(500)
     took_s = []
     for at in range(200, 380, 5):
-        found = first_fault(after(frozen("pole", at, shown), command))
+        claim = find_first_fault(follow(freeze("pole", at, shown), command))
         if abs(math.cos(shown[at].pole_rad)) > 0.7:
-            assert found is not None and found[1] is Reason.POLE_STUCK
-            took_s.append((found[0] - at) * PERIOD_S)
+            assert claim is not None and claim[1] is Reason.POLE_STUCK
+            took_s.append((claim[0] - at) * PERIOD_S)
     print(
-        f"stuck pole found after {1e3 * np.median(took_s):.0f} ms, at most {1e3 * max(took_s):.0f} ms"
+        f"stuck pole found after {1e3 * np.median(took_s):.0f} ms, at most "
+        f"{1e3 * max(took_s):.0f} ms"
     )
     assert len(took_s) > 8 and max(took_s) < 0.7
 
 
 def test_the_same_sample_again_and_again_is_stuck() -> None:
-    """But for one that says that a joint stands, as at a turning point: nothing is claimed of that joint."""
-    shown, command = swung()
+    """But for a sample in which a joint stands, as at a turning point: no claim on it."""
+    shown, command = swing()
     moving = [at for at in range(200, 300, 9) if shown[at].pole_rad_s != 0.0]
     assert len(moving) > 8
     for at in moving:
-        found = first_fault(after(shown[:at] + [shown[at]] * 30, command))
+        claim = find_first_fault(follow(shown[:at] + [shown[at]] * 30, command))
         assert (
-            found is not None
-            and found[1] in (Reason.CART_STUCK, Reason.POLE_STUCK)
-            and found[0] - at <= 10
+            claim is not None
+            and claim[1] in (Reason.CART_STUCK, Reason.POLE_STUCK)
+            and claim[0] - at <= 10
         )
 
 
 def test_stuck_stays_until_somebody_clears_it() -> None:
-    states = after([REST] * 100, lambda _: 0.5)
+    states = follow([REST] * 100, lambda _: 0.5)
     moving = check_sample(states[-1], replace(REST, cart_m=0.101), 0.0, PERIOD_S, CHECK)
     assert moving.fault is Reason.CART_STUCK and trust_again(moving).fault is None
 
 
 def test_after_a_spike_nothing_is_said_about_stuck_encoders_for_a_while() -> None:
-    """The velocity that a spike of the cart leaves behind would say that the resting pole has to move."""
+    """The velocity that a spike of the cart leaves would say that the resting pole has to move."""
     meter = sensors.Sensors(
         sensors.Encoders(spike_rate=0.02, spike_m=0.2, spike_rad=0.0), {}, PERIOD_S, seed=1
     )
@@ -354,8 +366,8 @@ def test_after_a_spike_nothing_is_said_about_stuck_encoders_for_a_while() -> Non
         RigState(*map(float, meter.measure(np.array([0.0, math.pi, 0.0, 0.0]))))
         for _ in range(1000)
     ]
-    states = after(shown, lambda _: 0.0)
-    assert first_fault(states, but=Reason.ENCODER_SPIKE) is None and states[-1].spikes > 5
+    states = follow(shown, lambda _: 0.0)
+    assert find_first_fault(states, but=Reason.ENCODER_SPIKE) is None and states[-1].spikes > 5
 
 
 def test_every_fault_has_its_level_and_says_what_to_do() -> None:
@@ -377,16 +389,16 @@ def test_a_rig_without_a_cart_is_refused_and_one_without_a_pole_is_not() -> None
         Rig(cart_mass_kg=1.0, force_per_pwm_n=10.0, cart_viscous_n_s_m=1.0), 0.5, PERIOD_S
     )
     assert (
-        first_fault(
-            after([replace(REST, pole_rad=float(k)) for k in range(50)], lambda _: 0.0, cart)
+        find_first_fault(
+            follow([replace(REST, pole_rad=float(k)) for k in range(50)], lambda _: 0.0, cart)
         )
         is None
     )
-    assert first_fault(after([REST] * 100, lambda _: 0.5, cart)) is not None
+    assert find_first_fault(follow([REST] * 100, lambda _: 0.5, cart)) is not None
 
 
 def test_no_rig_accelerates_faster_than_is_believed() -> None:
-    """Over a thousandth of a second, in random states, with the largest command and the constants 30 % off."""
+    """Over 1 ms, in random states, with the largest command and the constants 30 % off."""
     random, nearest = np.random.default_rng(6), np.zeros(2)
     for _ in range(400):
         rig = varied(NOMINAL, random, corner=True)

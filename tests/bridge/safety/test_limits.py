@@ -1,4 +1,4 @@
-"""Commands: refused when they are no numbers, clipped, and slowed down per second, not per message."""
+"""Commands: refused unless finite, clipped, and slowed down per second, not per message."""
 
 import math
 
@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from pendulum_bridge.safety.limits import (
     Limits,
     compute_left_s,
-    limit_command,
-    find_refusal,
     compute_slewing_s,
+    find_refusal,
+    limit_command,
 )
 from pendulum_bridge.safety.reasons import Reason
 from pendulum_twin.errors import BadInputError
@@ -31,7 +31,7 @@ def test_every_number_is_taken(command: float) -> None:
 
 
 @pytest.mark.parametrize(
-    ("asked", "applied", "elapsed_s", "pwm", "reasons"),
+    ("requested", "applied", "elapsed_s", "pwm", "reasons"),
     [
         (0.3, 0.3, 0.01, 0.3, ()),
         (0.3, 0.0, 0.01, 0.1, (Reason.TOO_FAST,)),
@@ -44,10 +44,10 @@ def test_every_number_is_taken(command: float) -> None:
     ],
 )
 def test_known_answers(
-    asked: float, applied: float, elapsed_s: float, pwm: float, reasons: tuple
+    requested: float, applied: float, elapsed_s: float, pwm: float, reasons: tuple
 ) -> None:
-    found = limit_command(asked, applied, elapsed_s, Limits(0.5, 10.0))
-    assert found.pwm == pytest.approx(pwm) and found.reasons == reasons
+    limited = limit_command(requested, applied, elapsed_s, Limits(0.5, 10.0))
+    assert limited.pwm == pytest.approx(pwm) and limited.reasons == reasons
 
 
 def test_no_slew_limit_at_all() -> None:
@@ -56,22 +56,22 @@ def test_no_slew_limit_at_all() -> None:
 
 @given(FINITE, WITHIN, st.floats(-1, 10), st.floats(0.01, 1e3))
 def test_never_over_the_limit_nor_faster(
-    asked: float, applied: float, elapsed_s: float, slew: float
+    requested: float, applied: float, elapsed_s: float, slew: float
 ) -> None:
-    found = limit_command(asked, applied, elapsed_s, Limits(0.5, slew))
-    assert abs(found.pwm) <= 0.5
-    assert abs(found.pwm - applied) <= slew * max(elapsed_s, 0.0) + 1e-12
-    assert (found.pwm == asked) == (found.reasons == ())
+    limited = limit_command(requested, applied, elapsed_s, Limits(0.5, slew))
+    assert abs(limited.pwm) <= 0.5
+    assert abs(limited.pwm - applied) <= slew * max(elapsed_s, 0.0) + 1e-12
+    assert (limited.pwm == requested) == (limited.reasons == ())
 
 
 @given(WITHIN, WITHIN, st.integers(1, 50))
 def test_a_flood_of_messages_moves_no_further_than_one(
-    asked: float, applied: float, messages: int
+    requested: float, applied: float, messages: int
 ) -> None:
     limits = Limits(0.5, 10.0)
-    at_once = limit_command(asked, applied, 0.02, limits).pwm
+    at_once = limit_command(requested, applied, 0.02, limits).pwm
     for _ in range(messages):
-        applied = limit_command(asked, applied, 0.02 / messages, limits).pwm
+        applied = limit_command(requested, applied, 0.02 / messages, limits).pwm
     assert applied == pytest.approx(at_once)
 
 
@@ -94,9 +94,9 @@ def test_over_any_time_a_command_moves_no_further_than_that_time_and_a_period_al
         0.0,
         0.0,
     )  # how far it is ahead of its slew limit, since when that is most
-    for passed_s, asked in steps:
+    for passed_s, requested in steps:
         may_s = compute_slewing_s(unused_s, passed_s, period_s)
-        pwm = limit_command(asked, applied, may_s, limits).pwm
+        pwm = limit_command(requested, applied, may_s, limits).pwm
         unused_s = compute_left_s(may_s, pwm - applied, limits)
         ahead_s = max(ahead_s - passed_s, -passed_s) + abs(pwm - applied) / slew
         assert ahead_s <= period_s + 1e-9

@@ -1,4 +1,4 @@
-"""No commands drive the cart beyond the margin before the end of the rail, on any rig about the nominal one."""
+"""No commands drive the cart beyond the margin before the end of the rail, on any similar rig."""
 
 import math
 from dataclasses import replace
@@ -25,7 +25,9 @@ MARGIN_M, LIMIT = 0.05, 0.5
 SLOW_DRIVES = ({}, {"input_delay": {"delay_s": 0.02}}, {"motor_lag": {"time_constant_s": 0.015}})
 
 
-def asked(kind: str, random: np.random.Generator, k: int, rig: Stepper, last: float) -> float:
+def draw_command(
+    kind: str, random: np.random.Generator, k: int, rig: Stepper, last: float
+) -> float:
     """Return the next command of an adversary."""
     x, th, v, w = rig.state.tolist()
     return {
@@ -43,7 +45,7 @@ def asked(kind: str, random: np.random.Generator, k: int, rig: Stepper, last: fl
 ADVERSARIES = ("out", "telegraph", "pump", "run on", "nearest end", "noise")
 
 
-def furthest(
+def find_furthest(
     rig: Stepper,
     nominal: Rig,
     kind: str,
@@ -51,24 +53,24 @@ def furthest(
     samples: int,
     lost: float = 0.0,
 ) -> float:
-    """Return how far from the middle an adversary brings the cart; lost: share of samples that never arrive."""
+    """Return how far from the middle an adversary brings the cart; lost: share of lost samples."""
     guard = make_rail_guard(nominal, LIMIT, MARGIN_M)
     command, applied, in_vain_s, far, age = LIMIT, 0.0, 0.0, 0.0, 0.0
     shown = seen(rig)
     for k in range(samples):
         shown, age = (shown, age + PERIOD_S) if random.random() < lost else (seen(rig), 0.0)
-        command = asked(kind, random, k, rig, command)
+        command = draw_command(kind, random, k, rig, command)
         within = min(max(command, -LIMIT), LIMIT)
-        found = guard_command(within, Seen(shown, age, applied), in_vain_s, PERIOD_S, guard)
-        assert abs(found.pwm) <= LIMIT and found.reason is not Reason.RAIL_NOT_HELD
-        applied, in_vain_s = found.pwm, found.in_vain_s
+        guarded = guard_command(within, Seen(shown, age, applied), in_vain_s, PERIOD_S, guard)
+        assert abs(guarded.pwm) <= LIMIT and guarded.reason is not Reason.RAIL_NOT_HELD
+        applied, in_vain_s = guarded.pwm, guarded.in_vain_s
         far = max(far, abs(float(rig.step(applied)[0])))
     return far
 
 
 @pytest.mark.parametrize("kind", ADVERSARIES)
 def test_no_adversary_passes_the_margin(kind: str, nominal: Rig) -> None:
-    """Measured over 60 seeds of 15 s each: at worst 4.7 mm inside the margin; pumped poles reach 190 rad/s."""
+    """Over 60 seeds of 15 s each: at worst 4.7 mm inside the margin; poles reach 190 rad/s."""
     for seed in range(24):
         random = np.random.default_rng(seed)
         start = (
@@ -78,7 +80,9 @@ def test_no_adversary_passes_the_margin(kind: str, nominal: Rig) -> None:
             random.uniform(-15, 15),
         )
         rig = stepper(varied(nominal, random, corner=seed % 2 == 0), SLOW_DRIVES[seed % 3], start)
-        assert furthest(rig, nominal, kind, random, 1000) < nominal.rail_half_length_m - MARGIN_M
+        assert (
+            find_furthest(rig, nominal, kind, random, 1000) < nominal.rail_half_length_m - MARGIN_M
+        )
 
 
 def test_nor_when_every_second_sample_is_lost(nominal: Rig) -> None:
@@ -87,7 +91,7 @@ def test_nor_when_every_second_sample_is_lost(nominal: Rig) -> None:
         rig = stepper(varied(nominal, random), {}, (0.0, math.pi, 0.0, random.uniform(-15, 15)))
         kind = ADVERSARIES[seed % len(ADVERSARIES)]
         assert (
-            furthest(rig, nominal, kind, random, 1000, lost=0.5)
+            find_furthest(rig, nominal, kind, random, 1000, lost=0.5)
             < nominal.rail_half_length_m - MARGIN_M
         )
 
@@ -114,10 +118,10 @@ def test_nor_does_any_sequence_of_commands(
 def test_a_quiet_cart_in_the_middle_is_left_alone(nominal: Rig) -> None:
     guard = make_rail_guard(nominal, LIMIT)
     for command in (-0.5, 0.0, 0.3):
-        found = guard_command(
+        guarded = guard_command(
             command, Seen(RigState(0.2, math.pi, 0.1, 0.0), 0.0, command), 0.0, PERIOD_S, guard
         )
-        assert found.pwm == command and found.reason is None
+        assert guarded.pwm == command and guarded.reason is None
 
 
 def test_braking_distance_has_its_closed_forms(nominal: Rig) -> None:
@@ -170,13 +174,13 @@ def test_both_ends_and_both_ways_are_mirrored(nominal: Rig) -> None:
 
 
 def test_a_drive_that_goes_the_wrong_way_is_switched_off(nominal: Rig) -> None:
-    """A stuck cart, or one whose command has the other sign, is not pushed into the end for ever."""
+    """A stuck cart, or a cart whose command has the other sign, is not pushed for ever."""
     guard, in_vain_s = make_rail_guard(nominal, LIMIT), 0.0
     at_the_end = Seen(RigState(0.9, math.pi, 0.0, 0.0), 0.0, 0.0)
     for _ in range(102):
-        found = guard_command(0.1, at_the_end, in_vain_s, PERIOD_S, guard)
-        in_vain_s = found.in_vain_s
-    assert found.pwm == 0.0 and found.reason is Reason.RAIL_NOT_HELD
+        guarded = guard_command(0.1, at_the_end, in_vain_s, PERIOD_S, guard)
+        in_vain_s = guarded.in_vain_s
+    assert guarded.pwm == 0.0 and guarded.reason is Reason.RAIL_NOT_HELD
     moved = guard_command(
         0.1, Seen(RigState(0.3, math.pi, 0.0, 0.0), 0.0, 0.0), in_vain_s, PERIOD_S, guard
     )

@@ -9,18 +9,18 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from support.guarded_rigs import PERIOD_S, reset_run, seen, settled, stepper, varied
 
-from pendulum_bridge.safety.decide import decide, begin_reset, make_rules
+from pendulum_bridge.safety.decide import begin_reset, decide, make_rules
 from pendulum_bridge.safety.reasons import Reason
 from pendulum_bridge.safety.reset import (
     Reset,
     Rest,
-    is_at_rest,
     find_end,
     find_obstacle,
+    is_at_rest,
+    is_zero_wrong,
+    let_time_pass,
     make_swing_down,
     swing_on,
-    let_time_pass,
-    is_zero_wrong,
 )
 from pendulum_bridge.safety.rig_state import RigState
 from pendulum_twin.errors import BadInputError
@@ -110,7 +110,7 @@ def test_each_of_the_four_numbers_counts(state: RigState, rests: bool) -> None:
 
 
 def test_a_wrong_zero_is_found_and_nothing_is_moved_meanwhile(nominal: Rig) -> None:
-    """Hanging reads 0, so that damping the pole would drive it; and the cart is not in the middle."""
+    """Hanging reads 0, so that damping the pole would drive it; the cart is not in the middle."""
     rules, reading = make_rules(nominal), RigState(0.3, 0.0, 0.0, 0.0)
     safety, _ = begin_reset(0.0, settled(rules, reading), rules)
     for k in range(1, 1000):
@@ -149,11 +149,11 @@ def test_it_refuses_to_begin_with_the_reason() -> None:
 
 def test_an_inverted_drive_is_driven_the_other_way(nominal: Rig) -> None:
     away = replace(HANGING, cart_m=0.3, cart_m_s=0.2, pole_rad_s=1.0)
-    one, other = (
+    first, second = (
         swing_on(Reset(), away, 0.0, PERIOD_S, make_swing_down(nominal, 0.5, way=way)).pwm
         for way in (1, -1)
     )
-    assert one == -other != 0.0
+    assert first == -second != 0.0
 
 
 @pytest.mark.parametrize(

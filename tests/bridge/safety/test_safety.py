@@ -1,4 +1,4 @@
-"""What is sent: the stop wins over the watchdog, the watchdog over the rail guard, the rail guard over the limits."""
+"""What is sent: the stop overrides the watchdog, that the rail guard, and that the limits."""
 
 import math
 from dataclasses import replace
@@ -10,15 +10,15 @@ from support.guarded_rigs import PERIOD_S, seen, settled, stepper
 
 from pendulum_bridge.safety.decide import (
     Rules,
-    make_safety,
-    take_command,
+    begin_reset,
+    clear_stop,
     decide,
     fail_safe,
     hear_writer,
-    begin_reset,
     make_rules,
-    clear_stop,
+    make_safety,
     press_stop,
+    take_command,
 )
 from pendulum_bridge.safety.limits import Limits
 from pendulum_bridge.safety.reasons import Level, Reason
@@ -259,14 +259,14 @@ def test_commands_that_may_have_waited_while_the_driver_stood_still_are_not_take
 
 
 def test_a_sample_that_was_looked_at_late_is_as_old_as_it_is(rules: Rules) -> None:
-    """Two samples a period apart, the first looked at 8 ms late: the time between them stays a period."""
+    """Two samples a period apart, the first looked at 8 ms late: the gap stays a period."""
     moved = RigState(0.003, math.pi, 0.3, 0.0)
     safety, _ = begin_reset(0.0, settled(rules, MIDDLE), rules)
     steps = []
     for first_late_s in (0.0, 0.008):
-        one = decide(None, MIDDLE, 0.01 + first_late_s, safety, rules, ago_s=first_late_s)
-        assert one.safety.ages.sample_s == first_late_s
-        two = decide(None, moved, 0.02, one.safety, rules)
+        first = decide(None, MIDDLE, 0.01 + first_late_s, safety, rules, ago_s=first_late_s)
+        assert first.safety.ages.sample_s == first_late_s
+        two = decide(None, moved, 0.02, first.safety, rules)
         steps.append(two.safety.reset)
     assert steps[0].bias != 0.0 and steps[1].bias == pytest.approx(steps[0].bias)
 
@@ -294,7 +294,7 @@ EVENTS = st.lists(
 @settings(max_examples=150, deadline=None)
 @given(EVENTS)
 def test_whatever_happens_the_order_holds(rules: Rules, nominal: Rig, events: list) -> None:
-    """Within the limit always; 0 while stopped or silent; whatever differs from the command has its reason."""
+    """Within the limit always; 0 while stopped or silent; every difference has its reason."""
     rig, now, safety = stepper(nominal, {}, (0.3, 2.0, 0.0, 5.0)), 0.0, make_safety(0.0)
     silent_s = math.inf
     for request, comes, step, event in events:

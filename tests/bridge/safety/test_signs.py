@@ -18,7 +18,7 @@ SIGNS = ("input_sign_inverted", "cart_sign_inverted", "angle_sign_inverted")
 def test_a_push_moves_the_cart_and_the_pole_the_ways_told(
     nominal: Rig, on: tuple[bool, ...]
 ) -> None:
-    """The rail guard's l sin(th) is on the cart's side of the rail where pole_way is 1: so it stays where it was."""
+    """The guard's l sin(th) is on the cart's side of the rail where pole_way is 1."""
     effects = {name: {} for name, there in zip(SIGNS, on, strict=True) if there}
     way, pole_way = find_ways(effects)
     rig = EmulatedRig(Concealed(effects, nominal), 100.0, Encoders(0, 0.0, 0.0))

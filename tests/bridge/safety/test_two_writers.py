@@ -1,20 +1,21 @@
-"""Two writers at once are found by the numbers of their messages; one alone, or one after another, never is."""
+"""Two simultaneous writers are detected by their numbers; a single writer never is."""
 
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pendulum_bridge.safety.two_writers import TOGETHER_S, Writers, hear_writer, has_two_writers
+from pendulum_bridge.safety.two_writers import TOGETHER_S, Writers, has_two_writers, hear_writer
 
 PERIOD_S = 0.01
+NOBODY = Writers()
 
 
-def found(
+def find_two(
     numbers: list[int],
     period_s: float = PERIOD_S,
-    writers: Writers = Writers(),
+    writers: Writers = NOBODY,
     start_s: float = 0.0,
 ) -> list[bool]:
-    """Hear messages one period after the other; return after each whether there are two writers."""
+    """Hear a message each period; return after each whether there are two writers."""
     answers = []
     for k, number in enumerate(numbers):
         now_s = start_s + k * period_s
@@ -32,17 +33,17 @@ def test_one_writer_is_one_however_many_messages_are_lost(
     steps: list[int], period_s: float
 ) -> None:
     numbers = [sum(steps[: k + 1]) for k in range(len(steps))]
-    assert not any(found(numbers, period_s))
+    assert not any(find_two(numbers, period_s))
 
 
 @given(st.integers(1, 10**6), st.integers(1, 10**6))
 def test_one_after_another_is_one_at_a_time(first: int, second: int) -> None:
-    assert not any(found([first + k for k in range(30)] + [second + k for k in range(30)]))
+    assert not any(find_two([first + k for k in range(30)] + [second + k for k in range(30)]))
 
 
 @given(st.integers(1, 10**6), st.integers(1, 10**6))
 def test_two_in_turn_are_found_with_the_second_message_of_each(first: int, second: int) -> None:
-    answers = found(alternating(first, second))
+    answers = find_two(alternating(first, second))
     assert not any(answers[:2]) and all(answers[3:])
     assert (
         answers[2] or second >= first
@@ -61,7 +62,7 @@ def test_two_at_any_rates_are_found(first: int, second: int, every: int, random)
         numbers.append(first + k)
         if k % every == 0:
             numbers.append(second + k // every)
-    assert any(found(numbers))
+    assert any(find_two(numbers))
 
 
 def test_it_ends_when_one_has_been_silent_for_long_enough() -> None:
@@ -79,8 +80,8 @@ def test_it_ends_when_one_has_been_silent_for_long_enough() -> None:
 
 
 def test_two_that_take_long_turns_are_not_at_the_same_time() -> None:
-    assert not any(found(alternating(1000, 1), period_s=1.1 * TOGETHER_S))
-    assert found(alternating(1000, 1), period_s=0.4 * TOGETHER_S)[-1]
+    assert not any(find_two(alternating(1000, 1), period_s=1.1 * TOGETHER_S))
+    assert find_two(alternating(1000, 1), period_s=0.4 * TOGETHER_S)[-1]
 
 
 def test_with_nobody_there_are_not_two() -> None:

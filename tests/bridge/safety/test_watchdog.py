@@ -11,12 +11,12 @@ from pendulum_bridge.safety.watchdog import (
     Ages,
     Timeouts,
     advance_ages,
-    note_command,
-    forget_command,
-    find_missing_command,
     compute_passed_s,
-    note_sample,
+    find_missing_command,
     find_silence,
+    forget_command,
+    note_command,
+    note_sample,
 )
 from pendulum_twin.errors import BadInputError
 

@@ -1,4 +1,4 @@
-"""Trials: the mix of kinds is even, a trial is its number's alone, and its folder is whole or not there."""
+"""Trials: the mix of kinds is even, a trial depends on its number alone, its folder is whole."""
 
 import json
 from collections import Counter
@@ -34,8 +34,8 @@ def test_every_stretch_has_its_share_of_every_kind() -> None:
 
 
 def test_turns_count_up_within_a_kind() -> None:
-    found = [find_kind(k, {"single": 1, "pair": 1}) for k in range(6)]
-    assert found == [
+    turns = [find_kind(k, {"single": 1, "pair": 1}) for k in range(6)]
+    assert turns == [
         ("single", 0),
         ("pair", 0),
         ("single", 1),
@@ -58,11 +58,11 @@ def test_shares_are_read() -> None:
 
 
 def test_singles_and_unlisted_go_round_all_that_there_are(nominal: Rig) -> None:
-    alone = [each.name for each in TABLE if not each.beside]
-    for kind, names in (("single", alone), ("unlisted", [each.name for each in UNLISTED])):
-        found = [draw_trial(k, 3, {kind: 1}, nominal).concealed for k in range(2 * len(names))]
+    alone = [effect.name for effect in TABLE if not effect.beside]
+    for kind, names in (("single", alone), ("unlisted", [law.name for law in UNLISTED])):
+        drawn = [draw_trial(k, 3, {kind: 1}, nominal).concealed for k in range(2 * len(names))]
         assert Counter(
-            name for each in found for name in (*each.effects, *each.unlisted)
+            name for trial in drawn for name in (*trial.effects, *trial.unlisted)
         ) == dict.fromkeys(names, 2)
 
 
@@ -78,17 +78,17 @@ def test_a_kind_conceals_as_many_as_it_says(kind: str, nominal: Rig) -> None:
 
 def test_given_sets_take_turns(nominal: Rig) -> None:
     sets = (("input_delay", "rail_tilt"), ("cogging",), ("air_jet",), ("hanging_cable", "cogging"))
-    found = [draw_trial_with(k, 1, sets, nominal) for k in range(5)]
-    assert [each.kind for each in found] == ["pair", "single", "unlisted", "unlisted", "pair"]
-    assert [tuple(each.concealed.effects) for each in found[:2]] == list(sets[:2])
-    assert found[0].concealed.effects != found[4].concealed.effects  # drawn anew
+    drawn = [draw_trial_with(k, 1, sets, nominal) for k in range(5)]
+    assert [trial.kind for trial in drawn] == ["pair", "single", "unlisted", "unlisted", "pair"]
+    assert [tuple(trial.concealed.effects) for trial in drawn[:2]] == list(sets[:2])
+    assert drawn[0].concealed.effects != drawn[4].concealed.effects  # drawn anew
 
 
-def ran(*arguments: str) -> int:
+def run_trials(*arguments: str) -> int:
     return trials.main(["--seconds", "40", "--rate-hz", "25", *arguments])
 
 
-def contents(folder) -> tuple:
+def read_contents(folder) -> tuple:
     with AnyReader([folder / "bag"]) as reader:
         messages = [
             (connection.topic, stamp, reader.deserialize(raw, connection.msgtype))
@@ -102,15 +102,18 @@ def contents(folder) -> tuple:
 
 
 def test_a_trial_is_the_same_whatever_else_is_recorded(tmp_path, capsys, nominal: Rig) -> None:
-    assert ran("--out", str(tmp_path / "all"), "--trials", "2", "--seed", "5") == 0
+    assert run_trials("--out", str(tmp_path / "all"), "--trials", "2", "--seed", "5") == 0
     assert capsys.readouterr().out.split() == [
         str(tmp_path / "all" / f"trial_{k:04d}") for k in range(2)
     ]
-    assert ran("--out", str(tmp_path / "one"), "--trials", "1", "--seed", "5", "--first", "1") == 0
-    first, again = (contents(tmp_path / run / "trial_0001") for run in ("all", "one"))
-    assert first == again and contents(tmp_path / "all" / "trial_0000") != again
+    assert (
+        run_trials("--out", str(tmp_path / "one"), "--trials", "1", "--seed", "5", "--first", "1")
+        == 0
+    )
+    first, again = (read_contents(tmp_path / run / "trial_0001") for run in ("all", "one"))
+    assert first == again and read_contents(tmp_path / "all" / "trial_0000") != again
     folder = tmp_path / "all" / "trial_0001"
-    assert sorted(each.name for each in folder.iterdir()) == [
+    assert sorted(path.name for path in folder.iterdir()) == [
         "bag",
         "seal.json",
         "trial.json",
@@ -122,13 +125,13 @@ def test_a_trial_is_the_same_whatever_else_is_recorded(tmp_path, capsys, nominal
     )
     assert open_seal(folder / "seal.json").rig != nominal
     assert len(first[0]) == len(first[1]) == 1000
-    assert sorted(each.name for each in (tmp_path / "all").iterdir()) == [
+    assert sorted(path.name for path in (tmp_path / "all").iterdir()) == [
         f"trial_{k:04d}" for k in range(2)
     ]
 
 
 def test_how_it_was_made_is_written_down(tmp_path, capsys) -> None:
-    made = (
+    options = (
         "--effects",
         "cart_coulomb_friction+input_delay",
         "--size-factor",
@@ -136,15 +139,21 @@ def test_how_it_was_made_is_written_down(tmp_path, capsys) -> None:
         "--pole-counts",
         "1024",
     )
-    assert ran("--out", str(tmp_path), "--trials", "1", "--seed", "5", "--closed-loop", *made) == 0
+    assert (
+        run_trials(
+            "--out", str(tmp_path), "--trials", "1", "--seed", "5", "--closed-loop", *options
+        )
+        == 0
+    )
     content = json.loads((tmp_path / "trial_0000" / "trial.json").read_text())
     seed = content.pop("seed")
     assert content == {
-        "schema": "pendulum_trial/1", "kind": "pair", "pole_counts": 1024, "seconds": 40.0, "closed_loop": True,
+        "schema": "pendulum_trial/1", "kind": "pair", "pole_counts": 1024,
+        "seconds": 40.0, "closed_loop": True,
         "size_factor": 0.5,
     }  # fmt: skip
     assert isinstance(seed, int)
-    states, commands, seal = contents(tmp_path / "trial_0000")
+    states, commands, seal = read_contents(tmp_path / "trial_0000")
     assert seal["effects"]["input_delay"]["delay_s"] <= 0.025 and np.std(commands) > 0.01
     assert (
         np.max(np.abs(np.array(states)[:, 1] / (2 * np.pi / 1024) % 1 - 0.5)) > 0.499
@@ -153,7 +162,7 @@ def test_how_it_was_made_is_written_down(tmp_path, capsys) -> None:
 
 def test_what_is_there_is_not_overwritten(tmp_path, capsys) -> None:
     (tmp_path / "trial_0000").mkdir()
-    assert ran("--out", str(tmp_path), "--trials", "1", "--seed", "5") == 1
+    assert run_trials("--out", str(tmp_path), "--trials", "1", "--seed", "5") == 1
     assert "trials are not overwritten" in capsys.readouterr().err and not any(
         (tmp_path / "trial_0000").iterdir()
     )

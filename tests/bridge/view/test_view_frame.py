@@ -1,4 +1,4 @@
-"""What a browser gets: the latest of everything, as strict JSON, and the points of the last seconds."""
+"""What a browser gets: the latest messages as strict JSON, and the points of the last seconds."""
 
 import asyncio
 import json
@@ -53,7 +53,8 @@ def test_a_frame_holds_both_and_their_mismatch() -> None:
     assert rig["rate_hz"] == pytest.approx(100) and rig["stamp_age_s"] == pytest.approx(0.104)
     assert moment["mismatch"]["cart_m"] == pytest.approx(0.2)
     assert dict(zip(COLUMNS, make_point(moment), strict=True)) == {
-        "time_s": 10.1, "rig_cart_m": 0.3, "rig_pole_rad": 3.0, "rig_pwm": 0.2, "rig_applied_pwm": 0.15,
+        "time_s": 10.1, "rig_cart_m": 0.3, "rig_pole_rad": 3.0,
+        "rig_pwm": 0.2, "rig_applied_pwm": 0.15,
         "twin_cart_m": 0.1, "twin_pole_rad": 3.0, "twin_pwm": None, "twin_applied_pwm": None,
         "mismatch_cart_m": 0.2, "mismatch_pole_rad": 0.0,
     }  # fmt: skip

@@ -1,4 +1,4 @@
-"""The mismatch is of one and the same sampling time, whatever the stamps' offset, order and rate."""
+"""The mismatch is of equal sampling times, whatever the stamps' offset, order and rate."""
 
 import math
 
@@ -23,22 +23,22 @@ def sample(
     return Sample(stamp_ns, 0.0, 0.0, cart_m, pole_rad, *speeds)
 
 
-def run_of(
+def make_run(
     first_ns: int, count: int, period_ns: int = PERIOD_NS, **values: float
 ) -> tuple[Sample, ...]:
     return tuple(sample(first_ns + k * period_ns, **values) for k in range(count))
 
 
-def found(rig: tuple[Sample, ...], twin: tuple[Sample, ...]) -> Mismatch:
+def find(rig: tuple[Sample, ...], twin: tuple[Sample, ...]) -> Mismatch:
     apart = find_mismatch(rig, twin)
     assert apart is not None
     return apart
 
 
 def test_it_is_rig_minus_twin_at_the_newest_stamp_of_both() -> None:
-    rig = (*run_of(0, 5), sample(50_000_000, 0.3, 3.0), sample(60_000_000, 9.0, 9.0))
-    twin = (*run_of(0, 5), sample(50_000_000, 0.1, 3.5))  # its next sample is still on its way
-    apart = found(rig, twin)
+    rig = (*make_run(0, 5), sample(50_000_000, 0.3, 3.0), sample(60_000_000, 9.0, 9.0))
+    twin = (*make_run(0, 5), sample(50_000_000, 0.1, 3.5))  # its next sample is still on its way
+    apart = find(rig, twin)
     assert (apart.stamp_ns, apart.apart_s, apart.turns) == (50_000_000, 0.0, 0)
     assert (apart.cart_m, apart.pole_rad) == pytest.approx((0.2, -0.5))
 
@@ -51,7 +51,7 @@ def test_equal_motion_has_no_mismatch_at_any_offset_of_the_stamps(
         stamps = [first_ns + k * PERIOD_NS for k in range(20)]
         return tuple(sample(t, v * t * 1e-9, w * t * 1e-9, v, w) for t in stamps)
 
-    apart = found(moving(10**9), moving(10**9 + offset_ns))
+    apart = find(moving(10**9), moving(10**9 + offset_ns))
     assert apart.cart_m == pytest.approx(0, abs=1e-9) and apart.pole_rad == pytest.approx(
         0, abs=1e-9
     )
@@ -60,41 +60,42 @@ def test_equal_motion_has_no_mismatch_at_any_offset_of_the_stamps(
 
 @pytest.mark.parametrize(("offset_ns", "matches"), [(5_000_000, True), (5_100_000, False)])
 def test_stamps_match_within_half_a_period(offset_ns: int, matches: bool) -> None:
-    rig = run_of(0, 4)
-    assert (find_mismatch(rig, run_of(3 * PERIOD_NS + offset_ns, 3)) is not None) is matches
+    rig = make_run(0, 4)
+    assert (find_mismatch(rig, make_run(3 * PERIOD_NS + offset_ns, 3)) is not None) is matches
 
 
 def test_the_longer_period_counts() -> None:
-    slow = run_of(0, 4, 40_000_000)
-    fast = run_of(-1_000_000, 3, 5_000_000)  # its last is 9 ms past the first slow one
-    assert found(slow, fast[1:]).stamp_ns == 0
-    assert found(fast, slow).stamp_ns == fast[-1].stamp_ns
+    slow = make_run(0, 4, 40_000_000)
+    fast = make_run(-1_000_000, 3, 5_000_000)  # its last is 9 ms past the first slow one
+    assert find(slow, fast[1:]).stamp_ns == 0
+    assert find(fast, slow).stamp_ns == fast[-1].stamp_ns
 
 
 @given(st.floats(-3, 3), st.integers(-4, 4))
 def test_whole_turns_are_told_apart_from_the_angle(angle_rad: float, turns: int) -> None:
-    rig = run_of(0, 3, pole_rad=angle_rad + turns * 2 * math.pi)
-    apart = found(rig, run_of(0, 3))
+    rig = make_run(0, 3, pole_rad=angle_rad + turns * 2 * math.pi)
+    apart = find(rig, make_run(0, 3))
     assert apart.pole_rad == pytest.approx(angle_rad, abs=1e-9) and apart.turns == turns
 
 
 def test_a_joint_that_one_lacks_has_no_mismatch() -> None:
     pole_only = tuple(sample(k * PERIOD_NS, None, 3.0) for k in range(3))
-    apart = found(pole_only, run_of(0, 3))
+    apart = find(pole_only, make_run(0, 3))
     assert apart.cart_m is None and apart.pole_rad == pytest.approx(3.0)
 
 
 def test_without_two_samples_of_each_there_is_none() -> None:
-    many, one = run_of(0, 5), run_of(0, 1)
+    many, single = make_run(0, 5), make_run(0, 1)
     assert (
-        find_mismatch(many, one) is None
-        and find_mismatch(one, many) is None
+        find_mismatch(many, single) is None
+        and find_mismatch(single, many) is None
         and find_mismatch((), ()) is None
     )
 
 
 def test_numbers_too_large_to_subtract_have_no_mismatch() -> None:
-    apart = found(
-        run_of(0, 3, cart_m=1e308, pole_rad=1e308), run_of(0, 3, cart_m=-1e308, pole_rad=-1e308)
+    apart = find(
+        make_run(0, 3, cart_m=1e308, pole_rad=1e308),
+        make_run(0, 3, cart_m=-1e308, pole_rad=-1e308),
     )
     assert apart.cart_m is None and apart.pole_rad is None

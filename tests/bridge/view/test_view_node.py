@@ -49,7 +49,7 @@ def state(cart: float, stamp_ns: int = 10**9, **changed: Any) -> JointState:
 
 
 def pressed(ros: Graph, call: Any) -> Answer:
-    """Await a call in a thread of its own, as the page's server does, while the nodes are served here."""
+    """Await a call in its own thread, as the page's server does; the nodes are served here."""
     pool = ThreadPoolExecutor(1)
     future = pool.submit(asyncio.run, call)
     ros.until(future.done, "the answer")

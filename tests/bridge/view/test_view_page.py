@@ -1,4 +1,4 @@
-"""The page in a real browser, headless: two real twins play rig and twin, a small node plays the driver."""
+"""The page in a headless browser: two twins play rig and twin, a small node plays the driver."""
 
 import math
 import re
@@ -35,7 +35,8 @@ CHROMIUM = next(
     filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
 )
 OPTIONS = (
-    "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run", "--disable-component-update",
+    "--no-sandbox", "--disable-gpu", "--disable-background-networking",
+    "--no-first-run", "--disable-component-update",
     "--disable-sync",
 )  # fmt: skip
 DEADLINE_MS = 120_000

@@ -1,4 +1,4 @@
-"""The page's server on a real loopback socket: who is let in, and that a slow browser gets the newest, not a queue."""
+"""The page's server on a real loopback socket: who is let in, and what a slow browser gets."""
 
 import asyncio
 import json
@@ -171,7 +171,7 @@ async def test_stop_gets_through_while_a_reset_is_under_way(
 ) -> None:
     server.hold = Event()
     headers = {"Origin": server.origin}
-    held = asyncio.create_task(
+    pressing = asyncio.create_task(
         session.post(server.address + "reset", headers=headers).__aenter__()
     )
     while "reset" not in server.pressed:
@@ -184,7 +184,7 @@ async def test_stop_gets_through_while_a_reset_is_under_way(
         assert (await answer.json())["success"] is True
     assert server.pressed == ["reset", "stop"]
     server.hold.set()
-    assert (await (await held).json())["sentence"] == "reset was asked"
+    assert (await (await pressing).json())["sentence"] == "reset was asked"
 
 
 @served
@@ -245,14 +245,14 @@ async def test_a_browser_that_asks_without_reading_holds_up_nobody(
 @pytest.mark.parametrize("question", ["", "x", "1.5", "--1", "9" * 40])
 def test_what_is_no_number_of_a_frame_ends_the_connection(question: str) -> None:
     @served
-    async def asked(server: Server, session: ClientSession) -> None:
+    async def host_header(server: Server, session: ClientSession) -> None:
         async with server.page_of(session) as live:
             await live.send_str(question)
             message = await live.receive(timeout=DEADLINE_S)
             assert message.type in (WSMsgType.CLOSE, WSMsgType.CLOSED)
         assert server.complaints == []
 
-    asked()
+    host_header()
 
 
 @served
@@ -283,8 +283,14 @@ def test_a_browser_that_hangs_is_let_go() -> None:
     try:
         host, port = server.socket.getsockname()
         with socket.create_connection((host, port), timeout=DEADLINE_S) as hanging:
-            request = f"GET /live HTTP/1.1\r\nHost: {host}:{port}\r\nOrigin: {server.origin}\r\nUpgrade: websocket\r\n"
-            keys = "Connection: Upgrade\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Version: 13\r\n\r\n"
+            request = (
+                f"GET /live HTTP/1.1\r\nHost: {host}:{port}\r\nOrigin: "
+                f"{server.origin}\r\nUpgrade: websocket\r\n"
+            )
+            keys = (
+                "Connection: Upgrade\r\nSec-WebSocket-Key: "
+                "AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Version: 13\r\n\r\n"
+            )
             hanging.sendall((request + keys).encode())
             received = b""
             while piece := hanging.recv(4096):  # ends when the server closes; it answers no ping
@@ -295,7 +301,7 @@ def test_a_browser_that_hangs_is_let_go() -> None:
 
 
 @pytest.mark.parametrize(
-    ("host", "asked", "passes"),
+    ("host", "host_header", "passes"),
     [
         ("127.0.0.1", "127.0.0.1:80", True),
         ("127.0.0.1", "localhost:9999", True),  # a forwarded port
@@ -310,8 +316,8 @@ def test_a_browser_that_hangs_is_let_go() -> None:
         ("lab-pc", "lab-pc:80", True),
     ],
 )
-def test_hosts(host: str, asked: str, passes: bool) -> None:
-    headers = {"Host": asked, "Origin": f"http://{asked}"}
+def test_hosts(host: str, host_header: str, passes: bool) -> None:
+    headers = {"Host": host_header, "Origin": f"http://{host_header}"}
     assert (find_refusal(headers, host, acts=True) is None) is passes
 
 

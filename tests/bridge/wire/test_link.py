@@ -1,4 +1,4 @@
-"""The link over real sockets: deadlines are kept, and what is not the rig's is dropped and counted."""
+"""The link over real sockets: deadlines are kept; packets of others are dropped and counted."""
 
 import contextlib
 import socket
@@ -20,12 +20,12 @@ LONG_S = 120.0
 SAMPLE, OTHER = Sample(3.0, 0.1, 0.2, -0.3), Sample(3.1, 0.2, 0.3, -0.4)
 
 
-def free_address() -> Address:
-    with bare_socket() as probe:
+def find_free_address() -> Address:
+    with open_socket() as probe:
         return Address("127.0.0.1", probe.getsockname()[1])
 
 
-def bare_socket(host: str = "127.0.0.1") -> socket.socket:
+def open_socket(host: str = "127.0.0.1") -> socket.socket:
     opened = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     opened.bind((host, 0))
     opened.settimeout(LONG_S)
@@ -40,7 +40,7 @@ class Bench:
     rig: socket.socket
     user: tuple[str, int]
 
-    def sends(self, packet: bytes) -> None:
+    def send_to_user(self, packet: bytes) -> None:
         self.rig.sendto(packet, self.user)
 
     def receive(self, wait_s: float = LONG_S) -> Sample | None:
@@ -49,8 +49,8 @@ class Bench:
 
 @pytest.fixture
 def bench() -> Iterator[Bench]:
-    user = free_address()
-    with bare_socket() as rig, Link(user, Address(*rig.getsockname())) as link:
+    user = find_free_address()
+    with open_socket() as rig, Link(user, Address(*rig.getsockname())) as link:
         yield Bench(link, rig, (user.host, user.port))
 
 
@@ -61,8 +61,8 @@ def test_defaults_are_the_protocols_and_loopback() -> None:
 def test_a_command_goes_out_and_samples_come_in_order(bench: Bench) -> None:
     bench.link.send(Command(0.25, True))
     assert bench.rig.recv(64) == struct.pack(">dd", 0.25, 1.0)
-    bench.sends(SAMPLE.pack())
-    bench.sends(OTHER.pack())
+    bench.send_to_user(SAMPLE.pack())
+    bench.send_to_user(OTHER.pack())
     assert [bench.receive(), bench.receive()] == [SAMPLE, OTHER]
     assert bench.link.counts == Counts(received=2)
 
@@ -72,7 +72,7 @@ def test_a_sample_has_the_time_at_which_it_came_not_that_of_reading(bench: Bench
     end = time.monotonic() + LONG_S
     while time.monotonic() < end:
         before_ns = time.time_ns()
-        bench.sends(SAMPLE.pack())
+        bench.send_to_user(SAMPLE.pack())
         after_ns = time.time_ns()
         while time.time_ns() < after_ns + 20_000_000:
             pass
@@ -122,35 +122,35 @@ def test_silence_ends_at_the_deadline(bench: Bench) -> None:
 
 
 def test_a_deadline_that_has_passed_takes_what_is_there(bench: Bench) -> None:
-    bench.sends(SAMPLE.pack())
+    bench.send_to_user(SAMPLE.pack())
     end = time.monotonic() + LONG_S
-    found = None
-    while found is None and time.monotonic() < end:
-        found = bench.receive(-1.0)
-    assert found == SAMPLE
+    received = None
+    while received is None and time.monotonic() < end:
+        received = bench.receive(-1.0)
+    assert received == SAMPLE
 
 
 @pytest.mark.parametrize(
     "junk", [b"", b"x" * 31, b"x" * 33, b"x" * 5000, struct.pack(">dddd", 0, 0, float("nan"), 0)]
 )
 def test_malformed_packets_are_dropped_and_counted(bench: Bench, junk: bytes) -> None:
-    bench.sends(junk)
-    bench.sends(SAMPLE.pack())
+    bench.send_to_user(junk)
+    bench.send_to_user(SAMPLE.pack())
     assert bench.receive() == SAMPLE
     assert bench.link.counts == Counts(received=1, malformed=1)
 
 
 def test_packets_of_another_host_are_dropped_and_counted(bench: Bench) -> None:
-    with bare_socket("127.0.0.2") as stranger:
+    with open_socket("127.0.0.2") as stranger:
         stranger.sendto(OTHER.pack(), bench.user)
-    bench.sends(SAMPLE.pack())
+    bench.send_to_user(SAMPLE.pack())
     assert bench.receive() == SAMPLE
     assert bench.link.counts == Counts(received=1, foreign=1)
 
 
 def test_a_rig_may_send_from_any_port_unless_one_is_named() -> None:
-    user = free_address()
-    with bare_socket() as rig, bare_socket() as other:
+    user = find_free_address()
+    with open_socket() as rig, open_socket() as other:
         with Link(user, Address(*rig.getsockname())) as link:
             other.sendto(OTHER.pack(), (user.host, user.port))
             assert link.receive(time.monotonic() + LONG_S) == OTHER
@@ -166,7 +166,7 @@ def test_a_flood_of_foreign_packets_does_not_hold_up_the_deadline(bench: Bench) 
     stop = threading.Event()
 
     def flood() -> None:
-        with bare_socket("127.0.0.2") as stranger, contextlib.suppress(OSError):
+        with open_socket("127.0.0.2") as stranger, contextlib.suppress(OSError):
             while not stop.is_set():
                 stranger.sendto(OTHER.pack(), bench.user)
 
@@ -186,12 +186,12 @@ def test_a_flood_of_foreign_packets_does_not_hold_up_the_deadline(bench: Bench) 
 
 
 def test_a_sample_from_before_the_command_is_never_its_answer(bench: Bench) -> None:
-    bench.sends(OTHER.pack())
-    seen_by_link(bench)
+    bench.send_to_user(OTHER.pack())
+    wait_until_delivered(bench)
 
     def answer() -> None:
         assert bench.rig.recv(64) == Command(0.1).pack()
-        bench.sends(SAMPLE.pack())
+        bench.send_to_user(SAMPLE.pack())
 
     thread = threading.Thread(target=answer)
     thread.start()
@@ -200,9 +200,9 @@ def test_a_sample_from_before_the_command_is_never_its_answer(bench: Bench) -> N
     assert bench.link.counts == Counts(received=1, late=1)
 
 
-def seen_by_link(bench: Bench) -> None:
-    """Return once what was sent lies in the link's socket: loopback hands over within the sending call."""
-    with bare_socket() as probe:
+def wait_until_delivered(bench: Bench) -> None:
+    """Return once sent packets lie in the link's socket: loopback delivers within the call."""
+    with open_socket() as probe:
         probe.sendto(b"", probe.getsockname())
         probe.recv(1)
 
@@ -213,7 +213,7 @@ def test_an_exchange_without_an_answer_is_lost(bench: Bench) -> None:
 
 
 def test_an_address_in_use_is_one_sentence() -> None:
-    with bare_socket() as taken:
+    with open_socket() as taken:
         address = Address(*taken.getsockname())
         with pytest.raises(
             BadInputError,
@@ -238,4 +238,4 @@ def test_an_address_is_read_and_an_unknown_host_refused() -> None:
     with pytest.raises(
         BadInputError, match=r"expected a host name or IPv4 address, found 'no\.such"
     ):
-        Link(free_address(), Address("no.such.invalid", 1))
+        Link(find_free_address(), Address("no.such.invalid", 1))

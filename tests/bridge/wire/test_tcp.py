@@ -1,4 +1,4 @@
-"""The link over TCP: frames are found in the stream, and a connection that is missing or broken holds nobody up."""
+"""The link over TCP: frames are found in the stream; a broken connection holds nobody up."""
 
 import contextlib
 import socket
@@ -26,7 +26,7 @@ A_MOMENT_S = 2.0  # nothing that must not wait takes so long, on however busy a 
 SAMPLES = [Sample(3.0 + 0.1 * k, 0.1, 0.2, -0.3) for k in range(20)]
 
 
-def listener(port: int = 0) -> socket.socket:
+def open_listener(port: int = 0) -> socket.socket:
     opened = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     opened.bind(("127.0.0.1", port))
@@ -37,7 +37,7 @@ def listener(port: int = 0) -> socket.socket:
 
 @dataclass
 class Bench:
-    """A link, and bare sockets in the rig's place: the one that listens, and the one connected to the link."""
+    """A link, and bare sockets in the rig's place: a listening and a connected socket."""
 
     link: Link
     listening: socket.socket
@@ -53,7 +53,7 @@ class Bench:
 @pytest.fixture
 def bench() -> Iterator[Bench]:
     with (
-        listener() as listening,
+        open_listener() as listening,
         contextlib.closing(open_tcp_link(Address(*listening.getsockname()))) as link,
     ):
         made = Bench(link, listening, listening.accept()[0])
@@ -132,16 +132,16 @@ def test_a_sample_from_before_the_command_is_never_its_answer(bench: Bench) -> N
 @pytest.mark.wall_time
 def test_who_does_not_read_holds_nobody_up_and_gets_whole_frames() -> None:
     size, count = 1000, 20_000
-    with listener() as listening, socket.create_connection(listening.getsockname()) as other:
+    with open_listener() as listening, socket.create_connection(listening.getsockname()) as other:
         stream = Stream(listening.accept()[0], size)
         begin = time.monotonic()
         for k in range(1, count):
             stream.send(k.to_bytes(4, "big") * (size // 4))
         assert time.monotonic() - begin < A_MOMENT_S
-        came = all_of(other)
+        came = read_all(other)
         stream.send(bytes(size))  # after what is left of a frame
         stream.close()
-        came += all_of(other)
+        came += read_all(other)
     assert len(came) % size == 0
     frames = [came[k : k + size] for k in range(0, len(came), size)]
     numbers = [int.from_bytes(frame[:4], "big") for frame in frames]
@@ -153,7 +153,7 @@ def test_who_does_not_read_holds_nobody_up_and_gets_whole_frames() -> None:
     )
 
 
-def all_of(connected: socket.socket) -> bytes:
+def read_all(connected: socket.socket) -> bytes:
     """Return all that comes until nothing has come for a while."""
     connected.settimeout(0.2)
     came = bytearray()
@@ -163,7 +163,7 @@ def all_of(connected: socket.socket) -> bytes:
     return bytes(came)
 
 
-def refused(link: Link, why: str) -> None:
+def check_refused(link: Link, why: str) -> None:
     assert not link.connected and why in link.trouble and link.fileno() == -1
     begin = time.monotonic()
     with pytest.raises(BadInputError, match=why):
@@ -174,24 +174,25 @@ def refused(link: Link, why: str) -> None:
 
 @pytest.mark.wall_time
 def test_nobody_there_is_a_sentence_and_is_found_once_there() -> None:
-    with listener() as probe:
+    with open_listener() as probe:
         port = probe.getsockname()[1]
     link = open_tcp_link(Address("127.0.0.1", port))
-    refused(
+    check_refused(
         link,
-        f"cannot connect to 127.0.0.1:{port}: Connection refused; see that the rig is on and listens there over TCP",
+        f"cannot connect to 127.0.0.1:{port}: Connection refused; see that the rig is on and "
+        "listens there over TCP",
     )
     begin = time.monotonic()
     assert link.receive(begin + 0.5) is None  # keeps trying, and keeps to the deadline
     assert 0.5 <= time.monotonic() - begin < 0.5 + A_MOMENT_S
-    with listener(port) as listening:
+    with open_listener(port) as listening:
         assert link.receive(time.monotonic() + 0.5) is None
         rig, _ = listening.accept()
         rig.sendall(SAMPLES[0].pack())
         assert link.receive(time.monotonic() + LONG_S) == SAMPLES[0]
         assert (link.connected, link.connections) == (True, 1)
         link.close()
-        refused(link, "closed")
+        check_refused(link, "closed")
         rig.close()
 
 
@@ -201,9 +202,10 @@ def test_a_broken_connection_is_a_sentence_and_is_made_anew(bench: Bench) -> Non
     bench.rig.close()
     assert bench.receive() == SAMPLES[0]  # what came before the end is not lost
     assert bench.receive(0.02) is None
-    refused(
+    check_refused(
         bench.link,
-        f"the connection to {Address(*bench.listening.getsockname())} broke: closed by the other side; the rig",
+        f"the connection to {Address(*bench.listening.getsockname())} broke: closed by the other "
+        "side; the rig",
     )
     assert bench.receive(0.5) is None
     rig, _ = bench.listening.accept()
@@ -256,22 +258,22 @@ def test_an_unknown_host_is_refused() -> None:
 
 @given(cuts=st.lists(st.integers(0, 320), max_size=12))
 def test_frames_are_found_however_the_stream_is_cut(cuts: list[int]) -> None:
-    whole = b"".join(sample.pack() for sample in SAMPLES[:10])
-    with listener() as listening, socket.create_connection(listening.getsockname()) as sender:
+    stream_bytes = b"".join(sample.pack() for sample in SAMPLES[:10])
+    with open_listener() as listening, socket.create_connection(listening.getsockname()) as sender:
         stream = Stream(listening.accept()[0], SAMPLE.size)
-        found = []
-        edges = [0, *sorted(cuts), len(whole)]
+        samples = []
+        edges = [0, *sorted(cuts), len(stream_bytes)]
         for begin, end in pairwise(edges):
-            sender.sendall(whole[begin:end])
+            sender.sendall(stream_bytes[begin:end])
             while (came := stream.take_frame()) is not None:
-                found.append(Sample.unpack(came[0]))
+                samples.append(Sample.unpack(came[0]))
         stream.close()
-    assert found == SAMPLES[:10]
+    assert samples == SAMPLES[:10]
 
 
 @pytest.fixture
 def server() -> Iterator[tuple[TcpServer, Address]]:
-    with listener() as probe:
+    with open_listener() as probe:
         address = Address(*probe.getsockname())
     with TcpServer(address, COMMAND.size, Command.unpack) as made:
         yield made, address

@@ -1,4 +1,4 @@
-"""The emulator serves the thesis's own client library, and a stand-in that uses its sockets in the same way.
+"""The emulator serves the thesis's own client library, and a stand-in for its sockets.
 
 The library (`drl-platform` 0.1.5) is installed without its dependencies: it asks for gym 0.19.0,
 which needs cloudpickle below 1.7 and cannot be built with a current setuptools. Of gym it only
@@ -25,7 +25,7 @@ LIBRARY = "DrlPlatform"
 
 
 class StandIn:
-    """Do what the library's UDP server does: a new socket for each command, a thread that keeps the latest payload."""
+    """Act as the library's UDP server: a socket a command, a thread for the latest payload."""
 
     def __init__(
         self, host: str, port: int, rig_host: str, rig_port: int, package_timeout: float

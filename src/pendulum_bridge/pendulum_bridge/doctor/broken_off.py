@@ -30,5 +30,5 @@ def explain_broken_off[Seen](
     if len(driven.track.arrivals) > FEWEST_SAMPLES:
         order = check_order(resample(driven.track, period_s))
         if order.fault:
-            return Finding(check, order.expected, order.found, order.fault)
+            return Finding(check, order.expected, order.observed, order.fault)
     return Finding(check, expected, driven.broken_off, FAULT_OF_END[driven.broken_off])

@@ -72,8 +72,8 @@ def check_order(grid: Grid) -> Finding:
         if fits[first].derivative and fits[second].derivative:
             order = dict(zip((*first, *second), FIELDS, strict=True))
             fields = ", ".join(order[k] for k in range(4))
-            found = f"what looks like {fields}, or the same with cart and pole changed"
-            return Finding(Check.FIELDS_MOVING, expected, found, Fault.FIELDS_MIXED)
+            observed = f"what looks like {fields}, or the same with cart and pole changed"
+            return Finding(Check.FIELDS_MOVING, expected, observed, Fault.FIELDS_MIXED)
     return Finding(Check.FIELDS_MOVING, expected, "no other order either")
 
 

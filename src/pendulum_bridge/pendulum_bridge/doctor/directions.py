@@ -88,28 +88,31 @@ def check_directions(
     has_pole: whether the twin file has a pole.
     """
     expected = f"a positive command to move the cart the {WAY_NAMES[expected_ways[0]]} way"
-    found = f"it went the {WAY_NAMES[way]} way"
+    observed = f"it went the {WAY_NAMES[way]} way"
     if not has_pole:
         fault = None if way == expected_ways[0] else Fault.COMMAND_MIRRORED
-        return Finding(Check.DIRECTIONS, expected, found, fault)
+        return Finding(Check.DIRECTIONS, expected, observed, fault)
     pole_turn = WAY_NAMES[-expected_ways[0] * expected_ways[1]]
     expected += f", and so to turn the hanging pole the {pole_turn} way"
     if pole.stands:
         return Finding(
-            Check.DIRECTIONS, expected, f"{found}, and the pole did not follow", Fault.POLE_STANDS
+            Check.DIRECTIONS,
+            expected,
+            f"{observed}, and the pole did not follow",
+            Fault.POLE_STANDS,
         )
     if pole.way == 0:
         return skip_check(
             Check.DIRECTIONS,
-            f"{found}; which way the pole follows could not be told from so little motion",
+            f"{observed}; which way the pole follows could not be told from so little motion",
         )
-    found += (
+    observed += (
         f", the pole the {WAY_NAMES[-way * pole.way]} way ({abs(pole.per_m):.1f} rad/s for 1 m/s)"
     )
     return Finding(
         Check.DIRECTIONS,
         expected,
-        found,
+        observed,
         MIRRORED[way == expected_ways[0], pole.way == expected_ways[1]],
     )
 

@@ -43,8 +43,8 @@ def examine(wire: Wire, task: Task) -> Iterator[Finding]:
     yield from stood.findings
     why = moving.explain_refusal(stood.findings, task.twin) if task.may_move else NOT_ASKED
     done: list[Check] = []
-    if stood.rest is not None and not why:
-        stage = moving.move_cart(wire, task.twin, stood.rest, task.rate_hz)
+    if stood.rest_state is not None and not why:
+        stage = moving.move_cart(wire, task.twin, stood.rest_state, task.rate_hz)
         while True:
             try:
                 finding = next(stage)

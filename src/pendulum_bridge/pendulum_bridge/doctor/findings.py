@@ -50,14 +50,14 @@ class Check(Enum):
 class Finding:
     """Hold the result of a check.
 
-    expected, found: for a person.
+    expected, observed: for a person.
     fault: what is wrong; None when nothing is.
-    skipped: whether the check was not made; `found` then gives the reason.
+    skipped: whether the check was not made; `observed` then gives the reason.
     """
 
     check: Check
     expected: str
-    found: str
+    observed: str
     fault: Fault | None = None
     skipped: bool = False
 
@@ -78,10 +78,10 @@ class Finding:
         """Return the finding in one line."""
         head = f"{self.verdict.name:<8} {f'{self.check.group}, {self.check.title}':<22} "
         if self.skipped:
-            return head + self.found
+            return head + self.observed
         return (
             head
-            + f"expected {self.expected}; found {self.found}"
+            + f"expected {self.expected}; found {self.observed}"
             + (f". {self.advice}" if self.advice else "")
         )
 
@@ -93,7 +93,7 @@ class Finding:
             "verdict": self.verdict.name,
             "fault": self.fault.name.lower() if self.fault else None,
             "expected": self.expected,
-            "found": self.found,
+            "found": self.observed,
             "advice": self.advice,
         }
 

@@ -61,18 +61,18 @@ def check_samples(listened: Listened) -> Finding:
             Fault.NOT_CONNECTED,
         )
     if not count:
-        found, fault = (
+        observed, fault = (
             (strangers, Fault.ALL_FOREIGN) if listened.foreign else ("nothing", Fault.SILENT)
         )
         return Finding(
             Check.SAMPLES,
             expected,
-            f"{found}, none of the rig" if listened.foreign else found,
+            f"{observed}, none of the rig" if listened.foreign else observed,
             fault,
         )
     if listened.silent_s > LONGEST_SILENCE_S:
-        found = f"{count} packets, then nothing for {listened.silent_s:.1f} s"
-        return Finding(Check.SAMPLES, expected, found, Fault.FELL_SILENT)
+        observed = f"{count} packets, then nothing for {listened.silent_s:.1f} s"
+        return Finding(Check.SAMPLES, expected, observed, Fault.FELL_SILENT)
     if listened.foreign:
         return Finding(
             Check.SAMPLES, expected, f"{count} packets, and {strangers}", Fault.SOME_FOREIGN

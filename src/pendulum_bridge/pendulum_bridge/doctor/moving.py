@@ -65,7 +65,7 @@ class Drive:
     """
 
     twin: Twin
-    rest: AtRest
+    rest_state: AtRest
     period_s: float
     gain: float
     limit: float
@@ -107,7 +107,7 @@ def explain_refusal(findings: tuple[Finding, ...], twin: Twin) -> str:
 
 
 def move_cart(
-    wire: Wire, twin: Twin, rest: AtRest, rate_hz: float
+    wire: Wire, twin: Twin, rest_state: AtRest, rate_hz: float
 ) -> Generator[Finding, None, str]:
     """Push the cart and yield the findings in the order of CHECKS, each when it is made.
 
@@ -116,7 +116,7 @@ def move_cart(
     """
     period_s = 1 / rate_hz
     try:
-        drive = _make_drive(twin, rest, period_s)
+        drive = _make_drive(twin, rest_state, period_s)
         rules = drive.make_rules(*find_ways(twin.effects))
     except BadInputError as error:
         return str(error)
@@ -137,7 +137,7 @@ def move_cart(
     )
     if order.fault or velocities.fault:
         return "the samples are not what they should be"
-    answer = measure_pole_answer(grid, rest.pole_rad, compute_lever_per_m(twin.rig))
+    answer = measure_pole_answer(grid, rest_state.pole_rad, compute_lever_per_m(twin.rig))
     signs = (nudged.seen.way, answer.way or find_ways(twin.effects)[1])
     dry = 0.9 * max(nudged.seen.breakaway - drive.frictionless, 0.0)
     return (yield from _push_cart(wire, drive, signs, dry)) or (
@@ -164,11 +164,11 @@ def check_moves(nudged: Driven[Nudged], drive: Drive) -> Finding:
             Check.MOVES, expected, "the pole swings, and the cart seems to stand", Fault.CART_BLIND
         )
     if seen.back is None:
-        found = (
+        observed = (
             f"it moved at {seen.forth:+.3f}, and not back at commands down to -{most:.2f}, "
             "or not in time"
         )
-        return Finding(Check.MOVES, expected, found, Fault.MOTION_BROKEN_OFF)
+        return Finding(Check.MOVES, expected, observed, Fault.MOTION_BROKEN_OFF)
     fault = Fault.STIFF if seen.breakaway - drive.frictionless > stiff else None
     return Finding(
         Check.MOVES,
@@ -206,7 +206,7 @@ def _push_cart(
 def _check_signs(grid: Grid, drive: Drive, signs: tuple[int, int]) -> Finding:
     rig = drive.twin.rig
     answer = (
-        measure_pole_answer(grid, drive.rest.pole_rad, compute_lever_per_m(rig))
+        measure_pole_answer(grid, drive.rest_state.pole_rad, compute_lever_per_m(rig))
         if rig.has_pole
         else PoleAnswer(0.0, 0.0, False)
     )
@@ -223,17 +223,17 @@ def _check_reset(
             Check.RESET, f"the cart to go {1e3 * ASIDE_M:g} mm aside first", aside, drive.period_s
         )
         return aside.broken_off
-    plan = plan_reset_watch(drive.rest.pole_rad, RESET_S, IGNORED_S)
+    plan = plan_reset_watch(drive.rest_state.pole_rad, RESET_S, IGNORED_S)
     watched = play_plan(wire, plan, rules, reset=True)
     expected = f"the rig to swing down by itself within {RESET_S:g} s"
     if watched.seen is None:
         yield explain_broken_off(Check.RESET, expected, watched, drive.period_s)
     elif not watched.seen.moved:
-        found = (
+        observed = (
             f"a cart that did not come to the middle within {IGNORED_S:g} s, "
             f"from {1e3 * ASIDE_M:g} mm beside it"
         )
-        yield Finding(Check.RESET, expected, found, Fault.RESET_IGNORED)
+        yield Finding(Check.RESET, expected, observed, Fault.RESET_IGNORED)
     elif watched.seen.rest_s is None:
         yield Finding(
             Check.RESET,
@@ -248,19 +248,19 @@ def _check_reset(
     return ""
 
 
-def _make_drive(twin: Twin, rest: AtRest, period_s: float) -> Drive:
+def _make_drive(twin: Twin, rest_state: AtRest, period_s: float) -> Drive:
     """Return the base of the pushes; raise BadInputError when the cart should not be moved."""
     rig: Rig = twin.rig
     if not rig.force_per_pwm_n or rig.rail_half_length_m is None:
         raise BadInputError(
             "not with a twin file without force_per_pwm_n above 0 and rail_half_length_m"
         )
-    if abs(rest.cart_m) > FREE_SHARE * rig.rail_half_length_m:
+    if abs(rest_state.cart_m) > FREE_SHARE * rig.rail_half_length_m:
         raise BadInputError(
-            f"not with the cart at {rest.cart_m:.2f} m: move it to the middle by hand"
+            f"not with the cart at {rest_state.cart_m:.2f} m: move it to the middle by hand"
         )
     limit = min(Limits().magnitude, rig.pwm_limit or Limits().magnitude)
-    return Drive(twin, rest, period_s, rig.force_per_pwm_n / rig.total_mass_kg, limit)
+    return Drive(twin, rest_state, period_s, rig.force_per_pwm_n / rig.total_mass_kg, limit)
 
 
 def _make_doublets(drive: Drive, dry: float) -> tuple[Doublet, ...]:

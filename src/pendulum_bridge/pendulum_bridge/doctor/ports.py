@@ -30,12 +30,15 @@ def check_address(listen: Address | None, rig: Address) -> Finding:
             Check.ADDRESS, expected, f"{rig.host!r}, which nobody knows", Fault.HOST_UNKNOWN
         )
     loopback = ipaddress.ip_address(number).is_loopback
-    found = f"{number}, {'this machine itself (loopback)' if loopback else 'another machine'}"
+    observed = f"{number}, {'this machine itself (loopback)' if loopback else 'another machine'}"
     if listen is not None and not _can_reach(listen, loopback):
         return Finding(
-            Check.ADDRESS, expected, f"{found}, while we listen on {listen}", Fault.LOOPBACK_MIXED
+            Check.ADDRESS,
+            expected,
+            f"{observed}, while we listen on {listen}",
+            Fault.LOOPBACK_MIXED,
         )
-    return Finding(Check.ADDRESS, expected, found)
+    return Finding(Check.ADDRESS, expected, observed)
 
 
 def _can_reach(listen: Address, loopback: bool) -> bool:

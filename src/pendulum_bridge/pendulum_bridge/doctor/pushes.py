@@ -163,15 +163,15 @@ def plan_reset_watch(hanging_rad: float, deadline_s: float, ignored_s: float) ->
     hanging_rad: angle that the rig reports while the pole hangs.
     ignored_s: time within which the cart has to come nearer to the middle.
     """
-    moment, moved, resting, rest = (yield 0.0), False, 0, Rest()
+    moment, moved, resting, limits = (yield 0.0), False, 0, Rest()
     start_m = abs(moment.state.cart_m)
     while moment.elapsed_s < deadline_s and (moved or moment.elapsed_s < ignored_s):
         state = moment.state
         moved = moved or abs(state.cart_m) < 0.5 * start_m
-        hangs = abs(math.remainder(state.pole_rad - hanging_rad, math.tau)) < 2 * rest.pole_rad
-        still = abs(state.cart_m_s) < rest.cart_m_s and abs(state.pole_rad_s) < rest.pole_rad_s
-        resting = resting + 1 if hangs and still and abs(state.cart_m) < rest.cart_m else 0
-        if moved and resting >= rest.samples:
+        hangs = abs(math.remainder(state.pole_rad - hanging_rad, math.tau)) < 2 * limits.pole_rad
+        still = abs(state.cart_m_s) < limits.cart_m_s and abs(state.pole_rad_s) < limits.pole_rad_s
+        resting = resting + 1 if hangs and still and abs(state.cart_m) < limits.cart_m else 0
+        if moved and resting >= limits.samples:
             return ResetSeen(True, moment.elapsed_s)
         moment = yield 0.0
     return ResetSeen(moved, None)

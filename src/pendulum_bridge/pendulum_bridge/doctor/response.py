@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from pendulum_bridge.doctor.directions import solve_least_squares
 from pendulum_bridge.doctor.faults import Fault
 from pendulum_bridge.doctor.findings import Check, Finding, skip_check
-from pendulum_bridge.doctor.held import Held
+from pendulum_bridge.doctor.held_signal import HeldSignal
 from pendulum_bridge.doctor.resting import CART, POLE
 from pendulum_bridge.doctor.track import Grid, Track, compute_slopes
 from pendulum_twin.rig import Rig
@@ -99,8 +99,8 @@ def check_acceleration(response: Response, expected: float, least: float, most: 
     fault = None if 1 / CLOSE_GAIN_FACTOR < gain / expected < CLOSE_GAIN_FACTOR else Fault.GAIN_OFF
     if not least < gain < most:
         fault = Fault.GAIN_UNSAFE
-    found = f"{gain:.1f} (+-{response.deviation:.1f}), {gain / expected:.2f} times that"
-    return Finding(Check.ACCELERATION, f"{expected:.1f} m/s^2 for a command of 1", found, fault)
+    observed = f"{gain:.1f} (+-{response.deviation:.1f}), {gain / expected:.2f} times that"
+    return Finding(Check.ACCELERATION, f"{expected:.1f} m/s^2 for a command of 1", observed, fault)
 
 
 def check_clipping(response: Response, limit: float) -> Finding:
@@ -110,11 +110,11 @@ def check_clipping(response: Response, limit: float) -> Finding:
         return skip_check(
             Check.CLIPPING, "no command near the limit was sent, or the motion did not tell"
         )
-    found = f"{response.strongest:.2f} acts like {response.effect:.2f}"
+    observed = f"{response.strongest:.2f} acts like {response.effect:.2f}"
     return Finding(
         Check.CLIPPING,
         expected,
-        found,
+        observed,
         Fault.CLIPPED if response.effect < CLIPPED_SHARE * limit else None,
     )
 
@@ -162,10 +162,11 @@ class _Motion:
 
     def fit_delay(self, lag_s: float) -> _Fit:
         """Return the best fit of the small commands for a lag, over all delays."""
-        held = self._hold(self._track.sent, lag_s), self._hold(np.sign(self._track.sent), lag_s)
+        signals = self._hold(self._track.sent, lag_s), self._hold(np.sign(self._track.sent), lag_s)
         delays = np.arange(0.0, LONGEST_DELAY_S, DELAY_STEP_S).tolist()
         return min(
-            (self._fit(delay_s, lag_s, held) for delay_s in delays), key=lambda fit: fit.residual
+            (self._fit(delay_s, lag_s, signals) for delay_s in delays),
+            key=lambda fit: fit.residual,
         )
 
     def measure_effect(self, best: _Fit) -> float | None:
@@ -182,10 +183,10 @@ class _Motion:
         unexplained = (self._changes - others @ best.factors)[chosen] / best.factors[0]
         return float(unexplained @ share[chosen] / (share[chosen] @ share[chosen]))
 
-    def _fit(self, delay_s: float, lag_s: float, held: tuple[Held, Held]) -> _Fit:
+    def _fit(self, delay_s: float, lag_s: float, signals: tuple[HeldSignal, HeldSignal]) -> _Fit:
         chosen = self._moving & (self._times < self._end_s)
         terms, changes = (
-            self._stack_terms(self._times - delay_s, *held)[chosen],
+            self._stack_terms(self._times - delay_s, *signals)[chosen],
             self._changes[chosen],
         )
         if len(terms) <= terms.shape[1]:
@@ -195,7 +196,7 @@ class _Motion:
             delay_s, lag_s, factors, deviations, float(np.mean((changes - terms @ factors) ** 2))
         )
 
-    def _stack_terms(self, times: Floats, command: Held, sign: Held) -> Floats:
+    def _stack_terms(self, times: Floats, command: HeldSignal, sign: HeldSignal) -> Floats:
         return np.stack(
             [
                 command.average_around(times),
@@ -206,7 +207,7 @@ class _Motion:
             axis=1,
         )
 
-    def _hold(self, values: Floats, lag_s: float) -> Held:
-        return Held(
+    def _hold(self, values: Floats, lag_s: float) -> HeldSignal:
+        return HeldSignal(
             self._track.sent_at, values, lag_s, HALF_BASE_SAMPLES * self._period_s, self._period_s
         )

@@ -78,26 +78,26 @@ def check_noise(samples: Floats) -> Finding:
     spikes = _find_spikes(pole, SPIKE_RAD) | _find_spikes(cart, SPIKE_M)
     expected = f"noise under {NOISE_RAD:g} rad and {1e3 * NOISE_M:g} mm, no spikes"
     if spikes.any():
-        found = f"{int(spikes.sum())} of {len(samples)} samples far off their neighbours"
-        return Finding(Check.NOISE, expected, found, Fault.SPIKES)
+        observed = f"{int(spikes.sum())} of {len(samples)} samples far off their neighbours"
+        return Finding(Check.NOISE, expected, observed, Fault.SPIKES)
     pole_noise, cart_noise = _compute_noise(pole), _compute_noise(cart)
-    found = (
+    observed = (
         f"{pole_noise:.2g} rad ({_describe_step(pole, 1, 'rad')}) and "
         f"{1e3 * cart_noise:.2g} mm ({_describe_step(cart, 1e3, 'mm')})"
     )
     noisy = pole_noise > NOISE_RAD or cart_noise > NOISE_M
-    return Finding(Check.NOISE, expected, found, Fault.NOISY if noisy else None)
+    return Finding(Check.NOISE, expected, observed, Fault.NOISY if noisy else None)
 
 
 def check_velocities(samples: Floats) -> Finding:
     """Return whether the velocities are 0 while the positions do not change."""
-    rest = measure_rest(samples)
-    wrong = abs(rest.pole_rad_s) > REST.pole_rad_s or abs(rest.cart_m_s) > REST.cart_m_s
-    found = f"{rest.pole_rad_s:.3g} rad/s and {rest.cart_m_s:.3g} m/s"
+    state = measure_rest(samples)
+    wrong = abs(state.pole_rad_s) > REST.pole_rad_s or abs(state.cart_m_s) > REST.cart_m_s
+    observed = f"{state.pole_rad_s:.3g} rad/s and {state.cart_m_s:.3g} m/s"
     return Finding(
         Check.VELOCITIES,
         "0 rad/s and 0 m/s, as nothing moves",
-        found,
+        observed,
         Fault.VELOCITY_AT_REST if wrong else None,
     )
 

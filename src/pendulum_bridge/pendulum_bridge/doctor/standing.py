@@ -28,7 +28,7 @@ class Standing:
     """
 
     findings: tuple[Finding, ...]
-    rest: AtRest | None
+    rest_state: AtRest | None
     samples: Floats
 
 
@@ -53,20 +53,20 @@ def check_standing(listened: Listened, twin: Twin, rate_hz: float) -> Standing:
     samples = np.array(
         [(s.pole_rad, s.pole_rate, s.cart_m, s.cart_velocity) for s in unpacked if s is not None]
     )
-    rest = resting.measure_rest(samples)
-    fields = _check_fields(rest, twin)
+    rest_state = resting.measure_rest(samples)
+    fields = _check_fields(rest_state, twin)
     findings += [fields, *_check_timing(arrivals, rate_hz)]
     if fields.fault:
         findings += _skip_checks(CHECKS[len(findings) :], "the fields are not in their order")
     else:
-        findings += _check_rest_and_zero(samples, rest, twin)
-    return Standing(tuple(findings), rest, samples)
+        findings += _check_rest_and_zero(samples, rest_state, twin)
+    return Standing(tuple(findings), rest_state, samples)
 
 
-def _check_fields(rest: AtRest, twin: Twin) -> Finding:
+def _check_fields(rest_state: AtRest, twin: Twin) -> Finding:
     if not twin.rig.has_pole:
         return skip_check(Check.FIELDS, "the twin file has no pole")
-    return zeros.check_fields(rest, twin.rig.rail_half_length_m)
+    return zeros.check_fields(rest_state, twin.rig.rail_half_length_m)
 
 
 def _check_timing(arrivals: Floats, rate_hz: float) -> list[Finding]:
@@ -77,14 +77,14 @@ def _check_timing(arrivals: Floats, rate_hz: float) -> list[Finding]:
     return [rate, timing.check_jitter(arrivals, period_s), timing.check_losses(arrivals, period_s)]
 
 
-def _check_rest_and_zero(samples: Floats, rest: AtRest, twin: Twin) -> list[Finding]:
+def _check_rest_and_zero(samples: Floats, rest_state: AtRest, twin: Twin) -> list[Finding]:
     offset_rad = twin.effects.get("angle_offset", {}).get("angle_rad", 0.0)
     pole = (
-        zeros.check_pole_zero(rest, offset_rad)
+        zeros.check_pole_zero(rest_state, offset_rad)
         if twin.rig.has_pole
         else skip_check(Check.POLE_ZERO, "no pole in the twin file")
     )
-    cart = zeros.check_cart_zero(rest, twin.rig.rail_half_length_m)
+    cart = zeros.check_cart_zero(rest_state, twin.rig.rail_half_length_m)
     samples = samples * _find_units(pole, cart)
     findings = [resting.check_rest(samples), resting.check_noise(samples)]
     if findings[0].fault is Fault.MOVING:

@@ -76,19 +76,19 @@ def check_jitter(arrivals: Floats, period_s: float) -> Finding:
     off_ms = 1e3 * np.abs(intervals - period_s)
     at_once = _compute_burst_share(intervals, period_s)
     p50, p99, most = np.percentile(off_ms, [50, 99, 100])
-    found = f"{p50:.2f} ms (p50), {p99:.2f} ms (p99), {most:.1f} ms (most)"
+    observed = f"{p50:.2f} ms (p50), {p99:.2f} ms (p99), {most:.1f} ms (most)"
     expected = f"intervals off by under {1e3 * LARGEST_JITTER_PERIODS * period_s:.1f} ms (p99)"
     if at_once > BURST_SHARE:
         return Finding(
             Check.JITTER,
             expected,
-            f"{found}; {at_once:.0%} of the samples together with another",
+            f"{observed}; {at_once:.0%} of the samples together with another",
             Fault.BURSTS,
         )
     return Finding(
         Check.JITTER,
         expected,
-        found,
+        observed,
         Fault.JITTER if p99 > 1e3 * LARGEST_JITTER_PERIODS * period_s else None,
     )
 

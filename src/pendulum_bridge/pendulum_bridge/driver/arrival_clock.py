@@ -108,14 +108,14 @@ class ArrivalClock:
 
     def _remove_whole_periods(self, off_ns: float) -> float:
         """Move the grid by the whole periods that a packet is off; return the remainder, ns."""
-        whole = round(off_ns / self._period_ns)
-        rest_ns = off_ns - whole * self._period_ns
-        lost = 0 < whole <= self._most_lost and abs(rest_ns) < self._tolerance_ns
-        if not (lost or whole < 0):
+        periods = round(off_ns / self._period_ns)
+        rest_ns = off_ns - periods * self._period_ns
+        lost = 0 < periods <= self._most_lost and abs(rest_ns) < self._tolerance_ns
+        if not (lost or periods < 0):
             return off_ns
-        self._grid_ns += whole * self._period_ns
-        if whole >= -MOST_LOST:
-            self._lost = max(self._lost + whole, 0)
+        self._grid_ns += periods * self._period_ns
+        if periods >= -MOST_LOST:
+            self._lost = max(self._lost + periods, 0)
         return rest_ns
 
     def _follow(self, off_ns: float) -> None:

@@ -121,7 +121,7 @@ def make_tuning(rig: Rig, effects: Mapping[str, Mapping[str, float]]) -> Tuning:
 
 
 def advance(
-    now: SwingDown, state: Floats, tuning: Tuning, period_s: float, rest: Rest = Rest()
+    now: SwingDown, state: Floats, tuning: Tuning, period_s: float, limits: Rest = Rest()
 ) -> tuple[SwingDown, float]:
     """Return the next progress and the command (PWM fraction) to hold for one sample period.
 
@@ -130,20 +130,20 @@ def advance(
     """
     if now.phase is not Phase.RUNNING:
         return now, 0.0
-    still = now.still + 1 if is_at_rest(state, tuning, rest) else 0
-    if still >= rest.samples:
+    still = now.still + 1 if is_at_rest(state, tuning, limits) else 0
+    if still >= limits.samples:
         return replace(now, phase=Phase.AT_REST, still=still), 0.0
-    if now.elapsed_s >= rest.limit_s:
+    if now.elapsed_s >= limits.limit_s:
         return replace(now, phase=Phase.GAVE_UP, still=still), 0.0
     integral, command = _compute_command(now.integral, state, tuning, period_s)
     return SwingDown(Phase.RUNNING, now.elapsed_s + period_s, still, integral), command
 
 
-def is_at_rest(state: Floats, tuning: Tuning, rest: Rest = Rest()) -> bool:
-    """Return whether the cart stands in the middle and the pole hangs, within `rest`."""
+def is_at_rest(state: Floats, tuning: Tuning, limits: Rest = Rest()) -> bool:
+    """Return whether the cart stands in the middle and the pole hangs, within `limits`."""
     x, angle, v, w = _measure_from_hanging(state, tuning)
-    near = abs(x) <= rest.cart_m and abs(angle) <= rest.pole_rad
-    return near and abs(v) <= rest.cart_m_s and abs(w) <= rest.pole_rad_s
+    near = abs(x) <= limits.cart_m and abs(angle) <= limits.pole_rad
+    return near and abs(v) <= limits.cart_m_s and abs(w) <= limits.pole_rad_s
 
 
 def _compute_command(

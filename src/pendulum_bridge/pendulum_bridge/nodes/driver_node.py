@@ -1,6 +1,6 @@
-"""The hardware driver: the rig's samples out as topics, commands in, and between them what keeps the rig whole.
+"""The hardware driver: samples of the rig out as topics, commands in, decisions between them.
 
-A thread of its own waits for the rig; ROS is served by whoever spins the node. Both decide, and
+A thread of its own waits for the rig; whoever spins the node serves ROS. Both threads decide, and
 send at once.
 """
 
@@ -49,18 +49,22 @@ from pendulum_twin.nodes.running import run
 from pendulum_twin.nodes.settings import declare_settings, watch_settings
 
 LONGEST_WAIT_S = 0.05  # until a signal, or the end of the parent, is seen
-LAST_ANSWERS = 20  # callbacks, or a tenth of LONGEST_WAIT_S each, in which who still waits for a reset gets an answer
-THREAD_ENDS_S = (
-    1.0  # it waits for the rig no longer than 20 ms; PWM 0 is sent whether or not it has ended
-)
-EVERY_WRITER = QoSProfile(
-    depth=100
-)  # of two that send at the same moment, keep-last 1 shows only one
-SWITCH_S = 0.0005  # a thread that computes gives way to the other after so long, instead of 5 ms
+# turns of the executor, a tenth of LONGEST_WAIT_S each, for answers to waiting callers
+LAST_ANSWERS = 20
+# longest wait for the thread, which waits for the rig at most 20 ms; PWM 0 is sent anyway
+THREAD_ENDS_S = 1.0
+# a queue, as of two messages at the same moment a queue of 1 shows only the last
+EVERY_WRITER = QoSProfile(depth=100)
+SWITCH_S = 0.0005  # Python switches between busy threads after so long, instead of 5 ms
 
 
 class DriverNode(Node):
-    """Drive a rig; raise BadInputError when a parameter, the twin file or the address is wrong."""
+    """Drive a rig; raise BadInputError when a parameter, the twin file or the address is wrong.
+
+    settings: the parameters.
+    driver: the driver without ROS.
+    waiting: number of callers that wait for the end of a reset.
+    """
 
     def __init__(self, **options: Any) -> None:
         super().__init__("driver", **options)
@@ -71,7 +75,7 @@ class DriverNode(Node):
         except BadInputError:
             super().destroy_node()
             raise
-        self.waiting = 0  # who waits for the end of a reset
+        self.waiting = 0  # callers that wait for the end of a reset
         self._ended = Event()
         self._thread = Thread(
             target=self.driver.serve, args=(self._ended,), name="rig", daemon=True
@@ -87,7 +91,7 @@ class DriverNode(Node):
         self.create_subscription(Float64, topics.PWM, self.on_heard, EVERY_WRITER, raw=True)
         self.create_service(Trigger, topics.STOP, self.on_stop)
         self.create_service(Trigger, topics.CLEAR_STOP, self.on_clear_stop)
-        # a group of its own: it answers seconds later, and all else has to be served meanwhile
+        # a group of its own: a reset answers seconds later, and all else is served meanwhile
         self.create_service(
             Trigger, topics.RESET, self.on_reset, callback_group=ReentrantCallbackGroup()
         )
@@ -99,13 +103,13 @@ class DriverNode(Node):
         self.driver.fail_safe()
 
     def finish(self) -> None:
-        """Send PWM 0 and let go of the rig; once more does nothing."""
+        """Send PWM 0 and release the rig; a second call does nothing."""
         self._ended.set()
         self._thread.join(THREAD_ENDS_S)
         self.driver.close()
 
     def destroy_node(self) -> None:
-        """Finish, then end the node."""
+        """Finish, then destroy the node."""
         self.finish()
         super().destroy_node()
 
@@ -120,7 +124,10 @@ class DriverNode(Node):
 
     @guard_method
     def on_heard(self, packed: bytes, info: dict[str, Any]) -> None:
-        """Note who sends; a middleware that does not number messages gives None, and two writers go unnoticed."""
+        """Note the writer's sequence number, to detect two writers.
+
+        A middleware without such numbers gives None; then two writers go unnoticed.
+        """
         if (number := info["publication_sequence_number"]) is not None:
             self.driver.hear_writer(number)
 
@@ -140,18 +147,18 @@ class DriverNode(Node):
     async def on_reset(
         self, request: Trigger.Request, response: Trigger.Response
     ) -> Trigger.Response:
-        """Answer when the pendulum hangs at rest in the middle of the rail, or say why not."""
+        """Answer when the pendulum hangs at rest in the middle of the rail, or why it does not."""
         executor, ended = self.executor, Future()
         self.waiting += 1
 
-        def told(reason: Reason) -> None:
+        def finish(reason: Reason) -> None:
             ended.set_result(reason)
             if executor is not None:
-                with suppress(InvalidHandle):  # it may have ended
+                with suppress(InvalidHandle):  # the executor may have ended
                     executor.wake()
 
         try:
-            self.driver.reset(told)
+            self.driver.reset(finish)
             reason = await ended
         except Exception as error:
             self.fail_safe()
@@ -162,7 +169,7 @@ class DriverNode(Node):
 
     @guard_method
     def health(self) -> Health:
-        """Return how the driver is, and where its rig is."""
+        """Return the driver's health with the address of its rig."""
         health = self.driver.health()
         return replace(health, figures={"link": self.settings.wire, **health.figures})
 
@@ -178,7 +185,7 @@ def fill_answer(reason: Reason, response: Trigger.Response, success: bool) -> Tr
 
 
 class Outlet:
-    """Publish what the driver gives out."""
+    """Publish the driver's output."""
 
     def __init__(self, node: Node, twin: Twin) -> None:
         self._states = node.create_publisher(JointState, topics.JOINT_STATES, SAMPLES)
@@ -194,7 +201,7 @@ class Outlet:
         self._states.publish(to_joint_state(self._joints, row, stamp_ns))
 
     def publish_applied(self, pwm: float) -> None:
-        """Publish what was sent."""
+        """Publish the command that was sent."""
         self._applied.publish(to_float(pwm))
 
     def publish_stopped(self, latched: bool) -> None:
@@ -202,14 +209,17 @@ class Outlet:
         self._stopped.publish(Bool(data=latched))
 
     def report_failure(self, error: Exception) -> None:
-        """Log what failed."""
+        """Log an error of the thread that serves the rig."""
         self._logger.error(
             f"serving the rig failed, PWM is 0: {error!r}", throttle_duration_sec=1.0
         )
 
 
 def make_driver(settings: DriverSettings, twin: Twin, outlet: Outlet) -> Driver:
-    """Return the driver of a rig; raise BadInputError when that cannot be driven or spoken to."""
+    """Return the driver of a rig.
+
+    Raises BadInputError when the rig cannot be driven or reached.
+    """
     rules, link = collect_rules(settings, twin), make_link(settings)
     try:
         last_word = LastWord(link, Command(0.0).pack())
@@ -228,7 +238,7 @@ def make_link(settings: DriverSettings) -> Link:
 
 
 def collect_rules(settings: DriverSettings, twin: Twin) -> Rules:
-    """Return what the driver decides by; raise BadInputError for a rig that cannot be driven."""
+    """Return the rules of the decisions; raise BadInputError for a rig that cannot be driven."""
     way, pole_way = find_ways(twin.effects)
     return make_rules(
         twin.rig,
@@ -242,7 +252,10 @@ def collect_rules(settings: DriverSettings, twin: Twin) -> Rules:
 
 
 def serve(node: DriverNode, stopped: Event) -> None:
-    """Serve the node until stopped is set, or its parent has ended if it ends with it; then answer who still waits."""
+    """Serve the node until stopped is set, or its parent has ended; then answer waiting callers.
+
+    The end of the parent counts only for a node with the setting end_with_parent.
+    """
     parent = Parent() if node.settings.end_with_parent else None
     executor = SingleThreadedExecutor(context=node.context)
     executor.add_node(node)

@@ -14,12 +14,15 @@ from pendulum_twin.nodes.settings import (
     make_whole_field,
 )
 
-SILENT_PERIODS = 1.5  # a rig is not silent before it could have sent its next sample
+SILENT_PERIODS = 1.5  # shortest silence: the next sample must have been due
 
 
 @dataclass(frozen=True)
 class DriverSettings:
-    """Hold the parameters of `driver_node`, checked: a wrong type, NaN or out of range raises BadInputError."""
+    """Hold the checked parameters of `driver_node`; each field's text says what it means.
+
+    Raises BadInputError for a wrong type, NaN, or a value out of range.
+    """
 
     twin: str = make_text_field(
         "", "path of the twin file: the rig's constants, for rail guard and reset, and its signs"
@@ -68,7 +71,7 @@ class DriverSettings:
 
     @property
     def wire(self) -> str:
-        """Return between which addresses packets go."""
+        """The addresses between which packets go."""
         if self.transport == "tcp":
             return f"tcp, rig {self.rig_host}:{self.rig_port}"
         return (

@@ -1,9 +1,9 @@
-"""Play a plan to rig and twin at once: each sample of the rig is answered with its command, the same to both.
+"""Play a plan to rig and twin at once: each sample of the rig is answered with the same command.
 
-The node waits until all is there, resets both, looks at some samples, plays, and sends 0: at the
-end, on whatever goes wrong (`excitation_guard`), and when it is told to end. Its services: `start`
-(for start:=service) and `abort`; its topic `progress`: how much of the plan has been played, 0 to
-1.
+The node waits until all is ready, resets both, measures the rate of the samples, plays, and sends
+0: at the end, on any fault (`excitation.guard`), and when it is terminated. Its services: `start`
+(for start:=service) and `abort`; its topic `progress`: the share of the plan that has been played,
+0 to 1.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from pendulum_bridge.excitation.guard import Bounds, Stopped, StopReason
 from pendulum_bridge.excitation.run import (
     Run,
     Stage,
-    stop_run,
-    enter_stage,
-    make_health,
     begin_looking,
-    take_sample,
     compute_share,
-    find_silence,
     describe_progress,
+    enter_stage,
+    find_silence,
+    make_health,
+    stop_run,
+    take_sample,
 )
 from pendulum_bridge.nodes.excitation_settings import AUTO, ExcitationSettings
 from pendulum_bridge.nodes.pendulum_client import PendulumClient
@@ -52,14 +52,12 @@ from pendulum_twin.plans.plan_file import load_plan
 from pendulum_twin.plans.waveforms import Envelope, make_envelope
 
 TICK_S = 0.05
-PROGRESS_S, LOG_S = 0.5, 5.0  # between two messages of progress, and between two lines of it
-STALE_REPORT_S = (
-    1.0  # what the driver reports so soon after the start may be about the time before
-)
+PROGRESS_S, LOG_S = 0.5, 5.0  # time between messages of progress, and between lines of the log
+STALE_REPORT_S = 1.0  # a report so soon after the start may be about the time before
 
 
 class ExcitationNode(Node):
-    """Play one plan; raise BadInputError when a parameter, the plan or the twin file is wrong."""
+    """Play a plan; raise BadInputError when a parameter, the plan or the twin file is wrong."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__("excitation", **options)
@@ -110,11 +108,11 @@ class ExcitationNode(Node):
 
     @property
     def over(self) -> bool:
-        """Tell whether the node is done by itself."""
+        """Whether the node has nothing more to do."""
         return self._settings.exit_when_done and self._run.stage in (Stage.DONE, Stage.STOPPED)
 
     def end(self) -> str | None:
-        """Stop what is under way, and return why the last plan was not played to its end; None when it was."""
+        """Stop a plan under way; return why the last plan was not played to its end, or None."""
         if self._run.stage.active:
             self._stop(StopReason.INTERRUPTED, self._where)
         return self._run.stopped.sentence if self._run.stopped else None
@@ -125,7 +123,7 @@ class ExcitationNode(Node):
             self._stop(StopReason.FAILED, "its log says how")
 
     def destroy_node(self) -> None:
-        """Send 0 if a plan is under way, let the last command arrive, and go."""
+        """Send 0 if a plan is under way, wait until it has arrived, and destroy the node."""
         if self.context.ok():
             if self._run.stage.commanding:
                 self._send(0.0)
@@ -159,19 +157,19 @@ class ExcitationNode(Node):
 
     @guard_method
     def on_applied(self, message: Float64) -> None:
-        """Keep what the driver has sent."""
+        """Note what the driver has sent."""
         self._applied = message.data
 
     @guard_method
     def on_emergency(self, message: Bool) -> None:
-        """Stop with the emergency stop."""
+        """Stop the plan when the emergency stop is latched."""
         self._emergency = message.data
         if message.data and self._run.stage.active:
             self._stop(StopReason.EMERGENCY_STOP)
 
     @guard_method
     def on_diagnostics(self, message: DiagnosticArray) -> None:
-        """Stop when a node of the rig reports an error."""
+        """Stop the plan when a node of the rig reports an error."""
         if (
             self._run.stage is not Stage.PLAYING
             or monotonic() - self._run.since_s < STALE_REPORT_S
@@ -184,7 +182,7 @@ class ExcitationNode(Node):
 
     @guard_method
     def on_start(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        """Begin, unless a plan is under way."""
+        """Begin the plan, unless a plan is under way."""
         response.success = not self._run.stage.active
         response.message = (
             "the plan begins when all is ready"
@@ -210,16 +208,15 @@ class ExcitationNode(Node):
 
     @guard_method
     def on_tick(self) -> None:
-        """Go on with what does not hang on a sample."""
+        """Do what does not depend on a sample: wait, reset, watch for silence, report progress."""
         now = monotonic()
         late, self._ticked_s = now - self._ticked_s > 2 * TICK_S, now
         if self._run.stage is Stage.WAITING:
             self._wait(now)
         elif self._run.stage is Stage.RESETTING:
             self._reset(now)
-        elif not late and (
-            silence := find_silence(now, self._run, self._bounds)
-        ):  # if late itself, it has samples waiting
+        # a node that is late itself has samples waiting
+        elif not late and (silence := find_silence(now, self._run, self._bounds)):
             self._stop(silence.reason, silence.detail)
         if self._run.stage is Stage.PLAYING:
             self._report(now)
@@ -243,7 +240,7 @@ class ExcitationNode(Node):
             )
 
     def _find_lacking(self) -> str:
-        """Return what is missing before the plan can begin; nothing when all is there, or nothing is waited for."""
+        """Return what is missing before the plan can begin; empty when all is there."""
         if self._run.stage is not Stage.WAITING:
             return ""
         if self._run.sampled_s is None:
@@ -258,7 +255,7 @@ class ExcitationNode(Node):
             p.find_lacking(n, self._settings.reset_first)
             for p, n in zip(self._pendulums, wanted, strict=True)
         )
-        return next((each for each in lacking if each), "")
+        return next(filter(None, lacking), "")
 
     def _reset(self, now: float) -> None:
         if not self._resetting.done(now):
@@ -280,12 +277,12 @@ class ExcitationNode(Node):
             pendulum.send(pwm)
 
     def _announce_stage(self) -> None:
-        """Say that another stage has begun."""
+        """Publish the progress and log that another stage has begun."""
         self._reported_s = self._said_s = monotonic()
         self._progress.publish(to_float(compute_share(self._run, self._plan)))
         if self._run.stopped is None:
             self.get_logger().info(self._where)
-        elif not self._settings.exit_when_done:  # else it is said at the end
+        elif not self._settings.exit_when_done:  # otherwise the program says it at its end
             self.get_logger().error(self._run.stopped.sentence)
 
     def _report(self, now: float) -> None:
@@ -313,7 +310,7 @@ def make_bounds(settings: ExcitationSettings, room: Envelope) -> Bounds:
 
 
 def _read_state(message: JointState) -> RigState:
-    """Return a sample; raise BadInputError when it cannot be read, or no cart is in it."""
+    """Return a sample; raise BadInputError when it cannot be read, or holds no cart."""
     if topics.CART not in message.name:
         raise BadInputError(
             f"joint_states: expected a joint named {topics.CART}, found {list(message.name)}"
@@ -322,7 +319,10 @@ def _read_state(message: JointState) -> RigState:
 
 
 def serve(node: ExcitationNode, stopped: Event) -> str | None:
-    """Serve the node until it is done or stopped is set; return why the plan was not played to its end."""
+    """Serve the node until it is done or stopped is set.
+
+    Returns why the plan was not played to its end; None when it was.
+    """
     spin(node, stopped, lambda: node.over)
     return node.end()
 

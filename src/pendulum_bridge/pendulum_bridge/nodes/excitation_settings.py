@@ -21,7 +21,10 @@ AUTO, SERVICE = "auto", "service"
 
 @dataclass(frozen=True)
 class ExcitationSettings:
-    """Hold the parameters of `excitation_node`, checked: a wrong type, NaN or out of range raises BadInputError."""
+    """Hold the checked parameters of `excitation_node`; each field's text says what it means.
+
+    Raises BadInputError for a wrong type, NaN, or a value out of range.
+    """
 
     plan: str = make_text_field("", "path of a plan file; empty for the standard plan of a minute")
     twin_file: str = make_text_field(
@@ -57,7 +60,7 @@ class ExcitationSettings:
         0.2, 0.01, 60.0, "so long without a sample stops the plan"
     )
     overruled_s: float = make_number_field(
-        0.5, 0.01, 60.0, "so long another command sent than asked for stops the plan"
+        0.5, 0.01, 60.0, "another command than the requested one for so long stops the plan"
     )
     ready_timeout_s: float = make_number_field(30.0, 0.1, 3600.0, "longest wait for rig and twin")
     reset_timeout_s: float = make_number_field(30.0, 0.1, 3600.0, "longest wait for each reset")
@@ -81,7 +84,7 @@ class ExcitationSettings:
 
 
 def _normalize_namespace(name: str, value: str) -> str:
-    """Return a namespace that begins with a slash; empty stays empty."""
+    """Return a namespace that begins with a slash; an empty namespace stays empty."""
     if not value:
         return value
     absolute = "/" + value.strip("/")
@@ -91,6 +94,6 @@ def _normalize_namespace(name: str, value: str) -> str:
         raise BadInputError(
             f"{name}: expected a namespace such as /{name}, found {value!r}"
         ) from error
-    if absolute == "/":  # its topics could not be told from the node's own
+    if absolute == "/":  # the topics there would collide with the node's own
         raise BadInputError(f"{name}: expected a namespace such as /{name}, found {value!r}")
     return absolute

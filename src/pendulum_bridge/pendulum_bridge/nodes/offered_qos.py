@@ -1,4 +1,4 @@
-"""Qualities of service that publishers offer: what fits them all, and how a bag's index names them."""
+"""Offered qualities of service: a request that fits all of them, and their names in a bag."""
 
 from __future__ import annotations
 
@@ -10,9 +10,15 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 
 def choose_qos(offered: Sequence[QoSProfile], depth: int) -> QoSProfile:
-    """Return the strictest request that every publisher fulfils: reliable if all are, transient local if all are."""
-    reliable = all(each.reliability == ReliabilityPolicy.RELIABLE for each in offered)
-    latched = all(each.durability == DurabilityPolicy.TRANSIENT_LOCAL for each in offered)
+    """Return the strictest request that every publisher fulfils.
+
+    It is reliable if all publishers are, and transient local if all publishers are.
+
+    offered: what the publishers offer.
+    depth: messages that the subscription queues.
+    """
+    reliable = all(offer.reliability == ReliabilityPolicy.RELIABLE for offer in offered)
+    latched = all(offer.durability == DurabilityPolicy.TRANSIENT_LOCAL for offer in offered)
     return QoSProfile(
         depth=depth,
         reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
@@ -21,7 +27,7 @@ def choose_qos(offered: Sequence[QoSProfile], depth: int) -> QoSProfile:
 
 
 def demands_more(request: QoSProfile, other: QoSProfile) -> bool:
-    """Tell whether a request asks for something that the other one does not, so that a publisher may not fulfil it."""
+    """Tell whether a request is stricter than another, so that a publisher may not fulfil it."""
     reliable, latched = ReliabilityPolicy.RELIABLE, DurabilityPolicy.TRANSIENT_LOCAL
     return (request.reliability == reliable != other.reliability) or (
         request.durability == latched != other.durability
@@ -29,7 +35,10 @@ def demands_more(request: QoSProfile, other: QoSProfile) -> bool:
 
 
 def describe_offer(offered: QoSProfile) -> dict[str, Any]:
-    """Return an offer by the names of index version 9; history and depth are not told to others and mostly unknown."""
+    """Return an offer with the names of index version 9.
+
+    History and depth are not transmitted between nodes and mostly unknown.
+    """
     return {
         "history": offered.history.name.lower(),
         "depth": int(offered.depth),

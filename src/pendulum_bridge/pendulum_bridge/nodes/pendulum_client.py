@@ -1,4 +1,4 @@
-"""A pendulum, rig or twin, as who commands it sees it: where its commands go, and its reset."""
+"""A pendulum, rig or twin, as a commanding node sees it: a topic for commands and a reset."""
 
 from __future__ import annotations
 
@@ -12,11 +12,14 @@ from pendulum_twin import topics
 from pendulum_twin.nodes.messages import to_float
 from pendulum_twin.nodes.qos import LATEST
 
-DELIVERY_S = 0.5  # at most, for the last command
+DELIVERY_S = 0.5  # longest wait for the delivery of the last command
 
 
 class PendulumClient:
-    """Command the pendulum of one namespace on behalf of a node."""
+    """Command the pendulum of a namespace on behalf of a node.
+
+    namespace: of the pendulum, without a slash at the end.
+    """
 
     def __init__(self, node: Node, namespace: str) -> None:
         self.namespace = namespace
@@ -25,7 +28,7 @@ class PendulumClient:
         self._resets = node.create_client(Trigger, self.name_topic(topics.RESET))
 
     def name_topic(self, name: str) -> str:
-        """Return a name of the graph in this namespace."""
+        """Return a name in this namespace."""
         return f"{self.namespace}/{name}"
 
     def send(self, pwm: float) -> None:
@@ -33,17 +36,18 @@ class PendulumClient:
         self._commands.publish(to_float(pwm))
 
     def deliver(self) -> None:
-        """Wait until the last command has arrived, not for long."""
+        """Wait until the last command has arrived, at most DELIVERY_S."""
         self._commands.wait_for_all_acked(Duration(seconds=DELIVERY_S))
 
     def reset(self) -> Future:
-        """Ask for a reset and return what will hold the answer."""
+        """Request a reset and return the future of its answer."""
         return self._resets.call_async(Trigger.Request())
 
     def find_lacking(self, listeners: int, reset: bool) -> str:
-        """Return what is missing before it can be commanded; nothing when all is there.
+        """Return what is missing before the pendulum can be commanded; empty when all is there.
 
-        listeners: so many nodes must listen to its commands. reset: whether its reset is needed.
+        listeners: number of nodes that must listen to its commands.
+        reset: whether its reset is needed.
         """
         if (heard := self._count_listeners()) < listeners:
             return f"{heard} of {listeners} listen to {self.name_topic(topics.PWM)}"
@@ -55,9 +59,8 @@ class PendulumClient:
         return ""
 
     def _count_listeners(self) -> int:
-        """Return how many nodes listen to the commands; one node may do so twice."""
+        """Return how many nodes listen to the commands; a node may do so twice."""
         known = self._node.get_subscriptions_info_by_topic(self.name_topic(topics.PWM))
-        nodes = {(each.node_namespace, each.node_name) for each in known}
-        return min(
-            len(nodes), self._commands.get_subscription_count()
-        )  # known is not yet connected
+        nodes = {(endpoint.node_namespace, endpoint.node_name) for endpoint in known}
+        # an endpoint that is known may not be connected yet
+        return min(len(nodes), self._commands.get_subscription_count())

@@ -1,7 +1,7 @@
-"""Topics as bytes: found in the graph, subscribed as they are offered, and drained without an executor.
+"""Topics as bytes: discovered in the graph, subscribed as offered, and read without an executor.
 
-An executor would wake up for every message. The middleware queues them and notes when each
-arrived, so it is enough to look a few dozen times a second, at a few microseconds a message.
+An executor would wake up for every message. The middleware queues messages and notes when each
+arrived, so it is enough to read a few dozen times a second, at a few microseconds a message.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ CLOCK = "/clock"
 
 
 class UntouchedGroup(CallbackGroup):
-    """Keep executors from waiting for what is in this group, and from taking it."""
+    """Keep executors from waiting for the entities of this group, and from reading them."""
 
     def can_execute(self, entity: Any) -> bool:
         """Refuse."""
@@ -45,20 +45,27 @@ class UntouchedGroup(CallbackGroup):
 
 @dataclass
 class _Listened:
-    """Hold one topic: its subscription as soon as its type is known, and who published so far."""
+    """Hold a topic: its subscription as soon as its type is known, and its publishers so far.
+
+    name: resolved name.
+    subscription: None before the topic is published.
+    publishers: identifiers of the publishers.
+    gaps: counts messages that never came.
+    useless: whether the topic's type is not installed.
+    """
 
     name: str
     subscription: Subscription | None = None
     publishers: set[bytes] = field(default_factory=set)
     gaps: SequenceGaps = field(default_factory=SequenceGaps)
-    useless: bool = False  # its type is not installed
+    useless: bool = False  # whether its type is not installed
 
 
 class RawTopics:
-    """Listen to topics by name; raise BadInputError for a name that is none.
+    """Listen to topics by name; raise BadInputError for an invalid name.
 
-    With use_sim_time messages carry the simulated time at which they were received, and those
-    before the first `/clock` message are left out.
+    With use_sim_time, messages carry the simulated time of their arrival, and messages before the
+    first `/clock` message are left out.
     """
 
     def __init__(self, node: Node, names: Sequence[str]) -> None:
@@ -72,12 +79,12 @@ class RawTopics:
 
     @property
     def waiting(self) -> list[str]:
-        """Return the topics that nobody publishes so far."""
+        """The topics that nobody publishes so far."""
         return [heard.name for heard in self._heard if heard.subscription is None]
 
     @property
     def dropped(self) -> dict[str, int]:
-        """Return how many messages of each topic were published and never came."""
+        """The number of messages of each topic that were published and never came."""
         return {
             heard.name: heard.gaps.dropped
             for heard in self._heard
@@ -85,17 +92,17 @@ class RawTopics:
         }
 
     def discover(self) -> list[Topic]:
-        """Look at the graph: subscribe what is published by now, loosen what a new publisher does not fulfil.
+        """Subscribe the topics that are published by now, and return the new ones.
 
-        Returns the topics that are new.
+        A request that a new publisher does not fulfil is relaxed.
         """
         if self._clock_topic is not None:
             self._look_for(self._clock_topic)
-        found = [self._look_for(heard) for heard in self._heard if not heard.useless]
-        return [topic for topic in found if topic is not None]
+        topics = [self._look_for(heard) for heard in self._heard if not heard.useless]
+        return [topic for topic in topics if topic is not None]
 
     def drain(self) -> list[Message]:
-        """Return what has come since the last time."""
+        """Return the messages since the last call."""
         messages = [message for heard in self._heard for message in _take_queued(heard)]
         if self._clock_topic is None:
             return messages
@@ -113,8 +120,8 @@ class RawTopics:
         publishers = self._node.get_publishers_info_by_topic(heard.name)
         if not publishers:
             return None
-        heard.publishers |= {bytes(each.endpoint_gid) for each in publishers}
-        request = choose_qos([each.qos_profile for each in publishers], QUEUE)
+        heard.publishers |= {bytes(publisher.endpoint_gid) for publisher in publishers}
+        request = choose_qos([publisher.qos_profile for publisher in publishers], QUEUE)
         if heard.subscription is None:
             return self._subscribe(heard, publishers, request)
         if demands_more(heard.subscription.qos_profile, request):
@@ -142,7 +149,7 @@ class RawTopics:
             type=type_name,
             definition=find_definition(type_name),
             type_hash="" if type_hash == "INVALID" else type_hash,
-            offered_qos=tuple(describe_offer(each.qos_profile) for each in publishers),
+            offered_qos=tuple(describe_offer(publisher.qos_profile) for publisher in publishers),
         )
 
     def _create_subscription(self, kind: Any, name: str, request: Any) -> Subscription:
@@ -152,11 +159,11 @@ class RawTopics:
 
 
 def _ignore(message: bytes) -> None:
-    """Be the callback that `UntouchedGroup` never lets run."""
+    """Be the callback that `UntouchedGroup` never runs."""
 
 
 def _take_queued(heard: _Listened) -> Iterator[Message]:
-    """Take what is queued, not more than a queue holds, so that a flood does not keep us here."""
+    """Yield queued messages, at most a queue's length, so that a flood ends."""
     subscription = heard.subscription
     if subscription is None:
         return

@@ -1,4 +1,4 @@
-"""The recorder: topics as they come over the wire into a rosbag2 folder that survives a crash."""
+"""The recorder: topics as they come over the wire, in a rosbag2 folder that survives a crash."""
 
 from __future__ import annotations
 
@@ -28,15 +28,16 @@ from pendulum_twin.nodes.running import run, spin
 from pendulum_twin.nodes.settings import declare_settings
 
 DRAIN_S = 0.05
-LOOK_S = 0.1  # a topic that appears is subscribed so much later
+LOOK_S = 0.1  # time between looks for new topics
 PROGRESS_S = 5.0
 
 
 class RecorderNode(Node):
-    """Record from the first moment until destroyed; raise BadInputError for a wrong parameter or place.
+    """Record from construction until destruction.
 
-    when_ended is called when the recording ends by itself: it lasted long enough, or could not go
-    on.
+    when_ended: called when the recording ends by itself: it lasted long enough, or failed.
+
+    Raises BadInputError for a wrong parameter, or a folder that cannot be written.
     """
 
     def __init__(self, **options: Any) -> None:
@@ -50,9 +51,8 @@ class RecorderNode(Node):
         except BadInputError:
             self.destroy_node()
             raise
-        steady = Clock(
-            clock_type=ClockType.STEADY_TIME
-        )  # real time, whatever the simulated time is
+        # real time, whatever the simulated time is
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._looked_s = time.monotonic() - LOOK_S
         self.create_timer(DRAIN_S, self.on_timer, clock=steady)
         self.create_timer(PROGRESS_S, self.on_progress, clock=steady)
@@ -61,11 +61,11 @@ class RecorderNode(Node):
 
     @property
     def ended(self) -> bool:
-        """Tell whether nothing more is recorded."""
+        """Whether nothing more is recorded."""
         return self._session is None or self._session.ended
 
     def on_timer(self) -> None:
-        """Take what has come; end when there is a reason to."""
+        """Record the messages that have come; end when there is a reason to."""
         if self._session is None or self._session.ended:
             return
         self._take(self._session)
@@ -79,22 +79,27 @@ class RecorderNode(Node):
                 self._looked_s, new = now_s, self._topics.discover()
             messages = self._topics.drain()
             session.take(new, messages, self._topics.dropped, now_s)
-        except Exception as error:  # it would end the node, and leave the bag without its end
+        except (
+            Exception
+        ) as error:  # an uncaught error would end the node, and leave the bag without its end
             session.failure = f"the recording ended: {error!r}"
 
     def on_progress(self) -> None:
-        """Say how far it is."""
+        """Log the progress."""
         if self._session is not None:
             self.get_logger().info(self._session.summary)
 
     def health(self) -> Health:
-        """Return how it goes."""
+        """Return the recording's health."""
         if self._session is None:
             return Health(Level.OK, "the recording is closed")
         return self._session.health(self._topics.waiting, time.monotonic())
 
     def finish(self) -> None:
-        """Take what is left and close the bag; raise BadInputError with the reason when it ended before its time."""
+        """Record what is left and close the bag.
+
+        Raises BadInputError with the reason of an early end.
+        """
         session, self._session = self._session, None
         if session is None:
             return
@@ -103,7 +108,7 @@ class RecorderNode(Node):
         self.get_logger().info(f"recorded {session.summary}")
 
     def destroy_node(self) -> None:
-        """Close the bag and end."""
+        """Close the bag and destroy the node."""
         with suppress(BadInputError):
             self.finish()
         super().destroy_node()
@@ -124,16 +129,19 @@ def _create_bag(settings: RecorderSettings) -> Bag:
 
 
 def record(node: RecorderNode, stopped: Event) -> None:
-    """Serve the recorder until stopped is set or it has ended; raise BadInputError when it could not go on."""
+    """Serve the recorder until stopped is set or it has ended.
+
+    Raises BadInputError if it failed.
+    """
     node.when_ended = stopped.set
     spin(node, stopped)
     node.finish()
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the node, see `running.run`; with --recover, make a whole bag of a damaged one instead."""
+    """Run the node, see `running.run`; with --recover, repair a damaged bag instead."""
     arguments = sys.argv if arguments is None else arguments
-    if any(each.split("=")[0] == OPTION for each in arguments[1:]):
+    if any(word.split("=")[0] == OPTION for word in arguments[1:]):
         return run_recover(arguments[1:])
     description = (
         "Record topics as a rosbag2 folder that stays readable whatever happens. "

@@ -23,7 +23,10 @@ TOPICS = (
 
 @dataclass(frozen=True)
 class RecorderSettings:
-    """Hold the parameters of `recorder_node`, checked: a wrong type, NaN or out of range raises BadInputError."""
+    """Hold the checked parameters of `recorder_node`; each field's text says what it means.
+
+    Raises BadInputError for a wrong type, NaN, or a value out of range.
+    """
 
     out: str = make_text_field("", "the folder to write, a new one")
     topics: tuple[str, ...] = make_list_field(TOPICS, "what to record")

@@ -1,4 +1,4 @@
-"""Reset pendulums one after another through their services, none for ever."""
+"""Reset pendulums in order through their services, each within a timeout."""
 
 from __future__ import annotations
 
@@ -10,7 +10,10 @@ from pendulum_bridge.nodes.pendulum_client import PendulumClient
 
 
 class ResetSequence:
-    """Reset the pendulums in order; the next begins when the one before hangs at rest."""
+    """Reset pendulums in order; the next reset begins when the pendulum before hangs at rest.
+
+    failure: why the sequence failed; empty while it has not.
+    """
 
     def __init__(self, pendulums: Sequence[PendulumClient], timeout_s: float) -> None:
         self._left = list(pendulums)
@@ -20,7 +23,10 @@ class ResetSequence:
         self.failure = ""
 
     def done(self, now_s: float) -> bool:
-        """Go on with it at a monotonic time, s; return whether it is over: with `failure`, or with all at rest."""
+        """Advance the sequence; return whether it is over: with `failure`, or with all at rest.
+
+        now_s: s, monotonic.
+        """
         if self._pending is None:
             if not self._left:
                 return True

@@ -1,4 +1,4 @@
-"""Call a service from another thread's event loop."""
+"""Call a Trigger service from the event loop of another thread."""
 
 from __future__ import annotations
 
@@ -13,7 +13,12 @@ from pendulum_bridge.view.server import Answer
 
 
 async def call_trigger(client: Client, deadline_s: float) -> Answer:
-    """Return what a Trigger service says, or why it says nothing; the client's node is spun by another thread."""
+    """Return the answer of a Trigger service, or why it does not answer.
+
+    Another thread spins the client's node.
+
+    deadline_s: s; longest wait for the answer.
+    """
     name = client.service_name
     if not client.service_is_ready():
         return Answer(False, f"{name}: nobody offers this service: is the node running?")

@@ -1,8 +1,7 @@
 """A page in the browser: rig and twin side by side, drawn live, with a stop button.
 
-The node listens and sends no command by itself; only a button's service call changes anything. ROS
-is served by the thread that spins the node, the page by a thread of its own; between them lies the
-board.
+The node listens and sends no command by itself; only a button's service call changes anything. The
+thread that spins the node serves ROS, another thread serves the page; the board lies between them.
 """
 
 from __future__ import annotations
@@ -27,7 +26,7 @@ from pendulum_bridge.view.feed import Feed
 from pendulum_bridge.view.same_origin import is_loopback
 from pendulum_bridge.view.samples import NodeHealth, Sample, Word
 from pendulum_bridge.view.server import Answer, Page, make_app
-from pendulum_bridge.view.serving import Serving, open_listener, format_url
+from pendulum_bridge.view.serving import Serving, format_url, open_listener
 from pendulum_twin import topics
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.health import Health, Level
@@ -38,7 +37,7 @@ from pendulum_twin.nodes.running import run
 from pendulum_twin.nodes.settings import declare_settings
 
 ANSWER_WITHIN_S = 3.0
-RESET_WITHIN_S = 60.0  # a swing-down takes its time, and has a deadline of its own
+RESET_WITHIN_S = 60.0  # a swing-down has a deadline of its own
 LOOK_FOR_PUBLISHERS_S = 0.5
 
 
@@ -78,7 +77,7 @@ class ViewNode(Node):
             )
 
     def on_sample(self, key: str, message: JointState) -> None:
-        """Take a sample of rig or twin, or count it as refused."""
+        """Record a sample of rig or twin on the board, or count it as refused."""
         try:
             state = from_joint_state(message)
         except BadInputError as error:
@@ -100,7 +99,7 @@ class ViewNode(Node):
         )
 
     def on_diagnostics(self, message: DiagnosticArray) -> None:
-        """Take the health of the nodes."""
+        """Record the health of the nodes on the board."""
         for status in message.status:
             figures = {pair.key: pair.value for pair in status.values}
             self.board.take_health(
@@ -118,7 +117,7 @@ class ViewNode(Node):
         """Call the service of a button and return its answer."""
         client = self._buttons[button]
         if client is None:
-            return Answer(False, f"{button}: the view was told not to listen to it")
+            return Answer(False, f"{button}: the view does not listen to this pendulum")
         answer = await call_trigger(
             client, RESET_WITHIN_S if client.srv_name.endswith(topics.RESET) else ANSWER_WITHIN_S
         )
@@ -157,7 +156,7 @@ class ViewNode(Node):
             lambda said: self.board.take_stopped(key, said.data),
         )
 
-        def look() -> None:  # what was latched by a node that is gone says nothing
+        def look() -> None:  # a message latched by a node that is gone is void
             if stopped.get_publisher_count() == 0:
                 self.board.take_stopped(key, None)
 
@@ -171,7 +170,7 @@ class ViewNode(Node):
         def taken(message: Any) -> None:
             try:
                 take(message)
-            except Exception as error:  # it would end the node
+            except Exception as error:  # an uncaught error would end the node
                 self._complain(f"{topic}: a message could not be taken: {error!r}")
 
         return self.create_subscription(kind, topic, taken, quality)

@@ -18,7 +18,10 @@ from pendulum_twin.nodes.settings import (
 
 @dataclass(frozen=True)
 class ViewSettings:
-    """Hold the parameters of `view_node`, checked: a wrong type, NaN or out of range raises BadInputError."""
+    """Hold the checked parameters of `view_node`; each field's text says what it means.
+
+    Raises BadInputError for a wrong type, NaN, or a value out of range.
+    """
 
     rig: str = make_text_field("/rig", "namespace of the rig, empty for none")
     twin: str = make_text_field("/twin", "namespace of the twin, empty for none")

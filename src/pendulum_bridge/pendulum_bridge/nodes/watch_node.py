@@ -1,8 +1,8 @@
-"""Beside the rig: says on /diagnostics which place of the chain has changed, since when and by how much.
+"""Report on /diagnostics which part of the rig has changed, since when and by how much.
 
-It holds the twin file that a diagnosis has improved, learns for some seconds of motion what is
-usual for the rig, and then watches. An alarm stays until `~/clear_alarm` is called (what is usual
-is kept) or `~/learn` (the rig as it is now is taken for usual). It sends no command.
+The node loads the twin file that a diagnosis has improved, learns from some seconds of motion what
+is usual for the rig, and then watches. An alarm stays until `~/clear_alarm` is called (what is
+usual is kept) or `~/learn` (the present rig becomes the usual). The node sends no command.
 """
 
 from __future__ import annotations
@@ -32,13 +32,12 @@ from pendulum_twin.nodes.messages import from_joint_state, from_time
 from pendulum_twin.nodes.running import run
 from pendulum_twin.nodes.settings import declare_settings, watch_settings
 
-QUEUE = QoSProfile(
-    depth=5000
-)  # learning and naming take a second or two, in which nothing may be lost
+# learning and naming take a second or two, in which nothing may be lost
+QUEUE = QoSProfile(depth=5000)
 
 
 class WatchNode(Node):
-    """Watch one rig; raise BadInputError when a parameter or the twin file is wrong."""
+    """Watch a rig; raise BadInputError when a parameter or the twin file is wrong."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__("watch", **options)
@@ -61,7 +60,7 @@ class WatchNode(Node):
         self.get_logger().info(f"watches {rig} with the twin {twin.name} of {self._settings.twin}")
 
     def on_sample(self, message: JointState, info: dict[str, Any]) -> None:
-        """Take a sample of the rig."""
+        """Pass on a sample of the rig."""
         try:
             state = from_joint_state(message)
         except BadInputError as error:
@@ -78,7 +77,7 @@ class WatchNode(Node):
         self._take()
 
     def on_applied(self, message: Float64, info: dict[str, Any]) -> None:
-        """Take what was applied."""
+        """Pass on an applied command."""
         said_ns = int(info["source_timestamp"])
         self._watch.command(message.data, said_ns)
         self._in_order.command(said_ns)
@@ -104,7 +103,7 @@ class WatchNode(Node):
         return response
 
     def on_learn(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        """Take the rig as it is now for what is usual."""
+        """Take the present rig as the usual."""
         self._watch.learn()
         response.success, response.message = (
             True,
@@ -113,12 +112,15 @@ class WatchNode(Node):
         return response
 
     def health(self) -> Health:
-        """Return how the rig is."""
+        """Return the rig's health."""
         silent_s = None if self._heard_s is None else monotonic() - self._heard_s
         return describe_health(self._watch, self._settings.rig, silent_s)
 
     def _accept(self, settings: WatchSettings) -> None:
-        """Go on with another twin file, or raise BadInputError with nothing changed."""
+        """Continue with another twin file.
+
+        Raises BadInputError with nothing changed if it is wrong.
+        """
         twin = load_twin(settings.twin)
         self._watch, self._settings, self._in_order = (
             Watch(twin, settings.watching),
@@ -133,7 +135,7 @@ class WatchNode(Node):
         def taken(message: Any, info: dict[str, Any]) -> None:
             try:
                 take(message, info)
-            except Exception as error:  # it would end the node
+            except Exception as error:  # an uncaught error would end the node
                 self.get_logger().error(
                     f"{topic}: a message could not be taken: {error!r}", throttle_duration_sec=1.0
                 )

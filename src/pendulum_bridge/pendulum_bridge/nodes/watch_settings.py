@@ -19,7 +19,10 @@ from pendulum_twin.nodes.settings import (
 
 @dataclass(frozen=True)
 class WatchSettings:
-    """Hold the parameters of `watch_node`, checked: a wrong type, NaN or out of range raises BadInputError."""
+    """Hold the checked parameters of `watch_node`; each field's text says what it means.
+
+    Raises BadInputError for a wrong type, NaN, or a value out of range.
+    """
 
     twin: str = make_text_field(
         "",

@@ -183,8 +183,7 @@ def decide(
     """Return what to send now: stop > watchdog > encoder check > rail guard > limits.
 
     request: PWM fraction; the command since the last decision, None for none. Of several commands,
-        pass
-    all but the last to `take_command`.
+        pass all but the last to `take_command`.
     sample: the rig's sample since the last decision, None for none.
     now_s: s, monotonic.
     safety: the state after the last decision.
@@ -225,8 +224,7 @@ def take_command(
     command: PWM fraction.
     now_s: s, monotonic; when the command came, if that is later than the last decision.
     ago_s: s; how long before its arrival the command was sent, perhaps by the clocks of two
-        machines.
-    It matters only after the driver has stood still.
+        machines. It matters only after the driver has stood still.
     """
     now_s, counts = safety.ages.now_s if now_s is None else now_s, safety.counts
     if safety.stop.latched:

@@ -46,8 +46,7 @@ def make_encoder_check(
     limit: PWM fraction; the largest command.
     period_s: s, from sample to sample.
     dry_n: N; an upper bound of the cart's dry friction. With a lower bound a stuck encoder shows
-        at
-    smaller commands.
+        at smaller commands.
 
     Raises BadInputError for a rig without a cart.
     """

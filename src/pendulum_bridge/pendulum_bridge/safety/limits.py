@@ -48,20 +48,20 @@ def find_refusal(command: float) -> Reason | None:
     return None if math.isfinite(command) else Reason.COMMAND_NOT_FINITE
 
 
-def limit_command(asked: float, applied: float, elapsed_s: float, limits: Limits) -> Limited:
+def limit_command(request: float, applied: float, elapsed_s: float, limits: Limits) -> Limited:
     """Return what may be applied of a finite command.
 
     The slew limit is a limit a second: many messages in a short time move no further than one
     message.
 
-    asked: PWM fraction, the request.
+    request: PWM fraction.
     applied: PWM fraction, what has been applied so far.
     elapsed_s: s; time for the change. A negative time (the clock was set back) counts as 0.
     """
-    clipped = min(max(asked, -limits.magnitude), limits.magnitude)
+    clipped = min(max(request, -limits.magnitude), limits.magnitude)
     reach = _compute_reach(elapsed_s, limits)
     pwm = min(max(clipped, applied - reach), applied + reach)
-    checks = ((clipped != asked, Reason.OVER_LIMIT), (pwm != clipped, Reason.TOO_FAST))
+    checks = ((clipped != request, Reason.OVER_LIMIT), (pwm != clipped, Reason.TOO_FAST))
     # clipped again, as the command before may have been applied under a larger limit
     return Limited(
         min(max(pwm, -limits.magnitude), limits.magnitude),

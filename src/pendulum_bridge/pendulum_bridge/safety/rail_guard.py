@@ -150,20 +150,20 @@ class Seen:
 
 
 def guard_command(
-    asked: float, seen: Seen, in_vain_s: float, passed_s: float, guard: RailGuard
+    request: float, seen: Seen, in_vain_s: float, passed_s: float, guard: RailGuard
 ) -> Guarded:
     """Return what of a command keeps the cart on the rail.
 
     A drive that does not bring the cart back within the guard's patience is switched off until a
     person has moved the cart.
 
-    asked: PWM fraction, the request.
+    request: PWM fraction.
     seen: the last sample.
     in_vain_s: s; from the last decision.
     passed_s: s, since the last decision.
     """
     side = math.copysign(1.0, seen.state.cart_m)  # the nearer end is decided last
-    outward, forced = asked * guard.way, False
+    outward, forced = request * guard.way, False
     for towards in (-side, side):
         there, then = _move(
             *find_outermost(seen.state, towards, guard), guard.limit, seen.age_s, guard
@@ -175,7 +175,7 @@ def guard_command(
     vain_s = in_vain_s + passed_s if forced and side * seen.state.cart_m_s > -AWAY_M_S else 0.0
     if vain_s > guard.patience_s:
         return Guarded(0.0, vain_s, Reason.RAIL_NOT_HELD)
-    return Guarded(pwm, vain_s, None if pwm == asked else Reason.RAIL_BRAKING)
+    return Guarded(pwm, vain_s, None if pwm == request else Reason.RAIL_BRAKING)
 
 
 def find_outermost(state: RigState, towards: float, guard: RailGuard) -> tuple[float, float]:

@@ -35,7 +35,7 @@ class Rest:
     pole_rad: rad, from hanging.
     cart_m_s: m/s.
     pole_rad_s: rad/s; above what a rig that reports plain differences shows when one count of 4096
-    changes in 10 ms, 0.153.
+        changes in 10 ms, 0.153.
     samples: number of consecutive samples.
     standing_s: s; how long a pole may rest elsewhere before its encoder's zero counts as wrong.
     """

@@ -1,4 +1,4 @@
-"""Where one thread writes what it hears and another reads it: frozen records behind a lock."""
+"""The latest messages, written by one thread and read by another: frozen records behind a lock."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from threading import Lock
 
 from pendulum_bridge.view.samples import NodeHealth, Sample, Snapshot, Source, Word
 
-SAMPLES_KEPT = 256  # enough to find samples of matching stamps at 1 kHz
+SAMPLES_KEPT = 256  # enough to match stamps at 1 kHz
 NODES_KEPT = 24
 FORGOTTEN_AFTER_S = 60.0  # a node that has been silent for so long is no longer listed
 
 
 class Board:
-    """Keep the latest of everything; every method may be called from any thread.
+    """Keep the latest message of every kind; any thread may call every method.
 
-    rig, twin: their namespaces, None for one that is not listened to.
+    rig, twin: their namespaces; None for a pendulum that is not listened to.
     """
 
     def __init__(self, rig: str | None, twin: str | None) -> None:
@@ -26,42 +26,42 @@ class Board:
         self._lock = Lock()
 
     def take_sample(self, key: str, sample: Sample) -> None:
-        """Take a sample of `rig` or `twin`; one that is not later than the last begins anew."""
+        """Keep a sample of `rig` or `twin`; a stamp that does not rise begins a new sequence."""
 
-        def taken(source: Source) -> Source:
+        def append(source: Source) -> Source:
             before = source.samples[-(SAMPLES_KEPT - 1) :]
             rising = before and before[-1].stamp_ns < sample.stamp_ns
             return replace(source, samples=(*before, sample) if rising else (sample,))
 
-        self._change(key, taken)
+        self._change(key, append)
 
     def refuse(self, key: str, complaint: str) -> None:
-        """Count a message that is no sample."""
+        """Count a message that holds no sample."""
         self._change(
             key, lambda source: replace(source, refused=source.refused + 1, complaint=complaint)
         )
 
     def take_pwm(self, key: str, word: Word) -> None:
-        """Take a command as it was asked for."""
+        """Keep a requested command."""
         self._change(key, lambda source: replace(source, pwm=word))
 
     def take_applied(self, key: str, word: Word) -> None:
-        """Take a command as it was applied."""
+        """Keep an applied command."""
         self._change(key, lambda source: replace(source, applied=word))
 
     def take_stopped(self, key: str, latched: bool | None) -> None:
-        """Take whether the stop is latched; None when there is nobody to say."""
+        """Keep whether the stop is latched; None when no node says so."""
         self._change(key, lambda source: replace(source, stopped=latched))
 
     def take_health(self, said: NodeHealth) -> None:
-        """Take a node's health; of too many nodes the ones heard longest ago are forgotten."""
+        """Keep a node's health; of too many nodes the node heard longest ago is forgotten."""
         with self._lock:
             self._nodes[said.name] = said
             if len(self._nodes) > NODES_KEPT:
                 del self._nodes[min(self._nodes.values(), key=lambda node: node.heard_s).name]
 
     def take_snapshot(self, now_s: float) -> Snapshot:
-        """Return everything as it is now."""
+        """Return everything at now_s (s, monotonic)."""
         with self._lock:
             rig, twin = self._sources.get("rig"), self._sources.get("twin")
             nodes = [

@@ -1,4 +1,4 @@
-"""The frames as they come, and the last seconds of the plots; whoever asks gets the newest, never a queue."""
+"""The live frames and the last seconds of the plots; a reader gets the newest frame."""
 
 from __future__ import annotations
 
@@ -17,11 +17,15 @@ HISTORY_S = 15.0
 
 
 class Feed:
-    """Make a frame out of look(now) at every tick; fixed: what every frame says besides. For one event loop.
+    """Make a frame at every tick, for readers in the same event loop.
 
-    Frames are numbered from 0. A reader says which frame it has; the next answer holds the newest
-    frame and the points of all frames in between, so that a slow reader misses nothing and owes
-    nothing.
+    Frames are numbered from 0. A reader names the frame that it has; the answer holds the newest
+    frame
+    and the points of all frames since, so that a slow reader misses nothing and nothing piles up.
+
+    look: returns the snapshot at a time (s, monotonic).
+    fixed: keys that every frame holds besides.
+    number: number of the newest frame; -1 before the first.
     """
 
     def __init__(
@@ -35,7 +39,7 @@ class Feed:
         self.number = -1
 
     def tick(self, now_s: float) -> None:
-        """Take the frame of now."""
+        """Make the frame of now_s (s, monotonic)."""
         self._latest = make_frame(self._look(now_s))
         self._points.append(make_point(self._latest))
         self.number += 1
@@ -43,12 +47,15 @@ class Feed:
         ticked.set()
 
     async def wait_for_newer(self, number: int) -> None:
-        """Wait until there is a frame after this one."""
+        """Wait until there is a frame after this number."""
         while self.number <= number:
             await self._ticked.wait()
 
     def write_text(self, after: int) -> str:
-        """Return the newest frame as JSON, with the points after that frame, or all there are for an unknown one."""
+        """Return the newest frame as JSON, with the points of all frames after a number.
+
+        after: the number; all points are returned for an unknown number.
+        """
         known = -1 if after > self.number else max(after, -1)
         missed = min(self.number - known, len(self._points))
         points = list(islice(self._points, len(self._points) - missed, None))
@@ -61,7 +68,7 @@ class Feed:
 async def keep_ticking(
     feed: Feed, clock: Callable[[], float], complain: Callable[[str], None]
 ) -> None:
-    """Tick for ever; a tick that fails is told to complain, and the next one follows all the same."""
+    """Tick for ever; a failed tick is reported to complain, and the next tick follows."""
     loop = asyncio.get_running_loop()
     due_s = loop.time()
     while True:

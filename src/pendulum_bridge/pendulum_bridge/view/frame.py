@@ -1,4 +1,4 @@
-"""One moment as a browser gets it: plain dictionaries for JSON, with None wherever there is no finite number."""
+"""A moment as the browser gets it: dictionaries for JSON, None for numbers that are not finite."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from pendulum_bridge.view.samples import (
     Snapshot,
     Source,
     Word,
-    is_fresh,
     compute_period_ns,
     compute_silence_s,
+    is_fresh,
 )
 from pendulum_twin.topics import JOINT_STATES
 
@@ -31,7 +31,10 @@ Json = dict[str, Any]
 
 
 def make_frame(now: Snapshot) -> Json:
-    """Return one moment: rig, twin and mismatch (None for one that is not there), health of the nodes, and time_s."""
+    """Return a moment: time, rig, twin, their mismatch, and the health of the nodes.
+
+    Rig, twin or mismatch are None when they are not there.
+    """
     apart = (
         find_mismatch(now.rig.samples, now.twin.samples)
         if now.rig and now.twin and _are_both_fresh(now)
@@ -47,7 +50,10 @@ def make_frame(now: Snapshot) -> Json:
 
 
 def make_point(moment: Json) -> list[float | None]:
-    """Return what the plots show of a frame, in the order of COLUMNS; None while a source is silent."""
+    """Return a frame's values for the plots; None while a source is silent.
+
+    The order is that of COLUMNS.
+    """
     values: list[float | None] = [moment["time_s"]]
     for source in (moment["rig"], moment["twin"]):
         heard = source is not None and source["state"] == "fresh"
@@ -58,7 +64,7 @@ def make_point(moment: Json) -> list[float | None]:
 
 
 def round_finite(value: float | None) -> float | None:
-    """Return a number with the digits worth sending, None for what is not finite."""
+    """Return a number with the digits worth sending; None for NaN and infinity."""
     return None if value is None or not math.isfinite(value) else float(f"{value:.7g}")
 
 
@@ -93,7 +99,10 @@ def _read_word(word: Word | None, now_s: float) -> float | None:
 
 
 def _word_notice(source: Source, state: str) -> str | None:
-    """Return what a person should know of a source; the same words as long as it lasts, as it may be read aloud."""
+    """Return what a person should know of a source, or None.
+
+    The text stays the same as long as its cause lasts, as it may be read aloud.
+    """
     if state == "fresh":
         return None
     name, topic = source.namespace, f"{source.namespace.rstrip('/')}/{JOINT_STATES}"

@@ -1,4 +1,4 @@
-"""How far the rig is from the twin, at one and the same sampling time."""
+"""The distance between rig and twin at the same sampling time."""
 
 from __future__ import annotations
 
@@ -11,11 +11,13 @@ from pendulum_bridge.view.samples import Sample, compute_period_ns
 
 @dataclass(frozen=True)
 class Mismatch:
-    """Hold rig minus twin at the rig's sampling time stamp_ns; None for a joint that one of them lacks.
+    """Hold rig minus twin; None for a joint that either lacks.
 
-    pole_rad: the nearest way round, from -pi to pi; turns: the whole turns by which the rig's pole
-    is further on.
-    apart_s: the twin's stamp minus the rig's.
+    stamp_ns: ns; the rig's sampling time.
+    apart_s: s; the twin's stamp minus the rig's.
+    cart_m: m.
+    pole_rad: rad, -pi to pi; the shorter way round.
+    turns: whole turns by which the rig's pole is ahead.
     """
 
     stamp_ns: int
@@ -26,12 +28,13 @@ class Mismatch:
 
 
 def find_mismatch(rig: tuple[Sample, ...], twin: tuple[Sample, ...]) -> Mismatch | None:
-    """Return the newest mismatch of two samples whose stamps match; None when there are none such. Stamps must rise.
+    """Return the newest mismatch of samples whose stamps match; None without such samples.
 
-    Stamps match when no more than half a period lies between them (of the longer period, if they
-    differ). Over what is
-    left the twin is carried along by its velocity: at 1 m/s the 5 ms between nearest samples at
-    100 Hz would pass for 5 mm.
+    Stamps must rise. They match within half a period (of the longer period, if the periods
+    differ). The
+    twin is extrapolated over the difference by its velocity: at 1 m/s the 5 ms between nearest
+        samples
+    at 100 Hz would pass for 5 mm.
     """
     rig_period, twin_period = compute_period_ns(rig), compute_period_ns(twin)
     if rig_period is None or twin_period is None:

@@ -1,8 +1,9 @@
-"""Who may talk to the page's server: only the page itself, opened by an address that no foreign name can stand for.
+"""Who may talk to the page's server: only the page itself, opened by an address of this machine.
 
 A foreign page may send requests to a loopback address too, and a foreign name may be made to
-resolve to one (DNS rebinding). The browser tells both: by `Origin`, which must be the page's own,
-and by `Host`, which must be a literal address, localhost, or the host that was set.
+resolve to a loopback address (DNS rebinding). The browser shows both: by `Origin`, which must be
+the page's own, and by `Host`, which must be a literal address, localhost, or the host that was
+set.
 """
 
 from __future__ import annotations
@@ -13,18 +14,20 @@ from urllib.parse import urlsplit
 
 
 def find_refusal(headers: Mapping[str, str], host: str, acts: bool) -> str | None:
-    """Return why a request is refused, None when it may pass; host: where the server listens.
+    """Return why a request is refused; None when it may pass.
 
-    acts: whether the request does or reveals something that a foreign page must not get, so that
-    Origin must be given.
+    headers: of the request.
+    host: where the server listens.
+    acts: whether the request changes or reveals something that a foreign page must not reach;
+        Origin is then required.
     """
-    asked = headers.get("Host", "")
-    if not _is_ours(asked, host):
-        return f"Host: expected the address of this server, found {asked!r}"
+    host_header = headers.get("Host", "")
+    if not _is_ours(host_header, host):
+        return f"Host: expected the address of this server, found {host_header!r}"
     origin = headers.get("Origin")
     if origin is None:
         return "Origin: expected the page of this server, found none" if acts else None
-    if origin not in (f"http://{asked}", f"https://{asked}"):
+    if origin not in (f"http://{host_header}", f"https://{host_header}"):
         return f"Origin: expected the page of this server, found {origin!r}"
     return None
 
@@ -35,9 +38,9 @@ def is_loopback(host: str) -> bool:
     return host == "localhost" or (address is not None and address.is_loopback)
 
 
-def _is_ours(asked: str, host: str) -> bool:
+def _is_ours(host_header: str, host: str) -> bool:
     try:
-        name = urlsplit(f"//{asked}").hostname or ""
+        name = urlsplit(f"//{host_header}").hostname or ""
     except ValueError:
         return False
     if is_loopback(host):

@@ -1,4 +1,4 @@
-"""What the view knows at one moment: frozen records, times in s on a monotonic clock unless a name says otherwise."""
+"""What the view knows at a moment: frozen records, with times in s of a monotonic clock."""
 
 from __future__ import annotations
 
@@ -12,11 +12,15 @@ SILENT_AFTER_S = 0.5  # a source that has said nothing for so long counts as sil
 
 @dataclass(frozen=True)
 class Sample:
-    """Hold one sample; None for a joint that it does not name.
+    """Hold a sample; None for a joint that it does not name.
 
-    stamp_ns: sampling time on the source's clock. heard_s: when it arrived. age_s: how old its
-    stamp was on arrival (below 0: the source's clock is ahead of ours). Angle 0 upright,
-    counterclockwise positive, not wrapped.
+    stamp_ns: ns; sampling time on the source's clock.
+    heard_s: s; arrival.
+    age_s: s; age of the stamp on arrival, below 0 when the source's clock is ahead.
+    cart_m: m; 0 in the middle of the rail.
+    pole_rad: rad; 0 upright, counterclockwise positive, not wrapped.
+    cart_m_s: m/s.
+    pole_rad_s: rad/s.
     """
 
     stamp_ns: int
@@ -30,7 +34,11 @@ class Sample:
 
 @dataclass(frozen=True)
 class Word:
-    """Hold one number that was said, and when it was heard: a command, as a PWM fraction."""
+    """Hold a command that was published.
+
+    value: PWM fraction.
+    heard_s: s; arrival.
+    """
 
     value: float
     heard_s: float
@@ -38,9 +46,15 @@ class Word:
 
 @dataclass(frozen=True)
 class Source:
-    """Hold what rig or twin said. samples: the last ones, stamps rising. stopped: None while nobody says.
+    """Hold the messages of rig or twin.
 
-    refused: how many messages were no samples; complaint: what was wrong with the last of them.
+    namespace: of the source.
+    samples: the last samples, stamps rising.
+    pwm: the last requested command.
+    applied: the last applied command.
+    stopped: whether the stop is latched; None while no node says so.
+    refused: number of messages that held no sample.
+    complaint: what was wrong with the last of these.
     """
 
     namespace: str
@@ -54,7 +68,14 @@ class Source:
 
 @dataclass(frozen=True)
 class NodeHealth:
-    """Hold what a node said of itself on `/diagnostics`; level as in `DiagnosticStatus`: 0 ok, 1 warn, 2 error, 3 stale."""
+    """Hold a node's health on `/diagnostics`.
+
+    name: of the node.
+    level: as in `DiagnosticStatus`: 0 ok, 1 warn, 2 error, 3 stale.
+    sentence: for a person.
+    heard_s: s; arrival.
+    figures: further values by name.
+    """
 
     name: str
     level: int
@@ -65,7 +86,7 @@ class NodeHealth:
 
 @dataclass(frozen=True)
 class Snapshot:
-    """Hold everything at now_s; rig or twin is None when the view was told not to listen to it."""
+    """Hold everything at now_s; rig or twin is None when the view does not listen to it."""
 
     now_s: float
     rig: Source | None
@@ -74,7 +95,7 @@ class Snapshot:
 
 
 def compute_silence_s(source: Source, now_s: float) -> float | None:
-    """Return for how long a source has said nothing, s; None when it never said anything."""
+    """Return how long a source has been silent, s; None when it was never heard."""
     return max(now_s - source.samples[-1].heard_s, 0.0) if source.samples else None
 
 
@@ -85,7 +106,10 @@ def is_fresh(source: Source | None, now_s: float) -> bool:
 
 
 def compute_period_ns(samples: tuple[Sample, ...]) -> float | None:
-    """Return the usual time between samples by their stamps, ns; None for fewer than two."""
+    """Return the median time between samples by their stamps, ns.
+
+    It is None for fewer than two samples.
+    """
     return (
         median(b.stamp_ns - a.stamp_ns for a, b in pairwise(samples)) if len(samples) > 1 else None
     )

@@ -1,8 +1,8 @@
 """The page's server: the page itself, its live frames over a WebSocket, and its buttons.
 
-A browser asks for every frame by the number of the last one it has (-1: none), so that nothing
-piles up before a slow one, and a fast one gets each frame once. Buttons are POST requests; the
-answer is `{"success": .., "sentence": ..}`.
+A browser requests every frame by the number of the last frame that it has (-1: none), so that
+nothing piles up before a slow browser, and a fast browser gets each frame once. Buttons are POST
+requests; the answer is `{"success": .., "sentence": ..}`.
 """
 
 from __future__ import annotations
@@ -23,11 +23,12 @@ STOP = "stop"
 BUTTONS = (STOP, "clear_stop", "reset", "reset_twin")
 KINDS = {"html": "text/html", "css": "text/css", "js": "text/javascript", "svg": "image/svg+xml"}
 MOST_BROWSERS = 32
-LONGEST_QUESTION = 32  # bytes: a number
-GOODBYE_S = 1.0  # a browser has so long to answer a goodbye
+LONGEST_QUESTION = 32  # bytes; a question is a number
+GOODBYE_S = 1.0  # time for a browser to answer a goodbye
 HEADERS = {
-    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; "
-    "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; "
+    "img-src 'self'; connect-src 'self'; base-uri 'none'; form-action 'none'; "
+    "frame-ancestors 'none'",
     "Cache-Control": "no-cache",
     "Cross-Origin-Resource-Policy": "same-origin",
     "Referrer-Policy": "no-referrer",
@@ -37,7 +38,7 @@ HEADERS = {
 
 @dataclass(frozen=True)
 class Answer:
-    """Hold what a service said."""
+    """Hold the answer of a service: whether it succeeded, and its sentence."""
 
     success: bool
     sentence: str
@@ -47,10 +48,15 @@ class Answer:
 class Page:
     """Hold what the server needs, and who is connected.
 
-    host: where it listens. press: does what a button says and answers. clock: s, as the feed
-    counts. complain: tells a person what failed. heartbeat_s: a browser that does not answer for
-    so long is let go. pending: buttons whose answer is awaited; each at most once, as a browser
-    holds six requests at most and the stop must be among them.
+    host: where the server listens.
+    feed: the live frames.
+    press: performs a button and returns its answer.
+    clock: s; the clock of the feed.
+    complain: reports a failure to a person.
+    heartbeat_s: s; a browser that does not answer for so long is disconnected.
+    browsers: the open connections.
+    pending: buttons whose answer is awaited; each at most once, as a browser opens six requests at
+        most and the stop must be among them.
     """
 
     host: str
@@ -83,12 +89,12 @@ def make_app(page: Page) -> web.Application:
 
 def _read_assets() -> dict[str, tuple[str, bytes]]:
     """Return the files of the page by path: kind and content."""
-    found = {
+    assets = {
         f"/{item.name}": (KINDS[item.name.rpartition(".")[2]], item.read_bytes())
         for item in (files("pendulum_bridge.view") / "static").iterdir()
         if item.name.rpartition(".")[2] in KINDS
     }
-    return {**found, "/": found["/index.html"]}
+    return {**assets, "/": assets["/index.html"]}
 
 
 def _make_asset_handler(kind: str, content: bytes) -> Handler:

@@ -1,4 +1,4 @@
-"""Run a server in a thread of its own: its address taken first, where a failure can still end in a sentence."""
+"""Run a server in a thread of its own; its address is bound before, in the caller's thread."""
 
 from __future__ import annotations
 
@@ -17,13 +17,15 @@ LONGEST_END_S = 5.0
 
 
 def open_listener(host: str, port: int) -> socket.socket:
-    """Return a socket that listens; port 0: any free one. Raises BadInputError when the address cannot be had."""
+    """Return a socket that listens; port 0 takes any free port.
+
+    Raises BadInputError when the address cannot be used.
+    """
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     taken = socket.socket(family, socket.SOCK_STREAM)
     try:
-        taken.setsockopt(
-            socket.SOL_SOCKET, socket.SO_REUSEADDR, 1
-        )  # so that a node can follow another at once
+        # so that a node can follow another at once
+        taken.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         taken.bind((host, port))
         taken.listen()
     except OSError as error:
@@ -56,9 +58,11 @@ def _explain_error(host: str, port: int, error: OSError) -> str:
 
 
 class Serving:
-    """Serve an application on a socket until closed. make: makes it, in the server's thread and event loop.
+    """Serve an application on a socket until closed.
 
-    failed: told what ended the server before it was closed.
+    taken: the listening socket.
+    make: makes the application, in the server's thread and event loop.
+    failed: gets a sentence when the server ends before it is closed.
     """
 
     def __init__(
@@ -74,8 +78,8 @@ class Serving:
         self._thread.start()
 
     def close(self) -> None:
-        """End it, and wait until it has ended."""
-        with suppress(RuntimeError):  # it ended by itself
+        """End the server, and wait until it has ended."""
+        with suppress(RuntimeError):  # the server ended by itself
             self._loop.call_soon_threadsafe(self._ended.set)
         self._thread.join(LONGEST_END_S)
 

@@ -1,4 +1,4 @@
-"""The controller of closed-loop recordings: it keeps the cart on the rail, swings up, balances, and lets hang."""
+"""The controller in closed loop keeps the cart on the rail, swings up, balances, and hangs."""
 
 import math
 from collections import Counter
@@ -24,23 +24,23 @@ from pendulum_twin.errors import BadInputError
 from pendulum_twin.rig import Rig
 
 
-def at_work(concealed: Concealed, nominal: Rig, seed: int = 1, seconds: float = 60.0):
-    """Return the log, how far the cart really was from the middle at most, and how many samples each mode had."""
+def record_controller(concealed: Concealed, nominal: Rig, seed: int = 1, seconds: float = 60.0):
+    """Return log, the cart's largest true distance from the middle, and samples of each mode."""
     rig = EmulatedRig(concealed, seed=seed, timestep_s=2e-3)
     controller = Controller(make_tuning(nominal, seconds, rig.period_s, seed))
     far, modes = [0.0], Counter()
 
-    def watched(sample: np.ndarray) -> float:
+    def control(sample: np.ndarray) -> float:
         far.append(abs(float(rig.truth[0])))
         command = controller(sample)
         modes[controller.stand.mode] += 1
         return command
 
-    return record_rig(rig, watched, round(seconds * 100)), max(far), modes
+    return record_rig(rig, control, round(seconds * 100)), max(far), modes
 
 
 def test_it_does_all_of_its_work_on_the_rig_that_it_knows(nominal: Rig) -> None:
-    log, far, modes = at_work(Concealed({}, nominal), nominal)
+    log, far, modes = record_controller(Concealed({}, nominal), nominal)
     assert far < 0.6 * nominal.rail_half_length_m
     assert modes[Mode.BALANCE] > 1000 and modes[Mode.FOLLOW] > 2000 and modes[Mode.SWING] > 100
     assert np.max(np.abs(log.commands)) <= 0.5
@@ -54,7 +54,7 @@ def test_the_cart_stays_on_the_rail_whatever_is_concealed(number: int, nominal: 
         {kind: share for kind, share in USUAL_SHARES.items() if kind != "nothing"},
         nominal,
     )
-    log, far, _ = at_work(trial.concealed, nominal, trial.seed)
+    log, far, _ = record_controller(trial.concealed, nominal, trial.seed)
     assert far < 0.8 * nominal.rail_half_length_m
     assert np.std(log.commands) > 0.03
 
@@ -63,7 +63,7 @@ def test_the_cart_stays_on_the_rail_whatever_is_concealed(number: int, nominal: 
     "effect", ["input_sign_inverted", "cart_sign_inverted", "angle_sign_inverted"]
 )
 def test_wrong_signs_are_seen_from_the_push(effect: str, nominal: Rig) -> None:
-    _, far, modes = at_work(Concealed({effect: {}}, nominal), nominal)
+    _, far, modes = record_controller(Concealed({effect: {}}, nominal), nominal)
     assert far < 0.6 * nominal.rail_half_length_m and modes[Mode.BALANCE] > 500
 
 
@@ -92,12 +92,14 @@ def test_a_cart_far_out_is_sent_back_before_all_else(
 
 
 def test_the_same_samples_get_the_same_commands(nominal: Rig) -> None:
-    first, again = (at_work(Concealed({}, nominal), nominal, seconds=8.0)[0] for _ in range(2))
+    first, again = (
+        record_controller(Concealed({}, nominal), nominal, seconds=8.0)[0] for _ in range(2)
+    )
     assert np.array_equal(first.commands, again.commands)
 
 
 def test_commands_answer_what_was_measured(nominal: Rig) -> None:
-    fine, off = (at_work(Concealed(each, nominal), nominal, seconds=8.0)[0] for each in (
+    fine, off = (record_controller(Concealed(e, nominal), nominal, seconds=8.0)[0] for e in (
         {}, {"sensor_delay": {"delay_s": 0.03}}
     ))  # fmt: skip
     assert not np.array_equal(fine.commands[200:], off.commands[200:])

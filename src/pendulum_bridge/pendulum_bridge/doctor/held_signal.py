@@ -9,7 +9,7 @@ Floats = NDArray[np.float64]
 STEPS_PER_PERIOD = 8  # of the fine grid, a sample period
 
 
-class Held:
+class HeldSignal:
     """Hold the triangular means of a held signal.
 
     at: (m,) s, when each value begins; before the first value the signal is 0.
