@@ -20,7 +20,7 @@ from support.hidden_physics import hidden
 from support.made_recordings import INTECO
 
 from pendulum_sysid.pipeline import diagnose
-from pendulum_sysid.studies.proof.warm import warm
+from pendulum_sysid.studies.proof.warm_up import compile_kernels
 from pendulum_sysid.studies.proof.workers import ONE_THREAD
 
 EFFECTS = {"cart_coulomb_friction": {"level_n": 0.5}, "input_delay": {"delay_s": 0.023}}
@@ -61,7 +61,7 @@ def measured(minutes: float) -> Cost:
 def diagnosed(path: Path) -> dict:
     """Diagnose a recording in this process; return CPU seconds, peak memory and the verdict's sentence."""
     recording = pickle.loads(path.read_bytes())
-    warm()
+    compile_kernels()
     Path("/proc/self/clear_refs").write_text(
         FORGET_PEAK, encoding="ascii"
     )  # what compiling took is not the diagnosis's

@@ -179,7 +179,8 @@ def bench_fit() -> list[Row]:
     from pendulum_sysid.fitting.gauss_newton import solve
     from pendulum_sysid.fitting.linearised import Problem
     from pendulum_sysid.fitting.parameters import free_parameters, scales_of
-    from pendulum_sysid.fitting.windows import channels, cut, gather, smooth_state
+    from pendulum_sysid.fitting.windows import channels, cut, gather
+    from pendulum_sysid.cleaning.smooth_state import smooth_state
 
     signals = recording(effects=TRUTH, noise=True)
     state = smooth_state(signals)

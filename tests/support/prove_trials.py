@@ -4,30 +4,33 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
-from pendulum_sysid.studies.proof.names import judged
+from pendulum_sysid.studies.proof.names import judge_names
 from pendulum_sysid.studies.proof.records import (
     Answer,
     HeldOut,
     Judgement,
-    Names,
-    Sealed,
+    NamesJudgement,
+    OpenedTrial,
     Size,
-    Unlisted,
+    UnlistedEffect,
 )
 from pendulum_twin.model import save_twin
 from support.hidden_physics import hidden
 from support.made_recordings import INTECO, made_bag
 
-DRAG = Unlisted("drag_of_third_order", "cart", ("cart_velocity",))
+DRAG = UnlistedEffect("drag_of_third_order", "cart", ("cart_velocity",))
 
 
 def sealed(
-    *effects: str, kind: str = "", unlisted: tuple[Unlisted, ...] = (), name: str = "trial_0000"
-) -> Sealed:
+    *effects: str,
+    kind: str = "",
+    unlisted: tuple[UnlistedEffect, ...] = (),
+    name: str = "trial_0000",
+) -> OpenedTrial:
     kind = kind or (
         "unlisted" if unlisted else ("nothing", "single", "pair", "triple")[len(effects)]
     )
-    return Sealed(
+    return OpenedTrial(
         name=name,
         bag=Path("bag"),
         twin=Path("twin.yaml"),
@@ -58,7 +61,7 @@ def size(true: float = 1.0, value: float = 1.0, half: float = 0.1, **changes: ob
 
 
 def judgement(
-    seal: Sealed, said: Answer, names: Names | None = None, **changes: object
+    seal: OpenedTrial, said: Answer, names: NamesJudgement | None = None, **changes: object
 ) -> Judgement:
     contents = {
         "sizes": (),
@@ -68,7 +71,7 @@ def judgement(
         "seconds": 10.0,
         "cpu_seconds": 9.0,
     }
-    return Judgement(seal, said, names or judged(seal, said), **{**contents, **changes})
+    return Judgement(seal, said, names or judge_names(seal, said), **{**contents, **changes})
 
 
 def recorded(

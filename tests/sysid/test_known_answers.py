@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.hidden_physics import HIDDEN, INTECO, hidden
 
-from pendulum_sysid.fitting.case import case_of
+from pendulum_sysid.fitting.case import make_case
 from pendulum_sysid.fitting.split import split
 from pendulum_sysid.fitting.window_runs import run_windows
 from pendulum_sysid.pipeline import diagnose
@@ -25,7 +25,7 @@ def verdict(effects: dict, seed: int) -> dict:
 
 def held_out_score(recording: Recording, twin: Twin) -> float:
     """Return how a twin runs on the windows that a diagnosis holds out."""
-    case = case_of(recording, INTECO)
+    case = make_case(recording, INTECO)
     return run_windows(replace(case, twin=twin), split(case.signals, case.state).held_out).score
 
 

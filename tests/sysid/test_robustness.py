@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from support.hidden_physics import INTECO, PERIOD_S, hidden
 
-from pendulum_sysid.cleaning.clean import cleaned
+from pendulum_sysid.cleaning.clean import clean_recording
 from pendulum_sysid.pipeline import diagnose
 from pendulum_sysid.reading.raw import RawRecording
 
@@ -96,7 +96,7 @@ def wrapped(one: RawRecording, random: np.random.Generator) -> RawRecording:
 def test_the_verdict_stays(
     fault: Callable[[RawRecording, np.random.Generator], RawRecording], kind: str
 ) -> None:
-    recording = cleaned(fault(raw(), np.random.default_rng(1)))
+    recording = clean_recording(fault(raw(), np.random.default_rng(1)))
     found = diagnose([recording], INTECO, lambda line: None).verdict
     assert found["outcome"] == "named"
     assert {one["effect"] for one in found["missing_physics"]} == set(EFFECTS)

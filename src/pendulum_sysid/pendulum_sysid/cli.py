@@ -16,15 +16,15 @@ from pendulum_sysid.verbs.options import parser
 from pendulum_sysid.verbs.said import INTERRUPTED, NOT_ANSWERED, say
 from pendulum_twin.errors import BadInputError
 
-MODULES = {  # of `verbs`, each with `run`
-    "diagnose": "diagnose",
-    "fit": "fit",
-    "replay": "replay",
-    "compare": "compare",
-    "effects": "effects",
-    "import": "import_csv",
-    "next": "next",
-    "prove": "prove",
+MODULES = {  # each with `run`
+    "diagnose": "verbs.diagnose",
+    "fit": "verbs.fit",
+    "replay": "verbs.replay",
+    "compare": "verbs.compare",
+    "effects": "verbs.effects",
+    "import": "verbs.import_csv",
+    "next": "verbs.next",
+    "prove": "studies.prove",
 }
 
 
@@ -36,7 +36,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             warnings.simplefilter(
                 "ignore"
             )  # a run that overflows is reported as such, not as numpy sees it
-            verb = import_module(f"pendulum_sysid.verbs.{MODULES[arguments.verb]}")
+            verb = import_module(f"pendulum_sysid.{MODULES[arguments.verb]}")
             status: int = verb.run(arguments)
             sys.stdout.flush()
         return status

@@ -11,14 +11,15 @@ import pytest
 from support.prove_trials import recorded
 
 from pendulum_sysid.cli import main
-from pendulum_sysid.studies.proof import examine, trials
-from pendulum_sysid.studies.proof.plan import Plan, begin
-from pendulum_sysid.studies.proof.records import How
-from pendulum_sysid.studies.proof.rivals import RIVALS, rival_named, sparse_regression
-from pendulum_sysid.studies.proof.sealed import read_sealed
-from pendulum_sysid.studies.proof.told import true_twin
-from pendulum_sysid.studies.proof.trials import folder_of, stretches, trial_folders
-from pendulum_sysid.studies.proof.workers import examine_all
+from pendulum_sysid.studies.proof import examine_trial as examine
+from pendulum_sysid.studies.proof import record_trial as trials
+from pendulum_sysid.studies.proof.oracle_fit import make_true_twin
+from pendulum_sysid.studies.proof.plan import Plan, claim_folder
+from pendulum_sysid.studies.proof.read_trial import read_trial
+from pendulum_sysid.studies.proof.record_trial import folder_of, stretches, trial_folders
+from pendulum_sysid.studies.proof.records import NamesOutcome
+from pendulum_sysid.studies.proof.rivals import RIVALS, find_rival, sparse_regression
+from pendulum_sysid.studies.proof.workers import examine_trials
 from pendulum_twin.errors import BadInputError
 
 COULOMB = {"cart_coulomb_friction": {"level_n": 0.5}}
@@ -62,11 +63,11 @@ def test_a_small_proof(folder: Path, capsys: pytest.CaptureFixture[str]) -> None
 
 
 def test_rivals_find_plain_friction(folder: Path) -> None:
-    ground = examine._ground(read_sealed(folder_of(folder / "trials", 0)))
+    ground = examine._ground(read_trial(folder_of(folder / "trials", 0)))
     for name in ("all_at_once", "sparse_regression"):
         if name == "sparse_regression":
             pytest.importorskip(sparse_regression.PACKAGE)
-        named = rival_named(name).answer(ground)
+        named = find_rival(name).answer(ground)
         assert "cart_coulomb_friction" in named or "cart_stribeck_friction" in named, name
 
 
@@ -76,7 +77,7 @@ def test_a_rival_that_breaks_off_is_an_answer(
     def breaks(ground: object) -> tuple[str, ...]:
         raise ValueError("no")
 
-    ground = examine._ground(read_sealed(folder_of(folder / "trials", 0)))
+    ground = examine._ground(read_trial(folder_of(folder / "trials", 0)))
     monkeypatch.setattr(
         examine, "rival_named", lambda name: type("R", (), {"answer": staticmethod(breaks)})
     )
@@ -92,7 +93,7 @@ def test_a_missing_package_is_said_before_anything_begins(
     assert not (tmp_path / "out").exists()
     monkeypatch.setattr(sparse_regression, "PACKAGE", "no_such_package")
     with pytest.raises(BadInputError, match="leave out --rivals"):
-        sparse_regression.check()
+        sparse_regression.check_installed()
 
 
 def test_what_the_maker_complains_about_is_told(tmp_path: Path) -> None:
@@ -111,9 +112,9 @@ def test_trials_that_are_there_are_not_made_again(folder: Path) -> None:
 def test_a_real_trial_is_made_and_read(tmp_path: Path) -> None:
     arguments = ["--seed", "3", "--effects", "cart_coulomb_friction", "--seconds", "40"]
     (one,) = trial_folders(tmp_path, 1, arguments)
-    seal = read_sealed(one)
+    seal = read_trial(one)
     assert (seal.kind, list(seal.effects)) == ("single", ["cart_coulomb_friction"])
-    assert list(true_twin(seal).effects) == ["cart_coulomb_friction"]
+    assert list(make_true_twin(seal).effects) == ["cart_coulomb_friction"]
     assert seal.bag.is_dir() and seal.twin.is_file()
 
 
@@ -121,14 +122,14 @@ def test_a_folder_that_is_no_trial(tmp_path: Path) -> None:
     with pytest.raises(
         BadInputError, match=r"trial\.json: expected a trial with schema pendulum_trial/1"
     ):
-        read_sealed(tmp_path)
+        read_trial(tmp_path)
 
 
 def test_a_recording_that_cannot_be_read_is_unusable_and_not_the_end(tmp_path: Path) -> None:
     one = recorded(tmp_path / "trial_0000", {}, seed=1, seconds=8.0)
     for path in (one / "bag").iterdir():
         path.unlink()
-    found = examine._diagnosed(read_sealed(one))
+    found = examine._diagnosed(read_trial(one))
     assert found["verdict"]["outcome"] == "unusable" and found["error"] == ""
 
 
@@ -140,7 +141,7 @@ def test_a_proof_that_is_broken_off_leaves_no_process(folder: Path) -> None:
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        examine_all(folders(), (), 1, lambda one: None)
+        examine_trials(folders(), (), 1, lambda one: None)
     for child in set(multiprocessing.active_children()) - before:
         child.join(10.0)
         assert child.exitcode is not None
@@ -173,16 +174,16 @@ def test_the_keyboard_stops_it_and_what_is_judged_stays(folder: Path, tmp_path: 
 
 
 def test_a_plan_may_grow_but_not_change(tmp_path: Path) -> None:
-    begin(Plan(2, 1), tmp_path)
-    begin(Plan(20, 1, rivals=("all_at_once",), processes=1), tmp_path)
+    claim_folder(Plan(2, 1), tmp_path)
+    claim_folder(Plan(20, 1, rivals=("all_at_once",), processes=1), tmp_path)
     with pytest.raises(BadInputError, match="pole_counts"):
-        begin(Plan(2, 1, pole_counts=1024), tmp_path)
+        claim_folder(Plan(2, 1, pole_counts=1024), tmp_path)
     (tmp_path / "plan.json").write_text("[]")
     with pytest.raises(BadInputError, match="expected the plan of a proof"):
-        begin(Plan(2, 1), tmp_path)
+        claim_folder(Plan(2, 1), tmp_path)
 
 
 def test_every_rival_says_what_it_is() -> None:
     assert len({one.name for one in RIVALS}) == len(RIVALS) == 3
     assert all(one.sentence for one in RIVALS)
-    assert {one.right for one in How} == {True, False}
+    assert {one.right for one in NamesOutcome} == {True, False}

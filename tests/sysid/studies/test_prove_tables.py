@@ -9,15 +9,25 @@ from hypothesis import strategies as st
 from support.prove_trials import DRAG, answer, judgement, sealed, size
 
 from pendulum_sysid.studies.proof import statistics
-from pendulum_sysid.studies.proof.dose import Dose, dose, dosed, least, responses
-from pendulum_sysid.studies.proof.marks import marks
-from pendulum_sysid.studies.proof.page import page
+from pendulum_sysid.studies.proof.dose_response import (
+    Dose,
+    find_least,
+    list_dosed_sets,
+    measure_dose,
+    measure_responses,
+)
+from pendulum_sysid.studies.proof.page import render_page
 from pendulum_sysid.studies.proof.plan import Plan
-from pendulum_sysid.studies.proof.printed import printed
-from pendulum_sysid.studies.proof.proof_mapping import proof_mapping
+from pendulum_sysid.studies.proof.proof_json import make_proof_mapping
+from pendulum_sysid.studies.proof.proof_text import format_proof
 from pendulum_sysid.studies.proof.records import HeldOut, RivalJudged
-from pendulum_sysid.studies.proof.sizes import effect_sizes, mass_scale, rig_sizes
-from pendulum_sysid.studies.proof.wilson import Share, share
+from pendulum_sysid.studies.proof.share import Share, count_share
+from pendulum_sysid.studies.proof.sizes import (
+    compare_effect_sizes,
+    compare_rig_constants,
+    compute_mass_scale,
+)
+from pendulum_sysid.studies.proof.targets import check_targets
 from pendulum_twin.rig import Rig
 
 COULOMB, DRAG_NAMED = "cart_coulomb_friction", "cart_quadratic_drag"
@@ -40,7 +50,7 @@ def test_the_interval_is_wilsons() -> None:
         pytest.approx(0.2993, abs=1e-4),
         pytest.approx(0.7007, abs=1e-4),
     )
-    assert share([]).value is None and share([]).low is None
+    assert count_share([]).value is None and count_share([]).low is None
 
 
 # Sizes
@@ -59,10 +69,10 @@ def test_sizes_stand_beside_the_truth() -> None:
         {"effect": COULOMB, "parameters": {"level_n": found(0.51, 0.02)}},
         {"effect": DRAG_NAMED, "parameters": {"n_s2_m2": found(1.0, 0.1)}},
     ]
-    (one,) = effect_sizes(seal, named)
+    (one,) = compare_effect_sizes(seal, named)
     assert (one.owner, one.parameter, one.true, one.inside) == (COULOMB, "level_n", 0.5, True)
     assert one.error == pytest.approx(0.02) and one.half_width == pytest.approx(0.02)
-    (one,) = effect_sizes(seal, named, scale=2.0)
+    (one,) = compare_effect_sizes(seal, named, scale=2.0)
     assert one.true == 1.0 and not one.inside
 
 
@@ -75,15 +85,17 @@ def test_a_phase_is_known_up_to_whole_turns() -> None:
         "period_m": found(0.1, 0.1),
         "phase_rad": found(0.1 - 2 * math.pi, 0.1),
     }
-    phase = effect_sizes(seal, [{"effect": "cogging", "parameters": values}])[2]
+    phase = compare_effect_sizes(seal, [{"effect": "cogging", "parameters": values}])[2]
     assert phase.shape and phase.inside and phase.true == pytest.approx(0.1 - 2 * math.pi)
 
 
 def test_only_identifiable_constants_count() -> None:
     seal = sealed()
     one = {"after": 12.0, "low": 11.0, "high": 13.0, "unit": "N", "identifiable": True}
-    assert [s.parameter for s in rig_sizes(seal, {"force_per_pwm_n": one})] == ["force_per_pwm_n"]
-    assert rig_sizes(seal, {"force_per_pwm_n": {**one, "identifiable": False}}) == ()
+    assert [s.parameter for s in compare_rig_constants(seal, {"force_per_pwm_n": one})] == [
+        "force_per_pwm_n"
+    ]
+    assert compare_rig_constants(seal, {"force_per_pwm_n": {**one, "identifiable": False}}) == ()
 
 
 def test_forces_are_told_in_units_of_the_nominal_mass() -> None:
@@ -95,7 +107,7 @@ def test_forces_are_told_in_units_of_the_nominal_mass() -> None:
             "pole_mass_kg": 2 * seal.rig["pole_mass_kg"],
         }
     )
-    assert mass_scale(seal, heavy) == pytest.approx(2.0)
+    assert compute_mass_scale(seal, heavy) == pytest.approx(2.0)
 
 
 # Tables
@@ -126,7 +138,7 @@ def trials() -> list:
 
 
 def test_marks_say_what_is_met_and_what_was_not_tried() -> None:
-    by_name = {one.what: one for one in marks(trials())}
+    by_name = {one.what: one for one in check_targets(trials())}
     assert by_name["one effect: named right"].met is False
     assert by_name["one effect: named right"].share == Share(1, 2)
     assert by_name["two effects: named right"].met is None
@@ -137,7 +149,7 @@ def test_marks_say_what_is_met_and_what_was_not_tried() -> None:
     )  # nothing of the unlisted one
     assert by_name["held-out score / that of a fit told the truth"].met is False
     assert by_name["seconds of work for 60 s of recording"].met is True
-    assert all(one.met is None for one in marks([]))
+    assert all(one.met is None for one in check_targets([]))
 
 
 @pytest.mark.parametrize(
@@ -149,18 +161,18 @@ def test_intervals_may_be_neither_too_narrow_nor_too_wide(
     sizes = (*(size() for _ in range(inside)), *(size(value=9.0) for _ in range(outside)))
     (one,) = [
         m
-        for m in marks([judgement(sealed(COULOMB), answer(COULOMB), sizes=sizes)])
+        for m in check_targets([judgement(sealed(COULOMB), answer(COULOMB), sizes=sizes)])
         if "intervals" in m.what
     ]
     assert one.met is met
 
 
 def test_held_out_scores_are_compared_where_the_truth_can_be_told() -> None:
-    assert sorted(statistics.ratios(trials())) == [1.0, 1.0, pytest.approx(1.3)]
+    assert sorted(statistics.list_ratios(trials())) == [1.0, 1.0, pytest.approx(1.3)]
 
 
 def test_methods_stand_side_by_side() -> None:
-    diagnosis, rival = statistics.methods(trials())
+    diagnosis, rival = statistics.compare_methods(trials())
     assert (diagnosis.name, diagnosis.right["single"], diagnosis.wrong) == (
         "diagnosis",
         Share(1, 2),
@@ -168,25 +180,25 @@ def test_methods_stand_side_by_side() -> None:
     )
     assert (rival.name, rival.false_alarms, rival.seconds.median) == ("plain", Share(1, 1), 3.0)
     assert (
-        len(statistics.methods([*trials(), judgement(sealed(), answer())])) == 1
+        len(statistics.compare_methods([*trials(), judgement(sealed(), answer())])) == 1
     )  # the rival did not see that one
 
 
 def test_seconds_are_for_a_recording_of_a_minute() -> None:
     short = sealed()
     short = type(short)(**{**vars(short), "seconds": 30.0})
-    assert statistics.scaled_seconds([judgement(short, answer())]).median == 20.0
+    assert statistics.scale_seconds([judgement(short, answer())]).median == 20.0
 
 
 def test_the_matrix_counts_every_name() -> None:
-    matrix = statistics.confusion(trials())
+    matrix = statistics.count_confusion(trials())
     assert matrix.counts[COULOMB, COULOMB] == 1 and matrix.counts[COULOMB, DRAG_NAMED] == 1
     assert matrix.rows[0] == COULOMB and matrix.rows[-1] == "(nothing)"
     assert matrix.columns[-2:] == ("not_in_catalogue", "not named")
 
 
 def test_json_holds_every_trial() -> None:
-    found = proof_mapping(Plan(4, 1), trials(), [], 1.0)
+    found = make_proof_mapping(Plan(4, 1), trials(), [], 1.0)
     assert [one["judged"]["how"] for one in found["trials"]] == [
         "right",
         "wrong",
@@ -204,14 +216,14 @@ def dose_of(factor: float, hits: int) -> Dose:
 
 
 def test_the_smallest_size_found_has_none_larger_that_is_not() -> None:
-    assert least([dose_of(1.0, 2), dose_of(0.5, 1), dose_of(0.25, 0)]).factor == 0.5
-    assert least([dose_of(1.0, 2), dose_of(0.5, 0), dose_of(0.25, 2)]).factor == 1.0
-    assert least([dose_of(1.0, 0)]) is None
+    assert find_least([dose_of(1.0, 2), dose_of(0.5, 1), dose_of(0.25, 0)]).factor == 0.5
+    assert find_least([dose_of(1.0, 2), dose_of(0.5, 0), dose_of(0.25, 2)]).factor == 1.0
+    assert find_least([dose_of(1.0, 0)]) is None
 
 
 def test_a_dose_is_told_in_half_widths() -> None:
     told = (size(true=0.5, value=0.52, half=0.1),)
-    one = dose(COULOMB, 0.5, [judgement(sealed(COULOMB), answer(COULOMB), told=told)])
+    one = measure_dose(COULOMB, 0.5, [judgement(sealed(COULOMB), answer(COULOMB), told=told)])
     assert (one.parameter, one.size, one.found) == ("level_n", 0.5, Share(1, 1))
     assert one.half_widths == pytest.approx(5.0)
 
@@ -224,14 +236,14 @@ def test_what_is_not_found_is_not_made_smaller_but_asked_once_in_between() -> No
         hits = {COULOMB: factor > 0.3, DRAG_NAMED: False}
         return [judgement(sealed(one), answer(*([one] if hits[one] else []))) for one in sets]
 
-    found = responses(ask, [COULOMB, DRAG_NAMED])
+    found = measure_responses(ask, [COULOMB, DRAG_NAMED])
     assert asked == [(1.0, [COULOMB, DRAG_NAMED]), (0.25, [COULOMB]), (0.5, [COULOMB])]
     assert [one.least.factor if one.least else None for one in found] == [0.5, None]
     assert [dose.factor for dose in found[0].doses] == [1.0, 0.5, 0.25]
 
 
 def test_what_has_a_size_is_dosed() -> None:
-    sets = dosed()
+    sets = list_dosed_sets()
     assert COULOMB in sets and "cart_coulomb_friction+cart_friction_asymmetry" in sets
     assert not {"cart_sign_inverted", "stale_start", "thesis_dead_zones"} & set(sets)
 
@@ -256,7 +268,7 @@ class Balance(HTMLParser):
 
 
 def shown(judged, doses=()) -> str:
-    html = page(Plan(len(judged), 1, rivals=("plain",)), judged, list(doses), 12.0)
+    html = render_page(Plan(len(judged), 1, rivals=("plain",)), judged, list(doses), 12.0)
     reader = Balance()
     reader.feed(html)
     assert reader.open == [] and "src=" not in html and "http" not in html
@@ -264,7 +276,7 @@ def shown(judged, doses=()) -> str:
 
 
 def test_the_page_is_whole() -> None:
-    html = shown(trials(), responses(lambda sets, factor: [], [COULOMB]))
+    html = shown(trials(), measure_responses(lambda sets, factor: [], [COULOMB]))
     for words in (
         "Not all marks are met",
         "wrong name",
@@ -287,6 +299,6 @@ def test_what_comes_from_data_is_escaped() -> None:
 
 
 def test_what_is_printed_has_marks_rivals_and_doses() -> None:
-    text = printed(trials(), responses(lambda sets, factor: [], [COULOMB]))
+    text = format_proof(trials(), measure_responses(lambda sets, factor: [], [COULOMB]))
     assert "one effect: named right" in text and "plain" in text and "not found" in text
     assert all(line == line.rstrip() for line in text.splitlines())

@@ -5,7 +5,13 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 from pendulum_sysid.records import Outcome
-from pendulum_sysid.studies.proof.records import Answer, Cell, How, Names, Sealed
+from pendulum_sysid.studies.proof.records import (
+    Answer,
+    Cell,
+    NamesJudgement,
+    NamesOutcome,
+    OpenedTrial,
+)
 from pendulum_twin.effects import BY_NAME
 
 NOT_NAMED, NOT_IN_CATALOGUE = "not named", "not_in_catalogue"
@@ -13,7 +19,7 @@ NOTHING, BESIDE = "(nothing)", "(beside what is there)"
 STALE = "stale_start"
 
 
-def judged(sealed: Sealed, answer: Answer) -> Names:
+def judge_names(sealed: OpenedTrial, answer: Answer) -> NamesJudgement:
     """Return how an answer's names agree with the seal.
 
     Names are right when they are exactly those concealed. A concealed effect also counts as named
@@ -25,7 +31,7 @@ def judged(sealed: Sealed, answer: Answer) -> Names:
     named = {**answer.named, **({STALE: ()} if found_stale else {})}
     lost = [name for name in concealed if name not in named]
     extra = [name for name in named if name not in concealed]
-    excused = excuses(lost, {name: named[name] for name in extra})
+    excused = match_inseparable(lost, {name: named[name] for name in extra})
     lost = [name for name in lost if name not in excused]
     extra = [name for name in extra if name not in excused.values()]
     cells = (
@@ -35,15 +41,17 @@ def judged(sealed: Sealed, answer: Answer) -> Names:
     )
     how = _how(sealed, answer, lost, extra, bool(excused))
     if not sealed.unlisted:
-        return Names(how, cells)
+        return NamesJudgement(how, cells)
     located = any(one.place == answer.place for one in sealed.unlisted)
     asked = {part for variable in answer.variables for part in variable.split("*")}
     asked |= {"time"} if "frequency" in asked else set()
     depends = any(set(one.variables) & asked for one in sealed.unlisted)
-    return Names(how, cells, located, depends)
+    return NamesJudgement(how, cells, located, depends)
 
 
-def excuses(lost: Collection[str], extra: Mapping[str, Collection[str]]) -> dict[str, str]:
+def match_inseparable(
+    lost: Collection[str], extra: Mapping[str, Collection[str]]
+) -> dict[str, str]:
     """Return effect not named -> entry in its place that cannot be told from it; as many as can be, each entry once."""
     entry_of: dict[str, str] = {}
 
@@ -63,24 +71,32 @@ def excuses(lost: Collection[str], extra: Mapping[str, Collection[str]]) -> dict
     return entry_of
 
 
-def _how(sealed: Sealed, answer: Answer, lost: list[str], extra: list[str], tied: bool) -> How:
+def _how(
+    sealed: OpenedTrial, answer: Answer, lost: list[str], extra: list[str], tied: bool
+) -> NamesOutcome:
     if answer.error:
-        return How.CRASHED
+        return NamesOutcome.CRASHED
     if answer.outcome == Outcome.UNUSABLE.value:
-        return How.ABSTAINED
+        return NamesOutcome.ABSTAINED
     alarmed = answer.outcome != Outcome.NOTHING_MISSING.value
     unexplained = answer.outcome == Outcome.NOT_IN_CATALOGUE.value
     if not sealed.effects and not sealed.unlisted:
-        return How.FALSE_ALARM if extra or alarmed else How.RIGHT
+        return NamesOutcome.FALSE_ALARM if extra or alarmed else NamesOutcome.RIGHT
     if any(not (unexplained and sealed.unlisted and _sign(name)) for name in extra):
-        return How.WRONG
+        return NamesOutcome.WRONG
     if sealed.unlisted:
-        return How.RIGHT if unexplained and not lost else How.ABSTAINED if alarmed else How.MISSED
+        return (
+            NamesOutcome.RIGHT
+            if unexplained and not lost
+            else NamesOutcome.ABSTAINED
+            if alarmed
+            else NamesOutcome.MISSED
+        )
     if unexplained:
-        return How.ABSTAINED
+        return NamesOutcome.ABSTAINED
     if lost:
-        return How.MISSED if not answer.named else How.INCOMPLETE
-    return How.TIED if tied else How.RIGHT
+        return NamesOutcome.MISSED if not answer.named else NamesOutcome.INCOMPLETE
+    return NamesOutcome.TIED if tied else NamesOutcome.RIGHT
 
 
 def _sign(name: str) -> bool:
@@ -88,7 +104,9 @@ def _sign(name: str) -> bool:
     return name in BY_NAME and not BY_NAME[name].parameters
 
 
-def _confused(sealed: Sealed, answer: Answer, lost: list[str], extra: list[str]) -> list[Cell]:
+def _confused(
+    sealed: OpenedTrial, answer: Answer, lost: list[str], extra: list[str]
+) -> list[Cell]:
     """Return who was taken for whom: what is not named for a wrong name of its place, else for any, else for none."""
     left = list(extra)
     nobody = NOT_IN_CATALOGUE if answer.outcome == Outcome.NOT_IN_CATALOGUE.value else NOT_NAMED

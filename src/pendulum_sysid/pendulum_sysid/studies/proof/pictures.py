@@ -12,7 +12,7 @@ STRIP_W, STRIP_H, EDGE = 260, 22, 6
 SIDE, MARGIN = 300, 46
 
 
-def strip(values: Sequence[float], half_range: float, label: str) -> str:
+def draw_strip(values: Sequence[float], half_range: float, label: str) -> str:
     """Return signed values as dots about a middle line, those beyond the range at its edge as rings; "" for none."""
     if not values:
         return ""
@@ -35,7 +35,7 @@ def strip(values: Sequence[float], half_range: float, label: str) -> str:
     return _svg(STRIP_W, STRIP_H, label, parts)
 
 
-def square(
+def draw_scatter(
     points: Sequence[tuple[float, float]], x_label: str, y_label: str, factor: float, label: str
 ) -> str:
     """Return points (x, y) above 0 on logarithmic scales, with the diagonal and, dashed, that times factor; "" for none."""

@@ -50,7 +50,7 @@ class Plan:
         return [*words, *(["--closed-loop"] if self.closed_loop else [])]
 
 
-def begin(plan: Plan, folder: Path) -> None:
+def claim_folder(plan: Plan, folder: Path) -> None:
     """Write the plan into the folder; raise BadInputError when another proof has begun there."""
     path = folder / FILE
     mine = {"schema": SCHEMA, **asdict(plan)}

@@ -8,17 +8,17 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pendulum_sysid.studies.proof import plan as plans
-from pendulum_sysid.studies.proof import trials
-from pendulum_sysid.studies.proof.dose import Response, dosed, responses
-from pendulum_sysid.studies.proof.examine import examined
-from pendulum_sysid.studies.proof.judge_trial import judgement
-from pendulum_sysid.studies.proof.page import page
+from pendulum_sysid.studies.proof import record_trial as trials
+from pendulum_sysid.studies.proof.dose_response import Response, list_dosed_sets, measure_responses
+from pendulum_sysid.studies.proof.examine_trial import read_examined
+from pendulum_sysid.studies.proof.judge_trial import judge_trial
+from pendulum_sysid.studies.proof.page import render_page
 from pendulum_sysid.studies.proof.plan import Plan
-from pendulum_sysid.studies.proof.proof_mapping import proof_mapping
+from pendulum_sysid.studies.proof.proof_json import make_proof_mapping
+from pendulum_sysid.studies.proof.read_trial import read_trial
 from pendulum_sysid.studies.proof.records import Judgement
-from pendulum_sysid.studies.proof.rivals import rival_named
-from pendulum_sysid.studies.proof.sealed import read_sealed
-from pendulum_sysid.studies.proof.workers import examine_all
+from pendulum_sysid.studies.proof.rivals import find_rival
+from pendulum_sysid.studies.proof.workers import examine_trials
 from pendulum_sysid.telling.output_files import check_folder, json_text, write_text
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import load_twin
@@ -46,20 +46,21 @@ def prove(plan: Plan, folder: Path, say: Say) -> Proof:
     began = time.monotonic()
     trials.check()
     for name in plan.rivals:
-        rival_named(name).check()
+        find_rival(name).check()
     check_folder(folder)
-    plans.begin(plan, folder)
+    plans.claim_folder(plan, folder)
     kinds = ["--kinds", plan.kinds] if plan.kinds else []
     judged = _judged(plan, folder / "trials", plan.trials, kinds, plan.rivals, say)
     found = _responses(plan, folder / "dose", say) if plan.dose_tries else []
     proof = Proof(plan, tuple(judged), tuple(found), time.monotonic() - began)
     write_text(
         folder / "proof.json",
-        json_text(proof_mapping(proof.plan, proof.judged, proof.responses, proof.elapsed_s))
+        json_text(make_proof_mapping(proof.plan, proof.judged, proof.responses, proof.elapsed_s))
         + "\n",
     )
     write_text(
-        folder / "proof.html", page(proof.plan, proof.judged, proof.responses, proof.elapsed_s)
+        folder / "proof.html",
+        render_page(proof.plan, proof.judged, proof.responses, proof.elapsed_s),
     )
     return proof
 
@@ -72,7 +73,7 @@ def _responses(plan: Plan, folder: Path, say: Say) -> list[Response]:
             plan, folder / f"times_{factor:g}", plan.dose_tries * len(sets), options, (), say
         )
 
-    return responses(ask, dosed())
+    return measure_responses(ask, list_dosed_sets())
 
 
 def _judged(
@@ -84,21 +85,21 @@ def _judged(
     def tell(one: Path) -> None:
         nonlocal done
         done += 1
-        judged = judged_in(one)
+        judged = judge_folder(one)
         say(
             f"{done}/{count} {one.name} ({judged.sealed.kind}): {judged.names.how.value}, {judged.seconds:.1f} s"
         )
 
     made = trials.trial_folders(folder, count, [*plan.maker_arguments(), *options])
-    return [judged_in(one) for one in examine_all(made, rivals, plan.processes, tell)]
+    return [judge_folder(one) for one in examine_trials(made, rivals, plan.processes, tell)]
 
 
-def judged_in(folder: Path) -> Judgement:
+def judge_folder(folder: Path) -> Judgement:
     """Return the trial in a folder judged; raise BadInputError when it has not been examined."""
-    found = examined(folder)
+    found = read_examined(folder)
     if found is None:
         raise BadInputError(
             f"{folder}: expected a trial that has been examined, found none: run the proof again"
         )
-    sealed = read_sealed(folder)
-    return judgement(sealed, found, load_twin(sealed.twin).rig)
+    sealed = read_trial(folder)
+    return judge_trial(sealed, found, load_twin(sealed.twin).rig)

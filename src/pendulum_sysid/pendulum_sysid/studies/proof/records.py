@@ -10,7 +10,7 @@ from pathlib import Path
 KINDS = ("nothing", "single", "pair", "triple", "unlisted")
 
 
-class How(Enum):
+class NamesOutcome(Enum):
     """How an answer about names came out."""
 
     RIGHT = "right"
@@ -25,11 +25,11 @@ class How(Enum):
     @property
     def right(self) -> bool:
         """Return whether it counts as right."""
-        return self in (How.RIGHT, How.TIED)
+        return self in (NamesOutcome.RIGHT, NamesOutcome.TIED)
 
 
 @dataclass(frozen=True)
-class Unlisted:
+class UnlistedEffect:
     """Hold physics that the catalogue does not have: its name, its place, and the variables that it depends on."""
 
     name: str
@@ -38,7 +38,7 @@ class Unlisted:
 
 
 @dataclass(frozen=True)
-class Sealed:
+class OpenedTrial:
     """Hold a trial with its seal open.
 
     effects: catalogue name -> parameter -> true value. rig: the true constants by the twin file's
@@ -56,7 +56,7 @@ class Sealed:
     size_factor: float
     effects: Mapping[str, Mapping[str, float]]
     rig: Mapping[str, float]
-    unlisted: tuple[Unlisted, ...] = ()
+    unlisted: tuple[UnlistedEffect, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -86,10 +86,10 @@ class Cell:
 
 
 @dataclass(frozen=True)
-class Names:
+class NamesJudgement:
     """Hold how the names came out; located and depends: of unlisted physics, whether place and variable are right."""
 
-    how: How
+    how: NamesOutcome
     cells: tuple[Cell, ...] = ()
     located: bool | None = None
     depends: bool | None = None
@@ -144,7 +144,7 @@ class RivalJudged:
     """Hold what a rival named, how that came out, and the seconds it took."""
 
     named: tuple[str, ...]
-    names: Names
+    names: NamesJudgement
     seconds: float
 
 
@@ -155,9 +155,9 @@ class Judgement:
     seconds, cpu_seconds: of the diagnosis, by the clock and of its one thread.
     """
 
-    sealed: Sealed
+    sealed: OpenedTrial
     answer: Answer
-    names: Names
+    names: NamesJudgement
     sizes: tuple[Size, ...]
     rig: tuple[Size, ...]
     told: tuple[Size, ...]

@@ -7,19 +7,19 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from pendulum_sysid.studies.proof.records import Sealed, Size
+from pendulum_sysid.studies.proof.records import OpenedTrial, Size
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.rig import Rig, parse_rig
 
 RIG = "rig"
 
 
-def effect_sizes(
-    sealed: Sealed, missing_physics: list[Mapping[str, Any]], scale: float = 1.0
+def compare_effect_sizes(
+    sealed: OpenedTrial, missing_physics: list[Mapping[str, Any]], scale: float = 1.0
 ) -> tuple[Size, ...]:
     """Return every parameter of the concealed effects that were named as what they are, with its estimate.
 
-    missing_physics: as in the verdict. scale: see `mass_scale`.
+    missing_physics: as in the verdict. scale: see `compute_mass_scale`.
     """
     return tuple(
         _size(
@@ -39,8 +39,8 @@ def effect_sizes(
     )
 
 
-def rig_sizes(
-    sealed: Sealed, rig_parameters: Mapping[str, Mapping[str, Any]], scale: float = 1.0
+def compare_rig_constants(
+    sealed: OpenedTrial, rig_parameters: Mapping[str, Mapping[str, Any]], scale: float = 1.0
 ) -> tuple[Size, ...]:
     """Return every constant that the verdict calls identifiable, with its estimate."""
     return tuple(
@@ -52,7 +52,7 @@ def rig_sizes(
     )
 
 
-def mass_scale(sealed: Sealed, nominal: Rig) -> float:
+def compute_mass_scale(sealed: OpenedTrial, nominal: Rig) -> float:
     """Return what true forces and inertias are multiplied by in estimates that rest on the nominal mass.
 
     Motion fixes only ratios to the mass, which stays as the twin file has it.

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pendulum_sysid.studies.proof.names import BESIDE, NOT_IN_CATALOGUE, NOT_NAMED, NOTHING
-from pendulum_sysid.studies.proof.records import How, Judgement, Names, Size
-from pendulum_sysid.studies.proof.wilson import Share, share
+from pendulum_sysid.studies.proof.records import Judgement, NamesJudgement, NamesOutcome, Size
+from pendulum_sysid.studies.proof.share import Share, count_share
 from pendulum_twin.effects import CATALOGUE
 
 WITHIN = 1.2  # times the held-out score of a fit that was told the truth
@@ -28,7 +28,7 @@ class Quantiles:
     worst: float | None
 
 
-def quantiles(values: Iterable[float | None]) -> Quantiles:
+def compute_quantiles(values: Iterable[float | None]) -> Quantiles:
     """Return the quantiles of those values that are there."""
     there = [one for one in values if one is not None]
     if not there:
@@ -53,7 +53,7 @@ class Method:
     seconds: Quantiles
 
 
-def methods(judged: Sequence[Judgement]) -> list[Method]:
+def compare_methods(judged: Sequence[Judgement]) -> list[Method]:
     """Return the diagnosis and every rival that saw all of these recordings."""
     rivals = [
         name
@@ -66,72 +66,78 @@ def methods(judged: Sequence[Judgement]) -> list[Method]:
     return found
 
 
-def _of_rival(name: str) -> tuple[Callable[[Judgement], Names], Callable[[Judgement], float]]:
+def _of_rival(
+    name: str,
+) -> tuple[Callable[[Judgement], NamesJudgement], Callable[[Judgement], float]]:
     return lambda one: one.rivals[name].names, lambda one: one.rivals[name].seconds
 
 
 def _method(
     name: str,
     judged: Sequence[Judgement],
-    names: Callable[[Judgement], Names],
+    names: Callable[[Judgement], NamesJudgement],
     seconds: Callable[[Judgement], float],
 ) -> Method:
-    def of(kind: str, *hows: How) -> Share:
-        return share(names(one).how in hows for one in judged if kind in ("", one.sealed.kind))
+    def of(kind: str, *hows: NamesOutcome) -> Share:
+        return count_share(
+            names(one).how in hows for one in judged if kind in ("", one.sealed.kind)
+        )
 
     listed = ("single", "pair", "triple")
     return Method(
         name,
-        {kind: of(kind, How.RIGHT, How.TIED) for kind in (*listed, "unlisted")},
-        of("nothing", How.FALSE_ALARM),
-        of("unlisted", How.WRONG),
-        of("", How.WRONG, How.FALSE_ALARM, How.CRASHED),
-        of("", How.ABSTAINED),
-        quantiles(seconds(one) * RECORDING_S / one.sealed.seconds for one in judged),
+        {kind: of(kind, NamesOutcome.RIGHT, NamesOutcome.TIED) for kind in (*listed, "unlisted")},
+        of("nothing", NamesOutcome.FALSE_ALARM),
+        of("unlisted", NamesOutcome.WRONG),
+        of("", NamesOutcome.WRONG, NamesOutcome.FALSE_ALARM, NamesOutcome.CRASHED),
+        of("", NamesOutcome.ABSTAINED),
+        compute_quantiles(seconds(one) * RECORDING_S / one.sealed.seconds for one in judged),
     )
 
 
-def located(judged: Sequence[Judgement]) -> Share:
+def count_located(judged: Sequence[Judgement]) -> Share:
     """Return in how many trials with unlisted physics it was not forced onto a name and its place was right."""
-    return share(bool(one.names.located) and one.names.how.right for one in _unlisted(judged))
+    return count_share(
+        bool(one.names.located) and one.names.how.right for one in _unlisted(judged)
+    )
 
 
-def depends(judged: Sequence[Judgement]) -> Share:
+def count_depends(judged: Sequence[Judgement]) -> Share:
     """Return in how many trials with unlisted physics the evidence holds a variable that it depends on."""
-    return share(bool(one.names.depends) for one in _unlisted(judged))
+    return count_share(bool(one.names.depends) for one in _unlisted(judged))
 
 
 def _unlisted(judged: Sequence[Judgement]) -> list[Judgement]:
     return [one for one in judged if one.sealed.unlisted]
 
 
-def named_sizes(judged: Iterable[Judgement], shape: bool = False) -> list[Size]:
+def collect_sizes(judged: Iterable[Judgement], shape: bool = False) -> list[Size]:
     """Return the sizes of concealed effects in trials whose names are right: how much or, with shape, where and how."""
     return [
         size
         for one in judged
-        if one.names.how is How.RIGHT
+        if one.names.how is NamesOutcome.RIGHT
         for size in one.sizes
         if size.shape == shape
     ]
 
 
-def rig_sizes(judged: Iterable[Judgement]) -> list[Size]:
+def collect_rig_constants(judged: Iterable[Judgement]) -> list[Size]:
     """Return the rig's constants where the catalogue has all and all is named: a wrong model's intervals promise nothing."""
     return [
         size
         for one in judged
-        if one.names.how is How.RIGHT and not one.sealed.unlisted
+        if one.names.how is NamesOutcome.RIGHT and not one.sealed.unlisted
         for size in one.rig
     ]
 
 
-def coverage(sizes: Iterable[Size]) -> Share:
+def compute_coverage(sizes: Iterable[Size]) -> Share:
     """Return how many intervals hold the truth."""
-    return share(one.inside for one in sizes)
+    return count_share(one.inside for one in sizes)
 
 
-def ratios(judged: Iterable[Judgement]) -> list[float]:
+def list_ratios(judged: Iterable[Judgement]) -> list[float]:
     """Return held-out score / that of a fit that was told the truth, of trials that the catalogue can explain."""
     return [
         one.held_out.ratio
@@ -140,13 +146,13 @@ def ratios(judged: Iterable[Judgement]) -> list[float]:
     ]
 
 
-def scaled_seconds(judged: Iterable[Judgement], kind: str = "", cpu: bool = False) -> Quantiles:
+def scale_seconds(judged: Iterable[Judgement], kind: str = "", cpu: bool = False) -> Quantiles:
     """Return the seconds that a diagnosis of a recording of 60 s takes, of one kind of trial or of all.
 
     cpu: those that its thread worked, not those of the clock.
     """
     asked = [one for one in judged if kind in ("", one.sealed.kind)]
-    return quantiles(
+    return compute_quantiles(
         (one.cpu_seconds if cpu else one.seconds) * RECORDING_S / one.sealed.seconds
         for one in asked
     )
@@ -162,7 +168,7 @@ class Confusion:
     tied: dict[tuple[str, str], int]
 
 
-def confusion(judged: Iterable[Judgement]) -> Confusion:
+def count_confusion(judged: Iterable[Judgement]) -> Confusion:
     """Return the confusion matrix, rows and columns in the catalogue's order, what is not an effect last."""
     cells = [cell for one in judged for cell in one.names.cells]
     counts = Counter((cell.concealed, cell.named) for cell in cells)

@@ -12,8 +12,8 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from pathlib import Path
 
-from pendulum_sysid.studies.proof.examine import complete, examine
-from pendulum_sysid.studies.proof.warm import warm
+from pendulum_sysid.studies.proof.examine_trial import examine_trial, is_complete
+from pendulum_sysid.studies.proof.warm_up import compile_kernels
 from pendulum_twin.errors import BadInputError
 
 # Two threads on a busy machine can be hundreds of times slower than one: a process takes one.
@@ -22,7 +22,7 @@ ONE_THREAD = dict.fromkeys(
 )
 
 
-def examine_all(
+def examine_trials(
     folders: Iterable[Path], rivals: Sequence[str], processes: int, done: Callable[[Path], None]
 ) -> list[Path]:
     """Examine trials as their folders come, in so many processes, and return them in order of their names.
@@ -34,11 +34,11 @@ def examine_all(
         finished: list[Path] = []
         try:
             for folder in folders:
-                if complete(folder, rivals):
+                if is_complete(folder, rivals):
                     done(folder)
                     finished.append(folder)
                     continue
-                waiting.add(pool.submit(examine, folder, rivals))
+                waiting.add(pool.submit(examine_trial, folder, rivals))
                 ready = {one for one in waiting if one.done()}
                 finished += [_told(one, done) for one in ready]
                 waiting -= ready
@@ -93,4 +93,4 @@ def _begin() -> None:
     """Leave interrupts to the process that waits, say nothing of runs that overflow (their score does), and get warm."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     warnings.simplefilter("ignore")
-    warm()
+    compile_kernels()

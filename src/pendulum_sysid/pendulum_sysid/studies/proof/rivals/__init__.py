@@ -26,22 +26,22 @@ RIVALS: tuple[Rival, ...] = (
     Rival(
         "all_at_once",
         "one fit of all effects' terms at once; those are named whose t-value passes a threshold",
-        all_at_once.answer,
+        all_at_once.name_effects,
     ),
     Rival(
         "sparse_regression",
         "sparse regression of the unexplained acceleration on the catalogue's terms along the smoothed motion (PySINDy)",
-        sparse_regression.answer,
-        sparse_regression.check,
+        sparse_regression.name_effects,
+        sparse_regression.check_installed,
     ),
     Rival(
         "aic_selection",
         "forward selection of effects by Akaike's criterion on free runs",
-        aic_selection.answer,
+        aic_selection.name_effects,
     ),
 )
 
 
-def rival_named(name: str) -> Rival:
+def find_rival(name: str) -> Rival:
     """Return the rival with this name."""
     return next(one for one in RIVALS if one.name == name)

@@ -15,7 +15,7 @@ import numpy as np
 from pendulum_sysid.fitting.gauss_newton import Solution, solve
 from pendulum_sysid.fitting.parameters import free_parameters, size_of
 from pendulum_sysid.fitting.windows import shorter
-from pendulum_sysid.studies.proof.rivals.ground import Ground, put, terms
+from pendulum_sysid.studies.proof.rivals.ground import Ground, list_terms, set_effect
 from pendulum_twin.effects.effect import Effect
 from pendulum_twin.signals import Floats
 
@@ -34,7 +34,7 @@ class Model:
     criterion: float
 
 
-def answer(ground: Ground) -> tuple[str, ...]:
+def name_effects(ground: Ground) -> tuple[str, ...]:
     """Return the effects that lower the criterion, in the order in which they did."""
     start = ground.base
     best = _fitted(
@@ -43,7 +43,7 @@ def answer(ground: Ground) -> tuple[str, ...]:
     while len(best.effects) < len(start.effects) + MOST_EFFECTS:
         tried = [
             _with(ground, best, effect)
-            for effect in terms(ground)
+            for effect in list_terms(ground)
             if effect.name not in best.effects
         ]
         ahead = min(tried, key=lambda one: one.criterion)
@@ -72,7 +72,7 @@ def _starts(ground: Ground, theta: Floats, effect: Effect) -> list[Floats]:
     found = []
     for k in spread:
         one = theta.copy()
-        put(one, effect, tuple(a * b for a, b in zip(typical[k], sizes, strict=True)))
+        set_effect(one, effect, tuple(a * b for a, b in zip(typical[k], sizes, strict=True)))
         found.append(one)
     return found
 

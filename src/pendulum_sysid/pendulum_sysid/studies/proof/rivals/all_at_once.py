@@ -12,7 +12,7 @@ from scipy.stats import norm
 from pendulum_sysid.fitting.gauss_newton import half_widths, solve
 from pendulum_sysid.fitting.parameters import Free, free_parameters, size_of
 from pendulum_sysid.fitting.windows import shorter
-from pendulum_sysid.studies.proof.rivals.ground import Ground, put, terms
+from pendulum_sysid.studies.proof.rivals.ground import Ground, list_terms, set_effect
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Effect, Parameter
 
@@ -21,11 +21,11 @@ PARTS = (4, 1)  # short horizons first, as in a plain fit of the constants
 HALF_WIDTH = 1.96  # standard errors in a half width
 
 
-def answer(ground: Ground) -> tuple[str, ...]:
+def name_effects(ground: Ground) -> tuple[str, ...]:
     """Return the effects whose size is significantly off neutral in the one fit of everything."""
-    effects = terms(ground)
+    effects = list_terms(ground)
     names = (*ground.base.effects, *(effect.name for effect in effects))
-    shared = {f"{e.name}.{p}" for e in effects for p in shared_with_simpler(e)}
+    shared = {f"{e.name}.{p}" for e in effects for p in list_shared_sizes(e)}
     free = tuple(
         f
         for f in free_parameters(ground.case.twin, names, ground.case.scales)
@@ -33,7 +33,7 @@ def answer(ground: Ground) -> tuple[str, ...]:
     )
     theta = ground.base.theta.copy()
     for effect in effects:
-        put(theta, effect, tuple(_start(ground, p) for p in effect.parameters))
+        set_effect(theta, effect, tuple(_start(ground, p) for p in effect.parameters))
     for parts in PARTS:
         solution = solve(
             ground.case.problem(shorter(ground.case.state, ground.split.train, parts)), theta, free
@@ -51,7 +51,7 @@ def answer(ground: Ground) -> tuple[str, ...]:
     return (*ground.signs, *(name for name in named if name not in contained))
 
 
-def shared_with_simpler(effect: Effect) -> set[str]:
+def list_shared_sizes(effect: Effect) -> set[str]:
     """Return the sizes that an effect has in common with those that it contains."""
     simple = {p.name for name in effect.simpler for p in BY_NAME[name].parameters}
     return {p.name for p in effect.parameters if not p.shape and p.name in simple}

@@ -27,12 +27,12 @@ class Ground:
         return tuple(name for name in self.base.effects if name not in self.case.twin.effects)
 
 
-def ground_of(case: Case, split: Split) -> Ground:
+def make_ground(case: Case, split: Split) -> Ground:
     """Return the ground of a case: what the diagnosis itself begins with, so that no rival fails for a wrong sign."""
     return Ground(case, split, parameters_alone(Search(case, split, lambda line: None)))
 
 
-def terms(ground: Ground) -> tuple[Effect, ...]:
+def list_terms(ground: Ground) -> tuple[Effect, ...]:
     """Return the effects that a fit of this rig's positions can hold beside the base.
 
     Left out are those that another one stands for and those with a time that is read off the
@@ -55,6 +55,6 @@ def terms(ground: Ground) -> tuple[Effect, ...]:
     )
 
 
-def put(theta: Floats, effect: Effect, values: tuple[float, ...] | None = None) -> None:
+def set_effect(theta: Floats, effect: Effect, values: tuple[float, ...] | None = None) -> None:
     """Set an effect's parameters in theta (SIZE,); None takes it out."""
     theta[SLOTS[effect.name]] = get_neutral_values(effect) if values is None else values

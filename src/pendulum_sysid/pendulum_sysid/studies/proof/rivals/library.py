@@ -50,7 +50,7 @@ class Equation:
     usable: Mask
 
 
-def equations(ground: Ground) -> tuple[Equation, ...]:
+def build_equations(ground: Ground) -> tuple[Equation, ...]:
     """Return the cart's equation and the pole's, those that the recording holds, over all its samples.
 
     The measured accelerations are smoothed, which rounds every kink of the command and of dry
@@ -72,12 +72,14 @@ def equations(ground: Ground) -> tuple[Equation, ...]:
             - coupled * along.b
             - _smoothed(base_force - whirl, signals, half)
         )
-        found.append(_equation(cart_terms(along, signals.period_s), target, usable, signals, half))
+        found.append(
+            _equation(list_cart_terms(along, signals.period_s), target, usable, signals, half)
+        )
     if signals.pole is not None:
         target = (
             theta[INERTIA] * along.b - coupled * along.a - _smoothed(base_torque, signals, half)
         )
-        found.append(_equation(pole_terms(along), target, usable, signals, half))
+        found.append(_equation(list_pole_terms(along), target, usable, signals, half))
     return tuple(found)
 
 
@@ -119,7 +121,7 @@ def _equation(
     return Equation(tuple(name for name, _ in terms), columns, target, usable)
 
 
-def cart_terms(along: Along, period_s: float) -> list[tuple[str, Floats]]:
+def list_cart_terms(along: Along, period_s: float) -> list[tuple[str, Floats]]:
     """Return (effect, column) of what may push the cart."""
     x, v, u = along.x, along.v, along.u
     sign, speed, travel, most = (
@@ -162,7 +164,7 @@ def cart_terms(along: Along, period_s: float) -> list[tuple[str, Floats]]:
     return terms
 
 
-def pole_terms(along: Along) -> list[tuple[str, Floats]]:
+def list_pole_terms(along: Along) -> list[tuple[str, Floats]]:
     """Return (effect, column) of what may turn the pole."""
     th, w = along.th, along.w
     hanging = th - np.pi

@@ -16,7 +16,7 @@ import numpy as np
 
 from pendulum_sysid.records import Ints, Windows
 from pendulum_sysid.studies.proof.rivals.ground import Ground
-from pendulum_sysid.studies.proof.rivals.library import Equation, equations
+from pendulum_sysid.studies.proof.rivals.library import Equation, build_equations
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.signals import Floats, Mask
@@ -27,7 +27,7 @@ RIDGE = 1e-3
 LEAST_SAMPLES = 100
 
 
-def check() -> None:
+def check_installed() -> None:
     """Raise BadInputError when PySINDy is not installed."""
     if importlib.util.find_spec(PACKAGE) is None:
         raise BadInputError(
@@ -36,10 +36,12 @@ def check() -> None:
         )
 
 
-def answer(ground: Ground) -> tuple[str, ...]:
+def name_effects(ground: Ground) -> tuple[str, ...]:
     """Return the effects that keep a term in the cart's equation or the pole's, but those that another one contains."""
     sindy = importlib.import_module(PACKAGE)
-    named = dict.fromkeys(name for one in equations(ground) for name in _kept(sindy, one, ground))
+    named = dict.fromkeys(
+        name for one in build_equations(ground) for name in _kept(sindy, one, ground)
+    )
     contained = {simple for name in named for simple in BY_NAME[name].simpler}
     return (*ground.signs, *(name for name in named if name not in contained))
 
@@ -51,7 +53,7 @@ def _kept(sindy: Any, equation: Equation, ground: Ground) -> list[str]:
     if min(making.sum(), choosing.sum()) < LEAST_SAMPLES:
         return []
     making_at, choosing_at = (
-        windows_at(w)[s]
+        list_samples(w)[s]
         for w, s in ((ground.split.train, making), (ground.split.choose, choosing))
     )
     sizes = np.sqrt(np.mean(equation.columns[making_at] ** 2, axis=0))
@@ -63,12 +65,12 @@ def _kept(sindy: Any, equation: Equation, ground: Ground) -> list[str]:
         for threshold in THRESHOLDS
     ]
     squares = [(target[choosing_at] - columns[choosing_at] @ one) ** 2 for one in fits]
-    best = fits[sparsest([_by_window(one, choosing) for one in squares])]
+    best = fits[choose_sparsest([_by_window(one, choosing) for one in squares])]
     names = [name for name, kept in zip(equation.effects, there, strict=True) if kept]
     return [name for name, weight in zip(names, best, strict=True) if weight and name]
 
 
-def sparsest(errors: Sequence[Floats]) -> int:
+def choose_sparsest(errors: Sequence[Floats]) -> int:
     """Return the last of the fits, the sparsest last, that is within one standard error of the best.
 
     errors: of each fit, (windows,) mean squares. Breiman, Friedman, Olshen and Stone,
@@ -86,14 +88,14 @@ def _regressed(sindy: Any, columns: Floats, target: Floats, threshold: float) ->
     return np.asarray(found.coef_, dtype=float).reshape(-1)
 
 
-def windows_at(windows: Windows) -> Ints:
+def list_samples(windows: Windows) -> Ints:
     """Return the samples of windows, (windows, samples)."""
     return windows.begin[:, None] + np.arange(windows.samples)
 
 
 def _samples(equation: Equation, windows: Windows) -> Mask:
     """Return which samples of the windows count, (windows, samples)."""
-    return equation.usable[windows_at(windows)]
+    return equation.usable[list_samples(windows)]
 
 
 def _by_window(squares: Floats, counting: Mask) -> Floats:

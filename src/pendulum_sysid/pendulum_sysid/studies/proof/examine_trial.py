@@ -13,19 +13,19 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from pendulum_sysid.cleaning.clean import cleaned
-from pendulum_sysid.cleaning.moving_joints import moving
-from pendulum_sysid.cleaning.stale_start import without_unanswered
-from pendulum_sysid.fitting.case import case_of
+from pendulum_sysid.cleaning.clean import clean_recording
+from pendulum_sysid.cleaning.moving_joints import leave_out_still_cart
+from pendulum_sysid.cleaning.stale_start import leave_out_stale_start
+from pendulum_sysid.fitting.case import make_case
 from pendulum_sysid.fitting.split import split
 from pendulum_sysid.pipeline import diagnose
 from pendulum_sysid.reading.bag import read_bag
 from pendulum_sysid.records import Outcome, Recording
-from pendulum_sysid.studies.proof.records import Sealed
-from pendulum_sysid.studies.proof.rivals import rival_named
-from pendulum_sysid.studies.proof.rivals.ground import Ground, ground_of
-from pendulum_sysid.studies.proof.sealed import read_sealed
-from pendulum_sysid.studies.proof.told import told
+from pendulum_sysid.studies.proof.oracle_fit import fit_oracle
+from pendulum_sysid.studies.proof.read_trial import read_trial
+from pendulum_sysid.studies.proof.records import OpenedTrial
+from pendulum_sysid.studies.proof.rivals import find_rival
+from pendulum_sysid.studies.proof.rivals.ground import Ground, make_ground
 from pendulum_sysid.telling.output_files import json_text, write_text
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import load_twin
@@ -34,14 +34,14 @@ SCHEMA = "pendulum_examined/1"
 FILE = "examined.json"
 
 
-def examine(folder: Path, rivals: Sequence[str] = ()) -> Path:
+def examine_trial(folder: Path, rivals: Sequence[str] = ()) -> Path:
     """Do what has not been done yet about a trial, keep it beside the recording, and return the folder.
 
     Nothing that a recording does to the diagnosis or a rival escapes from here: it is kept as
     their answer.
     """
-    found = examined(folder) or {"schema": SCHEMA, "rivals": {}}
-    sealed = read_sealed(folder)
+    found = read_examined(folder) or {"schema": SCHEMA, "rivals": {}}
+    sealed = read_trial(folder)
     if "verdict" not in found:
         found |= _diagnosed(sealed)
         found["told"] = _guarded(lambda: _told(sealed))
@@ -53,7 +53,7 @@ def examine(folder: Path, rivals: Sequence[str] = ()) -> Path:
     return folder
 
 
-def examined(folder: Path) -> dict[str, Any] | None:
+def read_examined(folder: Path) -> dict[str, Any] | None:
     """Return what is known about a trial, None when nothing is."""
     try:
         content = json.loads((folder / FILE).read_text(encoding="utf-8"))
@@ -62,13 +62,13 @@ def examined(folder: Path) -> dict[str, Any] | None:
     return content if isinstance(content, dict) and content.get("schema") == SCHEMA else None
 
 
-def complete(folder: Path, rivals: Sequence[str] = ()) -> bool:
+def is_complete(folder: Path, rivals: Sequence[str] = ()) -> bool:
     """Return whether nothing is left to do about a trial."""
-    found = examined(folder)
+    found = read_examined(folder)
     return found is not None and "verdict" in found and set(rivals) <= set(found["rivals"])
 
 
-def _diagnosed(sealed: Sealed) -> dict[str, Any]:
+def _diagnosed(sealed: OpenedTrial) -> dict[str, Any]:
     """Return verdict, the seconds from opening the bag to the verdict, and what broke it off, if anything did.
 
     cpu_seconds, too: what this one thread worked, whatever else the machine did meanwhile.
@@ -86,17 +86,17 @@ def _diagnosed(sealed: Sealed) -> dict[str, Any]:
     return {"verdict": verdict, "seconds": seconds, "cpu_seconds": cpu_seconds, "error": error}
 
 
-def _told(sealed: Sealed) -> dict[str, Any]:
+def _told(sealed: OpenedTrial) -> dict[str, Any]:
     recording = _prepared(sealed)
-    parts = split(recording.signals, case_of(recording, load_twin(sealed.twin)).state)
-    found = told(recording, sealed, parts)
+    parts = split(recording.signals, make_case(recording, load_twin(sealed.twin)).state)
+    found = fit_oracle(recording, sealed, parts)
     return {
         "score": found.score,
         "estimates": {name: asdict(one) for name, one in found.estimates.items()},
     }
 
 
-def _asked(sealed: Sealed, rivals: Sequence[str]) -> dict[str, Any]:
+def _asked(sealed: OpenedTrial, rivals: Sequence[str]) -> dict[str, Any]:
     """Return each rival's names and seconds; what all of them begin with counts as time of each."""
     began = time.monotonic()
     try:
@@ -110,7 +110,7 @@ def _asked(sealed: Sealed, rivals: Sequence[str]) -> dict[str, Any]:
 def _answer(name: str, ground: Ground, shared_s: float) -> dict[str, Any]:
     began = time.monotonic()
     try:
-        named = rival_named(name).answer(ground)
+        named = find_rival(name).answer(ground)
         return {"named": list(named), "seconds": shared_s + time.monotonic() - began, "error": ""}
     except Exception as crash:
         return _broken(crash, shared_s + time.monotonic() - began)
@@ -120,10 +120,10 @@ def _broken(crash: Exception, seconds: float) -> dict[str, Any]:
     return {"named": [], "seconds": seconds, "error": f"{type(crash).__name__}: {crash}"}
 
 
-def _ground(sealed: Sealed) -> Ground:
+def _ground(sealed: OpenedTrial) -> Ground:
     recording = _prepared(sealed)
-    case = case_of(recording, load_twin(sealed.twin))
-    return ground_of(case, split(case.signals, case.state))
+    case = make_case(recording, load_twin(sealed.twin))
+    return make_ground(case, split(case.signals, case.state))
 
 
 def _guarded(work: Callable[[], dict[str, Any]]) -> dict[str, Any]:
@@ -133,13 +133,13 @@ def _guarded(work: Callable[[], dict[str, Any]]) -> dict[str, Any]:
         return {"score": None, "estimates": {}, "error": f"{type(crash).__name__}: {crash}"}
 
 
-def _read(sealed: Sealed) -> Recording:
-    return cleaned(read_bag(sealed.bag))
+def _read(sealed: OpenedTrial) -> Recording:
+    return clean_recording(read_bag(sealed.bag))
 
 
-def _prepared(sealed: Sealed) -> Recording:
+def _prepared(sealed: OpenedTrial) -> Recording:
     """Return the recording as a diagnosis cuts it, so that windows are the same for all."""
-    return moving(without_unanswered(_read(sealed)))
+    return leave_out_still_cart(leave_out_stale_start(_read(sealed)))
 
 
 def _silent(line: str) -> None:

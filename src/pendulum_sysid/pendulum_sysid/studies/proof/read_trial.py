@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pendulum_sysid.studies.proof.records import Sealed, Unlisted
+from pendulum_sysid.studies.proof.records import OpenedTrial, UnlistedEffect
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.json_files import read_json_object
 from pendulum_twin.rig import parse_rig
@@ -12,14 +12,14 @@ from pendulum_twin.rig import parse_rig
 TRIAL, SEAL = "pendulum_trial/1", "pendulum_seal/1"
 
 
-def read_sealed(folder: Path) -> Sealed:
+def read_trial(folder: Path) -> OpenedTrial:
     """Return a trial's folder opened; raise BadInputError, naming the file, when it is none."""
     trial, seal = (
         read_json_object(folder / "trial.json", TRIAL, "a trial"),
         read_json_object(folder / "seal.json", SEAL, "a seal"),
     )
     try:
-        return Sealed(
+        return OpenedTrial(
             name=folder.name,
             bag=folder / "bag",
             twin=folder / "twin.yaml",
@@ -32,7 +32,7 @@ def read_sealed(folder: Path) -> Sealed:
             effects={str(name): dict(values) for name, values in seal["effects"].items()},
             rig=parse_rig(seal["rig"]).to_mapping(),
             unlisted=tuple(
-                Unlisted(str(name), str(one["place"]), tuple(one["variables"]))
+                UnlistedEffect(str(name), str(one["place"]), tuple(one["variables"]))
                 for name, one in (seal.get("unlisted") or {}).items()
             ),
         )

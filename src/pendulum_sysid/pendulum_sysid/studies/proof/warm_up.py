@@ -17,7 +17,7 @@ PERIOD_S = 0.01
 ANY_RIG = Rig(0.5, 0.1, 0.02, 0.003, 9.81, 10.0, 1.0, 3e-4, 1.0, 0.5)
 
 
-def warm() -> None:
+def compile_kernels() -> None:
     """Run every kind of effect once, one run alone and several together: what is not compiled yet, is compiled then."""
     every, zeros = np.ones(SAMPLES, dtype=bool), np.zeros(SAMPLES)
     signals = Signals(PERIOD_S, zeros, zeros, zeros, every, every)

@@ -55,7 +55,7 @@ class Share:
         }
 
 
-def share(answers: Iterable[bool]) -> Share:
+def count_share(answers: Iterable[bool]) -> Share:
     """Return how many of the answers are yes."""
     listed = [bool(one) for one in answers]
     return Share(sum(listed), len(listed))

@@ -7,25 +7,25 @@ from dataclasses import asdict
 from typing import Any
 
 from pendulum_sysid.studies.proof import statistics
-from pendulum_sysid.studies.proof.dose import Dose, Response
-from pendulum_sysid.studies.proof.marks import marks
+from pendulum_sysid.studies.proof.dose_response import Dose, Response
 from pendulum_sysid.studies.proof.plan import Plan
-from pendulum_sysid.studies.proof.records import Judgement, Names, Size
-from pendulum_sysid.studies.proof.wilson import Share
+from pendulum_sysid.studies.proof.records import Judgement, NamesJudgement, Size
+from pendulum_sysid.studies.proof.share import Share
+from pendulum_sysid.studies.proof.targets import check_targets
 
 SCHEMA = "pendulum_proof/1"
 
 
-def proof_mapping(
+def make_proof_mapping(
     plan: Plan, judged: Sequence[Judgement], responses: Sequence[Response], elapsed_s: float
 ) -> dict:
     """Return the proof in JSON's types."""
-    matrix = statistics.confusion(judged)
+    matrix = statistics.count_confusion(judged)
     return {
         "schema": SCHEMA,
         "plan": asdict(plan),
-        "marks": [{**asdict(one), "share": _share(one.share)} for one in marks(judged)],
-        "methods": [_method(one) for one in statistics.methods(judged)],
+        "marks": [{**asdict(one), "share": _share(one.share)} for one in check_targets(judged)],
+        "methods": [_method(one) for one in statistics.compare_methods(judged)],
         "confusion": [
             {
                 "concealed": row,
@@ -36,9 +36,11 @@ def proof_mapping(
             for (row, column), count in sorted(matrix.counts.items())
         ],
         "coverage": {
-            "sizes": _share(statistics.coverage(statistics.named_sizes(judged))),
-            "shapes": _share(statistics.coverage(statistics.named_sizes(judged, shape=True))),
-            "rig": _share(statistics.coverage(statistics.rig_sizes(judged))),
+            "sizes": _share(statistics.compute_coverage(statistics.collect_sizes(judged))),
+            "shapes": _share(
+                statistics.compute_coverage(statistics.collect_sizes(judged, shape=True))
+            ),
+            "rig": _share(statistics.compute_coverage(statistics.collect_rig_constants(judged))),
         },
         "dose_response": [
             {
@@ -100,7 +102,7 @@ def _trial(one: Judgement) -> dict[str, Any]:
     }
 
 
-def _names(one: Names) -> dict[str, Any]:
+def _names(one: NamesJudgement) -> dict[str, Any]:
     return {**asdict(one), "how": one.how.value}
 
 

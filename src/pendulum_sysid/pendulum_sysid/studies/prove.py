@@ -6,8 +6,8 @@ import argparse
 from pathlib import Path
 
 from pendulum_sysid.studies.proof.plan import Plan
-from pendulum_sysid.studies.proof.printed import printed
 from pendulum_sysid.studies.proof.proof import prove
+from pendulum_sysid.studies.proof.proof_text import format_proof
 from pendulum_sysid.studies.proof.rivals import RIVALS
 from pendulum_sysid.verbs.said import ANSWERED, progress
 
@@ -16,7 +16,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Do the proof that the options ask for, print its tables, and name its files."""
     folder = arguments.out or Path(f"proof_seed_{arguments.seed}")
     proof = prove(plan_of(arguments), folder, progress)
-    print(printed(proof.judged, proof.responses))
+    print(format_proof(proof.judged, proof.responses))
     print("", folder / "proof.json", folder / "proof.html", sep="\n")
     return ANSWERED
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pendulum_sysid.studies.proof.records import Judgement, Size
-from pendulum_sysid.studies.proof.wilson import Share, share
+from pendulum_sysid.studies.proof.share import Share, count_share
 from pendulum_twin.effects import BY_NAME, CATALOGUE
 from pendulum_twin.effects.effect import Form
 
@@ -47,7 +47,7 @@ class Response:
     least: Dose | None
 
 
-def dosed() -> list[str]:
+def list_dosed_sets() -> list[str]:
     """Return the sets, "a+b", whose effects have a size that can be made smaller."""
     effects = [
         e
@@ -57,7 +57,9 @@ def dosed() -> list[str]:
     return [f"{BESIDE[e.form]}+{e.name}" if e.form in BESIDE else e.name for e in effects]
 
 
-def responses(ask: Ask, sets: Sequence[str], factors: Sequence[float] = FACTORS) -> list[Response]:
+def measure_responses(
+    ask: Ask, sets: Sequence[str], factors: Sequence[float] = FACTORS
+) -> list[Response]:
     """Return each effect's response, the factors asked from the largest down until it is not found once.
 
     Then it is asked for once more between the last two, at their geometric mean. ask: records and
@@ -69,7 +71,7 @@ def responses(ask: Ask, sets: Sequence[str], factors: Sequence[float] = FACTORS)
         judged = ask(some, factor) if some else []
         for one in some:
             same = [each for each in judged if set(each.sealed.effects) == set(one.split("+"))]
-            doses[one].append(dose(_asked_for(one), factor, same))
+            doses[one].append(measure_dose(_asked_for(one), factor, same))
 
     for factor in factors:
         add([one for one in sets if not doses[one] or doses[one][-1].found.hits], factor)
@@ -85,10 +87,10 @@ def responses(ask: Ask, sets: Sequence[str], factors: Sequence[float] = FACTORS)
 
 def _response(effect: str, doses: Sequence[Dose]) -> Response:
     ordered = tuple(sorted(doses, key=lambda one: -one.factor))
-    return Response(effect, ordered, least(ordered))
+    return Response(effect, ordered, find_least(ordered))
 
 
-def least(doses: Iterable[Dose]) -> Dose | None:
+def find_least(doses: Iterable[Dose]) -> Dose | None:
     """Return the smallest of doses, the largest first, found in at least half of the tries, as all larger ones are."""
     last = None
     for one in doses:
@@ -98,7 +100,7 @@ def least(doses: Iterable[Dose]) -> Dose | None:
     return last
 
 
-def dose(effect: str, factor: float, judged: Sequence[Judgement]) -> Dose:
+def measure_dose(effect: str, factor: float, judged: Sequence[Judgement]) -> Dose:
     """Return what these recordings of one effect at one size came to."""
     sizes = [
         size for one in judged for size in one.told if size.owner == effect and not size.shape
@@ -111,7 +113,7 @@ def dose(effect: str, factor: float, judged: Sequence[Judgement]) -> Dose:
     parameter = max(clear, key=lambda name: clear[name], default="")
     true = [abs(size.true) for size in sizes if size.parameter == parameter]
     unit = next((size.unit for size in sizes if size.parameter == parameter), "")
-    found = share(_found(effect, one) for one in judged)
+    found = count_share(_found(effect, one) for one in judged)
     return Dose(
         effect,
         factor,

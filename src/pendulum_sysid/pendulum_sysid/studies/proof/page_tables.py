@@ -8,26 +8,26 @@ from dataclasses import dataclass
 from markupsafe import Markup
 
 from pendulum_sysid.studies.proof import statistics
-from pendulum_sysid.studies.proof.dose import Dose, Response
+from pendulum_sysid.studies.proof.dose_response import Dose, Response
 from pendulum_sysid.studies.proof.names import NOT_IN_CATALOGUE, NOT_NAMED, NOTHING
-from pendulum_sysid.studies.proof.pictures import square, strip
-from pendulum_sysid.studies.proof.records import How, Judgement, Size
+from pendulum_sysid.studies.proof.pictures import draw_scatter, draw_strip
+from pendulum_sysid.studies.proof.records import Judgement, NamesOutcome, Size
+from pendulum_sysid.studies.proof.share import Share
 from pendulum_sysid.studies.proof.statistics import Confusion, Quantiles
-from pendulum_sysid.studies.proof.wilson import Share
 from pendulum_sysid.telling.display import quantity
 from pendulum_twin.effects import CATALOGUE
 
 SHOWN_ERROR = 0.05  # relative error at the edge of a strip: the mark for the median
 
-HOW_WORDS: dict[How, str] = {
-    How.RIGHT: "right",
-    How.TIED: "right, by a tie",
-    How.INCOMPLETE: "not all named",
-    How.MISSED: "nothing named",
-    How.ABSTAINED: "abstained",
-    How.WRONG: "wrong name",
-    How.FALSE_ALARM: "false alarm",
-    How.CRASHED: "broke off",
+HOW_WORDS: dict[NamesOutcome, str] = {
+    NamesOutcome.RIGHT: "right",
+    NamesOutcome.TIED: "right, by a tie",
+    NamesOutcome.INCOMPLETE: "not all named",
+    NamesOutcome.MISSED: "nothing named",
+    NamesOutcome.ABSTAINED: "abstained",
+    NamesOutcome.WRONG: "wrong name",
+    NamesOutcome.FALSE_ALARM: "false alarm",
+    NamesOutcome.CRASHED: "broke off",
 }
 
 
@@ -64,7 +64,7 @@ class TrialRow:
     seconds: float
 
 
-def size_rows(sizes: Sequence[Size]) -> list[SizeRow]:
+def list_size_rows(sizes: Sequence[Size]) -> list[SizeRow]:
     """Return one row a parameter, in the catalogue's order, constants of the rig after the effects."""
     order = {effect.name: k for k, effect in enumerate(CATALOGUE)}
     names = dict.fromkeys(
@@ -80,16 +80,16 @@ def _size_row(same: list[Size]) -> SizeRow:
     first = same[0]
     name = first.parameter if first.owner == "rig" else f"{first.owner}.{first.parameter}"
     signed = [(one.value - one.true) / abs(one.true) for one in same if one.true]
-    drawn = strip(signed, SHOWN_ERROR, f"relative errors of {name}")
+    drawn = draw_strip(signed, SHOWN_ERROR, f"relative errors of {name}")
     return SizeRow(
         name,
-        statistics.quantiles(one.error for one in same),
-        statistics.coverage(same),
+        statistics.compute_quantiles(one.error for one in same),
+        statistics.compute_coverage(same),
         Markup(drawn),
     )
 
 
-def confusion_rows(matrix: Confusion) -> list[tuple[str, list[CellShown]]]:
+def list_confusion_rows(matrix: Confusion) -> list[tuple[str, list[CellShown]]]:
     """Return each row's name and cells; a cell of the diagonal is right, one that a tie excuses is marked."""
     found = []
     for row in matrix.rows:
@@ -110,7 +110,7 @@ def _right(row: str, column: str) -> bool:
     return row == column or unlisted or (row == NOTHING and column == NOT_NAMED)
 
 
-def trial_rows(judged: Sequence[Judgement]) -> list[TrialRow]:
+def list_trial_rows(judged: Sequence[Judgement]) -> list[TrialRow]:
     """Return every trial, those that are not right first."""
     return sorted((_trial_row(one) for one in judged), key=lambda row: (row.right, row.name))
 
@@ -122,7 +122,7 @@ def _trial_row(one: Judgement) -> TrialRow:
         one.sealed.name,
         one.sealed.kind,
         tuple(concealed),
-        answered(one),
+        list_answers(one),
         HOW_WORDS[one.names.how],
         one.names.how.right,
         one.held_out.ratio,
@@ -136,7 +136,7 @@ def _with_sizes(name: str, values: object) -> str:
     return f"{name} ({sizes})" if sizes else name
 
 
-def answered(one: Judgement) -> tuple[str, ...]:
+def list_answers(one: Judgement) -> tuple[str, ...]:
     """Return what the diagnosis said: its names with their ties, or how it ended without any."""
     answer = one.answer
     if answer.error:
@@ -150,25 +150,25 @@ def answered(one: Judgement) -> tuple[str, ...]:
     return (*(names or [answer.outcome.replace("_", " ")]), *place)
 
 
-def factors(responses: Sequence[Response]) -> list[float]:
+def list_factors(responses: Sequence[Response]) -> list[float]:
     """Return every factor that was asked, the largest first."""
     return sorted({dose.factor for one in responses for dose in one.doses}, reverse=True)
 
 
-def dose_cells(one: Response, responses: Sequence[Response]) -> list[Dose | None]:
+def list_dose_cells(one: Response, responses: Sequence[Response]) -> list[Dose | None]:
     """Return the effect's dose at each factor, None where it was not asked."""
     by_factor = {dose.factor: dose for dose in one.doses}
-    return [by_factor.get(factor) for factor in factors(responses)]
+    return [by_factor.get(factor) for factor in list_factors(responses)]
 
 
-def held_out_picture(judged: Sequence[Judgement]) -> Markup:
+def draw_held_out(judged: Sequence[Judgement]) -> Markup:
     """Return the held-out scores of the diagnosis against those of the fit that was told the truth."""
     scores = [one.held_out for one in judged if not one.sealed.unlisted]
     points = [
         (one.told, one.after) for one in scores if one.told is not None and one.after is not None
     ]
     return Markup(
-        square(
+        draw_scatter(
             points,
             "score, told the truth",
             "score after diagnosis",
