@@ -11,10 +11,9 @@ from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.playback import Playback, answered
 from pendulum_sysid.finding.identifiability import ties
 from pendulum_sysid.finding.search import Search, missing, named, parameters_alone
-from pendulum_sysid.fitting.case import case_of
 from pendulum_sysid.fitting.split import split
-from pendulum_sysid.pipeline import one_recording
 from pendulum_sysid.planning.next_experiment import planned_next
+from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.records import Recording
 from pendulum_twin.plans.excitation import Excitation
 from pendulum_twin.plans.plan_file import make_excitation, parse_plan
@@ -49,7 +48,7 @@ def recorded(plan: Excitation | Floats) -> Recording:
 
 def searched(recordings: list[Recording]):
     """Return case, split, the search's fit, and for each effect named the rivals of the scores."""
-    case = case_of(one_recording(recordings), INTECO)
+    case = prepare_case(recordings, INTECO)
     search = Search(case, split(case.signals, case.state), lambda line: None)
     base = parameters_alone(search)
     best = missing(search, base)

@@ -70,7 +70,7 @@ def diagnosed(path: Path) -> dict:
     return {
         "cpu_s": time.process_time() - began,
         "memory_mb": peak_mb(),
-        "sentence": found.verdict["sentence"],
+        "sentence": found.sentence,
     }
 
 

@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from pendulum_sysid.fitting.case import Case, case_of
+from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import fit
 from pendulum_sysid.fitting.split import split
-from pendulum_sysid.pipeline import one_recording
 from pendulum_sysid.planning.planned_run import hanging, played
+from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.records import Fit, Recording, Split
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
@@ -64,7 +64,7 @@ def fitted(
     recordings: list[Recording], twin: Twin, effects: tuple[str, ...] | None = None
 ) -> tuple[Case, Split, Fit]:
     """Return recordings as a case of the nominal twin, and the fit of these effects (the twin's own) from the truth."""
-    case = case_of(one_recording(recordings), INTECO)
+    case = prepare_case(recordings, INTECO)
     parts = split(case.signals, case.state)
     return (
         case,

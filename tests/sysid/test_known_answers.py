@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from support.hidden_physics import HIDDEN, INTECO, hidden
 
-from pendulum_sysid.fitting.case import make_case
 from pendulum_sysid.fitting.split import split
 from pendulum_sysid.fitting.window_runs import run_windows
 from pendulum_sysid.pipeline import diagnose
+from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.records import Recording
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.model import Twin
@@ -20,12 +20,12 @@ AS_GOOD = 1.2  # times the score of the twin that made the recording
 
 def verdict(effects: dict, seed: int) -> dict:
     recording, _ = hidden(effects, seed)
-    return diagnose([recording], INTECO, lambda line: None).verdict
+    return diagnose([recording], INTECO, lambda line: None).to_dict()
 
 
 def held_out_score(recording: Recording, twin: Twin) -> float:
     """Return how a twin runs on the windows that a diagnosis holds out."""
-    case = make_case(recording, INTECO)
+    case = prepare_case([recording], INTECO)
     return run_windows(replace(case, twin=twin), split(case.signals, case.state).held_out).score
 
 
@@ -40,7 +40,7 @@ def assert_sizes(found: dict, effects: dict[str, dict[str, float]]) -> None:
 @pytest.mark.parametrize("effect", HIDDEN)
 def test_a_hidden_effect_is_named_and_its_size_found(effect: str) -> None:
     recording, truth = hidden({effect: HIDDEN[effect]}, seed=1)
-    found = diagnose([recording], INTECO, lambda line: None).verdict
+    found = diagnose([recording], INTECO, lambda line: None).to_dict()
     assert [one["effect"] for one in found["missing_physics"]] == [effect]
     assert found["outcome"] == "named"
     assert_sizes(found, {effect: HIDDEN[effect]})
@@ -77,7 +77,7 @@ def test_what_no_motion_can_tell_stands_beside_the_name(hides: dict, named: str)
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_other_parameters_alone_are_no_missing_physics(seed: int) -> None:
     recording, truth = hidden({}, seed)
-    found = diagnose([recording], INTECO, lambda line: None).verdict
+    found = diagnose([recording], INTECO, lambda line: None).to_dict()
     assert found["outcome"] == "nothing_missing"
     assert found["missing_physics"] == [] and found["location"] is None and found["masking"] == []
     for name, one in found["rig_parameters"].items():

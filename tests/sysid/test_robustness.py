@@ -97,7 +97,7 @@ def test_the_verdict_stays(
     fault: Callable[[RawRecording, np.random.Generator], RawRecording], kind: str
 ) -> None:
     recording = clean_recording(fault(raw(), np.random.default_rng(1)))
-    found = diagnose([recording], INTECO, lambda line: None).verdict
+    found = diagnose([recording], INTECO, lambda line: None).to_dict()
     assert found["outcome"] == "named"
     assert {one["effect"] for one in found["missing_physics"]} == set(EFFECTS)
     for one in found["missing_physics"]:

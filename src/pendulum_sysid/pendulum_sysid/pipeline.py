@@ -8,9 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from pendulum_sysid.cleaning.joining import one_recording
-from pendulum_sysid.cleaning.moving_joints import moving
-from pendulum_sysid.cleaning.stale_start import follows_command, without_unanswered
+from pendulum_sysid.cleaning.joining import join_recordings
+from pendulum_sysid.errors import UnusableRecording
 from pendulum_sysid.finding.identifiability import ties
 from pendulum_sysid.finding.judge import Lead
 from pendulum_sysid.finding.localisation.localise import localise
@@ -26,49 +25,36 @@ from pendulum_sysid.finding.search import (
 from pendulum_sysid.finding.separation import Tie
 from pendulum_sysid.finding.steady_friction import steady_friction
 from pendulum_sysid.finding.velocity_lag import EFFECT, velocity_lag
-from pendulum_sysid.fitting.case import Case, case_of
+from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.gauss_newton import refined
 from pendulum_sysid.fitting.noise_floor import noise_floor
-from pendulum_sysid.fitting.split import split
 from pendulum_sysid.fitting.window_runs import JOINTS, UNITS, WindowRuns, run_windows
 from pendulum_sysid.fitting.windows import WINDOW_S, cut
 from pendulum_sysid.planning.next_experiment import planned_next
-from pendulum_sysid.records import Diagnosis, Fit, Outcome, Overlay, Recording, Split
-from pendulum_sysid.telling.verdict import Findings, outcome_of, unusable, verdict_of
-from pendulum_twin.errors import BadInputError
+from pendulum_sysid.prepare import prepare
+from pendulum_sysid.records import Fit, Outcome, Overlay, Recording, Split
+from pendulum_sysid.telling.outcome import Findings, decide_outcome
+from pendulum_sysid.telling.verdict import make_unusable, make_verdict
+from pendulum_sysid.verdict.record import Verdict
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import SLOTS
 
 Progress = Callable[[str], None]
-NO_ANSWER = (
-    "expected the cart to follow the command, found it moving no more by it than without: check the command topic, the "
-    "stamps and the drive"
-)
 
 
-def diagnose(recordings: list[Recording], twin: Twin, progress: Progress) -> Diagnosis:
+def diagnose(recordings: list[Recording], twin: Twin, progress: Progress) -> Verdict:
     """Return what recordings of one rig say about a twin of it.
 
-    Raises BadInputError when the recordings do not fit together or hold a joint that the twin
-    lacks; a recording that cannot answer ends in a diagnosis whose outcome is `unusable`.
+    Raises WrongUse when the recordings do not fit together or hold a joint that the twin
+    lacks; a recording that cannot answer ends in a verdict whose outcome is `unusable`.
     """
     began = time.monotonic()
-    recording = one_recording([without_unanswered(one) for one in recordings])
-
-    def cannot_tell(why: str) -> Diagnosis:
-        return Diagnosis(unusable(recording, why, time.monotonic() - began), None, None, (), ())
-
-    case_of(
-        recording, twin
-    )  # a twin that lacks a joint is wrong use, whatever the recording shows
     try:
-        recording = moving(recording)
-        case = case_of(recording, twin)
-        parts = split(case.signals, case.state)
-        if case.signals.cart is not None and not follows_command(recording):
-            raise BadInputError(NO_ANSWER)
-    except BadInputError as error:
-        return cannot_tell(str(error))
+        prepared = prepare(recordings, twin)
+    except UnusableRecording as error:
+        recording = error.recording or join_recordings(recordings)
+        return make_unusable(recording, str(error), time.monotonic() - began)
+    case, parts, recording = prepared.case, prepared.split, prepared.case.recording
     search = Search(case, parts, progress)
     progress(f"{recording.name}: {len(case.signals)} samples, fitting the rig's constants alone")
     base = parameters_alone(search)
@@ -107,12 +93,10 @@ def diagnose(recordings: list[Recording], twin: Twin, progress: Progress) -> Dia
         heavy,
         whole,
     )
-    if outcome_of(findings) is Outcome.NOT_IN_CATALOGUE:
+    if decide_outcome(findings) is Outcome.NOT_IN_CATALOGUE:
         findings = replace(findings, steady=steady_friction(case, base.theta))
-    verdict = verdict_of(findings, recording, time.monotonic() - began)
-    return Diagnosis(
-        verdict, best.twin, location, tuple(search.trials), overlays(before, after), coming.plan
-    )
+    verdict = make_verdict(findings, recording, time.monotonic() - began)
+    return replace(verdict, trials=tuple(search.trials), overlays=overlays(before, after))
 
 
 def with_ties(found: tuple[Named, ...], tied: tuple[Tie, ...]) -> tuple[Named, ...]:

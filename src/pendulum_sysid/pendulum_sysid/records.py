@@ -210,19 +210,3 @@ class Next:
     why: str
     before: float | None = None
     after: float | None = None
-
-
-@dataclass(frozen=True)
-class Diagnosis:
-    """Hold everything that a diagnosis found: the verdict as the contract gives it, the twin, and what a report draws.
-
-    next_plan: what to play next on the rig, as `pendulum_plan/1` has it; None where no experiment
-    would tell more.
-    """
-
-    verdict: dict
-    twin: Twin | None
-    localisation: Localisation | None
-    trials: tuple[Trial, ...]
-    overlays: tuple[Overlay, ...]
-    next_plan: dict | None = None

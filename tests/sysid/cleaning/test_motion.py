@@ -18,7 +18,7 @@ NOISE = np.random.default_rng(0).normal(0.0, 1.0, (2, N))
 
 def diagnosed(cart: np.ndarray, pole: np.ndarray, command: np.ndarray) -> dict:
     recording = Recording("made", "sha256:0", Signals(0.01, command, cart, pole, EVERY, EVERY))
-    return diagnose([recording], INTECO, lambda line: None).verdict
+    return diagnose([recording], INTECO, lambda line: None).to_dict()
 
 
 @pytest.mark.parametrize(
@@ -46,7 +46,7 @@ def test_a_recording_of_another_rig_run_does_not_follow_its_command() -> None:
     recording, _ = hidden({}, seed=1)
     other = excitation(99, len(recording.signals))
     swapped = replace(recording, signals=replace(recording.signals, command=other))
-    assert diagnose([swapped], INTECO, lambda line: None).verdict["outcome"] in {
+    assert diagnose([swapped], INTECO, lambda line: None).to_dict()["outcome"] in {
         "unusable",
         "not_in_catalogue",
     }

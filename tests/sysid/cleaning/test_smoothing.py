@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from pendulum_sysid.cleaning.smooth_state import smooth_state
 from pendulum_sysid.cleaning.smoothing import HALF_LENGTHS, ORDER, derivative, smooth
-from pendulum_sysid.fitting.windows import smooth_state
 from pendulum_twin.signals import Floats, Signals
 
 PERIOD_S, N = 0.01, 2000

@@ -7,7 +7,8 @@ import pytest
 from support.hidden_physics import CART_STEP_M, INTECO, POLE_STEP_RAD, excitation, hidden
 from support.made_recordings import PERIOD_S, made, without_joint
 
-from pendulum_sysid.cleaning.stale_start import without_unanswered
+from pendulum_sysid.cleaning.smooth_state import smooth_state
+from pendulum_sysid.cleaning.stale_start import leave_out_stale_start
 from pendulum_sysid.pipeline import diagnose
 from pendulum_sysid.records import Recording
 from pendulum_twin.parameter_vector import make_theta
@@ -43,7 +44,7 @@ def dead_at_first(
 def stale_s(recording: Recording) -> list[tuple[float, float]]:
     return [
         interval
-        for one in without_unanswered(recording).findings
+        for one in leave_out_stale_start(recording, smooth_state(recording.signals)).findings
         if one.kind == "stale"
         for interval in one.intervals_s
     ]
@@ -70,7 +71,7 @@ def test_a_dead_start_is_found_though_the_command_is_weak_where_it_ends(dead_s: 
 
 def test_what_is_found_is_left_out_and_nothing_else() -> None:
     recording = dead_at_first({}, 0.5, 0.25, 1)
-    cleaned = without_unanswered(recording).signals
+    cleaned = leave_out_stale_start(recording, smooth_state(recording.signals)).signals
     end = round(stale_s(recording)[0][1] / PERIOD_S)
     assert cleaned.starts == (0, end)
     assert not cleaned.cart_valid[:end].any() and not cleaned.pole_valid[:end].any()
@@ -90,7 +91,7 @@ def cut_off(recording: Recording, samples: int) -> Recording:
 def test_the_verdict_is_that_without_it() -> None:
     recording = dead_at_first(COULOMB, 0.6, 0.25, 1, seconds=30.0)
     dead, clean = (
-        diagnose([one], INTECO, lambda line: None).verdict
+        diagnose([one], INTECO, lambda line: None).to_dict()
         for one in (recording, cut_off(recording, round(0.6 / PERIOD_S)))
     )
     for one in (dead, clean):
@@ -138,7 +139,7 @@ def test_a_pole_alone_and_a_run_without_command_are_left_as_they_are() -> None:
         recording, signals=replace(recording.signals, command=np.zeros(len(recording.signals)))
     )
     for one in (without_joint(recording, "cart"), silent):
-        assert without_unanswered(one) is one
+        assert leave_out_stale_start(one, smooth_state(one.signals)) is one
 
 
 def test_every_stretch_is_asked() -> None:

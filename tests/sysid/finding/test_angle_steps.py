@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from support.hidden_physics import hidden
 
-from pendulum_sysid.finding.angle_steps import angle_steps
-from pendulum_sysid.fitting.windows import smooth_state
+from pendulum_sysid.cleaning.smooth_state import smooth_state
+from pendulum_sysid.finding.angle_steps import find_angle_steps
 from pendulum_twin.signals import Signals
 
 
@@ -19,7 +19,7 @@ def signals_of(effects: dict, seed: int) -> Signals:
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_slip_is_found_to_the_sample(angle: float, seed: int) -> None:
     signals = signals_of({"encoder_slip": {"angle_rad": angle, "time_s": 9.995}}, seed)
-    first = angle_steps(signals, smooth_state(signals).noise.pole_rad)[0]
+    first = find_angle_steps(signals, smooth_state(signals).noise.pole_rad)[0]
     assert first.time_s == pytest.approx(9.995, abs=1e-6)
     assert first.angle_rad == pytest.approx(angle, abs=0.006)
 
@@ -29,7 +29,7 @@ def test_a_slip_of_five_steps_of_a_coarse_encoder_is_found() -> None:
     for seed in range(1, 5):
         signals = signals_of({"encoder_slip": {"angle_rad": 5 * step, "time_s": 9.995}}, seed)
         coarse = replace(signals, pole=np.round(signals.pole / step) * step)
-        first = angle_steps(coarse, smooth_state(coarse).noise.pole_rad)[0]
+        first = find_angle_steps(coarse, smooth_state(coarse).noise.pole_rad)[0]
         assert first.time_s == pytest.approx(9.995, abs=1e-6)
         assert first.angle_rad == pytest.approx(5 * step, abs=2 * step)
 
@@ -41,12 +41,12 @@ def test_fast_motion_is_no_slip(effects: dict) -> None:
     signals = signals_of(effects, 3)
     assert all(
         abs(one.angle_rad) < 0.02
-        for one in angle_steps(signals, smooth_state(signals).noise.pole_rad)
+        for one in find_angle_steps(signals, smooth_state(signals).noise.pole_rad)
     )
 
 
 def test_nothing_is_asked_across_a_gap_or_of_a_cart_alone() -> None:
     signals = signals_of({"encoder_slip": {"angle_rad": 0.4, "time_s": 9.995}}, 1)
     gap = replace(signals, starts=(0, 1000), begin_s=(0.0, 15.0))
-    assert all(abs(one.time_s - 9.995) > 0.2 for one in angle_steps(gap, 4e-4))
-    assert angle_steps(replace(signals, pole=None), None) == ()
+    assert all(abs(one.time_s - 9.995) > 0.2 for one in find_angle_steps(gap, 4e-4))
+    assert find_angle_steps(replace(signals, pole=None), None) == ()

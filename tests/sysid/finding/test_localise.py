@@ -13,10 +13,11 @@ from pendulum_sysid.finding.localisation.localise import localise, stretches
 from pendulum_sysid.finding.localisation.measured_curves import typical_slope
 from pendulum_sysid.finding.localisation.thinning import thinned
 from pendulum_sysid.finding.search import Search, parameters_alone
-from pendulum_sysid.fitting.case import Case, case_of
+from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.split import split
 from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
 from pendulum_sysid.fitting.windows import WINDOW_S, cut
+from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.records import Evidence, Localisation, Recording
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
@@ -33,7 +34,7 @@ def placed(case: Case, twin: Twin, words: Floats) -> Localisation:
 
 def of_refitted(recording: Recording) -> Localisation:
     """Return where a twin with its constants refitted falls short, as a diagnosis asks it."""
-    case = case_of(recording, INTECO)
+    case = prepare_case([recording], INTECO)
     base = parameters_alone(Search(case, split(case.signals, case.state), lambda line: None))
     return placed(case, base.twin, base.theta)
 
@@ -44,7 +45,7 @@ def _located(names: tuple[str, ...], known_constants: bool) -> Localisation:
     recording, truth = hidden(effects, 1, 20.0)
     if not known_constants:
         return of_refitted(recording)
-    case = case_of(recording, replace(truth, effects={}))
+    case = prepare_case([recording], replace(truth, effects={}))
     return placed(case, case.twin, make_theta(case.twin))
 
 
@@ -183,7 +184,7 @@ def test_stretches_are_those_where_runs_are_far_off() -> None:
 
 def test_a_long_recording_is_asked_by_pieces_at_their_own_times() -> None:
     recording, truth = hidden({"rail_spring": HIDDEN["rail_spring"]}, 1, 120.0)
-    case = case_of(recording, replace(truth, effects={}))
+    case = prepare_case([recording], replace(truth, effects={}))
     fewer = thinned(case, most=6000)
     signals = fewer.signals
     assert len(signals) == 6000 and len(signals.stretches) == len(signals.starts)
@@ -224,7 +225,7 @@ def test_dry_friction_s_typical_slope_is_the_viscous_part() -> None:
 def test_both_sides_of_a_balance_go_through_the_same_filter() -> None:
     """A jump of the force leaves nothing behind where the acceleration is smoothed."""
     recording, truth = hidden({}, 3, 20.0)
-    case = case_of(recording, truth)
+    case = prepare_case([recording], truth)
     for balance in balances(case, make_theta(truth)):
         rest = balance.lacking
         assert np.sqrt(np.mean(rest**2)) < 2.0 * balance.noise < 0.1 * balance.size

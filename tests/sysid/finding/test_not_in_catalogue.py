@@ -15,11 +15,12 @@ from pendulum_bridge.emulator.session import play
 from pendulum_sysid.finding.localisation.localise import localise
 from pendulum_sysid.finding.localisation.shape_check import misfit_of_named, outweighed, remainders
 from pendulum_sysid.finding.search import Search, parameters_alone
-from pendulum_sysid.fitting.case import Case, case_of
+from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import fit
 from pendulum_sysid.fitting.split import split
 from pendulum_sysid.fitting.window_runs import run_windows
 from pendulum_sysid.fitting.windows import WINDOW_S, cut
+from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.records import Fit, Localisation, Recording
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
@@ -76,7 +77,7 @@ class Asked:
 
 def asked(recording: Recording, names: dict[str, dict[str, float]]) -> Asked:
     """Return a recording's case, fitted with parameters alone and with effects, from these sizes on."""
-    case = case_of(recording, INTECO)
+    case = prepare_case([recording], INTECO)
     parts = split(case.signals, case.state)
     base = parameters_alone(Search(case, parts, lambda line: None))
     theta = base.theta.copy()

@@ -10,9 +10,9 @@ from support.made_recordings import without_joint
 from pendulum_sysid.finding.localisation.measured_curves import Curve
 from pendulum_sysid.finding.localisation.questions import Measured, number
 from pendulum_sysid.finding.steady_friction import _everywhere, entry_of, steady_friction
-from pendulum_sysid.fitting.case import case_of
 from pendulum_sysid.fitting.fit import fit
 from pendulum_sysid.fitting.split import split
+from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.records import Estimate, Recording
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.model import Twin
@@ -27,7 +27,7 @@ DRAG = {"cart_quadratic_drag": {"n_s2_m2": 2.0}}
 
 
 def found(recording: Recording, twin: Twin = INTECO) -> Estimate | None:
-    case = case_of(recording, twin)
+    case = prepare_case([recording], twin)
     parts = split(case.signals, case.state)
     return steady_friction(
         case, fit(case, parts, tuple(case.twin.effects), make_theta(case.twin), 4).theta

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from support.hidden_physics import hidden, reported_rates
 
+from pendulum_sysid.cleaning.smooth_state import smooth_state
 from pendulum_sysid.finding.velocity_lag import Lag, velocity_lag
-from pendulum_sysid.fitting.windows import smooth_state
 
 
 def lag_of(time_constant_s: float, seed: int = 1, late: int = 0) -> Lag | None:

@@ -8,13 +8,14 @@ from scipy.optimize import least_squares
 from scipy.stats import t as student
 from support.made_recordings import INTECO, made
 
-from pendulum_sysid.fitting.case import Case, case_of
+from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import HORIZONS, fit
 from pendulum_sysid.fitting.gauss_newton import Solution, half_widths, solve
 from pendulum_sysid.fitting.linearised import Problem, linearised
 from pendulum_sysid.fitting.parameters import Free, rig_parameters
 from pendulum_sysid.fitting.split import split
 from pendulum_sysid.fitting.windows import channels, cut, gather
+from pendulum_sysid.prepare import prepare_case
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
 from pendulum_twin.signals import Floats
@@ -43,8 +44,9 @@ def true_value(name: str) -> float:
 
 @pytest.fixture(scope="module")
 def near() -> Case:
-    return case_of(
-        made(TRUTH, 12.0, 0.3, seed=1), off({"force_per_pwm_n": 1.02, "cart_viscous_n_s_m": 0.95})
+    return prepare_case(
+        [made(TRUTH, 12.0, 0.3, seed=1)],
+        off({"force_per_pwm_n": 1.02, "cart_viscous_n_s_m": 0.95}),
     )
 
 
@@ -60,7 +62,9 @@ def free(near: Case) -> tuple[Free, ...]:
 
 @pytest.mark.parametrize("power", [1, -1])
 def test_parameters_are_found_from_far(power: int) -> None:
-    case = case_of(made(TRUTH, 20.0, 0.3, seed=2), off({k: f**power for k, f in FAR.items()}))
+    case = prepare_case(
+        [made(TRUTH, 20.0, 0.3, seed=2)], off({k: f**power for k, f in FAR.items()})
+    )
     parts_apart = split(case.signals, case.state)
     theta = make_theta(case.twin)
     for parts in HORIZONS:
@@ -190,7 +194,7 @@ def test_a_recording_taken_in_pieces_gives_the_same_equations(
 def test_what_the_data_do_not_fix_is_not_identifiable() -> None:
     """Without a command nothing says how strong the drive is."""
     still = made(TRUTH, 12.0, 0.0, seed=3)
-    case = case_of(still, TRUTH)
+    case = prepare_case([still], TRUTH)
     found = fit(case, split(case.signals, case.state), (), make_theta(case.twin))
     assert not found.estimates["force_per_pwm_n"].identifiable
 
@@ -198,7 +202,7 @@ def test_what_the_data_do_not_fix_is_not_identifiable() -> None:
 def test_intervals_hold_the_truth() -> None:
     inside: dict[str, list[bool]] = {}
     for seed in range(40):
-        case = case_of(made(TRUTH, 12.0, 0.3, seed=seed), TRUTH)
+        case = prepare_case([made(TRUTH, 12.0, 0.3, seed=seed)], TRUTH)
         found = fit(case, split(case.signals, case.state), (), make_theta(case.twin))
         for name, one in found.estimates.items():
             inside.setdefault(name, []).append(one.low <= true_value(name) <= one.high)

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from support.made_recordings import INTECO, made
 
+from pendulum_sysid.cleaning.smooth_state import smooth_state
 from pendulum_sysid.fitting.split import PATTERN, split
-from pendulum_sysid.fitting.windows import WINDOW_S, cut, gather, shorter, smooth_state
+from pendulum_sysid.fitting.windows import WINDOW_S, cut, gather, shorter
 from pendulum_sysid.records import Split
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.signals import Signals

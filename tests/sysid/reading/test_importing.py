@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pendulum_sysid.cleaning.clean import cleaned
+from pendulum_sysid.cleaning.clean import clean_recording
 from pendulum_sysid.reading.bag import read_bag
 from pendulum_sysid.reading.csv_import import import_csv
 from pendulum_sysid.records import Recording
@@ -171,7 +171,7 @@ def test_nothing_is_overwritten(file: Path, tmp_path: Path) -> None:
 
 def imported(file: Path, tmp_path: Path, *columns: str, **options: object) -> Recording:
     import_csv(file, tmp_path / "bag", "t", *columns, **options)
-    return cleaned(read_bag(tmp_path / "bag"))
+    return clean_recording(read_bag(tmp_path / "bag"))
 
 
 def intervals(recording: Recording) -> dict[str, tuple[tuple[float, float], ...]]:

@@ -90,7 +90,7 @@ def friction() -> tuple[dict, Findings]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(pipeline, "verdict_of", spied)
-        return diagnose([hidden(COULOMB, 5, 24.0)[0]], INTECO, silent).verdict, kept[0]
+        return diagnose([hidden(COULOMB, 5, 24.0)[0]], INTECO, silent).to_dict(), kept[0]
 
 
 def test_named(friction: tuple[dict, Findings]) -> None:
@@ -117,7 +117,7 @@ def test_named(friction: tuple[dict, Findings]) -> None:
 
 
 def test_nothing_missing() -> None:
-    found = diagnose([hidden({}, 5, 20.0)[0]], INTECO, silent).verdict
+    found = diagnose([hidden({}, 5, 20.0)[0]], INTECO, silent).to_dict()
     assert_as_in_the_contract(found)
     assert (
         found["outcome"] == "nothing_missing"
@@ -144,7 +144,7 @@ def test_unusable() -> None:
 
 @pytest.mark.parametrize(("gone", "left"), [("pole", "cart_mm"), ("cart", "pole_rad")])
 def test_one_joint_alone(gone: str, left: str) -> None:
-    found = diagnose([without_joint(made(INTECO, 12.0, 0.2), gone)], INTECO, silent).verdict
+    found = diagnose([without_joint(made(INTECO, 12.0, 0.2), gone)], INTECO, silent).to_dict()
     assert_as_in_the_contract(found)
     other = {"cart_mm": "pole_rad", "pole_rad": "cart_mm"}[left]
     assert f"held_out_{left}" in found["fit"] and f"held_out_{other}" not in found["fit"]
@@ -167,14 +167,14 @@ def test_runs_that_diverge_leave_no_infinity_in_the_verdict(
 
 def test_a_hopeless_twin_is_not_the_recording_s_fault() -> None:
     hopeless = replace(INTECO, effects={"rail_spring": {"n_per_m": -2e3, "centre_m": 0.0}})
-    found = diagnose([hidden({}, 5, 20.0)[0]], hopeless, silent).verdict
+    found = diagnose([hidden({}, 5, 20.0)[0]], hopeless, silent).to_dict()
     assert_as_in_the_contract(found)
     assert "check the command topic" not in found["sentence"]
 
 
 def test_several_recordings_are_one() -> None:
     both = [made(INTECO, 8.0, 0.2, seed) for seed in (1, 2)]
-    found = diagnose(both, INTECO, silent).verdict
+    found = diagnose(both, INTECO, silent).to_dict()
     assert_as_in_the_contract(found)
     assert found["outcome"] == "nothing_missing" and found["recording"]["samples"] == 1600
     assert found["recording"]["digest"] == "sha256:1 + sha256:2"
@@ -334,7 +334,7 @@ def as_measured(command: Floats, states: Floats) -> Signals:
 
 
 def test_the_equations_here_are_those_of_the_twin() -> None:
-    found = diagnose([unlisted(seconds=20.0)], INTECO, silent).verdict
+    found = diagnose([unlisted(seconds=20.0)], INTECO, silent).to_dict()
     assert found["outcome"] == "nothing_missing"
     for name, one in found["rig_parameters"].items():
         assert one["after"] == pytest.approx(getattr(RIG, name), rel=0.02), name
@@ -371,7 +371,7 @@ def bump(t: float, y: tuple, drive: float) -> float:
     ids=["gusts", "wheel", "stiffening", "bump"],
 )
 def test_what_no_effect_explains_is_not_forced_onto_one(on_cart: Push, on_pole: Push) -> None:
-    found = diagnose([unlisted(on_cart, on_pole)], INTECO, silent).verdict
+    found = diagnose([unlisted(on_cart, on_pole)], INTECO, silent).to_dict()
     assert_as_in_the_contract(found)
     assert found["outcome"] == "not_in_catalogue", found["sentence"]
     assert found["missing_physics"] == [] and found["masking"] == []
@@ -384,7 +384,7 @@ def one_sided(t: float, y: tuple, drive: float) -> float:
 
 
 def test_what_two_unlisted_forces_leave_is_told() -> None:
-    found = diagnose([unlisted(one_sided)], INTECO, silent).verdict
+    found = diagnose([unlisted(one_sided)], INTECO, silent).to_dict()
     assert found["outcome"] != "nothing_missing"
     assert found["remainder"]["above_noise_floor"] > 2 and found["remainder"]["place"] == "cart"
 

@@ -62,7 +62,7 @@ class _Sensor:
     breaks: Floats
 
 
-def cleaned(raw: RawRecording) -> Recording:
+def clean_recording(raw: RawRecording) -> Recording:
     """Return a recording on one uniform clock, with what was found on the way.
 
     Missing samples and spikes keep their place, filled and marked as not valid. A longer gap, a

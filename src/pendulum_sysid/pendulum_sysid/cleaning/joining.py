@@ -10,7 +10,7 @@ from pendulum_sysid.records import QualityFinding, Recording
 from pendulum_twin.signals import join_signals
 
 
-def one_recording(recordings: list[Recording]) -> Recording:
+def join_recordings(recordings: list[Recording]) -> Recording:
     """Return several recordings of one rig as one, each its own stretch; their times follow each other.
 
     Raises BadInputError when they do not fit together.

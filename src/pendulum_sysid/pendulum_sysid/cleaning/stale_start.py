@@ -10,7 +10,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pendulum_sysid.fitting.windows import SmoothState, smooth_state
+from pendulum_sysid.cleaning.smooth_state import SmoothState
+from pendulum_sysid.errors import UnusableRecording
 from pendulum_sysid.records import QualityFinding, Recording
 from pendulum_twin.signals import Floats, Signals
 
@@ -28,6 +29,11 @@ BLOCK_S = 0.5
 SURE = 3.0  # standard errors over blocks
 AT_REST = 0.05  # of the root mean square speed
 
+NO_ANSWER = (
+    "expected the cart to follow the command, found it moving no more by it than without: "
+    "check the command topic, the stamps and the drive"
+)
+
 
 @dataclass(frozen=True)
 class Answer:
@@ -42,15 +48,14 @@ class Answer:
     spread: float
 
 
-def without_unanswered(recording: Recording) -> Recording:
-    """Return the recording with what goes before the first answer marked as not valid, and the finding added.
+def leave_out_stale_start(recording: Recording, state: SmoothState) -> Recording:
+    """Mark as not valid what goes before the cart's first answer, and add the finding.
 
-    Nothing is said of a recording without a cart or a command.
+    Returns the same recording when there is nothing to mark, and when it has no cart or command.
     """
     signals = recording.signals
     if signals.cart is None or not np.any(signals.command):
         return recording
-    state = smooth_state(signals)
     answer = _answer(signals, state)
     assert answer is not None
     ends = [
@@ -163,14 +168,18 @@ def _silence(signals: Signals, state: SmoothState, stretch: slice, answer: Answe
     return end if long_enough and total[end - 1] > CERTAIN else 0
 
 
-def follows_command(recording: Recording) -> bool:
-    """Return whether the cart's acceleration follows the command at all, as late as it may come.
+def check_follows_command(signals: Signals, state: SmoothState) -> None:
+    """Raise UnusableRecording when there is a cart that moves no more by the command."""
+    if signals.cart is not None and not follows_command(signals, state):
+        raise UnusableRecording(NO_ANSWER)
+
+
+def follows_command(signals: Signals, state: SmoothState) -> bool:
+    """Tell whether the cart's acceleration follows the command at all, as late as it may come.
 
     The command must explain acceleration in blocks of the recording on which its effect was not
     estimated.
     """
-    signals = recording.signals
-    state = smooth_state(signals)
     answer = _answer(signals, state)
     assert answer is not None
     valid = signals.cart_valid

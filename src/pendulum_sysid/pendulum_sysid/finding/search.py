@@ -13,8 +13,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from pendulum_sysid.finding import judge
+from pendulum_sysid.finding.pole_alone import put_pole_on_moving_axis
 from pendulum_sysid.finding.propose import hand_over, propose
-from pendulum_sysid.fitting.case import Case, pole_on_its_moving_axis
+from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import HORIZONS, fit
 from pendulum_sysid.fitting.gauss_newton import refined
 from pendulum_sysid.fitting.split import split
@@ -240,7 +241,7 @@ def with_pole_effects(search: Search, base: Fit) -> Fit:
 
     The whole rig has to confirm them: they are expected there, and pruned like any other.
     """
-    case = pole_on_its_moving_axis(search.case, base.theta)
+    case = put_pole_on_moving_axis(search.case, base.theta)
     if case is None:
         return base
     held = tuple(

@@ -14,10 +14,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_sysid.finding.hypotheses import Shape
 from pendulum_sysid.fitting.linearised import Problem, linearised
 from pendulum_sysid.fitting.parameters import Free
-from pendulum_sysid.fitting.windows import SmoothState, shorter
+from pendulum_sysid.fitting.windows import shorter
 from pendulum_sysid.records import Ints, Split, Windows
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Effect

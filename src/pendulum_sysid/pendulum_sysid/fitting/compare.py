@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pendulum_sysid.fitting.case import Case, case_of
+from pendulum_sysid.errors import UnusableRecording
+from pendulum_sysid.fitting.case import Case, change_twin
 from pendulum_sysid.fitting.whole_run import equation_29, whole_run
 from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
 from pendulum_sysid.fitting.windows import WINDOW_S, cut
-from pendulum_sysid.records import Comparison, Recording
-from pendulum_twin.errors import BadInputError
+from pendulum_sysid.records import Comparison
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
 
@@ -32,20 +32,19 @@ class Pair:
         return int(np.sum(second < first))
 
 
-def compare(recording: Recording, twin: Twin) -> Comparison:
-    """Return how a twin runs on a recording (contract: `sysid replay`).
+def compare(case: Case) -> Comparison:
+    """Return how the case's twin runs on its recording (contract: `sysid replay`).
 
     Windows of 1 s start every 0.5 s, each from a state smoothed out of the recording alone;
     samples that are not valid do not count. A run that diverges makes its errors infinite. Raises
-    BadInputError when the recording holds no usable window, or a joint that the twin lacks.
+    UnusableRecording when the recording holds no usable window.
     """
-    case = case_of(recording, twin)
     return _comparison(case, _replay(case))
 
 
-def compare_two(recording: Recording, first: Twin, second: Twin) -> Pair:
-    """Return how two twins run on the same windows; raises what `compare` raises."""
-    cases = case_of(recording, first), case_of(recording, second)
+def compare_two(case: Case, twin: Twin) -> Pair:
+    """Return how the case's twin and another run on the same windows; raises what `compare` raises."""
+    cases = case, change_twin(case, twin)
     runs = _replay(cases[0]), _replay(cases[1])
     return Pair((_comparison(cases[0], runs[0]), _comparison(cases[1], runs[1])), runs)
 
@@ -53,7 +52,7 @@ def compare_two(recording: Recording, first: Twin, second: Twin) -> Pair:
 def _replay(case: Case) -> WindowRuns:
     windows = cut(case.signals, case.state, EVERY_S)
     if not len(windows):
-        raise BadInputError(
+        raise UnusableRecording(
             f"expected at least one stretch of {WINDOW_S:g} s with half of its samples valid, found none in "
             f"{case.signals.seconds:.3g} s: record longer"
         )

@@ -11,7 +11,7 @@ from pendulum_sysid.fitting.windows import shorter
 from pendulum_sysid.records import Estimate, Fit, Split
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.parameter_vector import SLOTS
-from pendulum_twin.signals import Floats
+from pendulum_twin.signals import Floats, Signals
 
 HORIZONS = (4, 1)  # into how many parts a window is cut
 
@@ -53,14 +53,20 @@ def fit(
 def _located(case: Case, effects: tuple[str, ...], theta: Floats) -> dict[str, Estimate]:
     """Return the times that were read off the recording, as far as its samples tell them."""
     found = {}
-    known = {step.time_s: step.half_s for step in case.angle_steps}
     for name in effects:
         for k, p in enumerate(BY_NAME[name].parameters):
             if p.located:
                 value = float(theta[SLOTS[name].start + k])
-                half = known.get(value, case.signals.period_s)
+                half = _halve_gap(case.signals, value)
                 found[f"{name}.{p.name}"] = Estimate(value, max(value - half, p.low), value + half)
     return found
+
+
+def _halve_gap(signals: Signals, time_s: float) -> float:
+    """Return half of the time (s) between the usable angles before and after an instant."""
+    clock = signals.clock_s[signals.pole_valid]
+    after = min(int(np.searchsorted(clock, time_s, side="right")), len(clock) - 1)
+    return float(clock[after] - clock[max(after - 1, 0)]) / 2
 
 
 def _estimates(solution: Solution, free: tuple[Free, ...], parts: int) -> dict[str, Estimate]:

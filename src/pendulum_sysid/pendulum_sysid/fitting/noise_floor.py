@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pendulum_sysid.fitting.case import Case, case_of
+from pendulum_sysid.cleaning.smooth_state import smooth_state
+from pendulum_sysid.fitting.case import Case, make_case
 from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
 from pendulum_sysid.records import Windows
 from pendulum_twin.signals import Floats
@@ -81,6 +82,7 @@ def _perfect(
         begin_s=tuple(signals.clock_s[begin].tolist()),
         after_s=None,
     )
-    made_case = case_of(replace(case.recording, signals=perfect), case.twin)
+    state = smooth_state(perfect)
+    made_case = make_case(replace(case.recording, signals=perfect), state, case.twin)
     windows = Windows(starts + lead, length - lead, made_case.state.states[starts + lead])
     return run_windows(made_case, windows)

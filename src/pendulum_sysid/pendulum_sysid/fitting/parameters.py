@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pendulum_sysid.fitting.windows import SmoothState
+from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Effect, Parameter, Scale
 from pendulum_twin.model import Twin

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from pendulum_sysid.fitting.windows import WINDOW_S, SmoothState, cut
+from pendulum_sysid.cleaning.smooth_state import SmoothState
+from pendulum_sysid.errors import UnusableRecording
+from pendulum_sysid.fitting.windows import WINDOW_S, cut
 from pendulum_sysid.records import Split
-from pendulum_twin.errors import BadInputError
 from pendulum_twin.signals import Signals
 
 PATTERN = ("train", "choose", "train", "held_out")
@@ -20,11 +21,11 @@ PATTERN = ("train", "choose", "train", "held_out")
 def split(signals: Signals, state: SmoothState) -> Split:
     """Return windows to fit on (half), to choose on and to judge on (a quarter each).
 
-    Raises BadInputError when the recording is too short for at least one window in each.
+    Raises UnusableRecording when the recording is too short for at least one window in each.
     """
     windows = cut(signals, state, WINDOW_S)
     if len(windows) < len(PATTERN):
-        raise BadInputError(
+        raise UnusableRecording(
             f"expected at least {len(PATTERN)} usable windows of {WINDOW_S:g} s to fit, choose and judge on, "
             f"found {len(windows)}: record longer"
         )
@@ -34,7 +35,7 @@ def split(signals: Signals, state: SmoothState) -> Split:
         *(windows.pick(np.isin(part, _places(name))) for name in ("train", "choose", "held_out"))
     )
     if not (len(found.train) and len(found.choose) and len(found.held_out)):
-        raise BadInputError(
+        raise UnusableRecording(
             "expected windows to fit, choose and judge on, found one of these parts empty: record longer"
         )
     return found

@@ -13,9 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import minimize
 
-from pendulum_sysid.fitting.case import Case, case_of
+from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.whole_run import equation_29, whole_run
-from pendulum_sysid.records import Recording
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin
@@ -111,19 +110,17 @@ class ThesisFit:
 
 
 def thesis_fit(
-    recording: Recording,
-    twin: Twin,
+    case: Case,
     progress: Callable[[str], None],
     most_evaluations: int = MOST_EVALUATIONS,
 ) -> ThesisFit:
-    """Return the twin that the thesis's procedure finds for a recording of cart and pole.
+    """Find the twin by the thesis's procedure on a recording of cart and pole.
 
-    Starts from the twin's constants and the script's friction and dead zones. Inverted signs of
+    Starts from the constants of the case's twin and the script's friction and dead zones. Inverted signs of
     the given twin are kept; its other effects and its viscous cart friction make way for the
     thesis's. Raises BadInputError when cart or pole is missing, or a constant is beyond the
     script's bounds.
     """
-    case = case_of(recording, twin)
     start = _start(case.twin)
     search = _Search(case, progress)
     before = search.cost(start)

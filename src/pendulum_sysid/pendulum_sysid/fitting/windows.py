@@ -2,58 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from pendulum_sysid.cleaning.smoothing import derivative, noise_gain, smooth
+from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_sysid.records import Ints, Noise, Windows
 from pendulum_twin.signals import Floats, Signals
 
 WINDOW_S = 1.0
 LEAST_VALID = 0.5  # fraction of samples in a window
-
-
-@dataclass(frozen=True)
-class SmoothState:
-    """Hold the smoothed states of a recording, (n, 4) measured x, th, v, w, and accelerations (n, 2).
-
-    noise: of the sensors. deviations, acceleration_deviations: (4,) and (2,) standard deviations
-    that the noise leaves in the smoothed states and accelerations.
-    """
-
-    states: Floats
-    accelerations: Floats
-    noise: Noise
-    deviations: Floats
-    acceleration_deviations: Floats
-
-
-def smooth_state(signals: Signals) -> SmoothState:
-    """Return the recording's states by smoothing cart and pole each for itself; a missing part stays at 0.
-
-    Accelerations, whose noise falls with the fifth power of the length, are smoothed over longer
-    ones than values, and both
-    over the same length: cart and pole are coupled through them.
-    """
-    states, accelerations = np.zeros((len(signals), 4)), np.zeros((len(signals), 2))
-    noises: list[float | None] = [None, None]
-    deviations, acceleration_deviations = np.ones(4), np.zeros(2)
-    parts = ((signals.cart, signals.cart_valid), (signals.pole, signals.pole_valid))
-    found = {
-        k: (values, smooth(values, valid, signals.stretches, signals.period_s))
-        for k, (values, valid) in enumerate(parts)
-        if values is not None
-    }
-    halves = [one.half_length for _, one in found.values()]
-    longer = max(2 * min(halves), max(halves))
-    for k, (values, one) in found.items():
-        states[:, k], states[:, k + 2] = one.value, one.rate
-        accelerations[:, k] = derivative(values, signals.stretches, signals.period_s, longer, 2)
-        noises[k] = one.noise
-        acceleration_deviations[k] = one.scatter * noise_gain(longer, signals.period_s, 2)
-        deviations[[k, k + 2]] = one.value_noise, one.rate_noise
-    return SmoothState(states, accelerations, Noise(*noises), deviations, acceleration_deviations)
 
 
 def shorter(state: SmoothState, windows: Windows, parts: int) -> Windows:

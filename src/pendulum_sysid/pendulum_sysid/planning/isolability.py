@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pendulum_sysid.cleaning.smooth_state import smooth_state
 from pendulum_sysid.finding.hypotheses import Shape, possible, shapes, typical
 from pendulum_sysid.finding.rivals import Question, tied
 from pendulum_sysid.finding.separation import (
@@ -28,7 +29,7 @@ from pendulum_sysid.finding.separation import (
     rest,
     spread,
 )
-from pendulum_sysid.fitting.case import Case, case_of
+from pendulum_sysid.fitting.case import Case, make_case
 from pendulum_sysid.fitting.linearised import Problem
 from pendulum_sysid.fitting.parameters import Free, free_parameters
 from pendulum_sysid.fitting.windows import WINDOW_S, cut
@@ -119,7 +120,7 @@ def isolability(
             f"plan: expected the twin's cart within the rail of +-{twin.rig.rail_half_length_m:g} m, found it at "
             f"{farthest:.3g} m: play it weaker"
         )
-    case = case_of(Recording(twin.name, "", run), twin)
+    case = make_case(Recording(twin.name, "", run), smooth_state(run), twin)
     problem, power = _problem(case)
     free = free_parameters(case.twin, tuple(twin.effects), case.scales)
     asked = [
@@ -172,7 +173,7 @@ def _rivals(
     """Return what each effect at its typical size cannot be told from on its own run."""
     effects, held, found = possible(case.twin.rig), tuple(case.twin.effects), []
     for one, run in zip(middle, runs, strict=True):
-        state = case_of(Recording("", "", run), case.twin).state
+        state = smooth_state(run)
         windows = replace(problem.windows, starts=state.states[problem.windows.begin])
         own = replace(problem, signals=run, windows=windows)
         asked = Question(own, power, one.whole, one.effect, held, free, case.scales)

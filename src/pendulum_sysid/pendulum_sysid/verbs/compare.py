@@ -6,9 +6,10 @@ import argparse
 from pathlib import Path
 
 from pendulum_sysid.fitting.compare import Pair, compare_two
+from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.telling.output_files import check_file
 from pendulum_sysid.telling.tables import comparison_rows, table
-from pendulum_sysid.verbs.recordings import answered
+from pendulum_sysid.verbs.recordings import recordings
 from pendulum_sysid.verbs.replay import say_if_diverged
 from pendulum_sysid.verbs.said import ANSWERED
 from pendulum_twin.model import load_twin
@@ -24,8 +25,8 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.out is not None:
         _check_plot(arguments.out)
     twins = [load_twin(path) for path in arguments.twin]
-    recording = answered(arguments.bag, arguments)
-    pair = compare_two(recording, *twins)
+    case = prepare_case(recordings([arguments.bag], arguments), twins[0])
+    pair = compare_two(case, twins[1])
     for path, one in zip(arguments.twin, pair.comparisons, strict=True):
         say_if_diverged(path, one)
     print(f"{pair.comparisons[0].count} windows of {pair.comparisons[0].seconds:g} s")
@@ -34,7 +35,7 @@ def run(arguments: argparse.Namespace) -> int:
         f"\n{names[1]} is the better one in {pair.second_better} windows of {pair.comparisons[0].count}"
     )
     if arguments.out is not None:
-        _draw(arguments.out, recording.name, names, pair)
+        _draw(arguments.out, case.recording.name, names, pair)
     return ANSWERED
 
 

@@ -5,15 +5,14 @@ from __future__ import annotations
 import argparse
 from dataclasses import replace
 
-from pendulum_sysid.fitting.case import case_of
 from pendulum_sysid.fitting.fit import HORIZONS, fit
-from pendulum_sysid.fitting.split import split
 from pendulum_sysid.fitting.thesis_fit import MOST_EVALUATIONS, thesis_fit
 from pendulum_sysid.fitting.window_runs import run_windows
+from pendulum_sysid.prepare import prepare, prepare_case
 from pendulum_sysid.records import Recording
 from pendulum_sysid.telling.output_files import check_file, writing
 from pendulum_sysid.telling.tables import ESTIMATES, estimate_rows, held_out_rows, number, table
-from pendulum_sysid.verbs.recordings import answered_as_one
+from pendulum_sysid.verbs.recordings import recordings
 from pendulum_sysid.verbs.said import ANSWERED, progress
 from pendulum_twin.model import Twin, load_twin, save_twin
 from pendulum_twin.parameter_vector import make_theta
@@ -25,21 +24,21 @@ def run(arguments: argparse.Namespace) -> int:
         arguments.parser.error("--max-evaluations goes with --method thesis")
     check_file(arguments.out)
     twin = load_twin(arguments.twin)
-    recording = answered_as_one(arguments)
+    bags = recordings(arguments.bag, arguments)
     if arguments.method == "windows":
-        fitted = by_windows(recording, twin)
+        fitted = by_windows(bags, twin)
     else:
-        fitted = by_thesis(recording, twin, arguments.max_evaluations or MOST_EVALUATIONS)
+        fitted = by_thesis(bags, twin, arguments.max_evaluations or MOST_EVALUATIONS)
     with writing(arguments.out):
         save_twin(fitted, arguments.out)
     print(f"\n{arguments.out}")
     return ANSWERED
 
 
-def by_windows(recording: Recording, twin: Twin) -> Twin:
+def by_windows(bags: list[Recording], twin: Twin) -> Twin:
     """Return the twin fitted to windows, and print its parameters and errors on windows that were held out."""
-    case = case_of(recording, twin)
-    parts = split(case.signals, case.state)
+    prepared = prepare(bags, twin)
+    case, parts = prepared.case, prepared.split
     theta = make_theta(case.twin)
     for horizon in HORIZONS:  # short horizons first: they lead there from far away
         found = fit(case, parts, tuple(case.twin.effects), theta, horizon)
@@ -61,9 +60,9 @@ def by_windows(recording: Recording, twin: Twin) -> Twin:
     return found.twin
 
 
-def by_thesis(recording: Recording, twin: Twin, most_evaluations: int) -> Twin:
+def by_thesis(bags: list[Recording], twin: Twin, most_evaluations: int) -> Twin:
     """Return the twin fitted as the thesis does, and print its parameters and equation 29."""
-    found = thesis_fit(recording, twin, progress, most_evaluations)
+    found = thesis_fit(prepare_case(bags, twin), progress, most_evaluations)
     if found.dropped:
         progress(f"left out, for the thesis's model does not have it: {', '.join(found.dropped)}")
     rows = [

@@ -5,17 +5,16 @@ from __future__ import annotations
 import argparse
 from dataclasses import dataclass
 
-from pendulum_sysid.cleaning.moving_joints import moving
 from pendulum_sysid.finding.identifiability import ties
 from pendulum_sysid.finding.search import Search, missing, named, parameters_alone
-from pendulum_sysid.fitting.case import Case, case_of
+from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import HORIZONS, fit
-from pendulum_sysid.fitting.split import split
 from pendulum_sysid.planning.next_experiment import planned_next
+from pendulum_sysid.prepare import prepare
 from pendulum_sysid.reading.earlier_verdict import read_verdict
-from pendulum_sysid.records import Fit, Recording, Split
+from pendulum_sysid.records import Fit, Split
 from pendulum_sysid.telling.output_files import check_file, writing
-from pendulum_sysid.verbs.recordings import answered_as_one
+from pendulum_sysid.verbs.recordings import recordings
 from pendulum_sysid.verbs.said import ANSWERED, progress
 from pendulum_twin.model import load_twin
 from pendulum_twin.parameter_vector import make_theta
@@ -35,7 +34,7 @@ class Finished:
 def run(arguments: argparse.Namespace) -> int:
     """Print why to play what next, and write the plan where one helps."""
     check_file(arguments.out)
-    done = _finished(answered_as_one(arguments), arguments)
+    done = _finished(arguments)
     tied = ties(done.case, done.split, done.best, done.rivals)
     found = planned_next(done.case, done.split, done.best, tied, arguments.goal, arguments.seconds)
     print(found.why)
@@ -46,11 +45,11 @@ def run(arguments: argparse.Namespace) -> int:
     return ANSWERED
 
 
-def _finished(recording: Recording, arguments: argparse.Namespace) -> Finished:
+def _finished(arguments: argparse.Namespace) -> Finished:
     """Return what is named as an earlier diagnosis has it, or found now."""
     earlier = None if arguments.verdict is None else read_verdict(arguments.verdict)
-    case = case_of(moving(recording), load_twin(arguments.twin))
-    parts = split(case.signals, case.state)
+    prepared = prepare(recordings(arguments.bag, arguments), load_twin(arguments.twin))
+    case, parts = prepared.case, prepared.split
     if earlier is not None:
         best = fit(case, parts, earlier.effects, make_theta(earlier.twin), HORIZONS[-1])
         return Finished(case, parts, best, earlier.rivals)

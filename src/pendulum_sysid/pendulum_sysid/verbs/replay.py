@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from pendulum_sysid.fitting.compare import compare
+from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.records import Comparison
 from pendulum_sysid.telling.output_files import json_text
 from pendulum_sysid.telling.tables import comparison_rows, table
-from pendulum_sysid.verbs.recordings import answered
+from pendulum_sysid.verbs.recordings import recordings
 from pendulum_sysid.verbs.said import ANSWERED, say
 from pendulum_twin.model import load_twin
 
@@ -20,7 +21,7 @@ from pendulum_twin.model import load_twin
 def run(arguments: argparse.Namespace) -> int:
     """Print the twin's errors on the recording."""
     twin = load_twin(arguments.twin)
-    found = compare(answered(arguments.bag, arguments), twin)
+    found = compare(prepare_case(recordings([arguments.bag], arguments), twin))
     say_if_diverged(arguments.twin, found)
     if arguments.json:
         print(json_text(mapping_of(found)))

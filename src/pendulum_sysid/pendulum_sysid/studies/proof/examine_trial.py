@@ -1,24 +1,21 @@
-"""Examine one trial: diagnose it blindly, then let the fit that is told the truth and the rivals have the same recording.
+"""Examine one trial: the diagnosis, the oracle fit and the rivals get the same recording.
 
-What was found is kept beside the recording as `examined.json`, so that a proof that was
-interrupted goes on from there.
+The results are kept beside the recording as `examined.json`, so that a proof that was interrupted
+goes on from there.
 """
 
 from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from pendulum_sysid.cleaning.clean import clean_recording
-from pendulum_sysid.cleaning.moving_joints import leave_out_still_cart
-from pendulum_sysid.cleaning.stale_start import leave_out_stale_start
-from pendulum_sysid.fitting.case import make_case
-from pendulum_sysid.fitting.split import split
+from pendulum_sysid.cleaning.clean import cleaned
 from pendulum_sysid.pipeline import diagnose
+from pendulum_sysid.prepare import Prepared, prepare
 from pendulum_sysid.reading.bag import read_bag
 from pendulum_sysid.records import Outcome, Recording
 from pendulum_sysid.studies.proof.oracle_fit import fit_oracle
@@ -35,26 +32,25 @@ FILE = "examined.json"
 
 
 def examine_trial(folder: Path, rivals: Sequence[str] = ()) -> Path:
-    """Do what has not been done yet about a trial, keep it beside the recording, and return the folder.
+    """Do what has not been done about a trial, keep the results, and return the folder.
 
-    Nothing that a recording does to the diagnosis or a rival escapes from here: it is kept as
-    their answer.
+    An error of the diagnosis, the oracle fit or a rival is kept as its answer and not raised.
     """
-    found = read_examined(folder) or {"schema": SCHEMA, "rivals": {}}
-    sealed = read_trial(folder)
-    if "verdict" not in found:
-        found |= _diagnosed(sealed)
-        found["told"] = _guarded(lambda: _told(sealed))
-        write_text(folder / FILE, json_text(found) + "\n")
-    left = [name for name in rivals if name not in found["rivals"]]
-    if left:
-        found["rivals"] |= _asked(sealed, left)
-        write_text(folder / FILE, json_text(found) + "\n")
+    results = read_examined(folder) or {"schema": SCHEMA, "rivals": {}}
+    trial = read_trial(folder)
+    if "verdict" not in results:
+        results |= run_diagnosis(trial)
+        results["told"] = _run_oracle(trial)
+        write_text(folder / FILE, json_text(results) + "\n")
+    missing = [name for name in rivals if name not in results["rivals"]]
+    if missing:
+        results["rivals"] |= _run_rivals(trial, missing)
+        write_text(folder / FILE, json_text(results) + "\n")
     return folder
 
 
 def read_examined(folder: Path) -> dict[str, Any] | None:
-    """Return what is known about a trial, None when nothing is."""
+    """Return the results that are kept about a trial; None when there are none."""
     try:
         content = json.loads((folder / FILE).read_text(encoding="utf-8"))
     except (OSError, ValueError):
@@ -64,83 +60,89 @@ def read_examined(folder: Path) -> dict[str, Any] | None:
 
 def is_complete(folder: Path, rivals: Sequence[str] = ()) -> bool:
     """Return whether nothing is left to do about a trial."""
-    found = read_examined(folder)
-    return found is not None and "verdict" in found and set(rivals) <= set(found["rivals"])
+    results = read_examined(folder)
+    return results is not None and "verdict" in results and set(rivals) <= set(results["rivals"])
 
 
-def _diagnosed(sealed: OpenedTrial) -> dict[str, Any]:
-    """Return verdict, the seconds from opening the bag to the verdict, and what broke it off, if anything did.
+def run_diagnosis(trial: OpenedTrial) -> dict[str, Any]:
+    """Return the verdict, the times that it took, and the error that broke it off.
 
-    cpu_seconds, too: what this one thread worked, whatever else the machine did meanwhile.
+    verdict: as verdict.json; `unusable` when the recording was refused, empty after an error.
+    seconds: wall time from opening the bag to the verdict, s.
+    cpu_seconds: CPU time of this thread, s.
+    error: empty for none.
     """
     began, worked = time.monotonic(), time.process_time()
+    error = ""
     try:
-        verdict, error = diagnose([_read(sealed)], load_twin(sealed.twin), _silent).verdict, ""
+        verdict = diagnose([_read(trial)], load_twin(trial.twin), _discard).to_dict()
     except BadInputError as refusal:
-        verdict, error = {"outcome": Outcome.UNUSABLE.value, "sentence": str(refusal)}, ""
-    except (
-        Exception
-    ) as crash:  # one trial that breaks is a finding about the diagnosis, not the end of the proof
-        verdict, error = {}, f"{type(crash).__name__}: {crash}"
-    seconds, cpu_seconds = time.monotonic() - began, time.process_time() - worked
-    return {"verdict": verdict, "seconds": seconds, "cpu_seconds": cpu_seconds, "error": error}
-
-
-def _told(sealed: OpenedTrial) -> dict[str, Any]:
-    recording = _prepared(sealed)
-    parts = split(recording.signals, make_case(recording, load_twin(sealed.twin)).state)
-    found = fit_oracle(recording, sealed, parts)
+        verdict = {"outcome": Outcome.UNUSABLE.value, "sentence": str(refusal)}
+    except Exception as crash:  # a finding about the diagnosis, not the end of the proof
+        verdict, error = {}, _name_error(crash)
     return {
-        "score": found.score,
-        "estimates": {name: asdict(one) for name, one in found.estimates.items()},
+        "verdict": verdict,
+        "seconds": time.monotonic() - began,
+        "cpu_seconds": time.process_time() - worked,
+        "error": error,
     }
 
 
-def _asked(sealed: OpenedTrial, rivals: Sequence[str]) -> dict[str, Any]:
-    """Return each rival's names and seconds; what all of them begin with counts as time of each."""
+def prepare_ground(trial: OpenedTrial) -> Ground:
+    """Return what every rival gets."""
+    prepared = _prepare(trial)
+    return make_ground(prepared.case, prepared.split)
+
+
+def run_rival(name: str, ground: Ground, shared_s: float) -> dict[str, Any]:
+    """Return a rival's names, its seconds and its error.
+
+    shared_s: time that all rivals share and that counts for each, s.
+    """
+    began = time.monotonic()
+    named: list[str] = []
+    error = ""
+    try:
+        named = list(find_rival(name).name_effects(ground))
+    except Exception as crash:
+        error = _name_error(crash)
+    return {"named": named, "seconds": shared_s + time.monotonic() - began, "error": error}
+
+
+def _run_rivals(trial: OpenedTrial, rivals: Sequence[str]) -> dict[str, Any]:
     began = time.monotonic()
     try:
-        ground = _ground(sealed)
+        ground = prepare_ground(trial)
     except Exception as crash:
-        return {name: _broken(crash, time.monotonic() - began) for name in rivals}
-    shared = time.monotonic() - began
-    return {name: _answer(name, ground, shared) for name in rivals}
+        seconds, error = time.monotonic() - began, _name_error(crash)
+        return {name: {"named": [], "seconds": seconds, "error": error} for name in rivals}
+    shared_s = time.monotonic() - began
+    return {name: run_rival(name, ground, shared_s) for name in rivals}
 
 
-def _answer(name: str, ground: Ground, shared_s: float) -> dict[str, Any]:
-    began = time.monotonic()
+def _run_oracle(trial: OpenedTrial) -> dict[str, Any]:
+    """Return score and estimates of the oracle fit, or the error that broke it off."""
     try:
-        named = find_rival(name).answer(ground)
-        return {"named": list(named), "seconds": shared_s + time.monotonic() - began, "error": ""}
+        prepared = _prepare(trial)
+        oracle = fit_oracle(prepared.case, prepared.split, trial)
     except Exception as crash:
-        return _broken(crash, shared_s + time.monotonic() - began)
+        return {"score": None, "estimates": {}, "error": _name_error(crash)}
+    estimates = {name: asdict(estimate) for name, estimate in oracle.estimates.items()}
+    return {"score": oracle.score, "estimates": estimates}
 
 
-def _broken(crash: Exception, seconds: float) -> dict[str, Any]:
-    return {"named": [], "seconds": seconds, "error": f"{type(crash).__name__}: {crash}"}
+def _read(trial: OpenedTrial) -> Recording:
+    return cleaned(read_bag(trial.bag))
 
 
-def _ground(sealed: OpenedTrial) -> Ground:
-    recording = _prepared(sealed)
-    case = make_case(recording, load_twin(sealed.twin))
-    return make_ground(case, split(case.signals, case.state))
+def _prepare(trial: OpenedTrial) -> Prepared:
+    """Return the recording prepared as for a diagnosis, so that windows are the same for all."""
+    return prepare([_read(trial)], load_twin(trial.twin))
 
 
-def _guarded(work: Callable[[], dict[str, Any]]) -> dict[str, Any]:
-    try:
-        return work()
-    except Exception as crash:
-        return {"score": None, "estimates": {}, "error": f"{type(crash).__name__}: {crash}"}
+def _name_error(crash: Exception) -> str:
+    return f"{type(crash).__name__}: {crash}"
 
 
-def _read(sealed: OpenedTrial) -> Recording:
-    return clean_recording(read_bag(sealed.bag))
-
-
-def _prepared(sealed: OpenedTrial) -> Recording:
-    """Return the recording as a diagnosis cuts it, so that windows are the same for all."""
-    return leave_out_still_cart(leave_out_stale_start(_read(sealed)))
-
-
-def _silent(line: str) -> None:
-    pass
+def _discard(line: str) -> None:
+    """Take a line of progress that nobody reads."""
