@@ -7,12 +7,13 @@ Exit status: 0 the question was answered; 1 it could not be, the reason on stder
 from __future__ import annotations
 
 import os
+import shlex
 import sys
 import warnings
 from collections.abc import Sequence
 from importlib import import_module
 
-from pendulum_sysid.verbs.options import parser
+from pendulum_sysid.verbs.options import make_parser
 from pendulum_sysid.verbs.said import INTERRUPTED, NOT_ANSWERED, say
 from pendulum_twin.errors import BadInputError
 
@@ -30,7 +31,9 @@ MODULES = {  # each with `run`
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one verb and return the exit status; argparse ends wrong use with status 2 by itself."""
-    arguments = parser().parse_args(argv)
+    given = sys.argv[1:] if argv is None else list(argv)
+    arguments = make_parser().parse_args(given)
+    arguments.shell_line = shlex.join(["sysid", *given])
     try:
         with warnings.catch_warnings():
             warnings.simplefilter(

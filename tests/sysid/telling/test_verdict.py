@@ -14,7 +14,9 @@ from pendulum_sysid import pipeline
 from pendulum_sysid.finding.search import Named
 from pendulum_sysid.pipeline import diagnose
 from pendulum_sysid.records import Estimate, Outcome, Recording
-from pendulum_sysid.telling.verdict import Findings, outcome_of, verdict_of
+from pendulum_sysid.telling.outcome import Findings, decide_outcome
+from pendulum_sysid.telling.verdict import make_verdict
+from pendulum_sysid.verdict.record import Verdict
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Place
 from pendulum_twin.model import Twin, parse_twin
@@ -29,6 +31,7 @@ def silent(_: str) -> None:
 
 
 def assert_as_in_the_contract(found: dict) -> None:
+    assert Verdict.from_dict(found).to_dict() == found
     assert set(found) == {
         "schema", "outcome", "sentence", "location", "missing_physics", "rig_parameters", "masking", "fit", "remainder",
         "data_quality", "next_experiment", "recording", "elapsed_s",
@@ -84,12 +87,12 @@ def friction() -> tuple[dict, Findings]:
     """A diagnosis of hidden dry friction, and the findings that its verdict was made from."""
     kept: list[Findings] = []
 
-    def spied(found: Findings, recording: Recording, elapsed_s: float) -> dict:
-        kept.append(found)
-        return verdict_of(found, recording, elapsed_s)
+    def spy(findings: Findings, recording: Recording, elapsed_s: float) -> Verdict:
+        kept.append(findings)
+        return make_verdict(findings, recording, elapsed_s)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(pipeline, "verdict_of", spied)
+        patch.setattr(pipeline, "make_verdict", spy)
         return diagnose([hidden(COULOMB, 5, 24.0)[0]], INTECO, silent).to_dict(), kept[0]
 
 
@@ -130,16 +133,12 @@ def test_nothing_missing() -> None:
 
 
 def test_unusable() -> None:
-    diagnosis = diagnose([made(INTECO, 3.0)], INTECO, silent)
-    assert_as_in_the_contract(diagnosis.verdict)
-    assert (
-        diagnosis.verdict["outcome"] == "unusable"
-        and diagnosis.twin is None
-        and diagnosis.verdict["fit"] is None
-    )
-    assert diagnosis.verdict["sentence"].startswith("expected at least 4 usable windows") and (
-        diagnosis.verdict["sentence"].endswith("record longer")
-    )
+    verdict = diagnose([made(INTECO, 3.0)], INTECO, silent)
+    assert_as_in_the_contract(verdict.to_dict())
+    assert verdict.outcome is Outcome.UNUSABLE
+    assert verdict.twin is None and verdict.fit is None
+    assert verdict.sentence.startswith("expected at least 4 usable windows")
+    assert verdict.sentence.endswith("record longer")
 
 
 @pytest.mark.parametrize(("gone", "left"), [("pole", "cart_mm"), ("cart", "pole_rad")])
@@ -159,7 +158,7 @@ def test_runs_that_diverge_leave_no_infinity_in_the_verdict(
         part: replace(runs, runs=np.full_like(runs.runs, np.inf))
         for part, runs in kept.before.items()
     }
-    found = verdict_of(replace(kept, before=before), kept.case.recording, 1.0)
+    found = make_verdict(replace(kept, before=before), kept.case.recording, 1.0).to_dict()
     assert_as_in_the_contract(found)
     assert found["fit"]["held_out"]["before"] is None and found["fit"]["train"]["before"] is None
     assert found["fit"]["held_out"]["after"] == friction[0]["fit"]["held_out"]["after"]
@@ -186,7 +185,7 @@ def test_several_recordings_are_one() -> None:
 def test_rivals_make_it_ambiguous(friction: tuple[dict, Findings]) -> None:
     _, kept = friction
     tied = replace(kept.named[0], rivals=("input_dead_zone", "rail_tilt"))
-    found = verdict_of(replace(kept, named=(tied,)), kept.case.recording, 1.0)
+    found = make_verdict(replace(kept, named=(tied,)), kept.case.recording, 1.0).to_dict()
     assert_as_in_the_contract(found)
     assert found["outcome"] == "ambiguous"
     assert (
@@ -205,7 +204,7 @@ def test_effects_that_explain_less_than_half_are_not_the_answer(
     missed = replace(
         kept, base=replace(kept.base, choose=25.0), best=far, named=(sign, *kept.named)
     )
-    found = verdict_of(missed, kept.case.recording, 1.0)
+    found = make_verdict(missed, kept.case.recording, 1.0).to_dict()
     assert_as_in_the_contract(found)
     assert found["outcome"] == "not_in_catalogue"
     assert [one["effect"] for one in found["missing_physics"]] == [
@@ -216,7 +215,7 @@ def test_effects_that_explain_less_than_half_are_not_the_answer(
         f"Physics is missing at the {place} that no effect of the catalogue explains; "
     )
     explained = replace(missed, base=replace(kept.base, choose=40.0))
-    assert verdict_of(explained, kept.case.recording, 1.0)["outcome"] == "named"
+    assert decide_outcome(explained) is Outcome.NAMED
 
 
 def test_a_small_part_is_no_answer_while_whole_windows_show_more_than_noise(
@@ -224,10 +223,10 @@ def test_a_small_part_is_no_answer_while_whole_windows_show_more_than_noise(
 ) -> None:
     kept = friction[1]
     small = replace(kept, base=replace(kept.base, choose=1.4), best=replace(kept.best, choose=1.2))
-    outcomes = {whole: outcome_of(replace(small, whole=whole)) for whole in (1.1, 4.0)}
+    outcomes = {whole: decide_outcome(replace(small, whole=whole)) for whole in (1.1, 4.0)}
     assert outcomes == {1.1: Outcome.NAMED, 4.0: Outcome.NOT_IN_CATALOGUE}
-    assert outcome_of(replace(kept, whole=4.0)) is Outcome.NAMED  # a great part
-    assert outcome_of(replace(small, named=(), whole=4.0)) is Outcome.NOTHING_MISSING
+    assert decide_outcome(replace(kept, whole=4.0)) is Outcome.NAMED  # a great part
+    assert decide_outcome(replace(small, named=(), whole=4.0)) is Outcome.NOTHING_MISSING
 
 
 def test_friction_that_is_certain_is_kept_where_something_else_has_no_name(
@@ -238,7 +237,7 @@ def test_friction_that_is_certain_is_kept_where_something_else_has_no_name(
     missed = replace(
         kept, base=replace(kept.base, choose=25.0), best=far, steady=Estimate(0.34, 0.2, 0.6)
     )
-    found = verdict_of(missed, kept.case.recording, 1.0)
+    found = make_verdict(missed, kept.case.recording, 1.0).to_dict()
     assert_as_in_the_contract(found)
     assert found["outcome"] == "not_in_catalogue"
     (one,) = found["missing_physics"]
@@ -248,9 +247,9 @@ def test_friction_that_is_certain_is_kept_where_something_else_has_no_name(
     assert found["sentence"].endswith(
         " Dry friction holds the cart back with 0.34 N. This part is certain."
     )
-    named = verdict_of(
+    named = make_verdict(
         replace(missed, base=replace(kept.base, choose=40.0)), kept.case.recording, 1.0
-    )
+    ).to_dict()
     assert named["outcome"] == "named" and "certain" not in named["sentence"]
 
 

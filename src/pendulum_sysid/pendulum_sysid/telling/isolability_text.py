@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
-from pendulum_sysid.finding.separation import APART, FOUND
+from pendulum_sysid import decisions
 from pendulum_sysid.planning.isolability import Constant, Isolability, Row
 from pendulum_sysid.telling.tables import NOTHING, number, table
 

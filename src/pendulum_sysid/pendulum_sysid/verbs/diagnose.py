@@ -11,8 +11,8 @@ from pendulum_sysid.records import Outcome
 from pendulum_sysid.telling.output_files import check_folder, json_text, write_text, writing
 from pendulum_sysid.telling.report import write_report
 from pendulum_sysid.telling.verdict import NEXT_FILE
-from pendulum_sysid.verbs.recordings import recordings
-from pendulum_sysid.verbs.said import ANSWERED, progress, say
+from pendulum_sysid.verbs.recordings import read_recordings
+from pendulum_sysid.verbs.said import ANSWERED, print_progress, say
 from pendulum_sysid.verdict.record import Verdict
 from pendulum_twin.model import load_twin, save_twin
 from pendulum_twin.plans.plan_file import parse_plan, save_plan
@@ -22,7 +22,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Diagnose, write what was found, and print the verdict's sentence and the files."""
     check_folder(arguments.out)
     twin = load_twin(arguments.twin)
-    verdict = pipeline.diagnose(recordings(arguments.bag, arguments), twin, progress)
+    verdict = pipeline.diagnose(read_recordings(arguments.bag, arguments), twin, print_progress)
     verdict = replace(verdict, command=arguments.shell_line)
     written = write_diagnosis(verdict, arguments.out, arguments.twin)
     if verdict.outcome is Outcome.UNUSABLE:

@@ -1,0 +1,215 @@
+"""The verdict, put together from what the stages found."""
+
+from __future__ import annotations
+
+from scipy.stats import norm
+
+from pendulum_sysid import decisions
+from pendulum_sysid.cleaning.encoder_steps import find_encoder_step
+from pendulum_sysid.finding.detectors import Reading
+from pendulum_sysid.finding.search import Named
+from pendulum_sysid.fitting.parameters import Free, list_rig_parameters
+from pendulum_sysid.fitting.window_runs import WindowRuns
+from pendulum_sysid.records import Estimate, Localisation, Outcome, Recording
+from pendulum_sysid.telling.outcome import (
+    Findings,
+    compute_explained_share,
+    compute_remaining_ratio,
+    decide_outcome,
+    is_above_noise,
+    is_motion_effect,
+    list_inseparable,
+)
+from pendulum_sysid.telling.sentences import describe_effect, describe_masking, write_answer
+from pendulum_sysid.verdict.record import (
+    BeforeAfter,
+    EffectParameter,
+    FitScores,
+    Location,
+    MissingEffect,
+    NextExperiment,
+    RecordingFacts,
+    Remainder,
+    RigParameter,
+    VariableShare,
+    Verdict,
+)
+from pendulum_twin.effects import BY_NAME, CATALOGUE
+from pendulum_twin.parameter_vector import make_theta
+
+NEXT_FILE = "next.yaml"
+
+
+def make_verdict(findings: Findings, recording: Recording, elapsed_s: float) -> Verdict:
+    """Return the verdict on a recording that could be used."""
+    outcome = decide_outcome(findings)
+    unnamed = outcome is Outcome.NOT_IN_CATALOGUE
+    named = tuple(
+        effect for effect in findings.named if not (unnamed and is_motion_effect(effect.effect))
+    )
+    certain = tuple(_describe_certain(reading) for reading in findings.certain)
+    plan, why = findings.coming.plan, findings.coming.why
+    return Verdict(
+        outcome=outcome,
+        sentence=write_answer(outcome, named, certain, findings),
+        location=_locate(outcome, named, findings),
+        missing_physics=(*(_describe_missing(effect, findings) for effect in named), *certain),
+        rig_parameters={
+            parameter.name: _compare_constant(parameter, findings)
+            for parameter in list_rig_parameters(findings.case.twin)
+        },
+        masking=describe_masking(named, findings),
+        fit=_score_fit(findings),
+        remainder=_describe_remainder(findings),
+        data_quality=recording.findings,
+        next_experiment=None if plan is None else NextExperiment(NEXT_FILE, why),
+        recording=_describe_recording(recording),
+        elapsed_s=elapsed_s,
+        twin=findings.best.twin,
+        localisation=findings.location,
+        next_plan=plan,
+    )
+
+
+def make_unusable(recording: Recording, why: str, elapsed_s: float) -> Verdict:
+    """Return the verdict on a recording that cannot answer the question; why: in one sentence."""
+    return Verdict(
+        outcome=Outcome.UNUSABLE,
+        sentence=why,
+        location=None,
+        missing_physics=(),
+        rig_parameters={},
+        masking=(),
+        fit=None,
+        remainder=None,
+        data_quality=recording.findings,
+        next_experiment=None,
+        recording=_describe_recording(recording),
+        elapsed_s=elapsed_s,
+    )
+
+
+def _locate(outcome: Outcome, named: tuple[Named, ...], findings: Findings) -> Location | None:
+    """Return where the twin is wrong: the place of the effect with the largest lead, if any."""
+    if outcome is Outcome.NOTHING_MISSING:
+        return None
+    measured: Localisation = findings.location
+    place = measured.place
+    physics = [effect for effect in named if is_motion_effect(effect.effect)] or list(named)
+    if physics and outcome is not Outcome.NOT_IN_CATALOGUE:
+        place = BY_NAME[max(physics, key=lambda effect: effect.lead.ratio).effect].place.value
+    evidence = tuple(
+        VariableShare(e.variable, e.finding, round(e.share, 4)) for e in measured.evidence
+    )
+    return Location(place, evidence, measured.intervals_s)
+
+
+def _describe_missing(named: Named, findings: Findings) -> MissingEffect:
+    """Return the entry of a named effect.
+
+    The confidence follows from the effect's lead over a fit without it. Effects that fit as well
+    share it, and it is lower while much of the error is unexplained.
+    """
+    effect, best = BY_NAME[named.effect], findings.best
+    most = decisions.MOST_LEAD_STANDARD_ERRORS
+    lead = most if named.lead.likely else min(named.lead.errors, most)
+    confidence = float(norm.cdf(lead)) / (1 + len(named.rivals))
+    if is_above_noise(findings) and is_motion_effect(named.effect):
+        confidence *= compute_explained_share(findings)
+    parameters = {
+        p.name: _make_parameter(best.estimates[f"{named.effect}.{p.name}"], p.unit)
+        for p in effect.parameters
+    }
+    return MissingEffect(
+        named.effect,
+        list_inseparable(named, findings),
+        round(confidence, 4),
+        parameters,
+        describe_effect(named.effect, best),
+    )
+
+
+def _describe_certain(reading: Reading) -> MissingEffect:
+    """Return the entry of an effect that is certain although something else has no name.
+
+    Laws that hold it as a special case cannot be excluded: what is unexplained may be what they
+    add.
+    """
+    effect = BY_NAME[reading.effect]
+    units = {parameter.name: parameter.unit for parameter in effect.parameters}
+    values = {
+        name: f"{found.value:.3g} {units[name]}" for name, found in reading.estimates.items()
+    }
+    return MissingEffect(
+        effect.name,
+        tuple(other.name for other in CATALOGUE if effect.name in other.simpler),
+        decisions.CERTAIN_CONFIDENCE,
+        {name: _make_parameter(found, units[name]) for name, found in reading.estimates.items()},
+        effect.sentence.format(**values),
+    )
+
+
+def _make_parameter(estimate: Estimate, unit: str) -> EffectParameter:
+    return EffectParameter(float(estimate.value), float(estimate.low), float(estimate.high), unit)
+
+
+def _compare_constant(parameter: Free, findings: Findings) -> RigParameter:
+    after = findings.best.estimates[parameter.name]
+    return RigParameter(
+        before=float(parameter.get(make_theta(findings.case.twin))),
+        parameters_alone=float(findings.base.estimates[parameter.name].value),
+        after=float(after.value),
+        low=float(after.low),
+        high=float(after.high),
+        unit=parameter.unit,
+        identifiable=bool(after.identifiable),
+        at_bound=bool(after.at_bound),
+    )
+
+
+def _score_fit(findings: Findings) -> FitScores:
+    before, after = findings.before, findings.after
+    train, held_out = (
+        BeforeAfter(float(before[group].score), float(after[group].score))
+        for group in ("train", "held_out")
+    )
+    return FitScores(
+        train=train,
+        held_out=held_out,
+        held_out_cart_mm=_compare_joint(0, 1e3, before["held_out"], after["held_out"]),
+        held_out_pole_rad=_compare_joint(1, 1.0, before["held_out"], after["held_out"]),
+        noise_floor=float(findings.floor.score),
+    )
+
+
+def _compare_joint(
+    joint: int, scale: float, before: WindowRuns, after: WindowRuns
+) -> BeforeAfter | None:
+    old, new = (runs.of_joint(joint, runs.rmse) for runs in (before, after))
+    return None if old is None or new is None else BeforeAfter(old * scale, new * scale)
+
+
+def _describe_remainder(findings: Findings) -> Remainder | None:
+    if not is_above_noise(findings):
+        return None
+    evidence = findings.remains.evidence
+    finding = (
+        f"{evidence[0].variable}: {evidence[0].finding}"
+        if evidence
+        else "depends on no variable that was asked"
+    )
+    ratio = float(compute_remaining_ratio(findings))
+    return Remainder(findings.remains.place, ratio, finding)
+
+
+def _describe_recording(recording: Recording) -> RecordingFacts:
+    signals = recording.signals
+    return RecordingFacts(
+        name=recording.name,
+        seconds=signals.seconds,
+        samples=len(signals),
+        rate_hz=1.0 / signals.period_s,
+        digest=recording.digest,
+        position_step_m=find_encoder_step(signals.cart),
+        angle_step_rad=find_encoder_step(signals.pole),
+    )
