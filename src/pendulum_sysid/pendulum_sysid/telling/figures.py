@@ -75,7 +75,7 @@ def error_panel(overlay: Overlay, intervals_s: Sequence[Sequence[float]]) -> str
         axes.set_title(f"{overlay.channel}: error of each held-out window ({unit(overlay.unit)})")
         axes.set_xlabel("time in the recording (s)")
         axes.grid(axis="y", color=PALE, linewidth=0.3)
-        return _svg(
+        return render_svg(
             figure,
             f"error-{overlay.channel}",
             f"Error of the {overlay.channel} in every held-out window",
@@ -110,7 +110,7 @@ def shape_panel(evidence: Evidence, key: str, x_label: str, y_label: str) -> str
             axes.set_ylim(*_shape_frame(y, band if band.shape == y.shape else np.zeros_like(y)))
         axes.set_xlabel(x_label)
         axes.set_ylabel(y_label)
-        return _svg(figure, key, f"{y_label} against {x_label}")
+        return render_svg(figure, key, f"{y_label} against {x_label}")
 
 
 def _shape_frame(y: Floats, band: Floats) -> tuple[float, float]:
@@ -176,7 +176,7 @@ def _overlay_panel(overlay: Overlay, k: int) -> str:
         errors.set_xlabel("time (s)")
         figure.align_ylabels()
         label = f"{overlay.channel} from {seconds}: measured, before and after"
-        return _svg(figure, f"{overlay.channel}-{k}", label)
+        return render_svg(figure, f"{overlay.channel}-{k}", label)
 
 
 def _draw_runs(
@@ -241,7 +241,7 @@ def _drawable(values: Floats) -> Floats:
     return np.where(np.isfinite(values) & (values > 0) & (values < 1e12), values, np.nan)
 
 
-def _svg(figure: Figure, key: str, label: str) -> str:
+def render_svg(figure: Figure, key: str, label: str) -> str:
     """Return the figure as an `svg` element that scales with the page; ids begin with the key, unique on the page."""
     stream = io.StringIO()
     figure.savefig(stream, format="svg", metadata=NO_METADATA)
