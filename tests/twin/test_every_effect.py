@@ -83,7 +83,8 @@ def test_has_parameters_with_units_and_ranges(effect):
 
 @every
 def test_has_the_parts_that_its_form_needs(effect):
-    assert (effect.inverse is not None) == (effect.form is Form.MEASURE)
+    inverted = effect.form is Form.MEASURE or (effect.is_static and not effect.of_recording)
+    assert (effect.inverse is not None) == inverted
     assert (effect.memory is not None) == (effect.form is Form.FILTER)
     assert set(effect.simpler) | set(effect.becomes) <= set(BY_NAME)
     assert effect.shows_as is None or BY_NAME[effect.shows_as].shows_as is None

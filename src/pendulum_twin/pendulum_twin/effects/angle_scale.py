@@ -22,4 +22,6 @@ EFFECT = Effect(
     parameters=(Parameter("ratio", "1", 0.0, -0.9, 9.0, (0.01,)),),
     sentence="The measured angle is too large by {ratio} of itself.",
     source="scale factor error of an encoder; counts a turn differ from those in the conversion",
+    winds=True,
+    read_off=True,
 )

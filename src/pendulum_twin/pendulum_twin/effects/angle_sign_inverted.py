@@ -19,4 +19,5 @@ EFFECT = Effect(
     inverse=law,
     sentence="The pole's angle is counted the wrong way round.",
     source="a matter of wiring; sign convention of the thesis, section 5.2",
+    needs_both_joints=True,
 )

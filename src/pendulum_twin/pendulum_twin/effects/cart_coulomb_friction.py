@@ -13,7 +13,7 @@ EFFECT = Effect(
     place=Place.CART,
     form=Form.DRY,
     law=law,
-    parameters=(Parameter("level_n", "N", 0.0, 0.0, 1e6, (0.03, 0.15), Scale.FORCE),),
+    parameters=(Parameter("level_n", "N", 0.0, 0.0, 1e6, (0.03, 0.15), Scale.FORCE, holds=True),),
     sentence="Dry friction holds the cart back with {level_n}.",
     source="Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994), table 1",
 )

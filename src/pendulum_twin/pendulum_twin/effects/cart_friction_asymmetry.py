@@ -14,6 +14,9 @@ EFFECT = Effect(
     form=Form.DRY_RATIO,
     law=law,
     parameters=(Parameter("ratio", "1", 0.0, -1.0, 1.0, (0.2, -0.2)),),
-    sentence="The cart's dry friction is larger in the positive direction by {ratio} of its mean, smaller the other way.",
-    source="Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994), section 2: direction-dependent levels",
+    sentence="The cart's dry friction is larger in the positive direction by {ratio} of its mean, "
+    "smaller the other way.",
+    source="Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994), section 2: "
+    "direction-dependent levels",
+    acts_beside="cart_coulomb_friction",
 )

@@ -17,10 +17,11 @@ EFFECT = Effect(
         Parameter(
             "viscous_n_s_m", "N s/m", 0.0, 0.0, 1e6, (0.1, 0.3), Scale.FORCE, Scale.CART_SPEED
         ),
-        Parameter("level_n", "N", 0.0, 0.0, 1e6, (0.05,), Scale.FORCE),
+        Parameter("level_n", "N", 0.0, 0.0, 1e6, (0.05,), Scale.FORCE, holds=True),
         Parameter("limit_n", "N", 0.0, 0.0, 1e6, (0.1, 0.25), Scale.FORCE, shape=True),
     ),
-    sentence="Friction of {level_n} holds the cart back, grows with speed by {viscous_n_s_m} and stops at {limit_n}.",
+    sentence="Friction of {level_n} holds the cart back, grows with speed by {viscous_n_s_m} and "
+    "stops at {limit_n}.",
     source="the thesis's simulation: saturate(FS v + FC sign v, +-1 N)",
     simpler=("cart_coulomb_friction",),
 )

@@ -17,4 +17,5 @@ EFFECT = Effect(
     inverse=law,
     sentence="The cart's position is counted the wrong way round.",
     source="a matter of wiring; sign convention of the thesis, section 5.2",
+    needs_both_joints=True,
 )

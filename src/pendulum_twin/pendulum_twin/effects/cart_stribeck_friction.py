@@ -16,14 +16,16 @@ EFFECT = Effect(
     form=Form.DRY,
     law=law,
     parameters=(
-        Parameter("level_n", "N", 0.0, 0.0, 1e6, (0.05,), Scale.FORCE),
-        Parameter("static_n", "N", 0.0, 0.0, 1e6, (0.05,), Scale.FORCE),
+        Parameter("level_n", "N", 0.0, 0.0, 1e6, (0.05,), Scale.FORCE, holds=True),
+        Parameter("static_n", "N", 0.0, 0.0, 1e6, (0.05,), Scale.FORCE, holds=True),
         Parameter(
             "velocity_m_s", "m/s", 0.05, 1e-4, 1e3, (0.1, 0.4), Scale.CART_SPEED, shape=True
         ),
     ),
-    sentence="Dry friction of {level_n} holds the cart back, with {static_n} more at rest that fades around {velocity_m_s}.",
-    source="Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994), equation for the Stribeck curve, "
+    sentence="Dry friction of {level_n} holds the cart back, with {static_n} more at rest that "
+    "fades around {velocity_m_s}.",
+    source="Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994), equation for the "
+    "Stribeck curve, "
     "Gaussian form",
     simpler=("cart_coulomb_friction",),
 )

@@ -33,7 +33,9 @@ EFFECT = Effect(
         ),
         Parameter("phase_rad", "rad", 0.0, -10.0, 10.0, PHASES, shape=True),
     ),
-    sentence="A force of {amplitude_n} repeats every {period_m} along the rail (phase {phase_rad}).",
-    source="first harmonic of cogging torque; Hanselman, Brushless Permanent Magnet Motor Design (2003), chapter 7",
+    sentence="A force of {amplitude_n} repeats every {period_m} along the rail (phase "
+    "{phase_rad}).",
+    source="first harmonic of cogging torque; Hanselman, Brushless Permanent Magnet Motor Design "
+    "(2003), chapter 7",
     becomes=("rail_tilt", "rail_spring"),
 )

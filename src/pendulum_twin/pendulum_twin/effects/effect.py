@@ -13,7 +13,8 @@ ROUNDING = 3.0**0.5  # deviations of rounding in half a step
 
 
 class Place(Enum):
-    """The places of the chain command -> drive -> cart and pole -> sensor, and the clock beside it."""
+    """The places of the chain command -> drive -> cart and pole -> sensor, and the clock beside "
+    "it."""
 
     COMMAND = "command"
     DRIVE = "drive"
@@ -24,20 +25,34 @@ class Place(Enum):
 
 
 class Form(Enum):
-    """How an effect's law is called; see `Effect.law`."""
+    """The ways in which the kernel calls an effect's law.
 
-    FILTER = "filter"  # of the command: law(u, memory, h, t, *constants, *parameters) -> u, once a substep
-    FORCE = "force"  # on the cart in N, or torque on the pole in N m: law(x, v, th, w, *constants, *parameters)
-    DRY = "dry"  # level of dry friction in N or N m, at least 0: law(speed, position, *parameters)
-    DRY_RATIO = "dry_ratio"  # factor on the dry friction of its joint: law(direction, *parameters)
-    HOLD = "hold"  # True while the whole state is frozen: law(force, v, w, *parameters)
-    MEASURE = "measure"  # true state to measured state: law(x, v, th, w, t, *parameters) -> (x, v, th, w)
-    REPORT = "report"  # what is reported of a velocity, sample by sample: law(v, before, period_s, *parameters) -> v
-    CLOCK = "clock"  # how much time passes while the stamps go on by one second: law(*parameters)
+    Arguments: u command; h substep, s; t time since the recording began, s; x, v, th, w state;
+    parameters and constants in the effect's order.
+    """
+
+    # command to command, once a substep: law(u, memory, h, t, *constants, *parameters) -> u
+    FILTER = "filter"
+    # force on the cart in N or torque on the pole in N m:
+    # law(x, v, th, w, *constants, *parameters) -> force
+    FORCE = "force"
+    # level of dry friction, N or N m, at least 0: law(speed, position, *parameters) -> level
+    DRY = "dry"
+    # factor on the dry friction of its joint: law(direction, *parameters) -> factor
+    DRY_RATIO = "dry_ratio"
+    # whether the whole state stands still: law(force, v, w, *parameters) -> bool
+    HOLD = "hold"
+    # true state to measured state: law(x, v, th, w, t, *parameters) -> (x, v, th, w)
+    MEASURE = "measure"
+    # reported velocity, sample by sample: law(v, before, period_s, *parameters) -> v
+    REPORT = "report"
+    # time that passes while the stamps go on by one second: law(*parameters) -> s
+    CLOCK = "clock"
 
 
 class Scale(Enum):
-    """What a parameter's typical sizes are fractions of; the fit takes the scale from rig and recording."""
+    """What a parameter's typical sizes are fractions of; the fit takes the scale from rig and "
+    "recording."""
 
     ONE = "one"
     COMMAND = "command"  # largest command
@@ -53,25 +68,27 @@ class Scale(Enum):
 class Parameter:
     """Describe one parameter of an effect.
 
-    neutral: the value at which the effect vanishes exactly (together with its other parameters'
-    neutral values).
+    name: key in twin files; ends in its unit.
+    unit: for reports; "1" for a ratio.
+    neutral: value at which the effect vanishes exactly, all its parameters being neutral.
     low, high: range that a twin file may give and a fit may reach.
-    most: largest value that a fit may reach, in units of scale: beyond it the parameter shows
-    nothing of the effect.
-    fewest: smallest value that a fit may reach, in units of scale: below it the recording holds
-    hardly a sample of it.
-    least: distance from neutral below which a size means nothing, because the simulation itself is
-    no finer.
-    rounding: the same in deviations of the pole's sensor: an encoder's zero lies anywhere within a
-    step of its counts.
-    located: True for a time that is read off the recording, to a sample, and not fitted: a run
-    jumps with it.
-    shape: True for a parameter that says where or how (a period, a place, a limit) rather than how
-    much.
-    probes: typical sizes, from which a search starts; in units of scale (or of scale/other scale:
-    see `per`).
-    per: a second scale by which the first is divided, e.g. FORCE per CART_SPEED for a viscous
-        coefficient; squared where per_power is 2.
+    probes: typical sizes from which a search starts; in units of scale (over per^per_power).
+    scale: what the probes are fractions of.
+    per: second scale, by which the first is divided: FORCE per CART_SPEED for a viscous
+        coefficient.
+    per_power: exponent of per.
+    shape: True for where or how (a period, a place, a limit), False for how much.
+    most: largest value that a fit may reach, in units of scale; beyond it the parameter shows
+        nothing of the effect.
+    fewest: smallest value that a fit may reach, in units of scale; below it the recording has
+        hardly a sample of the effect.
+    least: distance from neutral below which a size means nothing, for the simulation is no finer.
+    rounding: the same in standard deviations of the pole's sensor: an encoder's zero lies anywhere
+        within a step of its counts.
+    located: True for an instant that is read off the recording, to a sample, and not fitted: a
+        run jumps with it.
+    delays: True for a time, s, by which the motion follows the command later.
+    holds: True for a level of dry friction that holds its joint at rest at any place.
     """
 
     name: str
@@ -89,6 +106,8 @@ class Parameter:
     least: float = 0.0
     rounding: float = 0.0
     located: bool = False
+    delays: bool = False
+    holds: bool = False
 
 
 @dataclass(frozen=True)
@@ -96,25 +115,43 @@ class Effect:
     """Describe one piece of physics beyond the base model.
 
     name: the catalogue's name, also in twin files and verdicts.
-    law: plain Python on numbers, compiled into the kernel; its arguments depend on the form (see
-    `Form`).
-    sentence: for a person, with the parameters' names in braces.
+    place: where in the chain it acts.
+    form: how the law is called.
+    law: plain Python on numbers, compiled into the kernel; see `Form`. The law of an effect
+        without parameters gets one number, 1 for on and 0 for off.
+    sentence: what it does, for a person, with the parameters' names in braces.
     source: where the formula is from.
-    constants: names of base words (see `pendulum_twin.parameter_vector`) that the law takes before
-    its parameters.
-    inverse: of a MEASURE law: measured state to true state.
+    parameters: in the order in which the law takes them.
+    constants: names of the rig's numbers (`parameter_vector.BASE`) that the law takes before its
+        parameters.
+    inverse: of a MEASURE law: measured state to true state, with the law's arguments. Of a FILTER
+        law without memory: inverse(u, t, *parameters), the command that gives u, or the nearest.
     memory: of a FILTER law: how many numbers it keeps from substep to substep, given the substep h
         in s. They start as zeros; memory[0] stays 0 until the law has been called once.
-    simpler: names of effects that this one contains as a special case; a search falls back to
-    them.
-    becomes: names of effects that this one looks like at an end of its range: a patch as wide as
-        the rail is friction everywhere. Nothing is gained by calling these two apart.
-    shows_as: name of the effect from which no motion of a rig can part this one, whatever its
-        constants; a search names that one, and this one beside it.
-    of_recording: True for what one recording shows and the rig does not keep: a slip at an instant,
+
+    What a search asks:
+    searched: False for an effect that only describes a simulation and is no hypothesis about a rig.
+    simpler: names of effects that this effect contains as special cases; a search falls back to
+        them.
+    becomes: names of effects that this effect looks like at an end of its range: a patch as wide
+        as the rail is friction everywhere. Telling the two apart gains nothing.
+    shows_as: name of the effect from which no motion of any rig can separate this effect; a search
+        names that effect, and this effect beside it.
+    separated_by: what would separate it from `shows_as`, as a clause for a person.
+    acts_beside: name of an effect without which (or without another of its form and place) this
+        effect changes nothing.
+    needs_both_joints: True for what neither a cart alone nor a pole alone can show.
+    read_off: True where a detector reads the size off the recording, and a step along the
+        linearised law would lead away from it.
+
+    What simulations, controllers and watches ask:
+    of_recording: True for what a recording shows and the rig does not keep: a slip at an instant,
         a start that belongs to another run. Live twins, training and the watch leave it out.
-    searched: False for effects that only describe an existing simulation and are no hypothesis
-    about a rig. An effect without parameters is on or off: its law gets one number, 1 or 0.
+    timed: True for a law of the time since the recording began; what runs on for hours leaves it
+        out.
+    smooth: True for a law of command, drive, joints or clock whose derivative at rest stands for
+        it: linear models of the rig keep it. False for sensors, which an observer undoes.
+    winds: True for a law that differs from one turn of the pole to the next.
     """
 
     name: str
@@ -127,8 +164,25 @@ class Effect:
     constants: tuple[str, ...] = ()
     inverse: Callable[..., Any] | None = None
     memory: Callable[[float], int] | None = None
+    searched: bool = True
     simpler: tuple[str, ...] = ()
     becomes: tuple[str, ...] = ()
     shows_as: str | None = None
+    separated_by: str = ""
+    acts_beside: str | None = None
+    needs_both_joints: bool = False
+    read_off: bool = False
     of_recording: bool = False
-    searched: bool = True
+    timed: bool = False
+    smooth: bool = False
+    winds: bool = False
+
+    @property
+    def is_switch(self) -> bool:
+        """Return whether the effect is on or off, without a size: a sign."""
+        return not self.parameters
+
+    @property
+    def is_static(self) -> bool:
+        """Return whether the effect bends the command at once: a FILTER that remembers nothing."""
+        return self.memory is not None and self.memory(HALF_STEP_S) == 0

@@ -8,7 +8,8 @@ LONGEST_S = 0.3
 
 
 def law(u, memory, h, t, delay_s):
-    """Return the mean over this substep of the command delay_s ago; memory is a ring of past commands."""
+    """Return the mean over this substep of the command delay_s ago; memory is a ring of past "
+    "commands."""
     size = len(memory) - 1
     if memory[0] == 0.0:
         memory[0] = 1.0
@@ -24,7 +25,8 @@ def law(u, memory, h, t, delay_s):
 
 
 def memory(h):
-    """Return the ring's size: the longest delay, the two substeps between which it falls, and the position."""
+    """Return the ring's size: the longest delay, the two substeps between which it falls, and "
+    "the position."""
     return math.ceil(LONGEST_S / h) + 3
 
 
@@ -34,7 +36,12 @@ EFFECT = Effect(
     form=Form.FILTER,
     law=law,
     memory=memory,
-    parameters=(Parameter("delay_s", "s", 0.0, 0.0, LONGEST_S, (0.01, 0.04), least=HALF_STEP_S),),
+    parameters=(
+        Parameter(
+            "delay_s", "s", 0.0, 0.0, LONGEST_S, (0.01, 0.04), least=HALF_STEP_S, delays=True
+        ),
+    ),
     sentence="The command takes effect {delay_s} late.",
     source="pure transport delay; Ljung, System Identification (1999), section 4.2",
+    smooth=True,
 )

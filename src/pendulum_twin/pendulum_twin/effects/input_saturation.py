@@ -8,15 +8,22 @@ def law(u, memory, h, t, limit):
     return min(max(u, -limit), limit)
 
 
+def inverse(u, t, limit):
+    """Return u clipped to +-limit: no command gives more."""
+    return min(max(u, -limit), limit)
+
+
 EFFECT = Effect(
     name="input_saturation",
     place=Place.COMMAND,
     form=Form.FILTER,
     law=law,
+    inverse=inverse,
     memory=lambda h: 0,
     parameters=(
         Parameter("limit", "1", 1e6, 0.0, 1e6, (0.9, 0.7, 0.5), Scale.COMMAND, shape=True),
     ),
     sentence="The command is clipped at +-{limit}.",
-    source="Tao and Kokotovic, Adaptive Control of Systems with Actuator and Sensor Nonlinearities (1996), chapter 2",
+    source="Tao and Kokotovic, Adaptive Control of Systems with Actuator and Sensor "
+    "Nonlinearities (1996), chapter 2",
 )

@@ -6,7 +6,8 @@ from pendulum_twin.effects.effect import HALF_STEP_S, Effect, Form, Parameter, P
 
 
 def law(u, memory, h, t, time_constant_s):
-    """Return the mean over this substep of the lagged command (exact for a command held over the substep)."""
+    """Return the mean over this substep of the lagged command (exact for a command held over the "
+    "substep)."""
     if memory[0] == 0.0:
         memory[0] = 1.0
         memory[1] = u
@@ -26,8 +27,12 @@ EFFECT = Effect(
     law=law,
     memory=lambda h: 2,
     parameters=(
-        Parameter("time_constant_s", "s", 0.0, 0.0, 1.0, (0.02, 0.08), least=HALF_STEP_S),
+        Parameter(
+            "time_constant_s", "s", 0.0, 0.0, 1.0, (0.02, 0.08), least=HALF_STEP_S, delays=True
+        ),
     ),
     sentence="The force follows the command with a time constant of {time_constant_s}.",
-    source="first-order hold-equivalent lag; Astrom and Wittenmark, Computer-Controlled Systems (1997), chapter 2",
+    source="first-order hold-equivalent lag; Astrom and Wittenmark, Computer-Controlled Systems "
+    "(1997), chapter 2",
+    smooth=True,
 )

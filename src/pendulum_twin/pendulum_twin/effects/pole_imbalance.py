@@ -4,7 +4,8 @@ from pendulum_twin.effects.effect import ROUNDING, Effect, Form, Parameter, Plac
 
 
 def law(x, v, th, w, t, angle_rad):
-    """Return the measured state: the line's angle, where the state's is that of the centre of mass."""
+    """Return the measured state: the line's angle, where the state's is that of the centre of "
+    "mass."""
     return x, v, th - angle_rad, w
 
 
@@ -23,4 +24,6 @@ EFFECT = Effect(
     sentence="The centre of mass lies {angle_rad} ahead of the pole's line.",
     source="weight of a rigid body about an axis, its first moment turned by a constant angle",
     shows_as="angle_offset",
+    separated_by="a plumb line beside the pole at rest would: an encoder that is off leaves the pole "
+    "itself plumb",
 )

@@ -18,4 +18,6 @@ EFFECT = Effect(
     parameters=(Parameter("n_m_per_rad", "N m/rad", 0.0, -1e6, 1e6, (0.02,), Scale.TORQUE),),
     sentence="Something elastic twists the pole back towards hanging with {n_m_per_rad}.",
     source="Hooke's law",
+    smooth=True,
+    winds=True,
 )

@@ -21,5 +21,7 @@ EFFECT = Effect(
     inverse=inverse,
     parameters=(Parameter("ratio", "1", 0.0, -0.9, 9.0, (0.02,)),),
     sentence="The measured position is too large by {ratio} of itself.",
-    source="scale factor error of an encoder on a belt; the pole's weight is what shows it, for g is known",
+    source="scale factor error of an encoder on a belt; the pole's weight is what shows it, for g "
+    "is known",
+    needs_both_joints=True,
 )

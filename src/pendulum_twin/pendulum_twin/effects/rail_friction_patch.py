@@ -35,7 +35,9 @@ EFFECT = Effect(
             fewest=0.03,
         ),
     ),
-    sentence="Dry friction is larger by {level_n} around {centre_m} of the rail, over a width of {width_m}.",
-    source="position-dependent friction; Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994), section 2.2",
+    sentence="Dry friction is larger by {level_n} around {centre_m} of the rail, over a width of "
+    "{width_m}.",
+    source="position-dependent friction; Armstrong-Helouvry, Dupont and Canudas de Wit, "
+    "Automatica 30 (1994), section 2.2",
     becomes=("cart_coulomb_friction",),
 )

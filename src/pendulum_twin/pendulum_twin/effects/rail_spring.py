@@ -22,4 +22,5 @@ EFFECT = Effect(
     sentence="Something elastic pulls the cart towards {centre_m} with {n_per_m}.",
     source="Hooke's law",
     simpler=("rail_tilt",),
+    smooth=True,
 )

@@ -4,7 +4,8 @@ from pendulum_twin.effects.effect import Effect, Form, Parameter, Place
 
 
 def law(x, v, th, w, mass_kg, gravity_m_s2, angle_rad):
-    """Return m g angle in N, for small angles; a positive angle pulls the cart the positive way."""
+    """Return m g angle in N, for small angles; a positive angle pulls the cart the positive "
+    "way."""
     return mass_kg * gravity_m_s2 * angle_rad
 
 
@@ -17,4 +18,5 @@ EFFECT = Effect(
     parameters=(Parameter("angle_rad", "rad", 0.0, -0.5, 0.5, (0.01,)),),
     sentence="The rail is tilted by {angle_rad}.",
     source="weight on an incline, small angle",
+    smooth=True,
 )

@@ -17,4 +17,7 @@ EFFECT = Effect(
     sentence="The stamps run too fast by {ratio} of their pace.",
     source="rate error of a clock; the pole's weight is what shows it, for g is known",
     shows_as="position_scale",
+    smooth=True,
+    needs_both_joints=True,
+    separated_by="a ruler along the cart's stroke would, or a watch beside a long recording",
 )

@@ -13,8 +13,14 @@ EFFECT = Effect(
     form=Form.FILTER,
     law=law,
     memory=memory,
-    parameters=(Parameter("delay_s", "s", 0.0, 0.0, LONGEST_S, (0.01, 0.04), least=HALF_STEP_S),),
+    parameters=(
+        Parameter(
+            "delay_s", "s", 0.0, 0.0, LONGEST_S, (0.01, 0.04), least=HALF_STEP_S, delays=True
+        ),
+    ),
     sentence="Positions are reported {delay_s} late.",
     source="pure transport delay; Ljung, System Identification (1999), section 4.2",
     shows_as="input_delay",
+    smooth=True,
+    separated_by="a second clock would: record the drive's own current beside the positions",
 )

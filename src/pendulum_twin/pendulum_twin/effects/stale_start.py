@@ -20,7 +20,9 @@ EFFECT = Effect(
     memory=lambda h: 0,
     parameters=(Parameter("seconds", "s", 0.0, 0.0, 1e6, (0.5,), shape=True),),
     sentence="The first {seconds} do not belong to this run.",
-    source="logging that starts before the drive does, as in recordings of a Quanser cart-pole (Muratore, TU Darmstadt)",
+    source="logging that starts before the drive does, as in recordings of a Quanser cart-pole "
+    "(Muratore, TU Darmstadt)",
     of_recording=True,
     searched=False,
+    timed=True,
 )

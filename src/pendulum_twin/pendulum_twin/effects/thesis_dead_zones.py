@@ -18,7 +18,8 @@ EFFECT = Effect(
         Parameter("cart_velocity_m_s", "m/s", 0.0, 0.0, 1e3, ()),
         Parameter("pole_velocity_rad_s", "rad/s", 0.0, 0.0, 1e3, ()),
     ),
-    sentence="The simulation stands still while the force is within {force_n}, the cart within {cart_velocity_m_s} and the "
+    sentence="The simulation stands still while the force is within {force_n}, the cart within "
+    "{cart_velocity_m_s} and the "
     "pole within {pole_velocity_rad_s}.",
     source="the thesis's simulation, table 5: kept so that its own twin runs; it describes no rig",
     searched=False,

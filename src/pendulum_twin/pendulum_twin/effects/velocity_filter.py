@@ -17,5 +17,6 @@ EFFECT = Effect(
     law=law,
     parameters=(Parameter("time_constant_s", "s", 0.0, 0.0, 1.0, (0.02, 0.08)),),
     sentence="The reported velocities lag behind with a time constant of {time_constant_s}.",
-    source="first-order low-pass; Astrom and Wittenmark, Computer-Controlled Systems (1997), chapter 2",
+    source="first-order low-pass; Astrom and Wittenmark, Computer-Controlled Systems (1997), "
+    "chapter 2",
 )
