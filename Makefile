@@ -3,7 +3,7 @@ SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .ONESHELL:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test check format bench faults colcon lock clean
+.PHONY: help setup demo test check format bench docs faults colcon lock clean
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -53,6 +53,10 @@ format: setup ## write the format, and the fixes that lint can make by itself
 
 bench: setup ## the benchmarks, each figure beside its peer
 	@$(BIN)/python tests/bench/run.py $(ARGS)
+
+docs: setup ## the site with the page of the Python API, into out/site
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+	echo out/site/index.html
 
 faults: $(VENV)/.installed-$(ROS) ## make every fault in turn: time until PWM 0, what is right, what was said
 	@$(BIN)/python tests/faults/run.py $(ARGS)

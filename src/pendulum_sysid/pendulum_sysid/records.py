@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from pendulum_twin.model import Twin
 from pendulum_twin.signals import Floats, Signals
@@ -48,6 +48,37 @@ class Recording:
     signals: Signals
     findings: tuple[QualityFinding, ...] = ()
     rates: Floats | None = None
+
+    @staticmethod
+    def from_arrays(
+        t: ArrayLike,
+        command: ArrayLike | None,
+        cart: ArrayLike | None,
+        pole: ArrayLike | None,
+        name: str = "arrays",
+    ) -> Recording:
+        """Make a recording from arrays or pandas series, and clean it.
+
+        Args:
+            t: (n,) s, sampling times, rising.
+            command: (n,) PWM fraction; None for a pole alone that nothing drives.
+            cart: (n,) m, positive along the rail, 0 in the middle; None where it is not recorded.
+            pole: (n,) rad, 0 upright, counterclockwise positive; None where it is not recorded.
+            name: for titles.
+
+        Returns:
+            The recording on one uniform clock, and the faults in its data.
+
+        Raises:
+            BadInputError: times do not rise, lengths differ, or too few samples are finite.
+
+        >>> swing = ps.Recording.from_arrays(t, command, None, states[:, 1] + noise[:, 1])
+        >>> swing.signals.cart is None
+        True
+        """
+        from pendulum_sysid.api import make_recording
+
+        return make_recording(t, command, cart, pole, name)
 
 
 @dataclass(frozen=True)

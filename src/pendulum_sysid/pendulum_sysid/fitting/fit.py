@@ -5,12 +5,22 @@ from __future__ import annotations
 import numpy as np
 
 from pendulum_sysid.fitting.case import Case
-from pendulum_sysid.fitting.gauss_newton import Solution, half_widths, refined, solve
-from pendulum_sysid.fitting.parameters import Free, free_parameters, rig_parameters, twin_from
-from pendulum_sysid.fitting.windows import shorter
+from pendulum_sysid.fitting.gauss_newton import (
+    Solution,
+    compute_half_widths,
+    refine_start_states,
+    solve,
+)
+from pendulum_sysid.fitting.parameters import (
+    Free,
+    list_free_parameters,
+    list_rig_parameters,
+    make_twin,
+)
+from pendulum_sysid.fitting.windows import shorten_windows
 from pendulum_sysid.records import Estimate, Fit, Split
 from pendulum_twin.effects import BY_NAME
-from pendulum_twin.parameter_vector import SLOTS
+from pendulum_twin.parameter_vector import SLOTS, make_theta
 from pendulum_twin.signals import Floats, Signals
 
 HORIZONS = (4, 1)  # into how many parts a window is cut
@@ -30,11 +40,15 @@ def fit(
     so many: over a short horizon errors stay where they arise, over a long one small ones add up.
     starts: (training windows * parts, 4) start states, when a nearby fit has them.
     """
-    free = free_parameters(case.twin, effects, case.scales)
-    solution = solve(case.problem(shorter(case.state, split.train, parts)), theta, free, starts)
-    choosing = refined(case.problem(shorter(case.state, split.choose, parts)), solution.theta)
+    free = list_free_parameters(case.twin, effects, case.scales)
+    solution = solve(
+        case.problem(shorten_windows(case.state, split.train, parts)), theta, free, starts
+    )
+    choosing = refine_start_states(
+        case.problem(shorten_windows(case.state, split.choose, parts)), solution.theta
+    )
     return Fit(
-        twin=twin_from(case.twin, solution.theta, effects, rig_parameters(case.twin)),
+        twin=make_twin(case.twin, solution.theta, effects, list_rig_parameters(case.twin)),
         effects=effects,
         estimates={**_estimates(solution, free, parts), **_located(case, effects, solution.theta)},
         theta=solution.theta,
@@ -48,6 +62,18 @@ def fit(
         parts=parts,
         converged=solution.converged,
     )
+
+
+def fit_own_parameters(case: Case, split: Split) -> Fit:
+    """Fit the rig's constants and the parameters of the effects that the twin has.
+
+    Short horizons come first: they lead to the solution from far away.
+    """
+    theta = make_theta(case.twin)
+    for horizon in HORIZONS:
+        fitted = fit(case, split, tuple(case.twin.effects), theta, horizon)
+        theta = fitted.theta
+    return fitted
 
 
 def _located(case: Case, effects: tuple[str, ...], theta: Floats) -> dict[str, Estimate]:
@@ -71,7 +97,7 @@ def _halve_gap(signals: Signals, time_s: float) -> float:
 
 def _estimates(solution: Solution, free: tuple[Free, ...], parts: int) -> dict[str, Estimate]:
     found = {}
-    for one, half in zip(free, half_widths(solution, free, parts), strict=True):
+    for one, half in zip(free, compute_half_widths(solution, free, parts), strict=True):
         value = one.get(solution.theta)
         bound = value <= one.low or value >= one.high
         fixed = bool(np.isfinite(half)) and half < max(abs(value), one.size) and not bound

@@ -5,17 +5,16 @@ from __future__ import annotations
 import argparse
 from dataclasses import replace
 
-from pendulum_sysid.fitting.fit import HORIZONS, fit
-from pendulum_sysid.fitting.thesis_fit import MOST_EVALUATIONS, thesis_fit
+from pendulum_sysid.fitting.fit import fit_own_parameters
+from pendulum_sysid.fitting.thesis_fit import MOST_EVALUATIONS, fit_as_thesis
 from pendulum_sysid.fitting.window_runs import run_windows
 from pendulum_sysid.prepare import prepare, prepare_case
 from pendulum_sysid.records import Recording
 from pendulum_sysid.telling.output_files import check_file, writing
 from pendulum_sysid.telling.tables import ESTIMATES, estimate_rows, held_out_rows, number, table
-from pendulum_sysid.verbs.recordings import recordings
-from pendulum_sysid.verbs.said import ANSWERED, progress
+from pendulum_sysid.verbs.recordings import read_recordings
+from pendulum_sysid.verbs.said import ANSWERED, print_progress
 from pendulum_twin.model import Twin, load_twin, save_twin
-from pendulum_twin.parameter_vector import make_theta
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -24,35 +23,32 @@ def run(arguments: argparse.Namespace) -> int:
         arguments.parser.error("--max-evaluations goes with --method thesis")
     check_file(arguments.out)
     twin = load_twin(arguments.twin)
-    bags = recordings(arguments.bag, arguments)
+    bags = read_recordings(arguments.bag, arguments)
     if arguments.method == "windows":
-        fitted = by_windows(bags, twin)
+        fitted = fit_by_windows(bags, twin)
     else:
-        fitted = by_thesis(bags, twin, arguments.max_evaluations or MOST_EVALUATIONS)
+        fitted = fit_by_thesis(bags, twin, arguments.max_evaluations or MOST_EVALUATIONS)
     with writing(arguments.out):
         save_twin(fitted, arguments.out)
     print(f"\n{arguments.out}")
     return ANSWERED
 
 
-def by_windows(bags: list[Recording], twin: Twin) -> Twin:
+def fit_by_windows(bags: list[Recording], twin: Twin) -> Twin:
     """Return the twin fitted to windows, and print its parameters and errors on windows that were held out."""
     prepared = prepare(bags, twin)
     case, parts = prepared.case, prepared.split
-    theta = make_theta(case.twin)
-    for horizon in HORIZONS:  # short horizons first: they lead there from far away
-        found = fit(case, parts, tuple(case.twin.effects), theta, horizon)
-        theta = found.theta
+    found = fit_own_parameters(case, parts)
     before, after = (
         run_windows(replace(case, twin=one), parts.held_out) for one in (case.twin, found.twin)
     )
     if not found.converged:
-        progress(
+        print_progress(
             "the fit stopped before it had settled: more may be gained by fitting again from its result"
         )
     print(table(ESTIMATES, estimate_rows(case.twin, found)))
     if after.score > before.score:
-        progress(
+        print_progress(
             "the fit is worse on windows it has not seen: no parameter repairs what is missing; ask sysid diagnose"
         )
     print(f"\n{len(parts.held_out)} held-out windows, which the fit has not seen")
@@ -60,11 +56,13 @@ def by_windows(bags: list[Recording], twin: Twin) -> Twin:
     return found.twin
 
 
-def by_thesis(bags: list[Recording], twin: Twin, most_evaluations: int) -> Twin:
+def fit_by_thesis(bags: list[Recording], twin: Twin, most_evaluations: int) -> Twin:
     """Return the twin fitted as the thesis does, and print its parameters and equation 29."""
-    found = thesis_fit(prepare_case(bags, twin), progress, most_evaluations)
+    found = fit_as_thesis(prepare_case(bags, twin), print_progress, most_evaluations)
     if found.dropped:
-        progress(f"left out, for the thesis's model does not have it: {', '.join(found.dropped)}")
+        print_progress(
+            f"left out, for the thesis's model does not have it: {', '.join(found.dropped)}"
+        )
     rows = [
         (
             m.name,
