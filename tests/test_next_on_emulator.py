@@ -9,9 +9,9 @@ from support.tied_recordings import ROOM, gentle
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.playback import Playback, answered
-from pendulum_sysid.finding.identifiability import ties
+from pendulum_sysid.finding.identifiability import find_ties
 from pendulum_sysid.finding.search import Search, missing, named, parameters_alone
-from pendulum_sysid.fitting.split import split
+from pendulum_sysid.fitting.split import split_windows
 from pendulum_sysid.planning.next_experiment import planned_next
 from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.records import Recording
@@ -49,7 +49,7 @@ def recorded(plan: Excitation | Floats) -> Recording:
 def searched(recordings: list[Recording]):
     """Return case, split, the search's fit, and for each effect named the rivals of the scores."""
     case = prepare_case(recordings, INTECO)
-    search = Search(case, split(case.signals, case.state), lambda line: None)
+    search = Search(case, split_windows(case.signals, case.state), lambda line: None)
     base = parameters_alone(search)
     best = missing(search, base)
     return case, search.split, best, {one.effect: one.rivals for one in named(search, base, best)}
@@ -58,7 +58,7 @@ def searched(recordings: list[Recording]):
 def test_what_a_gentle_recording_ties_the_next_experiment_parts() -> None:
     first = recorded(gentle(24, 0.05))
     case, parts, best, rivals = searched([first])
-    tied = [one for one in ties(case, parts, best, rivals) if not one.by_no_motion]
+    tied = [one for one in find_ties(case, parts, best, rivals) if not one.by_no_motion]
     assert [{one.effect, one.rival} for one in tied] == [{"motor_lag", "input_delay"}]
     found = planned_next(case, parts, best, tied)
     assert found.plan is not None
@@ -69,7 +69,7 @@ def test_what_a_gentle_recording_ties_the_next_experiment_parts() -> None:
     )
     case, parts, best, rivals = searched([first, second])
     assert best.effects == ("motor_lag",) and rivals == {"motor_lag": ()}
-    assert ties(case, parts, best, rivals) == ()
+    assert find_ties(case, parts, best, rivals) == ()
     assert (
         best.estimates["motor_lag.time_constant_s"].value == 0.01
         or abs(best.estimates["motor_lag.time_constant_s"].value - 0.01) < 2e-4

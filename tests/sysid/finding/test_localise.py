@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 from support.hidden_physics import HIDDEN, INTECO, hidden
 
-from pendulum_sysid.finding.localisation.balance import balances
-from pendulum_sysid.finding.localisation.knots import hats, sided, spread_knots
-from pendulum_sysid.finding.localisation.localise import localise, stretches
-from pendulum_sysid.finding.localisation.measured_curves import typical_slope
-from pendulum_sysid.finding.localisation.thinning import thinned
+from pendulum_sysid.finding.localisation.balance import make_balances
+from pendulum_sysid.finding.localisation.knots import make_hats, make_sided_knots, spread_knots
+from pendulum_sysid.finding.localisation.localise import find_worst_stretches, localise
+from pendulum_sysid.finding.localisation.measured_curves import compute_typical_slope
+from pendulum_sysid.finding.localisation.thinning import thin_out
 from pendulum_sysid.finding.search import Search, parameters_alone
 from pendulum_sysid.fitting.case import Case
-from pendulum_sysid.fitting.split import split
+from pendulum_sysid.fitting.split import split_windows
 from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
-from pendulum_sysid.fitting.windows import WINDOW_S, cut
+from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
 from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.records import Evidence, Localisation, Recording
 from pendulum_twin.model import Twin
@@ -28,14 +28,14 @@ COULOMB = {"cart_coulomb_friction": {"level_n": 0.5}}
 
 def placed(case: Case, twin: Twin, words: Floats) -> Localisation:
     return localise(
-        case, words, run_windows(replace(case, twin=twin), cut(case.signals, case.state, WINDOW_S))
+        case, words, run_windows(replace(case, twin=twin), cut_windows(case.signals, case.state, WINDOW_S))
     )
 
 
 def of_refitted(recording: Recording) -> Localisation:
     """Return where a twin with its constants refitted falls short, as a diagnosis asks it."""
     case = prepare_case([recording], INTECO)
-    base = parameters_alone(Search(case, split(case.signals, case.state), lambda line: None))
+    base = parameters_alone(Search(case, split_windows(case.signals, case.state), lambda line: None))
     return placed(case, base.twin, base.theta)
 
 
@@ -179,13 +179,13 @@ def test_stretches_are_those_where_runs_are_far_off() -> None:
         np.ones_like(measured),
         np.ones(1),
     )
-    assert stretches(runs) == ((3.0, 5.0), (8.0, 9.0))
+    assert find_worst_stretches(runs) == ((3.0, 5.0), (8.0, 9.0))
 
 
 def test_a_long_recording_is_asked_by_pieces_at_their_own_times() -> None:
     recording, truth = hidden({"rail_spring": HIDDEN["rail_spring"]}, 1, 120.0)
     case = prepare_case([recording], replace(truth, effects={}))
-    fewer = thinned(case, most=6000)
+    fewer = thin_out(case, most=6000)
     signals = fewer.signals
     assert len(signals) == 6000 and len(signals.stretches) == len(signals.starts)
     at = np.round(signals.times_s / signals.period_s).astype(int)
@@ -194,21 +194,21 @@ def test_a_long_recording_is_asked_by_pieces_at_their_own_times() -> None:
         and np.ptp(signals.times_s) > 70.0
     )
     assert np.array_equal(fewer.state.states, case.state.states[at])
-    assert thinned(case) is case
+    assert thin_out(case) is case
 
 
 def test_hats_are_the_weights_of_interpolation() -> None:
     random = np.random.default_rng(1)
     x = random.uniform(-2, 2, 500)
     knots = spread_knots(x, 9)
-    assert np.allclose(hats(x, knots) @ knots**2, np.interp(x, knots, knots**2)) and np.allclose(
-        hats(x, knots).sum(axis=1), 1
+    assert np.allclose(make_hats(x, knots) @ knots**2, np.interp(x, knots, knots**2)) and np.allclose(
+        make_hats(x, knots).sum(axis=1), 1
     )
 
 
 def test_a_curve_over_a_signed_variable_may_jump_at_zero() -> None:
     x = np.linspace(-1, 1, 1001)
-    knots, weights = sided(x)
+    knots, weights = make_sided_knots(x)
     assert np.count_nonzero(knots == 0) == 2
     assert np.allclose(
         (weights @ np.where(np.arange(len(knots)) < len(knots) // 2, -1.0, 1.0))[x != 0],
@@ -219,13 +219,13 @@ def test_a_curve_over_a_signed_variable_may_jump_at_zero() -> None:
 def test_dry_friction_s_typical_slope_is_the_viscous_part() -> None:
     x = np.array([-1.0, -0.5, -0.1, 0.0, 0.0, 0.1, 0.5, 1.0])
     step = np.array([0.4] * 4 + [-0.4] * 4)
-    assert typical_slope(x, step - 0.7 * x) == pytest.approx(-0.7)
+    assert compute_typical_slope(x, step - 0.7 * x) == pytest.approx(-0.7)
 
 
 def test_both_sides_of_a_balance_go_through_the_same_filter() -> None:
     """A jump of the force leaves nothing behind where the acceleration is smoothed."""
     recording, truth = hidden({}, 3, 20.0)
     case = prepare_case([recording], truth)
-    for balance in balances(case, make_theta(truth)):
+    for balance in make_balances(case, make_theta(truth)):
         rest = balance.lacking
         assert np.sqrt(np.mean(rest**2)) < 2.0 * balance.noise < 0.1 * balance.size

@@ -13,13 +13,17 @@ from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.emulator.sensors import Encoders
 from pendulum_bridge.emulator.session import play
 from pendulum_sysid.finding.localisation.localise import localise
-from pendulum_sysid.finding.localisation.shape_check import misfit_of_named, outweighed, remainders
+from pendulum_sysid.finding.localisation.shape_check import (
+    find_misfits,
+    is_outweighed,
+    measure_remainders,
+)
 from pendulum_sysid.finding.search import Search, parameters_alone
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import fit
-from pendulum_sysid.fitting.split import split
+from pendulum_sysid.fitting.split import split_windows
 from pendulum_sysid.fitting.window_runs import run_windows
-from pendulum_sysid.fitting.windows import WINDOW_S, cut
+from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
 from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.records import Fit, Localisation, Recording
 from pendulum_twin.model import Twin
@@ -63,22 +67,22 @@ class Asked:
     @property
     def location(self) -> Localisation:
         twin = replace(self.case, twin=self.base.twin)
-        runs = run_windows(twin, cut(self.case.signals, self.case.state, WINDOW_S))
+        runs = run_windows(twin, cut_windows(self.case.signals, self.case.state, WINDOW_S))
         return localise(self.case, self.base.theta, runs)
 
     @property
     def doubted(self) -> set[str]:
         """Return the names whose shape is wrong; the word for all of them when what remains outweighs what they explain."""
         names = tuple(n for n in self.named.effects if n not in self.base.effects)
-        rest = remainders(self.case, self.named, self.base)
-        found = {one.effect for one in misfit_of_named(self.case, self.named.theta, rest, names)}
-        return found | ({"all"} if outweighed(rest) else set())
+        rest = measure_remainders(self.case, self.named, self.base)
+        found = {one.effect for one in find_misfits(self.case, self.named.theta, rest, names)}
+        return found | ({"all"} if is_outweighed(rest) else set())
 
 
 def asked(recording: Recording, names: dict[str, dict[str, float]]) -> Asked:
     """Return a recording's case, fitted with parameters alone and with effects, from these sizes on."""
     case = prepare_case([recording], INTECO)
-    parts = split(case.signals, case.state)
+    parts = split_windows(case.signals, case.state)
     base = parameters_alone(Search(case, parts, lambda line: None))
     theta = base.theta.copy()
     given = make_theta(Twin("named", INTECO.rig, names))

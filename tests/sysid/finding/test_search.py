@@ -15,7 +15,7 @@ from pendulum_sysid.finding.search import (
     simplest_of_each,
 )
 from pendulum_sysid.fitting.fit import HORIZONS, fit
-from pendulum_sysid.fitting.split import split
+from pendulum_sysid.fitting.split import split_windows
 from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.records import Fit
 from pendulum_twin.parameter_vector import SLOTS, make_theta
@@ -28,7 +28,7 @@ WRONG_SIGN = {"angle_sign_inverted": {}, "angle_scale": {"ratio": -0.045}}
 def search_of(effects: dict, seed: int) -> Search:
     recording, _ = hidden(effects, seed, 20.0)
     case = prepare_case([recording], INTECO)
-    return Search(case, split(case.signals, case.state), lambda line: None)
+    return Search(case, split_windows(case.signals, case.state), lambda line: None)
 
 
 def steps_from(search: Search, base: Fit, names: tuple[str, ...]) -> dict[str, Fit]:
@@ -73,7 +73,7 @@ def test_another_end_that_leaves_more_than_noise_is_not_believed() -> None:
     signals = recording.signals
     shaken = replace(signals, cart=signals.cart + 1e-3 * np.sin(40.0 * signals.times_s))
     case = prepare_case([replace(recording, signals=shaken)], INTECO)
-    search = Search(case, split(case.signals, case.state), lambda line: None)
+    search = Search(case, split_windows(case.signals, case.state), lambda line: None)
     base = parameters_alone(search)
     good = steps_from(search, base, ("gain_drift", "rail_tilt"))
     assert good["rail_tilt"].choose < good["gain_drift"].choose

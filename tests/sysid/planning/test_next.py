@@ -20,10 +20,9 @@ from support.tied_recordings import (
     recorded,
 )
 
+from pendulum_sysid import decisions
 from pendulum_sysid.cli import main
-from pendulum_sysid.finding.identifiability import ties
-from pendulum_sysid.finding.separation import APART
-from pendulum_sysid.planning.growing_plan import SAFE
+from pendulum_sysid.finding.identifiability import find_ties
 from pendulum_sysid.planning.next_experiment import REMEDIES, Next, planned_next
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.errors import BadInputError
@@ -61,14 +60,14 @@ def test_after_the_plan_the_tie_is_gone(case: str) -> None:
     truth, command, pair = TIED[case]
     first = recorded(truth, command)
     before = fitted([first], truth)
-    assert frozenset(pair) in pairs(ties(*before))
-    found = planned_next(*before, ties(*before))
+    assert frozenset(pair) in pairs(find_ties(*before))
+    found = planned_next(*before, find_ties(*before))
     assert found.plan is not None and found.before is not None and found.after is not None
-    assert found.before < APART < found.after and all(name in found.why for name in pair)
+    assert found.before < decisions.APART_STANDARD_ERRORS < found.after and all(name in found.why for name in pair)
     second = plan_recorded(truth, found.plan)
     assert second.signals.cart is not None
-    assert np.max(np.abs(second.signals.cart)) <= 1.1 * SAFE * ROOM.half_length_m
-    assert frozenset(pair) not in pairs(ties(*fitted([first, second], truth)))
+    assert np.max(np.abs(second.signals.cart)) <= 1.1 * decisions.RAIL_SHARE * ROOM.half_length_m
+    assert frozenset(pair) not in pairs(find_ties(*fitted([first, second], truth)))
 
 
 def test_an_interval_shrinks_as_promised() -> None:
@@ -93,11 +92,11 @@ def test_a_tie_that_no_plan_parts_is_said_and_does_not_hold_up_the_others() -> N
         {**DRY, "rail_tilt": {"angle_rad": 0.005}, "input_delay": {"delay_s": 0.01}}
     )
     before = fitted([recorded(truth, SLOW)], truth)
-    tied = ties(*before)
+    tied = find_ties(*before)
     hopeless = {"rail_tilt", "cart_friction_asymmetry"}
     assert {frozenset(hopeless), frozenset(("input_delay", "motor_lag"))} <= pairs(tied)
     found = planned_next(*before, tied)
-    assert found.plan is not None and found.after is not None and found.after > APART
+    assert found.plan is not None and found.after is not None and found.after > decisions.APART_STANDARD_ERRORS
     assert (
         "is expected to part rail_tilt and cart_friction_asymmetry" in found.why
         and "input_delay and motor_lag" in found.why
@@ -109,7 +108,7 @@ def test_a_tie_that_no_plan_parts_is_said_and_does_not_hold_up_the_others() -> N
 
 
 def test_what_no_motion_parts_is_said_with_what_would() -> None:
-    found = planned_next(*(before := fitted([recorded(DELAY, SLOW)], DELAY)), ties(*before))
+    found = planned_next(*(before := fitted([recorded(DELAY, SLOW)], DELAY)), find_ties(*before))
     assert "No motion will part input_delay from sensor_delay; a second clock would" in found.why
     assert set(REMEDIES) == {effect.name for effect in CATALOGUE if effect.shows_as is not None}
 
@@ -119,18 +118,18 @@ def test_nothing_is_planned_where_nothing_is_left_to_ask() -> None:
         {"cart_coulomb_friction": HIDDEN["cart_coulomb_friction"]}, seed=1, seconds=20.0
     )
     before = fitted([recording], truth)
-    found = planned_next(*before, ties(*before))
+    found = planned_next(*before, find_ties(*before))
     assert found == Next(None, found.why) and found.why.startswith(
         "Nothing is tied that motion could part"
     )
     assert "cart_coulomb_friction.level_n to 0." in found.why
-    assert planned_next(*before, ties(*before), "tie").plan is None
-    assert planned_next(*before, ties(*before), "interval").plan is not None
+    assert planned_next(*before, find_ties(*before), "tie").plan is None
+    assert planned_next(*before, find_ties(*before), "interval").plan is not None
 
 
 def test_the_same_question_gives_the_same_plan_and_its_length_is_what_was_asked_for() -> None:
     before = fitted([recorded(DELAY, SLOW)], DELAY)
-    tied = ties(*before)
+    tied = find_ties(*before)
     first, again = (planned_next(*before, tied, seconds=9.0) for _ in range(2))
     assert first == again and first.plan is not None
     assert [phase["kind"] for phase in first.plan["phases"]][:: len(first.plan["phases"]) - 1] == [
@@ -155,7 +154,7 @@ def test_a_rig_whose_rail_is_not_known_gets_no_plan() -> None:
     case = replace(
         case, twin=replace(case.twin, rig=replace(case.twin.rig, rail_half_length_m=None))
     )
-    found = planned_next(case, parts, best, ties(case, parts, best))
+    found = planned_next(case, parts, best, find_ties(case, parts, best))
     assert (
         found.plan is None
         and "No plan can be made: " in found.why
@@ -168,7 +167,7 @@ def test_where_every_phase_leads_off_the_rail_there_is_no_plan() -> None:
     case = replace(
         case, twin=replace(case.twin, rig=replace(case.twin.rig, rail_half_length_m=0.005))
     )
-    assert planned_next(case, parts, best, ties(case, parts, best)).why.startswith(
+    assert planned_next(case, parts, best, find_ties(case, parts, best)).why.startswith(
         "No phase of a plan keeps the cart"
     )
 

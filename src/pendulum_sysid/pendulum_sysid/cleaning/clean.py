@@ -8,22 +8,26 @@ from itertools import pairwise
 
 import numpy as np
 
-from pendulum_sysid.cleaning.clipping import clipped_runs
-from pendulum_sysid.cleaning.clock import Rate, filled, grid, held, rate_of, resampled, runs
-from pendulum_sysid.cleaning.frozen import frozen_runs
+from pendulum_sysid import decisions
+from pendulum_sysid.cleaning.clipping import find_clipped_runs
+from pendulum_sysid.cleaning.clock import (
+    Rate,
+    estimate_rate,
+    fill,
+    find_runs,
+    hold_commands,
+    make_grid,
+    resample,
+)
+from pendulum_sysid.cleaning.frozen import find_frozen_runs
 from pendulum_sysid.cleaning.jumps import Places, find_jumps
-from pendulum_sysid.cleaning.small_spikes import off_curve
-from pendulum_sysid.cleaning.velocity_spikes import impossible_rates
-from pendulum_sysid.cleaning.wraps import TURN, unwrapped
+from pendulum_sysid.cleaning.small_spikes import find_small_spikes
+from pendulum_sysid.cleaning.velocity_spikes import find_impossible_rates
+from pendulum_sysid.cleaning.wraps import TURN, unwrap
 from pendulum_sysid.reading.raw import JOINTS, RawRecording
 from pendulum_sysid.records import QualityFinding, Recording
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.signals import Floats, Mask, Signals
-
-LEAST_SAMPLES, LEAST_S = 100, 2.0
-SHORTEST_STRETCH = 10  # samples; a shorter stretch between two breaks says nothing and is left out
-EARLY = 0.25  # of a recording, in which what belongs to another run is looked for
-JITTER = 0.1  # deviation of the stamps, in periods, from which it is told
 
 Interval = tuple[float, float]
 
@@ -82,7 +86,7 @@ def clean_recording(raw: RawRecording) -> Recording:
     keep = _usable_rows(raw, faults)
     stamps = raw.state_stamp_s[keep]
     _check_enough(len(stamps), float(np.ptp(stamps)) if len(stamps) else 0.0)
-    rate = rate_of(stamps)
+    rate = estimate_rate(stamps)
     _judge_times(raw, stamps, rate, faults)
     positions = {
         joint: _continuous(raw, joint, keep, faults)
@@ -115,7 +119,7 @@ def _reported_rates(raw: RawRecording, keep: Mask, signals: Signals, rate: Rate)
         values = getattr(raw, f"{joint}_velocity")
         if values is not None and np.isfinite(values[keep]).sum() > 1:
             there = keep & np.isfinite(values)
-            column, valid = resampled(
+            column, valid = resample(
                 signals.clock_s, raw.state_stamp_s[there], values[there], rate
             )
             found[:, k] = np.where(valid, column, np.nan)
@@ -123,9 +127,9 @@ def _reported_rates(raw: RawRecording, keep: Mask, signals: Signals, rate: Rate)
 
 
 def _check_enough(samples: int, seconds: float) -> None:
-    if samples < LEAST_SAMPLES or seconds < LEAST_S:
+    if samples < decisions.LEAST_SAMPLES or seconds < decisions.LEAST_SECONDS:
         raise BadInputError(
-            f"expected at least {LEAST_SAMPLES} usable samples and {LEAST_S:g} s, found {samples} samples "
+            f"expected at least {decisions.LEAST_SAMPLES} usable samples and {decisions.LEAST_SECONDS:g} s, found {samples} samples "
             f"in {seconds:.3g} s: record longer"
         )
 
@@ -135,7 +139,7 @@ def _judge_times(raw: RawRecording, stamps: Floats, rate: Rate, faults: _Faults)
     faults.add("gap", _steps(stamps, np.flatnonzero(np.diff(stamps) > rate.gap_s)))
     if raw.lost_messages or raw.cut_short:
         faults.add("gap", [(end, end)])
-    if rate.jitter > JITTER:
+    if rate.jitter > decisions.JITTER_PERIODS:
         faults.add("jitter", [(0.0, end)])
 
 
@@ -143,7 +147,7 @@ def _usable_rows(raw: RawRecording, faults: _Faults) -> Mask:
     """Return which samples to use: not one that came twice, nor one without any position."""
     stamps = raw.state_stamp_s
     again = np.concatenate([[False], np.diff(stamps) <= 0])
-    faults.add("stale", _spans(stamps, runs(again)))
+    faults.add("stale", _spans(stamps, find_runs(again)))
     nothing = np.all(
         [np.isnan(getattr(raw, j)) for j in JOINTS if getattr(raw, j) is not None], axis=0
     )
@@ -155,16 +159,16 @@ def _continuous(raw: RawRecording, joint: str, keep: Mask, faults: _Faults) -> F
     values = getattr(raw, joint)[keep].copy()
     there = np.isfinite(values)
     stamps = raw.state_stamp_s[keep]
-    faults.add("gap", _spans(stamps, runs(~there)))
+    faults.add("gap", _spans(stamps, find_runs(~there)))
     if joint == "pole" and np.any(there):
-        values[there], wraps = unwrapped(values[there])
+        values[there], wraps = unwrap(values[there])
         faults.add("wrap", _steps(stamps[there], wraps))
     return values
 
 
 def _without_frozen(stamps: Floats, sensors: dict[str, Floats], faults: _Faults) -> Mask:
     moving = np.ones(len(stamps), dtype=bool)
-    for first, stop in frozen_runs(stamps, list(sensors.values())):
+    for first, stop in find_frozen_runs(stamps, list(sensors.values())):
         moving[first:stop] = False
         faults.add("stale", _spans(stamps, [(first, stop)]))
     return moving
@@ -178,10 +182,10 @@ def _sensor(
     jumps = find_jumps(stamps, values, rate, turn)
     good = jumps.good.copy()
     if turn is not None:
-        values[good], _ = unwrapped(values[good])  # a spike may have hidden a turn
-    for first, stop in off_curve(stamps, filled(values, good), rate.period_s):
+        values[good], _ = unwrap(values[good])  # a spike may have hidden a turn
+    for first, stop in find_small_spikes(stamps, fill(values, good), rate.period_s):
         good[first:stop] = False
-    faults.add("spike", _spans(stamps, runs(~good)))
+    faults.add("spike", _spans(stamps, find_runs(~good)))
     faults.add("gap", _steps(stamps, jumps.stays))
     return _Sensor(stamps[good], values[good], stamps[jumps.stays])
 
@@ -199,7 +203,11 @@ def _own_run(stamps: Floats, sensors: dict[str, _Sensor], rate: Rate, faults: _F
     together = [
         t for t in breaks if all(_elsewhere(one, t, rate.period_s) for one in sensors.values())
     ]
-    early = [t for t in together if t - stamps[0] <= EARLY * (stamps[-1] - stamps[0])]
+    early = [
+        t
+        for t in together
+        if t - stamps[0] <= decisions.OTHER_RUN_SHARE * (stamps[-1] - stamps[0])
+    ]
     if not early:
         return 0.0
     last = float(max(early)) + 0.5 * rate.period_s
@@ -229,18 +237,18 @@ def _judge_velocities(
             continue
         there = keep & np.isfinite(velocity)
         stamps = raw.state_stamp_s[there]
-        bad = impossible_rates(
+        bad = find_impossible_rates(
             stamps, velocity[there], sensor.stamps, sensor.values, rate.period_s
         )
-        faults.add("spike", _spans(stamps, runs(bad)))
+        faults.add("spike", _spans(stamps, find_runs(bad)))
 
 
 def _usable_commands(raw: RawRecording, faults: _Faults) -> tuple[Floats, Floats]:
     """Return the finite commands and when each came."""
     there = np.isfinite(raw.command)
     stamps, command = raw.command_stamp_s[there], raw.command[there]
-    faults.add("gap", _spans(raw.command_stamp_s, runs(~there)))
-    faults.add("clipped", _spans(stamps, clipped_runs(command)))
+    faults.add("gap", _spans(raw.command_stamp_s, find_runs(~there)))
+    faults.add("clipped", _spans(stamps, find_clipped_runs(command)))
     return stamps, command
 
 
@@ -253,7 +261,7 @@ def _on_one_clock(
 ) -> Signals:
     """Return all stretches resampled, one after another."""
     stretches = _stretches(stamps, sensors, rate)
-    grids = [grid(stamps[a:b], rate.period_s) for a, b in stretches]
+    grids = [make_grid(stamps[a:b], rate.period_s) for a, b in stretches]
     instants = np.concatenate([np.empty(0), *grids])
     columns: dict[str, Floats | None] = dict.fromkeys(JOINTS)
     valid = {joint: np.zeros(len(instants), dtype=bool) for joint in JOINTS}
@@ -267,7 +275,7 @@ def _on_one_clock(
     _check_enough(len(instants), len(instants) * rate.period_s)
     return Signals(
         period_s=rate.period_s,
-        command=held(instants, rate.period_s, command_stamps, command),
+        command=hold_commands(instants, rate.period_s, command_stamps, command),
         cart=columns["cart"],
         pole=columns["pole"],
         cart_valid=valid["cart"],
@@ -282,14 +290,14 @@ def _stretches(stamps: Floats, sensors: dict[str, _Sensor], rate: Rate) -> list[
     breaks = [np.flatnonzero(np.diff(stamps) > rate.break_s) + 1]
     breaks += [np.searchsorted(stamps, sensor.breaks, side="right") for sensor in sensors.values()]
     edges = np.unique(np.concatenate([[0, len(stamps)], *breaks])).astype(int).tolist()
-    return [(a, b) for a, b in pairwise(edges) if b - a >= SHORTEST_STRETCH]
+    return [(a, b) for a, b in pairwise(edges) if b - a >= decisions.SHORTEST_STRETCH]
 
 
 def _resampled(
     sensor: _Sensor, begin: float, end: float, instants: Floats, rate: Rate
 ) -> tuple[Floats, Mask]:
     inside = (sensor.stamps >= begin) & (sensor.stamps <= end)
-    return resampled(instants, sensor.stamps[inside], sensor.values[inside], rate)
+    return resample(instants, sensor.stamps[inside], sensor.values[inside], rate)
 
 
 def _steps(stamps: Floats, places: Places) -> list[Interval]:

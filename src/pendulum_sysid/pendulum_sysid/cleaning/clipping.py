@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from pendulum_sysid.cleaning.clock import runs
+from pendulum_sysid import decisions
+from pendulum_sysid.cleaning.clock import find_runs
 from pendulum_twin.signals import Floats
 
-SHORTEST = 3  # samples at the limit in a row
-LEAST_SHARE = 0.02  # of the recording; less is not worth a word
-NEAR = 0.25  # part of the limit within which a command comes to it when it is clipped, and not merely stepped
 
-
-def clipped_runs(command: Floats) -> list[tuple[int, int]]:
+def find_clipped_runs(command: Floats) -> list[tuple[int, int]]:
     """Return (first, stop) samples at which a varying command (n,) stood at its greatest magnitude; [] if hardly ever.
 
     Steps between constant levels are a plan, not clipping: the command must move towards the limit
@@ -23,9 +20,11 @@ def clipped_runs(command: Floats) -> list[tuple[int, int]]:
         return []
     at_limit = np.abs(command) >= limit * (1 - 1e-9)
     found = [
-        (a, b) for a, b in runs(at_limit) if b - a >= SHORTEST and _glides(command, limit, a, b)
+        (a, b)
+        for a, b in find_runs(at_limit)
+        if b - a >= decisions.CLIPPED_LEAST_SAMPLES and _glides(command, limit, a, b)
     ]
-    return found if sum(b - a for a, b in found) > LEAST_SHARE * len(command) else []
+    return found if sum(b - a for a, b in found) > decisions.CLIPPED_SHARE * len(command) else []
 
 
 def _glides(command: Floats, limit: float, first: int, stop: int) -> bool:
@@ -33,7 +32,7 @@ def _glides(command: Floats, limit: float, first: int, stop: int) -> bool:
     sides = (command[max(0, first - 2) : first][::-1], command[stop : stop + 2])
     return any(
         len(side) == 2
-        and abs(side[0]) > (1 - NEAR) * limit
+        and abs(side[0]) > (1 - decisions.CLIPPED_APPROACH) * limit
         and side[0] * command[first] > 0
         and side[0] != side[1]
         for side in sides

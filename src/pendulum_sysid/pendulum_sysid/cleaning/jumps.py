@@ -15,30 +15,14 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
+from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.clock import Rate
 from pendulum_twin.signals import Floats, Mask
 
 Places = NDArray[np.int64]
 
-SIDE = 7  # steps on either side that say what the motion was
-LEAST = 3  # of them, so that a side is believed
-LONGEST_SPIKE = 5  # samples
-QUANTA, DEVIATIONS = (
-    6.0,
-    10.0,
-)  # the least step out of line that counts, in encoder steps and in noise of a step
-RANGE_SHARE = 3e-4  # of the signal's range: less is of no account
 PASSES = 4
-SPREADS = 3.0  # a step may be out of line by so many median deviations of the steps nearby
-SPEED_SHARE = 0.25  # encoders also err in proportion to the speed
-GOES_ALONG = 3.0  # a neighbour with more than one part in so many of the same excess
-TURN_SHARE = 0.125
 NO_STEP = 1e-9  # m or rad: below it a step is rounding
-BACK = 0.25  # of a step out of line: what another step of a spike goes the other way, at least; a step that stays has none
-AS_GOOD = (
-    0.4  # of what is allowed: a spike of fewer samples explains a step as well as one of more
-)
-STAYING = 2.0  # a step that is not seen to return must be so many times out of line
 
 
 @dataclass(frozen=True)
@@ -71,25 +55,29 @@ class _Motion:
         )
 
 
-def least_of(values: Floats) -> float:
+def measure_least_step(values: Floats) -> float:
     """Return the least that counts as out of line in a signal (n,) without noise: by encoder step and range."""
     moved = np.abs(np.diff(values))
     moved = moved[moved > NO_STEP]
     quantum = float(np.quantile(moved, 0.01)) if len(moved) else 0.0
     low, high = np.quantile(values, [0.01, 0.99])
-    return max(QUANTA * quantum, RANGE_SHARE * float(high - low), NO_STEP)
+    return max(
+        decisions.SPIKE_ENCODER_STEPS * quantum,
+        decisions.SPIKE_RANGE_SHARE * float(high - low),
+        NO_STEP,
+    )
 
 
-def floor_of(values: Floats) -> float:
+def measure_step_floor(values: Floats) -> float:
     """Return the least step out of line that counts in a signal (n,): of the signal and of its noise."""
     steps = np.diff(values)
     noise = 0.0
-    if len(steps) > 2 * SIDE:
+    if len(steps) > 2 * decisions.SPIKE_SIDE_STEPS:
         noise = 1.4826 * float(np.median(np.abs(steps - sum(_sides(steps, np.median)) / 2)))
-    return max(least_of(values), DEVIATIONS * noise)
+    return max(measure_least_step(values), decisions.SPIKE_DEVIATIONS * noise)
 
 
-def shortest(steps: Floats, turn: float | None) -> Floats:
+def take_shortest_way(steps: Floats, turn: float | None) -> Floats:
     """Return steps without whole turns; turn is None for a signal that does not come round."""
     return steps if turn is None else steps - np.rint(steps / turn) * turn
 
@@ -102,7 +90,7 @@ def find_jumps(stamps: Floats, values: Floats, rate: Rate, turn: float | None = 
     """
     left, stays = np.arange(len(values)), np.empty(0, dtype=np.int64)
     for _ in range(PASSES):
-        steps = shortest(np.diff(values[left]), turn)
+        steps = take_shortest_way(np.diff(values[left]), turn)
         spikes, stays = _one_pass(
             stamps[left], np.cumsum(np.concatenate([values[:1], steps])), rate, turn
         )
@@ -120,10 +108,10 @@ def _one_pass(
 ) -> tuple[list[tuple[int, int]], Places]:
     spikes: list[tuple[int, int]] = []
     stays: list[int] = []
-    if len(values) < 3 * SIDE:
+    if len(values) < 3 * decisions.SPIKE_SIDE_STEPS:
         return spikes, np.array(stays, dtype=np.int64)
     steps, every = np.diff(values), np.arange(len(values) - 1)
-    motion = _motion(steps, np.diff(stamps) / rate.period_s, floor_of(values))
+    motion = _motion(steps, np.diff(stamps) / rate.period_s, measure_step_floor(values))
     off = steps - 0.5 * (motion.low + motion.high) * motion.periods
     excess, allowed = motion.beyond(steps, every, every)
     out = np.where(np.diff(stamps) < rate.break_s, _alone(excess, turn) / allowed, 0.0)
@@ -132,9 +120,9 @@ def _one_pass(
             continue
         spike = _spike_at(values, motion, off, int(step), turn)
         returns = spike is not None and spike[0] > 0 and spike[1] < len(values)
-        if spike and (returns or out[step] > STAYING):
+        if spike and (returns or out[step] > decisions.JUMP_RATIO):
             spikes.append(spike)
-        elif not spike and out[step] > STAYING:
+        elif not spike and out[step] > decisions.JUMP_RATIO:
             stays.append(int(step))
     return spikes, np.array(stays, dtype=np.int64)
 
@@ -144,11 +132,15 @@ def _motion(steps: Floats, periods: Floats, floor: float) -> _Motion:
     before, after = _sides(rates, np.median)
     spread = np.maximum(*_sides(rates, _deviation))
     speed = np.maximum(np.abs(before), np.abs(after))
-    slack = np.abs(after - before) + SPREADS * spread + SPEED_SHARE * speed
-    slack[:LEAST] += (
-        2 * speed[:LEAST]
+    slack = (
+        np.abs(after - before)
+        + decisions.SPIKE_SPREADS * spread
+        + decisions.SPIKE_SPEED_SHARE * speed
+    )
+    slack[: decisions.SPIKE_SIDE_LEAST] += (
+        2 * speed[: decisions.SPIKE_SIDE_LEAST]
     )  # where one side is not known, the signal may have turned round
-    slack[-LEAST:] += 2 * speed[-LEAST:]
+    slack[-decisions.SPIKE_SIDE_LEAST :] += 2 * speed[-decisions.SPIKE_SIDE_LEAST :]
     return _Motion(periods, np.minimum(before, after), np.maximum(before, after), slack, floor)
 
 
@@ -159,9 +151,9 @@ def _alone(excess: Floats, turn: float | None) -> Floats:
     """
     beside = np.concatenate([[0.0], excess, [0.0]])
     along = np.maximum(beside[:-2] * np.sign(excess), beside[2:] * np.sign(excess))
-    slips = along * GOES_ALONG >= np.abs(excess)
+    slips = along * decisions.SPIKE_SHARED_EXCESS >= np.abs(excess)
     if turn is not None:
-        slips &= np.abs(excess) < TURN_SHARE * turn
+        slips &= np.abs(excess) < decisions.SPIKE_TURN_SHARE * turn
     return np.where(slips, 0.0, np.abs(excess))
 
 
@@ -173,7 +165,7 @@ def _spike_at(
     off: (n-1,) how far every step is from the middle of what motion does.
     """
     to_end = min(step + 1, len(values) - 1 - step)
-    widths = range(1, min(LONGEST_SPIKE, to_end) + 1)
+    widths = range(1, min(decisions.SPIKE_LONGEST, to_end) + 1)
     sides = np.array(
         [side for w in widths for side in ((step + 1, step + 1 + w), (step + 1 - w, step + 1))]
     )
@@ -182,20 +174,22 @@ def _spike_at(
     sides, before, after = sides[inner], before[inner], after[inner]
     if len(sides):
         excess, allowed = motion.beyond(
-            shortest(values[after] - values[before], turn), before, after - 1
+            take_shortest_way(values[after] - values[before], turn), before, after - 1
         )
         back = -off * np.sign(off[step])
         if turn is not None:  # half a turn has no sign
-            back = np.where(np.abs(off) >= TURN_SHARE * turn, np.abs(off), back)
+            back = np.where(np.abs(off) >= decisions.SPIKE_TURN_SHARE * turn, np.abs(off), back)
         back[step] = 0.0
         most = np.array(
             [back[first:last].max() for first, last in zip(before, after, strict=True)]
         )
-        rest = np.where(most > BACK * abs(off[step]), np.abs(excess) / allowed, np.inf)
+        rest = np.where(
+            most > decisions.SPIKE_RETURN_SHARE * abs(off[step]), np.abs(excess) / allowed, np.inf
+        )
         if rest.min() <= 1.0:
-            first, stop = sides[int(np.argmax(rest <= rest.min() + AS_GOOD))]
+            first, stop = sides[int(np.argmax(rest <= rest.min() + decisions.SPIKE_AS_GOOD))]
             return int(first), int(stop)
-    if to_end > LONGEST_SPIKE:
+    if to_end > decisions.SPIKE_LONGEST:
         return None
     return (0, step + 1) if step + 1 == to_end else (step + 1, len(values))
 
@@ -203,14 +197,20 @@ def _spike_at(
 def _sides(rates: Floats, statistic: Callable[..., Floats]) -> tuple[Floats, Floats]:
     """Return a statistic of the steps before and of the steps after every step; a side with too few is as the other."""
     count = len(rates)
-    windows = statistic(sliding_window_view(rates, SIDE), axis=1)
+    windows = statistic(sliding_window_view(rates, decisions.SPIKE_SIDE_STEPS), axis=1)
     before, after = np.empty(count), np.empty(count)
-    before[SIDE:] = windows[: count - SIDE]
-    after[: count - SIDE] = windows[1:]
-    for k in range(SIDE):
-        before[k] = statistic(rates[None, :k], axis=1)[0] if k >= LEAST else after[k]
+    before[decisions.SPIKE_SIDE_STEPS :] = windows[: count - decisions.SPIKE_SIDE_STEPS]
+    after[: count - decisions.SPIKE_SIDE_STEPS] = windows[1:]
+    for k in range(decisions.SPIKE_SIDE_STEPS):
+        before[k] = (
+            statistic(rates[None, :k], axis=1)[0] if k >= decisions.SPIKE_SIDE_LEAST else after[k]
+        )
         end = count - 1 - k
-        after[end] = statistic(rates[None, end + 1 :], axis=1)[0] if k >= LEAST else before[end]
+        after[end] = (
+            statistic(rates[None, end + 1 :], axis=1)[0]
+            if k >= decisions.SPIKE_SIDE_LEAST
+            else before[end]
+        )
     return before, after
 
 

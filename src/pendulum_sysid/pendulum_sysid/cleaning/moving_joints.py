@@ -6,12 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_sysid.errors import UnusableRecording
 from pendulum_sysid.records import Recording
 from pendulum_twin.signals import Floats
-
-LEAST = 20.0  # times the sensor's noise that a joint must travel
 
 
 def leave_out_still_cart(recording: Recording, state: SmoothState) -> Recording:
@@ -45,4 +44,8 @@ def _joints(
 
 
 def _moves(values: Floats | None, noise: float | None) -> bool:
-    return values is not None and noise is not None and float(np.ptp(values)) > LEAST * noise
+    return (
+        values is not None
+        and noise is not None
+        and float(np.ptp(values)) > decisions.MOVING_DEVIATIONS * noise
+    )

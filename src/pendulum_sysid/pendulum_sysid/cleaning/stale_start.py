@@ -10,24 +10,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_sysid.errors import UnusableRecording
 from pendulum_sysid.records import QualityFinding, Recording
 from pendulum_twin.signals import Floats, Signals
 
-EARLY = (
-    0.25  # only this part of a stretch, from its start, and of the whole recording is suspected
-)
-LONG_S = 0.2  # shorter silences are left to delay, lag and dry friction
-STRONG = 0.35  # of the largest command: weaker ones may be lost in a dead zone
-GRIP = 2.0  # times the dry friction in motion that a cart at rest may be held by
 DRY = 1  # its column among the brakes
-COMPARABLE_S = 1.0  # of weak commands later on, at least, to say how they are answered
-CERTAIN = 50.0  # log likelihood by which the silence must beat an answer
-LATER_S, LATEST_S = 0.01, 0.2  # steps in which, and the most by which, an answer may come late
-BLOCK_S = 0.5
-SURE = 3.0  # standard errors over blocks
-AT_REST = 0.05  # of the root mean square speed
+LATER_S = 0.01
 
 NO_ANSWER = (
     "expected the cart to follow the command, found it moving no more by it than without: "
@@ -87,7 +77,7 @@ def _brakes(state: SmoothState) -> Floats:
 
 def _slow(state: SmoothState) -> float:
     """Return the speed of a cart that hardly moves, m/s."""
-    return float(AT_REST * np.sqrt(np.mean(state.states[:, 2] ** 2)) + 1e-12)
+    return float(decisions.REST_SPEED_SHARE * np.sqrt(np.mean(state.states[:, 2] ** 2)) + 1e-12)
 
 
 def _answer(signals: Signals, state: SmoothState, up_to: float = np.inf) -> Answer | None:
@@ -105,10 +95,10 @@ def _answer(signals: Signals, state: SmoothState, up_to: float = np.inf) -> Answ
     brakes = _brakes(state)
     step = max(round(LATER_S / signals.period_s), 1)
     answers = []
-    for late in range(0, round(LATEST_S / signals.period_s) + 1, step):
-        command = delayed(signals, late)
+    for late in range(0, round(decisions.ANSWER_LATEST_S / signals.period_s) + 1, step):
+        command = delay_command(signals, late)
         trusted = moving[np.abs(command[moving]) <= up_to]
-        if len(trusted) < COMPARABLE_S / signals.period_s and np.isfinite(up_to):
+        if len(trusted) < decisions.STALE_COMPARABLE_S / signals.period_s and np.isfinite(up_to):
             return None
         columns, target = (
             np.column_stack([command[trusted], brakes[trusted]]),
@@ -120,7 +110,7 @@ def _answer(signals: Signals, state: SmoothState, up_to: float = np.inf) -> Answ
     return min(answers, key=lambda one: one.spread)
 
 
-def delayed(signals: Signals, late: int) -> Floats:
+def delay_command(signals: Signals, late: int) -> Floats:
     """Return the command as it was so many samples ago, within each stretch; before its start the first one held."""
     found = np.empty(len(signals))
     for stretch in signals.stretches:
@@ -131,8 +121,8 @@ def delayed(signals: Signals, late: int) -> Floats:
 
 def _early(signals: Signals, stretch: slice) -> int:
     """Return how many samples of a stretch are suspected: one that ends early in the recording may belong to it nowhere."""
-    within = min(stretch.stop, int(EARLY * len(signals))) - stretch.start
-    return max(int(EARLY * (stretch.stop - stretch.start)), within)
+    within = min(stretch.stop, int(decisions.STALE_SHARE * len(signals))) - stretch.start
+    return max(int(decisions.STALE_SHARE * (stretch.stop - stretch.start)), within)
 
 
 def _silent_samples(signals: Signals, state: SmoothState, stretch: slice, answer: Answer) -> int:
@@ -144,8 +134,10 @@ def _silent_samples(signals: Signals, state: SmoothState, stretch: slice, answer
     end = _silence(signals, state, stretch, answer)
     if not end:
         return 0
-    told = np.abs(delayed(signals, answer.late)[stretch.start : stretch.start + end])
-    if np.sqrt(np.mean(told**2)) > STRONG * np.max(np.abs(signals.command[stretch])):
+    told = np.abs(delay_command(signals, answer.late)[stretch.start : stretch.start + end])
+    if np.sqrt(np.mean(told**2)) > decisions.STALE_COMMAND_SHARE * np.max(
+        np.abs(signals.command[stretch])
+    ):
         return end
     to_weak = _answer(signals, state, up_to=float(np.max(told)))
     return 0 if to_weak is None else min(end, _silence(signals, state, stretch, to_weak))
@@ -153,10 +145,12 @@ def _silent_samples(signals: Signals, state: SmoothState, stretch: slice, answer
 
 def _silence(signals: Signals, state: SmoothState, stretch: slice, answer: Answer) -> int:
     part = slice(stretch.start, stretch.start + _early(signals, stretch))
-    command = delayed(signals, answer.late)[part]
+    command = delay_command(signals, answer.late)[part]
     rest = state.accelerations[part, 0] - _brakes(state)[part] @ answer.brakes
     still = np.abs(state.states[part, 2]) < _slow(state)
-    gripped = still & (np.abs(answer.drive * command) < GRIP * np.abs(answer.brakes[DRY]))
+    gripped = still & (
+        np.abs(answer.drive * command) < decisions.STALE_GRIP * np.abs(answer.brakes[DRY])
+    )
     gain = np.where(gripped, 0.0, (rest - answer.drive * command) ** 2 - rest**2) / (
         2 * answer.spread**2
     )
@@ -164,8 +158,8 @@ def _silence(signals: Signals, state: SmoothState, stretch: slice, answer: Answe
     if not len(total):
         return 0
     end = len(total) - int(np.argmax(total[::-1]))  # the last of equal ones: a grip proves nothing
-    long_enough = end * signals.period_s >= LONG_S
-    return end if long_enough and total[end - 1] > CERTAIN else 0
+    long_enough = end * signals.period_s >= decisions.STALE_LEAST_S
+    return end if long_enough and total[end - 1] > decisions.STALE_NATS else 0
 
 
 def check_follows_command(signals: Signals, state: SmoothState) -> None:
@@ -183,9 +177,9 @@ def follows_command(signals: Signals, state: SmoothState) -> bool:
     answer = _answer(signals, state)
     assert answer is not None
     valid = signals.cart_valid
-    columns = np.column_stack([delayed(signals, answer.late), _brakes(state)])
+    columns = np.column_stack([delay_command(signals, answer.late), _brakes(state)])
     target = state.accelerations[:, 0]
-    block = (np.arange(len(signals)) * signals.period_s // BLOCK_S).astype(int)
+    block = (np.arange(len(signals)) * signals.period_s // decisions.ANSWER_BLOCK_S).astype(int)
     gains = []
     for half in (block % 2 == 0, block % 2 == 1):
         made, judged = valid & half, valid & ~half
@@ -195,4 +189,4 @@ def follows_command(signals: Signals, state: SmoothState) -> bool:
         better = (target - columns[:, 1:] @ without) ** 2 - (target - columns @ with_it) ** 2
         gains += [float(np.mean(better[judged & (block == b)])) for b in np.unique(block[judged])]
     spread = float(np.std(gains)) / np.sqrt(len(gains))
-    return float(np.mean(gains)) > SURE * max(spread, 1e-300)
+    return float(np.mean(gains)) > decisions.ANSWER_STANDARD_ERRORS * max(spread, 1e-300)

@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
-from pendulum_sysid.cleaning.jumps import SIDE, floor_of
+from pendulum_sysid import decisions
+from pendulum_sysid.cleaning.jumps import measure_step_floor
 from pendulum_twin.signals import Floats, Mask
 
-TIMES = 3.0  # faster than the positions moved nearby, from which a velocity is out of line
 
-
-def impossible_rates(
+def find_impossible_rates(
     instants: Floats, rates: Floats, stamps: Floats, values: Floats, period_s: float
 ) -> Mask:
     """Return which reported velocities (n,), at the instants, are far above all that the positions did nearby.
@@ -21,6 +20,10 @@ def impossible_rates(
     """
     if len(values) < 2:
         return np.zeros(len(rates), dtype=bool)
-    moved = maximum_filter1d(np.abs(np.diff(values)) / np.diff(stamps), 2 * SIDE + 1)
+    moved = maximum_filter1d(
+        np.abs(np.diff(values)) / np.diff(stamps), 2 * decisions.SPIKE_SIDE_STEPS + 1
+    )
     nearby = moved[np.clip(np.searchsorted(stamps, instants) - 1, 0, len(moved) - 1)]
-    return np.abs(rates) > TIMES * nearby + floor_of(values) / period_s
+    return (
+        np.abs(rates) > decisions.VELOCITY_RATIO * nearby + measure_step_floor(values) / period_s
+    )

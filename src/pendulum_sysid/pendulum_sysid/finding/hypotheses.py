@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pendulum_sysid.fitting.parameters import Scales, size_of
+from pendulum_sysid import decisions
+from pendulum_sysid.fitting.parameters import Scales, compute_size
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Effect, Form, Parameter, Place
 from pendulum_twin.parameter_vector import SLOTS
 from pendulum_twin.rig import Rig
 from pendulum_twin.signals import Floats
 
-MOST_SHAPES = 6  # of one effect; more are thinned out evenly, and what lies between is reached by moving a shape
 MOVED = 0.05  # of a shape's value (or of its size at 0), by which it is moved to see how its neighbours show
 
 
@@ -57,7 +57,7 @@ class Shape:
         return found
 
 
-def possible(rig: Rig) -> tuple[Effect, ...]:
+def list_possible_effects(rig: Rig) -> tuple[Effect, ...]:
     """Return the effects that a diagnosis may name on a rig; only positions are read, so none on reported velocities."""
     places = {Place.CLOCK, Place.SENSOR}
     places |= {Place.COMMAND, Place.DRIVE, Place.CART} if rig.has_cart else set()
@@ -67,48 +67,54 @@ def possible(rig: Rig) -> tuple[Effect, ...]:
     )
 
 
-def shapes(theta: Floats, effect: Effect, scales: Scales, share: float = 1.0) -> list[Shape]:
+def make_shapes(theta: Floats, effect: Effect, scales: Scales, share: float = 1.0) -> list[Shape]:
     """Return the ways in which an effect may show beside what theta (SIZE,) hold, at a share of its typical size.
 
     scales: of the recording.
     """
     if not effect.parameters:
-        return [shape_of(theta, effect, scales)]
-    sizes = [size_of(p, scales) for p in effect.parameters]
+        return [make_shape_of(theta, effect, scales)]
+    sizes = [compute_size(p, scales) for p in effect.parameters]
     combinations = list(
         itertools.product(*(p.probes if p.shape else p.probes[:1] for p in effect.parameters))
     )
-    kept = np.unique(np.linspace(0, len(combinations) - 1, MOST_SHAPES).round().astype(int))
+    kept = np.unique(
+        np.linspace(0, len(combinations) - 1, decisions.SHAPES_COMPARED).round().astype(int)
+    )
     found = [
-        _shape(theta, effect, [a * b for a, b in zip(combinations[k], sizes, strict=True)], sizes)
+        _make_shape(
+            theta, effect, [a * b for a, b in zip(combinations[k], sizes, strict=True)], sizes
+        )
         for k in kept
     ]
     if share == 1.0:
         return found
     slot = SLOTS[effect.name]
-    return [_shape(theta, effect, list(one.between(theta, share)[slot]), sizes) for one in found]
+    return [
+        _make_shape(theta, effect, list(one.between(theta, share)[slot]), sizes) for one in found
+    ]
 
 
-def shape_of(theta: Floats, effect: Effect, scales: Scales) -> Shape:
+def make_shape_of(theta: Floats, effect: Effect, scales: Scales) -> Shape:
     """Return the one way in which theta (SIZE,) hold an effect; one that is on or off counts as on."""
     if not effect.parameters:
         on = theta.copy()
         on[SLOTS[effect.name]] = 1.0
         return Shape(effect, on, on[None], (True,), np.empty((0, theta.size)), ())
-    return _shape(
+    return _make_shape(
         theta,
         effect,
         list(theta[SLOTS[effect.name]]),
-        [size_of(p, scales) for p in effect.parameters],
+        [compute_size(p, scales) for p in effect.parameters],
     )
 
 
-def typical(found: list[Shape]) -> Shape:
+def choose_typical(found: list[Shape]) -> Shape:
     """Return the shape that stands for all of an effect's: the one in the middle."""
     return found[len(found) // 2]
 
 
-def _shape(theta: Floats, effect: Effect, values: list[float], sizes: list[float]) -> Shape:
+def _make_shape(theta: Floats, effect: Effect, values: list[float], sizes: list[float]) -> Shape:
     start = SLOTS[effect.name].start
     whole = theta.copy()
     whole[SLOTS[effect.name]] = values
@@ -127,7 +133,7 @@ def _shape(theta: Floats, effect: Effect, values: list[float], sizes: list[float
             one = whole.copy()
             one[start + k] += step
             moved.append(one)
-    one_way = tuple(_one_way(effect.parameters[k]) for k in how_much) or (True,)
+    one_way = tuple(_has_one_sign(effect.parameters[k]) for k in how_much) or (True,)
     return Shape(
         effect,
         whole,
@@ -138,5 +144,5 @@ def _shape(theta: Floats, effect: Effect, values: list[float], sizes: list[float
     )
 
 
-def _one_way(parameter: Parameter) -> bool:
+def _has_one_sign(parameter: Parameter) -> bool:
     return parameter.low >= parameter.neutral or parameter.high <= parameter.neutral

@@ -14,11 +14,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_sysid.finding.hypotheses import Shape
-from pendulum_sysid.fitting.linearised import Problem, linearised
+from pendulum_sysid.fitting.linearised import Problem, linearise
 from pendulum_sysid.fitting.parameters import Free
-from pendulum_sysid.fitting.windows import shorter
+from pendulum_sysid.fitting.windows import shorten_windows
 from pendulum_sysid.records import Ints, Split, Windows
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Effect
@@ -28,16 +29,7 @@ from pendulum_twin.signals import Floats
 # Of two twins that lie d apart the right one is ahead by d/2 standard errors in the mean, so the
 # wrong one is ahead once in 44 recordings at 4. It is also the lead (`judge.SURE`) that a
 # diagnosis asks for.
-APART = 4.0
-FOUND = 5.0  # standard errors at which an effect is called found
-SURE, WORTH = (
-    2.0,
-    1.005,
-)  # the lead that a diagnosis asks for: standard errors over windows, and factor of misfit
-DECIDING = 0.75  # of a recording's windows: the rest is held out
 CERTAIN = 1.96  # deviations to either side of a 95 % interval
-WILD = 5.0  # times as much as in the median window that errors of a start may grow
-MOST_WINDOWS = 40  # looked at, spread evenly: the rest tells the same
 NOTHING = 1e-6  # standard errors: what shows less does not show
 
 
@@ -95,30 +87,37 @@ class Rest:
     taken: Floats
 
 
-def deciding(state: SmoothState, split: Split, parts: int = 1) -> tuple[Windows, float]:
+def pick_deciding_windows(
+    state: SmoothState, split: Split, parts: int = 1
+) -> tuple[Windows, float]:
     """Return windows that a diagnosis decides on, cut into parts, and for how many each of them stands."""
     begin = np.sort(np.concatenate([split.train.begin, split.choose.begin]))
-    kept = spread(len(begin))
+    kept = spread_indices(len(begin))
     chosen = Windows(begin[kept], split.train.samples, state.states[begin[kept]])
-    return shorter(state, chosen, parts), len(begin) / len(kept)
+    return shorten_windows(state, chosen, parts), len(begin) / len(kept)
 
 
-def spread(count: int, most: int = MOST_WINDOWS) -> Ints:
+def spread_indices(count: int, most: int | None = None) -> Ints:
     """Return indices of so many windows as are looked at, spread evenly over all of them."""
+    most = most or decisions.WINDOWS_COMPARED
     return np.unique(np.linspace(0, count - 1, most).round().astype(np.int64))
 
 
-def named_from(values: int) -> float:
+def compute_naming_threshold(values: int) -> float:
     """Return how many standard errors a diagnosis needs to name an effect, given how many values it decides on.
 
     It looks at a third of them, which it did not fit. There a lead of d/2 standard errors is to be
     had (see APART), and the factor of misfit exp(d^2 / 4 values), for the heavy-tailed likelihood
     counts half (`judge.lead`).
     """
-    return max(FOUND, 2 * SURE * np.sqrt(3.0), np.sqrt(4 * values * np.log(WORTH)))
+    return max(
+        decisions.FOUND_STANDARD_ERRORS,
+        2 * decisions.LEAD_STANDARD_ERRORS * np.sqrt(3.0),
+        np.sqrt(4 * values * np.log(decisions.LEAD_MISFIT_RATIO)),
+    )
 
 
-def doubles(effect: Effect) -> tuple[Effect, ...]:
+def list_doubles(effect: Effect) -> tuple[Effect, ...]:
     """Return the effects that look the same as this one in every motion of a rig, whatever its constants."""
     found = (
         e
@@ -134,7 +133,7 @@ def is_rival(other: Effect, effect: Effect) -> bool:
     return other.name != effect.name and effect.name not in other.simpler and not double
 
 
-def columns(
+def compute_columns(
     problem: Problem,
     theta: Floats,
     free: tuple[Free, ...],
@@ -153,15 +152,15 @@ def columns(
         for row in (*one.alone, *one.moved, *([one.whole] if len(one.moved) else []))
     ]
     whole = np.concatenate([np.array(steps).reshape(-1, theta.size), asked])
-    problem = calm(problem, theta, power)
-    normal = linearised(problem, theta, problem.windows.starts, free, power, whole).normal
+    problem = drop_wild_windows(problem, theta, power)
+    normal = linearise(problem, theta, problem.windows.starts, free, power, whole).normal
     combined, at = _combinations(len(free), shapes, len(asked))
     return Columns(
         combined.T @ normal @ combined, free, shapes, at, combined.shape[1] - len(asked)
     )
 
 
-def calm(problem: Problem, theta: Floats, power: Floats) -> Problem:
+def drop_wild_windows(problem: Problem, theta: Floats, power: Floats) -> Problem:
     """Return the problem without windows that magnify errors of their start far more than most, as near upright.
 
     Much would show there if a twin were exact; in a real fit such windows decide nothing (see
@@ -171,9 +170,11 @@ def calm(problem: Problem, theta: Floats, power: Floats) -> Problem:
     if len(windows) < 2:
         return problem
     grown = np.trace(
-        linearised(problem, theta, windows.starts, (), power).start_normal, axis1=1, axis2=2
+        linearise(problem, theta, windows.starts, (), power).start_normal, axis1=1, axis2=2
     )
-    return replace(problem, windows=windows.pick(grown <= WILD**2 * np.median(grown)))
+    return replace(
+        problem, windows=windows.pick(grown <= decisions.START_ERROR_GROWTH**2 * np.median(grown))
+    )
 
 
 def _combinations(
@@ -194,7 +195,7 @@ def _combinations(
     return np.array(made).T, tuple(at)
 
 
-def rest(found: Columns, asked: Floats, shape: int | None = None) -> Rest:
+def compute_rest(found: Columns, asked: Floats, shape: int | None = None) -> Rest:
     """Return what is left of a combination of columns, asked (columns,), beside the free parameters and one shape.
 
     Sizes that have one sign keep it; an effect that is on or off is taken whole.
@@ -231,7 +232,7 @@ def _least(normal: Floats, asked: Floats, taking: Ints, free: int) -> Rest | Non
     return Rest(float(np.sqrt(max(left, 0.0))), taking, taken / scale)
 
 
-def words_with(found: Columns, theta: Floats, shape: int, left: Rest) -> Floats:
+def make_nearest_theta(found: Columns, theta: Floats, shape: int, left: Rest) -> Floats:
     """Return theta (SIZE,) of the twin that comes nearest with this shape, to first order, within all bounds."""
     one, own = found.shapes[shape], found.of(shape)
     coefficient = dict(zip(left.columns.tolist(), left.taken.tolist(), strict=True))
@@ -255,7 +256,7 @@ def words_with(found: Columns, theta: Floats, shape: int, left: Rest) -> Floats:
     return new
 
 
-def deviations(normal: Floats) -> Floats:
+def compute_deviations(normal: Floats) -> Floats:
     """Return the standard deviations of parameters with these normal equations, in their sizes; infinite where unfixed."""
     values, vectors = np.linalg.eigh(normal)
     blind = values < 1e-10 * max(values.max(), 1e-300)

@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
+from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_sysid.errors import WrongUse
 from pendulum_sysid.fitting.linearised import Problem
-from pendulum_sysid.fitting.parameters import Scales, scales_of
-from pendulum_sysid.fitting.windows import noise_of
+from pendulum_sysid.fitting.parameters import Scales, compute_scales
+from pendulum_sysid.fitting.windows import list_noise
 from pendulum_sysid.records import Recording, Windows
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Place
@@ -17,8 +18,6 @@ from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
 from pendulum_twin.rig import CART_KEYS, POLE_KEYS, Rig
 from pendulum_twin.signals import Floats, Signals
-
-START_DOUBT = 1.0  # times the deviation that noise leaves in a smoothed start
 
 
 @dataclass(frozen=True)
@@ -42,11 +41,11 @@ class Case:
     @property
     def noise(self) -> Floats:
         """Return the sensors' noise in channel order (m, rad)."""
-        return noise_of(self.state.noise)
+        return list_noise(self.state.noise)
 
     def problem(self, windows: Windows) -> Problem:
         """Return these windows as data of a fit."""
-        return Problem(self.signals, windows, START_DOUBT * self.state.deviations)
+        return Problem(self.signals, windows, decisions.START_DOUBT * self.state.deviations)
 
 
 def make_case(recording: Recording, state: SmoothState, twin: Twin) -> Case:
@@ -55,7 +54,7 @@ def make_case(recording: Recording, state: SmoothState, twin: Twin) -> Case:
     Raises WrongUse when the recording holds a joint that the twin lacks.
     """
     twin = cut_to_joints(twin, recording.signals)
-    scales = scales_of(recording.signals, state, make_theta(twin))
+    scales = compute_scales(recording.signals, state, make_theta(twin))
     return Case(recording, state, twin, scales)
 
 

@@ -13,15 +13,19 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import t as student
 
-from pendulum_sysid.fitting.linearised import Problem, System, errors_of, linearised, varied
+from pendulum_sysid import decisions
+from pendulum_sysid.fitting.linearised import (
+    Problem,
+    System,
+    compute_errors,
+    linearise,
+    list_varied,
+)
 from pendulum_sysid.fitting.parameters import Free
 from pendulum_sysid.fitting.windows import gather
 from pendulum_twin.signals import Floats
 
 CONVERGED = 1e-5  # relative gain of the likelihood a sample
-HEAVIEST = (
-    0.99  # share of a direction's weight: what one window alone fixes has no scatter to go by
-)
 
 
 @dataclass(frozen=True)
@@ -59,7 +63,7 @@ def _cost(problem: Problem, starts: Floats, squares: Floats, counts: Floats) -> 
     total = counts.sum(axis=0)
     if not np.all(np.isfinite(squares)):
         return np.inf
-    turned = varied(problem)
+    turned = list_varied(problem)
     moved = (starts - problem.windows.starts)[:, turned] / problem.deviations[turned]
     return float(
         (np.sum(total * np.log(_power(squares, counts))) + np.sum(moved**2)) / (2 * total.sum())
@@ -83,15 +87,15 @@ def solve(
     theta = theta.copy()
     _, weights = gather(problem.signals, windows.begin, windows.samples)
     counts = weights.sum(axis=1)
-    squares = np.sum(errors_of(problem, theta, starts) ** 2, axis=1)
+    squares = np.sum(compute_errors(problem, theta, starts) ** 2, axis=1)
     cost = _cost(problem, starts, squares, counts)
     damping, converged = 1e-6, False
     system = None
     for _ in range(iterations):
-        system = linearised(problem, theta, starts, free, _power(squares, counts))
+        system = linearise(problem, theta, starts, free, _power(squares, counts))
         while True:
             new_words, new_starts = _stepped(system, theta, starts, free, damping)
-            new_squares = np.sum(errors_of(problem, new_words, new_starts) ** 2, axis=1)
+            new_squares = np.sum(compute_errors(problem, new_words, new_starts) ** 2, axis=1)
             new_cost = _cost(problem, new_starts, new_squares, counts)
             if new_cost < cost or damping > 1e4:
                 break
@@ -142,7 +146,7 @@ def _stepped(
     return new_words, new_starts
 
 
-def half_widths(solution: Solution, free: tuple[Free, ...], together: int = 1) -> Floats:
+def compute_half_widths(solution: Solution, free: tuple[Free, ...], together: int = 1) -> Floats:
     """Return the half widths of 95 % intervals, (parameters,), infinite where the data fix nothing.
 
     together: how many windows in a row are parts of one. The windows' gradients are taken as
@@ -163,7 +167,10 @@ def half_widths(solution: Solution, free: tuple[Free, ...], together: int = 1) -
     root = vectors / np.sqrt(np.where(blind, np.inf, values))  # root @ root.T is the inverse
     weights, directions = np.linalg.eigh(root.T @ normals @ root)
     turned = (directions.transpose(0, 2, 1) @ (scores @ root)[..., None])[..., 0]
-    whole = (directions @ (turned / np.sqrt(1 - weights.clip(0.0, HEAVIEST)))[..., None])[..., 0]
+    whole = (
+        directions
+        @ (turned / np.sqrt(1 - weights.clip(0.0, decisions.ONE_WINDOW_SHARE)))[..., None]
+    )[..., 0]
     spread = root @ (whole.T @ whole) @ root.T
     variance = np.maximum(np.diag(spread), np.sum(root**2, axis=1))
     variance = np.where((vectors**2 @ blind) > 1e-6, np.inf, variance)
@@ -174,6 +181,6 @@ def half_widths(solution: Solution, free: tuple[Free, ...], together: int = 1) -
     )
 
 
-def refined(problem: Problem, theta: Floats, starts: Floats | None = None) -> Solution:
+def refine_start_states(problem: Problem, theta: Floats, starts: Floats | None = None) -> Solution:
     """Return the best start states for a twin that is not to be changed: how well it can run at all."""
     return solve(problem, theta, (), starts, iterations=4)

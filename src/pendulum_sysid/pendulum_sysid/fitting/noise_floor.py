@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.smooth_state import smooth_state
 from pendulum_sysid.fitting.case import Case, make_case
 from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
@@ -13,7 +14,6 @@ from pendulum_sysid.records import Windows
 from pendulum_twin.signals import Floats
 from pendulum_twin.simulate import run_freely
 
-LEAD_S = 0.5  # of motion before a window, from which its start is smoothed
 TRIES = 5
 
 
@@ -25,14 +25,14 @@ class NoiseFloor:
     typical: float
 
 
-def noise_floor(case: Case, theta: Floats, windows: Windows, seed: int = 0) -> NoiseFloor:
+def measure_noise_floor(case: Case, theta: Floats, windows: Windows, seed: int = 0) -> NoiseFloor:
     """Return what case.twin, whose words are given, reaches on its own noisy runs through the same windows.
 
     The runs are smoothed and replayed as recordings are; what the floor exceeds 1 by is what noise
     in the smoothed starts costs. The root mean square of several draws of the noise.
     """
     signals = case.signals
-    lead = round(LEAD_S / signals.period_s)
+    lead = round(decisions.FLOOR_LEAD_S / signals.period_s)
     stretch = np.searchsorted(signals.starts, windows.begin, side="right") - 1
     reach = windows.begin - lead >= np.array(signals.starts)[stretch]
     begin = windows.begin[reach] - lead

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Effect, Parameter, Scale
@@ -24,7 +25,6 @@ from pendulum_twin.rig import RANGES, UNITS
 from pendulum_twin.signals import Floats, Signals
 
 Scales = dict[Scale, float]
-BELIEVED = 30.0  # times its measured value, up or down, that the pole's moment or inertia may be
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class Free:
             theta[..., word] = factor * value
 
 
-def rig_parameters(twin: Twin) -> tuple[Free, ...]:
+def list_rig_parameters(twin: Twin) -> tuple[Free, ...]:
     """Return the rig's constants that motion can fix.
 
     Motion fixes only ratios: the cart's mass stays as measured, and for a pole alone its inertia
@@ -86,17 +86,25 @@ def rig_parameters(twin: Twin) -> tuple[Free, ...]:
                 (MOMENT, COUPLING),
                 (mass, mass),
                 rig.com_distance_m or 0.1,
-                BELIEVED,
+                decisions.POLE_CONSTANT_RATIO,
             )
         )
         if rig.has_cart:
-            found.append(free("pole_inertia_kg_m2", (INERTIA,), (1.0,), theta[INERTIA], BELIEVED))
+            found.append(
+                free(
+                    "pole_inertia_kg_m2",
+                    (INERTIA,),
+                    (1.0,),
+                    theta[INERTIA],
+                    decisions.POLE_CONSTANT_RATIO,
+                )
+            )
         size = max(theta[POLE_VISCOUS], 0.01 * theta[INERTIA])
         found.append(free("pole_viscous_n_m_s", (POLE_VISCOUS,), (1.0,), size))
     return tuple(found)
 
 
-def scales_of(signals: Signals, state: SmoothState, theta: Floats) -> Scales:
+def compute_scales(signals: Signals, state: SmoothState, theta: Floats) -> Scales:
     """Return the sizes that this recording of this rig has, for `Parameter.scale`."""
     command = float(np.max(np.abs(signals.command), initial=0.0)) or 1.0
     cart = signals.cart if signals.cart is not None else np.zeros(1)
@@ -116,12 +124,12 @@ def scales_of(signals: Signals, state: SmoothState, theta: Floats) -> Scales:
     }
 
 
-def size_of(parameter: Parameter, scales: Scales) -> float:
+def compute_size(parameter: Parameter, scales: Scales) -> float:
     """Return what the parameter's probes are fractions of, in its own unit."""
     return scales[parameter.scale] / scales[parameter.per] ** parameter.per_power
 
 
-def effect_parameters(effect: Effect, scales: Scales) -> tuple[Free, ...]:
+def list_effect_parameters(effect: Effect, scales: Scales) -> tuple[Free, ...]:
     """Return the free parameters of an effect; none for one that is only on or off."""
     slot = SLOTS[effect.name]
     return tuple(
@@ -130,24 +138,24 @@ def effect_parameters(effect: Effect, scales: Scales) -> tuple[Free, ...]:
             p.unit,
             (slot.start + k,),
             (1.0,),
-            max(p.low, p.fewest * size_of(p, scales)),
-            min(p.high, p.most * size_of(p, scales)),
-            size_of(p, scales) * max((abs(probe) for probe in p.probes), default=1.0)
-            or size_of(p, scales),
+            max(p.low, p.fewest * compute_size(p, scales)),
+            min(p.high, p.most * compute_size(p, scales)),
+            compute_size(p, scales) * max((abs(probe) for probe in p.probes), default=1.0)
+            or compute_size(p, scales),
         )
         for k, p in enumerate(effect.parameters)
         if not p.located
     )
 
 
-def free_parameters(twin: Twin, effects: tuple[str, ...], scales: Scales) -> tuple[Free, ...]:
+def list_free_parameters(twin: Twin, effects: tuple[str, ...], scales: Scales) -> tuple[Free, ...]:
     """Return what a fit of these effects turns: the rig's constants and the effects' parameters."""
-    return rig_parameters(twin) + tuple(
-        free for name in effects for free in effect_parameters(BY_NAME[name], scales)
+    return list_rig_parameters(twin) + tuple(
+        free for name in effects for free in list_effect_parameters(BY_NAME[name], scales)
     )
 
 
-def twin_from(
+def make_twin(
     base: Twin, theta: Floats, effects: tuple[str, ...], rig_free: tuple[Free, ...]
 ) -> Twin:
     """Return the twin that fitted words stand for: base's rig with its free constants replaced, and these effects."""

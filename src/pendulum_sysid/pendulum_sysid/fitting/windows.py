@@ -4,22 +4,22 @@ from __future__ import annotations
 
 import numpy as np
 
+from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_sysid.records import Ints, Noise, Windows
 from pendulum_twin.signals import Floats, Signals
 
 WINDOW_S = 1.0
-LEAST_VALID = 0.5  # fraction of samples in a window
 
 
-def shorter(state: SmoothState, windows: Windows, parts: int) -> Windows:
+def shorten_windows(state: SmoothState, windows: Windows, parts: int) -> Windows:
     """Return windows cut into so many shorter ones: the same samples, each part from its own smoothed start."""
     length = (windows.samples - 1) // parts
     begin = (windows.begin[:, None] + np.arange(parts) * length).reshape(-1)
     return Windows(begin, length + 1, state.states[begin])
 
 
-def cut(
+def cut_windows(
     signals: Signals, state: SmoothState, every_s: float, seconds: float = WINDOW_S
 ) -> Windows:
     """Return windows that start every so often and stay inside their stretch; windows with too few samples are left out."""
@@ -33,7 +33,7 @@ def cut(
 def _enough(signals: Signals, begin: int, samples: int) -> bool:
     part = slice(begin, begin + samples)
     return all(
-        float(np.mean(valid[part])) >= LEAST_VALID
+        float(np.mean(valid[part])) >= decisions.WINDOW_LEAST_VALID
         for values, valid in (
             (signals.cart, signals.cart_valid),
             (signals.pole, signals.pole_valid),
@@ -45,7 +45,7 @@ def _enough(signals: Signals, begin: int, samples: int) -> bool:
 def gather(signals: Signals, begin: Ints, samples: int) -> tuple[Floats, Floats]:
     """Return what was measured in the windows, (windows, samples, channels), and 1 where it counts, 0 where not.
 
-    Channels are cart (m) and pole (rad), or the one that is there; see `channels`.
+    Channels are cart (m) and pole (rad), or the one that is there; see `list_channels`.
     """
     at = begin[:, None] + np.arange(samples)
     values, counts = [], []
@@ -56,11 +56,11 @@ def gather(signals: Signals, begin: Ints, samples: int) -> tuple[Floats, Floats]
     return np.stack(values, axis=-1), np.stack(counts, axis=-1)
 
 
-def channels(signals: Signals) -> tuple[int, ...]:
+def list_channels(signals: Signals) -> tuple[int, ...]:
     """Return the positions' indices in a state (0 cart, 1 pole) that the recording holds."""
     return tuple(k for k, part in enumerate((signals.cart, signals.pole)) if part is not None)
 
 
-def noise_of(noise: Noise) -> Floats:
+def list_noise(noise: Noise) -> Floats:
     """Return the noise of the channels that are there, in channel order."""
     return np.array([n for n in (noise.cart_m, noise.pole_rad) if n is not None])

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pendulum_sysid.finding.separation import DECIDING
+from pendulum_sysid import decisions
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.linearised import Problem
 from pendulum_sysid.fitting.windows import WINDOW_S
@@ -27,9 +27,6 @@ from pendulum_twin.signals import Floats
 
 PUSH_S, REST_S, PHASE_S = 1.5, 1.5, 4.0
 SHORTEST_S = PUSH_S + REST_S + 2.0
-SAFE = 0.75  # of the rail each way: the rig is not the twin, and whoever plays the plan stops it near the end
-FASTEST_M_S, FASTEST_RAD_S = 4.0, 30.0  # well below what a plan is stopped at
-SHORTLIST = 12  # candidates that are asked again after the first phase
 
 
 @dataclass(frozen=True)
@@ -67,13 +64,15 @@ class Setting:
         """Return whether runs (..., 4) keep away from the rail's ends and from speeds that stop a plan."""
         far, _, fast, spin = np.max(np.abs(states).reshape(-1, 4), axis=0)
         return bool(
-            far <= SAFE * self.room.half_length_m and fast <= FASTEST_M_S and spin <= FASTEST_RAD_S
+            far <= decisions.RAIL_SHARE * self.room.half_length_m
+            and fast <= decisions.PLAN_FASTEST_M_S
+            and spin <= decisions.PLAN_FASTEST_RAD_S
         )
 
     def added(self, run: Played, first_lane: int = 0) -> list[Floats]:
         """Return what a run, with one lane a twin, adds to each aim's products."""
         problems = [self._problem(run, first_lane + twin) for twin in range(len(self.movers))]
-        weighed = self.power / DECIDING
+        weighed = self.power / decisions.DECIDING_SHARE
         return [
             aim.products(problems[twin], weighed)
             for aim, twin in zip(self.aims, self.twin_of, strict=True)
@@ -110,7 +109,7 @@ def grown(
         ranked = _ranked(setting, phases, candidates, parts[-1].lanes, have)
         if not ranked:
             break
-        candidates = ranked[:SHORTLIST] if k == 0 else candidates
+        candidates = ranked[: decisions.PHASES_REFINED] if k == 0 else candidates
         phases.append(ranked[0])
         parts.append(_next(setting, phases, parts[-1].lanes))
         have = _sum(have, setting.added(parts[-1]))

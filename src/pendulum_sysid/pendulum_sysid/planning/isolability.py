@@ -12,27 +12,30 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.smooth_state import smooth_state
-from pendulum_sysid.finding.hypotheses import Shape, possible, shapes, typical
-from pendulum_sysid.finding.rivals import Question, tied
+from pendulum_sysid.finding.exchange import Question, tied
+from pendulum_sysid.finding.hypotheses import (
+    Shape,
+    choose_typical,
+    list_possible_effects,
+    make_shapes,
+)
 from pendulum_sysid.finding.separation import (
-    APART,
     CERTAIN,
-    DECIDING,
-    FOUND,
     NOTHING,
     Columns,
-    columns,
-    deviations,
-    doubles,
-    named_from,
-    rest,
-    spread,
+    compute_columns,
+    compute_deviations,
+    compute_naming_threshold,
+    compute_rest,
+    list_doubles,
+    spread_indices,
 )
 from pendulum_sysid.fitting.case import Case, make_case
 from pendulum_sysid.fitting.linearised import Problem
-from pendulum_sysid.fitting.parameters import Free, free_parameters
-from pendulum_sysid.fitting.windows import WINDOW_S, cut
+from pendulum_sysid.fitting.parameters import Free, list_free_parameters
+from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
 from pendulum_sysid.planning.planned_run import hanging, played
 from pendulum_sysid.records import Recording
 from pendulum_twin.effects.effect import Form
@@ -122,17 +125,22 @@ def isolability(
         )
     case = make_case(Recording(twin.name, "", run), smooth_state(run), twin)
     problem, power = _problem(case)
-    free = free_parameters(case.twin, tuple(twin.effects), case.scales)
+    free = list_free_parameters(case.twin, tuple(twin.effects), case.scales)
     asked = [
         e
-        for e in possible(case.twin.rig)
+        for e in list_possible_effects(case.twin.rig)
         if e.name not in twin.effects and (rows is None or e.name in rows)
     ]
-    middle = tuple(typical(shapes(theta, e, case.scales)) for e in asked)
-    found = columns(problem, theta, free, power, (), np.array([one.whole for one in middle]))
-    needed = named_from(int(DECIDING * len(case.signals)) * len(case.noise))
+    middle = tuple(choose_typical(make_shapes(theta, e, case.scales)) for e in asked)
+    found = compute_columns(
+        problem, theta, free, power, (), np.array([one.whole for one in middle])
+    )
+    needed = compute_naming_threshold(
+        int(decisions.DECIDING_SHARE * len(case.signals)) * len(case.noise)
+    )
     shares = [
-        _shares(problem, theta, free, power, middle, found, errors) for errors in (FOUND, needed)
+        _shares(problem, theta, free, power, middle, found, errors)
+        for errors in (decisions.FOUND_STANDARD_ERRORS, needed)
     ]
     rivals = _rivals(
         case,
@@ -144,7 +152,7 @@ def isolability(
     )
     made = tuple(
         _row(
-            rest(found, found.asked(k)).distance,
+            compute_rest(found, found.asked(k)).distance,
             one,
             shares[0][k],
             shares[1][k],
@@ -171,14 +179,18 @@ def _rivals(
     runs: list[Signals],
 ) -> list[tuple[str, ...]]:
     """Return what each effect at its typical size cannot be told from on its own run."""
-    effects, held, found = possible(case.twin.rig), tuple(case.twin.effects), []
+    effects, held, found = list_possible_effects(case.twin.rig), tuple(case.twin.effects), []
     for one, run in zip(middle, runs, strict=True):
         state = smooth_state(run)
         windows = replace(problem.windows, starts=state.states[problem.windows.begin])
         own = replace(problem, signals=run, windows=windows)
         asked = Question(own, power, one.whole, one.effect, held, free, case.scales)
         found.append(
-            tuple(tie.rival for tie in tied(asked, effects, APART) if tie.rival is not None)
+            tuple(
+                tie.rival
+                for tie in tied(asked, effects, decisions.APART_STANDARD_ERRORS)
+                if tie.rival is not None
+            )
         )
     return found
 
@@ -201,13 +213,13 @@ def _rounded(values: Floats, step: float) -> Floats:
 
 def _problem(case: Case) -> tuple[Problem, Floats]:
     """Return windows spread over the run, and the noise's power as if all that a diagnosis decides on were there."""
-    windows = cut(case.signals, case.state, WINDOW_S)
+    windows = cut_windows(case.signals, case.state, WINDOW_S)
     if not len(windows):
         raise BadInputError(
             f"plan: expected at least {WINDOW_S:g} s, found {case.signals.seconds:g} s"
         )
-    kept = spread(len(windows))
-    weight = DECIDING * len(windows) / len(kept)
+    kept = spread_indices(len(windows))
+    weight = decisions.DECIDING_SHARE * len(windows) / len(kept)
     return case.problem(windows.pick(kept)), case.noise**2 / weight
 
 
@@ -231,7 +243,7 @@ def _shares(
         tried = np.array(
             [one.between(theta, float(s)) for one, s in zip(middle, np.exp(share), strict=True)]
         )
-        again = columns(problem, theta, free, power, (), tried)
+        again = compute_columns(problem, theta, free, power, (), tried)
         new = np.log(np.maximum(_errors(again, len(middle)), NOTHING) / asked)
         moved = share - old
         steep = np.where(
@@ -244,7 +256,7 @@ def _shares(
 
 
 def _errors(found: Columns, count: int) -> Floats:
-    return np.array([rest(found, found.asked(k)).distance for k in range(count)])
+    return np.array([compute_rest(found, found.asked(k)).distance for k in range(count)])
 
 
 def _row(
@@ -281,8 +293,8 @@ def _row(
         errors,
         size(share),
         size(named),
-        rivals if errors >= FOUND else (),
-        tuple(e.name for e in doubles(effect)),
+        rivals if errors >= decisions.FOUND_STANDARD_ERRORS else (),
+        tuple(e.name for e in list_doubles(effect)),
     )
 
 
@@ -290,7 +302,9 @@ def _constants(found: Columns, theta: Floats) -> tuple[Constant, ...]:
     """Return how well the rig's constants will be fixed, all of them free together."""
     count = len(found.free)
     made = []
-    for one, deviation in zip(found.free, deviations(found.normal[:count, :count]), strict=True):
+    for one, deviation in zip(
+        found.free, compute_deviations(found.normal[:count, :count]), strict=True
+    ):
         half = float(CERTAIN * deviation * one.size)
         value = one.get(theta)
         made.append(

@@ -11,9 +11,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from pendulum_sysid.finding.separation import APART, DECIDING, Tie, named_from
+from pendulum_sysid import decisions
+from pendulum_sysid.finding.separation import Tie, compute_naming_threshold
 from pendulum_sysid.fitting.case import Case
-from pendulum_sysid.planning.aims import WIDE, Aim, Narrowing, Parting, narrowings, partings
+from pendulum_sysid.planning.aims import Aim, Narrowing, Parting, narrowings, partings
 from pendulum_sysid.planning.growing_plan import SHORTEST_S, Grown, grown
 from pendulum_sysid.records import Fit, Next, Split
 from pendulum_twin.effects import BY_NAME
@@ -21,9 +22,6 @@ from pendulum_twin.errors import BadInputError
 from pendulum_twin.plans.waveforms import make_envelope
 
 SECONDS = 20.0
-MOST_TIES = 3  # asked at once, the closest first
-MOST_INTERVALS = 3
-HALF = 0.5  # of an interval's width, that an experiment is to leave
 REMEDIES = {  # by the effect that shows as another one: what would part the two
     "sensor_delay": "a second clock would: record the drive's own current beside the positions",
     "pole_imbalance": "a plumb line beside the pole at rest would: an encoder that is off leaves the pole itself plumb",
@@ -57,7 +55,9 @@ def planned_next(
     )
     if found.plan is not None or goal == "tie":
         return found if found.why else Next(None, NOTHING_TIED)
-    wide = narrowings(case, split, best, 0.0 if goal else WIDE)[: 1 if goal else MOST_INTERVALS]
+    wide = narrowings(case, split, best, 0.0 if goal else decisions.WIDE_INTERVAL)[
+        : 1 if goal else decisions.INTERVALS_PLANNED_FOR
+    ]
     if wide:
         more = _planned(case, best, wide, seconds, seed, [found.why] if found.why else [])
         return found if tied and more.plan is None else more
@@ -78,12 +78,14 @@ def _planned(
         return Next(None, " ".join([f"No plan can be made: {error}.", *never]))
     if found is None:
         return Next(None, " ".join([NO_ROOM, *never]))
-    needed = named_from(int(DECIDING * (len(case.signals) * len(case.noise) + found.values)))
+    needed = compute_naming_threshold(
+        int(decisions.DECIDING_SHARE * (len(case.signals) * len(case.noise) + found.values))
+    )
     worths = [aim.worth(one) for aim, one in zip(aims, found.products, strict=True)]
     hopeless = {
         aim.said
         for aim, worth in zip(aims, worths, strict=True)
-        if isinstance(aim, Parting) and worth < APART
+        if isinstance(aim, Parting) and worth < decisions.APART_STANDARD_ERRORS
     }
     if not hopeless:
         return _explained(aims, found, never, needed)
@@ -100,7 +102,7 @@ def _hopeless(said: str, aims: Sequence[Aim], worths: Sequence[float], seconds: 
     then = min(worth for aim, worth in zip(aims, worths, strict=True) if aim.said == said)
     return (
         f"No plan of {seconds:g} s that the rig allows is expected to part {said} ({then:.2g} standard errors between them "
-        f"at best, {APART:g} at least are needed): a longer one might, or no motion does, and only a measurement by hand."
+        f"at best, {decisions.APART_STANDARD_ERRORS:g} at least are needed): a longer one might, or no motion does, and only a measurement by hand."
     )
 
 
@@ -109,7 +111,11 @@ def _tied(case: Case, split: Split, best: Fit, ties: Sequence[Tie]) -> list[Aim]
     closest = sorted(
         (tie for tie in ties if tie.rival and not tie.by_no_motion), key=lambda tie: tie.distance
     )
-    return [aim for tie in closest[:MOST_TIES] for aim in partings(case, split, best, tie)]
+    return [
+        aim
+        for tie in closest[: decisions.TIES_PLANNED_FOR]
+        for aim in partings(case, split, best, tie)
+    ]
 
 
 def _explained(aims: Sequence[Aim], found: Grown, never: Sequence[str], needed: float) -> Next:
@@ -155,7 +161,7 @@ def _narrowed(aim: Aim, products: Any) -> str:
         else f"known to +-{aim.half:.2g} {unit}".strip()
     )
     expected = aim.expected(products)
-    little = ", so play it several times" if expected > HALF * aim.half else ""
+    little = ", so play it several times" if expected > decisions.INTERVAL_SHARE * aim.half else ""
     return (
         f"{aim.said} is {now}; with this plan's recording +-{expected:.2g} {unit}".strip()
         + f" is expected{little}."

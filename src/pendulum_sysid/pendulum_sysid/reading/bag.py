@@ -13,19 +13,17 @@ from numpy.typing import NDArray
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
+from pendulum_sysid import decisions
 from pendulum_sysid.reading import mcap_stream
-from pendulum_sysid.reading.bag_files import BagFiles, digest_of, find_files, unpacked
+from pendulum_sysid.reading.bag_files import BagFiles, compute_digest, find_files, unpack
 from pendulum_sysid.reading.contents import Contents
-from pendulum_sysid.reading.decoding import command_arrays, joint_names, state_columns
+from pendulum_sysid.reading.decoding import decode_commands, decode_states, list_joint_names
 from pendulum_sysid.reading.raw import JOINTS, STATE_CHANNELS, RawRecording
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.signals import Floats
 
 STATE_TOPIC, STATE_TYPE = "/rig/joint_states", "sensor_msgs/msg/JointState"
 COMMAND_TOPIC, COMMAND_TYPE = "/rig/pwm", "std_msgs/msg/Float64"
-STILL_HOLDING_S = (
-    10.0  # a last command further than this before the first sample belongs to another clock
-)
 
 _STORE = get_typestore(Stores.ROS2_JAZZY)
 
@@ -65,11 +63,11 @@ def _read_contents(bag: BagFiles, wanted: Collection[str]) -> Contents:
     with tempfile.TemporaryDirectory() as folder:
         for file in bag.files:
             if file.stat().st_size:
-                data = unpacked(file, Path(folder))
+                data = unpack(file, Path(folder))
                 contents.absorb(
                     _scan_sqlite(data, wanted)
                     if data.suffix == ".db3"
-                    else mcap_stream.scan(data, wanted)
+                    else mcap_stream.scan_mcap(data, wanted)
                 )
             else:
                 contents.whole = False
@@ -123,14 +121,14 @@ def _recording(
     name: str, bag: BagFiles, contents: Contents, state_topic: str, command_topic: str
 ) -> RawRecording:
     states = contents.of(state_topic, STATE_TYPE, "--state-topic", needed=True)
-    stamps, columns, bad_states = state_columns(states, _decode_state)
+    stamps, columns, bad_states = decode_states(states, _decode_state)
     if not any(joint in columns for joint in JOINTS):
         raise BadInputError(
             f"expected positions of joints named cart or pole on {state_topic}, found "
-            f"{joint_names(states, _decode_state)}: name the joints so, and give each a position"
+            f"{list_joint_names(states, _decode_state)}: name the joints so, and give each a position"
         )
     commands = _commands(contents, command_topic, needed="cart" in columns)
-    command_times, command, bad_commands = command_arrays(commands, _decode_command)
+    command_times, command, bad_commands = decode_commands(commands, _decode_command)
     _check_same_clock(stamps, command_times, state_topic, command_topic)
     counted = bag.counted or contents.counted
     short = (
@@ -140,7 +138,7 @@ def _recording(
     )
     return RawRecording(
         name=name,
-        digest=digest_of(bag.files),
+        digest=compute_digest(bag.files),
         state_stamp_s=(stamps - stamps[0]) / 1e9,
         command_stamp_s=(command_times - stamps[0]) / 1e9,
         command=command,
@@ -164,7 +162,7 @@ def _check_same_clock(
         return
     late = (command_times[0] - stamps[-1]) * 1e-9
     early = (stamps[0] - command_times[-1]) * 1e-9
-    if late > 0 or early > STILL_HOLDING_S:
+    if late > 0 or early > decisions.COMMAND_HOLDS_S:
         apart = (
             f"{late:.6g} s after the last stamp"
             if late > 0

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
+from pendulum_sysid import decisions
 from pendulum_sysid.reading.bag import write_bag
-from pendulum_sysid.reading.raw import MOST_NOT_FINITE
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.signals import Floats
 
@@ -134,10 +134,10 @@ def _columns(table: Table, names: dict[str, str | None], chosen: np.ndarray) -> 
             continue
         values = _column(table, name, f"--{channel}")[chosen]
         missing = np.count_nonzero(~np.isfinite(values))
-        if missing > MOST_NOT_FINITE * len(values):
+        if missing > decisions.MOST_NOT_FINITE * len(values):
             raise BadInputError(
                 f"expected finite numbers in column {name}, found {missing} of {len(values)} cells empty, nan or "
-                f"infinite: at most {MOST_NOT_FINITE:.0%} can be done without"
+                f"infinite: at most {decisions.MOST_NOT_FINITE:.0%} can be done without"
             )
         columns[channel] = values
     return columns

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pendulum_sysid import decisions
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.signals import Floats
-
-MOST_NOT_FINITE = 0.05  # share of a channel's values that may be NaN or infinite
 
 JOINTS = ("cart", "pole")
 STATE_CHANNELS = (*JOINTS, "cart_velocity", "pole_velocity")
@@ -82,10 +81,10 @@ def _checked(channel: str, values: Floats | None) -> Floats | None:
     values = np.array(values, dtype=np.float64)
     bad = ~np.isfinite(values)
     values[bad] = np.nan
-    if bad.sum() > MOST_NOT_FINITE * len(values):
+    if bad.sum() > decisions.MOST_NOT_FINITE * len(values):
         raise BadInputError(
             f"expected finite values of {channel}, found {bad.sum()} of {len(values)} missing, NaN or infinite: "
-            f"at most {MOST_NOT_FINITE:.0%} can be done without, so record again"
+            f"at most {decisions.MOST_NOT_FINITE:.0%} can be done without, so record again"
         )
     values.setflags(write=False)
     return values

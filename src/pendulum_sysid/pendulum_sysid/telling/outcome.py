@@ -16,7 +16,6 @@ from pendulum_twin.effects import BY_NAME, CATALOGUE
 from pendulum_twin.effects.effect import Form, Place
 
 
-
 @dataclass(frozen=True)
 class Findings:
     """Hold what the stages of a diagnosis return.
@@ -62,7 +61,7 @@ def decide_outcome(findings: Findings) -> Outcome:
         or (physics and explains_little and findings.whole > decisions.MISFIT_AT_NOISE)
     ):
         return Outcome.NOT_IN_CATALOGUE
-    if any(effect.rivals for effect in physics):
+    if any(effect.inseparable_from for effect in physics):
         return Outcome.AMBIGUOUS
     return Outcome.NAMED if findings.named else Outcome.NOTHING_MISSING
 
@@ -106,4 +105,4 @@ def list_inseparable(effect: Named, findings: Findings) -> tuple[str, ...]:
         for other in CATALOGUE
         if other.shows_as == effect.effect and (has_both or other.place is not Place.CLOCK)
     )
-    return (*effect.rivals, *by_no_motion)
+    return (*effect.inseparable_from, *by_no_motion)

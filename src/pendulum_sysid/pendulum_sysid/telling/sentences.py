@@ -93,13 +93,15 @@ def format_number(value: float) -> str:
 
 def _describe_inseparable(named: tuple[Named, ...], findings: Findings) -> list[str]:
     on_recording = [
-        f"{effect.effect} cannot be told from {', '.join(effect.rivals)} on this recording."
+        f"{effect.effect} cannot be told from {', '.join(effect.inseparable_from)} on this recording."
         for effect in named
-        if effect.rivals
+        if effect.inseparable_from
     ]
     by_no_motion = []
     for effect in named:
-        others = [e for e in list_inseparable(effect, findings) if e not in effect.rivals]
+        others = [
+            e for e in list_inseparable(effect, findings) if e not in effect.inseparable_from
+        ]
         if others:
             by_no_motion.append(f"No motion can tell {effect.effect} from {', '.join(others)}.")
     return [*on_recording, *by_no_motion]

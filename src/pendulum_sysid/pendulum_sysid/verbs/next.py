@@ -5,8 +5,9 @@ from __future__ import annotations
 import argparse
 from dataclasses import dataclass
 
-from pendulum_sysid.finding.identifiability import ties
-from pendulum_sysid.finding.search import Search, missing, named, parameters_alone
+from pendulum_sysid.finding.identifiability import find_ties
+from pendulum_sysid.finding.search import search_effects
+from pendulum_sysid.finding.separation import Tie
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import HORIZONS, fit
 from pendulum_sysid.planning.next_experiment import planned_next
@@ -14,8 +15,8 @@ from pendulum_sysid.prepare import prepare
 from pendulum_sysid.reading.earlier_verdict import read_verdict
 from pendulum_sysid.records import Fit, Split
 from pendulum_sysid.telling.output_files import check_file, writing
-from pendulum_sysid.verbs.recordings import recordings
-from pendulum_sysid.verbs.said import ANSWERED, progress
+from pendulum_sysid.verbs.recordings import read_recordings
+from pendulum_sysid.verbs.said import ANSWERED, print_progress
 from pendulum_twin.model import load_twin
 from pendulum_twin.parameter_vector import make_theta
 from pendulum_twin.plans.plan_file import parse_plan, save_plan
@@ -23,20 +24,21 @@ from pendulum_twin.plans.plan_file import parse_plan, save_plan
 
 @dataclass(frozen=True)
 class Finished:
-    """Hold a recording's case and windows, the fit with all that is named, and the rivals of each name by scores."""
+    """Hold a recording's case and windows, the fit with all that is named, and what ties it."""
 
     case: Case
     split: Split
     best: Fit
-    rivals: dict[str, tuple[str, ...]]
+    ties: tuple[Tie, ...]
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Print why to play what next, and write the plan where one helps."""
     check_file(arguments.out)
     done = _finished(arguments)
-    tied = ties(done.case, done.split, done.best, done.rivals)
-    found = planned_next(done.case, done.split, done.best, tied, arguments.goal, arguments.seconds)
+    found = planned_next(
+        done.case, done.split, done.best, done.ties, arguments.goal, arguments.seconds
+    )
     print(found.why)
     if found.plan is not None:
         with writing(arguments.out):
@@ -48,14 +50,10 @@ def run(arguments: argparse.Namespace) -> int:
 def _finished(arguments: argparse.Namespace) -> Finished:
     """Return what is named as an earlier diagnosis has it, or found now."""
     earlier = None if arguments.verdict is None else read_verdict(arguments.verdict)
-    prepared = prepare(recordings(arguments.bag, arguments), load_twin(arguments.twin))
+    prepared = prepare(read_recordings(arguments.bag, arguments), load_twin(arguments.twin))
     case, parts = prepared.case, prepared.split
     if earlier is not None:
         best = fit(case, parts, earlier.effects, make_theta(earlier.twin), HORIZONS[-1])
-        return Finished(case, parts, best, earlier.rivals)
-    search = Search(case, parts, progress)
-    base = parameters_alone(search)
-    best = missing(search, base)
-    return Finished(
-        case, parts, best, {one.effect: one.rivals for one in named(search, base, best)}
-    )
+        return Finished(case, parts, best, find_ties(case, parts, best, earlier.rivals))
+    answer = search_effects(case, parts, print_progress)
+    return Finished(case, parts, answer.best, answer.ties)

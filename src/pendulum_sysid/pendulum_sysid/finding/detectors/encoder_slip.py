@@ -1,10 +1,10 @@
-"""Where the pole's angle steps from one sample to the next, as after a slip of its encoder.
+"""Find slips of the pole's encoder: steps of the measured angle between two samples.
 
-On either side of every instant a cubic is fitted to a few samples; where both, carried on to the
-instant, disagree by far more than noise and the motion's own curvature make them, the angle has
-stepped (jump points of a curve by one-sided local polynomials; Qiu, Image Processing and Jump
-Regression Analysis (2005), chapter 3). Samples that were left out as spikes may
-lie in between: a step in fast motion looks like one.
+On either side of every instant a cubic is fitted to a few samples. Where the two cubics, carried
+on to the instant, disagree by far more than noise and the motion's own curvature explain, the
+angle has stepped (jump points of a curve by one-sided local polynomials; Qiu, Image Processing
+and Jump Regression Analysis (2005), chapter 3). Samples that were left out as spikes may lie in
+between: a step in fast motion looks like a spike.
 """
 
 from __future__ import annotations
@@ -13,89 +13,98 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pendulum_sysid import decisions
+from pendulum_sysid.finding.detectors.detector import Detector, Reading, Use
+from pendulum_sysid.fitting.case import Case
+from pendulum_twin.effects import encoder_slip
 from pendulum_twin.signals import Floats, Signals
 
-SIDE = 9  # samples on each side
+EFFECT = encoder_slip.EFFECT
 DEGREE = 3
-WIDEST = 10  # samples left out between the sides
-CLEAR = 5.0  # deviations of noise, and of the disagreement that this motion usually has: chance once in a million
-MOST = 4
 
 
 @dataclass(frozen=True)
 class AngleStep:
-    """Hold one step: when (s on the clock of the recording, known to half_s) and its size (rad)."""
+    """Hold one step of the measured angle.
+
+    time_s: s, on the clock of the recording; the step lies in the middle of two samples.
+    angle_rad: rad, the angle after the step less the angle before it.
+    """
 
     time_s: float
-    half_s: float
     angle_rad: float
 
 
-@dataclass(frozen=True)
-class _Disagreement:
-    """Hold how far both sides disagree at every place (rad), and that in units of what is usual; 0 where not asked."""
-
-    jump: Floats
-    clear: Floats
+def read_slips(case: Case, theta: Floats) -> tuple[Reading, ...]:
+    """Return the clearest steps of the pole's angle as slips of its encoder, the largest first."""
+    steps = find_angle_steps(case.signals, case.state.noise.pole_rad)
+    return tuple(Reading(EFFECT.name, (step.angle_rad, step.time_s)) for step in steps)
 
 
-def angle_steps(signals: Signals, noise_rad: float | None) -> tuple[AngleStep, ...]:
+def find_angle_steps(signals: Signals, noise_rad: float | None) -> tuple[AngleStep, ...]:
     """Return the clearest steps of the pole's angle, at most MOST, the largest first."""
-    if signals.pole is None or noise_rad is None or len(signals) < 4 * SIDE:
+    if signals.pole is None or noise_rad is None or len(signals) < 4 * decisions.SLIP_SIDE_SAMPLES:
         return ()
-    by_width = [_disagreement(signals, noise_rad, width) for width in range(WIDEST + 1)]
-    clock, period = signals.clock_s, signals.period_s
+    measured = [
+        _measure_jumps(signals, noise_rad, width) for width in range(decisions.SLIP_WIDEST_GAP + 1)
+    ]
     ranked = sorted(
         (
-            (float(one.clear[k]), width, int(k))
-            for width, one in enumerate(by_width)
-            for k in np.flatnonzero(one.clear > CLEAR)
+            (float(clearness[k]), width, int(k))
+            for width, (_, clearness) in enumerate(measured)
+            for k in np.flatnonzero(clearness > decisions.SLIP_DEVIATIONS)
         ),
         reverse=True,
     )
-    found: list[AngleStep] = []
+    steps: list[AngleStep] = []
     taken: list[int] = []
     for _, width, k in ranked:
-        first = k + SIDE  # left out, or the first sample after the step
-        if len(found) < MOST and all(abs(first - other) >= 2 * SIDE for other in taken):
-            half = 0.5 * (width + 1) * period
-            found.append(
-                AngleStep(float(clock[first - 1]) + half, half, float(by_width[width].jump[k]))
-            )
+        first = k + decisions.SLIP_SIDE_SAMPLES  # left out, or the first sample after the step
+        if len(steps) < decisions.SLIPS_TRIED and all(
+            abs(first - other) >= 2 * decisions.SLIP_SIDE_SAMPLES for other in taken
+        ):
+            half_s = 0.5 * (width + 1) * signals.period_s
+            time_s = float(signals.clock_s[first - 1]) + half_s
+            steps.append(AngleStep(time_s, float(measured[width][0][k])))
         taken.append(first)
-    return tuple(found)
+    return tuple(steps)
 
 
-def _disagreement(signals: Signals, noise_rad: float, width: int) -> _Disagreement:
-    """Return the disagreement across every place where exactly `width` samples between both sides are left out."""
+def _measure_jumps(signals: Signals, noise_rad: float, width: int) -> tuple[Floats, Floats]:
+    """Return how far both sides disagree (rad), and the same in deviations of what is usual.
+
+    width: samples that are left out between both sides.
+    Both results (places,), and 0 where a side holds samples that do not count.
+    """
     assert signals.pole is not None
-    reach = 2 * SIDE + width
+    reach = 2 * decisions.SLIP_SIDE_SAMPLES + width
     view = np.lib.stride_tricks.sliding_window_view
-    valid = view(signals.pole_valid, reach)
-    times = view(signals.clock_s, reach)
-    even = (
-        np.abs(times[:, -1] - times[:, 0] - (reach - 1) * signals.period_s)
-        < 0.5 * signals.period_s
+    valid, times = view(signals.pole_valid, reach), view(signals.clock_s, reach)
+    seconds = (reach - 1) * signals.period_s
+    even = np.abs(times[:, -1] - times[:, 0] - seconds) < 0.5 * signals.period_s
+    before, between, after = (
+        valid[:, : decisions.SLIP_SIDE_SAMPLES],
+        valid[:, decisions.SLIP_SIDE_SAMPLES : -decisions.SLIP_SIDE_SAMPLES],
+        valid[:, -decisions.SLIP_SIDE_SAMPLES :],
     )
-    inside = slice(SIDE, SIDE + width)
-    asked = (
-        valid[:, :SIDE].all(axis=1)
-        & valid[:, SIDE + width :].all(axis=1)
-        & ~valid[:, inside].any(axis=1)
-        & even
-    )
-    weights = _towards_the_middle(width)
+    usable = before.all(axis=1) & after.all(axis=1) & ~between.any(axis=1) & even
+    weights = _make_weights(width)
     angles = view(signals.pole, reach)
-    jump = np.where(
-        asked, angles[:, SIDE + width :] @ weights - angles[:, :SIDE] @ weights[::-1], 0.0
+    jump = (
+        angles[:, -decisions.SLIP_SIDE_SAMPLES :] @ weights
+        - angles[:, : decisions.SLIP_SIDE_SAMPLES] @ weights[::-1]
     )
+    jump = np.where(usable, jump, 0.0)
     usual = noise_rad * float(np.sqrt(2 * np.sum(weights**2)))
-    if asked.sum() > reach:  # few places say nothing about the motion's usual disagreement
-        usual = max(usual, 1.4826 * float(np.median(np.abs(jump[asked]))))
-    return _Disagreement(jump, np.abs(jump) / usual)
+    if usable.sum() > reach:  # few places say nothing about the motion's usual disagreement
+        usual = max(usual, 1.4826 * float(np.median(np.abs(jump[usable]))))
+    return jump, np.abs(jump) / usual
 
 
-def _towards_the_middle(width: int) -> Floats:
+def _make_weights(width: int) -> Floats:
     """Return the weights, (SIDE,), that carry samples after a place back to its middle."""
-    at = np.arange(SIDE) + 0.5 * (width + 1)
+    at = np.arange(decisions.SLIP_SIDE_SAMPLES) + 0.5 * (width + 1)
     return np.linalg.pinv(np.vander(at, DEGREE + 1, increasing=True))[0]
+
+
+DETECTOR = Detector(EFFECT, Use.START, read_slips)

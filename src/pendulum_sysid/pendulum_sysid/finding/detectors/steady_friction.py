@@ -1,116 +1,106 @@
-"""Whether dry friction holds the cart back everywhere, asked when something else is missing that no effect explains.
+"""Find dry friction that holds the cart back everywhere, when something else is missing as well.
 
-A name that a fit gives cannot be believed then: the nearest one takes on whatever is left. The
-level of the dry friction can be measured without one, as it is over each variable in turn, beside
-free curves of the force over command and position and beside what explains the rest. Friction that
-is a part of some other law vanishes somewhere: at the first second, on half of the rail, while the
-pole stands. Only friction that is clearly there all over every variable is called certain.
+No fitted name can be believed when something is missing that no effect explains: the nearest
+effect takes on whatever remains. The level of the dry friction can be measured without a fit of
+effects, over each variable in turn, beside free curves of the force over command and position and
+beside what explains the remaining force. Friction that is a part of some other law vanishes
+somewhere: at the first second, on half of the rail, while the pole stands. Only friction that is
+clearly there all over every variable is called certain.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from pendulum_sysid.finding.localisation.balance import FORCE, along, balances
-from pendulum_sysid.finding.localisation.explain import CERTAIN, explanation
-from pendulum_sysid.finding.localisation.inspection import own_theta, table_of
-from pendulum_sysid.finding.localisation.measured_curves import Curve, curves
+from pendulum_sysid import decisions
+from pendulum_sysid.finding.detectors.detector import Detector, Reading, Use
+from pendulum_sysid.finding.localisation.balance import FORCE, compute_motion, make_balances
+from pendulum_sysid.finding.localisation.explain import explain
+from pendulum_sysid.finding.localisation.inspection import get_own_constants, make_table
+from pendulum_sysid.finding.localisation.measured_curves import Curve, measure_curves
 from pendulum_sysid.finding.localisation.table import Table
-from pendulum_sysid.finding.localisation.thinning import thinned
+from pendulum_sysid.finding.localisation.thinning import thin_out
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.records import Estimate
-from pendulum_twin.effects import BY_NAME, CATALOGUE
+from pendulum_twin.effects import BY_NAME, cart_coulomb_friction
 from pendulum_twin.effects.effect import Form, Place
 from pendulum_twin.signals import Floats
 
-EFFECT = "cart_coulomb_friction"
+EFFECT = cart_coulomb_friction.EFFECT
 PRODUCT = "cart_direction*"  # of the questions that measure the level along a variable
 BESIDE = ("command", "cart_position")  # curves of the force that may take their part first
-STEADY = 0.5  # of the middle level, below which no part of a curve may surely lie
-LEAST_PART = (
-    0.3  # of what is missing beside these curves, for the friction to be a large part of it
-)
-CONFIDENCE = 0.99  # that there is such friction: it was surely there in every curve
-LEAST_CURVES = 3  # of variables that move, to speak of everywhere
 
 
-def steady_friction(case: Case, theta: Floats) -> Estimate | None:
-    """Return the level (N) of the cart's dry friction, which a twin with these words lacks; None when it is in doubt.
+def read_friction(case: Case, theta: Floats) -> tuple[Reading, ...]:
+    """Return the cart's dry friction where it is certain; nothing of a twin that has such friction.
+
+    theta: (SIZE,) of the twin with parameters alone.
+    """
+    laws = [BY_NAME[name] for name in case.twin.effects]
+    if any(law.form is Form.DRY and law.place is Place.CART for law in laws):
+        return ()
+    level = measure_friction(case, theta)
+    if level is None:
+        return ()
+    return (Reading(EFFECT.name, (level.value,), {EFFECT.parameters[0].name: level}),)
+
+
+def measure_friction(case: Case, theta: Floats) -> Estimate | None:
+    """Return the level (N) of the dry friction that a twin lacks; None when it is in doubt.
 
     Its interval reaches from the lowest to the highest level that was well measured anywhere.
     """
-    case = thinned(case)
-    given = any(
-        BY_NAME[name].form is Form.DRY and BY_NAME[name].place is Place.CART
-        for name in case.twin.effects
-    )
-    found = [one for one in balances(case, theta) if one.equation == FORCE]
-    if given or not found:
+    case = thin_out(case)
+    forces = [balance for balance in make_balances(case, theta) if balance.equation == FORCE]
+    if not forces:
         return None
-    table = table_of(case, along(case, theta), found[0], theta)
-    beside = _beside(table)
+    table = make_table(case, compute_motion(case, theta), forces[0], theta)
+    beside = _choose_questions_beside(table)
     levels = []
     for key in (key for key in table.asked if key.startswith(PRODUCT)):
-        if not _large(table, key, beside):
+        if not _is_large(table, key, beside):
             return None
-        levels += [
-            one
-            for one in curves(table, (*beside, key), own_theta(FORCE, theta))
-            if one.question.key == key
-        ]
-    return _everywhere(levels)
+        measured = measure_curves(table, (*beside, key), get_own_constants(FORCE, theta))
+        levels += [curve for curve in measured if curve.question.key == key]
+    return combine_levels(levels)
 
 
-def entry_of(level: Estimate) -> dict:
-    """Return the verdict's entry of a friction (N) that is certain although something else has no name.
+def _choose_questions_beside(table: Table) -> tuple[str, ...]:
+    """Return the questions that may take their part of the force first.
 
-    The other laws of dry friction hold it as a special case: what is unexplained may be what they
-    add.
+    These are all that explain it but those about the velocity.
     """
-    effect = BY_NAME[EFFECT]
-    parameter = effect.parameters[0]
-    size = {"value": level.value, "low": level.low, "high": level.high, "unit": parameter.unit}
-    return {
-        "effect": EFFECT,
-        "cannot_be_told_from": [one.name for one in CATALOGUE if EFFECT in one.simpler],
-        "confidence": CONFIDENCE,
-        "parameters": {parameter.name: size},
-        "sentence": effect.sentence.format(level_n=f"{level.value:.3g} {parameter.unit}"),
-    }
-
-
-def _beside(table: Table) -> tuple[str, ...]:
-    """Return the questions that may take their part of the force first: all that explain it but those about the velocity."""
     explaining = [
-        key for key in explanation(table) if "cart_velocity" not in table.asked[key].variable
+        key for key in explain(table) if "cart_velocity" not in table.asked[key].variable
     ]
     return tuple(dict.fromkeys([*explaining, *(key for key in BESIDE if key in table.asked)]))
 
 
-def _large(table: Table, key: str, beside: tuple[str, ...]) -> bool:
-    """Return whether the friction takes away a large part of what the other questions leave, and surely so."""
+def _is_large(table: Table, key: str, beside: tuple[str, ...]) -> bool:
+    """Return whether the friction surely takes away a large part of what other questions leave."""
     left = max(table.loss(beside) - table.balance.noise**2, 1e-300)
-    return (
-        table.gain(key, beside) >= LEAST_PART * left
-        and table.lead((*beside, key), beside) >= CERTAIN
-    )
+    large = table.gain(key, beside) >= decisions.STEADY_LEAST_SHARE * left
+    return large and table.lead((*beside, key), beside) >= decisions.SMALL_GAIN_STANDARD_ERRORS
 
 
-def _everywhere(levels: list[Curve]) -> Estimate | None:
-    """Return the friction when no point of any curve lies surely below a part of that curve's middle."""
-    if len(levels) < LEAST_CURVES:
+def combine_levels(levels: list[Curve]) -> Estimate | None:
+    """Return the friction when no point of any curve lies surely below a part of its middle."""
+    if len(levels) < decisions.STEADY_LEAST_CURVES:
         return None
-    middles = np.array([float(np.median(one.y)) for one in levels])
-    lowest = [float(np.min(one.y + one.band)) for one in levels]
-    if np.any(middles <= 0.0) or np.any(np.array(lowest) < STEADY * middles):
+    middles = np.array([float(np.median(curve.y)) for curve in levels])
+    lowest = np.array([float(np.min(curve.y + curve.band)) for curve in levels])
+    if np.any(middles <= 0.0) or np.any(lowest < decisions.STEADY_SHARE * middles):
         return None
-    sharp = [one.band <= STEADY * middle for one, middle in zip(levels, middles, strict=True)]
-    low = [
-        np.min((one.y - one.band)[at]) for one, at in zip(levels, sharp, strict=True) if at.any()
+    sharp = [
+        (curve, at)
+        for curve, middle in zip(levels, middles, strict=True)
+        if (at := curve.band <= decisions.STEADY_SHARE * middle).any()
     ]
-    high = [
-        np.max((one.y + one.band)[at]) for one, at in zip(levels, sharp, strict=True) if at.any()
-    ]
-    if len(low) < LEAST_CURVES or min(low) <= 0.0:
+    low = [float(np.min((curve.y - curve.band)[at])) for curve, at in sharp]
+    high = [float(np.max((curve.y + curve.band)[at])) for curve, at in sharp]
+    if len(low) < decisions.STEADY_LEAST_CURVES or min(low) <= 0.0:
         return None
-    return Estimate(float(np.median(middles)), float(min(low)), float(max(high)))
+    return Estimate(float(np.median(middles)), min(low), max(high))
+
+
+DETECTOR = Detector(EFFECT, Use.CERTAIN, read_friction)

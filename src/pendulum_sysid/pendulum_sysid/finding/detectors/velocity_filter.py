@@ -1,8 +1,8 @@
-"""Whether the reported velocities lag behind the motion that the reported positions show.
+"""Find a filter of the reported velocities: their lag behind the reported positions.
 
-No mechanics is asked: the velocity is the positions' own derivative, smoothed. Against it stand
-what a rig may report without a filter, the derivative or the difference of the last two positions,
-each by a pure delay if need be, and the same through a first-order lag.
+No mechanics is needed: the true velocity is the positions' own derivative, smoothed. It is
+compared with what a rig may report without a filter (the derivative or the difference of the last
+two positions, each with a pure delay) and with the same through a first-order lag.
 """
 
 from __future__ import annotations
@@ -14,61 +14,69 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 from scipy.signal import lfilter
 
-from pendulum_sysid.fitting.windows import SmoothState, channels
+from pendulum_sysid import decisions
+from pendulum_sysid.cleaning.smooth_state import SmoothState
+from pendulum_sysid.finding.detectors.detector import Detector, Reading, Use
+from pendulum_sysid.finding.judge import Lead
+from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.fitting.windows import list_channels
 from pendulum_sysid.records import Estimate, Ints, Recording
 from pendulum_twin.effects import velocity_filter
 from pendulum_twin.signals import Floats, Mask, Signals
 
-EFFECT = velocity_filter.EFFECT.name
-LONGEST_S = 0.5
-BLOCK_S = 0.5
-SURE = 5.0  # standard errors over blocks by which the lag must be ahead
-WORTH = 1.3  # ... and this factor of error power
-WILD = 5.0  # times the median error: what lies further out counts as that far
+EFFECT = velocity_filter.EFFECT
+
+# (pure delay s, time constant s) -> errors (samples, joints), or their power (samples,)
+Errors = Callable[[float, float], Floats]
 
 
 @dataclass(frozen=True)
 class Lag:
-    """Hold the lag found: its time constant (s) with its interval, and how far it is ahead of no lag.
+    """Hold a lag of the reported velocities.
 
-    ratio: of root mean square errors. errors: standard errors over blocks.
+    time_constant_s: with its 95 % interval.
+    ratio: root mean square error without the lag over that with it.
+    standard_errors: by which the lag is ahead, over blocks.
     """
 
     time_constant_s: Estimate
     ratio: float
-    errors: float
+    standard_errors: float
 
 
-Model = Callable[
-    [float, float], Floats
-]  # pure delay s, time constant s -> reported velocities (n, joints)
+def read_filter(case: Case, theta: Floats) -> tuple[Reading, ...]:
+    """Return the filter of the reported velocities, where one is needed to explain them."""
+    lag = find_velocity_lag(case.recording, case.state)
+    if lag is None:
+        return ()
+    estimates = {EFFECT.parameters[0].name: lag.time_constant_s}
+    lead = Lead(lag.ratio, lag.standard_errors)
+    return (Reading(EFFECT.name, (lag.time_constant_s.value,), estimates, lead),)
 
 
-def velocity_lag(recording: Recording, state: SmoothState) -> Lag | None:
-    """Return the lag of the reported velocities; None when none is reported, or no lag is needed to explain them."""
+def find_velocity_lag(recording: Recording, state: SmoothState) -> Lag | None:
+    """Return the lag of the reported velocities; None when there are none, or no lag is needed."""
     signals, rates = recording.signals, recording.rates
     if rates is None:
         return None
-    joints = [k for k in channels(signals) if np.isfinite(rates[:, k]).mean() > 0.5]
+    joints = [k for k in list_channels(signals) if np.isfinite(rates[:, k]).mean() > 0.5]
     if not joints:
         return None
-    reported, usable = rates[:, joints], _usable(signals, rates[:, joints])
-    scale = np.array([np.std(state.states[usable, k + 2]) or 1.0 for k in joints])
+    reported, usable = rates[:, joints], _find_usable(signals, rates[:, joints])
+    true = state.states[:, [k + 2 for k in joints]]
+    scale = np.array([np.std(column[usable]) or 1.0 for column in true.T])
 
-    def errors(delay_s: float, time_constant_s: float) -> Floats:
-        made = _reported(
-            signals, state.states[:, [k + 2 for k in joints]], delay_s, time_constant_s
-        )
-        return ((reported - made) / scale)[usable]
+    def compute_errors(delay_s: float, time_constant_s: float) -> Floats:
+        return ((reported - _report(signals, true, delay_s, time_constant_s)) / scale)[usable]
 
-    return _judged(signals, errors, usable)
+    return _judge_lag(signals, compute_errors, usable)
 
 
-def _usable(signals: Signals, reported: Floats) -> Mask:
-    """Return the samples that count: reported, valid, and far enough from a stretch's ends for the derivative."""
+def _find_usable(signals: Signals, reported: Floats) -> Mask:
+    """Return the samples that count: reported, valid, and far enough from a stretch's ends."""
     usable = np.all(np.isfinite(reported), axis=1)
-    for there, valid in ((signals.cart, signals.cart_valid), (signals.pole, signals.pole_valid)):
-        if there is not None:
+    for values, valid in ((signals.cart, signals.cart_valid), (signals.pole, signals.pole_valid)):
+        if values is not None:
             usable &= valid
     edge = max(round(0.2 / signals.period_s), 1)
     for stretch in signals.stretches:
@@ -77,71 +85,80 @@ def _usable(signals: Signals, reported: Floats) -> Mask:
     return usable
 
 
-def _reported(signals: Signals, rates: Floats, delay_s: float, time_constant_s: float) -> Floats:
-    """Return what a rig with these velocities reports, (n, joints)."""
-    made = np.empty_like(rates)
+def _report(signals: Signals, rates: Floats, delay_s: float, time_constant_s: float) -> Floats:
+    """Return what a rig with these velocities reports, (samples, joints)."""
+    reported = np.empty_like(rates)
     keep = float(np.exp(-signals.period_s / time_constant_s)) if time_constant_s > 0 else 0.0
     for stretch in signals.stretches:
-        part = rates[stretch]
-        n = np.arange(len(part), dtype=np.float64)
-        for k in range(part.shape[1]):
-            late = np.interp(n - delay_s / signals.period_s, n, part[:, k])
-            made[stretch, k] = lfilter([1.0 - keep], [1.0, -keep], late, zi=[keep * late[0]])[0]
-    return made
+        n = np.arange(stretch.stop - stretch.start, dtype=np.float64)
+        for k in range(rates.shape[1]):
+            late = np.interp(n - delay_s / signals.period_s, n, rates[stretch, k])
+            start = [keep * late[0]]
+            reported[stretch, k] = lfilter([1.0 - keep], [1.0, -keep], late, zi=start)[0]
+    return reported
 
 
-def _judged(
-    signals: Signals, errors: Callable[[float, float], Floats], usable: Mask
-) -> Lag | None:
-    period = signals.period_s
-    block = (signals.times_s[usable] // BLOCK_S).astype(int)
+def _judge_lag(signals: Signals, compute_errors: Errors, usable: Mask) -> Lag | None:
+    """Return the lag that explains the reported velocities best, where it is clearly needed."""
+    block = (signals.times_s[usable] // decisions.LAG_BLOCK_S).astype(int)
     if len(np.unique(block)) < 4:
         return None
 
-    def power(delay_s: float, time_constant_s: float) -> Floats:
-        """Return each usable sample's squared error, joints together, wild ones bounded."""
-        square = np.sum(errors(delay_s, time_constant_s) ** 2, axis=1)
-        return np.minimum(square, WILD**2 * max(float(np.median(square)), 1e-12))
+    def compute_power(delay_s: float, time_constant_s: float) -> Floats:
+        """Return each usable sample's squared error, joints together, wild samples bounded."""
+        square = np.sum(compute_errors(delay_s, time_constant_s) ** 2, axis=1)
+        return np.minimum(square, decisions.LAG_WILD**2 * max(float(np.median(square)), 1e-12))
 
-    def best(of: Callable[[float], Floats]) -> float:
-        return float(
-            minimize_scalar(
-                lambda s: float(np.mean(of(s))), bounds=(0.0, LONGEST_S), method="bounded"
-            ).x
-        )
-
-    plain = power(best(lambda s: power(s, 0.0)), 0.0)  # a mere delay, of any length
-    tries = [(delay, best(lambda s, d=delay: power(d, s))) for delay in (0.0, 0.5 * period)]  # type: ignore[misc]
-    delay, constant = min(tries, key=lambda one: float(np.mean(power(*one))))
-    lagged = power(delay, constant)
-    gains = _by_block(plain - lagged, block)
+    delayed = compute_power(_minimise(lambda s: compute_power(s, 0.0)), 0.0)
+    lags = [(late, _fit_constant(compute_power, late)) for late in (0.0, 0.5 * signals.period_s)]
+    delay, constant = min(lags, key=lambda lag: float(np.mean(compute_power(*lag))))
+    lagged = compute_power(delay, constant)
+    gains = _sum_blocks(delayed - lagged, block)
     spread = float(np.std(gains, ddof=1)) / np.sqrt(len(gains))
     ahead = float(np.mean(gains)) / max(spread, 1e-300)
-    ratio = float(np.sqrt(np.mean(plain) / max(np.mean(lagged), 1e-300)))
-    half = _half_width(errors, delay, constant, block)
-    if ahead < SURE or ratio**2 < WORTH or constant <= half:
+    ratio = float(np.sqrt(np.mean(delayed) / max(np.mean(lagged), 1e-300)))
+    half = _compute_half_width(compute_errors, delay, constant, block)
+    if (
+        ahead < decisions.LAG_STANDARD_ERRORS
+        or ratio**2 < decisions.LAG_POWER_RATIO
+        or constant <= half
+    ):
         return None
     return Lag(Estimate(constant, constant - half, constant + half), ratio, ahead)
 
 
-def _by_block(values: Floats, block: Ints) -> Floats:
-    """Return the sums of values (n,) over each block; block: (n,) rising."""
-    return np.array(
-        [np.sum(part) for part in np.split(values, np.flatnonzero(np.diff(block)) + 1)]
+def _fit_constant(compute_power: Errors, delay_s: float) -> float:
+    """Return the time constant (s) with which the errors are least beside a pure delay."""
+    return _minimise(lambda s: compute_power(delay_s, s))
+
+
+def _minimise(compute_power: Callable[[float], Floats]) -> float:
+    """Return the time (s), at most LONGEST_S, for which the mean power is least."""
+    found = minimize_scalar(
+        lambda s: float(np.mean(compute_power(s))),
+        bounds=(0.0, decisions.LAG_LONGEST_S),
+        method="bounded",
     )
+    return float(found.x)
 
 
-def _half_width(
-    errors: Callable[[float, float], Floats], delay: float, constant: float, block: Ints
+def _sum_blocks(values: Floats, block: Ints) -> Floats:
+    """Return the sums of values (samples,) over each block; block: (samples,) rising."""
+    return np.add.reduceat(values, np.concatenate([[0], np.flatnonzero(np.diff(block)) + 1]))
+
+
+def _compute_half_width(
+    compute_errors: Errors, delay: float, constant: float, block: Ints
 ) -> float:
     """Return the half width of the 95 % interval, blocks taken as independent (a sandwich)."""
     step = 1e-3 * constant + 1e-6
-    off = errors(delay, constant)
-    slope = (errors(delay, constant + step) - errors(delay, max(constant - step, 0.0))) / (
-        2 * step
-    )
-    square = np.sum(off**2, axis=1)
-    tame = square < WILD**2 * max(float(np.median(square)), 1e-12)
-    own = np.sum(off * slope, axis=1) * tame
-    scores = _by_block(own, block)
+    low, high = max(constant - step, 0.0), constant + step
+    errors = compute_errors(delay, constant)
+    slope = (compute_errors(delay, high) - compute_errors(delay, low)) / (2 * step)
+    square = np.sum(errors**2, axis=1)
+    tame = square < decisions.LAG_WILD**2 * max(float(np.median(square)), 1e-12)
+    scores = _sum_blocks(np.sum(errors * slope, axis=1) * tame, block)
     return 1.96 * float(np.sqrt(np.sum(scores**2))) / max(float(np.sum(slope[tame] ** 2)), 1e-300)
+
+
+DETECTOR = Detector(EFFECT, Use.NAME, read_filter)

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pendulum_sysid.finding.localisation.sieve import FORCE, TORQUE, Sieve, sieve_for
+from pendulum_sysid import decisions
+from pendulum_sysid.finding.localisation.sieve import FORCE, TORQUE, Sieve, make_sieve
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.records import Ints
 from pendulum_twin.inverse_dynamics import compute_missing_force
@@ -29,9 +30,7 @@ from pendulum_twin.parameter_vector import (
 from pendulum_twin.signals import Floats, Signals
 from pendulum_twin.simulate import undo_sensors
 
-BLOCK_S = 0.5  # samples are held out, and errors counted as independent, in blocks this long
 FOLDS = 4
-LEAST_ROWS = 50
 # The words that fitting turns, in each equation: what a missing force may have bent, and what is
 # fitted along with it.
 TURNED = ({"drive": (FORCE_PER_PWM,), "viscous": (CART_VISCOUS,), "coupling": (COUPLING,)},
@@ -39,7 +38,7 @@ TURNED = ({"drive": (FORCE_PER_PWM,), "viscous": (CART_VISCOUS,), "coupling": (C
 
 
 @dataclass(frozen=True)
-class Along:
+class Motion:
     """Hold what one may ask about at every sample, (n,) each: true states, accelerations, what drives, and the time.
 
     Accelerations are those that the twin gives the state: the measured ones hold the noise that the missing force holds."""
@@ -82,7 +81,7 @@ class Balance:
         return "N" if self.equation == FORCE else "N m"
 
 
-def along(case: Case, theta: Floats) -> Along:
+def compute_motion(case: Case, theta: Floats) -> Motion:
     """Return the true states behind what was measured, seen through a twin's sensors."""
     signals, state = case.signals, case.state
     x, th, v, w = undo_sensors(state.states[None], theta[None], signals.clock_s)[0].T
@@ -94,32 +93,32 @@ def along(case: Case, theta: Floats) -> Along:
         -(theta[INERTIA] * force + coupling * torque),
         -(theta[MASS] * torque + coupling * force),
     )
-    return Along(
-        x, th, v, w, a / determinant, b / determinant, _driven(case, theta), signals.times_s
+    return Motion(
+        x, th, v, w, a / determinant, b / determinant, _compute_drive(case, theta), signals.times_s
     )
 
 
-def _driven(case: Case, theta: Floats) -> Floats:
+def _compute_drive(case: Case, theta: Floats) -> Floats:
     """Return what command and drive make of the command at every sample, as a force per `force_per_pwm_n`."""
     if case.signals.cart is None:
         return case.signals.command
     more = theta.copy()
     more[FORCE_PER_PWM] += 1.0
     still = np.zeros((len(case.signals), 2))
-    return lacking_along(case, theta, still, FORCE) - lacking_along(case, more, still, FORCE)
+    return compute_lacking(case, theta, still, FORCE) - compute_lacking(case, more, still, FORCE)
 
 
-def balances(case: Case, theta: Floats) -> tuple[Balance, ...]:
+def make_balances(case: Case, theta: Floats) -> tuple[Balance, ...]:
     """Return the equations of the joints that are there, for a twin with these words."""
-    sharp = sharply(case)
+    sharp = compute_sharp_accelerations(case)
     found = []
     for equation, values in ((FORCE, case.signals.cart), (TORQUE, case.signals.pole)):
         if values is not None:
-            found.append(_balance(case, theta, sharp, equation))
+            found.append(_make_balance(case, theta, sharp, equation))
     return tuple(one for one in found if one is not None)
 
 
-def sharply(case: Case) -> Floats:
+def compute_sharp_accelerations(case: Case) -> Floats:
     """Return accelerations (n, 2) by second differences: noisy, for the sieve to smooth.
 
     Of a force that is held from sample to sample they are the mean of the periods before and
@@ -129,11 +128,11 @@ def sharply(case: Case) -> Floats:
     found = np.zeros((len(signals), 2))
     for k, values in enumerate((signals.cart, signals.pole)):
         if values is not None:
-            found[:, k] = differences(signals, values)[1]
+            found[:, k] = differentiate(signals, values)[1]
     return found
 
 
-def differences(signals: Signals, values: Floats) -> tuple[Floats, Floats]:
+def differentiate(signals: Signals, values: Floats) -> tuple[Floats, Floats]:
     """Return the first and second derivative of values (n,) by central differences; 0 at the ends of stretches."""
     first, second = np.zeros(len(values)), np.zeros(len(values))
     for s in signals.stretches:
@@ -143,45 +142,45 @@ def differences(signals: Signals, values: Floats) -> tuple[Floats, Floats]:
     return first, second
 
 
-def lacking_along(case: Case, theta: Floats, sharp: Floats, equation: int) -> Floats:
+def compute_lacking(case: Case, theta: Floats, sharp: Floats, equation: int) -> Floats:
     """Return the force (N) or torque (N m) that a twin lacks at every sample, (n,), for the sieve to smooth."""
     return compute_missing_force(case.signals, case.state.states, sharp, theta)[0][:, equation]
 
 
-def _balance(case: Case, theta: Floats, sharp: Floats, equation: int) -> Balance | None:
-    raw = lacking_along(case, theta, sharp, equation)
+def _make_balance(case: Case, theta: Floats, sharp: Floats, equation: int) -> Balance | None:
+    raw = compute_lacking(case, theta, sharp, equation)
     inertia = theta[MASS] if equation == FORCE else theta[INERTIA]
     own = inertia * sharp[:, equation]
-    sieve, noise = sieve_for(case, theta, own, equation)
-    if len(sieve.at) < LEAST_ROWS:
+    sieve, noise = make_sieve(case, theta, own, equation)
+    if len(sieve.at) < decisions.BALANCE_LEAST_ROWS:
         return None
     turned = {}
     for name, slots in TURNED[equation].items():
         more = theta.copy()
         more[list(slots)] += 1.0
-        column = sieve(raw - lacking_along(case, more, sharp, equation))
+        column = sieve(raw - compute_lacking(case, more, sharp, equation))
         if np.any(column):
             turned[name] = column
     seconds = case.signals.times_s[sieve.at]
-    block = _blocks(case, sieve.at)
+    block = _number_blocks(case, sieve.at)
     return Balance(
         equation, sieve, sieve(raw), np.stack(list(turned.values()), axis=1), tuple(turned), noise,
-        float(np.sqrt(np.mean(sieve(own) ** 2))), block, _folds(block), seconds,
+        float(np.sqrt(np.mean(sieve(own) ** 2))), block, _deal_folds(block), seconds,
         int(np.min(np.diff(sieve.at))) * case.signals.period_s,
     )  # fmt: skip
 
 
-def _blocks(case: Case, at: Ints) -> Ints:
+def _number_blocks(case: Case, at: Ints) -> Ints:
     """Return the number of each row's block; no block reaches over two stretches."""
     signals = case.signals
     stretch = np.searchsorted(signals.starts, at, side="right") - 1
-    inside = ((at - np.array(signals.starts)[stretch]) * signals.period_s // BLOCK_S).astype(
-        np.int64
-    )
+    inside = (
+        (at - np.array(signals.starts)[stretch]) * signals.period_s // decisions.BALANCE_BLOCK_S
+    ).astype(np.int64)
     return np.unique(np.stack([stretch, inside]), axis=1, return_inverse=True)[1].reshape(-1)
 
 
-def _folds(block: Ints) -> Ints:
+def _deal_folds(block: Ints) -> Ints:
     """Return which part each row belongs to; parts are dealt at random, lest a periodic command favour one."""
     random = np.random.default_rng(0)
     dealt = random.permutation(np.arange(int(block.max()) + 1) % FOLDS)

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from pendulum_sysid import decisions
 from pendulum_twin.signals import Floats
 
-SIDE_KNOTS = 7  # of a variable whose sign matters, on each side of zero
 
-
-def hats(values: Floats, knots: Floats) -> Floats:
+def make_hats(values: Floats, knots: Floats) -> Floats:
     """Return the weights of linear interpolation between rising knots, (n, knots)."""
     found = np.zeros((len(values), len(knots)))
     if len(knots) == 1:
@@ -33,16 +32,16 @@ def spread_knots(values: Floats, count: int) -> Floats:
     return np.unique(0.5 * (even + filled))
 
 
-def sided(values: Floats) -> tuple[Floats, Floats]:
+def make_sided_knots(values: Floats) -> tuple[Floats, Floats]:
     """Return knots (k,) and hats (n, k) of a variable on either side of zero, between which a force may jump."""
     knots, parts = [], []
     for sign in (-1.0, 1.0):
         side = np.maximum(sign * values, 0.0)
         reached = side[side > 0]
-        if len(reached) < 2 * SIDE_KNOTS:
+        if len(reached) < 2 * decisions.SIDE_KNOTS:
             continue
-        at = spread_knots(np.append(reached, 0.0), SIDE_KNOTS)
-        part = hats(side, at) * (side > 0)[:, None]
+        at = spread_knots(np.append(reached, 0.0), decisions.SIDE_KNOTS)
+        part = make_hats(side, at) * (side > 0)[:, None]
         knots.append(at if sign > 0 else -at[::-1])
         parts.append(part if sign > 0 else part[:, ::-1])
     if not parts:

@@ -12,16 +12,18 @@ from collections import defaultdict
 
 import numpy as np
 
-from pendulum_sysid.finding.localisation.explain import LEAST_SHARE
-from pendulum_sysid.finding.localisation.inspection import Inspected, curves_of, inspected
+from pendulum_sysid import decisions
+from pendulum_sysid.finding.localisation.inspection import (
+    Inspected,
+    inspect_equations,
+    measure_curves_of,
+)
 from pendulum_sysid.finding.localisation.measured_curves import Curve
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.window_runs import WindowRuns
 from pendulum_sysid.records import Evidence, Localisation
 from pendulum_twin.signals import Floats
 
-MOST_EVIDENCE = 4
-OUTSTANDING = 2.0  # times the median window's error, to be named as a stretch
 EQUATIONS = ("force", "torque")
 
 
@@ -30,21 +32,26 @@ def localise(case: Case, theta: Floats, runs: WindowRuns) -> Localisation:
 
     runs: its free runs, for the stretches of the recording where it is worst.
     """
-    equations = inspected(case, theta)
+    equations = inspect_equations(case, theta)
     total = sum(one.missing for one in equations)
     found = [
-        _evidence(one, curve, one.gains[curve.question.key] / total)
+        _make_evidence(one, curve, one.gains[curve.question.key] / total)
         for one in equations
         if total > 0
-        for curve in curves_of(one, theta)
+        for curve in measure_curves_of(one, theta)
     ]
-    found = sorted((one for one in found if one.share >= LEAST_SHARE), key=lambda one: -one.share)
+    found = sorted(
+        (one for one in found if one.share >= decisions.EVIDENCE_LEAST_SHARE),
+        key=lambda one: -one.share,
+    )
     return Localisation(
-        _place(found) or _worse_joint(runs), tuple(found[:MOST_EVIDENCE]), stretches(runs)
+        _find_place(found) or _find_worse_joint(runs),
+        tuple(found[: decisions.EVIDENCE_TOLD]),
+        find_worst_stretches(runs),
     )
 
 
-def _place(found: list[Evidence]) -> str | None:
+def _find_place(found: list[Evidence]) -> str | None:
     """Return the place to which most of what is explained points."""
     shares: dict[str, float] = defaultdict(float)
     for one in found:
@@ -52,16 +59,16 @@ def _place(found: list[Evidence]) -> str | None:
     return max(shares, key=lambda place: shares[place], default=None)
 
 
-def _evidence(one: Inspected, curve: Curve, share: float) -> Evidence:
+def _make_evidence(one: Inspected, curve: Curve, share: float) -> Evidence:
     question, what = curve.question, curve.question.measured
-    finding = f"explains {share:.0%} of what is missing, in the {EQUATIONS[one.table.balance.equation]}; {told(curve)}"
+    finding = f"explains {share:.0%} of what is missing, in the {EQUATIONS[one.table.balance.equation]}; {describe_curve(curve)}"
     drawn = (curve.x, curve.y, curve.band) if len(curve.x) > 1 else (np.empty(0),) * 3
     return Evidence(
         question.variable, finding, share, *drawn, what.axis, what.theta, what.unit, question.place
     )
 
 
-def told(curve: Curve) -> str:
+def describe_curve(curve: Curve) -> str:
     """Return a measured curve in words."""
     what, unit = curve.question.measured, f" {curve.question.measured.unit}".replace(" 1", "")
     if len(curve.x) == 1:
@@ -79,16 +86,16 @@ def told(curve: Curve) -> str:
     return f"{what.theta} from {points[0]} to {points[1]}"
 
 
-def _worse_joint(runs: WindowRuns) -> str:
+def _find_worse_joint(runs: WindowRuns) -> str:
     """Return the joint whose runs are the further off, in units of noise, when nothing explains the missing force."""
     return ("cart", "pole")[runs.channels[int(np.argmax(runs.rmse / runs.noise))]]
 
 
-def stretches(runs: WindowRuns) -> tuple[tuple[float, float], ...]:
+def find_worst_stretches(runs: WindowRuns) -> tuple[tuple[float, float], ...]:
     """Return where the runs are more than twice as wrong as in the median window, s, joined where they touch."""
     errors = np.sqrt(np.mean((runs.window_rmse / runs.noise) ** 2, axis=1))
     found: list[tuple[float, float]] = []
-    for begin in np.sort(runs.begin_s[errors > OUTSTANDING * np.median(errors)]):
+    for begin in np.sort(runs.begin_s[errors > decisions.STRETCH_ERROR_RATIO * np.median(errors)]):
         end = float(begin) + runs.seconds
         if found and begin <= found[-1][1] + 1e-9:
             found[-1] = (found[-1][0], end)

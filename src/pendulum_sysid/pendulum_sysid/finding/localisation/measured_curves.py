@@ -21,7 +21,7 @@ class Curve:
     band: Floats
 
 
-def curves(table: Table, keys: tuple[str, ...], theta: dict[str, float]) -> list[Curve]:
+def measure_curves(table: Table, keys: tuple[str, ...], theta: dict[str, float]) -> list[Curve]:
     """Return the curve of every question; words: the twin's own, by the names of the balance's columns."""
     at = table.chosen(keys)
     block = np.ix_(at, at)
@@ -36,12 +36,12 @@ def curves(table: Table, keys: tuple[str, ...], theta: dict[str, float]) -> list
     scale = table.scale[at]
     place = {int(column): k for k, column in enumerate(at)}
     return [
-        _curve(table, key, weights / scale, spread / np.outer(scale, scale), place, theta)
+        _measure_curve(table, key, weights / scale, spread / np.outer(scale, scale), place, theta)
         for key in keys
     ]
 
 
-def _curve(
+def _measure_curve(
     table: Table,
     key: str,
     weights: Floats,
@@ -65,13 +65,13 @@ def _curve(
         held = 0.0 if what.straight else sign * theta[what.turned]
     y = onto @ weights + held
     if what.straight:
-        y = y - typical_slope(x, y) * x
+        y = y - compute_typical_slope(x, y) * x
         onto = onto - np.outer(x, x @ onto) / max(float(x @ x), 1e-300)
     band = 1.96 * np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", onto, spread, onto), 0.0))
     return Curve(one, x, what.sign * y, band)
 
 
-def typical_slope(x: Floats, y: Floats) -> float:
+def compute_typical_slope(x: Floats, y: Floats) -> float:
     """Return the slope that half of a curve's length lies above: what a viscous law or the drive's gain can be.
 
     A curve against the speed says what it is beside the viscous friction only up to a straight

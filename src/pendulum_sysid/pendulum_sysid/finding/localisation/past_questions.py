@@ -6,14 +6,14 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pendulum_sysid.finding.localisation.balance import Along, Balance
+from pendulum_sysid.finding.localisation.balance import Balance, Motion
 from pendulum_sysid.finding.localisation.questions import (
     MISSING,
     UNITS,
     Cost,
     Measured,
     Question,
-    number,
+    make_number_question,
 )
 from pendulum_sysid.finding.localisation.sieve import FORCE
 from pendulum_twin.parameter_vector import FORCE_PER_PWM
@@ -29,19 +29,21 @@ REACHES = (
 )  # of a joint's usual swing, over which a force may build up when it turns round
 
 
-def past_questions(
-    signals: Signals, here: Along, balance: Balance, theta: Floats
+def make_past_questions(
+    signals: Signals, here: Motion, balance: Balance, theta: Floats
 ) -> list[Question]:
     """Return what is asked of an equation about the past; words: the twin's."""
     if balance.equation != FORCE:
-        return _hysteresis(signals, here.th, "pole_angle*pole_rate", "pole", balance.equation)
-    asked = _hysteresis(signals, here.x, "cart_position*cart_velocity", "cart", balance.equation)
+        return _ask_hysteresis(signals, here.th, "pole_angle*pole_rate", "pole", balance.equation)
+    asked = _ask_hysteresis(
+        signals, here.x, "cart_position*cart_velocity", "cart", balance.equation
+    )
     if np.any(signals.command):
-        asked += [_late(signals, float(theta[FORCE_PER_PWM])), _history(signals)]
+        asked += [_ask_delay(signals, float(theta[FORCE_PER_PWM])), _ask_history(signals)]
     return asked
 
 
-def held_around(signals: Signals, late: int) -> Floats:
+def hold_around(signals: Signals, late: int) -> Floats:
     """Return the command around each sample, so many samples late: the mean of the periods before and after it."""
     found = np.empty(len(signals))
     for s in signals.stretches:
@@ -50,21 +52,23 @@ def held_around(signals: Signals, late: int) -> Floats:
     return found
 
 
-def _late(signals: Signals, gain: float) -> Question:
+def _ask_delay(signals: Signals, gain: float) -> Question:
     """Ask for the command's rate: what a force that comes late lacks, to first order."""
     rate = np.zeros(len(signals))
     for s in signals.stretches:
         rate[s] = np.diff(signals.command[s], prepend=signals.command[s.start]) / signals.period_s
     measured = Measured("time by which the force comes late", "s", "constant")
-    return number("command_rate", "command_rate", "drive", measured, rate, -1.0 / (gain or 1.0))
+    return make_number_question(
+        "command_rate", "command_rate", "drive", measured, rate, -1.0 / (gain or 1.0)
+    )
 
 
-def _history(signals: Signals) -> Question:
+def _ask_history(signals: Signals) -> Question:
     """Ask for the command's past: the force for each unit of command that has come some time after a step of it."""
     lags = np.unique(np.round(np.array(LAGS_S) / signals.period_s).astype(int))
 
     def columns() -> Floats:
-        return np.stack([held_around(signals, int(lag)) for lag in lags], axis=1)
+        return np.stack([hold_around(signals, int(lag)) for lag in lags], axis=1)
 
     measured = Measured("force per command after a step", "N", "lag", 1.0, "drive")
     drawn = np.tril(np.ones((len(lags), len(lags))))
@@ -82,7 +86,7 @@ def _history(signals: Signals) -> Question:
     )
 
 
-def _hysteresis(
+def _ask_hysteresis(
     signals: Signals, values: Floats, variable: str, place: str, equation: int
 ) -> list[Question]:
     """Ask for a force that builds up with the way since a joint turned round, and then stays (stop operators).
@@ -96,7 +100,7 @@ def _hysteresis(
     measured = Measured(MISSING[equation], UNITS[equation], "way" if equation == FORCE else "turn")
     x = np.concatenate([[0.0], reaches, [1.5 * reaches[-1]]])
     drawn = np.minimum(x[:, None], reaches) - 0.5 * reaches
-    columns = _stops(signals, values, reaches)
+    columns = _make_stops(signals, values, reaches)
     return [
         Question(
             "hysteresis", variable, place, Cost.PRODUCT, measured, columns, x, drawn, bends=False
@@ -104,7 +108,7 @@ def _hysteresis(
     ]
 
 
-def _stops(signals: Signals, values: Floats, reaches: Floats) -> Callable[[], Floats]:
+def _make_stops(signals: Signals, values: Floats, reaches: Floats) -> Callable[[], Floats]:
     def columns() -> Floats:
         found = np.empty((len(values), len(reaches)))
         half = 0.5 * reaches

@@ -14,13 +14,12 @@ from functools import partial
 
 import numpy as np
 
-from pendulum_sysid.finding.localisation.balance import Along, Balance
-from pendulum_sysid.finding.localisation.knots import hats, sided, spread_knots
+from pendulum_sysid import decisions
+from pendulum_sysid.finding.localisation.balance import Balance, Motion
+from pendulum_sysid.finding.localisation.knots import make_hats, make_sided_knots, spread_knots
 from pendulum_sysid.finding.localisation.sieve import FORCE
 from pendulum_twin.signals import Floats
 
-KNOTS = 16
-ANGLE_KNOTS = 24
 SECONDS_A_KNOT, MOST_TIMES = 1.0, 60
 MISSING = ("missing force", "missing torque")
 UNITS = ("N", "N m")
@@ -72,7 +71,7 @@ class Question:
     bends: bool = True
 
 
-def number(
+def make_number_question(
     key: str, variable: str, place: str, measured: Measured, column: Floats, scale: float = 1.0
 ) -> Question:
     """Return a question with a single number for an answer: the column's weight times a scale."""
@@ -115,47 +114,51 @@ class Variables:
         )
 
 
-def time_knots(here: Along) -> Floats:
+def make_time_knots(here: Motion) -> Floats:
     """Return the knots of the time, s."""
     return np.linspace(
         here.t[0], here.t[-1], int(np.clip(np.ptp(here.t) / SECONDS_A_KNOT, 2, MOST_TIMES))
     )
 
 
-def variables(here: Along) -> Variables:
+def make_variables(here: Motion) -> Variables:
     """Return the variables of a recording that move."""
     angle = np.mod(here.th, 2 * np.pi)
-    turns = spread_knots(here.th, KNOTS) if np.ptp(here.th) > 2 * np.pi else np.zeros(1)
+    turns = (
+        spread_knots(here.th, decisions.CURVE_KNOTS)
+        if np.ptp(here.th) > 2 * np.pi
+        else np.zeros(1)
+    )
     bases: dict[str, tuple[Floats, Callable[[], Floats]]] = {}
     for name, values, knots in (
-        ("cart_position", here.x, spread_knots(here.x, KNOTS)),
-        ("pole_angle", angle, spread_knots(angle, ANGLE_KNOTS)),
+        ("cart_position", here.x, spread_knots(here.x, decisions.CURVE_KNOTS)),
+        ("pole_angle", angle, spread_knots(angle, decisions.ANGLE_KNOTS)),
         ("pole_turns", here.th, turns),
-        ("command", here.u, spread_knots(here.u, KNOTS)),
-        ("time", here.t, time_knots(here)),
+        ("command", here.u, spread_knots(here.u, decisions.CURVE_KNOTS)),
+        ("time", here.t, make_time_knots(here)),
     ):
         if len(knots) > 2:
-            bases[name] = (knots, partial(hats, values, knots))
+            bases[name] = (knots, partial(make_hats, values, knots))
     for name, values in (("cart_velocity", here.v), ("pole_rate", here.w)):
         if np.ptp(values) > 0:
-            bases[name] = (sided(values)[0], partial(_hats_on_sides, values))
+            bases[name] = (make_sided_knots(values)[0], partial(_make_sided_hats, values))
     return Variables(bases)
 
 
-def _hats_on_sides(values: Floats) -> Floats:
-    return sided(values)[1]
+def _make_sided_hats(values: Floats) -> Floats:
+    return make_sided_knots(values)[1]
 
 
-def questions(here: Along, balance: Balance) -> list[Question]:
+def make_questions(here: Motion, balance: Balance) -> list[Question]:
     """Return what is asked of an equation about state, command and time."""
-    asker = variables(here)
-    return _of_force(here, asker) if balance.equation == FORCE else _of_torque(here, asker)
+    asker = make_variables(here)
+    return _ask_force(here, asker) if balance.equation == FORCE else _ask_torque(here, asker)
 
 
-def _of_force(here: Along, asker: Variables) -> list[Question]:
+def _ask_force(here: Motion, asker: Variables) -> list[Question]:
     missing, unit = MISSING[0], UNITS[0]
     asked = [
-        number(
+        make_number_question(
             "constant",
             "constant",
             "cart",
@@ -190,22 +193,22 @@ def _of_force(here: Along, asker: Variables) -> list[Question]:
         ("cart_velocity", "cart_velocity", here.v, viscous, state),
         ("cart_direction", "cart_velocity", np.sign(here.v), dry, (*state, "command")),
     ):
-        asked += _products(
+        asked += _make_products(
             asker,
             key,
             by,
             factor,
             what,
             names,
-            _place_of_gain if key == "command" else lambda _: "cart",
+            _locate_gain if key == "command" else lambda _: "cart",
         )
     return asked
 
 
-def _of_torque(here: Along, asker: Variables) -> list[Question]:
+def _ask_torque(here: Motion, asker: Variables) -> list[Question]:
     missing, unit = MISSING[1], UNITS[1]
     asked = [
-        number(
+        make_number_question(
             "constant",
             "constant",
             "pole",
@@ -232,16 +235,16 @@ def _of_torque(here: Along, asker: Variables) -> list[Question]:
         ("pole_rate", here.w, viscous),
         ("pole_direction", np.sign(here.w), dry),
     ):
-        asked += _products(asker, key, "pole_rate", factor, what, names, lambda _: "pole")
+        asked += _make_products(asker, key, "pole_rate", factor, what, names, lambda _: "pole")
     return asked
 
 
-def _place_of_gain(name: str) -> str:
+def _locate_gain(name: str) -> str:
     """Return the place of a gain that a variable changes: the command's way to the drive knows the time, not the motion."""
     return "command" if name == "time" else "drive"
 
 
-def _products(
+def _make_products(
     asker: Variables,
     key: str,
     by: str,

@@ -14,18 +14,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pendulum_sysid import decisions
 from pendulum_sysid.finding.localisation.balance import (
     Balance,
-    along,
-    balances,
-    lacking_along,
-    sharply,
+    compute_lacking,
+    compute_motion,
+    compute_sharp_accelerations,
+    make_balances,
 )
-from pendulum_sysid.finding.localisation.explain import explanation, more_than_chance
-from pendulum_sysid.finding.localisation.inspection import asked_of, table_of
+from pendulum_sysid.finding.localisation.explain import explain, is_more_than_chance
+from pendulum_sysid.finding.localisation.inspection import list_questions, make_table
 from pendulum_sysid.finding.localisation.questions import Cost, Question
 from pendulum_sysid.finding.localisation.table import Table
-from pendulum_sysid.finding.localisation.thinning import thinned
+from pendulum_sysid.finding.localisation.thinning import thin_out
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.records import Fit
 from pendulum_twin.effects import BY_NAME
@@ -33,22 +34,11 @@ from pendulum_twin.effects.effect import HALF_STEP_S, Form
 from pendulum_twin.parameter_vector import SLOTS, get_neutral_values
 from pendulum_twin.signals import Floats
 
-NEAR = (
-    0.2**2
-)  # of the power that an effect explains: a law off by a fifth of its own size is still of the right kind
-NEGLIGIBLE = (
-    0.05**2
-)  # the same where several laws of one variable were needed: then each proves less
-CHIEFLY = 0.5  # of what the best question about the rest gains, for the rest to be about the effect's own variables
-GREAT_PART = 0.25  # of the rest beyond noise, which the shape must take away
 LIKE_A_CONSTANT = {
     "cart_position",
     "time",
     "pole_angle",
 }  # a constant push may turn out to be a curve over one of these
-WEAKEST = (
-    0.1  # of an effect's larger share: it is not judged by the equation in which it hardly shows
-)
 
 
 @dataclass(frozen=True)
@@ -90,25 +80,25 @@ class Remainder:
 
     def sure(self, key: str) -> bool:
         """Return whether a question's gain is more than chance."""
-        return more_than_chance(self.table, key)
+        return is_more_than_chance(self.table, key)
 
 
-def remainders(case: Case, fit: Fit, base: Fit) -> list[Remainder]:
+def measure_remainders(case: Case, fit: Fit, base: Fit) -> list[Remainder]:
     """Return what is left of each equation under a fit; base: the fit of parameters alone."""
-    case = thinned(case)
-    here, found = along(case, _without_static_filters(fit.theta)), []
-    first = {one.equation: Table(one, []) for one in balances(case, base.theta)}
-    for balance in balances(case, fit.theta):
+    case = thin_out(case)
+    here, found = compute_motion(case, _take_out_static_filters(fit.theta)), []
+    first = {one.equation: Table(one, []) for one in make_balances(case, base.theta)}
+    for balance in make_balances(case, fit.theta):
         if balance.equation not in first:
             continue
-        table, own = table_of(case, here, balance, fit.theta), max(balance.size, 1e-300) ** 2
+        table, own = make_table(case, here, balance, fit.theta), max(balance.size, 1e-300) ** 2
         gains = {key: table.gain(key) / own for key in table.asked}
         before = max(first[balance.equation].loss(()) - balance.noise**2, 0.0) / own
         found.append(Remainder(table, gains, before, table.loss(()) / own))
     return found
 
 
-def _without_static_filters(theta: Floats) -> Floats:
+def _take_out_static_filters(theta: Floats) -> Floats:
     """Return words without the effects that bend the command and remember nothing: laws are asked of what was sent."""
     theta = theta.copy()
     for effect in BY_NAME.values():
@@ -119,7 +109,7 @@ def _without_static_filters(theta: Floats) -> Floats:
     return theta
 
 
-def misfit_of_named(
+def find_misfits(
     case: Case, theta: Floats, rest: Sequence[Remainder], named: Sequence[str]
 ) -> list[Misfit]:
     """Return the named effects whose laws do not have the shape that the recording shows, the worst first.
@@ -130,12 +120,14 @@ def misfit_of_named(
     theta: (SIZE,) of the fit that holds the effects; rest: what it leaves. An effect without
     parameters, a sign, has no shape.
     """
-    case = thinned(case)
-    sharp = sharply(case)
+    case = thin_out(case)
+    sharp = compute_sharp_accelerations(case)
     physics = [name for name in named if BY_NAME[name].parameters]
-    parts = [{name: _part(case, theta, sharp, one, name) for name in physics} for one in rest]
+    parts = [
+        {name: _compute_share(case, theta, sharp, one, name) for name in physics} for one in rest
+    ]
     powers = [
-        {name: _power(one.table.balance, part) for name, part in p.items()}
+        {name: _compute_power(one.table.balance, part) for name, part in p.items()}
         for one, p in zip(rest, parts, strict=True)
     ]
     found = []
@@ -143,29 +135,38 @@ def misfit_of_named(
         shown = {
             name: part[name]
             for name in physics
-            if power[name] > WEAKEST * max(p[name] for p in powers)
+            if power[name] > decisions.JUDGED_SHARE * max(p[name] for p in powers)
         }
-        found += _misfits(case, theta, one, shown)
+        found += _find_misfits_in(case, theta, one, shown)
     return sorted(found, key=lambda one: -one.share)
 
 
-def _misfits(case: Case, theta: Floats, one: Remainder, parts: dict[str, Floats]) -> list[Misfit]:
+def _find_misfits_in(
+    case: Case, theta: Floats, one: Remainder, parts: dict[str, Floats]
+) -> list[Misfit]:
     """Return which effects misfit one equation; parts: what each gives along the recording."""
     balance = one.table.balance
     about = {
-        name: _own_variables(case, theta, name, balance.equation, part)
+        name: _find_own_variables(case, theta, name, balance.equation, part)
         for name, part in parts.items()
     }
     found = []
     for name in parts:
         alike = [other for other in parts if other == name or about[other] & about[name]]
-        explained = _power(balance, np.sum([parts[other] for other in alike], axis=0))
+        explained = _compute_power(balance, np.sum([parts[other] for other in alike], axis=0))
         taken = frozenset(token for other in parts if other != name for token in about[other])
         found.append(
-            _misfit(
+            _judge_shape(
                 one,
                 name,
-                Own(about[name], taken, explained, NEAR if len(alike) == 1 else NEGLIGIBLE),
+                Own(
+                    about[name],
+                    taken,
+                    explained,
+                    decisions.SHAPE_TOLERANCE
+                    if len(alike) == 1
+                    else decisions.SHARED_SHAPE_TOLERANCE,
+                ),
             )
         )
     return [one for one in found if one is not None]
@@ -191,62 +192,62 @@ class Own:
         return bool(asked & self.variables) or free
 
 
-def _misfit(one: Remainder, name: str, own: Own) -> Misfit | None:
+def _judge_shape(one: Remainder, name: str, own: Own) -> Misfit | None:
     asked = one.table.asked
     related = {key: gain for key, gain in one.gains.items() if own.concerns(asked[key])}
     if not related:
         return None
     key = max(related, key=lambda k: related[k])
     gain = related[key]
-    chiefly = gain >= CHIEFLY * one.gains[one.best] and gain >= GREAT_PART * max(
-        one.left - one.noise, 0.0
-    )
+    chiefly = gain >= decisions.CHIEF_SHARE * one.gains[
+        one.best
+    ] and gain >= decisions.SHAPE_SHARE_OF_REST * max(one.left - one.noise, 0.0)
     if not chiefly or gain < own.allowed * own.explained or not one.sure(key):
         return None
     return Misfit(name, gain / max(own.explained, 1e-300), asked[key].variable, asked[key].place)
 
 
-def without(theta: Floats, name: str) -> Floats:
+def take_out(theta: Floats, name: str) -> Floats:
     """Return words with an effect taken out."""
     less = theta.copy()
     less[SLOTS[name]] = get_neutral_values(BY_NAME[name])
     return less
 
 
-def _part(case: Case, theta: Floats, sharp: Floats, one: Remainder, name: str) -> Floats:
+def _compute_share(case: Case, theta: Floats, sharp: Floats, one: Remainder, name: str) -> Floats:
     """Return the force or torque that an effect gives along the recording, (n,)."""
     with_it, less = (
-        lacking_along(case, w, sharp, one.table.balance.equation)
-        for w in (theta, without(theta, name))
+        compute_lacking(case, w, sharp, one.table.balance.equation)
+        for w in (theta, take_out(theta, name))
     )
     return less - with_it
 
 
-def _power(balance: Balance, part: Floats) -> float:
+def _compute_power(balance: Balance, part: Floats) -> float:
     """Return the power of a force along the recording, beyond what the twin's own words could give."""
     rows = balance.sieve(part)
     rows = rows - balance.turned @ np.linalg.lstsq(balance.turned, rows, rcond=None)[0]
     return float(np.mean(rows**2)) / max(balance.size, 1e-300) ** 2
 
 
-def _own_variables(
+def _find_own_variables(
     case: Case, theta: Floats, name: str, equation: int, part: Floats
 ) -> frozenset[str]:
     """Return the variables that an effect's own force depends on, asked as of a force that a twin without it lacks."""
-    less = without(theta, name)
-    same = [one for one in balances(case, less) if one.equation == equation]
+    less = take_out(theta, name)
+    same = [one for one in make_balances(case, less) if one.equation == equation]
     if not same:
         return frozenset()
     balance = same[0]
     table = Table(
         replace(balance, lacking=balance.sieve(part), noise=0.0),
-        asked_of(case, along(case, less), balance, less),
+        list_questions(case, compute_motion(case, less), balance, less),
     )
-    keys = explanation(table) or (min(table.asked, key=lambda key: table.loss((key,))),)
+    keys = explain(table) or (min(table.asked, key=lambda key: table.loss((key,))),)
     return frozenset(token for key in keys for token in table.asked[key].variable.split("*"))
 
 
-def outweighed(rest: Sequence[Remainder]) -> bool:
+def is_outweighed(rest: Sequence[Remainder]) -> bool:
     """Return whether one thing that is still missing is larger than all that was explained, in both equations together."""
     explained = sum(one.before - one.left for one in rest)
     return any(one.gains[one.best] > max(explained, 0.0) and one.sure(one.best) for one in rest)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.smoothing import HALF_LENGTHS
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.records import Ints
@@ -16,10 +17,7 @@ from pendulum_twin.simulate import undo_sensors
 
 FORCE, TORQUE = 0, 1  # the equations
 EDGE = 1  # samples to either side of a difference
-QUIET = 0.004  # of an equation's own size: noise that the filter may leave
-WIDEST_S = 0.13  # to either side
 MOST_ROWS = 20_000
-AT_REST = 0.2  # of a filter's weight: more of it on a standing joint, where dry friction takes any value, counts out
 
 
 @dataclass(frozen=True)
@@ -38,27 +36,29 @@ class Sieve:
         return found
 
 
-def sieve_for(case: Case, theta: Floats, own: Floats, equation: int) -> tuple[Sieve, float]:
+def make_sieve(case: Case, theta: Floats, own: Floats, equation: int) -> tuple[Sieve, float]:
     """Return the narrowest filter that leaves little noise in an equation, and that noise's deviation.
 
     own: (n,) mass (inertia) times acceleration, beside which noise is little.
     """
     period_s = case.signals.period_s
-    reaches = [h for h in HALF_LENGTHS if h * period_s <= WIDEST_S] or [HALF_LENGTHS[0]]
-    longest = round(WIDEST_S / period_s)
+    reaches = [h for h in HALF_LENGTHS if h * period_s <= decisions.SIEVE_WIDEST_S] or [
+        HALF_LENGTHS[0]
+    ]
+    longest = round(decisions.SIEVE_WIDEST_S / period_s)
     reaches += [h for h in range(2 * reaches[-1], longest, reaches[-1])]
     for reach in reaches:
         weights = np.hanning(2 * reach + 3)[1:-1]
         weights /= weights.sum()
-        noise = _noise(case, theta, weights, equation)
+        noise = _compute_noise(case, theta, weights, equation)
         usable = np.arange(reach, len(own) - reach, reach)
         sieve = Sieve(weights, usable)
-        if noise < QUIET * np.sqrt(np.mean(sieve(own) ** 2)):
+        if noise < decisions.SIEVE_NOISE_SHARE * np.sqrt(np.mean(sieve(own) ** 2)):
             break
-    return Sieve(weights, _rows(case, theta, weights, equation)), noise
+    return Sieve(weights, _choose_rows(case, theta, weights, equation)), noise
 
 
-def _noise(case: Case, theta: Floats, weights: Floats, equation: int) -> float:
+def _compute_noise(case: Case, theta: Floats, weights: Floats, equation: int) -> float:
     """Return the deviation that the sensors' noise leaves in a filtered force or torque."""
     gain = np.linalg.norm(np.convolve([1.0, -2.0, 1.0], weights)) / case.signals.period_s**2
     cart, pole = (
@@ -73,19 +73,19 @@ def _noise(case: Case, theta: Floats, weights: Floats, equation: int) -> float:
     return float(np.hypot(*pair))
 
 
-def _rows(case: Case, theta: Floats, weights: Floats, equation: int) -> Ints:
+def _choose_rows(case: Case, theta: Floats, weights: Floats, equation: int) -> Ints:
     """Return the samples at which a filter is taken: inside stretches, on valid samples, joint not at rest."""
     signals, reach = case.signals, len(weights) // 2
-    bad = _uncounted(case, theta, equation).astype(np.float64)
+    bad = _find_uncounted(case, theta, equation).astype(np.float64)
     stride = max(reach // 2, 1, -(-len(signals) // MOST_ROWS))
     inside = [
         np.arange(s.start + reach + EDGE, s.stop - reach - EDGE, stride) for s in signals.stretches
     ]
     at = np.concatenate(inside).astype(np.int64)
-    return at[Sieve(weights, at)(bad) <= AT_REST] if len(at) else at
+    return at[Sieve(weights, at)(bad) <= decisions.SIEVE_REST_SHARE] if len(at) else at
 
 
-def _uncounted(case: Case, theta: Floats, equation: int) -> Mask:
+def _find_uncounted(case: Case, theta: Floats, equation: int) -> Mask:
     signals = case.signals
     rates = undo_sensors(case.state.states[None], theta[None], signals.clock_s)[0][:, 2 + equation]
     bad = np.abs(rates) < STANDING_SPEED_SHARE * np.sqrt(np.mean(rates**2))

@@ -37,7 +37,7 @@ class Table:
             used = power > 1e-6 * max(float(power.max()), 1e-300)
             if used.any():
                 parts.append(columns[:, used])
-                penalties.append(_penalty(one, columns[:, used]))
+                penalties.append(_make_penalty(one, columns[:, used]))
                 self.asked[one.key], self.used[one.key] = one, used
                 self.at[one.key] = slice(end, end + int(used.sum()))
                 end += int(used.sum())
@@ -94,7 +94,7 @@ class Table:
             self.gradient.sum(axis=0)[at],
         )
         return [
-            _solved(total - self.normal[k][block], slope - self.gradient[k][at])
+            _solve(total - self.normal[k][block], slope - self.gradient[k][at])
             for k in range(FOLDS)
         ]
 
@@ -119,14 +119,14 @@ class Table:
         return self.loss(beside) - self.loss((*beside, key))
 
 
-def _solved(normal: Floats, slope: Floats) -> Floats:
+def _solve(normal: Floats, slope: Floats) -> Floats:
     try:
         return solve(normal, slope, assume_a="pos", check_finite=False)
     except LinAlgError:
         return np.linalg.lstsq(normal, slope, rcond=1e-12)[0]
 
 
-def _penalty(one: Question, columns: Floats) -> Floats:
+def _make_penalty(one: Question, columns: Floats) -> Floats:
     """Return the penalty on bends of a curve, for each row's mean power."""
     count = columns.shape[1]
     if not one.bends or count < 3:

@@ -6,16 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 
+from pendulum_sysid import decisions
 from pendulum_sysid.fitting.case import Case
 
-MOST_SAMPLES = 120_000
 PIECE_S = 20.0
 
 
-def thinned(case: Case, most: int = MOST_SAMPLES) -> Case:
+def thin_out(case: Case, most: int | None = None) -> Case:
     """Return the case with at most so many samples: whole pieces of the recording, each its own stretch at its own time."""
     signals = case.signals
-    keep = most / max(len(signals), 1)
+    keep = (most or decisions.LOCALISED_SAMPLES) / max(len(signals), 1)
     if keep >= 1.0:
         return case
     length = max(round(PIECE_S / signals.period_s), 1)

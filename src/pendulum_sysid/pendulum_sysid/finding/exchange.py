@@ -11,29 +11,25 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
-from pendulum_sysid.finding.hypotheses import Shape, shape_of, shapes
+from pendulum_sysid import decisions
+from pendulum_sysid.finding.hypotheses import Shape, make_shape_of, make_shapes
 from pendulum_sysid.finding.separation import (
-    APART,
     Tie,
-    columns,
+    compute_columns,
+    compute_rest,
     is_rival,
-    rest,
-    spread,
-    words_with,
+    make_nearest_theta,
+    spread_indices,
 )
 from pendulum_sysid.fitting.gauss_newton import solve
 from pendulum_sysid.fitting.linearised import Problem
-from pendulum_sysid.fitting.parameters import Free, Scales, effect_parameters
+from pendulum_sysid.fitting.parameters import Free, Scales, list_effect_parameters
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Effect
 from pendulum_twin.parameter_vector import SLOTS, get_neutral_values
 from pendulum_twin.signals import Floats
 
 LITTLE = 0.01  # of an effect, for the view from near
-SCREENED = 5 * APART  # to first order; what is further is not refitted
-SCREENING_WINDOWS = 16
-MOST_REFITS = 4  # of rivals, the closest first
-REFITS = 8  # iterations of a rival's fit
 
 
 @dataclass(frozen=True)
@@ -63,7 +59,7 @@ class Question:
     def on_fewer_windows(self, most: int) -> Question:
         """Return the same question on a part of the windows, each of which stands for more."""
         windows = self.problem.windows
-        kept = spread(len(windows), most)
+        kept = spread_indices(len(windows), most)
         problem = replace(self.problem, windows=windows.pick(kept))
         return replace(self, problem=problem, power=self.power * len(kept) / len(windows))
 
@@ -79,11 +75,15 @@ def tied(
     """
     always = {*also, *asked.effect.simpler}
     seen = screened(asked, effects)
-    hidden = [one for one in seen if one.rival is None and one.distance < APART]
+    hidden = [
+        one for one in seen if one.rival is None and one.distance < decisions.APART_STANDARD_ERRORS
+    ]
     if hidden:
         return hidden
     others = [one for one in seen if one.rival is not None]
-    near = [one for one in others if one.distance < SCREENED][:MOST_REFITS]
+    near = [one for one in others if one.distance < decisions.SCREENED_STANDARD_ERRORS][
+        : decisions.NEAREST_REFITTED
+    ]
     near += [
         one for one in others if one.rival in always and not any(one is other for other in near)
     ]
@@ -99,7 +99,7 @@ def screened(asked: Question, effects: Sequence[Effect]) -> list[Tie]:
     Of each other effect the nearest of its shapes, in the view in which it is nearer.
     """
     others = [e for e in effects if is_rival(e, asked.effect) and e.name not in asked.held]
-    asked = asked.on_fewer_windows(SCREENING_WINDOWS)
+    asked = asked.on_fewer_windows(decisions.SCREENING_WINDOWS)
     nearest: dict[str | None, Tie] = {}
     for one in (*_from_afar(asked, others), *_from_near(asked, others)):
         if one.rival not in nearest or one.distance < nearest[one.rival].distance:
@@ -108,15 +108,17 @@ def screened(asked: Question, effects: Sequence[Effect]) -> list[Tie]:
 
 
 def _from_afar(asked: Question, others: Sequence[Effect]) -> list[Tie]:
-    tried = tuple(one for e in others for one in shapes(asked.without, e, asked.scales))
+    tried = tuple(one for e in others for one in make_shapes(asked.without, e, asked.scales))
     return _seen(asked, asked.without, tried, asked.theta, 1.0)
 
 
 def _from_near(asked: Question, others: Sequence[Effect]) -> list[Tie]:
     if not asked.effect.parameters:
         return []
-    tried = tuple(one for e in others for one in shapes(asked.theta, e, asked.scales, LITTLE))
-    less = shape_of(asked.theta, asked.effect, asked.scales).between(asked.theta, 1.0 - LITTLE)
+    tried = tuple(one for e in others for one in make_shapes(asked.theta, e, asked.scales, LITTLE))
+    less = make_shape_of(asked.theta, asked.effect, asked.scales).between(
+        asked.theta, 1.0 - LITTLE
+    )
     return _seen(asked, asked.theta, tried, less, -1.0 / LITTLE)
 
 
@@ -124,18 +126,18 @@ def _seen(
     asked: Question, theta: Floats, tried: tuple[Shape, ...], target: Floats, times: float
 ) -> list[Tie]:
     """Return ties about words; the effect is the change from them to target, so many times."""
-    found = columns(asked.problem, theta, asked.free, asked.power, tried, target[None])
+    found = compute_columns(asked.problem, theta, asked.free, asked.power, tried, target[None])
     wanted = times * found.asked()
-    ties = [Tie(asked.effect.name, None, rest(found, wanted).distance, asked.without)]
+    ties = [Tie(asked.effect.name, None, compute_rest(found, wanted).distance, asked.without)]
     for k, one in enumerate(tried):
         if found.shows(k):
-            left = rest(found, wanted, k)
+            left = compute_rest(found, wanted, k)
             ties.append(
                 Tie(
                     asked.effect.name,
                     one.effect.name,
                     left.distance,
-                    words_with(found, asked.without, k, left),
+                    make_nearest_theta(found, asked.without, k, left),
                 )
             )
     return ties
@@ -144,7 +146,7 @@ def _seen(
 def refitted(asked: Question, tie: Tie) -> Tie:
     """Return a tie with the rival fitted in the effect's place, and how far the two are apart from there."""
     assert tie.rival is not None
-    free = (*asked.free, *effect_parameters(BY_NAME[tie.rival], asked.scales))
-    theta = solve(asked.problem, tie.theta, free, iterations=REFITS).theta
-    found = columns(asked.problem, theta, free, asked.power, (), asked.theta[None])
-    return replace(tie, distance=rest(found, found.asked()).distance, theta=theta)
+    free = (*asked.free, *list_effect_parameters(BY_NAME[tie.rival], asked.scales))
+    theta = solve(asked.problem, tie.theta, free, iterations=decisions.REFIT_ITERATIONS).theta
+    found = compute_columns(asked.problem, theta, free, asked.power, (), asked.theta[None])
+    return replace(tie, distance=compute_rest(found, found.asked()).distance, theta=theta)
