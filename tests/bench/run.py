@@ -178,19 +178,19 @@ def bench_fit() -> list[Row]:
     """A fit of 12 parameters to 120 s in windows of 1 s, beside Nelder-Mead on the very same windows and kernel."""
     from pendulum_sysid.fitting.gauss_newton import solve
     from pendulum_sysid.fitting.linearised import Problem
-    from pendulum_sysid.fitting.parameters import free_parameters, scales_of
-    from pendulum_sysid.fitting.windows import channels, cut, gather
+    from pendulum_sysid.fitting.parameters import list_free_parameters, compute_scales
+    from pendulum_sysid.fitting.windows import list_channels, cut_windows, gather
     from pendulum_sysid.cleaning.smooth_state import smooth_state
 
     signals = recording(effects=TRUTH, noise=True)
     state = smooth_state(signals)
-    windows = cut(signals, state, 1.0)
+    windows = cut_windows(signals, state, 1.0)
     wrong = Rig(0.5723, 0.12, 0.022, 0.0035, 9.81, 10.0, 1.0, 0.0006, 0.9, 0.5)
     believed = Twin(
         "bench", wrong, {name: dict.fromkeys(values, 0.01) for name, values in TRUTH.items()}
     )
     start = make_theta(believed)
-    free = free_parameters(believed, tuple(TRUTH), scales_of(signals, state, start))
+    free = list_free_parameters(believed, tuple(TRUTH), compute_scales(signals, state, start))
     measured, _ = gather(signals, windows.begin, windows.samples)
     set_of = np.zeros(len(windows), dtype=np.int64)
 
@@ -201,7 +201,7 @@ def bench_fit() -> list[Row]:
         runs = run_freely(
             signals, theta[None], set_of, windows.begin, windows.starts, windows.samples
         )
-        errors = measured - runs[..., list(channels(signals))]
+        errors = measured - runs[..., list(list_channels(signals))]
         return float(np.sum(np.log(np.mean(errors**2, axis=(0, 1)))))
 
     begin = np.array([one.get(start) / one.size for one in free])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.hidden_physics import HIDDEN, INTECO, hidden
 
-from pendulum_sysid.fitting.split import split
+from pendulum_sysid.fitting.split import split_windows
 from pendulum_sysid.fitting.window_runs import run_windows
 from pendulum_sysid.pipeline import diagnose
 from pendulum_sysid.prepare import prepare_case
@@ -26,7 +26,7 @@ def verdict(effects: dict, seed: int) -> dict:
 def held_out_score(recording: Recording, twin: Twin) -> float:
     """Return how a twin runs on the windows that a diagnosis holds out."""
     case = prepare_case([recording], INTECO)
-    return run_windows(replace(case, twin=twin), split(case.signals, case.state).held_out).score
+    return run_windows(replace(case, twin=twin), split_windows(case.signals, case.state).held_out).score
 
 
 def assert_sizes(found: dict, effects: dict[str, dict[str, float]]) -> None:

@@ -1,4 +1,4 @@
-"""Dose-response: every effect made smaller and smaller, until it is not found any more."""
+"""Dose-response: every effect is made smaller and smaller until it is not found any more."""
 
 from __future__ import annotations
 
@@ -15,18 +15,24 @@ from pendulum_twin.effects import BY_NAME, CATALOGUE
 from pendulum_twin.effects.effect import Form
 
 FACTORS = tuple(4.0**-k for k in range(6))
-BESIDE = {Form.DRY_RATIO: "cart_coulomb_friction"}  # what an effect needs beside it to show at all
+LEAST_SHARE_FOUND = 0.5  # of the tries at a size, for the effect to count as found there
+NEEDED_BESIDE = {Form.DRY_RATIO: "cart_coulomb_friction"}  # for the effect to show at all
 
-Ask = Callable[[Sequence[str], float], list[Judgement]]
+RunSets = Callable[[Sequence[str], float], list[Judgement]]
 
 
 @dataclass(frozen=True)
 class Dose:
-    """Hold one effect at one size: how often it was found, its typical size, and that in half widths of its interval.
+    """Hold the tries of one effect at one size.
 
-    parameter, unit, size: the effect's clearest parameter and the median of its true sizes.
-    half_widths: median distance of that from neutral, in half widths of the interval of a fit that
-    was told what is there.
+    effect: the effect's name.
+    factor: what the drawn sizes were multiplied by.
+    found: share of the tries in which the effect was named.
+    parameter: the effect's parameter that stands out most; empty for none.
+    unit: SI unit of the parameter.
+    size: median of the true sizes, in the unit; None for none.
+    half_widths: median distance of the true size from neutral, in half widths of the oracle
+        fit's interval; None for none.
     """
 
     effect: str
@@ -40,7 +46,7 @@ class Dose:
 
 @dataclass(frozen=True)
 class Response:
-    """Hold an effect's doses, the largest first, and the smallest at which it is still found (None for none)."""
+    """Hold an effect's doses, the largest first, and the smallest at which it is still found."""
 
     effect: str
     doses: tuple[Dose, ...]
@@ -48,93 +54,102 @@ class Response:
 
 
 def list_dosed_sets() -> list[str]:
-    """Return the sets, "a+b", whose effects have a size that can be made smaller."""
+    """Return the sets, "a+b", whose last effect has a size that can be made smaller."""
     effects = [
-        e
-        for e in CATALOGUE
-        if (e.searched or e.shows_as) and any(not p.shape for p in e.parameters)
+        effect
+        for effect in CATALOGUE
+        if (effect.searched or effect.shows_as) and any(not p.shape for p in effect.parameters)
     ]
-    return [f"{BESIDE[e.form]}+{e.name}" if e.form in BESIDE else e.name for e in effects]
+    return [
+        "+".join([*filter(None, [NEEDED_BESIDE.get(effect.form)]), effect.name])
+        for effect in effects
+    ]
 
 
 def measure_responses(
-    ask: Ask, sets: Sequence[str], factors: Sequence[float] = FACTORS
+    run_sets: RunSets, sets: Sequence[str], factors: Sequence[float] = FACTORS
 ) -> list[Response]:
-    """Return each effect's response, the factors asked from the largest down until it is not found once.
+    """Return each effect's response.
 
-    Then it is asked for once more between the last two, at their geometric mean. ask: records and
-    judges these sets with sizes times a factor, some recordings each.
+    The factors are tried from the largest down until the effect is not found in any try. Then it
+    is tried once more between the last two factors, at their geometric mean.
+
+    run_sets: records and judges trials of these sets with sizes times a factor.
+    sets: "a+b", the last effect being the one whose size is studied.
     """
-    doses: dict[str, list[Dose]] = {one: [] for one in sets}
+    doses: dict[str, list[Dose]] = {effects: [] for effects in sets}
 
-    def add(some: Sequence[str], factor: float) -> None:
-        judged = ask(some, factor) if some else []
-        for one in some:
-            same = [each for each in judged if set(each.sealed.effects) == set(one.split("+"))]
-            doses[one].append(measure_dose(_asked_for(one), factor, same))
+    def add(chosen: Sequence[str], factor: float) -> None:
+        judgements = run_sets(chosen, factor) if chosen else []
+        for effects in chosen:
+            tries = [j for j in judgements if set(j.trial.seal.effects) == {*effects.split("+")}]
+            doses[effects].append(measure_dose(_name_studied(effects), factor, tries))
 
     for factor in factors:
-        add([one for one in sets if not doses[one] or doses[one][-1].found.hits], factor)
-    lost = {
-        one: found[-1].factor
-        for one, found in doses.items()
-        if len(found) > 1 and not found[-1].found.hits
+        add([s for s in sets if not doses[s] or doses[s][-1].found.hits], factor)
+    lost_at = {
+        effects: tried[-1].factor
+        for effects, tried in doses.items()
+        if len(tried) > 1 and not tried[-1].found.hits
     }
     for above, below in itertools.pairwise(factors):
-        add([one for one in sets if lost.get(one) == below], math.sqrt(above * below))
-    return [_response(_asked_for(one), found) for one, found in doses.items()]
-
-
-def _response(effect: str, doses: Sequence[Dose]) -> Response:
-    ordered = tuple(sorted(doses, key=lambda one: -one.factor))
-    return Response(effect, ordered, find_least(ordered))
+        add([s for s in sets if lost_at.get(s) == below], math.sqrt(above * below))
+    return [_make_response(_name_studied(effects), tried) for effects, tried in doses.items()]
 
 
 def find_least(doses: Iterable[Dose]) -> Dose | None:
-    """Return the smallest of doses, the largest first, found in at least half of the tries, as all larger ones are."""
-    last = None
-    for one in doses:
-        if one.found.value is None or one.found.value < 0.5:
-            break
-        last = one
-    return last
+    """Return the smallest dose at which it and all larger ones are found; None for none.
+
+    doses: the largest first.
+    """
+    found = itertools.takewhile(
+        lambda dose: dose.found.value is not None and dose.found.value >= LEAST_SHARE_FOUND, doses
+    )
+    return min(found, key=lambda dose: dose.factor, default=None)
 
 
-def measure_dose(effect: str, factor: float, judged: Sequence[Judgement]) -> Dose:
-    """Return what these recordings of one effect at one size came to."""
+def measure_dose(effect: str, factor: float, judgements: Sequence[Judgement]) -> Dose:
+    """Return what trials of one effect at one size came to."""
     sizes = [
-        size for one in judged for size in one.told if size.owner == effect and not size.shape
+        size
+        for judgement in judgements
+        for size in judgement.oracle
+        if size.owner == effect and not size.shape
     ]
-    far = {
-        p.name: [_half_widths(p.neutral, s) for s in sizes if s.parameter == p.name]
+    distances = {
+        p.name: [_count_half_widths(p.neutral, s) for s in sizes if s.parameter == p.name]
         for p in BY_NAME[effect].parameters
     }
-    clear = {name: float(np.median(values)) for name, values in far.items() if values}
-    parameter = max(clear, key=lambda name: clear[name], default="")
-    true = [abs(size.true) for size in sizes if size.parameter == parameter]
-    unit = next((size.unit for size in sizes if size.parameter == parameter), "")
-    found = count_share(_found(effect, one) for one in judged)
+    medians = {name: float(np.median(values)) for name, values in distances.items() if values}
+    parameter = max(medians, key=lambda name: medians[name], default="")
+    chosen = [size for size in sizes if size.parameter == parameter]
     return Dose(
         effect,
         factor,
-        found,
+        count_share(_is_named(effect, judgement) for judgement in judgements),
         parameter,
-        unit,
-        float(np.median(true)) if true else None,
-        clear.get(parameter),
+        chosen[0].unit if chosen else "",
+        float(np.median([abs(size.true) for size in chosen])) if chosen else None,
+        medians.get(parameter),
     )
 
 
-def _half_widths(neutral: float, size: Size) -> float:
+def _make_response(effect: str, doses: Sequence[Dose]) -> Response:
+    ordered = tuple(sorted(doses, key=lambda dose: -dose.factor))
+    return Response(effect, ordered, find_least(ordered))
+
+
+def _count_half_widths(neutral: float, size: Size) -> float:
     return abs(size.true - neutral) / size.half_width if size.half_width > 0 else np.inf
 
 
-def _found(effect: str, one: Judgement) -> bool:
+def _is_named(effect: str, judgement: Judgement) -> bool:
     return any(
         cell.concealed == effect and (cell.named == effect or cell.tied)
-        for cell in one.names.cells
+        for cell in judgement.names.cells
     )
 
 
-def _asked_for(one: str) -> str:
-    return one.split("+")[-1]
+def _name_studied(effects: str) -> str:
+    """Return the effect of a set whose size is studied: the last."""
+    return effects.split("+")[-1]

@@ -6,7 +6,7 @@ set of terms.)
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -61,5 +61,5 @@ def make_true_twin(trial: OpenedTrial) -> Twin:
 
 
 def _score(case: Case, twin: Twin, windows: Windows) -> float:
-    score = run_windows(change_twin(case, twin), windows).score
+    score = run_windows(replace(case, twin=twin), windows).score
     return score if np.isfinite(score) else float("inf")

@@ -6,26 +6,34 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
-from pendulum_sysid.studies.proof import statistics
 from pendulum_sysid.studies.proof.dose_response import Dose, Response
 from pendulum_sysid.studies.proof.plan import Plan
-from pendulum_sysid.studies.proof.records import Judgement, NamesJudgement, Size
+from pendulum_sysid.studies.proof.records import Judgement, NamesJudgement, OpenedTrial, Size
 from pendulum_sysid.studies.proof.share import Share
-from pendulum_sysid.studies.proof.targets import check_targets
+from pendulum_sysid.studies.proof.statistics import (
+    Method,
+    collect_rig_constants,
+    collect_sizes,
+    compare_methods,
+    compute_coverage,
+    count_confusion,
+)
+from pendulum_sysid.studies.proof.targets import Target, check_targets
 
 SCHEMA = "pendulum_proof/1"
+TRIAL_KEYS = ("kind", "seed", "pole_counts", "seconds", "closed_loop", "size_factor")
 
 
 def make_proof_mapping(
-    plan: Plan, judged: Sequence[Judgement], responses: Sequence[Response], elapsed_s: float
-) -> dict:
+    plan: Plan, judgements: Sequence[Judgement], responses: Sequence[Response], elapsed_s: float
+) -> dict[str, Any]:
     """Return the proof in JSON's types."""
-    matrix = statistics.count_confusion(judged)
+    matrix = count_confusion(judgements)
     return {
         "schema": SCHEMA,
         "plan": asdict(plan),
-        "marks": [{**asdict(one), "share": _share(one.share)} for one in check_targets(judged)],
-        "methods": [_method(one) for one in statistics.compare_methods(judged)],
+        "marks": [_map_target(target) for target in check_targets(judgements)],
+        "methods": [_map_method(method) for method in compare_methods(judgements)],
         "confusion": [
             {
                 "concealed": row,
@@ -36,75 +44,100 @@ def make_proof_mapping(
             for (row, column), count in sorted(matrix.counts.items())
         ],
         "coverage": {
-            "sizes": _share(statistics.compute_coverage(statistics.collect_sizes(judged))),
-            "shapes": _share(
-                statistics.compute_coverage(statistics.collect_sizes(judged, shape=True))
-            ),
-            "rig": _share(statistics.compute_coverage(statistics.collect_rig_constants(judged))),
+            "sizes": _map_share(compute_coverage(collect_sizes(judgements))),
+            "shapes": _map_share(compute_coverage(collect_sizes(judgements, shape=True))),
+            "rig": _map_share(compute_coverage(collect_rig_constants(judgements))),
         },
         "dose_response": [
             {
-                "effect": one.effect,
-                "doses": [_dose(dose) for dose in one.doses],
-                "least": None if one.least is None else _dose(one.least),
+                "effect": response.effect,
+                "doses": [_map_dose(dose) for dose in response.doses],
+                "least": None if response.least is None else _map_dose(response.least),
             }
-            for one in responses
+            for response in responses
         ],
-        "trials": [_trial(one) for one in judged],
+        "trials": [_map_judgement(judgement) for judgement in judgements],
         "elapsed_s": elapsed_s,
     }
 
 
-def _share(one: Share | None) -> dict | None:
-    return None if one is None else one.to_mapping()
+def _map_share(share: Share | None) -> dict[str, Any] | None:
+    return None if share is None else share.to_mapping()
 
 
-def _method(one: statistics.Method) -> dict[str, Any]:
-    shares = {
-        key: _share(getattr(one, key))
-        for key in ("false_alarms", "misnamed", "wrong", "abstained")
-    }
-    right = {kind: _share(found) for kind, found in one.right.items()}
-    return {"name": one.name, "right": right, **shares, "seconds": asdict(one.seconds)}
-
-
-def _dose(one: Dose) -> dict[str, Any]:
-    return {**asdict(one), "found": _share(one.found)}
-
-
-def _trial(one: Judgement) -> dict[str, Any]:
-    sealed = one.sealed
-    about = (
-        "kind",
-        "seed",
-        "pole_counts",
-        "seconds",
-        "closed_loop",
-        "size_factor",
-        "effects",
-        "rig",
-    )
+def _map_target(target: Target) -> dict[str, Any]:
     return {
-        "name": sealed.name,
-        **{key: getattr(sealed, key) for key in about},
-        "unlisted": [asdict(each) for each in sealed.unlisted],
-        "answer": asdict(one.answer),
-        "judged": _names(one.names),
-        "sizes": [_size(each) for each in (*one.sizes, *one.rig)],
-        "told_sizes": [_size(each) for each in one.told],
-        "held_out": {**asdict(one.held_out), "ratio": one.held_out.ratio},
-        "diagnosis_seconds": one.seconds,
-        "diagnosis_cpu_seconds": one.cpu_seconds,
+        "what": target.what,
+        "found": target.result,
+        "beside": target.beside,
+        "mark": target.target,
+        "met": target.met,
+        "share": _map_share(target.share),
+    }
+
+
+def _map_method(method: Method) -> dict[str, Any]:
+    return {
+        "name": method.name,
+        "right": {kind: _map_share(share) for kind, share in method.right.items()},
+        "false_alarms": _map_share(method.false_alarms),
+        "misnamed": _map_share(method.misnamed),
+        "wrong": _map_share(method.wrong),
+        "abstained": _map_share(method.abstained),
+        "seconds": asdict(method.seconds),
+    }
+
+
+def _map_dose(dose: Dose) -> dict[str, Any]:
+    return {**asdict(dose), "found": _map_share(dose.found)}
+
+
+def _map_judgement(judgement: Judgement) -> dict[str, Any]:
+    held_out = judgement.held_out
+    return {
+        **_map_trial(judgement.trial),
+        "answer": asdict(judgement.answer),
+        "judged": _map_names(judgement.names),
+        "sizes": [_map_size(size) for size in (*judgement.sizes, *judgement.rig)],
+        "told_sizes": [_map_size(size) for size in judgement.oracle],
+        "held_out": {
+            "before": held_out.before,
+            "after": held_out.after,
+            "told": held_out.oracle,
+            "floor": held_out.floor,
+            "ratio": held_out.ratio,
+        },
+        "diagnosis_seconds": judgement.seconds,
+        "diagnosis_cpu_seconds": judgement.cpu_seconds,
         "rivals": {
-            name: {"named": rival.named, "judged": _names(rival.names), "seconds": rival.seconds}
-            for name, rival in one.rivals.items()
+            name: {
+                "named": rival.named,
+                "judged": _map_names(rival.names),
+                "seconds": rival.seconds,
+            }
+            for name, rival in judgement.rivals.items()
         },
     }
 
 
-def _names(one: NamesJudgement) -> dict[str, Any]:
-    return {**asdict(one), "how": one.how.value}
+def _map_trial(trial: OpenedTrial) -> dict[str, Any]:
+    return {
+        "name": trial.name,
+        **{key: getattr(trial, key) for key in TRIAL_KEYS},
+        "effects": trial.seal.effects,
+        "rig": trial.seal.rig,
+        "unlisted": [asdict(effect) for effect in trial.seal.unlisted],
+    }
 
 
-def _size(one: Size) -> dict[str, Any]:
-    return {**asdict(one), "relative_error": one.error, "inside": one.inside}
+def _map_names(names: NamesJudgement) -> dict[str, Any]:
+    return {
+        "how": names.outcome.value,
+        "cells": [asdict(cell) for cell in names.cells],
+        "located": names.located,
+        "depends": names.depends,
+    }
+
+
+def _map_size(size: Size) -> dict[str, Any]:
+    return {**asdict(size), "relative_error": size.relative_error, "inside": size.inside}

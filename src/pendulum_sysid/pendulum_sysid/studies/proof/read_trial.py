@@ -1,42 +1,54 @@
-"""Open a trial: what was recorded, how, and what was concealed in it."""
+"""Read a trial's folder, and open its seal."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from pendulum_sysid.studies.proof.records import OpenedTrial, UnlistedEffect
+from pendulum_sysid.studies.proof.records import OpenedTrial, Seal, UnlistedEffect
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.json_files import read_json_object
 from pendulum_twin.rig import parse_rig
 
-TRIAL, SEAL = "pendulum_trial/1", "pendulum_seal/1"
+TRIAL_SCHEMA, SEAL_SCHEMA = "pendulum_trial/1", "pendulum_seal/1"
+MALFORMED = (KeyError, TypeError, ValueError, AttributeError, BadInputError)
 
 
 def read_trial(folder: Path) -> OpenedTrial:
-    """Return a trial's folder opened; raise BadInputError, naming the file, when it is none."""
-    trial, seal = (
-        read_json_object(folder / "trial.json", TRIAL, "a trial"),
-        read_json_object(folder / "seal.json", SEAL, "a seal"),
-    )
+    """Return the trial in a folder; raise BadInputError, naming the file, when there is none."""
+    content = read_json_object(folder / "trial.json", TRIAL_SCHEMA, "a trial")
+    seal = read_seal(folder / "seal.json")
     try:
         return OpenedTrial(
             name=folder.name,
             bag=folder / "bag",
             twin=folder / "twin.yaml",
-            kind=str(trial["kind"]),
-            seed=int(trial["seed"]),
-            pole_counts=int(trial["pole_counts"]),
-            seconds=float(trial["seconds"]),
-            closed_loop=bool(trial["closed_loop"]),
-            size_factor=float(trial["size_factor"]),
-            effects={str(name): dict(values) for name, values in seal["effects"].items()},
-            rig=parse_rig(seal["rig"]).to_mapping(),
-            unlisted=tuple(
-                UnlistedEffect(str(name), str(one["place"]), tuple(one["variables"]))
-                for name, one in (seal.get("unlisted") or {}).items()
-            ),
+            kind=str(content["kind"]),
+            seed=int(content["seed"]),
+            pole_counts=int(content["pole_counts"]),
+            seconds=float(content["seconds"]),
+            closed_loop=bool(content["closed_loop"]),
+            size_factor=float(content["size_factor"]),
+            seal=seal,
         )
-    except (KeyError, TypeError, ValueError, AttributeError, BadInputError) as error:
+    except MALFORMED as error:
         raise BadInputError(
             f"{folder}: expected a trial with its seal, found it incomplete ({error})"
+        ) from error
+
+
+def read_seal(path: Path) -> Seal:
+    """Return what a seal's file says was concealed; raise BadInputError when it is no seal."""
+    content = read_json_object(path, SEAL_SCHEMA, "a seal")
+    try:
+        return Seal(
+            effects={str(name): dict(values) for name, values in content["effects"].items()},
+            rig=parse_rig(content["rig"]).to_mapping(),
+            unlisted=tuple(
+                UnlistedEffect(str(name), str(entry["place"]), tuple(entry["variables"]))
+                for name, entry in (content.get("unlisted") or {}).items()
+            ),
+        )
+    except MALFORMED as error:
+        raise BadInputError(
+            f"{path}: expected a seal with effects and rig, found it incomplete ({error})"
         ) from error

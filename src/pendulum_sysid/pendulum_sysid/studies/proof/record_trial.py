@@ -1,73 +1,61 @@
-"""Trials as they come: the program that conceals and records them runs beside, and names each folder when it is complete."""
+"""Record one trial: conceal physics in an emulated rig and let it play, unless that was done."""
 
 from __future__ import annotations
 
 import importlib.util
-import subprocess
-import sys
-import tempfile
-from collections.abc import Iterable, Iterator, Sequence
+import io
+from collections.abc import Sequence
+from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 
 from pendulum_twin.errors import BadInputError
 
-MAKER = "pendulum_bridge.trials"
-MISSING = (
-    "expected the package pendulum_bridge, which conceals physics in emulated rigs and records them, found it missing: "
-    "install it beside pendulum_sysid"
-)
+PACKAGE = "pendulum_bridge"
 
 
-def check() -> None:
-    """Raise BadInputError when nothing can make trials here."""
-    if importlib.util.find_spec(MAKER.split(".")[0]) is None:
-        raise BadInputError(MISSING)
+def check_recorder() -> None:
+    """Raise BadInputError when the package that records trials is not installed."""
+    if importlib.util.find_spec(PACKAGE) is None:
+        raise BadInputError(
+            f"expected the package {PACKAGE}, which conceals physics in emulated rigs and records "
+            "them, found it missing: install it beside pendulum_sysid"
+        )
 
 
-def trial_folders(out: Path, count: int, arguments: Sequence[str]) -> Iterator[Path]:
-    """Yield the folders of the first so many trials in out: those that are there at once, the others as they are made.
+def locate_trial(folder: Path, number: int) -> Path:
+    """Return the folder of a trial, as the recorder names it."""
+    return folder / f"trial_{number:04d}"
 
-    arguments: further options of the program that makes them. Raises BadInputError, in that
-    program's own words, when it cannot make one; it is stopped when the caller goes away.
+
+def record_trial(folder: Path, number: int, options: Sequence[str]) -> Path:
+    """Return the folder of a trial, recorded whole or not at all; record nothing twice.
+
+    folder: where all trials are.
+    number: which trial; trial k of a seed is the same, however many are recorded.
+    options: of the recorder's command line, `--seed` among them.
+    Raises BadInputError, in the recorder's own words, when it cannot record the trial.
     """
-    there = [number for number in range(count) if folder_of(out, number).is_dir()]
-    yield from (folder_of(out, number) for number in there)
-    for first, last in stretches(sorted(set(range(count)) - set(there))):
-        wanted = ["--out", str(out), "--first", str(first), "--trials", str(last - first + 1)]
-        yield from _made([sys.executable, "-m", MAKER, *wanted, *arguments])
+    trial = locate_trial(folder, number)
+    if trial.is_dir():
+        return trial
+    complaints = io.StringIO()
+    with redirect_stdout(io.StringIO()), redirect_stderr(complaints):
+        status = _run_recorder(
+            ["--out", str(folder), "--first", str(number), "--trials", "1", *options]
+        )
+    if status:
+        lines = complaints.getvalue().strip().splitlines() or [f"it ended with status {status}"]
+        raise BadInputError(f"a trial could not be recorded: {lines[-1]}")
+    return trial
 
 
-def folder_of(out: Path, number: int) -> Path:
-    """Return the folder of a trial, as the program that makes them names it."""
-    return out / f"trial_{number:04d}"
-
-
-def stretches(numbers: Iterable[int]) -> list[tuple[int, int]]:
-    """Return rising numbers as stretches without a hole, (first, last)."""
-    found: list[tuple[int, int]] = []
-    for number in numbers:
-        if found and found[-1][1] == number - 1:
-            found[-1] = (found[-1][0], number)
-        else:
-            found.append((number, number))
-    return found
-
-
-def _made(command: list[str]) -> Iterator[Path]:
-    with (
-        tempfile.TemporaryFile("w+") as complaints,
-        subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=complaints, text=True
-        ) as maker,
-    ):
-        assert maker.stdout is not None
-        try:
-            yield from (Path(line.rstrip("\n")) for line in maker.stdout)
-            status = maker.wait()
-        finally:
-            if maker.poll() is None:
-                maker.terminate()
-        if status:
-            complaints.seek(0)
-            said = complaints.read().strip().splitlines() or [f"it ended with status {status}"]
-            raise BadInputError(f"the program that records trials could not go on: {said[-1]}")
+def _run_recorder(arguments: list[str]) -> int:
+    """Return the recorder's exit status; argparse ends wrong options by SystemExit."""
+    try:
+        from pendulum_bridge.studies.trials import main
+    except ImportError:
+        from pendulum_bridge.trials import main
+    try:
+        return main(arguments)
+    except SystemExit as ending:
+        return int(ending.code or 0)

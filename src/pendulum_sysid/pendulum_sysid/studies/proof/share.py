@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-Z = 1.959964  # of a 95 % interval
+from scipy.stats import binomtest
 
 
 @dataclass(frozen=True)
 class Share:
-    """Hold how many of how many, and the share with its 95 % interval; None of none.
+    """Hold how many of how many, and the share with its 95 % interval; None for no tries.
 
     The interval is Wilson's (J. Am. Stat. Assoc. 22 (1927) 209), which stays honest for few tries
     and for none or all.
+
+    hits: how many tries succeeded.
+    tries: how many there were.
     """
 
     hits: int
@@ -22,30 +24,25 @@ class Share:
 
     @property
     def value(self) -> float | None:
-        """Return the share, 0 to 1."""
+        """The share, 0 to 1."""
         return self.hits / self.tries if self.tries else None
 
     @property
     def low(self) -> float | None:
-        """Return the lower end of the interval."""
-        return max(self._middle - self._half, 0.0) if self.tries else None
+        """The lower end of the interval, 0 to 1."""
+        return self._compute_interval()[0] if self.tries else None
 
     @property
     def high(self) -> float | None:
-        """Return the upper end of the interval."""
-        return min(self._middle + self._half, 1.0) if self.tries else None
+        """The upper end of the interval, 0 to 1."""
+        return self._compute_interval()[1] if self.tries else None
 
-    @property
-    def _middle(self) -> float:
-        return (self.hits + Z**2 / 2) / (self.tries + Z**2)
+    def _compute_interval(self) -> tuple[float, float]:
+        interval = binomtest(self.hits, self.tries).proportion_ci(method="wilson")
+        return float(interval.low), float(interval.high)
 
-    @property
-    def _half(self) -> float:
-        spread = self.hits * (self.tries - self.hits) / self.tries + Z**2 / 4
-        return Z * math.sqrt(spread) / (self.tries + Z**2)
-
-    def to_mapping(self) -> dict:
-        """Return the share as the proof's JSON holds it."""
+    def to_mapping(self) -> dict[str, float | None]:
+        """Return the share as `proof.json` has it."""
         return {
             "hits": self.hits,
             "tries": self.tries,
@@ -56,6 +53,6 @@ class Share:
 
 
 def count_share(answers: Iterable[bool]) -> Share:
-    """Return how many of the answers are yes."""
-    listed = [bool(one) for one in answers]
+    """Return the share of answers that are true."""
+    listed = [bool(answer) for answer in answers]
     return Share(sum(listed), len(listed))

@@ -1,143 +1,167 @@
-"""What a proof has to show, and whether it does."""
+"""The targets of a proof, set before it began, and whether the results meet them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from pendulum_sysid.studies.proof import statistics
 from pendulum_sysid.studies.proof.records import Judgement
 from pendulum_sysid.studies.proof.share import Share
-from pendulum_sysid.studies.proof.statistics import WITHIN, Quantiles
+from pendulum_sysid.studies.proof.statistics import (
+    ORACLE_FACTOR,
+    Quantiles,
+    collect_rig_constants,
+    collect_sizes,
+    compare_methods,
+    compute_coverage,
+    compute_quantiles,
+    count_located,
+    list_ratios,
+    scale_seconds,
+)
 from pendulum_sysid.telling.tables import NOTHING, number
 
-RIGHT = {"single": 0.98, "pair": 0.95, "triple": 0.90}
-WORDS = {
+LEAST_RIGHT = {"single": 0.98, "pair": 0.95, "triple": 0.90}
+TITLES = {
     "single": "one effect: named right",
     "pair": "two effects: named right",
     "triple": "three effects: named right",
 }
+LEAST_LOCATED = 0.90
+MOST_SIZE_ERROR = 0.05
+COVERAGE = (0.90, 0.98)
+MOST_SECONDS = 20.0
+MOST_SECONDS_TRIPLE = 60.0
 
 
 @dataclass(frozen=True)
 class Target:
-    """Hold one thing to show: what, the figure found, its 95 % interval or other figures beside it, the mark, if it is met.
+    """Hold one target and its result.
 
-    share: the counts behind the figure, None for a figure that is no share. met: None when nothing
-    was tried.
+    what: the quantity.
+    result: the figure that is compared with the target.
+    beside: the figure's 95 % interval, or other quantiles.
+    target: the bound.
+    met: None when nothing was tried.
+    share: the counts behind the figure; None for a figure that is no share.
     """
 
     what: str
-    found: str
+    result: str
     beside: str
-    mark: str
+    target: str
     met: bool | None
     share: Share | None = None
 
 
-def check_targets(judged: Sequence[Judgement]) -> list[Target]:
-    """Return all marks, in the order in which the page tells them.
+def check_targets(judgements: Sequence[Judgement]) -> list[Target]:
+    """Return all targets, in the order of the page.
 
-    Times are those that the one thread of a diagnosis worked: what the clock shows hangs on what
-    else the machine does.
+    Times are CPU times of the diagnosis's one thread: wall times depend on what else the machine
+    does.
     """
-    diagnosis = statistics.compare_methods(judged)[0]
-    sizes, rig = statistics.collect_sizes(judged), statistics.collect_rig_constants(judged)
-    ratios = statistics.list_ratios(judged)
+    diagnosis = compare_methods(judgements)[0]
+    sizes = collect_sizes(judgements)
     return [
-        *(_at_least(WORDS[kind], diagnosis.right[kind], least) for kind, least in RIGHT.items()),
+        *(
+            _at_least(TITLES[kind], diagnosis.right[kind], least)
+            for kind, least in LEAST_RIGHT.items()
+        ),
         _none("nothing hidden: false alarms", diagnosis.false_alarms),
         _at_least(
             "not in the catalogue: not misnamed, place right",
-            statistics.count_located(judged),
-            0.90,
+            count_located(judgements),
+            LEAST_LOCATED,
         ),
-        _at_most(
+        _median_at_most(
             "sizes: relative error",
-            statistics.compute_quantiles(one.error for one in sizes),
-            0.05,
+            compute_quantiles(size.relative_error for size in sizes),
+            MOST_SIZE_ERROR,
             percent=True,
         ),
         _between(
             "95 % intervals that hold the truth",
-            statistics.compute_coverage([*sizes, *rig]),
-            0.90,
-            0.98,
+            compute_coverage([*sizes, *collect_rig_constants(judgements)]),
+            *COVERAGE,
         ),
         _high_at_most(
-            "held-out score / that of a fit told the truth",
-            statistics.compute_quantiles(ratios),
-            WITHIN,
+            "held-out score / the oracle fit's",
+            compute_quantiles(list_ratios(judgements)),
+            ORACLE_FACTOR,
         ),
-        _at_most(
-            "seconds of work for 60 s of recording",
-            statistics.scale_seconds(judged, cpu=True),
-            20.0,
+        _median_at_most(
+            "CPU seconds for 60 s of recording",
+            scale_seconds(judgements, cpu=True),
+            MOST_SECONDS,
         ),
         _worst_at_most(
-            "seconds of work for 60 s, three effects",
-            statistics.scale_seconds(judged, "triple", cpu=True),
-            60.0,
+            "CPU seconds for 60 s, three effects",
+            scale_seconds(judgements, "triple", cpu=True),
+            MOST_SECONDS_TRIPLE,
         ),
     ]
 
 
-def _at_least(what: str, found: Share, least: float) -> Target:
-    met = None if found.value is None else found.value >= least
-    return Target(what, *format_share(found), f"at least {_percent(least)}", met, found)
-
-
-def _none(what: str, found: Share) -> Target:
-    return Target(
-        what, *format_share(found), "none", None if not found.tries else not found.hits, found
-    )
-
-
-def _between(what: str, found: Share, low: float, high: float) -> Target:
-    """Ask for both ends; too many only where that cannot be chance, for of a few intervals all may well hold the truth."""
-    met = (
-        None
-        if found.value is None or found.low is None
-        else found.value >= low and found.low <= high
-    )
-    return Target(what, *format_share(found), f"{_percent(low)} to {_percent(high)}", met, found)
-
-
-def _at_most(what: str, found: Quantiles, most: float, percent: bool = False) -> Target:
-    """Ask it of the median."""
-
-    def told(value: float | None) -> str:
-        return _percent(value) if percent else number(value, 3)
-
-    beside = f"90 % below {told(found.high)}, worst {told(found.worst)}, of {found.count}"
-    met = None if found.median is None else found.median <= most
-    return Target(
-        what, f"median {told(found.median)}", beside, f"median at most {told(most)}", met
-    )
-
-
-def _high_at_most(what: str, found: Quantiles, most: float) -> Target:
-    """Ask it of nine in ten: a single window near upright decides over the worst."""
-    beside = f"median {number(found.median, 3)}, worst {number(found.worst, 3)}, of {found.count}"
-    met = None if found.high is None else found.high <= most
-    return Target(what, f"90 % below {number(found.high, 3)}", beside, f"90 % below {most:g}", met)
-
-
-def _worst_at_most(what: str, found: Quantiles, most: float) -> Target:
-    beside = f"median {number(found.median, 3)}, of {found.count}"
-    met = None if found.worst is None else found.worst <= most
-    return Target(what, f"worst {number(found.worst, 3)}", beside, f"at most {most:g}", met)
-
-
-def format_share(found: Share) -> tuple[str, str]:
-    """Return a share as "38 of 40 (95 %)" and its interval; dashes for none."""
-    if found.value is None or found.low is None or found.high is None:
+def format_share(share: Share) -> tuple[str, str]:
+    """Return a share as "38 of 40 (95 %)", and its interval; a dash for no tries."""
+    if share.value is None or share.low is None or share.high is None:
         return "none tried", NOTHING
     return (
-        f"{found.hits} of {found.tries} ({_percent(found.value)})",
-        f"[{_percent(found.low)}, {_percent(found.high)}]",
+        f"{share.hits} of {share.tries} ({_format_percent(share.value)})",
+        f"[{_format_percent(share.low)}, {_format_percent(share.high)}]",
     )
 
 
-def _percent(value: float | None) -> str:
+def _at_least(what: str, share: Share, least: float) -> Target:
+    met = None if share.value is None else share.value >= least
+    return Target(what, *format_share(share), f"at least {_format_percent(least)}", met, share)
+
+
+def _none(what: str, share: Share) -> Target:
+    met = None if not share.tries else not share.hits
+    return Target(what, *format_share(share), "none", met, share)
+
+
+def _between(what: str, share: Share, low: float, high: float) -> Target:
+    """Demand both bounds of a share, the upper one only beyond chance.
+
+    Of few intervals all may hold the truth.
+    """
+    met = None
+    if share.value is not None and share.low is not None:
+        met = share.value >= low and share.low <= high
+    bounds = f"{_format_percent(low)} to {_format_percent(high)}"
+    return Target(what, *format_share(share), bounds, met, share)
+
+
+def _median_at_most(what: str, quantiles: Quantiles, most: float, percent: bool = False) -> Target:
+    def show(value: float | None) -> str:
+        return _format_percent(value) if percent else number(value, 3)
+
+    beside = (
+        f"90 % below {show(quantiles.high)}, worst {show(quantiles.worst)}, of {quantiles.count}"
+    )
+    met = None if quantiles.median is None else quantiles.median <= most
+    result = f"median {show(quantiles.median)}"
+    return Target(what, result, beside, f"median at most {show(most)}", met)
+
+
+def _high_at_most(what: str, quantiles: Quantiles, most: float) -> Target:
+    """Demand a bound of nine in ten: a single window near upright decides over the worst."""
+    beside = (
+        f"median {number(quantiles.median, 3)}, worst {number(quantiles.worst, 3)}, "
+        f"of {quantiles.count}"
+    )
+    met = None if quantiles.high is None else quantiles.high <= most
+    result = f"90 % below {number(quantiles.high, 3)}"
+    return Target(what, result, beside, f"90 % below {most:g}", met)
+
+
+def _worst_at_most(what: str, quantiles: Quantiles, most: float) -> Target:
+    beside = f"median {number(quantiles.median, 3)}, of {quantiles.count}"
+    met = None if quantiles.worst is None else quantiles.worst <= most
+    return Target(what, f"worst {number(quantiles.worst, 3)}", beside, f"at most {most:g}", met)
+
+
+def _format_percent(value: float | None) -> str:
     return NOTHING if value is None else f"{100 * value:.3g} %"

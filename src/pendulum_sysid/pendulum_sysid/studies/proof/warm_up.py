@@ -1,4 +1,4 @@
-"""Have the kernel's machine code ready before anything is timed."""
+"""Compile the kernel's machine code before anything is timed."""
 
 from __future__ import annotations
 
@@ -14,13 +14,14 @@ from pendulum_twin.simulate import run_freely
 
 SAMPLES = 20
 PERIOD_S = 0.01
+HANGING = (0.0, np.pi, 0.0, 0.0)
 ANY_RIG = Rig(0.5, 0.1, 0.02, 0.003, 9.81, 10.0, 1.0, 3e-4, 1.0, 0.5)
 
 
 def compile_kernels() -> None:
-    """Run every kind of effect once, one run alone and several together: what is not compiled yet, is compiled then."""
-    every, zeros = np.ones(SAMPLES, dtype=bool), np.zeros(SAMPLES)
-    signals = Signals(PERIOD_S, zeros, zeros, zeros, every, every)
+    """Run every effect once, in a single run and in several together: both compile apart."""
+    valid, zeros = np.ones(SAMPLES, dtype=bool), np.zeros(SAMPLES)
+    signals = Signals(PERIOD_S, zeros, zeros, zeros, valid, valid)
     plain = make_theta(Twin("any", ANY_RIG))
     for effect in CATALOGUE:
         theta = plain.copy()
@@ -28,8 +29,7 @@ def compile_kernels() -> None:
             p.probes[0] if p.probes else p.neutral for p in effect.parameters
         ] or 1.0
         for lanes in (1, 2):
-            at = np.zeros(lanes, dtype=np.int64)
-            run_freely(
-                signals, theta[None], at, at, np.tile([0.0, np.pi, 0.0, 0.0], (lanes, 1)), SAMPLES
-            )
+            begin = np.zeros(lanes, dtype=np.int64)
+            start_states = np.tile(HANGING, (lanes, 1))
+            run_freely(signals, theta[None], begin, begin, start_states, SAMPLES)
     evaluate_laws(signals, np.zeros((SAMPLES, 4)), plain)
