@@ -32,7 +32,9 @@ def test_every_public_name_stands_on_the_page_of_the_api(site: Path) -> None:
 
 def test_the_pages_load_nothing_from_elsewhere(site: Path) -> None:
     for page in site.glob("*.html"):
-        loaded = re.findall(r'<(?:script|img|link)[^>]*(?:src|href)="(https?://[^"]+)', page.read_text())
+        loaded = re.findall(
+            r'<(?:script|img|link)[^>]*(?:src|href)="(https?://[^"]+)', page.read_text()
+        )
         assert [url for url in loaded if "canonical" not in url] == [], page.name
 
 

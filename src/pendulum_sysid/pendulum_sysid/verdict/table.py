@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from html import escape
 
 from pendulum_sysid.verdict.record import MissingEffect, RigParameter, Verdict
@@ -23,7 +24,7 @@ def format_verdict(verdict: Verdict) -> str:
 
 def _list_effect(missing: MissingEffect) -> tuple[str, ...]:
     sizes = [
-        f"{name}: {p.value:.3g} [{p.low:.3g}, {p.high:.3g}] {p.unit}"
+        f"{name}: {' '.join(_format_estimate(p.value, p.low, p.high))} {p.unit}"
         for name, p in missing.parameters.items()
     ]
     return (
@@ -35,8 +36,19 @@ def _list_effect(missing: MissingEffect) -> tuple[str, ...]:
 
 
 def _list_constant(name: str, p: RigParameter) -> tuple[str, ...]:
-    interval = f"[{p.low:.4g}, {p.high:.4g}]" if p.identifiable else "not fixed by this recording"
-    return name, f"{p.before:.4g} {p.unit}", f"{p.after:.4g} {p.unit}", interval
+    after, interval = _format_estimate(p.after, p.low, p.high)
+    if not p.identifiable:
+        interval = "not fixed by this recording"
+    return name, f"{p.before:.4g} {p.unit}", f"{after} {p.unit}", interval
+
+
+def _format_estimate(value: float, low: float, high: float) -> tuple[str, str]:
+    """Return a value and its interval with the digits that the width of the interval is worth."""
+    half = (high - low) / 2.0
+    known = half > 0.0 and math.isfinite(half) and value != 0.0
+    digits = math.ceil(math.log10(abs(value) / half)) + 2 if known else 4
+    digits = min(max(digits, 3), 8)
+    return f"{value:.{digits}g}", f"[{low:.{digits}g}, {high:.{digits}g}]"
 
 
 def _format_table(header: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
