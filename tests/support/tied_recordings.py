@@ -7,7 +7,7 @@ import numpy as np
 
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import fit
-from pendulum_sysid.fitting.split import split
+from pendulum_sysid.fitting.split import split_windows
 from pendulum_sysid.planning.planned_run import hanging, played
 from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.records import Fit, Recording, Split
@@ -65,7 +65,7 @@ def fitted(
 ) -> tuple[Case, Split, Fit]:
     """Return recordings as a case of the nominal twin, and the fit of these effects (the twin's own) from the truth."""
     case = prepare_case(recordings, INTECO)
-    parts = split(case.signals, case.state)
+    parts = split_windows(case.signals, case.state)
     return (
         case,
         parts,

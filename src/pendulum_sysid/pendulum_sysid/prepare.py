@@ -17,7 +17,7 @@ from pendulum_sysid.cleaning.smooth_state import SmoothState, smooth_state
 from pendulum_sysid.cleaning.stale_start import check_follows_command, leave_out_stale_start
 from pendulum_sysid.errors import UnusableRecording
 from pendulum_sysid.fitting.case import Case, make_case
-from pendulum_sysid.fitting.split import split
+from pendulum_sysid.fitting.split import split_windows
 from pendulum_sysid.records import QualityFinding, Recording, Split
 from pendulum_twin.model import Twin
 
@@ -52,7 +52,7 @@ def prepare(recordings: Sequence[Recording], twin: Twin) -> Prepared:
     case = prepare_case(recordings, twin)
     try:
         case = _leave_out_still_cart(case)
-        windows = split(case.signals, case.state)
+        windows = split_windows(case.signals, case.state)
         check_follows_command(case.signals, case.state)
     except UnusableRecording as error:
         raise UnusableRecording(str(error), case.recording) from error

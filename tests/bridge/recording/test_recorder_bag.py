@@ -26,7 +26,7 @@ from pendulum_bridge.recording.salvage import Salvage
 from pendulum_bridge.recording.sequence_gaps import SequenceGaps
 from pendulum_bridge.recording.session import FLUSH_S, Session
 from pendulum_sysid.reading import bag_files
-from pendulum_sysid.reading.mcap_stream import scan
+from pendulum_sysid.reading.mcap_stream import scan_mcap
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.health import Level
 
@@ -131,9 +131,9 @@ def test_the_digest_is_the_one_that_a_verdict_carries(tmp_path: Path) -> None:
     assert (
         digest
         == digest_of(data_file(tmp_path / "run"))
-        == bag_files.digest_of((data_file(tmp_path / "run"),))
+        == bag_files.compute_digest((data_file(tmp_path / "run"),))
     )
-    assert digest == bag_files.digest_of(bag_files.find_files(tmp_path / "run").files)
+    assert digest == bag_files.compute_digest(bag_files.find_files(tmp_path / "run").files)
 
 
 def test_the_data_file_knows_the_settings_by_itself(tmp_path: Path) -> None:
@@ -212,7 +212,7 @@ def test_a_file_cut_anywhere_keeps_all_before_the_cut(
                 least += 7
     assert least <= len(found) and (least == 70 or len(found) - least <= 7)
     assert not salvage.whole
-    sysid = scan(cut, {"/rig/pwm"}) if size > 8 else None
+    sysid = scan_mcap(cut, {"/rig/pwm"}) if size > 8 else None
     if sysid is not None:
         assert [data for _, data in sysid.messages.get("/rig/pwm", [])] == [m.data for m in found]
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pendulum_sysid.cleaning.clean import clean_recording
-from pendulum_sysid.cleaning.wraps import unwrapped
+from pendulum_sysid.cleaning.wraps import unwrap
 from pendulum_sysid.reading.bag import read_bag
 from pendulum_sysid.reading.raw import RawRecording
 from pendulum_sysid.records import QualityFinding, Recording
@@ -286,7 +286,7 @@ def test_a_spike_at_a_wrap_does_not_hide_it(recording: Make) -> None:
     [(-3.1, -3.1), (6.2, 6.2), (9.4, 9.4 - 2 * np.pi), (-5.0, 2 * np.pi - 5)],
 )
 def test_an_angle_begins_on_a_branch_near_hanging(first: float, expected: float) -> None:
-    angle, wraps = unwrapped(np.full(20, first))
+    angle, wraps = unwrap(np.full(20, first))
     assert angle == pytest.approx(np.full(20, expected))
     assert len(wraps) == 0
 

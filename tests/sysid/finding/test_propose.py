@@ -8,7 +8,7 @@ from support.made_recordings import without_joint
 from pendulum_sysid.finding.propose import Proposal, propose
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import HORIZONS, fit
-from pendulum_sysid.fitting.split import split
+from pendulum_sysid.fitting.split import split_windows
 from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.records import Fit, Recording, Split
 from pendulum_twin.effects import BY_NAME
@@ -22,7 +22,7 @@ WITH_SIZES = [
 
 def fitted_alone(recording: Recording) -> tuple[Case, Split, Fit]:
     case = prepare_case([recording], INTECO)
-    parts = split(case.signals, case.state)
+    parts = split_windows(case.signals, case.state)
     return case, parts, fit(case, parts, (), make_theta(case.twin), HORIZONS[0])
 
 

@@ -8,10 +8,10 @@ from support.hidden_physics import INTECO, hidden
 from support.made_recordings import without_joint
 
 from pendulum_sysid.finding.localisation.measured_curves import Curve
-from pendulum_sysid.finding.localisation.questions import Measured, number
+from pendulum_sysid.finding.localisation.questions import Measured, make_number_question
 from pendulum_sysid.finding.steady_friction import _everywhere, entry_of, steady_friction
 from pendulum_sysid.fitting.fit import fit
-from pendulum_sysid.fitting.split import split
+from pendulum_sysid.fitting.split import split_windows
 from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.records import Estimate, Recording
 from pendulum_twin.effects import BY_NAME
@@ -28,7 +28,7 @@ DRAG = {"cart_quadratic_drag": {"n_s2_m2": 2.0}}
 
 def found(recording: Recording, twin: Twin = INTECO) -> Estimate | None:
     case = prepare_case([recording], twin)
-    parts = split(case.signals, case.state)
+    parts = split_windows(case.signals, case.state)
     return steady_friction(
         case, fit(case, parts, tuple(case.twin.effects), make_theta(case.twin), 4).theta
     )
@@ -53,7 +53,7 @@ def test_one_end_of_one_curve_where_it_vanishes_is_enough_for_doubt(
     first: float, certain: bool
 ) -> None:
     flat, over_time = np.full(8, 1.0), np.array([first, *np.full(7, 1.0)])
-    asked = number(
+    asked = make_number_question(
         "cart_direction*time",
         "cart_velocity*time",
         "cart",

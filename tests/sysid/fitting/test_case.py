@@ -8,7 +8,7 @@ from support.made_recordings import INTECO, made, without_joint
 
 from pendulum_sysid.finding.pole_alone import put_pole_on_moving_axis
 from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
-from pendulum_sysid.fitting.windows import WINDOW_S, cut
+from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
 from pendulum_sysid.prepare import prepare_case
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin
@@ -65,7 +65,9 @@ def runs_of_pole(truth: Twin, believed: Twin, noise: float = 0.0) -> tuple[Windo
     case = prepare_case([made(truth, 10.0, 0.3, noise=noise)], believed)
     alone = put_pole_on_moving_axis(case, make_theta(believed))
     assert alone is not None and alone.signals.cart is None
-    return tuple(run_windows(one, cut(one.signals, one.state, WINDOW_S)) for one in (case, alone))
+    return tuple(
+        run_windows(one, cut_windows(one.signals, one.state, WINDOW_S)) for one in (case, alone)
+    )
 
 
 def test_the_pole_by_itself_moves_as_it_did() -> None:

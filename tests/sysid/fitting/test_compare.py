@@ -15,9 +15,9 @@ from support.made_recordings import (
 )
 
 from pendulum_sysid.fitting.compare import compare, compare_two
-from pendulum_sysid.fitting.whole_run import equation_29, whole_run
+from pendulum_sysid.fitting.whole_run import compute_equation_29, run_whole
 from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
-from pendulum_sysid.fitting.windows import cut
+from pendulum_sysid.fitting.windows import cut_windows
 from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.records import Recording, Windows
 from pendulum_sysid.telling.compare_plot import draw
@@ -43,7 +43,7 @@ def window_runs(measured, runs, counts) -> WindowRuns:
 
 def test_score_of_the_true_twin_from_its_true_starts_is_one(recording: Recording) -> None:
     case = prepare_case([recording], INTECO)
-    windows = cut(case.signals, case.state, 0.5)
+    windows = cut_windows(case.signals, case.state, 0.5)
     true = made_states(INTECO, recording.signals.command)
     runs = run_windows(case, Windows(windows.begin, windows.samples, true[windows.begin]))
     assert runs.score == pytest.approx(1.0, abs=0.05)
@@ -86,7 +86,7 @@ def test_equation_29_by_hand(gone: str | None, expected: float) -> None:
     )
     run = np.zeros((n, 4))
     run[:, 0], run[:, 1] = 0.1, np.pi / 2  # sine off by 1, cosine off by 1
-    assert equation_29(signals, run) == pytest.approx(expected)
+    assert compute_equation_29(signals, run) == pytest.approx(expected)
 
 
 def test_samples_that_are_not_valid_do_not_count() -> None:
@@ -95,7 +95,7 @@ def test_samples_that_are_not_valid_do_not_count() -> None:
     signals = Signals(
         0.01, np.zeros(n), np.array([1.0, 99.0, 1.0, 1.0]), np.zeros(n), valid, np.ones(n, bool)
     )
-    assert equation_29(signals, np.zeros((n, 4))) == pytest.approx(0.75)
+    assert compute_equation_29(signals, np.zeros((n, 4))) == pytest.approx(0.75)
     measured, counts = np.ones((1, 3, 2)), np.ones((1, 3, 2))
     measured[0, 1, 0], counts[0, 1, 0] = 99.0, 0.0
     runs = window_runs(measured, np.zeros((1, 3, 2)), counts)
@@ -109,8 +109,8 @@ def test_each_stretch_is_run_by_itself() -> None:
     case = prepare_case([Recording("both", "", join_signals(parts))], INTECO)
     theta = make_theta(INTECO)
     states = np.concatenate([one.state.states for one in cases])
-    alone = [whole_run(one.signals, one.state.states, theta) for one in cases]
-    assert np.array_equal(whole_run(case.signals, states, theta), np.concatenate(alone))
+    alone = [run_whole(one.signals, one.state.states, theta) for one in cases]
+    assert np.array_equal(run_whole(case.signals, states, theta), np.concatenate(alone))
     assert compare(case).count == 10 + 6  # none across the break
     assert compare(case).thesis_rmse < 0.005
 

@@ -7,8 +7,8 @@ import pytest
 from support.made_recordings import INTECO, made
 
 from pendulum_sysid.cleaning.smooth_state import smooth_state
-from pendulum_sysid.fitting.split import PATTERN, split
-from pendulum_sysid.fitting.windows import WINDOW_S, cut, gather, shorter
+from pendulum_sysid.fitting.split import PATTERN, split_windows
+from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows, gather, shorten_windows
 from pendulum_sysid.records import Split
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.signals import Signals
@@ -22,7 +22,7 @@ def signals() -> Signals:
 
 
 def parts_of(signals: Signals) -> Split:
-    return split(signals, smooth_state(signals))
+    return split_windows(signals, smooth_state(signals))
 
 
 def names_by_begin(found: Split) -> list[str]:
@@ -40,7 +40,7 @@ def test_windows_stay_inside_their_stretch(
     signals: Signals, starts: tuple[int, ...], every_s: float
 ) -> None:
     broken = replace(signals, starts=starts)
-    windows = cut(broken, smooth_state(broken), every_s)
+    windows = cut_windows(broken, smooth_state(broken), every_s)
     assert windows.samples == LENGTH + 1 and len(windows)
     for begin in windows.begin:
         assert any(s.start <= begin and begin + LENGTH < s.stop for s in broken.stretches)
@@ -48,7 +48,7 @@ def test_windows_stay_inside_their_stretch(
 
 def test_a_window_starts_from_the_smoothed_state(signals: Signals) -> None:
     state = smooth_state(signals)
-    windows = cut(signals, state, 0.5)
+    windows = cut_windows(signals, state, 0.5)
     assert np.array_equal(windows.starts, state.states[windows.begin])
     assert np.array_equal(np.diff(windows.begin), np.full(len(windows) - 1, 50))
 
@@ -58,14 +58,14 @@ def test_windows_without_enough_samples_are_left_out(signals: Signals) -> None:
     valid[300:360] = (
         False  # more than half of the window from 3 s; the pole's samples are all there
     )
-    windows = cut(replace(signals, cart_valid=valid), smooth_state(signals), 1.0)
+    windows = cut_windows(replace(signals, cart_valid=valid), smooth_state(signals), 1.0)
     assert 300 not in windows.begin and {200, 400} <= set(windows.begin.tolist())
 
 
 def test_shorter_windows_hold_the_same_samples(signals: Signals) -> None:
     state = smooth_state(signals)
-    windows = cut(signals, state, 1.0)
-    quarters = shorter(state, windows, 4)
+    windows = cut_windows(signals, state, 1.0)
+    quarters = shorten_windows(state, windows, 4)
     assert len(quarters) == 4 * len(windows) and quarters.samples == LENGTH // 4 + 1
     assert np.array_equal(
         quarters.begin.reshape(-1, 4) - windows.begin[:, None],

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pendulum_sysid.cleaning.smoothing import derivative, noise_gain, smooth
+from pendulum_sysid.cleaning.smoothing import compute_noise_gain, differentiate, smooth
 from pendulum_sysid.records import Noise
 from pendulum_twin.signals import Floats, Signals
 
@@ -49,8 +49,10 @@ def smooth_state(signals: Signals) -> SmoothState:
     longer = max(2 * min(halves), max(halves))
     for k, (values, joint) in smoothed.items():
         states[:, k], states[:, k + 2] = joint.value, joint.rate
-        accelerations[:, k] = derivative(values, signals.stretches, signals.period_s, longer, 2)
+        accelerations[:, k] = differentiate(values, signals.stretches, signals.period_s, longer, 2)
         noises[k] = joint.noise
-        acceleration_deviations[k] = joint.scatter * noise_gain(longer, signals.period_s, 2)
+        acceleration_deviations[k] = joint.scatter * compute_noise_gain(
+            longer, signals.period_s, 2
+        )
         deviations[[k, k + 2]] = joint.value_noise, joint.rate_noise
     return SmoothState(states, accelerations, Noise(*noises), deviations, acceleration_deviations)

@@ -12,7 +12,7 @@ LOWEST, HIGHEST = -np.pi, TURN  # an angle that begins between these stays where
 BEGINNING = 5  # samples whose median says where it begins: the first may be a spike
 
 
-def unwrapped(angle: Floats) -> tuple[Floats, NDArray[np.int64]]:
+def unwrap(angle: Floats) -> tuple[Floats, NDArray[np.int64]]:
     """Return an angle (n,) in rad without its jumps by whole turns, and the samples after which it jumped.
 
     Every step is taken for the shortest one that leads to the same place; it counts as a wrap when

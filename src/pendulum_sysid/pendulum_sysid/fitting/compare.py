@@ -8,9 +8,9 @@ import numpy as np
 
 from pendulum_sysid.errors import UnusableRecording
 from pendulum_sysid.fitting.case import Case, change_twin
-from pendulum_sysid.fitting.whole_run import equation_29, whole_run
+from pendulum_sysid.fitting.whole_run import compute_equation_29, run_whole
 from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
-from pendulum_sysid.fitting.windows import WINDOW_S, cut
+from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
 from pendulum_sysid.records import Comparison
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
@@ -50,7 +50,7 @@ def compare_two(case: Case, twin: Twin) -> Pair:
 
 
 def _replay(case: Case) -> WindowRuns:
-    windows = cut(case.signals, case.state, EVERY_S)
+    windows = cut_windows(case.signals, case.state, EVERY_S)
     if not len(windows):
         raise UnusableRecording(
             f"expected at least one stretch of {WINDOW_S:g} s with half of its samples valid, found none in "
@@ -60,12 +60,12 @@ def _replay(case: Case) -> WindowRuns:
 
 
 def _comparison(case: Case, runs: WindowRuns) -> Comparison:
-    whole = whole_run(case.signals, case.state.states, make_theta(case.twin))
+    whole = run_whole(case.signals, case.state.states, make_theta(case.twin))
     return Comparison(
         seconds=WINDOW_S,
         count=len(runs),
         cart_rmse_m=runs.of_joint(0, runs.rmse),
         pole_rmse_rad=runs.of_joint(1, runs.rmse),
         score=runs.score,
-        thesis_rmse=equation_29(case.signals, whole),
+        thesis_rmse=compute_equation_29(case.signals, whole),
     )

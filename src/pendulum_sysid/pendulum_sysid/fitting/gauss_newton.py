@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from pendulum_sysid import decisions
 from pendulum_sysid.fitting.linearised import (
@@ -175,7 +175,7 @@ def compute_half_widths(solution: Solution, free: tuple[Free, ...], together: in
     variance = np.maximum(np.diag(spread), np.sum(root**2, axis=1))
     variance = np.where((vectors**2 @ blind) > 1e-6, np.inf, variance)
     return (
-        student.ppf(0.975, max(count - 1, 1))
+        stdtrit(max(count - 1, 1), 0.975)
         * np.sqrt(variance)
         * np.array([one.size for one in free])
     )

@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from pendulum_sysid.fitting.parameters import Free
-from pendulum_sysid.fitting.windows import channels, gather
+from pendulum_sysid.fitting.windows import gather, list_channels
 from pendulum_sysid.records import Ints, Windows
 from pendulum_twin import kernel
 from pendulum_twin.signals import Floats, Signals
@@ -38,13 +38,13 @@ class Problem:
     deviations: Floats
 
 
-def varied(problem: Problem) -> list[int]:
+def list_varied(problem: Problem) -> list[int]:
     """Return which entries of a start state are fitted: position and velocity of the channels that are there."""
-    present = channels(problem.signals)
+    present = list_channels(problem.signals)
     return [*present, *(k + 2 for k in present)]
 
 
-def errors_of(problem: Problem, theta: Floats, starts: Floats) -> Floats:
+def compute_errors(problem: Problem, theta: Floats, starts: Floats) -> Floats:
     """Return measured minus run, (windows, samples, channels), of the twin with theta (SIZE,) from starts (windows, 4)."""
     drives = run_drive(problem.signals, theta[None])
     return _errors(
@@ -69,7 +69,9 @@ def _errors(
     at, own = np.tile(begin, lanes), np.repeat(set_of, count)
     runs = run_driven(signals, drives, theta, own, at, starts.reshape(-1, 4), samples)
     measured, counts = gather(signals, begin, samples)
-    return (measured - runs[..., list(channels(signals))].reshape(lanes, *measured.shape)) * counts
+    return (
+        measured - runs[..., list(list_channels(signals))].reshape(lanes, *measured.shape)
+    ) * counts
 
 
 @dataclass(frozen=True)
@@ -101,7 +103,7 @@ class System:
         return self.scores.sum(axis=0)
 
 
-def linearised(
+def linearise(
     problem: Problem,
     theta: Floats,
     starts: Floats,
@@ -118,7 +120,7 @@ def linearised(
     more = np.empty((0, theta.size)) if whole_steps is None else whole_steps
     sets, scale = _neighbours(theta, free)
     sets = np.concatenate([sets, more])
-    many = len(sets) + len(varied(problem))
+    many = len(sets) + len(list_varied(problem))
     size = max(RUNS_AT_ONCE // (many * problem.windows.samples * starts.shape[1]), 1)
     parts = [slice(a, min(a + size, len(starts))) for a in range(0, len(starts), size)]
     off = _all_errors(problem, sets, starts, parts)
@@ -145,12 +147,12 @@ def _all_errors(problem: Problem, sets: Floats, starts: Floats, parts: list[slic
     First each set of words from the given starts, then the first set from starts one deviation off
     along each entry.
     """
-    turned = varied(problem)
+    turned = list_varied(problem)
     moves = np.zeros((len(sets) + len(turned), 4))
     moves[np.arange(len(sets), len(moves)), turned] = problem.deviations[turned]
     set_of = np.array([*range(len(sets)), *([0] * len(turned))])
     found = np.empty(
-        (len(moves), len(starts), problem.windows.samples, len(channels(problem.signals)))
+        (len(moves), len(starts), problem.windows.samples, len(list_channels(problem.signals)))
     )
     for sharing in _groups(problem, len(sets)):
         drives = run_drive(problem.signals, sets[sharing])
@@ -173,7 +175,7 @@ def _part_of_system(
     problem: Problem, off_by: Floats, scale: Floats, starts: Floats, part: slice
 ) -> System:
     """Return the normal equations of a part of the windows; off_by: their errors in deviations, see `_all_errors`."""
-    turned = varied(problem)
+    turned = list_varied(problem)
     sizes = problem.deviations[turned]
     count, sets = off_by.shape[1], len(off_by) - len(turned)
     errors = (

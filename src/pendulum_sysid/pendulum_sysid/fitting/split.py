@@ -11,19 +11,19 @@ import numpy as np
 
 from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_sysid.errors import UnusableRecording
-from pendulum_sysid.fitting.windows import WINDOW_S, cut
+from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
 from pendulum_sysid.records import Split
 from pendulum_twin.signals import Signals
 
 PATTERN = ("train", "choose", "train", "held_out")
 
 
-def split(signals: Signals, state: SmoothState) -> Split:
+def split_windows(signals: Signals, state: SmoothState) -> Split:
     """Return windows to fit on (half), to choose on and to judge on (a quarter each).
 
     Raises UnusableRecording when the recording is too short for at least one window in each.
     """
-    windows = cut(signals, state, WINDOW_S)
+    windows = cut_windows(signals, state, WINDOW_S)
     if len(windows) < len(PATTERN):
         raise UnusableRecording(
             f"expected at least {len(PATTERN)} usable windows of {WINDOW_S:g} s to fit, choose and judge on, "

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from pendulum_sysid.fitting.case import Case
-from pendulum_sysid.fitting.whole_run import equation_29, whole_run
+from pendulum_sysid.fitting.whole_run import compute_equation_29, run_whole
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin
@@ -109,7 +109,7 @@ class ThesisFit:
     dropped: tuple[str, ...]
 
 
-def thesis_fit(
+def fit_as_thesis(
     case: Case,
     progress: Callable[[str], None],
     most_evaluations: int = MOST_EVALUATIONS,
@@ -159,8 +159,8 @@ class _Search:
     def cost(self, values: Floats) -> float:
         """Return equation 29 of the twin with these twelve values."""
         theta = make_theta(_twin(self._case.twin, values))
-        error = equation_29(
-            self._case.signals, whole_run(self._case.signals, self._case.state.states, theta)
+        error = compute_equation_29(
+            self._case.signals, run_whole(self._case.signals, self._case.state.states, theta)
         )
         self._count, self._best = self._count + 1, min(self._best, error)
         if self._count % REPORT_EVERY == 0:

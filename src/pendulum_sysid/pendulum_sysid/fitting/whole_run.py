@@ -11,7 +11,7 @@ CART_WEIGHT, POLE_WEIGHT = 0.75, 0.25
 ONE_RUN = np.zeros(1, dtype=np.int64)
 
 
-def whole_run(signals: Signals, states: Floats, theta: Floats) -> Floats:
+def run_whole(signals: Signals, states: Floats, theta: Floats) -> Floats:
     """Return what the sensors would have shown, (n, 4), had the twin run freely over the whole recording.
 
     states: (n, 4) smoothed x, th, v, w, of which only the first of every stretch is used: a break
@@ -28,7 +28,7 @@ def whole_run(signals: Signals, states: Floats, theta: Floats) -> Floats:
     return run
 
 
-def equation_29(signals: Signals, run: Floats) -> float:
+def compute_equation_29(signals: Signals, run: Floats) -> float:
     """Return the thesis's error of a run (n, 4): 0.75 RMSE(cart in m) + 0.25 (RMSE(sin pole) + RMSE(cos pole)).
 
     A recording of a cart alone gives RMSE(cart), of a pole alone RMSE(sin pole) + RMSE(cos pole).

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pendulum_sysid.fitting.case import Case
-from pendulum_sysid.fitting.windows import channels, gather
+from pendulum_sysid.fitting.windows import gather, list_channels
 from pendulum_sysid.records import Windows
 from pendulum_twin.parameter_vector import make_theta
 from pendulum_twin.signals import Floats
@@ -78,7 +78,7 @@ class WindowRuns:
 def run_windows(case: Case, windows: Windows) -> WindowRuns:
     """Return the free runs of the case's twin on windows of its recording."""
     signals = case.signals
-    present = channels(signals)
+    present = list_channels(signals)
     set_of = np.zeros(len(windows), dtype=np.int64)
     with np.errstate(all="ignore"):
         states = run_freely(

@@ -11,20 +11,18 @@ from pendulum_sysid.finding.separation import (
     CERTAIN,
     Columns,
     Tie,
-    columns,
-    deciding,
-    deviations,
-    rest,
+    compute_columns,
+    compute_deviations,
+    compute_rest,
+    pick_deciding_windows,
 )
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.linearised import Problem
-from pendulum_sysid.fitting.parameters import Free, free_parameters
+from pendulum_sysid.fitting.parameters import Free, list_free_parameters
 from pendulum_sysid.records import Fit, Split
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Form
 from pendulum_twin.signals import Floats
-
-WIDE = 0.1  # of a value: half widths beyond it are worth an experiment
 
 
 class Aim(Protocol):
@@ -64,12 +62,12 @@ class Parting:
 
     def products(self, problem: Problem, power: Floats) -> Floats:
         """Return the products of the rival's parameters' columns and of the difference between the twins."""
-        return columns(problem, self.rival, self.free, power, (), self.mover[None]).normal
+        return compute_columns(problem, self.rival, self.free, power, (), self.mover[None]).normal
 
     def worth(self, normal: Floats) -> float:
         """Return standard errors between the two."""
         found = Columns(normal, self.free, (), (), len(self.free))
-        return rest(found, found.asked()).distance
+        return compute_rest(found, found.asked()).distance
 
 
 @dataclass(frozen=True)
@@ -85,7 +83,7 @@ class Narrowing:
 
     def products(self, problem: Problem, power: Floats) -> Floats:
         """Return the products of the parameters' columns."""
-        return columns(problem, self.mover, self.free, power).normal
+        return compute_columns(problem, self.mover, self.free, power).normal
 
     def worth(self, normal: Floats) -> float:
         """Return 1 / the half width that is to be expected, as a share of the value."""
@@ -99,7 +97,7 @@ class Narrowing:
 
     def expected(self, normal: Floats) -> float:
         """Return the half width that is to be expected: today's, shrunk as the information grows."""
-        now, then = (deviations(one)[self.number] for one in (self.normal, normal))
+        now, then = (compute_deviations(one)[self.number] for one in (self.normal, normal))
         if np.isfinite(self.half) and np.isfinite(now):
             return float(self.half * then / now)
         return float(CERTAIN * then * self.free[self.number].size)
@@ -109,9 +107,9 @@ def partings(case: Case, split: Split, best: Fit, tie: Tie) -> list[Parting]:
     """Return the two questions of a tie, each twin asked to look like the other."""
     assert tie.rival is not None
     rivals = (*(name for name in best.effects if name != tie.effect), tie.rival)
-    free = free_parameters(case.twin, rivals, case.scales)
-    own = free_parameters(case.twin, best.effects, case.scales)
-    windows, weight = deciding(case.state, split, best.parts)
+    free = list_free_parameters(case.twin, rivals, case.scales)
+    own = list_free_parameters(case.twin, best.effects, case.scales)
+    windows, weight = pick_deciding_windows(case.state, split, best.parts)
     at_hand, power = case.problem(windows), best.power / weight
     made = []
     for moves, stands, parameters in ((best.theta, tie.theta, free), (tie.theta, best.theta, own)):
@@ -120,11 +118,11 @@ def partings(case: Case, split: Split, best: Fit, tie: Tie) -> list[Parting]:
     return made
 
 
-def narrowings(case: Case, split: Split, best: Fit, at_least: float = WIDE) -> list[Narrowing]:
+def narrowings(case: Case, split: Split, best: Fit, at_least: float) -> list[Narrowing]:
     """Return the intervals of a fit that are wider than a share of their value, the widest first; an infinite one counts."""
-    free = free_parameters(case.twin, best.effects, case.scales)
-    windows, weight = deciding(case.state, split, best.parts)
-    normal = columns(case.problem(windows), best.theta, free, best.power / weight).normal
+    free = list_free_parameters(case.twin, best.effects, case.scales)
+    windows, weight = pick_deciding_windows(case.state, split, best.parts)
+    normal = compute_columns(case.problem(windows), best.theta, free, best.power / weight).normal
     made = []
     for k, one in enumerate(free):
         if not fitted_to_positions(one.name):

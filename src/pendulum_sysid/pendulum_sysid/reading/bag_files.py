@@ -41,14 +41,16 @@ def find_files(path: Path) -> BagFiles:
             "expected a recording (a rosbag2 folder or its data file), found nothing there: check the path"
         )
     if path.is_file():
-        if not is_data(path):
+        if not is_data_file(path):
             raise BadInputError(
                 f"expected a rosbag2 folder, an .mcap or a .db3 file, found a file {path.name}: name the bag"
             )
         return _not_empty(BagFiles((path,)))
     index = _index(path)
     named = [path / PurePath(str(name)).name for name in index.get("relative_file_paths") or []]
-    files = [p for p in named if p.is_file()] or sorted(p for p in path.iterdir() if is_data(p))
+    files = [p for p in named if p.is_file()] or sorted(
+        p for p in path.iterdir() if is_data_file(p)
+    )
     if not files:
         found = (
             f"{INDEX} without its data files" if index else "a folder without .mcap or .db3 files"
@@ -63,13 +65,13 @@ def find_files(path: Path) -> BagFiles:
     )
 
 
-def is_data(path: Path) -> bool:
+def is_data_file(path: Path) -> bool:
     """Tell whether the name is that of a data file, packed by zstd or not."""
     name = path.name.removesuffix(".zstd")
     return path.is_file() and not name.startswith(".") and name.endswith(DATA_SUFFIXES)
 
 
-def digest_of(files: tuple[Path, ...]) -> str:
+def compute_digest(files: tuple[Path, ...]) -> str:
     """Return "sha256:<hex>" over the bytes of the files, sorted by name."""
     total = hashlib.sha256()
     for path in sorted(files, key=lambda p: p.name):
@@ -79,7 +81,7 @@ def digest_of(files: tuple[Path, ...]) -> str:
     return f"sha256:{total.hexdigest()}"
 
 
-def unpacked(path: Path, folder: Path) -> Path:
+def unpack(path: Path, folder: Path) -> Path:
     """Return the file itself, or its copy in the folder when it is packed as a whole (`.zstd`)."""
     if path.suffix != ".zstd":
         return path

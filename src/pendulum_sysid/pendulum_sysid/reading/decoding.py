@@ -16,7 +16,7 @@ Decode = Callable[[bytes], Any]
 Messages = Iterable[tuple[int, bytes]]
 
 
-def state_columns(messages: Messages, decode: Decode) -> tuple[Ints, dict[str, Floats], int]:
+def decode_states(messages: Messages, decode: Decode) -> tuple[Ints, dict[str, Floats], int]:
     """Return the header stamps in ns, the channels that hold any value, and how many messages could not be decoded.
 
     Joints are found by name; NaN stands where a message lacks one.
@@ -37,7 +37,7 @@ def state_columns(messages: Messages, decode: Decode) -> tuple[Ints, dict[str, F
     return np.array(stamps, dtype=np.int64), held, bad
 
 
-def command_arrays(messages: Messages, decode: Decode) -> tuple[Ints, Floats, int]:
+def decode_commands(messages: Messages, decode: Decode) -> tuple[Ints, Floats, int]:
     """Return when each command was received (ns), its value, and how many messages could not be decoded."""
     decoded, times, bad = _decoded(messages, decode)
     return (
@@ -47,7 +47,7 @@ def command_arrays(messages: Messages, decode: Decode) -> tuple[Ints, Floats, in
     )
 
 
-def joint_names(messages: Messages, decode: Decode) -> str:
+def list_joint_names(messages: Messages, decode: Decode) -> str:
     """Return the joints that the first message which can be decoded names, in words."""
     decoded, _, _ = _decoded(messages, decode)
     if not decoded:

@@ -26,7 +26,7 @@ FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, STATISTICS = 0x02, 0x03, 0x04, 0x05, 0x
 Buffer = bytes | mmap.mmap
 
 
-def scan(path: Path, wanted: Collection[str]) -> Contents:
+def scan_mcap(path: Path, wanted: Collection[str]) -> Contents:
     """Return the messages of the wanted topics up to where the file ends or can no longer be read.
 
     Raises BadInputError when it is no mcap file.

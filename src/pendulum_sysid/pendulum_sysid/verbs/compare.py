@@ -9,7 +9,7 @@ from pendulum_sysid.fitting.compare import Pair, compare_two
 from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.telling.output_files import check_file
 from pendulum_sysid.telling.tables import comparison_rows, table
-from pendulum_sysid.verbs.recordings import recordings
+from pendulum_sysid.verbs.recordings import read_recordings
 from pendulum_sysid.verbs.replay import say_if_diverged
 from pendulum_sysid.verbs.said import ANSWERED
 from pendulum_twin.model import load_twin
@@ -25,7 +25,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.out is not None:
         _check_plot(arguments.out)
     twins = [load_twin(path) for path in arguments.twin]
-    case = prepare_case(recordings([arguments.bag], arguments), twins[0])
+    case = prepare_case(read_recordings([arguments.bag], arguments), twins[0])
     pair = compare_two(case, twins[1])
     for path, one in zip(arguments.twin, pair.comparisons, strict=True):
         say_if_diverged(path, one)

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 BAG = "a rosbag2 folder or its data file"
 
 
-def parser() -> argparse.ArgumentParser:
-    """Return the parser; what it gives holds `verb`, the verb's own `parser`, `traceback`, and the verb's options."""
+def make_parser() -> argparse.ArgumentParser:
+    """Return the parser; what it gives holds `verb`, the verb's own `make_parser`, `traceback`, and the verb's options."""
     command = argparse.ArgumentParser(
         prog="sysid",
         description="Find where a digital twin of a cart-pendulum is wrong, and put it right.",

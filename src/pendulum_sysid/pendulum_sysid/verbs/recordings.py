@@ -11,7 +11,7 @@ from pendulum_sysid.records import Recording
 from pendulum_twin.errors import BadInputError
 
 
-def recordings(paths: list[Path], arguments: argparse.Namespace) -> list[Recording]:
+def read_recordings(paths: list[Path], arguments: argparse.Namespace) -> list[Recording]:
     """Return the recordings, read and cleaned; raise BadInputError when one cannot be used or stands there twice."""
     topics = arguments.state_topic or STATE_TOPIC, arguments.command_topic or COMMAND_TOPIC
     found: dict[str, Recording] = {}

@@ -13,7 +13,7 @@ from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.records import Comparison
 from pendulum_sysid.telling.output_files import json_text
 from pendulum_sysid.telling.tables import comparison_rows, table
-from pendulum_sysid.verbs.recordings import recordings
+from pendulum_sysid.verbs.recordings import read_recordings
 from pendulum_sysid.verbs.said import ANSWERED, say
 from pendulum_twin.model import load_twin
 
@@ -21,17 +21,17 @@ from pendulum_twin.model import load_twin
 def run(arguments: argparse.Namespace) -> int:
     """Print the twin's errors on the recording."""
     twin = load_twin(arguments.twin)
-    found = compare(prepare_case(recordings([arguments.bag], arguments), twin))
+    found = compare(prepare_case(read_recordings([arguments.bag], arguments), twin))
     say_if_diverged(arguments.twin, found)
     if arguments.json:
-        print(json_text(mapping_of(found)))
+        print(json_text(make_mapping(found)))
     else:
         print(f"{found.count} windows of {found.seconds:g} s")
         print(table(("measure", str(arguments.twin), "unit"), comparison_rows([found])))
     return ANSWERED
 
 
-def mapping_of(found: Comparison) -> dict[str, Any]:
+def make_mapping(found: Comparison) -> dict[str, Any]:
     """Return what `--json` prints."""
     windows = {
         "seconds": found.seconds,

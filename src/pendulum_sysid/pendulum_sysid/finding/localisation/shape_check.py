@@ -120,6 +120,8 @@ def find_misfits(
     theta: (SIZE,) of the fit that holds the effects; rest: what it leaves. An effect without
     parameters, a sign, has no shape.
     """
+    if not decisions.CHECK_SHAPES:
+        return []
     case = thin_out(case)
     sharp = compute_sharp_accelerations(case)
     physics = [name for name in named if BY_NAME[name].parameters]
@@ -250,4 +252,6 @@ def _find_own_variables(
 def is_outweighed(rest: Sequence[Remainder]) -> bool:
     """Return whether one thing that is still missing is larger than all that was explained, in both equations together."""
     explained = sum(one.before - one.left for one in rest)
-    return any(one.gains[one.best] > max(explained, 0.0) and one.sure(one.best) for one in rest)
+    return decisions.CHECK_OUTWEIGHED and any(
+        one.gains[one.best] > max(explained, 0.0) and one.sure(one.best) for one in rest
+    )

@@ -13,7 +13,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from pendulum_sysid.cleaning.clean import cleaned
+from pendulum_sysid.cleaning.clean import clean_recording
 from pendulum_sysid.pipeline import diagnose
 from pendulum_sysid.prepare import Prepared, prepare
 from pendulum_sysid.reading.bag import read_bag
@@ -132,7 +132,7 @@ def _run_oracle(trial: OpenedTrial) -> dict[str, Any]:
 
 
 def _read(trial: OpenedTrial) -> Recording:
-    return cleaned(read_bag(trial.bag))
+    return clean_recording(read_bag(trial.bag))
 
 
 def _prepare(trial: OpenedTrial) -> Prepared:
