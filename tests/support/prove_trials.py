@@ -1,6 +1,7 @@
 """Trials for tests of the proof: made in memory, or recorded by the twin and sealed."""
 
 import json
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -96,3 +97,8 @@ def write_trial(
     (folder / "seal.json").write_text(json.dumps(seal))
     (folder / "trial.json").write_text(json.dumps(trial))
     return folder
+
+
+def end_process(*arguments: object) -> Path:
+    """End the process that runs this at once, as one that the kernel kills."""
+    os._exit(3)

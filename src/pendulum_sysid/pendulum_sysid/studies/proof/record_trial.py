@@ -52,7 +52,7 @@ def record_trial(folder: Path, number: int, options: Sequence[str]) -> Path:
 def _run_recorder(arguments: list[str]) -> int:
     """Return the recorder's exit status; argparse ends wrong options by SystemExit."""
     try:
-        from pendulum_bridge.studies.trials import main
+        from pendulum_bridge.studies.trials import main  # type: ignore[import-untyped]
     except ImportError:
         from pendulum_bridge.trials import main
     try:
