@@ -28,7 +28,10 @@ FLOORS = (
     "records", "verdict", "errors", "decisions", "reading", "cleaning", "fitting", "finding",
     "planning", "telling", "prepare", "pipeline", "verbs", "studies",
 )  # fmt: skip
-ENTRANCES = {"pendulum_sysid", "pendulum_sysid.api", "pendulum_sysid.cli"}  # they open every room and belong to none
+# The roof: a study may import every package, and only studies import it.
+STUDIES = {f"{package}.studies" for package in PACKAGES}
+# They open every room and belong to none.
+ENTRANCES = {"pendulum_sysid", "pendulum_sysid.api", "pendulum_sysid.cli"}
 
 
 def is_within(module: str, places: set[str]) -> bool:
@@ -67,8 +70,11 @@ def find_offences(module: str, source: str, is_package: bool = False) -> list[st
     """List in sentences what a module imports against the rules."""
     offences = []
     package, floor = module.split(".")[0], find_floor(module)
+    is_study = is_within(module, STUDIES)
     for name in sorted(set(list_imports(module, source, is_package))):
-        if is_within(name, PACKAGES - {package}):
+        if is_within(name, STUDIES) and not is_study and package != "pendulum_sysid":
+            offences.append(f"{module} imports {name}: only a study may import a study")
+        elif is_within(name, PACKAGES - {package}) and not is_study:
             offences.append(
                 f"{module} imports {name}: only {FOUNDATION} may be imported from another package"
             )
