@@ -58,12 +58,20 @@ def decide_outcome(findings: Findings) -> Outcome:
     if (
         findings.misfits
         or (is_above_noise(findings) and (explains_little or findings.outweighed))
-        or (physics and explains_little and findings.whole > decisions.MISFIT_AT_NOISE)
+        or (physics and explains_little and is_slight(findings))
     ):
         return Outcome.NOT_IN_CATALOGUE
     if any(effect.inseparable_from for effect in physics):
         return Outcome.AMBIGUOUS
     return Outcome.NAMED if findings.named else Outcome.NOTHING_MISSING
+
+
+def is_slight(findings: Findings) -> bool:
+    """Return whether whole windows show errors that pieces of them hide in the noise.
+
+    Of a small effect that is not in the catalogue, several that are may each take a little.
+    """
+    return decisions.CHECK_SLIGHT and findings.whole > decisions.MISFIT_AT_NOISE
 
 
 def is_motion_effect(name: str) -> bool:

@@ -2,8 +2,8 @@
 
 Usage: python -m pendulum_sysid.studies.ablation --trials FOLDER --out docs/decisions.md
 
-FOLDER holds trials as `sysid prove` leaves them. What was tried is kept beside it, so that a run
-that was interrupted goes on from there.
+FOLDER holds trials as `sysid prove` leaves them. What was tried is kept in a file, so that a run
+that was interrupted goes on from there; delete the file (`--kept`) to start anew.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Read `decisions.py` as a list: every number with its question, unit and reason, and its variants."""
+"""Read `decisions.py` as a list: every number with its question, unit, reason and variants."""
 
 from __future__ import annotations
 

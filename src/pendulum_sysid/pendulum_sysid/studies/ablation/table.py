@@ -7,36 +7,29 @@ from collections.abc import Sequence
 from pendulum_sysid.studies.ablation.decision_list import FACTOR, Decision
 from pendulum_sysid.studies.ablation.variation import AS_IT_IS, Tried
 
-HEADER = (
-    "| decision | value | unit | why this value | up, or off | down |\n|---|---|---|---|---|---|"
-)
+HEADER = """| decision | value | unit | why this value | up, or off | down |
+|---|---|---|---|---|---|"""
+CHANGED = """| decision | trial | as it is | becomes |
+|---|---|---|---|"""
 
 
 def render_table(chosen: Sequence[Decision], tried: Sequence[Tried]) -> str:
     """Return the page, in Markdown: a table a question, a row a decision."""
     plain = {t.trial: (t.outcome, t.names) for t in tried if t.variant == AS_IT_IS}
-    changed = [
-        t for t in tried if t.variant != AS_IT_IS and (t.outcome, t.names) != plain[t.trial]
-    ]
-    seen = {(t.decision, t.variant) for t in tried}
+    changed = [t for t in tried if (t.outcome, t.names) != plain[t.trial]]
+    seen = {(t.decision, t.variant) for t in tried if t.read}
     lines = [
         "# Decisions",
         "",
         "Every number and rule of `decisions.py` that decides something. The last columns say how "
         f"many verdicts (outcome and set of names) change on {len(plain)} kept trials when the "
-        f"number is {FACTOR:g} times larger or smaller, or the rule is switched off. "
-        "`make ablate` writes this page.",
+        f"number is {FACTOR:g} times larger or smaller, or the rule is switched off. A dash: no "
+        "verdict of these trials reads it. `make ablate` writes this page.",
     ]
     for question in dict.fromkeys(decision.question for decision in chosen):
         lines += ["", f"## {question}", "", HEADER]
         lines += [_render_row(d, changed, seen) for d in chosen if d.question == question]
-    lines += [
-        "",
-        "## What changed",
-        "",
-        "| decision | trial | as it is | becomes |",
-        "|---|---|---|---|",
-    ]
+    lines += ["", "## What changed", "", CHANGED]
     lines += [
         f"| `{t.decision}` {t.variant} | {t.trial} | {_render_answer(*plain[t.trial])} "
         f"| {_render_answer(t.outcome, t.names)} |"
@@ -46,16 +39,17 @@ def render_table(chosen: Sequence[Decision], tried: Sequence[Tried]) -> str:
 
 
 def list_idle(chosen: Sequence[Decision], tried: Sequence[Tried]) -> list[str]:
-    """Return the decisions none of whose variants changes a verdict."""
+    """Return the decisions that verdicts read and none of whose variants changes a verdict."""
     plain = {t.trial: (t.outcome, t.names) for t in tried if t.variant == AS_IT_IS}
     busy = {t.decision for t in tried if (t.outcome, t.names) != plain[t.trial]}
-    return [decision.name for decision in chosen if decision.name not in busy]
+    read = {t.decision for t in tried if t.read}
+    return [decision.name for decision in chosen if decision.name in read - busy]
 
 
 def _render_row(decision: Decision, changed: Sequence[Tried], seen: set[tuple[str, str]]) -> str:
     def count(*variants: str) -> str:
         if not any((decision.name, variant) in seen for variant in variants):
-            return ""
+            return "-"
         mine = [t for t in changed if t.decision == decision.name and t.variant in variants]
         return str(len(mine))
 

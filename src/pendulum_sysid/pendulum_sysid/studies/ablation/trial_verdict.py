@@ -103,7 +103,7 @@ def _prepare_trial(folder: Path, twin: Twin) -> Prepared:
 def _judge_shapes(
     case: Case, split: Split, best: Fit, base: Fit, names: tuple[str, ...]
 ) -> tuple[tuple[str, ...], bool, float]:
-    """Return the names whose shape is wrong, whether more is missing, and whole windows' misfit."""
+    """Return the names whose shape is wrong, whether they are outweighed, and the misfit left."""
     remainders = measure_remainders(case, best, base)
     misfits = find_misfits(case, best.theta, remainders, names)
     whole = refine_start_states(case.problem(split.choose), best.theta).misfit(case.noise)
@@ -117,17 +117,18 @@ def _read_certain(case: Case, base: Fit) -> tuple[str, ...]:
 def _key(record: Case | Split | Fit) -> tuple[Hashable, ...]:
     """Return what tells a record from others of the same trial."""
     if isinstance(record, Fit):
-        arrays = (record.theta, record.starts, record.power)
-        return (record.effects, record.parts, *(array.tobytes() for array in arrays))
+        fitted = (record.theta, record.starts, record.power)
+        return (record.effects, record.parts, *(values.tobytes() for values in fitted))
     if isinstance(record, Split):
         parts = (record.train, record.choose, record.held_out)
         return tuple(windows.begin.tobytes() for windows in parts)
     signals, state = record.signals, record.state
-    arrays = (signals.command, signals.cart_valid, signals.pole_valid, state.states)
-    positions = (signals.cart, signals.pole, record.recording.rates, state.accelerations)
     digest = hashlib.sha256()
-    for array in (*arrays, *(values for values in positions if values is not None)):
-        digest.update(array.tobytes())
+    for array in (
+        signals.command, signals.cart, signals.pole, signals.cart_valid, signals.pole_valid,
+        record.recording.rates, state.states, state.accelerations,
+    ):  # fmt: skip
+        digest.update(b"none" if array is None else array.tobytes())
     return (digest.digest(), repr(signals.starts), repr(state.noise), repr(record.scales))
 
 

@@ -21,6 +21,8 @@ class Tried:
     """Hold what a trial's verdict came to under one variant of one decision.
 
     variant: "up", "down", "off", or `AS_IT_IS`, with an empty decision.
+    outcome, names: of the verdict.
+    read: whether the trial's verdict read the decision at all.
     """
 
     trial: str
@@ -28,6 +30,7 @@ class Tried:
     variant: str
     outcome: str
     names: tuple[str, ...]
+    read: bool
 
 
 def vary_decisions(folder: Path, chosen: Sequence[Decision], kept: Path) -> None:
@@ -47,13 +50,13 @@ def vary_decisions(folder: Path, chosen: Sequence[Decision], kept: Path) -> None
         diagnosis = Diagnosis(folder, memory)
         with memory.watch() as reads:
             plain = diagnosis.decide()
-        _keep(kept, folder.name, "", AS_IT_IS, plain)
+        _keep(kept, folder.name, "", AS_IT_IS, plain, True)
         for decision, variant in todo:
-            answer = plain
-            if decision.name in reads:
+            answer, read = plain, decision.name in reads
+            if read:
                 with replace_decision(decision.name, decision.variants[variant]):
                     answer = diagnosis.decide()
-            _keep(kept, folder.name, decision.name, variant, answer)
+            _keep(kept, folder.name, decision.name, variant, answer, read)
 
 
 @contextmanager
@@ -75,13 +78,14 @@ def read_tried(kept: Path) -> list[Tried]:
     return [Tried(**{**row, "names": tuple(row["names"])}) for row in rows]
 
 
-def _keep(kept: Path, trial: str, decision: str, variant: str, answer: Short) -> None:
+def _keep(kept: Path, trial: str, decision: str, variant: str, answer: Short, read: bool) -> None:
     row = {
         "trial": trial,
         "decision": decision,
         "variant": variant,
         "outcome": answer.outcome,
         "names": sorted(answer.names),
+        "read": read,
     }
     with kept.open("a", encoding="utf-8") as file:
         file.write(json.dumps(row) + "\n")
