@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from support.hidden_physics import hidden
+from support.hidden_physics import record_hidden
 from support.made_recordings import INTECO, made, made_bag
 from support.paths import ROOT, SRC
 
@@ -117,7 +117,7 @@ def test_a_frame_without_times_is_refused() -> None:
 
 @pytest.fixture(scope="module")
 def verdict() -> ps.Verdict:
-    recording, _ = hidden({"cart_coulomb_friction": {"level_n": 0.5}}, 5, 24.0)
+    recording, _ = record_hidden({"cart_coulomb_friction": {"level_n": 0.5}}, 5, 24.0)
     return ps.diagnose(recording, INTECO)
 
 
@@ -141,7 +141,7 @@ def test_a_verdict_draws_its_runs_and_the_missing_shape(
 
 
 def test_the_improved_twin_runs_better(verdict: ps.Verdict) -> None:
-    recording, _ = hidden({"cart_coulomb_friction": {"level_n": 0.5}}, 5, 24.0)
+    recording, _ = record_hidden({"cart_coulomb_friction": {"level_n": 0.5}}, 5, 24.0)
     assert verdict.twin is not None
     pair = ps.compare(recording, INTECO, verdict.twin)
     assert pair.second_better > 0.8 * pair.comparisons[0].count

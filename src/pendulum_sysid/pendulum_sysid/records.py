@@ -72,9 +72,10 @@ class Recording:
         Raises:
             BadInputError: times do not rise, lengths differ, or too few samples are finite.
 
-        >>> swing = ps.Recording.from_arrays(t, command, None, states[:, 1] + noise[:, 1])
-        >>> swing.signals.cart is None
-        True
+        Examples:
+            >>> swing = ps.Recording.from_arrays(t, command, None, states[:, 1] + noise[:, 1])
+            >>> swing.signals.cart is None
+            True
         """
         from pendulum_sysid.api import make_recording
 

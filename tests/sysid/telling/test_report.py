@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from pendulum_sysid.records import Evidence, Localisation, Outcome, Overlay, Trial
-from pendulum_sysid.telling import display, figures
+from pendulum_sysid.telling import display
 from pendulum_sysid.telling.report import list_trial_rows, render_page, write_report
+from pendulum_sysid.telling.window_figures import compute_frame, spread_windows
 from pendulum_sysid.telling.wording import OUTCOMES
 from pendulum_sysid.verdict.record import Verdict
 from pendulum_twin.model import Twin
@@ -72,11 +73,11 @@ CONTENT = {
         },
     ],
     "rig_parameters": {
-        "cart_mass_kg": make_constant(0.5723, 0.5723, math.nan, math.nan, "kg"),
+        "com_distance_m": make_constant(0.0196, 0.0196, math.nan, math.nan, "m"),
         "force_per_pwm_n": make_constant(12.86, 12.41, 12.34, 12.48, "N"),
         "cart_viscous_n_s_m": make_constant(2.84, 1.96, 1.9, 2.02, "N s/m"),
         "pole_viscous_n_m_s": make_constant(2.7344e-4, 1.21e-4, 1.03e-4, 1.39e-4, "N m s/rad"),
-        "gravity_m_s2": make_constant(9.81, 9.81, -math.inf, math.inf, "m/s^2"),
+        "pole_inertia_kg_m2": make_constant(2.92e-3, 2.92e-3, -math.inf, math.inf, "kg m^2"),
     },
     "masking": [
         "cart_viscous_n_s_m had absorbed the missing cart_coulomb_friction: 2.84 becomes 1.96"
@@ -327,7 +328,7 @@ def test_any_run_can_be_drawn(shape: tuple[int, int], value: float) -> None:
 
 def test_a_run_out_of_the_picture_is_cut_and_said() -> None:
     far = overlay("cart", "m", 0.3, 1000.0)
-    low, high = figures.frame(far.measured[0], far.after[0])
+    low, high = compute_frame(far.measured[0], far.after[0])
     assert -0.6 < low < high < 0.6
     assert "before: up to" in render_page(replace(unusable(), overlays=(far,)))
 
@@ -344,8 +345,8 @@ def test_a_product_and_what_was_measured_of_it_stand_at_the_picture() -> None:
 
 def test_windows_are_spread_over_the_record() -> None:
     times = np.arange(40.0)[::-1, None] + np.linspace(0, 1, 5)
-    assert figures.spread(times).tolist() == [39, 31, 23, 16, 8, 0]
-    assert figures.spread(times[:2]).tolist() == [1, 0]
+    assert spread_windows(times).tolist() == [39, 31, 23, 16, 8, 0]
+    assert spread_windows(times[:2]).tolist() == [1, 0]
 
 
 def test_what_comes_from_data_is_escaped() -> None:

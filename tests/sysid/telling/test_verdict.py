@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.hidden_physics import CART_STEP_M, INTECO, POLE_STEP_RAD, excitation, hidden
+from support.hidden_physics import CART_STEP_M, INTECO, POLE_STEP_RAD, make_command, record_hidden
 from support.made_recordings import PERIOD_S, made, without_joint
 
 from pendulum_sysid import pipeline
@@ -93,7 +93,7 @@ def friction() -> tuple[dict, Findings]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(pipeline, "make_verdict", spy)
-        return diagnose([hidden(COULOMB, 5, 24.0)[0]], INTECO, silent).to_dict(), kept[0]
+        return diagnose([record_hidden(COULOMB, 5, 24.0)[0]], INTECO, silent).to_dict(), kept[0]
 
 
 def test_named(friction: tuple[dict, Findings]) -> None:
@@ -120,7 +120,7 @@ def test_named(friction: tuple[dict, Findings]) -> None:
 
 
 def test_nothing_missing() -> None:
-    found = diagnose([hidden({}, 5, 20.0)[0]], INTECO, silent).to_dict()
+    found = diagnose([record_hidden({}, 5, 20.0)[0]], INTECO, silent).to_dict()
     assert_as_in_the_contract(found)
     assert (
         found["outcome"] == "nothing_missing"
@@ -166,7 +166,7 @@ def test_runs_that_diverge_leave_no_infinity_in_the_verdict(
 
 def test_a_hopeless_twin_is_not_the_recording_s_fault() -> None:
     hopeless = replace(INTECO, effects={"rail_spring": {"n_per_m": -2e3, "centre_m": 0.0}})
-    found = diagnose([hidden({}, 5, 20.0)[0]], hopeless, silent).to_dict()
+    found = diagnose([record_hidden({}, 5, 20.0)[0]], hopeless, silent).to_dict()
     assert_as_in_the_contract(found)
     assert "check the command topic" not in found["sentence"]
 
@@ -307,7 +307,7 @@ def unlisted(on_cart: Push = nothing, on_pole: Push = nothing, seconds: float = 
         return tuple(a + step * b for a, b in zip(y, by, strict=True))
 
     n, y, states = round(seconds / PERIOD_S), (0.0, math.pi, 0.0, 0.0), []
-    command = excitation(1, n)
+    command = make_command(1, n)
     for k in range(n):
         states.append(y)
         drive = rig.force_per_pwm_n * command[k]

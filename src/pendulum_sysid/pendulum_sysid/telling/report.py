@@ -5,13 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from pendulum_sysid.records import Evidence, Overlay, Trial
-from pendulum_sysid.telling import display, figures, wording
+from pendulum_sysid.telling import display, svg, wording
+from pendulum_sysid.telling.shape_figure import draw_shape
+from pendulum_sysid.telling.window_figures import draw_errors, draw_windows
 from pendulum_sysid.verdict.record import FitScores, Interval, Verdict
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.model import write_atomically
@@ -90,6 +93,7 @@ def render_page(verdict: Verdict) -> str:
     )
 
 
+@cache
 def _make_environment() -> Environment:
     environment = Environment(
         loader=FileSystemLoader(Path(__file__).parent / "templates"),
@@ -159,7 +163,7 @@ def _draw_evidence(evidence: Evidence, place: str, k: int) -> EvidenceRow:
         if evidence.shape_of
         else wording.name_unexplained(place)
     )
-    picture = figures.shape_panel(evidence, f"shape-{k}", _label_axis(*along), shown)
+    picture = draw_shape(evidence, f"shape-{k}", _label_axis(*along), shown)
     return EvidenceRow(name, evidence.finding, evidence.share, Markup(picture))
 
 
@@ -173,20 +177,20 @@ def _draw_channels(verdict: Verdict) -> list[Channel]:
 
 
 def _draw_channel(overlay: Overlay, intervals_s: Sequence[Interval]) -> Channel:
-    panels = tuple(Markup(panel) for panel in figures.overlay_panels(overlay))
-    errors = Markup(figures.error_panel(overlay, intervals_s))
+    panels = tuple(Markup(panel) for panel in draw_windows(overlay))
+    errors = Markup(draw_errors(overlay, intervals_s))
     return Channel(overlay.channel, panels, errors, len(overlay.times_s))
 
 
 def _draw_legend() -> list[tuple[str, Markup]]:
     """Return the names of the lines, each with a sample as the pictures draw it."""
     lines = (
-        ("measured", f'stroke="{figures.PALE}" stroke-width="5" stroke-linecap="round"'),
+        ("measured", f'stroke="{svg.PALE}" stroke-width="5" stroke-linecap="round"'),
         (
             "before: the twin as given",
-            f'stroke="{figures.INK}" stroke-width="1.6" stroke-dasharray="5 3"',
+            f'stroke="{svg.INK}" stroke-width="1.6" stroke-dasharray="5 3"',
         ),
-        ("after: the improved twin", f'stroke="{figures.ACCENT}" stroke-width="2.2"'),
+        ("after: the improved twin", f'stroke="{svg.ACCENT}" stroke-width="2.2"'),
     )
     sample = (
         '<svg viewBox="0 0 34 10" width="34" height="10" aria-hidden="true">'

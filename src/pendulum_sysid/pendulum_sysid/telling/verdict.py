@@ -47,7 +47,7 @@ def make_verdict(findings: Findings, recording: Recording, elapsed_s: float) -> 
     named = tuple(
         effect for effect in findings.named if not (unnamed and is_motion_effect(effect.effect))
     )
-    certain = tuple(_describe_certain(reading) for reading in findings.certain)
+    certain = tuple(describe_certain(reading) for reading in findings.certain)
     plan, why = findings.coming.plan, findings.coming.why
     return Verdict(
         outcome=outcome,
@@ -129,7 +129,7 @@ def _describe_missing(named: Named, findings: Findings) -> MissingEffect:
     )
 
 
-def _describe_certain(reading: Reading) -> MissingEffect:
+def describe_certain(reading: Reading) -> MissingEffect:
     """Return the entry of an effect that is certain although something else has no name.
 
     Laws that hold it as a special case cannot be excluded: what is unexplained may be what they

@@ -102,16 +102,11 @@ VARIABLES: dict[str, tuple[str, str]] = {  # variable or axis of an evidence -> 
 }
 
 RIG_PARAMETERS: dict[str, str] = {
-    "cart_mass_kg": "mass of the cart",
-    "pole_mass_kg": "mass of the pole",
     "com_distance_m": "distance of the centre of mass from the axis",
     "pole_inertia_kg_m2": "inertia of the pole about its axis",
-    "gravity_m_s2": "gravity",
     "force_per_pwm_n": "force of the drive for full PWM",
     "cart_viscous_n_s_m": "viscous friction of the cart",
     "pole_viscous_n_m_s": "viscous friction of the pole",
-    "rail_half_length_m": "half length of the rail",
-    "pwm_limit": "limit of the command",
 }
 
 QUALITY: dict[str, str] = {
