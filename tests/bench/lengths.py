@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from support.hidden_physics import hidden
+from support.hidden_physics import record_hidden
 from support.made_recordings import INTECO
 
 from pendulum_sysid.pipeline import diagnose
@@ -50,7 +50,7 @@ def measured(minutes: float) -> Cost:
     """Return what the diagnosis of a recording takes a process that does nothing else."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "recording.pickle"
-        path.write_bytes(pickle.dumps(hidden(EFFECTS, SEED, 60.0 * minutes)[0]))
+        path.write_bytes(pickle.dumps(record_hidden(EFFECTS, SEED, 60.0 * minutes)[0]))
         command = [sys.executable, __file__, "--one", path]
         done = subprocess.run(
             command, env={**os.environ, **ONE_THREAD}, stdout=subprocess.PIPE, check=True

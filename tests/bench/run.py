@@ -176,11 +176,11 @@ TRUTH = {
 
 def bench_fit() -> list[Row]:
     """A fit of 12 parameters to 120 s in windows of 1 s, beside Nelder-Mead on the very same windows and kernel."""
+    from pendulum_sysid.cleaning.smooth_state import smooth_state
     from pendulum_sysid.fitting.gauss_newton import solve
     from pendulum_sysid.fitting.linearised import Problem
-    from pendulum_sysid.fitting.parameters import list_free_parameters, compute_scales
-    from pendulum_sysid.fitting.windows import list_channels, cut_windows, gather
-    from pendulum_sysid.cleaning.smooth_state import smooth_state
+    from pendulum_sysid.fitting.parameters import compute_scales, list_free_parameters
+    from pendulum_sysid.fitting.windows import cut_windows, gather, list_channels
 
     signals = recording(effects=TRUTH, noise=True)
     state = smooth_state(signals)

@@ -16,7 +16,7 @@ from pendulum_sysid.studies.proof.records import (
     UnlistedEffect,
 )
 from pendulum_twin.model import save_twin
-from support.hidden_physics import hidden
+from support.hidden_physics import record_hidden
 from support.made_recordings import INTECO, made_bag
 
 DRAG = UnlistedEffect("drag_of_third_order", "cart", ("cart_velocity",))
@@ -76,7 +76,7 @@ def write_trial(
     folder: Path, effects: dict[str, dict[str, float]], seed: int, seconds: float = 24.0
 ) -> Path:
     """Write a trial as the recorder of trials does; the twin is the rig."""
-    recording, truth = hidden(effects, seed, seconds)
+    recording, truth = record_hidden(effects, seed, seconds)
     made_bag(folder / "bag", recording)
     save_twin(INTECO, folder / "twin.yaml")
     seal = {

@@ -202,9 +202,9 @@ def test_a_rival_is_excused_where_no_motion_can_tell() -> None:
 
 
 def test_the_judge_reads_outcomes_as_verdicts_write_them() -> None:
-    assert names.NOTHING_MISSING == Outcome.NOTHING_MISSING.value
-    assert names.NOT_IN_CATALOGUE == Outcome.NOT_IN_CATALOGUE.value
-    assert names.UNUSABLE == Outcome.UNUSABLE.value
+    assert Outcome.NOTHING_MISSING.value == names.NOTHING_MISSING
+    assert Outcome.NOT_IN_CATALOGUE.value == names.NOT_IN_CATALOGUE
+    assert Outcome.UNUSABLE.value == names.UNUSABLE
 
 
 def test_the_judge_is_light_to_import() -> None:

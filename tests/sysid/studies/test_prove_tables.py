@@ -8,7 +8,14 @@ from html.parser import HTMLParser
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.prove_trials import DRAG, make_answer, make_judgement, make_seal, make_size, make_trial
+from support.prove_trials import (
+    DRAG,
+    make_answer,
+    make_judgement,
+    make_seal,
+    make_size,
+    make_trial,
+)
 
 from pendulum_sysid.studies.proof import statistics
 from pendulum_sysid.studies.proof.dose_response import (

@@ -23,7 +23,7 @@ from pendulum_sysid.studies.proof.read_trial import read_trial
 from pendulum_sysid.studies.proof.records import OpenedTrial
 from pendulum_sysid.studies.proof.rivals import find_rival
 from pendulum_sysid.studies.proof.rivals.ground import Ground, make_ground
-from pendulum_sysid.telling.output_files import json_text, write_text
+from pendulum_sysid.telling.output_files import format_json, write_text
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import load_twin
 
@@ -41,11 +41,11 @@ def examine_trial(folder: Path, rivals: Sequence[str] = ()) -> Path:
     if "verdict" not in results:
         results |= run_diagnosis(trial)
         results["told"] = _run_oracle(trial)
-        write_text(folder / FILE, json_text(results) + "\n")
+        write_text(folder / FILE, format_json(results) + "\n")
     missing = [name for name in rivals if name not in results["rivals"]]
     if missing:
         results["rivals"] |= _run_rivals(trial, missing)
-        write_text(folder / FILE, json_text(results) + "\n")
+        write_text(folder / FILE, format_json(results) + "\n")
     return folder
 
 

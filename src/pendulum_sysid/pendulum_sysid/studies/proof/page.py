@@ -38,10 +38,10 @@ from pendulum_sysid.telling import display
 TEMPLATE = "proof.html.j2"
 TEMPLATES = [Path(file).parent / "templates" for file in (__file__, display.__file__)]
 FILTERS = {
-    "number": display.number,
-    "quantity": display.quantity,
-    "count": display.count,
-    "percent": display.percent,
+    "number": display.format_number,
+    "quantity": display.format_quantity,
+    "count": display.format_count,
+    "percent": display.format_percent,
 }
 
 

@@ -22,7 +22,7 @@ from pendulum_sysid.studies.proof.statistics import (
     list_ratios,
     scale_seconds,
 )
-from pendulum_sysid.telling.display import quantity
+from pendulum_sysid.telling.display import format_quantity
 from pendulum_twin.effects import CATALOGUE
 
 STRIP_ERROR = 0.05  # relative error at the edge of a strip: the target for the median
@@ -194,5 +194,5 @@ def _make_trial_row(judgement: Judgement) -> TrialRow:
 
 
 def _format_effect(name: str, values: Mapping[str, float]) -> str:
-    sizes = ", ".join(f"{key} {quantity(value, None)}" for key, value in values.items())
+    sizes = ", ".join(f"{key} {format_quantity(value, None)}" for key, value in values.items())
     return f"{name} ({sizes})" if sizes else name

@@ -6,7 +6,7 @@ import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from pendulum_sysid.telling.output_files import json_text, write_text
+from pendulum_sysid.telling.output_files import format_json, write_text
 from pendulum_twin.errors import BadInputError
 
 SCHEMA = "pendulum_proof_plan/1"
@@ -71,7 +71,7 @@ def claim_folder(plan: Plan, folder: Path) -> None:
                     f"{key} = {earlier.get(key)}, found {key} = {planned[key]}: "
                     "name another folder"
                 )
-    write_text(path, json_text(planned) + "\n")
+    write_text(path, format_json(planned) + "\n")
 
 
 def _read(path: Path) -> dict:

@@ -22,7 +22,7 @@ from pendulum_sysid.studies.proof.record_trial import check_recorder
 from pendulum_sysid.studies.proof.records import Judgement
 from pendulum_sysid.studies.proof.rivals import find_rival
 from pendulum_sysid.studies.proof.workers import examine_trials
-from pendulum_sysid.telling.output_files import check_folder, json_text, write_text
+from pendulum_sysid.telling.output_files import check_folder, format_json, write_text
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import load_twin
 
@@ -65,7 +65,7 @@ def prove(plan: Plan, folder: Path, progress: Progress) -> Proof:
     responses = _run_doses(plan, folder / "dose", progress) if plan.dose_tries else []
     proof = Proof(plan, tuple(judgements), tuple(responses), time.monotonic() - began)
     results = (proof.plan, proof.judgements, proof.responses, proof.elapsed_s)
-    write_text(folder / "proof.json", json_text(make_proof_mapping(*results)) + "\n")
+    write_text(folder / "proof.json", format_json(make_proof_mapping(*results)) + "\n")
     write_text(folder / "proof.html", render_page(*results))
     return proof
 

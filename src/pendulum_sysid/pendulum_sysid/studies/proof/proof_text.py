@@ -9,7 +9,7 @@ from pendulum_sysid.studies.proof.records import Judgement
 from pendulum_sysid.studies.proof.share import Share
 from pendulum_sysid.studies.proof.statistics import LISTED_KINDS, Method, compare_methods
 from pendulum_sysid.studies.proof.targets import check_targets, format_share
-from pendulum_sysid.telling.tables import NOTHING, Row, number, table
+from pendulum_sysid.telling.tables import NOTHING, Row, format_number, format_table
 
 ANSWERS = {True: "yes", False: "no", None: NOTHING}
 TARGETS: Row = ("what", "result", "95 % interval or others", "target", "met")
@@ -29,12 +29,12 @@ DOSES: Row = ("effect", "smallest size found", "in half widths", "tries there", 
 
 def format_proof(judgements: Sequence[Judgement], responses: Sequence[Response]) -> str:
     """Return the targets, the methods when there are rivals, and the doses when there are any."""
-    blocks = [table(TARGETS, list_target_rows(judgements))]
+    blocks = [format_table(TARGETS, list_target_rows(judgements))]
     methods = compare_methods(judgements)
     if len(methods) > 1:
-        blocks.append(table(METHODS, [format_method(method) for method in methods]))
+        blocks.append(format_table(METHODS, [format_method(method) for method in methods]))
     if responses:
-        blocks.append(table(DOSES, [format_dose(response) for response in responses]))
+        blocks.append(format_table(DOSES, [format_dose(response) for response in responses]))
     return "\n\n".join(blocks)
 
 
@@ -56,7 +56,7 @@ def format_method(method: Method) -> Row:
         method.abstained,
     )
     counts = (format_count(share) for share in shares)
-    return (method.name, *counts, number(method.seconds.median, 3))
+    return (method.name, *counts, format_number(method.seconds.median, 3))
 
 
 def format_count(share: Share) -> str:
@@ -70,6 +70,6 @@ def format_dose(response: Response) -> Row:
     least = response.least
     if least is None:
         return (response.effect, "not found", NOTHING, NOTHING, down_to)
-    size = f"{number(least.size, 3)} {least.unit}".strip().removesuffix(" 1")
+    size = f"{format_number(least.size, 3)} {least.unit}".strip().removesuffix(" 1")
     tries = format_share(least.found)[0]
-    return (response.effect, size, number(least.half_widths, 3), tries, down_to)
+    return (response.effect, size, format_number(least.half_widths, 3), tries, down_to)

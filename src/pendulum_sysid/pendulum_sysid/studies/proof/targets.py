@@ -19,7 +19,7 @@ from pendulum_sysid.studies.proof.statistics import (
     list_ratios,
     scale_seconds,
 )
-from pendulum_sysid.telling.tables import NOTHING, number
+from pendulum_sysid.telling.tables import NOTHING, format_number
 
 LEAST_RIGHT = {"single": 0.98, "pair": 0.95, "triple": 0.90}
 TITLES = {
@@ -136,7 +136,7 @@ def _between(what: str, share: Share, low: float, high: float) -> Target:
 
 def _median_at_most(what: str, quantiles: Quantiles, most: float, percent: bool = False) -> Target:
     def show(value: float | None) -> str:
-        return _format_percent(value) if percent else number(value, 3)
+        return _format_percent(value) if percent else format_number(value, 3)
 
     beside = (
         f"90 % below {show(quantiles.high)}, worst {show(quantiles.worst)}, of {quantiles.count}"
@@ -149,18 +149,18 @@ def _median_at_most(what: str, quantiles: Quantiles, most: float, percent: bool 
 def _high_at_most(what: str, quantiles: Quantiles, most: float) -> Target:
     """Demand a bound of nine in ten: a single window near upright decides over the worst."""
     beside = (
-        f"median {number(quantiles.median, 3)}, worst {number(quantiles.worst, 3)}, "
+        f"median {format_number(quantiles.median, 3)}, worst {format_number(quantiles.worst, 3)}, "
         f"of {quantiles.count}"
     )
     met = None if quantiles.high is None else quantiles.high <= most
-    result = f"90 % below {number(quantiles.high, 3)}"
+    result = f"90 % below {format_number(quantiles.high, 3)}"
     return Target(what, result, beside, f"90 % below {most:g}", met)
 
 
 def _worst_at_most(what: str, quantiles: Quantiles, most: float) -> Target:
-    beside = f"median {number(quantiles.median, 3)}, of {quantiles.count}"
+    beside = f"median {format_number(quantiles.median, 3)}, of {quantiles.count}"
     met = None if quantiles.worst is None else quantiles.worst <= most
-    return Target(what, f"worst {number(quantiles.worst, 3)}", beside, f"at most {most:g}", met)
+    return Target(what, f"worst {format_number(quantiles.worst, 3)}", beside, f"at most {most:g}", met)
 
 
 def _format_percent(value: float | None) -> str:
