@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 from support.made_recordings import INTECO, PERIOD_S
-from support.tied_recordings import ROOM, gentle
+from support.tied_recordings import ROOM, make_gentle_sweep
 
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed
@@ -12,7 +12,7 @@ from pendulum_bridge.playback import Playback, answered
 from pendulum_sysid.finding.identifiability import find_ties
 from pendulum_sysid.finding.search import Search, missing, named, parameters_alone
 from pendulum_sysid.fitting.split import split_windows
-from pendulum_sysid.planning.next_experiment import planned_next
+from pendulum_sysid.planning.next_experiment import plan_next_experiment
 from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.records import Recording
 from pendulum_twin.plans.excitation import Excitation
@@ -56,11 +56,11 @@ def searched(recordings: list[Recording]):
 
 
 def test_what_a_gentle_recording_ties_the_next_experiment_parts() -> None:
-    first = recorded(gentle(24, 0.05))
+    first = recorded(make_gentle_sweep(24, 0.05))
     case, parts, best, rivals = searched([first])
     tied = [one for one in find_ties(case, parts, best, rivals) if not one.by_no_motion]
     assert [{one.effect, one.rival} for one in tied] == [{"motor_lag", "input_delay"}]
-    found = planned_next(case, parts, best, tied)
+    found = plan_next_experiment(case, parts, best, tied)
     assert found.plan is not None
     second = recorded(make_excitation(parse_plan(found.plan), ROOM))
     assert (

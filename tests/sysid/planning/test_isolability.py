@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.tied_recordings import INTECO, ROOM, fitted, plan_recorded
+from support.tied_recordings import INTECO, ROOM, fit_recordings, record_plan
 
 from pendulum_sysid.cli import main
-from pendulum_sysid.planning.isolability import Encoders, Isolability, isolability
-from pendulum_sysid.planning.planned_run import hanging, played
+from pendulum_sysid.planning.isolability import Encoders, Isolability, predict_isolability
+from pendulum_sysid.planning.planned_run import make_hanging_lanes, play_plans
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin, save_twin
@@ -41,7 +41,7 @@ ASKED = (
 
 @pytest.fixture(scope="module")
 def found() -> Isolability:
-    return isolability(INTECO, slow(), Encoders(), ASKED)
+    return predict_isolability(INTECO, slow(), Encoders(), ASKED)
 
 
 @pytest.mark.parametrize(
@@ -61,7 +61,7 @@ def test_at_the_size_predicted_a_fit_finds_the_effect_so_many_errors_from_nothin
     truth = Twin("hidden", INTECO.rig, {name: {parameter: row.found_from}})
     errors, widths = [], []
     for seed in range(4):
-        one = fitted([plan_recorded(truth, SLOW.to_mapping(), seed)], truth)[2].estimates[
+        one = fit_recordings([record_plan(truth, SLOW.to_mapping(), seed)], truth)[2].estimates[
             f"{name}.{parameter}"
         ]
         errors.append((one.value - row.found_from) / row.found_from)
@@ -78,7 +78,7 @@ def test_a_slow_plan_will_not_part_delay_from_lag_and_one_with_steps_will(
 ) -> None:
     names = ("input_delay", "motor_lag")
     sweep = Chirp(seconds=12.0, from_hz=0.3, to_hz=0.5, amplitude=0.01, centred=False)
-    slow_rows = isolability(INTECO, make_excitation(Plan((sweep,)), ROOM), Encoders(), names).rows
+    slow_rows = predict_isolability(INTECO, make_excitation(Plan((sweep,)), ROOM), Encoders(), names).rows
     assert [one.not_told_from for one in slow_rows] == [("motor_lag",), ("input_delay",)]
     assert [one.by_no_motion for one in slow_rows] == [("sensor_delay",), ()]
     rows = [one for one in found.rows if one.effect in names]  # its push has steps
@@ -97,7 +97,7 @@ def test_every_effect_that_shows_in_positions_stands_once(found: Isolability) ->
 
 def test_a_twin_s_own_effects_are_taken_for_granted() -> None:
     dry = replace(INTECO, effects={"cart_coulomb_friction": {"level_n": 0.3}})
-    found = isolability(
+    found = predict_isolability(
         dry, slow(), Encoders(), ("cart_coulomb_friction", "cart_friction_asymmetry")
     )
     rows = {one.effect: one for one in found.rows}
@@ -108,7 +108,7 @@ def test_a_twin_s_own_effects_are_taken_for_granted() -> None:
 def test_a_coarser_encoder_finds_less(found: Isolability) -> None:
     coarse = {
         one.effect: one
-        for one in isolability(
+        for one in predict_isolability(
             INTECO, slow(), Encoders(pole_counts=256), ("pole_quadratic_drag", "angle_offset")
         ).rows
     }
@@ -121,14 +121,14 @@ def test_constants_that_a_plan_does_not_move_are_not_identifiable() -> None:
     still = make_excitation(Plan((Rest(seconds=6.0),)), ROOM)
     assert not any(
         one.identifiable
-        for one in isolability(INTECO, still, Encoders(), ("rail_tilt",)).constants
+        for one in predict_isolability(INTECO, still, Encoders(), ("rail_tilt",)).constants
     )
 
 
 def test_a_plan_that_leads_off_the_rail_is_refused() -> None:
     short = replace(INTECO, rig=replace(INTECO.rig, rail_half_length_m=0.05))
     with pytest.raises(BadInputError, match="within the rail of"):
-        isolability(short, slow(), Encoders(), ())
+        predict_isolability(short, slow(), Encoders(), ())
 
 
 def test_lanes_give_the_bits_of_a_stepper() -> None:
@@ -140,8 +140,8 @@ def test_lanes_give_the_bits_of_a_stepper() -> None:
     }
     twins = [Twin("one", INTECO.rig, effects), Twin("other", INTECO.rig, others)]
     theta, plan = np.array([make_theta(twin) for twin in twins]), slow()
-    first = played(hanging(theta, 0.01), [plan, plan], 400)
-    second = played(first.lanes.of(np.array([1, 0])), [plan, plan], 100)
+    first = play_plans(make_hanging_lanes(theta, 0.01), [plan, plan], 400)
+    second = play_plans(first.lanes.of(np.array([1, 0])), [plan, plan], 100)
     for lane, twin in enumerate(twins):
         stepper = Stepper(twin, 0.01)
         commands = np.concatenate([first.commands[lane], second.commands[1 - lane]])

@@ -432,7 +432,7 @@ def test_hypotheses_stand_best_first_and_the_chosen_one_is_marked() -> None:
     ],
 )  # fmt: skip
 def test_numbers_have_sensible_digits(value: object, text: str) -> None:
-    assert display.number(value).replace("\u00a0", " ").replace("\u202f", " ") == text
+    assert display.format_number(value).replace("\u00a0", " ").replace("\u202f", " ") == text
 
 
 @pytest.mark.parametrize(
@@ -452,11 +452,11 @@ def test_numbers_have_sensible_digits(value: object, text: str) -> None:
 def test_an_estimate_shows_the_digits_that_its_interval_is_worth(
     held: tuple, texts: tuple[str, str]
 ) -> None:
-    assert tuple(text.replace("\u00a0", " ") for text in display.estimate(*held)) == texts
+    assert tuple(text.replace("\u00a0", " ") for text in display.format_estimate(*held)) == texts
 
 
 def test_units_are_set_as_one_writes_them() -> None:
-    assert [display.unit(one) for one in ("N s^2/m^2", "kg m^2", "1", None)] == [
+    assert [display.format_unit(one) for one in ("N s^2/m^2", "kg m^2", "1", None)] == [
         "N·s²/m²",
         "kg·m²",
         "",

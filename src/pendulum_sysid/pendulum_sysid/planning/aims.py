@@ -103,7 +103,7 @@ class Narrowing:
         return float(CERTAIN * then * self.free[self.number].size)
 
 
-def partings(case: Case, split: Split, best: Fit, tie: Tie) -> list[Parting]:
+def make_partings(case: Case, split: Split, best: Fit, tie: Tie) -> list[Parting]:
     """Return the two questions of a tie, each twin asked to look like the other."""
     assert tie.rival is not None
     rivals = (*(name for name in best.effects if name != tie.effect), tie.rival)
@@ -118,14 +118,14 @@ def partings(case: Case, split: Split, best: Fit, tie: Tie) -> list[Parting]:
     return made
 
 
-def narrowings(case: Case, split: Split, best: Fit, at_least: float) -> list[Narrowing]:
+def list_narrowings(case: Case, split: Split, best: Fit, at_least: float) -> list[Narrowing]:
     """Return the intervals of a fit that are wider than a share of their value, the widest first; an infinite one counts."""
     free = list_free_parameters(case.twin, best.effects, case.scales)
     windows, weight = pick_deciding_windows(case.state, split, best.parts)
     normal = compute_columns(case.problem(windows), best.theta, free, best.power / weight).normal
     made = []
     for k, one in enumerate(free):
-        if not fitted_to_positions(one.name):
+        if not is_fitted_to_positions(one.name):
             continue
         found = best.estimates[one.name]
         unfixed = found.low <= one.low and found.high >= one.high
@@ -135,7 +135,7 @@ def narrowings(case: Case, split: Split, best: Fit, at_least: float) -> list[Nar
     return sorted(wide, key=lambda one: one.half / one.scale, reverse=True)
 
 
-def fitted_to_positions(name: str) -> bool:
+def is_fitted_to_positions(name: str) -> bool:
     """Return whether a parameter ("key" or "effect.parameter") is one that more motion fixes better.
 
     A moment that is read off the recording is not, nor what only the reported velocities show.

@@ -16,8 +16,8 @@ from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.linearised import Problem
 from pendulum_sysid.fitting.windows import WINDOW_S
 from pendulum_sysid.planning.aims import Aim
-from pendulum_sysid.planning.phase_family import family
-from pendulum_sysid.planning.planned_run import Lanes, Played, hanging, played
+from pendulum_sysid.planning.phase_family import list_phases
+from pendulum_sysid.planning.planned_run import Lanes, PlayedRun, make_hanging_lanes, play_plans
 from pendulum_sysid.records import Fit, Windows
 from pendulum_twin.plans.excitation import Excitation
 from pendulum_twin.plans.plan_file import Plan, make_excitation
@@ -30,7 +30,7 @@ SHORTEST_S = PUSH_S + REST_S + 2.0
 
 
 @dataclass(frozen=True)
-class Grown:
+class GrownPlan:
     """Hold a plan, the products of each aim with its recording added to what is at hand, and how many values it has."""
 
     plan: Plan
@@ -69,7 +69,7 @@ class Setting:
             and spin <= decisions.PLAN_FASTEST_RAD_S
         )
 
-    def added(self, run: Played, first_lane: int = 0) -> list[Floats]:
+    def added(self, run: PlayedRun, first_lane: int = 0) -> list[Floats]:
         """Return what a run, with one lane a twin, adds to each aim's products."""
         problems = [self._problem(run, first_lane + twin) for twin in range(len(self.movers))]
         weighed = self.power / decisions.DECIDING_SHARE
@@ -78,7 +78,7 @@ class Setting:
             for aim, twin in zip(self.aims, self.twin_of, strict=True)
         ]
 
-    def _problem(self, run: Played, lane: int) -> Problem:
+    def _problem(self, run: PlayedRun, lane: int) -> Problem:
         signals = run.signals(lane, self.case.signals)
         length = max(round(WINDOW_S / signals.period_s) // self.parts, 1)
         begin = np.arange(0, len(signals) - length, length, dtype=np.int64)
@@ -91,42 +91,44 @@ class Setting:
         return min(aim.worth(one) for aim, one in zip(self.aims, products, strict=True))
 
 
-def grown(
+def grow_plan(
     case: Case, best: Fit, aims: Sequence[Aim], room: Envelope, seconds: float, seed: int
-) -> Grown | None:
+) -> GrownPlan | None:
     """Return the plan of so many seconds (SHORTEST_S at least) that serves all aims best.
 
     None where every phase leads off the rail. Raises BadInputError for a rate that no plan may
     have.
     """
-    setting = _setting(case, best, aims, room)
+    setting = _make_setting(case, best, aims, room)
     count = max(1, round((seconds - PUSH_S - REST_S) / PHASE_S))
-    candidates = family(room, (seconds - PUSH_S - REST_S) / count, setting.rate_hz, seed)
+    candidates = list_phases(room, (seconds - PUSH_S - REST_S) / count, setting.rate_hz, seed)
     phases: list[Phase] = [Push(seconds=PUSH_S)]
-    parts = [_next(setting, phases, hanging(setting.movers, 1 / setting.rate_hz))]
+    parts = [
+        _play_last_phase(setting, phases, make_hanging_lanes(setting.movers, 1 / setting.rate_hz))
+    ]
     have = [aim.normal for aim in aims]
     for k in range(count):
-        ranked = _ranked(setting, phases, candidates, parts[-1].lanes, have)
+        ranked = _rank_candidates(setting, phases, candidates, parts[-1].lanes, have)
         if not ranked:
             break
         candidates = ranked[: decisions.PHASES_REFINED] if k == 0 else candidates
         phases.append(ranked[0])
-        parts.append(_next(setting, phases, parts[-1].lanes))
-        have = _sum(have, setting.added(parts[-1]))
+        parts.append(_play_last_phase(setting, phases, parts[-1].lanes))
+        have = _add_products(have, setting.added(parts[-1]))
     if len(phases) == 1:
         return None
     phases.append(Rest(seconds=REST_S, centred=True))
-    parts.append(_next(setting, phases, parts[-1].lanes))
-    whole = _joined(parts)
-    products = _sum([aim.normal for aim in aims], setting.added(whole))
-    return Grown(
+    parts.append(_play_last_phase(setting, phases, parts[-1].lanes))
+    whole = _join_runs(parts)
+    products = _add_products([aim.normal for aim in aims], setting.added(whole))
+    return GrownPlan(
         Plan(tuple(phases), "next", setting.rate_hz),
         products,
         whole.commands.shape[1] * len(setting.power),
     )
 
 
-def _setting(case: Case, best: Fit, aims: Sequence[Aim], room: Envelope) -> Setting:
+def _make_setting(case: Case, best: Fit, aims: Sequence[Aim], room: Envelope) -> Setting:
     movers, twin_of = np.unique(np.array([aim.mover for aim in aims]), axis=0, return_inverse=True)
     rate_hz = 1 / case.signals.period_s
     whole = float(round(rate_hz))
@@ -143,17 +145,17 @@ def _setting(case: Case, best: Fit, aims: Sequence[Aim], room: Envelope) -> Sett
     )
 
 
-def _sum(first: Sequence[Floats], second: Sequence[Floats]) -> list[Floats]:
+def _add_products(first: Sequence[Floats], second: Sequence[Floats]) -> list[Floats]:
     return [a + b for a, b in zip(first, second, strict=True)]
 
 
-def _next(setting: Setting, phases: Sequence[Phase], lanes: Lanes) -> Played:
+def _play_last_phase(setting: Setting, phases: Sequence[Phase], lanes: Lanes) -> PlayedRun:
     """Return the last of the phases played on every twin, from where the phases before it leave them."""
     plan = setting.played(phases)
-    return played(lanes, [plan] * len(setting.movers), len(plan.commands) - lanes.sample)
+    return play_plans(lanes, [plan] * len(setting.movers), len(plan.commands) - lanes.sample)
 
 
-def _ranked(
+def _rank_candidates(
     setting: Setting,
     phases: Sequence[Phase],
     candidates: Sequence[Phase],
@@ -167,18 +169,18 @@ def _ranked(
         min(len(plan.commands) for plan in plans) - lanes.sample
     )  # two phases may differ by a sample in rounding
     every = lanes.of(np.tile(np.arange(twins), len(candidates)))
-    run = played(every, [plan for plan in plans for _ in range(twins)], samples)
+    run = play_plans(every, [plan for plan in plans for _ in range(twins)], samples)
     worths = {
-        k: setting.worst(_sum(have, setting.added(run, k * twins)))
+        k: setting.worst(_add_products(have, setting.added(run, k * twins)))
         for k in range(len(candidates))
         if setting.safe(run.states[k * twins : (k + 1) * twins])
     }
     return [candidates[k] for k in sorted(worths, key=lambda k: -worths[k])]
 
 
-def _joined(parts: Sequence[Played]) -> Played:
+def _join_runs(parts: Sequence[PlayedRun]) -> PlayedRun:
     commands, states = (
         np.concatenate([getattr(one, name) for one in parts], axis=1)
         for name in ("commands", "states")
     )
-    return Played(commands, states, parts[-1].lanes)
+    return PlayedRun(commands, states, parts[-1].lanes)

@@ -36,7 +36,7 @@ from pendulum_sysid.fitting.case import Case, make_case
 from pendulum_sysid.fitting.linearised import Problem
 from pendulum_sysid.fitting.parameters import Free, list_free_parameters
 from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
-from pendulum_sysid.planning.planned_run import hanging, played
+from pendulum_sysid.planning.planned_run import make_hanging_lanes, play_plans
 from pendulum_sysid.records import Recording
 from pendulum_twin.effects.effect import Form
 from pendulum_twin.errors import BadInputError
@@ -45,10 +45,10 @@ from pendulum_twin.parameter_vector import SLOTS, make_theta
 from pendulum_twin.plans.excitation import Excitation
 from pendulum_twin.signals import Floats, Signals
 
-ROUNDS = 4  # in which a size is found that stands out as far as asked
-NEAR = 0.2  # of its logarithm
-LARGEST = 14.0  # of the logarithm by which it may be smaller than the typical size
-MOST = 100.0  # typical sizes at most: what is not found there is not found
+SECANT_STEPS = 4  # in which a size is found that stands out as far as asked
+SIZE_TOLERANCE = 0.2  # of its logarithm
+LEAST_LOG_SIZE = 14.0  # of the logarithm by which it may be smaller than the typical size
+MOST_TYPICAL_SIZES = 100.0  # typical sizes at most: what is not found there is not found
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class Encoders:
 
 
 @dataclass(frozen=True)
-class Row:
+class EffectRow:
     """Say of one effect what a plan will show of it.
 
     parameter, unit: of the size that the numbers below are; None for an effect that is on or off.
@@ -100,11 +100,11 @@ class Isolability:
     seconds: float
     farthest_m: float
     encoders: Encoders
-    rows: tuple[Row, ...]
+    rows: tuple[EffectRow, ...]
     constants: tuple[Constant, ...]
 
 
-def isolability(
+def predict_isolability(
     twin: Twin, plan: Excitation, encoders: Encoders, rows: Collection[str] | None = None
 ) -> Isolability:
     """Return what a recording of a plan on a rig like this twin will be able to find and to part.
@@ -116,7 +116,7 @@ def isolability(
     cut into windows.
     """
     theta = make_theta(twin)
-    (run,) = _runs(twin, theta[None], plan, encoders)
+    (run,) = _play_twins(twin, theta[None], plan, encoders)
     farthest = float(np.max(np.abs(run.cart))) if run.cart is not None else 0.0
     if twin.rig.rail_half_length_m is not None and not farthest < twin.rig.rail_half_length_m:
         raise BadInputError(
@@ -124,7 +124,7 @@ def isolability(
             f"{farthest:.3g} m: play it weaker"
         )
     case = make_case(Recording(twin.name, "", run), smooth_state(run), twin)
-    problem, power = _problem(case)
+    problem, power = _make_problem(case)
     free = list_free_parameters(case.twin, tuple(twin.effects), case.scales)
     asked = [
         e
@@ -139,19 +139,19 @@ def isolability(
         int(decisions.DECIDING_SHARE * len(case.signals)) * len(case.noise)
     )
     shares = [
-        _shares(problem, theta, free, power, middle, found, errors)
+        _find_shares(problem, theta, free, power, middle, found, errors)
         for errors in (decisions.FOUND_STANDARD_ERRORS, needed)
     ]
-    rivals = _rivals(
+    rivals = _find_inseparable(
         case,
         problem,
         power,
         free,
         middle,
-        _runs(twin, np.array([s.whole for s in middle]), plan, encoders),
+        _play_twins(twin, np.array([s.whole for s in middle]), plan, encoders),
     )
     made = tuple(
-        _row(
+        _make_row(
             compute_rest(found, found.asked(k)).distance,
             one,
             shares[0][k],
@@ -161,16 +161,20 @@ def isolability(
         )
         for k, one in enumerate(middle)
     )
-    return Isolability(twin.name, plan.seconds, farthest, encoders, made, _constants(found, theta))
+    return Isolability(
+        twin.name, plan.seconds, farthest, encoders, made, _list_constants(found, theta)
+    )
 
 
-def _runs(twin: Twin, theta: Floats, plan: Excitation, encoders: Encoders) -> list[Signals]:
+def _play_twins(twin: Twin, theta: Floats, plan: Excitation, encoders: Encoders) -> list[Signals]:
     """Return what encoders show of twins with words (twins, SIZE) on which a plan is played."""
-    run = played(hanging(theta, 1 / plan.rate_hz), [plan] * len(theta), len(plan.commands))
-    return [_encoded(run.signals(k), encoders, twin) for k in range(len(theta))]
+    run = play_plans(
+        make_hanging_lanes(theta, 1 / plan.rate_hz), [plan] * len(theta), len(plan.commands)
+    )
+    return [_encode_run(run.signals(k), encoders, twin) for k in range(len(theta))]
 
 
-def _rivals(
+def _find_inseparable(
     case: Case,
     problem: Problem,
     power: Floats,
@@ -195,23 +199,23 @@ def _rivals(
     return found
 
 
-def _encoded(run: Signals, encoders: Encoders, twin: Twin) -> Signals:
+def _encode_run(run: Signals, encoders: Encoders, twin: Twin) -> Signals:
     """Return a run as encoders show it, with the joints that the rig has."""
     turn = 2 * np.pi / encoders.pole_counts
     cart = (
         None
         if run.cart is None or not twin.rig.has_cart
-        else _rounded(run.cart, encoders.cart_step_m)
+        else _round_to_step(run.cart, encoders.cart_step_m)
     )
-    pole = None if run.pole is None or not twin.rig.has_pole else _rounded(run.pole, turn)
+    pole = None if run.pole is None or not twin.rig.has_pole else _round_to_step(run.pole, turn)
     return replace(run, cart=cart, pole=pole)
 
 
-def _rounded(values: Floats, step: float) -> Floats:
+def _round_to_step(values: Floats, step: float) -> Floats:
     return np.round(values / step) * step
 
 
-def _problem(case: Case) -> tuple[Problem, Floats]:
+def _make_problem(case: Case) -> tuple[Problem, Floats]:
     """Return windows spread over the run, and the noise's power as if all that a diagnosis decides on were there."""
     windows = cut_windows(case.signals, case.state, WINDOW_S)
     if not len(windows):
@@ -223,7 +227,7 @@ def _problem(case: Case) -> tuple[Problem, Floats]:
     return case.problem(windows.pick(kept)), case.noise**2 / weight
 
 
-def _shares(
+def _find_shares(
     problem: Problem,
     theta: Floats,
     free: tuple[Free, ...],
@@ -237,36 +241,39 @@ def _shares(
     By secants on logarithms: effects do not all grow in proportion to their size.
     """
     old, steep = np.zeros(len(middle)), np.ones(len(middle))
-    errors = np.log(np.maximum(_errors(found, len(middle)), NOTHING) / asked)
-    share = np.clip(-errors, -LARGEST, np.log(MOST))
-    for _ in range(ROUNDS):
+    errors = np.log(np.maximum(_compute_distances(found, len(middle)), NOTHING) / asked)
+    share = np.clip(-errors, -LEAST_LOG_SIZE, np.log(MOST_TYPICAL_SIZES))
+    for _ in range(SECANT_STEPS):
         tried = np.array(
             [one.between(theta, float(s)) for one, s in zip(middle, np.exp(share), strict=True)]
         )
         again = compute_columns(problem, theta, free, power, (), tried)
-        new = np.log(np.maximum(_errors(again, len(middle)), NOTHING) / asked)
+        new = np.log(np.maximum(_compute_distances(again, len(middle)), NOTHING) / asked)
         moved = share - old
         steep = np.where(
             np.abs(moved) > 1e-3, (new - errors) / np.where(moved == 0.0, 1.0, moved), steep
         )
         steep = np.clip(steep, 0.3, 5.0)
         old, errors = share, new
-        share = np.clip(share - new / steep, -LARGEST, np.log(MOST))
-    return [float(np.exp(s)) if abs(e) < NEAR else None for s, e in zip(old, errors, strict=True)]
+        share = np.clip(share - new / steep, -LEAST_LOG_SIZE, np.log(MOST_TYPICAL_SIZES))
+    return [
+        float(np.exp(s)) if abs(e) < SIZE_TOLERANCE else None
+        for s, e in zip(old, errors, strict=True)
+    ]
 
 
-def _errors(found: Columns, count: int) -> Floats:
+def _compute_distances(found: Columns, count: int) -> Floats:
     return np.array([compute_rest(found, found.asked(k)).distance for k in range(count)])
 
 
-def _row(
+def _make_row(
     errors: float,
     one: Shape,
     share: float | None,
     named: float | None,
     rivals: tuple[str, ...],
     encoders: Encoders,
-) -> Row:
+) -> EffectRow:
     effect, slot = one.effect, SLOTS[one.effect.name]
     main = next(
         (p for p in effect.parameters if not p.shape),
@@ -285,7 +292,7 @@ def _row(
         value = float(one.between(one.whole, of)[slot.start + effect.parameters.index(main)])
         return value if main.shape else max(value, main.neutral + max(main.least, finest))
 
-    return Row(
+    return EffectRow(
         effect.name,
         None if main is None else main.name,
         "" if main is None else main.unit,
@@ -298,7 +305,7 @@ def _row(
     )
 
 
-def _constants(found: Columns, theta: Floats) -> tuple[Constant, ...]:
+def _list_constants(found: Columns, theta: Floats) -> tuple[Constant, ...]:
     """Return how well the rig's constants will be fixed, all of them free together."""
     count = len(found.free)
     made = []

@@ -14,8 +14,8 @@ from typing import Any
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.separation import Tie, compute_naming_threshold
 from pendulum_sysid.fitting.case import Case
-from pendulum_sysid.planning.aims import Aim, Narrowing, Parting, narrowings, partings
-from pendulum_sysid.planning.growing_plan import SHORTEST_S, Grown, grown
+from pendulum_sysid.planning.aims import Aim, Narrowing, Parting, list_narrowings, make_partings
+from pendulum_sysid.planning.growing_plan import SHORTEST_S, GrownPlan, grow_plan
 from pendulum_sysid.records import Fit, Next, Split
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.errors import BadInputError
@@ -32,7 +32,7 @@ NOTHING_TIED = "Nothing that motion could part is tied on this recording."
 NO_ROOM = "No phase of a plan keeps the cart on the rail and within safe speeds."
 
 
-def planned_next(
+def plan_next_experiment(
     case: Case,
     split: Split,
     best: Fit,
@@ -48,30 +48,30 @@ def planned_next(
     """
     if not seconds >= SHORTEST_S:
         raise BadInputError(f"seconds: expected at least {SHORTEST_S:g}, found {seconds:g}")
-    never = [_never(tie) for tie in ties if tie.by_no_motion]
-    tied = [] if goal == "interval" else _tied(case, split, best, ties)
+    never = [_describe_never_parted(tie) for tie in ties if tie.by_no_motion]
+    tied = [] if goal == "interval" else _list_partings(case, split, best, ties)
     found = (
-        _planned(case, best, tied, seconds, seed, never) if tied else Next(None, " ".join(never))
+        _plan_for(case, best, tied, seconds, seed, never) if tied else Next(None, " ".join(never))
     )
     if found.plan is not None or goal == "tie":
         return found if found.why else Next(None, NOTHING_TIED)
-    wide = narrowings(case, split, best, 0.0 if goal else decisions.WIDE_INTERVAL)[
+    wide = list_narrowings(case, split, best, 0.0 if goal else decisions.WIDE_INTERVAL)[
         : 1 if goal else decisions.INTERVALS_PLANNED_FOR
     ]
     if wide:
-        more = _planned(case, best, wide, seconds, seed, [found.why] if found.why else [])
+        more = _plan_for(case, best, wide, seconds, seed, [found.why] if found.why else [])
         return found if tied and more.plan is None else more
-    return Next(None, found.why if tied else " ".join([*never, _nothing(best)]))
+    return Next(None, found.why if tied else " ".join([*never, _describe_nothing_to_ask(best)]))
 
 
-def _planned(
+def _plan_for(
     case: Case, best: Fit, aims: Sequence[Aim], seconds: float, seed: int, never: Sequence[str]
 ) -> Next:
     """Return the plan for these aims; ties that it would leave as they are do not hold up the others."""
     if case.signals.cart is None:
         return Next(None, " ".join([LOCKED, *never]))
     try:
-        found = grown(case, best, aims, make_envelope(case.twin.rig), seconds, seed)
+        found = grow_plan(case, best, aims, make_envelope(case.twin.rig), seconds, seed)
     except (
         BadInputError
     ) as error:  # the rail is not known, or the rig's rate is none that a plan may have
@@ -88,17 +88,22 @@ def _planned(
         if isinstance(aim, Parting) and worth < decisions.APART_STANDARD_ERRORS
     }
     if not hopeless:
-        return _explained(aims, found, never, needed)
-    never = [*never, *(_hopeless(said, aims, worths, seconds) for said in sorted(hopeless))]
+        return _explain_plan(aims, found, never, needed)
+    never = [
+        *never,
+        *(_describe_hopeless(said, aims, worths, seconds) for said in sorted(hopeless)),
+    ]
     others = [aim for aim in aims if aim.said not in hopeless]
     return (
-        _planned(case, best, others, seconds, seed, never)
+        _plan_for(case, best, others, seconds, seed, never)
         if others
         else Next(None, " ".join(never))
     )
 
 
-def _hopeless(said: str, aims: Sequence[Aim], worths: Sequence[float], seconds: float) -> str:
+def _describe_hopeless(
+    said: str, aims: Sequence[Aim], worths: Sequence[float], seconds: float
+) -> str:
     then = min(worth for aim, worth in zip(aims, worths, strict=True) if aim.said == said)
     return (
         f"No plan of {seconds:g} s that the rig allows is expected to part {said} ({then:.2g} standard errors between them "
@@ -106,7 +111,7 @@ def _hopeless(said: str, aims: Sequence[Aim], worths: Sequence[float], seconds: 
     )
 
 
-def _tied(case: Case, split: Split, best: Fit, ties: Sequence[Tie]) -> list[Aim]:
+def _list_partings(case: Case, split: Split, best: Fit, ties: Sequence[Tie]) -> list[Aim]:
     """Return both directions of the closest ties that motion can part."""
     closest = sorted(
         (tie for tie in ties if tie.rival and not tie.by_no_motion), key=lambda tie: tie.distance
@@ -114,11 +119,13 @@ def _tied(case: Case, split: Split, best: Fit, ties: Sequence[Tie]) -> list[Aim]
     return [
         aim
         for tie in closest[: decisions.TIES_PLANNED_FOR]
-        for aim in partings(case, split, best, tie)
+        for aim in make_partings(case, split, best, tie)
     ]
 
 
-def _explained(aims: Sequence[Aim], found: Grown, never: Sequence[str], needed: float) -> Next:
+def _explain_plan(
+    aims: Sequence[Aim], found: GrownPlan, never: Sequence[str], needed: float
+) -> Next:
     """Return the plan with a sentence on each aim; figures are those of the worst-served one.
 
     needed: standard errors at which a diagnosis of both recordings will tell two twins apart.
@@ -129,15 +136,16 @@ def _explained(aims: Sequence[Aim], found: Grown, never: Sequence[str], needed: 
     if isinstance(aim, Narrowing):
         before, after = aim.half, aim.expected(found.products[worst])
         said = [
-            _narrowed(one, products) for one, products in zip(aims, found.products, strict=True)
+            _describe_narrowing(one, products)
+            for one, products in zip(aims, found.products, strict=True)
         ]
     else:
         before, after = aim.worth(aim.normal), worths[worst]
-        said = _parted(aims, worths, needed)
+        said = _describe_partings(aims, worths, needed)
     return Next(found.plan.to_mapping(), " ".join([*said, *never]), before, after)
 
 
-def _parted(aims: Sequence[Aim], worths: Sequence[float], needed: float) -> list[str]:
+def _describe_partings(aims: Sequence[Aim], worths: Sequence[float], needed: float) -> list[str]:
     """Return one sentence a tie, of whichever direction is the closer."""
     sentences = []
     for said in dict.fromkeys(aim.said for aim in aims):
@@ -151,7 +159,7 @@ def _parted(aims: Sequence[Aim], worths: Sequence[float], needed: float) -> list
     return sentences
 
 
-def _narrowed(aim: Aim, products: Any) -> str:
+def _describe_narrowing(aim: Aim, products: Any) -> str:
     assert isinstance(aim, Narrowing)
     unit = aim.free[aim.number].unit
     unit = "" if unit == "1" else unit
@@ -168,7 +176,7 @@ def _narrowed(aim: Aim, products: Any) -> str:
     )
 
 
-def _never(tie: Tie) -> str:
+def _describe_never_parted(tie: Tie) -> str:
     remedy = next(
         (REMEDIES[name] for name in (tie.effect, tie.rival) if name in REMEDIES),
         "a second sensor would",
@@ -176,18 +184,18 @@ def _never(tie: Tie) -> str:
     return f"No motion will part {tie.effect} from {tie.rival}; {remedy}."
 
 
-def _nothing(best: Fit) -> str:
+def _describe_nothing_to_ask(best: Fit) -> str:
     """Return the sentence for a recording that leaves nothing to ask, with what it fixes."""
     fixed = [
         f"{name} to {max(one.high - one.value, one.value - one.low) / abs(one.value):.2%}"
         for name, one in best.estimates.items()
-        if one.identifiable and one.value and not _shape(name)
+        if one.identifiable and one.value and not _is_shape(name)
     ]
     all_fixed = ", ".join(fixed)
     return f"Nothing is tied that motion could part, and no interval is wide: this recording fixes {all_fixed} of itself."
 
 
-def _shape(name: str) -> bool:
+def _is_shape(name: str) -> bool:
     effect, _, parameter = name.partition(".")
     return bool(parameter) and next(
         p.shape for p in BY_NAME[effect].parameters if p.name == parameter

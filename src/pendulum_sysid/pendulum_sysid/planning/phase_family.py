@@ -16,7 +16,7 @@ PULSE_S, PAUSE_S = 0.15, 0.6
 DECIMALS = 4
 
 
-def family(room: Envelope, seconds: float, rate_hz: float, seed: int) -> list[Phase]:
+def list_phases(room: Envelope, seconds: float, rate_hz: float, seed: int) -> list[Phase]:
     """Return phases of so many seconds each; the seed draws tones' phases and step sizes.
 
     Whether the rail is long enough for one is for a simulation to say.
@@ -40,21 +40,24 @@ def family(room: Envelope, seconds: float, rate_hz: float, seed: int) -> list[Ph
             if compute_kick_s(room, swings) < seconds / 2
         ]
         t = np.arange(max(2, round(seconds * rate_hz))) / rate_hz
-        found += [_sent(amplitude * wave) for wave in (ramps(t, 1), ramps(t, 2), stop_and_go(t))]
+        found += [
+            _make_samples(amplitude * wave)
+            for wave in (make_ramps(t, 1), make_ramps(t, 2), make_stop_and_go(t))
+        ]
     return found
 
 
-def ramps(t: Floats, periods: int) -> Floats:
+def make_ramps(t: Floats, periods: int) -> Floats:
     """Return slow ramps up, down and up again, -1 to 1: the cart breaks loose and comes to rest slowly."""
     return np.asarray(2 / np.pi * np.arcsin(np.sin(2 * np.pi * periods * t / (t[-1] + t[1]))))
 
 
-def stop_and_go(t: Floats) -> Floats:
+def make_stop_and_go(t: Floats) -> Floats:
     """Return pulses there and back with pauses in which everything comes to rest."""
     phase = np.mod(t, 2 * PULSE_S + PAUSE_S)
     way = np.where(np.mod(t // (2 * PULSE_S + PAUSE_S), 2) == 0, 1.0, -1.0)
     return way * np.select([phase < PULSE_S, phase < 2 * PULSE_S], [1.0, -1.0], 0.0)
 
 
-def _sent(commands: Floats) -> Samples:
+def _make_samples(commands: Floats) -> Samples:
     return Samples(commands=tuple(np.round(commands, DECIMALS).tolist()))

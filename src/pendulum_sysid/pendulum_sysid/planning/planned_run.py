@@ -60,7 +60,7 @@ class Lanes:
 
 
 @dataclass(frozen=True)
-class Played:
+class PlayedRun:
     """Hold what was sent, (lanes, n), and what the sensors showed, (lanes, n, 4), and where the lanes are now."""
 
     commands: Floats
@@ -81,7 +81,7 @@ class Played:
         )
 
 
-def hanging(theta: Floats, period_s: float) -> Lanes:
+def make_hanging_lanes(theta: Floats, period_s: float) -> Lanes:
     """Return twins with words (lanes, SIZE) at the begin of their plans, as after a reset: truly at rest in the middle."""
     true = np.repeat(np.array([HANGING]), len(theta), axis=0)
     shown = apply_sensors(true, theta, np.zeros(len(theta)))
@@ -93,7 +93,7 @@ def hanging(theta: Floats, period_s: float) -> Lanes:
     return Lanes(theta, period_s, true, shown, memory, 0, shown[:, 0].copy(), (None,) * len(theta))
 
 
-def played(lanes: Lanes, plans: Sequence[Excitation], samples: int) -> Played:
+def play_plans(lanes: Lanes, plans: Sequence[Excitation], samples: int) -> PlayedRun:
     """Return so many samples of each lane's plan, from where the lanes are."""
     count, sub = len(lanes.theta), kernel.count_substeps(lanes.period_s)
     commands, states = np.empty((count, samples)), np.empty((count, samples, 4))
@@ -102,7 +102,7 @@ def played(lanes: Lanes, plans: Sequence[Excitation], samples: int) -> Played:
     drive, out = np.empty((count, sub)), np.empty((count, 2, 4))
     lane_of, begin = np.arange(count), np.zeros(count, dtype=np.int64)
     reports = select_reporting_effects(lanes.theta)
-    drives = [_drive_of(theta, lanes.period_s / sub) for theta in lanes.theta]
+    drives = [_make_drive(theta, lanes.period_s / sub) for theta in lanes.theta]
     for n in range(samples):
         k = lanes.sample + n
         for i, plan in enumerate(plans):
@@ -110,7 +110,7 @@ def played(lanes: Lanes, plans: Sequence[Excitation], samples: int) -> Played:
                 way[i] = find_command_direction(shown[i, 0] - lanes.start_m[i])
             commands[i, n] = compute_command(plan, k, shown[i, 0], shown[i, 2], way[i] or 0)
         states[:, n] = shown
-        _driven(drives, commands[:, n], memory, k * sub, drive)
+        _drive_lanes(drives, commands[:, n], memory, k * sub, drive)
         run_mechanics(drive, lane_of, begin, true, lanes.theta, lanes.period_s / sub, sub, out)
         true = out[:, 1].copy()
         now = apply_sensors(true, lanes.theta, np.full(count, (k + 1) * lanes.period_s))
@@ -122,7 +122,7 @@ def played(lanes: Lanes, plans: Sequence[Excitation], samples: int) -> Played:
     after = replace(
         lanes, true=true, shown=shown, memory=memory, sample=lanes.sample + samples, way=tuple(way)
     )
-    return Played(commands, states, after)
+    return PlayedRun(commands, states, after)
 
 
 @dataclass(frozen=True)
@@ -136,12 +136,12 @@ class _Drive:
     offsets: Ints
 
 
-def _drive_of(theta: Floats, h: float) -> _Drive:
+def _make_drive(theta: Floats, h: float) -> _Drive:
     on, h = find_active_effects(theta), h * float(compute_paces(theta))
     return _Drive(theta, on, bool(np.any(on & _FILTERS)), h, compute_memory_offsets(h))
 
 
-def _driven(
+def _drive_lanes(
     drives: list[_Drive],
     commands: Floats,
     memory: tuple[Floats, ...],

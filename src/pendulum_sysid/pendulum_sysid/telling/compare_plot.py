@@ -34,7 +34,7 @@ def check_format(path: Path) -> None:
         )
 
 
-def draw(
+def draw_comparison(
     path: Path, title: str, names: tuple[str, str], runs: tuple[WindowRuns, WindowRuns]
 ) -> None:
     """Write the picture, png, svg or pdf by its name, whole or not at all.

@@ -18,7 +18,7 @@ MOST_INTERVALS = 8
 SHORTEST_SPAN_S = 0.1
 
 
-def number(value: Any, digits: int = 3) -> str:
+def format_number(value: Any, digits: int = 3) -> str:
     """Return a number with so many significant digits; a dash for what is no number."""
     real = _real(value)
     if real is None:
@@ -28,7 +28,7 @@ def number(value: Any, digits: int = 3) -> str:
     return _fixed(real, digits - 1 - exponent + scale, scale) + _power(scale)
 
 
-def estimate(value: Any, low: Any, high: Any) -> tuple[str, str]:
+def format_estimate(value: Any, low: Any, high: Any) -> tuple[str, str]:
     """Return a value and its interval "[low, high]", with as many digits as the interval's half-width is worth."""
     middle, bottom, top = _real(value), _real(low), _real(high)
     if (
@@ -38,7 +38,9 @@ def estimate(value: Any, low: Any, high: Any) -> tuple[str, str]:
         or not all(map(math.isfinite, (middle, bottom, top)))
     ):
         told = any(bound is not None and math.isfinite(bound) for bound in (bottom, top))
-        return number(value, 4), f"[{number(low)}, {number(high)}]" if told else NOTHING
+        return format_number(
+            value, 4
+        ), f"[{format_number(low)}, {format_number(high)}]" if told else NOTHING
     exponent = max(_exponent(v) for v in (middle, bottom, top))
     scale = 0 if exponent in PLAIN_EXPONENTS else exponent
     decimals = _decimals(max(middle - bottom, top - middle), exponent) + scale
@@ -46,18 +48,18 @@ def estimate(value: Any, low: Any, high: Any) -> tuple[str, str]:
     return texts[0] + _power(scale), f"[{texts[1]}, {texts[2]}]{_power(scale)}"
 
 
-def quantity(value: Any, unit_name: Any, digits: int = 3) -> str:
+def format_quantity(value: Any, unit_name: Any, digits: int = 3) -> str:
     """Return a number with its unit."""
-    return with_unit(number(value, digits), unit_name)
+    return add_unit(format_number(value, digits), unit_name)
 
 
-def with_unit(text: str, unit_name: Any) -> str:
+def add_unit(text: str, unit_name: Any) -> str:
     """Return a number's text with its unit, kept on one line; nothing is added to a dash or for a bare number."""
-    symbol = unit(unit_name)
+    symbol = format_unit(unit_name)
     return f"{text}{NO_BREAK_SPACE}{symbol}" if symbol and text != NOTHING else text
 
 
-def unit(name: Any) -> str:
+def format_unit(name: Any) -> str:
     """Return a unit such as "kg m^2" as "kg·m²", and nothing for "1" or None."""
     if not isinstance(name, str) or name in ("", "1"):
         return ""
@@ -65,13 +67,13 @@ def unit(name: Any) -> str:
     return raised.strip().replace(" ", "·")
 
 
-def count(value: Any) -> str:
+def format_count(value: Any) -> str:
     """Return a whole number, in groups of three digits from 10 000 on."""
     real = _real(value)
     return NOTHING if real is None or not math.isfinite(real) else _fixed(real, 0, 0)
 
 
-def percent(share: Any) -> str:
+def format_percent(share: Any) -> str:
     """Return a fraction in per cent."""
     real = _real(share)
     return (
@@ -81,17 +83,17 @@ def percent(share: Any) -> str:
     )
 
 
-def confidence(value: Any) -> str:
+def format_confidence(value: Any) -> str:
     """Return a probability in per cent, with no claim to certainty."""
     real = _real(value)
     if real is None or not math.isfinite(real):
         return NOTHING
     if real > 0.9995:
         return f"over 99.9{NO_BREAK_SPACE}%"
-    return f"{100 * real:.1f}{NO_BREAK_SPACE}%" if real > 0.99 else percent(real)
+    return f"{100 * real:.1f}{NO_BREAK_SPACE}%" if real > 0.99 else format_percent(real)
 
 
-def change(before: Any, after: Any) -> str:
+def format_change(before: Any, after: Any) -> str:
     """Return by how many per cent a value changed; a dash where there was none to compare with."""
     old, new = _real(before), _real(after)
     if old is None or new is None or old == 0 or not (math.isfinite(old) and math.isfinite(new)):
@@ -103,7 +105,7 @@ def change(before: Any, after: Any) -> str:
     return _minus(text) + f"{NO_BREAK_SPACE}%"
 
 
-def times_better(before: Any, after: Any) -> str:
+def describe_improvement(before: Any, after: Any) -> str:
     """Return the factor by which an error fell or grew, in words."""
     old, new = _real(before), _real(after)
     if (
@@ -117,11 +119,13 @@ def times_better(before: Any, after: Any) -> str:
     if abs(old / new - 1) < 0.005:
         return "the same"
     return (
-        f"{number(old / new)} times smaller" if old > new else f"{number(new / old)} times larger"
+        f"{format_number(old / new)} times smaller"
+        if old > new
+        else f"{format_number(new / old)} times larger"
     )
 
 
-def spans(intervals: Sequence[Sequence[float]] | None) -> str:
+def format_intervals(intervals: Sequence[Sequence[float]] | None) -> str:
     """Return stretches of a recording, in s, as "12.1–14.0 s", short ones as a moment; the first few of many."""
     whole = [(_real(pair[0]), _real(pair[1])) for pair in intervals or () if len(pair) == 2]
     texts = [_span(a, b) for a, b in whole if a is not None and b is not None]

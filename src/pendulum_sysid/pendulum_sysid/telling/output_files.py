@@ -19,7 +19,7 @@ from pendulum_twin.model import write_atomically
 
 def check_file(path: Path) -> None:
     """Raise BadInputError unless a file can be written at path, so that no long work ends in nothing."""
-    with writing(path):
+    with name_write_errors(path):
         if path.is_dir():
             raise BadInputError(
                 f"{path}: expected the name of a file to write, found a folder: name a file in it"
@@ -29,7 +29,7 @@ def check_file(path: Path) -> None:
 
 def check_folder(path: Path) -> None:
     """Raise BadInputError unless files can be written in the folder, or the folder be made; makes nothing."""
-    with writing(path):
+    with name_write_errors(path):
         there = next(p for p in (path, *path.absolute().parents) if p.exists())
     if not there.is_dir():
         raise BadInputError(
@@ -42,7 +42,7 @@ def check_folder(path: Path) -> None:
 
 
 @contextmanager
-def writing(path: Path) -> Iterator[None]:
+def name_write_errors(path: Path) -> Iterator[None]:
     """Turn an error of the file system into a BadInputError that names the place."""
     try:
         yield
@@ -55,13 +55,13 @@ def writing(path: Path) -> Iterator[None]:
 
 def write_text(path: Path, text: str) -> None:
     """Write text whole or not at all; raise BadInputError when it cannot be written."""
-    with writing(path):
+    with name_write_errors(path):
         write_atomically(path, text)
 
 
 def write_bytes(path: Path, data: bytes) -> None:
     """Write bytes whole or not at all; raise BadInputError when they cannot be written."""
-    with writing(path):
+    with name_write_errors(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
         try:
@@ -74,19 +74,19 @@ def write_bytes(path: Path, data: bytes) -> None:
             raise
 
 
-def json_text(value: Any) -> str:
+def format_json(value: Any) -> str:
     """Return value as JSON; null stands for NaN and infinity, which JSON does not have."""
-    return json.dumps(_plain(value), indent=2, allow_nan=False, ensure_ascii=False)
+    return json.dumps(_convert_to_json_types(value), indent=2, allow_nan=False, ensure_ascii=False)
 
 
-def _plain(value: Any) -> Any:
+def _convert_to_json_types(value: Any) -> Any:
     """Return value in JSON's own types: numpy's numbers and arrays become numbers and lists."""
     if isinstance(value, dict):
-        return {str(key): _plain(one) for key, one in value.items()}
+        return {str(key): _convert_to_json_types(one) for key, one in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(one) for one in value]
+        return [_convert_to_json_types(one) for one in value]
     if isinstance(value, np.generic | np.ndarray):
-        return _plain(value.tolist())
+        return _convert_to_json_types(value.tolist())
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value

@@ -21,10 +21,17 @@ from pendulum_twin.model import write_atomically
 
 TEMPLATE = "report.html.j2"
 FIRST_TRIALS = 12  # rows of the table of trials that are open; the others fold away
-FILTERS = (
-    display.number, display.quantity, display.count, display.percent, display.confidence,
-    display.change, display.times_better, display.spans, display.unit, display.with_unit,
-)  # fmt: skip
+FILTERS = {  # name in the template -> function
+    "number": display.format_number,
+    "quantity": display.format_quantity,
+    "count": display.format_count,
+    "percent": display.format_percent,
+    "confidence": display.format_confidence,
+    "change": display.format_change,
+    "times_better": display.describe_improvement,
+    "spans": display.format_intervals,
+    "with_unit": display.add_unit,
+}
 
 
 @dataclass(frozen=True)
@@ -102,8 +109,8 @@ def _make_environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters.update({function.__name__: function for function in FILTERS})
-    environment.globals.update(estimate=display.estimate, legend=_draw_legend())
+    environment.filters.update(FILTERS)
+    environment.globals.update(estimate=display.format_estimate, legend=_draw_legend())
     return environment
 
 
@@ -168,7 +175,7 @@ def _draw_evidence(evidence: Evidence, place: str, k: int) -> EvidenceRow:
 
 
 def _label_axis(name: str, unit: str) -> str:
-    return f"{name} ({display.unit(unit)})" if display.unit(unit) else name
+    return f"{name} ({display.format_unit(unit)})" if display.format_unit(unit) else name
 
 
 def _draw_channels(verdict: Verdict) -> list[Channel]:

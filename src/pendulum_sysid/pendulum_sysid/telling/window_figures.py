@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
 
 from pendulum_sysid.records import Ints, Overlay
-from pendulum_sysid.telling.display import quantity, unit
+from pendulum_sysid.telling.display import format_quantity, format_unit
 from pendulum_sysid.telling.svg import (
     AFTER,
     BEFORE,
@@ -47,7 +47,7 @@ def draw_windows(overlay: Overlay) -> list[str]:
         figure = Figure(figsize=(3.6, 2.5))
         runs, errors = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
         figure.subplots_adjust(**PANEL_MARGINS)
-        _prepare_axes(runs, errors, f"{overlay.channel} ({unit(overlay.unit)})")
+        _prepare_axes(runs, errors, f"{overlay.channel} ({format_unit(overlay.unit)})")
         run_lines = [runs.plot([], [], **look)[0] for look in (MEASURED, BEFORE, AFTER)]
         error_lines = [errors.plot([], [], **look)[0] for look in (BEFORE, AFTER)]
         pictures = []
@@ -79,7 +79,9 @@ def draw_errors(overlay: Overlay, intervals_s: Sequence[Sequence[float]]) -> str
         axes.plot(times, after, marker="o", markersize=3, **AFTER)
         if np.any(np.isfinite([before, after])):
             _set_log_scale(axes)
-        axes.set_title(f"{overlay.channel}: error of each held-out window ({unit(overlay.unit)})")
+        axes.set_title(
+            f"{overlay.channel}: error of each held-out window ({format_unit(overlay.unit)})"
+        )
         axes.set_xlabel("time in the recording (s)")
         axes.grid(axis="y", color=PALE, linewidth=0.3)
         label = f"Error of the {overlay.channel} in every held-out window"
@@ -176,7 +178,7 @@ def _set_log_scale(axes: Axes) -> None:
 
 def _describe_worst(errors: Floats, unit_name: str) -> str:
     finite = np.all(np.isfinite(errors))
-    return quantity(find_largest(errors), unit_name, 2) if finite else "infinitely far"
+    return format_quantity(find_largest(errors), unit_name, 2) if finite else "infinitely far"
 
 
 def _keep_near(values: Floats, low: float, high: float) -> Floats:

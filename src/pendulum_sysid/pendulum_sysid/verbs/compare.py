@@ -8,7 +8,7 @@ from pathlib import Path
 from pendulum_sysid.fitting.compare import Pair, compare_two
 from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.telling.output_files import check_file
-from pendulum_sysid.telling.tables import comparison_rows, table
+from pendulum_sysid.telling.tables import format_table, make_comparison_rows
 from pendulum_sysid.verbs.recordings import read_recordings
 from pendulum_sysid.verbs.replay import say_if_diverged
 from pendulum_sysid.verbs.said import ANSWERED
@@ -30,7 +30,7 @@ def run(arguments: argparse.Namespace) -> int:
     for path, one in zip(arguments.twin, pair.comparisons, strict=True):
         say_if_diverged(path, one)
     print(f"{pair.comparisons[0].count} windows of {pair.comparisons[0].seconds:g} s")
-    print(table(("measure", *names, "unit"), comparison_rows(pair.comparisons)))
+    print(format_table(("measure", *names, "unit"), make_comparison_rows(pair.comparisons)))
     print(
         f"\n{names[1]} is the better one in {pair.second_better} windows of {pair.comparisons[0].count}"
     )
@@ -50,7 +50,7 @@ def _check_plot(path: Path) -> None:
 
 
 def _draw(path: Path, title: str, names: tuple[str, str], pair: Pair) -> None:
-    from pendulum_sysid.telling.compare_plot import draw
+    from pendulum_sysid.telling.compare_plot import draw_comparison
 
-    draw(path, title, names, pair.runs)
+    draw_comparison(path, title, names, pair.runs)
     print(path)

@@ -8,7 +8,12 @@ from pathlib import Path
 
 from pendulum_sysid import pipeline
 from pendulum_sysid.records import Outcome
-from pendulum_sysid.telling.output_files import check_folder, json_text, write_text, writing
+from pendulum_sysid.telling.output_files import (
+    check_folder,
+    format_json,
+    name_write_errors,
+    write_text,
+)
 from pendulum_sysid.telling.report import write_report
 from pendulum_sysid.telling.verdict import NEXT_FILE
 from pendulum_sysid.verbs.recordings import read_recordings
@@ -40,13 +45,13 @@ def write_diagnosis(verdict: Verdict, folder: Path, started_from: Path) -> list[
     """
     files = {name: folder / name for name in ("verdict.json", "report.html", "twin.yaml")}
     improved, plan = files["twin.yaml"], folder / NEXT_FILE
-    with writing(folder):
+    with name_write_errors(folder):
         if verdict.twin is None and improved.exists() and not improved.samefile(started_from):
             improved.unlink()
         plan.unlink(missing_ok=True)
         if verdict.next_plan is not None:
             save_plan(parse_plan(verdict.next_plan), plan)
-        write_text(files["verdict.json"], json_text(verdict.to_dict()) + "\n")
+        write_text(files["verdict.json"], format_json(verdict.to_dict()) + "\n")
         if verdict.twin is not None:
             save_twin(verdict.twin, improved)
         write_report(verdict, files["report.html"])

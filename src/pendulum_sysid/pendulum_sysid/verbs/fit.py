@@ -10,8 +10,14 @@ from pendulum_sysid.fitting.thesis_fit import MOST_EVALUATIONS, fit_as_thesis
 from pendulum_sysid.fitting.window_runs import run_windows
 from pendulum_sysid.prepare import prepare, prepare_case
 from pendulum_sysid.records import Recording
-from pendulum_sysid.telling.output_files import check_file, writing
-from pendulum_sysid.telling.tables import ESTIMATES, estimate_rows, held_out_rows, number, table
+from pendulum_sysid.telling.output_files import check_file, name_write_errors
+from pendulum_sysid.telling.tables import (
+    ESTIMATES,
+    format_number,
+    format_table,
+    make_estimate_rows,
+    make_held_out_rows,
+)
 from pendulum_sysid.verbs.recordings import read_recordings
 from pendulum_sysid.verbs.said import ANSWERED, print_progress
 from pendulum_twin.model import Twin, load_twin, save_twin
@@ -28,7 +34,7 @@ def run(arguments: argparse.Namespace) -> int:
         fitted = fit_by_windows(bags, twin)
     else:
         fitted = fit_by_thesis(bags, twin, arguments.max_evaluations or MOST_EVALUATIONS)
-    with writing(arguments.out):
+    with name_write_errors(arguments.out):
         save_twin(fitted, arguments.out)
     print(f"\n{arguments.out}")
     return ANSWERED
@@ -46,13 +52,13 @@ def fit_by_windows(bags: list[Recording], twin: Twin) -> Twin:
         print_progress(
             "the fit stopped before it had settled: more may be gained by fitting again from its result"
         )
-    print(table(ESTIMATES, estimate_rows(case.twin, found)))
+    print(format_table(ESTIMATES, make_estimate_rows(case.twin, found)))
     if after.score > before.score:
         print_progress(
             "the fit is worse on windows it has not seen: no parameter repairs what is missing; ask sysid diagnose"
         )
     print(f"\n{len(parts.held_out)} held-out windows, which the fit has not seen")
-    print(table(("", "before", "after", "unit"), held_out_rows(before, after)))
+    print(format_table(("", "before", "after", "unit"), make_held_out_rows(before, after)))
     return found.twin
 
 
@@ -66,18 +72,18 @@ def fit_by_thesis(bags: list[Recording], twin: Twin, most_evaluations: int) -> T
     rows = [
         (
             m.name,
-            number(m.start),
-            number(m.fitted),
-            number(m.percent, 3),
+            format_number(m.start),
+            format_number(m.fitted),
+            format_number(m.percent, 3),
             m.unit,
             "at its bound" if m.at_bound else "",
         )
         for m in found.moved
     ]
-    print(table(("parameter", "start", "fitted", "moved by %", "unit", ""), rows))
+    print(format_table(("parameter", "start", "fitted", "moved by %", "unit", ""), rows))
     end = "settled" if found.converged else "stopped at the limit, not settled"
     print(
-        f"\nequation 29 on the fitted record: {number(found.before)} before, {number(found.after)} after"
+        f"\nequation 29 on the fitted record: {format_number(found.before)} before, {format_number(found.after)} after"
     )
     print(f"{found.evaluations} evaluations, {end}; nothing was held out")
     return found.twin

@@ -10,11 +10,11 @@ from pendulum_sysid.finding.search import search_effects
 from pendulum_sysid.finding.separation import Tie
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import HORIZONS, fit
-from pendulum_sysid.planning.next_experiment import planned_next
+from pendulum_sysid.planning.next_experiment import plan_next_experiment
 from pendulum_sysid.prepare import prepare
 from pendulum_sysid.reading.earlier_verdict import read_verdict
 from pendulum_sysid.records import Fit, Split
-from pendulum_sysid.telling.output_files import check_file, writing
+from pendulum_sysid.telling.output_files import check_file, name_write_errors
 from pendulum_sysid.verbs.recordings import read_recordings
 from pendulum_sysid.verbs.said import ANSWERED, print_progress
 from pendulum_twin.model import load_twin
@@ -36,12 +36,12 @@ def run(arguments: argparse.Namespace) -> int:
     """Print why to play what next, and write the plan where one helps."""
     check_file(arguments.out)
     done = _finished(arguments)
-    found = planned_next(
+    found = plan_next_experiment(
         done.case, done.split, done.best, done.ties, arguments.goal, arguments.seconds
     )
     print(found.why)
     if found.plan is not None:
-        with writing(arguments.out):
+        with name_write_errors(arguments.out):
             save_plan(parse_plan(found.plan), arguments.out)
         print(arguments.out)
     return ANSWERED

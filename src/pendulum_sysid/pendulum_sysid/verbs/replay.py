@@ -11,8 +11,8 @@ from typing import Any
 from pendulum_sysid.fitting.compare import compare
 from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.records import Comparison
-from pendulum_sysid.telling.output_files import json_text
-from pendulum_sysid.telling.tables import comparison_rows, table
+from pendulum_sysid.telling.output_files import format_json
+from pendulum_sysid.telling.tables import format_table, make_comparison_rows
 from pendulum_sysid.verbs.recordings import read_recordings
 from pendulum_sysid.verbs.said import ANSWERED, say
 from pendulum_twin.model import load_twin
@@ -24,10 +24,12 @@ def run(arguments: argparse.Namespace) -> int:
     found = compare(prepare_case(read_recordings([arguments.bag], arguments), twin))
     say_if_diverged(arguments.twin, found)
     if arguments.json:
-        print(json_text(make_mapping(found)))
+        print(format_json(make_mapping(found)))
     else:
         print(f"{found.count} windows of {found.seconds:g} s")
-        print(table(("measure", str(arguments.twin), "unit"), comparison_rows([found])))
+        print(
+            format_table(("measure", str(arguments.twin), "unit"), make_comparison_rows([found]))
+        )
     return ANSWERED
 
 
