@@ -140,10 +140,10 @@ TRIALS = (
 )
 
 
-def overlay(
+def make_overlay(
     channel: str, unit: str, size: float, off: float, windows: int = 14, rate_hz: int = 200
 ) -> Overlay:
-    """Make runs like those of a rig: after is close, before drifts off, sometimes out of the picture."""
+    """Make runs like those of a rig: after is close, before drifts off the picture at times."""
     rng = np.random.default_rng(1)
     times = 4.0 * np.arange(windows)[:, None] + np.arange(rate_hz + 1) / rate_hz
     since = times - times[:, :1]
@@ -155,7 +155,7 @@ def overlay(
     return Overlay(channel, unit, times, measured, before, after)
 
 
-def evidence() -> tuple[Evidence, ...]:
+def make_evidence() -> tuple[Evidence, ...]:
     v = np.linspace(-1.2, 1.2, 31)
     step = Evidence(
         "cart_velocity",
@@ -168,9 +168,9 @@ def evidence() -> tuple[Evidence, ...]:
     return step, Evidence("cart_position", "no more than chance", 0.04)
 
 
-def named() -> Verdict:
-    place = Localisation("cart", evidence(), ((12.1, 14.0), (31.0, 33.5)))
-    overlays = (overlay("cart", "m", 0.3, 0.08), overlay("pole", "rad", 2.0, 1.5))
+def make_named() -> Verdict:
+    place = Localisation("cart", make_evidence(), ((12.1, 14.0), (31.0, 33.5)))
+    overlays = (make_overlay("cart", "m", 0.3, 0.08), make_overlay("pole", "rad", 2.0, 1.5))
     return replace(
         Verdict.from_dict(CONTENT),
         command=COMMAND,
@@ -181,9 +181,9 @@ def named() -> Verdict:
     )
 
 
-def ended(outcome: Outcome) -> Verdict:
+def make_ended(outcome: Outcome) -> Verdict:
     """Make a verdict as each outcome leaves it."""
-    verdict = replace(named(), outcome=outcome, sentence=f"A sentence for {outcome.value}.")
+    verdict = replace(make_named(), outcome=outcome, sentence=f"A sentence for {outcome.value}.")
     empty = replace(verdict, missing_physics=(), masking=(), twin=Twin("inteco", RIG))
     match outcome:
         case Outcome.NOTHING_MISSING:
@@ -191,12 +191,12 @@ def ended(outcome: Outcome) -> Verdict:
         case Outcome.NOT_IN_CATALOGUE:
             return empty
         case Outcome.UNUSABLE:
-            return replace(unusable(), sentence=verdict.sentence)
+            return replace(make_unusable(), sentence=verdict.sentence)
         case _:
             return verdict
 
 
-def unusable() -> Verdict:
+def make_unusable() -> Verdict:
     """Make a verdict in which every field that may be empty is."""
     whole = Verdict.from_dict(CONTENT)
     return Verdict(
@@ -216,7 +216,7 @@ def unusable() -> Verdict:
 
 
 class Reader(HTMLParser):
-    """Collect a page's text, tags with attributes, and ids; fail on tags that are not closed in order."""
+    """Collect a page's text and tags; fail on tags that are not closed in order."""
 
     VOID = frozenset({"meta", "br"})
 
@@ -250,7 +250,7 @@ class Reader(HTMLParser):
 
 @pytest.fixture(scope="module")
 def html() -> str:
-    return render_page(named())
+    return render_page(make_named())
 
 
 def test_the_page_says_what_the_verdict_says(html: str) -> None:
@@ -285,7 +285,7 @@ def test_the_page_says_what_the_verdict_says(html: str) -> None:
 
 @pytest.mark.parametrize("outcome", Outcome)
 def test_every_outcome_has_its_page(outcome: Outcome) -> None:
-    text = Reader(render_page(ended(outcome))).text
+    text = Reader(render_page(make_ended(outcome))).text
     words = OUTCOMES[outcome]
     assert (
         words.title in text
@@ -299,15 +299,15 @@ def test_every_outcome_has_its_page(outcome: Outcome) -> None:
 
 
 def test_a_verdict_with_nothing_in_it_still_makes_a_page() -> None:
-    text = Reader(render_page(unusable())).text
+    text = Reader(render_page(make_unusable())).text
     assert "Nothing to draw" in text and "No faults found in the data" in text
     assert "None" not in re.sub(r"None[.\s]|None[ a-z]", "", text)
     assert "nan" not in text.lower().split()
 
 
 def test_only_a_command_that_was_run_is_shown() -> None:
-    assert "How to reproduce" in render_page(named())
-    assert "How to reproduce" not in render_page(replace(named(), command=""))
+    assert "How to reproduce" in render_page(make_named())
+    assert "How to reproduce" not in render_page(replace(make_named(), command=""))
 
 
 @pytest.mark.parametrize("shape", [(0, 0), (0, 101), (1, 1), (1, 2), (3, 101)])
@@ -322,15 +322,15 @@ def test_any_run_can_be_drawn(shape: tuple[int, int], value: float) -> None:
         np.full(shape, value),
         np.full(shape, math.pi),
     )
-    text = Reader(render_page(replace(unusable(), overlays=(still,)))).text
+    text = Reader(render_page(replace(make_unusable(), overlays=(still,)))).text
     assert ("Nothing to draw" in text) == (0 in shape)
 
 
 def test_a_run_out_of_the_picture_is_cut_and_said() -> None:
-    far = overlay("cart", "m", 0.3, 1000.0)
+    far = make_overlay("cart", "m", 0.3, 1000.0)
     low, high = compute_frame(far.measured[0], far.after[0])
     assert -0.6 < low < high < 0.6
-    assert "before: up to" in render_page(replace(unusable(), overlays=(far,)))
+    assert "before: up to" in render_page(replace(make_unusable(), overlays=(far,)))
 
 
 def test_a_product_and_what_was_measured_of_it_stand_at_the_picture() -> None:
@@ -339,7 +339,7 @@ def test_a_product_and_what_was_measured_of_it_stand_at_the_picture() -> None:
         "cart_velocity*time", "dry friction grows", 0.9, np.arange(5.0), np.arange(5.0), band,
         "time", "dry friction", "N", "cart",
     )  # fmt: skip
-    text = render_page(replace(named(), localisation=Localisation("cart", (product,))))
+    text = render_page(replace(make_named(), localisation=Localisation("cart", (product,))))
     assert "cart velocity × time" in text and "dry friction (N) against time (s)" in text
 
 
@@ -352,13 +352,13 @@ def test_windows_are_spread_over_the_record() -> None:
 def test_what_comes_from_data_is_escaped() -> None:
     evil = "<script>alert('x')</script>"
 
-    place = Localisation("cart", (replace(evidence()[0], variable=evil, finding=evil),))
+    place = Localisation("cart", (replace(make_evidence()[0], variable=evil, finding=evil),))
     verdict = replace(
-        poison(named(), evil),
+        poison(make_named(), evil),
         twin=Twin(evil, RIG),
         localisation=place,
         trials=(Trial((evil,), 1, 1, evil),),
-        overlays=(overlay(evil, evil, 1, 1),),
+        overlays=(make_overlay(evil, evil, 1, 1),),
         command=evil,
     )
     html = render_page(verdict)
@@ -409,16 +409,16 @@ def test_every_picture_has_words(html: str) -> None:
 
 
 def test_the_page_is_small_and_the_same_every_time(html: str, tmp_path: Path) -> None:
-    many = overlay("cart", "m", 0.3, 0.1, windows=400, rate_hz=1000)
-    long = replace(named(), overlays=(many,))
+    many = make_overlay("cart", "m", 0.3, 0.1, windows=400, rate_hz=1000)
+    long = replace(make_named(), overlays=(many,))
     assert max(len(html.encode()), len(render_page(long).encode())) < 1_000_000
-    write_report(named(), tmp_path / "new" / "report.html")
+    write_report(make_named(), tmp_path / "new" / "report.html")
     assert (tmp_path / "new" / "report.html").read_bytes() == html.encode()
     assert [path.name for path in (tmp_path / "new").iterdir()] == ["report.html"]
 
 
 def test_hypotheses_stand_best_first_and_the_chosen_one_is_marked() -> None:
-    rows = list_trial_rows(named())
+    rows = list_trial_rows(make_named())
     assert [row.trial.choose for row in rows] == sorted(row.trial.choose for row in rows)
     assert [row.turn for row in rows if row.chosen] == [6]
     assert (rows[0].bar, rows[-1].bar) == (pytest.approx(0.05, abs=0.02), 1.0)
@@ -427,8 +427,9 @@ def test_hypotheses_stand_best_first_and_the_chosen_one_is_marked() -> None:
 @pytest.mark.parametrize(
     ("value", "text"),
     [
-        (0, "0.00"), (1.14159, "1.14"), (-0.0421, "−0.0421"), (45678.9, "45 679"), (2.7344e-4, "2.73 × 10⁻⁴"),
-        (3e7, "3.00 × 10⁷"), (math.inf, "∞"), (math.nan, "–"), (None, "–"), ("<b>", "–"), (True, "–"),
+        (0, "0.00"), (1.14159, "1.14"), (-0.0421, "−0.0421"),
+        (45678.9, "45 679"), (2.7344e-4, "2.73 × 10⁻⁴"), (3e7, "3.00 × 10⁷"), (math.inf, "∞"),
+        (math.nan, "–"), (None, "–"), ("<b>", "–"), (True, "–"),
     ],
 )  # fmt: skip
 def test_numbers_have_sensible_digits(value: object, text: str) -> None:
@@ -436,7 +437,7 @@ def test_numbers_have_sensible_digits(value: object, text: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("held", "texts"),
+    ("numbers", "texts"),
     [
         ((0.46, 0.45, 0.47), ("0.460", "[0.450, 0.470]")),
         ((1.96, 1.9, 2.02), ("1.96", "[1.90, 2.02]")),
@@ -450,13 +451,15 @@ def test_numbers_have_sensible_digits(value: object, text: str) -> None:
     ],
 )
 def test_an_estimate_shows_the_digits_that_its_interval_is_worth(
-    held: tuple, texts: tuple[str, str]
+    numbers: tuple, texts: tuple[str, str]
 ) -> None:
-    assert tuple(text.replace("\u00a0", " ") for text in display.format_estimate(*held)) == texts
+    assert (
+        tuple(text.replace("\u00a0", " ") for text in display.format_estimate(*numbers)) == texts
+    )
 
 
 def test_units_are_set_as_one_writes_them() -> None:
-    assert [display.format_unit(one) for one in ("N s^2/m^2", "kg m^2", "1", None)] == [
+    assert [display.format_unit(name) for name in ("N s^2/m^2", "kg m^2", "1", None)] == [
         "N·s²/m²",
         "kg·m²",
         "",

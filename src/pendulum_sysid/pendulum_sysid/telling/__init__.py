@@ -1,0 +1,1 @@
+"""Tell people and programs what a diagnosis found: outcome, sentences, report, pictures, tables."""

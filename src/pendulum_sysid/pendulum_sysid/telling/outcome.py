@@ -80,7 +80,7 @@ def is_motion_effect(name: str) -> bool:
 
 
 def is_above_noise(findings: Findings) -> bool:
-    """Return whether the final fit leaves errors that the noise of the sensors does not explain."""
+    """Return whether the final fit leaves errors beyond the noise of the sensors."""
     return findings.best.choose > decisions.MISFIT_AT_NOISE
 
 

@@ -1,4 +1,4 @@
-"""Files that a command leaves behind: asked about before the work begins, and written whole or not at all."""
+"""Write the files of a command whole or not at all, and check them before the work begins."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from pendulum_twin.model import write_atomically
 
 
 def check_file(path: Path) -> None:
-    """Raise BadInputError unless a file can be written at path, so that no long work ends in nothing."""
+    """Raise BadInputError unless a file can be written at the path, before any long work."""
     with name_write_errors(path):
         if path.is_dir():
             raise BadInputError(
@@ -28,16 +28,18 @@ def check_file(path: Path) -> None:
 
 
 def check_folder(path: Path) -> None:
-    """Raise BadInputError unless files can be written in the folder, or the folder be made; makes nothing."""
+    """Raise BadInputError unless the folder takes files or can be made; make nothing."""
     with name_write_errors(path):
         there = next(p for p in (path, *path.absolute().parents) if p.exists())
     if not there.is_dir():
         raise BadInputError(
-            f"{path}: expected a folder to write to, found {there}, which is a file: name another place"
+            f"{path}: expected a folder to write to, found {there}, which is a file: "
+            "name another place"
         )
     if not os.access(there, os.W_OK | os.X_OK):
         raise BadInputError(
-            f"{path}: expected a place to write to, found {there} closed to writing: name another place"
+            f"{path}: expected a place to write to, found {there} closed to writing: "
+            "name another place"
         )
 
 
@@ -49,7 +51,8 @@ def name_write_errors(path: Path) -> Iterator[None]:
     except OSError as error:  # no room, no rights, a name that is too long
         reason = error.strerror or type(error).__name__
         raise BadInputError(
-            f"{path}: expected a place to write to, found that it is none ({reason}): name another place"
+            f"{path}: expected a place to write to, found that it is none ({reason}): "
+            "name another place"
         ) from error
 
 
@@ -82,9 +85,9 @@ def format_json(value: Any) -> str:
 def _convert_to_json_types(value: Any) -> Any:
     """Return value in JSON's own types: numpy's numbers and arrays become numbers and lists."""
     if isinstance(value, dict):
-        return {str(key): _convert_to_json_types(one) for key, one in value.items()}
+        return {str(key): _convert_to_json_types(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_convert_to_json_types(one) for one in value]
+        return [_convert_to_json_types(item) for item in value]
     if isinstance(value, np.generic | np.ndarray):
         return _convert_to_json_types(value.tolist())
     if isinstance(value, float) and not math.isfinite(value):

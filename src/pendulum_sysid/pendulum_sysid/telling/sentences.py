@@ -93,7 +93,8 @@ def format_number(value: float) -> str:
 
 def _describe_inseparable(named: tuple[Named, ...], findings: Findings) -> list[str]:
     on_recording = [
-        f"{effect.effect} cannot be told from {', '.join(effect.inseparable_from)} on this recording."
+        f"{effect.effect} cannot be told from {', '.join(effect.inseparable_from)} "
+        "on this recording."
         for effect in named
         if effect.inseparable_from
     ]

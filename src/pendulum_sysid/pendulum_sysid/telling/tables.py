@@ -27,12 +27,12 @@ def format_table(header: Row, rows: Sequence[Row]) -> str:
 
 
 def format_number(value: float | None, digits: int = 4) -> str:
-    """Return a number with so many significant digits; a dash for none."""
+    """Return a number with so many significant digits; a dash for nestimate."""
     return NOTHING if value is None else f"{value:.{digits}g}"
 
 
 def make_comparison_rows(comparisons: Sequence[Comparison]) -> list[Row]:
-    """Return one row a measure: its name, each comparison's value, its unit; measures that none has are left out."""
+    """Return a row a measure: name, each comparison's value, unit; empty measures are left out."""
     measures = (
         ("windows, cart RMSE", [c.cart_rmse_m for c in comparisons], "m"),
         ("windows, pole RMSE", [c.pole_rmse_rad for c in comparisons], "rad"),
@@ -63,26 +63,26 @@ ESTIMATES: Row = ("parameter", "before", "after", "95 % interval", "unit", "iden
 
 def make_estimate_rows(before: Twin, fit: Fit) -> list[Row]:
     """Return one row a fitted parameter, as headed by ESTIMATES."""
-    return [_make_estimate_row(name, before, one) for name, one in fit.estimates.items()]
+    return [_make_estimate_row(name, before, estimate) for name, estimate in fit.estimates.items()]
 
 
-def _make_estimate_row(name: str, before: Twin, one: Estimate) -> Row:
-    interval = f"[{format_number(one.low)}, {format_number(one.high)}]"
-    warning = "at its bound" if one.at_bound else ""
+def _make_estimate_row(name: str, before: Twin, estimate: Estimate) -> Row:
+    interval = f"[{format_number(estimate.low)}, {format_number(estimate.high)}]"
+    warning = "at its bound" if estimate.at_bound else ""
     was, unit = look_up_value(before, name)
     return (
         name,
         format_number(was),
-        format_number(one.value),
+        format_number(estimate.value),
         interval,
         unit,
-        "yes" if one.identifiable else "no",
+        "yes" if estimate.identifiable else "no",
         warning,
     )
 
 
 def look_up_value(twin: Twin, name: str) -> tuple[float | None, str]:
-    """Return a twin's value of "key" or "effect.parameter", None when it has none, and the unit."""
+    """Return a twin's value of "key" or "effect.parameter", None if it has none, and the unit."""
     effect, _, parameter = name.partition(".")
     if not parameter:
         return getattr(twin.rig, name), UNITS[name]

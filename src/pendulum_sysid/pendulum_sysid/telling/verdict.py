@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from scipy.stats import norm
+from scipy.special import ndtr
 
 from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.encoder_steps import find_encoder_step
@@ -113,7 +113,7 @@ def _describe_missing(named: Named, findings: Findings) -> MissingEffect:
     effect, best = BY_NAME[named.effect], findings.best
     most = decisions.MOST_LEAD_STANDARD_ERRORS
     lead = most if named.lead.likely else min(named.lead.standard_errors, most)
-    confidence = float(norm.cdf(lead)) / (1 + len(named.inseparable_from))
+    confidence = float(ndtr(lead)) / (1 + len(named.inseparable_from))
     if is_above_noise(findings) and is_motion_effect(named.effect):
         confidence *= compute_explained_share(findings)
     parameters = {

@@ -1,4 +1,4 @@
-"""The JSON form of a verdict: `encode_verdict` and `decode_verdict`, both driven by the record's types."""
+"""The JSON form of a verdict: one function each way, both driven by the types of the record."""
 
 from __future__ import annotations
 

@@ -203,7 +203,7 @@ class Verdict:
     next_plan: dict | None = field(default=None, repr=False, compare=False)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return what verdict.json holds, in JSON's types; null stands for a number that is none."""
+        """Return what verdict.json holds, in JSON's types; None stands for NaN and infinity."""
         from pendulum_sysid.verdict.json_form import encode_verdict
 
         return encode_verdict(self)
