@@ -11,8 +11,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import solve_banded
 from scipy.optimize import minimize_scalar
-from scipy.signal import lfilter
 
 from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.smooth_state import SmoothState
@@ -91,10 +91,14 @@ def _report(signals: Signals, rates: Floats, delay_s: float, time_constant_s: fl
     keep = float(np.exp(-signals.period_s / time_constant_s)) if time_constant_s > 0 else 0.0
     for stretch in signals.stretches:
         n = np.arange(stretch.stop - stretch.start, dtype=np.float64)
-        for k in range(rates.shape[1]):
-            late = np.interp(n - delay_s / signals.period_s, n, rates[stretch, k])
-            start = [keep * late[0]]
-            reported[stretch, k] = lfilter([1.0 - keep], [1.0, -keep], late, zi=start)[0]
+        at = n - delay_s / signals.period_s
+        late = np.column_stack(
+            [np.interp(at, n, rates[stretch, k]) for k in range(rates.shape[1])]
+        )
+        driven = (1.0 - keep) * late
+        driven[0] += keep * late[0]
+        diagonals = np.array([np.ones(len(n)), np.full(len(n), -keep)])
+        reported[stretch] = solve_banded((1, 0), diagonals, driven)  # y_k - keep y_k-1 = driven_k
     return reported
 
 
