@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -19,9 +19,10 @@ from pendulum_sysid.pipeline import diagnose
 from pendulum_sysid.prepare import prepare
 from pendulum_sysid.reading.raw import RawRecording
 from pendulum_sysid.records import Outcome, Recording
+from pendulum_sysid.studies.proof.answers import list_inseparable
 from pendulum_sysid.verdict.record import Verdict
 from pendulum_twin.model import Twin
-from support.hidden_physics import HIDDEN, INTECO, PERIOD_S, hidden
+from support.hidden_physics import HIDDEN, INTECO, PERIOD_S, record_hidden
 
 SIZE_ERROR = 0.05  # relative, of an effect's parameter
 CONSTANT_ERROR = 0.02  # relative, of the rig's constants where nothing is hidden
@@ -38,7 +39,7 @@ class KnownAnswer:
     name: of the case.
     effects: hidden effects and their parameters.
     seed: of the motion, the noise and the rig's constants.
-    named: effect -> the effects which no motion can tell from it; the names of the answer.
+    named: effects that the verdict has to name.
     fault: of the recording, beside its physics; None for none.
     finding: the kind of data quality that reports the fault.
     """
@@ -46,7 +47,7 @@ class KnownAnswer:
     name: str
     effects: Effects
     seed: int
-    named: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    named: tuple[str, ...] = ()
     fault: Fault | None = None
     finding: str = ""
 
@@ -108,11 +109,11 @@ TRIPLE = {"cart_sign_inverted": {}, **DRY, "pole_quadratic_drag": {"n_m_s2": 2e-
 
 def _hide_alone(effect: str, seed: int = 1) -> KnownAnswer:
     name = effect if seed == 1 else f"{effect}, seed {seed}"
-    return KnownAnswer(name, {effect: HIDDEN[effect]}, seed, {effect: ()})
+    return KnownAnswer(name, {effect: HIDDEN[effect]}, seed, (effect,))
 
 
 def _hide_unseparable(effect: str, shown: str, **values: float) -> KnownAnswer:
-    return KnownAnswer(effect, {effect: values}, 1, {shown: (effect,)})
+    return KnownAnswer(effect, {effect: values}, 1, (shown,))
 
 
 def _hide_nothing(seed: int) -> KnownAnswer:
@@ -120,12 +121,12 @@ def _hide_nothing(seed: int) -> KnownAnswer:
 
 
 def _hide_set(effects: Effects, seed: int = 2) -> KnownAnswer:
-    return KnownAnswer(" + ".join(effects), effects, seed, dict.fromkeys(effects, ()))
+    return KnownAnswer(" + ".join(effects), effects, seed, tuple(effects))
 
 
 def _add_fault(fault: Fault, finding: str) -> KnownAnswer:
     effects = {**DRY, **DELAY}
-    return KnownAnswer(fault.__name__, effects, 5, dict.fromkeys(effects, ()), fault, finding)
+    return KnownAnswer(fault.__name__, effects, 5, tuple(effects), fault, finding)
 
 
 ANSWERS = {
@@ -159,7 +160,7 @@ ANSWERS = {
 
 def make_recording(case: KnownAnswer) -> tuple[Recording, Twin]:
     """Return the recording of a case, and the twin that made it."""
-    recording, truth = hidden(dict(case.effects), case.seed)
+    recording, truth = record_hidden(dict(case.effects), case.seed)
     if case.fault is None:
         return recording, truth
     signals = recording.signals
@@ -180,13 +181,16 @@ diagnose_once = functools.cache(diagnose_case)  # one diagnosis serves every tes
 
 def list_mistakes(case: KnownAnswer, verdict: Verdict) -> list[str]:
     """Return what a verdict has wrong, in sentences; none when it is right."""
-    named = {effect.effect: effect.cannot_be_told_from for effect in verdict.missing_physics}
+    ties = {effect.effect: effect.cannot_be_told_from for effect in verdict.missing_physics}
     outcome = Outcome.NAMED if case.named else Outcome.NOTHING_MISSING
     mistakes = []
     if verdict.outcome is not outcome:
         mistakes.append(f"the outcome is {verdict.outcome.value}")
-    if named != case.named:
-        mistakes.append(f"{named} are named")
+    if set(ties) != set(case.named):
+        mistakes.append(f"{', '.join(ties) or 'nothing'} is named")
+    for name, inseparable_from in ties.items():
+        if not set(list_inseparable(name)) <= set(inseparable_from):
+            mistakes.append(f"{name} stands without the effects that no motion can tell from it")
     if case.finding not in ("", *(finding.kind for finding in verdict.data_quality)):
         mistakes.append(f"no {case.finding} is reported")
     mistakes += _list_wrong_sizes(case, verdict)

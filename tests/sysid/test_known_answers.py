@@ -5,7 +5,7 @@ All of them are diagnosed by `python tests/bench/known_answers.py`.
 
 import numpy as np
 import pytest
-from support.hidden_physics import HIDDEN, INTECO, hidden
+from support.hidden_physics import HIDDEN, INTECO, record_hidden
 from support.known_answers import (
     ANSWERS,
     DRY,
@@ -59,7 +59,7 @@ def test_effects_that_no_motion_can_tell_apart_are_in_the_sentence() -> None:
 def test_an_asymmetry_is_named_or_what_it_cannot_be_told_from() -> None:
     """A cart that never rests shows asymmetric dry friction as friction and a constant force."""
     effects = {**DRY, "cart_friction_asymmetry": {"ratio": 0.3}}
-    verdict = diagnose([hidden(effects, seed=1)[0]], INTECO, lambda line: None)
+    verdict = diagnose([record_hidden(effects, seed=1)[0]], INTECO, lambda line: None)
     named = {effect.effect: effect.cannot_be_told_from for effect in verdict.missing_physics}
     assert FRICTION in named
     candidates = {*named, *(name for ties in named.values() for name in ties)}
