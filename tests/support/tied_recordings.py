@@ -8,7 +8,7 @@ import numpy as np
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import fit
 from pendulum_sysid.fitting.split import split_windows
-from pendulum_sysid.planning.planned_run import hanging, played
+from pendulum_sysid.planning.planned_run import make_hanging_lanes, play_plans
 from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.records import Fit, Recording, Split
 from pendulum_twin.model import Twin
@@ -23,28 +23,28 @@ RIG = replace(INTECO.rig, cart_viscous_n_s_m=2.1, force_per_pwm_n=9.6, pole_visc
 ROOM = make_envelope(INTECO.rig)
 
 
-def gentle(seconds: float, amplitude: float, from_hz: float = 0.3, to_hz: float = 0.6) -> Floats:
+def make_gentle_sweep(seconds: float, amplitude: float, from_hz: float = 0.3, to_hz: float = 0.6) -> Floats:
     """Return a slow sweep that hardly moves the pole."""
     t = np.arange(round(seconds / PERIOD_S)) * PERIOD_S
     return amplitude * np.cos(2 * np.pi * (from_hz + (to_hz - from_hz) * t / seconds / 2) * t)
 
 
-def hidden_twin(effects: dict[str, dict[str, float]]) -> Twin:
+def make_hidden_twin(effects: dict[str, dict[str, float]]) -> Twin:
     """Return the rig as it really is."""
     return Twin("hidden", RIG, effects)
 
 
-def recorded(twin: Twin, command: Floats, seed: int = 1) -> Recording:
+def record_twin(twin: Twin, command: Floats, seed: int = 1) -> Recording:
     """Return what encoders show of a twin that is sent a command."""
     states, n = made_states(twin, command), len(command)
     return _encoded(command, states, np.ones(n, bool), seed)
 
 
-def plan_recorded(twin: Twin, plan: dict[str, Any], seed: int = 2) -> Recording:
+def record_plan(twin: Twin, plan: dict[str, Any], seed: int = 2) -> Recording:
     """Return what encoders show of a twin on which a plan file is played."""
     excitation = make_excitation(parse_plan(plan), ROOM)
-    run = played(
-        hanging(make_theta(twin)[None], 1 / excitation.rate_hz),
+    run = play_plans(
+        make_hanging_lanes(make_theta(twin)[None], 1 / excitation.rate_hz),
         [excitation],
         len(excitation.commands),
     )
@@ -60,7 +60,7 @@ def _encoded(command: Floats, states: Floats, every: np.ndarray, seed: int) -> R
     )
 
 
-def fitted(
+def fit_recordings(
     recordings: list[Recording], twin: Twin, effects: tuple[str, ...] | None = None
 ) -> tuple[Case, Split, Fit]:
     """Return recordings as a case of the nominal twin, and the fit of these effects (the twin's own) from the truth."""

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.hidden_physics import CART_STEP_M, INTECO, POLE_STEP_RAD, excitation, hidden
+from support.hidden_physics import CART_STEP_M, INTECO, POLE_STEP_RAD, make_command, record_hidden
 from support.made_recordings import PERIOD_S, made, without_joint
 
 from pendulum_sysid.cleaning.smooth_state import smooth_state
@@ -22,9 +22,9 @@ def dead_at_first(
     effects: dict, dead_s: float, speed_m_s: float, seed: int, seconds: float = 20.0
 ) -> Recording:
     """Return a recording whose drive does nothing for a while, though commands are sent and recorded."""
-    _, truth = hidden(effects, seed, 10.0)
+    _, truth = record_hidden(effects, seed, 10.0)
     n, dead = round(seconds / PERIOD_S), round(dead_s / PERIOD_S)
-    sent = excitation(seed, n)
+    sent = make_command(seed, n)
     sent[:100] = 0.3 * np.sin(2 * np.pi * 1.1 * PERIOD_S * np.arange(100) + 0.7)
     driven = np.where(np.arange(n) < dead, 0.0, sent)
     every, zero = np.ones(n, dtype=bool), np.zeros(1, dtype=np.int64)
@@ -122,7 +122,7 @@ SLOW = {
 
 @pytest.mark.parametrize("effects", SLOW.values(), ids=SLOW)
 def test_a_slow_answer_is_an_answer(effects: dict) -> None:
-    assert [stale_s(hidden(effects, seed, 20.0)[0]) for seed in range(10)] == [[]] * 10
+    assert [stale_s(record_hidden(effects, seed, 20.0)[0]) for seed in range(10)] == [[]] * 10
 
 
 @pytest.mark.parametrize("name", SLOW)
@@ -169,4 +169,4 @@ def test_a_stretch_that_ends_early_may_be_left_out_as_a_whole() -> None:
     broken = replace(recording, signals=recording.signals.broken_at([round(2.0 / PERIOD_S)]))
     ((begin, end),) = stale_s(broken)
     assert begin == 0.0 and end == pytest.approx(2.0, abs=0.06)
-    assert stale_s(replace(broken, signals=hidden({}, 1, 20.0)[0].signals.broken_at([200]))) == []
+    assert stale_s(replace(broken, signals=record_hidden({}, 1, 20.0)[0].signals.broken_at([200]))) == []

@@ -11,6 +11,7 @@ from support.hidden_physics import CART_STEP_M, INTECO, POLE_STEP_RAD, make_comm
 from support.made_recordings import PERIOD_S, made, without_joint
 
 from pendulum_sysid import pipeline
+from pendulum_sysid.finding.detectors import Reading
 from pendulum_sysid.finding.search import Named
 from pendulum_sysid.pipeline import diagnose
 from pendulum_sysid.records import Estimate, Outcome, Recording
@@ -24,6 +25,7 @@ from pendulum_twin.rig import UNITS
 from pendulum_twin.signals import Floats, Signals
 
 COULOMB = {"cart_coulomb_friction": {"level_n": 0.5}}
+CERTAIN = Reading("cart_coulomb_friction", (0.34,), {"level_n": Estimate(0.34, 0.2, 0.6)})
 
 
 def silent(_: str) -> None:
@@ -184,7 +186,7 @@ def test_several_recordings_are_one() -> None:
 
 def test_rivals_make_it_ambiguous(friction: tuple[dict, Findings]) -> None:
     _, kept = friction
-    tied = replace(kept.named[0], rivals=("input_dead_zone", "rail_tilt"))
+    tied = replace(kept.named[0], inseparable_from=("input_dead_zone", "rail_tilt"))
     found = make_verdict(replace(kept, named=(tied,)), kept.case.recording, 1.0).to_dict()
     assert_as_in_the_contract(found)
     assert found["outcome"] == "ambiguous"
@@ -235,7 +237,7 @@ def test_friction_that_is_certain_is_kept_where_something_else_has_no_name(
     _, kept = friction
     far = replace(kept.best, choose=20.0)
     missed = replace(
-        kept, base=replace(kept.base, choose=25.0), best=far, steady=Estimate(0.34, 0.2, 0.6)
+        kept, base=replace(kept.base, choose=25.0), best=far, certain=(CERTAIN,)
     )
     found = make_verdict(missed, kept.case.recording, 1.0).to_dict()
     assert_as_in_the_contract(found)

@@ -1,9 +1,9 @@
-"""Which effects could stand in another one's place on given windows: screened by sensitivities, then refitted.
+"""Find which effects could stand in the place of another on given windows.
 
-To first order there are two views, and a tie may hide from either. From afar, with the effect
-taken out altogether, large dry friction is no sum of small ones; from near, with the effect made a
-little smaller, a delay is a lag. What is close in either view is fitted in the effect's place, and
-the distance taken there.
+Effects are screened by sensitivities, then refitted. To first order there are two views, and a tie
+may hide from either. From afar, with the effect taken out altogether, large dry friction is no sum
+of small effects; from near, with the effect made a little smaller, a delay is a lag. What is close
+in either view is fitted in the effect's place, and the distance is measured there.
 """
 
 from __future__ import annotations
@@ -33,12 +33,16 @@ LITTLE = 0.01  # of an effect, for the view from near
 
 
 @dataclass(frozen=True)
-class Question:
+class ExchangeQuestion:
     """Ask what could stand in the place of one effect.
 
-    theta: (SIZE,) of the twin with the effect. free: of the rig's constants and of the other
-    effects. power: (channels,) of the errors, weighed by how many windows each of the problem's
-    stands for. held: names of the other effects.
+    problem: the windows that decide.
+    power: (channels,) of the errors, weighed by how many windows each of the problem's stands for.
+    theta: (SIZE,) of the twin with the effect.
+    effect: whose place is asked about.
+    held: names of the other effects.
+    free: parameters of the rig's constants and of the other effects.
+    scales: typical sizes of the recording.
     """
 
     problem: Problem
@@ -50,103 +54,116 @@ class Question:
     scales: Scales
 
     @property
-    def without(self) -> Floats:
-        """Return the words with the effect taken out."""
+    def theta_without(self) -> Floats:
+        """Return theta (SIZE,) with the effect taken out."""
         theta = self.theta.copy()
         theta[SLOTS[self.effect.name]] = get_neutral_values(self.effect)
         return theta
 
-    def on_fewer_windows(self, most: int) -> Question:
-        """Return the same question on a part of the windows, each of which stands for more."""
+    def pick_windows(self, most: int) -> ExchangeQuestion:
+        """Return the same question on some of the windows, each of which stands for more."""
         windows = self.problem.windows
         kept = spread_indices(len(windows), most)
         problem = replace(self.problem, windows=windows.pick(kept))
         return replace(self, problem=problem, power=self.power * len(kept) / len(windows))
 
 
-def tied(
-    asked: Question, effects: Sequence[Effect], limit: float, also: Collection[str] = ()
+def find_near_effects(
+    question: ExchangeQuestion,
+    effects: Sequence[Effect],
+    limit: float,
+    also: Collection[str] = (),
 ) -> list[Tie]:
-    """Return the effects that a fit in the asked one's place brings nearer than a limit, standard errors, nearest first.
+    """Return the effects that, fitted in the effect's place, come nearer than a limit.
 
-    also: effects to be refitted, however far they seem; so is what the asked one contains. An
-    effect that the rig's
-    constants alone can stand in for is tied to them: then anything could take its place.
+    The nearest comes first. An effect that the rig's constants alone can stand in for is tied to
+    them: then anything could take its place.
+
+    limit: standard errors.
+    also: effects to be refitted, however far they seem; so is what the effect itself contains.
     """
-    always = {*also, *asked.effect.simpler}
-    seen = screened(asked, effects)
-    hidden = [
-        one for one in seen if one.rival is None and one.distance < decisions.APART_STANDARD_ERRORS
-    ]
+    always = {*also, *question.effect.simpler}
+    ties = screen_effects(question, effects)
+    apart = decisions.APART_STANDARD_ERRORS
+    hidden = [tie for tie in ties if tie.rival is None and tie.distance < apart]
     if hidden:
         return hidden
-    others = [one for one in seen if one.rival is not None]
-    near = [one for one in others if one.distance < decisions.SCREENED_STANDARD_ERRORS][
-        : decisions.NEAREST_REFITTED
-    ]
-    near += [
-        one for one in others if one.rival in always and not any(one is other for other in near)
-    ]
-    return sorted(
-        (one for one in (refitted(asked, tie) for tie in near) if one.distance < limit),
-        key=lambda o: o.distance,
-    )
+    others = [tie for tie in ties if tie.rival is not None]
+    near = [tie for tie in others if tie.distance < decisions.SCREENED_STANDARD_ERRORS]
+    near = near[: decisions.NEAREST_REFITTED]
+    names = {tie.rival for tie in near}
+    near += [tie for tie in others if tie.rival in always and tie.rival not in names]
+    refitted = [refit_tie(question, tie) for tie in near]
+    return sorted((t for t in refitted if t.distance < limit), key=lambda tie: tie.distance)
 
 
-def screened(asked: Question, effects: Sequence[Effect]) -> list[Tie]:
-    """Return how far the effect lies from the rig's constants and from other effects to first order, nearest first.
+def screen_effects(question: ExchangeQuestion, effects: Sequence[Effect]) -> list[Tie]:
+    """Return how far the effect lies from other effects and constants to first order.
 
-    Of each other effect the nearest of its shapes, in the view in which it is nearer.
+    The nearest comes first: of each other effect the nearest of its shapes, in the view in which
+    it is nearer.
     """
-    others = [e for e in effects if is_rival(e, asked.effect) and e.name not in asked.held]
-    asked = asked.on_fewer_windows(decisions.SCREENING_WINDOWS)
+    effect = question.effect
+    others = [e for e in effects if is_rival(e, effect) and e.name not in question.held]
+    question = question.pick_windows(decisions.SCREENING_WINDOWS)
     nearest: dict[str | None, Tie] = {}
-    for one in (*_from_afar(asked, others), *_from_near(asked, others)):
-        if one.rival not in nearest or one.distance < nearest[one.rival].distance:
-            nearest[one.rival] = one
-    return sorted(nearest.values(), key=lambda one: one.distance)
+    for tie in (*_view_from_afar(question, others), *_view_from_near(question, others)):
+        if tie.rival not in nearest or tie.distance < nearest[tie.rival].distance:
+            nearest[tie.rival] = tie
+    return sorted(nearest.values(), key=lambda tie: tie.distance)
 
 
-def _from_afar(asked: Question, others: Sequence[Effect]) -> list[Tie]:
-    tried = tuple(one for e in others for one in make_shapes(asked.without, e, asked.scales))
-    return _seen(asked, asked.without, tried, asked.theta, 1.0)
+def _view_from_afar(question: ExchangeQuestion, others: Sequence[Effect]) -> list[Tie]:
+    """Return the distances where the effect is taken out altogether."""
+    theta, scales = question.theta_without, question.scales
+    tried = tuple(shape for other in others for shape in make_shapes(theta, other, scales))
+    return _measure_distances(question, theta, tried, question.theta, 1.0)
 
 
-def _from_near(asked: Question, others: Sequence[Effect]) -> list[Tie]:
-    if not asked.effect.parameters:
+def _view_from_near(question: ExchangeQuestion, others: Sequence[Effect]) -> list[Tie]:
+    """Return the distances where the effect is made a little smaller."""
+    theta, scales = question.theta, question.scales
+    if not question.effect.parameters:
         return []
-    tried = tuple(one for e in others for one in make_shapes(asked.theta, e, asked.scales, LITTLE))
-    less = make_shape_of(asked.theta, asked.effect, asked.scales).between(
-        asked.theta, 1.0 - LITTLE
-    )
-    return _seen(asked, asked.theta, tried, less, -1.0 / LITTLE)
+    tried = tuple(shape for other in others for shape in make_shapes(theta, other, scales, LITTLE))
+    own = make_shape_of(theta, question.effect, scales)
+    smaller = own.between(theta, 1.0 - LITTLE)
+    return _measure_distances(question, theta, tried, smaller, -1.0 / LITTLE)
 
 
-def _seen(
-    asked: Question, theta: Floats, tried: tuple[Shape, ...], target: Floats, times: float
+def _measure_distances(
+    question: ExchangeQuestion,
+    theta: Floats,
+    tried: tuple[Shape, ...],
+    target: Floats,
+    times: float,
 ) -> list[Tie]:
-    """Return ties about words; the effect is the change from them to target, so many times."""
-    found = compute_columns(asked.problem, theta, asked.free, asked.power, tried, target[None])
-    wanted = times * found.asked()
-    ties = [Tie(asked.effect.name, None, compute_rest(found, wanted).distance, asked.without)]
-    for k, one in enumerate(tried):
-        if found.shows(k):
-            left = compute_rest(found, wanted, k)
-            ties.append(
-                Tie(
-                    asked.effect.name,
-                    one.effect.name,
-                    left.distance,
-                    make_nearest_theta(found, asked.without, k, left),
-                )
-            )
+    """Return ties about theta; the effect is the change from theta to a target, so many times."""
+    columns = compute_columns(
+        question.problem, theta, question.free, question.power, tried, target[None]
+    )
+    name, without, wanted = (
+        question.effect.name,
+        question.theta_without,
+        times * columns.get_target(),
+    )
+    ties = [Tie(name, None, compute_rest(columns, wanted).distance, without)]
+    for k, shape in enumerate(tried):
+        if columns.is_visible(k):
+            rest = compute_rest(columns, wanted, k)
+            nearest = make_nearest_theta(columns, without, k, rest)
+            ties.append(Tie(name, shape.effect.name, rest.distance, nearest))
     return ties
 
 
-def refitted(asked: Question, tie: Tie) -> Tie:
-    """Return a tie with the rival fitted in the effect's place, and how far the two are apart from there."""
+def refit_tie(question: ExchangeQuestion, tie: Tie) -> Tie:
+    """Return a tie with the rival fitted in the effect's place, and the distance from there."""
     assert tie.rival is not None
-    free = (*asked.free, *list_effect_parameters(BY_NAME[tie.rival], asked.scales))
-    theta = solve(asked.problem, tie.theta, free, iterations=decisions.REFIT_ITERATIONS).theta
-    found = compute_columns(asked.problem, theta, free, asked.power, (), asked.theta[None])
-    return replace(tie, distance=compute_rest(found, found.asked()).distance, theta=theta)
+    free = (*question.free, *list_effect_parameters(BY_NAME[tie.rival], question.scales))
+    iterations = decisions.REFIT_ITERATIONS
+    theta = solve(question.problem, tie.theta, free, iterations=iterations).theta
+    columns = compute_columns(
+        question.problem, theta, free, question.power, (), question.theta[None]
+    )
+    distance = compute_rest(columns, columns.get_target()).distance
+    return replace(tie, distance=distance, theta=theta)

@@ -15,17 +15,22 @@ from pendulum_twin.parameter_vector import SLOTS
 from pendulum_twin.rig import Rig
 from pendulum_twin.signals import Floats
 
-MOVED = 0.05  # of a shape's value (or of its size at 0), by which it is moved to see how its neighbours show
+# Part of a shape's value (or of its size at 0) by which it is moved to see how neighbours show.
+MOVED = 0.05
 
 
 @dataclass(frozen=True)
 class Shape:
-    """Hold one way in which an effect may show, as words to compare with those of a twin without it.
+    """Hold one way in which an effect may show, to compare with a twin without it.
 
-    whole: (SIZE,) all sizes typical. alone: (sizes, SIZE) each size typical, the others 0.
-    one_way: of each size, whether it has one sign only. moved: (shapes, SIZE) whole, with one
-    shape parameter moved a little. scales: of each parameter, in its own unit. An effect that is
-    on or off, and one that has shape parameters only, has one size: all of it.
+    An effect that is on or off, or that has shape parameters only, has one size: all of it.
+
+    effect: as the catalogue has it.
+    whole: (SIZE,) theta with all sizes typical.
+    alone: (sizes, SIZE) theta with each size typical, the others 0.
+    one_way: of each size, whether it has one sign only.
+    moved: (shapes, SIZE) whole, with one shape parameter moved a little.
+    scales: of each parameter, in its own unit.
     """
 
     effect: Effect

@@ -1,8 +1,8 @@
-"""What a planned recording will be able to find and to part, asked of the twin before anything is played on the rig.
+"""Predict with the twin what a planned recording will be able to find and to tell apart.
 
-The twin plays the plan, its encoders round, and every effect of the catalogue is asked, one at a
-time: at which size would it stand out of the noise although the rig's constants do what they can
-to explain it (`separation`), and from which other effects will it not be told at a typical size?
+The twin plays the plan, and its encoders round. For every effect of the catalogue follow two
+answers: the size at which it stands out of the noise although the rig's constants explain as much
+of it as they can (`separation`), and the effects that it cannot be told from at a typical size.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 
 from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.smooth_state import smooth_state
-from pendulum_sysid.finding.exchange import Question, tied
+from pendulum_sysid.finding.exchange import ExchangeQuestion, find_near_effects
 from pendulum_sysid.finding.hypotheses import (
     Shape,
     choose_typical,
@@ -53,7 +53,7 @@ MOST_TYPICAL_SIZES = 100.0  # typical sizes at most: what is not found there is 
 
 @dataclass(frozen=True)
 class Encoders:
-    """Hold how finely the rig measures: counts a turn of the pole, one step of the cart's encoder (m)."""
+    """Hold the resolution of the sensors: counts a turn of the pole, step of the cart (m)."""
 
     pole_counts: int = 4096
     cart_step_m: float = 57e-6
@@ -61,13 +61,16 @@ class Encoders:
 
 @dataclass(frozen=True)
 class EffectRow:
-    """Say of one effect what a plan will show of it.
+    """Hold what a plan will show of an effect.
 
-    parameter, unit: of the size that the numbers below are; None for an effect that is on or off.
-    typical: all parameters at a typical size, name -> value; errors: standard errors at which it
-    stands. found_from: the size that stands FOUND standard errors out of the noise; named_from:
-    the size that a diagnosis names; None where no size does. not_told_from: effects that could
-    take its place at its typical size. by_no_motion: effects that look the same in every motion.
+    parameter, unit: what `found_from` and `named_from` are a size of; None for an effect that is
+        on or off.
+    typical: parameter's name -> value at a typical size.
+    errors: standard errors by which the typical size stands out of the noise.
+    found_from: the size that stands FOUND_STANDARD_ERRORS out of the noise; None for no size.
+    named_from: the size that a diagnosis names; None for no size.
+    not_told_from: effects that could take its place at its typical size.
+    by_no_motion: effects that look the same in every motion.
     """
 
     effect: str
@@ -83,7 +86,10 @@ class EffectRow:
 
 @dataclass(frozen=True)
 class Constant:
-    """Say how well a plan will fix one of the rig's constants: its value, and half the width of its 95 % interval."""
+    """Hold how well a plan fixes a constant of the rig.
+
+    half_width: of the 95 % interval, in `unit`.
+    """
 
     name: str
     unit: str
@@ -94,7 +100,12 @@ class Constant:
 
 @dataclass(frozen=True)
 class Isolability:
-    """Hold what a plan will show of a rig. seconds: of the plan. farthest_m: of the cart from the middle."""
+    """Hold what a plan will show of a rig.
+
+    twin: name of the twin.
+    seconds: length of the plan.
+    farthest_m: largest distance of the cart from the middle.
+    """
 
     twin: str
     seconds: float
@@ -107,71 +118,61 @@ class Isolability:
 def predict_isolability(
     twin: Twin, plan: Excitation, encoders: Encoders, rows: Collection[str] | None = None
 ) -> Isolability:
-    """Return what a recording of a plan on a rig like this twin will be able to find and to part.
+    """Predict what a recording of a plan on a rig like this twin can find and tell apart.
 
-    rows: names of the effects to ask about; None for all that the rig can have and the twin does
-    not hold.
+    encoders: resolution of the rig's sensors.
+    rows: names of the effects; None for all that the rig can have and the twin has not.
 
     Raises BadInputError when the twin's cart would leave the rail, or the plan is too short to be
     cut into windows.
     """
     theta = make_theta(twin)
     (run,) = _play_twins(twin, theta[None], plan, encoders)
-    farthest = float(np.max(np.abs(run.cart))) if run.cart is not None else 0.0
-    if twin.rig.rail_half_length_m is not None and not farthest < twin.rig.rail_half_length_m:
-        raise BadInputError(
-            f"plan: expected the twin's cart within the rail of +-{twin.rig.rail_half_length_m:g} m, found it at "
-            f"{farthest:.3g} m: play it weaker"
-        )
+    farthest = _check_on_rail(run, twin)
     case = make_case(Recording(twin.name, "", run), smooth_state(run), twin)
     problem, power = _make_problem(case)
     free = list_free_parameters(case.twin, tuple(twin.effects), case.scales)
-    asked = [
+    effects = [
         e
         for e in list_possible_effects(case.twin.rig)
         if e.name not in twin.effects and (rows is None or e.name in rows)
     ]
-    middle = tuple(choose_typical(make_shapes(theta, e, case.scales)) for e in asked)
-    found = compute_columns(
-        problem, theta, free, power, (), np.array([one.whole for one in middle])
-    )
+    middle = tuple(choose_typical(make_shapes(theta, e, case.scales)) for e in effects)
+    thetas = np.array([shape.whole for shape in middle])
+    columns = compute_columns(problem, theta, free, power, (), thetas)
     needed = compute_naming_threshold(
         int(decisions.DECIDING_SHARE * len(case.signals)) * len(case.noise)
     )
-    shares = [
-        _find_shares(problem, theta, free, power, middle, found, errors)
+    found, named = (
+        _find_shares(problem, theta, free, power, middle, columns, errors)
         for errors in (decisions.FOUND_STANDARD_ERRORS, needed)
-    ]
-    rivals = _find_inseparable(
-        case,
-        problem,
-        power,
-        free,
-        middle,
-        _play_twins(twin, np.array([s.whole for s in middle]), plan, encoders),
     )
-    made = tuple(
-        _make_row(
-            compute_rest(found, found.asked(k)).distance,
-            one,
-            shares[0][k],
-            shares[1][k],
-            rivals[k],
-            encoders,
+    runs = _play_twins(twin, thetas, plan, encoders)
+    inseparable = _find_inseparable(case, problem, power, free, middle, runs)
+    distances = _compute_distances(columns, len(middle))
+    lines = zip(distances.tolist(), middle, found, named, inseparable, strict=True)
+    effect_rows = tuple(_make_row(*line, encoders) for line in lines)
+    constants = _list_constants(columns, theta)
+    return Isolability(twin.name, plan.seconds, farthest, encoders, effect_rows, constants)
+
+
+def _check_on_rail(run: Signals, twin: Twin) -> float:
+    """Return the largest distance of the cart from the middle (m), if the cart stays on the rail."""
+    farthest = float(np.max(np.abs(run.cart))) if run.cart is not None else 0.0
+    if twin.rig.rail_half_length_m is not None and not farthest < twin.rig.rail_half_length_m:
+        raise BadInputError(
+            "plan: expected the twin's cart within the rail of "
+            f"+-{twin.rig.rail_half_length_m:g} m, found it at {farthest:.3g} m: play it weaker"
         )
-        for k, one in enumerate(middle)
-    )
-    return Isolability(
-        twin.name, plan.seconds, farthest, encoders, made, _list_constants(found, theta)
-    )
+    return farthest
 
 
 def _play_twins(twin: Twin, theta: Floats, plan: Excitation, encoders: Encoders) -> list[Signals]:
-    """Return what encoders show of twins with words (twins, SIZE) on which a plan is played."""
+    """Play a plan on twins, theta (twins, SIZE), and return what their encoders show."""
     run = play_plans(
         make_hanging_lanes(theta, 1 / plan.rate_hz), [plan] * len(theta), len(plan.commands)
     )
-    return [_encode_run(run.signals(k), encoders, twin) for k in range(len(theta))]
+    return [_encode_run(run.make_signals(k), encoders, twin) for k in range(len(theta))]
 
 
 def _find_inseparable(
@@ -182,21 +183,19 @@ def _find_inseparable(
     middle: tuple[Shape, ...],
     runs: list[Signals],
 ) -> list[tuple[str, ...]]:
-    """Return what each effect at its typical size cannot be told from on its own run."""
-    effects, held, found = list_possible_effects(case.twin.rig), tuple(case.twin.effects), []
-    for one, run in zip(middle, runs, strict=True):
+    """Return, for each effect at its typical size, the effects that its own run cannot exclude."""
+    effects, given = list_possible_effects(case.twin.rig), tuple(case.twin.effects)
+    inseparable = []
+    for shape, run in zip(middle, runs, strict=True):
         state = smooth_state(run)
         windows = replace(problem.windows, starts=state.states[problem.windows.begin])
         own = replace(problem, signals=run, windows=windows)
-        asked = Question(own, power, one.whole, one.effect, held, free, case.scales)
-        found.append(
-            tuple(
-                tie.rival
-                for tie in tied(asked, effects, decisions.APART_STANDARD_ERRORS)
-                if tie.rival is not None
-            )
+        question = ExchangeQuestion(
+            own, power, shape.whole, shape.effect, given, free, case.scales
         )
-    return found
+        ties = find_near_effects(question, effects, decisions.APART_STANDARD_ERRORS)
+        inseparable.append(tuple(tie.rival for tie in ties if tie.rival is not None))
+    return inseparable
 
 
 def _encode_run(run: Signals, encoders: Encoders, twin: Twin) -> Signals:
@@ -216,7 +215,10 @@ def _round_to_step(values: Floats, step: float) -> Floats:
 
 
 def _make_problem(case: Case) -> tuple[Problem, Floats]:
-    """Return windows spread over the run, and the noise's power as if all that a diagnosis decides on were there."""
+    """Return windows spread over the run, and the power of the noise.
+
+    The power is scaled as if all windows that a diagnosis decides on were there.
+    """
     windows = cut_windows(case.signals, case.state, WINDOW_S)
     if not len(windows):
         raise BadInputError(
@@ -233,88 +235,87 @@ def _find_shares(
     free: tuple[Free, ...],
     power: Floats,
     middle: tuple[Shape, ...],
-    found: Columns,
-    asked: float,
+    columns: Columns,
+    errors: float,
 ) -> list[float | None]:
-    """Return the share of its typical size at which each effect stands so many standard errors out of the noise.
+    """Return the share of its typical size at which each effect stands out of the noise.
 
-    By secants on logarithms: effects do not all grow in proportion to their size.
+    columns: of the effects at their typical sizes.
+    errors: standard errors that count as standing out.
+
+    Secant steps on logarithms, because effects do not all grow in proportion to their size.
     """
-    old, steep = np.zeros(len(middle)), np.ones(len(middle))
-    errors = np.log(np.maximum(_compute_distances(found, len(middle)), NOTHING) / asked)
-    share = np.clip(-errors, -LEAST_LOG_SIZE, np.log(MOST_TYPICAL_SIZES))
+
+    def compute_excess(shown: Columns) -> Floats:
+        return np.log(np.maximum(_compute_distances(shown, len(middle)), NOTHING) / errors)
+
+    old, slope = np.zeros(len(middle)), np.ones(len(middle))
+    excess = compute_excess(columns)
+    share = np.clip(-excess, -LEAST_LOG_SIZE, np.log(MOST_TYPICAL_SIZES))
     for _ in range(SECANT_STEPS):
-        tried = np.array(
-            [one.between(theta, float(s)) for one, s in zip(middle, np.exp(share), strict=True)]
-        )
-        again = compute_columns(problem, theta, free, power, (), tried)
-        new = np.log(np.maximum(_compute_distances(again, len(middle)), NOTHING) / asked)
-        moved = share - old
-        steep = np.where(
-            np.abs(moved) > 1e-3, (new - errors) / np.where(moved == 0.0, 1.0, moved), steep
-        )
-        steep = np.clip(steep, 0.3, 5.0)
-        old, errors = share, new
-        share = np.clip(share - new / steep, -LEAST_LOG_SIZE, np.log(MOST_TYPICAL_SIZES))
+        sizes = zip(middle, np.exp(share).tolist(), strict=True)
+        thetas = np.array([shape.between(theta, size) for shape, size in sizes])
+        new = compute_excess(compute_columns(problem, theta, free, power, (), thetas))
+        step = share - old
+        secant = (new - excess) / np.where(step == 0.0, 1.0, step)
+        slope = np.clip(np.where(np.abs(step) > 1e-3, secant, slope), 0.3, 5.0)
+        old, excess = share, new
+        share = np.clip(share - new / slope, -LEAST_LOG_SIZE, np.log(MOST_TYPICAL_SIZES))
     return [
         float(np.exp(s)) if abs(e) < SIZE_TOLERANCE else None
-        for s, e in zip(old, errors, strict=True)
+        for s, e in zip(old, excess, strict=True)
     ]
 
 
-def _compute_distances(found: Columns, count: int) -> Floats:
-    return np.array([compute_rest(found, found.asked(k)).distance for k in range(count)])
+def _compute_distances(columns: Columns, count: int) -> Floats:
+    """Return by how many standard errors each effect stands out of the noise."""
+    return np.array([compute_rest(columns, columns.get_target(k)).distance for k in range(count)])
 
 
 def _make_row(
     errors: float,
-    one: Shape,
-    share: float | None,
+    shape: Shape,
+    found: float | None,
     named: float | None,
-    rivals: tuple[str, ...],
+    inseparable: tuple[str, ...],
     encoders: Encoders,
 ) -> EffectRow:
-    effect, slot = one.effect, SLOTS[one.effect.name]
-    main = next(
-        (p for p in effect.parameters if not p.shape),
-        effect.parameters[0] if effect.parameters else None,
-    )
+    """Return the row of an effect; found, named: shares of its typical size, None for no size."""
+    effect, slot = shape.effect, SLOTS[shape.effect.name]
+    sizes = [p for p in effect.parameters if not p.shape] or list(effect.parameters)
+    main = sizes[0] if sizes else None
     # the zero of an angle is known no better than to half a step of its encoder
-    finest = (
-        np.pi / encoders.pole_counts
-        if main and effect.form is Form.MEASURE and main.unit == "rad"
-        else 0.0
-    )
+    is_angle = main is not None and effect.form is Form.MEASURE and main.unit == "rad"
+    finest = np.pi / encoders.pole_counts if is_angle else 0.0
 
-    def size(of: float | None) -> float | None:
-        if of is None or main is None:
+    def find_size(share: float | None) -> float | None:
+        if share is None or main is None:
             return None
-        value = float(one.between(one.whole, of)[slot.start + effect.parameters.index(main)])
+        place = slot.start + effect.parameters.index(main)
+        value = float(shape.between(shape.whole, share)[place])
         return value if main.shape else max(value, main.neutral + max(main.least, finest))
 
     return EffectRow(
         effect.name,
         None if main is None else main.name,
         "" if main is None else main.unit,
-        {p.name: float(one.whole[slot.start + n]) for n, p in enumerate(effect.parameters)},
+        {p.name: float(shape.whole[slot.start + n]) for n, p in enumerate(effect.parameters)},
         errors,
-        size(share),
-        size(named),
-        rivals if errors >= decisions.FOUND_STANDARD_ERRORS else (),
+        find_size(found),
+        find_size(named),
+        inseparable if errors >= decisions.FOUND_STANDARD_ERRORS else (),
         tuple(e.name for e in list_doubles(effect)),
     )
 
 
-def _list_constants(found: Columns, theta: Floats) -> tuple[Constant, ...]:
-    """Return how well the rig's constants will be fixed, all of them free together."""
-    count = len(found.free)
-    made = []
-    for one, deviation in zip(
-        found.free, compute_deviations(found.normal[:count, :count]), strict=True
-    ):
-        half = float(CERTAIN * deviation * one.size)
-        value = one.get(theta)
-        made.append(
-            Constant(one.name, one.unit, value, half, bool(half < max(abs(value), one.size)))
-        )
-    return tuple(made)
+def _list_constants(columns: Columns, theta: Floats) -> tuple[Constant, ...]:
+    """Return how well the plan fixes the rig's constants, all of them free together."""
+    count = len(columns.free)
+    deviations = compute_deviations(columns.normal[:count, :count])
+    constants = []
+    for parameter, deviation in zip(columns.free, deviations, strict=True):
+        half = float(CERTAIN * deviation * parameter.size)
+        value = parameter.get(theta)
+        identifiable = bool(half < max(abs(value), parameter.size))
+        constants.append(Constant(parameter.name, parameter.unit, value, half, identifiable))
+    return tuple(constants)

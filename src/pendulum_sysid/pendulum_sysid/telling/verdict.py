@@ -47,7 +47,7 @@ def make_verdict(findings: Findings, recording: Recording, elapsed_s: float) -> 
     named = tuple(
         effect for effect in findings.named if not (unnamed and is_motion_effect(effect.effect))
     )
-    certain = tuple(describe_certain(reading) for reading in findings.certain)
+    certain = tuple(describe_certain(r) for r in findings.certain) if unnamed else ()
     plan, why = findings.coming.plan, findings.coming.why
     return Verdict(
         outcome=outcome,
