@@ -6,25 +6,35 @@ import numpy as np
 
 from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.clock import find_runs
+from pendulum_sysid.cleaning.detector import Fault, Samples, list_spans
 from pendulum_twin.signals import Floats
 
 
-def find_clipped_runs(command: Floats) -> list[tuple[int, int]]:
-    """Return (first, stop) samples at which a varying command (n,) stood at its greatest magnitude; [] if hardly ever.
+def detect_clipping(samples: Samples) -> tuple[Samples, tuple[Fault, ...]]:
+    """Say where the command stood at its limit."""
+    raw = samples.raw
+    finite = np.isfinite(raw.command)
+    runs = find_clipped_runs(raw.command[finite])
+    return samples, (Fault("clipped", list_spans(raw.command_stamp_s[finite], runs)),)
 
-    Steps between constant levels are a plan, not clipping: the command must move towards the limit
+
+def find_clipped_runs(command: Floats) -> list[tuple[int, int]]:
+    """Return (first, stop) samples at which a varying command (n,) stood at its greatest magnitude.
+
+    None are returned when the command hardly ever stood there. Steps between constant levels are a plan, not clipping: the command must move towards the limit
     or away from it.
     """
     limit = float(np.max(np.abs(command), initial=0.0))
     if limit == 0.0:
         return []
     at_limit = np.abs(command) >= limit * (1 - 1e-9)
-    found = [
+    clipped = [
         (a, b)
         for a, b in find_runs(at_limit)
         if b - a >= decisions.CLIPPED_LEAST_SAMPLES and _glides(command, limit, a, b)
     ]
-    return found if sum(b - a for a, b in found) > decisions.CLIPPED_SHARE * len(command) else []
+    samples = sum(b - a for a, b in clipped)
+    return clipped if samples > decisions.CLIPPED_SHARE * len(command) else []
 
 
 def _glides(command: Floats, limit: float, first: int, stop: int) -> bool:

@@ -8,8 +8,18 @@ import numpy as np
 
 from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.clock import find_runs
+from pendulum_sysid.cleaning.detector import Fault, Samples, list_spans
 from pendulum_sysid.cleaning.jumps import measure_least_step
 from pendulum_twin.signals import Floats
+
+
+def detect_frozen(samples: Samples) -> tuple[Samples, tuple[Fault, ...]]:
+    """Leave out the samples that a frozen driver repeated."""
+    runs = find_frozen_runs(samples.stamps, list(samples.positions.values()))
+    moving = np.ones(len(samples.stamps), dtype=bool)
+    for first, stop in runs:
+        moving[first:stop] = False
+    return samples.pick(moving), (Fault("stale", list_spans(samples.stamps, runs)),)
 
 
 def find_frozen_runs(stamps: Floats, sensors: Sequence[Floats]) -> list[tuple[int, int]]:
@@ -36,13 +46,12 @@ def find_frozen_runs(stamps: Floats, sensors: Sequence[Floats]) -> list[tuple[in
 
 
 def _moved_on(values: Floats, floor: float, first: int, stop: int) -> bool:
-    """Tell whether one sensor shows that the rig moved during a standstill from sample first to sample stop."""
-    if first < decisions.FROZEN_NEAR_STEPS + 1 or stop + decisions.FROZEN_NEAR_STEPS + 1 >= len(
-        values
-    ):
+    """Tell whether a sensor shows that the rig moved while it stood still (first to stop)."""
+    near = decisions.FROZEN_NEAR_STEPS + 1
+    if first < near or stop + near >= len(values):
         return False
-    before = np.abs(np.diff(values[first - decisions.FROZEN_NEAR_STEPS - 1 : first + 1]))
-    after = np.abs(np.diff(values[stop : stop + decisions.FROZEN_NEAR_STEPS + 2]))
+    before = np.abs(np.diff(values[first - near : first + 1]))
+    after = np.abs(np.diff(values[stop : stop + near + 1]))
     stopped, resumed = float(before[-1]), float(after[0])
     speed = max(float(np.median(before[:-1])), float(np.median(after[1:])))
     elsewhere = (

@@ -18,18 +18,19 @@ STATE_CHANNELS = (*JOINTS, "cart_velocity", "pole_velocity")
 class RawRecording:
     """Hold the samples and commands of one recording with the times they carry.
 
-    state_stamp_s: (n,) sampling times in s from the first one; never falling, equal where a sample
-    came twice. cart (m), pole (rad), cart_velocity (m/s), pole_velocity (rad/s): (n,), or None
-    when the recording has none; NaN where a message lacked the value or held no finite one.
-    command_stamp_s: (m,) when each command was received, in s from the first sampling time.
-    command: (m,), NaN where it was not finite. Both empty when the recording has no commands.
-    lost_messages: how many messages of the two topics the bag's index counts beyond those that
-    could be read.
-    cut_short: True when a file ends before its end mark or is damaged, and no index shows that
-    nothing was lost.
+    state_stamp_s: (n,) sampling times, s from the first; never falling, equal where a sample came
+        twice.
+    cart, pole: (n,) positions, m and rad; NaN where a message lacked the value or held no finite
+        one; None when the recording has no such joint.
+    cart_velocity, pole_velocity: (n,) as reported, m/s and rad/s; NaN and None as above.
+    command_stamp_s: (m,) when each command was received, s from the first sampling time.
+    command: (m,) PWM fraction, NaN where it was not finite; empty when there are no commands.
+    lost_messages: messages of the two topics that the bag's index counts beyond those read.
+    cut_short: whether a file ends before its end mark or is damaged, and no index shows that
+        nothing was lost.
 
-    Raises BadInputError when there is one sample only, times run backwards, no joint is there, or
-    more than 5 % of a channel is not finite.
+    Raises UnusableRecording when there is one sample only, times run backwards, no joint is there,
+    or more than 5 % of a channel is not finite.
     """
 
     name: str
@@ -53,6 +54,17 @@ class RawRecording:
         for channel in STATE_CHANNELS:
             object.__setattr__(self, channel, _checked(channel, getattr(self, channel)))
         object.__setattr__(self, "command", _checked("command", self.command))
+
+    @property
+    def positions(self) -> dict[str, Floats]:
+        """Return the positions of the joints that the recording has, joint -> (n,) m or rad."""
+        joints = {joint: getattr(self, joint) for joint in JOINTS}
+        return {joint: values for joint, values in joints.items() if values is not None}
+
+    def get_velocity(self, joint: str) -> Floats | None:
+        """Return the reported velocities of a joint, (n,) m/s or rad/s."""
+        velocities: Floats | None = getattr(self, f"{joint}_velocity")
+        return velocities
 
 
 def _check_times(stamps: Floats) -> None:
