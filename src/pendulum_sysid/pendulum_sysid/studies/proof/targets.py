@@ -160,7 +160,8 @@ def _high_at_most(what: str, quantiles: Quantiles, most: float) -> Target:
 def _worst_at_most(what: str, quantiles: Quantiles, most: float) -> Target:
     beside = f"median {format_number(quantiles.median, 3)}, of {quantiles.count}"
     met = None if quantiles.worst is None else quantiles.worst <= most
-    return Target(what, f"worst {format_number(quantiles.worst, 3)}", beside, f"at most {most:g}", met)
+    result = f"worst {format_number(quantiles.worst, 3)}"
+    return Target(what, result, beside, f"at most {most:g}", met)
 
 
 def _format_percent(value: float | None) -> str:
