@@ -240,7 +240,7 @@ def test_a_dose_is_measured_in_half_widths() -> None:
     oracle = (make_size(true=0.5, value=0.52, half=0.1),)
     judgement = make_judgement(make_trial(COULOMB), make_answer(COULOMB), oracle=oracle)
     dose = measure_dose(COULOMB, 0.5, [judgement])
-    assert (dose.parameter, dose.size, dose.found) == ("level_n", 0.5, Share(1, 1))
+    assert (dose.parameter, dose.size, dose.named) == ("level_n", 0.5, Share(1, 1))
     assert dose.half_widths == pytest.approx(5.0)
 
 

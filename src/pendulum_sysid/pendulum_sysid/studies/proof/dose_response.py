@@ -27,7 +27,7 @@ class Dose:
 
     effect: the effect's name.
     factor: what the drawn sizes were multiplied by.
-    found: share of the tries in which the effect was named.
+    named: share of the tries in which the effect was named.
     parameter: the effect's parameter that stands out most; empty for none.
     unit: SI unit of the parameter.
     size: median of the true sizes, in the unit; None for none.
@@ -37,7 +37,7 @@ class Dose:
 
     effect: str
     factor: float
-    found: Share
+    named: Share
     parameter: str
     unit: str
     size: float | None
@@ -86,11 +86,11 @@ def measure_responses(
             doses[effects].append(measure_dose(_name_studied(effects), factor, tries))
 
     for factor in factors:
-        add([s for s in sets if not doses[s] or doses[s][-1].found.hits], factor)
+        add([s for s in sets if not doses[s] or doses[s][-1].named.hits], factor)
     lost_at = {
         effects: tried[-1].factor
         for effects, tried in doses.items()
-        if len(tried) > 1 and not tried[-1].found.hits
+        if len(tried) > 1 and not tried[-1].named.hits
     }
     for above, below in itertools.pairwise(factors):
         add([s for s in sets if lost_at.get(s) == below], math.sqrt(above * below))
@@ -102,10 +102,10 @@ def find_least(doses: Iterable[Dose]) -> Dose | None:
 
     doses: the largest first.
     """
-    found = itertools.takewhile(
-        lambda dose: dose.found.value is not None and dose.found.value >= LEAST_SHARE_FOUND, doses
+    larger = itertools.takewhile(
+        lambda dose: dose.named.value is not None and dose.named.value >= LEAST_SHARE_FOUND, doses
     )
-    return min(found, key=lambda dose: dose.factor, default=None)
+    return min(larger, key=lambda dose: dose.factor, default=None)
 
 
 def measure_dose(effect: str, factor: float, judgements: Sequence[Judgement]) -> Dose:

@@ -52,7 +52,7 @@ def judge_names(seal: Seal, answer: Answer) -> NamesJudgement:
             *_pair_mistakes(seal, answer, lost, extra),
         ),
         located=_is_located(seal, answer) if seal.unlisted else None,
-        depends=_names_a_variable(seal, answer) if seal.unlisted else None,
+        depends=_has_variable(seal, answer) if seal.unlisted else None,
     )
 
 
@@ -124,7 +124,7 @@ def _is_located(seal: Seal, answer: Answer) -> bool:
     return any(effect.place == answer.place for effect in seal.unlisted)
 
 
-def _names_a_variable(seal: Seal, answer: Answer) -> bool:
+def _has_variable(seal: Seal, answer: Answer) -> bool:
     """Return whether the evidence holds a variable that the unlisted physics depends on."""
     variables = {factor for product in answer.variables for factor in product.split("*")}
     if "frequency" in variables:

@@ -46,8 +46,8 @@ def fit_oracle(case: Case, split: Split, trial: OpenedTrial) -> OracleFit:
     case = change_twin(case, Twin(truth.name, truth.rig))
     theta = make_theta(truth)
     fits = [fit(case, split, tuple(truth.effects), theta, horizon) for horizon in HORIZONS]
-    best = min(fits, key=lambda candidate: _score(case, candidate.twin, split.choose))
-    return OracleFit(_score(case, best.twin, split.held_out), best.estimates)
+    best = min(fits, key=lambda candidate: _compute_score(case, candidate.twin, split.choose))
+    return OracleFit(_compute_score(case, best.twin, split.held_out), best.estimates)
 
 
 def make_true_twin(trial: OpenedTrial) -> Twin:
@@ -60,6 +60,6 @@ def make_true_twin(trial: OpenedTrial) -> Twin:
     return Twin(trial.name, parse_rig(dict(trial.seal.rig)), effects)
 
 
-def _score(case: Case, twin: Twin, windows: Windows) -> float:
+def _compute_score(case: Case, twin: Twin, windows: Windows) -> float:
     score = run_windows(replace(case, twin=twin), windows).score
     return score if np.isfinite(score) else float("inf")

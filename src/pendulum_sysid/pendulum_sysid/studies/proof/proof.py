@@ -105,7 +105,7 @@ def _run_trials(
     """Return the first trials of a folder, recorded and examined where they are not yet."""
     done = 0
 
-    def report(trial: Path) -> None:
+    def report_trial(trial: Path) -> None:
         nonlocal done
         done += 1
         judgement = judge_folder(trial)
@@ -115,5 +115,5 @@ def _run_trials(
         )
 
     options = [*plan.list_recorder_options(), *options]
-    trials = examine_trials(folder, count, options, rivals, plan.processes, report)
+    trials = examine_trials(folder, count, options, rivals, plan.processes, report_trial)
     return [judge_folder(trial) for trial in trials]

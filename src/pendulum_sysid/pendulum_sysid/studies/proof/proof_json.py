@@ -62,7 +62,7 @@ def make_proof_mapping(
 
 
 def _map_share(share: Share | None) -> dict[str, Any] | None:
-    return None if share is None else share.to_mapping()
+    return None if share is None else share.make_mapping()
 
 
 def _map_target(target: Target) -> dict[str, Any]:
@@ -89,7 +89,15 @@ def _map_method(method: Method) -> dict[str, Any]:
 
 
 def _map_dose(dose: Dose) -> dict[str, Any]:
-    return {**asdict(dose), "found": _map_share(dose.found)}
+    return {
+        "effect": dose.effect,
+        "factor": dose.factor,
+        "found": _map_share(dose.named),
+        "parameter": dose.parameter,
+        "unit": dose.unit,
+        "size": dose.size,
+        "half_widths": dose.half_widths,
+    }
 
 
 def _map_judgement(judgement: Judgement) -> dict[str, Any]:

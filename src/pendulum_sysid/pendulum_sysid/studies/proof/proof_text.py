@@ -71,5 +71,5 @@ def format_dose(response: Response) -> Row:
     if least is None:
         return (response.effect, "not found", NOTHING, NOTHING, down_to)
     size = f"{format_number(least.size, 3)} {least.unit}".strip().removesuffix(" 1")
-    tries = format_share(least.found)[0]
+    tries = format_share(least.named)[0]
     return (response.effect, size, format_number(least.half_widths, 3), tries, down_to)

@@ -41,7 +41,7 @@ class Share:
         interval = binomtest(self.hits, self.tries).proportion_ci(method="wilson")
         return float(interval.low), float(interval.high)
 
-    def to_mapping(self) -> dict[str, float | None]:
+    def make_mapping(self) -> dict[str, float | None]:
         """Return the share as `proof.json` has it."""
         return {
             "hits": self.hits,

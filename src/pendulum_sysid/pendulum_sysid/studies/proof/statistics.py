@@ -85,7 +85,7 @@ def _summarise(
     get_names: Callable[[Judgement], NamesJudgement],
     get_seconds: Callable[[Judgement], float],
 ) -> Method:
-    def count(kind: str, *outcomes: NamesOutcome) -> Share:
+    def count_outcomes(kind: str, *outcomes: NamesOutcome) -> Share:
         """Count the trials of a kind, or of all kinds, with one of these outcomes."""
         return count_share(
             get_names(judgement).outcome in outcomes
@@ -97,13 +97,13 @@ def _summarise(
     return Method(
         name,
         {
-            kind: count(kind, NamesOutcome.RIGHT, NamesOutcome.TIED)
+            kind: count_outcomes(kind, NamesOutcome.RIGHT, NamesOutcome.TIED)
             for kind in (*LISTED_KINDS, "unlisted")
         },
-        false_alarms=count("nothing", NamesOutcome.FALSE_ALARM),
-        misnamed=count("unlisted", NamesOutcome.WRONG),
-        wrong=count("", *wrong),
-        abstained=count("", NamesOutcome.ABSTAINED),
+        false_alarms=count_outcomes("nothing", NamesOutcome.FALSE_ALARM),
+        misnamed=count_outcomes("unlisted", NamesOutcome.WRONG),
+        wrong=count_outcomes("", *wrong),
+        abstained=count_outcomes("", NamesOutcome.ABSTAINED),
         seconds=compute_quantiles(
             get_seconds(judgement) * RECORDING_S / judgement.trial.seconds
             for judgement in judgements

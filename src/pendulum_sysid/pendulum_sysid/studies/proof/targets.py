@@ -64,37 +64,37 @@ def check_targets(judgements: Sequence[Judgement]) -> list[Target]:
     sizes = collect_sizes(judgements)
     return [
         *(
-            _at_least(TITLES[kind], diagnosis.right[kind], least)
+            _require_at_least(TITLES[kind], diagnosis.right[kind], least)
             for kind, least in LEAST_RIGHT.items()
         ),
-        _none("nothing hidden: false alarms", diagnosis.false_alarms),
-        _at_least(
+        _require_none("nothing hidden: false alarms", diagnosis.false_alarms),
+        _require_at_least(
             "not in the catalogue: not misnamed, place right",
             count_located(judgements),
             LEAST_LOCATED,
         ),
-        _median_at_most(
+        _require_median_at_most(
             "sizes: relative error",
             compute_quantiles(size.relative_error for size in sizes),
             MOST_SIZE_ERROR,
             percent=True,
         ),
-        _between(
+        _require_between(
             "95 % intervals that hold the truth",
             compute_coverage([*sizes, *collect_rig_constants(judgements)]),
             *COVERAGE,
         ),
-        _high_at_most(
+        _require_high_at_most(
             "held-out score / the oracle fit's",
             compute_quantiles(list_ratios(judgements)),
             ORACLE_FACTOR,
         ),
-        _median_at_most(
+        _require_median_at_most(
             "CPU seconds for 60 s of recording",
             scale_seconds(judgements, cpu=True),
             MOST_SECONDS,
         ),
-        _worst_at_most(
+        _require_worst_at_most(
             "CPU seconds for 60 s, three effects",
             scale_seconds(judgements, "triple", cpu=True),
             MOST_SECONDS_TRIPLE,
@@ -112,17 +112,17 @@ def format_share(share: Share) -> tuple[str, str]:
     )
 
 
-def _at_least(what: str, share: Share, least: float) -> Target:
+def _require_at_least(what: str, share: Share, least: float) -> Target:
     met = None if share.value is None else share.value >= least
     return Target(what, *format_share(share), f"at least {_format_percent(least)}", met, share)
 
 
-def _none(what: str, share: Share) -> Target:
+def _require_none(what: str, share: Share) -> Target:
     met = None if not share.tries else not share.hits
     return Target(what, *format_share(share), "none", met, share)
 
 
-def _between(what: str, share: Share, low: float, high: float) -> Target:
+def _require_between(what: str, share: Share, low: float, high: float) -> Target:
     """Demand both bounds of a share, the upper one only beyond chance.
 
     Of few intervals all may hold the truth.
@@ -134,7 +134,9 @@ def _between(what: str, share: Share, low: float, high: float) -> Target:
     return Target(what, *format_share(share), bounds, met, share)
 
 
-def _median_at_most(what: str, quantiles: Quantiles, most: float, percent: bool = False) -> Target:
+def _require_median_at_most(
+    what: str, quantiles: Quantiles, most: float, percent: bool = False
+) -> Target:
     def show(value: float | None) -> str:
         return _format_percent(value) if percent else format_number(value, 3)
 
@@ -146,7 +148,7 @@ def _median_at_most(what: str, quantiles: Quantiles, most: float, percent: bool 
     return Target(what, result, beside, f"median at most {show(most)}", met)
 
 
-def _high_at_most(what: str, quantiles: Quantiles, most: float) -> Target:
+def _require_high_at_most(what: str, quantiles: Quantiles, most: float) -> Target:
     """Demand a bound of nine in ten: a single window near upright decides over the worst."""
     beside = (
         f"median {format_number(quantiles.median, 3)}, worst {format_number(quantiles.worst, 3)}, "
@@ -157,7 +159,7 @@ def _high_at_most(what: str, quantiles: Quantiles, most: float) -> Target:
     return Target(what, result, beside, f"90 % below {most:g}", met)
 
 
-def _worst_at_most(what: str, quantiles: Quantiles, most: float) -> Target:
+def _require_worst_at_most(what: str, quantiles: Quantiles, most: float) -> Target:
     beside = f"median {format_number(quantiles.median, 3)}, of {quantiles.count}"
     met = None if quantiles.worst is None else quantiles.worst <= most
     result = f"worst {format_number(quantiles.worst, 3)}"

@@ -143,8 +143,8 @@ def list_cart_terms(along: Motion, period_s: float) -> list[tuple[str, Floats]]:
         ("", u),
         ("", v),
         ("", np.cos(along.th) * along.b - np.sin(along.th) * along.w**2),
-        *(("input_delay", _delay(along, s) - u) for s in DELAYS_S),
-        *(("motor_lag", _lag(along, period_s, s) - u) for s in LAGS_S),
+        *(("input_delay", _delay_command(along, s) - u) for s in DELAYS_S),
+        *(("motor_lag", _lag_command(along, period_s, s) - u) for s in LAGS_S),
         ("input_dead_zone", np.sign(u)),
         *(
             ("input_saturation", np.sign(u) * np.maximum(np.abs(u) - f * most, 0.0))
@@ -187,10 +187,10 @@ def list_pole_terms(along: Motion) -> list[tuple[str, Floats]]:
     ]
 
 
-def _delay(along: Motion, seconds: float) -> Floats:
+def _delay_command(along: Motion, seconds: float) -> Floats:
     return np.interp(along.t - seconds, along.t, along.u)
 
 
-def _lag(along: Motion, period_s: float, seconds: float) -> Floats:
+def _lag_command(along: Motion, period_s: float, seconds: float) -> Floats:
     gone = 1.0 - np.exp(-period_s / seconds)
     return np.asarray(lfilter([gone], [1.0, gone - 1.0], along.u))
