@@ -3,8 +3,8 @@
 One line a number: value, unit, and why this value. The last word says where it comes from:
 derived (from statistics or from another number) or measured (in a test or study of this
 repository). All others were chosen on emulated rigs, where diagnoses named best with them: no
-theory gives them. `docs/decisions.md` shows which verdicts change when a number is 1.5 times larger
-or smaller, or a rule is switched off.
+theory gives them. `docs/decisions.md` shows which verdicts change when a number is 1.5 times
+larger or smaller, or a rule is switched off.
 
 Modules read these as attributes (`decisions.NAME`), so that a study can replace them while it
 runs. Numbers that decide nothing (formats, layouts, numerical tolerances) stand where they are
@@ -98,6 +98,7 @@ LINE_LEAST_POWER = 0.02  # of highest peak; of a line
 ANGLE_HARMONICS = 3  # harmonics; of a turn: eccentric encoders have one or two
 
 # What may a fit use, and how far may it go?
+INTERVAL_DEVIATIONS = 1.96  # standard deviations; to either side of a 95 % interval; derived
 START_DOUBT = 1.0  # deviations; of a smoothed start, within which a fit may move it; derived
 POLE_CONSTANT_RATIO = 30.0  # ratio; to the measured moment or inertia, up or down
 ONE_WINDOW_SHARE = 0.99  # of weight; what one window alone fixes has no scatter to go by

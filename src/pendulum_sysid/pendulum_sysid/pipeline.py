@@ -23,7 +23,7 @@ from pendulum_sysid.fitting.gauss_newton import refine_start_states
 from pendulum_sysid.fitting.noise_floor import measure_noise_floor
 from pendulum_sysid.fitting.window_runs import JOINTS, UNITS, WindowRuns, run_windows
 from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
-from pendulum_sysid.planning.next_experiment import planned_next
+from pendulum_sysid.planning.next_experiment import plan_next_experiment
 from pendulum_sysid.prepare import Prepared, prepare
 from pendulum_sysid.records import Outcome, Overlay, Recording, Split
 from pendulum_sysid.telling.outcome import Findings, decide_outcome
@@ -82,7 +82,7 @@ def judge_answer(case: Case, split: Split, answer: Answer) -> Findings:
         before=before,
         after=after,
         floor=measure_noise_floor(improved, best.theta, split.held_out),
-        coming=planned_next(case, split, best, answer.ties),
+        coming=plan_next_experiment(case, split, best, answer.ties),
         misfits=tuple(find_misfits(case, best.theta, remainders, names)),
         outweighed=is_outweighed(remainders),
         whole=refine_start_states(case.problem(split.choose), best.theta).misfit(case.noise),

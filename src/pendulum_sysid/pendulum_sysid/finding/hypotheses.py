@@ -1,4 +1,4 @@
-"""The ways in which an effect may show on a rig: its typical sizes, and the shapes that it may have."""
+"""The ways in which an effect may show on a rig: at typical sizes, in all its shapes."""
 
 from __future__ import annotations
 
@@ -51,19 +51,19 @@ class Shape:
         An effect that has no size but a limit vanishes where the limit is what is reached at most,
         its scale.
         """
-        found, slot = theta.copy(), SLOTS[self.effect.name]
+        moved, slot = theta.copy(), SLOTS[self.effect.name]
         sized = any(not p.shape for p in self.effect.parameters)
         for k, p in enumerate(self.effect.parameters):
             full = self.whole[slot.start + k]
             nothing = p.neutral if sized else self.scales[k]
-            found[slot.start + k] = (
+            moved[slot.start + k] = (
                 full if sized and p.shape else nothing + share * (full - nothing)
             )
-        return found
+        return moved
 
 
 def list_possible_effects(rig: Rig) -> tuple[Effect, ...]:
-    """Return the effects that a diagnosis may name on a rig; only positions are read, so none on reported velocities."""
+    """Return the effects that a diagnosis may name on a rig, but those of reported velocities."""
     places = {Place.CLOCK, Place.SENSOR}
     places |= {Place.COMMAND, Place.DRIVE, Place.CART} if rig.has_cart else set()
     places |= {Place.POLE} if rig.has_pole else set()
@@ -73,9 +73,11 @@ def list_possible_effects(rig: Rig) -> tuple[Effect, ...]:
 
 
 def make_shapes(theta: Floats, effect: Effect, scales: Scales, share: float = 1.0) -> list[Shape]:
-    """Return the ways in which an effect may show beside what theta (SIZE,) hold, at a share of its typical size.
+    """Return the ways in which an effect may show beside the effects of a twin.
 
+    theta: (SIZE,) of the twin.
     scales: of the recording.
+    share: of the effect's typical size.
     """
     if not effect.parameters:
         return [make_shape_of(theta, effect, scales)]
@@ -86,22 +88,23 @@ def make_shapes(theta: Floats, effect: Effect, scales: Scales, share: float = 1.
     kept = np.unique(
         np.linspace(0, len(combinations) - 1, decisions.SHAPES_COMPARED).round().astype(int)
     )
-    found = [
+    shapes = [
         _make_shape(
             theta, effect, [a * b for a, b in zip(combinations[k], sizes, strict=True)], sizes
         )
         for k in kept
     ]
     if share == 1.0:
-        return found
+        return shapes
     slot = SLOTS[effect.name]
     return [
-        _make_shape(theta, effect, list(one.between(theta, share)[slot]), sizes) for one in found
+        _make_shape(theta, effect, list(shape.between(theta, share)[slot]), sizes)
+        for shape in shapes
     ]
 
 
 def make_shape_of(theta: Floats, effect: Effect, scales: Scales) -> Shape:
-    """Return the one way in which theta (SIZE,) hold an effect; one that is on or off counts as on."""
+    """Return the way in which theta (SIZE,) holds an effect; a switch counts as on."""
     if not effect.parameters:
         on = theta.copy()
         on[SLOTS[effect.name]] = 1.0
@@ -114,9 +117,9 @@ def make_shape_of(theta: Floats, effect: Effect, scales: Scales) -> Shape:
     )
 
 
-def choose_typical(found: list[Shape]) -> Shape:
+def choose_typical(shapes: list[Shape]) -> Shape:
     """Return the shape that stands for all of an effect's: the one in the middle."""
-    return found[len(found) // 2]
+    return shapes[len(shapes) // 2]
 
 
 def _make_shape(theta: Floats, effect: Effect, values: list[float], sizes: list[float]) -> Shape:
@@ -126,18 +129,18 @@ def _make_shape(theta: Floats, effect: Effect, values: list[float], sizes: list[
     how_much = [k for k, p in enumerate(effect.parameters) if not p.shape]
     alone = []
     for k in how_much:
-        one = whole.copy()
+        theta_alone = whole.copy()
         for other in how_much:
             if other != k:
-                one[start + other] = effect.parameters[other].neutral
-        alone.append(one)
+                theta_alone[start + other] = effect.parameters[other].neutral
+        alone.append(theta_alone)
     moved = []
     for k, p in enumerate(effect.parameters):
         if p.shape and not p.located:
             step = MOVED * (abs(values[k]) or sizes[k])
-            one = whole.copy()
-            one[start + k] += step
-            moved.append(one)
+            theta_moved = whole.copy()
+            theta_moved[start + k] += step
+            moved.append(theta_moved)
     one_way = tuple(_has_one_sign(effect.parameters[k]) for k in how_much) or (True,)
     return Shape(
         effect,

@@ -1,4 +1,4 @@
-"""What every step of a search has in hand: the case, its windows, and a journal of the fits tried."""
+"""What every step of a search has in hand: the case, its windows, a journal of the fits."""
 
 from __future__ import annotations
 

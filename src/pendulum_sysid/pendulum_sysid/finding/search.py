@@ -147,6 +147,6 @@ def confirm_long(search: Search, short: Fit, long: Fit) -> Fit:
 
 
 def judge_over_whole_windows(search: Search, fit: Fit) -> Fit:
-    """Return a fit with its errors on the choosing windows taken over whole windows, not refitted."""
+    """Return a fit with its choosing errors taken over whole windows, nothing refitted."""
     whole = refine_start_states(search.case.problem(search.split.choose), fit.theta)
     return replace(fit, window_squares=whole.squares, counts=whole.counts, parts=1)

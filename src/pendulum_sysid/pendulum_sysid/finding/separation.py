@@ -26,7 +26,6 @@ from pendulum_twin.effects.effect import Effect
 from pendulum_twin.parameter_vector import SLOTS
 from pendulum_twin.signals import Floats
 
-CERTAIN = 1.96  # deviations to either side of a 95 % interval
 NOTHING = 1e-6  # standard errors: what shows less does not show
 
 

@@ -7,8 +7,8 @@ from typing import Protocol
 
 import numpy as np
 
+from pendulum_sysid import decisions
 from pendulum_sysid.finding.separation import (
-    CERTAIN,
     Columns,
     Tie,
     compute_columns,
@@ -113,7 +113,7 @@ class Narrowing:
         now, then = (compute_deviations(n)[self.number] for n in (self.normal, normal))
         if np.isfinite(self.half) and np.isfinite(now):
             return float(self.half * then / now)
-        return float(CERTAIN * then * self.free[self.number].size)
+        return float(decisions.INTERVAL_DEVIATIONS * then * self.free[self.number].size)
 
 
 def make_partings(case: Case, split: Split, best: Fit, tie: Tie) -> list[Parting]:

@@ -22,7 +22,6 @@ from pendulum_sysid.finding.hypotheses import (
     make_shapes,
 )
 from pendulum_sysid.finding.separation import (
-    CERTAIN,
     NOTHING,
     Columns,
     compute_columns,
@@ -45,10 +44,10 @@ from pendulum_twin.parameter_vector import SLOTS, make_theta
 from pendulum_twin.plans.excitation import Excitation
 from pendulum_twin.signals import Floats, Signals
 
-SECANT_STEPS = 4  # in which a size is found that stands out as far as asked
-SIZE_TOLERANCE = 0.2  # of its logarithm
-LEAST_LOG_SIZE = 14.0  # of the logarithm by which it may be smaller than the typical size
-MOST_TYPICAL_SIZES = 100.0  # typical sizes at most: what is not found there is not found
+SECANT_STEPS = 4  # towards the size that stands out as far as is asked
+SIZE_TOLERANCE = 0.2  # of the logarithm of the standard errors, at the last step
+LEAST_LOG_SIZE = 14.0  # natural logarithm by which a size may be below the typical size
+MOST_TYPICAL_SIZES = 100.0  # largest size that is tried, in typical sizes
 
 
 @dataclass(frozen=True)
@@ -157,7 +156,7 @@ def predict_isolability(
 
 
 def _check_on_rail(run: Signals, twin: Twin) -> float:
-    """Return the largest distance of the cart from the middle (m), if the cart stays on the rail."""
+    """Return the largest distance of the cart from the middle (m); refuse a run off the rail."""
     farthest = float(np.max(np.abs(run.cart))) if run.cart is not None else 0.0
     if twin.rig.rail_half_length_m is not None and not farthest < twin.rig.rail_half_length_m:
         raise BadInputError(
@@ -314,7 +313,7 @@ def _list_constants(columns: Columns, theta: Floats) -> tuple[Constant, ...]:
     deviations = compute_deviations(columns.normal[:count, :count])
     constants = []
     for parameter, deviation in zip(columns.free, deviations, strict=True):
-        half = float(CERTAIN * deviation * parameter.size)
+        half = float(decisions.INTERVAL_DEVIATIONS * deviation * parameter.size)
         value = parameter.get(theta)
         identifiable = bool(half < max(abs(value), parameter.size))
         constants.append(Constant(parameter.name, parameter.unit, value, half, identifiable))

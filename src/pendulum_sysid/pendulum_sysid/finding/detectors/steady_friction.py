@@ -32,7 +32,7 @@ BESIDE = ("command", "cart_position")  # curves of the force that may take their
 
 
 def read_friction(case: Case, theta: Floats) -> tuple[Reading, ...]:
-    """Return the cart's dry friction where it is certain; nothing of a twin that has such friction.
+    """Return the cart's dry friction where it is certain; none where the twin has such friction.
 
     theta: (SIZE,) of the twin with parameters alone.
     """

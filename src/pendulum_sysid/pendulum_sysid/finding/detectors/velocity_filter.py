@@ -162,7 +162,8 @@ def _compute_half_width(
     square = np.sum(errors**2, axis=1)
     tame = square < decisions.LAG_WILD**2 * max(float(np.median(square)), 1e-12)
     scores = _sum_blocks(np.sum(errors * slope, axis=1) * tame, block)
-    return 1.96 * float(np.sqrt(np.sum(scores**2))) / max(float(np.sum(slope[tame] ** 2)), 1e-300)
+    deviation = float(np.sqrt(np.sum(scores**2))) / max(float(np.sum(slope[tame] ** 2)), 1e-300)
+    return decisions.INTERVAL_DEVIATIONS * deviation
 
 
 DETECTOR = Detector(EFFECT, Use.NAME, read_filter)

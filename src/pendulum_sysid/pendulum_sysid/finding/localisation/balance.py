@@ -1,10 +1,9 @@
-"""The balance of forces and torques along a recording: what the motion needs, and what the twin's terms give.
+"""The balance of forces and torques along a recording: what the motion needs beyond the twin.
 
-Acceleration can only be had smoothed. So every term of an equation, known or asked about, goes
-through the same filter as
-the acceleration does: a force that jumps is then compared with what smoothing makes of a jump, and
-no edge of it looks like missing physics (the weak form of an equation; Messenger and Bortz,
-Multiscale Model. Simul. 19 (2021) 1474).
+Acceleration is known only smoothed. So every term of an equation, known or in question, goes
+through the same filter as the acceleration: a force that jumps is compared with what smoothing
+makes of a jump, and no edge of it looks like missing physics (the weak form of an equation;
+Messenger and Bortz, Multiscale Model. Simul. 19 (2021) 1474).
 """
 
 from __future__ import annotations
@@ -31,17 +30,24 @@ from pendulum_twin.signals import Floats, Signals
 from pendulum_twin.simulate import undo_sensors
 
 FOLDS = 4
-# The words that fitting turns, in each equation: what a missing force may have bent, and what is
-# fitted along with it.
+# The constants of the twin that stand in each equation: a missing force may have bent them, and
+# they are fitted along with it.
 TURNED = ({"drive": (FORCE_PER_PWM,), "viscous": (CART_VISCOUS,), "coupling": (COUPLING,)},
           {"weight": (COUPLING, MOMENT), "viscous": (POLE_VISCOUS,)})  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Motion:
-    """Hold what one may ask about at every sample, (n,) each: true states, accelerations, what drives, and the time.
+    """Hold the motion that questions are about, (n,) each.
 
-    Accelerations are those that the twin gives the state: the measured ones hold the noise that the missing force holds."""
+    Accelerations are those that the twin gives the state: the measured accelerations hold the same
+    noise as the missing force.
+
+    x, th, v, w: true states of cart and pole; m, rad, m/s, rad/s.
+    a, b: accelerations of cart and pole; m/s^2, rad/s^2.
+    u: what drives the cart, as a command.
+    t: time, s from the recording's start.
+    """
 
     x: Floats
     th: Floats
@@ -57,10 +63,17 @@ class Motion:
 class Balance:
     """Hold one equation along a recording, every term through one sieve.
 
-    equation: FORCE (N, on the cart) or TORQUE (N m, on the pole). lacking: (rows,) what the twin
-    lacks. turned: (rows, k) what a word turned by 1 would add; names: of these columns. noise:
-    deviation of a row that the sensors make. size: root mean square of mass (inertia) times
-    acceleration. block: (rows,) number of each row's block; fold: (rows,) its part.
+    equation: FORCE (N, on the cart) or TORQUE (N m, on the pole).
+    sieve: the filter.
+    lacking: (rows,) what the twin lacks.
+    turned: (rows, k) what a constant of the twin, increased by 1, would add.
+    names: of the columns of `turned`.
+    noise: standard deviation of a row that the sensors cause.
+    size: root mean square of mass (inertia) times acceleration.
+    block: (rows,) number of each row's block.
+    fold: (rows,) number of the part that is held out with it.
+    seconds: (rows,) time, s.
+    spacing_s: between two rows.
     """
 
     equation: int
@@ -99,7 +112,7 @@ def compute_motion(case: Case, theta: Floats) -> Motion:
 
 
 def _compute_drive(case: Case, theta: Floats) -> Floats:
-    """Return what command and drive make of the command at every sample, as a force per `force_per_pwm_n`."""
+    """Return what the drive makes of the command at every sample, force per `force_per_pwm_n`."""
     if case.signals.cart is None:
         return case.signals.command
     more = theta.copy()
@@ -109,13 +122,13 @@ def _compute_drive(case: Case, theta: Floats) -> Floats:
 
 
 def make_balances(case: Case, theta: Floats) -> tuple[Balance, ...]:
-    """Return the equations of the joints that are there, for a twin with these words."""
+    """Return the equations of the joints that are there, for a twin with this theta (SIZE,)."""
     sharp = compute_sharp_accelerations(case)
-    found = []
+    equations = []
     for equation, values in ((FORCE, case.signals.cart), (TORQUE, case.signals.pole)):
         if values is not None:
-            found.append(_make_balance(case, theta, sharp, equation))
-    return tuple(one for one in found if one is not None)
+            equations.append(_make_balance(case, theta, sharp, equation))
+    return tuple(balance for balance in equations if balance is not None)
 
 
 def compute_sharp_accelerations(case: Case) -> Floats:
@@ -125,15 +138,18 @@ def compute_sharp_accelerations(case: Case) -> Floats:
     after, without error.
     """
     signals = case.signals
-    found = np.zeros((len(signals), 2))
+    accelerations = np.zeros((len(signals), 2))
     for k, values in enumerate((signals.cart, signals.pole)):
         if values is not None:
-            found[:, k] = differentiate(signals, values)[1]
-    return found
+            accelerations[:, k] = differentiate(signals, values)[1]
+    return accelerations
 
 
 def differentiate(signals: Signals, values: Floats) -> tuple[Floats, Floats]:
-    """Return the first and second derivative of values (n,) by central differences; 0 at the ends of stretches."""
+    """Return the first and second derivative of values (n,) by central differences.
+
+    Both are 0 at the ends of stretches.
+    """
     first, second = np.zeros(len(values)), np.zeros(len(values))
     for s in signals.stretches:
         part = values[s]
@@ -143,7 +159,7 @@ def differentiate(signals: Signals, values: Floats) -> tuple[Floats, Floats]:
 
 
 def compute_lacking(case: Case, theta: Floats, sharp: Floats, equation: int) -> Floats:
-    """Return the force (N) or torque (N m) that a twin lacks at every sample, (n,), for the sieve to smooth."""
+    """Return the force (N) or torque (N m) that a twin lacks at every sample, (n,), unsmoothed."""
     return compute_missing_force(case.signals, case.state.states, sharp, theta)[0][:, equation]
 
 
@@ -181,7 +197,10 @@ def _number_blocks(case: Case, at: Ints) -> Ints:
 
 
 def _deal_folds(block: Ints) -> Ints:
-    """Return which part each row belongs to; parts are dealt at random, lest a periodic command favour one."""
+    """Return which fold each row belongs to.
+
+    Blocks are dealt at random, lest a periodic command favour a fold.
+    """
     random = np.random.default_rng(0)
     dealt = random.permutation(np.arange(int(block.max()) + 1) % FOLDS)
     return dealt[block]

@@ -1,4 +1,4 @@
-"""Everything that is asked of a recording about a twin, and what explains the force and torque that the twin lacks."""
+"""Ask a recording every question about a twin, and explain the force and torque that it lacks."""
 
 from __future__ import annotations
 
@@ -32,10 +32,14 @@ from pendulum_twin.signals import Floats
 
 @dataclass(frozen=True)
 class Inspected:
-    """Hold one equation's table, the questions that explain what is missing, and how much each does.
+    """Hold what explains the missing part of one equation.
 
-    missing: power beyond noise, in units of the equation's own size, as are the gains: force and
-    torque on one scale.
+    Powers are in units of the equation's own size, which puts force and torque on one scale.
+
+    table: of all questions.
+    keys: of the questions that explain what is missing.
+    gains: key -> power that the question explains.
+    missing: power beyond the sensors' noise.
     """
 
     table: Table
@@ -45,21 +49,24 @@ class Inspected:
 
 
 def inspect_equations(case: Case, theta: Floats) -> list[Inspected]:
-    """Return what explains the force and the torque that a twin with these words lacks."""
+    """Return what explains the force and the torque that a twin with this theta (SIZE,) lacks."""
     case = thin_out(case)
     here = compute_motion(case, theta)
-    found = []
+    equations = []
     for balance in make_balances(case, theta):
         table = make_table(case, here, balance, theta)
         keys = explain(table)
         own = max(balance.size, 1e-300) ** 2
         shared = {key: gain / own for key, gain in share_gains(table, keys).items()}
-        found.append(Inspected(table, keys, shared, compute_missing_power(table, keys) / own))
-    return found
+        equations.append(Inspected(table, keys, shared, compute_missing_power(table, keys) / own))
+    return equations
 
 
 def make_table(case: Case, here: Motion, balance: Balance, theta: Floats) -> Table:
-    """Return the table of all questions about a balance; waves are looked for in what the twin's own words leave."""
+    """Return the table of all questions about a balance.
+
+    Waves are looked for in what the twin's own constants leave.
+    """
     rest = Table(balance, []).rest(())
     return Table(
         balance,
@@ -76,15 +83,15 @@ def list_questions(case: Case, here: Motion, balance: Balance, theta: Floats) ->
     ]
 
 
-def measure_curves_of(one: Inspected, theta: Floats) -> list[Curve]:
+def measure_curves_of(inspected: Inspected, theta: Floats) -> list[Curve]:
     """Return the measured curves of what explains an equation."""
     return measure_curves(
-        one.table, one.keys, get_own_constants(one.table.balance.equation, theta)
+        inspected.table, inspected.keys, get_own_constants(inspected.table.balance.equation, theta)
     )
 
 
 def get_own_constants(equation: int, theta: Floats) -> dict[str, float]:
-    """Return the twin's own words that stand in an equation, by the names of the balance's columns."""
+    """Return the twin's constants that stand in an equation, by the names of its columns."""
     if equation == FORCE:
         own = {"drive": FORCE_PER_PWM, "viscous": CART_VISCOUS, "coupling": COUPLING}
     else:

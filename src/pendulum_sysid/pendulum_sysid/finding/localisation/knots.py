@@ -1,4 +1,4 @@
-"""Curves by their values at knots: where the knots lie, and the weights of interpolation between them."""
+"""Curves by their values at knots: places of the knots, and weights of interpolation between."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from pendulum_twin.signals import Floats
 
 def make_hats(values: Floats, knots: Floats) -> Floats:
     """Return the weights of linear interpolation between rising knots, (n, knots)."""
-    found = np.zeros((len(values), len(knots)))
+    weights = np.zeros((len(values), len(knots)))
     if len(knots) == 1:
-        found[:, 0] = 1.0
-        return found
+        weights[:, 0] = 1.0
+        return weights
     inside = np.clip(values, knots[0], knots[-1])
     left = np.clip(np.searchsorted(knots, inside, side="right") - 1, 0, len(knots) - 2)
     part = (inside - knots[left]) / (knots[left + 1] - knots[left])
     rows = np.arange(len(values))
-    found[rows, left] = 1.0 - part
-    found[rows, left + 1] = part
-    return found
+    weights[rows, left] = 1.0 - part
+    weights[rows, left + 1] = part
+    return weights
 
 
 def spread_knots(values: Floats, count: int) -> Floats:
-    """Return rising knots over what values reach, half of the way between evenly spread and evenly filled."""
+    """Return rising knots over the values' range, between evenly spread and evenly filled."""
     even, filled = (
         np.linspace(values.min(), values.max(), count),
         np.quantile(values, np.linspace(0, 1, count)),
@@ -33,7 +33,7 @@ def spread_knots(values: Floats, count: int) -> Floats:
 
 
 def make_sided_knots(values: Floats) -> tuple[Floats, Floats]:
-    """Return knots (k,) and hats (n, k) of a variable on either side of zero, between which a force may jump."""
+    """Return knots (k,) and hats (n, k) of a variable, at whose zero a force may jump."""
     knots, parts = [], []
     for sign in (-1.0, 1.0):
         side = np.maximum(sign * values, 0.0)

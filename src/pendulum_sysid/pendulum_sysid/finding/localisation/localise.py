@@ -1,4 +1,4 @@
-"""Where a mismatch lives, asked without the catalogue: the force and torque that the motion needs and the twin lacks.
+"""Find where a mismatch lives, without the catalogue, by the force and torque that a twin lacks.
 
 Each equation is asked what its missing part depends on (`inspection`): variables, products, the
 past, sensors, the clock. Shares are of the missing power, beyond the sensors' noise, on samples
@@ -28,21 +28,21 @@ EQUATIONS = ("force", "torque")
 
 
 def localise(case: Case, theta: Floats, runs: WindowRuns) -> Localisation:
-    """Return where the twin with these words, its signs right, falls short on the recording.
+    """Return where the twin with this theta (SIZE,), its signs right, falls short.
 
     runs: its free runs, for the stretches of the recording where it is worst.
     """
     equations = inspect_equations(case, theta)
-    total = sum(one.missing for one in equations)
+    total = sum(equation.missing for equation in equations)
     found = [
-        _make_evidence(one, curve, one.gains[curve.question.key] / total)
-        for one in equations
+        _make_evidence(equation, curve, equation.gains[curve.question.key] / total)
+        for equation in equations
         if total > 0
-        for curve in measure_curves_of(one, theta)
+        for curve in measure_curves_of(equation, theta)
     ]
     found = sorted(
-        (one for one in found if one.share >= decisions.EVIDENCE_LEAST_SHARE),
-        key=lambda one: -one.share,
+        (evidence for evidence in found if evidence.share >= decisions.EVIDENCE_LEAST_SHARE),
+        key=lambda evidence: -evidence.share,
     )
     return Localisation(
         _find_place(found) or _find_worse_joint(runs),
@@ -54,45 +54,57 @@ def localise(case: Case, theta: Floats, runs: WindowRuns) -> Localisation:
 def _find_place(found: list[Evidence]) -> str | None:
     """Return the place to which most of what is explained points."""
     shares: dict[str, float] = defaultdict(float)
-    for one in found:
-        shares[one.place] += one.share
+    for evidence in found:
+        shares[evidence.place] += evidence.share
     return max(shares, key=lambda place: shares[place], default=None)
 
 
-def _make_evidence(one: Inspected, curve: Curve, share: float) -> Evidence:
+def _make_evidence(equation: Inspected, curve: Curve, share: float) -> Evidence:
     question, what = curve.question, curve.question.measured
-    finding = f"explains {share:.0%} of what is missing, in the {EQUATIONS[one.table.balance.equation]}; {describe_curve(curve)}"
+    name = EQUATIONS[equation.table.balance.equation]
+    finding = f"explains {share:.0%} of what is missing, in the {name}; {describe_curve(curve)}"
     drawn = (curve.x, curve.y, curve.band) if len(curve.x) > 1 else (np.empty(0),) * 3
     return Evidence(
-        question.variable, finding, share, *drawn, what.axis, what.theta, what.unit, question.place
+        question.variable,
+        finding,
+        share,
+        *drawn,
+        what.axis,
+        what.quantity,
+        what.unit,
+        question.place,
     )
 
 
 def describe_curve(curve: Curve) -> str:
-    """Return a measured curve in words."""
+    """Return a measured curve in a phrase."""
     what, unit = curve.question.measured, f" {curve.question.measured.unit}".replace(" 1", "")
     if len(curve.x) == 1:
-        return f"{what.theta} {curve.y[0]:.3g}{unit} (+-{curve.band[0]:.1g})"
+        return f"{what.quantity} {curve.y[0]:.3g}{unit} (+-{curve.band[0]:.1g})"
     if curve.question.variable == "frequency":
-        return f"a vibration of {1.0 / curve.x[-1]:.3g} Hz, amplitude {np.max(np.abs(curve.y)):.3g}{unit}"
+        hertz, amplitude = 1.0 / curve.x[-1], np.max(np.abs(curve.y))
+        return f"a vibration of {hertz:.3g} Hz, amplitude {amplitude:.3g}{unit}"
     if curve.question.variable == "command_history":
         late = float(np.interp(0.5, np.maximum.accumulate(curve.y / curve.y[-1]), curve.x))
-        return f"half of the force of {curve.y[-1]:.3g} N per command has come {late:.2g} s after a step of it"
+        return (
+            f"half of the force of {curve.y[-1]:.3g} N per command has come {late:.2g} s after "
+            "a step of it"
+        )
     low, high = int(np.argmin(curve.y)), int(np.argmax(curve.y))
     first, last = (low, high) if curve.x[low] <= curve.x[high] else (high, low)
     points = [
         f"{curve.y[k]:.3g}{unit} at {curve.x[k] + 0.0:.3g}" for k in (first, last)
     ]  # + 0.0: no "-0"
-    return f"{what.theta} from {points[0]} to {points[1]}"
+    return f"{what.quantity} from {points[0]} to {points[1]}"
 
 
 def _find_worse_joint(runs: WindowRuns) -> str:
-    """Return the joint whose runs are the further off, in units of noise, when nothing explains the missing force."""
+    """Return the joint whose runs are the further off, in units of noise."""
     return ("cart", "pole")[runs.channels[int(np.argmax(runs.rmse / runs.noise))]]
 
 
 def find_worst_stretches(runs: WindowRuns) -> tuple[tuple[float, float], ...]:
-    """Return where the runs are more than twice as wrong as in the median window, s, joined where they touch."""
+    """Return the stretches, s, where runs are far more wrong than in the median window."""
     errors = np.sqrt(np.mean((runs.window_rmse / runs.noise) ** 2, axis=1))
     found: list[tuple[float, float]] = []
     for begin in np.sort(runs.begin_s[errors > decisions.STRETCH_ERROR_RATIO * np.median(errors)]):

@@ -1,4 +1,4 @@
-"""What a missing force says about the past: a command that acts late, a joint that remembers which way it came."""
+"""Ask whether a missing force depends on the past: on late commands, on the way a joint came."""
 
 from __future__ import annotations
 
@@ -35,21 +35,21 @@ def make_past_questions(
     """Return what is asked of an equation about the past; words: the twin's."""
     if balance.equation != FORCE:
         return _ask_hysteresis(signals, here.th, "pole_angle*pole_rate", "pole", balance.equation)
-    asked = _ask_hysteresis(
+    questions = _ask_hysteresis(
         signals, here.x, "cart_position*cart_velocity", "cart", balance.equation
     )
     if np.any(signals.command):
-        asked += [_ask_delay(signals, float(theta[FORCE_PER_PWM])), _ask_history(signals)]
-    return asked
+        questions += [_ask_delay(signals, float(theta[FORCE_PER_PWM])), _ask_history(signals)]
+    return questions
 
 
 def hold_around(signals: Signals, late: int) -> Floats:
-    """Return the command around each sample, so many samples late: the mean of the periods before and after it."""
-    found = np.empty(len(signals))
+    """Return the mean of the commands before and after each sample, so many samples late."""
+    commands = np.empty(len(signals))
     for s in signals.stretches:
         part, at = signals.command[s], np.arange(s.stop - s.start)
-        found[s] = 0.5 * (part[np.maximum(at - late, 0)] + part[np.maximum(at - late - 1, 0)])
-    return found
+        commands[s] = 0.5 * (part[np.maximum(at - late, 0)] + part[np.maximum(at - late - 1, 0)])
+    return commands
 
 
 def _ask_delay(signals: Signals, gain: float) -> Question:
@@ -64,7 +64,7 @@ def _ask_delay(signals: Signals, gain: float) -> Question:
 
 
 def _ask_history(signals: Signals) -> Question:
-    """Ask for the command's past: the force for each unit of command that has come some time after a step of it."""
+    """Ask for the command's past: force per command that has come some time after a step of it."""
     lags = np.unique(np.round(np.array(LAGS_S) / signals.period_s).astype(int))
 
     def columns() -> Floats:
@@ -89,7 +89,7 @@ def _ask_history(signals: Signals) -> Question:
 def _ask_hysteresis(
     signals: Signals, values: Floats, variable: str, place: str, equation: int
 ) -> list[Question]:
-    """Ask for a force that builds up with the way since a joint turned round, and then stays (stop operators).
+    """Ask for a force that builds up with the way since a joint turned, and then stays.
 
     Brokate and Sprekels, Hysteresis and Phase Transitions (1996), section 2.1.
     """
@@ -110,14 +110,14 @@ def _ask_hysteresis(
 
 def _make_stops(signals: Signals, values: Floats, reaches: Floats) -> Callable[[], Floats]:
     def columns() -> Floats:
-        found = np.empty((len(values), len(reaches)))
+        strains = np.empty((len(values), len(reaches)))
         half = 0.5 * reaches
         for s in signals.stretches:
             steps = np.diff(values[s], prepend=values[s.start])
             now = np.zeros(len(reaches))
             for k, step in enumerate(steps, start=s.start):
                 now = np.minimum(np.maximum(now + step, -half), half)
-                found[k] = now
-        return found
+                strains[k] = now
+        return strains
 
     return columns

@@ -1,4 +1,4 @@
-"""What a missing force or torque may depend on: one variable, or a coefficient that one variable changes.
+"""Ask what a missing force or torque depends on: a variable, or a coefficient that varies.
 
 A product is a coefficient that varies: whether the force per command depends on the position, the
 dry friction on the time, the viscous friction on the pole's rate (Hastie and Tibshirani, J. R.
@@ -35,13 +35,17 @@ class Cost(IntEnum):
 
 @dataclass(frozen=True)
 class Measured:
-    """Say what a curve shows: in words ("dry friction"), its unit, and +1, or -1 where it holds the motion back.
+    """Say what a curve shows.
 
-    axis: the variable along which it is drawn. turned: the balance's column whose weight is part
-    of it, if any. straight: True for a curve against the very variable that column multiplies.
+    quantity: for a person ("dry friction").
+    unit: of the quantity.
+    axis: the variable along which it is drawn.
+    sign: +1, or -1 where the quantity holds the motion back.
+    turned: the balance's column whose weight is part of the curve, if any.
+    straight: True for a curve against the very variable that this column multiplies.
     """
 
-    theta: str
+    quantity: str
     unit: str
     axis: str
     sign: float = 1.0
@@ -51,13 +55,17 @@ class Measured:
 
 @dataclass(frozen=True)
 class Question:
-    """Hold what is asked, and how its answer is drawn.
+    """Hold a question about the missing force, and how its answer is drawn.
 
-    key: unique in an equation. variable: what it depends on, as evidence names it; products with a
-    star. place: of the chain, where it points to. columns: (n, k) along the recording, made when
-    asked for. x: (points,) where the curve is drawn; drawn: (points, k) that makes it of the k
-    weights, None where each weight is a point. bends: whether a curve of the weights should be
-    smooth.
+    key: unique in an equation.
+    variable: on which the force may depend, as evidence names it; products with a star.
+    place: of the chain, where the answer points to.
+    cost: of the answer; a cheaper answer is preferred.
+    measured: what its curve shows.
+    columns: makes (n, k) along the recording.
+    x: (points,) where the curve is drawn.
+    drawn: (points, k) makes the curve of the k weights; None where each weight is a point.
+    bends: True where a curve of the weights should be smooth.
     """
 
     key: str
@@ -150,14 +158,14 @@ def _make_sided_hats(values: Floats) -> Floats:
 
 
 def make_questions(here: Motion, balance: Balance) -> list[Question]:
-    """Return what is asked of an equation about state, command and time."""
+    """Return the questions about state, command and time in an equation."""
     asker = make_variables(here)
     return _ask_force(here, asker) if balance.equation == FORCE else _ask_torque(here, asker)
 
 
 def _ask_force(here: Motion, asker: Variables) -> list[Question]:
     missing, unit = MISSING[0], UNITS[0]
-    asked = [
+    questions = [
         make_number_question(
             "constant",
             "constant",
@@ -167,11 +175,12 @@ def _ask_force(here: Motion, asker: Variables) -> list[Question]:
         )
     ]
     for name, place, turned in (
-        ("cart_velocity", "cart", "viscous"), ("cart_position", "cart", None), ("time", "cart", None),
+        ("cart_velocity", "cart", "viscous"), ("cart_position", "cart", None),
+        ("time", "cart", None),
         ("pole_angle", "cart", None), ("pole_rate", "cart", None), ("command", "command", "drive"),
     ):  # fmt: skip
         if name in asker.bases:
-            asked.append(
+            questions.append(
                 asker.curve(
                     name, place, Measured(missing, unit, name, 1.0, turned, turned is not None)
                 )
@@ -193,7 +202,7 @@ def _ask_force(here: Motion, asker: Variables) -> list[Question]:
         ("cart_velocity", "cart_velocity", here.v, viscous, state),
         ("cart_direction", "cart_velocity", np.sign(here.v), dry, (*state, "command")),
     ):
-        asked += _make_products(
+        questions += _make_products(
             asker,
             key,
             by,
@@ -202,12 +211,12 @@ def _ask_force(here: Motion, asker: Variables) -> list[Question]:
             names,
             _locate_gain if key == "command" else lambda _: "cart",
         )
-    return asked
+    return questions
 
 
 def _ask_torque(here: Motion, asker: Variables) -> list[Question]:
     missing, unit = MISSING[1], UNITS[1]
-    asked = [
+    questions = [
         make_number_question(
             "constant",
             "constant",
@@ -217,11 +226,12 @@ def _ask_torque(here: Motion, asker: Variables) -> list[Question]:
         )
     ]
     for name, turned in (
-        ("pole_rate", "viscous"), ("pole_angle", None), ("pole_turns", None), ("time", None), ("cart_position", None),
+        ("pole_rate", "viscous"), ("pole_angle", None), ("pole_turns", None), ("time", None),
+        ("cart_position", None),
         ("cart_velocity", None), ("command", None),
     ):  # fmt: skip
         if name in asker.bases:
-            asked.append(
+            questions.append(
                 asker.curve(
                     name, "pole", Measured(missing, unit, name, 1.0, turned, turned is not None)
                 )
@@ -235,12 +245,15 @@ def _ask_torque(here: Motion, asker: Variables) -> list[Question]:
         ("pole_rate", here.w, viscous),
         ("pole_direction", np.sign(here.w), dry),
     ):
-        asked += _make_products(asker, key, "pole_rate", factor, what, names, lambda _: "pole")
-    return asked
+        questions += _make_products(asker, key, "pole_rate", factor, what, names, lambda _: "pole")
+    return questions
 
 
 def _locate_gain(name: str) -> str:
-    """Return the place of a gain that a variable changes: the command's way to the drive knows the time, not the motion."""
+    """Return the place of a gain that a variable changes.
+
+    The command's way to the drive knows the time, not the motion.
+    """
     return "command" if name == "time" else "drive"
 
 
@@ -259,7 +272,7 @@ def _make_products(
     return [
         asker.product(
             f"{key}*{name}", f"{by}*{name}", factor, name, place(name),
-            Measured(what.theta, what.unit, name, what.sign, what.turned),
+            Measured(what.quantity, what.unit, name, what.sign, what.turned),
         )
         for name in names
         if name in asker.bases

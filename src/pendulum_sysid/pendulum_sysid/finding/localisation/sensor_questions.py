@@ -1,4 +1,4 @@
-"""What a missing force says about the sensors and the clock: an error of the angle, the position or the stamps.
+"""Ask whether an error of the angle, the position or the stamps makes up a missing force.
 
 A measured angle that is off by e moves every term of the pole's equation: Jp e'' + fp e' - S (g
 cos th - sin th v') e is then lacking, to first order, and -S times the change of cos(th) w' -
@@ -45,19 +45,19 @@ ANGLE = ("error of the angle", "rad")
 def make_sensor_questions(
     signals: Signals, here: Motion, balance: Balance, theta: Floats
 ) -> list[Question]:
-    """Return what is asked of the sensors and the clock in an equation; words: the twin's."""
-    asked = [_ask_clock(here, balance.equation, theta)]
+    """Return the questions about sensors and clock in an equation; theta: (SIZE,) of the twin."""
+    questions = [_ask_clock(here, balance.equation, theta)]
     if signals.pole is not None:
-        asked += _ask_angle(signals, here, balance.equation, theta)
+        questions += _ask_angle(signals, here, balance.equation, theta)
     if balance.equation == FORCE:
-        return [*asked, *_ask_position(signals, here, theta)]
+        return [*questions, *_ask_position(signals, here, theta)]
     if signals.cart is not None:
         more = Measured("share by which the cart's motion is seen too small", "1", "constant")
         pushed = theta[COUPLING] * np.cos(here.th) * here.a
-        asked.append(
+        questions.append(
             make_number_question("cart_acceleration", "cart_acceleration", "sensor", more, pushed)
         )
-    return asked
+    return questions
 
 
 def _ask_angle(signals: Signals, here: Motion, equation: int, theta: Floats) -> list[Question]:
@@ -74,8 +74,10 @@ def _ask_angle(signals: Signals, here: Motion, equation: int, theta: Floats) -> 
     everywhere, times = lacking(np.ones_like(here.th)), make_time_knots(here)
     turning = Measured(*ANGLE, "pole_angle")
     x = np.linspace(0.0, 2 * np.pi, POINTS)
-    asked = [
-        make_number_question("angle_error", "pole_angle", "sensor", Measured(*ANGLE, "constant"), everywhere),
+    questions = [
+        make_number_question(
+            "angle_error", "pole_angle", "sensor", Measured(*ANGLE, "constant"), everywhere
+        ),
         Question(
             "angle_error*time", "time", "sensor", Cost.PRODUCT, Measured(*ANGLE, "time"),
             lambda: everywhere[:, None] * make_hats(here.t, times), times,
@@ -87,10 +89,10 @@ def _ask_angle(signals: Signals, here: Motion, equation: int, theta: Floats) -> 
     ]  # fmt: skip
     if signals.cart is not None:
         late = Measured("time by which the angle is late", "s", "constant")
-        asked.append(
+        questions.append(
             make_number_question("time_shift", "time_shift", "sensor", late, lacking(here.w), -1.0)
         )
-    return asked
+    return questions
 
 
 def _make_harmonics(angle: Floats) -> Floats:
@@ -106,7 +108,7 @@ def _make_harmonics(angle: Floats) -> Floats:
 
 
 def _carry_through(lacking: Callable[[Floats], Floats], errors: Floats) -> Callable[[], Floats]:
-    return lambda: np.stack([lacking(one) for one in errors.T], axis=1)
+    return lambda: np.stack([lacking(error) for error in errors.T], axis=1)
 
 
 def _ask_position(signals: Signals, here: Motion, theta: Floats) -> list[Question]:
@@ -129,7 +131,8 @@ def _ask_position(signals: Signals, here: Motion, theta: Floats) -> list[Questio
     columns = _carry_through(lacking, along_rail(here.x))
     return [
         Question(
-            "position_error*cart_position", "cart_position", "sensor", Cost.PRODUCT, measured, columns, x, along_rail(x),
+            "position_error*cart_position", "cart_position", "sensor", Cost.PRODUCT, measured,
+            columns, x, along_rail(x),
             bends=False,
         )
     ]  # fmt: skip

@@ -1,4 +1,4 @@
-"""The filter that everything on a balance goes through: as narrow as the sensors' noise allows, taken where it counts."""
+"""The filter of a balance: as narrow as the sensors' noise allows, taken where samples count."""
 
 from __future__ import annotations
 
@@ -22,7 +22,11 @@ MOST_ROWS = 20_000
 
 @dataclass(frozen=True)
 class Sieve:
-    """Hold the filter: weights (2 L + 1,) that add up to 1, and the samples (rows,) at whose place it is taken."""
+    """Hold the filter of a balance.
+
+    weights: (2 L + 1,) that add up to 1.
+    at: (rows,) samples at which the filter is taken.
+    """
 
     weights: Floats
     at: Ints
@@ -30,14 +34,14 @@ class Sieve:
     def __call__(self, columns: Floats) -> Floats:
         """Return columns (n,) or (n, k) filtered, (rows,) or (rows, k)."""
         reach = len(self.weights) // 2
-        found = np.zeros((len(self.at), *columns.shape[1:]))
+        filtered = np.zeros((len(self.at), *columns.shape[1:]))
         for weight, offset in zip(self.weights, range(-reach, reach + 1), strict=True):
-            found += weight * columns[self.at + offset]
-        return found
+            filtered += weight * columns[self.at + offset]
+        return filtered
 
 
 def make_sieve(case: Case, theta: Floats, own: Floats, equation: int) -> tuple[Sieve, float]:
-    """Return the narrowest filter that leaves little noise in an equation, and that noise's deviation.
+    """Return the narrowest filter that leaves little noise in an equation, and this noise.
 
     own: (n,) mass (inertia) times acceleration, beside which noise is little.
     """
@@ -62,7 +66,7 @@ def _compute_noise(case: Case, theta: Floats, weights: Floats, equation: int) ->
     """Return the deviation that the sensors' noise leaves in a filtered force or torque."""
     gain = np.linalg.norm(np.convolve([1.0, -2.0, 1.0], weights)) / case.signals.period_s**2
     cart, pole = (
-        gain * (one or 0.0) for one in (case.state.noise.cart_m, case.state.noise.pole_rad)
+        gain * (noise or 0.0) for noise in (case.state.noise.cart_m, case.state.noise.pole_rad)
     )
     coupling = theta[COUPLING]
     pair = (
@@ -74,7 +78,7 @@ def _compute_noise(case: Case, theta: Floats, weights: Floats, equation: int) ->
 
 
 def _choose_rows(case: Case, theta: Floats, weights: Floats, equation: int) -> Ints:
-    """Return the samples at which a filter is taken: inside stretches, on valid samples, joint not at rest."""
+    """Return where a filter is taken: inside stretches, on valid samples, joint not at rest."""
     signals, reach = case.signals, len(weights) // 2
     bad = _find_uncounted(case, theta, equation).astype(np.float64)
     stride = max(reach // 2, 1, -(-len(signals) // MOST_ROWS))

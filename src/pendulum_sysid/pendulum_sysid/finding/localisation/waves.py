@@ -1,4 +1,4 @@
-"""Waves in what is left: a line in its spectrum over time (a vibration), a wave along the rail or round the pole's axis."""
+"""Ask for waves in what is left: over time (a vibration), along the rail, round the axis."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MOST_ROWS = 5000
 
 
 def make_wave_questions(balance: Balance, here: Motion, rest: Floats) -> list[Question]:
-    """Return the question for the sharpest line over time, and the one for the best wave over the joint's position.
+    """Return the questions for the sharpest line over time and the best wave over the position.
 
     rest: (rows,) what is left of the balance.
     """
@@ -25,10 +25,10 @@ def make_wave_questions(balance: Balance, here: Motion, rest: Floats) -> list[Qu
     name, values = (
         ("cart_position", here.x) if balance.equation == FORCE else ("pole_angle", here.th)
     )
-    found = []
+    questions = []
     hertz = find_vibration_hz(balance, rest)
     if hertz is not None:
-        found.append(
+        questions.append(
             _make_wave(
                 "frequency",
                 "frequency",
@@ -41,10 +41,10 @@ def make_wave_questions(balance: Balance, here: Motion, rest: Floats) -> list[Qu
         )
     number = _find_wavenumber(values[balance.sieve.at], rest, balance.equation)
     if number is not None:
-        found.append(
+        questions.append(
             _make_wave(f"{name} wave", name, place, number, values, balance.equation, name)
         )
-    return found
+    return questions
 
 
 def _make_wave(
@@ -66,7 +66,7 @@ def _make_wave(
 
 
 def find_vibration_hz(balance: Balance, rest: Floats) -> float | None:
-    """Return the frequency of the line that stands out most from its neighbours in the spectrum of a rest (rows,)."""
+    """Return the frequency of the line that stands out most in the spectrum of a rest (rows,)."""
     step = balance.spacing_s
     slot = np.round((balance.seconds - balance.seconds[0]) / step).astype(int)
     even = np.zeros(slot[-1] + 1)
@@ -91,7 +91,10 @@ def find_vibration_hz(balance: Balance, rest: Floats) -> float | None:
 
 
 def _find_wavenumber(values: Floats, rest: Floats, equation: int) -> float | None:
-    """Return the wavenumber (rad per unit of the values) of the wave over a variable that explains most of a rest."""
+    """Return the wavenumber of the wave over a variable that explains most of a rest (rows,).
+
+    In rad per unit of the values.
+    """
     travel = float(np.ptp(values))
     if travel <= 0 or len(values) < 4 * WAVES[1]:
         return None
