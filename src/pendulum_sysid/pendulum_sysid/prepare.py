@@ -65,10 +65,9 @@ def prepare_case(recordings: Sequence[Recording], twin: Twin) -> Case:
     Raises WrongUse as `prepare` does.
     """
     smoothed = [_smooth_own_run(recording) for recording in recordings]
-    if len(smoothed) == 1:
-        recording, state = smoothed[0]
-    else:
-        recording = join_recordings([recording for recording, _ in smoothed])
+    recording, state = smoothed[0]
+    if len(smoothed) > 1:
+        recording = join_recordings([own for own, _ in smoothed])
         state = smooth_state(recording.signals)
     return make_case(recording, state, twin)
 

@@ -1,4 +1,4 @@
-"""Faults put into a clean recording are found where they were put, and a clean one comes out as it went in."""
+"""Faults are found where they were put; a clean recording comes out as it went in."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -76,7 +76,7 @@ def test_noise_is_no_fault(recording: Make, noise: float) -> None:
 
 
 def stops_and_sticks(stamps: np.ndarray, command: np.ndarray) -> np.ndarray:
-    """Return a cart with dry friction between two hard stops, which it leaves at half its speed."""
+    """Make a cart with dry friction between two hard stops, left at half the speed."""
     x, v, step = 0.0, 0.0, stamps[1] / 20
     out = []
     for u in command:
@@ -192,7 +192,7 @@ def test_half_a_turn_off_for_a_sample_is_a_spike(recording: Make) -> None:
 
 @pytest.mark.parametrize("size_rad", [0.05, 0.055, 0.06, 0.07])
 def test_a_small_step_that_stays_is_no_spike(recording: Make, size_rad: float) -> None:
-    """A slip of an encoder's count, in fast motion and coarsely counted: no samples left out make it come back."""
+    """An encoder's count slips, in fast motion and coarsely counted: it does not come back."""
     count, swing = 2 * np.pi / 1024, np.pi + 0.7 * np.sin(2 * np.pi * 0.9 * STAMPS)
     for at in range(1000, 1111, 2):
         pole = swing + np.where(np.arange(3000) >= at, size_rad, 0.0)
@@ -214,7 +214,7 @@ def test_first_and_last_samples_of_another_run_are_spikes(recording: Make) -> No
 
 
 def test_a_run_before_is_left_out_though_the_poles_jump_looks_like_a_spike() -> None:
-    """The pole seems to come back: half a radian away, its last samples before the jump are out of line."""
+    """The pole seems to come back: its last samples before the jump are out of line."""
     n, own = 3000, 68
     t = np.arange(n) * 0.01
     cart = 0.1 * np.maximum(t - t[own], 0.0) ** 2 * np.exp(-t)

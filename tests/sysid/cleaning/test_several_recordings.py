@@ -1,4 +1,4 @@
-"""Recordings of other days at other amplitudes, together; and of a controller at work, whose commands follow the samples."""
+"""Recordings of several days and amplitudes together, and of a controller at work."""
 
 import json
 from pathlib import Path
@@ -58,7 +58,7 @@ def test_a_controller_at_work(tmp_path: Path) -> None:
 
 
 def test_recordings_of_one_rig_together(tmp_path: Path) -> None:
-    """The same rig (one seed), by the standard plan and by a controller; a drift begins anew with each recording."""
+    """One rig (one seed), by the standard plan and by a controller; a drift begins anew."""
     effects = "gain_drift+cart_quadratic_drag"
     one, seal = recorded(tmp_path / "plan", effects, 45, 6)
     other, again = recorded(tmp_path / "controller", effects, 45, 6, "--closed-loop")

@@ -79,7 +79,7 @@ def test_every_stretch_is_smoothed_as_scipy_does(lengths: tuple[int, ...], order
 
 
 def test_rougher_motion_is_smoothed_over_shorter_lengths() -> None:
-    """The length follows from the data: noise left in the value is less where the motion is slow."""
+    """The length follows from the data: less noise is left where the motion is slow."""
     noise = np.random.default_rng(2).normal(0.0, 1e-3, N)
     slow, fast = (smooth(np.sin(rate * T) + noise, EVERY, WHOLE, PERIOD_S) for rate in (1.0, 30.0))
     assert slow.value_noise < 0.6 * fast.value_noise

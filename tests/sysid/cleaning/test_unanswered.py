@@ -21,7 +21,7 @@ COULOMB = {"cart_coulomb_friction": {"level_n": 0.5}}
 def dead_at_first(
     effects: dict, dead_s: float, speed_m_s: float, seed: int, seconds: float = 20.0
 ) -> Recording:
-    """Return a recording whose drive does nothing for a while, though commands are sent and recorded."""
+    """Make a recording whose drive does nothing for a while, though commands are sent."""
     _, truth = record_hidden(effects, seed, 10.0)
     n, dead = round(seconds / PERIOD_S), round(dead_s / PERIOD_S)
     sent = make_command(seed, n)
@@ -169,4 +169,7 @@ def test_a_stretch_that_ends_early_may_be_left_out_as_a_whole() -> None:
     broken = replace(recording, signals=recording.signals.broken_at([round(2.0 / PERIOD_S)]))
     ((begin, end),) = stale_s(broken)
     assert begin == 0.0 and end == pytest.approx(2.0, abs=0.06)
-    assert stale_s(replace(broken, signals=record_hidden({}, 1, 20.0)[0].signals.broken_at([200]))) == []
+    assert (
+        stale_s(replace(broken, signals=record_hidden({}, 1, 20.0)[0].signals.broken_at([200])))
+        == []
+    )

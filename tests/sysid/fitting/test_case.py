@@ -1,4 +1,4 @@
-"""A case: a twin cut down to what was recorded, and the pole asked by itself, its axis moved as recorded."""
+"""A case: a twin cut down to what was recorded, and the pole by itself on its moving axis."""
 
 from dataclasses import replace
 
@@ -61,7 +61,7 @@ def test_a_joint_that_the_twin_lacks_is_refused(joint: str, keys: tuple[str, ...
 
 
 def runs_of_pole(truth: Twin, believed: Twin, noise: float = 0.0) -> tuple[WindowRuns, WindowRuns]:
-    """Return the free runs of a twin on a recording of another: of cart and pole, and of the pole by itself."""
+    """Return free runs of a twin on a recording of another: of the rig, and of the pole alone."""
     case = prepare_case([made(truth, 10.0, 0.3, noise=noise)], believed)
     alone = put_pole_on_moving_axis(case, make_theta(believed))
     assert alone is not None and alone.signals.cart is None

@@ -20,7 +20,7 @@ from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
 from pendulum_sysid.fitting.windows import cut_windows
 from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.records import Recording, Windows
-from pendulum_sysid.telling.compare_plot import draw
+from pendulum_sysid.telling.compare_plot import draw_comparison
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
@@ -157,7 +157,7 @@ def test_two_twins_run_on_the_same_windows(recording: Recording) -> None:
 @pytest.mark.parametrize("twin", [STRONGER, FALLS_APART], ids=["wrong", "diverging"])
 def test_the_picture_is_written_whole(recording: Recording, twin: Twin, tmp_path: Path) -> None:
     pair = compare_two(prepare_case([recording], twin), INTECO)
-    draw(tmp_path / "plot.svg", "made", ("first.yaml", "second.yaml"), pair.runs)
+    draw_comparison(tmp_path / "plot.svg", "made", ("first.yaml", "second.yaml"), pair.runs)
     text = (tmp_path / "plot.svg").read_text()
     assert text.rstrip().endswith("</svg>")
     assert [path.name for path in tmp_path.iterdir()] == ["plot.svg"]
@@ -166,4 +166,4 @@ def test_the_picture_is_written_whole(recording: Recording, twin: Twin, tmp_path
 def test_a_picture_of_another_kind_is_refused(recording: Recording, tmp_path: Path) -> None:
     pair = compare_two(prepare_case([recording], INTECO), INTECO)
     with pytest.raises(BadInputError, match=r"ending in \.png or \.svg or \.pdf, found \.txt"):
-        draw(tmp_path / "plot.txt", "made", ("a", "b"), pair.runs)
+        draw_comparison(tmp_path / "plot.txt", "made", ("a", "b"), pair.runs)

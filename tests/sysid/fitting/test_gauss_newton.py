@@ -1,4 +1,4 @@
-"""The fit itself: it finds what is known, agrees with dense algebra and brute force, and its intervals are honest."""
+"""The fit finds known answers, agrees with dense algebra, and its intervals are honest."""
 
 from dataclasses import replace
 
@@ -81,7 +81,7 @@ def test_parameters_are_found_from_far(power: int) -> None:
 
 
 def residuals(problem: Problem, theta: Floats, starts: Floats, power: Floats) -> Floats:
-    """Return all that a fit makes small, one long vector, written anew: errors of runs, then moves of starts."""
+    """Return all residuals of a fit in one vector: errors of runs, then moves of starts."""
     windows = problem.windows
     set_of = np.zeros(len(windows), dtype=np.int64)
     runs = run_freely(problem.signals, theta[None], set_of, windows.begin, starts, windows.samples)
@@ -213,7 +213,7 @@ def test_intervals_hold_the_truth() -> None:
 
 
 def test_the_sandwich_is_unbiased_however_few_and_uneven_the_windows_are() -> None:
-    """Known errors on a linear fit of 4 parameters to 7 windows, one of which carries most of the weight."""
+    """Known errors, 4 parameters, 7 windows, one of which carries most of the weight."""
     random, free = (
         np.random.default_rng(4),
         tuple(Free(name, "", (k,), (1.0,), -9.0, 9.0, 1.0) for k, name in enumerate("abcd")),

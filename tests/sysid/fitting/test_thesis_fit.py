@@ -1,4 +1,4 @@
-"""The thesis's procedure: it gains on its own number, keeps to its bounds and says what it moved."""
+"""The thesis's procedure lowers its own number, keeps its bounds and says what it moved."""
 
 from dataclasses import replace
 

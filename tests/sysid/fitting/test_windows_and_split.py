@@ -1,4 +1,4 @@
-"""Windows and their three parts: inside stretches, apart from one another, every regime in each."""
+"""Windows and their three parts: inside stretches, apart, every regime in each."""
 
 from dataclasses import replace
 
@@ -123,7 +123,7 @@ def test_a_recording_too_short_is_refused() -> None:
 
 
 def test_a_part_that_stays_empty_is_refused() -> None:
-    """Three windows and then one, which the rotated pattern puts with those to choose on: none is left to judge on."""
+    """Three windows and then one: the rotated pattern leaves none to judge on."""
     broken = replace(made(INTECO, 4.04).signals, starts=(0, 303))
     with pytest.raises(BadInputError, match="found one of these parts empty: record longer"):
         parts_of(broken)

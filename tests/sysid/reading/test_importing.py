@@ -1,4 +1,4 @@
-"""CSV columns become the recording they describe; what is wrong with a file is said in one sentence."""
+"""CSV columns become the recording they describe; faults are said in one sentence."""
 
 from pathlib import Path
 
@@ -98,8 +98,8 @@ def refusal(file: Path, out: Path, *columns: str, **options: object) -> str:
 def test_a_missing_column_is_refused_with_those_that_are_there(file: Path, tmp_path: Path) -> None:
     sentence = refusal(file, tmp_path / "bag", "t", "volts", "x")
     assert (
-        sentence
-        == f"{file}: expected a column volts, found t, u, x, theta: name one of these with --command"
+        sentence == f"{file}: expected a column volts, found t, u, x, theta: "
+        "name one of these with --command"
     )
     assert "with --time" in refusal(file, tmp_path / "bag", "time", "u", "x")
 

@@ -1,4 +1,4 @@
-"""The command line: exit status, one sentence for whatever is wrong, and files that are whole or not there."""
+"""The command line: exit status, one sentence for a fault, and files whole or not there."""
 
 import json
 import math
@@ -170,11 +170,11 @@ def broken(error: BaseException):
 def test_an_internal_error_is_one_sentence(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, bag: str
 ) -> None:
-    monkeypatch.setattr(recordings, "cleaned", broken(RuntimeError("two\nlines")))
+    monkeypatch.setattr(recordings, "clean_recording", broken(RuntimeError("two\nlines")))
     said = refused(capsys, "replay", bag, "--twin", TWIN)
     assert (
-        said
-        == "sysid: internal error (RuntimeError: two lines): please report it, with --traceback for details\n"
+        said == "sysid: internal error (RuntimeError: two lines): "
+        "please report it, with --traceback for details\n"
     )
     for line in (
         ["--traceback", "replay", bag, "--twin", TWIN],
@@ -187,7 +187,7 @@ def test_an_internal_error_is_one_sentence(
 def test_the_keyboard_stops_it(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, bag: str
 ) -> None:
-    monkeypatch.setattr(recordings, "cleaned", broken(KeyboardInterrupt()))
+    monkeypatch.setattr(recordings, "clean_recording", broken(KeyboardInterrupt()))
     assert main(["replay", bag, "--twin", TWIN]) == 130
     assert (
         capsys.readouterr().err
@@ -340,7 +340,8 @@ def test_import_makes_a_recording_of_a_csv_file(
     np.savetxt(
         tmp_path / "run.csv", table, delimiter=",", header="t,u,x,theta", comments="", fmt="%.12g"
     )
-    line = f"import {tmp_path}/run.csv --out {tmp_path}/bag --time t --command u --cart x --pole theta --skip 1"
+    columns = "--time t --command u --cart x --pole theta"
+    line = f"import {tmp_path}/run.csv --out {tmp_path}/bag {columns} --skip 1"
     assert main([*line.split(), "--pole-zero", "down", "--invert-cart"]) == 0
     assert capsys.readouterr().out == f"{tmp_path}/bag\n"
     assert main(["replay", f"{tmp_path}/bag", "--twin", TWIN, "--json"]) == 0

@@ -125,7 +125,7 @@ def _put_on_one_clock(samples: Samples) -> Signals:
 
 
 def _list_stretches(stamps: Floats, tracks: Iterable[Track], rate: Rate) -> list[tuple[int, int]]:
-    """Return (first, stop) samples of the stretches between gaps and jumps; short ones are left out."""
+    """Return the (first, stop) samples of the stretches that are long enough."""
     breaks = [np.flatnonzero(np.diff(stamps) > rate.break_s) + 1]
     breaks += [np.searchsorted(stamps, track.breaks, side="right") for track in tracks]
     edges = np.unique(np.concatenate([[0, len(stamps)], *breaks])).astype(int).tolist()

@@ -19,10 +19,11 @@ def detect_clipping(samples: Samples) -> tuple[Samples, tuple[Fault, ...]]:
 
 
 def find_clipped_runs(command: Floats) -> list[tuple[int, int]]:
-    """Return (first, stop) samples at which a varying command (n,) stood at its greatest magnitude.
+    """Return the (first, stop) samples at which a command (n,) stood at its greatest magnitude.
 
-    None are returned when the command hardly ever stood there. Steps between constant levels are a plan, not clipping: the command must move towards the limit
-    or away from it.
+    None are returned when it hardly ever stood there. Steps between constant levels are a plan,
+    not
+    clipping: the command must move towards the limit or away from it.
     """
     limit = float(np.max(np.abs(command), initial=0.0))
     if limit == 0.0:

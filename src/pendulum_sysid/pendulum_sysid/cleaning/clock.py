@@ -14,14 +14,18 @@ FIT_EACH_SIDE = 5  # samples on either side that a fill is fitted to
 
 @dataclass(frozen=True)
 class Rate:
-    """Hold how samples follow one another: the period, and the deviation of a stamp from its grid, in periods."""
+    """Hold how samples follow one another.
+
+    period_s: s between samples.
+    jitter: standard deviation of a stamp from its grid, in periods.
+    """
 
     period_s: float
     jitter: float
 
     @property
     def gap_s(self) -> float:
-        """Return the step between two stamps from which a sample is missing: 1.5 periods, more when stamps jitter."""
+        """Return the step (s) from which a sample is missing: 1.5 periods, more with jitter."""
         return (1.5 + min(0.4, 2.0 * self.jitter)) * self.period_s
 
     @property
@@ -31,7 +35,7 @@ class Rate:
 
 
 def estimate_rate(stamps: Floats) -> Rate:
-    """Return the rate of rising stamps (n,): the median step, made precise over whole stretches."""
+    """Estimate the rate of rising stamps (n,): the median step, refined over whole stretches."""
     steps = np.diff(stamps)
     median = float(np.median(steps))
     cuts = np.flatnonzero(steps > (decisions.LONGEST_FILL + 1.5) * median) + 1
@@ -64,7 +68,7 @@ def _places(stamps: Floats, period_s: float) -> Floats:
 
 
 def make_grid(stamps: Floats, period_s: float) -> Floats:
-    """Return the instants of the uniform clock within one stretch of stamps; it runs through most of them."""
+    """Return the instants (s) of the uniform clock that runs through most stamps of a stretch."""
     place = _places(stamps, period_s)
     if np.ptp(stamps - place * period_s) > 2 * decisions.CLOCK_ALIGNED * period_s:
         time = (stamps - stamps[0]) / period_s
@@ -79,7 +83,10 @@ def make_grid(stamps: Floats, period_s: float) -> Floats:
 
 
 def resample(instants: Floats, stamps: Floats, values: Floats, rate: Rate) -> tuple[Floats, Mask]:
-    """Return good samples (stamps, values) at the instants, and where a sample stands behind the value.
+    """Return values at the instants, (n,), and where a sample stands behind them, (n,).
+
+    instants: (n,) s, of the uniform clock.
+    stamps, values: (m,) good samples.
 
     A sample on its instant is taken unchanged; others are interpolated linearly between
     neighbours. Where none is near, the value is a smooth fill and not valid.
@@ -101,7 +108,7 @@ def resample(instants: Floats, stamps: Floats, values: Floats, rate: Rate) -> tu
 
 
 def fill(values: Floats, valid: Mask) -> Floats:
-    """Return the values with those not valid replaced, short runs by a cubic through both sides, ends by a line."""
+    """Replace values that are not valid: short runs by a cubic, the ends by a line."""
     out = values.copy()
     good = np.flatnonzero(valid)
     if len(good) < 2:
@@ -129,7 +136,7 @@ def hold_commands(instants: Floats, period_s: float, stamps: Floats, command: Fl
     """Return the command in force from each instant to the next one; 0 before the first message.
 
     stamps, command: (m,) when each message came, and its value, which is held until the next. When
-    nearly every message came within PAIRED of an instant, as answers to samples do, each belongs
+    nearly every message came close of an instant, as answers to samples do, each belongs
     to the nearest instant and keeps its value; otherwise the held command is averaged over each
     period.
     """

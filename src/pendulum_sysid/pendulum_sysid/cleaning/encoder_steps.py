@@ -1,4 +1,7 @@
-"""The encoders' steps, as a recording shows them: positions lie on a grid, so all gaps between them are whole multiples."""
+"""The encoders' steps as a recording shows them: positions lie on a grid.
+
+All gaps between positions are whole multiples of the step.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ WHOLE = 1000  # steps: beyond so many, rounding of the step itself adds up
 
 
 def find_encoder_step(positions: Floats | None) -> float:
-    """Return the step of an encoder (m or rad) from its positions (samples,); 0.0 where none shows."""
+    """Find the step of an encoder (m or rad) in its positions (samples,); 0 where none shows."""
     if positions is None or len(positions) < decisions.ENCODER_LEAST_GAPS:
         return 0.0
     gaps = np.diff(np.sort(positions[np.isfinite(positions)]))

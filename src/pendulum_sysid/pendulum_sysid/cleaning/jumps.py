@@ -27,7 +27,11 @@ NO_STEP = 1e-9  # m or rad: below it a step is rounding
 
 @dataclass(frozen=True)
 class Jumps:
-    """Hold what was found: (n,) False at spikes, and the samples after which the signal stays elsewhere."""
+    """Hold the spikes and jumps of a signal.
+
+    good: (n,) False at spikes.
+    stays: the samples after which the signal stays elsewhere.
+    """
 
     good: Mask
     stays: Places
@@ -44,7 +48,9 @@ class _Motion:
     floor: float  # in the signal's unit
 
     def beyond(self, step: Floats, first: Places, last: Places) -> tuple[Floats, Floats]:
-        """Return how far steps from first to last + 1 lie above the motion (below: negative), and what may be."""
+        """Return by how much steps exceed the motion (below it: negative), and the allowance.
+
+        step: the signal's change from sample first to sample last + 1."""
         ends = np.concatenate([[0.0], np.cumsum(self.periods)])
         periods = ends[last + 1] - ends[first]
         low = np.minimum(self.low[first], self.low[last]) * periods
@@ -56,7 +62,7 @@ class _Motion:
 
 
 def measure_least_step(values: Floats) -> float:
-    """Return the least that counts as out of line in a signal (n,) without noise: by encoder step and range."""
+    """Return the least step out of line in a signal (n,) without noise, by encoder and range."""
     moved = np.abs(np.diff(values))
     moved = moved[moved > NO_STEP]
     quantum = float(np.quantile(moved, 0.01)) if len(moved) else 0.0
@@ -69,7 +75,7 @@ def measure_least_step(values: Floats) -> float:
 
 
 def measure_step_floor(values: Floats) -> float:
-    """Return the least step out of line that counts in a signal (n,): of the signal and of its noise."""
+    """Return the least step out of line in a signal (n,), its noise included."""
     steps = np.diff(values)
     noise = 0.0
     if len(steps) > 2 * decisions.SPIKE_SIDE_STEPS:
@@ -83,7 +89,9 @@ def take_shortest_way(steps: Floats, turn: float | None) -> Floats:
 
 
 def find_jumps(stamps: Floats, values: Floats, rate: Rate, turn: float | None = None) -> Jumps:
-    """Return the spikes and jumps of a signal (n,), all finite; a step over a gap too long to fill is not judged.
+    """Find the spikes and jumps of a signal (n,), all finite.
+
+    A step over a gap too long to fill is not judged.
 
     turn: how much further the signal is at the same place again; None when never. Where spikes are
     many they hide one another, so what is left is looked through again.
@@ -145,7 +153,7 @@ def _motion(steps: Floats, periods: Floats, floor: float) -> _Motion:
 
 
 def _alone(excess: Floats, turn: float | None) -> Floats:
-    """Return the magnitudes, 0 where a step beside goes along: a slip of several samples is motion.
+    """Return the magnitudes, 0 where a neighbouring step goes along: a slip is motion.
 
     A step that is a fair part of a turn is none, and may only seem to go along.
     """
@@ -160,7 +168,9 @@ def _alone(excess: Floats, turn: float | None) -> Floats:
 def _spike_at(
     values: Floats, motion: _Motion, off: Floats, step: int, turn: float | None
 ) -> tuple[int, int] | None:
-    """Return the fewest samples beside a step whose removal leaves a motion, None when the signal stays elsewhere.
+    """Return the fewest samples beside a step whose removal leaves a motion.
+
+    None when the signal stays elsewhere.
 
     off: (n-1,) how far every step is from the middle of what motion does.
     """
@@ -195,7 +205,10 @@ def _spike_at(
 
 
 def _sides(rates: Floats, statistic: Callable[..., Floats]) -> tuple[Floats, Floats]:
-    """Return a statistic of the steps before and of the steps after every step; a side with too few is as the other."""
+    """Return a statistic of the steps before and after every step.
+
+    A side with too few steps takes the value of the other.
+    """
     count = len(rates)
     windows = statistic(sliding_window_view(rates, decisions.SPIKE_SIDE_STEPS), axis=1)
     before, after = np.empty(count), np.empty(count)

@@ -1,4 +1,4 @@
-"""Find spikes of a few samples that are small beside the motion, where the motion around them is smooth.
+"""Find spikes of a few samples that are small beside the motion around them, where it is smooth.
 
 A cubic through the samples on both sides says where those between should be. At a kink (an end
 stop, a break from rest) the cubic fits its own samples badly too; at a spike only the samples
@@ -22,7 +22,7 @@ WIDTHS = (1, 2, 3)  # samples of a spike
 def find_small_spikes(
     stamps: Floats, values: Floats, period_s: float
 ) -> tuple[tuple[int, int], ...]:
-    """Return spikes as (first, stop) samples of a signal (n,), all finite, on a nearly even clock."""
+    """Find spikes, (first, stop) samples of a signal (n,), all finite, on a nearly even clock."""
     least = measure_least_step(values)
     taken = np.zeros(len(values), dtype=bool)
     found = []
@@ -44,7 +44,7 @@ def find_small_spikes(
 
 
 def _off(stamps: Floats, values: Floats, period_s: float, width: int, least: float) -> Floats:
-    """Return how far the samples in the middle of every window are off the curve, 1 being allowed."""
+    """Return how far the middle of every window is off the curve; 1 is allowed."""
     length = width + 2 * decisions.SMALL_SPIKE_SIDE
     place = np.arange(length) - (length - 1) / 2
     middle = slice(decisions.SMALL_SPIKE_SIDE, decisions.SMALL_SPIKE_SIDE + width)

@@ -1,4 +1,4 @@
-"""The smoothed motion of a whole recording: states, accelerations, and the noise of its sensors."""
+"""The smoothed motion of a recording: states, accelerations, and the noise of its sensors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Samples at the start of a recording that do not belong to it: the cart does not answer the command yet.
+"""Find the start of a recording in which the cart does not answer the command yet.
 
 Logging often starts before the drive does, or with what an earlier run left in the buffers. Such
 samples look like a delay, a dead zone or heavy friction, and no physics repairs them.
@@ -27,9 +27,12 @@ NO_ANSWER = (
 
 @dataclass(frozen=True)
 class Answer:
-    """Hold the cart's acceleration as a linear answer, by least squares: drive a unit command, brakes, and what is left.
+    """Hold the cart's acceleration as a linear answer to the command, by least squares.
 
-    late: samples by which it follows the command.
+    late: samples by which the acceleration follows the command.
+    drive: m/s^2 a unit of the command.
+    brakes: (3,) of viscous and dry friction and of a constant force, see `_list_brakes`.
+    spread: standard deviation of the remainder, m/s^2.
     """
 
     late: int
@@ -47,7 +50,8 @@ def leave_out_stale_start(recording: Recording, state: SmoothState) -> Recording
     if signals.cart is None or not np.any(signals.command):
         return recording
     answer = _answer(signals, state)
-    assert answer is not None
+    if answer is None:
+        return recording
     ends = [
         (s.start, s.start + _silent_samples(signals, state, s, answer)) for s in signals.stretches
     ]
@@ -70,7 +74,7 @@ def leave_out_stale_start(recording: Recording, state: SmoothState) -> Recording
 
 
 def _brakes(state: SmoothState) -> Floats:
-    """Return what can slow the cart or push it without a command, (n, 3): viscous, dry, constant."""
+    """Return what moves the cart without a command, (n, 3): viscous, dry, constant."""
     v = state.states[:, 2]
     return np.stack([v, np.tanh(v / _slow(state)), np.ones_like(v)], axis=1)
 
@@ -81,10 +85,11 @@ def _slow(state: SmoothState) -> float:
 
 
 def _answer(signals: Signals, state: SmoothState, up_to: float = np.inf) -> Answer | None:
-    """Return how the cart answers in the part of every stretch that is not suspected, as late as fits it best.
+    """Fit the cart's answer where it is not suspected, with the delay that fits best.
 
-    up_to: commands larger than this are left out, for the answer to small ones; None where too few
-    are left.
+    up_to: larger commands are left out.
+
+    None where nothing moves or too few samples are left.
     """
     late_part = np.concatenate(
         [np.arange(s.start + _early(signals, s), s.stop) for s in signals.stretches]
@@ -92,6 +97,8 @@ def _answer(signals: Signals, state: SmoothState, up_to: float = np.inf) -> Answ
     moving = late_part[
         np.abs(state.states[late_part, 2]) > _slow(state)
     ]  # at rest, friction takes any value
+    if not len(moving):
+        return None
     brakes = _brakes(state)
     step = max(round(LATER_S / signals.period_s), 1)
     answers = []
@@ -111,7 +118,7 @@ def _answer(signals: Signals, state: SmoothState, up_to: float = np.inf) -> Answ
 
 
 def delay_command(signals: Signals, late: int) -> Floats:
-    """Return the command as it was so many samples ago, within each stretch; before its start the first one held."""
+    """Return the command (n,) of so many samples ago; the first one holds before a stretch."""
     found = np.empty(len(signals))
     for stretch in signals.stretches:
         part = signals.command[stretch]
@@ -120,16 +127,16 @@ def delay_command(signals: Signals, late: int) -> Floats:
 
 
 def _early(signals: Signals, stretch: slice) -> int:
-    """Return how many samples of a stretch are suspected: one that ends early in the recording may belong to it nowhere."""
+    """Return how many samples of a stretch are suspected: all, where it ends early enough."""
     within = min(stretch.stop, int(decisions.STALE_SHARE * len(signals))) - stretch.start
     return max(int(decisions.STALE_SHARE * (stretch.stop - stretch.start)), within)
 
 
 def _silent_samples(signals: Signals, state: SmoothState, stretch: slice, answer: Answer) -> int:
-    """Return for how many samples a stretch is more likely without the drive than with it (a change point by likelihood).
+    """Return for how many samples a stretch is likelier without the drive than with it.
 
-    Weak commands may go unanswered for a dead zone, too: then those of later on that are as weak
-    must be answered.
+    This is a change point by likelihood. Weak commands may go unanswered for a dead zone, too:
+    then commands as weak must be answered later on.
     """
     end = _silence(signals, state, stretch, answer)
     if not end:

@@ -1,4 +1,4 @@
-"""One case to be diagnosed: a recording, the twin to start from, and what both fix about sizes and noise."""
+"""A case to be diagnosed: a recording, the twin to start from, and the sizes that both fix."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Judge twins by what they do on a recording: free runs on windows, and one free run of the whole."""
+"""Judge twins by their free runs on a recording: on windows, and over the whole of it."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ class Pair:
 
     @property
     def second_better(self) -> int:
-        """Return in how many windows the second twin's errors are the smaller, in units of the sensors' noise."""
+        """Return in how many windows the second twin's errors are smaller, in units of noise."""
         first, second = ((runs.squares / runs.noise**2).sum(axis=1) for runs in self.runs)
         return int(np.sum(second < first))
 
 
 def compare(case: Case) -> Comparison:
-    """Return how the case's twin runs on its recording (contract: `sysid replay`).
+    """Replay the case's twin on its recording, as `sysid replay` does.
 
     Windows of 1 s start every 0.5 s, each from a state smoothed out of the recording alone;
     samples that are not valid do not count. A run that diverges makes its errors infinite. Raises
@@ -43,7 +43,7 @@ def compare(case: Case) -> Comparison:
 
 
 def compare_two(case: Case, twin: Twin) -> Pair:
-    """Return how the case's twin and another run on the same windows; raises what `compare` raises."""
+    """Compare the case's twin with another on the same windows; raises what `compare` does."""
     cases = case, change_twin(case, twin)
     runs = _replay(cases[0]), _replay(cases[1])
     return Pair((_comparison(cases[0], runs[0]), _comparison(cases[1], runs[1])), runs)
@@ -53,7 +53,8 @@ def _replay(case: Case) -> WindowRuns:
     windows = cut_windows(case.signals, case.state, EVERY_S)
     if not len(windows):
         raise UnusableRecording(
-            f"expected at least one stretch of {WINDOW_S:g} s with half of its samples valid, found none in "
+            f"expected at least one stretch of {WINDOW_S:g} s with half of its samples valid, "
+            "found none in "
             f"{case.signals.seconds:.3g} s: record longer"
         )
     return run_windows(case, windows)

@@ -1,4 +1,4 @@
-"""Least squares over many windows at once: common parameters, and a start state of each window's own.
+"""Least squares over many windows: common parameters, and a start state for each window.
 
 Multiple shooting with the start states eliminated by a Schur complement (Bock, in Numerical
 Treatment of Inverse Problems (1983); Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973) 413). The
@@ -30,10 +30,14 @@ CONVERGED = 1e-5  # relative gain of the likelihood a sample
 
 @dataclass(frozen=True)
 class Solution:
-    """Hold a fit: theta (SIZE,), start states (windows, 4), squared errors and counts (windows, channels).
+    """Hold a fit of free parameters and start states.
 
-    normals: (windows, parameters, parameters) of the reduced problem; scores: (windows,
-    parameters) each window's gradient.
+    theta: (SIZE,) parameter vector.
+    starts: (windows, 4) fitted start states x, th, v, w.
+    squares, counts: (windows, channels) sum of squared errors (m^2, rad^2), and samples.
+    converged: whether the last step gained hardly anything.
+    normals: (windows, parameters, parameters) of the reduced problem.
+    scores: (windows, parameters) each window's gradient.
     """
 
     theta: Floats
@@ -59,7 +63,10 @@ def _power(squares: Floats, counts: Floats) -> Floats:
 
 
 def _cost(problem: Problem, starts: Floats, squares: Floats, counts: Floats) -> float:
-    """Return the concentrated negative log likelihood (of Gaussian errors, each channel's variance its best) a sample."""
+    """Return the concentrated negative log likelihood a sample.
+
+    Errors are Gaussian, with the variance of each channel that fits them best.
+    """
     total = counts.sum(axis=0)
     if not np.all(np.isfinite(squares)):
         return np.inf
@@ -77,7 +84,7 @@ def solve(
     starts: Floats | None = None,
     iterations: int = 20,
 ) -> Solution:
-    """Return the fit of the free parameters and of the windows' start states, beginning at words.
+    """Return the fit of the free parameters and of the windows' start states, from theta.
 
     With no free parameters only the start states are fitted. Steps that do not improve are
     shortened (Levenberg-Marquardt); parameters stay within their bounds.
@@ -94,8 +101,8 @@ def solve(
     for _ in range(iterations):
         system = linearise(problem, theta, starts, free, _power(squares, counts))
         while True:
-            new_words, new_starts = _stepped(system, theta, starts, free, damping)
-            new_squares = np.sum(compute_errors(problem, new_words, new_starts) ** 2, axis=1)
+            new_theta, new_starts = _stepped(system, theta, starts, free, damping)
+            new_squares = np.sum(compute_errors(problem, new_theta, new_starts) ** 2, axis=1)
             new_cost = _cost(problem, new_starts, new_squares, counts)
             if new_cost < cost or damping > 1e4:
                 break
@@ -104,7 +111,7 @@ def solve(
             converged = True
             break
         gain, cost = cost - new_cost, new_cost
-        theta, starts, squares = new_words, new_starts, new_squares
+        theta, starts, squares = new_theta, new_starts, new_squares
         damping = max(damping * 0.1, 1e-9)
         if gain < CONVERGED:
             converged = True
@@ -117,7 +124,7 @@ def solve(
 def _stepped(
     system: System, theta: Floats, starts: Floats, free: tuple[Free, ...], damping: float
 ) -> tuple[Floats, Floats]:
-    """Return words and starts after one damped step; a parameter that would leave its range stops at its bound."""
+    """Return theta and start states after one damped step, parameters within their bounds."""
     values = np.array([one.get(theta) for one in free])
     sizes = np.array([one.size for one in free])
     low, high = np.array([one.low for one in free]), np.array([one.high for one in free])
@@ -136,21 +143,21 @@ def _stepped(
         loose &= ~out
         if not loose.any():
             break
-    new_words = theta.copy()
+    new_theta = theta.copy()
     for one, value, change in zip(free, values, step * sizes, strict=True):
-        one.put(new_words, float(np.clip(value + change, one.low, one.high)))
+        one.put(new_theta, float(np.clip(value + change, one.low, one.high)))
     rest = system.start_gradient - system.cross @ step
     moves = np.linalg.solve(system.start_normal, rest[..., None])[..., 0]
     new_starts = starts.copy()
     new_starts[:, system.varied] += moves * system.start_sizes
-    return new_words, new_starts
+    return new_theta, new_starts
 
 
 def compute_half_widths(solution: Solution, free: tuple[Free, ...], together: int = 1) -> Floats:
-    """Return the half widths of 95 % intervals, (parameters,), infinite where the data fix nothing.
+    """Return the half widths of 95 % intervals, (parameters,); infinite where nothing is fixed.
 
-    together: how many windows in a row are parts of one. The windows' gradients are taken as
-    independent, their scatter
+    together: how many windows in a row are pieces of a longer one. The windows' gradients are
+    taken as independent, their scatter
     as it is: a sandwich clustered by window, which stays honest when the model is wrong; the
     classical width is the least. What a window's own weight in the fit takes off its gradient is
     put back (CR2 of Bell and McCaffrey, Survey Methodology 28 (2002) 169; Cameron and Miller, J.
@@ -182,5 +189,5 @@ def compute_half_widths(solution: Solution, free: tuple[Free, ...], together: in
 
 
 def refine_start_states(problem: Problem, theta: Floats, starts: Floats | None = None) -> Solution:
-    """Return the best start states for a twin that is not to be changed: how well it can run at all."""
+    """Fit the start states alone: how well a fixed twin can run at all."""
     return solve(problem, theta, (), starts, iterations=4)

@@ -1,8 +1,8 @@
-"""How the free runs of windows change with words and with their own start states, as normal equations.
+"""Normal equations of the free runs of windows in theta and in their own start states.
 
-Runs of a word and its neighbours along every parameter are told apart by differences. The start
-states of the windows are eliminated by a Schur complement (Golub and Pereyra, SIAM J. Numer. Anal.
-10 (1973) 413): what is left is in the words alone.
+Derivatives are differences between runs of theta and its neighbours along every parameter. The
+start states of the windows are eliminated by a Schur complement (Golub and Pereyra, SIAM J. Numer.
+Anal. 10 (1973) 413): the remainder is in the parameters alone.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from pendulum_twin.simulate import run_drive, run_driven
 
 STEP = 1e-4  # of a parameter's size, for differences
 FAR = 1e6  # deviations: as wrong as a run may count that has left all bounds
-RUNS_AT_ONCE = 4_000_000  # numbers of runs that are held at one time, so that a long recording needs no more memory
+RUNS_AT_ONCE = 4_000_000  # numbers of runs that are held at one time: bounds the memory
 DRIVES_AT_ONCE = 32_000_000  # the same of what command and drive make of the whole recording
 
 
@@ -39,13 +39,16 @@ class Problem:
 
 
 def list_varied(problem: Problem) -> list[int]:
-    """Return which entries of a start state are fitted: position and velocity of the channels that are there."""
+    """Return the fitted entries of a start state: position and velocity of every channel."""
     present = list_channels(problem.signals)
     return [*present, *(k + 2 for k in present)]
 
 
 def compute_errors(problem: Problem, theta: Floats, starts: Floats) -> Floats:
-    """Return measured minus run, (windows, samples, channels), of the twin with theta (SIZE,) from starts (windows, 4)."""
+    """Return measured minus run, (windows, samples, channels).
+
+    theta: (SIZE,) of the twin. starts: (windows, 4) start states.
+    """
     drives = run_drive(problem.signals, theta[None])
     return _errors(
         problem, drives, theta[None], np.zeros(1, dtype=np.int64), starts[None], slice(None)
@@ -76,7 +79,7 @@ def _errors(
 
 @dataclass(frozen=True)
 class System:
-    """Hold the normal equations of columns with the start states eliminated, and what gives the starts back.
+    """Hold normal equations with the start states eliminated, and what gives them back.
 
     Residuals are in units of each channel's deviation, columns change by a parameter's size (a
     start's deviation).
@@ -111,11 +114,10 @@ def linearise(
     power: Floats,
     whole_steps: Floats | None = None,
 ) -> System:
-    """Return the normal equations at words and starts, by differences.
+    """Compute the normal equations at theta and start states, by differences.
 
-    power: (channels,) each channel's mean squared error. whole_steps: (more, SIZE) further word
-    vectors, each of which
-    adds one column: what going all the way there changes.
+    power: (channels,) each channel's mean squared error. whole_steps: (more, SIZE) further
+    parameter vectors, each of which adds a column: what going all the way there changes.
     """
     more = np.empty((0, theta.size)) if whole_steps is None else whole_steps
     sets, scale = _neighbours(theta, free)
@@ -144,8 +146,8 @@ def linearise(
 def _all_errors(problem: Problem, sets: Floats, starts: Floats, parts: list[slice]) -> Floats:
     """Return measured minus run, (sets + starts that are varied, windows, samples, channels).
 
-    First each set of words from the given starts, then the first set from starts one deviation off
-    along each entry.
+    First each parameter vector from the given starts, then the first set from starts one deviation
+    off along each entry.
     """
     turned = list_varied(problem)
     moves = np.zeros((len(sets) + len(turned), 4))
@@ -174,7 +176,10 @@ def _groups(problem: Problem, sets: int) -> list[Ints]:
 def _part_of_system(
     problem: Problem, off_by: Floats, scale: Floats, starts: Floats, part: slice
 ) -> System:
-    """Return the normal equations of a part of the windows; off_by: their errors in deviations, see `_all_errors`."""
+    """Return the normal equations of a part of the windows.
+
+    off_by: their errors in deviations, see `_all_errors`.
+    """
     turned = list_varied(problem)
     sizes = problem.deviations[turned]
     count, sets = off_by.shape[1], len(off_by) - len(turned)
@@ -201,7 +206,7 @@ def _part_of_system(
 
 
 def _neighbours(theta: Floats, free: tuple[Free, ...]) -> tuple[Floats, Floats]:
-    """Return words and their neighbours one small step along each parameter, and size / step of each."""
+    """Return theta and its neighbours along each parameter, and each one's size / step."""
     sets = np.repeat(theta[None], 1 + len(free), axis=0)
     scale = np.empty(len(free))
     for k, one in enumerate(free):

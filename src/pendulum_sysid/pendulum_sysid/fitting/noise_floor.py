@@ -1,4 +1,4 @@
-"""The score that a perfect model would reach: the twin judged on recordings that the twin itself made."""
+"""The score of a perfect model: the twin judged on recordings that the twin itself made."""
 
 from __future__ import annotations
 
@@ -19,14 +19,20 @@ TRIES = 5
 
 @dataclass(frozen=True)
 class NoiseFloor:
-    """Hold what a perfect model reaches: the score over all windows, and the error of the median window (noise = 1)."""
+    """Hold what a perfect model reaches, in units of the sensors' noise.
+
+    score: over all windows.
+    typical: the error of the median window.
+    """
 
     score: float
     typical: float
 
 
 def measure_noise_floor(case: Case, theta: Floats, windows: Windows, seed: int = 0) -> NoiseFloor:
-    """Return what case.twin, whose words are given, reaches on its own noisy runs through the same windows.
+    """Measure what the case's twin reaches on its own noisy runs through the same windows.
+
+    theta: (SIZE,) of the case's twin.
 
     The runs are smoothed and replayed as recordings are; what the floor exceeds 1 by is what noise
     in the smoothed starts costs. The root mean square of several draws of the noise.
@@ -58,7 +64,7 @@ def measure_noise_floor(case: Case, theta: Floats, windows: Windows, seed: int =
 def _perfect(
     case: Case, runs: Floats, begin: np.ndarray, lead: int, random: np.random.Generator
 ) -> WindowRuns:
-    """Return replays of runs (windows, n, 4) with noise on them, each its own stretch with its window after the lead."""
+    """Replay noisy runs, (windows, n, 4): each its own stretch, its window after the lead."""
     signals, length = case.signals, runs.shape[1]
     at = (begin[:, None] + np.arange(length)).reshape(-1)
     positions = []

@@ -1,4 +1,4 @@
-"""What a fit may turn: the rig's constants that motion can fix, and the parameters of the effects at hand."""
+"""The free parameters of a fit: the rig's constants that motion fixes, and those of effects."""
 
 from __future__ import annotations
 
@@ -29,9 +29,12 @@ Scales = dict[Scale, float]
 
 @dataclass(frozen=True)
 class Free:
-    """Describe one free parameter: its name in verdicts, the words it sets (word = factor * value), range and size.
+    """Describe a free parameter of a fit.
 
-    size: a typical magnitude, by which a fit scales its steps.
+    name, unit: in verdicts.
+    theta, factors: entries of theta that it sets, each to factor * value.
+    low, high: range, in the unit.
+    size: a typical magnitude, by which a fit scales its steps, in the unit.
     """
 
     name: str
@@ -43,11 +46,11 @@ class Free:
     size: float
 
     def get(self, theta: Floats) -> float:
-        """Return the value that theta (SIZE,) hold."""
+        """Return the value that theta (SIZE,) holds."""
         return float(theta[self.theta[0]] / self.factors[0])
 
     def put(self, theta: Floats, value: float | Floats) -> None:
-        """Set the value in words (..., SIZE)."""
+        """Set the value in theta (..., SIZE)."""
         for word, factor in zip(self.theta, self.factors, strict=True):
             theta[..., word] = factor * value
 
@@ -149,7 +152,7 @@ def list_effect_parameters(effect: Effect, scales: Scales) -> tuple[Free, ...]:
 
 
 def list_free_parameters(twin: Twin, effects: tuple[str, ...], scales: Scales) -> tuple[Free, ...]:
-    """Return what a fit of these effects turns: the rig's constants and the effects' parameters."""
+    """List the free parameters of a fit: of the rig and of these effects."""
     return list_rig_parameters(twin) + tuple(
         free for name in effects for free in list_effect_parameters(BY_NAME[name], scales)
     )
@@ -158,7 +161,10 @@ def list_free_parameters(twin: Twin, effects: tuple[str, ...], scales: Scales) -
 def make_twin(
     base: Twin, theta: Floats, effects: tuple[str, ...], rig_free: tuple[Free, ...]
 ) -> Twin:
-    """Return the twin that fitted words stand for: base's rig with its free constants replaced, and these effects."""
+    """Make the twin of a fitted theta: base's rig with its free constants replaced.
+
+    theta: (SIZE,). effects: those that the twin holds. rig_free: the fitted constants.
+    """
     values = {free.name: float(np.clip(free.get(theta), free.low, free.high)) for free in rig_free}
     held = {}
     for name in effects:

@@ -26,7 +26,8 @@ def split_windows(signals: Signals, state: SmoothState) -> Split:
     windows = cut_windows(signals, state, WINDOW_S)
     if len(windows) < len(PATTERN):
         raise UnusableRecording(
-            f"expected at least {len(PATTERN)} usable windows of {WINDOW_S:g} s to fit, choose and judge on, "
+            f"expected at least {len(PATTERN)} usable windows of {WINDOW_S:g} s to fit, choose "
+            "and judge on, "
             f"found {len(windows)}: record longer"
         )
     stretch = np.searchsorted(signals.starts, windows.begin, side="right") - 1
@@ -36,7 +37,8 @@ def split_windows(signals: Signals, state: SmoothState) -> Split:
     )
     if not (len(found.train) and len(found.choose) and len(found.held_out)):
         raise UnusableRecording(
-            "expected windows to fit, choose and judge on, found one of these parts empty: record longer"
+            "expected windows to fit, choose and judge on, found one of these parts empty: record "
+            "longer"
         )
     return found
 

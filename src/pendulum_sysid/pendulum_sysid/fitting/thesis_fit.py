@@ -1,4 +1,4 @@
-"""The thesis's own way to fit its twin, kept to compare with: Nelder-Mead over twelve parameters on one record.
+"""The thesis's own way to fit its twin: Nelder-Mead over twelve parameters on one record.
 
 One number (equation 29 over a single free run) is made small with no derivatives, nothing held out
 and no intervals. Starts, bounds and tolerance are those of the published script:
@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import minimize
 
+from pendulum_sysid.errors import WrongUse
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.whole_run import compute_equation_29, run_whole
 from pendulum_twin.effects import BY_NAME
-from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
 from pendulum_twin.rig import RANGES, UNITS
@@ -36,10 +36,11 @@ FRICTION, DEAD_ZONES = "cart_saturating_friction", "thesis_dead_zones"
 
 @dataclass(frozen=True)
 class Searched:
-    """Describe one of the twelve: name in the twin (an effect's after its effect's), start, and highest value.
+    """Describe one of the twelve parameters.
 
-    start: None where the twin's own value is taken. The lowest value is 0, or just above where the
-    twin needs it.
+    name: in the twin; of an effect's parameter, after the name of the effect.
+    high: highest value; the lowest is 0, or just above where the twin needs it.
+    start: None where the twin's own value is taken.
     """
 
     name: str
@@ -116,9 +117,9 @@ def fit_as_thesis(
 ) -> ThesisFit:
     """Find the twin by the thesis's procedure on a recording of cart and pole.
 
-    Starts from the constants of the case's twin and the script's friction and dead zones. Inverted signs of
-    the given twin are kept; its other effects and its viscous cart friction make way for the
-    thesis's. Raises BadInputError when cart or pole is missing, or a constant is beyond the
+    Starts from the constants of the case's twin and the script's friction and dead zones. Inverted
+    signs of the given twin are kept; its other effects and its viscous cart friction make way for
+    the thesis's. Raises WrongUse when cart or pole is missing, or a constant is beyond the
     script's bounds.
     """
     start = _start(case.twin)
@@ -171,8 +172,9 @@ class _Search:
 def _start(twin: Twin) -> Floats:
     if not (twin.rig.has_cart and twin.rig.has_pole):
         missing = "pole" if twin.rig.has_cart else "cart"
-        raise BadInputError(
-            f"expected a recording of cart and pole, found no {missing}: the thesis's procedure needs both, "
+        raise WrongUse(
+            f"expected a recording of cart and pole, found no {missing}: the thesis's procedure "
+            "needs both, "
             "use --method windows"
         )
     start = np.array(
@@ -180,8 +182,9 @@ def _start(twin: Twin) -> Floats:
     )
     for one, value in zip(SEARCHED, start, strict=True):
         if not one.low <= value <= one.high:
-            raise BadInputError(
-                f"expected {one.name} from {one.low:g} to {one.high:g} {one.unit}, found {value:g}: the thesis's "
+            raise WrongUse(
+                f"expected {one.name} from {one.low:g} to {one.high:g} {one.unit}, found "
+                f"{value:g}: the thesis's "
                 "bounds are for its own rig, use --method windows"
             )
     return start

@@ -12,7 +12,7 @@ ONE_RUN = np.zeros(1, dtype=np.int64)
 
 
 def run_whole(signals: Signals, states: Floats, theta: Floats) -> Floats:
-    """Return what the sensors would have shown, (n, 4), had the twin run freely over the whole recording.
+    """Run the twin freely over the whole recording; returns what its sensors show, (n, 4).
 
     states: (n, 4) smoothed x, th, v, w, of which only the first of every stretch is used: a break
     ends one run and begins another. theta: (SIZE,). A run that diverges holds infinity or NaN from
@@ -29,7 +29,9 @@ def run_whole(signals: Signals, states: Floats, theta: Floats) -> Floats:
 
 
 def compute_equation_29(signals: Signals, run: Floats) -> float:
-    """Return the thesis's error of a run (n, 4): 0.75 RMSE(cart in m) + 0.25 (RMSE(sin pole) + RMSE(cos pole)).
+    """Compute the thesis's error of a run (n, 4).
+
+    It is 0.75 RMSE(cart in m) + 0.25 (RMSE(sin pole) + RMSE(cos pole)).
 
     A recording of a cart alone gives RMSE(cart), of a pole alone RMSE(sin pole) + RMSE(cos pole).
     Samples that are not valid do not count. Infinite for a run that diverged.

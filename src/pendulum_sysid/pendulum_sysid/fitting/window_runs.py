@@ -18,7 +18,7 @@ JOINTS, UNITS = ("cart", "pole"), ("m", "rad")
 
 @dataclass(frozen=True)
 class WindowRuns:
-    """Hold what a twin did in each window, driven by the recorded command from the window's smoothed start.
+    """Hold free runs of a twin, driven by the recorded command from each window's smoothed start.
 
     channels: 0 for cart (m), 1 for pole (rad), those that the recording holds, in the order of the
     last axes below.
@@ -67,11 +67,14 @@ class WindowRuns:
 
     @property
     def typical(self) -> float:
-        """Return the error of the median window, in units of the sensors' noise: one wild window does not move it."""
+        """Return the error of the median window, in units of the sensors' noise."""
         return float(np.median(np.sqrt(np.mean((self.window_rmse / self.noise) ** 2, axis=1))))
 
     def of_joint(self, joint: int, values: Floats) -> float | None:
-        """Return the entry of values (channels,) for the cart (0) or the pole (1); None when it is not recorded."""
+        """Return a joint's entry of values (channels,); None when it is not recorded.
+
+        joint: 0 for the cart, 1 for the pole.
+        """
         return float(values[self.channels.index(joint)]) if joint in self.channels else None
 
 

@@ -1,4 +1,4 @@
-"""Stretches of equal length, each run freely from a start state smoothed out of the recording alone."""
+"""Windows: pieces of equal length, each run freely from a start state that was smoothed."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ WINDOW_S = 1.0
 
 
 def shorten_windows(state: SmoothState, windows: Windows, parts: int) -> Windows:
-    """Return windows cut into so many shorter ones: the same samples, each part from its own smoothed start."""
+    """Cut every window into so many shorter ones, each from its own smoothed start."""
     length = (windows.samples - 1) // parts
     begin = (windows.begin[:, None] + np.arange(parts) * length).reshape(-1)
     return Windows(begin, length + 1, state.states[begin])
@@ -22,7 +22,7 @@ def shorten_windows(state: SmoothState, windows: Windows, parts: int) -> Windows
 def cut_windows(
     signals: Signals, state: SmoothState, every_s: float, seconds: float = WINDOW_S
 ) -> Windows:
-    """Return windows that start every so often and stay inside their stretch; windows with too few samples are left out."""
+    """Cut windows that start every so often, inside their stretch, with enough valid samples."""
     length = max(round(seconds / signals.period_s), 1)
     stride = max(round(every_s / signals.period_s), 1)
     begins = [b for s in signals.stretches for b in range(s.start, s.stop - length, stride)]
@@ -43,7 +43,9 @@ def _enough(signals: Signals, begin: int, samples: int) -> bool:
 
 
 def gather(signals: Signals, begin: Ints, samples: int) -> tuple[Floats, Floats]:
-    """Return what was measured in the windows, (windows, samples, channels), and 1 where it counts, 0 where not.
+    """Return measured values in windows, and 1 where they count, else 0.
+
+    Both are (windows, samples, channels).
 
     Channels are cart (m) and pole (rad), or the one that is there; see `list_channels`.
     """

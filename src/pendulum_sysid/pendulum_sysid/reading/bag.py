@@ -14,6 +14,7 @@ from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
 from pendulum_sysid import decisions
+from pendulum_sysid.errors import FileError, UnusableRecording, WrongUse
 from pendulum_sysid.reading import mcap_stream
 from pendulum_sysid.reading.bag_files import BagFiles, compute_digest, find_files, unpack
 from pendulum_sysid.reading.contents import Contents
@@ -38,8 +39,8 @@ def read_bag(
     path: a rosbag2 folder (mcap or sqlite3, with or without its index) or one data file. A
     sample's time is its header's stamp, a command's the time it was received. A file that was cut
     is read as far as it goes; what is known to be missing is in `lost_messages` and `cut_short`. A
-    recording of a pole alone may have no commands. Raises BadInputError, one sentence after the
-    path, when there is no bag or it cannot be used.
+    recording of a pole alone may have no commands. Raises FileError, WrongUse or
+    UnusableRecording, one sentence after the path, when there is no bag or it cannot be used.
     """
     path = Path(path)
     try:
@@ -47,9 +48,9 @@ def read_bag(
         contents = _read_contents(bag, (state_topic, command_topic))
         return _recording(_name(path), bag, contents, state_topic, command_topic)
     except BadInputError as error:
-        raise BadInputError(f"{path}: {error}") from error
+        raise type(error)(f"{path}: {error}") from error
     except OSError as error:
-        raise BadInputError(
+        raise FileError(
             f"{path}: expected a readable recording, found {error.strerror}: check its rights"
         ) from error
 
@@ -77,7 +78,7 @@ def _read_contents(bag: BagFiles, wanted: Collection[str]) -> Contents:
     for messages in contents.messages.values():
         messages.sort(key=lambda message: message[0])
     if not contents.types and not contents.whole:
-        raise BadInputError(
+        raise FileError(
             "expected a recording, found a file cut before its first message: record again"
         )
     return contents
@@ -101,7 +102,7 @@ def _scan_sqlite(path: Path, wanted: Collection[str]) -> Contents:
                 contents.add(connection.topic, time_ns, data)
     except Exception as error:  # the database engine's own errors, which rosbags does not wrap
         if not contents.messages:
-            raise BadInputError(
+            raise FileError(
                 f"expected an sqlite3 recording, found {path.name} cut or damaged ({error}): "
                 "rescue it with `sqlite3 .recover`"
             ) from error
@@ -123,9 +124,10 @@ def _recording(
     states = contents.of(state_topic, STATE_TYPE, "--state-topic", needed=True)
     stamps, columns, bad_states = decode_states(states, _decode_state)
     if not any(joint in columns for joint in JOINTS):
-        raise BadInputError(
+        raise UnusableRecording(
             f"expected positions of joints named cart or pole on {state_topic}, found "
-            f"{list_joint_names(states, _decode_state)}: name the joints so, and give each a position"
+            f"{list_joint_names(states, _decode_state)}: name the joints so, and give each a "
+            "position"
         )
     commands = _commands(contents, command_topic, needed="cart" in columns)
     command_times, command, bad_commands = decode_commands(commands, _decode_command)
@@ -168,8 +170,9 @@ def _check_same_clock(
             if late > 0
             else f"{early:.6g} s before the first stamp"
         )
-        raise BadInputError(
-            f"expected commands on {command_topic} received while {state_topic} was sampled, found them all {apart}: "
+        raise UnusableRecording(
+            f"expected commands on {command_topic} received while {state_topic} was sampled, "
+            f"found them all {apart}: "
             "stamp and record with one clock (use_sim_time the same everywhere)"
         )
 
@@ -190,13 +193,14 @@ def write_bag(
     stamps_ns: (n,) sampling times, also the receive times, 0 or later. joints: joint name -> (n,)
     positions, in the order of the names in the messages. command: (m,) values received at
     command_times_ns, by default at the stamps; None writes no command topic. velocities: joint
-    name -> (n,), for all joints or none. Raises BadInputError when the path exists or cannot be
+    name -> (n,), for all joints or none. Raises FileError when the path exists or cannot be
     written.
     """
     path = Path(path)
     if path.exists():
-        raise BadInputError(
-            f"{path}: expected a new folder to write, found it there already: name another or remove it"
+        raise WrongUse(
+            f"{path}: expected a new folder to write, found it there already: name another or "
+            "remove it"
         )
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -209,7 +213,7 @@ def write_bag(
                     _write_commands(writer, command_topic, times, command)
             whole.rename(path)
     except OSError as error:
-        raise BadInputError(
+        raise FileError(
             f"{path}: expected a place to write to, found {error.strerror}: name another"
         ) from error
 

@@ -1,4 +1,4 @@
-"""The files of a bag: which they are, what the index beside them says, and the digest over their bytes."""
+"""The files of a bag: their list, the index beside them, and the digest over their bytes."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path, PurePath
 import yaml
 import zstandard
 
-from pendulum_twin.errors import BadInputError
+from pendulum_sysid.errors import FileError
 
 DATA_SUFFIXES = (".mcap", ".db3")
 INDEX = "metadata.yaml"
@@ -34,16 +34,18 @@ def find_files(path: Path) -> BagFiles:
     A folder whose index is missing or unreadable (the recorder was killed) is taken by its data
     files. A file that the
     index names and the folder lacks is left out: the messages it held are counted as lost.
-    Raises BadInputError when nothing is there or nothing that is a bag.
+    Raises FileError when nothing is there or nothing that is a bag.
     """
     if not path.exists():
-        raise BadInputError(
-            "expected a recording (a rosbag2 folder or its data file), found nothing there: check the path"
+        raise FileError(
+            "expected a recording (a rosbag2 folder or its data file), found nothing there: check "
+            "the path"
         )
     if path.is_file():
         if not is_data_file(path):
-            raise BadInputError(
-                f"expected a rosbag2 folder, an .mcap or a .db3 file, found a file {path.name}: name the bag"
+            raise FileError(
+                f"expected a rosbag2 folder, an .mcap or a .db3 file, found a file {path.name}: "
+                "name the bag"
             )
         return _not_empty(BagFiles((path,)))
     index = _index(path)
@@ -55,7 +57,7 @@ def find_files(path: Path) -> BagFiles:
         found = (
             f"{INDEX} without its data files" if index else "a folder without .mcap or .db3 files"
         )
-        raise BadInputError(
+        raise FileError(
             f"expected a rosbag2 folder, found {found}: name the folder that the recorder wrote"
         )
     return _not_empty(
@@ -90,15 +92,16 @@ def unpack(path: Path, folder: Path) -> Path:
         with path.open("rb") as packed, target.open("wb") as stream:
             zstandard.ZstdDecompressor().copy_stream(packed, stream)
     except zstandard.ZstdError as error:
-        raise BadInputError(
-            f"expected a file packed by zstd, found {path.name} damaged ({error}): unpack it by hand"
+        raise FileError(
+            f"expected a file packed by zstd, found {path.name} damaged ({error}): unpack it by "
+            "hand"
         ) from error
     return target
 
 
 def _not_empty(bag: BagFiles) -> BagFiles:
     if all(p.stat().st_size == 0 for p in bag.files):
-        raise BadInputError(
+        raise FileError(
             f"expected a recording, found {bag.files[0].name} empty (0 bytes): record again"
         )
     return bag

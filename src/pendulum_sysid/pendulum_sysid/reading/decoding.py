@@ -1,4 +1,4 @@
-"""Turn the decoded messages of the two topics into arrays; how a message is decoded is passed in."""
+"""Turn the messages of the two topics into arrays; how a message is decoded is passed in."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Messages = Iterable[tuple[int, bytes]]
 
 
 def decode_states(messages: Messages, decode: Decode) -> tuple[Ints, dict[str, Floats], int]:
-    """Return the header stamps in ns, the channels that hold any value, and how many messages could not be decoded.
+    """Return the header stamps (ns), the channels that hold values, and the undecodable messages.
 
     Joints are found by name; NaN stands where a message lacks one.
     """
@@ -38,7 +38,7 @@ def decode_states(messages: Messages, decode: Decode) -> tuple[Ints, dict[str, F
 
 
 def decode_commands(messages: Messages, decode: Decode) -> tuple[Ints, Floats, int]:
-    """Return when each command was received (ns), its value, and how many messages could not be decoded."""
+    """Return receive times (ns), values, and the number of undecodable messages."""
     decoded, times, bad = _decoded(messages, decode)
     return (
         np.array(times, dtype=np.int64),

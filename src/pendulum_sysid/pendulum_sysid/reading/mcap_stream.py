@@ -17,8 +17,8 @@ from pathlib import Path
 import lz4.frame  # type: ignore[import-untyped]
 import zstandard
 
+from pendulum_sysid.errors import FileError
 from pendulum_sysid.reading.contents import Contents
-from pendulum_twin.errors import BadInputError
 
 MAGIC = b"\x89MCAP0\r\n"
 FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, STATISTICS = 0x02, 0x03, 0x04, 0x05, 0x06, 0x0B
@@ -29,11 +29,11 @@ Buffer = bytes | mmap.mmap
 def scan_mcap(path: Path, wanted: Collection[str]) -> Contents:
     """Return the messages of the wanted topics up to where the file ends or can no longer be read.
 
-    Raises BadInputError when it is no mcap file.
+    Raises FileError when it is no mcap file.
     """
     with path.open("rb") as stream:
         if stream.read(len(MAGIC)) != MAGIC:
-            raise BadInputError(
+            raise FileError(
                 f"expected an mcap file, found {path.name} without its opening mark: record again"
             )
         with mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
@@ -104,7 +104,7 @@ class _Scan:
 
 
 def _records(data: Buffer, position: int) -> Iterator[tuple[int, bytes, bool]]:
-    """Yield opcode, content and whether the content is all there; stop at the end or at a record that is none."""
+    """Yield opcode, content, and whether the content is all there, up to the first damage."""
     while position + 9 <= len(data):
         opcode, size = struct.unpack_from("<BQ", data, position)
         position += 9
@@ -121,7 +121,7 @@ def _string(body: bytes, position: int) -> str:
 
 
 def _unpacked(body: bytes, complete: bool) -> tuple[bytes, bool]:
-    """Return a chunk's records, as many as are there, and whether that is all of them, unharmed."""
+    """Return a chunk's records as far as they are there, and whether all are, unharmed."""
     _, _, size, checksum = struct.unpack_from("<QQQI", body)
     compression = _string(body, 28)
     content = body[40 + len(compression) :]

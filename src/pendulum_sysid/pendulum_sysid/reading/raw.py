@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pendulum_sysid import decisions
-from pendulum_twin.errors import BadInputError
+from pendulum_sysid.errors import UnusableRecording
 from pendulum_twin.signals import Floats
 
 JOINTS = ("cart", "pole")
@@ -48,8 +48,9 @@ class RawRecording:
     def __post_init__(self) -> None:
         _check_times(self.state_stamp_s)
         if self.cart is None and self.pole is None:
-            raise BadInputError(
-                "expected a joint named cart or pole, found neither: rename the joints of the messages"
+            raise UnusableRecording(
+                "expected a joint named cart or pole, found neither: rename the joints of the "
+                "messages"
             )
         for channel in STATE_CHANNELS:
             object.__setattr__(self, channel, _checked(channel, getattr(self, channel)))
@@ -69,33 +70,36 @@ class RawRecording:
 
 def _check_times(stamps: Floats) -> None:
     if len(stamps) < 2:
-        raise BadInputError(
+        raise UnusableRecording(
             f"expected a recording of many samples, found {len(stamps)}: record at least 2 s"
         )
     steps = np.diff(stamps)
     if np.any(steps < 0):
         at = int(np.argmax(steps < 0))
-        raise BadInputError(
-            f"expected sampling times that rise, found them run backwards by {-steps[at]:.6g} s after sample {at} "
+        raise UnusableRecording(
+            f"expected sampling times that rise, found them run backwards by {-steps[at]:.6g} s "
+            f"after sample {at} "
             f"({stamps[at]:.6g} s from the start): record again with one clock"
         )
     if stamps[-1] <= stamps[0]:
-        raise BadInputError(
-            f"expected sampling times that rise, found the same time in all {len(stamps)} messages: "
+        raise UnusableRecording(
+            f"expected sampling times that rise, found the same time in all {len(stamps)} "
+            "messages: "
             "set header.stamp to the sampling time"
         )
 
 
 def _checked(channel: str, values: Floats | None) -> Floats | None:
-    """Return the values with NaN for infinity, read-only; refuse a channel that is mostly not finite."""
+    """Return the values read-only, NaN for infinity; refuse a channel that lacks too many."""
     if values is None:
         return None
     values = np.array(values, dtype=np.float64)
     bad = ~np.isfinite(values)
     values[bad] = np.nan
     if bad.sum() > decisions.MOST_NOT_FINITE * len(values):
-        raise BadInputError(
-            f"expected finite values of {channel}, found {bad.sum()} of {len(values)} missing, NaN or infinite: "
+        raise UnusableRecording(
+            f"expected finite values of {channel}, found {bad.sum()} of {len(values)} missing, "
+            "NaN or infinite: "
             f"at most {decisions.MOST_NOT_FINITE:.0%} can be done without, so record again"
         )
     values.setflags(write=False)

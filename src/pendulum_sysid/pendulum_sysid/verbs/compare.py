@@ -32,7 +32,8 @@ def run(arguments: argparse.Namespace) -> int:
     print(f"{pair.comparisons[0].count} windows of {pair.comparisons[0].seconds:g} s")
     print(format_table(("measure", *names, "unit"), make_comparison_rows(pair.comparisons)))
     print(
-        f"\n{names[1]} is the better one in {pair.second_better} windows of {pair.comparisons[0].count}"
+        f"\n{names[1]} is the better one in {pair.second_better} windows of "
+        f"{pair.comparisons[0].count}"
     )
     if arguments.out is not None:
         _draw(arguments.out, case.recording.name, names, pair)

@@ -10,7 +10,7 @@ from pendulum_sysid.verbs.said import ANSWERED
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print the catalogue, or with `--isolability` what a plan's recording will find and tell apart."""
+    """Print the catalogue, or with `--isolability` what a plan's recording can tell apart."""
     if arguments.isolability:
         return _isolability(arguments)
     if arguments.twin is not None or arguments.plan is not None:

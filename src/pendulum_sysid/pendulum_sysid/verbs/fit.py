@@ -1,4 +1,4 @@
-"""The verb `fit`: the twin's own parameters fitted to recordings, by windows or in the thesis's own way."""
+"""The verb `fit`: fit the twin's own parameters, by windows or by the thesis's procedure."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def fit_by_windows(bags: list[Recording], twin: Twin) -> Twin:
-    """Return the twin fitted to windows, and print its parameters and errors on windows that were held out."""
+    """Fit the twin to windows, and print its parameters and errors on held-out windows."""
     prepared = prepare(bags, twin)
     case, parts = prepared.case, prepared.split
     found = fit_own_parameters(case, parts)
@@ -50,12 +50,14 @@ def fit_by_windows(bags: list[Recording], twin: Twin) -> Twin:
     )
     if not found.converged:
         print_progress(
-            "the fit stopped before it had settled: more may be gained by fitting again from its result"
+            "the fit stopped before it had settled: more may be gained by fitting again from its "
+            "result"
         )
     print(format_table(ESTIMATES, make_estimate_rows(case.twin, found)))
     if after.score > before.score:
         print_progress(
-            "the fit is worse on windows it has not seen: no parameter repairs what is missing; ask sysid diagnose"
+            "the fit is worse on windows it has not seen: no parameter repairs what is missing; "
+            "ask sysid diagnose"
         )
     print(f"\n{len(parts.held_out)} held-out windows, which the fit has not seen")
     print(format_table(("", "before", "after", "unit"), make_held_out_rows(before, after)))
@@ -63,7 +65,7 @@ def fit_by_windows(bags: list[Recording], twin: Twin) -> Twin:
 
 
 def fit_by_thesis(bags: list[Recording], twin: Twin, most_evaluations: int) -> Twin:
-    """Return the twin fitted as the thesis does, and print its parameters and equation 29."""
+    """Fit the twin as the thesis does, and print its parameters and equation 29."""
     found = fit_as_thesis(prepare_case(bags, twin), print_progress, most_evaluations)
     if found.dropped:
         print_progress(
@@ -83,7 +85,8 @@ def fit_by_thesis(bags: list[Recording], twin: Twin, most_evaluations: int) -> T
     print(format_table(("parameter", "start", "fitted", "moved by %", "unit", ""), rows))
     end = "settled" if found.converged else "stopped at the limit, not settled"
     print(
-        f"\nequation 29 on the fitted record: {format_number(found.before)} before, {format_number(found.after)} after"
+        f"\nequation 29 on the fitted record: {format_number(found.before)} before, "
+        f"{format_number(found.after)} after"
     )
     print(f"{found.evaluations} evaluations, {end}; nothing was held out")
     return found.twin

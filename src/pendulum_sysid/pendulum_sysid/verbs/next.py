@@ -1,4 +1,4 @@
-"""The verb `next`: from recordings, and what an earlier diagnosis named, to the plan of the next experiment."""
+"""The verb `next`: plan the next experiment from recordings and an earlier diagnosis."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ BAG = "a rosbag2 folder or its data file"
 
 
 def make_parser() -> argparse.ArgumentParser:
-    """Return the parser; what it gives holds `verb`, the verb's own `make_parser`, `traceback`, and the verb's options."""
+    """Make the parser: its namespace holds `verb`, the verb's own `parser`, and its options."""
     command = argparse.ArgumentParser(
         prog="sysid",
         description="Find where a digital twin of a cart-pendulum is wrong, and put it right.",
@@ -80,7 +80,10 @@ def _compare(verbs: Verbs) -> None:
 def _effects(verbs: Verbs) -> None:
     one = _verb(verbs, "effects", "list the catalogue of physics beyond the base model")
     one.add_argument("--json", action="store_true", help="print one JSON object")
-    what = "say instead what a plan's recording will find and tell apart on a rig; needs --twin and --plan"
+    what = (
+        "say instead what a plan's recording will find and tell apart on a rig; needs "
+        "--twin and --plan"
+    )
     one.add_argument("--isolability", action="store_true", help=what)
     one.add_argument("--twin", type=Path, help="with --isolability: the rig's twin file")
     one.add_argument(
@@ -134,7 +137,10 @@ def _next(verbs: Verbs) -> None:
     one.add_argument(
         "--out", required=True, type=Path, metavar="PLAN.yaml", help="the plan file to write"
     )
-    verdict = "of an earlier diagnosis of the same recordings, twin.yaml beside it (default: diagnose them now)"
+    verdict = (
+        "of an earlier diagnosis of the same recordings, twin.yaml beside it (default: "
+        "diagnose them now)"
+    )
     one.add_argument("--verdict", type=Path, metavar="DIR/verdict.json", help=verdict)
     goal = "part what is tied, or narrow the widest interval (default: whichever there is)"
     one.add_argument("--for", dest="goal", choices=("tie", "interval"), help=goal)
@@ -151,7 +157,8 @@ def _prove(verbs: Verbs) -> None:
     one = _verb(
         verbs,
         "prove",
-        "conceal physics in emulated rigs, diagnose their recordings blindly, and say how often it is right",
+        "conceal physics in emulated rigs, diagnose their recordings blindly, and say how often "
+        "it is right",
     )
     one.add_argument(
         "--trials", required=True, type=make_whole_reader(1), metavar="N", help="how many rigs"
@@ -163,7 +170,10 @@ def _prove(verbs: Verbs) -> None:
         metavar="S",
         help="what they are drawn from",
     )
-    out = "gets proof.html, proof.json and every recording; goes on from what is there (default: proof_seed_S)"
+    out = (
+        "gets proof.html, proof.json and every recording; goes on from what is there "
+        "(default: proof_seed_S)"
+    )
     one.add_argument("--out", type=Path, metavar="DIR", help=out)
     one.add_argument(
         "--pole-counts",
@@ -182,9 +192,15 @@ def _prove(verbs: Verbs) -> None:
     one.add_argument(
         "--twin", type=Path, metavar="TWIN", help="the nominal rig (default: config/inteco.yaml)"
     )
-    rivals = "name by plain rivals as well, on the same recordings (needs pysindy; takes half a minute each)"
+    rivals = (
+        "name by plain rivals as well, on the same recordings (needs pysindy; takes half "
+        "a minute each)"
+    )
     one.add_argument("--rivals", action=argparse.BooleanOptionalAction, default=False, help=rivals)
-    dose = "also make every effect smaller until it is not found any more, so many recordings each (2)"
+    dose = (
+        "also make every effect smaller until it is not found any more, so many "
+        "recordings each (2)"
+    )
     one.add_argument(
         "--dose-response",
         nargs="?",

@@ -6,23 +6,27 @@ import argparse
 from pathlib import Path
 
 from pendulum_sysid.cleaning.clean import clean_recording
+from pendulum_sysid.errors import UnusableRecording, WrongUse
 from pendulum_sysid.reading.bag import COMMAND_TOPIC, STATE_TOPIC, read_bag
 from pendulum_sysid.records import Recording
-from pendulum_twin.errors import BadInputError
 
 
 def read_recordings(paths: list[Path], arguments: argparse.Namespace) -> list[Recording]:
-    """Return the recordings, read and cleaned; raise BadInputError when one cannot be used or stands there twice."""
+    """Read and clean recordings.
+
+    Raises WrongUse when a recording is named twice, FileError or UnusableRecording, with the path,
+    when one cannot be used.
+    """
     topics = arguments.state_topic or STATE_TOPIC, arguments.command_topic or COMMAND_TOPIC
-    found: dict[str, Recording] = {}
+    recordings: dict[str, Recording] = {}
     for path in paths:
         raw = read_bag(path, *topics)
-        if raw.digest in found:
-            raise BadInputError(
+        if raw.digest in recordings:
+            raise WrongUse(
                 f"{path}: expected every recording once, found this one twice: name each once"
             )
         try:
-            found[raw.digest] = clean_recording(raw)
-        except BadInputError as error:
-            raise BadInputError(f"{path}: {error}") from error
-    return list(found.values())
+            recordings[raw.digest] = clean_recording(raw)
+        except UnusableRecording as error:
+            raise UnusableRecording(f"{path}: {error}") from error
+    return list(recordings.values())
