@@ -1,15 +1,16 @@
-"""Recordings that leave something tied, plans played on the hidden twin, and fits of known effects to both."""
+"""Recordings that leave effects tied, plans played on the hidden twin, and fits to both."""
 
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.cleaning.joining import join_recordings
+from pendulum_sysid.cleaning.smooth_state import smooth_state
+from pendulum_sysid.fitting.case import Case, make_case
 from pendulum_sysid.fitting.fit import fit
 from pendulum_sysid.fitting.split import split_windows
 from pendulum_sysid.planning.planned_run import make_hanging_lanes, play_plans
-from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.records import Fit, Recording, Split
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
@@ -23,7 +24,9 @@ RIG = replace(INTECO.rig, cart_viscous_n_s_m=2.1, force_per_pwm_n=9.6, pole_visc
 ROOM = make_envelope(INTECO.rig)
 
 
-def make_gentle_sweep(seconds: float, amplitude: float, from_hz: float = 0.3, to_hz: float = 0.6) -> Floats:
+def make_gentle_sweep(
+    seconds: float, amplitude: float, from_hz: float = 0.3, to_hz: float = 0.6
+) -> Floats:
     """Return a slow sweep that hardly moves the pole."""
     t = np.arange(round(seconds / PERIOD_S)) * PERIOD_S
     return amplitude * np.cos(2 * np.pi * (from_hz + (to_hz - from_hz) * t / seconds / 2) * t)
@@ -63,8 +66,12 @@ def _encoded(command: Floats, states: Floats, every: np.ndarray, seed: int) -> R
 def fit_recordings(
     recordings: list[Recording], twin: Twin, effects: tuple[str, ...] | None = None
 ) -> tuple[Case, Split, Fit]:
-    """Return recordings as a case of the nominal twin, and the fit of these effects (the twin's own) from the truth."""
-    case = prepare_case(recordings, INTECO)
+    """Return recordings as a case of the nominal twin, its windows, and a fit from the truth.
+
+    effects: what is fitted; None for the effects of the true twin.
+    """
+    recording = join_recordings(recordings)  # whole: no start is taken for another run's
+    case = make_case(recording, smooth_state(recording.signals), INTECO)
     parts = split_windows(case.signals, case.state)
     return (
         case,

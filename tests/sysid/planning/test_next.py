@@ -1,4 +1,4 @@
-"""The next experiment: what is tied is no longer tied after it, intervals shrink as promised, and the rail is kept."""
+"""The next experiment: it parts what is tied, narrows as promised, and keeps to the rail."""
 
 import json
 from dataclasses import replace
@@ -23,7 +23,9 @@ from support.tied_recordings import (
 from pendulum_sysid import decisions
 from pendulum_sysid.cli import main
 from pendulum_sysid.finding.identifiability import find_ties
-from pendulum_sysid.planning.next_experiment import REMEDIES, Next, plan_next_experiment
+from pendulum_sysid.planning.next_experiment import plan_next_experiment
+from pendulum_sysid.planning.next_sentences import REMEDIES
+from pendulum_sysid.records import Next
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin, save_twin
@@ -49,9 +51,9 @@ TIED = {
 }
 
 
-def pairs(found: Any) -> set[frozenset[str]]:
+def list_pairs(ties: Any) -> set[frozenset[str]]:
     return {
-        frozenset((one.effect, one.rival)) for one in found if one.rival and not one.by_no_motion
+        frozenset((tie.effect, tie.rival)) for tie in ties if tie.rival and not tie.by_no_motion
     }
 
 
@@ -60,56 +62,59 @@ def test_after_the_plan_the_tie_is_gone(case: str) -> None:
     truth, command, pair = TIED[case]
     first = record_twin(truth, command)
     before = fit_recordings([first], truth)
-    assert frozenset(pair) in pairs(find_ties(*before))
-    found = plan_next_experiment(*before, find_ties(*before))
-    assert found.plan is not None and found.before is not None and found.after is not None
-    assert found.before < decisions.APART_STANDARD_ERRORS < found.after and all(name in found.why for name in pair)
-    second = record_plan(truth, found.plan)
+    assert frozenset(pair) in list_pairs(find_ties(*before))
+    planned = plan_next_experiment(*before, find_ties(*before))
+    assert planned.plan is not None and planned.before is not None and planned.after is not None
+    assert planned.before < decisions.APART_STANDARD_ERRORS < planned.after
+    assert all(name in planned.why for name in pair)
+    second = record_plan(truth, planned.plan)
     assert second.signals.cart is not None
     assert np.max(np.abs(second.signals.cart)) <= 1.1 * decisions.RAIL_SHARE * ROOM.half_length_m
-    assert frozenset(pair) not in pairs(find_ties(*fit_recordings([first, second], truth)))
+    assert frozenset(pair) not in list_pairs(find_ties(*fit_recordings([first, second], truth)))
 
 
 def test_an_interval_shrinks_as_promised() -> None:
-    """Within a factor of two: the promise is made on the fitted twin, and a few windows' scatter is no exact measure."""
+    """Within a factor of two: the promise is the fitted twin's, and a few windows scatter."""
     truth = make_hidden_twin(DRY)
     first = record_twin(truth, make_gentle_sweep(6, 0.06))
     case, parts, best = fit_recordings([first], truth)
-    found = plan_next_experiment(case, parts, best, (), "interval")
-    assert found.plan is not None and found.after is not None and found.before is not None
-    name = found.why.split()[0]
-    one = best.estimates[name]
-    assert found.before == pytest.approx((one.high - one.low) / 2, rel=1e-6)
-    assert found.after < 0.5 * found.before
-    after = fit_recordings([first, record_plan(truth, found.plan)], truth)[2].estimates[name]
-    assert (after.high - after.low) / 2 == pytest.approx(found.after, rel=1.0)
-    assert (after.high - after.low) / 2 > 0.5 * found.after
+    planned = plan_next_experiment(case, parts, best, (), "interval")
+    assert planned.plan is not None and planned.after is not None and planned.before is not None
+    name = planned.why.split()[0]
+    estimate = best.estimates[name]
+    assert planned.before == pytest.approx((estimate.high - estimate.low) / 2, rel=1e-6)
+    assert planned.after < 0.5 * planned.before
+    after = fit_recordings([first, record_plan(truth, planned.plan)], truth)[2].estimates[name]
+    assert (after.high - after.low) / 2 == pytest.approx(planned.after, rel=1.0)
+    assert (after.high - after.low) / 2 > 0.5 * planned.after
 
 
 def test_a_tie_that_no_plan_parts_is_said_and_does_not_hold_up_the_others() -> None:
-    """Plain dry friction that differs by direction is dry friction and a constant force, also at rest."""
+    """Friction that differs by direction is dry friction and a constant force, also at rest."""
     truth = make_hidden_twin(
         {**DRY, "rail_tilt": {"angle_rad": 0.005}, "input_delay": {"delay_s": 0.01}}
     )
     before = fit_recordings([record_twin(truth, SLOW)], truth)
     tied = find_ties(*before)
     hopeless = {"rail_tilt", "cart_friction_asymmetry"}
-    assert {frozenset(hopeless), frozenset(("input_delay", "motor_lag"))} <= pairs(tied)
-    found = plan_next_experiment(*before, tied)
-    assert found.plan is not None and found.after is not None and found.after > decisions.APART_STANDARD_ERRORS
+    assert {frozenset(hopeless), frozenset(("input_delay", "motor_lag"))} <= list_pairs(tied)
+    planned = plan_next_experiment(*before, tied)
+    assert planned.plan is not None and planned.after is not None
+    assert planned.after > decisions.APART_STANDARD_ERRORS
     assert (
-        "is expected to part rail_tilt and cart_friction_asymmetry" in found.why
-        and "input_delay and motor_lag" in found.why
+        "is expected to part rail_tilt and cart_friction_asymmetry" in planned.why
+        and "input_delay and motor_lag" in planned.why
     )
     alone = plan_next_experiment(
-        *before, [one for one in tied if {one.effect, one.rival} == hopeless], "tie"
+        *before, [tie for tie in tied if {tie.effect, tie.rival} == hopeless], "tie"
     )
     assert alone.plan is None and "is expected to part" in alone.why
 
 
 def test_what_no_motion_parts_is_said_with_what_would() -> None:
-    found = plan_next_experiment(*(before := fit_recordings([record_twin(DELAY, SLOW)], DELAY)), find_ties(*before))
-    assert "No motion will part input_delay from sensor_delay; a second clock would" in found.why
+    before = fit_recordings([record_twin(DELAY, SLOW)], DELAY)
+    planned = plan_next_experiment(*before, find_ties(*before))
+    assert "No motion will part input_delay from sensor_delay; a second clock would" in planned.why
     assert set(REMEDIES) == {effect.name for effect in CATALOGUE if effect.shows_as is not None}
 
 
@@ -118,11 +123,11 @@ def test_nothing_is_planned_where_nothing_is_left_to_ask() -> None:
         {"cart_coulomb_friction": HIDDEN["cart_coulomb_friction"]}, seed=1, seconds=20.0
     )
     before = fit_recordings([recording], truth)
-    found = plan_next_experiment(*before, find_ties(*before))
-    assert found == Next(None, found.why) and found.why.startswith(
+    planned = plan_next_experiment(*before, find_ties(*before))
+    assert planned == Next(None, planned.why) and planned.why.startswith(
         "Nothing is tied that motion could part"
     )
-    assert "cart_coulomb_friction.level_n to 0." in found.why
+    assert "cart_coulomb_friction.level_n to 0." in planned.why
     assert plan_next_experiment(*before, find_ties(*before), "tie").plan is None
     assert plan_next_experiment(*before, find_ties(*before), "interval").plan is not None
 
@@ -145,8 +150,8 @@ def test_a_locked_cart_gets_no_plan() -> None:
     recording, truth = record_hidden({}, seed=1, seconds=12.0)
     alone = without_joint(recording, "cart")
     before = fit_recordings([alone], truth)
-    found = plan_next_experiment(*before, (), "interval")
-    assert found.plan is None and found.why.startswith("The cart is locked")
+    planned = plan_next_experiment(*before, (), "interval")
+    assert planned.plan is None and planned.why.startswith("The cart is locked")
 
 
 def test_a_rig_whose_rail_is_not_known_gets_no_plan() -> None:
@@ -154,11 +159,11 @@ def test_a_rig_whose_rail_is_not_known_gets_no_plan() -> None:
     case = replace(
         case, twin=replace(case.twin, rig=replace(case.twin.rig, rail_half_length_m=None))
     )
-    found = plan_next_experiment(case, parts, best, find_ties(case, parts, best))
+    planned = plan_next_experiment(case, parts, best, find_ties(case, parts, best))
     assert (
-        found.plan is None
-        and "No plan can be made: " in found.why
-        and "rail_half_length_m" in found.why
+        planned.plan is None
+        and "No plan can be made: " in planned.why
+        and "rail_half_length_m" in planned.why
     )
 
 

@@ -1,1 +1,1 @@
-"""Tell people and programs what a diagnosis found: outcome, sentences, report, pictures, tables."""
+"""Tell people and programs the result: outcome, sentences, report, pictures, tables."""

@@ -1,4 +1,4 @@
-"""Format numbers, intervals and units for people: few digits, a real minus sign, a dash for none."""
+"""Format numbers, intervals and units for people: few digits, a real minus sign, a dash."""
 
 from __future__ import annotations
 
