@@ -3,7 +3,7 @@ SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .ONESHELL:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test check format bench docs faults colcon lock clean
+.PHONY: help setup demo test check format ablate bench docs faults colcon lock clean
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -50,6 +50,9 @@ check: setup ## format, lint, types
 format: setup ## write the format, and the fixes that lint can make by itself
 	@$(BIN)/ruff check --fix-only --quiet src tests
 	$(BIN)/ruff format src tests
+
+ablate: setup ## vary every number that decides, and show which verdicts change (TRIALS=folder of sysid prove)
+	@$(BIN)/python -m pendulum_sysid.studies.ablation --trials $(or $(TRIALS),out/proof/trials) --out docs/decisions.md $(ARGS)
 
 bench: setup ## the benchmarks, each figure beside its peer
 	@$(BIN)/python tests/bench/run.py $(ARGS)
