@@ -36,7 +36,7 @@ VERBS = """
 # Verbs when a word follows: `name_effects`, `list_samples`
 NOUNS_ALONE = """
     answer balance call change command control cost count delay design end exchange filter
-    guard hand limit list log make name order plan plot point reset plan rank rate record report
+    guard hand limit list log make name order pair plan plot point rank rate record report reset
     reward sample scale score share stage step swing trace trust
 """
 QUESTIONS = ["is", "has", "can", "may", "does", "follows", "needs", "wants"]

@@ -40,6 +40,7 @@ class KnownAnswer:
     effects: hidden effects and their parameters.
     seed: of the motion, the noise and the rig's constants.
     named: effects that the verdict has to name.
+    tied: effects that the verdict has to name, or to call inseparable from a name.
     fault: of the recording, beside its physics; None for none.
     finding: the kind of data quality that reports the fault.
     """
@@ -48,6 +49,7 @@ class KnownAnswer:
     effects: Effects
     seed: int
     named: tuple[str, ...] = ()
+    tied: tuple[str, ...] = ()
     fault: Fault | None = None
     finding: str = ""
 
@@ -126,7 +128,14 @@ def _hide_set(effects: Effects, seed: int = 2) -> KnownAnswer:
 
 def _add_fault(fault: Fault, finding: str) -> KnownAnswer:
     effects = {**DRY, **DELAY}
-    return KnownAnswer(fault.__name__, effects, 5, tuple(effects), fault, finding)
+    return KnownAnswer(fault.__name__, effects, 5, tuple(effects), fault=fault, finding=finding)
+
+
+def _hide_asymmetry() -> KnownAnswer:
+    """A cart that never rests shows asymmetric dry friction as friction and a constant force."""
+    effects = {**DRY, "cart_friction_asymmetry": {"ratio": 0.3}}
+    tied = ("cart_friction_asymmetry",)
+    return KnownAnswer("asymmetry", effects, 1, ("cart_coulomb_friction",), tied)
 
 
 ANSWERS = {
@@ -148,6 +157,7 @@ ANSWERS = {
         *(_hide_nothing(seed) for seed in (1, 2, 3)),
         _hide_set({**DRY, "input_delay": {"delay_s": 0.015}}),
         _hide_set(TRIPLE),
+        _hide_asymmetry(),
         _add_fault(add_spikes, "spike"),
         _add_fault(lose_samples, "gap"),
         _add_fault(stamp_wrongly, "jitter"),
@@ -181,34 +191,48 @@ diagnose_once = functools.cache(diagnose_case)  # one diagnosis serves every tes
 
 def list_mistakes(case: KnownAnswer, verdict: Verdict) -> list[str]:
     """Return what a verdict has wrong, in sentences; none when it is right."""
-    ties = {effect.effect: effect.cannot_be_told_from for effect in verdict.missing_physics}
-    outcome = Outcome.NAMED if case.named else Outcome.NOTHING_MISSING
-    mistakes = []
-    if verdict.outcome is not outcome:
-        mistakes.append(f"the outcome is {verdict.outcome.value}")
-    if set(ties) != set(case.named):
-        mistakes.append(f"{', '.join(ties) or 'nothing'} is named")
-    for name, inseparable_from in ties.items():
-        if not set(list_inseparable(name)) <= set(inseparable_from):
-            mistakes.append(f"{name} stands without the effects that no motion can tell from it")
+    mistakes = [*_list_wrong_names(case, verdict)]
     if case.finding not in ("", *(finding.kind for finding in verdict.data_quality)):
         mistakes.append(f"no {case.finding} is reported")
+    if case.tied:  # another model's sizes promise nothing
+        return mistakes
     mistakes += _list_wrong_sizes(case, verdict)
-    if case.effects and not case.fault:
-        mistakes += _list_misfits(case, verdict)
     if not case.effects:
         mistakes += _list_wrong_constants(case, verdict)
+    elif not case.fault:
+        mistakes += _list_misfits(case, verdict)
     return mistakes
 
 
 def list_intervals(case: KnownAnswer, verdict: Verdict) -> Iterator[bool]:
-    """Yield for every 95 % interval of a verdict whether it holds the truth."""
+    """Yield for every 95 % interval of a verdict whether it holds the truth.
+
+    Another model's intervals promise nothing: a case with ties yields none.
+    """
+    if case.tied:
+        return
     truth = make_recording(case)[1].rig
     for name, constant in verdict.rig_parameters.items():
         yield constant.low <= getattr(truth, name) <= constant.high
     for effect in verdict.missing_physics:
         for name, true in case.effects.get(effect.effect, {}).items():
             yield effect.parameters[name].low <= true <= effect.parameters[name].high
+
+
+def _list_wrong_names(case: KnownAnswer, verdict: Verdict) -> Iterator[str]:
+    ties = {effect.effect: effect.cannot_be_told_from for effect in verdict.missing_physics}
+    candidates = {*ties, *(name for inseparable in ties.values() for name in inseparable)}
+    outcome = Outcome.NAMED if case.named else Outcome.NOTHING_MISSING
+    if verdict.outcome is not outcome and not case.tied:
+        yield f"the outcome is {verdict.outcome.value}"
+    if not set(case.named) <= set(ties) or (len(ties) > len(case.named) and not case.tied):
+        yield f"{', '.join(ties) or 'nothing'} is named"
+    for name in case.tied:
+        if name not in candidates:
+            yield f"{name} is no candidate"
+    for name, inseparable_from in ties.items():
+        if not set(list_inseparable(name)) <= set(inseparable_from):
+            yield f"{name} stands without the effects that no motion can tell from it"
 
 
 def _list_wrong_sizes(case: KnownAnswer, verdict: Verdict) -> Iterator[str]:
