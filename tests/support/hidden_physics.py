@@ -1,4 +1,4 @@
-"""Recordings with an effect hidden in them: wrong parameters on top, noise, encoder steps, fixed seeds."""
+"""Recordings of a rig that hides an effect: wrong constants, noise, encoder steps, fixed seeds."""
 
 from dataclasses import replace
 
@@ -68,7 +68,10 @@ def make_command(seed: int, samples: int) -> Floats:
 def record_hidden(
     effects: dict[str, dict[str, float]], seed: int, seconds: float = 40.0
 ) -> tuple[Recording, Twin]:
-    """Return a recording of a rig with these effects and constants other than INTECO's, and the twin it really is."""
+    """Return a recording of a rig with these effects, and the twin that the rig really is.
+
+    Its constants are not those of INTECO.
+    """
     random = np.random.default_rng(seed)
     rig = replace(INTECO.rig, cart_viscous_n_s_m=2.0, force_per_pwm_n=9.0)
     keys = (

@@ -72,9 +72,9 @@ def fit_recordings(
     """
     recording = join_recordings(recordings)  # whole: no start is taken for another run's
     case = make_case(recording, smooth_state(recording.signals), INTECO)
-    parts = split_windows(case.signals, case.state)
+    split = split_windows(case.signals, case.state)
     return (
         case,
-        parts,
-        fit(case, parts, tuple(twin.effects) if effects is None else effects, make_theta(twin), 1),
+        split,
+        fit(case, split, tuple(twin.effects) if effects is None else effects, make_theta(twin), 1),
     )

@@ -51,7 +51,7 @@ def test_a_slow_recording_ties_delay_and_lag_in_both_directions() -> None:
 
 
 def test_the_distance_is_what_a_fit_of_the_rival_loses() -> None:
-    """Twice the loss of log likelihood has the square of the distance as its mean, and 2 * distance as its deviation."""
+    """Twice the loss of log likelihood has the square of the distance as its mean."""
     truth = make_hidden_twin({"input_delay": {"delay_s": 0.02}})
     case, split, best = fit_recordings([record_twin(truth, make_gentle_sweep(12, 0.1))], truth)
     question = make_question(case, split, best, "input_delay")
@@ -67,7 +67,7 @@ def test_the_distance_is_what_a_fit_of_the_rival_loses() -> None:
     assert np.sqrt(lost) == pytest.approx(np.sqrt(share) * tie.distance, rel=0.25)
 
 
-def test_a_tie_s_words_are_where_a_fit_of_the_rival_ends() -> None:
+def test_a_tie_s_theta_is_where_a_fit_of_the_rival_ends() -> None:
     case, split, best = fit_recordings([record_twin(DELAY, SLOW)], DELAY)
     (tie,) = (tie for tie in find_ties(case, split, best) if tie.rival == "motor_lag")
     there = fit(case, split, ("motor_lag",), tie.theta, 1)
@@ -121,8 +121,8 @@ def test_an_effect_that_contains_the_named_one_is_no_rival_but_what_it_contains_
 def test_an_effect_that_is_not_there_is_tied_to_the_rig_s_constants() -> None:
     """Nothing is question of its rivals then: anything could take its place."""
     recording, truth = record_hidden({}, seed=1, seconds=20.0)
-    held = replace(truth, effects={"cart_quadratic_drag": {"n_s2_m2": 0.01}})
-    (tie,) = find_ties(*fit_recordings([recording], held))
+    given = replace(truth, effects={"cart_quadratic_drag": {"n_s2_m2": 0.01}})
+    (tie,) = find_ties(*fit_recordings([recording], given))
     assert (tie.effect, tie.rival) == (
         "cart_quadratic_drag",
         None,
@@ -138,7 +138,7 @@ def test_rivals_of_the_scores_are_tied_only_where_a_fit_does_not_part_them_clear
     assert tie.rival == "motor_lag" and tie.distance > decisions.APART_STANDARD_ERRORS
     recording, truth = record_hidden({"input_delay": HIDDEN["input_delay"]}, seed=1, seconds=12.0)
     assert [
-        one.rival
+        tie.rival
         for tie in find_ties(*fit_recordings([recording], truth), also)
         if not tie.by_no_motion
     ] == []
@@ -150,7 +150,7 @@ def test_effects_that_the_given_twin_holds_are_not_asked_about() -> None:
 
 
 def columns_of(vectors: np.ndarray, one_way: bool, on_or_off: bool) -> Columns:
-    """Return columns of one shape (the first vector), the second the target, no free parameters."""
+    """Return columns of a shape (the first vector) and a target (the second), nothing free."""
     effect = BY_NAME["input_sign_inverted" if on_or_off else "rail_tilt"]
     nothing = np.zeros(SIZE)
     shape = Shape(effect, nothing, nothing[None], (one_way,), np.empty((0, SIZE)), ())

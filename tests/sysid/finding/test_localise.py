@@ -105,7 +105,7 @@ def assert_a_step_of_friction(curve: Evidence) -> None:
 def test_the_measured_shape_is_the_effect_s_and_not_what_fitting_left_of_it(
     known_constants: bool,
 ) -> None:
-    """Coulomb friction is a step at zero speed; viscous friction, fitted alone, takes most of it."""
+    """Coulomb friction is a step at zero speed; viscous friction alone takes most of it."""
     assert_a_step_of_friction(
         localise_hidden("cart_coulomb_friction", known_constants=known_constants).evidence[0]
     )
@@ -117,7 +117,7 @@ def get_number(evidence: Evidence, text: str) -> float:
 
 
 def test_a_late_force_is_measured_by_how_late_it_is() -> None:
-    """A delay of 23 ms is told as such; of a lag of 40 ms half has come after ln 2 times as much."""
+    """A delay of 23 ms is told so; of a lag of 40 ms half has come after ln 2 times as much."""
     assert get_number(localise_hidden("input_delay").evidence[0], "comes late") == pytest.approx(
         0.023, abs=0.002
     )
@@ -227,5 +227,5 @@ def test_both_sides_of_a_balance_go_through_the_same_filter() -> None:
     recording, truth = record_hidden({}, 3, 20.0)
     case = prepare_case([recording], truth)
     for balance in make_balances(case, make_theta(truth)):
-        rest = balance.lacking
-        assert np.sqrt(np.mean(rest**2)) < 2.0 * balance.noise < 0.1 * balance.size
+        residual = balance.lacking
+        assert np.sqrt(np.mean(residual**2)) < 2.0 * balance.noise < 0.1 * balance.size

@@ -108,16 +108,28 @@ class Unlisted:
 
 UNLISTED = {
     "warming_friction": Unlisted(
-        {"n_per_s": 0.02}, "cart", {"cart_velocity*time"}, {"cart_coulomb_friction": {"level_n": 0.4}}
+        {"n_per_s": 0.02},
+        "cart",
+        {"cart_velocity*time"},
+        {"cart_coulomb_friction": {"level_n": 0.4}},
     ),
     "half_rail_friction": Unlisted(
-        {"level_n": 0.7, "from_m": 0.0}, "cart", {"cart_velocity*cart_position"}, {"cart_coulomb_friction": {"level_n": 0.3}}
+        {"level_n": 0.7, "from_m": 0.0},
+        "cart",
+        {"cart_velocity*cart_position"},
+        {"cart_coulomb_friction": {"level_n": 0.3}},
     ),
     "drag_chain": Unlisted(
-        {"n_per_m3": 20.0}, "cart", {"cart_position"}, {"rail_spring": {"n_per_m": 3.0, "centre_m": 0.01}}
+        {"n_per_m3": 20.0},
+        "cart",
+        {"cart_position"},
+        {"rail_spring": {"n_per_m": 3.0, "centre_m": 0.01}},
     ),
     "hanging_cable": Unlisted(
-        {"n_s_per_m2": 3.0}, "cart", {"cart_velocity*cart_position"}, {"cart_quadratic_drag": {"n_s2_m2": 0.2}}
+        {"n_s_per_m2": 3.0},
+        "cart",
+        {"cart_velocity*cart_position"},
+        {"cart_quadratic_drag": {"n_s2_m2": 0.2}},
     ),
     "table_vibration": Unlisted(
         {"amplitude_n": 0.5, "frequency_hz": 5.3, "phase_rad": 0.4},
@@ -129,22 +141,39 @@ UNLISTED = {
         {"per_m": 0.7}, "drive", {"command*cart_position"}, {"gain_asymmetry": {"ratio": 0.05}}
     ),
     "gain_falling_with_speed": Unlisted(
-        {"s_per_m": 0.3}, "drive", {"command*cart_velocity"}, {"cart_quadratic_drag": {"n_s2_m2": 0.5}}
+        {"s_per_m": 0.3},
+        "drive",
+        {"command*cart_velocity"},
+        {"cart_quadratic_drag": {"n_s2_m2": 0.5}},
     ),
-    "soft_amplifier": Unlisted({"share": 0.35}, "command", {"command"}, {"input_saturation": {"limit": 0.35}}),
+    "soft_amplifier": Unlisted(
+        {"share": 0.35}, "command", {"command"}, {"input_saturation": {"limit": 0.35}}
+    ),
     "bearing_notch": Unlisted(
-        {"torque_n_m": 0.01, "phase_rad": 0.5}, "pole", {"pole_angle"}, {"pole_spring": {"n_m_per_rad": 0.001}}
+        {"torque_n_m": 0.01, "phase_rad": 0.5},
+        "pole",
+        {"pole_angle"},
+        {"pole_spring": {"n_m_per_rad": 0.001}},
     ),
     "stirred_air": Unlisted(
-        {"n_s2": 0.0015}, "pole", {"pole_rate*cart_velocity"}, {"pole_quadratic_drag": {"n_m_s2": 2e-5}}
+        {"n_s2": 0.0015},
+        "pole",
+        {"pole_rate*cart_velocity"},
+        {"pole_quadratic_drag": {"n_m_s2": 2e-5}},
     ),
     "encoder_eccentricity": Unlisted(
-        {"amplitude_rad": 0.07, "phase_rad": 0.5}, "sensor", {"pole_angle"}, {"angle_offset": {"angle_rad": 0.02}}
+        {"amplitude_rad": 0.07, "phase_rad": 0.5},
+        "sensor",
+        {"pole_angle"},
+        {"angle_offset": {"angle_rad": 0.02}},
     ),
     "clock_wander": Unlisted(
-        {"ratio": 0.08, "period_s": 12.0, "phase_rad": 0.0}, "clock", {"time"}, {"gain_drift": {"per_s": 0.001}}
+        {"ratio": 0.08, "period_s": 12.0, "phase_rad": 0.0},
+        "clock",
+        {"time"},
+        {"gain_drift": {"per_s": 0.001}},
     ),
-}  # fmt: skip
+}
 
 
 @cache

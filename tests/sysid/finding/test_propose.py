@@ -77,8 +77,8 @@ def test_what_is_held_is_not_proposed_again_and_ratios_only_beside_dry_friction(
     before = propose_hidden(FRICTION, 1)
     assert "cart_friction_asymmetry" not in [proposal.effect for proposal in before]
     start = next(proposal for proposal in before if proposal.effect == FRICTION)
-    held = fit(case, split, start.effects, start.theta[0], HORIZONS[0])
-    after = {proposal.effect: proposal for proposal in propose(case, split, held)}
+    after_step = fit(case, split, start.effects, start.theta[0], HORIZONS[0])
+    after = {proposal.effect: proposal for proposal in propose(case, split, after_step)}
     assert FRICTION not in after and "cart_friction_asymmetry" in after
     in_place_of_the_simpler = ("cart_stribeck_friction",)
     assert after["cart_stribeck_friction"].effects == in_place_of_the_simpler

@@ -40,7 +40,7 @@ class ExchangeQuestion:
     power: (channels,) of the errors, weighed by how many windows each of the problem's stands for.
     theta: (SIZE,) of the twin with the effect.
     effect: whose place is asked about.
-    held: names of the other effects.
+    others: names of the other effects.
     free: parameters of the rig's constants and of the other effects.
     scales: typical sizes of the recording.
     """
@@ -49,7 +49,7 @@ class ExchangeQuestion:
     power: Floats
     theta: Floats
     effect: Effect
-    held: tuple[str, ...]
+    others: tuple[str, ...]
     free: tuple[Free, ...]
     scales: Scales
 
@@ -104,7 +104,7 @@ def screen_effects(question: ExchangeQuestion, effects: Sequence[Effect]) -> lis
     it is nearer.
     """
     effect = question.effect
-    others = [e for e in effects if is_rival(e, effect) and e.name not in question.held]
+    others = [e for e in effects if is_rival(e, effect) and e.name not in question.others]
     question = question.pick_windows(decisions.SCREENING_WINDOWS)
     nearest: dict[str | None, Tie] = {}
     for tie in (*_view_from_afar(question, others), *_view_from_near(question, others)):
@@ -150,9 +150,9 @@ def _measure_distances(
     ties = [Tie(name, None, compute_rest(columns, wanted).distance, without)]
     for k, shape in enumerate(tried):
         if columns.is_visible(k):
-            rest = compute_rest(columns, wanted, k)
-            nearest = make_nearest_theta(columns, without, k, rest)
-            ties.append(Tie(name, shape.effect.name, rest.distance, nearest))
+            residual = compute_rest(columns, wanted, k)
+            nearest = make_nearest_theta(columns, without, k, residual)
+            ties.append(Tie(name, shape.effect.name, residual.distance, nearest))
     return ties
 
 

@@ -55,14 +55,14 @@ def find_ties(
 
 def make_question(case: Case, split: Split, fit: Fit, name: str) -> ExchangeQuestion:
     """Return the question about an effect of a fit, on the windows that a diagnosis decides on."""
-    held = tuple(effect for effect in fit.effects if effect != name)
+    others = tuple(effect for effect in fit.effects if effect != name)
     windows, weight = pick_deciding_windows(case.state, split, fit.parts)
     return ExchangeQuestion(
         problem=case.problem(windows),
         power=fit.power / weight,
         theta=fit.theta,
         effect=BY_NAME[name],
-        held=held,
-        free=list_free_parameters(case.twin, held, case.scales),
+        others=others,
+        free=list_free_parameters(case.twin, others, case.scales),
         scales=case.scales,
     )

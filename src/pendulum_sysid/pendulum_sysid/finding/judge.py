@@ -101,13 +101,13 @@ def is_needed(rich: Fit, simple: Fit, effect: str, expected: bool = False) -> bo
     return ahead and compute_distance(rich, effect, simple.effects) > 1.0
 
 
-def compute_distance(fit: Fit, effect: str, held: Collection[str] = ()) -> float:
+def compute_distance(fit: Fit, effect: str, others: Collection[str] = ()) -> float:
     """Return how many half widths of its interval an effect's clearest size lies from nothing.
 
     held: other effects; sizes that a simpler effect among them has as well are not what the effect
     adds, and do not count.
     """
-    simpler = [BY_NAME[name] for name in held if name in BY_NAME[effect].simpler]
+    simpler = [BY_NAME[name] for name in others if name in BY_NAME[effect].simpler]
     known = {parameter.name for law in simpler for parameter in law.parameters}
     sizes = [p for p in BY_NAME[effect].parameters if not p.shape and p.name not in known]
     distances = [] if sizes else [np.inf]

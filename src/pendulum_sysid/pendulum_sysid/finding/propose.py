@@ -114,19 +114,19 @@ def _move(theta: Floats, effect: Effect, step: float) -> None:
             theta[slot] = np.clip(value, parameter.low, parameter.high)
 
 
-def list_replaced(effect: Effect, held: Sequence[str]) -> tuple[str, ...]:
+def list_replaced(effect: Effect, known: Sequence[str]) -> tuple[str, ...]:
     """Return which of the held effects a candidate contains as special cases."""
-    return tuple(name for name in held if name in effect.simpler)
+    return tuple(name for name in known if name in effect.simpler)
 
 
-def put_effect(effect: Effect, held: Sequence[str]) -> tuple[str, ...]:
+def put_effect(effect: Effect, known: Sequence[str]) -> tuple[str, ...]:
     """Return the held effects with a candidate in the place of those that it contains."""
-    return (*(name for name in held if name not in effect.simpler), effect.name)
+    return (*(name for name in known if name not in effect.simpler), effect.name)
 
 
-def list_candidates(case: Case, held: Sequence[str]) -> list[Effect]:
+def list_candidates(case: Case, known: Sequence[str]) -> list[Effect]:
     """Return the effects that make sense on this rig beside those already held."""
-    laws = [BY_NAME[name] for name in held]
+    laws = [BY_NAME[name] for name in known]
     return [
         effect
         for effect in CATALOGUE
@@ -135,7 +135,7 @@ def list_candidates(case: Case, held: Sequence[str]) -> list[Effect]:
         and effect.form in SEARCHED_FORMS
         and effect.shows_as is None
         and _can_be_seen(case, effect)
-        and effect.name not in held
+        and effect.name not in known
         and not any(effect.name in law.simpler for law in laws)
         and (effect.acts_beside is None or _has_kin(laws, BY_NAME[effect.acts_beside]))
     ]

@@ -64,10 +64,10 @@ def search_effects(case: Case, split: Split, report: Progress = report_nothing) 
     """
     search = Search(case, split, Journal(report))
     base = fit_parameters_alone(search)
-    found = explain_misfit(search, base)
-    named = name_effects(search, base, found.fit, found.pole)
-    ties = find_ties(case, split, found.fit, {n.effect: n.inseparable_from for n in named})
-    best, named = add_readings(case, found.fit, add_ties(named, ties))
+    explanation = explain_misfit(search, base)
+    named = name_effects(search, base, explanation.fit, explanation.pole)
+    ties = find_ties(case, split, explanation.fit, {n.effect: n.inseparable_from for n in named})
+    best, named = add_readings(case, explanation.fit, add_ties(named, ties))
     if base.parts != best.parts:
         base = search.fit_over_horizon(base, best.parts)
     return Answer(base, best, named, ties, search.journal.trials)
@@ -85,7 +85,7 @@ def explain_misfit(search: Search, base: Fit) -> Explanation:
 
 
 def begin_otherwise(
-    search: Search, base: Fit, steps: Sequence[Fit], found: Explanation
+    search: Search, base: Fit, steps: Sequence[Fit], explanation: Explanation
 ) -> Explanation:
     """Return what another first step ends at, if that is at the noise and what was found is not.
 
@@ -96,40 +96,40 @@ def begin_otherwise(
     steps: the first steps that were ahead, the step that was gone first.
     """
     at_noise = decisions.MISFIT_AT_NOISE
-    if found.fit.choose <= at_noise or not decisions.BEGIN_OTHERWISE:
-        return found
+    if explanation.fit.choose <= at_noise or not decisions.BEGIN_OTHERWISE:
+        return explanation
     search.journal.report(
-        f"misfit {found.fit.choose:.2f} is more than noise: beginning with other steps"
+        f"misfit {explanation.fit.choose:.2f} is more than noise: beginning with other steps"
     )
     others = (
         list_simplest(find_steps(search, base))
-        if found.expected
+        if explanation.expected
         else list_simplest(steps, steps[:1])
     )
     for step in others[: decisions.OTHER_BEGINNINGS]:
         other = grow_set(search, step)
-        if other.choose <= at_noise and compute_lead(other, found.fit).is_real:
+        if other.choose <= at_noise and compute_lead(other, explanation.fit).is_real:
             return Explanation(prune_set(search, base.effects, other), None)
-    return found
+    return explanation
 
 
-def extend_horizon(search: Search, base: Fit, found: Explanation) -> Explanation:
+def extend_horizon(search: Search, base: Fit, explanation: Explanation) -> Explanation:
     """Return what is found over whole windows as well, where that is better.
 
     Errors of what is still missing add up, too. Where a long horizon ends above the noise it may
     add to what the short horizon found, and takes nothing away.
     """
-    short, expected = found.fit, found.expected
+    short, expected = explanation.fit, explanation.expected
     grown = grow_set(search, search.fit_over_horizon(short, 1))
     if grown.choose <= decisions.MISFIT_AT_NOISE:
         long = prune_set(search, base.effects, grown, expected)
-        return replace(found, fit=confirm_long(search, short, long))
+        return replace(explanation, fit=confirm_long(search, short, long))
     long, near = prune_set(search, short.effects, grown, expected), short
     if long.effects != short.effects:
         refitted = search.fit_over_horizon(long, short.parts)
         near = prune_set(search, base.effects, refitted, expected)
     better = compute_lead(long, judge_over_whole_windows(search, near)).is_real
-    return replace(found, fit=long if better else near)
+    return replace(explanation, fit=long if better else near)
 
 
 def confirm_long(search: Search, short: Fit, long: Fit) -> Fit:
@@ -148,5 +148,5 @@ def confirm_long(search: Search, short: Fit, long: Fit) -> Fit:
 
 def judge_over_whole_windows(search: Search, fit: Fit) -> Fit:
     """Return a fit with its choosing errors taken over whole windows, nothing refitted."""
-    whole = refine_start_states(search.case.problem(search.split.choose), fit.theta)
-    return replace(fit, window_squares=whole.squares, counts=whole.counts, parts=1)
+    refined = refine_start_states(search.case.problem(search.split.choose), fit.theta)
+    return replace(fit, window_squares=refined.squares, counts=refined.counts, parts=1)

@@ -233,7 +233,10 @@ def compute_rest(columns: Columns, target: Floats, shape: int | None = None) -> 
         for count in range(len(signed), -1, -1)
         for some in itertools.combinations(signed, count)
     ]
-    return min((rest for rest in rests if rest is not None), key=lambda rest: rest.distance)
+    return min(
+        (residual for residual in rests if residual is not None),
+        key=lambda residual: residual.distance,
+    )
 
 
 def _project(normal: Floats, target: Floats, taking: Ints, free: int) -> Rest | None:
@@ -252,13 +255,13 @@ def _project(normal: Floats, target: Floats, taking: Ints, free: int) -> Rest | 
     return Rest(float(np.sqrt(max(square, 0.0))), taking, taken / scale)
 
 
-def make_nearest_theta(columns: Columns, theta: Floats, shape: int, rest: Rest) -> Floats:
+def make_nearest_theta(columns: Columns, theta: Floats, shape: int, residual: Rest) -> Floats:
     """Return theta (SIZE,) of the twin with a shape that comes nearest, to first order.
 
     All parameters stay within their bounds.
     """
     law, own = columns.shapes[shape], columns.list_columns(shape)
-    coefficient = dict(zip(rest.columns.tolist(), rest.coefficients.tolist(), strict=True))
+    coefficient = dict(zip(residual.columns.tolist(), residual.coefficients.tolist(), strict=True))
     nearest, slot = theta.copy(), SLOTS[law.effect.name]
     nearest[slot] = law.whole[slot]
     if not law.on_or_off:

@@ -66,8 +66,8 @@ def test_a_single_end_of_a_curve_where_it_vanishes_is_enough_for_doubt(
 
 
 def test_a_twin_that_has_dry_friction_is_not_asked() -> None:
-    held = replace(INTECO, effects={"cart_coulomb_friction": {"level_n": 0.1}})
-    assert measure_level(record_hidden(COULOMB, 5, 24.0)[0], held) is None
+    given = replace(INTECO, effects={"cart_coulomb_friction": {"level_n": 0.1}})
+    assert measure_level(record_hidden(COULOMB, 5, 24.0)[0], given) is None
 
 
 def test_without_a_cart_nothing_is_said() -> None:

@@ -78,9 +78,12 @@ def _choose_questions_beside(table: Table) -> tuple[str, ...]:
 
 def _is_large(table: Table, key: str, beside: tuple[str, ...]) -> bool:
     """Return whether the friction surely takes away a large part of what other questions leave."""
-    left = max(table.loss(beside) - table.balance.noise**2, 1e-300)
-    large = table.gain(key, beside) >= decisions.STEADY_LEAST_SHARE * left
-    return large and table.lead((*beside, key), beside) >= decisions.SMALL_GAIN_STANDARD_ERRORS
+    left = max(table.compute_loss(beside) - table.balance.noise**2, 1e-300)
+    large = table.compute_gain(key, beside) >= decisions.STEADY_LEAST_SHARE * left
+    return (
+        large
+        and table.compute_lead((*beside, key), beside) >= decisions.SMALL_GAIN_STANDARD_ERRORS
+    )
 
 
 def combine_levels(levels: list[Curve]) -> Estimate | None:

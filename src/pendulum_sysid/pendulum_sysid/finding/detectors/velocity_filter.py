@@ -138,12 +138,12 @@ def _fit_constant(compute_power: Errors, delay_s: float) -> float:
 
 def _minimise(compute_power: Callable[[float], Floats]) -> float:
     """Return the time (s), at most LONGEST_S, for which the mean power is least."""
-    found = minimize_scalar(
+    minimum = minimize_scalar(
         lambda s: float(np.mean(compute_power(s))),
         bounds=(0.0, decisions.LAG_LONGEST_S),
         method="bounded",
     )
-    return float(found.x)
+    return float(minimum.x)
 
 
 def _sum_blocks(values: Floats, block: Ints) -> Floats:

@@ -15,7 +15,11 @@ def compute_missing_power(table: Table, keys: tuple[str, ...] = ()) -> float:
 
     keys: questions that explain some of it; at least what they take away is missing.
     """
-    return max(table.loss(()) - table.balance.noise**2, table.loss(()) - table.loss(keys), 0.0)
+    return max(
+        table.compute_loss(()) - table.balance.noise**2,
+        table.compute_loss(()) - table.compute_loss(keys),
+        0.0,
+    )
 
 
 def explain(table: Table) -> tuple[str, ...]:
@@ -31,7 +35,7 @@ def explain(table: Table) -> tuple[str, ...]:
 
 def _choose_next(table: Table, keys: tuple[str, ...]) -> str | None:
     """Return the question to add: of those that explain about as much, the cheapest."""
-    losses = {key: table.loss((*keys, key)) for key in table.asked if key not in keys}
+    losses = {key: table.compute_loss((*keys, key)) for key in table.asked if key not in keys}
     if not losses:
         return None
     best = min(losses, key=lambda key: losses[key])
@@ -44,17 +48,18 @@ def _choose_next(table: Table, keys: tuple[str, ...]) -> str | None:
         ahead = losses[other] - losses[best]
         if (
             ahead < decisions.DEARER_SHARE * missing
-            or table.lead((*keys, best), (*keys, other)) < decisions.EVIDENCE_STANDARD_ERRORS
+            or table.compute_lead((*keys, best), (*keys, other))
+            < decisions.EVIDENCE_STANDARD_ERRORS
         ):
             best = other
-    worth = table.gain(best, keys) >= decisions.EVIDENCE_LEAST_SHARE * missing
+    worth = table.compute_gain(best, keys) >= decisions.EVIDENCE_LEAST_SHARE * missing
     return best if worth and is_more_than_chance(table, best, keys) else None
 
 
 def is_more_than_chance(table: Table, key: str, beside: tuple[str, ...] = ()) -> bool:
     """Return whether a question's gain beside others is neither chance nor made by the method."""
-    gain, small = table.gain(key, beside), decisions.SMALL_GAIN * table.balance.noise**2
-    return gain > 0 and table.lead((*beside, key), beside) >= (
+    gain, small = table.compute_gain(key, beside), decisions.SMALL_GAIN * table.balance.noise**2
+    return gain > 0 and table.compute_lead((*beside, key), beside) >= (
         decisions.EVIDENCE_STANDARD_ERRORS
         if gain >= small
         else decisions.SMALL_GAIN_STANDARD_ERRORS
@@ -66,7 +71,7 @@ def _prune(table: Table, keys: tuple[str, ...]) -> tuple[str, ...]:
     missing = compute_missing_power(table, keys)
     for key in keys:
         less = tuple(other for other in keys if other != key)
-        if table.gain(key, less) < decisions.EVIDENCE_LEAST_SHARE * missing:
+        if table.compute_gain(key, less) < decisions.EVIDENCE_LEAST_SHARE * missing:
             return _prune(table, less)
     return keys
 
@@ -79,6 +84,6 @@ def share_gains(table: Table, keys: tuple[str, ...]) -> dict[str, float]:
         share = 0.0
         for size in range(len(others) + 1):
             for some in combinations(others, size):
-                share += (table.gain(key, some)) / (len(keys) * comb(len(others), size))
+                share += (table.compute_gain(key, some)) / (len(keys) * comb(len(others), size))
         shared[key] = max(share, 0.0)
     return shared

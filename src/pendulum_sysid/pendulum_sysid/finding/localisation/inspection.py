@@ -67,10 +67,13 @@ def make_table(case: Case, here: Motion, balance: Balance, theta: Floats) -> Tab
 
     Waves are looked for in what the twin's own constants leave.
     """
-    rest = Table(balance, []).rest(())
+    residual = Table(balance, []).compute_residual(())
     return Table(
         balance,
-        [*list_questions(case, here, balance, theta), *make_wave_questions(balance, here, rest)],
+        [
+            *list_questions(case, here, balance, theta),
+            *make_wave_questions(balance, here, residual),
+        ],
     )
 
 

@@ -34,7 +34,7 @@ def spread_knots(values: Floats, count: int) -> Floats:
 
 def make_sided_knots(values: Floats) -> tuple[Floats, Floats]:
     """Return knots (k,) and hats (n, k) of a variable, at whose zero a force may jump."""
-    knots, parts = [], []
+    knots, sides = [], []
     for sign in (-1.0, 1.0):
         side = np.maximum(sign * values, 0.0)
         reached = side[side > 0]
@@ -43,7 +43,7 @@ def make_sided_knots(values: Floats) -> tuple[Floats, Floats]:
         at = spread_knots(np.append(reached, 0.0), decisions.SIDE_KNOTS)
         part = make_hats(side, at) * (side > 0)[:, None]
         knots.append(at if sign > 0 else -at[::-1])
-        parts.append(part if sign > 0 else part[:, ::-1])
-    if not parts:
+        sides.append(part if sign > 0 else part[:, ::-1])
+    if not sides:
         return np.zeros(1), np.ones((len(values), 1))
-    return np.concatenate(knots), np.concatenate(parts, axis=1)
+    return np.concatenate(knots), np.concatenate(sides, axis=1)

@@ -34,27 +34,27 @@ def localise(case: Case, theta: Floats, runs: WindowRuns) -> Localisation:
     """
     equations = inspect_equations(case, theta)
     total = sum(equation.missing for equation in equations)
-    found = [
+    answers = [
         _make_evidence(equation, curve, equation.gains[curve.question.key] / total)
         for equation in equations
         if total > 0
         for curve in measure_curves_of(equation, theta)
     ]
-    found = sorted(
-        (evidence for evidence in found if evidence.share >= decisions.EVIDENCE_LEAST_SHARE),
+    answers = sorted(
+        (evidence for evidence in answers if evidence.share >= decisions.EVIDENCE_LEAST_SHARE),
         key=lambda evidence: -evidence.share,
     )
     return Localisation(
-        _find_place(found) or _find_worse_joint(runs),
-        tuple(found[: decisions.EVIDENCE_TOLD]),
+        _find_place(answers) or _find_worse_joint(runs),
+        tuple(answers[: decisions.EVIDENCE_TOLD]),
         find_worst_stretches(runs),
     )
 
 
-def _find_place(found: list[Evidence]) -> str | None:
+def _find_place(answers: list[Evidence]) -> str | None:
     """Return the place to which most of what is explained points."""
     shares: dict[str, float] = defaultdict(float)
-    for evidence in found:
+    for evidence in answers:
         shares[evidence.place] += evidence.share
     return max(shares, key=lambda place: shares[place], default=None)
 
@@ -106,11 +106,11 @@ def _find_worse_joint(runs: WindowRuns) -> str:
 def find_worst_stretches(runs: WindowRuns) -> tuple[tuple[float, float], ...]:
     """Return the stretches, s, where runs are far more wrong than in the median window."""
     errors = np.sqrt(np.mean((runs.window_rmse / runs.noise) ** 2, axis=1))
-    found: list[tuple[float, float]] = []
+    stretches: list[tuple[float, float]] = []
     for begin in np.sort(runs.begin_s[errors > decisions.STRETCH_ERROR_RATIO * np.median(errors)]):
         end = float(begin) + runs.seconds
-        if found and begin <= found[-1][1] + 1e-9:
-            found[-1] = (found[-1][0], end)
+        if stretches and begin <= stretches[-1][1] + 1e-9:
+            stretches[-1] = (stretches[-1][0], end)
         else:
-            found.append((float(begin), end))
-    return tuple(found)
+            stretches.append((float(begin), end))
+    return tuple(stretches)

@@ -33,15 +33,15 @@ def measure_curves(table: Table, keys: tuple[str, ...], theta: dict[str, float])
 
     theta: the twin's own constants, by the names of the balance's columns.
     """
-    at = table.chosen(keys)
+    at = table.list_columns(keys)
     block = np.ix_(at, at)
     inverse = np.linalg.pinv(
         table.normal.sum(axis=0)[block] + table.count * table.penalty[block], hermitian=True
     )
     weights = inverse @ table.gradient.sum(axis=0)[at]
-    rest = table.balance.lacking - table.columns[:, at] @ weights
+    residual = table.balance.lacking - table.columns[:, at] @ weights
     scores = np.zeros((int(table.balance.block.max()) + 1, len(at)))
-    np.add.at(scores, table.balance.block, table.columns[:, at] * rest[:, None])
+    np.add.at(scores, table.balance.block, table.columns[:, at] * residual[:, None])
     spread = inverse @ (scores.T @ scores) @ inverse
     scale = table.scale[at]
     place = {int(column): k for k, column in enumerate(at)}

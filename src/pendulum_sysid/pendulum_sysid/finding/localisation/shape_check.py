@@ -93,16 +93,16 @@ class Remainder:
 def measure_remainders(case: Case, fit: Fit, base: Fit) -> list[Remainder]:
     """Return what is left of each equation under a fit; base: the fit of parameters alone."""
     case = thin_out(case)
-    here, found = compute_motion(case, _take_out_static_filters(fit.theta)), []
+    here, remainders = compute_motion(case, _take_out_static_filters(fit.theta)), []
     first = {balance.equation: Table(balance, []) for balance in make_balances(case, base.theta)}
     for balance in make_balances(case, fit.theta):
         if balance.equation not in first:
             continue
         table, own = make_table(case, here, balance, fit.theta), max(balance.size, 1e-300) ** 2
-        gains = {key: table.gain(key) / own for key in table.asked}
-        before = max(first[balance.equation].loss(()) - balance.noise**2, 0.0) / own
-        found.append(Remainder(table, gains, before, table.loss(()) / own))
-    return found
+        gains = {key: table.compute_gain(key) / own for key in table.asked}
+        before = max(first[balance.equation].compute_loss(()) - balance.noise**2, 0.0) / own
+        remainders.append(Remainder(table, gains, before, table.compute_loss(()) / own))
+    return remainders
 
 
 def _take_out_static_filters(theta: Floats) -> Floats:
@@ -212,8 +212,8 @@ class Own:
 
 def _judge_shape(remainder: Remainder, name: str, own: Own) -> Misfit | None:
     """Return the misfit of an effect in one equation; None where its shape is right."""
-    asked, gains = remainder.table.asked, remainder.gains
-    related = {key: gain for key, gain in gains.items() if own.concerns(asked[key])}
+    questions, gains = remainder.table.asked, remainder.gains
+    related = {key: gain for key, gain in gains.items() if own.concerns(questions[key])}
     if not related:
         return None
     key = max(related, key=lambda k: related[k])
@@ -224,7 +224,7 @@ def _judge_shape(remainder: Remainder, name: str, own: Own) -> Misfit | None:
     if not (chief and great and large and remainder.is_sure(key)):
         return None
     share = gain / max(own.explained, 1e-300)
-    return Misfit(name, share, asked[key].variable, asked[key].place)
+    return Misfit(name, share, questions[key].variable, questions[key].place)
 
 
 def take_out(theta: Floats, name: str) -> Floats:
@@ -266,7 +266,7 @@ def _find_own_variables(
         replace(balance, lacking=balance.sieve(part), noise=0.0),
         list_questions(case, compute_motion(case, less), balance, less),
     )
-    keys = explain(table) or (min(table.asked, key=lambda key: table.loss((key,))),)
+    keys = explain(table) or (min(table.asked, key=lambda key: table.compute_loss((key,))),)
     return frozenset(token for key in keys for token in table.asked[key].variable.split("*"))
 
 

@@ -58,16 +58,16 @@ class Table:
         """Return how many rows there are."""
         return len(self.balance.lacking)
 
-    def chosen(self, keys: Sequence[str]) -> Ints:
+    def list_columns(self, keys: Sequence[str]) -> Ints:
         """Return the columns of the twin's own constants and of some questions."""
         every = np.arange(self.columns.shape[1])
         return np.concatenate([every[self.base], *(every[self.at[key]] for key in keys)])
 
-    def loss(self, keys: Sequence[str]) -> float:
+    def compute_loss(self, keys: Sequence[str]) -> float:
         """Return the power that constants and some questions leave on held-out samples."""
         known = frozenset(keys)
         if known not in self._losses:
-            at = self.chosen(keys)
+            at = self.list_columns(keys)
             left = float(self.square.sum())
             for k, weights in enumerate(self._weights(at)):
                 left += (
@@ -77,14 +77,14 @@ class Table:
             self._losses[known] = float(left) / self.count
         return self._losses[known]
 
-    def rest(self, keys: Sequence[str]) -> Floats:
+    def compute_residual(self, keys: Sequence[str]) -> Floats:
         """Return what is left on every row (rows,), predicted from the folds that it is not in."""
-        at = self.chosen(keys)
-        rest = self.balance.lacking.copy()
+        at = self.list_columns(keys)
+        residual = self.balance.lacking.copy()
         for k, weights in enumerate(self._weights(at)):
             rows = self.balance.fold == k
-            rest[rows] -= self.columns[np.ix_(rows, at)] @ weights
-        return rest
+            residual[rows] -= self.columns[np.ix_(rows, at)] @ weights
+        return residual
 
     def _weights(self, at: Ints) -> list[Floats]:
         """Return the weights of some columns for each fold, fitted to the others."""
@@ -98,25 +98,27 @@ class Table:
             for k in range(FOLDS)
         ]
 
-    def lead(self, rich: Sequence[str], simple: Sequence[str]) -> float:
+    def compute_lead(self, rich: Sequence[str], simple: Sequence[str]) -> float:
         """Return by how many standard errors over blocks one set of questions is ahead of another.
 
         Under a heavy-tailed likelihood whose scale is the rich set's typical block (Lange, Little
         and Taylor, J. Am. Stat. Assoc. 84 (1989) 881): a few wild blocks neither make nor hide a
         lead.
         """
-        rich_power, simple_power = (self._by_block(self.rest(keys)) for keys in (rich, simple))
+        rich_power, simple_power = (
+            self._by_block(self.compute_residual(keys)) for keys in (rich, simple)
+        )
         scale = max(float(np.median(rich_power)), (0.5 * self.balance.noise) ** 2, 1e-300)
         gain = 0.5 * (np.log1p(simple_power / scale) - np.log1p(rich_power / scale))
         return float(gain.mean()) / max(float(np.std(gain)) / np.sqrt(len(gain)), 1e-300)
 
-    def _by_block(self, rest: Floats) -> Floats:
+    def _by_block(self, residual: Floats) -> Floats:
         count = np.bincount(self.balance.block)
-        return np.bincount(self.balance.block, rest**2)[count > 0] / count[count > 0]
+        return np.bincount(self.balance.block, residual**2)[count > 0] / count[count > 0]
 
-    def gain(self, key: str, beside: Sequence[str] = ()) -> float:
+    def compute_gain(self, key: str, beside: Sequence[str] = ()) -> float:
         """Return how much power a question takes away beside others."""
-        return self.loss(beside) - self.loss((*beside, key))
+        return self.compute_loss(beside) - self.compute_loss((*beside, key))
 
 
 def _solve(normal: Floats, slope: Floats) -> Floats:

@@ -16,17 +16,17 @@ NOTCHES = (3, 24)  # round the pole's axis
 MOST_ROWS = 5000
 
 
-def make_wave_questions(balance: Balance, here: Motion, rest: Floats) -> list[Question]:
+def make_wave_questions(balance: Balance, here: Motion, residual: Floats) -> list[Question]:
     """Return the questions for the sharpest line over time and the best wave over the position.
 
-    rest: (rows,) what is left of the balance.
+    residual: (rows,) what is left of the balance.
     """
     place = "cart" if balance.equation == FORCE else "pole"
     name, values = (
         ("cart_position", here.x) if balance.equation == FORCE else ("pole_angle", here.th)
     )
     questions = []
-    hertz = find_vibration_hz(balance, rest)
+    hertz = find_vibration_hz(balance, residual)
     if hertz is not None:
         questions.append(
             _make_wave(
@@ -39,7 +39,7 @@ def make_wave_questions(balance: Balance, here: Motion, rest: Floats) -> list[Qu
                 "time",
             )
         )
-    number = _find_wavenumber(values[balance.sieve.at], rest, balance.equation)
+    number = _find_wavenumber(values[balance.sieve.at], residual, balance.equation)
     if number is not None:
         questions.append(
             _make_wave(f"{name} wave", name, place, number, values, balance.equation, name)
@@ -65,12 +65,12 @@ def _make_wave(
     return Question(key, variable, place, Cost.NUMBER, measured, columns, x, drawn, bends=False)
 
 
-def find_vibration_hz(balance: Balance, rest: Floats) -> float | None:
+def find_vibration_hz(balance: Balance, residual: Floats) -> float | None:
     """Return the frequency of the line that stands out most in the spectrum of a rest (rows,)."""
     step = balance.spacing_s
     slot = np.round((balance.seconds - balance.seconds[0]) / step).astype(int)
     even = np.zeros(slot[-1] + 1)
-    even[slot] = rest
+    even[slot] = residual
     power = np.abs(np.fft.rfft(even * np.hanning(len(even)), 4 * len(even))) ** 2
     hertz = np.fft.rfftfreq(4 * len(even), step)
     width = max(int(decisions.LINE_BAND_HZ / hertz[1]), 8)
@@ -90,7 +90,7 @@ def find_vibration_hz(balance: Balance, rest: Floats) -> float | None:
     )
 
 
-def _find_wavenumber(values: Floats, rest: Floats, equation: int) -> float | None:
+def _find_wavenumber(values: Floats, residual: Floats, equation: int) -> float | None:
     """Return the wavenumber of the wave over a variable that explains most of a rest (rows,).
 
     In rad per unit of the values.
@@ -105,5 +105,5 @@ def _find_wavenumber(values: Floats, rest: Floats, equation: int) -> float | Non
     )
     thin = slice(None, None, -(-len(values) // MOST_ROWS))
     phase = tried[:, None] * values[thin]
-    power = (np.sin(phase) @ rest[thin]) ** 2 + (np.cos(phase) @ rest[thin]) ** 2
+    power = (np.sin(phase) @ residual[thin]) ** 2 + (np.cos(phase) @ residual[thin]) ** 2
     return float(tried[int(np.argmax(power))])
