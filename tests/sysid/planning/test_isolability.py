@@ -35,7 +35,8 @@ def slow() -> Excitation:
 
 ASKED = (
     "input_delay", "motor_lag", "cart_coulomb_friction", "cart_friction_asymmetry",
-    "cart_quadratic_drag", "rail_tilt", "pole_quadratic_drag", "angle_offset", "cart_sign_inverted", "velocity_filter",
+    "cart_quadratic_drag", "rail_tilt", "pole_quadratic_drag", "angle_offset",
+    "cart_sign_inverted", "velocity_filter",
 )  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""The verdict: every field of the contract, words for every outcome, and what the catalogue does not hold left unnamed."""
+"""The verdict: every field, sentences for every outcome, and no name for what has none."""
 
 import json
 import math
@@ -35,8 +35,8 @@ def silent(_: str) -> None:
 def assert_as_in_the_contract(found: dict) -> None:
     assert Verdict.from_dict(found).to_dict() == found
     assert set(found) == {
-        "schema", "outcome", "sentence", "location", "missing_physics", "rig_parameters", "masking", "fit", "remainder",
-        "data_quality", "next_experiment", "recording", "elapsed_s",
+        "schema", "outcome", "sentence", "location", "missing_physics", "rig_parameters",
+        "masking", "fit", "remainder", "data_quality", "next_experiment", "recording", "elapsed_s",
     }  # fmt: skip
     assert json.loads(json.dumps(found, allow_nan=False)) == found
     assert found["schema"] == "pendulum_verdict/1" and found["outcome"] in {
@@ -116,8 +116,9 @@ def test_named(friction: tuple[dict, Findings]) -> None:
     assert found["fit"]["held_out"]["after"] < 0.1 * found["fit"]["held_out"]["before"]
     assert found["fit"]["held_out_cart_mm"]["after"] < 1.0
     assert found["recording"] == {
-        "name": "hidden", "seconds": 24.0, "samples": 2400, "rate_hz": pytest.approx(100.0), "digest": "sha256:5",
-        "position_step_m": pytest.approx(57e-6, rel=1e-6), "angle_step_rad": pytest.approx(2 * np.pi / 4096, rel=1e-6),
+        "name": "hidden", "seconds": 24.0, "samples": 2400, "rate_hz": pytest.approx(100.0),
+        "digest": "sha256:5", "position_step_m": pytest.approx(57e-6, rel=1e-6),
+        "angle_step_rad": pytest.approx(2 * np.pi / 4096, rel=1e-6),
     }  # fmt: skip
 
 
@@ -236,9 +237,7 @@ def test_friction_that_is_certain_is_kept_where_something_else_has_no_name(
 ) -> None:
     _, kept = friction
     far = replace(kept.best, choose=20.0)
-    missed = replace(
-        kept, base=replace(kept.base, choose=25.0), best=far, certain=(CERTAIN,)
-    )
+    missed = replace(kept, base=replace(kept.base, choose=25.0), best=far, certain=(CERTAIN,))
     found = make_verdict(missed, kept.case.recording, 1.0).to_dict()
     assert_as_in_the_contract(found)
     assert found["outcome"] == "not_in_catalogue"
@@ -279,7 +278,7 @@ def dry(v: float) -> float:
 
 
 def unlisted(on_cart: Push = nothing, on_pole: Push = nothing, seconds: float = 30.0) -> Recording:
-    """Return a recording made by integrating the equations of motion here, with more on cart or pole."""
+    """Integrate the equations of motion here, with more on cart or pole, and record the run."""
     rig, h, sub = RIG, 1e-3, round(PERIOD_S / 1e-3)
     m, inertia, arm = (
         rig.total_mass_kg,
@@ -380,7 +379,7 @@ def test_what_no_effect_explains_is_not_forced_onto_one(on_cart: Push, on_pole: 
 
 
 def one_sided(t: float, y: tuple, drive: float) -> float:
-    """Return dry friction on one half of the rail only, beside a strong force that depends on the place."""
+    """Return dry friction on one half of the rail, beside a strong force of the position."""
     return (-0.8 * dry(y[2]) if y[0] > 0 else 0.0) - 4.0 * math.sin(9 * y[0]) * y[0]
 
 

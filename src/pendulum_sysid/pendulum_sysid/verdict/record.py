@@ -19,9 +19,10 @@ Interval = tuple[float, float]  # s from the start of the recording
 class VariableShare:
     """Hold the share of the unexplained motion that depends on one variable.
 
-    variable: name of the variable; a product of variables holds a star.
-    finding: the dependence in words.
-    share: 0 to 1, of the unexplained force or torque.
+    Attributes:
+        variable: name of the variable; a product of variables holds a star.
+        finding: the dependence in words.
+        share: 0 to 1, of the unexplained force or torque.
     """
 
     variable: str
@@ -33,9 +34,10 @@ class VariableShare:
 class Location:
     """Hold where in the chain from command to sensor the twin is wrong.
 
-    place: command, drive, cart, pole, sensor or clock.
-    evidence: the variables that the unexplained motion depends on, the largest share first.
-    intervals_s: stretches of the recording in which the mismatch is largest; empty for all of it.
+    Attributes:
+        place: command, drive, cart, pole, sensor or clock.
+        evidence: the variables that the unexplained motion depends on, the largest share first.
+        intervals_s: stretches in which the mismatch is largest; empty for the whole recording.
     """
 
     place: str
@@ -57,11 +59,12 @@ class EffectParameter:
 class MissingEffect:
     """Hold one effect that the recording shows and the twin as given does not have.
 
-    effect: name in the catalogue.
-    cannot_be_told_from: effects that fit this recording as well in its place.
-    confidence: 0 to 1, that this effect is there and none that the recording can tell from it.
-    parameters: name of the parameter -> fitted value; empty for an effect that is on or off.
-    sentence: the effect with its fitted sizes, for a person.
+    Attributes:
+        effect: name in the catalogue.
+        cannot_be_told_from: effects that fit this recording as well in its place.
+        confidence: 0 to 1, that this effect is there and none that the recording can tell from it.
+        parameters: name of the parameter -> fitted value; empty for an effect that is on or off.
+        sentence: the effect with its fitted sizes, for a person.
     """
 
     effect: str
@@ -75,11 +78,15 @@ class MissingEffect:
 class RigParameter:
     """Hold one constant of the rig before and after the diagnosis, in `unit`.
 
-    before: value in the twin as given.
-    parameters_alone: fitted value without the missing effects.
-    after, low, high: fitted value with the missing effects, and its 95 % interval.
-    identifiable: False where the recording does not fix the value.
-    at_bound: True where the fit ended at the limit of the allowed range.
+    Attributes:
+        before: value in the twin as given.
+        parameters_alone: fitted value without the missing effects.
+        after: fitted value with the missing effects.
+        low: lower end of its 95 % interval.
+        high: upper end of its 95 % interval.
+        unit: of the values.
+        identifiable: False where the recording does not fix the value.
+        at_bound: True where the fit ended at the limit of the allowed range.
     """
 
     before: float
@@ -104,9 +111,13 @@ class BeforeAfter:
 class FitScores:
     """Hold how well both twins run on the recording.
 
-    train, held_out: score (1 = noise of the sensors) on the fitted and on the held-out windows.
-    held_out_cart_mm, held_out_pole_rad: root mean square errors; None for a joint not recorded.
-    noise_floor: score that a perfect model reaches on the held-out windows.
+    Attributes:
+        train: score on the windows of the fit; 1 is the noise of the sensors.
+        held_out: score on windows that neither fit nor choice of effects has seen.
+        held_out_cart_mm: root mean square error of the cart; None for a cart not recorded.
+        held_out_pole_rad: root mean square error of the pole; None for a pole not recorded.
+        noise_floor: score that a perfect model reaches on the held-out windows.
+        unit: "score".
     """
 
     train: BeforeAfter
@@ -121,9 +132,10 @@ class FitScores:
 class Remainder:
     """Hold what the improved twin still does not explain.
 
-    place: where in the chain the remainder comes in.
-    above_noise_floor: error of the improved twin over the error of a perfect model, above 1.
-    finding: the variable that the remainder depends on, in words.
+    Attributes:
+        place: where in the chain the remainder comes in.
+        above_noise_floor: error of the improved twin over the error of a perfect model, above 1.
+        finding: the variable that the remainder depends on, in words.
     """
 
     place: str
@@ -143,8 +155,14 @@ class NextExperiment:
 class RecordingFacts:
     """Hold what was diagnosed.
 
-    digest: "sha256:..." of the recording's files.
-    position_step_m, angle_step_rad: steps of the encoders; 0 where none shows.
+    Attributes:
+        name: for titles.
+        seconds: length.
+        samples: number of samples.
+        rate_hz: sample rate.
+        digest: "sha256:..." of the recording's files.
+        position_step_m: step of the cart's encoder; 0 where none shows.
+        angle_step_rad: step of the pole's encoder; 0 where none shows.
     """
 
     name: str
@@ -163,24 +181,25 @@ class Verdict:
     The fields down to elapsed_s stand in verdict.json under the same names (`to_dict`). The
     others hold what a report shows beside them; `from_dict` leaves them empty.
 
-    outcome: how the diagnosis ended.
-    sentence: the answer in one sentence, for a person.
-    location: where the twin is wrong; None if nothing is missing or the recording is unusable.
-    missing_physics: the effects that the twin lacks, each once.
-    rig_parameters: name of the rig's constant -> its values before and after.
-    masking: sentences about constants that had absorbed a missing effect.
-    fit: errors before and after; None if nothing was fitted.
-    remainder: what is left above the noise; None if nothing is.
-    data_quality: faults in the data of the recording.
-    next_experiment: the plan that tells most; None if none is proposed.
-    recording: what was diagnosed.
-    elapsed_s: duration of the diagnosis.
-    command: shell line that made the verdict; "" from Python.
-    twin: the improved twin; None if the recording is unusable.
-    localisation: the evidence with its measured shapes, of the fit of the rig's constants alone.
-    trials: the sets of effects that were tried, in order.
-    overlays: held-out runs of both twins, one record a joint.
-    next_plan: the plan as `pendulum_plan/1` holds it.
+    Attributes:
+        outcome: how the diagnosis ended.
+        sentence: the answer in one sentence, for a person.
+        location: where the twin is wrong; None if nothing is missing or the recording is unusable.
+        missing_physics: the effects that the twin lacks, each once.
+        rig_parameters: name of the rig's constant -> its values before and after.
+        masking: sentences about constants that had absorbed a missing effect.
+        fit: errors before and after; None if nothing was fitted.
+        remainder: what is left above the noise; None if nothing is.
+        data_quality: faults in the data of the recording.
+        next_experiment: the plan that tells most; None if none is proposed.
+        recording: what was diagnosed.
+        elapsed_s: duration of the diagnosis.
+        command: shell line that made the verdict; "" from Python.
+        twin: the improved twin; None if the recording is unusable.
+        localisation: the evidence with its shapes, for the fit of the rig's constants alone.
+        trials: the sets of effects that were tried, in order.
+        overlays: held-out runs of both twins, one record a joint.
+        next_plan: the plan as `pendulum_plan/1` holds it.
     """
 
     outcome: Outcome
