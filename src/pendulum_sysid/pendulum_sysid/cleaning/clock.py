@@ -41,7 +41,7 @@ def estimate_rate(stamps: Floats) -> Rate:
     cuts = np.flatnonzero(steps > (decisions.LONGEST_FILL + 1.5) * median) + 1
     products, squares, off = 0.0, 0.0, [np.zeros(1)]
     for part in np.split(stamps, cuts):
-        place = _places(part, median)
+        place = _number_stamps(part, median)
         products += float((place - place.mean()) @ (part - part.mean()))
         squares += float((place - place.mean()) @ (place - place.mean()))
         off.append(np.diff(part) - np.diff(place) * median)
@@ -55,7 +55,7 @@ def estimate_rate(stamps: Floats) -> Rate:
     return Rate(period, float(jitter))
 
 
-def _places(stamps: Floats, period_s: float) -> Floats:
+def _number_stamps(stamps: Floats, period_s: float) -> Floats:
     """Return the number of each stamp on a clock that follows them slowly, from 0."""
     steps = np.diff(stamps) / period_s
     if np.all(np.abs(steps - np.rint(steps)) < decisions.CLOCK_CLEAR):
@@ -69,7 +69,7 @@ def _places(stamps: Floats, period_s: float) -> Floats:
 
 def make_grid(stamps: Floats, period_s: float) -> Floats:
     """Return the instants (s) of the uniform clock that runs through most stamps of a stretch."""
-    place = _places(stamps, period_s)
+    place = _number_stamps(stamps, period_s)
     if np.ptp(stamps - place * period_s) > 2 * decisions.CLOCK_ALIGNED * period_s:
         time = (stamps - stamps[0]) / period_s
         phase = float(np.median(time - np.rint(time)))
@@ -142,7 +142,7 @@ def hold_commands(instants: Floats, period_s: float, stamps: Floats, command: Fl
     """
     if not len(stamps):
         return np.zeros(len(instants))
-    if _belong(instants, period_s, stamps):
+    if _is_paired(instants, period_s, stamps):
         latest = np.searchsorted(stamps, instants + 0.5 * period_s, side="right") - 1
         return np.where(latest >= 0, command[latest], 0.0)
     end = max(stamps[-1], instants[-1]) + 2 * period_s
@@ -154,7 +154,7 @@ def hold_commands(instants: Floats, period_s: float, stamps: Floats, command: Fl
     return (upto[1] - upto[0]) / period_s
 
 
-def _belong(instants: Floats, period_s: float, stamps: Floats) -> bool:
+def _is_paired(instants: Floats, period_s: float, stamps: Floats) -> bool:
     right = np.clip(np.searchsorted(instants, stamps), 1, len(instants) - 1)
     off = (
         np.minimum(np.abs(instants[right] - stamps), np.abs(stamps - instants[right - 1]))

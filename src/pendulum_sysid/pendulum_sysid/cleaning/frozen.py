@@ -39,13 +39,13 @@ def find_frozen_runs(stamps: Floats, sensors: Sequence[Floats]) -> list[tuple[in
         for first, stop in find_runs(still)
         if stamps[stop] - stamps[first] > decisions.FROZEN_LEAST_S
         and any(
-            _moved_on(values, floor, first, stop)
+            _has_moved_on(values, floor, first, stop)
             for values, floor in zip(sensors, floors, strict=True)
         )
     ]
 
 
-def _moved_on(values: Floats, floor: float, first: int, stop: int) -> bool:
+def _has_moved_on(values: Floats, floor: float, first: int, stop: int) -> bool:
     """Tell whether a sensor shows that the rig moved while it stood still (first to stop)."""
     near = decisions.FROZEN_NEAR_STEPS + 1
     if first < near or stop + near >= len(values):

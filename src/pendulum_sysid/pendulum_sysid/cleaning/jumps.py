@@ -47,7 +47,7 @@ class _Motion:
     slack: Floats
     floor: float  # in the signal's unit
 
-    def beyond(self, step: Floats, first: Places, last: Places) -> tuple[Floats, Floats]:
+    def measure_excess(self, step: Floats, first: Places, last: Places) -> tuple[Floats, Floats]:
         """Return by how much steps exceed the motion (below it: negative), and the allowance.
 
         step: the signal's change from sample first to sample last + 1."""
@@ -79,7 +79,9 @@ def measure_step_floor(values: Floats) -> float:
     steps = np.diff(values)
     noise = 0.0
     if len(steps) > 2 * decisions.SPIKE_SIDE_STEPS:
-        noise = 1.4826 * float(np.median(np.abs(steps - sum(_sides(steps, np.median)) / 2)))
+        noise = 1.4826 * float(
+            np.median(np.abs(steps - sum(_compute_sides(steps, np.median)) / 2))
+        )
     return max(measure_least_step(values), decisions.SPIKE_DEVIATIONS * noise)
 
 
@@ -99,7 +101,7 @@ def find_jumps(stamps: Floats, values: Floats, rate: Rate, turn: float | None = 
     left, stays = np.arange(len(values)), np.empty(0, dtype=np.int64)
     for _ in range(PASSES):
         steps = take_shortest_way(np.diff(values[left]), turn)
-        spikes, stays = _one_pass(
+        spikes, stays = _search_once(
             stamps[left], np.cumsum(np.concatenate([values[:1], steps])), rate, turn
         )
         stays = left[stays]
@@ -111,7 +113,7 @@ def find_jumps(stamps: Floats, values: Floats, rate: Rate, turn: float | None = 
     return Jumps(good, stays)
 
 
-def _one_pass(
+def _search_once(
     stamps: Floats, values: Floats, rate: Rate, turn: float | None
 ) -> tuple[list[tuple[int, int]], Places]:
     spikes: list[tuple[int, int]] = []
@@ -119,14 +121,14 @@ def _one_pass(
     if len(values) < 3 * decisions.SPIKE_SIDE_STEPS:
         return spikes, np.array(stays, dtype=np.int64)
     steps, every = np.diff(values), np.arange(len(values) - 1)
-    motion = _motion(steps, np.diff(stamps) / rate.period_s, measure_step_floor(values))
+    motion = _bound_motion(steps, np.diff(stamps) / rate.period_s, measure_step_floor(values))
     off = steps - 0.5 * (motion.low + motion.high) * motion.periods
-    excess, allowed = motion.beyond(steps, every, every)
-    out = np.where(np.diff(stamps) < rate.break_s, _alone(excess, turn) / allowed, 0.0)
+    excess, allowed = motion.measure_excess(steps, every, every)
+    out = np.where(np.diff(stamps) < rate.break_s, _drop_slips(excess, turn) / allowed, 0.0)
     for step in np.flatnonzero(out > 1.0):
         if spikes and step < spikes[-1][1]:
             continue
-        spike = _spike_at(values, motion, off, int(step), turn)
+        spike = _find_spike(values, motion, off, int(step), turn)
         returns = spike is not None and spike[0] > 0 and spike[1] < len(values)
         if spike and (returns or out[step] > decisions.JUMP_RATIO):
             spikes.append(spike)
@@ -135,10 +137,10 @@ def _one_pass(
     return spikes, np.array(stays, dtype=np.int64)
 
 
-def _motion(steps: Floats, periods: Floats, floor: float) -> _Motion:
+def _bound_motion(steps: Floats, periods: Floats, floor: float) -> _Motion:
     rates = steps / periods
-    before, after = _sides(rates, np.median)
-    spread = np.maximum(*_sides(rates, _deviation))
+    before, after = _compute_sides(rates, np.median)
+    spread = np.maximum(*_compute_sides(rates, _compute_deviation))
     speed = np.maximum(np.abs(before), np.abs(after))
     slack = (
         np.abs(after - before)
@@ -152,7 +154,7 @@ def _motion(steps: Floats, periods: Floats, floor: float) -> _Motion:
     return _Motion(periods, np.minimum(before, after), np.maximum(before, after), slack, floor)
 
 
-def _alone(excess: Floats, turn: float | None) -> Floats:
+def _drop_slips(excess: Floats, turn: float | None) -> Floats:
     """Return the magnitudes, 0 where a neighbouring step goes along: a slip is motion.
 
     A step that is a fair part of a turn is none, and may only seem to go along.
@@ -165,7 +167,7 @@ def _alone(excess: Floats, turn: float | None) -> Floats:
     return np.where(slips, 0.0, np.abs(excess))
 
 
-def _spike_at(
+def _find_spike(
     values: Floats, motion: _Motion, off: Floats, step: int, turn: float | None
 ) -> tuple[int, int] | None:
     """Return the fewest samples beside a step whose removal leaves a motion.
@@ -183,7 +185,7 @@ def _spike_at(
     inner = (before >= 0) & (after < len(values))
     sides, before, after = sides[inner], before[inner], after[inner]
     if len(sides):
-        excess, allowed = motion.beyond(
+        excess, allowed = motion.measure_excess(
             take_shortest_way(values[after] - values[before], turn), before, after - 1
         )
         back = -off * np.sign(off[step])
@@ -193,18 +195,18 @@ def _spike_at(
         most = np.array(
             [back[first:last].max() for first, last in zip(before, after, strict=True)]
         )
-        rest = np.where(
+        misfit = np.where(
             most > decisions.SPIKE_RETURN_SHARE * abs(off[step]), np.abs(excess) / allowed, np.inf
         )
-        if rest.min() <= 1.0:
-            first, stop = sides[int(np.argmax(rest <= rest.min() + decisions.SPIKE_AS_GOOD))]
+        if misfit.min() <= 1.0:
+            first, stop = sides[int(np.argmax(misfit <= misfit.min() + decisions.SPIKE_AS_GOOD))]
             return int(first), int(stop)
     if to_end > decisions.SPIKE_LONGEST:
         return None
     return (0, step + 1) if step + 1 == to_end else (step + 1, len(values))
 
 
-def _sides(rates: Floats, statistic: Callable[..., Floats]) -> tuple[Floats, Floats]:
+def _compute_sides(rates: Floats, statistic: Callable[..., Floats]) -> tuple[Floats, Floats]:
     """Return a statistic of the steps before and after every step.
 
     A side with too few steps takes the value of the other.
@@ -227,5 +229,5 @@ def _sides(rates: Floats, statistic: Callable[..., Floats]) -> tuple[Floats, Flo
     return before, after
 
 
-def _deviation(windows: Floats, axis: int) -> Floats:
+def _compute_deviation(windows: Floats, axis: int) -> Floats:
     return np.median(np.abs(windows - np.median(windows, axis=axis, keepdims=True)), axis=axis)

@@ -20,7 +20,7 @@ def leave_out_still_cart(recording: Recording, state: SmoothState) -> Recording:
     commanded.
     """
     signals = recording.signals
-    cart, pole = (_moves(values, noise) for values, noise in _joints(recording, state))
+    cart, pole = (_is_moving(values, noise) for values, noise in _list_joints(recording, state))
     commanded = bool(np.any(np.abs(signals.command) > 0))
     if signals.cart is not None and not cart and commanded:
         raise UnusableRecording(
@@ -36,14 +36,14 @@ def leave_out_still_cart(recording: Recording, state: SmoothState) -> Recording:
     return recording
 
 
-def _joints(
+def _list_joints(
     recording: Recording, state: SmoothState
 ) -> tuple[tuple[Floats | None, float | None], ...]:
     signals = recording.signals
     return (signals.cart, state.noise.cart_m), (signals.pole, state.noise.pole_rad)
 
 
-def _moves(values: Floats | None, noise: float | None) -> bool:
+def _is_moving(values: Floats | None, noise: float | None) -> bool:
     return (
         values is not None
         and noise is not None

@@ -25,11 +25,11 @@ def find_small_spikes(
     """Find spikes, (first, stop) samples of a signal (n,), all finite, on a nearly even clock."""
     least = measure_least_step(values)
     taken = np.zeros(len(values), dtype=bool)
-    found = []
+    spikes = []
     for width in WIDTHS:
         if len(values) < width + 2 * decisions.SMALL_SPIKE_SIDE:
             break
-        ratio = _off(stamps, values, period_s, width, least)
+        ratio = _compare_with_curve(stamps, values, period_s, width, least)
         for start in np.argsort(-ratio)[: np.count_nonzero(ratio > 1.0)]:
             first, stop = (
                 int(start) + decisions.SMALL_SPIKE_SIDE,
@@ -39,11 +39,13 @@ def find_small_spikes(
                 first - decisions.SMALL_SPIKE_SIDE : stop + decisions.SMALL_SPIKE_SIDE
             ].any():
                 taken[first:stop] = True
-                found.append((first, stop))
-    return tuple(sorted(found))
+                spikes.append((first, stop))
+    return tuple(sorted(spikes))
 
 
-def _off(stamps: Floats, values: Floats, period_s: float, width: int, least: float) -> Floats:
+def _compare_with_curve(
+    stamps: Floats, values: Floats, period_s: float, width: int, least: float
+) -> Floats:
     """Return how far the middle of every window is off the curve; 1 is allowed."""
     length = width + 2 * decisions.SMALL_SPIKE_SIDE
     place = np.arange(length) - (length - 1) / 2

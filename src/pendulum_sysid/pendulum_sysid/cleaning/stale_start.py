@@ -49,42 +49,42 @@ def leave_out_stale_start(recording: Recording, state: SmoothState) -> Recording
     signals = recording.signals
     if signals.cart is None or not np.any(signals.command):
         return recording
-    answer = _answer(signals, state)
+    answer = _fit_answer(signals, state)
     if answer is None:
         return recording
     ends = [
-        (s.start, s.start + _silent_samples(signals, state, s, answer)) for s in signals.stretches
+        (s.start, s.start + _count_silent(signals, state, s, answer)) for s in signals.stretches
     ]
-    found = [(begin, end) for begin, end in ends if end > begin]
-    if not found:
+    spans = [(begin, end) for begin, end in ends if end > begin]
+    if not spans:
         return recording
     valid = np.ones(len(signals), dtype=bool)
-    for begin, end in found:
+    for begin, end in spans:
         valid[begin:end] = False
     cleaned = replace(
         signals, cart_valid=signals.cart_valid & valid, pole_valid=signals.pole_valid & valid
     )
-    cleaned = cleaned.broken_at(end for _, end in found)
+    cleaned = cleaned.broken_at(end for _, end in spans)
     times = signals.times_s
     intervals = tuple(
-        (float(times[begin]), float(times[end - 1]) + signals.period_s) for begin, end in found
+        (float(times[begin]), float(times[end - 1]) + signals.period_s) for begin, end in spans
     )
-    stale = QualityFinding("stale", len(found), intervals)
+    stale = QualityFinding("stale", len(spans), intervals)
     return replace(recording, signals=cleaned, findings=(*recording.findings, stale))
 
 
-def _brakes(state: SmoothState) -> Floats:
+def _list_brakes(state: SmoothState) -> Floats:
     """Return what moves the cart without a command, (n, 3): viscous, dry, constant."""
     v = state.states[:, 2]
-    return np.stack([v, np.tanh(v / _slow(state)), np.ones_like(v)], axis=1)
+    return np.stack([v, np.tanh(v / _compute_slow_speed(state)), np.ones_like(v)], axis=1)
 
 
-def _slow(state: SmoothState) -> float:
+def _compute_slow_speed(state: SmoothState) -> float:
     """Return the speed of a cart that hardly moves, m/s."""
     return float(decisions.REST_SPEED_SHARE * np.sqrt(np.mean(state.states[:, 2] ** 2)) + 1e-12)
 
 
-def _answer(signals: Signals, state: SmoothState, up_to: float = np.inf) -> Answer | None:
+def _fit_answer(signals: Signals, state: SmoothState, up_to: float = np.inf) -> Answer | None:
     """Fit the cart's answer where it is not suspected, with the delay that fits best.
 
     up_to: larger commands are left out.
@@ -92,14 +92,14 @@ def _answer(signals: Signals, state: SmoothState, up_to: float = np.inf) -> Answ
     None where nothing moves or too few samples are left.
     """
     late_part = np.concatenate(
-        [np.arange(s.start + _early(signals, s), s.stop) for s in signals.stretches]
+        [np.arange(s.start + _count_suspected(signals, s), s.stop) for s in signals.stretches]
     )
     moving = late_part[
-        np.abs(state.states[late_part, 2]) > _slow(state)
+        np.abs(state.states[late_part, 2]) > _compute_slow_speed(state)
     ]  # at rest, friction takes any value
     if not len(moving):
         return None
-    brakes = _brakes(state)
+    brakes = _list_brakes(state)
     step = max(round(LATER_S / signals.period_s), 1)
     answers = []
     for late in range(0, round(decisions.ANSWER_LATEST_S / signals.period_s) + 1, step):
@@ -111,54 +111,54 @@ def _answer(signals: Signals, state: SmoothState, up_to: float = np.inf) -> Answ
             np.column_stack([command[trusted], brakes[trusted]]),
             state.accelerations[trusted, 0],
         )
-        found = np.linalg.lstsq(columns, target, rcond=None)[0]
-        spread = float(np.std(target - columns @ found))
-        answers.append(Answer(late, float(found[0]), found[1:], max(spread, 1e-12)))
-    return min(answers, key=lambda one: one.spread)
+        coefficients = np.linalg.lstsq(columns, target, rcond=None)[0]
+        spread = float(np.std(target - columns @ coefficients))
+        answers.append(Answer(late, float(coefficients[0]), coefficients[1:], max(spread, 1e-12)))
+    return min(answers, key=lambda answer: answer.spread)
 
 
 def delay_command(signals: Signals, late: int) -> Floats:
     """Return the command (n,) of so many samples ago; the first one holds before a stretch."""
-    found = np.empty(len(signals))
+    delayed = np.empty(len(signals))
     for stretch in signals.stretches:
         part = signals.command[stretch]
-        found[stretch] = part[np.maximum(np.arange(len(part)) - late, 0)]
-    return found
+        delayed[stretch] = part[np.maximum(np.arange(len(part)) - late, 0)]
+    return delayed
 
 
-def _early(signals: Signals, stretch: slice) -> int:
+def _count_suspected(signals: Signals, stretch: slice) -> int:
     """Return how many samples of a stretch are suspected: all, where it ends early enough."""
     within = min(stretch.stop, int(decisions.STALE_SHARE * len(signals))) - stretch.start
     return max(int(decisions.STALE_SHARE * (stretch.stop - stretch.start)), within)
 
 
-def _silent_samples(signals: Signals, state: SmoothState, stretch: slice, answer: Answer) -> int:
+def _count_silent(signals: Signals, state: SmoothState, stretch: slice, answer: Answer) -> int:
     """Return for how many samples a stretch is likelier without the drive than with it.
 
     This is a change point by likelihood. Weak commands may go unanswered for a dead zone, too:
     then commands as weak must be answered later on.
     """
-    end = _silence(signals, state, stretch, answer)
+    end = _find_silence(signals, state, stretch, answer)
     if not end:
         return 0
-    told = np.abs(delay_command(signals, answer.late)[stretch.start : stretch.start + end])
-    if np.sqrt(np.mean(told**2)) > decisions.STALE_COMMAND_SHARE * np.max(
+    commanded = np.abs(delay_command(signals, answer.late)[stretch.start : stretch.start + end])
+    if np.sqrt(np.mean(commanded**2)) > decisions.STALE_COMMAND_SHARE * np.max(
         np.abs(signals.command[stretch])
     ):
         return end
-    to_weak = _answer(signals, state, up_to=float(np.max(told)))
-    return 0 if to_weak is None else min(end, _silence(signals, state, stretch, to_weak))
+    to_weak = _fit_answer(signals, state, up_to=float(np.max(commanded)))
+    return 0 if to_weak is None else min(end, _find_silence(signals, state, stretch, to_weak))
 
 
-def _silence(signals: Signals, state: SmoothState, stretch: slice, answer: Answer) -> int:
-    part = slice(stretch.start, stretch.start + _early(signals, stretch))
+def _find_silence(signals: Signals, state: SmoothState, stretch: slice, answer: Answer) -> int:
+    part = slice(stretch.start, stretch.start + _count_suspected(signals, stretch))
     command = delay_command(signals, answer.late)[part]
-    rest = state.accelerations[part, 0] - _brakes(state)[part] @ answer.brakes
-    still = np.abs(state.states[part, 2]) < _slow(state)
+    remainder = state.accelerations[part, 0] - _list_brakes(state)[part] @ answer.brakes
+    still = np.abs(state.states[part, 2]) < _compute_slow_speed(state)
     gripped = still & (
         np.abs(answer.drive * command) < decisions.STALE_GRIP * np.abs(answer.brakes[DRY])
     )
-    gain = np.where(gripped, 0.0, (rest - answer.drive * command) ** 2 - rest**2) / (
+    gain = np.where(gripped, 0.0, (remainder - answer.drive * command) ** 2 - remainder**2) / (
         2 * answer.spread**2
     )
     total = np.cumsum(gain)
@@ -181,17 +181,17 @@ def follows_command(signals: Signals, state: SmoothState) -> bool:
     The command must explain acceleration in blocks of the recording on which its effect was not
     estimated.
     """
-    answer = _answer(signals, state)
+    answer = _fit_answer(signals, state)
     assert answer is not None
     valid = signals.cart_valid
-    columns = np.column_stack([delay_command(signals, answer.late), _brakes(state)])
+    columns = np.column_stack([delay_command(signals, answer.late), _list_brakes(state)])
     target = state.accelerations[:, 0]
     block = (np.arange(len(signals)) * signals.period_s // decisions.ANSWER_BLOCK_S).astype(int)
     gains = []
     for half in (block % 2 == 0, block % 2 == 1):
-        made, judged = valid & half, valid & ~half
+        fitted, judged = valid & half, valid & ~half
         with_it, without = (
-            np.linalg.lstsq(columns[made, k:], target[made], rcond=None)[0] for k in (0, 1)
+            np.linalg.lstsq(columns[fitted, k:], target[fitted], rcond=None)[0] for k in (0, 1)
         )
         better = (target - columns[:, 1:] @ without) ** 2 - (target - columns @ with_it) ** 2
         gains += [float(np.mean(better[judged & (block == b)])) for b in np.unique(block[judged])]

@@ -82,15 +82,15 @@ def cut_to_joints(twin: Twin, signals: Signals) -> Twin:
         moment = rig.total_mass_kg * (rig.com_distance_m or 0.0)
         gone: dict[str, Any] = dict.fromkeys((*CART_KEYS, "rail_half_length_m", "pwm_limit"))
         alone = replace(rig, **{**gone, "com_distance_m": moment / (rig.pole_mass_kg or 1.0)})
-        return _without(twin, alone, (Place.COMMAND, Place.DRIVE, Place.CART))
+        return _leave_out(twin, alone, (Place.COMMAND, Place.DRIVE, Place.CART))
     if signals.pole is None and rig.has_pole:
         gone = dict.fromkeys(POLE_KEYS)
         alone = replace(rig, **{**gone, "cart_mass_kg": rig.total_mass_kg})
-        return _without(twin, alone, (Place.POLE,))
+        return _leave_out(twin, alone, (Place.POLE,))
     return twin
 
 
-def _without(twin: Twin, rig: Rig, places: tuple[Place, ...]) -> Twin:
+def _leave_out(twin: Twin, rig: Rig, places: tuple[Place, ...]) -> Twin:
     return replace(
         twin,
         rig=rig,

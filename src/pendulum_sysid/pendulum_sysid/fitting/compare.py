@@ -39,14 +39,14 @@ def compare(case: Case) -> Comparison:
     samples that are not valid do not count. A run that diverges makes its errors infinite. Raises
     UnusableRecording when the recording holds no usable window.
     """
-    return _comparison(case, _replay(case))
+    return _make_comparison(case, _replay(case))
 
 
 def compare_two(case: Case, twin: Twin) -> Pair:
     """Compare the case's twin with another on the same windows; raises what `compare` does."""
     cases = case, change_twin(case, twin)
     runs = _replay(cases[0]), _replay(cases[1])
-    return Pair((_comparison(cases[0], runs[0]), _comparison(cases[1], runs[1])), runs)
+    return Pair((_make_comparison(cases[0], runs[0]), _make_comparison(cases[1], runs[1])), runs)
 
 
 def _replay(case: Case) -> WindowRuns:
@@ -60,7 +60,7 @@ def _replay(case: Case) -> WindowRuns:
     return run_windows(case, windows)
 
 
-def _comparison(case: Case, runs: WindowRuns) -> Comparison:
+def _make_comparison(case: Case, runs: WindowRuns) -> Comparison:
     whole = run_whole(case.signals, case.state.states, make_theta(case.twin))
     return Comparison(
         seconds=WINDOW_S,

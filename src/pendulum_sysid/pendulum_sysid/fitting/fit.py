@@ -50,7 +50,10 @@ def fit(
     return Fit(
         twin=make_twin(case.twin, solution.theta, effects, list_rig_parameters(case.twin)),
         effects=effects,
-        estimates={**_estimates(solution, free, parts), **_located(case, effects, solution.theta)},
+        estimates={
+            **_make_estimates(solution, free, parts),
+            **_estimate_located(case, effects, solution.theta),
+        },
         theta=solution.theta,
         starts=solution.starts,
         power=solution.power,
@@ -76,16 +79,18 @@ def fit_own_parameters(case: Case, split: Split) -> Fit:
     return fitted
 
 
-def _located(case: Case, effects: tuple[str, ...], theta: Floats) -> dict[str, Estimate]:
+def _estimate_located(case: Case, effects: tuple[str, ...], theta: Floats) -> dict[str, Estimate]:
     """Return the times that were read off the recording, as far as its samples tell them."""
-    found = {}
+    located = {}
     for name in effects:
         for k, p in enumerate(BY_NAME[name].parameters):
             if p.located:
                 value = float(theta[SLOTS[name].start + k])
                 half = _halve_gap(case.signals, value)
-                found[f"{name}.{p.name}"] = Estimate(value, max(value - half, p.low), value + half)
-    return found
+                located[f"{name}.{p.name}"] = Estimate(
+                    value, max(value - half, p.low), value + half
+                )
+    return located
 
 
 def _halve_gap(signals: Signals, time_s: float) -> float:
@@ -95,16 +100,16 @@ def _halve_gap(signals: Signals, time_s: float) -> float:
     return float(clock[after] - clock[max(after - 1, 0)]) / 2
 
 
-def _estimates(solution: Solution, free: tuple[Free, ...], parts: int) -> dict[str, Estimate]:
-    found = {}
-    for one, half in zip(free, compute_half_widths(solution, free, parts), strict=True):
-        value = one.get(solution.theta)
-        bound = value <= one.low or value >= one.high
-        fixed = bool(np.isfinite(half)) and half < max(abs(value), one.size) and not bound
+def _make_estimates(solution: Solution, free: tuple[Free, ...], parts: int) -> dict[str, Estimate]:
+    estimates = {}
+    for parameter, half in zip(free, compute_half_widths(solution, free, parts), strict=True):
+        value = parameter.get(solution.theta)
+        bound = value <= parameter.low or value >= parameter.high
+        fixed = bool(np.isfinite(half)) and half < max(abs(value), parameter.size) and not bound
         low, high = (
-            (max(value - half, one.low), min(value + half, one.high))
+            (max(value - half, parameter.low), min(value + half, parameter.high))
             if np.isfinite(half)
-            else (one.low, one.high)
+            else (parameter.low, parameter.high)
         )
-        found[one.name] = Estimate(value, low, high, fixed, bound)
-    return found
+        estimates[parameter.name] = Estimate(value, low, high, fixed, bound)
+    return estimates

@@ -51,18 +51,18 @@ class Solution:
     @property
     def power(self) -> Floats:
         """Return each channel's mean squared error."""
-        return _power(self.squares, self.counts)
+        return _compute_power(self.squares, self.counts)
 
     def misfit(self, noise: Floats) -> float:
         """Return the geometric mean over channels of root mean square error / noise."""
         return float(np.exp(0.5 * np.mean(np.log(self.power / noise**2))))
 
 
-def _power(squares: Floats, counts: Floats) -> Floats:
+def _compute_power(squares: Floats, counts: Floats) -> Floats:
     return np.maximum(squares.sum(axis=0) / np.maximum(counts.sum(axis=0), 1.0), 1e-30)
 
 
-def _cost(problem: Problem, starts: Floats, squares: Floats, counts: Floats) -> float:
+def _compute_cost(problem: Problem, starts: Floats, squares: Floats, counts: Floats) -> float:
     """Return the concentrated negative log likelihood a sample.
 
     Errors are Gaussian, with the variance of each channel that fits them best.
@@ -73,7 +73,8 @@ def _cost(problem: Problem, starts: Floats, squares: Floats, counts: Floats) -> 
     turned = list_varied(problem)
     moved = (starts - problem.windows.starts)[:, turned] / problem.deviations[turned]
     return float(
-        (np.sum(total * np.log(_power(squares, counts))) + np.sum(moved**2)) / (2 * total.sum())
+        (np.sum(total * np.log(_compute_power(squares, counts))) + np.sum(moved**2))
+        / (2 * total.sum())
     )
 
 
@@ -95,15 +96,15 @@ def solve(
     _, weights = gather(problem.signals, windows.begin, windows.samples)
     counts = weights.sum(axis=1)
     squares = np.sum(compute_errors(problem, theta, starts) ** 2, axis=1)
-    cost = _cost(problem, starts, squares, counts)
+    cost = _compute_cost(problem, starts, squares, counts)
     damping, converged = 1e-6, False
     system = None
     for _ in range(iterations):
-        system = linearise(problem, theta, starts, free, _power(squares, counts))
+        system = linearise(problem, theta, starts, free, _compute_power(squares, counts))
         while True:
-            new_theta, new_starts = _stepped(system, theta, starts, free, damping)
+            new_theta, new_starts = _take_step(system, theta, starts, free, damping)
             new_squares = np.sum(compute_errors(problem, new_theta, new_starts) ** 2, axis=1)
-            new_cost = _cost(problem, new_starts, new_squares, counts)
+            new_cost = _compute_cost(problem, new_starts, new_squares, counts)
             if new_cost < cost or damping > 1e4:
                 break
             damping = max(damping * 10, 1e-3)
@@ -121,20 +122,25 @@ def solve(
     return Solution(theta, starts, squares, counts, converged, system.normals, system.scores)
 
 
-def _stepped(
+def _take_step(
     system: System, theta: Floats, starts: Floats, free: tuple[Free, ...], damping: float
 ) -> tuple[Floats, Floats]:
     """Return theta and start states after one damped step, parameters within their bounds."""
-    values = np.array([one.get(theta) for one in free])
-    sizes = np.array([one.size for one in free])
-    low, high = np.array([one.low for one in free]), np.array([one.high for one in free])
+    values = np.array([parameter.get(theta) for parameter in free])
+    sizes = np.array([parameter.size for parameter in free])
+    low, high = (
+        np.array([parameter.low for parameter in free]),
+        np.array([parameter.high for parameter in free]),
+    )
     step = np.zeros(len(free))
     loose = np.ones(len(free), dtype=bool)
     for _ in range(len(free)):
         normal = system.normal[np.ix_(loose, loose)]
         diagonal = np.diag(normal) + 1e-12
-        rest = system.gradient[loose] - system.normal[np.ix_(loose, ~loose)] @ step[~loose]
-        step[loose] = np.linalg.lstsq(normal + damping * np.diag(diagonal), rest, rcond=1e-13)[0]
+        remainder = system.gradient[loose] - system.normal[np.ix_(loose, ~loose)] @ step[~loose]
+        step[loose] = np.linalg.lstsq(
+            normal + damping * np.diag(diagonal), remainder, rcond=1e-13
+        )[0]
         reached = values + step * sizes
         out = loose & ((reached < low) | (reached > high))
         if not out.any():
@@ -144,10 +150,10 @@ def _stepped(
         if not loose.any():
             break
     new_theta = theta.copy()
-    for one, value, change in zip(free, values, step * sizes, strict=True):
-        one.put(new_theta, float(np.clip(value + change, one.low, one.high)))
-    rest = system.start_gradient - system.cross @ step
-    moves = np.linalg.solve(system.start_normal, rest[..., None])[..., 0]
+    for parameter, value, change in zip(free, values, step * sizes, strict=True):
+        parameter.put(new_theta, float(np.clip(value + change, parameter.low, parameter.high)))
+    remainder = system.start_gradient - system.cross @ step
+    moves = np.linalg.solve(system.start_normal, remainder[..., None])[..., 0]
     new_starts = starts.copy()
     new_starts[:, system.varied] += moves * system.start_sizes
     return new_theta, new_starts
@@ -174,17 +180,17 @@ def compute_half_widths(solution: Solution, free: tuple[Free, ...], together: in
     root = vectors / np.sqrt(np.where(blind, np.inf, values))  # root @ root.T is the inverse
     weights, directions = np.linalg.eigh(root.T @ normals @ root)
     turned = (directions.transpose(0, 2, 1) @ (scores @ root)[..., None])[..., 0]
-    whole = (
+    scaled = (
         directions
         @ (turned / np.sqrt(1 - weights.clip(0.0, decisions.ONE_WINDOW_SHARE)))[..., None]
     )[..., 0]
-    spread = root @ (whole.T @ whole) @ root.T
+    spread = root @ (scaled.T @ scaled) @ root.T
     variance = np.maximum(np.diag(spread), np.sum(root**2, axis=1))
     variance = np.where((vectors**2 @ blind) > 1e-6, np.inf, variance)
     return (
         stdtrit(max(count - 1, 1), 0.975)
         * np.sqrt(variance)
-        * np.array([one.size for one in free])
+        * np.array([parameter.size for parameter in free])
     )
 
 

@@ -50,12 +50,12 @@ def compute_errors(problem: Problem, theta: Floats, starts: Floats) -> Floats:
     theta: (SIZE,) of the twin. starts: (windows, 4) start states.
     """
     drives = run_drive(problem.signals, theta[None])
-    return _errors(
+    return _compute_errors_of_part(
         problem, drives, theta[None], np.zeros(1, dtype=np.int64), starts[None], slice(None)
     )[0]
 
 
-def _errors(
+def _compute_errors_of_part(
     problem: Problem,
     drives: tuple[Floats, Ints],
     theta: Floats,
@@ -120,17 +120,17 @@ def linearise(
     parameter vectors, each of which adds a column: what going all the way there changes.
     """
     more = np.empty((0, theta.size)) if whole_steps is None else whole_steps
-    sets, scale = _neighbours(theta, free)
+    sets, scale = _list_neighbours(theta, free)
     sets = np.concatenate([sets, more])
     many = len(sets) + len(list_varied(problem))
     size = max(RUNS_AT_ONCE // (many * problem.windows.samples * starts.shape[1]), 1)
-    parts = [slice(a, min(a + size, len(starts))) for a in range(0, len(starts), size)]
-    off = _all_errors(problem, sets, starts, parts)
+    pieces = [slice(a, min(a + size, len(starts))) for a in range(0, len(starts), size)]
+    off = _compute_all_errors(problem, sets, starts, pieces)
     off /= np.sqrt(power)
-    systems = [_part_of_system(problem, off[:, part], scale, starts, part) for part in parts]
+    systems = [_assemble_part(problem, off[:, part], scale, starts, part) for part in pieces]
 
     def stack(name: str) -> Floats:
-        return np.concatenate([getattr(one, name) for one in systems])
+        return np.concatenate([getattr(parameter, name) for parameter in systems])
 
     return System(
         normals=stack("normals"),
@@ -143,7 +143,9 @@ def linearise(
     )
 
 
-def _all_errors(problem: Problem, sets: Floats, starts: Floats, parts: list[slice]) -> Floats:
+def _compute_all_errors(
+    problem: Problem, sets: Floats, starts: Floats, pieces: list[slice]
+) -> Floats:
     """Return measured minus run, (sets + starts that are varied, windows, samples, channels).
 
     First each parameter vector from the given starts, then the first set from starts one deviation
@@ -153,27 +155,29 @@ def _all_errors(problem: Problem, sets: Floats, starts: Floats, parts: list[slic
     moves = np.zeros((len(sets) + len(turned), 4))
     moves[np.arange(len(sets), len(moves)), turned] = problem.deviations[turned]
     set_of = np.array([*range(len(sets)), *([0] * len(turned))])
-    found = np.empty(
+    all_errors = np.empty(
         (len(moves), len(starts), problem.windows.samples, len(list_channels(problem.signals)))
     )
-    for sharing in _groups(problem, len(sets)):
+    for sharing in _list_groups(problem, len(sets)):
         drives = run_drive(problem.signals, sets[sharing])
         lanes = np.flatnonzero(np.isin(set_of, sharing))
-        for part in parts:
+        for part in pieces:
             runs = starts[part] + moves[lanes, None]
             own = set_of[lanes] - sharing[0]
-            found[lanes, part] = _errors(problem, drives, sets[sharing], own, runs, part)
-    return found
+            all_errors[lanes, part] = _compute_errors_of_part(
+                problem, drives, sets[sharing], own, runs, part
+            )
+    return all_errors
 
 
-def _groups(problem: Problem, sets: int) -> list[Ints]:
+def _list_groups(problem: Problem, sets: int) -> list[Ints]:
     """Return the sets in groups whose drives fit into memory together."""
     row = len(problem.signals) * kernel.count_substeps(problem.signals.period_s)
     size = max(DRIVES_AT_ONCE // row, 1)
     return [np.arange(a, min(a + size, sets)) for a in range(0, sets, size)]
 
 
-def _part_of_system(
+def _assemble_part(
     problem: Problem, off_by: Floats, scale: Floats, starts: Floats, part: slice
 ) -> System:
     """Return the normal equations of a part of the windows.
@@ -205,14 +209,14 @@ def _part_of_system(
     return System(normals, scores, start_normal, start_gradient, cross, sizes, turned)
 
 
-def _neighbours(theta: Floats, free: tuple[Free, ...]) -> tuple[Floats, Floats]:
+def _list_neighbours(theta: Floats, free: tuple[Free, ...]) -> tuple[Floats, Floats]:
     """Return theta and its neighbours along each parameter, and each one's size / step."""
     sets = np.repeat(theta[None], 1 + len(free), axis=0)
     scale = np.empty(len(free))
-    for k, one in enumerate(free):
-        value = one.get(theta)
-        step = STEP * one.size
-        step = step if value + step <= one.high else -step
-        one.put(sets[k + 1], value + step)
-        scale[k] = one.size / step
+    for k, parameter in enumerate(free):
+        value = parameter.get(theta)
+        step = STEP * parameter.size
+        step = step if value + step <= parameter.high else -step
+        parameter.put(sets[k + 1], value + step)
+        scale[k] = parameter.size / step
     return sets, scale

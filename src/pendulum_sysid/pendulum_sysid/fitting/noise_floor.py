@@ -52,7 +52,8 @@ def measure_noise_floor(case: Case, theta: Floats, windows: Windows, seed: int =
             1.0, 1.0
         )  # a twin that leaves all bounds says nothing about what is possible
     tries = [
-        _perfect(case, runs, begin, lead, np.random.default_rng((seed, k))) for k in range(TRIES)
+        _replay_perfect(case, runs, begin, lead, np.random.default_rng((seed, k)))
+        for k in range(TRIES)
     ]
     score, typical = (
         np.sqrt(np.mean(np.square(v)))
@@ -61,7 +62,7 @@ def measure_noise_floor(case: Case, theta: Floats, windows: Windows, seed: int =
     return NoiseFloor(float(score), float(typical))
 
 
-def _perfect(
+def _replay_perfect(
     case: Case, runs: Floats, begin: np.ndarray, lead: int, random: np.random.Generator
 ) -> WindowRuns:
     """Replay noisy runs, (windows, n, 4): each its own stretch, its window after the lead."""
@@ -71,9 +72,11 @@ def _perfect(
     for k, (there, noise) in enumerate(
         ((signals.cart, case.state.noise.cart_m), (signals.pole, case.state.noise.pole_rad))
     ):
-        made = runs[..., k].reshape(-1)
+        noiseless = runs[..., k].reshape(-1)
         positions.append(
-            None if there is None or noise is None else made + random.normal(0.0, noise, len(made))
+            None
+            if there is None or noise is None
+            else noiseless + random.normal(0.0, noise, len(noiseless))
         )
     every = np.ones(len(at), dtype=bool)
     starts = np.arange(len(begin)) * length
@@ -89,6 +92,6 @@ def _perfect(
         after_s=None,
     )
     state = smooth_state(perfect)
-    made_case = make_case(replace(case.recording, signals=perfect), state, case.twin)
-    windows = Windows(starts + lead, length - lead, made_case.state.states[starts + lead])
-    return run_windows(made_case, windows)
+    perfect_case = make_case(replace(case.recording, signals=perfect), state, case.twin)
+    windows = Windows(starts + lead, length - lead, perfect_case.state.states[starts + lead])
+    return run_windows(perfect_case, windows)

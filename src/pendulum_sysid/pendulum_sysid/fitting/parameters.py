@@ -75,15 +75,15 @@ def list_rig_parameters(twin: Twin) -> tuple[Free, ...]:
         low, high = max(low, size / within), min(high, size * within)
         return Free(name, UNITS[name], slots, factors, low, high, size)
 
-    found = []
+    constants = []
     if rig.has_cart:
         force = theta[FORCE_PER_PWM] or 1.0
-        found.append(free("force_per_pwm_n", (FORCE_PER_PWM,), (1.0,), force))
+        constants.append(free("force_per_pwm_n", (FORCE_PER_PWM,), (1.0,), force))
         size = max(theta[CART_VISCOUS], 0.1 * theta[0])
-        found.append(free("cart_viscous_n_s_m", (CART_VISCOUS,), (1.0,), size))
+        constants.append(free("cart_viscous_n_s_m", (CART_VISCOUS,), (1.0,), size))
     if rig.has_pole:
         mass = rig.total_mass_kg
-        found.append(
+        constants.append(
             free(
                 "com_distance_m",
                 (MOMENT, COUPLING),
@@ -93,7 +93,7 @@ def list_rig_parameters(twin: Twin) -> tuple[Free, ...]:
             )
         )
         if rig.has_cart:
-            found.append(
+            constants.append(
                 free(
                     "pole_inertia_kg_m2",
                     (INERTIA,),
@@ -103,8 +103,8 @@ def list_rig_parameters(twin: Twin) -> tuple[Free, ...]:
                 )
             )
         size = max(theta[POLE_VISCOUS], 0.01 * theta[INERTIA])
-        found.append(free("pole_viscous_n_m_s", (POLE_VISCOUS,), (1.0,), size))
-    return tuple(found)
+        constants.append(free("pole_viscous_n_m_s", (POLE_VISCOUS,), (1.0,), size))
+    return tuple(constants)
 
 
 def compute_scales(signals: Signals, state: SmoothState, theta: Floats) -> Scales:
@@ -166,10 +166,10 @@ def make_twin(
     theta: (SIZE,). effects: those that the twin holds. rig_free: the fitted constants.
     """
     values = {free.name: float(np.clip(free.get(theta), free.low, free.high)) for free in rig_free}
-    held = {}
+    kept = {}
     for name in effects:
         effect, slot = BY_NAME[name], SLOTS[name]
-        held[name] = {
+        kept[name] = {
             p.name: float(theta[slot.start + k]) for k, p in enumerate(effect.parameters)
         }
-    return Twin(base.name, replace(base.rig, **values), held)
+    return Twin(base.name, replace(base.rig, **values), kept)

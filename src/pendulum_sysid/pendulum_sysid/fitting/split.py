@@ -32,16 +32,21 @@ def split_windows(signals: Signals, state: SmoothState) -> Split:
         )
     stretch = np.searchsorted(signals.starts, windows.begin, side="right") - 1
     part = (np.arange(len(windows)) - np.searchsorted(stretch, stretch) + stretch) % len(PATTERN)
-    found = Split(
-        *(windows.pick(np.isin(part, _places(name))) for name in ("train", "choose", "held_out"))
+    windows_split = Split(
+        *(
+            windows.pick(np.isin(part, _list_places(name)))
+            for name in ("train", "choose", "held_out")
+        )
     )
-    if not (len(found.train) and len(found.choose) and len(found.held_out)):
+    if not (
+        len(windows_split.train) and len(windows_split.choose) and len(windows_split.held_out)
+    ):
         raise UnusableRecording(
             "expected windows to fit, choose and judge on, found one of these parts empty: record "
             "longer"
         )
-    return found
+    return windows_split
 
 
-def _places(name: str) -> list[int]:
-    return [k for k, one in enumerate(PATTERN) if one == name]
+def _list_places(name: str) -> list[int]:
+    return [k for k, part_name in enumerate(PATTERN) if part_name == name]

@@ -125,11 +125,11 @@ def fit_as_thesis(
     start = _start(case.twin)
     search = _Search(case, progress)
     before = search.cost(start)
-    found = minimize(
+    result = minimize(
         search.cost,
         start,
         method="Nelder-Mead",
-        bounds=[(one.low, one.high) for one in SEARCHED],
+        bounds=[(searched.low, searched.high) for searched in SEARCHED],
         options={
             "maxfev": most_evaluations,
             "maxiter": np.inf,
@@ -138,12 +138,14 @@ def fit_as_thesis(
         },
     )
     return ThesisFit(
-        twin=_twin(case.twin, found.x),
-        moved=tuple(_moved(*three) for three in zip(SEARCHED, start, found.x, strict=True)),
+        twin=_make_twin(case.twin, result.x),
+        moved=tuple(
+            _describe_move(*three) for three in zip(SEARCHED, start, result.x, strict=True)
+        ),
         before=before,
-        after=float(found.fun),
-        evaluations=int(found.nfev),
-        converged=bool(found.success),
+        after=float(result.fun),
+        evaluations=int(result.nfev),
+        converged=bool(result.success),
         dropped=tuple(
             name for name in case.twin.effects if name not in (*SIGNS, FRICTION, DEAD_ZONES)
         ),
@@ -159,7 +161,7 @@ class _Search:
 
     def cost(self, values: Floats) -> float:
         """Return equation 29 of the twin with these twelve values."""
-        theta = make_theta(_twin(self._case.twin, values))
+        theta = make_theta(_make_twin(self._case.twin, values))
         error = compute_equation_29(
             self._case.signals, run_whole(self._case.signals, self._case.state.states, theta)
         )
@@ -174,42 +176,44 @@ def _start(twin: Twin) -> Floats:
         missing = "pole" if twin.rig.has_cart else "cart"
         raise WrongUse(
             f"expected a recording of cart and pole, found no {missing}: the thesis's procedure "
-            "needs both, "
-            "use --method windows"
+            "needs both, use --method windows"
         )
     start = np.array(
-        [getattr(twin.rig, one.name) if one.start is None else one.start for one in SEARCHED]
+        [
+            getattr(twin.rig, searched.name) if searched.start is None else searched.start
+            for searched in SEARCHED
+        ]
     )
-    for one, value in zip(SEARCHED, start, strict=True):
-        if not one.low <= value <= one.high:
+    for searched, value in zip(SEARCHED, start, strict=True):
+        if not searched.low <= value <= searched.high:
             raise WrongUse(
-                f"expected {one.name} from {one.low:g} to {one.high:g} {one.unit}, found "
-                f"{value:g}: the thesis's "
-                "bounds are for its own rig, use --method windows"
+                f"expected {searched.name} from {searched.low:g} to {searched.high:g} "
+                f"{searched.unit}, found {value:g}: the thesis's bounds are for its own rig, "
+                "use --method windows"
             )
     return start
 
 
-def _twin(base: Twin, values: Floats) -> Twin:
+def _make_twin(base: Twin, values: Floats) -> Twin:
     """Return the base's twin with the thesis's model in it and these twelve values."""
-    given = {one.name: float(value) for one, value in zip(SEARCHED, values, strict=True)}
+    given = {searched.name: float(value) for searched, value in zip(SEARCHED, values, strict=True)}
     rig = {name: value for name, value in given.items() if name in RANGES}
     signs = {name: values for name, values in base.effects.items() if name in SIGNS}
-    friction = {**_of_effect(FRICTION, given), "limit_n": FRICTION_LIMIT_N}
+    friction = {**_pick_effect(FRICTION, given), "limit_n": FRICTION_LIMIT_N}
     return Twin(
         base.name,
         replace(base.rig, **rig, cart_viscous_n_s_m=0.0),
-        {**signs, FRICTION: friction, DEAD_ZONES: _of_effect(DEAD_ZONES, given)},
+        {**signs, FRICTION: friction, DEAD_ZONES: _pick_effect(DEAD_ZONES, given)},
     )
 
 
-def _of_effect(effect: str, given: dict[str, float]) -> dict[str, float]:
+def _pick_effect(effect: str, given: dict[str, float]) -> dict[str, float]:
     return {
         name.split(".")[1]: value for name, value in given.items() if name.startswith(f"{effect}.")
     }
 
 
-def _moved(one: Searched, start: float, fitted: float) -> Moved:
-    margin = AT_BOUND * (one.high - one.low)
-    at_bound = bool(fitted <= one.low + margin or fitted >= one.high - margin)
-    return Moved(one.name, one.unit, float(start), float(fitted), at_bound)
+def _describe_move(searched: Searched, start: float, fitted: float) -> Moved:
+    margin = AT_BOUND * (searched.high - searched.low)
+    at_bound = bool(fitted <= searched.low + margin or fitted >= searched.high - margin)
+    return Moved(searched.name, searched.unit, float(start), float(fitted), at_bound)

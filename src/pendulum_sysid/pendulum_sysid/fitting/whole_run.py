@@ -20,7 +20,7 @@ def run_whole(signals: Signals, states: Floats, theta: Floats) -> Floats:
     """
     run = np.empty((len(signals), 4))
     for stretch in signals.stretches:
-        part = _alone(signals, stretch)
+        part = _pick_stretch(signals, stretch)
         with np.errstate(all="ignore"):
             run[stretch] = run_freely(
                 part, theta[None], ONE_RUN, ONE_RUN, states[stretch][:1], len(part)
@@ -39,16 +39,16 @@ def compute_equation_29(signals: Signals, run: Floats) -> float:
     cart = pole = 0.0
     with np.errstate(all="ignore"):
         if signals.cart is not None:
-            cart = _rmse(signals.cart - run[:, 0], signals.cart_valid)
+            cart = _compute_rmse(signals.cart - run[:, 0], signals.cart_valid)
         if signals.pole is not None:
-            pole = _rmse(np.sin(signals.pole) - np.sin(run[:, 1]), signals.pole_valid)
-            pole += _rmse(np.cos(signals.pole) - np.cos(run[:, 1]), signals.pole_valid)
+            pole = _compute_rmse(np.sin(signals.pole) - np.sin(run[:, 1]), signals.pole_valid)
+            pole += _compute_rmse(np.cos(signals.pole) - np.cos(run[:, 1]), signals.pole_valid)
     if signals.cart is None or signals.pole is None:
         return cart + pole
     return CART_WEIGHT * cart + POLE_WEIGHT * pole
 
 
-def _alone(signals: Signals, stretch: slice) -> Signals:
+def _pick_stretch(signals: Signals, stretch: slice) -> Signals:
     if len(signals.stretches) == 1:
         return signals
     return Signals(
@@ -61,8 +61,8 @@ def _alone(signals: Signals, stretch: slice) -> Signals:
     )
 
 
-def _rmse(errors: Floats, valid: Mask) -> float:
+def _compute_rmse(errors: Floats, valid: Mask) -> float:
     if not valid.any():
         return np.inf
-    found = float(np.sqrt(np.mean(errors[valid] ** 2)))
-    return found if np.isfinite(found) else np.inf
+    rmse = float(np.sqrt(np.mean(errors[valid] ** 2)))
+    return rmse if np.isfinite(rmse) else np.inf

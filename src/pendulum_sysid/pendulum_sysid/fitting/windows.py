@@ -12,10 +12,10 @@ from pendulum_twin.signals import Floats, Signals
 WINDOW_S = 1.0
 
 
-def shorten_windows(state: SmoothState, windows: Windows, parts: int) -> Windows:
+def shorten_windows(state: SmoothState, windows: Windows, pieces: int) -> Windows:
     """Cut every window into so many shorter ones, each from its own smoothed start."""
-    length = (windows.samples - 1) // parts
-    begin = (windows.begin[:, None] + np.arange(parts) * length).reshape(-1)
+    length = (windows.samples - 1) // pieces
+    begin = (windows.begin[:, None] + np.arange(pieces) * length).reshape(-1)
     return Windows(begin, length + 1, state.states[begin])
 
 
@@ -26,11 +26,11 @@ def cut_windows(
     length = max(round(seconds / signals.period_s), 1)
     stride = max(round(every_s / signals.period_s), 1)
     begins = [b for s in signals.stretches for b in range(s.start, s.stop - length, stride)]
-    begin = np.array([b for b in begins if _enough(signals, b, length + 1)], dtype=np.int64)
+    begin = np.array([b for b in begins if _has_enough(signals, b, length + 1)], dtype=np.int64)
     return Windows(begin, length + 1, state.states[begin])
 
 
-def _enough(signals: Signals, begin: int, samples: int) -> bool:
+def _has_enough(signals: Signals, begin: int, samples: int) -> bool:
     part = slice(begin, begin + samples)
     return all(
         float(np.mean(valid[part])) >= decisions.WINDOW_LEAST_VALID

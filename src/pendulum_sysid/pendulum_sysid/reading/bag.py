@@ -46,7 +46,7 @@ def read_bag(
     try:
         bag = find_files(path)
         contents = _read_contents(bag, (state_topic, command_topic))
-        return _recording(_name(path), bag, contents, state_topic, command_topic)
+        return _make_recording(_make_name(path), bag, contents, state_topic, command_topic)
     except BadInputError as error:
         raise type(error)(f"{path}: {error}") from error
     except OSError as error:
@@ -55,7 +55,7 @@ def read_bag(
         ) from error
 
 
-def _name(path: Path) -> str:
+def _make_name(path: Path) -> str:
     return path.resolve().name.removesuffix(".zstd").removesuffix(".mcap").removesuffix(".db3")
 
 
@@ -118,7 +118,7 @@ def _decode_command(data: bytes) -> Any:
     return _STORE.deserialize_cdr(data, COMMAND_TYPE)
 
 
-def _recording(
+def _make_recording(
     name: str, bag: BagFiles, contents: Contents, state_topic: str, command_topic: str
 ) -> RawRecording:
     states = contents.of(state_topic, STATE_TYPE, "--state-topic", needed=True)
@@ -129,7 +129,7 @@ def _recording(
             f"{list_joint_names(states, _decode_state)}: name the joints so, and give each a "
             "position"
         )
-    commands = _commands(contents, command_topic, needed="cart" in columns)
+    commands = _pick_commands(contents, command_topic, needed="cart" in columns)
     command_times, command, bad_commands = decode_commands(commands, _decode_command)
     _check_same_clock(stamps, command_times, state_topic, command_topic)
     counted = bag.counted or contents.counted
@@ -150,7 +150,7 @@ def _recording(
     )
 
 
-def _commands(contents: Contents, topic: str, needed: bool) -> list[tuple[int, bytes]]:
+def _pick_commands(contents: Contents, topic: str, needed: bool) -> list[tuple[int, bytes]]:
     """Return the commands; a recording without a cart needs none."""
     if topic not in contents.types and not needed:
         return []

@@ -47,8 +47,8 @@ def find_files(path: Path) -> BagFiles:
                 f"expected a rosbag2 folder, an .mcap or a .db3 file, found a file {path.name}: "
                 "name the bag"
             )
-        return _not_empty(BagFiles((path,)))
-    index = _index(path)
+        return _check_not_empty(BagFiles((path,)))
+    index = _read_index(path)
     named = [path / PurePath(str(name)).name for name in index.get("relative_file_paths") or []]
     files = [p for p in named if p.is_file()] or sorted(
         p for p in path.iterdir() if is_data_file(p)
@@ -60,9 +60,11 @@ def find_files(path: Path) -> BagFiles:
         raise FileError(
             f"expected a rosbag2 folder, found {found}: name the folder that the recorder wrote"
         )
-    return _not_empty(
+    return _check_not_empty(
         BagFiles(
-            tuple(files), _counts(index), str(index.get("compression_mode")).lower() == "message"
+            tuple(files),
+            _read_counts(index),
+            str(index.get("compression_mode")).lower() == "message",
         )
     )
 
@@ -99,7 +101,7 @@ def unpack(path: Path, folder: Path) -> Path:
     return target
 
 
-def _not_empty(bag: BagFiles) -> BagFiles:
+def _check_not_empty(bag: BagFiles) -> BagFiles:
     if all(p.stat().st_size == 0 for p in bag.files):
         raise FileError(
             f"expected a recording, found {bag.files[0].name} empty (0 bytes): record again"
@@ -107,7 +109,7 @@ def _not_empty(bag: BagFiles) -> BagFiles:
     return bag
 
 
-def _index(folder: Path) -> dict:
+def _read_index(folder: Path) -> dict:
     try:
         whole = yaml.safe_load((folder / INDEX).read_text(encoding="utf-8"))
         index = whole["rosbag2_bagfile_information"]
@@ -116,7 +118,7 @@ def _index(folder: Path) -> dict:
         return {}
 
 
-def _counts(index: dict) -> dict[str, int]:
+def _read_counts(index: dict) -> dict[str, int]:
     counted: dict[str, int] = {}
     for entry in index.get("topics_with_message_count") or []:
         try:

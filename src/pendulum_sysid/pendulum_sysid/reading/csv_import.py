@@ -49,8 +49,8 @@ def import_csv(
     """
     try:
         table = _read(Path(csv))
-        stamps_ns, chosen = _times(table, time, skip)
-        columns = _columns(table, {"command": command, "cart": cart, "pole": pole}, chosen)
+        stamps_ns, chosen = _read_times(table, time, skip)
+        columns = _read_columns(table, {"command": command, "cart": cart, "pole": pole}, chosen)
     except BadInputError as error:
         raise type(error)(f"{csv}: {error}") from error
     if pole_zero not in ZEROS:
@@ -92,9 +92,9 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def _times(table: Table, name: str, skip: float) -> tuple[np.ndarray, np.ndarray]:
+def _read_times(table: Table, name: str, skip: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the sampling times in ns from the first one taken, and which rows are taken."""
-    times = _column(table, name, "--time")
+    times = _read_column(table, name, "--time")
     if not len(times):
         raise FileError(
             "expected rows of numbers below the header, found none: export the file again"
@@ -123,7 +123,9 @@ def _times(table: Table, name: str, skip: float) -> tuple[np.ndarray, np.ndarray
     return np.rint((taken - taken[0]) * 1e9).astype(np.int64), chosen
 
 
-def _columns(table: Table, names: dict[str, str | None], chosen: np.ndarray) -> dict[str, Floats]:
+def _read_columns(
+    table: Table, names: dict[str, str | None], chosen: np.ndarray
+) -> dict[str, Floats]:
     """Return the columns asked for, in the rows taken."""
     if names["cart"] is None and names["pole"] is None:
         raise WrongUse(
@@ -138,7 +140,7 @@ def _columns(table: Table, names: dict[str, str | None], chosen: np.ndarray) -> 
     for channel, name in names.items():
         if name is None:
             continue
-        values = _column(table, name, f"--{channel}")[chosen]
+        values = _read_column(table, name, f"--{channel}")[chosen]
         missing = np.count_nonzero(~np.isfinite(values))
         if missing > decisions.MOST_NOT_FINITE * len(values):
             raise FileError(
@@ -150,7 +152,7 @@ def _columns(table: Table, names: dict[str, str | None], chosen: np.ndarray) -> 
     return columns
 
 
-def _column(table: Table, name: str, option: str) -> Floats:
+def _read_column(table: Table, name: str, option: str) -> Floats:
     """Return a column by its name in the header, NaN for empty cells."""
     if name not in table.header:
         raise WrongUse(
@@ -159,11 +161,11 @@ def _column(table: Table, name: str, option: str) -> Floats:
         )
     place = table.header.index(name)
     return np.array(
-        [_number(row, place, line, name) for line, row in table.rows], dtype=np.float64
+        [_read_number(row, place, line, name) for line, row in table.rows], dtype=np.float64
     )
 
 
-def _number(row: list[str], place: int, line: int, name: str) -> float:
+def _read_number(row: list[str], place: int, line: int, name: str) -> float:
     cell = row[place].strip() if place < len(row) else ""
     try:
         return float(cell) if cell else np.nan

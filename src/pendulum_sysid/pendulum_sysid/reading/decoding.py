@@ -25,7 +25,7 @@ def decode_states(messages: Messages, decode: Decode) -> tuple[Ints, dict[str, F
     stamps = [m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in decoded]
     rows = [
         [
-            _of_joint(m.name, values, joint)
+            _pick_joint(m.name, values, joint)
             for values in (m.position, m.velocity)
             for joint in JOINTS
         ]
@@ -67,6 +67,6 @@ def _decoded(messages: Messages, decode: Decode) -> tuple[list[Any], list[int], 
     return decoded, times, bad
 
 
-def _of_joint(names: list[str], values: Floats, joint: str) -> float:
+def _pick_joint(names: list[str], values: Floats, joint: str) -> float:
     place = names.index(joint) if joint in names else len(values)
     return float(values[place]) if place < len(values) else np.nan

@@ -27,8 +27,8 @@ def run(arguments: argparse.Namespace) -> int:
     twins = [load_twin(path) for path in arguments.twin]
     case = prepare_case(read_recordings([arguments.bag], arguments), twins[0])
     pair = compare_two(case, twins[1])
-    for path, one in zip(arguments.twin, pair.comparisons, strict=True):
-        say_if_diverged(path, one)
+    for path, comparison in zip(arguments.twin, pair.comparisons, strict=True):
+        say_if_diverged(path, comparison)
     print(f"{pair.comparisons[0].count} windows of {pair.comparisons[0].seconds:g} s")
     print(format_table(("measure", *names, "unit"), make_comparison_rows(pair.comparisons)))
     print(

@@ -12,14 +12,14 @@ from pendulum_sysid.verbs.said import ANSWERED
 def run(arguments: argparse.Namespace) -> int:
     """Print the catalogue, or with `--isolability` what a plan's recording can tell apart."""
     if arguments.isolability:
-        return _isolability(arguments)
+        return _print_isolability(arguments)
     if arguments.twin is not None or arguments.plan is not None:
         arguments.parser.error("--twin and --plan go with --isolability")
     print(format_json(make_catalogue_mapping()) if arguments.json else format_catalogue())
     return ANSWERED
 
 
-def _isolability(arguments: argparse.Namespace) -> int:
+def _print_isolability(arguments: argparse.Namespace) -> int:
     # here, for the list above is to come at once
     from pendulum_sysid.planning.isolability import Encoders, predict_isolability
     from pendulum_sysid.telling.isolability_text import (
@@ -40,10 +40,12 @@ def _isolability(arguments: argparse.Namespace) -> int:
         if arguments.plan == "standard"
         else load_plan(arguments.plan, room)
     )
-    found = predict_isolability(twin, plan, Encoders(arguments.pole_counts, arguments.cart_step_m))
+    answer = predict_isolability(
+        twin, plan, Encoders(arguments.pole_counts, arguments.cart_step_m)
+    )
     print(
-        format_json(make_isolability_mapping(found))
+        format_json(make_isolability_mapping(answer))
         if arguments.json
-        else format_isolability(found)
+        else format_isolability(answer)
     )
     return ANSWERED

@@ -43,33 +43,33 @@ def run(arguments: argparse.Namespace) -> int:
 def fit_by_windows(bags: list[Recording], twin: Twin) -> Twin:
     """Fit the twin to windows, and print its parameters and errors on held-out windows."""
     prepared = prepare(bags, twin)
-    case, parts = prepared.case, prepared.split
-    found = fit_own_parameters(case, parts)
+    case, windows = prepared.case, prepared.split
+    result = fit_own_parameters(case, windows)
     before, after = (
-        run_windows(replace(case, twin=one), parts.held_out) for one in (case.twin, found.twin)
+        run_windows(replace(case, twin=one), windows.held_out) for one in (case.twin, result.twin)
     )
-    if not found.converged:
+    if not result.converged:
         print_progress(
             "the fit stopped before it had settled: more may be gained by fitting again from its "
             "result"
         )
-    print(format_table(ESTIMATES, make_estimate_rows(case.twin, found)))
+    print(format_table(ESTIMATES, make_estimate_rows(case.twin, result)))
     if after.score > before.score:
         print_progress(
             "the fit is worse on windows it has not seen: no parameter repairs what is missing; "
             "ask sysid diagnose"
         )
-    print(f"\n{len(parts.held_out)} held-out windows, which the fit has not seen")
+    print(f"\n{len(windows.held_out)} held-out windows, which the fit has not seen")
     print(format_table(("", "before", "after", "unit"), make_held_out_rows(before, after)))
-    return found.twin
+    return result.twin
 
 
 def fit_by_thesis(bags: list[Recording], twin: Twin, most_evaluations: int) -> Twin:
     """Fit the twin as the thesis does, and print its parameters and equation 29."""
-    found = fit_as_thesis(prepare_case(bags, twin), print_progress, most_evaluations)
-    if found.dropped:
+    result = fit_as_thesis(prepare_case(bags, twin), print_progress, most_evaluations)
+    if result.dropped:
         print_progress(
-            f"left out, for the thesis's model does not have it: {', '.join(found.dropped)}"
+            f"left out, for the thesis's model does not have it: {', '.join(result.dropped)}"
         )
     rows = [
         (
@@ -80,13 +80,13 @@ def fit_by_thesis(bags: list[Recording], twin: Twin, most_evaluations: int) -> T
             m.unit,
             "at its bound" if m.at_bound else "",
         )
-        for m in found.moved
+        for m in result.moved
     ]
     print(format_table(("parameter", "start", "fitted", "moved by %", "unit", ""), rows))
-    end = "settled" if found.converged else "stopped at the limit, not settled"
+    end = "settled" if result.converged else "stopped at the limit, not settled"
     print(
-        f"\nequation 29 on the fitted record: {format_number(found.before)} before, "
-        f"{format_number(found.after)} after"
+        f"\nequation 29 on the fitted record: {format_number(result.before)} before, "
+        f"{format_number(result.after)} after"
     )
-    print(f"{found.evaluations} evaluations, {end}; nothing was held out")
-    return found.twin
+    print(f"{result.evaluations} evaluations, {end}; nothing was held out")
+    return result.twin

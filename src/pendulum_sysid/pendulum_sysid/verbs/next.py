@@ -35,25 +35,25 @@ class Finished:
 def run(arguments: argparse.Namespace) -> int:
     """Print why to play what next, and write the plan where one helps."""
     check_file(arguments.out)
-    done = _finished(arguments)
-    found = plan_next_experiment(
+    done = _finish(arguments)
+    planned = plan_next_experiment(
         done.case, done.split, done.best, done.ties, arguments.goal, arguments.seconds
     )
-    print(found.why)
-    if found.plan is not None:
+    print(planned.why)
+    if planned.plan is not None:
         with name_write_errors(arguments.out):
-            save_plan(parse_plan(found.plan), arguments.out)
+            save_plan(parse_plan(planned.plan), arguments.out)
         print(arguments.out)
     return ANSWERED
 
 
-def _finished(arguments: argparse.Namespace) -> Finished:
+def _finish(arguments: argparse.Namespace) -> Finished:
     """Return what is named as an earlier diagnosis has it, or found now."""
     earlier = None if arguments.verdict is None else read_verdict(arguments.verdict)
     prepared = prepare(read_recordings(arguments.bag, arguments), load_twin(arguments.twin))
-    case, parts = prepared.case, prepared.split
+    case, windows = prepared.case, prepared.split
     if earlier is not None:
-        best = fit(case, parts, earlier.effects, make_theta(earlier.twin), HORIZONS[-1])
-        return Finished(case, parts, best, find_ties(case, parts, best, earlier.rivals))
-    answer = search_effects(case, parts, print_progress)
-    return Finished(case, parts, answer.best, answer.ties)
+        best = fit(case, windows, earlier.effects, make_theta(earlier.twin), HORIZONS[-1])
+        return Finished(case, windows, best, find_ties(case, windows, best, earlier.rivals))
+    answer = search_effects(case, windows, print_progress)
+    return Finished(case, windows, answer.best, answer.ties)
