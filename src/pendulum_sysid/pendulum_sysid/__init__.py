@@ -7,10 +7,10 @@ Record a rig, or simulate one, and ask what its twin gets wrong. All names below
 >>> twin = ps.load_twin("config/inteco.yaml")
 >>> t = np.arange(0.0, 12.0, 0.01)
 >>> command = 0.12 * np.sin(2.0 * np.pi * (0.4 + 0.03 * t) * t)
->>> states = ps.simulate(twin, t, command)
+>>> run = ps.simulate(twin, t, command)
 >>> noise = np.random.default_rng(1).normal(0.0, [5e-5, 1e-3], (len(t), 2))
 >>> recording = ps.Recording.from_arrays(
-...     t, command, states[:, 0] + noise[:, 0], states[:, 1] + noise[:, 1]
+...     t, command, run.cart + noise[:, 0], run.pole + noise[:, 1]
 ... )
 """
 

@@ -1,7 +1,7 @@
 """The public functions: recordings or arrays in, records out.
 
-The examples go on from the example of the package, which makes `twin`, `t`, `command`, `states`
-and `recording`.
+The examples go on from the example of the package, which makes `twin`, `t`, `command`, `noise`,
+`run` and `recording`.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import hashlib
 import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -32,6 +32,22 @@ from pendulum_twin.signals import Floats, Signals
 from pendulum_twin.simulate import run_freely
 
 HANGING = (0.0, np.pi, 0.0, 0.0)
+
+
+class Simulation(NamedTuple):
+    """Hold what the sensors show in a run of a twin, (n,) each.
+
+    Attributes:
+        cart: m, positive along the rail.
+        pole: rad, 0 upright, counterclockwise positive.
+        cart_velocity: m/s.
+        pole_velocity: rad/s.
+    """
+
+    cart: Floats
+    pole: Floats
+    cart_velocity: Floats
+    pole_velocity: Floats
 
 
 class Columns(Protocol):
@@ -59,12 +75,13 @@ def read_recording(
         The recording on one uniform clock, and the faults in its data.
 
     Raises:
-        BadInputError: there is no recording at the path, or it is too short to be used.
+        FileError: there is no recording at the path.
+        BadInputError: the recording is too short to be used.
 
     Examples:
         >>> ps.read_recording("nowhere")  # doctest: +IGNORE_EXCEPTION_DETAIL
         Traceback (most recent call last):
-        pendulum_twin.errors.BadInputError: nowhere: expected a rosbag2 folder ...
+        pendulum_sysid.errors.FileError: nowhere: expected a recording ...
     """
     return clean_recording(read_bag(path, state_topic, command_topic))
 
@@ -206,7 +223,9 @@ def compare(recordings: Sources, first: Twin | str | Path, second: Twin | str | 
     return compare_two(case, _get_twin(second))
 
 
-def simulate(twin: Twin, t: ArrayLike, command: ArrayLike, start: ArrayLike = HANGING) -> Floats:
+def simulate(
+    twin: Twin, t: ArrayLike, command: ArrayLike, start: ArrayLike = HANGING
+) -> Simulation:
     """Run a twin freely under a command.
 
     Args:
@@ -216,11 +235,11 @@ def simulate(twin: Twin, t: ArrayLike, command: ArrayLike, start: ArrayLike = HA
         start: measured cart position (m), pole angle (rad, 0 upright), and their velocities.
 
     Returns:
-        (n, 4) measured cart position, pole angle and their velocities, as the sensors show them.
+        The positions and velocities that the sensors show.
 
     Examples:
-        >>> ps.simulate(twin, t, command).shape
-        (1200, 4)
+        >>> ps.simulate(twin, t, command).pole.shape
+        (1200,)
     """
     times = np.asarray(t, dtype=np.float64)
     n, zeros = len(times), np.zeros(1, dtype=np.int64)
@@ -228,7 +247,8 @@ def simulate(twin: Twin, t: ArrayLike, command: ArrayLike, start: ArrayLike = HA
     period_s = float(times[-1] - times[0]) / (n - 1)
     blank = Signals(period_s, np.asarray(command), np.zeros(n), np.zeros(n), every, every)
     starts = np.asarray(start, dtype=np.float64)[None]
-    return run_freely(blank, make_theta(twin)[None], zeros, zeros, starts, n)[0]
+    states = run_freely(blank, make_theta(twin)[None], zeros, zeros, starts, n)[0]
+    return Simulation(*states.T)
 
 
 def _read_all(recordings: Sources) -> list[Recording]:

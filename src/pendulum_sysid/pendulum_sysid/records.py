@@ -73,7 +73,7 @@ class Recording:
             BadInputError: times do not rise, lengths differ, or too few samples are finite.
 
         Examples:
-            >>> swing = ps.Recording.from_arrays(t, command, None, states[:, 1] + noise[:, 1])
+            >>> swing = ps.Recording.from_arrays(t, command, None, run.pole + noise[:, 1])
             >>> swing.signals.cart is None
             True
         """
