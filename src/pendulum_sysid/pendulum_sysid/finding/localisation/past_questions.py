@@ -32,7 +32,7 @@ REACHES = (
 def make_past_questions(
     signals: Signals, here: Motion, balance: Balance, theta: Floats
 ) -> list[Question]:
-    """Return what is asked of an equation about the past; words: the twin's."""
+    """Return the questions about the past in an equation; theta: (SIZE,) of the twin."""
     if balance.equation != FORCE:
         return _ask_hysteresis(signals, here.th, "pole_angle*pole_rate", "pole", balance.equation)
     questions = _ask_hysteresis(
@@ -67,7 +67,7 @@ def _ask_history(signals: Signals) -> Question:
     """Ask for the command's past: force per command that has come some time after a step of it."""
     lags = np.unique(np.round(np.array(LAGS_S) / signals.period_s).astype(int))
 
-    def columns() -> Floats:
+    def make_columns() -> Floats:
         return np.stack([hold_around(signals, int(lag)) for lag in lags], axis=1)
 
     measured = Measured("force per command after a step", "N", "lag", 1.0, "drive")
@@ -79,7 +79,7 @@ def _ask_history(signals: Signals) -> Question:
         "drive",
         Cost.PRODUCT,
         measured,
-        columns,
+        make_columns,
         x,
         drawn,
         bends=False,
@@ -100,16 +100,24 @@ def _ask_hysteresis(
     measured = Measured(MISSING[equation], UNITS[equation], "way" if equation == FORCE else "turn")
     x = np.concatenate([[0.0], reaches, [1.5 * reaches[-1]]])
     drawn = np.minimum(x[:, None], reaches) - 0.5 * reaches
-    columns = _make_stops(signals, values, reaches)
+    make_columns = _make_stops(signals, values, reaches)
     return [
         Question(
-            "hysteresis", variable, place, Cost.PRODUCT, measured, columns, x, drawn, bends=False
+            "hysteresis",
+            variable,
+            place,
+            Cost.PRODUCT,
+            measured,
+            make_columns,
+            x,
+            drawn,
+            bends=False,
         )
     ]
 
 
 def _make_stops(signals: Signals, values: Floats, reaches: Floats) -> Callable[[], Floats]:
-    def columns() -> Floats:
+    def make_columns() -> Floats:
         strains = np.empty((len(values), len(reaches)))
         half = 0.5 * reaches
         for s in signals.stretches:
@@ -120,4 +128,4 @@ def _make_stops(signals: Signals, values: Floats, reaches: Floats) -> Callable[[
                 strains[k] = now
         return strains
 
-    return columns
+    return make_columns

@@ -62,7 +62,7 @@ class Question:
     place: of the chain, where the answer points to.
     cost: of the answer; a cheaper answer is preferred.
     measured: what its curve shows.
-    columns: makes (n, k) along the recording.
+    make_columns: makes (n, k) along the recording.
     x: (points,) where the curve is drawn.
     drawn: (points, k) makes the curve of the k weights; None where each weight is a point.
     bends: True where a curve of the weights should be smooth.
@@ -73,7 +73,7 @@ class Question:
     place: str
     cost: Cost
     measured: Measured
-    columns: Callable[[], Floats]
+    make_columns: Callable[[], Floats]
     x: Floats
     drawn: Floats | None = None
     bends: bool = True
@@ -106,13 +106,13 @@ class Variables:
 
     bases: dict[str, tuple[Floats, Callable[[], Floats]]]
 
-    def curve(self, name: str, place: str, measured: Measured) -> Question:
+    def ask_curve(self, name: str, place: str, measured: Measured) -> Question:
         """Ask whether the force depends on a variable."""
         knots, base = self.bases[name]
         variable = "pole_angle" if name == "pole_turns" else name
         return Question(name, variable, place, Cost.CURVE, measured, base, knots)
 
-    def product(
+    def ask_product(
         self, key: str, variable: str, factor: Floats, name: str, place: str, measured: Measured
     ) -> Question:
         """Ask whether the coefficient of a factor (n,) depends on a variable."""
@@ -181,7 +181,7 @@ def _ask_force(here: Motion, asker: Variables) -> list[Question]:
     ):  # fmt: skip
         if name in asker.bases:
             questions.append(
-                asker.curve(
+                asker.ask_curve(
                     name, place, Measured(missing, unit, name, 1.0, turned, turned is not None)
                 )
             )
@@ -232,7 +232,7 @@ def _ask_torque(here: Motion, asker: Variables) -> list[Question]:
     ):  # fmt: skip
         if name in asker.bases:
             questions.append(
-                asker.curve(
+                asker.ask_curve(
                     name, "pole", Measured(missing, unit, name, 1.0, turned, turned is not None)
                 )
             )
@@ -270,7 +270,7 @@ def _make_products(
     if not np.any(factor):
         return []
     return [
-        asker.product(
+        asker.ask_product(
             f"{key}*{name}", f"{by}*{name}", factor, name, place(name),
             Measured(what.quantity, what.unit, name, what.sign, what.turned),
         )

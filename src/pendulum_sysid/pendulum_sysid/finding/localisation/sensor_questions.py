@@ -120,7 +120,7 @@ def _ask_position(signals: Signals, here: Motion, theta: Floats) -> list[Questio
         first, second = differentiate(signals, error)
         return theta[MASS] * second + theta[CART_VISCOUS] * first
 
-    def along_rail(x: Floats) -> Floats:
+    def make_rail_waves(x: Floats) -> Floats:
         phase = np.pi * (x - here.x.min()) / travel
         return np.stack(
             [np.cos(k * phase) for k in range(RAIL_WAVES[0], RAIL_WAVES[1] + 1)], axis=1
@@ -128,11 +128,11 @@ def _ask_position(signals: Signals, here: Motion, theta: Floats) -> list[Questio
 
     x = np.linspace(here.x.min(), here.x.max(), POINTS)
     measured = Measured("error of the position", "m", "cart_position")
-    columns = _carry_through(lacking, along_rail(here.x))
+    make_columns = _carry_through(lacking, make_rail_waves(here.x))
     return [
         Question(
             "position_error*cart_position", "cart_position", "sensor", Cost.PRODUCT, measured,
-            columns, x, along_rail(x),
+            make_columns, x, make_rail_waves(x),
             bends=False,
         )
     ]  # fmt: skip
@@ -156,10 +156,10 @@ def _ask_clock(here: Motion, equation: int, theta: Floats) -> Question:
         momentum = theta[INERTIA] * here.w - coupling * here.v
     times = make_time_knots(here)
 
-    def columns() -> Floats:
+    def make_columns() -> Floats:
         share = make_hats(here.t, times)
         change = np.gradient(share, axis=0) / max(float(here.t[1] - here.t[0]), 1e-300)
         return (2 * inertial + braking)[:, None] * share + momentum[:, None] * change
 
     measured = Measured("share by which stamps run slow", "1", "time")
-    return Question("clock*time", "time", "clock", Cost.PRODUCT, measured, columns, times)
+    return Question("clock*time", "time", "clock", Cost.PRODUCT, measured, make_columns, times)

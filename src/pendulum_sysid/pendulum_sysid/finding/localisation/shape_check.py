@@ -196,7 +196,7 @@ class Own:
     explained: float
     allowed: float
 
-    def concerns(self, question: Question) -> bool:
+    def is_about(self, question: Question) -> bool:
         """Return whether a question is about this effect.
 
         A constant may turn out to be a curve over a variable that belongs to no other effect.
@@ -213,7 +213,7 @@ class Own:
 def _judge_shape(remainder: Remainder, name: str, own: Own) -> Misfit | None:
     """Return the misfit of an effect in one equation; None where its shape is right."""
     questions, gains = remainder.table.asked, remainder.gains
-    related = {key: gain for key, gain in gains.items() if own.concerns(questions[key])}
+    related = {key: gain for key, gain in gains.items() if own.is_about(questions[key])}
     if not related:
         return None
     key = max(related, key=lambda k: related[k])

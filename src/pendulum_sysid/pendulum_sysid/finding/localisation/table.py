@@ -1,7 +1,7 @@
 """Put all questions about a balance into columns, and measure the power that any of them leave.
 
-The weights of a question are fitted together with the twin's own words, so that a constant that
-fitting has bent gives back what it took (a partially linear model; Robinson, Econometrica 56
+The weights of a question are fitted together with the twin's own constants, so that a constant
+that fitting has bent gives back what it took (a partially linear model; Robinson, Econometrica 56
 (1988) 931).
 """
 
@@ -32,7 +32,7 @@ class Table:
         self.base = slice(0, end)
         blocks, penalties = [balance.turned], [np.zeros((end, end))]
         for question in questions:
-            columns = balance.sieve(question.columns())
+            columns = balance.sieve(question.make_columns())
             power = np.mean(columns**2, axis=0)
             used = power > 1e-6 * max(float(power.max()), 1e-300)
             if used.any():
@@ -69,7 +69,7 @@ class Table:
         if known not in self._losses:
             at = self.list_columns(keys)
             left = float(self.square.sum())
-            for k, weights in enumerate(self._weights(at)):
+            for k, weights in enumerate(self._fit_weights(at)):
                 left += (
                     weights @ self.normal[k][np.ix_(at, at)] @ weights
                     - 2 * weights @ self.gradient[k][at]
@@ -81,12 +81,12 @@ class Table:
         """Return what is left on every row (rows,), predicted from the folds that it is not in."""
         at = self.list_columns(keys)
         residual = self.balance.lacking.copy()
-        for k, weights in enumerate(self._weights(at)):
+        for k, weights in enumerate(self._fit_weights(at)):
             rows = self.balance.fold == k
             residual[rows] -= self.columns[np.ix_(rows, at)] @ weights
         return residual
 
-    def _weights(self, at: Ints) -> list[Floats]:
+    def _fit_weights(self, at: Ints) -> list[Floats]:
         """Return the weights of some columns for each fold, fitted to the others."""
         block = np.ix_(at, at)
         total, slope = (
@@ -106,13 +106,14 @@ class Table:
         lead.
         """
         rich_power, simple_power = (
-            self._by_block(self.compute_residual(keys)) for keys in (rich, simple)
+            self._average_blocks(self.compute_residual(keys)) for keys in (rich, simple)
         )
         scale = max(float(np.median(rich_power)), (0.5 * self.balance.noise) ** 2, 1e-300)
         gain = 0.5 * (np.log1p(simple_power / scale) - np.log1p(rich_power / scale))
         return float(gain.mean()) / max(float(np.std(gain)) / np.sqrt(len(gain)), 1e-300)
 
-    def _by_block(self, residual: Floats) -> Floats:
+    def _average_blocks(self, residual: Floats) -> Floats:
+        """Return the mean square of a residual (rows,) over each block."""
         count = np.bincount(self.balance.block)
         return np.bincount(self.balance.block, residual**2)[count > 0] / count[count > 0]
 

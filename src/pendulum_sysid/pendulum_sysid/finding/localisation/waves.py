@@ -56,13 +56,15 @@ def _make_wave(
     equation: int,
     axis: str,
 ) -> Question:
-    def columns() -> Floats:
+    def make_columns() -> Floats:
         return np.stack([np.sin(wavenumber * values), np.cos(wavenumber * values)], axis=1)
 
     x = np.linspace(0.0, 2 * np.pi / wavenumber, POINTS)
     drawn = np.stack([np.sin(wavenumber * x), np.cos(wavenumber * x)], axis=1)
     measured = Measured(MISSING[equation], UNITS[equation], axis)
-    return Question(key, variable, place, Cost.NUMBER, measured, columns, x, drawn, bends=False)
+    return Question(
+        key, variable, place, Cost.NUMBER, measured, make_columns, x, drawn, bends=False
+    )
 
 
 def find_vibration_hz(balance: Balance, residual: Floats) -> float | None:
