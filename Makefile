@@ -3,7 +3,7 @@ SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .ONESHELL:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test check format bench faults colcon lock clean
+.PHONY: help setup demo test check format ablate bench docs faults colcon lock clean
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -51,8 +51,15 @@ format: setup ## write the format, and the fixes that lint can make by itself
 	@$(BIN)/ruff check --fix-only --quiet src tests
 	$(BIN)/ruff format src tests
 
+ablate: setup ## vary every number that decides, and show which verdicts change (TRIALS=folder of sysid prove)
+	@$(BIN)/python -m pendulum_sysid.studies.ablation --trials $(or $(TRIALS),out/proof/trials) --out docs/decisions.md $(ARGS)
+
 bench: setup ## the benchmarks, each figure beside its peer
 	@$(BIN)/python tests/bench/run.py $(ARGS)
+
+docs: setup ## the site with the page of the Python API, into out/site
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+	echo out/site/index.html
 
 faults: $(VENV)/.installed-$(ROS) ## make every fault in turn: time until PWM 0, what is right, what was said
 	@$(BIN)/python tests/faults/run.py $(ARGS)

@@ -5,7 +5,7 @@ Run as `python docs/rotate_split.py BAG TWIN`.
 
 import sys
 
-from pendulum_sysid.cleaning.clean import cleaned
+from pendulum_sysid.cleaning.clean import clean_recording
 from pendulum_sysid.fitting import split
 from pendulum_sysid.pipeline import diagnose
 from pendulum_sysid.reading.bag import read_bag
@@ -14,11 +14,11 @@ from pendulum_twin.model import load_twin
 
 def main() -> None:
     """Print names and held-out errors, a line for each rotation."""
-    recording, twin = cleaned(read_bag(sys.argv[1])), load_twin(sys.argv[2])
+    recording, twin = clean_recording(read_bag(sys.argv[1])), load_twin(sys.argv[2])
     pattern = split.PATTERN
     for k in range(len(pattern)):
         split.PATTERN = pattern[k:] + pattern[:k]
-        found = diagnose([recording], twin, lambda line: None).verdict
+        found = diagnose([recording], twin, lambda line: None).to_dict()
         errors = {
             name: one["after"]
             for name, one in found["fit"].items()

@@ -13,7 +13,7 @@ from support.made_recordings import INTECO, made, made_bag
 from support.paths import ROOT
 
 from pendulum_sysid.reading.bag import read_bag
-from pendulum_sysid.verbs.options import parser
+from pendulum_sysid.verbs.options import make_parser
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.model import load_twin
 
@@ -54,7 +54,7 @@ def run(command: str, where: Path) -> None:
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_calls_of_sysid_are_right_use(page: Path) -> None:
     for arguments in sysid_calls(page.read_text(encoding="utf-8")):
-        parser().parse_args(arguments)  # ends with SystemExit when it is not
+        make_parser().parse_args(arguments)  # ends with SystemExit when it is not
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

@@ -1,21 +1,20 @@
-"""The whole way round on an engine of its own: diagnose, plan, play on the emulated rig, diagnose both, tie gone."""
+"""Diagnose, plan, play the plan on the emulated rig, diagnose both recordings: the tie is gone."""
 
 from dataclasses import replace
 
 import numpy as np
 from support.made_recordings import INTECO, PERIOD_S
-from support.tied_recordings import ROOM, gentle
+from support.tied_recordings import ROOM, make_gentle_sweep
 
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.playback import Playback, answered
-from pendulum_sysid.finding.identifiability import ties
-from pendulum_sysid.finding.search import Search, missing, named, parameters_alone
-from pendulum_sysid.fitting.case import case_of
-from pendulum_sysid.fitting.split import split
-from pendulum_sysid.pipeline import one_recording
-from pendulum_sysid.planning.next_experiment import planned_next
-from pendulum_sysid.records import Recording
+from pendulum_sysid.finding.search import Answer, search_effects
+from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.fitting.split import split_windows
+from pendulum_sysid.planning.next_experiment import plan_next_experiment
+from pendulum_sysid.prepare import prepare_case
+from pendulum_sysid.records import Recording, Split
 from pendulum_twin.arrays import Floats
 from pendulum_twin.plans.excitation import Excitation
 from pendulum_twin.plans.plan_file import make_excitation, parse_plan
@@ -27,8 +26,8 @@ CONCEALED = Concealed(
 )
 
 
-def recorded(plan: Excitation | Floats) -> Recording:
-    """Return what the emulated rig shows: of a plan played with centring, or of commands as they stand."""
+def record(plan: Excitation | Floats) -> Recording:
+    """Return what the emulated rig shows of a plan played with centring, or of plain commands."""
     rig, playback, commands, states = EmulatedRig(CONCEALED), Playback(), [], []
     for k in range(len(plan.commands) if isinstance(plan, Excitation) else len(plan)):
         sample = rig.sample
@@ -48,31 +47,24 @@ def recorded(plan: Excitation | Floats) -> Recording:
     )
 
 
-def searched(recordings: list[Recording]):
-    """Return case, split, the search's fit, and for each effect named the rivals of the scores."""
-    case = case_of(one_recording(recordings), INTECO)
-    search = Search(case, split(case.signals, case.state), lambda line: None)
-    base = parameters_alone(search)
-    best = missing(search, base)
-    return case, search.split, best, {one.effect: one.rivals for one in named(search, base, best)}
+def search(recordings: list[Recording]) -> tuple[Case, Split, Answer]:
+    case = prepare_case(recordings, INTECO)
+    split = split_windows(case.signals, case.state)
+    return case, split, search_effects(case, split)
 
 
 def test_what_a_gentle_recording_ties_the_next_experiment_parts() -> None:
-    first = recorded(gentle(24, 0.05))
-    case, parts, best, rivals = searched([first])
-    tied = [one for one in ties(case, parts, best, rivals) if not one.by_no_motion]
-    assert [{one.effect, one.rival} for one in tied] == [{"motor_lag", "input_delay"}]
-    found = planned_next(case, parts, best, tied)
-    assert found.plan is not None
-    second = recorded(make_excitation(parse_plan(found.plan), ROOM))
-    assert (
-        second.signals.cart is not None
-        and np.max(np.abs(second.signals.cart)) < ROOM.half_length_m
-    )
-    case, parts, best, rivals = searched([first, second])
-    assert best.effects == ("motor_lag",) and rivals == {"motor_lag": ()}
-    assert ties(case, parts, best, rivals) == ()
-    assert (
-        best.estimates["motor_lag.time_constant_s"].value == 0.01
-        or abs(best.estimates["motor_lag.time_constant_s"].value - 0.01) < 2e-4
-    )
+    first = record(make_gentle_sweep(24, 0.05))
+    case, split, answer = search([first])
+    tied = [tie for tie in answer.ties if not tie.by_no_motion]
+    assert [{tie.effect, tie.rival} for tie in tied] == [{"motor_lag", "input_delay"}]
+    coming = plan_next_experiment(case, split, answer.best, tied)
+    assert coming.plan is not None
+    second = record(make_excitation(parse_plan(coming.plan), ROOM))
+    assert second.signals.cart is not None
+    assert np.max(np.abs(second.signals.cart)) < ROOM.half_length_m
+    _, _, answer = search([first, second])
+    assert answer.best.effects == ("motor_lag",) and answer.ties == ()
+    assert answer.named[0].inseparable_from == ()
+    constant = answer.best.estimates["motor_lag.time_constant_s"].value
+    assert abs(constant - 0.01) < 2e-4

@@ -9,7 +9,9 @@ setup(
     description="Diagnosis of recordings: where the twin is wrong, which physics is missing, and by how much",
     license="Apache-2.0",
     packages=find_packages(exclude=["test", "test.*"]),
-    package_data={"pendulum_sysid": ["telling/templates/*"]},
+    package_data={
+        "pendulum_sysid": ["py.typed", "telling/templates/*", "studies/proof/templates/*"]
+    },
     python_requires=">=3.12",
     install_requires=[
         "Jinja2",

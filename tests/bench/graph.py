@@ -21,7 +21,7 @@ sys.path[:0] = [str(TESTS), str(TESTS / "bench")]
 from graph_peers import RATE_HZ, Echo  # noqa: E402
 from rclpy.node import Node  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
-from rows import Row, table  # noqa: E402
+from rows import Row, format_table  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from std_msgs.msg import Float64  # noqa: E402
 from support.ros_graph import Graph, graph, until  # noqa: E402
@@ -39,7 +39,10 @@ TWIN_NODE, PEERS = "pendulum_twin.nodes.twin_node", "graph_peers"
 
 
 class User:
-    """Send commands, each after the answer of the last; work: what answers them, where no other thread does."""
+    """Send commands, each after the answer to the last.
+
+    work: what answers them, where no other thread does.
+    """
 
     def __init__(
         self, ros: Graph, namespace: str, work: Callable[[], object] = lambda: None
@@ -65,7 +68,7 @@ class User:
         return self._samples.wait(deadline_s) is not None
 
 
-def rates(what: str, mark: int, twin: User, bare: User, steps: int) -> Row:
+def measure_rates(what: str, mark: int, twin: User, bare: User, steps: int) -> Row:
     """Return the median rates of twin and bare graph, which take turns."""
     taken = [(twin.steps_per_s(steps), bare.steps_per_s(steps)) for _ in range(REPEATS)]
     ours, theirs = (statistics.median(side) for side in zip(*taken, strict=True))
@@ -87,16 +90,16 @@ def bench_two_processes(steps: int) -> Row:
             "lockstep:=true",
         )
         ros.start(PEERS, "echo")
-        return rates("two processes", 4_000, User(ros, "twin"), User(ros, "bare"), steps)
+        return measure_rates("two processes", 4_000, User(ros, "twin"), User(ros, "bare"), steps)
 
 
-def lockstep_twin(ros: Graph) -> TwinNode:
+def serve_lockstep_twin(ros: Graph) -> TwinNode:
     values = [Parameter("twin", value=TWIN), Parameter("lockstep", value=True)]
     return TwinNode(context=ros.context, namespace="twin", parameter_overrides=values)
 
 
 @contextmanager
-def threads(*work: Callable[[Event], None]) -> Iterator[None]:
+def run_threads(*work: Callable[[Event], None]) -> Iterator[None]:
     """Run functions in threads of their own, until the end of the block."""
     stopped = Event()
     running = [Thread(target=each, args=(stopped,)) for each in work]
@@ -113,14 +116,20 @@ def threads(*work: Callable[[Event], None]) -> Iterator[None]:
 def bench_one_process(steps: int) -> list[Row]:
     """Lockstep steps within one process."""
     with graph() as ros:
-        twin, echo = lockstep_twin(ros), Echo(Node("echo", namespace="bare", context=ros.context))
-        with threads(lambda stopped: serve(twin, stopped), echo.serve):
-            two = rates(
+        twin, echo = (
+            serve_lockstep_twin(ros),
+            Echo(Node("echo", namespace="bare", context=ros.context)),
+        )
+        with run_threads(lambda stopped: serve(twin, stopped), echo.serve):
+            two = measure_rates(
                 "one process, two threads", 15_000, User(ros, "twin"), User(ros, "bare"), steps
             )
     with graph() as ros:
-        twin, echo = lockstep_twin(ros), Echo(Node("echo", namespace="bare", context=ros.context))
-        one = rates(
+        twin, echo = (
+            serve_lockstep_twin(ros),
+            Echo(Node("echo", namespace="bare", context=ros.context)),
+        )
+        one = measure_rates(
             "one process, one thread",
             15_000,
             User(ros, "twin", twin.answer),
@@ -130,7 +139,7 @@ def bench_one_process(steps: int) -> list[Row]:
     return [two, one]
 
 
-def published(samples: DirectSubscription) -> Iterator[tuple[int, int]]:
+def list_published(samples: DirectSubscription) -> Iterator[tuple[int, int]]:
     """Yield stamp and time of publication, ns, of what came."""
     while (taken := samples.take_with_time()) is not None:
         yield from_time(taken[0].header.stamp), taken[1]
@@ -162,19 +171,19 @@ def bench_jitter(seconds: float) -> list[Row]:
         while time.monotonic() < end:
             both[0].pause(0.02)
             for kept, samples in zip(times, both, strict=True):
-                kept += published(samples)
+                kept += list_published(samples)
     twin, bare = (
         np.array(each[round(RATE_HZ / 2) :]) / 1e6 for each in times
     )  # ms; after the start
     uneven = [np.abs(np.diff(each[:, 1]) - 1e3 / RATE_HZ) for each in (twin, bare)]
     late = [np.abs(each[:, 1] - each[:, 0]) for each in (twin, bare)]
     return [
-        *jitter_rows(f"|interval - {1e3 / RATE_HZ:g} ms|", *uneven),
-        *jitter_rows("|published - stamp|", *late),
+        *make_jitter_rows(f"|interval - {1e3 / RATE_HZ:g} ms|", *uneven),
+        *make_jitter_rows("|published - stamp|", *late),
     ]
 
 
-def jitter_rows(what: str, ours: np.ndarray, theirs: np.ndarray) -> list[Row]:
+def make_jitter_rows(what: str, ours: np.ndarray, theirs: np.ndarray) -> list[Row]:
     rows = []
     for name, share in (("p50", 50), ("p99", 99), ("max", 100)):
         a, b = np.percentile(ours, share), np.percentile(theirs, share)
@@ -210,9 +219,10 @@ def main() -> None:
     )
     options = parser.parse_args()
     begin = time.perf_counter()
-    print(table(measure(options.steps, options.jitter)))
+    print(format_table(measure(options.steps, options.jitter)))
     print(
-        f"\nMedians of {REPEATS}, taken in turns; jitter over {options.jitter:g} s. {time.perf_counter() - begin:.0f} s."
+        f"\nMedians of {REPEATS}, taken in turns; jitter over {options.jitter:g} s. "
+        f"{time.perf_counter() - begin:.0f} s."
     )
 
 

@@ -1,4 +1,4 @@
-"""What the twin's node is measured against: the same messages on the same topics, with no twin behind them."""
+"""The peers of the twin's node: the same messages on the same topics, and no twin."""
 
 import sys
 from threading import Event

@@ -1,4 +1,4 @@
-"""How fast learning goes beside the same PPO on Gymnasium's CartPole, and the environment's share of the time.
+"""Learning beside the same PPO on Gymnasium's CartPole, and the environment's share of time.
 
 Run as `python tests/bench/learning.py`. Both have 32 environments side by side and the settings of
 the preset `fast`, one torch thread; the pendulum takes turns with its peer, medians of three.
@@ -37,7 +37,7 @@ class Timed(VecEnvWrapper):
         return result
 
 
-def measured(make, steps: int) -> tuple[float, float]:
+def measure_speed(make, steps: int) -> tuple[float, float]:
     """Return steps a second, and the environment's share of the time, in percent."""
     preset = replace(load_preset("fast", IN_PROCESS), start_spread=0.0)
     env = Timed(make(preset.environments))
@@ -61,7 +61,7 @@ def main() -> None:
     found = {name: [] for name in kinds}
     for _ in range(3):
         for name, make in kinds.items():
-            found[name].append(measured(make, options.steps))
+            found[name].append(measure_speed(make, options.steps))
     medians = {name: np.median(values, axis=0) for name, values in found.items()}
     print(f"{'PPO, preset fast':<24}{'steps/s':>10}{'environment, % of time':>26}")
     for name, (rate, share) in medians.items():

@@ -1,4 +1,6 @@
-"""How well the environment over topics keeps time on a rig: emulator and driver in processes of their own, steps of 30 ms.
+"""How well the environment over topics keeps time on a rig, in steps of 30 ms.
+
+Emulator and driver are processes of their own.
 
 A gentle sine moves the cart; every episode's reset goes over the rig's service. `--busy N` adds
 processes that do nothing but compute. Run as `python tests/bench/rig_in_real_time.py --episodes
@@ -27,7 +29,7 @@ from support.ros_graph import free_domain  # noqa: E402
 from support.running_emulator import TWIN, free_ports  # noqa: E402
 
 from pendulum_bridge.programs import Programs, wait_for  # noqa: E402
-from pendulum_rl_env.nodes.ros_env import make_ros_env  # noqa: E402
+from pendulum_rl_env.nodes.ros_env import ros_env  # noqa: E402
 
 STEPS = 512
 STEP_S = 0.03
@@ -55,7 +57,7 @@ class Timing:
 
 @contextmanager
 def rig(logs: Path) -> Iterator[None]:
-    """Run an emulated rig and its driver in a ROS domain of their own, which is this process's, too."""
+    """Run an emulated rig and its driver in a ROS domain of their own and of this process."""
     with free_domain() as domain:
         graph = {"ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
         os.environ.update(graph)
@@ -72,7 +74,7 @@ def rig(logs: Path) -> Iterator[None]:
 
 
 @contextmanager
-def busy(count: int) -> Iterator[None]:
+def keep_cores_busy(count: int) -> Iterator[None]:
     """Run processes that compute."""
     workers = [subprocess.Popen([sys.executable, "-c", WORK]) for _ in range(count)]
     try:
@@ -83,7 +85,7 @@ def busy(count: int) -> Iterator[None]:
             each.wait()
 
 
-def policy(k: int, seen: np.ndarray) -> np.ndarray:
+def choose_commands(k: int, seen: np.ndarray) -> np.ndarray:
     wave = AMPLITUDE * math.cos(2 * math.pi * k * STEP_S / PERIOD_S)
     return np.array([wave - CENTRING_1_M * seen[0] - DAMPING_S_M * seen[1]], dtype=np.float32)
 
@@ -94,7 +96,7 @@ def play(env: Any, timing: Timing) -> None:
     seen, info = env.reset()
     timing.reset_s.append(time.monotonic() - begin)
     for k in range(STEPS):
-        seen, reward, terminated, _, info = env.step(policy(k, seen))
+        seen, reward, terminated, _, info = env.step(choose_commands(k, seen))
         total += reward
         timing.steps.append(info)
         if terminated:
@@ -103,7 +105,7 @@ def play(env: Any, timing: Timing) -> None:
     timing.rewards.append(total)
 
 
-def table(timing: Timing, workers: int) -> list[str]:
+def format_table(timing: Timing, workers: int) -> list[str]:
     """Return the figures as a Markdown table."""
     dt, age, latency, overrun = (
         1e3 * timing.of(name) for name in ("dt_s", "age_s", "latency_s", "overrun_s")
@@ -115,7 +117,9 @@ def table(timing: Timing, workers: int) -> list[str]:
         "steps": len(timing.steps),
         "missed deadlines": timing.sum("missed"),
         "worst overrun, ms": f"{overrun.max():.2f}",
-        "step by the stamps, ms: median, least, longest": f"{np.median(dt):.2f}, {dt.min():.2f}, {dt.max():.2f}",
+        "step by the stamps, ms: median, least, longest": (
+            f"{np.median(dt):.2f}, {dt.min():.2f}, {dt.max():.2f}"
+        ),
         "steps within 1 ms of 30 ms": f"{exact:.2%}",
         "age, ms: median, worst": f"{np.median(age):.2f}, {age.max():.2f}",
         "latency, ms: median, worst": f"{np.median(latency):.2f}, {latency.max():.2f}",
@@ -138,8 +142,8 @@ def main() -> None:
     parser.add_argument("--busy", type=int, default=0, metavar="N")
     options = parser.parse_args()
     timing = Timing()
-    with tempfile.TemporaryDirectory() as logs, rig(Path(logs)), busy(options.busy):
-        env = make_ros_env(step_s=STEP_S)
+    with tempfile.TemporaryDirectory() as logs, rig(Path(logs)), keep_cores_busy(options.busy):
+        env = ros_env(step_s=STEP_S)
         try:
             for number in range(options.episodes):
                 play(env, timing)
@@ -147,7 +151,7 @@ def main() -> None:
         finally:
             env.close()
             if timing.last:
-                print("\n".join(table(timing, options.busy)), flush=True)
+                print("\n".join(format_table(timing, options.busy)), flush=True)
 
 
 if __name__ == "__main__":

@@ -5,7 +5,13 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Row:
-    """Hold one line of the table; a figure is (value, unit), the ratio says how many times better ours is."""
+    """Hold a line of the table.
+
+    what: the quantity.
+    ours, theirs: figures with their unit.
+    peer: whose the other figure is.
+    ratio: how many times better ours is.
+    """
 
     what: str
     ours: str
@@ -14,7 +20,7 @@ class Row:
     ratio: float
 
 
-def table(rows: list[Row]) -> str:
+def format_table(rows: list[Row]) -> str:
     """Return rows as aligned text."""
     lines = [("", "this twin", "peer", "", "ratio")]
     lines += [

@@ -1,5 +1,6 @@
-"""The benchmarks, one table: each figure beside its peer's, measured in turn in the same run, one thread each.
+"""The benchmarks: each figure beside its peer's, measured in turn in the same run.
 
+Everything runs in one thread.
 Figures are medians; the machine may be busy, so trust the ratios more than the figures.
 """
 
@@ -11,7 +12,7 @@ from collections.abc import Callable
 
 import numpy as np
 import peers
-from rows import Row, table
+from rows import Row, format_table
 from scipy.optimize import minimize
 
 from pendulum_twin import kernel
@@ -29,8 +30,8 @@ GYMNASIUM, MUJOCO = "Gymnasium CartPole (1 Euler step)", "MuJoCo (30 RK4 steps)"
 START = np.array([0.0, 2.6, 0.0, 0.1])
 
 
-def seconds(*functions: Callable[[], object], repeats: int = REPEATS) -> list[float]:
-    """Return the median duration of each function; they take turns, so that all see the same machine."""
+def time_functions(*functions: Callable[[], object], repeats: int = REPEATS) -> list[float]:
+    """Return each function's median duration, s; they take turns on the same machine."""
     for function in functions:
         function()  # compile, fill caches
     taken: list[list[float]] = [[] for _ in functions]
@@ -42,20 +43,20 @@ def seconds(*functions: Callable[[], object], repeats: int = REPEATS) -> list[fl
     return [statistics.median(durations) for durations in taken]
 
 
-def kernel_steps(
+def make_kernel_steps(
     effects: dict, starts: np.ndarray, command: np.ndarray
 ) -> Callable[[], np.ndarray]:
-    """Return a function that runs pendulums through control steps of 30 ms, each 30 steps of 1 ms."""
+    """Return a function that runs pendulums through control steps of 30 ms (30 of 1 ms)."""
     lanes = len(starts)
     theta = np.tile(make_theta(Twin("bench", RIG, effects)), (lanes, 1))
     drives = np.repeat(command, peers.SUBSTEPS)[None]
     first, out = np.zeros(lanes, dtype=np.int64), np.empty((lanes, len(command) + 1, 4))
 
-    def go() -> np.ndarray:
+    def run() -> np.ndarray:
         run_mechanics(drives, first, first, starts, theta, 1e-3, peers.SUBSTEPS, out)
         return out[:, 1:]
 
-    return go
+    return run
 
 
 def bench_kernel() -> list[Row]:
@@ -68,14 +69,14 @@ def bench_kernel() -> list[Row]:
     ):
         starts = START + np.array([0.0, 0.003, 0.0, 0.0]) * np.arange(lanes)[:, None]
         command = 0.3 * np.sin(0.2 * np.arange(ours))
-        theirs = peers.mujoco_steps(RIG, starts, command[:mujocos])
+        theirs = peers.make_mujoco_steps(RIG, starts, command[:mujocos])
         np.testing.assert_allclose(
-            theirs(), kernel_steps({}, starts, command[:mujocos])(), atol=1e-9
+            theirs(), make_kernel_steps({}, starts, command[:mujocos])(), atol=1e-9
         )
-        base, dry, gym, mujoco = seconds(
-            kernel_steps({}, starts, command),
-            kernel_steps(COULOMB, starts, command),
-            peers.gymnasium_steps(lanes, gyms),
+        base, dry, gym, mujoco = time_functions(
+            make_kernel_steps({}, starts, command),
+            make_kernel_steps(COULOMB, starts, command),
+            peers.make_gymnasium_steps(lanes, gyms),
             theirs,
         )
         fast = lanes * ours / np.array([base, dry])
@@ -92,16 +93,16 @@ def bench_kernel() -> list[Row]:
 
 def bench_step() -> list[Row]:
     """One step of the live twin, 10 ms, called from Python."""
-    rows, gym = [], peers.gymnasium_steps(1, 1000)
+    rows, gym = [], peers.make_gymnasium_steps(1, 1000)
     for name, effects in (("base model", {}), ("with Coulomb friction", COULOMB)):
         stepper = Stepper(Twin("bench", RIG, effects), 0.01)
 
-        def go(stepper: Stepper = stepper) -> None:
+        def run(stepper: Stepper = stepper) -> None:
             stepper.reset()
             for _ in range(1000):
                 stepper.step(0.1)
 
-        ours, theirs = seconds(go, gym)
+        ours, theirs = time_functions(run, gym)
         what = f"one Python call for 10 ms, {name}"
         rows.append(
             Row(
@@ -115,8 +116,13 @@ def bench_step() -> list[Row]:
     return rows
 
 
-def recording(seconds: float = 120.0, effects: dict | None = None, noise: bool = False) -> Signals:
-    """Return a recording at 100 Hz of a rig driven up and down the rail; with the rounding of encoders if asked for."""
+def make_recording(
+    seconds: float = 120.0, effects: dict | None = None, noise: bool = False
+) -> Signals:
+    """Return a recording at 100 Hz of a rig that is driven up and down the rail.
+
+    noise: whether positions are rounded as encoders do.
+    """
     samples = round(seconds / 0.01)
     t = 0.01 * np.arange(samples)
     command = 0.25 * np.sin(4.0 * t) * np.sin(0.31 * t) + 0.15 * np.sign(np.sin(1.7 * t))
@@ -130,15 +136,15 @@ def recording(seconds: float = 120.0, effects: dict | None = None, noise: bool =
 
 
 def bench_cost() -> list[Row]:
-    """One evaluation of a recording of 120 s: as one run, in a block of 16 parameter sets, and as windows of 1 s."""
-    signals = recording()
+    """Cost of a recording of 120 s: a run, a block of 16 parameter sets, windows of 1 s."""
+    signals = make_recording()
     theta, first = make_theta(Twin("bench", RIG))[None], np.zeros(1, dtype=np.int64)
     sixteen = np.repeat(theta, 16, axis=0)
     sixteen[:, : len(BASE)] *= 1 + 1e-6 * np.arange(16)[:, None]
     begin = np.arange(0, len(signals) - 100, 100)
     starts = np.tile(START, (len(begin), 1))
     zeros = np.zeros(16, dtype=np.int64)
-    one, block, windows, scipy = seconds(
+    alone, block, windows, scipy = time_functions(
         lambda: run_freely(signals, theta, first, first, START[None], len(signals)),
         lambda: run_freely(
             signals, sixteen, np.arange(16), zeros, np.tile(START, (16, 1)), len(signals)
@@ -146,10 +152,10 @@ def bench_cost() -> list[Row]:
         lambda: run_freely(
             signals, theta, np.zeros(len(begin), dtype=np.int64), begin, starts, 101
         ),
-        peers.scipy_run(RIG, START, signals.command, signals.period_s),
+        peers.make_scipy_run(RIG, START, signals.command, signals.period_s),
     )
     ours = (
-        ("one run", one),
+        ("one run", alone),
         ("one of a block of 16 parameter sets", block / 16),
         ("in windows of 1 s", windows),
     )
@@ -175,59 +181,61 @@ TRUTH = {
 
 
 def bench_fit() -> list[Row]:
-    """A fit of 12 parameters to 120 s in windows of 1 s, beside Nelder-Mead on the very same windows and kernel."""
+    """A fit of 12 parameters to 120 s: beside Nelder-Mead on the same windows and kernel."""
+    from pendulum_sysid.cleaning.smooth_state import smooth_state
     from pendulum_sysid.fitting.gauss_newton import solve
     from pendulum_sysid.fitting.linearised import Problem
-    from pendulum_sysid.fitting.parameters import free_parameters, scales_of
-    from pendulum_sysid.fitting.windows import channels, cut, gather, smooth_state
+    from pendulum_sysid.fitting.parameters import compute_scales, list_free_parameters
+    from pendulum_sysid.fitting.windows import cut_windows, gather, list_channels
 
-    signals = recording(effects=TRUTH, noise=True)
+    signals = make_recording(effects=TRUTH, noise=True)
     state = smooth_state(signals)
-    windows = cut(signals, state, 1.0)
+    windows = cut_windows(signals, state, 1.0)
     wrong = Rig(0.5723, 0.12, 0.022, 0.0035, 9.81, 10.0, 1.0, 0.0006, 0.9, 0.5)
     believed = Twin(
         "bench", wrong, {name: dict.fromkeys(values, 0.01) for name, values in TRUTH.items()}
     )
     start = make_theta(believed)
-    free = free_parameters(believed, tuple(TRUTH), scales_of(signals, state, start))
+    free = list_free_parameters(believed, tuple(TRUTH), compute_scales(signals, state, start))
     measured, _ = gather(signals, windows.begin, windows.samples)
     set_of = np.zeros(len(windows), dtype=np.int64)
 
-    def cost(scaled: np.ndarray) -> float:
+    def compute_cost(scaled: np.ndarray) -> float:
         theta = start.copy()
-        for one, value in zip(free, scaled, strict=True):
-            one.put(theta, float(np.clip(value * one.size, one.low, one.high)))
+        for parameter, value in zip(free, scaled, strict=True):
+            clipped = np.clip(value * parameter.size, parameter.low, parameter.high)
+            parameter.put(theta, float(clipped))
         runs = run_freely(
             signals, theta[None], set_of, windows.begin, windows.starts, windows.samples
         )
-        errors = measured - runs[..., list(channels(signals))]
+        errors = measured - runs[..., list(list_channels(signals))]
         return float(np.sum(np.log(np.mean(errors**2, axis=(0, 1)))))
 
-    begin = np.array([one.get(start) / one.size for one in free])
+    begin = np.array([p.get(start) / p.size for p in free])
     problem = Problem(signals, windows, state.deviations)
-    (ours,) = seconds(lambda: solve(problem, start, free))
+    (ours,) = time_functions(lambda: solve(problem, start, free))
     solution = solve(problem, start, free)
     before = time.perf_counter()
-    simplex = minimize(cost, begin, method="Nelder-Mead", options={"maxfev": 2000})
+    simplex = minimize(compute_cost, begin, method="Nelder-Mead", options={"maxfev": 2000})
     theirs = time.perf_counter() - before
     truth = make_theta(Twin("truth", RIG, TRUTH))
-    wanted = np.array([one.get(truth) for one in free])
+    wanted = np.array([p.get(truth) for p in free])
 
-    def off(found: np.ndarray) -> float:
-        return float(np.median(np.abs(found / wanted - 1)))
+    def measure_error(values: np.ndarray) -> float:
+        return float(np.median(np.abs(values / wanted - 1)))
 
-    found = np.array([one.get(solution.theta) for one in free])
-    simplex_found = simplex.x * np.array([one.size for one in free])
+    error = measure_error(np.array([p.get(solution.theta) for p in free]))
+    peer_error = measure_error(simplex.x * np.array([p.size for p in free]))
     peer = f"SciPy Nelder-Mead, {simplex.nfev} runs, once"
     what = f"fit of {len(free)} parameters to 120 s"
     return [
         Row(what, f"{ours:.2f} s", peer, f"{theirs:.1f} s", theirs / ours),
         Row(
             f"{what}: median error",
-            f"{off(found):.2%}",
+            f"{error:.2%}",
             peer,
-            f"{off(simplex_found):.2%}",
-            off(simplex_found) / off(found),
+            f"{peer_error:.2%}",
+            peer_error / error,
         ),
     ]
 
@@ -246,10 +254,11 @@ def main() -> None:
     for bench in (bench_kernel, bench_step, bench_cost, bench_fit, bench_graph):
         print(f"{(bench.__doc__ or '').split(':')[0].rstrip('.')} ...", file=sys.stderr)
         rows += bench()
-    print(table(rows))
+    print(format_table(rows))
     print(
-        f"\nOne thread, blocks of {kernel.WIDTH} pendulums, medians of {REPEATS}; the ratio says how many times better "
-        f"this twin is, or how near it comes to the bare graph. {time.perf_counter() - begin:.0f} s."
+        f"\nOne thread, blocks of {kernel.WIDTH} pendulums, medians of {REPEATS}; "
+        "the ratio says how many times better this twin is, or how near the bare graph it comes. "
+        f"{time.perf_counter() - begin:.0f} s."
     )
 
 

@@ -1,4 +1,4 @@
-"""Recordings with an effect hidden in them: wrong parameters on top, noise, encoder steps, fixed seeds."""
+"""Recordings of a rig that hides an effect: wrong constants, noise, encoder steps, fixed seeds."""
 
 from dataclasses import replace
 
@@ -46,7 +46,7 @@ HIDDEN: dict[str, dict[str, float]] = {
 }
 
 
-def excitation(seed: int, samples: int) -> Floats:
+def make_command(seed: int, samples: int) -> Floats:
     """Return a sum of sines that swells and fades, with rests in between."""
     random = np.random.default_rng(seed)
     t = np.arange(samples) * PERIOD_S
@@ -66,10 +66,13 @@ def excitation(seed: int, samples: int) -> Floats:
     return u
 
 
-def hidden(
+def record_hidden(
     effects: dict[str, dict[str, float]], seed: int, seconds: float = 40.0
 ) -> tuple[Recording, Twin]:
-    """Return a recording of a rig with these effects and constants other than INTECO's, and the twin it really is."""
+    """Return a recording of a rig with these effects, and the twin that the rig really is.
+
+    Its constants are not those of INTECO.
+    """
     random = np.random.default_rng(seed)
     rig = replace(INTECO.rig, cart_viscous_n_s_m=2.0, force_per_pwm_n=9.0)
     keys = (
@@ -85,12 +88,12 @@ def hidden(
     truth = Twin("hidden", rig, effects)
     n = round(seconds / PERIOD_S)
     every = np.ones(n, dtype=bool)
-    blank = Signals(PERIOD_S, excitation(seed, n), np.zeros(n), np.zeros(n), every, every)
+    blank = Signals(PERIOD_S, make_command(seed, n), np.zeros(n), np.zeros(n), every, every)
     zero = np.zeros(1, dtype=np.int64)
     states = run_freely(blank, make_theta(truth)[None], zero, zero, HANGING[None], n)[0]
     cart = np.round((states[:, 0] + random.normal(0, 1e-5, n)) / CART_STEP_M) * CART_STEP_M
     pole = np.round((states[:, 1] + random.normal(0, 1e-4, n)) / POLE_STEP_RAD) * POLE_STEP_RAD
-    rates = reported_rates(
+    rates = report_rates(
         np.stack([cart, pole], axis=1),
         effects.get("velocity_filter", {}).get("time_constant_s", 0.0),
     )
@@ -99,7 +102,7 @@ def hidden(
     ), truth
 
 
-def reported_rates(positions: Floats, time_constant_s: float) -> Floats:
+def report_rates(positions: Floats, time_constant_s: float) -> Floats:
     """Return the differences of positions (n, 2), through a first-order lag."""
     rates = np.diff(positions, axis=0, prepend=positions[:1]) / PERIOD_S
     keep = np.exp(-PERIOD_S / time_constant_s) if time_constant_s else 0.0

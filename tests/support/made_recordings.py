@@ -39,7 +39,7 @@ def made_states(twin: Twin, command: Floats) -> Floats:
 def made(
     twin: Twin, seconds: float = 20.0, amplitude: float = 0.1, seed: int = 0, noise: float = 1.0
 ) -> Recording:
-    """Return a recording that the twin itself made, with Gaussian noise on both sensors, times `noise`."""
+    """Make a recording of the twin, with Gaussian noise on both sensors, times `noise`."""
     command = sweep(seconds, amplitude)
     states, n = made_states(twin, command), len(command)
     rng = np.random.default_rng(seed)

@@ -1,81 +1,82 @@
-"""Trials for tests of the proof: made up in memory, or recorded by the twin and sealed as the real ones are."""
+"""Trials for tests of the proof: made in memory, or recorded by the twin and sealed."""
 
 import json
+import os
 from dataclasses import replace
 from pathlib import Path
 
-from pendulum_sysid.studies.proof.names import judged
+from pendulum_sysid.studies.proof.names import judge_names
 from pendulum_sysid.studies.proof.records import (
     Answer,
     HeldOut,
     Judgement,
-    Names,
-    Sealed,
+    OpenedTrial,
+    Seal,
     Size,
-    Unlisted,
+    UnlistedEffect,
 )
 from pendulum_twin.model import save_twin
-from support.hidden_physics import hidden
+from support.hidden_physics import record_hidden
 from support.made_recordings import INTECO, made_bag
 
-DRAG = Unlisted("drag_of_third_order", "cart", ("cart_velocity",))
+DRAG = UnlistedEffect("drag_of_third_order", "cart", ("cart_velocity",))
+KINDS = ("nothing", "single", "pair", "triple")
 
 
-def sealed(
-    *effects: str, kind: str = "", unlisted: tuple[Unlisted, ...] = (), name: str = "trial_0000"
-) -> Sealed:
-    kind = kind or (
-        "unlisted" if unlisted else ("nothing", "single", "pair", "triple")[len(effects)]
-    )
-    return Sealed(
-        name=name,
+def make_seal(*effects: str, unlisted: tuple[UnlistedEffect, ...] = ()) -> Seal:
+    return Seal({name: {} for name in effects}, INTECO.rig.to_mapping(), unlisted)
+
+
+def make_trial(
+    *effects: str, unlisted: tuple[UnlistedEffect, ...] = (), **changes: object
+) -> OpenedTrial:
+    trial = OpenedTrial(
+        name="trial_0000",
         bag=Path("bag"),
         twin=Path("twin.yaml"),
-        kind=kind,
+        kind="unlisted" if unlisted else KINDS[len(effects)],
         seed=1,
         pole_counts=4096,
         seconds=60.0,
         closed_loop=False,
         size_factor=1.0,
-        effects={name: {} for name in effects},
-        rig=INTECO.rig.to_mapping(),
-        unlisted=unlisted,
+        seal=make_seal(*effects, unlisted=unlisted),
     )
+    return replace(trial, **changes)
 
 
-def answer(
+def make_answer(
     *named: str, outcome: str = "", ties: dict[str, tuple[str, ...]] | None = None, **more: object
 ) -> Answer:
     outcome = outcome or ("named" if named else "nothing_missing")
     return Answer(outcome, {name: (ties or {}).get(name, ()) for name in named}, **more)
 
 
-def size(true: float = 1.0, value: float = 1.0, half: float = 0.1, **changes: object) -> Size:
-    one = Size(
+def make_size(true: float = 1.0, value: float = 1.0, half: float = 0.1, **changes: object) -> Size:
+    size = Size(
         "cart_coulomb_friction", "level_n", "N", False, true, value, value - half, value + half
     )
-    return replace(one, **changes)
+    return replace(size, **changes)
 
 
-def judgement(
-    seal: Sealed, said: Answer, names: Names | None = None, **changes: object
-) -> Judgement:
+def make_judgement(trial: OpenedTrial, answer: Answer, **changes: object) -> Judgement:
     contents = {
+        "names": judge_names(trial.seal, answer),
         "sizes": (),
         "rig": (),
-        "told": (),
+        "oracle": (),
         "held_out": HeldOut(100.0, 2.0, 2.0, 1.0),
         "seconds": 10.0,
         "cpu_seconds": 9.0,
     }
-    return Judgement(seal, said, names or judged(seal, said), **{**contents, **changes})
+    return Judgement(trial, answer, **{**contents, **changes})
 
 
-def recorded(
+def write_trial(
     folder: Path, effects: dict[str, dict[str, float]], seed: int, seconds: float = 24.0
 ) -> Path:
-    """Write a trial as the program that conceals does, made by the twin."""
-    recording, truth = hidden(effects, seed, seconds)
+    """Write a trial as the recorder of trials does; the twin is the rig."""
+    recording, truth = record_hidden(effects, seed, seconds)
     made_bag(folder / "bag", recording)
     save_twin(INTECO, folder / "twin.yaml")
     seal = {
@@ -84,9 +85,9 @@ def recorded(
         "unlisted": {},
         "rig": truth.rig.to_mapping(),
     }
-    how = {
+    trial = {
         "schema": "pendulum_trial/1",
-        "kind": ("nothing", "single", "pair", "triple")[len(effects)],
+        "kind": KINDS[len(effects)],
         "seed": seed,
         "pole_counts": 4096,
         "seconds": seconds,
@@ -94,5 +95,10 @@ def recorded(
         "size_factor": 1.0,
     }
     (folder / "seal.json").write_text(json.dumps(seal))
-    (folder / "trial.json").write_text(json.dumps(how))
+    (folder / "trial.json").write_text(json.dumps(trial))
     return folder
+
+
+def end_process(*arguments: object) -> Path:
+    """End the process that runs this at once, as one that the kernel kills."""
+    os._exit(3)

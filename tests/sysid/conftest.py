@@ -7,16 +7,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.paths import ROOT
+from support.paths import SHARED_DATA
 
 from pendulum_sysid.reading.raw import RawRecording
 
 CART_STEP, POLE_STEP = 57.05e-6, 1.534e-3  # encoder steps of a real rig, m and rad
-SHARED = ROOT.parent / "shared" / "data"
 
 
-def swing(stamps: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return command, cart and pole of a smooth motion at the stamps, to the last bit of no encoder."""
+def make_swing(stamps: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return command, cart and pole of a smooth motion, without encoder steps."""
     command = 0.4 * np.sin(2 * np.pi * (0.2 + 0.02 * stamps) * stamps)
     cart = 0.15 * np.sin(2 * np.pi * 0.7 * stamps) + 0.05 * np.sin(2 * np.pi * 1.9 * stamps)
     pole = (
@@ -27,9 +26,9 @@ def swing(stamps: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return command, cart, pole
 
 
-def raw_recording(stamps: np.ndarray, **changes: object) -> RawRecording:
-    """Return the motion as encoders see it at the stamps, with a command at every stamp, and changes."""
-    command, cart, pole = swing(stamps)
+def make_raw_recording(stamps: np.ndarray, **changes: object) -> RawRecording:
+    """Return the motion as encoders see it, with a command at every stamp, and changes."""
+    command, cart, pole = make_swing(stamps)
     contents = {
         "state_stamp_s": stamps,
         "cart": np.floor(cart / CART_STEP) * CART_STEP,
@@ -42,16 +41,16 @@ def raw_recording(stamps: np.ndarray, **changes: object) -> RawRecording:
 
 @pytest.fixture
 def recording() -> Callable[..., RawRecording]:
-    return raw_recording
+    return make_raw_recording
 
 
 @pytest.fixture
 def motion() -> Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    return swing
+    return make_swing
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def shared_data() -> Path:
-    if not SHARED.is_dir():
-        pytest.skip("the recordings of real rigs (shared/data beside the repository) are not here")
-    return SHARED
+    if not SHARED_DATA.is_dir():
+        pytest.skip(f"no recordings of real rigs: {SHARED_DATA} is no folder")
+    return SHARED_DATA

@@ -1,7 +1,12 @@
-"""Recordings of real rigs, made by others: what the tool says of them, through the command line."""
+"""Recordings of real rigs, made by others: what the tool says of them, by the command line.
+
+Each rig is diagnosed once a session. The recordings are not part of the repository.
+"""
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -9,120 +14,138 @@ from pendulum_sysid.cli import main
 from pendulum_twin.model import Twin, load_twin, save_twin
 from pendulum_twin.rig import Rig
 
+QUANSER_COLUMNS = (
+    "--time", "t", "--command", "u_applied", "--cart", "x", "--pole", "theta",
+    "--pole-zero", "down",
+)  # fmt: skip
+EMPS_RIG = Rig(cart_mass_kg=100.0, force_per_pwm_n=35.1507, cart_viscous_n_s_m=100.0)
+SWING_MASS_KG, SWING_LENGTH_M = 0.147585, 0.147755
+SWING_RIG = Rig(
+    pole_mass_kg=SWING_MASS_KG,
+    com_distance_m=SWING_LENGTH_M,
+    pole_inertia_kg_m2=1.0912e-4 + SWING_MASS_KG * SWING_LENGTH_M**2,
+    pole_viscous_n_m_s=2.2394e-4,
+)
 
-def diagnosed(bags: list[Path], twin: Path, out: Path) -> dict:
+
+@dataclass(frozen=True)
+class Diagnosed:
+    """Hold the verdict on a rig as verdict.json has it, and the number of recordings."""
+
+    verdict: dict[str, Any]
+    recordings: int = 1
+
+    @property
+    def names(self) -> list[str]:
+        return [effect["effect"] for effect in self.verdict["missing_physics"]]
+
+    def get_held_out(self, unit: str) -> dict[str, float]:
+        return self.verdict["fit"][f"held_out_{unit}"]
+
+
+def diagnose(bags: list[Path], twin: Path, out: Path) -> Diagnosed:
     assert main(["diagnose", *map(str, bags), "--twin", str(twin), "--out", str(out)]) == 0
     assert (out / "report.html").stat().st_size > 0 and load_twin(out / "twin.yaml")
-    return json.loads((out / "verdict.json").read_text())
+    return Diagnosed(json.loads((out / "verdict.json").read_text()), len(bags))
 
 
-def imported(csv: Path, out: Path, *columns: str) -> Path:
+def import_csv(csv: Path, out: Path, *columns: str) -> Path:
     assert main(["import", str(csv), "--out", str(out), *columns]) == 0
     return out
 
 
-def names(verdict: dict) -> list[str]:
-    return [one["effect"] for one in verdict["missing_physics"]]
+def write_twin(name: str, rig: Rig, folder: Path) -> Path:
+    save_twin(Twin(name, rig), folder / "twin.yaml")
+    return folder / "twin.yaml"
 
 
-def test_the_thesis_s_rig(shared_data: Path, tmp_path: Path) -> None:
-    """A wrong sign and dry friction; what a careful reader of the data knows not to be there is not named."""
+@pytest.fixture(scope="session")
+def inteco(shared_data: Path, tmp_path_factory: pytest.TempPathFactory) -> Diagnosed:
     folder = shared_data / "inteco_rig"
-    found = diagnosed([folder / "open_loop_0_60s"], folder / "twin.yaml", tmp_path / "out")
-    assert found["outcome"] == "named"
+    out = tmp_path_factory.mktemp("inteco")
+    return diagnose([folder / "open_loop_0_60s"], folder / "twin.yaml", out / "out")
+
+
+@pytest.fixture(scope="session")
+def quanser(shared_data: Path, tmp_path_factory: pytest.TempPathFactory) -> Diagnosed:
+    folder, out = shared_data / "quanser_cartpole", tmp_path_factory.mktemp("quanser")
+    files = sorted((folder / "chirp").glob("*.csv"))
+    bags = [import_csv(file, out / file.stem, *QUANSER_COLUMNS) for file in files]
+    return diagnose(bags, folder / "twin.yaml", out / "out")
+
+
+@pytest.fixture(scope="session")
+def emps(shared_data: Path, tmp_path_factory: pytest.TempPathFactory) -> Diagnosed:
+    out = tmp_path_factory.mktemp("emps")
+    columns = ("--time", "t", "--command", "vir", "--cart", "qm")
+    bag = import_csv(shared_data / "emps" / "emps_estimation.csv", out / "bag", *columns)
+    return diagnose([bag], write_twin("emps", EMPS_RIG, out), out / "out")
+
+
+@pytest.fixture(scope="session")
+def free_swing(shared_data: Path, tmp_path_factory: pytest.TempPathFactory) -> Diagnosed:
+    out = tmp_path_factory.mktemp("free_swing")
+    csv = shared_data / "multiarm_free_swing" / "single_free_swing_id.csv"
+    bag = import_csv(csv, out / "bag", "--time", "t", "--pole", "theta")
+    return diagnose([bag], write_twin("free swing", SWING_RIG, out), out / "out")
+
+
+def test_the_thesis_s_rig_has_a_wrong_sign_and_dry_friction(inteco: Diagnosed) -> None:
+    assert inteco.verdict["outcome"] == "named"
     dry = {"cart_coulomb_friction", "cart_stribeck_friction", "cart_saturating_friction"}
-    assert "cart_sign_inverted" in names(found) and dry & set(names(found))
-    assert {"input_delay", "motor_lag", "input_dead_zone", "rail_tilt"}.isdisjoint(names(found))
-    assert found["fit"]["held_out_cart_mm"]["after"] <= 7.5
-    assert found["fit"]["held_out_pole_rad"]["after"] <= 0.027
-    assert any(
-        line.startswith("cart_viscous_n_s_m had absorbed the missing") for line in found["masking"]
-    )
-    assert {"wrap", "spike"} <= {one["kind"] for one in found["data_quality"]}
-    assert found["remainder"]["above_noise_floor"] > 2
+    assert "cart_sign_inverted" in inteco.names and dry.intersection(inteco.names)
 
 
-def test_a_rig_whose_recordings_begin_before_its_drive_does(
-    shared_data: Path, tmp_path: Path
-) -> None:
-    columns = (
-        "--time",
-        "t",
-        "--command",
-        "u_applied",
-        "--cart",
-        "x",
-        "--pole",
-        "theta",
-        "--pole-zero",
-        "down",
-    )
-    files = sorted((shared_data / "quanser_cartpole" / "chirp").glob("*.csv"))
-    bags = [imported(file, tmp_path / file.stem, *columns) for file in files]
-    found = diagnosed(bags, shared_data / "quanser_cartpole" / "twin.yaml", tmp_path / "out")
+def test_effects_that_the_thesis_s_rig_does_not_have_are_not_named(inteco: Diagnosed) -> None:
+    absent = {"input_delay", "motor_lag", "input_dead_zone", "rail_tilt"}
+    assert absent.isdisjoint(inteco.names)
+
+
+def test_the_improved_twin_follows_the_thesis_s_rig(inteco: Diagnosed) -> None:
+    assert inteco.get_held_out("cart_mm")["after"] <= 7.5
+    assert inteco.get_held_out("pole_rad")["after"] <= 0.027
+    assert inteco.verdict["remainder"]["above_noise_floor"] > 2
+    beginning = "cart_viscous_n_s_m had absorbed the missing"
+    assert any(line.startswith(beginning) for line in inteco.verdict["masking"])
+
+
+def test_faults_in_the_thesis_s_recording_are_reported(inteco: Diagnosed) -> None:
+    assert {"wrap", "spike"} <= {finding["kind"] for finding in inteco.verdict["data_quality"]}
+
+
+def test_recordings_that_begin_before_the_drive_does_lose_their_start(quanser: Diagnosed) -> None:
     stale = [
-        span
-        for one in found["data_quality"]
-        if one["kind"] == "stale"
-        for span in one["intervals_s"]
+        interval
+        for finding in quanser.verdict["data_quality"]
+        if finding["kind"] == "stale"
+        for interval in finding["intervals_s"]
     ]
-    assert len(stale) == len(files) == 5
+    assert len(stale) == quanser.recordings == 5
     assert all(0.4 < end - begin < 0.7 for begin, end in stale)
-    cart = found["fit"]["held_out_cart_mm"]
+
+
+def test_a_dead_start_is_taken_for_no_delay_and_no_dead_zone(quanser: Diagnosed) -> None:
+    cart = quanser.get_held_out("cart_mm")
     assert cart["after"] < cart["before"] / 3
-    assert {"input_delay", "input_dead_zone"}.isdisjoint(
-        names(found)
-    )  # what the dead starts look like
+    assert {"input_delay", "input_dead_zone"}.isdisjoint(quanser.names)
 
 
-def test_a_cart_alone(shared_data: Path, tmp_path: Path) -> None:
-    bag = imported(
-        shared_data / "emps" / "emps_estimation.csv",
-        tmp_path / "bag",
-        "--time",
-        "t",
-        "--command",
-        "vir",
-        "--cart",
-        "qm",
-    )
-    save_twin(
-        Twin("emps", Rig(cart_mass_kg=100.0, force_per_pwm_n=35.1507, cart_viscous_n_s_m=100.0)),
-        tmp_path / "twin.yaml",
-    )
-    found = diagnosed([bag], tmp_path / "twin.yaml", tmp_path / "out")
+def test_a_cart_alone(emps: Diagnosed) -> None:
     (friction,) = [
-        one for one in found["missing_physics"] if one["effect"] == "cart_coulomb_friction"
+        effect
+        for effect in emps.verdict["missing_physics"]
+        if effect["effect"] == "cart_coulomb_friction"
     ]
-    assert 18.0 < friction["parameters"]["level_n"]["value"] < 27.0
-    assert (
-        friction["parameters"]["level_n"]["unit"] == "N" and friction["cannot_be_told_from"] == []
-    )
-    assert (
-        found["fit"]["held_out_cart_mm"]["after"]
-        < 0.1 * found["fit"]["held_out_cart_mm"]["before"]
-    )
+    level = friction["parameters"]["level_n"]
+    assert 18.0 < level["value"] < 27.0 and level["unit"] == "N"
+    assert friction["cannot_be_told_from"] == []
+    cart = emps.get_held_out("cart_mm")
+    assert cart["after"] < 0.1 * cart["before"]
 
 
-def test_a_pole_alone_without_command(shared_data: Path, tmp_path: Path) -> None:
-    bag = imported(
-        shared_data / "multiarm_free_swing" / "single_free_swing_id.csv",
-        tmp_path / "bag",
-        "--time",
-        "t",
-        "--pole",
-        "theta",
-    )
-    mass, length = 0.147585, 0.147755
-    rig = Rig(
-        pole_mass_kg=mass,
-        com_distance_m=length,
-        pole_inertia_kg_m2=1.0912e-4 + mass * length**2,
-        pole_viscous_n_m_s=2.2394e-4,
-    )
-    save_twin(Twin("free swing", rig), tmp_path / "twin.yaml")
-    found = diagnosed([bag], tmp_path / "twin.yaml", tmp_path / "out")
-    pole = found["fit"]["held_out_pole_rad"]
+def test_a_pole_alone_without_command(free_swing: Diagnosed) -> None:
+    pole = free_swing.get_held_out("pole_rad")
     assert pole["after"] < 0.5 * pole["before"]
-    assert found["rig_parameters"]["com_distance_m"]["after"] == pytest.approx(length, rel=0.02)
-    assert "held_out_cart_mm" not in found["fit"]
+    length = free_swing.verdict["rig_parameters"]["com_distance_m"]
+    assert length["after"] == pytest.approx(SWING_LENGTH_M, rel=0.02)
+    assert "held_out_cart_mm" not in free_swing.verdict["fit"]

@@ -7,36 +7,39 @@ Exit status: 0 the question was answered; 1 it could not be, the reason on stder
 from __future__ import annotations
 
 import os
+import shlex
 import sys
 import warnings
 from collections.abc import Sequence
 from importlib import import_module
 
-from pendulum_sysid.verbs.options import parser
+from pendulum_sysid.verbs.options import make_parser
 from pendulum_sysid.verbs.said import INTERRUPTED, NOT_ANSWERED, say
 from pendulum_twin.errors import BadInputError
 
-MODULES = {  # of `verbs`, each with `run`
-    "diagnose": "diagnose",
-    "fit": "fit",
-    "replay": "replay",
-    "compare": "compare",
-    "effects": "effects",
-    "import": "import_csv",
-    "next": "next",
-    "prove": "prove",
+MODULES = {  # each with `run`
+    "diagnose": "verbs.diagnose",
+    "fit": "verbs.fit",
+    "replay": "verbs.replay",
+    "compare": "verbs.compare",
+    "effects": "verbs.effects",
+    "import": "verbs.import_csv",
+    "next": "verbs.next",
+    "prove": "studies.prove",
 }
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one verb and return the exit status; argparse ends wrong use with status 2 by itself."""
-    arguments = parser().parse_args(argv)
+    given = sys.argv[1:] if argv is None else list(argv)
+    arguments = make_parser().parse_args(given)
+    arguments.shell_line = shlex.join(["sysid", *given])
     try:
         with warnings.catch_warnings():
             warnings.simplefilter(
                 "ignore"
             )  # a run that overflows is reported as such, not as numpy sees it
-            verb = import_module(f"pendulum_sysid.verbs.{MODULES[arguments.verb]}")
+            verb = import_module(f"pendulum_sysid.{MODULES[arguments.verb]}")
             status: int = verb.run(arguments)
             sys.stdout.flush()
         return status

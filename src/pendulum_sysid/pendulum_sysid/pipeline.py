@@ -1,167 +1,113 @@
-"""The stages in order: recordings -> signals -> residuals -> place -> hypotheses -> fits -> verdict."""
+"""The stages of a diagnosis in order, from recordings to a verdict."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from pendulum_sysid.cleaning.joining import one_recording
-from pendulum_sysid.cleaning.moving_joints import moving
-from pendulum_sysid.cleaning.stale_start import follows_command, without_unanswered
-from pendulum_sysid.finding.identifiability import ties
-from pendulum_sysid.finding.judge import Lead
+from pendulum_sysid.cleaning.joining import join_recordings
+from pendulum_sysid.errors import UnusableRecording
+from pendulum_sysid.finding.detectors import Use, read_effects
 from pendulum_sysid.finding.localisation.localise import localise
-from pendulum_sysid.finding.localisation.shape_check import misfit_of_named, outweighed, remainders
-from pendulum_sysid.finding.search import (
-    Named,
-    Search,
-    missing,
-    named,
-    parameters_alone,
-    seen_from,
+from pendulum_sysid.finding.localisation.shape_check import (
+    find_misfits,
+    is_outweighed,
+    measure_remainders,
 )
-from pendulum_sysid.finding.separation import Tie
-from pendulum_sysid.finding.steady_friction import steady_friction
-from pendulum_sysid.finding.velocity_lag import EFFECT, velocity_lag
-from pendulum_sysid.fitting.case import Case, case_of
-from pendulum_sysid.fitting.gauss_newton import refined
-from pendulum_sysid.fitting.noise_floor import noise_floor
-from pendulum_sysid.fitting.split import split
+from pendulum_sysid.finding.search import Answer, search_effects
+from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.fitting.gauss_newton import refine_start_states
+from pendulum_sysid.fitting.noise_floor import measure_noise_floor
 from pendulum_sysid.fitting.window_runs import JOINTS, UNITS, WindowRuns, run_windows
-from pendulum_sysid.fitting.windows import WINDOW_S, cut
-from pendulum_sysid.planning.next_experiment import planned_next
-from pendulum_sysid.records import Diagnosis, Fit, Outcome, Overlay, Recording, Split
-from pendulum_sysid.telling.verdict import Findings, outcome_of, unusable, verdict_of
-from pendulum_twin.errors import BadInputError
+from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
+from pendulum_sysid.planning.next_experiment import plan_next_experiment
+from pendulum_sysid.prepare import Prepared, prepare
+from pendulum_sysid.records import Outcome, Overlay, Recording, Split
+from pendulum_sysid.telling.outcome import Findings, decide_outcome
+from pendulum_sysid.telling.verdict import make_unusable, make_verdict
+from pendulum_sysid.verdict.record import Verdict
 from pendulum_twin.model import Twin
-from pendulum_twin.parameter_vector import SLOTS
 
 Progress = Callable[[str], None]
-NO_ANSWER = (
-    "expected the cart to follow the command, found it moving no more by it than without: check the command topic, the "
-    "stamps and the drive"
-)
 
 
-def diagnose(recordings: list[Recording], twin: Twin, progress: Progress) -> Diagnosis:
+def diagnose(recordings: Sequence[Recording], twin: Twin, progress: Progress) -> Verdict:
     """Return what recordings of one rig say about a twin of it.
 
-    Raises BadInputError when the recordings do not fit together or hold a joint that the twin
-    lacks; a recording that cannot answer ends in a diagnosis whose outcome is `unusable`.
+    Raises WrongUse when the recordings do not fit together or hold a joint that the twin lacks; a
+    recording that cannot answer ends in a verdict whose outcome is `unusable`.
     """
     began = time.monotonic()
-    recording = one_recording([without_unanswered(one) for one in recordings])
-
-    def cannot_tell(why: str) -> Diagnosis:
-        return Diagnosis(unusable(recording, why, time.monotonic() - began), None, None, (), ())
-
-    case_of(
-        recording, twin
-    )  # a twin that lacks a joint is wrong use, whatever the recording shows
     try:
-        recording = moving(recording)
-        case = case_of(recording, twin)
-        parts = split(case.signals, case.state)
-        if case.signals.cart is not None and not follows_command(recording):
-            raise BadInputError(NO_ANSWER)
-    except BadInputError as error:
-        return cannot_tell(str(error))
-    search = Search(case, parts, progress)
+        prepared = prepare(recordings, twin)
+    except UnusableRecording as error:
+        recording = error.recording or join_recordings(list(recordings))
+        return make_unusable(recording, str(error), time.monotonic() - began)
+    return diagnose_prepared(prepared, progress, began)
+
+
+def diagnose_prepared(prepared: Prepared, progress: Progress, began: float) -> Verdict:
+    """Return what prepared recordings say about their twin.
+
+    began: monotonic time, s, at which the work on them began.
+    """
+    case, recording = prepared.case, prepared.case.recording
     progress(f"{recording.name}: {len(case.signals)} samples, fitting the rig's constants alone")
-    base = parameters_alone(search)
-    best = missing(search, base)
-    found = named(search, base, best)
-    tied = ties(case, parts, best, {one.effect: one.rivals for one in found})
-    found = with_ties(found, tied)
-    best, found = with_velocity_lag(recording, case, best, found)
-    base = base if base.parts == best.parts else seen_from(search, base, best.parts)
+    answer = search_effects(case, prepared.split, progress)
+    findings = judge_answer(case, prepared.split, answer)
+    verdict = make_verdict(findings, recording, time.monotonic() - began)
+    overlays = draw_overlays(findings.before["held_out"], findings.after["held_out"])
+    return replace(verdict, trials=answer.trials, overlays=overlays)
+
+
+def judge_answer(case: Case, split: Split, answer: Answer) -> Findings:
+    """Return where the twin falls short, what the answer explains of it, and what is left."""
+    base, best = answer.base, answer.best
+    names = [named.effect for named in answer.named]
     improved = replace(case, twin=best.twin)
-    before, after = runs_by_part(case, parts), runs_by_part(improved, parts)
-    location = localise(
-        case,
-        base.theta,
-        run_windows(replace(case, twin=base.twin), cut(case.signals, case.state, WINDOW_S)),
-    )
-    remains = localise(case, best.theta, after["train"])
-    floor = noise_floor(improved, best.theta, parts.held_out)
-    rest = remainders(case, best, base)
-    misfits = tuple(misfit_of_named(case, best.theta, rest, [one.effect for one in found]))
-    coming = planned_next(case, parts, best, tied)
-    whole = refined(case.problem(parts.choose), best.theta).misfit(case.noise)
-    heavy = outweighed(rest)
+    before, after = run_parts(case, split), run_parts(improved, split)
+    windows = cut_windows(case.signals, case.state, WINDOW_S)
+    base_runs = run_windows(replace(case, twin=base.twin), windows)
+    remainders = measure_remainders(case, best, base)
     findings = Findings(
-        case,
-        base,
-        best,
-        found,
-        location,
-        remains,
-        before,
-        after,
-        floor,
-        coming,
-        misfits,
-        heavy,
-        whole,
+        case=case,
+        base=base,
+        best=best,
+        named=answer.named,
+        location=localise(case, base.theta, base_runs),
+        remains=localise(case, best.theta, after["train"]),
+        before=before,
+        after=after,
+        floor=measure_noise_floor(improved, best.theta, split.held_out),
+        coming=plan_next_experiment(case, split, best, answer.ties),
+        misfits=tuple(find_misfits(case, best.theta, remainders, names)),
+        outweighed=is_outweighed(remainders),
+        whole=refine_start_states(case.problem(split.choose), best.theta).misfit(case.noise),
     )
-    if outcome_of(findings) is Outcome.NOT_IN_CATALOGUE:
-        findings = replace(findings, steady=steady_friction(case, base.theta))
-    verdict = verdict_of(findings, recording, time.monotonic() - began)
-    return Diagnosis(
-        verdict, best.twin, location, tuple(search.trials), overlays(before, after), coming.plan
-    )
+    if decide_outcome(findings) is Outcome.NOT_IN_CATALOGUE:
+        return replace(findings, certain=read_effects(case, base.theta, Use.CERTAIN))
+    return findings
 
 
-def with_ties(found: tuple[Named, ...], tied: tuple[Tie, ...]) -> tuple[Named, ...]:
-    """Return the names with the rivals that sensitivities show beside those that scores showed."""
-    by_name: dict[str, list[str]] = {}
-    for tie in tied:
-        if tie.rival is not None and not tie.by_no_motion:
-            by_name.setdefault(tie.effect, []).append(tie.rival)
-    return tuple(
-        replace(one, rivals=tuple(dict.fromkeys((*one.rivals, *by_name.get(one.effect, ())))))
-        for one in found
-    )
+def run_parts(case: Case, split: Split) -> dict[str, WindowRuns]:
+    """Return the free runs of the case's twin on the windows to fit on and to judge on."""
+    return {"train": run_windows(case, split.train), "held_out": run_windows(case, split.held_out)}
 
 
-def with_velocity_lag(
-    recording: Recording, case: Case, best: Fit, found: tuple[Named, ...]
-) -> tuple[Fit, tuple[Named, ...]]:
-    """Return fit and names with the filter of the reported velocities, where it shows and the twin does not have it."""
-    lag = None if EFFECT in case.twin.effects else velocity_lag(recording, case.state)
-    if lag is None:
-        return best, found
-    constant = lag.time_constant_s
-    theta = best.theta.copy()
-    theta[SLOTS[EFFECT]] = constant.value
-    effects = {**best.twin.effects, EFFECT: {"time_constant_s": constant.value}}
-    estimates = {**best.estimates, f"{EFFECT}.time_constant_s": constant}
-    best = replace(
-        best, theta=theta, twin=replace(best.twin, effects=effects), estimates=estimates
-    )
-    return best, (*found, Named(EFFECT, Lead(lag.ratio, lag.errors), ()))
-
-
-def runs_by_part(case: Case, parts: Split) -> dict[str, WindowRuns]:
-    """Return the free runs of the case's twin on the windows that were fitted on and on those that were held out."""
-    return {"train": run_windows(case, parts.train), "held_out": run_windows(case, parts.held_out)}
-
-
-def overlays(before: dict[str, WindowRuns], after: dict[str, WindowRuns]) -> tuple[Overlay, ...]:
+def draw_overlays(before: WindowRuns, after: WindowRuns) -> tuple[Overlay, ...]:
     """Return the held-out runs of both twins beside what was measured, a channel each."""
-    old, new = before["held_out"], after["held_out"]
-    times = new.begin_s[:, None] + new.period_s * np.arange(new.measured.shape[1])
+    times = after.begin_s[:, None] + after.period_s * np.arange(after.measured.shape[1])
     return tuple(
         Overlay(
             JOINTS[joint],
             UNITS[joint],
             times,
-            new.measured[..., k],
-            old.runs[..., k],
-            new.runs[..., k],
+            after.measured[..., k],
+            before.runs[..., k],
+            after.runs[..., k],
         )
-        for k, joint in enumerate(new.channels)
+        for k, joint in enumerate(after.channels)
     )

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from pendulum_twin.arrays import Floats
 from pendulum_twin.model import Twin
@@ -49,6 +49,38 @@ class Recording:
     signals: Signals
     findings: tuple[QualityFinding, ...] = ()
     rates: Floats | None = None
+
+    @staticmethod
+    def from_arrays(
+        t: ArrayLike,
+        command: ArrayLike | None,
+        cart: ArrayLike | None,
+        pole: ArrayLike | None,
+        name: str = "arrays",
+    ) -> Recording:
+        """Make a recording from arrays or pandas series, and clean it.
+
+        Args:
+            t: (n,) s, sampling times, rising.
+            command: (n,) PWM fraction; None for a pole alone that nothing drives.
+            cart: (n,) m, positive along the rail, 0 in the middle; None where it is not recorded.
+            pole: (n,) rad, 0 upright, counterclockwise positive; None where it is not recorded.
+            name: for titles.
+
+        Returns:
+            The recording on one uniform clock, and the faults in its data.
+
+        Raises:
+            BadInputError: times do not rise, lengths differ, or too few samples are finite.
+
+        Examples:
+            >>> swing = ps.Recording.from_arrays(t, command, None, run.pole + noise[:, 1])
+            >>> swing.signals.cart is None
+            True
+        """
+        from pendulum_sysid.api import make_recording
+
+        return make_recording(t, command, cart, pole, name)
 
 
 @dataclass(frozen=True)
@@ -211,19 +243,3 @@ class Next:
     why: str
     before: float | None = None
     after: float | None = None
-
-
-@dataclass(frozen=True)
-class Diagnosis:
-    """Hold everything that a diagnosis found: the verdict as the contract gives it, the twin, and what a report draws.
-
-    next_plan: what to play next on the rig, as `pendulum_plan/1` has it; None where no experiment
-    would tell more.
-    """
-
-    verdict: dict
-    twin: Twin | None
-    localisation: Localisation | None
-    trials: tuple[Trial, ...]
-    overlays: tuple[Overlay, ...]
-    next_plan: dict | None = None

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.hidden_physics import INTECO, excitation, hidden
+from support.hidden_physics import INTECO, make_command, record_hidden
 
 from pendulum_sysid.pipeline import diagnose
 from pendulum_sysid.records import Recording
@@ -18,7 +18,7 @@ NOISE = np.random.default_rng(0).normal(0.0, 1.0, (2, N))
 
 def diagnosed(cart: np.ndarray, pole: np.ndarray, command: np.ndarray) -> dict:
     recording = Recording("made", "sha256:0", Signals(0.01, command, cart, pole, EVERY, EVERY))
-    return diagnose([recording], INTECO, lambda line: None).verdict
+    return diagnose([recording], INTECO, lambda line: None).to_dict()
 
 
 @pytest.mark.parametrize(
@@ -26,11 +26,11 @@ def diagnosed(cart: np.ndarray, pole: np.ndarray, command: np.ndarray) -> dict:
     [
         (STILL, STILL + np.pi, STILL, "record while the rig moves"),
         (1e-5 * NOISE[0], np.pi + 1e-4 * NOISE[1], STILL, "record while the rig moves"),
-        (STILL, STILL + np.pi, excitation(0, N), "expected the cart to answer the command"),
+        (STILL, STILL + np.pi, make_command(0, N), "expected the cart to answer the command"),
         (
             np.cumsum(1e-3 * NOISE[0]),
             np.pi + 0.1 * NOISE[1],
-            excitation(0, N),
+            make_command(0, N),
             "moving no more by it than without",
         ),
     ],
@@ -43,10 +43,10 @@ def test_a_recording_that_cannot_answer_is_unusable(cart, pole, command, why: st
 
 
 def test_a_recording_of_another_rig_run_does_not_follow_its_command() -> None:
-    recording, _ = hidden({}, seed=1)
-    other = excitation(99, len(recording.signals))
+    recording, _ = record_hidden({}, seed=1)
+    other = make_command(99, len(recording.signals))
     swapped = replace(recording, signals=replace(recording.signals, command=other))
-    assert diagnose([swapped], INTECO, lambda line: None).verdict["outcome"] in {
+    assert diagnose([swapped], INTECO, lambda line: None).to_dict()["outcome"] in {
         "unusable",
         "not_in_catalogue",
     }

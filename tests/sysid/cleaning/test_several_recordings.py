@@ -1,4 +1,4 @@
-"""Recordings of other days at other amplitudes, together; and of a controller at work, whose commands follow the samples."""
+"""Recordings of several days and amplitudes together, and of a controller at work."""
 
 import json
 from pathlib import Path
@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 from support.hidden_physics import INTECO
 
-from pendulum_bridge.studies import trials
-from pendulum_sysid.cleaning.clean import cleaned
+from pendulum_bridge import trials
+from pendulum_sysid.cleaning.clean import clean_recording
 from pendulum_sysid.pipeline import diagnose
 from pendulum_sysid.reading.bag import COMMAND_TOPIC, STATE_TOPIC, read_bag
 from pendulum_sysid.records import Recording
@@ -32,7 +32,7 @@ def recorded(
     ]
     assert trials.main([*arguments, *more]) == 0
     (trial,) = sorted(folder.glob("trial_*"))
-    return cleaned(read_bag(trial / "bag", STATE_TOPIC, COMMAND_TOPIC)), json.loads(
+    return clean_recording(read_bag(trial / "bag", STATE_TOPIC, COMMAND_TOPIC)), json.loads(
         (trial / "seal.json").read_text()
     )
 
@@ -50,7 +50,7 @@ def test_a_controller_at_work(tmp_path: Path) -> None:
     )
     found = diagnose(
         [recording], load_twin(tmp_path / "trial_0000" / "twin.yaml"), lambda line: None
-    ).verdict
+    ).to_dict()
     assert {one["effect"] for one in found["missing_physics"]} == set(seal["effects"])
     for one in found["missing_physics"]:
         for name, true in seal["effects"][one["effect"]].items():
@@ -58,14 +58,14 @@ def test_a_controller_at_work(tmp_path: Path) -> None:
 
 
 def test_recordings_of_one_rig_together(tmp_path: Path) -> None:
-    """The same rig (one seed), by the standard plan and by a controller; a drift begins anew with each recording."""
+    """One rig (one seed), by the standard plan and by a controller; a drift begins anew."""
     effects = "gain_drift+cart_quadratic_drag"
     one, seal = recorded(tmp_path / "plan", effects, 45, 6)
     other, again = recorded(tmp_path / "controller", effects, 45, 6, "--closed-loop")
     assert seal == again
     found = diagnose(
         [one, other], load_twin(tmp_path / "plan" / "trial_0000" / "twin.yaml"), lambda line: None
-    ).verdict
+    ).to_dict()
     assert {each["effect"] for each in found["missing_physics"]} == set(seal["effects"])
     assert found["recording"]["samples"] == len(one.signals) + len(other.signals)
     assert INTECO.rig.cart_mass_kg == seal["rig"]["cart_mass_kg"]

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from scipy.signal import savgol_filter
 
-from pendulum_sysid.cleaning.smoothing import HALF_LENGTHS, ORDER, derivative, smooth
-from pendulum_sysid.fitting.windows import smooth_state
+from pendulum_sysid.cleaning.smooth_state import smooth_state
+from pendulum_sysid.cleaning.smoothing import DEGREE, HALF_LENGTHS, differentiate, smooth
 from pendulum_twin.arrays import Floats
 from pendulum_twin.signals import Signals
 
@@ -18,31 +19,33 @@ def motion(size: float) -> Floats:
     return size * (np.sin(4.4 * T) + 0.25 * np.sin(12 * T + 0.3))
 
 
-@pytest.mark.parametrize("order", range(ORDER + 1))
+@pytest.mark.parametrize("order", range(DEGREE + 1))
 def test_a_polynomial_comes_back_with_its_rates(order: int) -> None:
     p = np.polynomial.Polynomial(
         np.random.default_rng(order).normal(size=order + 1), domain=[0.0, 20.0]
     )
-    found = smooth(p(T), EVERY, WHOLE, PERIOD_S)
-    assert np.allclose(found.value, p(T), rtol=0, atol=1e-11)
-    assert np.allclose(found.rate, p.deriv()(T), rtol=0, atol=1e-10)
-    assert np.allclose(derivative(p(T), WHOLE, PERIOD_S, 10, 2), p.deriv(2)(T), rtol=0, atol=1e-7)
+    smoothed = smooth(p(T), EVERY, WHOLE, PERIOD_S)
+    assert np.allclose(smoothed.value, p(T), rtol=0, atol=1e-11)
+    assert np.allclose(smoothed.rate, p.deriv()(T), rtol=0, atol=1e-10)
+    assert np.allclose(
+        differentiate(p(T), WHOLE, PERIOD_S, 10, 2), p.deriv(2)(T), rtol=0, atol=1e-7
+    )
 
 
 @pytest.mark.parametrize("deviation", [1e-4, 1e-3, 1e-2])
 def test_gaussian_noise_is_measured(deviation: float) -> None:
     noise = np.random.default_rng(1).normal(0.0, deviation, N)
-    found = smooth(motion(0.2) + noise, EVERY, WHOLE, PERIOD_S)
-    assert found.noise == pytest.approx(deviation, rel=0.2)
-    assert np.std(found.value - motion(0.2)) == pytest.approx(found.value_noise, rel=0.5)
+    smoothed = smooth(motion(0.2) + noise, EVERY, WHOLE, PERIOD_S)
+    assert smoothed.noise == pytest.approx(deviation, rel=0.2)
+    assert np.std(smoothed.value - motion(0.2)) == pytest.approx(smoothed.value_noise, rel=0.5)
 
 
 @pytest.mark.parametrize(
     ("step", "size"), [(57e-6, 0.03), (1.5e-3, 0.2), (1.5e-3, 1.0), (5e-3, 1.0)]
 )
 def test_an_encoder_s_rounding_is_measured(step: float, size: float) -> None:
-    found = smooth(np.round(motion(size) / step) * step, EVERY, WHOLE, PERIOD_S)
-    assert found.noise == pytest.approx(step / np.sqrt(12), rel=0.2)
+    smoothed = smooth(np.round(motion(size) / step) * step, EVERY, WHOLE, PERIOD_S)
+    assert smoothed.noise == pytest.approx(step / np.sqrt(12), rel=0.2)
 
 
 def test_where_nothing_rests_the_noise_is_over_not_underestimated() -> None:
@@ -54,18 +57,30 @@ def test_nothing_is_smoothed_across_a_break() -> None:
     middle = N // 2
     values = motion(0.2)
     values[middle:] += 5.0
-    parts = (slice(0, middle), slice(middle, N))
-    found = smooth(values, EVERY, parts, PERIOD_S)
-    alone = smooth(values[:middle], EVERY[:middle], WHOLE[:1], PERIOD_S)
-    assert np.abs(found.value - values).max() < 1e-6
-    assert np.allclose(found.rate[:middle], alone.rate, rtol=0, atol=1e-9)
-    assert (
-        np.abs(smooth(values, EVERY, WHOLE, PERIOD_S).value - values).max() > 0.5
-    )  # what a break not told does
+    stretches = (slice(0, middle), slice(middle, N))
+    smoothed = smooth(values, EVERY, stretches, PERIOD_S)
+    alone = smooth(values[:middle], EVERY[:middle], (slice(0, middle),), PERIOD_S)
+    assert np.abs(smoothed.value - values).max() < 1e-6
+    assert np.allclose(smoothed.rate[:middle], alone.rate, rtol=0, atol=1e-9)
+    unbroken = smooth(values, EVERY, WHOLE, PERIOD_S)
+    assert np.abs(unbroken.value - values).max() > 0.5
+
+
+@pytest.mark.parametrize("order", [0, 1, 2])
+@pytest.mark.parametrize("lengths", [(2000,), (21, 22, 300, 1657)])
+def test_every_stretch_is_smoothed_as_scipy_does(lengths: tuple[int, ...], order: int) -> None:
+    values = motion(0.2) + np.random.default_rng(4).normal(0.0, 1e-3, N)
+    ends = np.cumsum(lengths)
+    stretches = tuple(slice(b - n, b) for b, n in zip(ends.tolist(), lengths, strict=True))
+    expected = np.concatenate(
+        [savgol_filter(values[s], 21, DEGREE, order, PERIOD_S) for s in stretches]
+    )
+    smoothed = differentiate(values, stretches, PERIOD_S, 10, order)
+    assert np.allclose(smoothed, expected, rtol=1e-9, atol=1e-9)
 
 
 def test_rougher_motion_is_smoothed_over_shorter_lengths() -> None:
-    """The length follows from the data: noise left in the value is less where the motion is slow."""
+    """The length follows from the data: less noise is left where the motion is slow."""
     noise = np.random.default_rng(2).normal(0.0, 1e-3, N)
     slow, fast = (smooth(np.sin(rate * T) + noise, EVERY, WHOLE, PERIOD_S) for rate in (1.0, 30.0))
     assert slow.value_noise < 0.6 * fast.value_noise
@@ -74,11 +89,11 @@ def test_rougher_motion_is_smoothed_over_shorter_lengths() -> None:
 @pytest.mark.parametrize("length", [1, 2, 5, 8, 2 * HALF_LENGTHS[0] + 2])
 def test_a_short_stretch_is_smoothed_as_far_as_it_reaches(length: int) -> None:
     values = 1.0 + 2.0 * T[:length]
-    found = smooth(values, EVERY[:length], (slice(0, length),), PERIOD_S)
-    assert np.allclose(found.value, values, rtol=0, atol=1e-9)
+    smoothed = smooth(values, EVERY[:length], (slice(0, length),), PERIOD_S)
+    assert np.allclose(smoothed.value, values, rtol=0, atol=1e-9)
     assert np.all(
-        np.isfinite([found.rate, derivative(values, (slice(0, length),), PERIOD_S, 10, 2)])
-    ) and np.isfinite(found.noise)
+        np.isfinite([smoothed.rate, differentiate(values, (slice(0, length),), PERIOD_S, 10, 2)])
+    ) and np.isfinite(smoothed.noise)
 
 
 def test_placeholders_say_nothing_of_the_noise() -> None:
@@ -92,6 +107,8 @@ def test_placeholders_say_nothing_of_the_noise() -> None:
 
 
 def test_a_joint_that_is_not_there_stays_at_zero() -> None:
-    found = smooth_state(Signals(PERIOD_S, np.zeros(N), None, motion(1.0) + np.pi, EVERY, EVERY))
-    assert found.noise.cart_m is None and found.noise.pole_rad is not None
-    assert not np.any(found.states[:, [0, 2]]) and np.any(found.states[:, 3])
+    smoothed = smooth_state(
+        Signals(PERIOD_S, np.zeros(N), None, motion(1.0) + np.pi, EVERY, EVERY)
+    )
+    assert smoothed.noise.cart_m is None and smoothed.noise.pole_rad is not None
+    assert not np.any(smoothed.states[:, [0, 2]]) and np.any(smoothed.states[:, 3])

@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.hidden_physics import CART_STEP_M, INTECO, POLE_STEP_RAD, excitation, hidden
+from support.hidden_physics import CART_STEP_M, INTECO, POLE_STEP_RAD, make_command, record_hidden
 from support.made_recordings import PERIOD_S, made, without_joint
 
-from pendulum_sysid.cleaning.stale_start import without_unanswered
+from pendulum_sysid.cleaning.smooth_state import smooth_state
+from pendulum_sysid.cleaning.stale_start import leave_out_stale_start
 from pendulum_sysid.pipeline import diagnose
 from pendulum_sysid.records import Recording
 from pendulum_twin.arrays import Floats
@@ -21,10 +22,10 @@ COULOMB = {"cart_coulomb_friction": {"level_n": 0.5}}
 def dead_at_first(
     effects: dict, dead_s: float, speed_m_s: float, seed: int, seconds: float = 20.0
 ) -> Recording:
-    """Return a recording whose drive does nothing for a while, though commands are sent and recorded."""
-    _, truth = hidden(effects, seed, 10.0)
+    """Make a recording whose drive does nothing for a while, though commands are sent."""
+    _, truth = record_hidden(effects, seed, 10.0)
     n, dead = round(seconds / PERIOD_S), round(dead_s / PERIOD_S)
-    sent = excitation(seed, n)
+    sent = make_command(seed, n)
     sent[:100] = 0.3 * np.sin(2 * np.pi * 1.1 * PERIOD_S * np.arange(100) + 0.7)
     driven = np.where(np.arange(n) < dead, 0.0, sent)
     every, zero = np.ones(n, dtype=bool), np.zeros(1, dtype=np.int64)
@@ -44,7 +45,7 @@ def dead_at_first(
 def stale_s(recording: Recording) -> list[tuple[float, float]]:
     return [
         interval
-        for one in without_unanswered(recording).findings
+        for one in leave_out_stale_start(recording, smooth_state(recording.signals)).findings
         if one.kind == "stale"
         for interval in one.intervals_s
     ]
@@ -71,7 +72,7 @@ def test_a_dead_start_is_found_though_the_command_is_weak_where_it_ends(dead_s: 
 
 def test_what_is_found_is_left_out_and_nothing_else() -> None:
     recording = dead_at_first({}, 0.5, 0.25, 1)
-    cleaned = without_unanswered(recording).signals
+    cleaned = leave_out_stale_start(recording, smooth_state(recording.signals)).signals
     end = round(stale_s(recording)[0][1] / PERIOD_S)
     assert cleaned.stretch_begins == (0, end)
     assert not cleaned.cart_valid[:end].any() and not cleaned.pole_valid[:end].any()
@@ -91,7 +92,7 @@ def cut_off(recording: Recording, samples: int) -> Recording:
 def test_the_verdict_is_that_without_it() -> None:
     recording = dead_at_first(COULOMB, 0.6, 0.25, 1, seconds=30.0)
     dead, clean = (
-        diagnose([one], INTECO, lambda line: None).verdict
+        diagnose([one], INTECO, lambda line: None).to_dict()
         for one in (recording, cut_off(recording, round(0.6 / PERIOD_S)))
     )
     for one in (dead, clean):
@@ -122,7 +123,7 @@ SLOW = {
 
 @pytest.mark.parametrize("effects", SLOW.values(), ids=SLOW)
 def test_a_slow_answer_is_an_answer(effects: dict) -> None:
-    assert [stale_s(hidden(effects, seed, 20.0)[0]) for seed in range(10)] == [[]] * 10
+    assert [stale_s(record_hidden(effects, seed, 20.0)[0]) for seed in range(10)] == [[]] * 10
 
 
 @pytest.mark.parametrize("name", SLOW)
@@ -139,7 +140,7 @@ def test_a_pole_alone_and_a_run_without_command_are_left_as_they_are() -> None:
         recording, signals=replace(recording.signals, command=np.zeros(len(recording.signals)))
     )
     for one in (without_joint(recording, "cart"), silent):
-        assert without_unanswered(one) is one
+        assert leave_out_stale_start(one, smooth_state(one.signals)) is one
 
 
 def test_every_stretch_is_asked() -> None:
@@ -169,4 +170,7 @@ def test_a_stretch_that_ends_early_may_be_left_out_as_a_whole() -> None:
     broken = replace(recording, signals=recording.signals.break_at([round(2.0 / PERIOD_S)]))
     ((begin, end),) = stale_s(broken)
     assert begin == 0.0 and end == pytest.approx(2.0, abs=0.06)
-    assert stale_s(replace(broken, signals=hidden({}, 1, 20.0)[0].signals.break_at([200]))) == []
+    assert (
+        stale_s(replace(broken, signals=record_hidden({}, 1, 20.0)[0].signals.break_at([200])))
+        == []
+    )

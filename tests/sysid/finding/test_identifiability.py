@@ -1,24 +1,30 @@
-"""Ties from sensitivities: what is far apart, what is tied, and that the distance is the one that a refit finds."""
+"""Ties from sensitivities: what is far apart, what is tied, and how far a refit finds it."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.hidden_physics import HIDDEN, hidden
-from support.tied_recordings import INTECO, fitted, gentle, hidden_twin, recorded
+from support.hidden_physics import HIDDEN, record_hidden
+from support.tied_recordings import (
+    INTECO,
+    fit_recordings,
+    make_gentle_sweep,
+    make_hidden_twin,
+    record_twin,
+)
 
-from pendulum_sysid.finding import judge
-from pendulum_sysid.finding.hypotheses import Shape, possible
-from pendulum_sysid.finding.identifiability import question, ties
-from pendulum_sysid.finding.rivals import refitted, screened
-from pendulum_sysid.finding.separation import APART, SURE, WORTH, Columns, rest
+from pendulum_sysid import decisions
+from pendulum_sysid.finding.exchange import refit_tie, screen_effects
+from pendulum_sysid.finding.hypotheses import Shape, list_possible_effects
+from pendulum_sysid.finding.identifiability import find_ties, make_question
+from pendulum_sysid.finding.separation import Columns, compute_rest
 from pendulum_sysid.fitting.fit import fit
-from pendulum_sysid.fitting.parameters import free_parameters
+from pendulum_sysid.fitting.parameters import list_free_parameters
 from pendulum_twin.effects import BY_NAME, CATALOGUE
 from pendulum_twin.parameter_vector import SIZE
 
-DELAY = hidden_twin({"input_delay": {"delay_s": 0.01}})
-SLOW = gentle(8, 0.05)
+DELAY = make_hidden_twin({"input_delay": {"delay_s": 0.01}})
+SLOW = make_gentle_sweep(8, 0.05)
 
 
 @pytest.mark.parametrize(
@@ -26,112 +32,125 @@ SLOW = gentle(8, 0.05)
     ["input_dead_zone", "motor_lag", "cart_coulomb_friction", "rail_tilt", "pole_quadratic_drag"],
 )
 def test_a_rich_recording_ties_nothing(name: str) -> None:
-    recording, truth = hidden({name: HIDDEN[name]}, seed=1, seconds=20.0)
-    found = ties(*fitted([recording], truth))
-    assert found == ()
+    recording, truth = record_hidden({name: HIDDEN[name]}, seed=1, seconds=20.0)
+    ties = find_ties(*fit_recordings([recording], truth))
+    assert ties == ()
 
 
 def test_a_slow_recording_ties_delay_and_lag_in_both_directions() -> None:
     for effects in (DELAY.effects, {"motor_lag": {"time_constant_s": 0.01}}):
-        truth = hidden_twin(dict(effects))
+        truth = make_hidden_twin(dict(effects))
         (name,) = effects
         near = {
             tie.rival: tie
-            for tie in ties(*fitted([recorded(truth, SLOW)], truth))
+            for tie in find_ties(*fit_recordings([record_twin(truth, SLOW)], truth))
             if not tie.by_no_motion
         }
         assert set(near) == {"input_delay", "motor_lag"} - {name}
-        assert all(0 <= tie.distance < APART for tie in near.values())
+        assert all(0 <= tie.distance < decisions.APART_STANDARD_ERRORS for tie in near.values())
 
 
 def test_the_distance_is_what_a_fit_of_the_rival_loses() -> None:
-    """Twice the loss of log likelihood has the square of the distance as its mean, and 2 * distance as its deviation."""
-    truth = hidden_twin({"input_delay": {"delay_s": 0.02}})
-    case, parts, best = fitted([recorded(truth, gentle(12, 0.1))], truth)
-    asked = question(case, parts, best, "input_delay")
-    (tie,) = (refitted(asked, one) for one in screened(asked, [BY_NAME["motor_lag"]]) if one.rival)
-    rival = fit(case, parts, ("motor_lag",), tie.theta, 1)
-    lost = (parts.train.samples * len(parts.train)) * np.sum(np.log(rival.power / best.power))
-    share = len(parts.train) / (len(parts.train) + len(parts.choose))
-    assert tie.distance > APART
+    """Twice the loss of log likelihood has the square of the distance as its mean."""
+    truth = make_hidden_twin({"input_delay": {"delay_s": 0.02}})
+    case, split, best = fit_recordings([record_twin(truth, make_gentle_sweep(12, 0.1))], truth)
+    question = make_question(case, split, best, "input_delay")
+    (tie,) = (
+        refit_tie(question, tie)
+        for tie in screen_effects(question, [BY_NAME["motor_lag"]])
+        if tie.rival
+    )
+    rival = fit(case, split, ("motor_lag",), tie.theta, 1)
+    lost = (split.train.samples * len(split.train)) * np.sum(np.log(rival.power / best.power))
+    share = len(split.train) / (len(split.train) + len(split.choose))
+    assert tie.distance > decisions.APART_STANDARD_ERRORS
     assert np.sqrt(lost) == pytest.approx(np.sqrt(share) * tie.distance, rel=0.25)
 
 
-def test_a_tie_s_words_are_where_a_fit_of_the_rival_ends() -> None:
-    case, parts, best = fitted([recorded(DELAY, SLOW)], DELAY)
-    (tie,) = (one for one in ties(case, parts, best) if one.rival == "motor_lag")
-    there = fit(case, parts, ("motor_lag",), tie.theta, 1)
+def test_a_tie_s_theta_is_where_a_fit_of_the_rival_ends() -> None:
+    case, split, best = fit_recordings([record_twin(DELAY, SLOW)], DELAY)
+    (tie,) = (tie for tie in find_ties(case, split, best) if tie.rival == "motor_lag")
+    there = fit(case, split, ("motor_lag",), tie.theta, 1)
     for name in ("cart_viscous_n_s_m", "force_per_pwm_n", "motor_lag.time_constant_s"):
-        one = there.estimates[name]
+        estimate = there.estimates[name]
         free = next(
-            f for f in free_parameters(case.twin, ("motor_lag",), case.scales) if f.name == name
+            f
+            for f in list_free_parameters(case.twin, ("motor_lag",), case.scales)
+            if f.name == name
         )
-        assert abs(free.get(tie.theta) - one.value) < one.high - one.low
+        assert abs(free.get(tie.theta) - estimate.value) < estimate.high - estimate.low
 
 
 def test_dry_friction_that_differs_by_direction_is_a_tilt_where_the_cart_never_rests() -> None:
     """A large step of either is no sum of small ones: from afar the two seem far apart."""
-    truth = hidden_twin(
+    truth = make_hidden_twin(
         {"cart_coulomb_friction": {"level_n": 0.3}, "rail_tilt": {"angle_rad": 0.005}}
     )
-    case, parts, best = fitted([recorded(truth, gentle(12, 0.12))], truth)
-    near = {(one.effect, one.rival): one.distance for one in ties(case, parts, best)}
-    assert near[("rail_tilt", "cart_friction_asymmetry")] < APART
+    case, split, best = fit_recordings([record_twin(truth, make_gentle_sweep(12, 0.12))], truth)
+    near = {(tie.effect, tie.rival): tie.distance for tie in find_ties(case, split, best)}
+    assert near[("rail_tilt", "cart_friction_asymmetry")] < decisions.APART_STANDARD_ERRORS
 
 
 def test_what_no_motion_parts_stands_beside_what_is_named() -> None:
-    case, parts, best = fitted([recorded(DELAY, SLOW)], DELAY)
-    never = [tie for tie in ties(case, parts, best) if tie.by_no_motion]
+    case, split, best = fit_recordings([record_twin(DELAY, SLOW)], DELAY)
+    never = [tie for tie in find_ties(case, split, best) if tie.by_no_motion]
     assert [(tie.effect, tie.rival, tie.distance) for tie in never] == [
         ("input_delay", "sensor_delay", 0.0)
     ]
 
 
 def test_an_effect_that_contains_the_named_one_is_no_rival_but_what_it_contains_is() -> None:
-    truth = hidden_twin({"cart_coulomb_friction": {"level_n": 0.3}})
-    asked = question(*fitted([recorded(truth, SLOW)], truth), "cart_coulomb_friction")
-    rivals = {one.rival for one in screened(asked, possible(INTECO.rig))}
+    truth = make_hidden_twin({"cart_coulomb_friction": {"level_n": 0.3}})
+    question = make_question(
+        *fit_recordings([record_twin(truth, SLOW)], truth), "cart_coulomb_friction"
+    )
+    rivals = {tie.rival for tie in screen_effects(question, list_possible_effects(INTECO.rig))}
     assert "rail_tilt" in rivals
     assert {
         "cart_stribeck_friction",
         "cart_saturating_friction",
         "cart_coulomb_friction",
     }.isdisjoint(rivals)
-    hardly = hidden_twin(
+    hardly = make_hidden_twin(
         {"cart_stribeck_friction": {"level_n": 0.3, "static_n": 2e-4, "velocity_m_s": 0.02}}
     )
-    near = {one.rival for one in ties(*fitted([recorded(hardly, SLOW)], hardly))}
+    near = {tie.rival for tie in find_ties(*fit_recordings([record_twin(hardly, SLOW)], hardly))}
     assert "cart_coulomb_friction" in near
 
 
 def test_an_effect_that_is_not_there_is_tied_to_the_rig_s_constants() -> None:
-    """Nothing is asked of its rivals then: anything could take its place."""
-    recording, truth = hidden({}, seed=1, seconds=20.0)
-    held = replace(truth, effects={"cart_quadratic_drag": {"n_s2_m2": 0.01}})
-    (tie,) = ties(*fitted([recording], held))
-    assert (tie.effect, tie.rival) == ("cart_quadratic_drag", None) and tie.distance < APART
+    """Nothing is question of its rivals then: anything could take its place."""
+    recording, truth = record_hidden({}, seed=1, seconds=20.0)
+    given = replace(truth, effects={"cart_quadratic_drag": {"n_s2_m2": 0.01}})
+    (tie,) = find_ties(*fit_recordings([recording], given))
+    assert (tie.effect, tie.rival) == (
+        "cart_quadratic_drag",
+        None,
+    ) and tie.distance < decisions.APART_STANDARD_ERRORS
 
 
 def test_rivals_of_the_scores_are_tied_only_where_a_fit_does_not_part_them_clearly() -> None:
     also = {"input_delay": ("motor_lag",)}
-    truth = hidden_twin({"input_delay": {"delay_s": 0.015}})
-    case, parts, best = fitted([recorded(truth, SLOW)], truth)
-    assert [one.rival for one in ties(case, parts, best) if not one.by_no_motion] == []
-    (tie,) = (one for one in ties(case, parts, best, also) if not one.by_no_motion)
-    assert tie.rival == "motor_lag" and tie.distance > APART
-    recording, truth = hidden({"input_delay": HIDDEN["input_delay"]}, seed=1, seconds=12.0)
+    truth = make_hidden_twin({"input_delay": {"delay_s": 0.015}})
+    case, split, best = fit_recordings([record_twin(truth, SLOW)], truth)
+    assert [tie.rival for tie in find_ties(case, split, best) if not tie.by_no_motion] == []
+    (tie,) = (tie for tie in find_ties(case, split, best, also) if not tie.by_no_motion)
+    assert tie.rival == "motor_lag" and tie.distance > decisions.APART_STANDARD_ERRORS
+    recording, truth = record_hidden({"input_delay": HIDDEN["input_delay"]}, seed=1, seconds=12.0)
     assert [
-        one.rival for one in ties(*fitted([recording], truth), also) if not one.by_no_motion
+        tie.rival
+        for tie in find_ties(*fit_recordings([recording], truth), also)
+        if not tie.by_no_motion
     ] == []
 
 
 def test_effects_that_the_given_twin_holds_are_not_asked_about() -> None:
-    case, parts, best = fitted([recorded(DELAY, SLOW)], DELAY)
-    assert ties(replace(case, twin=DELAY), parts, best) == ()
+    case, split, best = fit_recordings([record_twin(DELAY, SLOW)], DELAY)
+    assert find_ties(replace(case, twin=DELAY), split, best) == ()
 
 
 def columns_of(vectors: np.ndarray, one_way: bool, on_or_off: bool) -> Columns:
-    """Return columns of one shape (the first vector), the second the target, no free parameters."""
+    """Return columns of a shape (the first vector) and a target (the second), nothing free."""
     effect = BY_NAME["input_sign_inverted" if on_or_off else "rail_tilt"]
     nothing = np.zeros(SIZE)
     shape = Shape(effect, nothing, nothing[None], (one_way,), np.empty((0, SIZE)), ())
@@ -140,19 +159,22 @@ def columns_of(vectors: np.ndarray, one_way: bool, on_or_off: bool) -> Columns:
 
 def test_what_a_rival_takes_is_a_projection_and_keeps_its_sign() -> None:
     along, across = np.array([3.0, 0.0]), np.array([-3.0, 4.0])
-    asked = np.array([0.0, 1.0])
+    question = np.array([0.0, 1.0])
     vectors = np.array([along, across])
-    assert rest(columns_of(vectors, False, False), asked, 0).distance == pytest.approx(4.0)
-    assert rest(columns_of(vectors, True, False), asked, 0).distance == pytest.approx(
+    assert compute_rest(columns_of(vectors, False, False), question, 0).distance == pytest.approx(
+        4.0
+    )
+    assert compute_rest(columns_of(vectors, True, False), question, 0).distance == pytest.approx(
         5.0
     )  # it cannot turn round
-    assert rest(columns_of(vectors, True, True), asked, 0).distance == pytest.approx(
+    assert compute_rest(columns_of(vectors, True, True), question, 0).distance == pytest.approx(
         np.hypot(6.0, 4.0)
     )  # all or nothing
 
 
-def test_the_lead_asked_for_is_the_one_that_decides() -> None:
-    assert (SURE, WORTH) == (judge.SURE, judge.WORTH)
+def test_twins_that_lie_apart_are_ahead_by_the_lead_that_is_asked_for() -> None:
+    """Of two twins d apart, the right one is ahead by d/2 standard errors in the mean."""
+    assert decisions.APART_STANDARD_ERRORS == 2 * decisions.LEAD_STANDARD_ERRORS
 
 
 def test_what_shows_as_something_else_does_so_within_the_catalogue() -> None:
@@ -160,5 +182,8 @@ def test_what_shows_as_something_else_does_so_within_the_catalogue() -> None:
 
 
 def test_nothing_tied_without_effects() -> None:
-    assert ties(*fitted([recorded(hidden_twin({}), SLOW)], hidden_twin({}))) == ()
+    assert (
+        find_ties(*fit_recordings([record_twin(make_hidden_twin({}), SLOW)], make_hidden_twin({})))
+        == ()
+    )
     assert INTECO.effects == {}

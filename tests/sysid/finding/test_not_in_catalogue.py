@@ -1,25 +1,31 @@
-"""Physics that the catalogue does not hold, on the independent engine: located, measured, and never the nearest name."""
+"""Physics beyond the catalogue, on the independent engine: located, measured, never misnamed."""
 
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 
 import numpy as np
 import pytest
-from support.hidden_physics import hidden
+from support.hidden_physics import record_hidden
 from support.made_recordings import INTECO
 
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.emulator.sensors import Encoders
-from pendulum_bridge.emulator.session import play_plan
+from pendulum_bridge.emulator.session import play
+from pendulum_sysid.finding.journal import Search
 from pendulum_sysid.finding.localisation.localise import localise
-from pendulum_sysid.finding.localisation.shape_check import misfit_of_named, outweighed, remainders
-from pendulum_sysid.finding.search import Search, parameters_alone
-from pendulum_sysid.fitting.case import Case, case_of
+from pendulum_sysid.finding.localisation.shape_check import (
+    find_misfits,
+    is_outweighed,
+    measure_remainders,
+)
+from pendulum_sysid.finding.signs import fit_parameters_alone
+from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import fit
-from pendulum_sysid.fitting.split import split
+from pendulum_sysid.fitting.split import split_windows
 from pendulum_sysid.fitting.window_runs import run_windows
-from pendulum_sysid.fitting.windows import WINDOW_S, cut
+from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
+from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.records import Fit, Localisation, Recording
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
@@ -35,16 +41,13 @@ RIG = replace(
 )
 
 
-@cache
-def recorded(
-    effects: tuple, unlisted: tuple, pole_counts: int = 1024, seconds: float = 40.0
-) -> Recording:
-    """Return what an emulated rig shows, its constants wrong as well; effects: (name, ((parameter, value), ...)), ..."""
-    concealed = Concealed({n: dict(v) for n, v in effects}, RIG, {n: dict(v) for n, v in unlisted})
-    log = play_plan(
-        EmulatedRig(concealed, encoders=Encoders(pole_counts=pole_counts)),
-        make_standard_plan(seconds=seconds, seed=3),
-    )
+Sizes = dict[str, dict[str, float]]  # effect -> parameter -> value
+
+
+def record_rig(effects: Sizes, unlisted: Sizes) -> Recording:
+    """Return what an emulated rig shows, 40 s, its constants wrong as well."""
+    rig = EmulatedRig(Concealed(effects, RIG, unlisted), encoders=Encoders(pole_counts=1024))
+    log = play(rig, make_standard_plan(seconds=40.0, seed=3))
     every = np.ones(len(log.stamps_ns), dtype=bool)
     assert log.commands is not None
     signals = Signals(0.01, log.commands, log.positions[:, 0], log.positions[:, 1], every, every)
@@ -52,43 +55,50 @@ def recorded(
 
 
 @dataclass(frozen=True)
-class Asked:
-    """Hold a case, its twin with constants refitted alone, and with a name given to what is missing."""
+class Diagnosed:
+    """Hold a case, the fit of constants alone, and the fit with names given to what is missing."""
 
     case: Case
     base: Fit
     named: Fit
 
-    @property
+    @cached_property
     def location(self) -> Localisation:
         twin = replace(self.case, twin=self.base.twin)
-        runs = run_windows(twin, cut(self.case.signals, self.case.state, WINDOW_S))
+        runs = run_windows(twin, cut_windows(self.case.signals, self.case.state, WINDOW_S))
         return localise(self.case, self.base.theta, runs)
 
-    @property
+    @cached_property
     def doubted(self) -> set[str]:
-        """Return the names whose shape is wrong; the word for all of them when what remains outweighs what they explain."""
+        """Return the names whose shape is wrong; "all" where more remains than they explain."""
         names = tuple(n for n in self.named.effects if n not in self.base.effects)
-        rest = remainders(self.case, self.named, self.base)
-        found = {one.effect for one in misfit_of_named(self.case, self.named.theta, rest, names)}
-        return found | ({"all"} if outweighed(rest) else set())
+        remainders = measure_remainders(self.case, self.named, self.base)
+        misfits = find_misfits(self.case, self.named.theta, remainders, names)
+        everything = {"all"} if is_outweighed(remainders) else set()
+        return {misfit.effect for misfit in misfits} | everything
 
 
-def asked(recording: Recording, names: dict[str, dict[str, float]]) -> Asked:
-    """Return a recording's case, fitted with parameters alone and with effects, from these sizes on."""
-    case = case_of(recording, INTECO)
-    parts = split(case.signals, case.state)
-    base = parameters_alone(Search(case, parts, lambda line: None))
+def diagnose_as(recording: Recording, names: Sizes) -> Diagnosed:
+    """Return a recording fitted with parameters alone, and with effects, from these sizes on."""
+    case = prepare_case([recording], INTECO)
+    split = split_windows(case.signals, case.state)
+    base = fit_parameters_alone(Search(case, split))
     theta = base.theta.copy()
     given = make_theta(Twin("named", INTECO.rig, names))
-    without = make_theta(Twin("named", INTECO.rig, {}))
-    theta[given != without] = given[given != without]
-    return Asked(case, base, fit(case, parts, (*base.effects, *names), theta, base.parts))
+    neutral = make_theta(Twin("named", INTECO.rig, {}))
+    theta[given != neutral] = given[given != neutral]
+    return Diagnosed(case, base, fit(case, split, (*base.effects, *names), theta, base.parts))
 
 
 @dataclass(frozen=True)
 class Unlisted:
-    """Hold unlisted physics: sizes, place, the variables that evidence must hold, and the name nearest to it."""
+    """Hold unlisted physics.
+
+    sizes: by parameter.
+    place: where it acts.
+    variables: of which the evidence must hold one.
+    nearest: the effect of the catalogue that comes nearest.
+    """
 
     sizes: dict[str, float]
     place: str
@@ -98,16 +108,28 @@ class Unlisted:
 
 UNLISTED = {
     "warming_friction": Unlisted(
-        {"n_per_s": 0.02}, "cart", {"cart_velocity*time"}, {"cart_coulomb_friction": {"level_n": 0.4}}
+        {"n_per_s": 0.02},
+        "cart",
+        {"cart_velocity*time"},
+        {"cart_coulomb_friction": {"level_n": 0.4}},
     ),
     "half_rail_friction": Unlisted(
-        {"level_n": 0.7, "from_m": 0.0}, "cart", {"cart_velocity*cart_position"}, {"cart_coulomb_friction": {"level_n": 0.3}}
+        {"level_n": 0.7, "from_m": 0.0},
+        "cart",
+        {"cart_velocity*cart_position"},
+        {"cart_coulomb_friction": {"level_n": 0.3}},
     ),
     "drag_chain": Unlisted(
-        {"n_per_m3": 20.0}, "cart", {"cart_position"}, {"rail_spring": {"n_per_m": 3.0, "centre_m": 0.01}}
+        {"n_per_m3": 20.0},
+        "cart",
+        {"cart_position"},
+        {"rail_spring": {"n_per_m": 3.0, "centre_m": 0.01}},
     ),
     "hanging_cable": Unlisted(
-        {"n_s_per_m2": 3.0}, "cart", {"cart_velocity*cart_position"}, {"cart_quadratic_drag": {"n_s2_m2": 0.2}}
+        {"n_s_per_m2": 3.0},
+        "cart",
+        {"cart_velocity*cart_position"},
+        {"cart_quadratic_drag": {"n_s2_m2": 0.2}},
     ),
     "table_vibration": Unlisted(
         {"amplitude_n": 0.5, "frequency_hz": 5.3, "phase_rad": 0.4},
@@ -119,46 +141,59 @@ UNLISTED = {
         {"per_m": 0.7}, "drive", {"command*cart_position"}, {"gain_asymmetry": {"ratio": 0.05}}
     ),
     "gain_falling_with_speed": Unlisted(
-        {"s_per_m": 0.3}, "drive", {"command*cart_velocity"}, {"cart_quadratic_drag": {"n_s2_m2": 0.5}}
+        {"s_per_m": 0.3},
+        "drive",
+        {"command*cart_velocity"},
+        {"cart_quadratic_drag": {"n_s2_m2": 0.5}},
     ),
-    "soft_amplifier": Unlisted({"share": 0.35}, "command", {"command"}, {"input_saturation": {"limit": 0.35}}),
+    "soft_amplifier": Unlisted(
+        {"share": 0.35}, "command", {"command"}, {"input_saturation": {"limit": 0.35}}
+    ),
     "bearing_notch": Unlisted(
-        {"torque_n_m": 0.01, "phase_rad": 0.5}, "pole", {"pole_angle"}, {"pole_spring": {"n_m_per_rad": 0.001}}
+        {"torque_n_m": 0.01, "phase_rad": 0.5},
+        "pole",
+        {"pole_angle"},
+        {"pole_spring": {"n_m_per_rad": 0.001}},
     ),
     "stirred_air": Unlisted(
-        {"n_s2": 0.0015}, "pole", {"pole_rate*cart_velocity"}, {"pole_quadratic_drag": {"n_m_s2": 2e-5}}
+        {"n_s2": 0.0015},
+        "pole",
+        {"pole_rate*cart_velocity"},
+        {"pole_quadratic_drag": {"n_m_s2": 2e-5}},
     ),
     "encoder_eccentricity": Unlisted(
-        {"amplitude_rad": 0.07, "phase_rad": 0.5}, "sensor", {"pole_angle"}, {"angle_offset": {"angle_rad": 0.02}}
+        {"amplitude_rad": 0.07, "phase_rad": 0.5},
+        "sensor",
+        {"pole_angle"},
+        {"angle_offset": {"angle_rad": 0.02}},
     ),
     "clock_wander": Unlisted(
-        {"ratio": 0.08, "period_s": 12.0, "phase_rad": 0.0}, "clock", {"time"}, {"gain_drift": {"per_s": 0.001}}
+        {"ratio": 0.08, "period_s": 12.0, "phase_rad": 0.0},
+        "clock",
+        {"time"},
+        {"gain_drift": {"per_s": 0.001}},
     ),
-}  # fmt: skip
+}
 
 
 @cache
-def unlisted(name: str) -> Asked:
-    one = UNLISTED[name]
-    return asked(recorded((), ((name, tuple(one.sizes.items())),)), one.nearest)
+def diagnose_unlisted(name: str) -> Diagnosed:
+    recording = record_rig({}, {name: UNLISTED[name].sizes})
+    return diagnose_as(recording, UNLISTED[name].nearest)
 
 
 @pytest.mark.parametrize("name", UNLISTED)
 def test_unlisted_physics_is_located_by_place_and_variable(name: str) -> None:
-    found = unlisted(name).location
-    assert found.place == UNLISTED[name].place
-    first = found.evidence[0]
-    assert first.variable in UNLISTED[name].variables, [
-        (one.variable, one.share) for one in found.evidence
-    ]
-    assert (
-        sum(one.share for one in found.evidence if one.variable in UNLISTED[name].variables) > 0.8
-    )
+    location, expected = diagnose_unlisted(name).location, UNLISTED[name]
+    assert location.place == expected.place
+    shares = [(evidence.variable, evidence.share) for evidence in location.evidence]
+    assert shares[0][0] in expected.variables, shares
+    assert sum(share for variable, share in shares if variable in expected.variables) > 0.8
 
 
 @pytest.mark.parametrize("name", UNLISTED)
 def test_its_nearest_name_is_doubted(name: str) -> None:
-    assert unlisted(name).doubted & {*UNLISTED[name].nearest, "all"}
+    assert diagnose_unlisted(name).doubted & {*UNLISTED[name].nearest, "all"}
 
 
 @pytest.mark.parametrize(
@@ -166,11 +201,11 @@ def test_its_nearest_name_is_doubted(name: str) -> None:
     ["warming_friction", "half_rail_friction", "drag_chain", "soft_amplifier", "stirred_air"],
 )
 def test_a_name_that_explains_most_of_it_is_doubted_by_its_shape(name: str) -> None:
-    assert unlisted(name).doubted >= set(UNLISTED[name].nearest)
+    assert diagnose_unlisted(name).doubted >= set(UNLISTED[name].nearest)
 
 
 def test_the_measured_shape_of_a_friction_that_grows_is_its_growth() -> None:
-    curve = unlisted("warming_friction").location.evidence[0]
+    curve = diagnose_unlisted("warming_friction").location.evidence[0]
     assert (curve.shape_of, curve.shape_unit, curve.shape_axis) == ("dry friction", "N", "time")
     inside = np.abs(curve.shape_y - 0.02 * curve.shape_x) <= curve.shape_band + 0.02
     assert np.mean(inside) > 0.8
@@ -178,7 +213,7 @@ def test_the_measured_shape_of_a_friction_that_grows_is_its_growth() -> None:
 
 
 def test_the_measured_shape_of_an_eccentric_encoder_is_its_error() -> None:
-    curve = unlisted("encoder_eccentricity").location.evidence[0]
+    curve = diagnose_unlisted("encoder_eccentricity").location.evidence[0]
     assert (curve.shape_of, curve.shape_unit, curve.shape_axis) == (
         "error of the angle",
         "rad",
@@ -189,12 +224,12 @@ def test_the_measured_shape_of_an_eccentric_encoder_is_its_error() -> None:
 
 
 def test_a_vibration_is_measured() -> None:
-    finding = unlisted("table_vibration").location.evidence[0].finding
+    finding = diagnose_unlisted("table_vibration").location.evidence[0].finding
     assert "5.3 Hz" in finding
     assert float(finding.split("amplitude ")[1].split()[0]) == pytest.approx(0.5, rel=0.05)
 
 
-LISTED: dict[str, dict[str, dict[str, float]]] = {
+LISTED: dict[str, Sizes] = {
     "nothing": {},
     "delay": {"input_delay": {"delay_s": 0.024}},
     "dead zone and offset": {
@@ -212,8 +247,7 @@ LISTED: dict[str, dict[str, dict[str, float]]] = {
 @pytest.mark.parametrize("name", LISTED)
 def test_right_names_are_not_doubted_on_the_independent_engine(name: str) -> None:
     effects = LISTED[name]
-    recording = recorded(tuple((n, tuple(v.items())) for n, v in effects.items()), ())
-    assert asked(recording, effects).doubted == set()
+    assert diagnose_as(record_rig(effects, {}), effects).doubted == set()
 
 
 TWIN_MADE = {
@@ -228,16 +262,13 @@ TWIN_MADE = {
 
 @pytest.mark.parametrize("name", TWIN_MADE)
 def test_nor_are_they_on_the_twin_s_own_recordings(name: str) -> None:
-    recording, _ = hidden({name: TWIN_MADE[name]}, seed=5, seconds=30.0)
-    assert asked(recording, {name: TWIN_MADE[name]}).doubted == set()
+    recording, _ = record_hidden({name: TWIN_MADE[name]}, seed=5, seconds=30.0)
+    assert diagnose_as(recording, {name: TWIN_MADE[name]}).doubted == set()
 
 
 def test_a_second_thing_that_is_missing_speaks_against_no_right_name() -> None:
     """Friction is named, a vibration is not: the friction stands, whatever remains."""
     friction = {"cart_coulomb_friction": {"level_n": 0.8}}
     vibration = {"amplitude_n": 0.4, "frequency_hz": 5.3, "phase_rad": 0.4}
-    recording = recorded(
-        (("cart_coulomb_friction", (("level_n", 0.8),)),),
-        (("table_vibration", tuple(vibration.items())),),
-    )
-    assert asked(recording, friction).doubted == set()
+    recording = record_rig(friction, {"table_vibration": vibration})
+    assert diagnose_as(recording, friction).doubted == set()

@@ -1,4 +1,4 @@
-"""A case: a twin cut down to what was recorded, and the pole asked by itself, its axis moved as recorded."""
+"""A case: a twin cut down to what was recorded, and the pole by itself on its moving axis."""
 
 from dataclasses import replace
 
@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from support.made_recordings import INTECO, made, without_joint
 
-from pendulum_sysid.fitting.case import case_of, pole_on_its_moving_axis
+from pendulum_sysid.finding.pole_alone import put_pole_on_moving_axis
 from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
-from pendulum_sysid.fitting.windows import WINDOW_S, cut
+from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
+from pendulum_sysid.prepare import prepare_case
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
@@ -25,11 +26,11 @@ FULL = replace(INTECO, effects=EVERYWHERE)
 
 
 def test_both_joints_recorded_leave_the_twin_as_it_is() -> None:
-    assert case_of(made(INTECO, 5.0), FULL).twin == FULL
+    assert prepare_case([made(INTECO, 5.0)], FULL).twin == FULL
 
 
 def test_a_pole_alone_keeps_mass_and_first_moment() -> None:
-    twin = case_of(without_joint(made(INTECO, 5.0), "cart"), FULL).twin
+    twin = prepare_case([without_joint(made(INTECO, 5.0), "cart")], FULL).twin
     assert all(getattr(twin.rig, key) is None for key in CART_KEYS)
     assert twin.rig.total_mass_kg == INTECO.rig.pole_mass_kg
     moment = INTECO.rig.total_mass_kg * INTECO.rig.com_distance_m
@@ -39,7 +40,7 @@ def test_a_pole_alone_keeps_mass_and_first_moment() -> None:
 
 
 def test_a_cart_alone_keeps_the_mass_that_moves() -> None:
-    twin = case_of(without_joint(made(INTECO, 5.0), "pole"), FULL).twin
+    twin = prepare_case([without_joint(made(INTECO, 5.0), "pole")], FULL).twin
     assert all(getattr(twin.rig, key) is None for key in POLE_KEYS)
     assert twin.rig.total_mass_kg == pytest.approx(INTECO.rig.total_mass_kg, rel=1e-12)
     assert {"input_delay", "motor_lag", "cart_coulomb_friction"} <= set(twin.effects)
@@ -53,18 +54,20 @@ def test_a_joint_that_the_twin_lacks_is_refused(joint: str, keys: tuple[str, ...
         BadInputError,
         match=f"^expected a twin with a {joint}, .* found none: give the twin file's keys",
     ):
-        case_of(made(INTECO, 5.0), alone)
+        prepare_case([made(INTECO, 5.0)], alone)
 
 
 # The pole on its moving axis
 
 
 def runs_of_pole(truth: Twin, believed: Twin, noise: float = 0.0) -> tuple[WindowRuns, WindowRuns]:
-    """Return the free runs of a twin on a recording of another: of cart and pole, and of the pole by itself."""
-    case = case_of(made(truth, 10.0, 0.3, noise=noise), believed)
-    alone = pole_on_its_moving_axis(case, make_theta(believed))
+    """Return free runs of a twin on a recording of another: of the rig, and of the pole alone."""
+    case = prepare_case([made(truth, 10.0, 0.3, noise=noise)], believed)
+    alone = put_pole_on_moving_axis(case, make_theta(believed))
     assert alone is not None and alone.signals.cart is None
-    return tuple(run_windows(one, cut(one.signals, one.state, WINDOW_S)) for one in (case, alone))
+    return tuple(
+        run_windows(one, cut_windows(one.signals, one.state, WINDOW_S)) for one in (case, alone)
+    )
 
 
 def test_the_pole_by_itself_moves_as_it_did() -> None:
@@ -103,5 +106,5 @@ def test_a_cart_counted_the_wrong_way_round_moves_the_axis_the_right_way() -> No
 
 @pytest.mark.parametrize("joint", ["cart", "pole"])
 def test_one_joint_has_no_moving_axis(joint: str) -> None:
-    case = case_of(without_joint(made(INTECO, 5.0), joint), INTECO)
-    assert pole_on_its_moving_axis(case, make_theta(case.twin)) is None
+    case = prepare_case([without_joint(made(INTECO, 5.0), joint)], INTECO)
+    assert put_pole_on_moving_axis(case, make_theta(case.twin)) is None

@@ -14,13 +14,13 @@ from support.made_recordings import (
     without_joint,
 )
 
-from pendulum_sysid.fitting.case import case_of
 from pendulum_sysid.fitting.compare import compare, compare_two
-from pendulum_sysid.fitting.whole_run import equation_29, whole_run
+from pendulum_sysid.fitting.whole_run import compute_equation_29, run_whole
 from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
-from pendulum_sysid.fitting.windows import cut
+from pendulum_sysid.fitting.windows import cut_windows
+from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.records import Recording, Windows
-from pendulum_sysid.telling.compare_plot import draw
+from pendulum_sysid.telling.compare_plot import draw_comparison
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
@@ -42,8 +42,8 @@ def window_runs(measured, runs, counts) -> WindowRuns:
 
 
 def test_score_of_the_true_twin_from_its_true_starts_is_one(recording: Recording) -> None:
-    case = case_of(recording, INTECO)
-    windows = cut(case.signals, case.state, 0.5)
+    case = prepare_case([recording], INTECO)
+    windows = cut_windows(case.signals, case.state, 0.5)
     true = made_states(INTECO, recording.signals.command)
     runs = run_windows(case, Windows(windows.begin, windows.samples, true[windows.begin]))
     assert runs.score == pytest.approx(1.0, abs=0.05)
@@ -53,7 +53,10 @@ def test_score_of_the_true_twin_from_its_true_starts_is_one(recording: Recording
 def test_smoothed_starts_cost_the_true_twin_little_and_a_wrong_one_loses(
     recording: Recording,
 ) -> None:
-    true, wrong = compare(recording, INTECO), compare(recording, STRONGER)
+    true, wrong = (
+        compare(prepare_case([recording], INTECO)),
+        compare(prepare_case([recording], STRONGER)),
+    )
     assert true.seconds == 1.0 and true.count == 38  # 20 s, every 0.5 s
     assert 1.0 < true.score < 10.0
     assert wrong.score > 10.0 * true.score
@@ -61,14 +64,14 @@ def test_smoothed_starts_cost_the_true_twin_little_and_a_wrong_one_loses(
 
 
 def test_without_noise_the_true_twin_makes_next_to_no_error() -> None:
-    found = compare(made(INTECO, noise=0.0), INTECO)
+    found = compare(prepare_case([made(INTECO, noise=0.0)], INTECO))
     assert found.cart_rmse_m < 1e-4 and found.pole_rmse_rad < 2e-4 and found.thesis_rmse < 1e-4
 
 
 def test_equation_29_of_the_true_twin_is_near_the_noise(recording: Recording) -> None:
     noise = 0.75 * CART_NOISE_M + 0.25 * 2 * POLE_NOISE_RAD
-    assert compare(recording, INTECO).thesis_rmse < 10.0 * noise
-    assert compare(recording, STRONGER).thesis_rmse > 100.0 * noise
+    assert compare(prepare_case([recording], INTECO)).thesis_rmse < 10.0 * noise
+    assert compare(prepare_case([recording], STRONGER)).thesis_rmse > 100.0 * noise
 
 
 @pytest.mark.parametrize(
@@ -83,7 +86,7 @@ def test_equation_29_by_hand(gone: str | None, expected: float) -> None:
     )
     run = np.zeros((n, 4))
     run[:, 0], run[:, 1] = 0.1, np.pi / 2  # sine off by 1, cosine off by 1
-    assert equation_29(signals, run) == pytest.approx(expected)
+    assert compute_equation_29(signals, run) == pytest.approx(expected)
 
 
 def test_samples_that_are_not_valid_do_not_count() -> None:
@@ -92,7 +95,7 @@ def test_samples_that_are_not_valid_do_not_count() -> None:
     signals = Signals(
         0.01, np.zeros(n), np.array([1.0, 99.0, 1.0, 1.0]), np.zeros(n), valid, np.ones(n, bool)
     )
-    assert equation_29(signals, np.zeros((n, 4))) == pytest.approx(0.75)
+    assert compute_equation_29(signals, np.zeros((n, 4))) == pytest.approx(0.75)
     measured, counts = np.ones((1, 3, 2)), np.ones((1, 3, 2))
     measured[0, 1, 0], counts[0, 1, 0] = 99.0, 0.0
     runs = window_runs(measured, np.zeros((1, 3, 2)), counts)
@@ -102,20 +105,20 @@ def test_samples_that_are_not_valid_do_not_count() -> None:
 
 def test_each_stretch_is_run_by_itself() -> None:
     parts = [made(INTECO, 6.0, seed=1).signals, made(INTECO, 4.0, 0.15, seed=2).signals]
-    cases = [case_of(Recording("part", "", part), INTECO) for part in parts]
-    case = case_of(Recording("both", "", join_signals(parts)), INTECO)
+    cases = [prepare_case([Recording("part", "", part)], INTECO) for part in parts]
+    case = prepare_case([Recording("both", "", join_signals(parts))], INTECO)
     theta = make_theta(INTECO)
     states = np.concatenate([one.state.states for one in cases])
-    alone = [whole_run(one.signals, one.state.states, theta) for one in cases]
-    assert np.array_equal(whole_run(case.signals, states, theta), np.concatenate(alone))
-    assert compare(case.recording, INTECO).count == 10 + 6  # none across the break
-    assert compare(case.recording, INTECO).thesis_rmse < 0.005
+    alone = [run_whole(one.signals, one.state.states, theta) for one in cases]
+    assert np.array_equal(run_whole(case.signals, states, theta), np.concatenate(alone))
+    assert compare(case).count == 10 + 6  # none across the break
+    assert compare(case).thesis_rmse < 0.005
 
 
 @pytest.mark.parametrize(("gone", "left"), [("pole", "cart_rmse_m"), ("cart", "pole_rmse_rad")])
 def test_a_recording_of_one_joint(recording: Recording, gone: str, left: str) -> None:
     # The cart alone is not the same body, so what is checked is what is reported.
-    found = compare(without_joint(recording, gone), INTECO)
+    found = compare(prepare_case([without_joint(recording, gone)], INTECO))
     other = {"cart_rmse_m", "pole_rmse_rad"} - {left}
     assert getattr(found, left) > 0.0
     assert getattr(found, other.pop()) is None
@@ -123,7 +126,7 @@ def test_a_recording_of_one_joint(recording: Recording, gone: str, left: str) ->
 
 
 def test_a_run_that_diverges_is_infinite_and_nothing_else_breaks(recording: Recording) -> None:
-    found = compare(recording, FALLS_APART)
+    found = compare(prepare_case([recording], FALLS_APART))
     assert found.score == found.thesis_rmse == found.cart_rmse_m == np.inf
 
 
@@ -131,33 +134,36 @@ def test_a_recording_too_short_is_refused() -> None:
     with pytest.raises(
         BadInputError, match=r"at least one stretch of 1 s .* found none in 0\.6 s: record longer"
     ):
-        compare(made(INTECO, 0.6), INTECO)
+        compare(prepare_case([made(INTECO, 0.6)], INTECO))
 
 
 def test_a_twin_without_the_recorded_joint_is_refused(recording: Recording) -> None:
     keys = ("pole_mass_kg", "com_distance_m", "pole_inertia_kg_m2", "pole_viscous_n_m_s")
     cart_alone = Twin("cart", replace(INTECO.rig, **dict.fromkeys(keys)))
     with pytest.raises(BadInputError, match="expected a twin with a pole"):
-        compare(recording, cart_alone)
+        compare(prepare_case([recording], cart_alone))
 
 
 def test_two_twins_run_on_the_same_windows(recording: Recording) -> None:
-    pair = compare_two(recording, STRONGER, INTECO)
-    assert pair.comparisons == (compare(recording, STRONGER), compare(recording, INTECO))
+    pair = compare_two(prepare_case([recording], STRONGER), INTECO)
+    assert pair.comparisons == (
+        compare(prepare_case([recording], STRONGER)),
+        compare(prepare_case([recording], INTECO)),
+    )
     assert pair.second_better == pair.comparisons[0].count
     assert np.array_equal(pair.runs[0].measured, pair.runs[1].measured)
 
 
 @pytest.mark.parametrize("twin", [STRONGER, FALLS_APART], ids=["wrong", "diverging"])
 def test_the_picture_is_written_whole(recording: Recording, twin: Twin, tmp_path: Path) -> None:
-    pair = compare_two(recording, twin, INTECO)
-    draw(tmp_path / "plot.svg", "made", ("first.yaml", "second.yaml"), pair.runs)
+    pair = compare_two(prepare_case([recording], twin), INTECO)
+    draw_comparison(tmp_path / "plot.svg", "made", ("first.yaml", "second.yaml"), pair.runs)
     text = (tmp_path / "plot.svg").read_text()
     assert text.rstrip().endswith("</svg>")
     assert [path.name for path in tmp_path.iterdir()] == ["plot.svg"]
 
 
 def test_a_picture_of_another_kind_is_refused(recording: Recording, tmp_path: Path) -> None:
-    pair = compare_two(recording, INTECO, INTECO)
+    pair = compare_two(prepare_case([recording], INTECO), INTECO)
     with pytest.raises(BadInputError, match=r"ending in \.png or \.svg or \.pdf, found \.txt"):
-        draw(tmp_path / "plot.txt", "made", ("a", "b"), pair.runs)
+        draw_comparison(tmp_path / "plot.txt", "made", ("a", "b"), pair.runs)

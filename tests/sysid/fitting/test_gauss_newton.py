@@ -1,4 +1,4 @@
-"""The fit itself: it finds what is known, agrees with dense algebra and brute force, and its intervals are honest."""
+"""The fit finds known answers, agrees with dense algebra, and its intervals are honest."""
 
 from dataclasses import replace
 
@@ -8,13 +8,14 @@ from scipy.optimize import least_squares
 from scipy.stats import t as student
 from support.made_recordings import INTECO, made
 
-from pendulum_sysid.fitting.case import Case, case_of
+from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import HORIZONS, fit
-from pendulum_sysid.fitting.gauss_newton import Solution, half_widths, solve
-from pendulum_sysid.fitting.linearised import Problem, linearised
-from pendulum_sysid.fitting.parameters import Free, rig_parameters
-from pendulum_sysid.fitting.split import split
-from pendulum_sysid.fitting.windows import channels, cut, gather
+from pendulum_sysid.fitting.gauss_newton import Solution, compute_half_widths, solve
+from pendulum_sysid.fitting.linearised import Problem, linearise
+from pendulum_sysid.fitting.parameters import Free, list_rig_parameters
+from pendulum_sysid.fitting.split import split_windows
+from pendulum_sysid.fitting.windows import cut_windows, gather, list_channels
+from pendulum_sysid.prepare import prepare_case
 from pendulum_twin.arrays import Floats
 from pendulum_twin.free_runs import run_freely
 from pendulum_twin.model import Twin
@@ -43,25 +44,28 @@ def true_value(name: str) -> float:
 
 @pytest.fixture(scope="module")
 def near() -> Case:
-    return case_of(
-        made(TRUTH, 12.0, 0.3, seed=1), off({"force_per_pwm_n": 1.02, "cart_viscous_n_s_m": 0.95})
+    return prepare_case(
+        [made(TRUTH, 12.0, 0.3, seed=1)],
+        off({"force_per_pwm_n": 1.02, "cart_viscous_n_s_m": 0.95}),
     )
 
 
 @pytest.fixture(scope="module")
 def problem(near: Case) -> Problem:
-    return near.problem(split(near.signals, near.state).train)
+    return near.problem(split_windows(near.signals, near.state).train)
 
 
 @pytest.fixture(scope="module")
 def free(near: Case) -> tuple[Free, ...]:
-    return rig_parameters(near.twin)
+    return list_rig_parameters(near.twin)
 
 
 @pytest.mark.parametrize("power", [1, -1])
 def test_parameters_are_found_from_far(power: int) -> None:
-    case = case_of(made(TRUTH, 20.0, 0.3, seed=2), off({k: f**power for k, f in FAR.items()}))
-    parts_apart = split(case.signals, case.state)
+    case = prepare_case(
+        [made(TRUTH, 20.0, 0.3, seed=2)], off({k: f**power for k, f in FAR.items()})
+    )
+    parts_apart = split_windows(case.signals, case.state)
     theta = make_theta(case.twin)
     for parts in HORIZONS:
         found = fit(case, parts_apart, (), theta, parts)
@@ -77,12 +81,12 @@ def test_parameters_are_found_from_far(power: int) -> None:
 
 
 def residuals(problem: Problem, theta: Floats, starts: Floats, power: Floats) -> Floats:
-    """Return all that a fit makes small, one long vector, written anew: errors of runs, then moves of starts."""
+    """Return all residuals of a fit in one vector: errors of runs, then moves of starts."""
     windows = problem.windows
     set_of = np.zeros(len(windows), dtype=np.int64)
     runs = run_freely(problem.signals, theta[None], set_of, windows.begin, starts, windows.samples)
     measured, counts = gather(problem.signals, windows.begin, windows.samples)
-    errors = (measured - runs[..., list(channels(problem.signals))]) * counts / np.sqrt(power)
+    errors = (measured - runs[..., list(list_channels(problem.signals))]) * counts / np.sqrt(power)
     moves = (starts - windows.starts) / problem.deviations
     return np.concatenate([errors.ravel(), -moves.ravel()])
 
@@ -97,7 +101,7 @@ def turned(theta: Floats, free: tuple[Free, ...], values: Floats) -> Floats:
 def test_the_normal_equations_are_those_of_dense_differences(
     near: Case, free: tuple[Free, ...]
 ) -> None:
-    windows = cut(near.signals, near.state, 1.0).pick(np.array([2, 5, 9]))
+    windows = cut_windows(near.signals, near.state, 1.0).pick(np.array([2, 5, 9]))
     problem, theta = near.problem(windows), make_theta(near.twin)
     power = near.noise**2
     values = np.array([one.get(theta) / one.size for one in free])
@@ -113,7 +117,7 @@ def test_the_normal_equations_are_those_of_dense_differences(
     dense = np.stack(columns, axis=1)  # of the model: residuals fall as it rises
     normal, gradient = dense.T @ dense, dense.T @ all_of(z)
     follow = np.linalg.solve(normal[many:, many:], normal[many:, :many])
-    system = linearised(problem, theta, windows.starts, free, power)
+    system = linearise(problem, theta, windows.starts, free, power)
     ours, theirs = system.normal, normal[:many, :many] - normal[:many, many:] @ follow
     scale = np.sqrt(np.diag(theirs))
     assert np.all(np.abs(ours - theirs) < 3e-3 * np.outer(scale, scale))
@@ -140,7 +144,9 @@ def test_brute_force_over_parameters_and_starts_ends_in_the_same_place(
     theirs = least_squares(all_of, first, xtol=1e-12, ftol=1e-12, gtol=1e-12)
     apart = [
         abs(one.get(ours.theta) - value * one.size) / half
-        for one, value, half in zip(free, theirs.x[:many], half_widths(ours, free), strict=True)
+        for one, value, half in zip(
+            free, theirs.x[:many], compute_half_widths(ours, free), strict=True
+        )
     ]
     assert max(apart) < NEAR, apart
 
@@ -158,7 +164,7 @@ def test_a_parameter_stays_within_its_bounds_and_the_others_make_the_best_of_it(
     assert held[0].get(found.theta) == bound
     theta = make_theta(off({"force_per_pwm_n": 0.98}))
     best = solve(problem, theta, others)
-    for one, half in zip(others, half_widths(best, others), strict=True):
+    for one, half in zip(others, compute_half_widths(best, others), strict=True):
         assert one.get(found.theta) == pytest.approx(one.get(best.theta), abs=0.05 * half), (
             one.name
         )
@@ -177,9 +183,9 @@ def test_a_recording_taken_in_pieces_gives_the_same_equations(
 ) -> None:
     theta, starts = make_theta(TRUTH), problem.windows.starts
     late = make_theta(replace(TRUTH, effects={"input_delay": {"delay_s": 0.02}}))[None]
-    whole = linearised(problem, theta, starts, free, np.ones(2), late)
+    whole = linearise(problem, theta, starts, free, np.ones(2), late)
     monkeypatch.setattr(f"pendulum_sysid.fitting.linearised.{limit}", 1)
-    pieces = linearised(problem, theta, starts, free, np.ones(2), late)
+    pieces = linearise(problem, theta, starts, free, np.ones(2), late)
     for name in ("normal", "scores", "start_normal", "start_gradient", "cross"):
         expected = getattr(whole, name)
         assert np.allclose(
@@ -190,16 +196,16 @@ def test_a_recording_taken_in_pieces_gives_the_same_equations(
 def test_what_the_data_do_not_fix_is_not_identifiable() -> None:
     """Without a command nothing says how strong the drive is."""
     still = made(TRUTH, 12.0, 0.0, seed=3)
-    case = case_of(still, TRUTH)
-    found = fit(case, split(case.signals, case.state), (), make_theta(case.twin))
+    case = prepare_case([still], TRUTH)
+    found = fit(case, split_windows(case.signals, case.state), (), make_theta(case.twin))
     assert not found.estimates["force_per_pwm_n"].identifiable
 
 
 def test_intervals_hold_the_truth() -> None:
     inside: dict[str, list[bool]] = {}
     for seed in range(40):
-        case = case_of(made(TRUTH, 12.0, 0.3, seed=seed), TRUTH)
-        found = fit(case, split(case.signals, case.state), (), make_theta(case.twin))
+        case = prepare_case([made(TRUTH, 12.0, 0.3, seed=seed)], TRUTH)
+        found = fit(case, split_windows(case.signals, case.state), (), make_theta(case.twin))
         for name, one in found.estimates.items():
             inside.setdefault(name, []).append(one.low <= true_value(name) <= one.high)
     shares = {name: float(np.mean(one)) for name, one in inside.items()}
@@ -207,7 +213,7 @@ def test_intervals_hold_the_truth() -> None:
 
 
 def test_the_sandwich_is_unbiased_however_few_and_uneven_the_windows_are() -> None:
-    """Known errors on a linear fit of 4 parameters to 7 windows, one of which carries most of the weight."""
+    """Known errors, 4 parameters, 7 windows, one of which carries most of the weight."""
     random, free = (
         np.random.default_rng(4),
         tuple(Free(name, "", (k,), (1.0,), -9.0, 9.0, 1.0) for k, name in enumerate("abcd")),
@@ -224,7 +230,7 @@ def test_the_sandwich_is_unbiased_however_few_and_uneven_the_windows_are() -> No
         scores = np.einsum("wsk,ws->wk", design, off - design @ best)
         nothing = np.zeros(4)
         solution = Solution(nothing, nothing, nothing, nothing, True, normals, scores)
-        found.append((half_widths(solution, free) / student.ppf(0.975, 6)) ** 2)
+        found.append((compute_half_widths(solution, free) / student.ppf(0.975, 6)) ** 2)
     ratios = np.mean(found, axis=0) / (4.0 * np.diag(inverse))
     assert np.all(np.abs(ratios - 1) < 0.08), ratios  # the classical width as the least lifts some
 
@@ -234,5 +240,7 @@ def test_a_direction_that_one_window_alone_fixes_has_the_classical_width() -> No
     normals = np.array([np.diag([1.0, 0.0])] * 5 + [np.diag([1.0, 4.0])])
     nothing = np.zeros(2)
     scores = np.zeros((6, 2))
-    found = half_widths(Solution(nothing, nothing, nothing, nothing, True, normals, scores), free)
+    found = compute_half_widths(
+        Solution(nothing, nothing, nothing, nothing, True, normals, scores), free
+    )
     assert found == pytest.approx(student.ppf(0.975, 5) * np.sqrt([1 / 6, 1 / 4]))

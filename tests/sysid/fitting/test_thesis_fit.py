@@ -1,11 +1,12 @@
-"""The thesis's procedure: it gains on its own number, keeps to its bounds and says what it moved."""
+"""The thesis's procedure lowers its own number, keeps its bounds and says what it moved."""
 
 from dataclasses import replace
 
 import pytest
 from support.made_recordings import INTECO, made, without_joint
 
-from pendulum_sysid.fitting.thesis_fit import SEARCHED, ThesisFit, thesis_fit
+from pendulum_sysid.fitting.thesis_fit import SEARCHED, ThesisFit, fit_as_thesis
+from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.records import Recording
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.errors import BadInputError
@@ -30,7 +31,7 @@ def recording() -> Recording:
 
 @pytest.fixture(scope="module")
 def found(recording: Recording) -> ThesisFit:
-    return thesis_fit(recording, INTECO, silent, EVALUATIONS)
+    return fit_as_thesis(prepare_case([recording], INTECO), silent, EVALUATIONS)
 
 
 def test_equation_29_gets_better(found: ThesisFit) -> None:
@@ -65,27 +66,29 @@ def test_the_twin_holds_the_thesis_model(found: ThesisFit) -> None:
 
 
 def test_the_same_input_gives_the_same_twin(recording: Recording) -> None:
-    first, second = (thesis_fit(recording, INTECO, silent, 40) for _ in range(2))
+    first, second = (
+        fit_as_thesis(prepare_case([recording], INTECO), silent, 40) for _ in range(2)
+    )
     assert first == second
 
 
 def test_signs_are_kept_and_other_effects_left_out_by_name(recording: Recording) -> None:
     lag = {p.name: 0.02 for p in BY_NAME["motor_lag"].parameters}
     twin = replace(INTECO, effects={"cart_sign_inverted": {}, "motor_lag": lag})
-    found = thesis_fit(recording, twin, silent, 20)
+    found = fit_as_thesis(prepare_case([recording], twin), silent, 20)
     assert "cart_sign_inverted" in found.twin.effects and "motor_lag" not in found.twin.effects
     assert found.dropped == ("motor_lag",)
 
 
 def test_a_value_at_its_bound_is_told(recording: Recording) -> None:
     twin = replace(INTECO, rig=replace(INTECO.rig, gravity_m_s2=15.0))
-    found = thesis_fit(recording, twin, silent, 1)
+    found = fit_as_thesis(prepare_case([recording], twin), silent, 1)
     assert {one.name for one in found.moved if one.at_bound} == {"gravity_m_s2"}
 
 
 def test_progress_is_told(recording: Recording) -> None:
     lines: list[str] = []
-    thesis_fit(recording, INTECO, lines.append, 210)
+    fit_as_thesis(prepare_case([recording], INTECO), lines.append, 210)
     assert len(lines) == 1 and lines[0].startswith("200 evaluations, equation 29 down to ")
 
 
@@ -93,7 +96,7 @@ def test_a_cart_alone_is_refused(recording: Recording) -> None:
     with pytest.raises(
         BadInputError, match="expected a recording of cart and pole, found no pole"
     ):
-        thesis_fit(without_joint(recording, "pole"), INTECO, silent, 10)
+        fit_as_thesis(prepare_case([without_joint(recording, "pole")], INTECO), silent, 10)
 
 
 def test_a_rig_beyond_the_bounds_is_refused(recording: Recording) -> None:
@@ -101,4 +104,4 @@ def test_a_rig_beyond_the_bounds_is_refused(recording: Recording) -> None:
     with pytest.raises(
         BadInputError, match=r"pole_inertia_kg_m2 from 1e-09 to 0\.01 kg m\^2, found 0\.5"
     ):
-        thesis_fit(recording, twin, silent, 10)
+        fit_as_thesis(prepare_case([recording], twin), silent, 10)

@@ -1,4 +1,4 @@
-"""Windows and their three parts: inside stretches, apart from one another, every regime in each."""
+"""Windows and their three parts: inside stretches, apart, every regime in each."""
 
 from dataclasses import replace
 
@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from support.made_recordings import INTECO, made
 
-from pendulum_sysid.fitting.split import PATTERN, split
-from pendulum_sysid.fitting.windows import WINDOW_S, cut, gather, shorter, smooth_state
+from pendulum_sysid.cleaning.smooth_state import smooth_state
+from pendulum_sysid.fitting.split import PATTERN, split_windows
+from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows, gather, shorten_windows
 from pendulum_sysid.records import Split
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.signals import Signals
@@ -21,7 +22,7 @@ def signals() -> Signals:
 
 
 def parts_of(signals: Signals) -> Split:
-    return split(signals, smooth_state(signals))
+    return split_windows(signals, smooth_state(signals))
 
 
 def names_by_begin(found: Split) -> list[str]:
@@ -38,8 +39,8 @@ def names_by_begin(found: Split) -> list[str]:
 def test_windows_stay_inside_their_stretch(
     signals: Signals, starts: tuple[int, ...], every_s: float
 ) -> None:
-    broken = replace(signals, stretch_begins=starts)
-    windows = cut(broken, smooth_state(broken), every_s)
+    broken = replace(signals, starts=starts)
+    windows = cut_windows(broken, smooth_state(broken), every_s)
     assert windows.samples == LENGTH + 1 and len(windows)
     for begin in windows.begin:
         assert any(s.start <= begin and begin + LENGTH < s.stop for s in broken.stretches)
@@ -47,7 +48,7 @@ def test_windows_stay_inside_their_stretch(
 
 def test_a_window_starts_from_the_smoothed_state(signals: Signals) -> None:
     state = smooth_state(signals)
-    windows = cut(signals, state, 0.5)
+    windows = cut_windows(signals, state, 0.5)
     assert np.array_equal(windows.starts, state.states[windows.begin])
     assert np.array_equal(np.diff(windows.begin), np.full(len(windows) - 1, 50))
 
@@ -57,14 +58,14 @@ def test_windows_without_enough_samples_are_left_out(signals: Signals) -> None:
     valid[300:360] = (
         False  # more than half of the window from 3 s; the pole's samples are all there
     )
-    windows = cut(replace(signals, cart_valid=valid), smooth_state(signals), 1.0)
+    windows = cut_windows(replace(signals, cart_valid=valid), smooth_state(signals), 1.0)
     assert 300 not in windows.begin and {200, 400} <= set(windows.begin.tolist())
 
 
 def test_shorter_windows_hold_the_same_samples(signals: Signals) -> None:
     state = smooth_state(signals)
-    windows = cut(signals, state, 1.0)
-    quarters = shorter(state, windows, 4)
+    windows = cut_windows(signals, state, 1.0)
+    quarters = shorten_windows(state, windows, 4)
     assert len(quarters) == 4 * len(windows) and quarters.samples == LENGTH // 4 + 1
     assert np.array_equal(
         quarters.begin.reshape(-1, 4) - windows.begin[:, None],
@@ -86,7 +87,7 @@ def test_what_is_gathered_is_what_was_measured(signals: Signals) -> None:
 def test_the_parts_share_no_sample_but_the_ends_of_windows(
     signals: Signals, starts: tuple[int, ...]
 ) -> None:
-    found = parts_of(replace(signals, stretch_begins=starts))
+    found = parts_of(replace(signals, starts=starts))
     used = np.zeros(len(signals), dtype=int)
     for part in (found.train, found.choose, found.held_out):
         for begin in part.begin:
@@ -102,7 +103,7 @@ def test_half_is_for_fitting_and_a_quarter_each_for_choosing_and_judging(signals
 
 def test_the_pattern_begins_one_place_further_on_in_every_stretch(signals: Signals) -> None:
     repeated = replace(
-        signals, stretch_begins=tuple(range(0, 2400, 401))
+        signals, starts=tuple(range(0, 2400, 401))
     )  # four windows and no room for a fifth
     names = names_by_begin(parts_of(repeated))
     for stretch in range(5):
@@ -122,7 +123,7 @@ def test_a_recording_too_short_is_refused() -> None:
 
 
 def test_a_part_that_stays_empty_is_refused() -> None:
-    """Three windows and then one, which the rotated pattern puts with those to choose on: none is left to judge on."""
-    broken = replace(made(INTECO, 4.04).signals, stretch_begins=(0, 303))
+    """Three windows and then one: the rotated pattern leaves none to judge on."""
+    broken = replace(made(INTECO, 4.04).signals, starts=(0, 303))
     with pytest.raises(BadInputError, match="found one of these parts empty: record longer"):
         parts_of(broken)

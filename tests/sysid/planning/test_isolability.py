@@ -1,4 +1,4 @@
-"""What a plan will show: that sizes predicted are those that fits of recordings find, and the command that prints it."""
+"""What a plan will show: sizes that a fit finds, effects that stay tied, and what is refused."""
 
 import json
 from dataclasses import replace
@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.tied_recordings import INTECO, ROOM, fitted, plan_recorded
+from support.tied_recordings import INTECO, ROOM, fit_recordings, record_plan
 
 from pendulum_sysid.cli import main
-from pendulum_sysid.planning.isolability import Encoders, Isolability, isolability
-from pendulum_sysid.planning.planned_run import hanging, played
+from pendulum_sysid.planning.isolability import Encoders, Isolability, predict_isolability
+from pendulum_sysid.planning.planned_run import make_hanging_lanes, play_plans
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin, save_twin
@@ -34,14 +34,15 @@ def slow() -> Excitation:
 
 
 ASKED = (
-    "input_delay", "motor_lag", "cart_coulomb_friction", "cart_friction_asymmetry", "cart_quadratic_drag", "rail_tilt",
-    "pole_quadratic_drag", "angle_offset", "cart_sign_inverted", "velocity_filter",
+    "input_delay", "motor_lag", "cart_coulomb_friction", "cart_friction_asymmetry",
+    "cart_quadratic_drag", "rail_tilt", "pole_quadratic_drag", "angle_offset",
+    "cart_sign_inverted", "velocity_filter",
 )  # fmt: skip
 
 
 @pytest.fixture(scope="module")
-def found() -> Isolability:
-    return isolability(INTECO, slow(), Encoders(), ASKED)
+def isolability() -> Isolability:
+    return predict_isolability(INTECO, slow(), Encoders(), ASKED)
 
 
 @pytest.mark.parametrize(
@@ -53,19 +54,19 @@ def found() -> Isolability:
     ],
 )
 def test_at_the_size_predicted_a_fit_finds_the_effect_so_many_errors_from_nothing(
-    found: Isolability, name: str, parameter: str
+    isolability: Isolability, name: str, parameter: str
 ) -> None:
-    """Fitted on half of the windows instead of three quarters, what stands 5 errors out stands 4.1 out."""
-    (row,) = (one for one in found.rows if one.effect == name)
+    """On half of the windows instead of three quarters, 5 standard errors are 4.1."""
+    (row,) = (row for row in isolability.rows if row.effect == name)
     assert row.found_from is not None and row.found_from < row.named_from < row.typical[parameter]  # type: ignore[operator]
     truth = Twin("hidden", INTECO.rig, {name: {parameter: row.found_from}})
     errors, widths = [], []
     for seed in range(4):
-        one = fitted([plan_recorded(truth, SLOW.to_mapping(), seed)], truth)[2].estimates[
-            f"{name}.{parameter}"
-        ]
-        errors.append((one.value - row.found_from) / row.found_from)
-        widths.append((one.high - one.low) / 2 / row.found_from)
+        estimate = fit_recordings([record_plan(truth, SLOW.to_mapping(), seed)], truth)[
+            2
+        ].estimates[f"{name}.{parameter}"]
+        errors.append((estimate.value - row.found_from) / row.found_from)
+        widths.append((estimate.high - estimate.low) / 2 / row.found_from)
     expected = 1 / 5 * np.sqrt(0.75 / 0.5)
     assert np.sqrt(np.mean(np.square(errors))) == pytest.approx(expected, rel=0.9)
     assert np.median(widths) == pytest.approx(
@@ -74,22 +75,26 @@ def test_at_the_size_predicted_a_fit_finds_the_effect_so_many_errors_from_nothin
 
 
 def test_a_slow_plan_will_not_part_delay_from_lag_and_one_with_steps_will(
-    found: Isolability,
+    isolability: Isolability,
 ) -> None:
     names = ("input_delay", "motor_lag")
     sweep = Chirp(seconds=12.0, from_hz=0.3, to_hz=0.5, amplitude=0.01, centred=False)
-    slow_rows = isolability(INTECO, make_excitation(Plan((sweep,)), ROOM), Encoders(), names).rows
-    assert [one.not_told_from for one in slow_rows] == [("motor_lag",), ("input_delay",)]
-    assert [one.by_no_motion for one in slow_rows] == [("sensor_delay",), ()]
-    rows = [one for one in found.rows if one.effect in names]  # its push has steps
-    assert [one.not_told_from for one in rows] == [(), ()]
+    slow_rows = predict_isolability(
+        INTECO, make_excitation(Plan((sweep,)), ROOM), Encoders(), names
+    ).rows
+    assert [row.not_told_from for row in slow_rows] == [("motor_lag",), ("input_delay",)]
+    assert [row.by_no_motion for row in slow_rows] == [("sensor_delay",), ()]
+    rows = [row for row in isolability.rows if row.effect in names]  # its push has steps
+    assert [row.not_told_from for row in rows] == [(), ()]
 
 
-def test_every_effect_that_shows_in_positions_stands_once(found: Isolability) -> None:
-    assert [one.effect for one in found.rows] == [
+def test_every_effect_that_shows_in_positions_stands_once(isolability: Isolability) -> None:
+    assert [row.effect for row in isolability.rows] == [
         e.name for e in CATALOGUE if e.name in set(ASKED) - {"velocity_filter"}
     ]
-    (beside_dry_friction,) = (one for one in found.rows if one.effect == "cart_friction_asymmetry")
+    (beside_dry_friction,) = (
+        row for row in isolability.rows if row.effect == "cart_friction_asymmetry"
+    )
     assert beside_dry_friction.found_from is None and beside_dry_friction.errors == pytest.approx(
         0.0, abs=1e-6
     )
@@ -97,22 +102,22 @@ def test_every_effect_that_shows_in_positions_stands_once(found: Isolability) ->
 
 def test_a_twin_s_own_effects_are_taken_for_granted() -> None:
     dry = replace(INTECO, effects={"cart_coulomb_friction": {"level_n": 0.3}})
-    found = isolability(
+    isolability = predict_isolability(
         dry, slow(), Encoders(), ("cart_coulomb_friction", "cart_friction_asymmetry")
     )
-    rows = {one.effect: one for one in found.rows}
+    rows = {row.effect: row for row in isolability.rows}
     assert "cart_coulomb_friction" not in rows and rows["cart_friction_asymmetry"].errors > 5
-    assert "cart_coulomb_friction.level_n" in [one.name for one in found.constants]
+    assert "cart_coulomb_friction.level_n" in [row.name for row in isolability.constants]
 
 
-def test_a_coarser_encoder_finds_less(found: Isolability) -> None:
+def test_a_coarser_encoder_finds_less(isolability: Isolability) -> None:
     coarse = {
-        one.effect: one
-        for one in isolability(
+        row.effect: row
+        for row in predict_isolability(
             INTECO, slow(), Encoders(pole_counts=256), ("pole_quadratic_drag", "angle_offset")
         ).rows
     }
-    fine = {one.effect: one for one in found.rows}
+    fine = {row.effect: row for row in isolability.rows}
     assert coarse["pole_quadratic_drag"].errors < 0.5 * fine["pole_quadratic_drag"].errors
     assert coarse["angle_offset"].found_from >= np.pi / 256  # type: ignore[operator]
 
@@ -120,15 +125,15 @@ def test_a_coarser_encoder_finds_less(found: Isolability) -> None:
 def test_constants_that_a_plan_does_not_move_are_not_identifiable() -> None:
     still = make_excitation(Plan((Rest(seconds=6.0),)), ROOM)
     assert not any(
-        one.identifiable
-        for one in isolability(INTECO, still, Encoders(), ("rail_tilt",)).constants
+        row.identifiable
+        for row in predict_isolability(INTECO, still, Encoders(), ("rail_tilt",)).constants
     )
 
 
 def test_a_plan_that_leads_off_the_rail_is_refused() -> None:
     short = replace(INTECO, rig=replace(INTECO.rig, rail_half_length_m=0.05))
     with pytest.raises(BadInputError, match="within the rail of"):
-        isolability(short, slow(), Encoders(), ())
+        predict_isolability(short, slow(), Encoders(), ())
 
 
 def test_lanes_give_the_bits_of_a_stepper() -> None:
@@ -140,8 +145,8 @@ def test_lanes_give_the_bits_of_a_stepper() -> None:
     }
     twins = [Twin("one", INTECO.rig, effects), Twin("other", INTECO.rig, others)]
     theta, plan = np.array([make_theta(twin) for twin in twins]), slow()
-    first = played(hanging(theta, 0.01), [plan, plan], 400)
-    second = played(first.lanes.of(np.array([1, 0])), [plan, plan], 100)
+    first = play_plans(make_hanging_lanes(theta, 0.01), [plan, plan], 400)
+    second = play_plans(first.lanes.pick(np.array([1, 0])), [plan, plan], 100)
     for lane, twin in enumerate(twins):
         stepper = Stepper(twin, 0.01)
         commands = np.concatenate([first.commands[lane], second.commands[1 - lane]])
@@ -154,17 +159,17 @@ def test_lanes_give_the_bits_of_a_stepper() -> None:
 def test_the_command_prints_a_table_and_json(
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
-    found: Isolability,
+    isolability: Isolability,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    asked_of = []
+    calls = []
     monkeypatch.setattr(
-        "pendulum_sysid.planning.isolability.isolability",
-        lambda *asked: (asked_of.append(asked), found)[1],
+        "pendulum_sysid.planning.isolability.predict_isolability",
+        lambda *arguments: (calls.append(arguments), isolability)[1],
     )
     save_twin(INTECO, tmp_path / "twin.yaml")
     save_plan(SLOW, tmp_path / "plan.yaml")
-    asked = [
+    arguments = [
         "effects",
         "--isolability",
         "--twin",
@@ -172,7 +177,7 @@ def test_the_command_prints_a_table_and_json(
         "--plan",
         str(tmp_path / "plan.yaml"),
     ]
-    assert main(asked) == 0
+    assert main(arguments) == 0
     said = capsys.readouterr().out
     assert (
         "named from" in said
@@ -181,13 +186,13 @@ def test_the_command_prints_a_table_and_json(
         and "force_per_pwm_n" in said
     )
     assert max(map(len, said.splitlines())) <= 130
-    assert main([*asked[:-1], "standard", "--json", "--pole-counts", "1024"]) == 0
-    one = json.loads(capsys.readouterr().out)
-    assert one["schema"] == "pendulum_isolability/1" and {
-        row["effect"] for row in one["rows"]
+    assert main([*arguments[:-1], "standard", "--json", "--pole-counts", "1024"]) == 0
+    content = json.loads(capsys.readouterr().out)
+    assert content["schema"] == "pendulum_isolability/1" and {
+        row["effect"] for row in content["rows"]
     } >= {"rail_tilt"}
-    assert [plan.seconds for _, plan, _ in asked_of] == [15.5, 60.0]
-    assert [encoders.pole_counts for _, _, encoders in asked_of] == [4096, 1024]
+    assert [plan.seconds for _, plan, _ in calls] == [15.5, 60.0]
+    assert [encoders.pole_counts for _, _, encoders in calls] == [4096, 1024]
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""The next experiment: what is tied is no longer tied after it, intervals shrink as promised, and the rail is kept."""
+"""The next experiment: it parts what is tied, narrows as promised, and keeps to the rail."""
 
 import json
 from dataclasses import replace
@@ -8,40 +8,41 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from support.hidden_physics import HIDDEN, hidden
+from support.hidden_physics import HIDDEN, record_hidden
 from support.made_recordings import made_bag, without_joint
 from support.tied_recordings import (
     INTECO,
     ROOM,
-    fitted,
-    gentle,
-    hidden_twin,
-    plan_recorded,
-    recorded,
+    fit_recordings,
+    make_gentle_sweep,
+    make_hidden_twin,
+    record_plan,
+    record_twin,
 )
 
+from pendulum_sysid import decisions
 from pendulum_sysid.cli import main
-from pendulum_sysid.finding.identifiability import ties
-from pendulum_sysid.finding.separation import APART
-from pendulum_sysid.planning.growing_plan import SAFE
-from pendulum_sysid.planning.next_experiment import REMEDIES, Next, planned_next
+from pendulum_sysid.finding.identifiability import find_ties
+from pendulum_sysid.planning.next_experiment import plan_next_experiment
+from pendulum_sysid.planning.next_sentences import REMEDIES
+from pendulum_sysid.records import Next
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin, save_twin
 from pendulum_twin.plans.plan_file import load_plan, parse_plan
 
-SLOW = gentle(8, 0.05)
-DELAY = hidden_twin({"input_delay": {"delay_s": 0.01}})
+SLOW = make_gentle_sweep(8, 0.05)
+DELAY = make_hidden_twin({"input_delay": {"delay_s": 0.01}})
 DRY = {"cart_coulomb_friction": {"level_n": 0.3}}
 TIED = {
     "delay and lag": (DELAY, SLOW, {"input_delay", "motor_lag"}),
     "lag and delay": (
-        hidden_twin({"motor_lag": {"time_constant_s": 0.01}}),
+        make_hidden_twin({"motor_lag": {"time_constant_s": 0.01}}),
         SLOW,
         {"input_delay", "motor_lag"},
     ),
     "static and dry friction": (
-        hidden_twin(
+        make_hidden_twin(
             {"cart_stribeck_friction": {"level_n": 0.3, "static_n": 1e-3, "velocity_m_s": 0.02}}
         ),
         SLOW,
@@ -50,88 +51,91 @@ TIED = {
 }
 
 
-def pairs(found: Any) -> set[frozenset[str]]:
+def list_pairs(ties: Any) -> set[frozenset[str]]:
     return {
-        frozenset((one.effect, one.rival)) for one in found if one.rival and not one.by_no_motion
+        frozenset((tie.effect, tie.rival)) for tie in ties if tie.rival and not tie.by_no_motion
     }
 
 
 @pytest.mark.parametrize("case", TIED)
 def test_after_the_plan_the_tie_is_gone(case: str) -> None:
     truth, command, pair = TIED[case]
-    first = recorded(truth, command)
-    before = fitted([first], truth)
-    assert frozenset(pair) in pairs(ties(*before))
-    found = planned_next(*before, ties(*before))
-    assert found.plan is not None and found.before is not None and found.after is not None
-    assert found.before < APART < found.after and all(name in found.why for name in pair)
-    second = plan_recorded(truth, found.plan)
+    first = record_twin(truth, command)
+    before = fit_recordings([first], truth)
+    assert frozenset(pair) in list_pairs(find_ties(*before))
+    planned = plan_next_experiment(*before, find_ties(*before))
+    assert planned.plan is not None and planned.before is not None and planned.after is not None
+    assert planned.before < decisions.APART_STANDARD_ERRORS < planned.after
+    assert all(name in planned.why for name in pair)
+    second = record_plan(truth, planned.plan)
     assert second.signals.cart is not None
-    assert np.max(np.abs(second.signals.cart)) <= 1.1 * SAFE * ROOM.half_length_m
-    assert frozenset(pair) not in pairs(ties(*fitted([first, second], truth)))
+    assert np.max(np.abs(second.signals.cart)) <= 1.1 * decisions.RAIL_SHARE * ROOM.half_length_m
+    assert frozenset(pair) not in list_pairs(find_ties(*fit_recordings([first, second], truth)))
 
 
 def test_an_interval_shrinks_as_promised() -> None:
-    """Within a factor of two: the promise is made on the fitted twin, and a few windows' scatter is no exact measure."""
-    truth = hidden_twin(DRY)
-    first = recorded(truth, gentle(6, 0.06))
-    case, parts, best = fitted([first], truth)
-    found = planned_next(case, parts, best, (), "interval")
-    assert found.plan is not None and found.after is not None and found.before is not None
-    name = found.why.split()[0]
-    one = best.estimates[name]
-    assert found.before == pytest.approx((one.high - one.low) / 2, rel=1e-6)
-    assert found.after < 0.5 * found.before
-    after = fitted([first, plan_recorded(truth, found.plan)], truth)[2].estimates[name]
-    assert (after.high - after.low) / 2 == pytest.approx(found.after, rel=1.0)
-    assert (after.high - after.low) / 2 > 0.5 * found.after
+    """Within a factor of two: the promise is the fitted twin's, and a few windows scatter."""
+    truth = make_hidden_twin(DRY)
+    first = record_twin(truth, make_gentle_sweep(6, 0.06))
+    case, parts, best = fit_recordings([first], truth)
+    planned = plan_next_experiment(case, parts, best, (), "interval")
+    assert planned.plan is not None and planned.after is not None and planned.before is not None
+    name = planned.why.split()[0]
+    estimate = best.estimates[name]
+    assert planned.before == pytest.approx((estimate.high - estimate.low) / 2, rel=1e-6)
+    assert planned.after < 0.5 * planned.before
+    after = fit_recordings([first, record_plan(truth, planned.plan)], truth)[2].estimates[name]
+    assert (after.high - after.low) / 2 == pytest.approx(planned.after, rel=1.0)
+    assert (after.high - after.low) / 2 > 0.5 * planned.after
 
 
 def test_a_tie_that_no_plan_parts_is_said_and_does_not_hold_up_the_others() -> None:
-    """Plain dry friction that differs by direction is dry friction and a constant force, also at rest."""
-    truth = hidden_twin(
+    """Friction that differs by direction is dry friction and a constant force, also at rest."""
+    truth = make_hidden_twin(
         {**DRY, "rail_tilt": {"angle_rad": 0.005}, "input_delay": {"delay_s": 0.01}}
     )
-    before = fitted([recorded(truth, SLOW)], truth)
-    tied = ties(*before)
+    before = fit_recordings([record_twin(truth, SLOW)], truth)
+    tied = find_ties(*before)
     hopeless = {"rail_tilt", "cart_friction_asymmetry"}
-    assert {frozenset(hopeless), frozenset(("input_delay", "motor_lag"))} <= pairs(tied)
-    found = planned_next(*before, tied)
-    assert found.plan is not None and found.after is not None and found.after > APART
+    assert {frozenset(hopeless), frozenset(("input_delay", "motor_lag"))} <= list_pairs(tied)
+    planned = plan_next_experiment(*before, tied)
+    assert planned.plan is not None and planned.after is not None
+    assert planned.after > decisions.APART_STANDARD_ERRORS
     assert (
-        "is expected to part rail_tilt and cart_friction_asymmetry" in found.why
-        and "input_delay and motor_lag" in found.why
+        "is expected to part rail_tilt and cart_friction_asymmetry" in planned.why
+        and "input_delay and motor_lag" in planned.why
     )
-    alone = planned_next(
-        *before, [one for one in tied if {one.effect, one.rival} == hopeless], "tie"
+    alone = plan_next_experiment(
+        *before, [tie for tie in tied if {tie.effect, tie.rival} == hopeless], "tie"
     )
     assert alone.plan is None and "is expected to part" in alone.why
 
 
 def test_what_no_motion_parts_is_said_with_what_would() -> None:
-    found = planned_next(*(before := fitted([recorded(DELAY, SLOW)], DELAY)), ties(*before))
-    assert "No motion will part input_delay from sensor_delay; a second clock would" in found.why
+    before = fit_recordings([record_twin(DELAY, SLOW)], DELAY)
+    planned = plan_next_experiment(*before, find_ties(*before))
+    assert "No motion will part input_delay from sensor_delay; a second clock would" in planned.why
     assert set(REMEDIES) == {effect.name for effect in CATALOGUE if effect.shows_as is not None}
 
 
 def test_nothing_is_planned_where_nothing_is_left_to_ask() -> None:
-    recording, truth = hidden(
+    recording, truth = record_hidden(
         {"cart_coulomb_friction": HIDDEN["cart_coulomb_friction"]}, seed=1, seconds=20.0
     )
-    before = fitted([recording], truth)
-    found = planned_next(*before, ties(*before))
-    assert found == Next(None, found.why) and found.why.startswith(
+    before = fit_recordings([recording], truth)
+    planned = plan_next_experiment(*before, find_ties(*before))
+    assert planned == Next(None, planned.why) and planned.why.startswith(
         "Nothing is tied that motion could part"
     )
-    assert "cart_coulomb_friction.level_n to 0." in found.why
-    assert planned_next(*before, ties(*before), "tie").plan is None
-    assert planned_next(*before, ties(*before), "interval").plan is not None
+    assert "cart_coulomb_friction.level_n to 0." in planned.why
+    assert plan_next_experiment(*before, find_ties(*before), "tie").plan is None
+    assert plan_next_experiment(*before, find_ties(*before), "interval").plan is not None
 
 
 def test_the_same_question_gives_the_same_plan_and_its_length_is_what_was_asked_for() -> None:
-    before = fitted([recorded(DELAY, SLOW)], DELAY)
-    tied = ties(*before)
-    first, again = (planned_next(*before, tied, seconds=9.0) for _ in range(2))
+    before = fit_recordings([record_twin(DELAY, SLOW)], DELAY)
+    tied = find_ties(*before)
+    first, again = (plan_next_experiment(*before, tied, seconds=9.0) for _ in range(2))
     assert first == again and first.plan is not None
     assert [phase["kind"] for phase in first.plan["phases"]][:: len(first.plan["phases"]) - 1] == [
         "push",
@@ -139,43 +143,43 @@ def test_the_same_question_gives_the_same_plan_and_its_length_is_what_was_asked_
     ]
     assert parse_plan(first.plan).rate_hz == 100.0
     with pytest.raises(BadInputError, match="seconds: expected at least 5, found 3"):
-        planned_next(*before, tied, seconds=3.0)
+        plan_next_experiment(*before, tied, seconds=3.0)
 
 
 def test_a_locked_cart_gets_no_plan() -> None:
-    recording, truth = hidden({}, seed=1, seconds=12.0)
+    recording, truth = record_hidden({}, seed=1, seconds=12.0)
     alone = without_joint(recording, "cart")
-    before = fitted([alone], truth)
-    found = planned_next(*before, (), "interval")
-    assert found.plan is None and found.why.startswith("The cart is locked")
+    before = fit_recordings([alone], truth)
+    planned = plan_next_experiment(*before, (), "interval")
+    assert planned.plan is None and planned.why.startswith("The cart is locked")
 
 
 def test_a_rig_whose_rail_is_not_known_gets_no_plan() -> None:
-    case, parts, best = fitted([recorded(DELAY, SLOW)], DELAY)
+    case, parts, best = fit_recordings([record_twin(DELAY, SLOW)], DELAY)
     case = replace(
         case, twin=replace(case.twin, rig=replace(case.twin.rig, rail_half_length_m=None))
     )
-    found = planned_next(case, parts, best, ties(case, parts, best))
+    planned = plan_next_experiment(case, parts, best, find_ties(case, parts, best))
     assert (
-        found.plan is None
-        and "No plan can be made: " in found.why
-        and "rail_half_length_m" in found.why
+        planned.plan is None
+        and "No plan can be made: " in planned.why
+        and "rail_half_length_m" in planned.why
     )
 
 
 def test_where_every_phase_leads_off_the_rail_there_is_no_plan() -> None:
-    case, parts, best = fitted([recorded(DELAY, SLOW)], DELAY)
+    case, parts, best = fit_recordings([record_twin(DELAY, SLOW)], DELAY)
     case = replace(
         case, twin=replace(case.twin, rig=replace(case.twin.rig, rail_half_length_m=0.005))
     )
-    assert planned_next(case, parts, best, ties(case, parts, best)).why.startswith(
+    assert plan_next_experiment(case, parts, best, find_ties(case, parts, best)).why.startswith(
         "No phase of a plan keeps the cart"
     )
 
 
 def files(folder: Path, twin: Twin, command: np.ndarray) -> list[str]:
     """Write a recording and the nominal twin; return the arguments that name them."""
-    made_bag(folder / "bag", recorded(twin, command))
+    made_bag(folder / "bag", record_twin(twin, command))
     save_twin(INTECO, folder / "nominal.yaml")
     return [
         str(folder / "bag"),

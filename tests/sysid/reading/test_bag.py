@@ -1,4 +1,4 @@
-"""Bags written by us and by rosbags itself are read whole; cut, damaged and wrong ones are reported."""
+"""Good bags are read whole; cut, damaged and wrong ones are reported."""
 
 import hashlib
 from collections.abc import Callable, Sequence
@@ -156,7 +156,7 @@ def edit_index(path: Path, change: Callable[[dict[str, Any]], object]) -> None:
 
 
 def forget_details(index: dict[str, Any]) -> None:
-    """Leave what `ros2 bag reindex` leaves: no list of files, quality of service in another form."""
+    """Leave what `ros2 bag reindex` leaves: no list of files, another form of QoS."""
     index["files"] = []
     for entry in index["topics_with_message_count"]:
         entry["topic_metadata"]["offered_qos_profiles"] = (

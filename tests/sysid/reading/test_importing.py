@@ -1,11 +1,11 @@
-"""CSV columns become the recording they describe; what is wrong with a file is said in one sentence."""
+"""CSV columns become the recording they describe; faults are said in one sentence."""
 
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from pendulum_sysid.cleaning.clean import cleaned
+from pendulum_sysid.cleaning.clean import clean_recording
 from pendulum_sysid.reading.bag import read_bag
 from pendulum_sysid.reading.csv_import import import_csv
 from pendulum_sysid.records import Recording
@@ -98,8 +98,8 @@ def refusal(file: Path, out: Path, *columns: str, **options: object) -> str:
 def test_a_missing_column_is_refused_with_those_that_are_there(file: Path, tmp_path: Path) -> None:
     sentence = refusal(file, tmp_path / "bag", "t", "volts", "x")
     assert (
-        sentence
-        == f"{file}: expected a column volts, found t, u, x, theta: name one of these with --command"
+        sentence == f"{file}: expected a column volts, found t, u, x, theta: "
+        "name one of these with --command"
     )
     assert "with --time" in refusal(file, tmp_path / "bag", "time", "u", "x")
 
@@ -171,7 +171,7 @@ def test_nothing_is_overwritten(file: Path, tmp_path: Path) -> None:
 
 def imported(file: Path, tmp_path: Path, *columns: str, **options: object) -> Recording:
     import_csv(file, tmp_path / "bag", "t", *columns, **options)
-    return cleaned(read_bag(tmp_path / "bag"))
+    return clean_recording(read_bag(tmp_path / "bag"))
 
 
 def intervals(recording: Recording) -> dict[str, tuple[tuple[float, float], ...]]:

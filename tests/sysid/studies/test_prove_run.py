@@ -1,27 +1,32 @@
-"""The proof as it runs: trials that the twin made are examined in processes of their own, kept, judged and written."""
+"""The proof as it runs: trials are recorded, examined in processes of their own, and written."""
 
 import json
 import multiprocessing
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
-from support.prove_trials import recorded
+from support.prove_trials import end_process, write_trial
 
 from pendulum_sysid.cli import main
-from pendulum_sysid.studies.proof import examine, trials
-from pendulum_sysid.studies.proof.plan import Plan, begin
-from pendulum_sysid.studies.proof.records import How
-from pendulum_sysid.studies.proof.rivals import RIVALS, rival_named, sparse_regression
-from pendulum_sysid.studies.proof.sealed import read_sealed
-from pendulum_sysid.studies.proof.told import true_twin
-from pendulum_sysid.studies.proof.trials import folder_of, stretches, trial_folders
-from pendulum_sysid.studies.proof.workers import examine_all
+from pendulum_sysid.studies.errors import WorkerError
+from pendulum_sysid.studies.proof import examine_trial, record_trial, workers
+from pendulum_sysid.studies.proof.examine_trial import prepare_ground, run_diagnosis, run_rival
+from pendulum_sysid.studies.proof.oracle_fit import make_true_twin
+from pendulum_sysid.studies.proof.plan import Plan, claim_folder
+from pendulum_sysid.studies.proof.read_trial import read_trial
+from pendulum_sysid.studies.proof.record_trial import locate_trial
+from pendulum_sysid.studies.proof.records import NamesOutcome
+from pendulum_sysid.studies.proof.rivals import RIVALS, find_rival, sparse_regression
+from pendulum_sysid.studies.proof.rivals.ground import Ground
+from pendulum_sysid.studies.proof.workers import examine_trials
 from pendulum_twin.errors import BadInputError
 
 COULOMB = {"cart_coulomb_friction": {"level_n": 0.5}}
+DEADLINE_S = 300.0
 
 
 @pytest.fixture(scope="module")
@@ -29,160 +34,186 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder in which two trials have been recorded, and none examined."""
     folder = tmp_path_factory.mktemp("proof")
     for number, effects in enumerate((COULOMB, {})):
-        recorded(folder_of(folder / "trials", number), effects, seed=number + 1)
+        write_trial(locate_trial(folder / "trials", number), effects, seed=number + 1)
     return folder
 
 
-def run(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str, str]:
-    status = main(["prove", *(str(a) for a in arguments)])
-    said = capsys.readouterr()
-    return status, said.out, said.err
+@pytest.fixture(scope="module")
+def ground(folder: Path) -> Ground:
+    return prepare_ground(read_trial(locate_trial(folder / "trials", 0)))
+
+
+def run_prove(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str, str]:
+    status = main(["prove", *map(str, arguments)])
+    output = capsys.readouterr()
+    return status, output.out, output.err
 
 
 def test_a_small_proof(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    status, out, err = run(capsys, "--trials", 2, "--seed", 1, "--out", folder)
+    arguments = ("--trials", 2, "--out", folder, "--seed")
+    status, out, err = run_prove(capsys, *arguments, 1)
     assert status == 0
     assert "2/2" in err and out.splitlines()[-1] == str(folder / "proof.html")
-    found = json.loads((folder / "proof.json").read_text())
-    assert [one["judged"]["how"] for one in found["trials"]] == ["right", "right"]
-    (level,) = [
-        one for one in found["trials"][0]["sizes"] if one["owner"] == "cart_coulomb_friction"
-    ]
+    proof = json.loads((folder / "proof.json").read_text())
+    assert [trial["judged"]["how"] for trial in proof["trials"]] == ["right", "right"]
+    trial = proof["trials"][0]
+    (level,) = [s for s in trial["sizes"] if s["owner"] == "cart_coulomb_friction"]
     assert level["true"] == 0.5 and level["relative_error"] < 0.05
-    ratio = found["trials"][0]["held_out"]["ratio"]
-    assert 0.8 < ratio < 1.2
+    assert 0.8 < trial["held_out"]["ratio"] < 1.2
     assert "<html" in (folder / "proof.html").read_text()
     before = {path: path.stat().st_mtime_ns for path in folder.glob("trials/*/examined.json")}
-    assert run(capsys, "--trials", 2, "--seed", 1, "--out", folder)[0] == 0
+    assert run_prove(capsys, *arguments, 1)[0] == 0
     assert len(before) == 2 and {path: path.stat().st_mtime_ns for path in before} == before
-    status, _, err = run(capsys, "--trials", 2, "--seed", 2, "--out", folder)
-    assert (
-        status == 1 and "expected the proof that began there with seed = 1, found seed = 2" in err
-    )
+    status, _, err = run_prove(capsys, *arguments, 2)
+    assert status == 1
+    assert "expected the proof that began there with seed = 1, found seed = 2" in err
 
 
-def test_rivals_find_plain_friction(folder: Path) -> None:
-    ground = examine._ground(read_sealed(folder_of(folder / "trials", 0)))
-    for name in ("all_at_once", "sparse_regression"):
-        if name == "sparse_regression":
-            pytest.importorskip(sparse_regression.PACKAGE)
-        named = rival_named(name).answer(ground)
-        assert "cart_coulomb_friction" in named or "cart_stribeck_friction" in named, name
+@pytest.mark.parametrize("name", ["all_at_once", "sparse_regression"])
+def test_a_rival_finds_plain_friction(ground: Ground, name: str) -> None:
+    if name == "sparse_regression":
+        pytest.importorskip(sparse_regression.PACKAGE)
+    named = find_rival(name).name_effects(ground)
+    assert {"cart_coulomb_friction", "cart_stribeck_friction"} & set(named)
 
 
 def test_a_rival_that_breaks_off_is_an_answer(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
+    ground: Ground, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def breaks(ground: object) -> tuple[str, ...]:
-        raise ValueError("no")
+    class Broken:
+        @staticmethod
+        def name_effects(ground: Ground) -> tuple[str, ...]:
+            raise ValueError("no")
 
-    ground = examine._ground(read_sealed(folder_of(folder / "trials", 0)))
-    monkeypatch.setattr(
-        examine, "rival_named", lambda name: type("R", (), {"answer": staticmethod(breaks)})
-    )
-    assert examine._answer("any", ground, 1.0)["error"] == "ValueError: no"
+    monkeypatch.setattr(examine_trial, "find_rival", lambda name: Broken)
+    result = run_rival("any", ground, 1.0)
+    assert result["error"] == "ValueError: no" and result["named"] == []
+    assert result["seconds"] >= 1.0
 
 
-def test_a_missing_package_is_said_before_anything_begins(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
+def test_a_missing_package_is_reported_before_anything_begins(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(trials, "MAKER", "no_such_package.trials")
-    status, out, err = run(capsys, "--trials", 1, "--seed", 1, "--out", tmp_path / "out")
-    assert (status, out) == (1, "") and "expected the package pendulum_bridge" in err
+    monkeypatch.setattr(record_trial, "PACKAGE", "no_such_package")
+    status, out, err = run_prove(capsys, "--trials", 1, "--seed", 1, "--out", tmp_path / "out")
+    assert (status, out) == (1, "") and "expected the package no_such_package" in err
     assert not (tmp_path / "out").exists()
     monkeypatch.setattr(sparse_regression, "PACKAGE", "no_such_package")
     with pytest.raises(BadInputError, match="leave out --rivals"):
-        sparse_regression.check()
+        sparse_regression.check_installed()
 
 
-def test_what_the_maker_complains_about_is_told(tmp_path: Path) -> None:
+def test_a_complaint_of_the_recorder_is_passed_on(tmp_path: Path) -> None:
     with pytest.raises(BadInputError, match="no_such_kind"):
-        list(trial_folders(tmp_path, 1, ["--seed", "1", "--kinds", "no_such_kind:1"]))
+        record_trial.record_trial(tmp_path, 0, ["--seed", "1", "--kinds", "no_such_kind:1"])
+    with pytest.raises(BadInputError, match=r"no_such_twin\.yaml"):
+        record_trial.record_trial(tmp_path, 0, ["--seed", "1", "--twin", "no_such_twin.yaml"])
 
 
-def test_trials_that_are_there_are_not_made_again(folder: Path) -> None:
-    assert [one.name for one in trial_folders(folder / "trials", 2, ["--no-such-option"])] == [
-        "trial_0000",
-        "trial_0001",
-    ]
-    assert stretches([0, 1, 2, 5, 7, 8]) == [(0, 2), (5, 5), (7, 8)]
+def test_a_trial_that_is_there_is_not_recorded_again(folder: Path) -> None:
+    trials = folder / "trials"
+    assert record_trial.record_trial(trials, 1, ["--no-such-option"]) == trials / "trial_0001"
 
 
-def test_a_real_trial_is_made_and_read(tmp_path: Path) -> None:
-    arguments = ["--seed", "3", "--effects", "cart_coulomb_friction", "--seconds", "40"]
-    (one,) = trial_folders(tmp_path, 1, arguments)
-    seal = read_sealed(one)
-    assert (seal.kind, list(seal.effects)) == ("single", ["cart_coulomb_friction"])
-    assert list(true_twin(seal).effects) == ["cart_coulomb_friction"]
-    assert seal.bag.is_dir() and seal.twin.is_file()
+def test_an_emulated_trial_is_recorded_and_read(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    options = ["--seed", "3", "--effects", "cart_coulomb_friction", "--seconds", "40"]
+    trial = read_trial(record_trial.record_trial(tmp_path, 0, options))
+    assert (trial.kind, list(trial.seal.effects)) == ("single", ["cart_coulomb_friction"])
+    assert list(make_true_twin(trial).effects) == ["cart_coulomb_friction"]
+    assert trial.bag.is_dir() and trial.twin.is_file()
+    assert capsys.readouterr().out == ""
 
 
 def test_a_folder_that_is_no_trial(tmp_path: Path) -> None:
-    with pytest.raises(
-        BadInputError, match=r"trial\.json: expected a trial with schema pendulum_trial/1"
-    ):
-        read_sealed(tmp_path)
+    expected = r"trial\.json: expected a trial with schema pendulum_trial/1"
+    with pytest.raises(BadInputError, match=expected):
+        read_trial(tmp_path)
+
+
+def test_a_seal_that_lacks_the_rig(tmp_path: Path) -> None:
+    trial = write_trial(tmp_path / "trial_0000", {}, seed=1, seconds=8.0)
+    (trial / "seal.json").write_text('{"schema": "pendulum_seal/1", "effects": {}}')
+    with pytest.raises(BadInputError, match=r"seal\.json: expected a seal with effects and rig"):
+        read_trial(trial)
 
 
 def test_a_recording_that_cannot_be_read_is_unusable_and_not_the_end(tmp_path: Path) -> None:
-    one = recorded(tmp_path / "trial_0000", {}, seed=1, seconds=8.0)
-    for path in (one / "bag").iterdir():
+    trial = write_trial(tmp_path / "trial_0000", {}, seed=1, seconds=8.0)
+    for path in (trial / "bag").iterdir():
         path.unlink()
-    found = examine._diagnosed(read_sealed(one))
-    assert found["verdict"]["outcome"] == "unusable" and found["error"] == ""
+    result = run_diagnosis(read_trial(trial))
+    assert result["verdict"]["outcome"] == "unusable" and result["error"] == ""
 
 
-def test_a_proof_that_is_broken_off_leaves_no_process(folder: Path) -> None:
+def break_off(trial: Path) -> None:
+    raise KeyboardInterrupt
+
+
+def test_a_proof_that_is_broken_off_leaves_no_process(folder: Path, tmp_path: Path) -> None:
     before = set(multiprocessing.active_children())
-
-    def folders():
-        yield folder_of(folder / "trials", 0)
-        raise KeyboardInterrupt
-
+    trials = tmp_path / "trials"
+    for number in range(2):
+        write_trial(locate_trial(trials, number), {}, seed=1, seconds=8.0)
     with pytest.raises(KeyboardInterrupt):
-        examine_all(folders(), (), 1, lambda one: None)
+        examine_trials(trials, 2, (), (), 1, break_off)
+    deadline = time.monotonic() + DEADLINE_S
     for child in set(multiprocessing.active_children()) - before:
-        child.join(10.0)
+        child.join(deadline - time.monotonic())
         assert child.exitcode is not None
 
 
-def test_the_keyboard_stops_it_and_what_is_judged_stays(folder: Path, tmp_path: Path) -> None:
-    """The maker and the processes that examine are stopped along with it."""
+def test_a_worker_that_dies_ends_the_proof_with_a_sentence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Not bad input: the machinery broke, and the same command goes on."""
+    monkeypatch.setattr(workers, "_record_and_examine", end_process)
+    with pytest.raises(WorkerError, match="run the same command again"):
+        examine_trials(tmp_path / "trials", 1, (), (), 1, lambda trial: None)
+    status, out, err = run_prove(capsys, "--trials", 1, "--seed", 1, "--out", tmp_path / "out")
+    assert (status, out) == (1, "") and err.startswith("sysid: a process that examined trials")
+    assert not issubclass(WorkerError, BadInputError)
+
+
+def test_the_keyboard_stops_it_and_examined_trials_stay(tmp_path: Path) -> None:
+    """The processes that record and examine are stopped along with it."""
     out = tmp_path / "out"
-    command = [
-        sys.executable,
-        "-m",
-        "pendulum_sysid.cli",
-        "prove",
-        "--trials",
-        "50",
-        "--seed",
-        "1",
-    ]
-    command += ["--kinds", "nothing:1", "--seconds", "40", "--processes", "1", "--out", str(out)]
+    command = [sys.executable, "-m", "pendulum_sysid.cli", "prove", "--trials", "50"]
+    command += ["--seed", "1", "--kinds", "nothing:1", "--seconds", "40", "--processes", "1"]
     with subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+        [*command, "--out", str(out)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        preexec_fn=restore_interrupts,
     ) as program:
         assert program.stderr is not None
         line = program.stderr.readline()
         program.send_signal(signal.SIGINT)
-        rest = program.communicate(timeout=90)[1]
+        messages = program.communicate(timeout=DEADLINE_S)[1]
     assert line.startswith("1/50 trial_") and program.returncode == 130
-    assert "stopped by the keyboard" in rest and "Traceback" not in rest
+    assert "stopped by the keyboard" in messages and "Traceback" not in messages
     assert list(out.glob("trials/trial_*/examined.json"))
 
 
+def restore_interrupts() -> None:
+    """Undo a parent's SIG_IGN, as nohup leaves it: Python then never raises KeyboardInterrupt."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 def test_a_plan_may_grow_but_not_change(tmp_path: Path) -> None:
-    begin(Plan(2, 1), tmp_path)
-    begin(Plan(20, 1, rivals=("all_at_once",), processes=1), tmp_path)
+    claim_folder(Plan(2, 1), tmp_path)
+    claim_folder(Plan(20, 1, rivals=("all_at_once",), processes=1), tmp_path)
     with pytest.raises(BadInputError, match="pole_counts"):
-        begin(Plan(2, 1, pole_counts=1024), tmp_path)
+        claim_folder(Plan(2, 1, pole_counts=1024), tmp_path)
     (tmp_path / "plan.json").write_text("[]")
     with pytest.raises(BadInputError, match="expected the plan of a proof"):
-        begin(Plan(2, 1), tmp_path)
+        claim_folder(Plan(2, 1), tmp_path)
 
 
 def test_every_rival_says_what_it_is() -> None:
-    assert len({one.name for one in RIVALS}) == len(RIVALS) == 3
-    assert all(one.sentence for one in RIVALS)
-    assert {one.right for one in How} == {True, False}
+    assert len({rival.name for rival in RIVALS}) == len(RIVALS) == 3
+    assert all(rival.sentence for rival in RIVALS)
+    assert {outcome.is_right for outcome in NamesOutcome} == {True, False}

@@ -1,4 +1,4 @@
-"""The report page: complete, escaped, self-contained, the same bytes every time, and never a crash."""
+"""The report: complete, escaped, self-contained, and the same bytes every time."""
 
 import math
 import re
@@ -9,10 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pendulum_sysid.records import Diagnosis, Evidence, Localisation, Outcome, Overlay, Trial
-from pendulum_sysid.telling import display, figures
-from pendulum_sysid.telling.report import page, trial_rows, write_report
+from pendulum_sysid.records import Evidence, Localisation, Outcome, Overlay, Trial
+from pendulum_sysid.telling import display
+from pendulum_sysid.telling.report import list_trial_rows, render_page, write_report
+from pendulum_sysid.telling.window_figures import compute_frame, spread_windows
 from pendulum_sysid.telling.wording import OUTCOMES
+from pendulum_sysid.verdict.record import Verdict
 from pendulum_twin.model import Twin
 from pendulum_twin.rig import Rig
 
@@ -32,13 +34,22 @@ TWIN = Twin(
     RIG,
     {"cart_coulomb_friction": {"level_n": 0.46}, "pole_quadratic_drag": {"n_m_s2": 1.3e-5}},
 )
-VERDICT = {
+
+
+def make_constant(before: float, after: float, low: float, high: float, unit: str) -> dict:
+    return {
+        "before": before, "parameters_alone": before, "after": after, "low": low, "high": high,
+        "unit": unit, "identifiable": math.isfinite(low), "at_bound": False,
+    }  # fmt: skip
+
+
+CONTENT = {
     "schema": "pendulum_verdict/1",
     "outcome": "named",
     "sentence": "The twin lacks dry friction of the cart, 0.46 N, and quadratic drag on the pole.",
     "location": {
         "place": "cart",
-        "evidence": [{"variable": "cart_velocity", "finding": "a step at zero speed", "share": 0.83}],
+        "evidence": [{"variable": "cart_velocity", "finding": "a step at zero", "share": 0.83}],
         "intervals_s": [[12.1, 14.0], [31.0, 33.5]],
     },
     "missing_physics": [
@@ -46,56 +57,64 @@ VERDICT = {
             "effect": "cart_coulomb_friction",
             "cannot_be_told_from": [],
             "confidence": 0.9999,
-            "parameters": {"level_n": {"value": 0.4612, "low": 0.4508, "high": 0.4716, "unit": "N"}},
+            "parameters": {
+                "level_n": {"value": 0.4612, "low": 0.4508, "high": 0.4716, "unit": "N"}
+            },
             "sentence": "Dry friction holds the cart back with 0.46 N.",
         },
         {
             "effect": "pole_quadratic_drag",
             "cannot_be_told_from": ["pole_coulomb_friction"],
             "confidence": 0.93,
-            "parameters": {"n_m_s2": {"value": 1.31e-5, "low": 1.12e-5, "high": 1.5e-5, "unit": "N m s^2"}},
+            "parameters": {
+                "n_m_s2": {"value": 1.31e-5, "low": 1.12e-5, "high": 1.5e-5, "unit": "N m s^2"}
+            },
             "sentence": "Drag of 1.3e-5 N m s² times the squared rate holds the pole back.",
         },
     ],
     "rig_parameters": {
-        "cart_mass_kg": {
-            "before": 0.5723, "after": 0.5723, "low": None, "high": None, "unit": "kg", "identifiable": False,
-        },
-        "force_per_pwm_n": {
-            "before": 12.86, "after": 12.41, "low": 12.34, "high": 12.48, "unit": "N", "identifiable": True,
-        },
-        "cart_viscous_n_s_m": {
-            "before": 2.84, "after": 1.96, "low": 1.9, "high": 2.02, "unit": "N s/m", "identifiable": True,
-        },
-        "pole_viscous_n_m_s": {
-            "before": 2.7344e-4, "after": 1.21e-4, "low": 1.03e-4, "high": 1.39e-4, "unit": "N m s/rad",
-            "identifiable": True,
-        },
-        "gravity_m_s2": {
-            "before": 9.81, "after": 9.81, "low": -math.inf, "high": math.inf, "unit": "m/s^2", "identifiable": False,
-        },
+        "com_distance_m": make_constant(0.0196, 0.0196, math.nan, math.nan, "m"),
+        "force_per_pwm_n": make_constant(12.86, 12.41, 12.34, 12.48, "N"),
+        "cart_viscous_n_s_m": make_constant(2.84, 1.96, 1.9, 2.02, "N s/m"),
+        "pole_viscous_n_m_s": make_constant(2.7344e-4, 1.21e-4, 1.03e-4, 1.39e-4, "N m s/rad"),
+        "pole_inertia_kg_m2": make_constant(2.92e-3, 2.92e-3, -math.inf, math.inf, "kg m^2"),
     },
-    "masking": ["cart_viscous_n_s_m had absorbed the missing cart_coulomb_friction: 2.84 becomes 1.96 N s/m"],
+    "masking": [
+        "cart_viscous_n_s_m had absorbed the missing cart_coulomb_friction: 2.84 becomes 1.96"
+    ],
     "fit": {
         "train": {"before": 47.3, "after": 1.11},
         "held_out": {"before": 49.8, "after": 1.14},
-        "noise_floor": 1.02,
-        "unit": "score",
         "held_out_cart_mm": {"before": 45.2, "after": 1.9},
         "held_out_pole_rad": {"before": 0.56, "after": 0.0041},
+        "noise_floor": 1.02,
+        "unit": "score",
     },
-    "remainder": {"place": "drive", "above_noise_floor": 1.12, "finding": "The gain sinks by some 4 % in two minutes."},
+    "remainder": {
+        "place": "drive",
+        "above_noise_floor": 1.62,
+        "finding": "time: the gain sinks by some 4 % in two minutes",
+    },
     "data_quality": [
         {"kind": "spike", "count": 3, "intervals_s": [[0.0, 0.01], [7.41, 7.42], [29.0, 29.01]]},
         {"kind": "wrap", "count": 12, "intervals_s": []},
     ],
-    "next_experiment": {"file": "next.yaml", "why": "Slow swings part the pole's dry friction from its drag."},
-    "recording": {
-        "seconds": 60.0, "samples": 6000, "rate_hz": 100.0, "digest": "sha256:" + 8 * "0123abcd", "name": "inteco_60s",
+    "next_experiment": {
+        "file": "next.yaml",
+        "why": "Slow swings part the pole's dry friction from its drag.",
     },
-    "command": "sysid diagnose inteco_60s --twin config/inteco.yaml --out out",
+    "recording": {
+        "name": "inteco_60s",
+        "seconds": 60.0,
+        "samples": 6000,
+        "rate_hz": 100.0,
+        "digest": "sha256:" + 8 * "0123abcd",
+        "position_step_m": 57e-6,
+        "angle_step_rad": 0.0015,
+    },
     "elapsed_s": 12.04,
-}  # fmt: skip
+}
+COMMAND = "sysid diagnose inteco_60s --twin config/inteco.yaml --out out"
 TRIALS = (
     Trial((), 14.2, 15.3, "parameters alone"),
     Trial(("rail_tilt",), 14.1, 15.4, "tried"),
@@ -121,10 +140,10 @@ TRIALS = (
 )
 
 
-def overlay(
+def make_overlay(
     channel: str, unit: str, size: float, off: float, windows: int = 14, rate_hz: int = 200
 ) -> Overlay:
-    """Make runs like those of a rig: after is close, before drifts off, sometimes out of the picture."""
+    """Make runs like those of a rig: after is close, before drifts off the picture at times."""
     rng = np.random.default_rng(1)
     times = 4.0 * np.arange(windows)[:, None] + np.arange(rate_hz + 1) / rate_hz
     since = times - times[:, :1]
@@ -136,7 +155,7 @@ def overlay(
     return Overlay(channel, unit, times, measured, before, after)
 
 
-def evidence() -> tuple[Evidence, ...]:
+def make_evidence() -> tuple[Evidence, ...]:
     v = np.linspace(-1.2, 1.2, 31)
     step = Evidence(
         "cart_velocity",
@@ -149,48 +168,55 @@ def evidence() -> tuple[Evidence, ...]:
     return step, Evidence("cart_position", "no more than chance", 0.04)
 
 
-def named() -> Diagnosis:
-    place = Localisation("cart", evidence(), ((12.1, 14.0), (31.0, 33.5)))
-    return Diagnosis(
-        VERDICT,
-        TWIN,
-        place,
-        TRIALS,
-        (overlay("cart", "m", 0.3, 0.08), overlay("pole", "rad", 2.0, 1.5)),
+def make_named() -> Verdict:
+    place = Localisation("cart", make_evidence(), ((12.1, 14.0), (31.0, 33.5)))
+    overlays = (make_overlay("cart", "m", 0.3, 0.08), make_overlay("pole", "rad", 2.0, 1.5))
+    return replace(
+        Verdict.from_dict(CONTENT),
+        command=COMMAND,
+        twin=TWIN,
+        localisation=place,
+        trials=TRIALS,
+        overlays=overlays,
     )
 
 
-def ended(outcome: Outcome) -> Diagnosis:
-    """Make a diagnosis as each outcome leaves it."""
-    one, verdict = (
-        named(),
-        {**VERDICT, "outcome": outcome.value, "sentence": f"A sentence for {outcome.value}."},
-    )
-    nowhere = {
-        **verdict,
-        "location": None,
-        "missing_physics": [],
-        "masking": [],
-        "remainder": None,
-    }
+def make_ended(outcome: Outcome) -> Verdict:
+    """Make a verdict as each outcome leaves it."""
+    verdict = replace(make_named(), outcome=outcome, sentence=f"A sentence for {outcome.value}.")
+    empty = replace(verdict, missing_physics=(), masking=(), twin=Twin("inteco", RIG))
     match outcome:
         case Outcome.NOTHING_MISSING:
-            return replace(one, verdict=nowhere, localisation=None, twin=Twin("inteco", RIG))
+            return replace(empty, location=None, remainder=None)
         case Outcome.NOT_IN_CATALOGUE:
-            return replace(
-                one,
-                verdict={**verdict, "missing_physics": [], "masking": []},
-                twin=Twin("inteco", RIG),
-            )
+            return empty
         case Outcome.UNUSABLE:
-            cut = {**nowhere, "rig_parameters": {}, "fit": None, "next_experiment": None}
-            return Diagnosis(cut, None, None, (), ())
+            return replace(make_unusable(), sentence=verdict.sentence)
         case _:
-            return replace(one, verdict=verdict)
+            return verdict
+
+
+def make_unusable() -> Verdict:
+    """Make a verdict in which every field that may be empty is."""
+    whole = Verdict.from_dict(CONTENT)
+    return Verdict(
+        Outcome.UNUSABLE,
+        "Too short.",
+        None,
+        (),
+        {},
+        (),
+        None,
+        None,
+        (),
+        None,
+        whole.recording,
+        1.0,
+    )
 
 
 class Reader(HTMLParser):
-    """Collect a page's text, tags with attributes, and ids; fail on tags that are not closed in order."""
+    """Collect a page's text and tags; fail on tags that are not closed in order."""
 
     VOID = frozenset({"meta", "br"})
 
@@ -219,12 +245,12 @@ class Reader(HTMLParser):
             self.words.append(data)
 
     def attributes(self, name: str) -> list[str]:
-        return [held[name] for _, held in self.tags if name in held]
+        return [attributes[name] for _, attributes in self.tags if name in attributes]
 
 
 @pytest.fixture(scope="module")
 def html() -> str:
-    return page(named())
+    return render_page(make_named())
 
 
 def test_the_page_says_what_the_verdict_says(html: str) -> None:
@@ -232,7 +258,7 @@ def test_the_page_says_what_the_verdict_says(html: str) -> None:
     for words in (
         "Diagnosis: inteco_60s",
         "✓ Missing physics named",
-        VERDICT["sentence"],
+        CONTENT["sentence"],
         "6000 samples at 100 Hz",
         "12.0 s",
         "0.461 N [0.451, 0.472]",
@@ -246,68 +272,42 @@ def test_the_page_says_what_the_verdict_says(html: str) -> None:
         "cart ◂ here",
         "12.1–14.0, 31.0–33.5 s",
         "−31 %",
-        VERDICT["masking"][0],
-        "1.12 times the noise floor",
-        "What is left is at drive . The gain sinks",
+        CONTENT["masking"][0],
+        "1.62 times the noise floor",
+        "What is left is at drive . time: the gain sinks",
         "0.00, 7.41, 29.00 s",
         "single samples far off",
         "Slow swings part",
-        VERDICT["command"],
+        COMMAND,
     ):
         assert words in text.replace("\u00a0", " ").replace("\u202f", " "), words
 
 
 @pytest.mark.parametrize("outcome", Outcome)
 def test_every_outcome_has_its_page(outcome: Outcome) -> None:
-    text = Reader(page(ended(outcome))).text
+    text = Reader(render_page(make_ended(outcome))).text
     words = OUTCOMES[outcome]
     assert (
         words.title in text
         and words.meaning in text
         and f"A sentence for {outcome.value}." in text
     )
-    assert (words.when_empty in text) == (outcome not in (Outcome.NAMED, Outcome.AMBIGUOUS))
+    listed = outcome in (Outcome.NAMED, Outcome.AMBIGUOUS)
+    assert (words.when_listed if listed else words.when_empty) in text
+    assert bool(words.when_listed) == (outcome not in (Outcome.NOTHING_MISSING, Outcome.UNUSABLE))
+    assert bool(words.when_empty) == (not listed)
 
 
-def nothing_but(verdict) -> Diagnosis:
-    return Diagnosis(verdict, None, None, (), ())
-
-
-@pytest.mark.parametrize(
-    "diagnosis",
-    [
-        nothing_but({}),
-        nothing_but(None),
-        nothing_but(dict.fromkeys(VERDICT)),
-        nothing_but(
-            {
-                **dict.fromkeys(VERDICT),
-                "outcome": "named",
-                "missing_physics": [{}],
-                "data_quality": [{}],
-            }
-        ),
-        nothing_but(
-            {
-                "fit": {"train": None, "held_out": {"after": math.nan}},
-                "rig_parameters": {"x": {}},
-                "location": {},
-            }
-        ),
-        nothing_but(
-            {
-                "outcome": Outcome.UNUSABLE,
-                "location": {"place": "nowhere", "evidence": [{}]},
-                "remainder": {"a": 1},
-            }
-        ),
-        Diagnosis({}, TWIN, Localisation("sensor", ()), (Trial((), math.nan, math.inf, ""),), ()),
-    ],
-)
-def test_a_diagnosis_with_nothing_in_it_still_makes_a_page(diagnosis: Diagnosis) -> None:
-    text = Reader(page(diagnosis)).text
-    assert "Nothing to draw" in text and "None" not in re.sub(r"None[.\s]|None[ a-z]", "", text)
+def test_a_verdict_with_nothing_in_it_still_makes_a_page() -> None:
+    text = Reader(render_page(make_unusable())).text
+    assert "Nothing to draw" in text and "No faults found in the data" in text
+    assert "None" not in re.sub(r"None[.\s]|None[ a-z]", "", text)
     assert "nan" not in text.lower().split()
+
+
+def test_only_a_command_that_was_run_is_shown() -> None:
+    assert "How to reproduce" in render_page(make_named())
+    assert "How to reproduce" not in render_page(replace(make_named(), command=""))
 
 
 @pytest.mark.parametrize("shape", [(0, 0), (0, 101), (1, 1), (1, 2), (3, 101)])
@@ -322,67 +322,68 @@ def test_any_run_can_be_drawn(shape: tuple[int, int], value: float) -> None:
         np.full(shape, value),
         np.full(shape, math.pi),
     )
-    text = Reader(page(Diagnosis({}, None, None, (), (still,)))).text
+    text = Reader(render_page(replace(make_unusable(), overlays=(still,)))).text
     assert ("Nothing to draw" in text) == (0 in shape)
 
 
 def test_a_run_out_of_the_picture_is_cut_and_said() -> None:
-    one = overlay("cart", "m", 0.3, 1000.0)
-    low, high = figures.frame(one.measured[0], one.after[0])
+    far = make_overlay("cart", "m", 0.3, 1000.0)
+    low, high = compute_frame(far.measured[0], far.after[0])
     assert -0.6 < low < high < 0.6
-    assert "before: up to" in page(Diagnosis({}, None, None, (), (one,)))
+    assert "before: up to" in render_page(replace(make_unusable(), overlays=(far,)))
 
 
 def test_a_product_and_what_was_measured_of_it_stand_at_the_picture() -> None:
-    one = Evidence(
-        "cart_velocity*time", "dry friction grows", 0.9, np.arange(5.0), np.arange(5.0), np.array([9.0, 0.1, 0.1, 0.1, 9.0]),
+    band = np.array([9.0, 0.1, 0.1, 0.1, 9.0])
+    product = Evidence(
+        "cart_velocity*time", "dry friction grows", 0.9, np.arange(5.0), np.arange(5.0), band,
         "time", "dry friction", "N", "cart",
     )  # fmt: skip
-    diagnosis = replace(named(), localisation=Localisation("cart", (one,)))
-    text = page(diagnosis)
+    text = render_page(replace(make_named(), localisation=Localisation("cart", (product,))))
     assert "cart velocity × time" in text and "dry friction (N) against time (s)" in text
 
 
 def test_windows_are_spread_over_the_record() -> None:
     times = np.arange(40.0)[::-1, None] + np.linspace(0, 1, 5)
-    assert figures.spread(times).tolist() == [39, 31, 23, 16, 8, 0]
-    assert figures.spread(times[:2]).tolist() == [1, 0]
+    assert spread_windows(times).tolist() == [39, 31, 23, 16, 8, 0]
+    assert spread_windows(times[:2]).tolist() == [1, 0]
 
 
 def test_what_comes_from_data_is_escaped() -> None:
     evil = "<script>alert('x')</script>"
 
-    def poisoned(value):
-        if isinstance(value, dict):
-            return {k: poisoned(v) for k, v in value.items()}
-        if isinstance(value, list):
-            return [poisoned(v) for v in value]
-        return evil if isinstance(value, str) else value
-
-    verdict = {
-        **poisoned(VERDICT),
-        "rig_parameters": {evil: {"before": evil, "unit": evil}},
-        "fit": {evil: {"after": 1.0}},
-    }
-    place = Localisation(
-        evil, (replace(evidence()[0], variable=evil, finding=evil),), ((1.0, 2.0),)
+    place = Localisation("cart", (replace(make_evidence()[0], variable=evil, finding=evil),))
+    verdict = replace(
+        poison(make_named(), evil),
+        twin=Twin(evil, RIG),
+        localisation=place,
+        trials=(Trial((evil,), 1, 1, evil),),
+        overlays=(make_overlay(evil, evil, 1, 1),),
+        command=evil,
     )
-    twin = Twin(evil, RIG)
-    made = Diagnosis(
-        verdict, twin, place, (Trial((evil,), 1, 1, evil),), (overlay(evil, evil, 1, 1),)
-    )
-    html = page(made)
+    html = render_page(verdict)
     assert "<script" not in html and "&lt;script&gt;" in html
     assert "script" not in {tag for tag, _ in Reader(html).tags}
 
 
+def poison(verdict: Verdict, evil: str) -> Verdict:
+    """Return the verdict with every text that is free replaced; names of closed sets stay."""
+    closed = {"schema", "outcome", "place", "kind"}
+
+    def poison_value(value: object, key: str = "") -> object:
+        if isinstance(value, dict):
+            return {k: poison_value(v, k) for k, v in value.items()}
+        if isinstance(value, list):
+            return [poison_value(v, key) for v in value]
+        return evil if isinstance(value, str) and key not in closed else value
+
+    return Verdict.from_dict(poison_value(verdict.to_dict()))
+
+
 def test_the_page_needs_nothing_from_outside(html: str) -> None:
     read = Reader(html)
-    assert all(
-        one.startswith("#")
-        for name in ("src", "href", "xlink:href")
-        for one in read.attributes(name)
-    )
+    names = ("src", "href", "xlink:href")
+    assert all(link.startswith("#") for name in names for link in read.attributes(name))
     assert {tag for tag, _ in read.tags}.isdisjoint({"script", "link", "img", "iframe", "object"})
     assert set(re.findall(r"https?://[^\"' >]+", html)) <= {
         "http://www.w3.org/2000/svg",
@@ -399,24 +400,25 @@ def test_ids_are_unique_and_references_are_kept(html: str) -> None:
 
 def test_every_picture_has_words(html: str) -> None:
     pictures = [
-        held
-        for tag, held in Reader(html).tags
-        if tag == "svg" and held.get("aria-hidden") != "true"
+        attributes
+        for tag, attributes in Reader(html).tags
+        if tag == "svg" and attributes.get("aria-hidden") != "true"
     ]
     assert len(pictures) == 2 * 6 + 2 + 1
-    assert all(held["role"] == "img" and held["aria-label"] for held in pictures)
+    assert all(picture["role"] == "img" and picture["aria-label"] for picture in pictures)
 
 
 def test_the_page_is_small_and_the_same_every_time(html: str, tmp_path: Path) -> None:
-    long = replace(named(), overlays=(overlay("cart", "m", 0.3, 0.1, windows=400, rate_hz=1000),))
-    assert max(len(html.encode()), len(page(long).encode())) < 1_000_000
-    write_report(named(), tmp_path / "new" / "report.html")
+    many = make_overlay("cart", "m", 0.3, 0.1, windows=400, rate_hz=1000)
+    long = replace(make_named(), overlays=(many,))
+    assert max(len(html.encode()), len(render_page(long).encode())) < 1_000_000
+    write_report(make_named(), tmp_path / "new" / "report.html")
     assert (tmp_path / "new" / "report.html").read_bytes() == html.encode()
-    assert [one.name for one in (tmp_path / "new").iterdir()] == ["report.html"]
+    assert [path.name for path in (tmp_path / "new").iterdir()] == ["report.html"]
 
 
 def test_hypotheses_stand_best_first_and_the_chosen_one_is_marked() -> None:
-    rows = trial_rows(TRIALS, frozenset(TWIN.effects))
+    rows = list_trial_rows(make_named())
     assert [row.trial.choose for row in rows] == sorted(row.trial.choose for row in rows)
     assert [row.turn for row in rows if row.chosen] == [6]
     assert (rows[0].bar, rows[-1].bar) == (pytest.approx(0.05, abs=0.02), 1.0)
@@ -425,16 +427,17 @@ def test_hypotheses_stand_best_first_and_the_chosen_one_is_marked() -> None:
 @pytest.mark.parametrize(
     ("value", "text"),
     [
-        (0, "0.00"), (1.14159, "1.14"), (-0.0421, "−0.0421"), (45678.9, "45 679"), (2.7344e-4, "2.73 × 10⁻⁴"),
-        (3e7, "3.00 × 10⁷"), (math.inf, "∞"), (math.nan, "–"), (None, "–"), ("<b>", "–"), (True, "–"),
+        (0, "0.00"), (1.14159, "1.14"), (-0.0421, "−0.0421"),
+        (45678.9, "45 679"), (2.7344e-4, "2.73 × 10⁻⁴"), (3e7, "3.00 × 10⁷"), (math.inf, "∞"),
+        (math.nan, "–"), (None, "–"), ("<b>", "–"), (True, "–"),
     ],
 )  # fmt: skip
 def test_numbers_have_sensible_digits(value: object, text: str) -> None:
-    assert display.number(value).replace("\u00a0", " ").replace("\u202f", " ") == text
+    assert display.format_number(value).replace("\u00a0", " ").replace("\u202f", " ") == text
 
 
 @pytest.mark.parametrize(
-    ("held", "texts"),
+    ("numbers", "texts"),
     [
         ((0.46, 0.45, 0.47), ("0.460", "[0.450, 0.470]")),
         ((1.96, 1.9, 2.02), ("1.96", "[1.90, 2.02]")),
@@ -448,13 +451,15 @@ def test_numbers_have_sensible_digits(value: object, text: str) -> None:
     ],
 )
 def test_an_estimate_shows_the_digits_that_its_interval_is_worth(
-    held: tuple, texts: tuple[str, str]
+    numbers: tuple, texts: tuple[str, str]
 ) -> None:
-    assert tuple(text.replace("\u00a0", " ") for text in display.estimate(*held)) == texts
+    assert (
+        tuple(text.replace("\u00a0", " ") for text in display.format_estimate(*numbers)) == texts
+    )
 
 
 def test_units_are_set_as_one_writes_them() -> None:
-    assert [display.unit(one) for one in ("N s^2/m^2", "kg m^2", "1", None)] == [
+    assert [display.format_unit(name) for name in ("N s^2/m^2", "kg m^2", "1", None)] == [
         "N·s²/m²",
         "kg·m²",
         "",

@@ -1,4 +1,4 @@
-"""The verdict: every field of the contract, words for every outcome, and what the catalogue does not hold left unnamed."""
+"""The verdict: every field, sentences for every outcome, and no name for what has none."""
 
 import json
 import math
@@ -7,14 +7,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.hidden_physics import CART_STEP_M, INTECO, POLE_STEP_RAD, excitation, hidden
+from support.hidden_physics import CART_STEP_M, INTECO, POLE_STEP_RAD, make_command, record_hidden
 from support.made_recordings import PERIOD_S, made, without_joint
 
 from pendulum_sysid import pipeline
+from pendulum_sysid.finding.detectors import Reading
 from pendulum_sysid.finding.search import Named
 from pendulum_sysid.pipeline import diagnose
 from pendulum_sysid.records import Estimate, Outcome, Recording
-from pendulum_sysid.telling.verdict import Findings, outcome_of, verdict_of
+from pendulum_sysid.telling.outcome import Findings, decide_outcome
+from pendulum_sysid.telling.verdict import make_verdict
+from pendulum_sysid.verdict.record import Verdict
 from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Place
@@ -23,6 +26,7 @@ from pendulum_twin.rig import UNITS
 from pendulum_twin.signals import Signals
 
 COULOMB = {"cart_coulomb_friction": {"level_n": 0.5}}
+CERTAIN = Reading("cart_coulomb_friction", (0.34,), {"level_n": Estimate(0.34, 0.2, 0.6)})
 
 
 def silent(_: str) -> None:
@@ -30,9 +34,10 @@ def silent(_: str) -> None:
 
 
 def assert_as_in_the_contract(found: dict) -> None:
+    assert Verdict.from_dict(found).to_dict() == found
     assert set(found) == {
-        "schema", "outcome", "sentence", "location", "missing_physics", "rig_parameters", "masking", "fit", "remainder",
-        "data_quality", "next_experiment", "recording", "elapsed_s",
+        "schema", "outcome", "sentence", "location", "missing_physics", "rig_parameters",
+        "masking", "fit", "remainder", "data_quality", "next_experiment", "recording", "elapsed_s",
     }  # fmt: skip
     assert json.loads(json.dumps(found, allow_nan=False)) == found
     assert found["schema"] == "pendulum_verdict/1" and found["outcome"] in {
@@ -85,13 +90,13 @@ def friction() -> tuple[dict, Findings]:
     """A diagnosis of hidden dry friction, and the findings that its verdict was made from."""
     kept: list[Findings] = []
 
-    def spied(found: Findings, recording: Recording, elapsed_s: float) -> dict:
-        kept.append(found)
-        return verdict_of(found, recording, elapsed_s)
+    def spy(findings: Findings, recording: Recording, elapsed_s: float) -> Verdict:
+        kept.append(findings)
+        return make_verdict(findings, recording, elapsed_s)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(pipeline, "verdict_of", spied)
-        return diagnose([hidden(COULOMB, 5, 24.0)[0]], INTECO, silent).verdict, kept[0]
+        patch.setattr(pipeline, "make_verdict", spy)
+        return diagnose([record_hidden(COULOMB, 5, 24.0)[0]], INTECO, silent).to_dict(), kept[0]
 
 
 def test_named(friction: tuple[dict, Findings]) -> None:
@@ -112,13 +117,14 @@ def test_named(friction: tuple[dict, Findings]) -> None:
     assert found["fit"]["held_out"]["after"] < 0.1 * found["fit"]["held_out"]["before"]
     assert found["fit"]["held_out_cart_mm"]["after"] < 1.0
     assert found["recording"] == {
-        "name": "hidden", "seconds": 24.0, "samples": 2400, "rate_hz": pytest.approx(100.0), "digest": "sha256:5",
-        "position_step_m": pytest.approx(57e-6, rel=1e-6), "angle_step_rad": pytest.approx(2 * np.pi / 4096, rel=1e-6),
+        "name": "hidden", "seconds": 24.0, "samples": 2400, "rate_hz": pytest.approx(100.0),
+        "digest": "sha256:5", "position_step_m": pytest.approx(57e-6, rel=1e-6),
+        "angle_step_rad": pytest.approx(2 * np.pi / 4096, rel=1e-6),
     }  # fmt: skip
 
 
 def test_nothing_missing() -> None:
-    found = diagnose([hidden({}, 5, 20.0)[0]], INTECO, silent).verdict
+    found = diagnose([record_hidden({}, 5, 20.0)[0]], INTECO, silent).to_dict()
     assert_as_in_the_contract(found)
     assert (
         found["outcome"] == "nothing_missing"
@@ -131,21 +137,17 @@ def test_nothing_missing() -> None:
 
 
 def test_unusable() -> None:
-    diagnosis = diagnose([made(INTECO, 3.0)], INTECO, silent)
-    assert_as_in_the_contract(diagnosis.verdict)
-    assert (
-        diagnosis.verdict["outcome"] == "unusable"
-        and diagnosis.twin is None
-        and diagnosis.verdict["fit"] is None
-    )
-    assert diagnosis.verdict["sentence"].startswith("expected at least 4 usable windows") and (
-        diagnosis.verdict["sentence"].endswith("record longer")
-    )
+    verdict = diagnose([made(INTECO, 3.0)], INTECO, silent)
+    assert_as_in_the_contract(verdict.to_dict())
+    assert verdict.outcome is Outcome.UNUSABLE
+    assert verdict.twin is None and verdict.fit is None
+    assert verdict.sentence.startswith("expected at least 4 usable windows")
+    assert verdict.sentence.endswith("record longer")
 
 
 @pytest.mark.parametrize(("gone", "left"), [("pole", "cart_mm"), ("cart", "pole_rad")])
 def test_one_joint_alone(gone: str, left: str) -> None:
-    found = diagnose([without_joint(made(INTECO, 12.0, 0.2), gone)], INTECO, silent).verdict
+    found = diagnose([without_joint(made(INTECO, 12.0, 0.2), gone)], INTECO, silent).to_dict()
     assert_as_in_the_contract(found)
     other = {"cart_mm": "pole_rad", "pole_rad": "cart_mm"}[left]
     assert f"held_out_{left}" in found["fit"] and f"held_out_{other}" not in found["fit"]
@@ -160,7 +162,7 @@ def test_runs_that_diverge_leave_no_infinity_in_the_verdict(
         part: replace(runs, runs=np.full_like(runs.runs, np.inf))
         for part, runs in kept.before.items()
     }
-    found = verdict_of(replace(kept, before=before), kept.case.recording, 1.0)
+    found = make_verdict(replace(kept, before=before), kept.case.recording, 1.0).to_dict()
     assert_as_in_the_contract(found)
     assert found["fit"]["held_out"]["before"] is None and found["fit"]["train"]["before"] is None
     assert found["fit"]["held_out"]["after"] == friction[0]["fit"]["held_out"]["after"]
@@ -168,14 +170,14 @@ def test_runs_that_diverge_leave_no_infinity_in_the_verdict(
 
 def test_a_hopeless_twin_is_not_the_recording_s_fault() -> None:
     hopeless = replace(INTECO, effects={"rail_spring": {"n_per_m": -2e3, "centre_m": 0.0}})
-    found = diagnose([hidden({}, 5, 20.0)[0]], hopeless, silent).verdict
+    found = diagnose([record_hidden({}, 5, 20.0)[0]], hopeless, silent).to_dict()
     assert_as_in_the_contract(found)
     assert "check the command topic" not in found["sentence"]
 
 
 def test_several_recordings_are_one() -> None:
     both = [made(INTECO, 8.0, 0.2, seed) for seed in (1, 2)]
-    found = diagnose(both, INTECO, silent).verdict
+    found = diagnose(both, INTECO, silent).to_dict()
     assert_as_in_the_contract(found)
     assert found["outcome"] == "nothing_missing" and found["recording"]["samples"] == 1600
     assert found["recording"]["digest"] == "sha256:1 + sha256:2"
@@ -186,8 +188,8 @@ def test_several_recordings_are_one() -> None:
 
 def test_rivals_make_it_ambiguous(friction: tuple[dict, Findings]) -> None:
     _, kept = friction
-    tied = replace(kept.named[0], rivals=("input_dead_zone", "rail_tilt"))
-    found = verdict_of(replace(kept, named=(tied,)), kept.case.recording, 1.0)
+    tied = replace(kept.named[0], inseparable_from=("input_dead_zone", "rail_tilt"))
+    found = make_verdict(replace(kept, named=(tied,)), kept.case.recording, 1.0).to_dict()
     assert_as_in_the_contract(found)
     assert found["outcome"] == "ambiguous"
     assert (
@@ -206,7 +208,7 @@ def test_effects_that_explain_less_than_half_are_not_the_answer(
     missed = replace(
         kept, base=replace(kept.base, choose=25.0), best=far, named=(sign, *kept.named)
     )
-    found = verdict_of(missed, kept.case.recording, 1.0)
+    found = make_verdict(missed, kept.case.recording, 1.0).to_dict()
     assert_as_in_the_contract(found)
     assert found["outcome"] == "not_in_catalogue"
     assert [one["effect"] for one in found["missing_physics"]] == [
@@ -217,7 +219,7 @@ def test_effects_that_explain_less_than_half_are_not_the_answer(
         f"Physics is missing at the {place} that no effect of the catalogue explains; "
     )
     explained = replace(missed, base=replace(kept.base, choose=40.0))
-    assert verdict_of(explained, kept.case.recording, 1.0)["outcome"] == "named"
+    assert decide_outcome(explained) is Outcome.NAMED
 
 
 def test_a_small_part_is_no_answer_while_whole_windows_show_more_than_noise(
@@ -225,10 +227,10 @@ def test_a_small_part_is_no_answer_while_whole_windows_show_more_than_noise(
 ) -> None:
     kept = friction[1]
     small = replace(kept, base=replace(kept.base, choose=1.4), best=replace(kept.best, choose=1.2))
-    outcomes = {whole: outcome_of(replace(small, whole=whole)) for whole in (1.1, 4.0)}
+    outcomes = {whole: decide_outcome(replace(small, whole=whole)) for whole in (1.1, 4.0)}
     assert outcomes == {1.1: Outcome.NAMED, 4.0: Outcome.NOT_IN_CATALOGUE}
-    assert outcome_of(replace(kept, whole=4.0)) is Outcome.NAMED  # a great part
-    assert outcome_of(replace(small, named=(), whole=4.0)) is Outcome.NOTHING_MISSING
+    assert decide_outcome(replace(kept, whole=4.0)) is Outcome.NAMED  # a great part
+    assert decide_outcome(replace(small, named=(), whole=4.0)) is Outcome.NOTHING_MISSING
 
 
 def test_friction_that_is_certain_is_kept_where_something_else_has_no_name(
@@ -236,10 +238,8 @@ def test_friction_that_is_certain_is_kept_where_something_else_has_no_name(
 ) -> None:
     _, kept = friction
     far = replace(kept.best, choose=20.0)
-    missed = replace(
-        kept, base=replace(kept.base, choose=25.0), best=far, steady=Estimate(0.34, 0.2, 0.6)
-    )
-    found = verdict_of(missed, kept.case.recording, 1.0)
+    missed = replace(kept, base=replace(kept.base, choose=25.0), best=far, certain=(CERTAIN,))
+    found = make_verdict(missed, kept.case.recording, 1.0).to_dict()
     assert_as_in_the_contract(found)
     assert found["outcome"] == "not_in_catalogue"
     (one,) = found["missing_physics"]
@@ -249,9 +249,9 @@ def test_friction_that_is_certain_is_kept_where_something_else_has_no_name(
     assert found["sentence"].endswith(
         " Dry friction holds the cart back with 0.34 N. This part is certain."
     )
-    named = verdict_of(
+    named = make_verdict(
         replace(missed, base=replace(kept.base, choose=40.0)), kept.case.recording, 1.0
-    )
+    ).to_dict()
     assert named["outcome"] == "named" and "certain" not in named["sentence"]
 
 
@@ -279,7 +279,7 @@ def dry(v: float) -> float:
 
 
 def unlisted(on_cart: Push = nothing, on_pole: Push = nothing, seconds: float = 30.0) -> Recording:
-    """Return a recording made by integrating the equations of motion here, with more on cart or pole."""
+    """Integrate the equations of motion here, with more on cart or pole, and record the run."""
     rig, h, sub = RIG, 1e-3, round(PERIOD_S / 1e-3)
     m, inertia, arm = (
         rig.total_mass_kg,
@@ -309,7 +309,7 @@ def unlisted(on_cart: Push = nothing, on_pole: Push = nothing, seconds: float = 
         return tuple(a + step * b for a, b in zip(y, by, strict=True))
 
     n, y, states = round(seconds / PERIOD_S), (0.0, math.pi, 0.0, 0.0), []
-    command = excitation(1, n)
+    command = make_command(1, n)
     for k in range(n):
         states.append(y)
         drive = rig.force_per_pwm_n * command[k]
@@ -335,7 +335,7 @@ def as_measured(command: Floats, states: Floats) -> Signals:
 
 
 def test_the_equations_here_are_those_of_the_twin() -> None:
-    found = diagnose([unlisted(seconds=20.0)], INTECO, silent).verdict
+    found = diagnose([unlisted(seconds=20.0)], INTECO, silent).to_dict()
     assert found["outcome"] == "nothing_missing"
     for name, one in found["rig_parameters"].items():
         assert one["after"] == pytest.approx(getattr(RIG, name), rel=0.02), name
@@ -372,7 +372,7 @@ def bump(t: float, y: tuple, drive: float) -> float:
     ids=["gusts", "wheel", "stiffening", "bump"],
 )
 def test_what_no_effect_explains_is_not_forced_onto_one(on_cart: Push, on_pole: Push) -> None:
-    found = diagnose([unlisted(on_cart, on_pole)], INTECO, silent).verdict
+    found = diagnose([unlisted(on_cart, on_pole)], INTECO, silent).to_dict()
     assert_as_in_the_contract(found)
     assert found["outcome"] == "not_in_catalogue", found["sentence"]
     assert found["missing_physics"] == [] and found["masking"] == []
@@ -380,12 +380,12 @@ def test_what_no_effect_explains_is_not_forced_onto_one(on_cart: Push, on_pole: 
 
 
 def one_sided(t: float, y: tuple, drive: float) -> float:
-    """Return dry friction on one half of the rail only, beside a strong force that depends on the place."""
+    """Return dry friction on one half of the rail, beside a strong force of the position."""
     return (-0.8 * dry(y[2]) if y[0] > 0 else 0.0) - 4.0 * math.sin(9 * y[0]) * y[0]
 
 
 def test_what_two_unlisted_forces_leave_is_told() -> None:
-    found = diagnose([unlisted(one_sided)], INTECO, silent).verdict
+    found = diagnose([unlisted(one_sided)], INTECO, silent).to_dict()
     assert found["outcome"] != "nothing_missing"
     assert found["remainder"]["above_noise_floor"] > 2 and found["remainder"]["place"] == "cart"
 

@@ -1,6 +1,7 @@
-"""The command line: exit status, one sentence for whatever is wrong, and files that are whole or not there."""
+"""The command line: exit status, one sentence for a fault, and files whole or not there."""
 
 import json
+import math
 import os
 import subprocess
 import sys
@@ -12,11 +13,12 @@ import pytest
 from support.made_recordings import INTECO, ROOT, made, made_bag, without_joint
 
 from pendulum_sysid.cli import main
-from pendulum_sysid.records import Diagnosis
+from pendulum_sysid.records import Outcome
 from pendulum_sysid.verbs import recordings
 from pendulum_sysid.verbs.diagnose import write_diagnosis
+from pendulum_sysid.verdict.record import BeforeAfter, FitScores, RecordingFacts, Verdict
 from pendulum_twin.effects import CATALOGUE
-from pendulum_twin.model import load_twin, save_twin
+from pendulum_twin.model import Twin, load_twin, save_twin
 
 REAL = ROOT.parent / "shared" / "data" / "inteco_rig"
 TWIN = str(ROOT / "config" / "inteco.yaml")
@@ -168,11 +170,11 @@ def broken(error: BaseException):
 def test_an_internal_error_is_one_sentence(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, bag: str
 ) -> None:
-    monkeypatch.setattr(recordings, "cleaned", broken(RuntimeError("two\nlines")))
+    monkeypatch.setattr(recordings, "clean_recording", broken(RuntimeError("two\nlines")))
     said = refused(capsys, "replay", bag, "--twin", TWIN)
     assert (
-        said
-        == "sysid: internal error (RuntimeError: two lines): please report it, with --traceback for details\n"
+        said == "sysid: internal error (RuntimeError: two lines): "
+        "please report it, with --traceback for details\n"
     )
     for line in (
         ["--traceback", "replay", bag, "--twin", TWIN],
@@ -185,7 +187,7 @@ def test_an_internal_error_is_one_sentence(
 def test_the_keyboard_stops_it(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, bag: str
 ) -> None:
-    monkeypatch.setattr(recordings, "cleaned", broken(KeyboardInterrupt()))
+    monkeypatch.setattr(recordings, "clean_recording", broken(KeyboardInterrupt()))
     assert main(["replay", bag, "--twin", TWIN]) == 130
     assert (
         capsys.readouterr().err
@@ -338,7 +340,8 @@ def test_import_makes_a_recording_of_a_csv_file(
     np.savetxt(
         tmp_path / "run.csv", table, delimiter=",", header="t,u,x,theta", comments="", fmt="%.12g"
     )
-    line = f"import {tmp_path}/run.csv --out {tmp_path}/bag --time t --command u --cart x --pole theta --skip 1"
+    columns = "--time t --command u --cart x --pole theta"
+    line = f"import {tmp_path}/run.csv --out {tmp_path}/bag {columns} --skip 1"
     assert main([*line.split(), "--pole-zero", "down", "--invert-cart"]) == 0
     assert capsys.readouterr().out == f"{tmp_path}/bag\n"
     assert main(["replay", f"{tmp_path}/bag", "--twin", TWIN, "--json"]) == 0
@@ -367,32 +370,35 @@ def test_import_of_a_column_that_is_not_there(
 # What a diagnosis leaves behind
 
 
-def diagnosis(twin=INTECO, **verdict: object) -> Diagnosis:
-    return Diagnosis({"outcome": "named", "sentence": "Found.", **verdict}, twin, None, (), ())
+def make_named_verdict(twin: Twin | None = INTECO) -> Verdict:
+    recording = RecordingFacts("made", 60.0, 6000, 100.0, "sha256:1", 0.0, 0.0)
+    scores = BeforeAfter(math.inf, 1.1)
+    fit = FitScores(train=scores, held_out=scores, noise_floor=1.0)
+    return Verdict(
+        Outcome.NAMED, "Found.", None, (), {}, (), fit, None, (), None, recording, 1.0, twin=twin
+    )
 
 
 def test_a_diagnosis_is_written(tmp_path: Path) -> None:
     folder = tmp_path / "new" / "out"
-    written = write_diagnosis(
-        diagnosis(share=np.float64("nan"), count=np.int64(3)), folder, Path(TWIN)
-    )
+    written = write_diagnosis(make_named_verdict(), folder, Path(TWIN))
     assert [path.name for path in written] == ["verdict.json", "report.html", "twin.yaml"]
-    verdict = json.loads((folder / "verdict.json").read_text())
-    assert verdict["share"] is None and verdict["count"] == 3
+    content = json.loads((folder / "verdict.json").read_text())
+    assert content["fit"]["train"]["before"] is None and content["sentence"] == "Found."
     assert load_twin(folder / "twin.yaml") == INTECO
-    assert {path.name for path in folder.iterdir()} == {"verdict.json", "report.html", "twin.yaml"}
+    assert {path.name for path in folder.iterdir()} == {path.name for path in written}
 
 
 def test_no_twin_of_an_earlier_diagnosis_stays(tmp_path: Path) -> None:
-    write_diagnosis(diagnosis(), tmp_path, Path(TWIN))
-    written = write_diagnosis(diagnosis(twin=None), tmp_path, Path(TWIN))
+    write_diagnosis(make_named_verdict(), tmp_path, Path(TWIN))
+    written = write_diagnosis(make_named_verdict(twin=None), tmp_path, Path(TWIN))
     assert [path.name for path in written] == ["verdict.json", "report.html"]
     assert not (tmp_path / "twin.yaml").exists()
 
 
 def test_the_twin_that_was_started_from_is_never_removed(tmp_path: Path) -> None:
     save_twin(INTECO, tmp_path / "twin.yaml")
-    write_diagnosis(diagnosis(twin=None), tmp_path, tmp_path / "twin.yaml")
+    write_diagnosis(make_named_verdict(twin=None), tmp_path, tmp_path / "twin.yaml")
     assert load_twin(tmp_path / "twin.yaml") == INTECO
 
 

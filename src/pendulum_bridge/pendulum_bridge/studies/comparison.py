@@ -12,28 +12,28 @@ from typing import Any
 
 from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.emulator.unlisted import BY_NAME as UNLISTED
-from pendulum_sysid.studies.proof.judge_trial import answer_of
-from pendulum_sysid.studies.proof.names import judged
-from pendulum_sysid.studies.proof.records import How, Names, Sealed, Size, Unlisted
-from pendulum_sysid.studies.proof.sizes import RIG, effect_sizes, mass_scale, rig_sizes
+from pendulum_sysid.studies.proof.answers import read_answer
+from pendulum_sysid.studies.proof.names import judge_names
+from pendulum_sysid.studies.proof.records import (
+    NamesJudgement,
+    NamesOutcome,
+    Seal,
+    Size,
+    UnlistedEffect,
+)
+from pendulum_sysid.studies.proof.sizes import (
+    RIG,
+    compare_effect_sizes,
+    compare_rig_constants,
+    compute_mass_scale,
+    describe_deviation,
+)
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.files import read_json_object
 from pendulum_twin.rig import UNITS, Rig
 
 SCHEMA = "pendulum_verdict/1"
 ROW = "  {:<26} {:>10} {:>10}   {:<46} {}"
-SENTENCES = {
-    How.RIGHT: "The diagnosis is right: it names what was concealed, and nothing else.",
-    How.TIED: (
-        "The diagnosis is undecided: what was concealed is among what it cannot tell apart."
-    ),
-    How.INCOMPLETE: "The diagnosis is partly right: it names some of what was concealed.",
-    How.MISSED: "The diagnosis is wrong: it names nothing of what was concealed.",
-    How.ABSTAINED: "The diagnosis abstains: it says that it cannot name what was concealed.",
-    How.WRONG: "The diagnosis is wrong: it names an effect that was not concealed.",
-    How.FALSE_ALARM: "The diagnosis is wrong: it finds missing physics where none was concealed.",
-    How.CRASHED: "The diagnosis broke off without an answer.",
-}
 
 
 @dataclass(frozen=True)
@@ -44,15 +44,15 @@ class Comparison:
     sizes: (effect, or "rig"; parameter) -> true value and estimate with its 95 % interval.
     """
 
-    names: Names
+    names: NamesJudgement
     sizes: Mapping[tuple[str, str], Size]
 
     @property
     def sentence(self) -> str:
         """Return the conclusion for a person."""
         misses = [f"{owner}.{name}" for (owner, name), s in self.sizes.items() if not s.inside]
-        if self.names.how is not How.RIGHT or not misses:
-            return SENTENCES[self.names.how]
+        if self.names.outcome is not NamesOutcome.RIGHT or not misses:
+            return self.names.outcome.sentence
         subject, verb = ("interval", "misses") if len(misses) == 1 else ("intervals", "miss")
         return f"The names are right, but the {subject} of {', '.join(misses)} {verb} the truth."
 
@@ -69,13 +69,13 @@ def compare_with_seal(
 
     nominal: the constants from which the diagnosis started.
     """
-    sealed = _make_sealed(concealed)
-    scale = mass_scale(sealed, nominal)
+    seal = _make_seal(concealed)
+    scale = compute_mass_scale(seal, nominal)
     sizes = (
-        *effect_sizes(sealed, verdict["missing_physics"], scale),
-        *rig_sizes(sealed, verdict["rig_parameters"], scale),
+        *compare_effect_sizes(seal, verdict["missing_physics"], scale),
+        *compare_rig_constants(seal, verdict["rig_parameters"], scale),
     )
-    names = judged(sealed, answer_of(verdict))
+    names = judge_names(seal, read_answer(verdict))
     return Comparison(names, {(size.owner, size.parameter): size for size in sizes})
 
 
@@ -105,22 +105,13 @@ def format_comparison(concealed: Concealed, nominal: Rig, verdict: Mapping[str, 
     return "\n".join(lines)
 
 
-def _make_sealed(concealed: Concealed) -> Sealed:
-    """Return the truth as the judge takes it; the judge reads nothing of how it was recorded."""
-    unlisted = (UNLISTED[name] for name in concealed.unlisted)
-    return Sealed(
-        name="demo",
-        bag=Path(),
-        twin=Path(),
-        kind="",
-        seed=0,
-        pole_counts=0,
-        seconds=0.0,
-        closed_loop=False,
-        size_factor=1.0,
+def _make_seal(concealed: Concealed) -> Seal:
+    """Return the truth as the judge takes it."""
+    laws = (UNLISTED[name] for name in concealed.unlisted)
+    return Seal(
         effects=concealed.effects,
         rig=concealed.rig.to_mapping(),
-        unlisted=tuple(Unlisted(law.name, law.place, law.variables) for law in unlisted),
+        unlisted=tuple(UnlistedEffect(law.name, law.place, law.variables) for law in laws),
     )
 
 
@@ -143,7 +134,9 @@ def _list_physics(
     return lines
 
 
-def _describe_name(name: str, entries: Mapping[str, Mapping[str, Any]], names: Names) -> str:
+def _describe_name(
+    name: str, entries: Mapping[str, Mapping[str, Any]], names: NamesJudgement
+) -> str:
     """Return whether and how a concealed effect was named."""
     if name in entries:
         inseparable_from = ", ".join(entries[name]["cannot_be_told_from"])
@@ -184,19 +177,9 @@ def _format_row(
     interval = f"[{estimate['low']:.4g}, {estimate['high']:.4g}]"
     shown = f"{estimate['value']:.4g} {interval} {estimate['unit']}"
     identifiable = estimate.get("identifiable", True)
-    judged_text = _format_error(size) if identifiable else "not identifiable"
+    deviation = "" if size is None else describe_deviation(size)
+    judged_text = deviation if identifiable else "not identifiable"
     return ROW.format("  " + key, first, second, shown, judged_text).rstrip()
-
-
-def _format_error(size: Size | None) -> str:
-    """Return `right` when the interval holds the truth, else how far the estimate is off."""
-    if size is None:
-        return ""
-    if size.inside:
-        return "right"
-    if size.true:
-        return f"off by {100 * (size.value / size.true - 1):+.2g} %"
-    return f"off by {size.value:+.2g}"
 
 
 def _format_scores(fit: Mapping[str, Any]) -> str:

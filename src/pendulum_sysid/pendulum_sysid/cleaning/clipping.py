@@ -4,28 +4,38 @@ from __future__ import annotations
 
 import numpy as np
 
-from pendulum_sysid.cleaning.clock import runs
+from pendulum_sysid import decisions
+from pendulum_sysid.cleaning.clock import find_runs
+from pendulum_sysid.cleaning.detector import Fault, Samples, list_spans
 from pendulum_twin.arrays import Floats
 
-SHORTEST = 3  # samples at the limit in a row
-LEAST_SHARE = 0.02  # of the recording; less is not worth a word
-NEAR = 0.25  # part of the limit within which a command comes to it when it is clipped, and not merely stepped
+
+def detect_clipping(samples: Samples) -> tuple[Samples, tuple[Fault, ...]]:
+    """Say where the command stood at its limit."""
+    raw = samples.raw
+    finite = np.isfinite(raw.command)
+    runs = find_clipped_runs(raw.command[finite])
+    return samples, (Fault("clipped", list_spans(raw.command_stamp_s[finite], runs)),)
 
 
-def clipped_runs(command: Floats) -> list[tuple[int, int]]:
-    """Return (first, stop) samples at which a varying command (n,) stood at its greatest magnitude; [] if hardly ever.
+def find_clipped_runs(command: Floats) -> list[tuple[int, int]]:
+    """Return the (first, stop) samples at which a command (n,) stood at its greatest magnitude.
 
-    Steps between constant levels are a plan, not clipping: the command must move towards the limit
-    or away from it.
+    None are returned when it hardly ever stood there. Steps between constant levels are a plan,
+    not
+    clipping: the command must move towards the limit or away from it.
     """
     limit = float(np.max(np.abs(command), initial=0.0))
     if limit == 0.0:
         return []
     at_limit = np.abs(command) >= limit * (1 - 1e-9)
-    found = [
-        (a, b) for a, b in runs(at_limit) if b - a >= SHORTEST and _glides(command, limit, a, b)
+    clipped = [
+        (a, b)
+        for a, b in find_runs(at_limit)
+        if b - a >= decisions.CLIPPED_LEAST_SAMPLES and _glides(command, limit, a, b)
     ]
-    return found if sum(b - a for a, b in found) > LEAST_SHARE * len(command) else []
+    samples = sum(b - a for a, b in clipped)
+    return clipped if samples > decisions.CLIPPED_SHARE * len(command) else []
 
 
 def _glides(command: Floats, limit: float, first: int, stop: int) -> bool:
@@ -33,7 +43,7 @@ def _glides(command: Floats, limit: float, first: int, stop: int) -> bool:
     sides = (command[max(0, first - 2) : first][::-1], command[stop : stop + 2])
     return any(
         len(side) == 2
-        and abs(side[0]) > (1 - NEAR) * limit
+        and abs(side[0]) > (1 - decisions.CLIPPED_APPROACH) * limit
         and side[0] * command[first] > 0
         and side[0] != side[1]
         for side in sides

@@ -6,80 +6,87 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pendulum_sysid import decisions
 from pendulum_twin.arrays import Floats, Mask
 
-ALIGNED = 0.02  # part of a period by which a stamp may be off its grid and still count as on it
-PAIRED = 0.4  # part of a period by which a command may be off a sample and still belong to it: an answer takes a while
-LONGEST_FILL = 5  # samples missing in a row that are filled; more begin a new stretch
-UNMISTAKABLE = 0.25  # of a period: steps that are no further from whole periods need no following
-FOLLOW = 0.1  # of its error, by which the clock that follows is set after each stamp
-BELIEVED = 0.02  # a slope further than this part from the median step is not a period
 FIT_EACH_SIDE = 5  # samples on either side that a fill is fitted to
 
 
 @dataclass(frozen=True)
 class Rate:
-    """Hold how samples follow one another: the period, and the deviation of a stamp from its grid, in periods."""
+    """Hold how samples follow one another.
+
+    period_s: s between samples.
+    jitter: standard deviation of a stamp from its grid, in periods.
+    """
 
     period_s: float
     jitter: float
 
     @property
     def gap_s(self) -> float:
-        """Return the step between two stamps from which a sample is missing: 1.5 periods, more when stamps jitter."""
+        """Return the step (s) from which a sample is missing: 1.5 periods, more with jitter."""
         return (1.5 + min(0.4, 2.0 * self.jitter)) * self.period_s
 
     @property
     def break_s(self) -> float:
         """Return the step between two stamps from which too many samples are missing to fill."""
-        return (LONGEST_FILL + 1.5) * self.period_s
+        return (decisions.LONGEST_FILL + 1.5) * self.period_s
 
 
-def rate_of(stamps: Floats) -> Rate:
-    """Return the rate of rising stamps (n,): the median step, made precise over whole stretches."""
+def estimate_rate(stamps: Floats) -> Rate:
+    """Estimate the rate of rising stamps (n,): the median step, refined over whole stretches."""
     steps = np.diff(stamps)
     median = float(np.median(steps))
-    cuts = np.flatnonzero(steps > (LONGEST_FILL + 1.5) * median) + 1
+    cuts = np.flatnonzero(steps > (decisions.LONGEST_FILL + 1.5) * median) + 1
     products, squares, off = 0.0, 0.0, [np.zeros(1)]
     for part in np.split(stamps, cuts):
-        place = _places(part, median)
+        place = _number_stamps(part, median)
         products += float((place - place.mean()) @ (part - part.mean()))
         squares += float((place - place.mean()) @ (place - place.mean()))
         off.append(np.diff(part) - np.diff(place) * median)
     slope = products / squares if squares else median
-    period = float(f"{slope if abs(slope / median - 1) < BELIEVED else median:.8g}")
+    period = float(
+        f"{slope if abs(slope / median - 1) < decisions.CLOCK_BELIEVED else median:.8g}"
+    )
     jitter = (
         np.sqrt(np.mean(np.concatenate(off) ** 2) / 2) / period
     )  # a step has the deviations of two stamps
     return Rate(period, float(jitter))
 
 
-def _places(stamps: Floats, period_s: float) -> Floats:
+def _number_stamps(stamps: Floats, period_s: float) -> Floats:
     """Return the number of each stamp on a clock that follows them slowly, from 0."""
     steps = np.diff(stamps) / period_s
-    if np.all(np.abs(steps - np.rint(steps)) < UNMISTAKABLE):
+    if np.all(np.abs(steps - np.rint(steps)) < decisions.CLOCK_CLEAR):
         return np.concatenate([[0.0], np.cumsum(np.rint(steps))])
     places, phase = np.zeros(len(stamps)), 0.0
     for k, time in enumerate((stamps - stamps[0]) / period_s):
         places[k] = round(time - phase)
-        phase += FOLLOW * (time - phase - places[k])
+        phase += decisions.CLOCK_FOLLOW * (time - phase - places[k])
     return places
 
 
-def grid(stamps: Floats, period_s: float) -> Floats:
-    """Return the instants of the uniform clock within one stretch of stamps; it runs through most of them."""
-    place = _places(stamps, period_s)
-    if np.ptp(stamps - place * period_s) > 2 * ALIGNED * period_s:
+def make_grid(stamps: Floats, period_s: float) -> Floats:
+    """Return the instants (s) of the uniform clock that runs through most stamps of a stretch."""
+    place = _number_stamps(stamps, period_s)
+    if np.ptp(stamps - place * period_s) > 2 * decisions.CLOCK_ALIGNED * period_s:
         time = (stamps - stamps[0]) / period_s
         phase = float(np.median(time - np.rint(time)))
-        first, last = np.ceil(-phase - ALIGNED), np.floor(time[-1] - phase + ALIGNED)
+        first, last = (
+            np.ceil(-phase - decisions.CLOCK_ALIGNED),
+            np.floor(time[-1] - phase + decisions.CLOCK_ALIGNED),
+        )
         return stamps[0] + (phase + np.arange(first, last + 1)) * period_s
     origin = float(np.median(stamps - place * period_s))
     return origin + np.arange(place[-1] + 1) * period_s
 
 
-def resampled(instants: Floats, stamps: Floats, values: Floats, rate: Rate) -> tuple[Floats, Mask]:
-    """Return good samples (stamps, values) at the instants, and where a sample stands behind the value.
+def resample(instants: Floats, stamps: Floats, values: Floats, rate: Rate) -> tuple[Floats, Mask]:
+    """Return values at the instants, (n,), and where a sample stands behind them, (n,).
+
+    instants: (n,) s, of the uniform clock.
+    stamps, values: (m,) good samples.
 
     A sample on its instant is taken unchanged; others are interpolated linearly between
     neighbours. Where none is near, the value is a smooth fill and not valid.
@@ -89,7 +96,7 @@ def resampled(instants: Floats, stamps: Floats, values: Floats, rate: Rate) -> t
         return np.zeros(len(instants)), valid
     right = np.clip(np.searchsorted(stamps, instants), 1, len(stamps) - 1)
     nearest = right - (instants - stamps[right - 1] < stamps[right] - instants)
-    hit = np.abs(stamps[nearest] - instants) <= 2 * ALIGNED * rate.period_s
+    hit = np.abs(stamps[nearest] - instants) <= 2 * decisions.CLOCK_ALIGNED * rate.period_s
     between = (
         (stamps[right] - stamps[right - 1] < rate.gap_s)
         & (instants >= stamps[0])
@@ -97,45 +104,45 @@ def resampled(instants: Floats, stamps: Floats, values: Floats, rate: Rate) -> t
     )
     valid = hit | between
     out = np.where(hit, values[nearest], np.interp(instants, stamps, values))
-    return filled(out, valid), valid
+    return fill(out, valid), valid
 
 
-def filled(values: Floats, valid: Mask) -> Floats:
-    """Return the values with those not valid replaced, short runs by a cubic through both sides, ends by a line."""
+def fill(values: Floats, valid: Mask) -> Floats:
+    """Replace values that are not valid: short runs by a cubic, the ends by a line."""
     out = values.copy()
     good = np.flatnonzero(valid)
     if len(good) < 2:
         return out
     bad = ~valid
     out[bad] = np.interp(np.flatnonzero(bad), good, values[good])
-    for start, stop in runs(bad):
+    for start, stop in find_runs(bad):
         at = np.searchsorted(good, start)
         near = good[max(0, at - FIT_EACH_SIDE) : at + FIT_EACH_SIDE]
         inside = start > good[0] and stop <= good[-1]
-        if stop - start > LONGEST_FILL or len(near) < 4:
+        if stop - start > decisions.LONGEST_FILL or len(near) < 4:
             continue
         fit = np.polyfit(near - start, values[near], 3 if inside else 1)
         out[start:stop] = np.polyval(fit, np.arange(stop - start))
     return out
 
 
-def runs(mask: Mask) -> list[tuple[int, int]]:
+def find_runs(mask: Mask) -> list[tuple[int, int]]:
     """Return start and stop (exclusive) of every run of True."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]])))
     return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
 
 
-def held(instants: Floats, period_s: float, stamps: Floats, command: Floats) -> Floats:
+def hold_commands(instants: Floats, period_s: float, stamps: Floats, command: Floats) -> Floats:
     """Return the command in force from each instant to the next one; 0 before the first message.
 
     stamps, command: (m,) when each message came, and its value, which is held until the next. When
-    nearly every message came within PAIRED of an instant, as answers to samples do, each belongs
+    nearly every message came close of an instant, as answers to samples do, each belongs
     to the nearest instant and keeps its value; otherwise the held command is averaged over each
     period.
     """
     if not len(stamps):
         return np.zeros(len(instants))
-    if _belong(instants, period_s, stamps):
+    if _is_paired(instants, period_s, stamps):
         latest = np.searchsorted(stamps, instants + 0.5 * period_s, side="right") - 1
         return np.where(latest >= 0, command[latest], 0.0)
     end = max(stamps[-1], instants[-1]) + 2 * period_s
@@ -147,11 +154,11 @@ def held(instants: Floats, period_s: float, stamps: Floats, command: Floats) -> 
     return (upto[1] - upto[0]) / period_s
 
 
-def _belong(instants: Floats, period_s: float, stamps: Floats) -> bool:
+def _is_paired(instants: Floats, period_s: float, stamps: Floats) -> bool:
     right = np.clip(np.searchsorted(instants, stamps), 1, len(instants) - 1)
     off = (
         np.minimum(np.abs(instants[right] - stamps), np.abs(stamps - instants[right - 1]))
         / period_s
     )
     inside = off <= 0.6  # not before, between or after the stretches
-    return not np.any(inside) or bool(np.mean(off[inside] <= PAIRED) >= 0.95)
+    return not np.any(inside) or bool(np.mean(off[inside] <= decisions.COMMAND_PAIRED) >= 0.95)

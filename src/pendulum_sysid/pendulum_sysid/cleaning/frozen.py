@@ -6,19 +6,23 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pendulum_sysid.cleaning.clock import runs
-from pendulum_sysid.cleaning.jumps import least_of
+from pendulum_sysid import decisions
+from pendulum_sysid.cleaning.clock import find_runs
+from pendulum_sysid.cleaning.detector import Fault, Samples, list_spans
+from pendulum_sysid.cleaning.jumps import measure_least_step
 from pendulum_twin.arrays import Floats
 
-LONG_S = 0.5  # a shorter standstill is not judged
-TIMES_LEAST = 5.0  # the least that counts in the signal, from which a step is abrupt
-AT_ONCE = (
-    0.6  # of the speed: a rig that stops or starts has less of it in the step beside its rest
-)
-NEAR = 3  # steps before and after the standstill that say how fast the rig moved
+
+def detect_frozen(samples: Samples) -> tuple[Samples, tuple[Fault, ...]]:
+    """Leave out the samples that a frozen driver repeated."""
+    runs = find_frozen_runs(samples.stamps, list(samples.positions.values()))
+    moving = np.ones(len(samples.stamps), dtype=bool)
+    for first, stop in runs:
+        moving[first:stop] = False
+    return samples.pick(moving), (Fault("stale", list_spans(samples.stamps, runs)),)
 
 
-def frozen_runs(stamps: Floats, sensors: Sequence[Floats]) -> list[tuple[int, int]]:
+def find_frozen_runs(stamps: Floats, sensors: Sequence[Floats]) -> list[tuple[int, int]]:
     """Return (first repeated, stop) samples of every long standstill that no rig makes.
 
     sensors: (n,) each, unwrapped; NaN counts as a change. All must stand still to the last bit. A
@@ -26,28 +30,32 @@ def frozen_runs(stamps: Floats, sensors: Sequence[Floats]) -> list[tuple[int, in
     stood.
     """
     still = np.all([np.diff(values) == 0 for values in sensors], axis=0)
-    floors = [TIMES_LEAST * least_of(values[np.isfinite(values)]) for values in sensors]
+    floors = [
+        decisions.FROZEN_STEP_RATIO * measure_least_step(values[np.isfinite(values)])
+        for values in sensors
+    ]
     return [
         (first + 1, stop + 1)
-        for first, stop in runs(still)
-        if stamps[stop] - stamps[first] > LONG_S
+        for first, stop in find_runs(still)
+        if stamps[stop] - stamps[first] > decisions.FROZEN_LEAST_S
         and any(
-            _moved_on(values, floor, first, stop)
+            _has_moved_on(values, floor, first, stop)
             for values, floor in zip(sensors, floors, strict=True)
         )
     ]
 
 
-def _moved_on(values: Floats, floor: float, first: int, stop: int) -> bool:
-    """Tell whether one sensor shows that the rig moved during a standstill from sample first to sample stop."""
-    if first < NEAR + 1 or stop + NEAR + 1 >= len(values):
+def _has_moved_on(values: Floats, floor: float, first: int, stop: int) -> bool:
+    """Tell whether a sensor shows that the rig moved while it stood still (first to stop)."""
+    near = decisions.FROZEN_NEAR_STEPS + 1
+    if first < near or stop + near >= len(values):
         return False
-    before = np.abs(np.diff(values[first - NEAR - 1 : first + 1]))
-    after = np.abs(np.diff(values[stop : stop + NEAR + 2]))
+    before = np.abs(np.diff(values[first - near : first + 1]))
+    after = np.abs(np.diff(values[stop : stop + near + 1]))
     stopped, resumed = float(before[-1]), float(after[0])
     speed = max(float(np.median(before[:-1])), float(np.median(after[1:])))
     elsewhere = (
         resumed > floor + 2 * after[1:].max() and max(before.sum(), after[1:].sum()) > floor
     )
-    abrupt = min(stopped, resumed) > max(AT_ONCE * speed, floor)
+    abrupt = min(stopped, resumed) > max(decisions.FROZEN_SPEED_SHARE * speed, floor)
     return bool(elsewhere or abrupt)

@@ -2,53 +2,59 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from pendulum_sysid.errors import WrongUse
 from pendulum_sysid.records import QualityFinding, Recording
-from pendulum_twin.signals import join_signals
+from pendulum_twin.arrays import Floats
+from pendulum_twin.errors import BadInputError
+from pendulum_twin.signals import Signals, join_signals
 
 
-def one_recording(recordings: list[Recording]) -> Recording:
-    """Return several recordings of one rig as one, each its own stretch; their times follow each other.
+def join_recordings(recordings: Sequence[Recording]) -> Recording:
+    """Join recordings of one rig, each its own stretch; their times follow one another.
 
-    Raises BadInputError when they do not fit together.
+    Raises WrongUse when they do not fit together.
     """
     if len(recordings) == 1:
         return recordings[0]
-    name, digest = (
-        " + ".join(parts) for parts in zip(*((r.name, r.digest) for r in recordings), strict=True)
-    )
-    rates = None
-    if all(one.rates is not None for one in recordings):
-        rates = np.concatenate([one.rates for one in recordings if one.rates is not None])
     return Recording(
-        name,
-        digest,
-        join_signals([one.signals for one in recordings]),
-        _findings(recordings),
-        rates,
+        " + ".join(recording.name for recording in recordings),
+        " + ".join(recording.digest for recording in recordings),
+        _join_signals(recordings),
+        _join_findings(recordings),
+        _join_rates(recordings),
     )
 
 
-def _findings(recordings: list[Recording]) -> tuple[QualityFinding, ...]:
-    """Return what the cleaning met in all of them, a kind each, at the times that the samples have in the whole."""
-    begins = np.cumsum([0.0, *(one.signals.end_s for one in recordings[:-1])])
-    moved = [
-        replace(finding, intervals_s=tuple((begin + a, begin + b) for a, b in finding.intervals_s))
-        for begin, one in zip(begins.tolist(), recordings, strict=True)
-        for finding in one.findings
-    ]
-    kinds = {
-        kind: [one for one in moved if one.kind == kind]
-        for kind in dict.fromkeys(one.kind for one in moved)
-    }
-    return tuple(
-        QualityFinding(
-            kind,
-            sum(one.count for one in same),
-            tuple(pair for one in same for pair in one.intervals_s),
-        )
-        for kind, same in kinds.items()
-    )
+def _join_signals(recordings: Sequence[Recording]) -> Signals:
+    try:
+        return join_signals([recording.signals for recording in recordings])
+    except BadInputError as error:
+        raise WrongUse(str(error)) from error
+
+
+def _join_rates(recordings: Sequence[Recording]) -> Floats | None:
+    """Return the reported velocities, (n, 2); None unless all recordings report some."""
+    rates = [recording.rates for recording in recordings if recording.rates is not None]
+    return np.concatenate(rates) if len(rates) == len(recordings) else None
+
+
+def _join_findings(recordings: Sequence[Recording]) -> tuple[QualityFinding, ...]:
+    """Return the findings of all recordings, one a kind, at times counted through all of them."""
+    joined: dict[str, QualityFinding] = {}
+    begin_s = 0.0
+    for recording in recordings:
+        for finding in recording.findings:
+            earlier = joined.get(finding.kind, QualityFinding(finding.kind, 0))
+            intervals_s = tuple((begin_s + a, begin_s + b) for a, b in finding.intervals_s)
+            joined[finding.kind] = replace(
+                earlier,
+                count=earlier.count + finding.count,
+                intervals_s=earlier.intervals_s + intervals_s,
+            )
+        begin_s += recording.signals.end_s
+    return tuple(joined.values())

@@ -15,35 +15,23 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
+from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.clock import Rate
 from pendulum_twin.arrays import Floats, Mask
 
 Places = NDArray[np.int64]
 
-SIDE = 7  # steps on either side that say what the motion was
-LEAST = 3  # of them, so that a side is believed
-LONGEST_SPIKE = 5  # samples
-QUANTA, DEVIATIONS = (
-    6.0,
-    10.0,
-)  # the least step out of line that counts, in encoder steps and in noise of a step
-RANGE_SHARE = 3e-4  # of the signal's range: less is of no account
 PASSES = 4
-SPREADS = 3.0  # a step may be out of line by so many median deviations of the steps nearby
-SPEED_SHARE = 0.25  # encoders also err in proportion to the speed
-GOES_ALONG = 3.0  # a neighbour with more than one part in so many of the same excess
-TURN_SHARE = 0.125
 NO_STEP = 1e-9  # m or rad: below it a step is rounding
-BACK = 0.25  # of a step out of line: what another step of a spike goes the other way, at least; a step that stays has none
-AS_GOOD = (
-    0.4  # of what is allowed: a spike of fewer samples explains a step as well as one of more
-)
-STAYING = 2.0  # a step that is not seen to return must be so many times out of line
 
 
 @dataclass(frozen=True)
 class Jumps:
-    """Hold what was found: (n,) False at spikes, and the samples after which the signal stays elsewhere."""
+    """Hold the spikes and jumps of a signal.
+
+    good: (n,) False at spikes.
+    stays: the samples after which the signal stays elsewhere.
+    """
 
     good: Mask
     stays: Places
@@ -59,8 +47,10 @@ class _Motion:
     slack: Floats
     floor: float  # in the signal's unit
 
-    def beyond(self, step: Floats, first: Places, last: Places) -> tuple[Floats, Floats]:
-        """Return how far steps from first to last + 1 lie above the motion (below: negative), and what may be."""
+    def measure_excess(self, step: Floats, first: Places, last: Places) -> tuple[Floats, Floats]:
+        """Return by how much steps exceed the motion (below it: negative), and the allowance.
+
+        step: the signal's change from sample first to sample last + 1."""
         ends = np.concatenate([[0.0], np.cumsum(self.periods)])
         periods = ends[last + 1] - ends[first]
         low = np.minimum(self.low[first], self.low[last]) * periods
@@ -71,39 +61,47 @@ class _Motion:
         )
 
 
-def least_of(values: Floats) -> float:
-    """Return the least that counts as out of line in a signal (n,) without noise: by encoder step and range."""
+def measure_least_step(values: Floats) -> float:
+    """Return the least step out of line in a signal (n,) without noise, by encoder and range."""
     moved = np.abs(np.diff(values))
     moved = moved[moved > NO_STEP]
     quantum = float(np.quantile(moved, 0.01)) if len(moved) else 0.0
     low, high = np.quantile(values, [0.01, 0.99])
-    return max(QUANTA * quantum, RANGE_SHARE * float(high - low), NO_STEP)
+    return max(
+        decisions.SPIKE_ENCODER_STEPS * quantum,
+        decisions.SPIKE_RANGE_SHARE * float(high - low),
+        NO_STEP,
+    )
 
 
-def floor_of(values: Floats) -> float:
-    """Return the least step out of line that counts in a signal (n,): of the signal and of its noise."""
+def measure_step_floor(values: Floats) -> float:
+    """Return the least step out of line in a signal (n,), its noise included."""
     steps = np.diff(values)
     noise = 0.0
-    if len(steps) > 2 * SIDE:
-        noise = 1.4826 * float(np.median(np.abs(steps - sum(_sides(steps, np.median)) / 2)))
-    return max(least_of(values), DEVIATIONS * noise)
+    if len(steps) > 2 * decisions.SPIKE_SIDE_STEPS:
+        noise = 1.4826 * float(
+            np.median(np.abs(steps - sum(_compute_sides(steps, np.median)) / 2))
+        )
+    return max(measure_least_step(values), decisions.SPIKE_DEVIATIONS * noise)
 
 
-def shortest(steps: Floats, turn: float | None) -> Floats:
+def take_shortest_way(steps: Floats, turn: float | None) -> Floats:
     """Return steps without whole turns; turn is None for a signal that does not come round."""
     return steps if turn is None else steps - np.rint(steps / turn) * turn
 
 
 def find_jumps(stamps: Floats, values: Floats, rate: Rate, turn: float | None = None) -> Jumps:
-    """Return the spikes and jumps of a signal (n,), all finite; a step over a gap too long to fill is not judged.
+    """Find the spikes and jumps of a signal (n,), all finite.
+
+    A step over a gap too long to fill is not judged.
 
     turn: how much further the signal is at the same place again; None when never. Where spikes are
     many they hide one another, so what is left is looked through again.
     """
     left, stays = np.arange(len(values)), np.empty(0, dtype=np.int64)
     for _ in range(PASSES):
-        steps = shortest(np.diff(values[left]), turn)
-        spikes, stays = _one_pass(
+        steps = take_shortest_way(np.diff(values[left]), turn)
+        spikes, stays = _search_once(
             stamps[left], np.cumsum(np.concatenate([values[:1], steps])), rate, turn
         )
         stays = left[stays]
@@ -115,65 +113,71 @@ def find_jumps(stamps: Floats, values: Floats, rate: Rate, turn: float | None = 
     return Jumps(good, stays)
 
 
-def _one_pass(
+def _search_once(
     stamps: Floats, values: Floats, rate: Rate, turn: float | None
 ) -> tuple[list[tuple[int, int]], Places]:
     spikes: list[tuple[int, int]] = []
     stays: list[int] = []
-    if len(values) < 3 * SIDE:
+    if len(values) < 3 * decisions.SPIKE_SIDE_STEPS:
         return spikes, np.array(stays, dtype=np.int64)
     steps, every = np.diff(values), np.arange(len(values) - 1)
-    motion = _motion(steps, np.diff(stamps) / rate.period_s, floor_of(values))
+    motion = _bound_motion(steps, np.diff(stamps) / rate.period_s, measure_step_floor(values))
     off = steps - 0.5 * (motion.low + motion.high) * motion.periods
-    excess, allowed = motion.beyond(steps, every, every)
-    out = np.where(np.diff(stamps) < rate.break_s, _alone(excess, turn) / allowed, 0.0)
+    excess, allowed = motion.measure_excess(steps, every, every)
+    out = np.where(np.diff(stamps) < rate.break_s, _drop_slips(excess, turn) / allowed, 0.0)
     for step in np.flatnonzero(out > 1.0):
         if spikes and step < spikes[-1][1]:
             continue
-        spike = _spike_at(values, motion, off, int(step), turn)
+        spike = _find_spike(values, motion, off, int(step), turn)
         returns = spike is not None and spike[0] > 0 and spike[1] < len(values)
-        if spike and (returns or out[step] > STAYING):
+        if spike and (returns or out[step] > decisions.JUMP_RATIO):
             spikes.append(spike)
-        elif not spike and out[step] > STAYING:
+        elif not spike and out[step] > decisions.JUMP_RATIO:
             stays.append(int(step))
     return spikes, np.array(stays, dtype=np.int64)
 
 
-def _motion(steps: Floats, periods: Floats, floor: float) -> _Motion:
+def _bound_motion(steps: Floats, periods: Floats, floor: float) -> _Motion:
     rates = steps / periods
-    before, after = _sides(rates, np.median)
-    spread = np.maximum(*_sides(rates, _deviation))
+    before, after = _compute_sides(rates, np.median)
+    spread = np.maximum(*_compute_sides(rates, _compute_deviation))
     speed = np.maximum(np.abs(before), np.abs(after))
-    slack = np.abs(after - before) + SPREADS * spread + SPEED_SHARE * speed
-    slack[:LEAST] += (
-        2 * speed[:LEAST]
+    slack = (
+        np.abs(after - before)
+        + decisions.SPIKE_SPREADS * spread
+        + decisions.SPIKE_SPEED_SHARE * speed
+    )
+    slack[: decisions.SPIKE_SIDE_LEAST] += (
+        2 * speed[: decisions.SPIKE_SIDE_LEAST]
     )  # where one side is not known, the signal may have turned round
-    slack[-LEAST:] += 2 * speed[-LEAST:]
+    slack[-decisions.SPIKE_SIDE_LEAST :] += 2 * speed[-decisions.SPIKE_SIDE_LEAST :]
     return _Motion(periods, np.minimum(before, after), np.maximum(before, after), slack, floor)
 
 
-def _alone(excess: Floats, turn: float | None) -> Floats:
-    """Return the magnitudes, 0 where a step beside goes along: a slip of several samples is motion.
+def _drop_slips(excess: Floats, turn: float | None) -> Floats:
+    """Return the magnitudes, 0 where a neighbouring step goes along: a slip is motion.
 
     A step that is a fair part of a turn is none, and may only seem to go along.
     """
     beside = np.concatenate([[0.0], excess, [0.0]])
     along = np.maximum(beside[:-2] * np.sign(excess), beside[2:] * np.sign(excess))
-    slips = along * GOES_ALONG >= np.abs(excess)
+    slips = along * decisions.SPIKE_SHARED_EXCESS >= np.abs(excess)
     if turn is not None:
-        slips &= np.abs(excess) < TURN_SHARE * turn
+        slips &= np.abs(excess) < decisions.SPIKE_TURN_SHARE * turn
     return np.where(slips, 0.0, np.abs(excess))
 
 
-def _spike_at(
+def _find_spike(
     values: Floats, motion: _Motion, off: Floats, step: int, turn: float | None
 ) -> tuple[int, int] | None:
-    """Return the fewest samples beside a step whose removal leaves a motion, None when the signal stays elsewhere.
+    """Return the fewest samples beside a step whose removal leaves a motion.
+
+    None when the signal stays elsewhere.
 
     off: (n-1,) how far every step is from the middle of what motion does.
     """
     to_end = min(step + 1, len(values) - 1 - step)
-    widths = range(1, min(LONGEST_SPIKE, to_end) + 1)
+    widths = range(1, min(decisions.SPIKE_LONGEST, to_end) + 1)
     sides = np.array(
         [side for w in widths for side in ((step + 1, step + 1 + w), (step + 1 - w, step + 1))]
     )
@@ -181,38 +185,49 @@ def _spike_at(
     inner = (before >= 0) & (after < len(values))
     sides, before, after = sides[inner], before[inner], after[inner]
     if len(sides):
-        excess, allowed = motion.beyond(
-            shortest(values[after] - values[before], turn), before, after - 1
+        excess, allowed = motion.measure_excess(
+            take_shortest_way(values[after] - values[before], turn), before, after - 1
         )
         back = -off * np.sign(off[step])
         if turn is not None:  # half a turn has no sign
-            back = np.where(np.abs(off) >= TURN_SHARE * turn, np.abs(off), back)
+            back = np.where(np.abs(off) >= decisions.SPIKE_TURN_SHARE * turn, np.abs(off), back)
         back[step] = 0.0
         most = np.array(
             [back[first:last].max() for first, last in zip(before, after, strict=True)]
         )
-        rest = np.where(most > BACK * abs(off[step]), np.abs(excess) / allowed, np.inf)
-        if rest.min() <= 1.0:
-            first, stop = sides[int(np.argmax(rest <= rest.min() + AS_GOOD))]
+        misfit = np.where(
+            most > decisions.SPIKE_RETURN_SHARE * abs(off[step]), np.abs(excess) / allowed, np.inf
+        )
+        if misfit.min() <= 1.0:
+            first, stop = sides[int(np.argmax(misfit <= misfit.min() + decisions.SPIKE_AS_GOOD))]
             return int(first), int(stop)
-    if to_end > LONGEST_SPIKE:
+    if to_end > decisions.SPIKE_LONGEST:
         return None
     return (0, step + 1) if step + 1 == to_end else (step + 1, len(values))
 
 
-def _sides(rates: Floats, statistic: Callable[..., Floats]) -> tuple[Floats, Floats]:
-    """Return a statistic of the steps before and of the steps after every step; a side with too few is as the other."""
+def _compute_sides(rates: Floats, statistic: Callable[..., Floats]) -> tuple[Floats, Floats]:
+    """Return a statistic of the steps before and after every step.
+
+    A side with too few steps takes the value of the other.
+    """
     count = len(rates)
-    windows = statistic(sliding_window_view(rates, SIDE), axis=1)
+    windows = statistic(sliding_window_view(rates, decisions.SPIKE_SIDE_STEPS), axis=1)
     before, after = np.empty(count), np.empty(count)
-    before[SIDE:] = windows[: count - SIDE]
-    after[: count - SIDE] = windows[1:]
-    for k in range(SIDE):
-        before[k] = statistic(rates[None, :k], axis=1)[0] if k >= LEAST else after[k]
+    before[decisions.SPIKE_SIDE_STEPS :] = windows[: count - decisions.SPIKE_SIDE_STEPS]
+    after[: count - decisions.SPIKE_SIDE_STEPS] = windows[1:]
+    for k in range(decisions.SPIKE_SIDE_STEPS):
+        before[k] = (
+            statistic(rates[None, :k], axis=1)[0] if k >= decisions.SPIKE_SIDE_LEAST else after[k]
+        )
         end = count - 1 - k
-        after[end] = statistic(rates[None, end + 1 :], axis=1)[0] if k >= LEAST else before[end]
+        after[end] = (
+            statistic(rates[None, end + 1 :], axis=1)[0]
+            if k >= decisions.SPIKE_SIDE_LEAST
+            else before[end]
+        )
     return before, after
 
 
-def _deviation(windows: Floats, axis: int) -> Floats:
+def _compute_deviation(windows: Floats, axis: int) -> Floats:
     return np.median(np.abs(windows - np.median(windows, axis=axis, keepdims=True)), axis=axis)

@@ -6,30 +6,29 @@ from dataclasses import replace
 
 import numpy as np
 
-from pendulum_sysid.fitting.windows import SmoothState, smooth_state
+from pendulum_sysid import decisions
+from pendulum_sysid.cleaning.smooth_state import SmoothState
+from pendulum_sysid.errors import UnusableRecording
 from pendulum_sysid.records import Recording
 from pendulum_twin.arrays import Floats
-from pendulum_twin.errors import BadInputError
-
-LEAST = 20.0  # times the sensor's noise that a joint must travel
 
 
-def moving(recording: Recording) -> Recording:
-    """Return the recording without a cart that was never told to move and did not: then it shows the pole alone.
+def leave_out_still_cart(recording: Recording, state: SmoothState) -> Recording:
+    """Take out a cart that was never told to move and did not; the pole alone is left.
 
-    Raises BadInputError when nothing moves, or when the cart does not although it is commanded.
+    Raises UnusableRecording when nothing moves, or when the cart does not although it is
+    commanded.
     """
     signals = recording.signals
-    state = smooth_state(signals)
-    cart, pole = (_moves(values, noise) for values, noise in _joints(recording, state))
+    cart, pole = (_is_moving(values, noise) for values, noise in _list_joints(recording, state))
     commanded = bool(np.any(np.abs(signals.command) > 0))
     if signals.cart is not None and not cart and commanded:
-        raise BadInputError(
-            "expected the cart to answer the command, found it standing still all the time: check the drive, the stop and "
-            "the command topic, and record again"
+        raise UnusableRecording(
+            "expected the cart to answer the command, found it standing still all the time: "
+            "check the drive, the stop and the command topic, and record again"
         )
     if not cart and not pole:
-        raise BadInputError(
+        raise UnusableRecording(
             "expected motion, found every joint standing still: record while the rig moves"
         )
     if signals.cart is not None and not cart:
@@ -37,12 +36,16 @@ def moving(recording: Recording) -> Recording:
     return recording
 
 
-def _joints(
+def _list_joints(
     recording: Recording, state: SmoothState
 ) -> tuple[tuple[Floats | None, float | None], ...]:
     signals = recording.signals
     return (signals.cart, state.noise.cart_m), (signals.pole, state.noise.pole_rad)
 
 
-def _moves(values: Floats | None, noise: float | None) -> bool:
-    return values is not None and noise is not None and float(np.ptp(values)) > LEAST * noise
+def _is_moving(values: Floats | None, noise: float | None) -> bool:
+    return (
+        values is not None
+        and noise is not None
+        and float(np.ptp(values)) > decisions.MOVING_DEVIATIONS * noise
+    )

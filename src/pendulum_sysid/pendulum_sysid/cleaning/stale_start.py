@@ -1,4 +1,4 @@
-"""Samples at the start of a recording that do not belong to it: the cart does not answer the command yet.
+"""Find the start of a recording in which the cart does not answer the command yet.
 
 Logging often starts before the drive does, or with what an earlier run left in the buffers. Such
 samples look like a delay, a dead zone or heavy friction, and no physics repairs them.
@@ -10,31 +10,30 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pendulum_sysid.fitting.windows import SmoothState, smooth_state
+from pendulum_sysid import decisions
+from pendulum_sysid.cleaning.smooth_state import SmoothState
+from pendulum_sysid.errors import UnusableRecording
 from pendulum_sysid.records import QualityFinding, Recording
 from pendulum_twin.arrays import Floats
 from pendulum_twin.signals import Signals
 
-EARLY = (
-    0.25  # only this part of a stretch, from its start, and of the whole recording is suspected
-)
-LONG_S = 0.2  # shorter silences are left to delay, lag and dry friction
-STRONG = 0.35  # of the largest command: weaker ones may be lost in a dead zone
-GRIP = 2.0  # times the dry friction in motion that a cart at rest may be held by
 DRY = 1  # its column among the brakes
-COMPARABLE_S = 1.0  # of weak commands later on, at least, to say how they are answered
-CERTAIN = 50.0  # log likelihood by which the silence must beat an answer
-LATER_S, LATEST_S = 0.01, 0.2  # steps in which, and the most by which, an answer may come late
-BLOCK_S = 0.5
-SURE = 3.0  # standard errors over blocks
-AT_REST = 0.05  # of the root mean square speed
+LATER_S = 0.01
+
+NO_ANSWER = (
+    "expected the cart to follow the command, found it moving no more by it than without: "
+    "check the command topic, the stamps and the drive"
+)
 
 
 @dataclass(frozen=True)
 class Answer:
-    """Hold the cart's acceleration as a linear answer, by least squares: drive a unit command, brakes, and what is left.
+    """Hold the cart's acceleration as a linear answer to the command, by least squares.
 
-    late: samples by which it follows the command.
+    late: samples by which the acceleration follows the command.
+    drive: m/s^2 a unit of the command.
+    brakes: (3,) of viscous and dry friction and of a constant force, see `_list_brakes`.
+    spread: standard deviation of the remainder, m/s^2.
     """
 
     late: int
@@ -43,148 +42,159 @@ class Answer:
     spread: float
 
 
-def without_unanswered(recording: Recording) -> Recording:
-    """Return the recording with what goes before the first answer marked as not valid, and the finding added.
+def leave_out_stale_start(recording: Recording, state: SmoothState) -> Recording:
+    """Mark as not valid what goes before the cart's first answer, and add the finding.
 
-    Nothing is said of a recording without a cart or a command.
+    Returns the same recording when there is nothing to mark, and when it has no cart or command.
     """
     signals = recording.signals
     if signals.cart is None or not np.any(signals.command):
         return recording
-    state = smooth_state(signals)
-    answer = _answer(signals, state)
-    assert answer is not None
+    answer = _fit_answer(signals, state)
+    if answer is None:
+        return recording
     ends = [
-        (s.start, s.start + _silent_samples(signals, state, s, answer)) for s in signals.stretches
+        (s.start, s.start + _count_silent(signals, state, s, answer)) for s in signals.stretches
     ]
-    found = [(begin, end) for begin, end in ends if end > begin]
-    if not found:
+    spans = [(begin, end) for begin, end in ends if end > begin]
+    if not spans:
         return recording
     valid = np.ones(len(signals), dtype=bool)
-    for begin, end in found:
+    for begin, end in spans:
         valid[begin:end] = False
     cleaned = replace(
         signals, cart_valid=signals.cart_valid & valid, pole_valid=signals.pole_valid & valid
     )
-    cleaned = cleaned.break_at(end for _, end in found)
+    cleaned = cleaned.break_at(end for _, end in spans)
     times = signals.times_s
     intervals = tuple(
-        (float(times[begin]), float(times[end - 1]) + signals.period_s) for begin, end in found
+        (float(times[begin]), float(times[end - 1]) + signals.period_s) for begin, end in spans
     )
-    stale = QualityFinding("stale", len(found), intervals)
+    stale = QualityFinding("stale", len(spans), intervals)
     return replace(recording, signals=cleaned, findings=(*recording.findings, stale))
 
 
-def _brakes(state: SmoothState) -> Floats:
-    """Return what can slow the cart or push it without a command, (n, 3): viscous, dry, constant."""
+def _list_brakes(state: SmoothState) -> Floats:
+    """Return what moves the cart without a command, (n, 3): viscous, dry, constant."""
     v = state.states[:, 2]
-    return np.stack([v, np.tanh(v / _slow(state)), np.ones_like(v)], axis=1)
+    return np.stack([v, np.tanh(v / _compute_slow_speed(state)), np.ones_like(v)], axis=1)
 
 
-def _slow(state: SmoothState) -> float:
+def _compute_slow_speed(state: SmoothState) -> float:
     """Return the speed of a cart that hardly moves, m/s."""
-    return float(AT_REST * np.sqrt(np.mean(state.states[:, 2] ** 2)) + 1e-12)
+    return float(decisions.REST_SPEED_SHARE * np.sqrt(np.mean(state.states[:, 2] ** 2)) + 1e-12)
 
 
-def _answer(signals: Signals, state: SmoothState, up_to: float = np.inf) -> Answer | None:
-    """Return how the cart answers in the part of every stretch that is not suspected, as late as fits it best.
+def _fit_answer(signals: Signals, state: SmoothState, up_to: float = np.inf) -> Answer | None:
+    """Fit the cart's answer where it is not suspected, with the delay that fits best.
 
-    up_to: commands larger than this are left out, for the answer to small ones; None where too few
-    are left.
+    up_to: larger commands are left out.
+
+    None where nothing moves or too few samples are left.
     """
     late_part = np.concatenate(
-        [np.arange(s.start + _early(signals, s), s.stop) for s in signals.stretches]
+        [np.arange(s.start + _count_suspected(signals, s), s.stop) for s in signals.stretches]
     )
     moving = late_part[
-        np.abs(state.states[late_part, 2]) > _slow(state)
+        np.abs(state.states[late_part, 2]) > _compute_slow_speed(state)
     ]  # at rest, friction takes any value
-    brakes = _brakes(state)
+    if not len(moving):
+        return None
+    brakes = _list_brakes(state)
     step = max(round(LATER_S / signals.period_s), 1)
     answers = []
-    for late in range(0, round(LATEST_S / signals.period_s) + 1, step):
-        command = delayed(signals, late)
+    for late in range(0, round(decisions.ANSWER_LATEST_S / signals.period_s) + 1, step):
+        command = delay_command(signals, late)
         trusted = moving[np.abs(command[moving]) <= up_to]
-        if len(trusted) < COMPARABLE_S / signals.period_s and np.isfinite(up_to):
+        if len(trusted) < decisions.STALE_COMPARABLE_S / signals.period_s and np.isfinite(up_to):
             return None
         columns, target = (
             np.column_stack([command[trusted], brakes[trusted]]),
             state.accelerations[trusted, 0],
         )
-        found = np.linalg.lstsq(columns, target, rcond=None)[0]
-        spread = float(np.std(target - columns @ found))
-        answers.append(Answer(late, float(found[0]), found[1:], max(spread, 1e-12)))
-    return min(answers, key=lambda one: one.spread)
+        coefficients = np.linalg.lstsq(columns, target, rcond=None)[0]
+        spread = float(np.std(target - columns @ coefficients))
+        answers.append(Answer(late, float(coefficients[0]), coefficients[1:], max(spread, 1e-12)))
+    return min(answers, key=lambda answer: answer.spread)
 
 
-def delayed(signals: Signals, late: int) -> Floats:
-    """Return the command as it was so many samples ago, within each stretch; before its start the first one held."""
-    found = np.empty(len(signals))
+def delay_command(signals: Signals, late: int) -> Floats:
+    """Return the command (n,) of so many samples ago; the first one holds before a stretch."""
+    delayed = np.empty(len(signals))
     for stretch in signals.stretches:
         part = signals.command[stretch]
-        found[stretch] = part[np.maximum(np.arange(len(part)) - late, 0)]
-    return found
+        delayed[stretch] = part[np.maximum(np.arange(len(part)) - late, 0)]
+    return delayed
 
 
-def _early(signals: Signals, stretch: slice) -> int:
-    """Return how many samples of a stretch are suspected: one that ends early in the recording may belong to it nowhere."""
-    within = min(stretch.stop, int(EARLY * len(signals))) - stretch.start
-    return max(int(EARLY * (stretch.stop - stretch.start)), within)
+def _count_suspected(signals: Signals, stretch: slice) -> int:
+    """Return how many samples of a stretch are suspected: all, where it ends early enough."""
+    within = min(stretch.stop, int(decisions.STALE_SHARE * len(signals))) - stretch.start
+    return max(int(decisions.STALE_SHARE * (stretch.stop - stretch.start)), within)
 
 
-def _silent_samples(signals: Signals, state: SmoothState, stretch: slice, answer: Answer) -> int:
-    """Return for how many samples a stretch is more likely without the drive than with it (a change point by likelihood).
+def _count_silent(signals: Signals, state: SmoothState, stretch: slice, answer: Answer) -> int:
+    """Return for how many samples a stretch is likelier without the drive than with it.
 
-    Weak commands may go unanswered for a dead zone, too: then those of later on that are as weak
-    must be answered.
+    This is a change point by likelihood. Weak commands may go unanswered for a dead zone, too:
+    then commands as weak must be answered later on.
     """
-    end = _silence(signals, state, stretch, answer)
+    end = _find_silence(signals, state, stretch, answer)
     if not end:
         return 0
-    told = np.abs(delayed(signals, answer.late)[stretch.start : stretch.start + end])
-    if np.sqrt(np.mean(told**2)) > STRONG * np.max(np.abs(signals.command[stretch])):
+    commanded = np.abs(delay_command(signals, answer.late)[stretch.start : stretch.start + end])
+    if np.sqrt(np.mean(commanded**2)) > decisions.STALE_COMMAND_SHARE * np.max(
+        np.abs(signals.command[stretch])
+    ):
         return end
-    to_weak = _answer(signals, state, up_to=float(np.max(told)))
-    return 0 if to_weak is None else min(end, _silence(signals, state, stretch, to_weak))
+    to_weak = _fit_answer(signals, state, up_to=float(np.max(commanded)))
+    return 0 if to_weak is None else min(end, _find_silence(signals, state, stretch, to_weak))
 
 
-def _silence(signals: Signals, state: SmoothState, stretch: slice, answer: Answer) -> int:
-    part = slice(stretch.start, stretch.start + _early(signals, stretch))
-    command = delayed(signals, answer.late)[part]
-    rest = state.accelerations[part, 0] - _brakes(state)[part] @ answer.brakes
-    still = np.abs(state.states[part, 2]) < _slow(state)
-    gripped = still & (np.abs(answer.drive * command) < GRIP * np.abs(answer.brakes[DRY]))
-    gain = np.where(gripped, 0.0, (rest - answer.drive * command) ** 2 - rest**2) / (
+def _find_silence(signals: Signals, state: SmoothState, stretch: slice, answer: Answer) -> int:
+    part = slice(stretch.start, stretch.start + _count_suspected(signals, stretch))
+    command = delay_command(signals, answer.late)[part]
+    remainder = state.accelerations[part, 0] - _list_brakes(state)[part] @ answer.brakes
+    still = np.abs(state.states[part, 2]) < _compute_slow_speed(state)
+    gripped = still & (
+        np.abs(answer.drive * command) < decisions.STALE_GRIP * np.abs(answer.brakes[DRY])
+    )
+    gain = np.where(gripped, 0.0, (remainder - answer.drive * command) ** 2 - remainder**2) / (
         2 * answer.spread**2
     )
     total = np.cumsum(gain)
     if not len(total):
         return 0
     end = len(total) - int(np.argmax(total[::-1]))  # the last of equal ones: a grip proves nothing
-    long_enough = end * signals.period_s >= LONG_S
-    return end if long_enough and total[end - 1] > CERTAIN else 0
+    long_enough = end * signals.period_s >= decisions.STALE_LEAST_S
+    return end if long_enough and total[end - 1] > decisions.STALE_NATS else 0
 
 
-def follows_command(recording: Recording) -> bool:
-    """Return whether the cart's acceleration follows the command at all, as late as it may come.
+def check_follows_command(signals: Signals, state: SmoothState) -> None:
+    """Raise UnusableRecording when there is a cart that moves no more by the command."""
+    if signals.cart is not None and not follows_command(signals, state):
+        raise UnusableRecording(NO_ANSWER)
+
+
+def follows_command(signals: Signals, state: SmoothState) -> bool:
+    """Tell whether the cart's acceleration follows the command at all, as late as it may come.
 
     The command must explain acceleration in blocks of the recording on which its effect was not
     estimated.
     """
-    signals = recording.signals
-    state = smooth_state(signals)
-    answer = _answer(signals, state)
+    answer = _fit_answer(signals, state)
     assert answer is not None
     valid = signals.cart_valid
-    columns = np.column_stack([delayed(signals, answer.late), _brakes(state)])
+    columns = np.column_stack([delay_command(signals, answer.late), _list_brakes(state)])
     target = state.accelerations[:, 0]
-    block = (np.arange(len(signals)) * signals.period_s // BLOCK_S).astype(int)
+    block = (np.arange(len(signals)) * signals.period_s // decisions.ANSWER_BLOCK_S).astype(int)
     gains = []
     for half in (block % 2 == 0, block % 2 == 1):
-        made, judged = valid & half, valid & ~half
+        fitted, judged = valid & half, valid & ~half
         with_it, without = (
-            np.linalg.lstsq(columns[made, k:], target[made], rcond=None)[0] for k in (0, 1)
+            np.linalg.lstsq(columns[fitted, k:], target[fitted], rcond=None)[0] for k in (0, 1)
         )
         better = (target - columns[:, 1:] @ without) ** 2 - (target - columns @ with_it) ** 2
         gains += [float(np.mean(better[judged & (block == b)])) for b in np.unique(block[judged])]
     spread = float(np.std(gains)) / np.sqrt(len(gains))
-    return float(np.mean(gains)) > SURE * max(spread, 1e-300)
+    return float(np.mean(gains)) > decisions.ANSWER_STANDARD_ERRORS * max(spread, 1e-300)

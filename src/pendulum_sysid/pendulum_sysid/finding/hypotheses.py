@@ -1,4 +1,4 @@
-"""The ways in which an effect may show on a rig: its typical sizes, and the shapes that it may have."""
+"""The ways in which an effect may show on a rig: at typical sizes, in all its shapes."""
 
 from __future__ import annotations
 
@@ -7,25 +7,30 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pendulum_sysid.fitting.parameters import Scales, size_of
+from pendulum_sysid import decisions
+from pendulum_sysid.fitting.parameters import Scales, compute_size
 from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Effect, Form, Parameter, Place
 from pendulum_twin.parameter_vector import SLOTS
 from pendulum_twin.rig import Rig
 
-MOST_SHAPES = 6  # of one effect; more are thinned out evenly, and what lies between is reached by moving a shape
-MOVED = 0.05  # of a shape's value (or of its size at 0), by which it is moved to see how its neighbours show
+# Part of a shape's value (or of its size at 0) by which it is moved to see how neighbours show.
+MOVED = 0.05
 
 
 @dataclass(frozen=True)
 class Shape:
-    """Hold one way in which an effect may show, as words to compare with those of a twin without it.
+    """Hold one way in which an effect may show, to compare with a twin without it.
 
-    whole: (SIZE,) all sizes typical. alone: (sizes, SIZE) each size typical, the others 0.
-    one_way: of each size, whether it has one sign only. moved: (shapes, SIZE) whole, with one
-    shape parameter moved a little. scales: of each parameter, in its own unit. An effect that is
-    on or off, and one that has shape parameters only, has one size: all of it.
+    An effect that is on or off, or that has shape parameters only, has one size: all of it.
+
+    effect: as the catalogue has it.
+    whole: (SIZE,) theta with all sizes typical.
+    alone: (sizes, SIZE) theta with each size typical, the others 0.
+    one_way: of each size, whether it has one sign only.
+    moved: (shapes, SIZE) whole, with one shape parameter moved a little.
+    scales: of each parameter, in its own unit.
     """
 
     effect: Effect
@@ -46,19 +51,19 @@ class Shape:
         An effect that has no size but a limit vanishes where the limit is what is reached at most,
         its scale.
         """
-        found, slot = theta.copy(), SLOTS[self.effect.name]
+        moved, slot = theta.copy(), SLOTS[self.effect.name]
         sized = any(not p.shape for p in self.effect.parameters)
         for k, p in enumerate(self.effect.parameters):
             full = self.whole[slot.start + k]
             nothing = p.neutral if sized else self.scales[k]
-            found[slot.start + k] = (
+            moved[slot.start + k] = (
                 full if sized and p.shape else nothing + share * (full - nothing)
             )
-        return found
+        return moved
 
 
-def possible(rig: Rig) -> tuple[Effect, ...]:
-    """Return the effects that a diagnosis may name on a rig; only positions are read, so none on reported velocities."""
+def list_possible_effects(rig: Rig) -> tuple[Effect, ...]:
+    """Return the effects that a diagnosis may name on a rig, but those of reported velocities."""
     places = {Place.CLOCK, Place.SENSOR}
     places |= {Place.COMMAND, Place.DRIVE, Place.CART} if rig.has_cart else set()
     places |= {Place.POLE} if rig.has_pole else set()
@@ -67,67 +72,76 @@ def possible(rig: Rig) -> tuple[Effect, ...]:
     )
 
 
-def shapes(theta: Floats, effect: Effect, scales: Scales, share: float = 1.0) -> list[Shape]:
-    """Return the ways in which an effect may show beside what theta (SIZE,) hold, at a share of its typical size.
+def make_shapes(theta: Floats, effect: Effect, scales: Scales, share: float = 1.0) -> list[Shape]:
+    """Return the ways in which an effect may show beside the effects of a twin.
 
+    theta: (SIZE,) of the twin.
     scales: of the recording.
+    share: of the effect's typical size.
     """
     if not effect.parameters:
-        return [shape_of(theta, effect, scales)]
-    sizes = [size_of(p, scales) for p in effect.parameters]
+        return [make_shape_of(theta, effect, scales)]
+    sizes = [compute_size(p, scales) for p in effect.parameters]
     combinations = list(
         itertools.product(*(p.probes if p.shape else p.probes[:1] for p in effect.parameters))
     )
-    kept = np.unique(np.linspace(0, len(combinations) - 1, MOST_SHAPES).round().astype(int))
-    found = [
-        _shape(theta, effect, [a * b for a, b in zip(combinations[k], sizes, strict=True)], sizes)
+    kept = np.unique(
+        np.linspace(0, len(combinations) - 1, decisions.SHAPES_COMPARED).round().astype(int)
+    )
+    shapes = [
+        _make_shape(
+            theta, effect, [a * b for a, b in zip(combinations[k], sizes, strict=True)], sizes
+        )
         for k in kept
     ]
     if share == 1.0:
-        return found
+        return shapes
     slot = SLOTS[effect.name]
-    return [_shape(theta, effect, list(one.between(theta, share)[slot]), sizes) for one in found]
+    return [
+        _make_shape(theta, effect, list(shape.between(theta, share)[slot]), sizes)
+        for shape in shapes
+    ]
 
 
-def shape_of(theta: Floats, effect: Effect, scales: Scales) -> Shape:
-    """Return the one way in which theta (SIZE,) hold an effect; one that is on or off counts as on."""
+def make_shape_of(theta: Floats, effect: Effect, scales: Scales) -> Shape:
+    """Return the way in which theta (SIZE,) holds an effect; a switch counts as on."""
     if not effect.parameters:
         on = theta.copy()
         on[SLOTS[effect.name]] = 1.0
         return Shape(effect, on, on[None], (True,), np.empty((0, theta.size)), ())
-    return _shape(
+    return _make_shape(
         theta,
         effect,
         list(theta[SLOTS[effect.name]]),
-        [size_of(p, scales) for p in effect.parameters],
+        [compute_size(p, scales) for p in effect.parameters],
     )
 
 
-def typical(found: list[Shape]) -> Shape:
+def choose_typical(shapes: list[Shape]) -> Shape:
     """Return the shape that stands for all of an effect's: the one in the middle."""
-    return found[len(found) // 2]
+    return shapes[len(shapes) // 2]
 
 
-def _shape(theta: Floats, effect: Effect, values: list[float], sizes: list[float]) -> Shape:
+def _make_shape(theta: Floats, effect: Effect, values: list[float], sizes: list[float]) -> Shape:
     start = SLOTS[effect.name].start
     whole = theta.copy()
     whole[SLOTS[effect.name]] = values
     how_much = [k for k, p in enumerate(effect.parameters) if not p.shape]
     alone = []
     for k in how_much:
-        one = whole.copy()
+        theta_alone = whole.copy()
         for other in how_much:
             if other != k:
-                one[start + other] = effect.parameters[other].neutral
-        alone.append(one)
+                theta_alone[start + other] = effect.parameters[other].neutral
+        alone.append(theta_alone)
     moved = []
     for k, p in enumerate(effect.parameters):
         if p.shape and not p.located:
             step = MOVED * (abs(values[k]) or sizes[k])
-            one = whole.copy()
-            one[start + k] += step
-            moved.append(one)
-    one_way = tuple(_one_way(effect.parameters[k]) for k in how_much) or (True,)
+            theta_moved = whole.copy()
+            theta_moved[start + k] += step
+            moved.append(theta_moved)
+    one_way = tuple(_has_one_sign(effect.parameters[k]) for k in how_much) or (True,)
     return Shape(
         effect,
         whole,
@@ -138,5 +152,5 @@ def _shape(theta: Floats, effect: Effect, values: list[float], sizes: list[float
     )
 
 
-def _one_way(parameter: Parameter) -> bool:
+def _has_one_sign(parameter: Parameter) -> bool:
     return parameter.low >= parameter.neutral or parameter.high <= parameter.neutral

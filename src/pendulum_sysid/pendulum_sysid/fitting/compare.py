@@ -1,4 +1,4 @@
-"""Judge twins by what they do on a recording: free runs on windows, and one free run of the whole."""
+"""Judge twins by their free runs on a recording: on windows, and over the whole of it."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pendulum_sysid.fitting.case import Case, case_of
-from pendulum_sysid.fitting.whole_run import equation_29, whole_run
+from pendulum_sysid.errors import UnusableRecording
+from pendulum_sysid.fitting.case import Case, change_twin
+from pendulum_sysid.fitting.whole_run import compute_equation_29, run_whole
 from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
-from pendulum_sysid.fitting.windows import WINDOW_S, cut
-from pendulum_sysid.records import Comparison, Recording
-from pendulum_twin.errors import BadInputError
+from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
+from pendulum_sysid.records import Comparison
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
 
@@ -27,46 +27,46 @@ class Pair:
 
     @property
     def second_better(self) -> int:
-        """Return in how many windows the second twin's errors are the smaller, in units of the sensors' noise."""
+        """Return in how many windows the second twin's errors are smaller, in units of noise."""
         first, second = ((runs.squares / runs.noise**2).sum(axis=1) for runs in self.runs)
         return int(np.sum(second < first))
 
 
-def compare(recording: Recording, twin: Twin) -> Comparison:
-    """Return how a twin runs on a recording (contract: `sysid replay`).
+def compare(case: Case) -> Comparison:
+    """Replay the case's twin on its recording, as `sysid replay` does.
 
     Windows of 1 s start every 0.5 s, each from a state smoothed out of the recording alone;
     samples that are not valid do not count. A run that diverges makes its errors infinite. Raises
-    BadInputError when the recording holds no usable window, or a joint that the twin lacks.
+    UnusableRecording when the recording holds no usable window.
     """
-    case = case_of(recording, twin)
-    return _comparison(case, _replay(case))
+    return _make_comparison(case, _replay(case))
 
 
-def compare_two(recording: Recording, first: Twin, second: Twin) -> Pair:
-    """Return how two twins run on the same windows; raises what `compare` raises."""
-    cases = case_of(recording, first), case_of(recording, second)
+def compare_two(case: Case, twin: Twin) -> Pair:
+    """Compare the case's twin with another on the same windows; raises what `compare` does."""
+    cases = case, change_twin(case, twin)
     runs = _replay(cases[0]), _replay(cases[1])
-    return Pair((_comparison(cases[0], runs[0]), _comparison(cases[1], runs[1])), runs)
+    return Pair((_make_comparison(cases[0], runs[0]), _make_comparison(cases[1], runs[1])), runs)
 
 
 def _replay(case: Case) -> WindowRuns:
-    windows = cut(case.signals, case.state, EVERY_S)
+    windows = cut_windows(case.signals, case.state, EVERY_S)
     if not len(windows):
-        raise BadInputError(
-            f"expected at least one stretch of {WINDOW_S:g} s with half of its samples valid, found none in "
+        raise UnusableRecording(
+            f"expected at least one stretch of {WINDOW_S:g} s with half of its samples valid, "
+            "found none in "
             f"{case.signals.seconds:.3g} s: record longer"
         )
     return run_windows(case, windows)
 
 
-def _comparison(case: Case, runs: WindowRuns) -> Comparison:
-    whole = whole_run(case.signals, case.state.states, make_theta(case.twin))
+def _make_comparison(case: Case, runs: WindowRuns) -> Comparison:
+    whole = run_whole(case.signals, case.state.states, make_theta(case.twin))
     return Comparison(
         seconds=WINDOW_S,
         count=len(runs),
         cart_rmse_m=runs.of_joint(0, runs.rmse),
         pole_rmse_rad=runs.of_joint(1, runs.rmse),
         score=runs.score,
-        thesis_rmse=equation_29(case.signals, whole),
+        thesis_rmse=compute_equation_29(case.signals, whole),
     )

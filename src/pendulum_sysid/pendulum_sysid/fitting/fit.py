@@ -5,13 +5,24 @@ from __future__ import annotations
 import numpy as np
 
 from pendulum_sysid.fitting.case import Case
-from pendulum_sysid.fitting.gauss_newton import Solution, half_widths, refined, solve
-from pendulum_sysid.fitting.parameters import Free, free_parameters, rig_parameters, twin_from
-from pendulum_sysid.fitting.windows import shorter
+from pendulum_sysid.fitting.gauss_newton import (
+    Solution,
+    compute_half_widths,
+    refine_start_states,
+    solve,
+)
+from pendulum_sysid.fitting.parameters import (
+    Free,
+    list_free_parameters,
+    list_rig_parameters,
+    make_twin,
+)
+from pendulum_sysid.fitting.windows import shorten_windows
 from pendulum_sysid.records import Estimate, Fit, Split
 from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
-from pendulum_twin.parameter_vector import SLOTS
+from pendulum_twin.parameter_vector import SLOTS, make_theta
+from pendulum_twin.signals import Signals
 
 HORIZONS = (4, 1)  # into how many parts a window is cut
 
@@ -30,13 +41,20 @@ def fit(
     so many: over a short horizon errors stay where they arise, over a long one small ones add up.
     starts: (training windows * parts, 4) start states, when a nearby fit has them.
     """
-    free = free_parameters(case.twin, effects, case.scales)
-    solution = solve(case.problem(shorter(case.state, split.train, parts)), theta, free, starts)
-    choosing = refined(case.problem(shorter(case.state, split.choose, parts)), solution.theta)
+    free = list_free_parameters(case.twin, effects, case.scales)
+    solution = solve(
+        case.problem(shorten_windows(case.state, split.train, parts)), theta, free, starts
+    )
+    choosing = refine_start_states(
+        case.problem(shorten_windows(case.state, split.choose, parts)), solution.theta
+    )
     return Fit(
-        twin=twin_from(case.twin, solution.theta, effects, rig_parameters(case.twin)),
+        twin=make_twin(case.twin, solution.theta, effects, list_rig_parameters(case.twin)),
         effects=effects,
-        estimates={**_estimates(solution, free, parts), **_located(case, effects, solution.theta)},
+        estimates={
+            **_make_estimates(solution, free, parts),
+            **_estimate_located(case, effects, solution.theta),
+        },
         theta=solution.theta,
         starts=solution.starts,
         power=solution.power,
@@ -50,29 +68,49 @@ def fit(
     )
 
 
-def _located(case: Case, effects: tuple[str, ...], theta: Floats) -> dict[str, Estimate]:
+def fit_own_parameters(case: Case, split: Split) -> Fit:
+    """Fit the rig's constants and the parameters of the effects that the twin has.
+
+    Short horizons come first: they lead to the solution from far away.
+    """
+    theta = make_theta(case.twin)
+    for horizon in HORIZONS:
+        fitted = fit(case, split, tuple(case.twin.effects), theta, horizon)
+        theta = fitted.theta
+    return fitted
+
+
+def _estimate_located(case: Case, effects: tuple[str, ...], theta: Floats) -> dict[str, Estimate]:
     """Return the times that were read off the recording, as far as its samples tell them."""
-    found = {}
-    known = {step.time_s: step.half_s for step in case.angle_steps}
+    located = {}
     for name in effects:
         for k, p in enumerate(BY_NAME[name].parameters):
             if p.located:
                 value = float(theta[SLOTS[name].start + k])
-                half = known.get(value, case.signals.period_s)
-                found[f"{name}.{p.name}"] = Estimate(value, max(value - half, p.low), value + half)
-    return found
+                half = _halve_gap(case.signals, value)
+                located[f"{name}.{p.name}"] = Estimate(
+                    value, max(value - half, p.low), value + half
+                )
+    return located
 
 
-def _estimates(solution: Solution, free: tuple[Free, ...], parts: int) -> dict[str, Estimate]:
-    found = {}
-    for one, half in zip(free, half_widths(solution, free, parts), strict=True):
-        value = one.get(solution.theta)
-        bound = value <= one.low or value >= one.high
-        fixed = bool(np.isfinite(half)) and half < max(abs(value), one.size) and not bound
+def _halve_gap(signals: Signals, time_s: float) -> float:
+    """Return half of the time (s) between the usable angles before and after an instant."""
+    clock = signals.clock_s[signals.pole_valid]
+    after = min(int(np.searchsorted(clock, time_s, side="right")), len(clock) - 1)
+    return float(clock[after] - clock[max(after - 1, 0)]) / 2
+
+
+def _make_estimates(solution: Solution, free: tuple[Free, ...], parts: int) -> dict[str, Estimate]:
+    estimates = {}
+    for parameter, half in zip(free, compute_half_widths(solution, free, parts), strict=True):
+        value = parameter.get(solution.theta)
+        bound = value <= parameter.low or value >= parameter.high
+        fixed = bool(np.isfinite(half)) and half < max(abs(value), parameter.size) and not bound
         low, high = (
-            (max(value - half, one.low), min(value + half, one.high))
+            (max(value - half, parameter.low), min(value + half, parameter.high))
             if np.isfinite(half)
-            else (one.low, one.high)
+            else (parameter.low, parameter.high)
         )
-        found[one.name] = Estimate(value, low, high, fixed, bound)
-    return found
+        estimates[parameter.name] = Estimate(value, low, high, fixed, bound)
+    return estimates

@@ -1,4 +1,4 @@
-"""Least squares over many windows at once: common parameters, and a start state of each window's own.
+"""Least squares over many windows: common parameters, and a start state for each window.
 
 Multiple shooting with the start states eliminated by a Schur complement (Bock, in Numerical
 Treatment of Inverse Problems (1983); Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973) 413). The
@@ -11,25 +11,33 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
-from pendulum_sysid.fitting.linearised import Problem, System, errors_of, linearised, varied
+from pendulum_sysid import decisions
+from pendulum_sysid.fitting.linearised import (
+    Problem,
+    System,
+    compute_errors,
+    linearise,
+    list_varied,
+)
 from pendulum_sysid.fitting.parameters import Free
 from pendulum_sysid.fitting.windows import gather
 from pendulum_twin.arrays import Floats
 
 CONVERGED = 1e-5  # relative gain of the likelihood a sample
-HEAVIEST = (
-    0.99  # share of a direction's weight: what one window alone fixes has no scatter to go by
-)
 
 
 @dataclass(frozen=True)
 class Solution:
-    """Hold a fit: theta (SIZE,), start states (windows, 4), squared errors and counts (windows, channels).
+    """Hold a fit of free parameters and start states.
 
-    normals: (windows, parameters, parameters) of the reduced problem; scores: (windows,
-    parameters) each window's gradient.
+    theta: (SIZE,) parameter vector.
+    starts: (windows, 4) fitted start states x, th, v, w.
+    squares, counts: (windows, channels) sum of squared errors (m^2, rad^2), and samples.
+    converged: whether the last step gained hardly anything.
+    normals: (windows, parameters, parameters) of the reduced problem.
+    scores: (windows, parameters) each window's gradient.
     """
 
     theta: Floats
@@ -43,26 +51,30 @@ class Solution:
     @property
     def power(self) -> Floats:
         """Return each channel's mean squared error."""
-        return _power(self.squares, self.counts)
+        return _compute_power(self.squares, self.counts)
 
     def misfit(self, noise: Floats) -> float:
         """Return the geometric mean over channels of root mean square error / noise."""
         return float(np.exp(0.5 * np.mean(np.log(self.power / noise**2))))
 
 
-def _power(squares: Floats, counts: Floats) -> Floats:
+def _compute_power(squares: Floats, counts: Floats) -> Floats:
     return np.maximum(squares.sum(axis=0) / np.maximum(counts.sum(axis=0), 1.0), 1e-30)
 
 
-def _cost(problem: Problem, starts: Floats, squares: Floats, counts: Floats) -> float:
-    """Return the concentrated negative log likelihood (of Gaussian errors, each channel's variance its best) a sample."""
+def _compute_cost(problem: Problem, starts: Floats, squares: Floats, counts: Floats) -> float:
+    """Return the concentrated negative log likelihood a sample.
+
+    Errors are Gaussian, with the variance of each channel that fits them best.
+    """
     total = counts.sum(axis=0)
     if not np.all(np.isfinite(squares)):
         return np.inf
-    turned = varied(problem)
+    turned = list_varied(problem)
     moved = (starts - problem.windows.starts)[:, turned] / problem.deviations[turned]
     return float(
-        (np.sum(total * np.log(_power(squares, counts))) + np.sum(moved**2)) / (2 * total.sum())
+        (np.sum(total * np.log(_compute_power(squares, counts))) + np.sum(moved**2))
+        / (2 * total.sum())
     )
 
 
@@ -73,7 +85,7 @@ def solve(
     starts: Floats | None = None,
     iterations: int = 20,
 ) -> Solution:
-    """Return the fit of the free parameters and of the windows' start states, beginning at words.
+    """Return the fit of the free parameters and of the windows' start states, from theta.
 
     With no free parameters only the start states are fitted. Steps that do not improve are
     shortened (Levenberg-Marquardt); parameters stay within their bounds.
@@ -83,16 +95,16 @@ def solve(
     theta = theta.copy()
     _, weights = gather(problem.signals, windows.begin, windows.samples)
     counts = weights.sum(axis=1)
-    squares = np.sum(errors_of(problem, theta, starts) ** 2, axis=1)
-    cost = _cost(problem, starts, squares, counts)
+    squares = np.sum(compute_errors(problem, theta, starts) ** 2, axis=1)
+    cost = _compute_cost(problem, starts, squares, counts)
     damping, converged = 1e-6, False
     system = None
     for _ in range(iterations):
-        system = linearised(problem, theta, starts, free, _power(squares, counts))
+        system = linearise(problem, theta, starts, free, _compute_power(squares, counts))
         while True:
-            new_words, new_starts = _stepped(system, theta, starts, free, damping)
-            new_squares = np.sum(errors_of(problem, new_words, new_starts) ** 2, axis=1)
-            new_cost = _cost(problem, new_starts, new_squares, counts)
+            new_theta, new_starts = _take_step(system, theta, starts, free, damping)
+            new_squares = np.sum(compute_errors(problem, new_theta, new_starts) ** 2, axis=1)
+            new_cost = _compute_cost(problem, new_starts, new_squares, counts)
             if new_cost < cost or damping > 1e4:
                 break
             damping = max(damping * 10, 1e-3)
@@ -100,7 +112,7 @@ def solve(
             converged = True
             break
         gain, cost = cost - new_cost, new_cost
-        theta, starts, squares = new_words, new_starts, new_squares
+        theta, starts, squares = new_theta, new_starts, new_squares
         damping = max(damping * 0.1, 1e-9)
         if gain < CONVERGED:
             converged = True
@@ -110,20 +122,25 @@ def solve(
     return Solution(theta, starts, squares, counts, converged, system.normals, system.scores)
 
 
-def _stepped(
+def _take_step(
     system: System, theta: Floats, starts: Floats, free: tuple[Free, ...], damping: float
 ) -> tuple[Floats, Floats]:
-    """Return words and starts after one damped step; a parameter that would leave its range stops at its bound."""
-    values = np.array([one.get(theta) for one in free])
-    sizes = np.array([one.size for one in free])
-    low, high = np.array([one.low for one in free]), np.array([one.high for one in free])
+    """Return theta and start states after one damped step, parameters within their bounds."""
+    values = np.array([parameter.get(theta) for parameter in free])
+    sizes = np.array([parameter.size for parameter in free])
+    low, high = (
+        np.array([parameter.low for parameter in free]),
+        np.array([parameter.high for parameter in free]),
+    )
     step = np.zeros(len(free))
     loose = np.ones(len(free), dtype=bool)
     for _ in range(len(free)):
         normal = system.normal[np.ix_(loose, loose)]
         diagonal = np.diag(normal) + 1e-12
-        rest = system.gradient[loose] - system.normal[np.ix_(loose, ~loose)] @ step[~loose]
-        step[loose] = np.linalg.lstsq(normal + damping * np.diag(diagonal), rest, rcond=1e-13)[0]
+        remainder = system.gradient[loose] - system.normal[np.ix_(loose, ~loose)] @ step[~loose]
+        step[loose] = np.linalg.lstsq(
+            normal + damping * np.diag(diagonal), remainder, rcond=1e-13
+        )[0]
         reached = values + step * sizes
         out = loose & ((reached < low) | (reached > high))
         if not out.any():
@@ -132,21 +149,21 @@ def _stepped(
         loose &= ~out
         if not loose.any():
             break
-    new_words = theta.copy()
-    for one, value, change in zip(free, values, step * sizes, strict=True):
-        one.put(new_words, float(np.clip(value + change, one.low, one.high)))
-    rest = system.start_gradient - system.cross @ step
-    moves = np.linalg.solve(system.start_normal, rest[..., None])[..., 0]
+    new_theta = theta.copy()
+    for parameter, value, change in zip(free, values, step * sizes, strict=True):
+        parameter.put(new_theta, float(np.clip(value + change, parameter.low, parameter.high)))
+    remainder = system.start_gradient - system.cross @ step
+    moves = np.linalg.solve(system.start_normal, remainder[..., None])[..., 0]
     new_starts = starts.copy()
     new_starts[:, system.varied] += moves * system.start_sizes
-    return new_words, new_starts
+    return new_theta, new_starts
 
 
-def half_widths(solution: Solution, free: tuple[Free, ...], together: int = 1) -> Floats:
-    """Return the half widths of 95 % intervals, (parameters,), infinite where the data fix nothing.
+def compute_half_widths(solution: Solution, free: tuple[Free, ...], together: int = 1) -> Floats:
+    """Return the half widths of 95 % intervals, (parameters,); infinite where nothing is fixed.
 
-    together: how many windows in a row are parts of one. The windows' gradients are taken as
-    independent, their scatter
+    together: how many windows in a row are pieces of a longer one. The windows' gradients are
+    taken as independent, their scatter
     as it is: a sandwich clustered by window, which stays honest when the model is wrong; the
     classical width is the least. What a window's own weight in the fit takes off its gradient is
     put back (CR2 of Bell and McCaffrey, Survey Methodology 28 (2002) 169; Cameron and Miller, J.
@@ -163,17 +180,20 @@ def half_widths(solution: Solution, free: tuple[Free, ...], together: int = 1) -
     root = vectors / np.sqrt(np.where(blind, np.inf, values))  # root @ root.T is the inverse
     weights, directions = np.linalg.eigh(root.T @ normals @ root)
     turned = (directions.transpose(0, 2, 1) @ (scores @ root)[..., None])[..., 0]
-    whole = (directions @ (turned / np.sqrt(1 - weights.clip(0.0, HEAVIEST)))[..., None])[..., 0]
-    spread = root @ (whole.T @ whole) @ root.T
+    scaled = (
+        directions
+        @ (turned / np.sqrt(1 - weights.clip(0.0, decisions.ONE_WINDOW_SHARE)))[..., None]
+    )[..., 0]
+    spread = root @ (scaled.T @ scaled) @ root.T
     variance = np.maximum(np.diag(spread), np.sum(root**2, axis=1))
     variance = np.where((vectors**2 @ blind) > 1e-6, np.inf, variance)
     return (
-        student.ppf(0.975, max(count - 1, 1))
+        stdtrit(max(count - 1, 1), 0.975)
         * np.sqrt(variance)
-        * np.array([one.size for one in free])
+        * np.array([parameter.size for parameter in free])
     )
 
 
-def refined(problem: Problem, theta: Floats, starts: Floats | None = None) -> Solution:
-    """Return the best start states for a twin that is not to be changed: how well it can run at all."""
+def refine_start_states(problem: Problem, theta: Floats, starts: Floats | None = None) -> Solution:
+    """Fit the start states alone: how well a fixed twin can run at all."""
     return solve(problem, theta, (), starts, iterations=4)

@@ -1,8 +1,8 @@
-"""How the free runs of windows change with words and with their own start states, as normal equations.
+"""Normal equations of the free runs of windows in theta and in their own start states.
 
-Runs of a word and its neighbours along every parameter are told apart by differences. The start
-states of the windows are eliminated by a Schur complement (Golub and Pereyra, SIAM J. Numer. Anal.
-10 (1973) 413): what is left is in the words alone.
+Derivatives are differences between runs of theta and its neighbours along every parameter. The
+start states of the windows are eliminated by a Schur complement (Golub and Pereyra, SIAM J. Numer.
+Anal. 10 (1973) 413): the remainder is in the parameters alone.
 """
 
 from __future__ import annotations
@@ -13,16 +13,16 @@ from functools import cached_property
 import numpy as np
 
 from pendulum_sysid.fitting.parameters import Free
-from pendulum_sysid.fitting.windows import channels, gather
-from pendulum_sysid.records import Ints, Windows
+from pendulum_sysid.fitting.windows import gather, list_channels
+from pendulum_sysid.records import Windows
 from pendulum_twin import kernel
-from pendulum_twin.arrays import Floats
+from pendulum_twin.arrays import Floats, Ints
 from pendulum_twin.free_runs import run_drive, run_driven
 from pendulum_twin.signals import Signals
 
 STEP = 1e-4  # of a parameter's size, for differences
 FAR = 1e6  # deviations: as wrong as a run may count that has left all bounds
-RUNS_AT_ONCE = 4_000_000  # numbers of runs that are held at one time, so that a long recording needs no more memory
+RUNS_AT_ONCE = 4_000_000  # numbers of runs that are held at one time: bounds the memory
 DRIVES_AT_ONCE = 32_000_000  # the same of what command and drive make of the whole recording
 
 
@@ -39,21 +39,24 @@ class Problem:
     deviations: Floats
 
 
-def varied(problem: Problem) -> list[int]:
-    """Return which entries of a start state are fitted: position and velocity of the channels that are there."""
-    present = channels(problem.signals)
+def list_varied(problem: Problem) -> list[int]:
+    """Return the fitted entries of a start state: position and velocity of every channel."""
+    present = list_channels(problem.signals)
     return [*present, *(k + 2 for k in present)]
 
 
-def errors_of(problem: Problem, theta: Floats, starts: Floats) -> Floats:
-    """Return measured minus run, (windows, samples, channels), of the twin with theta (SIZE,) from starts (windows, 4)."""
+def compute_errors(problem: Problem, theta: Floats, starts: Floats) -> Floats:
+    """Return measured minus run, (windows, samples, channels).
+
+    theta: (SIZE,) of the twin. starts: (windows, 4) start states.
+    """
     drives = run_drive(problem.signals, theta[None])
-    return _errors(
+    return _compute_errors_of_part(
         problem, drives, theta[None], np.zeros(1, dtype=np.int64), starts[None], slice(None)
     )[0]
 
 
-def _errors(
+def _compute_errors_of_part(
     problem: Problem,
     drives: tuple[Floats, Ints],
     theta: Floats,
@@ -70,12 +73,14 @@ def _errors(
     at, own = np.tile(begin, lanes), np.repeat(set_of, count)
     runs = run_driven(signals, drives, theta, own, at, starts.reshape(-1, 4), samples)
     measured, counts = gather(signals, begin, samples)
-    return (measured - runs[..., list(channels(signals))].reshape(lanes, *measured.shape)) * counts
+    return (
+        measured - runs[..., list(list_channels(signals))].reshape(lanes, *measured.shape)
+    ) * counts
 
 
 @dataclass(frozen=True)
 class System:
-    """Hold the normal equations of columns with the start states eliminated, and what gives the starts back.
+    """Hold normal equations with the start states eliminated, and what gives them back.
 
     Residuals are in units of each channel's deviation, columns change by a parameter's size (a
     start's deviation).
@@ -102,7 +107,7 @@ class System:
         return self.scores.sum(axis=0)
 
 
-def linearised(
+def linearise(
     problem: Problem,
     theta: Floats,
     starts: Floats,
@@ -110,24 +115,23 @@ def linearised(
     power: Floats,
     whole_steps: Floats | None = None,
 ) -> System:
-    """Return the normal equations at words and starts, by differences.
+    """Compute the normal equations at theta and start states, by differences.
 
-    power: (channels,) each channel's mean squared error. whole_steps: (more, SIZE) further word
-    vectors, each of which
-    adds one column: what going all the way there changes.
+    power: (channels,) each channel's mean squared error. whole_steps: (more, SIZE) further
+    parameter vectors, each of which adds a column: what going all the way there changes.
     """
     more = np.empty((0, theta.size)) if whole_steps is None else whole_steps
-    sets, scale = _neighbours(theta, free)
+    sets, scale = _list_neighbours(theta, free)
     sets = np.concatenate([sets, more])
-    many = len(sets) + len(varied(problem))
+    many = len(sets) + len(list_varied(problem))
     size = max(RUNS_AT_ONCE // (many * problem.windows.samples * starts.shape[1]), 1)
-    parts = [slice(a, min(a + size, len(starts))) for a in range(0, len(starts), size)]
-    off = _all_errors(problem, sets, starts, parts)
+    pieces = [slice(a, min(a + size, len(starts))) for a in range(0, len(starts), size)]
+    off = _compute_all_errors(problem, sets, starts, pieces)
     off /= np.sqrt(power)
-    systems = [_part_of_system(problem, off[:, part], scale, starts, part) for part in parts]
+    systems = [_assemble_part(problem, off[:, part], scale, starts, part) for part in pieces]
 
     def stack(name: str) -> Floats:
-        return np.concatenate([getattr(one, name) for one in systems])
+        return np.concatenate([getattr(parameter, name) for parameter in systems])
 
     return System(
         normals=stack("normals"),
@@ -140,41 +144,48 @@ def linearised(
     )
 
 
-def _all_errors(problem: Problem, sets: Floats, starts: Floats, parts: list[slice]) -> Floats:
+def _compute_all_errors(
+    problem: Problem, sets: Floats, starts: Floats, pieces: list[slice]
+) -> Floats:
     """Return measured minus run, (sets + starts that are varied, windows, samples, channels).
 
-    First each set of words from the given starts, then the first set from starts one deviation off
-    along each entry.
+    First each parameter vector from the given starts, then the first set from starts one deviation
+    off along each entry.
     """
-    turned = varied(problem)
+    turned = list_varied(problem)
     moves = np.zeros((len(sets) + len(turned), 4))
     moves[np.arange(len(sets), len(moves)), turned] = problem.deviations[turned]
     set_of = np.array([*range(len(sets)), *([0] * len(turned))])
-    found = np.empty(
-        (len(moves), len(starts), problem.windows.samples, len(channels(problem.signals)))
+    all_errors = np.empty(
+        (len(moves), len(starts), problem.windows.samples, len(list_channels(problem.signals)))
     )
-    for sharing in _groups(problem, len(sets)):
+    for sharing in _list_groups(problem, len(sets)):
         drives = run_drive(problem.signals, sets[sharing])
         lanes = np.flatnonzero(np.isin(set_of, sharing))
-        for part in parts:
+        for part in pieces:
             runs = starts[part] + moves[lanes, None]
             own = set_of[lanes] - sharing[0]
-            found[lanes, part] = _errors(problem, drives, sets[sharing], own, runs, part)
-    return found
+            all_errors[lanes, part] = _compute_errors_of_part(
+                problem, drives, sets[sharing], own, runs, part
+            )
+    return all_errors
 
 
-def _groups(problem: Problem, sets: int) -> list[Ints]:
+def _list_groups(problem: Problem, sets: int) -> list[Ints]:
     """Return the sets in groups whose drives fit into memory together."""
     row = len(problem.signals) * kernel.count_substeps(problem.signals.period_s)
     size = max(DRIVES_AT_ONCE // row, 1)
     return [np.arange(a, min(a + size, sets)) for a in range(0, sets, size)]
 
 
-def _part_of_system(
+def _assemble_part(
     problem: Problem, off_by: Floats, scale: Floats, starts: Floats, part: slice
 ) -> System:
-    """Return the normal equations of a part of the windows; off_by: their errors in deviations, see `_all_errors`."""
-    turned = varied(problem)
+    """Return the normal equations of a part of the windows.
+
+    off_by: their errors in deviations, see `_all_errors`.
+    """
+    turned = list_varied(problem)
     sizes = problem.deviations[turned]
     count, sets = off_by.shape[1], len(off_by) - len(turned)
     errors = (
@@ -199,14 +210,14 @@ def _part_of_system(
     return System(normals, scores, start_normal, start_gradient, cross, sizes, turned)
 
 
-def _neighbours(theta: Floats, free: tuple[Free, ...]) -> tuple[Floats, Floats]:
-    """Return words and their neighbours one small step along each parameter, and size / step of each."""
+def _list_neighbours(theta: Floats, free: tuple[Free, ...]) -> tuple[Floats, Floats]:
+    """Return theta and its neighbours along each parameter, and each one's size / step."""
     sets = np.repeat(theta[None], 1 + len(free), axis=0)
     scale = np.empty(len(free))
-    for k, one in enumerate(free):
-        value = one.get(theta)
-        step = STEP * one.size
-        step = step if value + step <= one.high else -step
-        one.put(sets[k + 1], value + step)
-        scale[k] = one.size / step
+    for k, parameter in enumerate(free):
+        value = parameter.get(theta)
+        step = STEP * parameter.size
+        step = step if value + step <= parameter.high else -step
+        parameter.put(sets[k + 1], value + step)
+        scale[k] = parameter.size / step
     return sets, scale

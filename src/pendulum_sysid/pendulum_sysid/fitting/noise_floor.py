@@ -1,4 +1,4 @@
-"""The score that a perfect model would reach: the twin judged on recordings that the twin itself made."""
+"""The score of a perfect model: the twin judged on recordings that the twin itself made."""
 
 from __future__ import annotations
 
@@ -6,32 +6,39 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pendulum_sysid.fitting.case import Case, case_of
+from pendulum_sysid import decisions
+from pendulum_sysid.cleaning.smooth_state import smooth_state
+from pendulum_sysid.fitting.case import Case, make_case
 from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
 from pendulum_sysid.records import Windows
 from pendulum_twin.arrays import Floats
 from pendulum_twin.free_runs import run_freely
 
-LEAD_S = 0.5  # of motion before a window, from which its start is smoothed
 TRIES = 5
 
 
 @dataclass(frozen=True)
 class NoiseFloor:
-    """Hold what a perfect model reaches: the score over all windows, and the error of the median window (noise = 1)."""
+    """Hold what a perfect model reaches, in units of the sensors' noise.
+
+    score: over all windows.
+    typical: the error of the median window.
+    """
 
     score: float
     typical: float
 
 
-def noise_floor(case: Case, theta: Floats, windows: Windows, seed: int = 0) -> NoiseFloor:
-    """Return what case.twin, whose words are given, reaches on its own noisy runs through the same windows.
+def measure_noise_floor(case: Case, theta: Floats, windows: Windows, seed: int = 0) -> NoiseFloor:
+    """Measure what the case's twin reaches on its own noisy runs through the same windows.
+
+    theta: (SIZE,) of the case's twin.
 
     The runs are smoothed and replayed as recordings are; what the floor exceeds 1 by is what noise
     in the smoothed starts costs. The root mean square of several draws of the noise.
     """
     signals = case.signals
-    lead = round(LEAD_S / signals.period_s)
+    lead = round(decisions.FLOOR_LEAD_S / signals.period_s)
     stretch = np.searchsorted(signals.stretch_begins, windows.begin, side="right") - 1
     reach = windows.begin - lead >= np.array(signals.stretch_begins)[stretch]
     begin = windows.begin[reach] - lead
@@ -45,7 +52,8 @@ def noise_floor(case: Case, theta: Floats, windows: Windows, seed: int = 0) -> N
             1.0, 1.0
         )  # a twin that leaves all bounds says nothing about what is possible
     tries = [
-        _perfect(case, runs, begin, lead, np.random.default_rng((seed, k))) for k in range(TRIES)
+        _replay_perfect(case, runs, begin, lead, np.random.default_rng((seed, k)))
+        for k in range(TRIES)
     ]
     score, typical = (
         np.sqrt(np.mean(np.square(v)))
@@ -54,19 +62,21 @@ def noise_floor(case: Case, theta: Floats, windows: Windows, seed: int = 0) -> N
     return NoiseFloor(float(score), float(typical))
 
 
-def _perfect(
+def _replay_perfect(
     case: Case, runs: Floats, begin: np.ndarray, lead: int, random: np.random.Generator
 ) -> WindowRuns:
-    """Return replays of runs (windows, n, 4) with noise on them, each its own stretch with its window after the lead."""
+    """Replay noisy runs, (windows, n, 4): each its own stretch, its window after the lead."""
     signals, length = case.signals, runs.shape[1]
     at = (begin[:, None] + np.arange(length)).reshape(-1)
     positions = []
     for k, (there, noise) in enumerate(
         ((signals.cart, case.state.noise.cart_m), (signals.pole, case.state.noise.pole_rad))
     ):
-        made = runs[..., k].reshape(-1)
+        noiseless = runs[..., k].reshape(-1)
         positions.append(
-            None if there is None or noise is None else made + random.normal(0.0, noise, len(made))
+            None
+            if there is None or noise is None
+            else noiseless + random.normal(0.0, noise, len(noiseless))
         )
     every = np.ones(len(at), dtype=bool)
     starts = np.arange(len(begin)) * length
@@ -81,6 +91,7 @@ def _perfect(
         begin_s=tuple(signals.clock_s[begin].tolist()),
         after_s=None,
     )
-    made_case = case_of(replace(case.recording, signals=perfect), case.twin)
-    windows = Windows(starts + lead, length - lead, made_case.state.states[starts + lead])
-    return run_windows(made_case, windows)
+    state = smooth_state(perfect)
+    perfect_case = make_case(replace(case.recording, signals=perfect), state, case.twin)
+    windows = Windows(starts + lead, length - lead, perfect_case.state.states[starts + lead])
+    return run_windows(perfect_case, windows)

@@ -1,4 +1,4 @@
-"""What a fit may turn: the rig's constants that motion can fix, and the parameters of the effects at hand."""
+"""The free parameters of a fit: the rig's constants that motion fixes, and those of effects."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pendulum_sysid.fitting.windows import SmoothState
+from pendulum_sysid import decisions
+from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Effect, Parameter, Scale
@@ -25,14 +26,16 @@ from pendulum_twin.rig import RANGES, UNITS
 from pendulum_twin.signals import Signals
 
 Scales = dict[Scale, float]
-BELIEVED = 30.0  # times its measured value, up or down, that the pole's moment or inertia may be
 
 
 @dataclass(frozen=True)
 class Free:
-    """Describe one free parameter: its name in verdicts, the words it sets (word = factor * value), range and size.
+    """Describe a free parameter of a fit.
 
-    size: a typical magnitude, by which a fit scales its steps.
+    name, unit: in verdicts.
+    theta, factors: entries of theta that it sets, each to factor * value.
+    low, high: range, in the unit.
+    size: a typical magnitude, by which a fit scales its steps, in the unit.
     """
 
     name: str
@@ -44,16 +47,16 @@ class Free:
     size: float
 
     def get(self, theta: Floats) -> float:
-        """Return the value that theta (SIZE,) hold."""
+        """Return the value that theta (SIZE,) holds."""
         return float(theta[self.theta[0]] / self.factors[0])
 
     def put(self, theta: Floats, value: float | Floats) -> None:
-        """Set the value in words (..., SIZE)."""
+        """Set the value in theta (..., SIZE)."""
         for word, factor in zip(self.theta, self.factors, strict=True):
             theta[..., word] = factor * value
 
 
-def rig_parameters(twin: Twin) -> tuple[Free, ...]:
+def list_rig_parameters(twin: Twin) -> tuple[Free, ...]:
     """Return the rig's constants that motion can fix.
 
     Motion fixes only ratios: the cart's mass stays as measured, and for a pole alone its inertia
@@ -73,31 +76,39 @@ def rig_parameters(twin: Twin) -> tuple[Free, ...]:
         low, high = max(low, size / within), min(high, size * within)
         return Free(name, UNITS[name], slots, factors, low, high, size)
 
-    found = []
+    constants = []
     if rig.has_cart:
         force = theta[FORCE_PER_PWM] or 1.0
-        found.append(free("force_per_pwm_n", (FORCE_PER_PWM,), (1.0,), force))
+        constants.append(free("force_per_pwm_n", (FORCE_PER_PWM,), (1.0,), force))
         size = max(theta[CART_VISCOUS], 0.1 * theta[0])
-        found.append(free("cart_viscous_n_s_m", (CART_VISCOUS,), (1.0,), size))
+        constants.append(free("cart_viscous_n_s_m", (CART_VISCOUS,), (1.0,), size))
     if rig.has_pole:
         mass = rig.total_mass_kg
-        found.append(
+        constants.append(
             free(
                 "com_distance_m",
                 (MOMENT, COUPLING),
                 (mass, mass),
                 rig.com_distance_m or 0.1,
-                BELIEVED,
+                decisions.POLE_CONSTANT_RATIO,
             )
         )
         if rig.has_cart:
-            found.append(free("pole_inertia_kg_m2", (INERTIA,), (1.0,), theta[INERTIA], BELIEVED))
+            constants.append(
+                free(
+                    "pole_inertia_kg_m2",
+                    (INERTIA,),
+                    (1.0,),
+                    theta[INERTIA],
+                    decisions.POLE_CONSTANT_RATIO,
+                )
+            )
         size = max(theta[POLE_VISCOUS], 0.01 * theta[INERTIA])
-        found.append(free("pole_viscous_n_m_s", (POLE_VISCOUS,), (1.0,), size))
-    return tuple(found)
+        constants.append(free("pole_viscous_n_m_s", (POLE_VISCOUS,), (1.0,), size))
+    return tuple(constants)
 
 
-def scales_of(signals: Signals, state: SmoothState, theta: Floats) -> Scales:
+def compute_scales(signals: Signals, state: SmoothState, theta: Floats) -> Scales:
     """Return the sizes that this recording of this rig has, for `Parameter.scale`."""
     command = float(np.max(np.abs(signals.command), initial=0.0)) or 1.0
     cart = signals.cart if signals.cart is not None else np.zeros(1)
@@ -117,12 +128,12 @@ def scales_of(signals: Signals, state: SmoothState, theta: Floats) -> Scales:
     }
 
 
-def size_of(parameter: Parameter, scales: Scales) -> float:
+def compute_size(parameter: Parameter, scales: Scales) -> float:
     """Return what the parameter's probes are fractions of, in its own unit."""
     return scales[parameter.scale] / scales[parameter.per] ** parameter.per_power
 
 
-def effect_parameters(effect: Effect, scales: Scales) -> tuple[Free, ...]:
+def list_effect_parameters(effect: Effect, scales: Scales) -> tuple[Free, ...]:
     """Return the free parameters of an effect; none for one that is only on or off."""
     slot = SLOTS[effect.name]
     return tuple(
@@ -131,32 +142,35 @@ def effect_parameters(effect: Effect, scales: Scales) -> tuple[Free, ...]:
             p.unit,
             (slot.start + k,),
             (1.0,),
-            max(p.low, p.fewest * size_of(p, scales)),
-            min(p.high, p.most * size_of(p, scales)),
-            size_of(p, scales) * max((abs(probe) for probe in p.probes), default=1.0)
-            or size_of(p, scales),
+            max(p.low, p.fewest * compute_size(p, scales)),
+            min(p.high, p.most * compute_size(p, scales)),
+            compute_size(p, scales) * max((abs(probe) for probe in p.probes), default=1.0)
+            or compute_size(p, scales),
         )
         for k, p in enumerate(effect.parameters)
         if not p.located
     )
 
 
-def free_parameters(twin: Twin, effects: tuple[str, ...], scales: Scales) -> tuple[Free, ...]:
-    """Return what a fit of these effects turns: the rig's constants and the effects' parameters."""
-    return rig_parameters(twin) + tuple(
-        free for name in effects for free in effect_parameters(BY_NAME[name], scales)
+def list_free_parameters(twin: Twin, effects: tuple[str, ...], scales: Scales) -> tuple[Free, ...]:
+    """List the free parameters of a fit: of the rig and of these effects."""
+    return list_rig_parameters(twin) + tuple(
+        free for name in effects for free in list_effect_parameters(BY_NAME[name], scales)
     )
 
 
-def twin_from(
+def make_twin(
     base: Twin, theta: Floats, effects: tuple[str, ...], rig_free: tuple[Free, ...]
 ) -> Twin:
-    """Return the twin that fitted words stand for: base's rig with its free constants replaced, and these effects."""
+    """Make the twin of a fitted theta: base's rig with its free constants replaced.
+
+    theta: (SIZE,). effects: those that the twin holds. rig_free: the fitted constants.
+    """
     values = {free.name: float(np.clip(free.get(theta), free.low, free.high)) for free in rig_free}
-    held = {}
+    kept = {}
     for name in effects:
         effect, slot = BY_NAME[name], SLOTS[name]
-        held[name] = {
+        kept[name] = {
             p.name: float(theta[slot.start + k]) for k, p in enumerate(effect.parameters)
         }
-    return Twin(base.name, replace(base.rig, **values), held)
+    return Twin(base.name, replace(base.rig, **values), kept)

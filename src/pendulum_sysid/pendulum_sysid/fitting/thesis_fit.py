@@ -1,4 +1,4 @@
-"""The thesis's own way to fit its twin, kept to compare with: Nelder-Mead over twelve parameters on one record.
+"""The thesis's own way to fit its twin: Nelder-Mead over twelve parameters on one record.
 
 One number (equation 29 over a single free run) is made small with no derivatives, nothing held out
 and no intervals. Starts, bounds and tolerance are those of the published script:
@@ -13,12 +13,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import minimize
 
-from pendulum_sysid.fitting.case import Case, case_of
-from pendulum_sysid.fitting.whole_run import equation_29, whole_run
-from pendulum_sysid.records import Recording
+from pendulum_sysid.errors import WrongUse
+from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.fitting.whole_run import compute_equation_29, run_whole
 from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
-from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
 from pendulum_twin.rig import RANGES, UNITS
@@ -37,10 +36,11 @@ FRICTION, DEAD_ZONES = "cart_saturating_friction", "thesis_dead_zones"
 
 @dataclass(frozen=True)
 class Searched:
-    """Describe one of the twelve: name in the twin (an effect's after its effect's), start, and highest value.
+    """Describe one of the twelve parameters.
 
-    start: None where the twin's own value is taken. The lowest value is 0, or just above where the
-    twin needs it.
+    name: in the twin; of an effect's parameter, after the name of the effect.
+    high: highest value; the lowest is 0, or just above where the twin needs it.
+    start: None where the twin's own value is taken.
     """
 
     name: str
@@ -110,28 +110,26 @@ class ThesisFit:
     dropped: tuple[str, ...]
 
 
-def thesis_fit(
-    recording: Recording,
-    twin: Twin,
+def fit_as_thesis(
+    case: Case,
     progress: Callable[[str], None],
     most_evaluations: int = MOST_EVALUATIONS,
 ) -> ThesisFit:
-    """Return the twin that the thesis's procedure finds for a recording of cart and pole.
+    """Find the twin by the thesis's procedure on a recording of cart and pole.
 
-    Starts from the twin's constants and the script's friction and dead zones. Inverted signs of
-    the given twin are kept; its other effects and its viscous cart friction make way for the
-    thesis's. Raises BadInputError when cart or pole is missing, or a constant is beyond the
+    Starts from the constants of the case's twin and the script's friction and dead zones. Inverted
+    signs of the given twin are kept; its other effects and its viscous cart friction make way for
+    the thesis's. Raises WrongUse when cart or pole is missing, or a constant is beyond the
     script's bounds.
     """
-    case = case_of(recording, twin)
     start = _start(case.twin)
     search = _Search(case, progress)
     before = search.cost(start)
-    found = minimize(
+    result = minimize(
         search.cost,
         start,
         method="Nelder-Mead",
-        bounds=[(one.low, one.high) for one in SEARCHED],
+        bounds=[(searched.low, searched.high) for searched in SEARCHED],
         options={
             "maxfev": most_evaluations,
             "maxiter": np.inf,
@@ -140,12 +138,14 @@ def thesis_fit(
         },
     )
     return ThesisFit(
-        twin=_twin(case.twin, found.x),
-        moved=tuple(_moved(*three) for three in zip(SEARCHED, start, found.x, strict=True)),
+        twin=_make_twin(case.twin, result.x),
+        moved=tuple(
+            _describe_move(*three) for three in zip(SEARCHED, start, result.x, strict=True)
+        ),
         before=before,
-        after=float(found.fun),
-        evaluations=int(found.nfev),
-        converged=bool(found.success),
+        after=float(result.fun),
+        evaluations=int(result.nfev),
+        converged=bool(result.success),
         dropped=tuple(
             name for name in case.twin.effects if name not in (*SIGNS, FRICTION, DEAD_ZONES)
         ),
@@ -161,9 +161,9 @@ class _Search:
 
     def cost(self, values: Floats) -> float:
         """Return equation 29 of the twin with these twelve values."""
-        theta = make_theta(_twin(self._case.twin, values))
-        error = equation_29(
-            self._case.signals, whole_run(self._case.signals, self._case.state.states, theta)
+        theta = make_theta(_make_twin(self._case.twin, values))
+        error = compute_equation_29(
+            self._case.signals, run_whole(self._case.signals, self._case.state.states, theta)
         )
         self._count, self._best = self._count + 1, min(self._best, error)
         if self._count % REPORT_EVERY == 0:
@@ -174,42 +174,46 @@ class _Search:
 def _start(twin: Twin) -> Floats:
     if not (twin.rig.has_cart and twin.rig.has_pole):
         missing = "pole" if twin.rig.has_cart else "cart"
-        raise BadInputError(
-            f"expected a recording of cart and pole, found no {missing}: the thesis's procedure needs both, "
-            "use --method windows"
+        raise WrongUse(
+            f"expected a recording of cart and pole, found no {missing}: the thesis's procedure "
+            "needs both, use --method windows"
         )
     start = np.array(
-        [getattr(twin.rig, one.name) if one.start is None else one.start for one in SEARCHED]
+        [
+            getattr(twin.rig, searched.name) if searched.start is None else searched.start
+            for searched in SEARCHED
+        ]
     )
-    for one, value in zip(SEARCHED, start, strict=True):
-        if not one.low <= value <= one.high:
-            raise BadInputError(
-                f"expected {one.name} from {one.low:g} to {one.high:g} {one.unit}, found {value:g}: the thesis's "
-                "bounds are for its own rig, use --method windows"
+    for searched, value in zip(SEARCHED, start, strict=True):
+        if not searched.low <= value <= searched.high:
+            raise WrongUse(
+                f"expected {searched.name} from {searched.low:g} to {searched.high:g} "
+                f"{searched.unit}, found {value:g}: the thesis's bounds are for its own rig, "
+                "use --method windows"
             )
     return start
 
 
-def _twin(base: Twin, values: Floats) -> Twin:
+def _make_twin(base: Twin, values: Floats) -> Twin:
     """Return the base's twin with the thesis's model in it and these twelve values."""
-    given = {one.name: float(value) for one, value in zip(SEARCHED, values, strict=True)}
+    given = {searched.name: float(value) for searched, value in zip(SEARCHED, values, strict=True)}
     rig = {name: value for name, value in given.items() if name in RANGES}
     signs = {name: values for name, values in base.effects.items() if name in SIGNS}
-    friction = {**_of_effect(FRICTION, given), "limit_n": FRICTION_LIMIT_N}
+    friction = {**_pick_effect(FRICTION, given), "limit_n": FRICTION_LIMIT_N}
     return Twin(
         base.name,
         replace(base.rig, **rig, cart_viscous_n_s_m=0.0),
-        {**signs, FRICTION: friction, DEAD_ZONES: _of_effect(DEAD_ZONES, given)},
+        {**signs, FRICTION: friction, DEAD_ZONES: _pick_effect(DEAD_ZONES, given)},
     )
 
 
-def _of_effect(effect: str, given: dict[str, float]) -> dict[str, float]:
+def _pick_effect(effect: str, given: dict[str, float]) -> dict[str, float]:
     return {
         name.split(".")[1]: value for name, value in given.items() if name.startswith(f"{effect}.")
     }
 
 
-def _moved(one: Searched, start: float, fitted: float) -> Moved:
-    margin = AT_BOUND * (one.high - one.low)
-    at_bound = bool(fitted <= one.low + margin or fitted >= one.high - margin)
-    return Moved(one.name, one.unit, float(start), float(fitted), at_bound)
+def _describe_move(searched: Searched, start: float, fitted: float) -> Moved:
+    margin = AT_BOUND * (searched.high - searched.low)
+    at_bound = bool(fitted <= searched.low + margin or fitted >= searched.high - margin)
+    return Moved(searched.name, searched.unit, float(start), float(fitted), at_bound)

@@ -12,8 +12,8 @@ CART_WEIGHT, POLE_WEIGHT = 0.75, 0.25
 ONE_RUN = np.zeros(1, dtype=np.int64)
 
 
-def whole_run(signals: Signals, states: Floats, theta: Floats) -> Floats:
-    """Return what the sensors would have shown, (n, 4), had the twin run freely over the whole recording.
+def run_whole(signals: Signals, states: Floats, theta: Floats) -> Floats:
+    """Run the twin freely over the whole recording; returns what its sensors show, (n, 4).
 
     states: (n, 4) smoothed x, th, v, w, of which only the first of every stretch is used: a break
     ends one run and begins another. theta: (SIZE,). A run that diverges holds infinity or NaN from
@@ -21,7 +21,7 @@ def whole_run(signals: Signals, states: Floats, theta: Floats) -> Floats:
     """
     run = np.empty((len(signals), 4))
     for stretch in signals.stretches:
-        part = _alone(signals, stretch)
+        part = _pick_stretch(signals, stretch)
         with np.errstate(all="ignore"):
             run[stretch] = run_freely(
                 part, theta[None], ONE_RUN, ONE_RUN, states[stretch][:1], len(part)
@@ -29,8 +29,10 @@ def whole_run(signals: Signals, states: Floats, theta: Floats) -> Floats:
     return run
 
 
-def equation_29(signals: Signals, run: Floats) -> float:
-    """Return the thesis's error of a run (n, 4): 0.75 RMSE(cart in m) + 0.25 (RMSE(sin pole) + RMSE(cos pole)).
+def compute_equation_29(signals: Signals, run: Floats) -> float:
+    """Compute the thesis's error of a run (n, 4).
+
+    It is 0.75 RMSE(cart in m) + 0.25 (RMSE(sin pole) + RMSE(cos pole)).
 
     A recording of a cart alone gives RMSE(cart), of a pole alone RMSE(sin pole) + RMSE(cos pole).
     Samples that are not valid do not count. Infinite for a run that diverged.
@@ -38,16 +40,16 @@ def equation_29(signals: Signals, run: Floats) -> float:
     cart = pole = 0.0
     with np.errstate(all="ignore"):
         if signals.cart is not None:
-            cart = _rmse(signals.cart - run[:, 0], signals.cart_valid)
+            cart = _compute_rmse(signals.cart - run[:, 0], signals.cart_valid)
         if signals.pole is not None:
-            pole = _rmse(np.sin(signals.pole) - np.sin(run[:, 1]), signals.pole_valid)
-            pole += _rmse(np.cos(signals.pole) - np.cos(run[:, 1]), signals.pole_valid)
+            pole = _compute_rmse(np.sin(signals.pole) - np.sin(run[:, 1]), signals.pole_valid)
+            pole += _compute_rmse(np.cos(signals.pole) - np.cos(run[:, 1]), signals.pole_valid)
     if signals.cart is None or signals.pole is None:
         return cart + pole
     return CART_WEIGHT * cart + POLE_WEIGHT * pole
 
 
-def _alone(signals: Signals, stretch: slice) -> Signals:
+def _pick_stretch(signals: Signals, stretch: slice) -> Signals:
     if len(signals.stretches) == 1:
         return signals
     return Signals(
@@ -60,8 +62,8 @@ def _alone(signals: Signals, stretch: slice) -> Signals:
     )
 
 
-def _rmse(errors: Floats, valid: Mask) -> float:
+def _compute_rmse(errors: Floats, valid: Mask) -> float:
     if not valid.any():
         return np.inf
-    found = float(np.sqrt(np.mean(errors[valid] ** 2)))
-    return found if np.isfinite(found) else np.inf
+    rmse = float(np.sqrt(np.mean(errors[valid] ** 2)))
+    return rmse if np.isfinite(rmse) else np.inf

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pendulum_sysid.fitting.case import Case
-from pendulum_sysid.fitting.windows import channels, gather
+from pendulum_sysid.fitting.windows import gather, list_channels
 from pendulum_sysid.records import Windows
 from pendulum_twin.arrays import Floats
 from pendulum_twin.free_runs import run_freely
@@ -18,7 +18,7 @@ JOINTS, UNITS = ("cart", "pole"), ("m", "rad")
 
 @dataclass(frozen=True)
 class WindowRuns:
-    """Hold what a twin did in each window, driven by the recorded command from the window's smoothed start.
+    """Hold free runs of a twin, driven by the recorded command from each window's smoothed start.
 
     channels: 0 for cart (m), 1 for pole (rad), those that the recording holds, in the order of the
     last axes below.
@@ -67,18 +67,21 @@ class WindowRuns:
 
     @property
     def typical(self) -> float:
-        """Return the error of the median window, in units of the sensors' noise: one wild window does not move it."""
+        """Return the error of the median window, in units of the sensors' noise."""
         return float(np.median(np.sqrt(np.mean((self.window_rmse / self.noise) ** 2, axis=1))))
 
     def of_joint(self, joint: int, values: Floats) -> float | None:
-        """Return the entry of values (channels,) for the cart (0) or the pole (1); None when it is not recorded."""
+        """Return a joint's entry of values (channels,); None when it is not recorded.
+
+        joint: 0 for the cart, 1 for the pole.
+        """
         return float(values[self.channels.index(joint)]) if joint in self.channels else None
 
 
 def run_windows(case: Case, windows: Windows) -> WindowRuns:
     """Return the free runs of the case's twin on windows of its recording."""
     signals = case.signals
-    present = channels(signals)
+    present = list_channels(signals)
     set_of = np.zeros(len(windows), dtype=np.int64)
     with np.errstate(all="ignore"):
         states = run_freely(

@@ -1,4 +1,4 @@
-"""What a next experiment is to achieve: twins to be told apart, or an interval to be narrowed."""
+"""The aims of an experiment: to part two twins, or to narrow the interval of a parameter."""
 
 from __future__ import annotations
 
@@ -7,140 +7,156 @@ from typing import Protocol
 
 import numpy as np
 
+from pendulum_sysid import decisions
 from pendulum_sysid.finding.separation import (
-    CERTAIN,
     Columns,
     Tie,
-    columns,
-    deciding,
-    deviations,
-    rest,
+    compute_columns,
+    compute_deviations,
+    compute_rest,
+    pick_deciding_windows,
 )
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.linearised import Problem
-from pendulum_sysid.fitting.parameters import Free, free_parameters
+from pendulum_sysid.fitting.parameters import Free, list_free_parameters
 from pendulum_sysid.records import Fit, Split
 from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Form
 
-WIDE = 0.1  # of a value: half widths beyond it are worth an experiment
-
 
 class Aim(Protocol):
-    """What every aim offers. said: what it is about. mover: (SIZE,) the twin that moves when it is asked."""
+    """Say what every aim offers.
+
+    subject: what the aim is about, for a person.
+    mover: (SIZE,) parameter vector of the twin that plays the plan.
+    normal: normal matrix of the aim's columns on the recordings at hand.
+    """
 
     @property
-    def said(self) -> str:
-        """Return what it is about."""
+    def subject(self) -> str:
+        """Return what the aim is about."""
 
     @property
     def mover(self) -> Floats:
-        """Return the words of the twin that moves."""
+        """Return the parameter vector of the twin that plays the plan."""
 
     @property
     def normal(self) -> Floats:
-        """Return the products of its columns on the recordings at hand."""
+        """Return the normal matrix on the recordings at hand."""
 
-    def products(self, problem: Problem, power: Floats) -> Floats:
-        """Return the same on windows of another recording."""
+    def compute_normal(self, problem: Problem, power: Floats) -> Floats:
+        """Return the normal matrix on windows of another recording."""
 
-    def worth(self, normal: Floats) -> float:
-        """Return how near it comes to being achieved with such products; more is better."""
+    def rate(self, normal: Floats) -> float:
+        """Return how well a normal matrix serves the aim; more is better."""
 
 
 @dataclass(frozen=True)
 class Parting:
-    """Tell one twin from a rival in all that the rival's parameters can do.
+    """Tell a twin from a rival whose free parameters follow as far as they can.
 
-    mover: (SIZE,) words of the one; rival: of the other, whose free parameters follow.
+    mover: (SIZE,) parameter vector of the twin that plays.
+    rival: (SIZE,) parameter vector of the other twin.
+    free: the parameters of the rival that follow.
     """
 
-    said: str
+    subject: str
     mover: Floats
     rival: Floats
     free: tuple[Free, ...]
     normal: Floats
 
-    def products(self, problem: Problem, power: Floats) -> Floats:
-        """Return the products of the rival's parameters' columns and of the difference between the twins."""
-        return columns(problem, self.rival, self.free, power, (), self.mover[None]).normal
+    def compute_normal(self, problem: Problem, power: Floats) -> Floats:
+        """Return the normal matrix of the rival's columns and of the difference of the twins."""
+        return compute_columns(problem, self.rival, self.free, power, (), self.mover[None]).normal
 
-    def worth(self, normal: Floats) -> float:
-        """Return standard errors between the two."""
-        found = Columns(normal, self.free, (), (), len(self.free))
-        return rest(found, found.asked()).distance
+    def rate(self, normal: Floats) -> float:
+        """Return the standard errors between the two twins."""
+        columns = Columns(normal, self.free, (), (), len(self.free))
+        return compute_rest(columns, columns.get_target()).distance
 
 
 @dataclass(frozen=True)
 class Narrowing:
-    """Narrow the interval of one free parameter. half: of its width now, in its own unit, infinite where it is unfixed."""
+    """Narrow the interval of a free parameter.
 
-    said: str
+    mover: (SIZE,) parameter vector of the fitted twin.
+    free: all parameters of the fit.
+    number: place of the parameter in `free`.
+    half: half width of its interval now, in its unit; infinite where it is not fixed.
+    """
+
+    subject: str
     mover: Floats
     free: tuple[Free, ...]
     number: int
     half: float
     normal: Floats
 
-    def products(self, problem: Problem, power: Floats) -> Floats:
-        """Return the products of the parameters' columns."""
-        return columns(problem, self.mover, self.free, power).normal
+    def compute_normal(self, problem: Problem, power: Floats) -> Floats:
+        """Return the normal matrix of the parameters' columns."""
+        return compute_columns(problem, self.mover, self.free, power).normal
 
-    def worth(self, normal: Floats) -> float:
-        """Return 1 / the half width that is to be expected, as a share of the value."""
-        return self.scale / max(self.expected(normal), 1e-300)
+    def rate(self, normal: Floats) -> float:
+        """Return the value over the half width that is to be expected."""
+        return self.scale / max(self.predict_half_width(normal), 1e-300)
 
     @property
     def scale(self) -> float:
-        """Return what the width is compared with: the value, or the parameter's size where the value is less."""
-        one = self.free[self.number]
-        return max(abs(one.get(self.mover)), one.size)
+        """Return the value, or the parameter's typical size where the value is smaller."""
+        parameter = self.free[self.number]
+        return max(abs(parameter.get(self.mover)), parameter.size)
 
-    def expected(self, normal: Floats) -> float:
-        """Return the half width that is to be expected: today's, shrunk as the information grows."""
-        now, then = (deviations(one)[self.number] for one in (self.normal, normal))
+    def predict_half_width(self, normal: Floats) -> float:
+        """Return the half width to be expected: today's, shrunk as the information grows."""
+        now, then = (compute_deviations(n)[self.number] for n in (self.normal, normal))
         if np.isfinite(self.half) and np.isfinite(now):
             return float(self.half * then / now)
-        return float(CERTAIN * then * self.free[self.number].size)
+        return float(decisions.INTERVAL_DEVIATIONS * then * self.free[self.number].size)
 
 
-def partings(case: Case, split: Split, best: Fit, tie: Tie) -> list[Parting]:
-    """Return the two questions of a tie, each twin asked to look like the other."""
+def make_partings(case: Case, split: Split, best: Fit, tie: Tie) -> list[Parting]:
+    """Return the two aims of a tie: each twin follows the other in turn."""
     assert tie.rival is not None
     rivals = (*(name for name in best.effects if name != tie.effect), tie.rival)
-    free = free_parameters(case.twin, rivals, case.scales)
-    own = free_parameters(case.twin, best.effects, case.scales)
-    windows, weight = deciding(case.state, split, best.parts)
+    free = list_free_parameters(case.twin, rivals, case.scales)
+    own = list_free_parameters(case.twin, best.effects, case.scales)
+    windows, weight = pick_deciding_windows(case.state, split, best.parts)
     at_hand, power = case.problem(windows), best.power / weight
-    made = []
-    for moves, stands, parameters in ((best.theta, tie.theta, free), (tie.theta, best.theta, own)):
-        one = Parting(f"{tie.effect} and {tie.rival}", moves, stands, parameters, np.empty(0))
-        made.append(replace(one, normal=one.products(at_hand, power)))
-    return made
+    aims = []
+    for mover, rival, follows in ((best.theta, tie.theta, free), (tie.theta, best.theta, own)):
+        aim = Parting(f"{tie.effect} and {tie.rival}", mover, rival, follows, np.empty(0))
+        aims.append(replace(aim, normal=aim.compute_normal(at_hand, power)))
+    return aims
 
 
-def narrowings(case: Case, split: Split, best: Fit, at_least: float = WIDE) -> list[Narrowing]:
-    """Return the intervals of a fit that are wider than a share of their value, the widest first; an infinite one counts."""
-    free = free_parameters(case.twin, best.effects, case.scales)
-    windows, weight = deciding(case.state, split, best.parts)
-    normal = columns(case.problem(windows), best.theta, free, best.power / weight).normal
-    made = []
-    for k, one in enumerate(free):
-        if not fitted_to_positions(one.name):
+def list_narrowings(case: Case, split: Split, best: Fit, at_least: float) -> list[Narrowing]:
+    """Return the intervals of a fit that are wider than a share of their value, widest first.
+
+    at_least: the share. A parameter that the recordings do not fix has an infinite interval.
+    """
+    free = list_free_parameters(case.twin, best.effects, case.scales)
+    windows, weight = pick_deciding_windows(case.state, split, best.parts)
+    normal = compute_columns(case.problem(windows), best.theta, free, best.power / weight).normal
+    aims = []
+    for k, parameter in enumerate(free):
+        if not is_fitted_to_positions(parameter.name):
             continue
-        found = best.estimates[one.name]
-        unfixed = found.low <= one.low and found.high >= one.high
-        half = np.inf if unfixed else max(found.high - found.value, found.value - found.low)
-        made.append(Narrowing(one.name, best.theta, free, k, half, normal))
-    wide = [one for one in made if one.half > at_least * one.scale]
-    return sorted(wide, key=lambda one: one.half / one.scale, reverse=True)
+        estimate = best.estimates[parameter.name]
+        unfixed = estimate.low <= parameter.low and estimate.high >= parameter.high
+        half = max(estimate.high - estimate.value, estimate.value - estimate.low)
+        half = np.inf if unfixed else half
+        aims.append(Narrowing(parameter.name, best.theta, free, k, half, normal))
+    wide = [aim for aim in aims if aim.half > at_least * aim.scale]
+    return sorted(wide, key=lambda aim: aim.half / aim.scale, reverse=True)
 
 
-def fitted_to_positions(name: str) -> bool:
-    """Return whether a parameter ("key" or "effect.parameter") is one that more motion fixes better.
+def is_fitted_to_positions(name: str) -> bool:
+    """Return whether more motion fixes a parameter better.
 
-    A moment that is read off the recording is not, nor what only the reported velocities show.
+    name: "key" or "effect.parameter". An instant that is read off the recording is not fitted to
+    positions, nor is what only the reported velocities show.
     """
     effect, _, parameter = name.partition(".")
     if not parameter:

@@ -1,7 +1,8 @@
-"""Put a plan together phase by phase, each time by the one that brings the worst-served aim furthest.
+"""Put a plan together phase by phase; each phase is the best for the worst-served aim.
 
-Every candidate is played on every twin that is in question, from where the phases before it leave
-them; one in which any of them comes too near the rail's end, or becomes too fast, is out.
+Every candidate is played on every twin that an aim moves, from the state in which the phases
+before it leave the twin. A candidate that brings a twin too near the end of the rail, or makes it
+too fast, is dropped.
 """
 
 from __future__ import annotations
@@ -11,13 +12,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pendulum_sysid.finding.separation import DECIDING
+from pendulum_sysid import decisions
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.linearised import Problem
 from pendulum_sysid.fitting.windows import WINDOW_S
 from pendulum_sysid.planning.aims import Aim
-from pendulum_sysid.planning.phase_family import family
-from pendulum_sysid.planning.planned_run import Lanes, Played, hanging, played
+from pendulum_sysid.planning.phase_family import list_phases
+from pendulum_sysid.planning.planned_run import Lanes, PlayedRun, make_hanging_lanes, play_plans
 from pendulum_sysid.records import Fit, Windows
 from pendulum_twin.arrays import Floats
 from pendulum_twin.plans.excitation import Excitation
@@ -27,17 +28,18 @@ from pendulum_twin.plans.waveforms import Envelope
 
 PUSH_S, REST_S, PHASE_S = 1.5, 1.5, 4.0
 SHORTEST_S = PUSH_S + REST_S + 2.0
-SAFE = 0.75  # of the rail each way: the rig is not the twin, and whoever plays the plan stops it near the end
-FASTEST_M_S, FASTEST_RAD_S = 4.0, 30.0  # well below what a plan is stopped at
-SHORTLIST = 12  # candidates that are asked again after the first phase
 
 
 @dataclass(frozen=True)
-class Grown:
-    """Hold a plan, the products of each aim with its recording added to what is at hand, and how many values it has."""
+class GrownPlan:
+    """Hold a plan and what its recording adds.
+
+    normals: the normal matrix of each aim, of the recordings at hand and of the plan together.
+    values: number of samples of all channels in the plan's recording.
+    """
 
     plan: Plan
-    products: list[Floats]
+    normals: list[Floats]
     values: int
 
 
@@ -45,13 +47,18 @@ class Grown:
 class Setting:
     """Hold what stays the same while a plan grows.
 
-    parts: into how many a window is cut. power: (channels,) that counts as noise. movers: (twins,
-    SIZE) in question.
-    twin_of: which of them moves for each aim.
+    case: the recordings at hand.
+    pieces: number of pieces that a window is cut into.
+    power: (channels,) mean squared error that counts as noise.
+    aims: what the plan is to achieve.
+    movers: (twins, SIZE) parameter vectors of the twins that play.
+    twin_of: number of the twin that plays for each aim.
+    room: limits of rail and command.
+    rate_hz: rate of the plan.
     """
 
     case: Case
-    parts: int
+    pieces: int
     power: Floats
     aims: Sequence[Aim]
     movers: Floats
@@ -59,75 +66,82 @@ class Setting:
     room: Envelope
     rate_hz: float
 
-    def played(self, phases: Sequence[Phase]) -> Excitation:
-        """Return what is played of phases."""
+    def make_excitation(self, phases: Sequence[Phase]) -> Excitation:
+        """Return the excitation of phases."""
         return make_excitation(Plan(tuple(phases), "next", self.rate_hz), self.room)
 
-    def safe(self, states: Floats) -> bool:
-        """Return whether runs (..., 4) keep away from the rail's ends and from speeds that stop a plan."""
+    def is_safe(self, states: Floats) -> bool:
+        """Return whether runs (..., 4) stay off the rail's ends and below a plan's speeds."""
         far, _, fast, spin = np.max(np.abs(states).reshape(-1, 4), axis=0)
         return bool(
-            far <= SAFE * self.room.half_length_m and fast <= FASTEST_M_S and spin <= FASTEST_RAD_S
+            far <= decisions.RAIL_SHARE * self.room.half_length_m
+            and fast <= decisions.PLAN_FASTEST_M_S
+            and spin <= decisions.PLAN_FASTEST_RAD_S
         )
 
-    def added(self, run: Played, first_lane: int = 0) -> list[Floats]:
-        """Return what a run, with one lane a twin, adds to each aim's products."""
-        problems = [self._problem(run, first_lane + twin) for twin in range(len(self.movers))]
-        weighed = self.power / DECIDING
+    def compute_normals(self, run: PlayedRun, first_lane: int = 0) -> list[Floats]:
+        """Return the normal matrix of each aim on a run that has a lane a twin."""
+        problems = [self._make_problem(run, first_lane + twin) for twin in range(len(self.movers))]
+        weighed = self.power / decisions.DECIDING_SHARE
         return [
-            aim.products(problems[twin], weighed)
+            aim.compute_normal(problems[twin], weighed)
             for aim, twin in zip(self.aims, self.twin_of, strict=True)
         ]
 
-    def _problem(self, run: Played, lane: int) -> Problem:
-        signals = run.signals(lane, self.case.signals)
-        length = max(round(WINDOW_S / signals.period_s) // self.parts, 1)
+    def _make_problem(self, run: PlayedRun, lane: int) -> Problem:
+        signals = run.make_signals(lane, self.case.signals)
+        length = max(round(WINDOW_S / signals.period_s) // self.pieces, 1)
         begin = np.arange(0, len(signals) - length, length, dtype=np.int64)
         return replace(
             self.case.problem(Windows(begin, length + 1, run.states[lane, begin])), signals=signals
         )
 
-    def worst(self, products: Sequence[Floats]) -> float:
-        """Return how well the worst-served aim is served."""
-        return min(aim.worth(one) for aim, one in zip(self.aims, products, strict=True))
+    def rate_worst(self, normals: Sequence[Floats]) -> float:
+        """Return how well the normal matrices serve the worst-served aim."""
+        return min(aim.rate(normal) for aim, normal in zip(self.aims, normals, strict=True))
 
 
-def grown(
+def grow_plan(
     case: Case, best: Fit, aims: Sequence[Aim], room: Envelope, seconds: float, seed: int
-) -> Grown | None:
-    """Return the plan of so many seconds (SHORTEST_S at least) that serves all aims best.
+) -> GrownPlan | None:
+    """Return the plan that serves all aims best; None where every phase leads off the rail.
 
-    None where every phase leads off the rail. Raises BadInputError for a rate that no plan may
-    have.
+    best: fit whose noise and pieces the plan is judged with.
+    room: limits of rail and command.
+    seconds: length of the plan, SHORTEST_S at least.
+    seed: draws the phases of tones and the sizes of steps.
+
+    Raises BadInputError for a rate that no plan may have.
     """
-    setting = _setting(case, best, aims, room)
+    setting = _make_setting(case, best, aims, room)
     count = max(1, round((seconds - PUSH_S - REST_S) / PHASE_S))
-    candidates = family(room, (seconds - PUSH_S - REST_S) / count, setting.rate_hz, seed)
+    candidates = list_phases(room, (seconds - PUSH_S - REST_S) / count, setting.rate_hz, seed)
     phases: list[Phase] = [Push(seconds=PUSH_S)]
-    parts = [_next(setting, phases, hanging(setting.movers, 1 / setting.rate_hz))]
-    have = [aim.normal for aim in aims]
+    lanes = make_hanging_lanes(setting.movers, 1 / setting.rate_hz)
+    pieces = [_play_last_phase(setting, phases, lanes)]
+    normals = [aim.normal for aim in aims]
     for k in range(count):
-        ranked = _ranked(setting, phases, candidates, parts[-1].lanes, have)
+        ranked = _rank_candidates(setting, phases, candidates, pieces[-1].lanes, normals)
         if not ranked:
             break
-        candidates = ranked[:SHORTLIST] if k == 0 else candidates
+        candidates = ranked[: decisions.PHASES_REFINED] if k == 0 else candidates
         phases.append(ranked[0])
-        parts.append(_next(setting, phases, parts[-1].lanes))
-        have = _sum(have, setting.added(parts[-1]))
+        pieces.append(_play_last_phase(setting, phases, pieces[-1].lanes))
+        normals = _add_normals(normals, setting.compute_normals(pieces[-1]))
     if len(phases) == 1:
         return None
     phases.append(Rest(seconds=REST_S, centred=True))
-    parts.append(_next(setting, phases, parts[-1].lanes))
-    whole = _joined(parts)
-    products = _sum([aim.normal for aim in aims], setting.added(whole))
-    return Grown(
+    pieces.append(_play_last_phase(setting, phases, pieces[-1].lanes))
+    joined = _join_runs(pieces)
+    normals = _add_normals([aim.normal for aim in aims], setting.compute_normals(joined))
+    return GrownPlan(
         Plan(tuple(phases), "next", setting.rate_hz),
-        products,
-        whole.commands.shape[1] * len(setting.power),
+        normals,
+        joined.commands.shape[1] * len(setting.power),
     )
 
 
-def _setting(case: Case, best: Fit, aims: Sequence[Aim], room: Envelope) -> Setting:
+def _make_setting(case: Case, best: Fit, aims: Sequence[Aim], room: Envelope) -> Setting:
     movers, twin_of = np.unique(np.array([aim.mover for aim in aims]), axis=0, return_inverse=True)
     rate_hz = 1 / case.signals.period_s
     whole = float(round(rate_hz))
@@ -144,42 +158,41 @@ def _setting(case: Case, best: Fit, aims: Sequence[Aim], room: Envelope) -> Sett
     )
 
 
-def _sum(first: Sequence[Floats], second: Sequence[Floats]) -> list[Floats]:
+def _add_normals(first: Sequence[Floats], second: Sequence[Floats]) -> list[Floats]:
     return [a + b for a, b in zip(first, second, strict=True)]
 
 
-def _next(setting: Setting, phases: Sequence[Phase], lanes: Lanes) -> Played:
-    """Return the last of the phases played on every twin, from where the phases before it leave them."""
-    plan = setting.played(phases)
-    return played(lanes, [plan] * len(setting.movers), len(plan.commands) - lanes.sample)
+def _play_last_phase(setting: Setting, phases: Sequence[Phase], lanes: Lanes) -> PlayedRun:
+    """Play the last of the phases on every twin, from the end of the phases before it."""
+    plan = setting.make_excitation(phases)
+    return play_plans(lanes, [plan] * len(setting.movers), len(plan.commands) - lanes.sample)
 
 
-def _ranked(
+def _rank_candidates(
     setting: Setting,
     phases: Sequence[Phase],
     candidates: Sequence[Phase],
     lanes: Lanes,
-    have: Sequence[Floats],
+    normals: Sequence[Floats],
 ) -> list[Phase]:
-    """Return the candidates that are safe on every twin, the one that serves the worst-served aim best first."""
+    """Return the candidates that are safe on every twin, best for the worst-served aim first."""
     twins = len(setting.movers)
-    plans = [setting.played([*phases, one]) for one in candidates]
-    samples = (
-        min(len(plan.commands) for plan in plans) - lanes.sample
-    )  # two phases may differ by a sample in rounding
-    every = lanes.of(np.tile(np.arange(twins), len(candidates)))
-    run = played(every, [plan for plan in plans for _ in range(twins)], samples)
-    worths = {
-        k: setting.worst(_sum(have, setting.added(run, k * twins)))
+    plans = [setting.make_excitation([*phases, candidate]) for candidate in candidates]
+    # two phases may differ by a sample in rounding
+    samples = min(len(plan.commands) for plan in plans) - lanes.sample
+    every = lanes.pick(np.tile(np.arange(twins), len(candidates)))
+    run = play_plans(every, [plan for plan in plans for _ in range(twins)], samples)
+    ratings = {
+        k: setting.rate_worst(_add_normals(normals, setting.compute_normals(run, k * twins)))
         for k in range(len(candidates))
-        if setting.safe(run.states[k * twins : (k + 1) * twins])
+        if setting.is_safe(run.states[k * twins : (k + 1) * twins])
     }
-    return [candidates[k] for k in sorted(worths, key=lambda k: -worths[k])]
+    return [candidates[k] for k in sorted(ratings, key=lambda k: -ratings[k])]
 
 
-def _joined(parts: Sequence[Played]) -> Played:
+def _join_runs(runs: Sequence[PlayedRun]) -> PlayedRun:
     commands, states = (
-        np.concatenate([getattr(one, name) for one in parts], axis=1)
+        np.concatenate([getattr(run, name) for run in runs], axis=1)
         for name in ("commands", "states")
     )
-    return Played(commands, states, parts[-1].lanes)
+    return PlayedRun(commands, states, runs[-1].lanes)

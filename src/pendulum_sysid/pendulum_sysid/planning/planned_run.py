@@ -1,4 +1,4 @@
-"""Play plans on twins before they are played on a rig: many lanes side by side, the loop that centres the cart closed."""
+"""Play plans on twins: many lanes side by side, with the loop closed that centres the cart."""
 
 from __future__ import annotations
 
@@ -7,9 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pendulum_sysid.records import Ints
 from pendulum_twin import kernel
-from pendulum_twin.arrays import Floats, Mask
+from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Form
 from pendulum_twin.free_runs import (
@@ -31,11 +30,16 @@ _FILTERS = np.array([e.form is Form.FILTER for e in CATALOGUE])
 
 @dataclass(frozen=True)
 class Lanes:
-    """Hold where twins are in their plans, one lane each.
+    """Hold the states of twins in their plans, a lane a twin.
 
-    theta: (lanes, SIZE). true, shown: (lanes, 4) states, and what the sensors show of them.
-    memory: of each lane's command and drive. sample: the plan's next. start_m: (lanes,) cart at
-    the plan's start. way: of each lane, see `find_command_direction`; None until it is known.
+    theta: (lanes, SIZE) parameter vectors.
+    period_s: sample period.
+    true: (lanes, 4) states: cart (m), pole (rad), and their velocities.
+    shown: (lanes, 4) the states as the sensors show them.
+    memory: what command and drive of each lane keep between substeps.
+    sample: number of the next sample of the plan.
+    start_m: (lanes,) cart position at the start of the plan.
+    way: direction of the command in each lane, see `find_command_direction`; None until known.
     """
 
     theta: Floats
@@ -47,8 +51,8 @@ class Lanes:
     start_m: Floats
     way: tuple[int | None, ...]
 
-    def of(self, chosen: Ints) -> Lanes:
-        """Return lanes that go on from where these are; one may be chosen several times."""
+    def pick(self, chosen: Ints) -> Lanes:
+        """Return the chosen lanes, which go on from here; a lane may be chosen several times."""
         return replace(
             self,
             theta=self.theta[chosen],
@@ -61,15 +65,20 @@ class Lanes:
 
 
 @dataclass(frozen=True)
-class Played:
-    """Hold what was sent, (lanes, n), and what the sensors showed, (lanes, n, 4), and where the lanes are now."""
+class PlayedRun:
+    """Hold a run of plans.
+
+    commands: (lanes, n) what was sent.
+    states: (lanes, n, 4) what the sensors showed.
+    lanes: where the lanes are after the run.
+    """
 
     commands: Floats
     states: Floats
     lanes: Lanes
 
-    def signals(self, lane: int, like: Signals | None = None) -> Signals:
-        """Return one lane as a recording, with the joints of another one, or with both."""
+    def make_signals(self, lane: int, like: Signals | None = None) -> Signals:
+        """Return a lane as signals; `like` says which joints are kept, None for both."""
         every = np.ones(self.commands.shape[1], dtype=bool)
         cart, pole = self.states[lane, :, 0], self.states[lane, :, 1]
         return Signals(
@@ -82,28 +91,28 @@ class Played:
         )
 
 
-def hanging(theta: Floats, period_s: float) -> Lanes:
-    """Return twins with words (lanes, SIZE) at the begin of their plans, as after a reset: truly at rest in the middle."""
+def make_hanging_lanes(theta: Floats, period_s: float) -> Lanes:
+    """Return lanes at the start of their plans: at rest in the middle, as after a reset."""
     true = np.repeat(np.array([HANGING]), len(theta), axis=0)
     shown = apply_sensors(true, theta, np.zeros(len(theta)))
     sub = kernel.count_substeps(period_s)
     memory = tuple(
-        np.zeros(compute_memory_offsets(period_s / sub * float(compute_paces(one)))[-1])
-        for one in theta
+        np.zeros(compute_memory_offsets(period_s / sub * float(compute_paces(lane)))[-1])
+        for lane in theta
     )
     return Lanes(theta, period_s, true, shown, memory, 0, shown[:, 0].copy(), (None,) * len(theta))
 
 
-def played(lanes: Lanes, plans: Sequence[Excitation], samples: int) -> Played:
-    """Return so many samples of each lane's plan, from where the lanes are."""
+def play_plans(lanes: Lanes, plans: Sequence[Excitation], samples: int) -> PlayedRun:
+    """Play the next samples of each lane's plan."""
     count, sub = len(lanes.theta), kernel.count_substeps(lanes.period_s)
     commands, states = np.empty((count, samples)), np.empty((count, samples, 4))
     true, shown, way = lanes.true.copy(), lanes.shown.copy(), list(lanes.way)
-    memory = tuple(one.copy() for one in lanes.memory)
+    memory = tuple(values.copy() for values in lanes.memory)
     drive, out = np.empty((count, sub)), np.empty((count, 2, 4))
     lane_of, begin = np.arange(count), np.zeros(count, dtype=np.int64)
     reports = select_reporting_effects(lanes.theta)
-    drives = [_drive_of(theta, lanes.period_s / sub) for theta in lanes.theta]
+    drives = [_make_drive(theta, lanes.period_s / sub) for theta in lanes.theta]
     for n in range(samples):
         k = lanes.sample + n
         for i, plan in enumerate(plans):
@@ -111,7 +120,7 @@ def played(lanes: Lanes, plans: Sequence[Excitation], samples: int) -> Played:
                 way[i] = find_command_direction(shown[i, 0] - lanes.start_m[i])
             commands[i, n] = compute_command(plan, k, shown[i, 0], shown[i, 2], way[i] or 0)
         states[:, n] = shown
-        _driven(drives, commands[:, n], memory, k * sub, drive)
+        _drive_lanes(drives, commands[:, n], memory, k * sub, drive)
         run_mechanics(drive, lane_of, begin, true, lanes.theta, lanes.period_s / sub, sub, out)
         true = out[:, 1].copy()
         now = apply_sensors(true, lanes.theta, np.full(count, (k + 1) * lanes.period_s))
@@ -123,12 +132,17 @@ def played(lanes: Lanes, plans: Sequence[Excitation], samples: int) -> Played:
     after = replace(
         lanes, true=true, shown=shown, memory=memory, sample=lanes.sample + samples, way=tuple(way)
     )
-    return Played(commands, states, after)
+    return PlayedRun(commands, states, after)
 
 
 @dataclass(frozen=True)
 class _Drive:
-    """Hold what one lane's drive needs at every sample: whether anything filters the command, and how."""
+    """Hold what the drive of a lane needs at every sample.
+
+    filters: whether any effect filters the command.
+    h: substep in s, of the time of the lane.
+    offsets: places of the effects in the memory.
+    """
 
     theta: Floats
     on: Mask
@@ -137,30 +151,30 @@ class _Drive:
     offsets: Ints
 
 
-def _drive_of(theta: Floats, h: float) -> _Drive:
+def _make_drive(theta: Floats, h: float) -> _Drive:
     on, h = find_active_effects(theta), h * float(compute_paces(theta))
     return _Drive(theta, on, bool(np.any(on & _FILTERS)), h, compute_memory_offsets(h))
 
 
-def _driven(
+def _drive_lanes(
     drives: list[_Drive],
     commands: Floats,
     memory: tuple[Floats, ...],
     first_step: int,
     out: Floats,
 ) -> None:
-    """Fill out, (lanes, substeps), with what each lane's drive makes of its command."""
-    for i, one in enumerate(drives):
+    """Fill `out` (lanes, substeps) with what the drive of each lane makes of its command."""
+    for i, lane in enumerate(drives):
         out[i] = commands[i]
-        if one.filters:
+        if lane.filters:
             kernel.filter_command(
                 commands[i : i + 1],
                 memory[i],
-                one.offsets,
-                one.h,
+                lane.offsets,
+                lane.h,
                 out.shape[1],
                 first_step,
-                one.theta,
-                one.on,
+                lane.theta,
+                lane.on,
                 out[i],
             )

@@ -13,19 +13,18 @@ from numpy.typing import NDArray
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
+from pendulum_sysid import decisions
+from pendulum_sysid.errors import FileError, UnusableRecording, WrongUse
 from pendulum_sysid.reading import mcap_stream
-from pendulum_sysid.reading.bag_files import BagFiles, digest_of, find_files, unpacked
+from pendulum_sysid.reading.bag_files import BagFiles, compute_digest, find_files, unpack
 from pendulum_sysid.reading.contents import Contents
-from pendulum_sysid.reading.decoding import command_arrays, joint_names, state_columns
+from pendulum_sysid.reading.decoding import decode_commands, decode_states, list_joint_names
 from pendulum_sysid.reading.raw import JOINTS, STATE_CHANNELS, RawRecording
 from pendulum_twin.arrays import Floats
 from pendulum_twin.errors import BadInputError
 
 STATE_TOPIC, STATE_TYPE = "/rig/joint_states", "sensor_msgs/msg/JointState"
 COMMAND_TOPIC, COMMAND_TYPE = "/rig/pwm", "std_msgs/msg/Float64"
-STILL_HOLDING_S = (
-    10.0  # a last command further than this before the first sample belongs to another clock
-)
 
 _STORE = get_typestore(Stores.ROS2_JAZZY)
 
@@ -40,23 +39,23 @@ def read_bag(
     path: a rosbag2 folder (mcap or sqlite3, with or without its index) or one data file. A
     sample's time is its header's stamp, a command's the time it was received. A file that was cut
     is read as far as it goes; what is known to be missing is in `lost_messages` and `cut_short`. A
-    recording of a pole alone may have no commands. Raises BadInputError, one sentence after the
-    path, when there is no bag or it cannot be used.
+    recording of a pole alone may have no commands. Raises FileError, WrongUse or
+    UnusableRecording, one sentence after the path, when there is no bag or it cannot be used.
     """
     path = Path(path)
     try:
         bag = find_files(path)
         contents = _read_contents(bag, (state_topic, command_topic))
-        return _recording(_name(path), bag, contents, state_topic, command_topic)
+        return _make_recording(_make_name(path), bag, contents, state_topic, command_topic)
     except BadInputError as error:
-        raise BadInputError(f"{path}: {error}") from error
+        raise type(error)(f"{path}: {error}") from error
     except OSError as error:
-        raise BadInputError(
+        raise FileError(
             f"{path}: expected a readable recording, found {error.strerror}: check its rights"
         ) from error
 
 
-def _name(path: Path) -> str:
+def _make_name(path: Path) -> str:
     return path.resolve().name.removesuffix(".zstd").removesuffix(".mcap").removesuffix(".db3")
 
 
@@ -65,11 +64,11 @@ def _read_contents(bag: BagFiles, wanted: Collection[str]) -> Contents:
     with tempfile.TemporaryDirectory() as folder:
         for file in bag.files:
             if file.stat().st_size:
-                data = unpacked(file, Path(folder))
+                data = unpack(file, Path(folder))
                 contents.absorb(
                     _scan_sqlite(data, wanted)
                     if data.suffix == ".db3"
-                    else mcap_stream.scan(data, wanted)
+                    else mcap_stream.scan_mcap(data, wanted)
                 )
             else:
                 contents.whole = False
@@ -79,7 +78,7 @@ def _read_contents(bag: BagFiles, wanted: Collection[str]) -> Contents:
     for messages in contents.messages.values():
         messages.sort(key=lambda message: message[0])
     if not contents.types and not contents.whole:
-        raise BadInputError(
+        raise FileError(
             "expected a recording, found a file cut before its first message: record again"
         )
     return contents
@@ -103,7 +102,7 @@ def _scan_sqlite(path: Path, wanted: Collection[str]) -> Contents:
                 contents.add(connection.topic, time_ns, data)
     except Exception as error:  # the database engine's own errors, which rosbags does not wrap
         if not contents.messages:
-            raise BadInputError(
+            raise FileError(
                 f"expected an sqlite3 recording, found {path.name} cut or damaged ({error}): "
                 "rescue it with `sqlite3 .recover`"
             ) from error
@@ -119,18 +118,19 @@ def _decode_command(data: bytes) -> Any:
     return _STORE.deserialize_cdr(data, COMMAND_TYPE)
 
 
-def _recording(
+def _make_recording(
     name: str, bag: BagFiles, contents: Contents, state_topic: str, command_topic: str
 ) -> RawRecording:
     states = contents.of(state_topic, STATE_TYPE, "--state-topic", needed=True)
-    stamps, columns, bad_states = state_columns(states, _decode_state)
+    stamps, columns, bad_states = decode_states(states, _decode_state)
     if not any(joint in columns for joint in JOINTS):
-        raise BadInputError(
+        raise UnusableRecording(
             f"expected positions of joints named cart or pole on {state_topic}, found "
-            f"{joint_names(states, _decode_state)}: name the joints so, and give each a position"
+            f"{list_joint_names(states, _decode_state)}: name the joints so, and give each a "
+            "position"
         )
-    commands = _commands(contents, command_topic, needed="cart" in columns)
-    command_times, command, bad_commands = command_arrays(commands, _decode_command)
+    commands = _pick_commands(contents, command_topic, needed="cart" in columns)
+    command_times, command, bad_commands = decode_commands(commands, _decode_command)
     _check_same_clock(stamps, command_times, state_topic, command_topic)
     counted = bag.counted or contents.counted
     short = (
@@ -140,7 +140,7 @@ def _recording(
     )
     return RawRecording(
         name=name,
-        digest=digest_of(bag.files),
+        digest=compute_digest(bag.files),
         state_stamp_s=(stamps - stamps[0]) / 1e9,
         command_stamp_s=(command_times - stamps[0]) / 1e9,
         command=command,
@@ -150,7 +150,7 @@ def _recording(
     )
 
 
-def _commands(contents: Contents, topic: str, needed: bool) -> list[tuple[int, bytes]]:
+def _pick_commands(contents: Contents, topic: str, needed: bool) -> list[tuple[int, bytes]]:
     """Return the commands; a recording without a cart needs none."""
     if topic not in contents.types and not needed:
         return []
@@ -164,14 +164,15 @@ def _check_same_clock(
         return
     late = (command_times[0] - stamps[-1]) * 1e-9
     early = (stamps[0] - command_times[-1]) * 1e-9
-    if late > 0 or early > STILL_HOLDING_S:
+    if late > 0 or early > decisions.COMMAND_HOLDS_S:
         apart = (
             f"{late:.6g} s after the last stamp"
             if late > 0
             else f"{early:.6g} s before the first stamp"
         )
-        raise BadInputError(
-            f"expected commands on {command_topic} received while {state_topic} was sampled, found them all {apart}: "
+        raise UnusableRecording(
+            f"expected commands on {command_topic} received while {state_topic} was sampled, "
+            f"found them all {apart}: "
             "stamp and record with one clock (use_sim_time the same everywhere)"
         )
 
@@ -192,13 +193,14 @@ def write_bag(
     stamps_ns: (n,) sampling times, also the receive times, 0 or later. joints: joint name -> (n,)
     positions, in the order of the names in the messages. command: (m,) values received at
     command_times_ns, by default at the stamps; None writes no command topic. velocities: joint
-    name -> (n,), for all joints or none. Raises BadInputError when the path exists or cannot be
+    name -> (n,), for all joints or none. Raises FileError when the path exists or cannot be
     written.
     """
     path = Path(path)
     if path.exists():
-        raise BadInputError(
-            f"{path}: expected a new folder to write, found it there already: name another or remove it"
+        raise WrongUse(
+            f"{path}: expected a new folder to write, found it there already: name another or "
+            "remove it"
         )
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -211,7 +213,7 @@ def write_bag(
                     _write_commands(writer, command_topic, times, command)
             whole.rename(path)
     except OSError as error:
-        raise BadInputError(
+        raise FileError(
             f"{path}: expected a place to write to, found {error.strerror}: name another"
         ) from error
 

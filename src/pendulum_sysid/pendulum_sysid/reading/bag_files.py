@@ -1,4 +1,4 @@
-"""The files of a bag: which they are, what the index beside them says, and the digest over their bytes."""
+"""The files of a bag: their list, the index beside them, and the digest over their bytes."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path, PurePath
 import yaml
 import zstandard
 
-from pendulum_twin.errors import BadInputError
+from pendulum_sysid.errors import FileError
 
 DATA_SUFFIXES = (".mcap", ".db3")
 INDEX = "metadata.yaml"
@@ -34,42 +34,48 @@ def find_files(path: Path) -> BagFiles:
     A folder whose index is missing or unreadable (the recorder was killed) is taken by its data
     files. A file that the
     index names and the folder lacks is left out: the messages it held are counted as lost.
-    Raises BadInputError when nothing is there or nothing that is a bag.
+    Raises FileError when nothing is there or nothing that is a bag.
     """
     if not path.exists():
-        raise BadInputError(
-            "expected a recording (a rosbag2 folder or its data file), found nothing there: check the path"
+        raise FileError(
+            "expected a recording (a rosbag2 folder or its data file), found nothing there: check "
+            "the path"
         )
     if path.is_file():
-        if not is_data(path):
-            raise BadInputError(
-                f"expected a rosbag2 folder, an .mcap or a .db3 file, found a file {path.name}: name the bag"
+        if not is_data_file(path):
+            raise FileError(
+                f"expected a rosbag2 folder, an .mcap or a .db3 file, found a file {path.name}: "
+                "name the bag"
             )
-        return _not_empty(BagFiles((path,)))
-    index = _index(path)
+        return _check_not_empty(BagFiles((path,)))
+    index = _read_index(path)
     named = [path / PurePath(str(name)).name for name in index.get("relative_file_paths") or []]
-    files = [p for p in named if p.is_file()] or sorted(p for p in path.iterdir() if is_data(p))
+    files = [p for p in named if p.is_file()] or sorted(
+        p for p in path.iterdir() if is_data_file(p)
+    )
     if not files:
         found = (
             f"{INDEX} without its data files" if index else "a folder without .mcap or .db3 files"
         )
-        raise BadInputError(
+        raise FileError(
             f"expected a rosbag2 folder, found {found}: name the folder that the recorder wrote"
         )
-    return _not_empty(
+    return _check_not_empty(
         BagFiles(
-            tuple(files), _counts(index), str(index.get("compression_mode")).lower() == "message"
+            tuple(files),
+            _read_counts(index),
+            str(index.get("compression_mode")).lower() == "message",
         )
     )
 
 
-def is_data(path: Path) -> bool:
+def is_data_file(path: Path) -> bool:
     """Tell whether the name is that of a data file, packed by zstd or not."""
     name = path.name.removesuffix(".zstd")
     return path.is_file() and not name.startswith(".") and name.endswith(DATA_SUFFIXES)
 
 
-def digest_of(files: tuple[Path, ...]) -> str:
+def compute_digest(files: tuple[Path, ...]) -> str:
     """Return "sha256:<hex>" over the bytes of the files, sorted by name."""
     total = hashlib.sha256()
     for path in sorted(files, key=lambda p: p.name):
@@ -79,7 +85,7 @@ def digest_of(files: tuple[Path, ...]) -> str:
     return f"sha256:{total.hexdigest()}"
 
 
-def unpacked(path: Path, folder: Path) -> Path:
+def unpack(path: Path, folder: Path) -> Path:
     """Return the file itself, or its copy in the folder when it is packed as a whole (`.zstd`)."""
     if path.suffix != ".zstd":
         return path
@@ -88,21 +94,22 @@ def unpacked(path: Path, folder: Path) -> Path:
         with path.open("rb") as packed, target.open("wb") as stream:
             zstandard.ZstdDecompressor().copy_stream(packed, stream)
     except zstandard.ZstdError as error:
-        raise BadInputError(
-            f"expected a file packed by zstd, found {path.name} damaged ({error}): unpack it by hand"
+        raise FileError(
+            f"expected a file packed by zstd, found {path.name} damaged ({error}): unpack it by "
+            "hand"
         ) from error
     return target
 
 
-def _not_empty(bag: BagFiles) -> BagFiles:
+def _check_not_empty(bag: BagFiles) -> BagFiles:
     if all(p.stat().st_size == 0 for p in bag.files):
-        raise BadInputError(
+        raise FileError(
             f"expected a recording, found {bag.files[0].name} empty (0 bytes): record again"
         )
     return bag
 
 
-def _index(folder: Path) -> dict:
+def _read_index(folder: Path) -> dict:
     try:
         whole = yaml.safe_load((folder / INDEX).read_text(encoding="utf-8"))
         index = whole["rosbag2_bagfile_information"]
@@ -111,7 +118,7 @@ def _index(folder: Path) -> dict:
         return {}
 
 
-def _counts(index: dict) -> dict[str, int]:
+def _read_counts(index: dict) -> dict[str, int]:
     counted: dict[str, int] = {}
     for entry in index.get("topics_with_message_count") or []:
         try:

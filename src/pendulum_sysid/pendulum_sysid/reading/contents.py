@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass, field
 
-from pendulum_twin.errors import BadInputError
+from pendulum_sysid.errors import UnusableRecording, WrongUse
 
 
 @dataclass
@@ -39,23 +39,27 @@ class Contents:
         self.whole = self.whole and other.whole
 
     def of(self, topic: str, kind: str, option: str, needed: bool) -> list[tuple[int, bytes]]:
-        """Return a topic's messages; option is the command-line option that would name another topic.
+        """Return a topic's messages.
 
-        Raises BadInputError when the topic is missing, of another type than kind or, if it is
+        option: the command-line option that names another topic.
+
+        Raises WrongUse when the topic is missing, of another type than kind or, if it is
         needed, empty.
         """
         if topic not in self.types:
             there = ", ".join(sorted(self.types)) or "no topics at all"
-            raise BadInputError(
+            raise WrongUse(
                 f"expected the topic {topic}, found {there}: name the right one with {option}"
             )
         if self.types[topic] != kind:
-            raise BadInputError(
-                f"expected {kind} on {topic}, found {self.types[topic]}: name the right topic with {option}"
+            raise WrongUse(
+                f"expected {kind} on {topic}, found {self.types[topic]}: name the right topic "
+                f"with {option}"
             )
         messages = self.messages.get(topic, [])
         if not messages and needed:
-            raise BadInputError(
-                f"expected messages on {topic}, found none: record again, or name another with {option}"
+            raise UnusableRecording(
+                f"expected messages on {topic}, found none: record again, or name another with "
+                f"{option}"
             )
         return messages

@@ -1,4 +1,4 @@
-"""Turn the decoded messages of the two topics into arrays; how a message is decoded is passed in."""
+"""Turn the messages of the two topics into arrays; how a message is decoded is passed in."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ Decode = Callable[[bytes], Any]
 Messages = Iterable[tuple[int, bytes]]
 
 
-def state_columns(messages: Messages, decode: Decode) -> tuple[Ints, dict[str, Floats], int]:
-    """Return the header stamps in ns, the channels that hold any value, and how many messages could not be decoded.
+def decode_states(messages: Messages, decode: Decode) -> tuple[Ints, dict[str, Floats], int]:
+    """Return the header stamps (ns), the channels that hold values, and the undecodable messages.
 
     Joints are found by name; NaN stands where a message lacks one.
     """
@@ -25,7 +25,7 @@ def state_columns(messages: Messages, decode: Decode) -> tuple[Ints, dict[str, F
     stamps = [m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in decoded]
     rows = [
         [
-            _of_joint(m.name, values, joint)
+            _pick_joint(m.name, values, joint)
             for values in (m.position, m.velocity)
             for joint in JOINTS
         ]
@@ -37,8 +37,8 @@ def state_columns(messages: Messages, decode: Decode) -> tuple[Ints, dict[str, F
     return np.array(stamps, dtype=np.int64), held, bad
 
 
-def command_arrays(messages: Messages, decode: Decode) -> tuple[Ints, Floats, int]:
-    """Return when each command was received (ns), its value, and how many messages could not be decoded."""
+def decode_commands(messages: Messages, decode: Decode) -> tuple[Ints, Floats, int]:
+    """Return receive times (ns), values, and the number of undecodable messages."""
     decoded, times, bad = _decoded(messages, decode)
     return (
         np.array(times, dtype=np.int64),
@@ -47,7 +47,7 @@ def command_arrays(messages: Messages, decode: Decode) -> tuple[Ints, Floats, in
     )
 
 
-def joint_names(messages: Messages, decode: Decode) -> str:
+def list_joint_names(messages: Messages, decode: Decode) -> str:
     """Return the joints that the first message which can be decoded names, in words."""
     decoded, _, _ = _decoded(messages, decode)
     if not decoded:
@@ -67,6 +67,6 @@ def _decoded(messages: Messages, decode: Decode) -> tuple[list[Any], list[int], 
     return decoded, times, bad
 
 
-def _of_joint(names: list[str], values: Floats, joint: str) -> float:
+def _pick_joint(names: list[str], values: Floats, joint: str) -> float:
     place = names.index(joint) if joint in names else len(values)
     return float(values[place]) if place < len(values) else np.nan

@@ -1,13 +1,13 @@
-"""What an earlier diagnosis found, read back from its files: `verdict.json`, and `twin.yaml` beside it."""
+"""Read an earlier diagnosis back from its files: `verdict.json`, and `twin.yaml` beside it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
 
+from pendulum_sysid.errors import FileError, UnusableRecording
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Form
-from pendulum_twin.errors import BadInputError
 from pendulum_twin.files import read_json_object
 from pendulum_twin.model import Twin, load_twin
 
@@ -16,7 +16,11 @@ SCHEMA = "pendulum_verdict/1"
 
 @dataclass(frozen=True)
 class EarlierVerdict:
-    """Hold the twin that a diagnosis ended with, and effect -> the effects that it could not tell it from."""
+    """Hold what an earlier diagnosis ended with.
+
+    twin: the improved twin.
+    rivals: effect -> the effects that it could not be told from.
+    """
 
     twin: Twin
     rivals: dict[str, tuple[str, ...]]
@@ -28,7 +32,11 @@ class EarlierVerdict:
 
 
 def read_verdict(path: Path) -> EarlierVerdict:
-    """Return an earlier diagnosis; raise BadInputError when its files are missing, or it found the recording unusable."""
+    """Read an earlier diagnosis.
+
+    Raises FileError when its files are missing, UnusableRecording when it found the recording
+    unusable.
+    """
     mapping = read_json_object(path, SCHEMA, "a verdict")
     try:
         rivals = {
@@ -37,11 +45,11 @@ def read_verdict(path: Path) -> EarlierVerdict:
         }
         outcome = mapping["outcome"]
     except (KeyError, TypeError) as error:
-        raise BadInputError(
+        raise FileError(
             f"{path}: expected a verdict with schema {SCHEMA}, found {error} missing or odd"
         ) from error
     if outcome == "unusable":
-        raise BadInputError(
+        raise UnusableRecording(
             f"{path}: expected a verdict on a usable recording, found 'unusable': record again"
         )
     return EarlierVerdict(load_twin(path.parent / "twin.yaml"), rivals)

@@ -17,8 +17,8 @@ from pathlib import Path
 import lz4.frame  # type: ignore[import-untyped]
 import zstandard
 
+from pendulum_sysid.errors import FileError
 from pendulum_sysid.reading.contents import Contents
-from pendulum_twin.errors import BadInputError
 
 MAGIC = b"\x89MCAP0\r\n"
 FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, STATISTICS = 0x02, 0x03, 0x04, 0x05, 0x06, 0x0B
@@ -26,14 +26,14 @@ FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, STATISTICS = 0x02, 0x03, 0x04, 0x05, 0x
 Buffer = bytes | mmap.mmap
 
 
-def scan(path: Path, wanted: Collection[str]) -> Contents:
+def scan_mcap(path: Path, wanted: Collection[str]) -> Contents:
     """Return the messages of the wanted topics up to where the file ends or can no longer be read.
 
-    Raises BadInputError when it is no mcap file.
+    Raises FileError when it is no mcap file.
     """
     with path.open("rb") as stream:
         if stream.read(len(MAGIC)) != MAGIC:
-            raise BadInputError(
+            raise FileError(
                 f"expected an mcap file, found {path.name} without its opening mark: record again"
             )
         with mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
@@ -53,7 +53,7 @@ class _Scan:
         ] = []  # their channel was in a damaged chunk; the summary may name it
 
     def run(self, data: Buffer) -> Contents:
-        for opcode, body, complete in _records(data, len(MAGIC)):
+        for opcode, body, complete in _list_records(data, len(MAGIC)):
             if opcode == FOOTER:
                 self.contents.whole = complete and not self.damaged
                 break
@@ -73,7 +73,7 @@ class _Scan:
         except (struct.error, zstandard.ZstdError, RuntimeError, UnicodeDecodeError):
             content, intact = b"", False
         self.damaged |= not intact
-        for opcode, inner, inner_complete in _records(content, 0):
+        for opcode, inner, inner_complete in _list_records(content, 0):
             if inner_complete:
                 self.record(opcode, inner)
 
@@ -86,10 +86,10 @@ class _Scan:
                 else:
                     self.nameless.append((opcode, body))
             elif opcode == SCHEMA:
-                self.schemas[struct.unpack_from("<H", body)[0]] = _string(body, 2)
+                self.schemas[struct.unpack_from("<H", body)[0]] = _read_string(body, 2)
             elif opcode == CHANNEL:
                 channel, schema = struct.unpack_from("<HH", body)
-                self.topics[channel] = _string(body, 4)
+                self.topics[channel] = _read_string(body, 4)
                 self.contents.types[self.topics[channel]] = self.schemas.get(schema, "unknown")
             elif opcode == STATISTICS:
                 self.statistics(body)
@@ -103,8 +103,8 @@ class _Scan:
             self.contents.counted[topic] = self.contents.counted.get(topic, 0) + count
 
 
-def _records(data: Buffer, position: int) -> Iterator[tuple[int, bytes, bool]]:
-    """Yield opcode, content and whether the content is all there; stop at the end or at a record that is none."""
+def _list_records(data: Buffer, position: int) -> Iterator[tuple[int, bytes, bool]]:
+    """Yield opcode, content, and whether the content is all there, up to the first damage."""
     while position + 9 <= len(data):
         opcode, size = struct.unpack_from("<BQ", data, position)
         position += 9
@@ -115,15 +115,15 @@ def _records(data: Buffer, position: int) -> Iterator[tuple[int, bytes, bool]]:
         position += size
 
 
-def _string(body: bytes, position: int) -> str:
+def _read_string(body: bytes, position: int) -> str:
     (size,) = struct.unpack_from("<I", body, position)
     return body[position + 4 : position + 4 + size].decode()
 
 
 def _unpacked(body: bytes, complete: bool) -> tuple[bytes, bool]:
-    """Return a chunk's records, as many as are there, and whether that is all of them, unharmed."""
+    """Return a chunk's records as far as they are there, and whether all are, unharmed."""
     _, _, size, checksum = struct.unpack_from("<QQQI", body)
-    compression = _string(body, 28)
+    compression = _read_string(body, 28)
     content = body[40 + len(compression) :]
     if compression == "zstd":
         content = zstandard.ZstdDecompressor().decompressobj().decompress(content)

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pendulum_sysid import decisions
+from pendulum_sysid.errors import UnusableRecording
 from pendulum_twin.arrays import Floats
-from pendulum_twin.errors import BadInputError
-
-MOST_NOT_FINITE = 0.05  # share of a channel's values that may be NaN or infinite
 
 JOINTS = ("cart", "pole")
 STATE_CHANNELS = (*JOINTS, "cart_velocity", "pole_velocity")
@@ -19,18 +18,19 @@ STATE_CHANNELS = (*JOINTS, "cart_velocity", "pole_velocity")
 class RawRecording:
     """Hold the samples and commands of one recording with the times they carry.
 
-    state_stamp_s: (n,) sampling times in s from the first one; never falling, equal where a sample
-    came twice. cart (m), pole (rad), cart_velocity (m/s), pole_velocity (rad/s): (n,), or None
-    when the recording has none; NaN where a message lacked the value or held no finite one.
-    command_stamp_s: (m,) when each command was received, in s from the first sampling time.
-    command: (m,), NaN where it was not finite. Both empty when the recording has no commands.
-    lost_messages: how many messages of the two topics the bag's index counts beyond those that
-    could be read.
-    cut_short: True when a file ends before its end mark or is damaged, and no index shows that
-    nothing was lost.
+    state_stamp_s: (n,) sampling times, s from the first; never falling, equal where a sample came
+        twice.
+    cart, pole: (n,) positions, m and rad; NaN where a message lacked the value or held no finite
+        one; None when the recording has no such joint.
+    cart_velocity, pole_velocity: (n,) as reported, m/s and rad/s; NaN and None as above.
+    command_stamp_s: (m,) when each command was received, s from the first sampling time.
+    command: (m,) PWM fraction, NaN where it was not finite; empty when there are no commands.
+    lost_messages: messages of the two topics that the bag's index counts beyond those read.
+    cut_short: whether a file ends before its end mark or is damaged, and no index shows that
+        nothing was lost.
 
-    Raises BadInputError when there is one sample only, times run backwards, no joint is there, or
-    more than 5 % of a channel is not finite.
+    Raises UnusableRecording when there is one sample only, times run backwards, no joint is there,
+    or more than 5 % of a channel is not finite.
     """
 
     name: str
@@ -48,44 +48,59 @@ class RawRecording:
     def __post_init__(self) -> None:
         _check_times(self.state_stamp_s)
         if self.cart is None and self.pole is None:
-            raise BadInputError(
-                "expected a joint named cart or pole, found neither: rename the joints of the messages"
+            raise UnusableRecording(
+                "expected a joint named cart or pole, found neither: rename the joints of the "
+                "messages"
             )
         for channel in STATE_CHANNELS:
             object.__setattr__(self, channel, _checked(channel, getattr(self, channel)))
         object.__setattr__(self, "command", _checked("command", self.command))
 
+    @property
+    def positions(self) -> dict[str, Floats]:
+        """Return the positions of the joints that the recording has, joint -> (n,) m or rad."""
+        joints = {joint: getattr(self, joint) for joint in JOINTS}
+        return {joint: values for joint, values in joints.items() if values is not None}
+
+    def get_velocity(self, joint: str) -> Floats | None:
+        """Return the reported velocities of a joint, (n,) m/s or rad/s."""
+        velocities: Floats | None = getattr(self, f"{joint}_velocity")
+        return velocities
+
 
 def _check_times(stamps: Floats) -> None:
     if len(stamps) < 2:
-        raise BadInputError(
+        raise UnusableRecording(
             f"expected a recording of many samples, found {len(stamps)}: record at least 2 s"
         )
     steps = np.diff(stamps)
     if np.any(steps < 0):
         at = int(np.argmax(steps < 0))
-        raise BadInputError(
-            f"expected sampling times that rise, found them run backwards by {-steps[at]:.6g} s after sample {at} "
+        raise UnusableRecording(
+            f"expected sampling times that rise, found them run backwards by {-steps[at]:.6g} s "
+            f"after sample {at} "
             f"({stamps[at]:.6g} s from the start): record again with one clock"
         )
     if stamps[-1] <= stamps[0]:
-        raise BadInputError(
-            f"expected sampling times that rise, found the same time in all {len(stamps)} messages: "
+        raise UnusableRecording(
+            f"expected sampling times that rise, found the same time in all {len(stamps)} "
+            "messages: "
             "set header.stamp to the sampling time"
         )
 
 
 def _checked(channel: str, values: Floats | None) -> Floats | None:
-    """Return the values with NaN for infinity, read-only; refuse a channel that is mostly not finite."""
+    """Return the values read-only, NaN for infinity; refuse a channel that lacks too many."""
     if values is None:
         return None
     values = np.array(values, dtype=np.float64)
     bad = ~np.isfinite(values)
     values[bad] = np.nan
-    if bad.sum() > MOST_NOT_FINITE * len(values):
-        raise BadInputError(
-            f"expected finite values of {channel}, found {bad.sum()} of {len(values)} missing, NaN or infinite: "
-            f"at most {MOST_NOT_FINITE:.0%} can be done without, so record again"
+    if bad.sum() > decisions.MOST_NOT_FINITE * len(values):
+        raise UnusableRecording(
+            f"expected finite values of {channel}, found {bad.sum()} of {len(values)} missing, "
+            "NaN or infinite: "
+            f"at most {decisions.MOST_NOT_FINITE:.0%} can be done without, so record again"
         )
     values.setflags(write=False)
     return values

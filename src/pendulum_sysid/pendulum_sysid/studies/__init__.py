@@ -1,0 +1,1 @@
+"""Studies of the diagnosis itself: they may import any package, and nothing imports them."""

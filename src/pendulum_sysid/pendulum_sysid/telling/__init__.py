@@ -1,0 +1,1 @@
+"""Tell people and programs the result: outcome, sentences, report, pictures, tables."""

@@ -6,12 +6,12 @@ from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Effect
 
 
-def catalogue_text() -> str:
+def format_catalogue() -> str:
     """Return the catalogue for a person, in the order of the chain."""
-    return "\n\n".join(_effect_text(effect) for effect in CATALOGUE)
+    return "\n\n".join(_format_effect(effect) for effect in CATALOGUE)
 
 
-def _effect_text(effect: Effect) -> str:
+def _format_effect(effect: Effect) -> str:
     lines = [
         f"{effect.name} ({effect.place.value})",
         f"    {effect.sentence.replace('{', '').replace('}', '')}",
@@ -25,12 +25,12 @@ def _effect_text(effect: Effect) -> str:
     return "\n".join([*lines, f"    Source: {effect.source}"])
 
 
-def catalogue_mapping() -> dict:
+def make_catalogue_mapping() -> dict:
     """Return the catalogue in JSON's types; sentences hold the parameters' names in braces."""
-    return {"effects": [_effect_mapping(effect) for effect in CATALOGUE]}
+    return {"effects": [_make_effect_mapping(effect) for effect in CATALOGUE]}
 
 
-def _effect_mapping(effect: Effect) -> dict:
+def _make_effect_mapping(effect: Effect) -> dict:
     parameters = [
         {"name": p.name, "unit": p.unit, "neutral": p.neutral, "low": p.low, "high": p.high}
         for p in effect.parameters

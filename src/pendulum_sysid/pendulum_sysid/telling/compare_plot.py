@@ -1,4 +1,4 @@
-"""Draw two twins on one recording: some windows with both runs, and the error of every window over the record."""
+"""Draw two twins on one recording: the runs in some windows, and the error of every window."""
 
 from __future__ import annotations
 
@@ -28,19 +28,21 @@ MARGIN = 0.5  # of the measured range, above and below it: a run that leaves is 
 def check_format(path: Path) -> None:
     """Raise BadInputError unless the name ends like a picture that can be drawn."""
     if path.suffix.lower() not in FORMATS:
-        found = path.suffix or "no ending"
+        ending = path.suffix or "no ending"
         raise BadInputError(
-            f"{path}: expected a picture's name ending in {' or '.join(FORMATS)}, found {found}"
+            f"{path}: expected a picture's name ending in {' or '.join(FORMATS)}, found {ending}"
         )
 
 
-def draw(
+def draw_comparison(
     path: Path, title: str, names: tuple[str, str], runs: tuple[WindowRuns, WindowRuns]
 ) -> None:
-    """Write the picture, png, svg or pdf by its name, whole or not at all.
+    """Write the picture whole or not at all.
 
-    names, runs: of the two twins, on the same windows. Raises BadInputError when it cannot be
-    written.
+    path: png, svg or pdf by its ending.
+    names, runs: of the two twins, on the same windows.
+
+    Raises BadInputError when the picture cannot be written.
     """
     check_format(path)
     first = runs[0]
@@ -72,8 +74,8 @@ def _draw_window(
     counts = first.counts[window, :, channel] > 0.0
     measured = np.where(counts, first.measured[window, :, channel], np.nan)
     axes.plot(times, measured, label="measured", **MEASURED)
-    for name, one, style in zip(names, runs, STYLES, strict=True):
-        axes.plot(times, _drawable(one.runs[window, :, channel]), label=name, **style)
+    for name, run, style in zip(names, runs, STYLES, strict=True):
+        axes.plot(times, _keep_drawable(run.runs[window, :, channel]), label=name, **style)
     low, high = np.nanmin(measured), np.nanmax(measured)
     room = MARGIN * (high - low) or 1e-6
     axes.set_ylim(low - room, high + room)
@@ -89,9 +91,13 @@ def _draw_errors(
     names: tuple[str, str],
     runs: tuple[WindowRuns, WindowRuns],
 ) -> None:
-    for name, one, style in zip(names, runs, STYLES, strict=True):
+    for name, run, style in zip(names, runs, STYLES, strict=True):
         axes.plot(
-            one.begin_s, _drawable(one.window_rmse[:, channel]), marker=".", label=name, **style
+            run.begin_s,
+            _keep_drawable(run.window_rmse[:, channel]),
+            marker=".",
+            label=name,
+            **style,
         )
     axes.axhline(runs[0].noise[channel], color="0.7", label="noise of the sensor")
     axes.set_yscale("log")
@@ -100,6 +106,6 @@ def _draw_errors(
     axes.legend(fontsize="small")
 
 
-def _drawable(values: Floats) -> Floats:
-    """Return values with a hole where a run diverged beyond all numbers that can be drawn."""
+def _keep_drawable(values: Floats) -> Floats:
+    """Return values with NaN where a run has diverged beyond what can be drawn."""
     return np.where(np.abs(values) < 1e30, values, np.nan)

@@ -1,10 +1,10 @@
-"""Numbers, intervals and units as people read them: sensible digits, a real minus sign, a dash for nothing."""
+"""Format numbers, intervals and units for people: few digits, a real minus sign, a dash."""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from numbers import Real
 from typing import Any
 
@@ -18,62 +18,64 @@ MOST_INTERVALS = 8
 SHORTEST_SPAN_S = 0.1
 
 
-def number(value: Any, digits: int = 3) -> str:
-    """Return a number with so many significant digits; a dash for what is no number."""
-    real = _real(value)
+def format_number(value: Any, digits: int = 3) -> str:
+    """Return a number with `digits` significant digits; a dash for what is no number."""
+    real = _convert_real(value)
     if real is None:
         return NOTHING
-    exponent = _exponent(real)
+    exponent = _compute_exponent(real)
     scale = 0 if exponent in PLAIN_EXPONENTS else exponent
-    return _fixed(real, digits - 1 - exponent + scale, scale) + _power(scale)
+    return _format_fixed(real, digits - 1 - exponent + scale, scale) + _format_power(scale)
 
 
-def estimate(value: Any, low: Any, high: Any) -> tuple[str, str]:
-    """Return a value and its interval "[low, high]", with as many digits as the interval's half-width is worth."""
-    middle, bottom, top = _real(value), _real(low), _real(high)
+def format_estimate(value: Any, low: Any, high: Any) -> tuple[str, str]:
+    """Return a value and its interval "[low, high]" with the digits that the interval is worth."""
+    middle, bottom, top = _convert_real(value), _convert_real(low), _convert_real(high)
     if (
         middle is None
         or bottom is None
         or top is None
         or not all(map(math.isfinite, (middle, bottom, top)))
     ):
-        told = any(bound is not None and math.isfinite(bound) for bound in (bottom, top))
-        return number(value, 4), f"[{number(low)}, {number(high)}]" if told else NOTHING
-    exponent = max(_exponent(v) for v in (middle, bottom, top))
+        has_bound = any(bound is not None and math.isfinite(bound) for bound in (bottom, top))
+        return format_number(
+            value, 4
+        ), f"[{format_number(low)}, {format_number(high)}]" if has_bound else NOTHING
+    exponent = max(_compute_exponent(v) for v in (middle, bottom, top))
     scale = 0 if exponent in PLAIN_EXPONENTS else exponent
-    decimals = _decimals(max(middle - bottom, top - middle), exponent) + scale
-    texts = [_fixed(v, decimals, scale) for v in (middle, bottom, top)]
-    return texts[0] + _power(scale), f"[{texts[1]}, {texts[2]}]{_power(scale)}"
+    decimals = _count_decimals(max(middle - bottom, top - middle), exponent) + scale
+    texts = [_format_fixed(v, decimals, scale) for v in (middle, bottom, top)]
+    return texts[0] + _format_power(scale), f"[{texts[1]}, {texts[2]}]{_format_power(scale)}"
 
 
-def quantity(value: Any, unit_name: Any, digits: int = 3) -> str:
+def format_quantity(value: Any, unit_name: Any, digits: int = 3) -> str:
     """Return a number with its unit."""
-    return with_unit(number(value, digits), unit_name)
+    return add_unit(format_number(value, digits), unit_name)
 
 
-def with_unit(text: str, unit_name: Any) -> str:
-    """Return a number's text with its unit, kept on one line; nothing is added to a dash or for a bare number."""
-    symbol = unit(unit_name)
+def add_unit(text: str, unit_name: Any) -> str:
+    """Return a number's text with its unit on one line; a dash or a bare number stays as it is."""
+    symbol = format_unit(unit_name)
     return f"{text}{NO_BREAK_SPACE}{symbol}" if symbol and text != NOTHING else text
 
 
-def unit(name: Any) -> str:
+def format_unit(name: Any) -> str:
     """Return a unit such as "kg m^2" as "kg·m²", and nothing for "1" or None."""
     if not isinstance(name, str) or name in ("", "1"):
         return ""
-    raised = re.sub(r"\^(-?\d+)", lambda found: found[1].translate(SUPERSCRIPTS), name)
+    raised = re.sub(r"\^(-?\d+)", lambda match: match[1].translate(SUPERSCRIPTS), name)
     return raised.strip().replace(" ", "·")
 
 
-def count(value: Any) -> str:
+def format_count(value: Any) -> str:
     """Return a whole number, in groups of three digits from 10 000 on."""
-    real = _real(value)
-    return NOTHING if real is None or not math.isfinite(real) else _fixed(real, 0, 0)
+    real = _convert_real(value)
+    return NOTHING if real is None or not math.isfinite(real) else _format_fixed(real, 0, 0)
 
 
-def percent(share: Any) -> str:
+def format_percent(share: Any) -> str:
     """Return a fraction in per cent."""
-    real = _real(share)
+    real = _convert_real(share)
     return (
         NOTHING
         if real is None or not math.isfinite(real)
@@ -81,31 +83,31 @@ def percent(share: Any) -> str:
     )
 
 
-def confidence(value: Any) -> str:
+def format_confidence(value: Any) -> str:
     """Return a probability in per cent, with no claim to certainty."""
-    real = _real(value)
+    real = _convert_real(value)
     if real is None or not math.isfinite(real):
         return NOTHING
     if real > 0.9995:
         return f"over 99.9{NO_BREAK_SPACE}%"
-    return f"{100 * real:.1f}{NO_BREAK_SPACE}%" if real > 0.99 else percent(real)
+    return f"{100 * real:.1f}{NO_BREAK_SPACE}%" if real > 0.99 else format_percent(real)
 
 
-def change(before: Any, after: Any) -> str:
+def format_change(before: Any, after: Any) -> str:
     """Return by how many per cent a value changed; a dash where there was none to compare with."""
-    old, new = _real(before), _real(after)
+    old, new = _convert_real(before), _convert_real(after)
     if old is None or new is None or old == 0 or not (math.isfinite(old) and math.isfinite(new)):
         return NOTHING
     moved = 100 * (new - old) / abs(old)
     if abs(moved) < 0.05:
         return "unchanged"
     text = f"{moved:+.1f}" if abs(moved) < 10 else f"{moved:+.0f}"
-    return _minus(text) + f"{NO_BREAK_SPACE}%"
+    return _set_minus(text) + f"{NO_BREAK_SPACE}%"
 
 
-def times_better(before: Any, after: Any) -> str:
+def describe_improvement(before: Any, after: Any) -> str:
     """Return the factor by which an error fell or grew, in words."""
-    old, new = _real(before), _real(after)
+    old, new = _convert_real(before), _convert_real(after)
     if (
         old is None
         or new is None
@@ -117,66 +119,62 @@ def times_better(before: Any, after: Any) -> str:
     if abs(old / new - 1) < 0.005:
         return "the same"
     return (
-        f"{number(old / new)} times smaller" if old > new else f"{number(new / old)} times larger"
+        f"{format_number(old / new)} times smaller"
+        if old > new
+        else f"{format_number(new / old)} times larger"
     )
 
 
-def spans(intervals: Sequence[Sequence[float]] | None) -> str:
-    """Return stretches of a recording, in s, as "12.1–14.0 s", short ones as a moment; the first few of many."""
-    whole = [(_real(pair[0]), _real(pair[1])) for pair in intervals or () if len(pair) == 2]
-    texts = [_span(a, b) for a, b in whole if a is not None and b is not None]
+def format_intervals(intervals: Sequence[tuple[float, float]]) -> str:
+    """Return the first stretches of a recording as "12.1–14.0 s"; a short one is an instant."""
+    texts = [_format_span(begin, end) for begin, end in intervals]
     if not texts:
         return NOTHING
     more = f" and {len(texts) - MOST_INTERVALS} more" if len(texts) > MOST_INTERVALS else ""
     return f"{', '.join(texts[:MOST_INTERVALS])}{NO_BREAK_SPACE}s{more}"
 
 
-def mapping(value: Any) -> Mapping[str, Any]:
-    """Return the value if it is a mapping, and an empty one for anything else."""
-    return value if isinstance(value, Mapping) else {}
-
-
-def _real(value: Any) -> float | None:
+def _convert_real(value: Any) -> float | None:
     if isinstance(value, bool) or not isinstance(value, Real) or math.isnan(value):
         return None
     return float(value)
 
 
-def _span(begin: float, end: float) -> str:
+def _format_span(begin: float, end: float) -> str:
     return f"{begin:.1f}\u2013{end:.1f}" if end - begin >= SHORTEST_SPAN_S else f"{begin:.2f}"
 
 
-def _exponent(real: float) -> int:
+def _compute_exponent(real: float) -> int:
     return math.floor(math.log10(abs(real))) if real and math.isfinite(real) else 0
 
 
-def _decimals(half_width: float, exponent: int) -> int:
-    """Return the decimals that show the half-width's first digit, and its second after a 1 or 2; few enough to read."""
-    size = _exponent(half_width)
+def _count_decimals(half_width: float, exponent: int) -> int:
+    """Return the decimals that show the first digit of the half-width, two of 1 or 2."""
+    size = _compute_exponent(half_width)
     wanted = (1 if half_width < 3 * 10.0**size else 0) - size if half_width > 0 else 3 - exponent
     return min(max(wanted, 1 - exponent), MOST_DIGITS - 1 - exponent)
 
 
-def _fixed(real: float, decimals: int, scale: int) -> str:
+def _format_fixed(real: float, decimals: int, scale: int) -> str:
     if math.isinf(real):
         return "∞" if real > 0 else "−∞"
     places = max(decimals, 0)
     text = f"{real / 10.0**scale:,.{places}f}"
     if text.startswith("-") and not any(c in "123456789" for c in text):
         text = text[1:]
-    return _minus(_grouped(text))
+    return _set_minus(_group_digits(text))
 
 
-def _grouped(text: str) -> str:
+def _group_digits(text: str) -> str:
     digits = text.split(".")[0].lstrip("-").replace(",", "")
     return text.replace(",", NARROW_SPACE if len(digits) > 4 else "")
 
 
-def _minus(text: str) -> str:
+def _set_minus(text: str) -> str:
     return text.replace("-", "−")
 
 
-def _power(scale: int) -> str:
+def _format_power(scale: int) -> str:
     return (
         f"{NO_BREAK_SPACE}×{NO_BREAK_SPACE}10{str(scale).translate(SUPERSCRIPTS)}" if scale else ""
     )

@@ -1,33 +1,47 @@
-"""Write a diagnosis as one page for people: a self-contained HTML file, the same bytes for the same diagnosis."""
+"""Write a verdict as one self-contained HTML page; the same verdict gives the same bytes."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
-from typing import Any
 
-from jinja2 import ChainableUndefined, Environment, FileSystemLoader
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from pendulum_sysid.records import Diagnosis, Evidence, Outcome, Overlay, Trial
-from pendulum_sysid.telling import display, figures, wording
-from pendulum_sysid.telling.display import mapping
+from pendulum_sysid.records import Evidence, Overlay, Trial
+from pendulum_sysid.telling import display, svg, wording
+from pendulum_sysid.telling.shape_figure import draw_shape
+from pendulum_sysid.telling.window_figures import draw_errors, draw_windows
+from pendulum_sysid.verdict.record import FitScores, Interval, Verdict
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.files import write_atomically
 
 TEMPLATE = "report.html.j2"
-FIRST_TRIALS = 12  # shown at once; the others fold away
-FILTERS = (
-    display.number, display.quantity, display.count, display.percent, display.confidence, display.change,
-    display.times_better, display.spans, display.unit, display.with_unit,
-)  # fmt: skip
+FIRST_TRIALS = 12  # rows of the table of trials that are open; the others fold away
+FILTERS = {  # name in the template -> function
+    "number": display.format_number,
+    "quantity": display.format_quantity,
+    "count": display.format_count,
+    "percent": display.format_percent,
+    "confidence": display.format_confidence,
+    "change": display.format_change,
+    "times_better": display.describe_improvement,
+    "spans": display.format_intervals,
+    "with_unit": display.add_unit,
+}
 
 
 @dataclass(frozen=True)
 class TrialRow:
-    """Hold one hypothesis as the table shows it: its turn, and the length of its bar, 0 to 1 on a logarithmic scale."""
+    """Hold one row of the table of trials.
+
+    turn: place in the order of the search, from 1.
+    bar: length of the row's bar, 0 to 1, the misfit on a logarithmic scale.
+    chosen: True for the set of effects that the improved twin has.
+    """
 
     turn: int
     trial: Trial
@@ -37,17 +51,17 @@ class TrialRow:
 
 @dataclass(frozen=True)
 class EvidenceRow:
-    """Hold one piece of evidence with its picture, empty where nothing was measured that can be drawn."""
+    """Hold one piece of evidence with its picture; the picture is empty for a single number."""
 
     variable: str
-    finding: Any
-    share: Any
+    finding: str
+    share: float
     picture: Markup
 
 
 @dataclass(frozen=True)
 class Channel:
-    """Hold the pictures of one channel: a few windows from close by, and the errors of all."""
+    """Hold the pictures of one channel: some windows in detail, and the error of every window."""
 
     name: str
     panels: tuple[Markup, ...]
@@ -57,164 +71,136 @@ class Channel:
 
 @dataclass(frozen=True)
 class FitRow:
-    """Hold an error before and after on one set of windows; unit is empty for a score."""
+    """Hold an error before and after on one group of windows; unit is empty for a score."""
 
     words: str
     unit: str
-    before: Any
-    after: Any
+    before: float
+    after: float
 
 
-def write_report(diagnosis: Diagnosis, path: str | Path) -> None:
-    """Write the diagnosis as one HTML file, whole or not at all.
-
-    The verdict may lack any of its keys, and every part of the diagnosis may be empty: the page
-    then says so. Beyond the contract it also shows `recording.name`, `command` (how to repeat the
-    diagnosis) and, in `fit`, errors in their own units such as `held_out_cart_mm: {before,
-    after}`.
-    """
-    write_atomically(path, page(diagnosis))
+def write_report(verdict: Verdict, path: str | Path) -> None:
+    """Write the page of a verdict, whole or not at all."""
+    write_atomically(path, render_page(verdict))
 
 
-def page(diagnosis: Diagnosis) -> str:
-    """Return the report as HTML."""
-    verdict = mapping(diagnosis.verdict)
-    template = _environment().get_template(TEMPLATE)
+def render_page(verdict: Verdict) -> str:
+    """Return the page of a verdict as HTML."""
+    template = _make_environment().get_template(TEMPLATE)
     return template.render(
         verdict=verdict,
-        twin=diagnosis.twin,
-        outcome=_outcome_words(verdict),
+        outcome=wording.OUTCOMES[verdict.outcome],
         catalogue=BY_NAME,
         wording=wording,
-        channels=_channels(diagnosis),
-        fit_rows=fit_rows(mapping(verdict.get("fit"))),
-        evidence=evidence_rows(diagnosis),
-        trials=trial_rows(diagnosis.trials, named_effects(diagnosis)),
+        channels=_draw_channels(verdict),
+        fit_rows=list_fit_rows(verdict.fit),
+        evidence=list_evidence_rows(verdict),
+        trials=list_trial_rows(verdict),
         first_trials=FIRST_TRIALS,
     )
 
 
-def _environment() -> Environment:
+@cache
+def _make_environment() -> Environment:
     environment = Environment(
         loader=FileSystemLoader(Path(__file__).parent / "templates"),
         autoescape=True,
-        undefined=ChainableUndefined,
+        undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters.update({one.__name__: one for one in FILTERS})
-    environment.globals.update(estimate=display.estimate, mapping=mapping, legend=_legend())
+    environment.filters.update(FILTERS)
+    environment.globals.update(estimate=display.format_estimate, legend=_draw_legend())
     return environment
 
 
-def _outcome_words(verdict: Any) -> wording.OutcomeWords:
-    try:
-        return wording.OUTCOMES[Outcome(verdict.get("outcome"))]
-    except ValueError:
-        return wording.UNKNOWN
+def list_trial_rows(verdict: Verdict) -> list[TrialRow]:
+    """Return the trials, the best on the choosing windows first.
 
-
-def named_effects(diagnosis: Diagnosis) -> frozenset[str]:
-    """Return the effects of the improved twin, or, without one, those that the verdict names."""
-    if diagnosis.twin is not None:
-        return frozenset(diagnosis.twin.effects)
-    return frozenset(
-        str(one.get("effect")) for one in mapping(diagnosis.verdict).get("missing_physics") or ()
+    The best trial with the effects of the improved twin is marked as chosen.
+    """
+    misfits = [t.choose for t in verdict.trials if math.isfinite(t.choose) and t.choose > 0]
+    low, high = min([1.0, *misfits]), max([1.0, *misfits])
+    ranked = sorted(
+        enumerate(verdict.trials, start=1), key=lambda pair: (_get_misfit(pair[1]), pair[0])
     )
+    effects = frozenset(verdict.twin.effects) if verdict.twin is not None else None
+    chosen = next((turn for turn, t in ranked if frozenset(t.effects) == effects), None)
+    return [
+        TrialRow(turn, t, _scale_bar(_get_misfit(t), low, high), turn == chosen)
+        for turn, t in ranked
+    ]
 
 
-def trial_rows(trials: Sequence[Trial], chosen: frozenset[str]) -> list[TrialRow]:
-    """Return the hypotheses, the best on the choosing windows first; the best with the chosen effects is marked."""
-    finite = [t.choose for t in trials if math.isfinite(t.choose) and t.choose > 0]
-    low, high = (min(1.0, *finite), max(1.0, *finite)) if finite else (1.0, 1.0)
-    ranked = sorted(enumerate(trials, start=1), key=lambda one: (_misfit(one[1]), one[0]))
-    best = next((turn for turn, t in ranked if frozenset(t.effects) == chosen), None)
-    return [TrialRow(turn, t, _bar(_misfit(t), low, high), turn == best) for turn, t in ranked]
-
-
-def _misfit(trial: Trial) -> float:
+def _get_misfit(trial: Trial) -> float:
     return trial.choose if math.isfinite(trial.choose) else math.inf
 
 
-def _bar(misfit: float, low: float, high: float) -> float:
+def _scale_bar(misfit: float, low: float, high: float) -> float:
     if misfit <= low:
         return 0.0
     return 1.0 if misfit >= high else math.log(misfit / low) / math.log(high / low)
 
 
-def fit_rows(fit: Any) -> list[FitRow]:
-    """Return the verdict's errors before and after: scores first, then what the fit holds in units of its own."""
-    known = [key for key in wording.FIT_ROWS if key in fit]
-    others = [key for key in fit if key not in wording.FIT_ROWS and mapping(fit[key])]
+def list_fit_rows(fit: FitScores | None) -> list[FitRow]:
+    """Return the errors before and after: scores first, then errors in units of their own."""
+    if fit is None:
+        return []
     rows = []
-    for key in known + others:
-        words, unit = wording.FIT_ROWS.get(key, (str(key).replace("_", " "), ""))
-        pair = mapping(fit[key]) or {"after": fit[key]}
-        rows.append(FitRow(words, unit, pair.get("before"), pair.get("after")))
+    for name, (words, unit) in wording.FIT_ROWS.items():
+        errors = getattr(fit, name)
+        if errors is not None:
+            rows.append(FitRow(words, unit, errors.before, errors.after))
     return rows
 
 
-def evidence_rows(diagnosis: Diagnosis) -> list[EvidenceRow]:
-    """Return the evidence with pictures, from the localisation or, without one, from the verdict's words alone."""
-    place = diagnosis.localisation
-    if place is not None:
-        return [_evidence_row(one, place.place, k) for k, one in enumerate(place.evidence)]
-    told = mapping(mapping(diagnosis.verdict).get("location")).get("evidence") or ()
-    return [
-        EvidenceRow(
-            _variable(one.get("variable"))[0], one.get("finding"), one.get("share"), Markup()
-        )
-        for one in told
-    ]
+def list_evidence_rows(verdict: Verdict) -> list[EvidenceRow]:
+    """Return the evidence of the localisation with a picture of every measured shape."""
+    if verdict.localisation is None:
+        return []
+    place = verdict.localisation.place
+    return [_draw_evidence(e, place, k) for k, e in enumerate(verdict.localisation.evidence)]
 
 
-def _evidence_row(one: Evidence, place: str, k: int) -> EvidenceRow:
-    name, unit = _variable(one.variable)
-    along = _axis(*_variable(one.shape_axis)) if one.shape_axis else _axis(name, unit)
-    shown = _axis(one.shape_of, one.shape_unit) if one.shape_of else _unexplained(place)
-    drawn = figures.shape_panel(one, f"shape-{k}", along, shown)
-    return EvidenceRow(name, one.finding, one.share, Markup(drawn))
+def _draw_evidence(evidence: Evidence, place: str, k: int) -> EvidenceRow:
+    name, unit = wording.name_variable(evidence.variable)
+    along = wording.name_variable(evidence.shape_axis) if evidence.shape_axis else (name, unit)
+    shown = (
+        _label_axis(evidence.shape_of, evidence.shape_unit)
+        if evidence.shape_of
+        else wording.name_unexplained(place)
+    )
+    picture = draw_shape(evidence, f"shape-{k}", _label_axis(*along), shown)
+    return EvidenceRow(name, evidence.finding, evidence.share, Markup(picture))
 
 
-def _variable(name: Any) -> tuple[str, str]:
-    """Return a variable's words and unit; a product's, without a unit, are those of its factors."""
-    factors = [
-        wording.VARIABLES.get(part, (part.replace("_", " "), "")) for part in str(name).split("*")
-    ]
-    return " × ".join(words for words, _ in factors), factors[0][1] if len(factors) == 1 else ""
+def _label_axis(name: str, unit: str) -> str:
+    return f"{name} ({display.format_unit(unit)})" if display.format_unit(unit) else name
 
 
-def _unexplained(place: str) -> str:
-    if place in wording.FORCE_PLACES:
-        return "unexplained force (N)"
-    return "unexplained torque (N·m)" if place == "pole" else "unexplained"
+def _draw_channels(verdict: Verdict) -> list[Channel]:
+    intervals_s = verdict.location.intervals_s if verdict.location is not None else ()
+    return [_draw_channel(o, intervals_s) for o in verdict.overlays if len(o.times_s)]
 
 
-def _axis(name: str, unit: str) -> str:
-    return f"{name} ({display.unit(unit)})" if display.unit(unit) else name
-
-
-def _channels(diagnosis: Diagnosis) -> list[Channel]:
-    place = mapping(mapping(diagnosis.verdict).get("location"))
-    drawn = [_channel(one, place.get("intervals_s") or ()) for one in diagnosis.overlays]
-    return [one for one in drawn if one.panels]
-
-
-def _channel(overlay: Overlay, intervals_s: Sequence[Sequence[float]]) -> Channel:
-    panels = tuple(Markup(one) for one in figures.overlay_panels(overlay))
-    errors = Markup(figures.error_panel(overlay, intervals_s))
+def _draw_channel(overlay: Overlay, intervals_s: Sequence[Interval]) -> Channel:
+    panels = tuple(Markup(panel) for panel in draw_windows(overlay))
+    errors = Markup(draw_errors(overlay, intervals_s))
     return Channel(overlay.channel, panels, errors, len(overlay.times_s))
 
 
-def _legend() -> list[tuple[str, Markup]]:
+def _draw_legend() -> list[tuple[str, Markup]]:
     """Return the names of the lines, each with a sample as the pictures draw it."""
-    drawn = (
-        ("measured", f'stroke="{figures.PALE}" stroke-width="5" stroke-linecap="round"'),
+    lines = (
+        ("measured", f'stroke="{svg.PALE}" stroke-width="5" stroke-linecap="round"'),
         (
             "before: the twin as given",
-            f'stroke="{figures.INK}" stroke-width="1.6" stroke-dasharray="5 3"',
+            f'stroke="{svg.INK}" stroke-width="1.6" stroke-dasharray="5 3"',
         ),
-        ("after: the improved twin", f'stroke="{figures.ACCENT}" stroke-width="2.2"'),
+        ("after: the improved twin", f'stroke="{svg.ACCENT}" stroke-width="2.2"'),
     )
-    sample = '<svg viewBox="0 0 34 10" width="34" height="10" aria-hidden="true"><path d="M3 5H31" fill="none" {}/></svg>'
-    return [(name, Markup(sample.format(look))) for name, look in drawn]
+    sample = (
+        '<svg viewBox="0 0 34 10" width="34" height="10" aria-hidden="true">'
+        '<path d="M3 5H31" fill="none" {}/></svg>'
+    )
+    return [(name, Markup(sample.format(look))) for name, look in lines]

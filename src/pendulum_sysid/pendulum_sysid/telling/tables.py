@@ -16,7 +16,7 @@ SCORE_UNIT = "times the sensors' noise"
 Row = tuple[str, ...]
 
 
-def table(header: Row, rows: Sequence[Row]) -> str:
+def format_table(header: Row, rows: Sequence[Row]) -> str:
     """Return rows below their header, in columns."""
     lines = [header, *rows]
     widths = [max(len(line[k]) for line in lines) for k in range(len(header))]
@@ -26,13 +26,13 @@ def table(header: Row, rows: Sequence[Row]) -> str:
     )
 
 
-def number(value: float | None, digits: int = 4) -> str:
-    """Return a number with so many significant digits; a dash for none."""
+def format_number(value: float | None, digits: int = 4) -> str:
+    """Return a number with so many significant digits; a dash for nestimate."""
     return NOTHING if value is None else f"{value:.{digits}g}"
 
 
-def comparison_rows(comparisons: Sequence[Comparison]) -> list[Row]:
-    """Return one row a measure: its name, each comparison's value, its unit; measures that none has are left out."""
+def make_comparison_rows(comparisons: Sequence[Comparison]) -> list[Row]:
+    """Return a row a measure: name, each comparison's value, unit; empty measures are left out."""
     measures = (
         ("windows, cart RMSE", [c.cart_rmse_m for c in comparisons], "m"),
         ("windows, pole RMSE", [c.pole_rmse_rad for c in comparisons], "rad"),
@@ -40,46 +40,49 @@ def comparison_rows(comparisons: Sequence[Comparison]) -> list[Row]:
         ("whole run, equation 29", [c.thesis_rmse for c in comparisons], ""),
     )
     return [
-        (name, *(number(value) for value in values), unit)
+        (name, *(format_number(value) for value in values), unit)
         for name, values, unit in measures
         if any(value is not None for value in values)
     ]
 
 
-def held_out_rows(before: WindowRuns, after: WindowRuns) -> list[Row]:
+def make_held_out_rows(before: WindowRuns, after: WindowRuns) -> list[Row]:
     """Return one row a joint and one of the score: name, before, after, unit."""
     joints = [
-        (f"{JOINTS[joint]} RMSE", number(old), number(new), RUN_UNITS[joint])
+        (f"{JOINTS[joint]} RMSE", format_number(old), format_number(new), RUN_UNITS[joint])
         for joint, old, new in zip(before.channels, before.rmse, after.rmse, strict=True)
     ]
-    return [*joints, ("score", number(before.score), number(after.score), SCORE_UNIT)]
+    return [
+        *joints,
+        ("score", format_number(before.score), format_number(after.score), SCORE_UNIT),
+    ]
 
 
 ESTIMATES: Row = ("parameter", "before", "after", "95 % interval", "unit", "identifiable", "")
 
 
-def estimate_rows(before: Twin, fit: Fit) -> list[Row]:
+def make_estimate_rows(before: Twin, fit: Fit) -> list[Row]:
     """Return one row a fitted parameter, as headed by ESTIMATES."""
-    return [_estimate_row(name, before, one) for name, one in fit.estimates.items()]
+    return [_make_estimate_row(name, before, estimate) for name, estimate in fit.estimates.items()]
 
 
-def _estimate_row(name: str, before: Twin, one: Estimate) -> Row:
-    interval = f"[{number(one.low)}, {number(one.high)}]"
-    warning = "at its bound" if one.at_bound else ""
-    was, unit = value_and_unit(before, name)
+def _make_estimate_row(name: str, before: Twin, estimate: Estimate) -> Row:
+    interval = f"[{format_number(estimate.low)}, {format_number(estimate.high)}]"
+    warning = "at its bound" if estimate.at_bound else ""
+    was, unit = look_up_value(before, name)
     return (
         name,
-        number(was),
-        number(one.value),
+        format_number(was),
+        format_number(estimate.value),
         interval,
         unit,
-        "yes" if one.identifiable else "no",
+        "yes" if estimate.identifiable else "no",
         warning,
     )
 
 
-def value_and_unit(twin: Twin, name: str) -> tuple[float | None, str]:
-    """Return a twin's value of "key" or "effect.parameter", None when it has none, and the unit."""
+def look_up_value(twin: Twin, name: str) -> tuple[float | None, str]:
+    """Return a twin's value of "key" or "effect.parameter", None if it has none, and the unit."""
     effect, _, parameter = name.partition(".")
     if not parameter:
         return getattr(twin.rig, name), UNITS[name]

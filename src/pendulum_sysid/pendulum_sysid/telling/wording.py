@@ -1,4 +1,4 @@
-"""The report's fixed words: what each outcome means, what things are called, and what the numbers are."""
+"""The fixed words of the report: the outcomes, the names of variables, and what numbers mean."""
 
 from __future__ import annotations
 
@@ -9,55 +9,68 @@ from pendulum_sysid.records import Outcome
 
 @dataclass(frozen=True)
 class OutcomeWords:
-    """Say an outcome: a sign and title for the badge, a sentence, and what an empty or filled list of effects means."""
+    """Hold the words of an outcome.
+
+    sign, title: on the badge.
+    meaning: one sentence.
+    when_listed, when_empty: above the list of missing effects, and in its place; "" where the
+        list is always empty, or never.
+    """
 
     sign: str
     title: str
     meaning: str
-    when_empty: str
-    when_listed: str = "Physics that the recording shows and the twin as given did not have. The improved twin holds it."
+    when_listed: str = ""
+    when_empty: str = ""
+
+
+LISTED = (
+    "Physics that the recording shows and the twin as given did not have. The improved twin "
+    "holds it."
+)
 
 
 OUTCOMES: dict[Outcome, OutcomeWords] = {
     Outcome.NAMED: OutcomeWords(
         "✓",
         "Missing physics named",
-        "The twin left physics out, and the catalogue of effects has it.",
-        "None is listed, although the outcome says that physics was left out: the verdict is incomplete.",
+        "The twin lacks physics that the catalogue of effects has.",
+        when_listed=LISTED,
     ),
     Outcome.NOTHING_MISSING: OutcomeWords(
         "=",
         "Nothing missing",
-        "The twin has all the physics that this recording shows; other values of its parameters are enough.",
-        "None. With refitted parameters alone the twin runs as well as a right model would. An effect too weak to show "
-        "in this recording cannot be excluded.",
+        "The twin has all the physics that this recording shows; other values of its parameters "
+        "are enough.",
+        when_empty="None. With refitted parameters alone the twin runs as well as a right model "
+        "would. An effect too weak to show in this recording cannot be excluded.",
     ),
     Outcome.AMBIGUOUS: OutcomeWords(
         "?",
         "More than one explanation",
-        "The twin left physics out, and this recording cannot tell which of several effects it is.",
-        "None can be named: several effects explain this recording equally well. The hypotheses below show which.",
-        "The best explanation found, which the improved twin holds. What stands in the last column does as well on "
-        "this recording.",
+        "The twin lacks physics, and this recording cannot tell which of several effects it is.",
+        when_listed="The best explanation, which the improved twin holds. The effects in the last "
+        "column explain this recording as well.",
     ),
     Outcome.NOT_IN_CATALOGUE: OutcomeWords(
         "!",
         "Not in the catalogue",
-        "The twin left physics out that no effect of the catalogue explains; where it acts and what it looks like was "
-        "measured.",
-        "None of the catalogue's effects. What is missing was not forced onto the nearest name: its place, the "
-        "variable that it depends on and its measured shape stand under “Where the mismatch lives”.",
+        "The twin lacks physics that no effect of the catalogue explains. Its place and its shape "
+        "are measured.",
+        when_listed=LISTED,
+        when_empty="None of the catalogue's effects. The report forces no name on what is "
+        "missing: “Where the mismatch lives” shows its place, the variable that it depends on and "
+        "its measured shape.",
     ),
     Outcome.UNUSABLE: OutcomeWords(
         "×",
         "Recording unusable",
-        "This recording cannot answer the question, whatever the twin: its data must be put right first.",
-        "Not asked: the recording cannot answer the question. The data quality below says why.",
+        "This recording cannot answer the question, whatever the twin. Its data must be put right "
+        "first.",
+        when_empty="Not asked: the recording cannot answer the question. The sentence above and "
+        "the data quality below say why.",
     ),
 }
-UNKNOWN = OutcomeWords(
-    "?", "No outcome", "The verdict does not say how the diagnosis ended.", "None listed."
-)
 
 PLACES: dict[str, str] = {
     "command": "what the input goes through before the drive",
@@ -69,40 +82,31 @@ PLACES: dict[str, str] = {
 }
 FORCE_PLACES = ("command", "drive", "cart")
 
-VARIABLES: dict[str, tuple[str, str]] = {  # variable of an evidence -> its words and unit
+VARIABLES: dict[str, tuple[str, str]] = {  # variable or axis of an evidence -> words and unit
     "cart_position": ("cart position", "m"),
     "cart_velocity": ("cart velocity", "m/s"),
     "cart_acceleration": ("cart acceleration", "m/s^2"),
     "pole_angle": ("pole angle", "rad"),
+    "pole_turns": ("pole angle, turns counted", "rad"),
     "pole_rate": ("pole rate", "rad/s"),
-    "pole_velocity": ("pole rate", "rad/s"),
-    "pole_acceleration": ("pole acceleration", "rad/s^2"),
     "command": ("command", "PWM"),
-    "pwm": ("command", "PWM"),
     "command_rate": ("rate of the command", "PWM/s"),
     "command_history": ("past of the command", "s"),
-    "force": ("drive force", "N"),
+    "lag": ("time since a step of the command", "s"),
     "time": ("time", "s"),
     "time_shift": ("time between the channels", "s"),
     "frequency": ("frequency", "Hz"),
     "constant": ("always the same", ""),
-    "pole_turns": ("pole angle, turns counted", "rad"),
-    "lag": ("time since a step of the command", "s"),
     "way": ("way since the cart turned round", "m"),
     "turn": ("way since the pole turned round", "rad"),
 }
 
 RIG_PARAMETERS: dict[str, str] = {
-    "cart_mass_kg": "mass of the cart",
-    "pole_mass_kg": "mass of the pole",
     "com_distance_m": "distance of the centre of mass from the axis",
     "pole_inertia_kg_m2": "inertia of the pole about its axis",
-    "gravity_m_s2": "gravity",
     "force_per_pwm_n": "force of the drive for full PWM",
     "cart_viscous_n_s_m": "viscous friction of the cart",
     "pole_viscous_n_m_s": "viscous friction of the pole",
-    "rail_half_length_m": "half length of the rail",
-    "pwm_limit": "limit of the command",
 }
 
 QUALITY: dict[str, str] = {
@@ -114,75 +118,88 @@ QUALITY: dict[str, str] = {
     "clipped": "values stuck at a limit",
 }
 
-FIT_ROWS: dict[str, tuple[str, str]] = {  # key of the verdict's fit -> its words and unit
+FIT_ROWS: dict[str, tuple[str, str]] = {  # field of FitScores -> words and unit
     "train": ("windows that the fit used", ""),
-    "choose": ("windows that chose between hypotheses", ""),
     "held_out": ("held-out windows, seen by neither", ""),
     "held_out_cart_mm": ("held-out windows, cart", "mm"),
     "held_out_pole_rad": ("held-out windows, pole", "rad"),
-    "held_out_cart_m": ("held-out windows, cart", "m"),
-    "train_cart_mm": ("windows that the fit used, cart", "mm"),
-    "train_pole_rad": ("windows that the fit used, pole", "rad"),
 }
 
 DEFINITIONS: tuple[tuple[str, str], ...] = (
     (
         "Window",
-        "One short stretch of the recording in which the twin runs freely: it starts where the rig was, gets the "
-        "recorded command, and is never corrected on the way.",
+        "A short stretch of the recording in which the twin runs freely: it starts in the state "
+        "of the rig, gets the recorded command, and is never corrected.",
     ),
     (
         "Fitted, chosen, held out",
-        "Every window belongs to one of three parts. Parameters are fitted on the first, hypotheses are compared on "
-        "the second, and the third judges the result: neither fitting nor choosing has seen it.",
+        "Every window belongs to one of three groups. Parameters are fitted on the first group, "
+        "hypotheses are compared on the second, and the third judges the result: neither fitting "
+        "nor choosing uses it.",
     ),
     (
         "Score, misfit",
-        "Root mean square error of the free runs in units of the sensors' noise, cart and pole together. 1 is as good "
-        "as the sensors can show; 10 is ten times their noise.",
+        "Root mean square error of the free runs in units of the sensors' noise, cart and pole "
+        "together. 1 is as good as the sensors can show; 10 is ten times their noise.",
     ),
     (
         "Noise floor",
-        "The score that a right model reaches on this recording. Only what exceeds it counts.",
+        "The score that a right model reaches on this recording. Only an excess over it counts.",
     ),
     (
         "Before, after",
-        "The twin as it was given, and the improved twin: parameters refitted and missing effects added.",
+        "The twin as given, and the improved twin: parameters refitted and missing effects added.",
     ),
     (
         "[low, high]",
-        "95 % interval: the recording speaks against values outside it. It holds for the model named here; a model "
-        "that lacks an effect can be confidently wrong.",
+        "95 % interval: the recording speaks against values outside it. It holds for the model "
+        "named here; a model that lacks an effect can be confidently wrong.",
     ),
     (
         "Confidence",
-        "How sure it is that this effect, and no other that the recording can part from it, is there.",
+        "The probability that this effect is there, and no other effect that the recording can "
+        "tell from it.",
     ),
     (
         "Cannot be told from",
-        "Effects that move the rig in the same way in this recording, so that it cannot decide between them.",
+        "Effects that move the rig in the same way in this recording, so that it cannot decide "
+        "between them.",
     ),
     (
         "Share",
-        "The part of the missing force and torque that one variable accounts for, each measured against what moves its "
-        "joint: all shares together are 100 % at most, and noise has none.",
+        "The part of the missing force and torque that one variable accounts for, each measured "
+        "against what moves its joint. All shares together are 100 % at most; noise has none.",
     ),
     (
         "Product (×)",
-        "A coefficient that varies: force per command, dry or viscous friction, or a sensor's error, and what changes it.",
+        "A coefficient that varies, and the variable that changes it: force per command, dry or "
+        "viscous friction, or the error of a sensor.",
     ),
     (
         "Identifiable",
-        "Whether this recording fixes the value. Motion fixes ratios only, such as force to mass: the cart's mass "
-        "stays as measured, and sets the scale for the rest.",
+        "Whether this recording fixes the value. Motion fixes ratios only, such as force to mass: "
+        "the cart's mass stays as measured, and sets the scale for the other values.",
     ),
     (
         "Masking",
-        "A parameter that had taken on a wrong value to make up for physics that was left out.",
+        "A parameter that had taken on a wrong value to make up for missing physics.",
     ),
     (
         "Signs",
-        "Cart: positive along the rail, 0 in the middle. Pole: 0 upright, counterclockwise positive, hanging at π, not "
-        "wrapped.",
+        "Cart: positive along the rail, 0 in the middle. Pole: 0 upright, counterclockwise "
+        "positive, hanging at π, not wrapped.",
     ),
 )
+
+
+def name_variable(name: str) -> tuple[str, str]:
+    """Return a variable's words and unit; a product has the words of its factors and no unit."""
+    factors = [VARIABLES.get(factor, (factor.replace("_", " "), "")) for factor in name.split("*")]
+    return " × ".join(words for words, _ in factors), factors[0][1] if len(factors) == 1 else ""
+
+
+def name_unexplained(place: str) -> str:
+    """Return the label of an unexplained quantity that comes in at a place of the chain."""
+    if place in FORCE_PLACES:
+        return "unexplained force (N)"
+    return "unexplained torque (N·m)" if place == "pole" else "unexplained"

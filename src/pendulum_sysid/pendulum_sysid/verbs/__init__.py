@@ -1,4 +1,4 @@
-"""The verbs of `sysid`, one a module: each has `run(arguments)`, its options as `options` has them, and prints the answer.
+"""The verbs of `sysid`, one a module: `run(arguments)` prints the answer to the options given.
 
-`run` returns the exit status and raises BadInputError when the question could not be answered.
+`run` returns the exit status, and raises an error of `errors` without an answer.
 """

@@ -6,9 +6,10 @@ import argparse
 from pathlib import Path
 
 from pendulum_sysid.fitting.compare import Pair, compare_two
+from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.telling.output_files import check_file
-from pendulum_sysid.telling.tables import comparison_rows, table
-from pendulum_sysid.verbs.recordings import answered
+from pendulum_sysid.telling.tables import format_table, make_comparison_rows
+from pendulum_sysid.verbs.recordings import read_recordings
 from pendulum_sysid.verbs.replay import say_if_diverged
 from pendulum_sysid.verbs.said import ANSWERED
 from pendulum_twin.model import load_twin
@@ -24,17 +25,18 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.out is not None:
         _check_plot(arguments.out)
     twins = [load_twin(path) for path in arguments.twin]
-    recording = answered(arguments.bag, arguments)
-    pair = compare_two(recording, *twins)
-    for path, one in zip(arguments.twin, pair.comparisons, strict=True):
-        say_if_diverged(path, one)
+    case = prepare_case(read_recordings([arguments.bag], arguments), twins[0])
+    pair = compare_two(case, twins[1])
+    for path, comparison in zip(arguments.twin, pair.comparisons, strict=True):
+        say_if_diverged(path, comparison)
     print(f"{pair.comparisons[0].count} windows of {pair.comparisons[0].seconds:g} s")
-    print(table(("measure", *names, "unit"), comparison_rows(pair.comparisons)))
+    print(format_table(("measure", *names, "unit"), make_comparison_rows(pair.comparisons)))
     print(
-        f"\n{names[1]} is the better one in {pair.second_better} windows of {pair.comparisons[0].count}"
+        f"\n{names[1]} is the better one in {pair.second_better} windows of "
+        f"{pair.comparisons[0].count}"
     )
     if arguments.out is not None:
-        _draw(arguments.out, recording.name, names, pair)
+        _draw(arguments.out, case.recording.name, names, pair)
     return ANSWERED
 
 
@@ -49,7 +51,7 @@ def _check_plot(path: Path) -> None:
 
 
 def _draw(path: Path, title: str, names: tuple[str, str], pair: Pair) -> None:
-    from pendulum_sysid.telling.compare_plot import draw
+    from pendulum_sysid.telling.compare_plot import draw_comparison
 
-    draw(path, title, names, pair.runs)
+    draw_comparison(path, title, names, pair.runs)
     print(path)

@@ -4,25 +4,28 @@ from __future__ import annotations
 
 import argparse
 
-from pendulum_sysid.telling.catalogue_text import catalogue_mapping, catalogue_text
-from pendulum_sysid.telling.output_files import json_text
+from pendulum_sysid.telling.catalogue_text import format_catalogue, make_catalogue_mapping
+from pendulum_sysid.telling.output_files import format_json
 from pendulum_sysid.verbs.said import ANSWERED
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print the catalogue, or with `--isolability` what a plan's recording will find and tell apart."""
+    """Print the catalogue, or with `--isolability` what a plan's recording can tell apart."""
     if arguments.isolability:
-        return _isolability(arguments)
+        return _print_isolability(arguments)
     if arguments.twin is not None or arguments.plan is not None:
         arguments.parser.error("--twin and --plan go with --isolability")
-    print(json_text(catalogue_mapping()) if arguments.json else catalogue_text())
+    print(format_json(make_catalogue_mapping()) if arguments.json else format_catalogue())
     return ANSWERED
 
 
-def _isolability(arguments: argparse.Namespace) -> int:
+def _print_isolability(arguments: argparse.Namespace) -> int:
     # here, for the list above is to come at once
-    from pendulum_sysid.planning.isolability import Encoders, isolability
-    from pendulum_sysid.telling.isolability_text import isolability_mapping, isolability_text
+    from pendulum_sysid.planning.isolability import Encoders, predict_isolability
+    from pendulum_sysid.telling.isolability_text import (
+        format_isolability,
+        make_isolability_mapping,
+    )
     from pendulum_twin.model import load_twin
     from pendulum_twin.plans.excitation import make_standard_plan
     from pendulum_twin.plans.plan_file import load_plan
@@ -37,6 +40,12 @@ def _isolability(arguments: argparse.Namespace) -> int:
         if arguments.plan == "standard"
         else load_plan(arguments.plan, room)
     )
-    found = isolability(twin, plan, Encoders(arguments.pole_counts, arguments.cart_step_m))
-    print(json_text(isolability_mapping(found)) if arguments.json else isolability_text(found))
+    answer = predict_isolability(
+        twin, plan, Encoders(arguments.pole_counts, arguments.cart_step_m)
+    )
+    print(
+        format_json(make_isolability_mapping(answer))
+        if arguments.json
+        else format_isolability(answer)
+    )
     return ANSWERED

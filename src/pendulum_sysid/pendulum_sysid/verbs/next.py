@@ -1,22 +1,22 @@
-"""The verb `next`: from recordings, and what an earlier diagnosis named, to the plan of the next experiment."""
+"""The verb `next`: plan the next experiment from recordings and an earlier diagnosis."""
 
 from __future__ import annotations
 
 import argparse
 from dataclasses import dataclass
 
-from pendulum_sysid.cleaning.moving_joints import moving
-from pendulum_sysid.finding.identifiability import ties
-from pendulum_sysid.finding.search import Search, missing, named, parameters_alone
-from pendulum_sysid.fitting.case import Case, case_of
+from pendulum_sysid.finding.identifiability import find_ties
+from pendulum_sysid.finding.search import search_effects
+from pendulum_sysid.finding.separation import Tie
+from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import HORIZONS, fit
-from pendulum_sysid.fitting.split import split
-from pendulum_sysid.planning.next_experiment import planned_next
+from pendulum_sysid.planning.next_experiment import plan_next_experiment
+from pendulum_sysid.prepare import prepare
 from pendulum_sysid.reading.earlier_verdict import read_verdict
-from pendulum_sysid.records import Fit, Recording, Split
-from pendulum_sysid.telling.output_files import check_file, writing
-from pendulum_sysid.verbs.recordings import answered_as_one
-from pendulum_sysid.verbs.said import ANSWERED, progress
+from pendulum_sysid.records import Fit, Split
+from pendulum_sysid.telling.output_files import check_file, name_write_errors
+from pendulum_sysid.verbs.recordings import read_recordings
+from pendulum_sysid.verbs.said import ANSWERED, print_progress
 from pendulum_twin.model import load_twin
 from pendulum_twin.parameter_vector import make_theta
 from pendulum_twin.plans.plan_file import parse_plan, save_plan
@@ -24,39 +24,36 @@ from pendulum_twin.plans.plan_file import parse_plan, save_plan
 
 @dataclass(frozen=True)
 class Finished:
-    """Hold a recording's case and windows, the fit with all that is named, and the rivals of each name by scores."""
+    """Hold a recording's case and windows, the fit with all that is named, and what ties it."""
 
     case: Case
     split: Split
     best: Fit
-    rivals: dict[str, tuple[str, ...]]
+    ties: tuple[Tie, ...]
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Print why to play what next, and write the plan where one helps."""
     check_file(arguments.out)
-    done = _finished(answered_as_one(arguments), arguments)
-    tied = ties(done.case, done.split, done.best, done.rivals)
-    found = planned_next(done.case, done.split, done.best, tied, arguments.goal, arguments.seconds)
-    print(found.why)
-    if found.plan is not None:
-        with writing(arguments.out):
-            save_plan(parse_plan(found.plan), arguments.out)
+    done = _finish(arguments)
+    planned = plan_next_experiment(
+        done.case, done.split, done.best, done.ties, arguments.goal, arguments.seconds
+    )
+    print(planned.why)
+    if planned.plan is not None:
+        with name_write_errors(arguments.out):
+            save_plan(parse_plan(planned.plan), arguments.out)
         print(arguments.out)
     return ANSWERED
 
 
-def _finished(recording: Recording, arguments: argparse.Namespace) -> Finished:
+def _finish(arguments: argparse.Namespace) -> Finished:
     """Return what is named as an earlier diagnosis has it, or found now."""
     earlier = None if arguments.verdict is None else read_verdict(arguments.verdict)
-    case = case_of(moving(recording), load_twin(arguments.twin))
-    parts = split(case.signals, case.state)
+    prepared = prepare(read_recordings(arguments.bag, arguments), load_twin(arguments.twin))
+    case, windows = prepared.case, prepared.split
     if earlier is not None:
-        best = fit(case, parts, earlier.effects, make_theta(earlier.twin), HORIZONS[-1])
-        return Finished(case, parts, best, earlier.rivals)
-    search = Search(case, parts, progress)
-    base = parameters_alone(search)
-    best = missing(search, base)
-    return Finished(
-        case, parts, best, {one.effect: one.rivals for one in named(search, base, best)}
-    )
+        best = fit(case, windows, earlier.effects, make_theta(earlier.twin), HORIZONS[-1])
+        return Finished(case, windows, best, find_ties(case, windows, best, earlier.rivals))
+    answer = search_effects(case, windows, print_progress)
+    return Finished(case, windows, answer.best, answer.ties)

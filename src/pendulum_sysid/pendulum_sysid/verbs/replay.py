@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from pendulum_sysid.fitting.compare import compare
+from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.records import Comparison
-from pendulum_sysid.telling.output_files import json_text
-from pendulum_sysid.telling.tables import comparison_rows, table
-from pendulum_sysid.verbs.recordings import answered
+from pendulum_sysid.telling.output_files import format_json
+from pendulum_sysid.telling.tables import format_table, make_comparison_rows
+from pendulum_sysid.verbs.recordings import read_recordings
 from pendulum_sysid.verbs.said import ANSWERED, say
 from pendulum_twin.model import load_twin
 
@@ -20,29 +21,33 @@ from pendulum_twin.model import load_twin
 def run(arguments: argparse.Namespace) -> int:
     """Print the twin's errors on the recording."""
     twin = load_twin(arguments.twin)
-    found = compare(answered(arguments.bag, arguments), twin)
-    say_if_diverged(arguments.twin, found)
+    comparison = compare(prepare_case(read_recordings([arguments.bag], arguments), twin))
+    say_if_diverged(arguments.twin, comparison)
     if arguments.json:
-        print(json_text(mapping_of(found)))
+        print(format_json(make_mapping(comparison)))
     else:
-        print(f"{found.count} windows of {found.seconds:g} s")
-        print(table(("measure", str(arguments.twin), "unit"), comparison_rows([found])))
+        print(f"{comparison.count} windows of {comparison.seconds:g} s")
+        print(
+            format_table(
+                ("measure", str(arguments.twin), "unit"), make_comparison_rows([comparison])
+            )
+        )
     return ANSWERED
 
 
-def mapping_of(found: Comparison) -> dict[str, Any]:
+def make_mapping(comparison: Comparison) -> dict[str, Any]:
     """Return what `--json` prints."""
     windows = {
-        "seconds": found.seconds,
-        "count": found.count,
-        "cart_rmse_m": found.cart_rmse_m,
-        "pole_rmse_rad": found.pole_rmse_rad,
-        "score": found.score,
+        "seconds": comparison.seconds,
+        "count": comparison.count,
+        "cart_rmse_m": comparison.cart_rmse_m,
+        "pole_rmse_rad": comparison.pole_rmse_rad,
+        "score": comparison.score,
     }
-    return {"windows": windows, "whole": {"thesis_rmse": found.thesis_rmse}}
+    return {"windows": windows, "whole": {"thesis_rmse": comparison.thesis_rmse}}
 
 
-def say_if_diverged(name: Path, found: Comparison) -> None:
+def say_if_diverged(name: Path, comparison: Comparison) -> None:
     """Say that a twin's errors are no numbers, if they are not."""
-    if not all(math.isfinite(value) for value in astuple(found) if value is not None):
+    if not all(math.isfinite(value) for value in astuple(comparison) if value is not None):
         say(f"{name}: a run of this twin diverged, so that its error is no number (JSON: null)")

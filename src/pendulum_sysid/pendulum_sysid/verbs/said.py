@@ -13,6 +13,6 @@ def say(sentence: str, status: int = NOT_ANSWERED) -> int:
     return status
 
 
-def progress(line: str) -> None:
+def print_progress(line: str) -> None:
     """Print on stderr how far a long command has come."""
     print(line, file=sys.stderr, flush=True)

@@ -1,4 +1,4 @@
-"""Where a mismatch lives and what shape it has, read off the balance of forces and torques along a recording.
+"""Where a mismatch lives and what shape it has, read off the balance of forces and torques.
 
 `localise` is the stage: place, evidence, stretches. `shape_check` asks the same questions of what
 a fit leaves. Both go through `inspection`: each equation (`balance`, seen through a `sieve`, on

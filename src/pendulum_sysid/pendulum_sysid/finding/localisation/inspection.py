@@ -1,19 +1,24 @@
-"""Everything that is asked of a recording about a twin, and what explains the force and torque that the twin lacks."""
+"""Ask a recording every question about a twin, and explain the force and torque that it lacks."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pendulum_sysid.finding.localisation.balance import Along, Balance, along, balances
-from pendulum_sysid.finding.localisation.explain import explanation, gains, missing_power
-from pendulum_sysid.finding.localisation.measured_curves import Curve, curves
-from pendulum_sysid.finding.localisation.past_questions import past_questions
-from pendulum_sysid.finding.localisation.questions import Question, questions
-from pendulum_sysid.finding.localisation.sensor_questions import sensor_questions
+from pendulum_sysid.finding.localisation.balance import (
+    Balance,
+    Motion,
+    compute_motion,
+    make_balances,
+)
+from pendulum_sysid.finding.localisation.explain import compute_missing_power, explain, share_gains
+from pendulum_sysid.finding.localisation.measured_curves import Curve, measure_curves
+from pendulum_sysid.finding.localisation.past_questions import make_past_questions
+from pendulum_sysid.finding.localisation.questions import Question, make_questions
+from pendulum_sysid.finding.localisation.sensor_questions import make_sensor_questions
 from pendulum_sysid.finding.localisation.sieve import FORCE
 from pendulum_sysid.finding.localisation.table import Table
-from pendulum_sysid.finding.localisation.thinning import thinned
-from pendulum_sysid.finding.localisation.waves import waves
+from pendulum_sysid.finding.localisation.thinning import thin_out
+from pendulum_sysid.finding.localisation.waves import make_wave_questions
 from pendulum_sysid.fitting.case import Case
 from pendulum_twin.arrays import Floats
 from pendulum_twin.parameter_vector import (
@@ -27,10 +32,14 @@ from pendulum_twin.parameter_vector import (
 
 @dataclass(frozen=True)
 class Inspected:
-    """Hold one equation's table, the questions that explain what is missing, and how much each does.
+    """Hold what explains the missing part of one equation.
 
-    missing: power beyond noise, in units of the equation's own size, as are the gains: force and
-    torque on one scale.
+    Powers are in units of the equation's own size, which puts force and torque on one scale.
+
+    table: of all questions.
+    keys: of the questions that explain what is missing.
+    gains: key -> power that the question explains.
+    missing: power beyond the sensors' noise.
     """
 
     table: Table
@@ -39,42 +48,53 @@ class Inspected:
     missing: float
 
 
-def inspected(case: Case, theta: Floats) -> list[Inspected]:
-    """Return what explains the force and the torque that a twin with these words lacks."""
-    case = thinned(case)
-    here = along(case, theta)
-    found = []
-    for balance in balances(case, theta):
-        table = table_of(case, here, balance, theta)
-        keys = explanation(table)
+def inspect_equations(case: Case, theta: Floats) -> list[Inspected]:
+    """Return what explains the force and the torque that a twin with this theta (SIZE,) lacks."""
+    case = thin_out(case)
+    here = compute_motion(case, theta)
+    equations = []
+    for balance in make_balances(case, theta):
+        table = make_table(case, here, balance, theta)
+        keys = explain(table)
         own = max(balance.size, 1e-300) ** 2
-        shared = {key: gain / own for key, gain in gains(table, keys).items()}
-        found.append(Inspected(table, keys, shared, missing_power(table, keys) / own))
-    return found
+        shared = {key: gain / own for key, gain in share_gains(table, keys).items()}
+        equations.append(Inspected(table, keys, shared, compute_missing_power(table, keys) / own))
+    return equations
 
 
-def table_of(case: Case, here: Along, balance: Balance, theta: Floats) -> Table:
-    """Return the table of all questions about a balance; waves are looked for in what the twin's own words leave."""
-    rest = Table(balance, []).rest(())
-    return Table(balance, [*asked_of(case, here, balance, theta), *waves(balance, here, rest)])
+def make_table(case: Case, here: Motion, balance: Balance, theta: Floats) -> Table:
+    """Return the table of all questions about a balance.
+
+    Waves are looked for in what the twin's own constants leave.
+    """
+    residual = Table(balance, []).compute_residual(())
+    return Table(
+        balance,
+        [
+            *list_questions(case, here, balance, theta),
+            *make_wave_questions(balance, here, residual),
+        ],
+    )
 
 
-def asked_of(case: Case, here: Along, balance: Balance, theta: Floats) -> list[Question]:
+def list_questions(case: Case, here: Motion, balance: Balance, theta: Floats) -> list[Question]:
     """Return all questions but those about waves."""
     return [
-        *questions(here, balance),
-        *past_questions(case.signals, here, balance, theta),
-        *sensor_questions(case.signals, here, balance, theta),
+        *make_questions(here, balance),
+        *make_past_questions(case.signals, here, balance, theta),
+        *make_sensor_questions(case.signals, here, balance, theta),
     ]
 
 
-def curves_of(one: Inspected, theta: Floats) -> list[Curve]:
+def measure_curves_of(inspected: Inspected, theta: Floats) -> list[Curve]:
     """Return the measured curves of what explains an equation."""
-    return curves(one.table, one.keys, own_theta(one.table.balance.equation, theta))
+    return measure_curves(
+        inspected.table, inspected.keys, get_own_constants(inspected.table.balance.equation, theta)
+    )
 
 
-def own_theta(equation: int, theta: Floats) -> dict[str, float]:
-    """Return the twin's own words that stand in an equation, by the names of the balance's columns."""
+def get_own_constants(equation: int, theta: Floats) -> dict[str, float]:
+    """Return the twin's constants that stand in an equation, by the names of its columns."""
     if equation == FORCE:
         own = {"drive": FORCE_PER_PWM, "viscous": CART_VISCOUS, "coupling": COUPLING}
     else:

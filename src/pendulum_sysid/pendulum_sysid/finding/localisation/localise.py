@@ -1,4 +1,4 @@
-"""Where a mismatch lives, asked without the catalogue: the force and torque that the motion needs and the twin lacks.
+"""Find where a mismatch lives, without the catalogue, by the force and torque that a twin lacks.
 
 Each equation is asked what its missing part depends on (`inspection`): variables, products, the
 past, sensors, the clock. Shares are of the missing power, beyond the sensors' noise, on samples
@@ -12,86 +12,105 @@ from collections import defaultdict
 
 import numpy as np
 
-from pendulum_sysid.finding.localisation.explain import LEAST_SHARE
-from pendulum_sysid.finding.localisation.inspection import Inspected, curves_of, inspected
+from pendulum_sysid import decisions
+from pendulum_sysid.finding.localisation.inspection import (
+    Inspected,
+    inspect_equations,
+    measure_curves_of,
+)
 from pendulum_sysid.finding.localisation.measured_curves import Curve
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.window_runs import WindowRuns
 from pendulum_sysid.records import Evidence, Localisation
 from pendulum_twin.arrays import Floats
 
-MOST_EVIDENCE = 4
-OUTSTANDING = 2.0  # times the median window's error, to be named as a stretch
 EQUATIONS = ("force", "torque")
 
 
 def localise(case: Case, theta: Floats, runs: WindowRuns) -> Localisation:
-    """Return where the twin with these words, its signs right, falls short on the recording.
+    """Return where the twin with this theta (SIZE,), its signs right, falls short.
 
     runs: its free runs, for the stretches of the recording where it is worst.
     """
-    equations = inspected(case, theta)
-    total = sum(one.missing for one in equations)
-    found = [
-        _evidence(one, curve, one.gains[curve.question.key] / total)
-        for one in equations
+    equations = inspect_equations(case, theta)
+    total = sum(equation.missing for equation in equations)
+    answers = [
+        _make_evidence(equation, curve, equation.gains[curve.question.key] / total)
+        for equation in equations
         if total > 0
-        for curve in curves_of(one, theta)
+        for curve in measure_curves_of(equation, theta)
     ]
-    found = sorted((one for one in found if one.share >= LEAST_SHARE), key=lambda one: -one.share)
+    answers = sorted(
+        (evidence for evidence in answers if evidence.share >= decisions.EVIDENCE_LEAST_SHARE),
+        key=lambda evidence: -evidence.share,
+    )
     return Localisation(
-        _place(found) or _worse_joint(runs), tuple(found[:MOST_EVIDENCE]), stretches(runs)
+        _find_place(answers) or _find_worse_joint(runs),
+        tuple(answers[: decisions.EVIDENCE_TOLD]),
+        find_worst_stretches(runs),
     )
 
 
-def _place(found: list[Evidence]) -> str | None:
+def _find_place(answers: list[Evidence]) -> str | None:
     """Return the place to which most of what is explained points."""
     shares: dict[str, float] = defaultdict(float)
-    for one in found:
-        shares[one.place] += one.share
+    for evidence in answers:
+        shares[evidence.place] += evidence.share
     return max(shares, key=lambda place: shares[place], default=None)
 
 
-def _evidence(one: Inspected, curve: Curve, share: float) -> Evidence:
+def _make_evidence(equation: Inspected, curve: Curve, share: float) -> Evidence:
     question, what = curve.question, curve.question.measured
-    finding = f"explains {share:.0%} of what is missing, in the {EQUATIONS[one.table.balance.equation]}; {told(curve)}"
+    name = EQUATIONS[equation.table.balance.equation]
+    finding = f"explains {share:.0%} of what is missing, in the {name}; {describe_curve(curve)}"
     drawn = (curve.x, curve.y, curve.band) if len(curve.x) > 1 else (np.empty(0),) * 3
     return Evidence(
-        question.variable, finding, share, *drawn, what.axis, what.theta, what.unit, question.place
+        question.variable,
+        finding,
+        share,
+        *drawn,
+        what.axis,
+        what.quantity,
+        what.unit,
+        question.place,
     )
 
 
-def told(curve: Curve) -> str:
-    """Return a measured curve in words."""
+def describe_curve(curve: Curve) -> str:
+    """Return a measured curve in a phrase."""
     what, unit = curve.question.measured, f" {curve.question.measured.unit}".replace(" 1", "")
     if len(curve.x) == 1:
-        return f"{what.theta} {curve.y[0]:.3g}{unit} (+-{curve.band[0]:.1g})"
+        return f"{what.quantity} {curve.y[0]:.3g}{unit} (+-{curve.band[0]:.1g})"
     if curve.question.variable == "frequency":
-        return f"a vibration of {1.0 / curve.x[-1]:.3g} Hz, amplitude {np.max(np.abs(curve.y)):.3g}{unit}"
+        hertz, amplitude = 1.0 / curve.x[-1], np.max(np.abs(curve.y))
+        return f"a vibration of {hertz:.3g} Hz, amplitude {amplitude:.3g}{unit}"
     if curve.question.variable == "command_history":
         late = float(np.interp(0.5, np.maximum.accumulate(curve.y / curve.y[-1]), curve.x))
-        return f"half of the force of {curve.y[-1]:.3g} N per command has come {late:.2g} s after a step of it"
+        return (
+            f"half of the force of {curve.y[-1]:.3g} N per command has come {late:.2g} s after "
+            "a step of it"
+        )
     low, high = int(np.argmin(curve.y)), int(np.argmax(curve.y))
     first, last = (low, high) if curve.x[low] <= curve.x[high] else (high, low)
     points = [
         f"{curve.y[k]:.3g}{unit} at {curve.x[k] + 0.0:.3g}" for k in (first, last)
     ]  # + 0.0: no "-0"
-    return f"{what.theta} from {points[0]} to {points[1]}"
+    return f"{what.quantity} from {points[0]} to {points[1]}"
 
 
-def _worse_joint(runs: WindowRuns) -> str:
-    """Return the joint whose runs are the further off, in units of noise, when nothing explains the missing force."""
+def _find_worse_joint(runs: WindowRuns) -> str:
+    """Return the joint whose runs are the further off, in units of noise."""
     return ("cart", "pole")[runs.channels[int(np.argmax(runs.rmse / runs.noise))]]
 
 
-def stretches(runs: WindowRuns) -> tuple[tuple[float, float], ...]:
-    """Return where the runs are more than twice as wrong as in the median window, s, joined where they touch."""
+def find_worst_stretches(runs: WindowRuns) -> tuple[tuple[float, float], ...]:
+    """Return the stretches, s, where runs are far more wrong than in the median window."""
     errors = np.sqrt(np.mean((runs.window_rmse / runs.noise) ** 2, axis=1))
-    found: list[tuple[float, float]] = []
-    for begin in np.sort(runs.begin_s[errors > OUTSTANDING * np.median(errors)]):
+    stretches: list[tuple[float, float]] = []
+    for begin in np.sort(runs.begin_s[errors > decisions.STRETCH_ERROR_RATIO * np.median(errors)]):
         end = float(begin) + runs.seconds
-        if found and begin <= found[-1][1] + 1e-9:
-            found[-1] = (found[-1][0], end)
+        if stretches and begin <= stretches[-1][1] + 1e-9:
+            stretches[-1] = (stretches[-1][0], end)
         else:
-            found.append((float(begin), end))
-    return tuple(found)
+            stretches.append((float(begin), end))
+    return tuple(stretches)

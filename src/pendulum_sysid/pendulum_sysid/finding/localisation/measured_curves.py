@@ -1,4 +1,4 @@
-"""The measured shape of what is missing: curves with their bands, fitted together with the twin's own words."""
+"""Measure the shape of what is missing: curves with bands, fitted with the twin's constants."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pendulum_sysid import decisions
 from pendulum_sysid.finding.localisation.questions import Question
 from pendulum_sysid.finding.localisation.table import Table
 from pendulum_twin.arrays import Floats
@@ -13,7 +14,13 @@ from pendulum_twin.arrays import Floats
 
 @dataclass(frozen=True)
 class Curve:
-    """Hold what was measured: where (points,), how much, and the half widths of 95 % intervals, clustered by block."""
+    """Hold a measured curve.
+
+    question: that it answers.
+    x: (points,) where on its axis.
+    y: (points,) how much.
+    band: (points,) half widths of 95 % intervals, clustered by block.
+    """
 
     question: Question
     x: Floats
@@ -21,27 +28,30 @@ class Curve:
     band: Floats
 
 
-def curves(table: Table, keys: tuple[str, ...], theta: dict[str, float]) -> list[Curve]:
-    """Return the curve of every question; words: the twin's own, by the names of the balance's columns."""
-    at = table.chosen(keys)
+def measure_curves(table: Table, keys: tuple[str, ...], theta: dict[str, float]) -> list[Curve]:
+    """Return the curve of every question.
+
+    theta: the twin's own constants, by the names of the balance's columns.
+    """
+    at = table.list_columns(keys)
     block = np.ix_(at, at)
     inverse = np.linalg.pinv(
         table.normal.sum(axis=0)[block] + table.count * table.penalty[block], hermitian=True
     )
     weights = inverse @ table.gradient.sum(axis=0)[at]
-    rest = table.balance.lacking - table.columns[:, at] @ weights
+    residual = table.balance.lacking - table.columns[:, at] @ weights
     scores = np.zeros((int(table.balance.block.max()) + 1, len(at)))
-    np.add.at(scores, table.balance.block, table.columns[:, at] * rest[:, None])
+    np.add.at(scores, table.balance.block, table.columns[:, at] * residual[:, None])
     spread = inverse @ (scores.T @ scores) @ inverse
     scale = table.scale[at]
     place = {int(column): k for k, column in enumerate(at)}
     return [
-        _curve(table, key, weights / scale, spread / np.outer(scale, scale), place, theta)
+        _measure_curve(table, key, weights / scale, spread / np.outer(scale, scale), place, theta)
         for key in keys
     ]
 
 
-def _curve(
+def _measure_curve(
     table: Table,
     key: str,
     weights: Floats,
@@ -49,30 +59,32 @@ def _curve(
     place: dict[int, int],
     theta: dict[str, float],
 ) -> Curve:
-    """Return a question's curve, with the share of the twin's own word in it."""
-    one = table.asked[key]
+    """Return a question's curve, with the share of the twin's own constant in it."""
+    question = table.asked[key]
     used = table.used[key]
     own = [place[column] for column in range(table.at[key].start, table.at[key].stop)]
-    x = one.x if one.drawn is not None else one.x[used]
+    x = question.x if question.drawn is not None else question.x[used]
     onto = np.zeros((len(x), len(weights)))
-    onto[:, own] = np.eye(len(own)) if one.drawn is None else one.drawn[:, used]
-    what, held = one.measured, 0.0
+    onto[:, own] = np.eye(len(own)) if question.drawn is None else question.drawn[:, used]
+    what, own_part = question.measured, 0.0
     if what.turned is not None:
         sign = 1.0 if what.turned == "drive" else -1.0
         onto[:, table.balance.names.index(what.turned)] += sign * (
             x if what.straight else np.ones_like(x)
         )
-        held = 0.0 if what.straight else sign * theta[what.turned]
-    y = onto @ weights + held
+        own_part = 0.0 if what.straight else sign * theta[what.turned]
+    y = onto @ weights + own_part
     if what.straight:
-        y = y - typical_slope(x, y) * x
+        y = y - compute_typical_slope(x, y) * x
         onto = onto - np.outer(x, x @ onto) / max(float(x @ x), 1e-300)
-    band = 1.96 * np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", onto, spread, onto), 0.0))
-    return Curve(one, x, what.sign * y, band)
+    band = decisions.INTERVAL_DEVIATIONS * np.sqrt(
+        np.maximum(np.einsum("ij,jk,ik->i", onto, spread, onto), 0.0)
+    )
+    return Curve(question, x, what.sign * y, band)
 
 
-def typical_slope(x: Floats, y: Floats) -> float:
-    """Return the slope that half of a curve's length lies above: what a viscous law or the drive's gain can be.
+def compute_typical_slope(x: Floats, y: Floats) -> float:
+    """Return the slope that half of a curve's length lies above, as of a viscous law or a gain.
 
     A curve against the speed says what it is beside the viscous friction only up to a straight
     part; this choice leaves dry friction flat on either side of its jump, and a dead zone or a

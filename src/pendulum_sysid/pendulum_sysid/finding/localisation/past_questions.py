@@ -1,4 +1,4 @@
-"""What a missing force says about the past: a command that acts late, a joint that remembers which way it came."""
+"""Ask whether a missing force depends on the past: on late commands, on the way a joint came."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pendulum_sysid.finding.localisation.balance import Along, Balance
+from pendulum_sysid.finding.localisation.balance import Balance, Motion
 from pendulum_sysid.finding.localisation.questions import (
     MISSING,
     UNITS,
     Cost,
     Measured,
     Question,
-    number,
+    make_number_question,
 )
 from pendulum_sysid.finding.localisation.sieve import FORCE
 from pendulum_twin.arrays import Floats
@@ -30,42 +30,46 @@ REACHES = (
 )  # of a joint's usual swing, over which a force may build up when it turns round
 
 
-def past_questions(
-    signals: Signals, here: Along, balance: Balance, theta: Floats
+def make_past_questions(
+    signals: Signals, here: Motion, balance: Balance, theta: Floats
 ) -> list[Question]:
-    """Return what is asked of an equation about the past; words: the twin's."""
+    """Return the questions about the past in an equation; theta: (SIZE,) of the twin."""
     if balance.equation != FORCE:
-        return _hysteresis(signals, here.th, "pole_angle*pole_rate", "pole", balance.equation)
-    asked = _hysteresis(signals, here.x, "cart_position*cart_velocity", "cart", balance.equation)
+        return _ask_hysteresis(signals, here.th, "pole_angle*pole_rate", "pole", balance.equation)
+    questions = _ask_hysteresis(
+        signals, here.x, "cart_position*cart_velocity", "cart", balance.equation
+    )
     if np.any(signals.command):
-        asked += [_late(signals, float(theta[FORCE_PER_PWM])), _history(signals)]
-    return asked
+        questions += [_ask_delay(signals, float(theta[FORCE_PER_PWM])), _ask_history(signals)]
+    return questions
 
 
-def held_around(signals: Signals, late: int) -> Floats:
-    """Return the command around each sample, so many samples late: the mean of the periods before and after it."""
-    found = np.empty(len(signals))
+def hold_around(signals: Signals, late: int) -> Floats:
+    """Return the mean of the commands before and after each sample, so many samples late."""
+    commands = np.empty(len(signals))
     for s in signals.stretches:
         part, at = signals.command[s], np.arange(s.stop - s.start)
-        found[s] = 0.5 * (part[np.maximum(at - late, 0)] + part[np.maximum(at - late - 1, 0)])
-    return found
+        commands[s] = 0.5 * (part[np.maximum(at - late, 0)] + part[np.maximum(at - late - 1, 0)])
+    return commands
 
 
-def _late(signals: Signals, gain: float) -> Question:
+def _ask_delay(signals: Signals, gain: float) -> Question:
     """Ask for the command's rate: what a force that comes late lacks, to first order."""
     rate = np.zeros(len(signals))
     for s in signals.stretches:
         rate[s] = np.diff(signals.command[s], prepend=signals.command[s.start]) / signals.period_s
     measured = Measured("time by which the force comes late", "s", "constant")
-    return number("command_rate", "command_rate", "drive", measured, rate, -1.0 / (gain or 1.0))
+    return make_number_question(
+        "command_rate", "command_rate", "drive", measured, rate, -1.0 / (gain or 1.0)
+    )
 
 
-def _history(signals: Signals) -> Question:
-    """Ask for the command's past: the force for each unit of command that has come some time after a step of it."""
+def _ask_history(signals: Signals) -> Question:
+    """Ask for the command's past: force per command that has come some time after a step of it."""
     lags = np.unique(np.round(np.array(LAGS_S) / signals.period_s).astype(int))
 
-    def columns() -> Floats:
-        return np.stack([held_around(signals, int(lag)) for lag in lags], axis=1)
+    def make_columns() -> Floats:
+        return np.stack([hold_around(signals, int(lag)) for lag in lags], axis=1)
 
     measured = Measured("force per command after a step", "N", "lag", 1.0, "drive")
     drawn = np.tril(np.ones((len(lags), len(lags))))
@@ -76,17 +80,17 @@ def _history(signals: Signals) -> Question:
         "drive",
         Cost.PRODUCT,
         measured,
-        columns,
+        make_columns,
         x,
         drawn,
         bends=False,
     )
 
 
-def _hysteresis(
+def _ask_hysteresis(
     signals: Signals, values: Floats, variable: str, place: str, equation: int
 ) -> list[Question]:
-    """Ask for a force that builds up with the way since a joint turned round, and then stays (stop operators).
+    """Ask for a force that builds up with the way since a joint turned, and then stays.
 
     Brokate and Sprekels, Hysteresis and Phase Transitions (1996), section 2.1.
     """
@@ -97,24 +101,32 @@ def _hysteresis(
     measured = Measured(MISSING[equation], UNITS[equation], "way" if equation == FORCE else "turn")
     x = np.concatenate([[0.0], reaches, [1.5 * reaches[-1]]])
     drawn = np.minimum(x[:, None], reaches) - 0.5 * reaches
-    columns = _stops(signals, values, reaches)
+    make_columns = _make_stops(signals, values, reaches)
     return [
         Question(
-            "hysteresis", variable, place, Cost.PRODUCT, measured, columns, x, drawn, bends=False
+            "hysteresis",
+            variable,
+            place,
+            Cost.PRODUCT,
+            measured,
+            make_columns,
+            x,
+            drawn,
+            bends=False,
         )
     ]
 
 
-def _stops(signals: Signals, values: Floats, reaches: Floats) -> Callable[[], Floats]:
-    def columns() -> Floats:
-        found = np.empty((len(values), len(reaches)))
+def _make_stops(signals: Signals, values: Floats, reaches: Floats) -> Callable[[], Floats]:
+    def make_columns() -> Floats:
+        strains = np.empty((len(values), len(reaches)))
         half = 0.5 * reaches
         for s in signals.stretches:
             steps = np.diff(values[s], prepend=values[s.start])
             now = np.zeros(len(reaches))
             for k, step in enumerate(steps, start=s.start):
                 now = np.minimum(np.maximum(now + step, -half), half)
-                found[k] = now
-        return found
+                strains[k] = now
+        return strains
 
-    return columns
+    return make_columns

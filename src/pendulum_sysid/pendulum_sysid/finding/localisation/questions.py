@@ -1,4 +1,4 @@
-"""What a missing force or torque may depend on: one variable, or a coefficient that one variable changes.
+"""Ask what a missing force or torque depends on: a variable, or a coefficient that varies.
 
 A product is a coefficient that varies: whether the force per command depends on the position, the
 dry friction on the time, the viscous friction on the pole's rate (Hastie and Tibshirani, J. R.
@@ -14,13 +14,12 @@ from functools import partial
 
 import numpy as np
 
-from pendulum_sysid.finding.localisation.balance import Along, Balance
-from pendulum_sysid.finding.localisation.knots import hats, sided, spread_knots
+from pendulum_sysid import decisions
+from pendulum_sysid.finding.localisation.balance import Balance, Motion
+from pendulum_sysid.finding.localisation.knots import make_hats, make_sided_knots, spread_knots
 from pendulum_sysid.finding.localisation.sieve import FORCE
 from pendulum_twin.arrays import Floats
 
-KNOTS = 16
-ANGLE_KNOTS = 24
 SECONDS_A_KNOT, MOST_TIMES = 1.0, 60
 MISSING = ("missing force", "missing torque")
 UNITS = ("N", "N m")
@@ -36,13 +35,17 @@ class Cost(IntEnum):
 
 @dataclass(frozen=True)
 class Measured:
-    """Say what a curve shows: in words ("dry friction"), its unit, and +1, or -1 where it holds the motion back.
+    """Say what a curve shows.
 
-    axis: the variable along which it is drawn. turned: the balance's column whose weight is part
-    of it, if any. straight: True for a curve against the very variable that column multiplies.
+    quantity: for a person ("dry friction").
+    unit: of the quantity.
+    axis: the variable along which it is drawn.
+    sign: +1, or -1 where the quantity holds the motion back.
+    turned: the balance's column whose weight is part of the curve, if any.
+    straight: True for a curve against the very variable that this column multiplies.
     """
 
-    theta: str
+    quantity: str
     unit: str
     axis: str
     sign: float = 1.0
@@ -52,13 +55,17 @@ class Measured:
 
 @dataclass(frozen=True)
 class Question:
-    """Hold what is asked, and how its answer is drawn.
+    """Hold a question about the missing force, and how its answer is drawn.
 
-    key: unique in an equation. variable: what it depends on, as evidence names it; products with a
-    star. place: of the chain, where it points to. columns: (n, k) along the recording, made when
-    asked for. x: (points,) where the curve is drawn; drawn: (points, k) that makes it of the k
-    weights, None where each weight is a point. bends: whether a curve of the weights should be
-    smooth.
+    key: unique in an equation.
+    variable: on which the force may depend, as evidence names it; products with a star.
+    place: of the chain, where the answer points to.
+    cost: of the answer; a cheaper answer is preferred.
+    measured: what its curve shows.
+    make_columns: makes (n, k) along the recording.
+    x: (points,) where the curve is drawn.
+    drawn: (points, k) makes the curve of the k weights; None where each weight is a point.
+    bends: True where a curve of the weights should be smooth.
     """
 
     key: str
@@ -66,13 +73,13 @@ class Question:
     place: str
     cost: Cost
     measured: Measured
-    columns: Callable[[], Floats]
+    make_columns: Callable[[], Floats]
     x: Floats
     drawn: Floats | None = None
     bends: bool = True
 
 
-def number(
+def make_number_question(
     key: str, variable: str, place: str, measured: Measured, column: Floats, scale: float = 1.0
 ) -> Question:
     """Return a question with a single number for an answer: the column's weight times a scale."""
@@ -99,13 +106,13 @@ class Variables:
 
     bases: dict[str, tuple[Floats, Callable[[], Floats]]]
 
-    def curve(self, name: str, place: str, measured: Measured) -> Question:
+    def ask_curve(self, name: str, place: str, measured: Measured) -> Question:
         """Ask whether the force depends on a variable."""
         knots, base = self.bases[name]
         variable = "pole_angle" if name == "pole_turns" else name
         return Question(name, variable, place, Cost.CURVE, measured, base, knots)
 
-    def product(
+    def ask_product(
         self, key: str, variable: str, factor: Floats, name: str, place: str, measured: Measured
     ) -> Question:
         """Ask whether the coefficient of a factor (n,) depends on a variable."""
@@ -115,47 +122,51 @@ class Variables:
         )
 
 
-def time_knots(here: Along) -> Floats:
+def make_time_knots(here: Motion) -> Floats:
     """Return the knots of the time, s."""
     return np.linspace(
         here.t[0], here.t[-1], int(np.clip(np.ptp(here.t) / SECONDS_A_KNOT, 2, MOST_TIMES))
     )
 
 
-def variables(here: Along) -> Variables:
+def make_variables(here: Motion) -> Variables:
     """Return the variables of a recording that move."""
     angle = np.mod(here.th, 2 * np.pi)
-    turns = spread_knots(here.th, KNOTS) if np.ptp(here.th) > 2 * np.pi else np.zeros(1)
+    turns = (
+        spread_knots(here.th, decisions.CURVE_KNOTS)
+        if np.ptp(here.th) > 2 * np.pi
+        else np.zeros(1)
+    )
     bases: dict[str, tuple[Floats, Callable[[], Floats]]] = {}
     for name, values, knots in (
-        ("cart_position", here.x, spread_knots(here.x, KNOTS)),
-        ("pole_angle", angle, spread_knots(angle, ANGLE_KNOTS)),
+        ("cart_position", here.x, spread_knots(here.x, decisions.CURVE_KNOTS)),
+        ("pole_angle", angle, spread_knots(angle, decisions.ANGLE_KNOTS)),
         ("pole_turns", here.th, turns),
-        ("command", here.u, spread_knots(here.u, KNOTS)),
-        ("time", here.t, time_knots(here)),
+        ("command", here.u, spread_knots(here.u, decisions.CURVE_KNOTS)),
+        ("time", here.t, make_time_knots(here)),
     ):
         if len(knots) > 2:
-            bases[name] = (knots, partial(hats, values, knots))
+            bases[name] = (knots, partial(make_hats, values, knots))
     for name, values in (("cart_velocity", here.v), ("pole_rate", here.w)):
         if np.ptp(values) > 0:
-            bases[name] = (sided(values)[0], partial(_hats_on_sides, values))
+            bases[name] = (make_sided_knots(values)[0], partial(_make_sided_hats, values))
     return Variables(bases)
 
 
-def _hats_on_sides(values: Floats) -> Floats:
-    return sided(values)[1]
+def _make_sided_hats(values: Floats) -> Floats:
+    return make_sided_knots(values)[1]
 
 
-def questions(here: Along, balance: Balance) -> list[Question]:
-    """Return what is asked of an equation about state, command and time."""
-    asker = variables(here)
-    return _of_force(here, asker) if balance.equation == FORCE else _of_torque(here, asker)
+def make_questions(here: Motion, balance: Balance) -> list[Question]:
+    """Return the questions about state, command and time in an equation."""
+    asker = make_variables(here)
+    return _ask_force(here, asker) if balance.equation == FORCE else _ask_torque(here, asker)
 
 
-def _of_force(here: Along, asker: Variables) -> list[Question]:
+def _ask_force(here: Motion, asker: Variables) -> list[Question]:
     missing, unit = MISSING[0], UNITS[0]
-    asked = [
-        number(
+    questions = [
+        make_number_question(
             "constant",
             "constant",
             "cart",
@@ -164,12 +175,13 @@ def _of_force(here: Along, asker: Variables) -> list[Question]:
         )
     ]
     for name, place, turned in (
-        ("cart_velocity", "cart", "viscous"), ("cart_position", "cart", None), ("time", "cart", None),
+        ("cart_velocity", "cart", "viscous"), ("cart_position", "cart", None),
+        ("time", "cart", None),
         ("pole_angle", "cart", None), ("pole_rate", "cart", None), ("command", "command", "drive"),
     ):  # fmt: skip
         if name in asker.bases:
-            asked.append(
-                asker.curve(
+            questions.append(
+                asker.ask_curve(
                     name, place, Measured(missing, unit, name, 1.0, turned, turned is not None)
                 )
             )
@@ -190,22 +202,22 @@ def _of_force(here: Along, asker: Variables) -> list[Question]:
         ("cart_velocity", "cart_velocity", here.v, viscous, state),
         ("cart_direction", "cart_velocity", np.sign(here.v), dry, (*state, "command")),
     ):
-        asked += _products(
+        questions += _make_products(
             asker,
             key,
             by,
             factor,
             what,
             names,
-            _place_of_gain if key == "command" else lambda _: "cart",
+            _locate_gain if key == "command" else lambda _: "cart",
         )
-    return asked
+    return questions
 
 
-def _of_torque(here: Along, asker: Variables) -> list[Question]:
+def _ask_torque(here: Motion, asker: Variables) -> list[Question]:
     missing, unit = MISSING[1], UNITS[1]
-    asked = [
-        number(
+    questions = [
+        make_number_question(
             "constant",
             "constant",
             "pole",
@@ -214,12 +226,13 @@ def _of_torque(here: Along, asker: Variables) -> list[Question]:
         )
     ]
     for name, turned in (
-        ("pole_rate", "viscous"), ("pole_angle", None), ("pole_turns", None), ("time", None), ("cart_position", None),
+        ("pole_rate", "viscous"), ("pole_angle", None), ("pole_turns", None), ("time", None),
+        ("cart_position", None),
         ("cart_velocity", None), ("command", None),
     ):  # fmt: skip
         if name in asker.bases:
-            asked.append(
-                asker.curve(
+            questions.append(
+                asker.ask_curve(
                     name, "pole", Measured(missing, unit, name, 1.0, turned, turned is not None)
                 )
             )
@@ -232,16 +245,19 @@ def _of_torque(here: Along, asker: Variables) -> list[Question]:
         ("pole_rate", here.w, viscous),
         ("pole_direction", np.sign(here.w), dry),
     ):
-        asked += _products(asker, key, "pole_rate", factor, what, names, lambda _: "pole")
-    return asked
+        questions += _make_products(asker, key, "pole_rate", factor, what, names, lambda _: "pole")
+    return questions
 
 
-def _place_of_gain(name: str) -> str:
-    """Return the place of a gain that a variable changes: the command's way to the drive knows the time, not the motion."""
+def _locate_gain(name: str) -> str:
+    """Return the place of a gain that a variable changes.
+
+    The command's way to the drive knows the time, not the motion.
+    """
     return "command" if name == "time" else "drive"
 
 
-def _products(
+def _make_products(
     asker: Variables,
     key: str,
     by: str,
@@ -254,9 +270,9 @@ def _products(
     if not np.any(factor):
         return []
     return [
-        asker.product(
+        asker.ask_product(
             f"{key}*{name}", f"{by}*{name}", factor, name, place(name),
-            Measured(what.theta, what.unit, name, what.sign, what.turned),
+            Measured(what.quantity, what.unit, name, what.sign, what.turned),
         )
         for name in names
         if name in asker.bases

@@ -1,4 +1,4 @@
-"""Whether what was named has the shape of its law: a guard against the nearest name.
+"""Check whether a named effect has the shape of its law: a guard against the nearest name.
 
 With the named effects fitted, what is still missing is asked again, and an effect is in doubt when
 the answer is about the very variables that the effect itself depends on. Friction that grows with
@@ -14,18 +14,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pendulum_sysid import decisions
 from pendulum_sysid.finding.localisation.balance import (
     Balance,
-    along,
-    balances,
-    lacking_along,
-    sharply,
+    compute_lacking,
+    compute_motion,
+    compute_sharp_accelerations,
+    make_balances,
 )
-from pendulum_sysid.finding.localisation.explain import explanation, more_than_chance
-from pendulum_sysid.finding.localisation.inspection import asked_of, table_of
+from pendulum_sysid.finding.localisation.explain import explain, is_more_than_chance
+from pendulum_sysid.finding.localisation.inspection import list_questions, make_table
 from pendulum_sysid.finding.localisation.questions import Cost, Question
 from pendulum_sysid.finding.localisation.table import Table
-from pendulum_sysid.finding.localisation.thinning import thinned
+from pendulum_sysid.finding.localisation.thinning import thin_out
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.records import Fit
 from pendulum_twin.arrays import Floats
@@ -33,30 +34,22 @@ from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import HALF_STEP_S, Form
 from pendulum_twin.parameter_vector import SLOTS, get_neutral_values
 
-NEAR = (
-    0.2**2
-)  # of the power that an effect explains: a law off by a fifth of its own size is still of the right kind
-NEGLIGIBLE = (
-    0.05**2
-)  # the same where several laws of one variable were needed: then each proves less
-CHIEFLY = 0.5  # of what the best question about the rest gains, for the rest to be about the effect's own variables
-GREAT_PART = 0.25  # of the rest beyond noise, which the shape must take away
 LIKE_A_CONSTANT = {
     "cart_position",
     "time",
     "pole_angle",
 }  # a constant push may turn out to be a curve over one of these
-WEAKEST = (
-    0.1  # of an effect's larger share: it is not judged by the equation in which it hardly shows
-)
 
 
 @dataclass(frozen=True)
 class Misfit:
     """Say that a named effect has not the shape of its law.
 
+    effect: its name.
     share: power that its own variables still explain, over what all effects of these variables
-    explain. variable: on which what is left depends. place: to which the shape points.
+        explain.
+    variable: on which what is left depends.
+    place: to which the shape points.
     """
 
     effect: str
@@ -67,10 +60,14 @@ class Misfit:
 
 @dataclass(frozen=True)
 class Remainder:
-    """Hold one equation with the named effects fitted, and what every question would still take away.
+    """Hold what an equation still lacks with the named effects fitted.
 
-    before: power beyond noise that was missing with parameters alone; left: that is missing now,
-    noise included; both, as the gains, in units of the equation's own size.
+    Powers are in units of the equation's own size.
+
+    table: of all questions.
+    gains: key -> power that the question would take away.
+    before: power beyond noise that was missing with parameters alone.
+    left: power that is missing now, noise included.
     """
 
     table: Table
@@ -88,28 +85,31 @@ class Remainder:
         """Return the power of the sensors' noise, in units of the equation's own size."""
         return (self.table.balance.noise / max(self.table.balance.size, 1e-300)) ** 2
 
-    def sure(self, key: str) -> bool:
+    def is_sure(self, key: str) -> bool:
         """Return whether a question's gain is more than chance."""
-        return more_than_chance(self.table, key)
+        return is_more_than_chance(self.table, key)
 
 
-def remainders(case: Case, fit: Fit, base: Fit) -> list[Remainder]:
+def measure_remainders(case: Case, fit: Fit, base: Fit) -> list[Remainder]:
     """Return what is left of each equation under a fit; base: the fit of parameters alone."""
-    case = thinned(case)
-    here, found = along(case, _without_static_filters(fit.theta)), []
-    first = {one.equation: Table(one, []) for one in balances(case, base.theta)}
-    for balance in balances(case, fit.theta):
+    case = thin_out(case)
+    here, remainders = compute_motion(case, _take_out_static_filters(fit.theta)), []
+    first = {balance.equation: Table(balance, []) for balance in make_balances(case, base.theta)}
+    for balance in make_balances(case, fit.theta):
         if balance.equation not in first:
             continue
-        table, own = table_of(case, here, balance, fit.theta), max(balance.size, 1e-300) ** 2
-        gains = {key: table.gain(key) / own for key in table.asked}
-        before = max(first[balance.equation].loss(()) - balance.noise**2, 0.0) / own
-        found.append(Remainder(table, gains, before, table.loss(()) / own))
-    return found
+        table, own = make_table(case, here, balance, fit.theta), max(balance.size, 1e-300) ** 2
+        gains = {key: table.compute_gain(key) / own for key in table.asked}
+        before = max(first[balance.equation].compute_loss(()) - balance.noise**2, 0.0) / own
+        remainders.append(Remainder(table, gains, before, table.compute_loss(()) / own))
+    return remainders
 
 
-def _without_static_filters(theta: Floats) -> Floats:
-    """Return words without the effects that bend the command and remember nothing: laws are asked of what was sent."""
+def _take_out_static_filters(theta: Floats) -> Floats:
+    """Return theta (SIZE,) without the effects that bend the command and remember nothing.
+
+    Laws are asked about the command that was sent.
+    """
     theta = theta.copy()
     for effect in BY_NAME.values():
         if effect.form is Form.FILTER and (
@@ -119,134 +119,163 @@ def _without_static_filters(theta: Floats) -> Floats:
     return theta
 
 
-def misfit_of_named(
-    case: Case, theta: Floats, rest: Sequence[Remainder], named: Sequence[str]
+def find_misfits(
+    case: Case, theta: Floats, remainders: Sequence[Remainder], named: Sequence[str]
 ) -> list[Misfit]:
-    """Return the named effects whose laws do not have the shape that the recording shows, the worst first.
+    """Return the named effects whose laws do not have the shape that is seen, the worst first.
 
     An effect is in doubt when one question about its own variables gains more than chance, is the
     best answer to what is left or near it, takes away a great part of it, and is not small beside
     what the effects of these variables explain.
-    theta: (SIZE,) of the fit that holds the effects; rest: what it leaves. An effect without
-    parameters, a sign, has no shape.
+    An effect without parameters, a sign, has no shape.
+
+    theta: (SIZE,) of the fit that holds the effects.
+    remainders: what it leaves.
+    named: the effects.
     """
-    case = thinned(case)
-    sharp = sharply(case)
+    if not decisions.CHECK_SHAPES:
+        return []
+    case = thin_out(case)
+    sharp = compute_sharp_accelerations(case)
     physics = [name for name in named if BY_NAME[name].parameters]
-    parts = [{name: _part(case, theta, sharp, one, name) for name in physics} for one in rest]
-    powers = [
-        {name: _power(one.table.balance, part) for name, part in p.items()}
-        for one, p in zip(rest, parts, strict=True)
+    forces = [
+        {name: _compute_own_force(case, theta, sharp, remainder, name) for name in physics}
+        for remainder in remainders
     ]
-    found = []
-    for one, part, power in zip(rest, parts, powers, strict=True):
+    powers = [
+        {name: _compute_power(remainder.table.balance, own) for name, own in forces_of.items()}
+        for remainder, forces_of in zip(remainders, forces, strict=True)
+    ]
+    largest = {name: max(powers_of[name] for powers_of in powers) for name in physics if powers}
+    misfits = []
+    for remainder, forces_of, powers_of in zip(remainders, forces, powers, strict=True):
         shown = {
-            name: part[name]
+            name: forces_of[name]
             for name in physics
-            if power[name] > WEAKEST * max(p[name] for p in powers)
+            if powers_of[name] > decisions.JUDGED_SHARE * largest[name]
         }
-        found += _misfits(case, theta, one, shown)
-    return sorted(found, key=lambda one: -one.share)
+        misfits += _find_misfits_in(case, theta, remainder, shown)
+    return sorted(misfits, key=lambda misfit: -misfit.share)
 
 
-def _misfits(case: Case, theta: Floats, one: Remainder, parts: dict[str, Floats]) -> list[Misfit]:
-    """Return which effects misfit one equation; parts: what each gives along the recording."""
-    balance = one.table.balance
+def _find_misfits_in(
+    case: Case, theta: Floats, remainder: Remainder, forces: dict[str, Floats]
+) -> list[Misfit]:
+    """Return which effects misfit one equation.
+
+    forces: name of an effect -> (n,) what it gives along the recording.
+    """
+    balance = remainder.table.balance
     about = {
-        name: _own_variables(case, theta, name, balance.equation, part)
-        for name, part in parts.items()
+        name: _find_own_variables(case, theta, name, balance.equation, own)
+        for name, own in forces.items()
     }
-    found = []
-    for name in parts:
-        alike = [other for other in parts if other == name or about[other] & about[name]]
-        explained = _power(balance, np.sum([parts[other] for other in alike], axis=0))
-        taken = frozenset(token for other in parts if other != name for token in about[other])
-        found.append(
-            _misfit(
-                one,
-                name,
-                Own(about[name], taken, explained, NEAR if len(alike) == 1 else NEGLIGIBLE),
-            )
-        )
-    return [one for one in found if one is not None]
+    misfits = []
+    for name in forces:
+        alike = [other for other in forces if other == name or about[other] & about[name]]
+        explained = _compute_power(balance, np.sum([forces[other] for other in alike], axis=0))
+        taken = frozenset(token for other in forces if other != name for token in about[other])
+        shared = len(alike) > 1
+        allowed = decisions.SHARED_SHAPE_TOLERANCE if shared else decisions.SHAPE_TOLERANCE
+        misfits.append(_judge_shape(remainder, name, Own(about[name], taken, explained, allowed)))
+    return [misfit for misfit in misfits if misfit is not None]
 
 
 @dataclass(frozen=True)
 class Own:
-    """Hold an effect's own variables, those of other effects, what all of its variables explain, and what may be left."""
+    """Hold the variables of an effect.
+
+    variables: its own.
+    taken: those of other effects.
+    explained: power that all effects of its variables explain.
+    allowed: share of it that may be left.
+    """
 
     variables: frozenset[str]
     taken: frozenset[str]
     explained: float
     allowed: float
 
-    def concerns(self, question: Question) -> bool:
-        """Return whether a question is about this effect; a constant may turn out to be a curve that is no other's."""
-        asked = set(question.variable.split("*"))
+    def is_about(self, question: Question) -> bool:
+        """Return whether a question is about this effect.
+
+        A constant may turn out to be a curve over a variable that belongs to no other effect.
+        """
+        variables = set(question.variable.split("*"))
         free = (
             self.variables == {"constant"}
             and question.cost is Cost.CURVE
-            and asked <= LIKE_A_CONSTANT - self.taken
+            and variables <= LIKE_A_CONSTANT - self.taken
         )
-        return bool(asked & self.variables) or free
+        return bool(variables & self.variables) or free
 
 
-def _misfit(one: Remainder, name: str, own: Own) -> Misfit | None:
-    asked = one.table.asked
-    related = {key: gain for key, gain in one.gains.items() if own.concerns(asked[key])}
+def _judge_shape(remainder: Remainder, name: str, own: Own) -> Misfit | None:
+    """Return the misfit of an effect in one equation; None where its shape is right."""
+    questions, gains = remainder.table.asked, remainder.gains
+    related = {key: gain for key, gain in gains.items() if own.is_about(questions[key])}
     if not related:
         return None
     key = max(related, key=lambda k: related[k])
-    gain = related[key]
-    chiefly = gain >= CHIEFLY * one.gains[one.best] and gain >= GREAT_PART * max(
-        one.left - one.noise, 0.0
-    )
-    if not chiefly or gain < own.allowed * own.explained or not one.sure(key):
+    gain, beyond_noise = related[key], max(remainder.left - remainder.noise, 0.0)
+    chief = gain >= decisions.CHIEF_SHARE * gains[remainder.best]
+    great = gain >= decisions.SHAPE_SHARE_OF_REST * beyond_noise
+    large = gain >= own.allowed * own.explained
+    if not (chief and great and large and remainder.is_sure(key)):
         return None
-    return Misfit(name, gain / max(own.explained, 1e-300), asked[key].variable, asked[key].place)
+    share = gain / max(own.explained, 1e-300)
+    return Misfit(name, share, questions[key].variable, questions[key].place)
 
 
-def without(theta: Floats, name: str) -> Floats:
-    """Return words with an effect taken out."""
+def take_out(theta: Floats, name: str) -> Floats:
+    """Return theta (SIZE,) with an effect taken out."""
     less = theta.copy()
     less[SLOTS[name]] = get_neutral_values(BY_NAME[name])
     return less
 
 
-def _part(case: Case, theta: Floats, sharp: Floats, one: Remainder, name: str) -> Floats:
+def _compute_own_force(
+    case: Case, theta: Floats, sharp: Floats, remainder: Remainder, name: str
+) -> Floats:
     """Return the force or torque that an effect gives along the recording, (n,)."""
-    with_it, less = (
-        lacking_along(case, w, sharp, one.table.balance.equation)
-        for w in (theta, without(theta, name))
-    )
-    return less - with_it
+    equation = remainder.table.balance.equation
+    without = compute_lacking(case, take_out(theta, name), sharp, equation)
+    return without - compute_lacking(case, theta, sharp, equation)
 
 
-def _power(balance: Balance, part: Floats) -> float:
-    """Return the power of a force along the recording, beyond what the twin's own words could give."""
-    rows = balance.sieve(part)
+def _compute_power(balance: Balance, force: Floats) -> float:
+    """Return the power of a force along the recording, beyond what the twin's constants give."""
+    rows = balance.sieve(force)
     rows = rows - balance.turned @ np.linalg.lstsq(balance.turned, rows, rcond=None)[0]
     return float(np.mean(rows**2)) / max(balance.size, 1e-300) ** 2
 
 
-def _own_variables(
+def _find_own_variables(
     case: Case, theta: Floats, name: str, equation: int, part: Floats
 ) -> frozenset[str]:
-    """Return the variables that an effect's own force depends on, asked as of a force that a twin without it lacks."""
-    less = without(theta, name)
-    same = [one for one in balances(case, less) if one.equation == equation]
+    """Return the variables on which an effect's own force depends.
+
+    They are found as those of a force that a twin without the effect lacks.
+    """
+    less = take_out(theta, name)
+    same = [balance for balance in make_balances(case, less) if balance.equation == equation]
     if not same:
         return frozenset()
     balance = same[0]
     table = Table(
         replace(balance, lacking=balance.sieve(part), noise=0.0),
-        asked_of(case, along(case, less), balance, less),
+        list_questions(case, compute_motion(case, less), balance, less),
     )
-    keys = explanation(table) or (min(table.asked, key=lambda key: table.loss((key,))),)
+    keys = explain(table) or (min(table.asked, key=lambda key: table.compute_loss((key,))),)
     return frozenset(token for key in keys for token in table.asked[key].variable.split("*"))
 
 
-def outweighed(rest: Sequence[Remainder]) -> bool:
-    """Return whether one thing that is still missing is larger than all that was explained, in both equations together."""
-    explained = sum(one.before - one.left for one in rest)
-    return any(one.gains[one.best] > max(explained, 0.0) and one.sure(one.best) for one in rest)
+def is_outweighed(remainders: Sequence[Remainder]) -> bool:
+    """Return whether a single missing force is larger than all that was explained.
+
+    Both equations count together.
+    """
+    explained = max(sum(r.before - r.left for r in remainders), 0.0)
+    return decisions.CHECK_OUTWEIGHED and any(
+        r.gains[r.best] > explained and r.is_sure(r.best) for r in remainders
+    )

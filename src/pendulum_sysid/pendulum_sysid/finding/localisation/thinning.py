@@ -1,4 +1,4 @@
-"""A long recording by pieces of it, spread evenly: what a mismatch depends on shows in some twenty minutes."""
+"""Thin out a long recording: some twenty minutes show what a mismatch depends on."""
 
 from __future__ import annotations
 
@@ -6,16 +6,19 @@ from dataclasses import replace
 
 import numpy as np
 
+from pendulum_sysid import decisions
 from pendulum_sysid.fitting.case import Case
 
-MOST_SAMPLES = 120_000
 PIECE_S = 20.0
 
 
-def thinned(case: Case, most: int = MOST_SAMPLES) -> Case:
-    """Return the case with at most so many samples: whole pieces of the recording, each its own stretch at its own time."""
+def thin_out(case: Case, most: int | None = None) -> Case:
+    """Return the case with at most so many samples, in whole pieces of the recording.
+
+    Each piece is a stretch of its own, at its own time.
+    """
     signals = case.signals
-    keep = most / max(len(signals), 1)
+    keep = (most or decisions.LOCALISED_SAMPLES) / max(len(signals), 1)
     if keep >= 1.0:
         return case
     length = max(round(PIECE_S / signals.period_s), 1)
@@ -31,7 +34,7 @@ def thinned(case: Case, most: int = MOST_SAMPLES) -> Case:
     at = np.concatenate([np.arange(first, stop) for first, stop in kept])
     first = np.array([piece[0] for piece in kept])
     clock_s, times_s = signals.clock_s[first], signals.times_s[first]
-    starts = np.cumsum([0, *(stop - begin for begin, stop in kept[:-1])])
+    stretch_begins = np.cumsum([0, *(stop - begin for begin, stop in kept[:-1])])
     fewer = replace(
         signals,
         command=signals.command[at],
@@ -39,7 +42,7 @@ def thinned(case: Case, most: int = MOST_SAMPLES) -> Case:
         pole=None if signals.pole is None else signals.pole[at],
         cart_valid=signals.cart_valid[at],
         pole_valid=signals.pole_valid[at],
-        stretch_begins=tuple(int(s) for s in starts),
+        stretch_begins=tuple(int(s) for s in stretch_begins),
         begin_s=tuple(clock_s.tolist()),
         after_s=tuple((times_s - clock_s).tolist()),
     )

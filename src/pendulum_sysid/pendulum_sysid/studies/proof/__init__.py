@@ -1,1 +1,5 @@
-"""The proof: concealed rigs are recorded, diagnosed without a look at the seal, and judged once the seal is open."""
+"""The proof: physics is concealed in emulated rigs, diagnosed blindly, and compared with the seal.
+
+A trial is one recording of an emulated rig with wrong constants and concealed effects. Its seal
+holds the truth. The diagnosis and its rivals see the recording and the nominal twin only.
+"""

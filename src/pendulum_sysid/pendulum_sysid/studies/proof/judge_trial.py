@@ -1,99 +1,82 @@
-"""Judge one trial: what was examined against what the seal holds."""
+"""Compare one examined trial with its seal."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
-from pendulum_sysid.records import Outcome
-from pendulum_sysid.studies.proof.names import judged
+from pendulum_sysid.studies.proof.answers import make_rival_answer, read_answer
+from pendulum_sysid.studies.proof.names import judge_names
 from pendulum_sysid.studies.proof.records import (
-    Answer,
     HeldOut,
     Judgement,
-    RivalJudged,
-    Sealed,
+    OpenedTrial,
+    RivalJudgement,
+    Seal,
     Size,
 )
-from pendulum_sysid.studies.proof.sizes import effect_sizes, mass_scale, rig_sizes
-from pendulum_twin.effects import BY_NAME, CATALOGUE
+from pendulum_sysid.studies.proof.sizes import (
+    compare_effect_sizes,
+    compare_rig_constants,
+    compute_mass_scale,
+)
 from pendulum_twin.rig import Rig
 
 
-def judgement(sealed: Sealed, examined: Mapping[str, Any], nominal: Rig) -> Judgement:
-    """Return a trial judged; examined: as `examine` keeps it. nominal: the constants that the diagnosis started from."""
-    verdict = examined["verdict"]
-    answer = answer_of(verdict, examined["error"])
-    scale = mass_scale(sealed, nominal)
-    told = examined.get("told") or {}
+def judge_trial(trial: OpenedTrial, examined: Mapping[str, Any], nominal: Rig) -> Judgement:
+    """Return a trial compared with its seal.
+
+    examined: what `examine_trial` keeps.
+    nominal: the constants that the diagnosis started from.
+    """
+    verdict, seal = examined["verdict"], trial.seal
+    answer = read_answer(verdict, examined["error"])
+    scale = compute_mass_scale(seal, nominal)
+    oracle = examined.get("told") or {}
     return Judgement(
-        sealed=sealed,
+        trial=trial,
         answer=answer,
-        names=judged(sealed, answer),
-        sizes=effect_sizes(sealed, verdict.get("missing_physics") or [], scale),
-        rig=rig_sizes(sealed, verdict.get("rig_parameters") or {}, scale),
-        told=told_sizes(sealed, told.get("estimates") or {}),
-        held_out=held_out(verdict, told),
+        names=judge_names(seal, answer),
+        sizes=compare_effect_sizes(seal, verdict.get("missing_physics") or [], scale),
+        rig=compare_rig_constants(seal, verdict.get("rig_parameters") or {}, scale),
+        oracle=compare_oracle_sizes(seal, oracle.get("estimates") or {}),
+        held_out=read_held_out(verdict, oracle),
         seconds=float(examined["seconds"]),
         cpu_seconds=float(examined["cpu_seconds"]),
         rivals={
-            name: _rival(sealed, one, answer.stale) for name, one in examined["rivals"].items()
+            name: _judge_rival(seal, entry, answer.stale)
+            for name, entry in examined["rivals"].items()
         },
     )
 
 
-def answer_of(verdict: Mapping[str, Any], error: str = "") -> Answer:
-    """Return what a verdict says about names and place."""
-    place = verdict.get("location") or {}
-    return Answer(
-        outcome=str(verdict.get("outcome", "")),
-        named={
-            one["effect"]: tuple(one["cannot_be_told_from"])
-            for one in verdict.get("missing_physics") or []
-        },
-        stale=any(one["kind"] == "stale" for one in verdict.get("data_quality") or []),
-        place=place.get("place"),
-        variables=tuple(one["variable"] for one in place.get("evidence") or []),
-        error=error,
-    )
-
-
-def rival_answer(named: list[str], stale: bool = False, error: str = "") -> Answer:
-    """Return a rival's names as an answer; what no motion can part is excused as it is for the diagnosis.
-
-    stale: whether stale samples were found; rivals get the recording without them.
-    """
-    outcome = Outcome.NAMED if named else Outcome.NOTHING_MISSING
-    return Answer(outcome.value, {name: inseparable(name) for name in named}, stale, error=error)
-
-
-def inseparable(name: str) -> tuple[str, ...]:
-    """Return the effects that no motion can part from this one, by the catalogue."""
-    shown = BY_NAME[name].shows_as
-    return tuple(e.name for e in CATALOGUE if e.shows_as == name or e.name == shown)
-
-
-def held_out(verdict: Mapping[str, Any], told: Mapping[str, Any]) -> HeldOut:
-    """Return the scores on held-out windows."""
+def read_held_out(verdict: Mapping[str, Any], oracle: Mapping[str, Any]) -> HeldOut:
+    """Return the scores on held-out windows. oracle: what is kept of the oracle fit."""
     fit = verdict.get("fit") or {}
     scores = fit.get("held_out") or {}
     return HeldOut(
-        scores.get("before"), scores.get("after"), told.get("score"), fit.get("noise_floor")
+        scores.get("before"), scores.get("after"), oracle.get("score"), fit.get("noise_floor")
     )
 
 
-def told_sizes(sealed: Sealed, estimates: Mapping[str, Mapping[str, Any]]) -> tuple[Size, ...]:
-    """Return the concealed effects' parameters as the fit that was told the truth has them."""
+def compare_oracle_sizes(
+    seal: Seal, estimates: Mapping[str, Mapping[str, Any]]
+) -> tuple[Size, ...]:
+    """Return the concealed effects' parameters as the oracle fit has them.
+
+    estimates: "effect.parameter" -> value with its interval; constants of the rig have no dot.
+    """
     by_effect: dict[str, dict[str, Any]] = {}
-    for name, one in estimates.items():
+    for name, estimate in estimates.items():
         effect, _, parameter = name.partition(".")
         if parameter:
-            by_effect.setdefault(effect, {})[parameter] = one
-    return effect_sizes(
-        sealed, [{"effect": name, "parameters": values} for name, values in by_effect.items()]
+            by_effect.setdefault(effect, {})[parameter] = estimate
+    return compare_effect_sizes(
+        seal, [{"effect": name, "parameters": values} for name, values in by_effect.items()]
     )
 
 
-def _rival(sealed: Sealed, one: Mapping[str, Any], stale: bool) -> RivalJudged:
-    answer = rival_answer(one["named"], stale, one["error"])
-    return RivalJudged(tuple(one["named"]), judged(sealed, answer), float(one["seconds"]))
+def _judge_rival(seal: Seal, entry: Mapping[str, Any], stale: bool) -> RivalJudgement:
+    answer = make_rival_answer(entry["named"], stale, entry["error"])
+    names = judge_names(seal, answer)
+    return RivalJudgement(tuple(entry["named"]), names, float(entry["seconds"]))

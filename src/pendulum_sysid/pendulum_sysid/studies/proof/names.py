@@ -1,113 +1,171 @@
-"""Judge names: what was concealed against what an answer says. Pure, and the same for the diagnosis and its rivals."""
+"""Compare the names in an answer with a seal: one judge for diagnosis, rivals and demo.
+
+Pure: no file is read, nothing is kept. The catalogue, which takes a second to import, is imported
+with the first comparison and not with this module.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping, Sequence
 
-from pendulum_sysid.records import Outcome
-from pendulum_sysid.studies.proof.records import Answer, Cell, How, Names, Sealed
-from pendulum_twin.effects import BY_NAME
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import maximum_bipartite_matching
 
-NOT_NAMED, NOT_IN_CATALOGUE = "not named", "not_in_catalogue"
-NOTHING, BESIDE = "(nothing)", "(beside what is there)"
-STALE = "stale_start"
+from pendulum_sysid.studies.proof.records import Answer, Cell, NamesJudgement, NamesOutcome, Seal
+
+# Stand-ins of the confusion matrix, for what is not an effect of the catalogue.
+NOT_NAMED = "not named"
+NOTHING = "(nothing)"
+BESIDE = "(beside what is there)"
+
+# Outcomes as they stand in verdict.json.
+NOTHING_MISSING = "nothing_missing"
+NOT_IN_CATALOGUE = "not_in_catalogue"
+UNUSABLE = "unusable"
+
+STALE_START = "stale_start"
 
 
-def judged(sealed: Sealed, answer: Answer) -> Names:
-    """Return how an answer's names agree with the seal.
+def judge_names(seal: Seal, answer: Answer) -> NamesJudgement:
+    """Return how the names in an answer compare with the seal.
 
-    Names are right when they are exactly those concealed. A concealed effect also counts as named
-    when an entry that is not there itself says that it cannot be told from it (each entry excuses
-    one): that is told apart as tied. A stale start counts as found where stale samples were found.
+    1. Names are right when they are exactly those of the concealed effects.
+    2. A concealed effect also counts as named, by a tie, when an effect that was not concealed is
+       named and the answer says that the two cannot be told apart. Each such name excuses one
+       concealed effect.
+    3. A concealed stale start counts as named where the answer reports stale samples.
+    4. Physics that the catalogue does not have must not be forced onto a name. Wrong signs may
+       stand beside it: they are present or absent, and absorb nothing.
     """
-    concealed = dict.fromkeys(sealed.effects)
-    found_stale = STALE in concealed and answer.stale and STALE not in answer.named
-    named = {**answer.named, **({STALE: ()} if found_stale else {})}
-    lost = [name for name in concealed if name not in named]
-    extra = [name for name in named if name not in concealed]
-    excused = excuses(lost, {name: named[name] for name in extra})
-    lost = [name for name in lost if name not in excused]
-    extra = [name for name in extra if name not in excused.values()]
-    cells = (
-        *(Cell(name, name) for name in concealed if name in named),
-        *(Cell(name, entry, tied=True) for name, entry in excused.items()),
-        *_confused(sealed, answer, lost, extra),
+    named = _add_stale_start(seal, answer)
+    lost = [name for name in seal.effects if name not in named]
+    extra = [name for name in named if name not in seal.effects]
+    tie_of = match_inseparable(lost, {name: named[name] for name in extra})
+    lost = [name for name in lost if name not in tie_of]
+    extra = [name for name in extra if name not in tie_of.values()]
+    return NamesJudgement(
+        outcome=_classify(seal, answer, lost, extra, bool(tie_of)),
+        cells=(
+            *(Cell(name, name) for name in seal.effects if name in named),
+            *(Cell(name, entry, tied=True) for name, entry in tie_of.items()),
+            *_pair_mistakes(seal, answer, lost, extra),
+        ),
+        located=_is_located(seal, answer) if seal.unlisted else None,
+        depends=_has_variable(seal, answer) if seal.unlisted else None,
     )
-    how = _how(sealed, answer, lost, extra, bool(excused))
-    if not sealed.unlisted:
-        return Names(how, cells)
-    located = any(one.place == answer.place for one in sealed.unlisted)
-    asked = {part for variable in answer.variables for part in variable.split("*")}
-    asked |= {"time"} if "frequency" in asked else set()
-    depends = any(set(one.variables) & asked for one in sealed.unlisted)
-    return Names(how, cells, located, depends)
 
 
-def excuses(lost: Collection[str], extra: Mapping[str, Collection[str]]) -> dict[str, str]:
-    """Return effect not named -> entry in its place that cannot be told from it; as many as can be, each entry once."""
-    entry_of: dict[str, str] = {}
+def match_inseparable(
+    lost: Sequence[str], inseparable_from: Mapping[str, Sequence[str]]
+) -> dict[str, str]:
+    """Return concealed effect -> effect named in its place that cannot be told from it.
 
-    def place(name: str, tried: set[str]) -> bool:
-        """Find an entry for one effect, moving others where that makes room (augmenting paths)."""
-        for entry, ties in extra.items():
-            if name in ties and entry not in tried:
-                tried.add(entry)
-                holder = next((n for n, e in entry_of.items() if e == entry), None)
-                if holder is None or place(holder, tried):
-                    entry_of[name] = entry
-                    return True
-        return False
+    As many pairs as possible, each name in one pair (maximum bipartite matching).
 
-    for name in lost:
-        place(name, set())
-    return entry_of
+    lost: concealed effects that are not named.
+    inseparable_from: effect that was named and not concealed -> effects it cannot be told from.
+    """
+    if not lost or not inseparable_from:
+        return {}
+    entries = list(inseparable_from)
+    ties = np.array([[name in inseparable_from[entry] for entry in entries] for name in lost])
+    columns = maximum_bipartite_matching(csr_array(ties.astype(np.int8)), perm_type="column")
+    return {
+        name: entries[column] for name, column in zip(lost, columns, strict=True) if column >= 0
+    }
 
 
-def _how(sealed: Sealed, answer: Answer, lost: list[str], extra: list[str], tied: bool) -> How:
+def describe_cell(cell: Cell) -> str:
+    """Return how one effect was answered, as a few words to stand after its name."""
+    if cell.concealed == cell.named:
+        return "named"
+    if cell.concealed in (BESIDE, NOTHING):
+        return "not concealed"
+    if cell.tied:
+        return f"not named, but {cell.named}, which this recording cannot tell from it"
+    return "not named"
+
+
+def _add_stale_start(seal: Seal, answer: Answer) -> dict[str, tuple[str, ...]]:
+    """Return the named effects, with the stale start that is reported as stale samples."""
+    reported = STALE_START in seal.effects and answer.stale and STALE_START not in answer.named
+    return {**answer.named, **({STALE_START: ()} if reported else {})}
+
+
+def _classify(
+    seal: Seal, answer: Answer, lost: Sequence[str], extra: Sequence[str], tied: bool
+) -> NamesOutcome:
+    """Return the outcome. lost, extra: names missing and names too many, ties taken out."""
     if answer.error:
-        return How.CRASHED
-    if answer.outcome == Outcome.UNUSABLE.value:
-        return How.ABSTAINED
-    alarmed = answer.outcome != Outcome.NOTHING_MISSING.value
-    unexplained = answer.outcome == Outcome.NOT_IN_CATALOGUE.value
-    if not sealed.effects and not sealed.unlisted:
-        return How.FALSE_ALARM if extra or alarmed else How.RIGHT
-    if any(not (unexplained and sealed.unlisted and _sign(name)) for name in extra):
-        return How.WRONG
-    if sealed.unlisted:
-        return How.RIGHT if unexplained and not lost else How.ABSTAINED if alarmed else How.MISSED
+        return NamesOutcome.CRASHED
+    if answer.outcome == UNUSABLE:
+        return NamesOutcome.ABSTAINED
+    alarmed = answer.outcome != NOTHING_MISSING
+    if not seal.effects and not seal.unlisted:
+        return NamesOutcome.FALSE_ALARM if extra or alarmed else NamesOutcome.RIGHT
+    unexplained = answer.outcome == NOT_IN_CATALOGUE
+    may_add_signs = unexplained and bool(seal.unlisted)
+    if any(not (may_add_signs and _is_sign(name)) for name in extra):
+        return NamesOutcome.WRONG
+    if seal.unlisted:
+        if unexplained and not lost:
+            return NamesOutcome.RIGHT
+        return NamesOutcome.ABSTAINED if alarmed else NamesOutcome.MISSED
     if unexplained:
-        return How.ABSTAINED
+        return NamesOutcome.ABSTAINED
     if lost:
-        return How.MISSED if not answer.named else How.INCOMPLETE
-    return How.TIED if tied else How.RIGHT
+        return NamesOutcome.INCOMPLETE if answer.named else NamesOutcome.MISSED
+    return NamesOutcome.TIED if tied else NamesOutcome.RIGHT
 
 
-def _sign(name: str) -> bool:
-    """Return whether an effect is one of those that are only there or not: a wrong sign."""
+def _is_located(seal: Seal, answer: Answer) -> bool:
+    """Return whether the answer's place is a place of the unlisted physics."""
+    return any(effect.place == answer.place for effect in seal.unlisted)
+
+
+def _has_variable(seal: Seal, answer: Answer) -> bool:
+    """Return whether the evidence holds a variable that the unlisted physics depends on."""
+    variables = {factor for product in answer.variables for factor in product.split("*")}
+    if "frequency" in variables:
+        variables.add("time")
+    return any(variables.intersection(effect.variables) for effect in seal.unlisted)
+
+
+def _pair_mistakes(
+    seal: Seal, answer: Answer, lost: Sequence[str], extra: Sequence[str]
+) -> list[Cell]:
+    """Return the cells of the mistakes.
+
+    A lost effect is paired with a wrong name at its own place, else with any wrong name, else
+    with none. Wrong names that remain stand beside what is there.
+    """
+    spare = list(extra)
+    nobody = NOT_IN_CATALOGUE if answer.outcome == NOT_IN_CATALOGUE else NOT_NAMED
+    taken: dict[str, str] = {}
+    for same_place in (True, False):
+        for name in lost:
+            fits = [e for e in spare if not same_place or _find_place(e) == _find_place(name)]
+            if name not in taken and fits:
+                taken[name] = fits[0]
+                spare.remove(fits[0])
+    cells = [Cell(name, taken.get(name, nobody)) for name in lost]
+    for effect in seal.unlisted:
+        cells.append(Cell(f"unlisted: {effect.name}", spare.pop(0) if spare else nobody))
+    if seal.effects or seal.unlisted:
+        return cells + [Cell(BESIDE, name) for name in spare]
+    return [Cell(NOTHING, name) for name in spare] or [Cell(NOTHING, nobody)]
+
+
+def _is_sign(name: str) -> bool:
+    """Return whether an effect is a wrong sign: present or absent, without a parameter."""
+    from pendulum_twin.effects import BY_NAME
+
     return name in BY_NAME and not BY_NAME[name].parameters
 
 
-def _confused(sealed: Sealed, answer: Answer, lost: list[str], extra: list[str]) -> list[Cell]:
-    """Return who was taken for whom: what is not named for a wrong name of its place, else for any, else for none."""
-    left = list(extra)
-    nobody = NOT_IN_CATALOGUE if answer.outcome == Outcome.NOT_IN_CATALOGUE.value else NOT_NAMED
-    taken: dict[str, str] = {}
-    for same_place in (True, False):
-        for name in [n for n in lost if n not in taken]:
-            fits = [e for e in left if not same_place or _place(e) == _place(name)]
-            if fits:
-                taken[name] = fits[0]
-                left.remove(fits[0])
-    cells = [Cell(name, taken.get(name, nobody)) for name in lost]
-    for one in sealed.unlisted:
-        cells.append(Cell(f"unlisted: {one.name}", left.pop(0) if left else nobody))
-    if not sealed.effects and not sealed.unlisted:
-        cells += [Cell(NOTHING, name) for name in left] or [Cell(NOTHING, nobody)]
-    else:
-        cells += [Cell(BESIDE, name) for name in left]
-    return cells
+def _find_place(name: str) -> str:
+    """Return the place of the chain where an effect acts; empty for a name without an effect."""
+    from pendulum_twin.effects import BY_NAME
 
-
-def _place(name: str) -> str:
     return BY_NAME[name].place.value if name in BY_NAME else ""

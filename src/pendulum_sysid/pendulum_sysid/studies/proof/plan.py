@@ -6,7 +6,7 @@ import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from pendulum_sysid.telling.output_files import json_text, write_text
+from pendulum_sysid.telling.output_files import format_json, write_text
 from pendulum_twin.errors import BadInputError
 
 SCHEMA = "pendulum_proof_plan/1"
@@ -16,10 +16,18 @@ MAY_DIFFER = ("trials", "rivals", "dose_tries", "processes")  # from run to run 
 
 @dataclass(frozen=True)
 class Plan:
-    """Hold the options of a proof; None leaves a choice to the program that makes the recordings.
+    """Hold the options of a proof; None leaves a choice to the recorder of trials.
 
-    kinds: "KIND:SHARE,...". twin: file of the nominal rig. dose_tries: recordings of each effect
-    at each size, 0 for no dose-response.
+    trials: how many.
+    seed: what they are drawn from.
+    pole_counts: counts a turn of the pole's encoder.
+    seconds: length of each recording, s.
+    closed_loop: whether to record a controller at work instead of the standard plan.
+    kinds: "KIND:SHARE,...".
+    twin: file of the nominal rig.
+    rivals: names of the rivals to ask as well.
+    dose_tries: recordings of each effect at each size; 0 for no dose-response.
+    processes: trials worked on side by side.
     """
 
     trials: int
@@ -33,9 +41,9 @@ class Plan:
     dose_tries: int = 0
     processes: int = 2
 
-    def maker_arguments(self) -> list[str]:
-        """Return the options that every recording of this proof shares, for the program that makes them."""
-        given = {
+    def list_recorder_options(self) -> list[str]:
+        """Return the options of the recorder's command line that all trials of the plan share."""
+        options = {
             "--seed": self.seed,
             "--pole-counts": self.pole_counts,
             "--seconds": self.seconds,
@@ -43,26 +51,27 @@ class Plan:
         }
         words = [
             word
-            for name, value in given.items()
+            for name, value in options.items()
             if value is not None
             for word in (name, str(value))
         ]
         return [*words, *(["--closed-loop"] if self.closed_loop else [])]
 
 
-def begin(plan: Plan, folder: Path) -> None:
-    """Write the plan into the folder; raise BadInputError when another proof has begun there."""
+def claim_folder(plan: Plan, folder: Path) -> None:
+    """Write the plan into the folder; raise BadInputError when another proof began there."""
     path = folder / FILE
-    mine = {"schema": SCHEMA, **asdict(plan)}
+    planned = {"schema": SCHEMA, **asdict(plan)}
     if path.exists():
-        theirs = _read(path)
-        for key in [key for key in mine if key not in MAY_DIFFER]:
-            if theirs.get(key) != mine[key]:
+        earlier = _read(path)
+        for key in [key for key in planned if key not in MAY_DIFFER]:
+            if earlier.get(key) != planned[key]:
                 raise BadInputError(
-                    f"{folder}: expected the proof that began there with {key} = {theirs.get(key)}, "
-                    f"found {key} = {mine[key]}: name another folder"
+                    f"{folder}: expected the proof that began there with "
+                    f"{key} = {earlier.get(key)}, found {key} = {planned[key]}: "
+                    "name another folder"
                 )
-    write_text(path, json_text(mine) + "\n")
+    write_text(path, format_json(planned) + "\n")
 
 
 def _read(path: Path) -> dict:

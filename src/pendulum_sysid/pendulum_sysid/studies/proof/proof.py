@@ -1,4 +1,4 @@
-"""The proof from beginning to end: record, examine, open the seals, judge, and write what came of it."""
+"""The proof from beginning to end: record, examine, open the seals, compare, write."""
 
 from __future__ import annotations
 
@@ -7,98 +7,113 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from pendulum_sysid.studies.proof import plan as plans
-from pendulum_sysid.studies.proof import trials
-from pendulum_sysid.studies.proof.dose import Response, dosed, responses
-from pendulum_sysid.studies.proof.examine import examined
-from pendulum_sysid.studies.proof.judge_trial import judgement
-from pendulum_sysid.studies.proof.page import page
-from pendulum_sysid.studies.proof.plan import Plan
-from pendulum_sysid.studies.proof.proof_mapping import proof_mapping
+from pendulum_sysid.studies.proof.dose_response import (
+    Response,
+    list_dosed_sets,
+    measure_responses,
+)
+from pendulum_sysid.studies.proof.examine_trial import read_examined
+from pendulum_sysid.studies.proof.judge_trial import judge_trial
+from pendulum_sysid.studies.proof.page import render_page
+from pendulum_sysid.studies.proof.plan import Plan, claim_folder
+from pendulum_sysid.studies.proof.proof_json import make_proof_mapping
+from pendulum_sysid.studies.proof.read_trial import read_trial
+from pendulum_sysid.studies.proof.record_trial import check_recorder
 from pendulum_sysid.studies.proof.records import Judgement
-from pendulum_sysid.studies.proof.rivals import rival_named
-from pendulum_sysid.studies.proof.sealed import read_sealed
-from pendulum_sysid.studies.proof.workers import examine_all
-from pendulum_sysid.telling.output_files import check_folder, json_text, write_text
+from pendulum_sysid.studies.proof.rivals import find_rival
+from pendulum_sysid.studies.proof.workers import examine_trials
+from pendulum_sysid.telling.output_files import check_folder, format_json, write_text
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import load_twin
 
-Say = Callable[[str], None]
+Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)
 class Proof:
-    """Hold what was planned and what came of it. elapsed_s: of this run, which may have gone on from an earlier one."""
+    """Hold what was planned and the results.
+
+    plan: the options.
+    judgements: the trials, compared with their seals.
+    responses: the dose-response of each effect; empty when none was planned.
+    elapsed_s: wall time of this run, which may have gone on from an earlier run, s.
+    """
 
     plan: Plan
-    judged: tuple[Judgement, ...]
+    judgements: tuple[Judgement, ...]
     responses: tuple[Response, ...]
     elapsed_s: float
 
 
-def prove(plan: Plan, folder: Path, say: Say) -> Proof:
-    """Do what the plan says, going on from what is in the folder already, and write proof.json and proof.html there.
+def prove(plan: Plan, folder: Path, progress: Progress) -> Proof:
+    """Do what the plan says, and write proof.json and proof.html into the folder.
 
-    Trials stand in folder/trials and folder/dose, each with what was found about it, so a proof
-    that is broken off loses none. Raises BadInputError when trials cannot be made or the folder
-    holds another proof.
+    Trials stand in folder/trials and folder/dose, each with its results, so that a proof that is
+    broken off loses none and goes on from there.
+
+    Raises BadInputError when trials cannot be recorded or the folder holds another proof, and
+    WorkerError when a process dies.
     """
     began = time.monotonic()
-    trials.check()
+    check_recorder()
     for name in plan.rivals:
-        rival_named(name).check()
+        find_rival(name).check_installed()
     check_folder(folder)
-    plans.begin(plan, folder)
+    claim_folder(plan, folder)
     kinds = ["--kinds", plan.kinds] if plan.kinds else []
-    judged = _judged(plan, folder / "trials", plan.trials, kinds, plan.rivals, say)
-    found = _responses(plan, folder / "dose", say) if plan.dose_tries else []
-    proof = Proof(plan, tuple(judged), tuple(found), time.monotonic() - began)
-    write_text(
-        folder / "proof.json",
-        json_text(proof_mapping(proof.plan, proof.judged, proof.responses, proof.elapsed_s))
-        + "\n",
-    )
-    write_text(
-        folder / "proof.html", page(proof.plan, proof.judged, proof.responses, proof.elapsed_s)
-    )
+    judgements = _run_trials(plan, folder / "trials", plan.trials, kinds, plan.rivals, progress)
+    responses = _run_doses(plan, folder / "dose", progress) if plan.dose_tries else []
+    proof = Proof(plan, tuple(judgements), tuple(responses), time.monotonic() - began)
+    results = (proof.plan, proof.judgements, proof.responses, proof.elapsed_s)
+    write_text(folder / "proof.json", format_json(make_proof_mapping(*results)) + "\n")
+    write_text(folder / "proof.html", render_page(*results))
     return proof
 
 
-def _responses(plan: Plan, folder: Path, say: Say) -> list[Response]:
-    def ask(sets: Sequence[str], factor: float) -> list[Judgement]:
-        say(f"dose-response: sizes times {factor:g}, {len(sets)} effects")
-        options = ["--size-factor", f"{factor:g}", "--effects", *sets]
-        return _judged(
-            plan, folder / f"times_{factor:g}", plan.dose_tries * len(sets), options, (), say
-        )
+def judge_folder(folder: Path) -> Judgement:
+    """Return the trial in a folder compared with its seal.
 
-    return responses(ask, dosed())
-
-
-def _judged(
-    plan: Plan, folder: Path, count: int, options: Sequence[str], rivals: Sequence[str], say: Say
-) -> list[Judgement]:
-    """Return so many trials, made and examined where they are not yet, and judged."""
-    done = 0
-
-    def tell(one: Path) -> None:
-        nonlocal done
-        done += 1
-        judged = judged_in(one)
-        say(
-            f"{done}/{count} {one.name} ({judged.sealed.kind}): {judged.names.how.value}, {judged.seconds:.1f} s"
-        )
-
-    made = trials.trial_folders(folder, count, [*plan.maker_arguments(), *options])
-    return [judged_in(one) for one in examine_all(made, rivals, plan.processes, tell)]
-
-
-def judged_in(folder: Path) -> Judgement:
-    """Return the trial in a folder judged; raise BadInputError when it has not been examined."""
-    found = examined(folder)
-    if found is None:
+    Raises BadInputError when it has not been examined.
+    """
+    examined = read_examined(folder)
+    if examined is None:
         raise BadInputError(
             f"{folder}: expected a trial that has been examined, found none: run the proof again"
         )
-    sealed = read_sealed(folder)
-    return judgement(sealed, found, load_twin(sealed.twin).rig)
+    trial = read_trial(folder)
+    return judge_trial(trial, examined, load_twin(trial.twin).rig)
+
+
+def _run_doses(plan: Plan, folder: Path, progress: Progress) -> list[Response]:
+    def run_sets(sets: Sequence[str], factor: float) -> list[Judgement]:
+        progress(f"dose-response: sizes times {factor:g}, {len(sets)} effects")
+        options = ["--size-factor", f"{factor:g}", "--effects", *sets]
+        count = plan.dose_tries * len(sets)
+        return _run_trials(plan, folder / f"times_{factor:g}", count, options, (), progress)
+
+    return measure_responses(run_sets, list_dosed_sets())
+
+
+def _run_trials(
+    plan: Plan,
+    folder: Path,
+    count: int,
+    options: Sequence[str],
+    rivals: Sequence[str],
+    progress: Progress,
+) -> list[Judgement]:
+    """Return the first trials of a folder, recorded and examined where they are not yet."""
+    done = 0
+
+    def report_trial(trial: Path) -> None:
+        nonlocal done
+        done += 1
+        judgement = judge_folder(trial)
+        progress(
+            f"{done}/{count} {trial.name} ({judgement.trial.kind}): "
+            f"{judgement.names.outcome.value}, {judgement.seconds:.1f} s"
+        )
+
+    options = [*plan.list_recorder_options(), *options]
+    trials = examine_trials(folder, count, options, rivals, plan.processes, report_trial)
+    return [judge_folder(trial) for trial in trials]

@@ -7,30 +7,58 @@ from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
 
-KINDS = ("nothing", "single", "pair", "triple", "unlisted")
 
-
-class How(Enum):
-    """How an answer about names came out."""
+class NamesOutcome(Enum):
+    """How the names of an answer compare with a seal; the value stands in `proof.json`."""
 
     RIGHT = "right"
-    TIED = "tied"  # right, where what cannot be told apart counts as the same
-    INCOMPLETE = "incomplete"  # no wrong name, but not all names
-    MISSED = "missed"  # nothing named, although something is there
-    ABSTAINED = "abstained"  # said that it cannot tell
-    WRONG = "wrong"  # a name of what is not there
-    FALSE_ALARM = "false_alarm"  # something is missing, it says, where nothing is
+    TIED = "tied"
+    INCOMPLETE = "incomplete"
+    MISSED = "missed"
+    ABSTAINED = "abstained"
+    WRONG = "wrong"
+    FALSE_ALARM = "false_alarm"
     CRASHED = "crashed"
 
     @property
-    def right(self) -> bool:
-        """Return whether it counts as right."""
-        return self in (How.RIGHT, How.TIED)
+    def is_right(self) -> bool:
+        """Whether the outcome counts as right."""
+        return self in (NamesOutcome.RIGHT, NamesOutcome.TIED)
+
+    @property
+    def sentence(self) -> str:
+        """The outcome for a person."""
+        return SENTENCES[self]
+
+
+SENTENCES = {
+    NamesOutcome.RIGHT: "The diagnosis is right: it names what was concealed, and nothing else.",
+    NamesOutcome.TIED: (
+        "The diagnosis is right up to a tie: it names an effect which, by its own word, this "
+        "recording cannot tell from the concealed one."
+    ),
+    NamesOutcome.INCOMPLETE: (
+        "The diagnosis is incomplete: it names a part of what was concealed, and nothing wrong."
+    ),
+    NamesOutcome.MISSED: "The diagnosis missed what was concealed: it names nothing.",
+    NamesOutcome.ABSTAINED: "The diagnosis abstained: it says that it cannot tell.",
+    NamesOutcome.WRONG: "The diagnosis is wrong: it names physics that was not concealed.",
+    NamesOutcome.FALSE_ALARM: (
+        "The diagnosis gave a false alarm: it says that physics is missing, and nothing was "
+        "concealed."
+    ),
+    NamesOutcome.CRASHED: "The diagnosis broke off with an error.",
+}
 
 
 @dataclass(frozen=True)
-class Unlisted:
-    """Hold physics that the catalogue does not have: its name, its place, and the variables that it depends on."""
+class UnlistedEffect:
+    """Hold concealed physics that the catalogue does not have.
+
+    name: its name in the seal.
+    place: the place of the chain where it acts, as in a verdict's location.
+    variables: the variables that it depends on, as in a verdict's evidence.
+    """
 
     name: str
     place: str
@@ -38,11 +66,33 @@ class Unlisted:
 
 
 @dataclass(frozen=True)
-class Sealed:
+class Seal:
+    """Hold what was concealed in an emulated rig.
+
+    effects: catalogue name -> parameter -> true value; SI units, in the parameter's name.
+    rig: key of the twin file -> true constant.
+    unlisted: physics that the catalogue does not have.
+    """
+
+    effects: Mapping[str, Mapping[str, float]]
+    rig: Mapping[str, float]
+    unlisted: tuple[UnlistedEffect, ...] = ()
+
+
+@dataclass(frozen=True)
+class OpenedTrial:
     """Hold a trial with its seal open.
 
-    effects: catalogue name -> parameter -> true value. rig: the true constants by the twin file's
-    keys. bag, twin: where the recording and the nominal twin are.
+    name: the folder's name.
+    bag: the folder of the recording.
+    twin: the file of the nominal twin.
+    kind: nothing, single, pair, triple or unlisted.
+    seed: what the trial was drawn from.
+    pole_counts: counts a turn of the pole's encoder.
+    seconds: the recording's length, s.
+    closed_loop: whether a controller was recorded at work instead of a plan.
+    size_factor: what every drawn size was multiplied by.
+    seal: the truth.
     """
 
     name: str
@@ -54,18 +104,19 @@ class Sealed:
     seconds: float
     closed_loop: bool
     size_factor: float
-    effects: Mapping[str, Mapping[str, float]]
-    rig: Mapping[str, float]
-    unlisted: tuple[Unlisted, ...] = ()
+    seal: Seal
 
 
 @dataclass(frozen=True)
 class Answer:
     """Hold what a diagnosis, or a rival, says about a recording.
 
-    outcome: as in the verdict. named: effect -> those it cannot be told from. stale: stale samples
-    were found. place,
-    variables: where and on what the mismatch depends. error: of an answer that broke off.
+    outcome: as in verdict.json.
+    named: effect -> the effects which, by the answer's own word, cannot be told from it.
+    stale: whether stale samples were found.
+    place: where the mismatch is; None for no place.
+    variables: what the mismatch depends on; a product is written with a star.
+    error: the error that broke the answer off; empty for none.
     """
 
     outcome: str
@@ -78,7 +129,12 @@ class Answer:
 
 @dataclass(frozen=True)
 class Cell:
-    """Hold one entry of the confusion matrix: what was concealed, what was named for it, and whether a tie excuses it."""
+    """Hold one count of the confusion matrix.
+
+    concealed: the concealed effect, or one of the stand-ins of `names`.
+    named: the effect named in its place, or a stand-in.
+    tied: whether the answer itself says that the two cannot be told apart.
+    """
 
     concealed: str
     named: str
@@ -86,10 +142,16 @@ class Cell:
 
 
 @dataclass(frozen=True)
-class Names:
-    """Hold how the names came out; located and depends: of unlisted physics, whether place and variable are right."""
+class NamesJudgement:
+    """Hold how the names of an answer compare with the seal.
 
-    how: How
+    outcome: the comparison as a whole.
+    cells: which effect was taken for which.
+    located: whether the place of unlisted physics is right; None where nothing is unlisted.
+    depends: whether the evidence holds a variable of the unlisted physics; None likewise.
+    """
+
+    outcome: NamesOutcome
     cells: tuple[Cell, ...] = ()
     located: bool | None = None
     depends: bool | None = None
@@ -97,7 +159,14 @@ class Names:
 
 @dataclass(frozen=True)
 class Size:
-    """Hold a true size and its estimate with a 95 % interval; owner: an effect, or "rig" for one of its constants."""
+    """Hold a true size and its estimate with a 95 % interval.
+
+    owner: an effect, or "rig" for a constant of the rig.
+    parameter, unit: the parameter's name and its SI unit.
+    shape: whether the parameter says where or how, not how much (a place, a period, a limit).
+    true, value: truth and estimate, in the unit.
+    low, high: the ends of the interval, in the unit.
+    """
 
     owner: str
     parameter: str
@@ -110,58 +179,71 @@ class Size:
 
     @property
     def inside(self) -> bool:
-        """Return whether the interval holds the truth."""
+        """Whether the interval holds the truth."""
         return self.low <= self.true <= self.high
 
     @property
-    def error(self) -> float | None:
-        """Return the relative error, None where the truth is 0."""
+    def relative_error(self) -> float | None:
+        """The estimate's distance from the truth relative to it, unsigned; None for truth 0."""
         return abs(self.value / self.true - 1.0) if self.true else None
 
     @property
     def half_width(self) -> float:
-        """Return the larger half of the interval."""
+        """The larger half of the interval, in the unit."""
         return max(self.high - self.value, self.value - self.low)
 
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Hold scores on held-out windows: of the nominal twin, of the improved one, of a fit told the truth; the floor."""
+    """Hold scores on held-out windows; 1 is the sensors' noise, None a score that is missing.
+
+    before: of the nominal twin.
+    after: of the improved twin.
+    oracle: of the oracle fit (see `oracle_fit`).
+    floor: what a perfect model would reach.
+    """
 
     before: float | None
     after: float | None
-    told: float | None
+    oracle: float | None
     floor: float | None
 
     @property
     def ratio(self) -> float | None:
-        """Return how many times as far off the improved twin is as the fit that was told the truth."""
-        return self.after / self.told if self.after is not None and self.told else None
+        """The improved twin's score divided by the oracle fit's; None where either is missing."""
+        if self.after is None or not self.oracle:
+            return None
+        return self.after / self.oracle
 
 
 @dataclass(frozen=True)
-class RivalJudged:
-    """Hold what a rival named, how that came out, and the seconds it took."""
+class RivalJudgement:
+    """Hold the effects that a rival named, how they compare with the seal, and its seconds."""
 
     named: tuple[str, ...]
-    names: Names
+    names: NamesJudgement
     seconds: float
 
 
 @dataclass(frozen=True)
 class Judgement:
-    """Hold one trial judged. sizes, rig: of the diagnosis; told: of the fit that was told the truth.
+    """Hold one trial compared with its seal.
 
-    seconds, cpu_seconds: of the diagnosis, by the clock and of its one thread.
+    sizes: parameters of the effects that the diagnosis named rightly.
+    rig: constants of the rig that the diagnosis calls identifiable.
+    oracle: parameters of the concealed effects, by the oracle fit.
+    seconds: wall time of the diagnosis, from opening the bag to the verdict, s.
+    cpu_seconds: CPU time of its one thread, s.
+    rivals: by name.
     """
 
-    sealed: Sealed
+    trial: OpenedTrial
     answer: Answer
-    names: Names
+    names: NamesJudgement
     sizes: tuple[Size, ...]
     rig: tuple[Size, ...]
-    told: tuple[Size, ...]
+    oracle: tuple[Size, ...]
     held_out: HeldOut
     seconds: float
     cpu_seconds: float
-    rivals: Mapping[str, RivalJudged] = field(default_factory=dict)
+    rivals: Mapping[str, RivalJudgement] = field(default_factory=dict)

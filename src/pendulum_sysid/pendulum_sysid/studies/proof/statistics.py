@@ -1,4 +1,4 @@
-"""What many judged trials come to: shares with intervals, quantiles, and who was taken for whom."""
+"""Statistics over judged trials: shares with intervals, quantiles, and the confusion matrix."""
 
 from __future__ import annotations
 
@@ -9,18 +9,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from pendulum_sysid.studies.proof.names import BESIDE, NOT_IN_CATALOGUE, NOT_NAMED, NOTHING
-from pendulum_sysid.studies.proof.records import How, Judgement, Names, Size
-from pendulum_sysid.studies.proof.wilson import Share, share
+from pendulum_sysid.studies.proof.records import Judgement, NamesJudgement, NamesOutcome, Size
+from pendulum_sysid.studies.proof.share import Share, count_share
 from pendulum_twin.effects import CATALOGUE
 
-WITHIN = 1.2  # times the held-out score of a fit that was told the truth
-RECORDING_S = 60.0  # to which seconds of diagnosis are scaled: they grow linearly with the length
+ORACLE_FACTOR = 1.2  # held-out score / the oracle fit's, at most in nine of ten trials
+RECORDING_S = 60.0  # length to which times are scaled: they grow linearly with the length
 DIAGNOSIS = "diagnosis"
+LISTED_KINDS = ("single", "pair", "triple")
 
 
 @dataclass(frozen=True)
 class Quantiles:
-    """Hold how many values there are, their median, 90 % quantile and largest; None of none."""
+    """Hold a number of values, their median, 90 % quantile and largest; None for no value."""
 
     count: int
     median: float | None
@@ -28,20 +29,26 @@ class Quantiles:
     worst: float | None
 
 
-def quantiles(values: Iterable[float | None]) -> Quantiles:
-    """Return the quantiles of those values that are there."""
-    there = [one for one in values if one is not None]
-    if not there:
+def compute_quantiles(values: Iterable[float | None]) -> Quantiles:
+    """Return the quantiles of the values that are not None."""
+    present = [value for value in values if value is not None]
+    if not present:
         return Quantiles(0, None, None, None)
-    return Quantiles(len(there), *(float(np.quantile(there, q)) for q in (0.5, 0.9, 1.0)))
+    median, high, worst = (float(q) for q in np.quantile(present, (0.5, 0.9, 1.0)))
+    return Quantiles(len(present), median, high, worst)
 
 
 @dataclass(frozen=True)
 class Method:
-    """Hold how one way of naming did: right by kind, and what else came of it; seconds for a recording of 60 s.
+    """Hold how well one way of naming did.
 
-    false_alarms, misnamed: where nothing, or nothing that the catalogue has, was hidden. wrong: of
-    all trials.
+    name: "diagnosis" or a rival's.
+    right: kind of trial -> share of right names.
+    false_alarms: of the trials in which nothing was concealed.
+    misnamed: of the trials with physics that the catalogue does not have.
+    wrong: wrong names, false alarms and crashes, of all trials.
+    abstained: of all trials.
+    seconds: wall time for a recording of 60 s, s.
     """
 
     name: str
@@ -53,108 +60,138 @@ class Method:
     seconds: Quantiles
 
 
-def methods(judged: Sequence[Judgement]) -> list[Method]:
-    """Return the diagnosis and every rival that saw all of these recordings."""
+def compare_methods(judgements: Sequence[Judgement]) -> list[Method]:
+    """Return the diagnosis and every rival that was given all of these recordings."""
     rivals = [
         name
-        for name in (judged[0].rivals if judged else ())
-        if all(name in one.rivals for one in judged)
+        for name in (judgements[0].rivals if judgements else ())
+        if all(name in judgement.rivals for judgement in judgements)
     ]
-    found = [_method(DIAGNOSIS, judged, lambda one: one.names, lambda one: one.seconds)]
+    methods = [_summarise(DIAGNOSIS, judgements, lambda j: j.names, lambda j: j.seconds)]
     for name in rivals:
-        found.append(_method(name, judged, *_of_rival(name)))
-    return found
+        methods.append(_summarise(name, judgements, *_make_rival_getters(name)))
+    return methods
 
 
-def _of_rival(name: str) -> tuple[Callable[[Judgement], Names], Callable[[Judgement], float]]:
-    return lambda one: one.rivals[name].names, lambda one: one.rivals[name].seconds
-
-
-def _method(
+def _make_rival_getters(
     name: str,
-    judged: Sequence[Judgement],
-    names: Callable[[Judgement], Names],
-    seconds: Callable[[Judgement], float],
-) -> Method:
-    def of(kind: str, *hows: How) -> Share:
-        return share(names(one).how in hows for one in judged if kind in ("", one.sealed.kind))
+) -> tuple[Callable[[Judgement], NamesJudgement], Callable[[Judgement], float]]:
+    return lambda j: j.rivals[name].names, lambda j: j.rivals[name].seconds
 
-    listed = ("single", "pair", "triple")
+
+def _summarise(
+    name: str,
+    judgements: Sequence[Judgement],
+    get_names: Callable[[Judgement], NamesJudgement],
+    get_seconds: Callable[[Judgement], float],
+) -> Method:
+    def count_outcomes(kind: str, *outcomes: NamesOutcome) -> Share:
+        """Count the trials of a kind, or of all kinds, with one of these outcomes."""
+        return count_share(
+            get_names(judgement).outcome in outcomes
+            for judgement in judgements
+            if kind in ("", judgement.trial.kind)
+        )
+
+    wrong = (NamesOutcome.WRONG, NamesOutcome.FALSE_ALARM, NamesOutcome.CRASHED)
     return Method(
         name,
-        {kind: of(kind, How.RIGHT, How.TIED) for kind in (*listed, "unlisted")},
-        of("nothing", How.FALSE_ALARM),
-        of("unlisted", How.WRONG),
-        of("", How.WRONG, How.FALSE_ALARM, How.CRASHED),
-        of("", How.ABSTAINED),
-        quantiles(seconds(one) * RECORDING_S / one.sealed.seconds for one in judged),
+        {
+            kind: count_outcomes(kind, NamesOutcome.RIGHT, NamesOutcome.TIED)
+            for kind in (*LISTED_KINDS, "unlisted")
+        },
+        false_alarms=count_outcomes("nothing", NamesOutcome.FALSE_ALARM),
+        misnamed=count_outcomes("unlisted", NamesOutcome.WRONG),
+        wrong=count_outcomes("", *wrong),
+        abstained=count_outcomes("", NamesOutcome.ABSTAINED),
+        seconds=compute_quantiles(
+            get_seconds(judgement) * RECORDING_S / judgement.trial.seconds
+            for judgement in judgements
+        ),
     )
 
 
-def located(judged: Sequence[Judgement]) -> Share:
-    """Return in how many trials with unlisted physics it was not forced onto a name and its place was right."""
-    return share(bool(one.names.located) and one.names.how.right for one in _unlisted(judged))
+def count_located(judgements: Sequence[Judgement]) -> Share:
+    """Return the share of unlisted physics that was not misnamed and whose place is right."""
+    return count_share(
+        bool(judgement.names.located) and judgement.names.outcome.is_right
+        for judgement in judgements
+        if judgement.trial.seal.unlisted
+    )
 
 
-def depends(judged: Sequence[Judgement]) -> Share:
-    """Return in how many trials with unlisted physics the evidence holds a variable that it depends on."""
-    return share(bool(one.names.depends) for one in _unlisted(judged))
+def count_depends(judgements: Sequence[Judgement]) -> Share:
+    """Return the share of unlisted physics with one of its variables in the evidence."""
+    return count_share(
+        bool(judgement.names.depends) for judgement in judgements if judgement.trial.seal.unlisted
+    )
 
 
-def _unlisted(judged: Sequence[Judgement]) -> list[Judgement]:
-    return [one for one in judged if one.sealed.unlisted]
+def collect_sizes(judgements: Iterable[Judgement], shape: bool = False) -> list[Size]:
+    """Return the sizes of concealed effects, of trials whose names are right.
 
-
-def named_sizes(judged: Iterable[Judgement], shape: bool = False) -> list[Size]:
-    """Return the sizes of concealed effects in trials whose names are right: how much or, with shape, where and how."""
+    shape: return the parameters that say where and how, and not those that say how much.
+    """
     return [
         size
-        for one in judged
-        if one.names.how is How.RIGHT
-        for size in one.sizes
+        for judgement in judgements
+        if judgement.names.outcome is NamesOutcome.RIGHT
+        for size in judgement.sizes
         if size.shape == shape
     ]
 
 
-def rig_sizes(judged: Iterable[Judgement]) -> list[Size]:
-    """Return the rig's constants where the catalogue has all and all is named: a wrong model's intervals promise nothing."""
+def collect_rig_constants(judgements: Iterable[Judgement]) -> list[Size]:
+    """Return the rig's constants, of trials whose names are right and in the catalogue.
+
+    The intervals of a wrong model promise nothing.
+    """
     return [
         size
-        for one in judged
-        if one.names.how is How.RIGHT and not one.sealed.unlisted
-        for size in one.rig
+        for judgement in judgements
+        if judgement.names.outcome is NamesOutcome.RIGHT and not judgement.trial.seal.unlisted
+        for size in judgement.rig
     ]
 
 
-def coverage(sizes: Iterable[Size]) -> Share:
-    """Return how many intervals hold the truth."""
-    return share(one.inside for one in sizes)
+def compute_coverage(sizes: Iterable[Size]) -> Share:
+    """Return the share of intervals that hold the truth."""
+    return count_share(size.inside for size in sizes)
 
 
-def ratios(judged: Iterable[Judgement]) -> list[float]:
-    """Return held-out score / that of a fit that was told the truth, of trials that the catalogue can explain."""
+def list_ratios(judgements: Iterable[Judgement]) -> list[float]:
+    """Return held-out score / the oracle fit's, of trials that the catalogue can explain."""
     return [
-        one.held_out.ratio
-        for one in judged
-        if not one.sealed.unlisted and one.held_out.ratio is not None
+        judgement.held_out.ratio
+        for judgement in judgements
+        if not judgement.trial.seal.unlisted and judgement.held_out.ratio is not None
     ]
 
 
-def scaled_seconds(judged: Iterable[Judgement], kind: str = "", cpu: bool = False) -> Quantiles:
-    """Return the seconds that a diagnosis of a recording of 60 s takes, of one kind of trial or of all.
+def scale_seconds(judgements: Iterable[Judgement], kind: str = "", cpu: bool = False) -> Quantiles:
+    """Return the times of a diagnosis, scaled to a recording of 60 s, s.
 
-    cpu: those that its thread worked, not those of the clock.
+    kind: of trial; all kinds when empty.
+    cpu: whether CPU time is meant and not wall time.
     """
-    asked = [one for one in judged if kind in ("", one.sealed.kind)]
-    return quantiles(
-        (one.cpu_seconds if cpu else one.seconds) * RECORDING_S / one.sealed.seconds
-        for one in asked
+    return compute_quantiles(
+        (judgement.cpu_seconds if cpu else judgement.seconds)
+        * RECORDING_S
+        / judgement.trial.seconds
+        for judgement in judgements
+        if kind in ("", judgement.trial.kind)
     )
 
 
 @dataclass(frozen=True)
 class Confusion:
-    """Hold who was taken for whom: counts by (concealed, named), and how many of each are excused by a tie."""
+    """Hold which concealed effect was taken for which.
+
+    rows: concealed effects, and the stand-ins of `names`.
+    columns: named effects, and the stand-ins of `names`.
+    counts: (row, column) -> number of trials.
+    tied: (row, column) -> how many of them are excused by a tie.
+    """
 
     rows: tuple[str, ...]
     columns: tuple[str, ...]
@@ -162,16 +199,16 @@ class Confusion:
     tied: dict[tuple[str, str], int]
 
 
-def confusion(judged: Iterable[Judgement]) -> Confusion:
-    """Return the confusion matrix, rows and columns in the catalogue's order, what is not an effect last."""
-    cells = [cell for one in judged for cell in one.names.cells]
+def count_confusion(judgements: Iterable[Judgement]) -> Confusion:
+    """Return the confusion matrix in the catalogue's order, stand-ins last."""
+    cells = [cell for judgement in judgements for cell in judgement.names.cells]
     counts = Counter((cell.concealed, cell.named) for cell in cells)
     tied = Counter((cell.concealed, cell.named) for cell in cells if cell.tied)
     known = [effect.name for effect in CATALOGUE]
     rows, columns = {concealed for concealed, _ in counts}, {named for _, named in counts}
-    others = sorted(row for row in rows if row not in known and row not in (NOTHING, BESIDE))
+    unlisted = sorted(row for row in rows if row not in (*known, NOTHING, BESIDE))
     return Confusion(
-        tuple(name for name in (*known, *others, BESIDE, NOTHING) if name in rows),
+        tuple(name for name in (*known, *unlisted, BESIDE, NOTHING) if name in rows),
         tuple(name for name in (*known, NOT_IN_CATALOGUE, NOT_NAMED) if name in columns),
         dict(counts),
         dict(tied),

@@ -1,4 +1,4 @@
-"""Processes that examine trials side by side, one thread each."""
+"""Processes that record and examine trials side by side, one thread each."""
 
 from __future__ import annotations
 
@@ -6,15 +6,16 @@ import multiprocessing
 import os
 import signal
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from pathlib import Path
 
-from pendulum_sysid.studies.proof.examine import complete, examine
-from pendulum_sysid.studies.proof.warm import warm
-from pendulum_twin.errors import BadInputError
+from pendulum_sysid.studies.errors import WorkerError
+from pendulum_sysid.studies.proof.examine_trial import examine_trial, is_complete
+from pendulum_sysid.studies.proof.record_trial import locate_trial, record_trial
+from pendulum_sysid.studies.proof.warm_up import compile_kernels
 
 # Two threads on a busy machine can be hundreds of times slower than one: a process takes one.
 ONE_THREAD = dict.fromkeys(
@@ -22,48 +23,61 @@ ONE_THREAD = dict.fromkeys(
 )
 
 
-def examine_all(
-    folders: Iterable[Path], rivals: Sequence[str], processes: int, done: Callable[[Path], None]
+def examine_trials(
+    folder: Path,
+    count: int,
+    options: Sequence[str],
+    rivals: Sequence[str],
+    processes: int,
+    report: Callable[[Path], None],
 ) -> list[Path]:
-    """Examine trials as their folders come, in so many processes, and return them in order of their names.
+    """Record and examine the first trials of a folder, and return their folders in order.
 
-    done: called with each once it is examined. Raises BadInputError when a process dies.
+    What was recorded or examined before is not done again.
+
+    count: how many trials.
+    options: of the recorder's command line.
+    rivals: names of the rivals to ask as well.
+    processes: how many trials are worked on side by side.
+    report: called with the folder of each trial once it is examined.
+    Raises BadInputError when a trial cannot be recorded, WorkerError when a process dies.
     """
-    with _pool(processes) as pool:
-        waiting: set[Future[Path]] = set()
-        finished: list[Path] = []
+    trials = [locate_trial(folder, number) for number in range(count)]
+    complete = [is_complete(trial, rivals) for trial in trials]
+    for trial, done in zip(trials, complete, strict=True):
+        if done:
+            report(trial)
+    with _open_pool(processes) as pool:
+        futures = [
+            pool.submit(_record_and_examine, folder, number, options, rivals)
+            for number, done in enumerate(complete)
+            if not done
+        ]
         try:
-            for folder in folders:
-                if complete(folder, rivals):
-                    done(folder)
-                    finished.append(folder)
-                    continue
-                waiting.add(pool.submit(examine, folder, rivals))
-                ready = {one for one in waiting if one.done()}
-                finished += [_told(one, done) for one in ready]
-                waiting -= ready
-            finished += [_told(one, done) for one in as_completed(waiting)]
+            for future in as_completed(futures):
+                report(future.result())
         except BrokenProcessPool as error:
-            raise BadInputError(
-                "expected every trial to be examined, found a process dead, for lack of memory perhaps: run again to go on "
-                "from here, with fewer --processes"
+            raise WorkerError(
+                "a process that examined trials ended before its work was done, for lack of "
+                "memory perhaps: run the same command again to go on from here, with fewer "
+                "--processes"
             ) from error
-    return sorted(finished)
+    return trials
 
 
-def _told(one: Future[Path], done: Callable[[Path], None]) -> Path:
-    folder = one.result()
-    done(folder)
-    return folder
+def _record_and_examine(
+    folder: Path, number: int, options: Sequence[str], rivals: Sequence[str]
+) -> Path:
+    return examine_trial(record_trial(folder, number, options), rivals)
 
 
 @contextmanager
-def _pool(processes: int) -> Iterator[ProcessPoolExecutor]:
-    """Give a pool whose processes end at once, half done or not, when the work is broken off."""
+def _open_pool(processes: int) -> Iterator[ProcessPoolExecutor]:
+    """Open a pool whose processes end at once when the work is broken off."""
     before = set(multiprocessing.active_children())
-    with _environment(ONE_THREAD):
+    with _set_environment(ONE_THREAD):
         pool = ProcessPoolExecutor(
-            processes, multiprocessing.get_context("spawn"), initializer=_begin
+            processes, multiprocessing.get_context("spawn"), initializer=_start_worker
         )
         try:
             yield pool
@@ -76,7 +90,7 @@ def _pool(processes: int) -> Iterator[ProcessPoolExecutor]:
 
 
 @contextmanager
-def _environment(values: Mapping[str, str]) -> Iterator[None]:
+def _set_environment(values: Mapping[str, str]) -> Iterator[None]:
     before = {name: os.environ.get(name) for name in values}
     os.environ.update(values)
     try:
@@ -89,8 +103,8 @@ def _environment(values: Mapping[str, str]) -> Iterator[None]:
                 os.environ[name] = value
 
 
-def _begin() -> None:
-    """Leave interrupts to the process that waits, say nothing of runs that overflow (their score does), and get warm."""
+def _start_worker() -> None:
+    """Prepare a process: interrupts are the parent's, overflowing runs show in their score."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     warnings.simplefilter("ignore")
-    warm()
+    compile_kernels()

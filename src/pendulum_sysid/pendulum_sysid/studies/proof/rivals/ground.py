@@ -1,10 +1,11 @@
-"""What every rival gets: the recording cut as the diagnosis cuts it, with signs and the rig's constants already fitted."""
+"""The ground of every rival: windows as the diagnosis cuts them, signs and constants fitted."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pendulum_sysid.finding.search import Search, parameters_alone
+from pendulum_sysid.finding.journal import Search
+from pendulum_sysid.finding.signs import fit_parameters_alone
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.records import Fit, Split
 from pendulum_twin.arrays import Floats
@@ -15,7 +16,12 @@ from pendulum_twin.parameter_vector import SLOTS, get_neutral_values
 
 @dataclass(frozen=True)
 class Ground:
-    """Hold what a rival works on: the case, its windows, and the fit of the rig's constants with the right signs."""
+    """Hold what a rival works on.
+
+    case: the recording and the nominal twin.
+    split: the diagnosis's windows.
+    base: the fit of the rig's constants with the right signs.
+    """
 
     case: Case
     split: Split
@@ -23,20 +29,20 @@ class Ground:
 
     @property
     def signs(self) -> tuple[str, ...]:
-        """Return the wrong signs that are known already: they belong to every rival's answer."""
+        """The wrong signs that the base holds; every rival's answer begins with them."""
         return tuple(name for name in self.base.effects if name not in self.case.twin.effects)
 
 
-def ground_of(case: Case, split: Split) -> Ground:
-    """Return the ground of a case: what the diagnosis itself begins with, so that no rival fails for a wrong sign."""
-    return Ground(case, split, parameters_alone(Search(case, split, lambda line: None)))
+def make_ground(case: Case, split: Split) -> Ground:
+    """Return what the diagnosis itself begins with, so that no rival fails for a wrong sign."""
+    return Ground(case, split, fit_parameters_alone(Search(case, split)))
 
 
-def terms(ground: Ground) -> tuple[Effect, ...]:
+def list_terms(ground: Ground) -> tuple[Effect, ...]:
     """Return the effects that a fit of this rig's positions can hold beside the base.
 
-    Left out are those that another one stands for and those with a time that is read off the
-    recording, which no fit moves.
+    Left out are effects for which another effect stands, and effects with a time that is read off
+    the recording, which no fit moves.
     """
     rig = ground.case.twin.rig
     places = {Place.CLOCK} | ({Place.COMMAND, Place.DRIVE, Place.CART} if rig.has_cart else set())
@@ -55,6 +61,6 @@ def terms(ground: Ground) -> tuple[Effect, ...]:
     )
 
 
-def put(theta: Floats, effect: Effect, values: tuple[float, ...] | None = None) -> None:
-    """Set an effect's parameters in theta (SIZE,); None takes it out."""
+def set_effect(theta: Floats, effect: Effect, values: tuple[float, ...] | None = None) -> None:
+    """Set an effect's parameters in theta (SIZE,); None takes the effect out."""
     theta[SLOTS[effect.name]] = get_neutral_values(effect) if values is None else values

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import lfilter
 
-from pendulum_sysid.cleaning.smoothing import derivative, smooth
-from pendulum_sysid.finding.localisation.balance import Along
+from pendulum_sysid.cleaning.smoothing import differentiate, smooth
+from pendulum_sysid.finding.localisation.balance import Motion
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.studies.proof.rivals.ground import Ground
 from pendulum_twin.arrays import Floats, Mask
@@ -43,7 +43,13 @@ PERIODS = (0.1, 0.2, 0.4, 0.8)  # of the travel
 
 @dataclass(frozen=True)
 class Equation:
-    """Hold one regression: columns (n, terms) with the effect each belongs to ("" for the base), and its target (n,)."""
+    """Hold one regression.
+
+    effects: (terms,) the effect to which each column belongs; "" for the base model's terms.
+    columns: (n, terms).
+    target: (n,) force or torque that is to be explained, N or N m.
+    usable: (n,) which samples count.
+    """
 
     effects: tuple[str, ...]
     columns: Floats
@@ -51,8 +57,8 @@ class Equation:
     usable: Mask
 
 
-def equations(ground: Ground) -> tuple[Equation, ...]:
-    """Return the cart's equation and the pole's, those that the recording holds, over all its samples.
+def build_equations(ground: Ground) -> tuple[Equation, ...]:
+    """Return the equations of the joints that the recording holds, over all its samples.
 
     The measured accelerations are smoothed, which rounds every kink of the command and of dry
     friction; so everything that stands beside them goes through the same smoothing.
@@ -60,67 +66,70 @@ def equations(ground: Ground) -> tuple[Equation, ...]:
     case, theta = ground.case, ground.base.theta
     signals, state = case.signals, case.state
     _, usable = compute_missing_force(signals, state.states, state.accelerations, theta)
-    along = _along(case, theta)
-    half = _half_length(signals)
+    along = _undo_sensors_along(case, theta)
+    half = _find_half_length(signals)
     base_force = theta[FORCE_PER_PWM] * along.u - theta[CART_VISCOUS] * along.v
     base_torque = theta[MOMENT] * theta[GRAVITY] * np.sin(along.th) - theta[POLE_VISCOUS] * along.w
     coupled = theta[COUPLING] * np.cos(along.th)
-    found = []
+    result = []
     if signals.cart is not None:
         whirl = theta[COUPLING] * np.sin(along.th) * along.w**2
         target = (
             theta[MASS] * along.a
             - coupled * along.b
-            - _smoothed(base_force - whirl, signals, half)
+            - _smooth_like_positions(base_force - whirl, signals, half)
         )
-        found.append(_equation(cart_terms(along, signals.period_s), target, usable, signals, half))
+        result.append(
+            _make_equation(list_cart_terms(along, signals.period_s), target, usable, signals, half)
+        )
     if signals.pole is not None:
         target = (
-            theta[INERTIA] * along.b - coupled * along.a - _smoothed(base_torque, signals, half)
+            theta[INERTIA] * along.b
+            - coupled * along.a
+            - _smooth_like_positions(base_torque, signals, half)
         )
-        found.append(_equation(pole_terms(along), target, usable, signals, half))
-    return tuple(found)
+        result.append(_make_equation(list_pole_terms(along), target, usable, signals, half))
+    return tuple(result)
 
 
-def _along(case: Case, theta: Floats) -> Along:
-    """Return what the columns are made of: the true smoothed state, the accelerations that were measured, the command."""
+def _undo_sensors_along(case: Case, theta: Floats) -> Motion:
+    """Return smoothed states, accelerations and command of the rig, its sensors undone."""
     signals, state = case.signals, case.state
     x, th, v, w = undo_sensors(state.states[None], theta[None], signals.clock_s)[0].T
     turned = np.concatenate([state.states[:, :2], state.accelerations], axis=1)
     a, b = undo_sensors(turned[None], theta[None], signals.clock_s)[0][:, 2:].T  # for their signs
     command = -signals.command if theta[SLOTS["input_sign_inverted"]][0] else signals.command
-    u = 0.5 * (
-        command + np.append(command[:1], command[:-1])
-    )  # about a sample: held before it and after it
+    # the mean about a sample: a command is held before it, the next after it
+    u = 0.5 * (command + np.append(command[:1], command[:-1]))
     t = np.arange(len(signals), dtype=np.float64) * signals.period_s
-    return Along(x, th, v, w, a, b, u.astype(np.float64), t)
+    return Motion(x, th, v, w, a, b, u.astype(np.float64), t)
 
 
-def _half_length(signals: Signals) -> int:
+def _find_half_length(signals: Signals) -> int:
     """Return the length over which accelerations are smoothed; see `windows.smooth_state`."""
-    parts = ((signals.cart, signals.cart_valid), (signals.pole, signals.pole_valid))
+    joints = ((signals.cart, signals.cart_valid), (signals.pole, signals.pole_valid))
     halves = [
         smooth(p, v, signals.stretches, signals.period_s).half_length
-        for p, v in parts
+        for p, v in joints
         if p is not None
     ]
     return max(2 * min(halves), max(halves))
 
 
-def _smoothed(values: Floats, signals: Signals, half: int) -> Floats:
+def _smooth_like_positions(values: Floats, signals: Signals, half: int) -> Floats:
     """Return an acceleration (n,) as it comes out of smoothing the positions that it leads to."""
     positions = np.cumsum(np.append(0.0, np.cumsum(values)[:-1])) * signals.period_s**2
-    return derivative(positions, signals.stretches, signals.period_s, half, 2)
+    return differentiate(positions, signals.stretches, signals.period_s, half, 2)
 
 
-def _equation(
+def _make_equation(
     terms: list[tuple[str, Floats]], target: Floats, usable: Mask, signals: Signals, half: int
 ) -> Equation:
-    columns = np.stack([_smoothed(one, signals, half) for _, one in terms], axis=1)
+    columns = np.stack([_smooth_like_positions(term, signals, half) for _, term in terms], axis=1)
     return Equation(tuple(name for name, _ in terms), columns, target, usable)
 
 
-def cart_terms(along: Along, period_s: float) -> list[tuple[str, Floats]]:
+def list_cart_terms(along: Motion, period_s: float) -> list[tuple[str, Floats]]:
     """Return (effect, column) of what may push the cart."""
     x, v, u = along.x, along.v, along.u
     sign, speed, travel, most = (
@@ -130,13 +139,13 @@ def cart_terms(along: Along, period_s: float) -> list[tuple[str, Floats]]:
         np.max(np.abs(u)) or 1.0,
     )
     typical = np.sqrt(np.mean(v**2)) or 1.0
-    rest = np.mean([x.min(), x.max()])
+    middle = np.mean([x.min(), x.max()])
     terms = [
         ("", u),
         ("", v),
         ("", np.cos(along.th) * along.b - np.sin(along.th) * along.w**2),
-        *(("input_delay", _delayed(along, s) - u) for s in DELAYS_S),
-        *(("motor_lag", _lagged(along, period_s, s) - u) for s in LAGS_S),
+        *(("input_delay", _delay_command(along, s) - u) for s in DELAYS_S),
+        *(("motor_lag", _lag_command(along, period_s, s) - u) for s in LAGS_S),
         ("input_dead_zone", np.sign(u)),
         *(
             ("input_saturation", np.sign(u) * np.maximum(np.abs(u) - f * most, 0.0))
@@ -153,7 +162,7 @@ def cart_terms(along: Along, period_s: float) -> list[tuple[str, Floats]]:
         ("rail_tilt", np.ones_like(x)),
         ("rail_spring", x),
         *(
-            ("rail_friction_patch", sign * np.exp(-(((x - rest) / travel - f) ** 2) / 0.3**2))
+            ("rail_friction_patch", sign * np.exp(-(((x - middle) / travel - f) ** 2) / 0.3**2))
             for f in PLACES
         ),
     ]
@@ -163,7 +172,7 @@ def cart_terms(along: Along, period_s: float) -> list[tuple[str, Floats]]:
     return terms
 
 
-def pole_terms(along: Along) -> list[tuple[str, Floats]]:
+def list_pole_terms(along: Motion) -> list[tuple[str, Floats]]:
     """Return (effect, column) of what may turn the pole."""
     th, w = along.th, along.w
     hanging = th - np.pi
@@ -179,10 +188,10 @@ def pole_terms(along: Along) -> list[tuple[str, Floats]]:
     ]
 
 
-def _delayed(along: Along, seconds: float) -> Floats:
+def _delay_command(along: Motion, seconds: float) -> Floats:
     return np.interp(along.t - seconds, along.t, along.u)
 
 
-def _lagged(along: Along, period_s: float, seconds: float) -> Floats:
+def _lag_command(along: Motion, period_s: float, seconds: float) -> Floats:
     gone = 1.0 - np.exp(-period_s / seconds)
     return np.asarray(lfilter([gone], [1.0, gone - 1.0], along.u))

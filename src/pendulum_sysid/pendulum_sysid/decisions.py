@@ -1,0 +1,185 @@
+"""Every number that decides something in a diagnosis, by the question that it answers.
+
+One line a number: value, unit, and why this value. The last word says where it comes from:
+derived (from statistics or from another number) or measured (in a test or study of this
+repository). All others were chosen on emulated rigs, where diagnoses named best with them: no
+theory gives them. `docs/decisions.md` shows which verdicts change when a number is 1.5 times
+larger or smaller, or a rule is switched off.
+
+Modules read these as attributes (`decisions.NAME`), so that a study can replace them while it
+runs. Numbers that decide nothing (formats, layouts, numerical tolerances) stand where they are
+used.
+"""
+
+from __future__ import annotations
+
+# Is a richer twin ahead of a simpler twin?
+LEAD_STANDARD_ERRORS = 2.0  # standard errors; half of APART_STANDARD_ERRORS; derived
+LEAD_MISFIT_RATIO = 1.005  # ratio; of misfits: half a per cent is worth no name
+LIKELIHOOD_GAIN_NATS = 20.0  # nats; an effect in few windows; encoder noise is not white
+LIKELIHOOD_MISFIT_RATIO = 1.01  # ratio; ... and at least this factor of misfit
+MISFIT_AT_NOISE = 1.5  # noise; errors up to this misfit are the sensors' noise
+
+# Is a sign wrong?
+SIGN_MISFIT_RATIO = 1.2  # ratio; least gain of misfit by a sign that is turned
+
+# How widely is the catalogue searched?
+CANDIDATES_REFITTED = 5  # fits; what is hidden ranks fifth at worst (test_propose); measured
+MOST_EFFECTS_ADDED = 5  # effects; more than concealed anywhere; bounds the time
+RIVALS_REFITTED = 3  # fits; effects that are tried in the place of each name
+OTHER_BEGINNINGS = 2  # searches; that are tried where the first leaves more than noise
+PROBES_UNTHINNED = 8  # probes; more are thinned out by the missing force: time
+PROBES_KEPT = 3  # probes; of an effect with many places or periods
+LARGEST_STEP = 10.0  # typical sizes; reach of the linearised step
+STARTS_REFITTED = 3  # fits; of an effect with a place, a period or a limit
+ALIKE_PROBES = 0.7  # correlation; probes closer than this start the same fit
+
+# Could another effect stand in a name's place?
+APART_STANDARD_ERRORS = 4.0  # standard errors; the wrong twin leads once in 44; derived
+FOUND_STANDARD_ERRORS = 5.0  # standard errors; by chance once in a million; derived
+START_ERROR_GROWTH = 5.0  # median windows; growth of start errors in a usable window
+WINDOWS_COMPARED = 40  # windows; spread evenly: more tell the same; time
+DECIDING_SHARE = 0.75  # of windows; the rest is held out (the split's pattern); derived
+SCREENED_STANDARD_ERRORS = 20.0  # standard errors; to first order; none beyond is refitted
+SCREENING_WINDOWS = 16  # windows; for the first-order distance: time
+NEAREST_REFITTED = 4  # fits; of the nearest effects; time
+REFIT_ITERATIONS = 8  # iterations; of such a fit; time
+SHAPES_COMPARED = 6  # shapes; of one effect, spread evenly; time
+MOST_LEAD_STANDARD_ERRORS = 3.0  # standard errors; beyond which no confidence is claimed
+
+# Do the names explain what is missing?
+LEAST_EXPLAINED_SHARE = 0.5  # of power; of the errors that named effects must take away
+SHAPE_TOLERANCE = 0.2**2  # of power; a law off by a fifth is still of its kind; derived
+SHARED_SHAPE_TOLERANCE = 0.05**2  # of power; several laws of one variable prove less; derived
+CHIEF_SHARE = 0.5  # of best gain; the rest is about the effect's own variables
+SHAPE_SHARE_OF_REST = 0.25  # of power; of the rest that the shape must take away
+JUDGED_SHARE = 0.1  # of larger share; effects are judged where they show
+
+# Is dry friction certain although something else has no name?
+STEADY_SHARE = 0.5  # of middle level; below which no part of a curve may surely lie
+STEADY_LEAST_SHARE = 0.3  # of power; of what is missing, for the friction to be a large part
+STEADY_LEAST_CURVES = 3  # curves; of moving variables, to speak of everywhere
+CERTAIN_CONFIDENCE = 0.99  # probability; stated: it was surely there in every curve
+
+# Did the pole's encoder slip? Is its scale wrong?
+SLIP_SIDE_SAMPLES = 9  # samples; on each side: 0.1 s at 100 Hz, where a cubic follows
+SLIP_WIDEST_GAP = 10  # samples; left out as spikes between the sides
+SLIP_DEVIATIONS = 5.0  # deviations; of the usual disagreement: chance once in a million; derived
+SLIPS_TRIED = 4  # slips; the clearest; a rig slips rarely
+
+# Are the reported velocities filtered?
+LAG_LONGEST_S = 0.5  # s; slower filters would be useless on this rig
+LAG_BLOCK_S = 0.5  # s; errors count as independent over blocks this long
+LAG_STANDARD_ERRORS = 5.0  # standard errors; lead over a pure delay: once in a million; derived
+LAG_POWER_RATIO = 1.3  # ratio; of error power: the derivative is smoothed, not exact
+LAG_WILD = 5.0  # median errors; what lies further out counts as that far
+
+# Where does a mismatch live, and what does it depend on?
+EVIDENCE_LEAST_SHARE = 0.02  # of power; of the missing power, worth a line
+DEARER_SHARE = 0.05  # of power; lead of a dearer answer over a cheaper one
+EVIDENCE_STANDARD_ERRORS = 4.0  # standard errors; sixty questions are asked; derived
+SMALL_GAIN_STANDARD_ERRORS = 10.0  # standard errors; filters may make small gains
+SMALL_GAIN = 0.25  # of noise power; a gain below it is small
+EVIDENCE_MOST = 4  # questions; that explain one equation
+EVIDENCE_TOLD = 4  # lines; the strongest in a verdict
+STRETCH_ERROR_RATIO = 2.0  # median windows; error of a stretch that is pointed out
+BALANCE_BLOCK_S = 0.5  # s; errors count as independent over blocks this long
+BALANCE_LEAST_ROWS = 50  # samples; without so many an equation is not asked
+SIEVE_NOISE_SHARE = 0.004  # of motion; noise that the smoothing filter may leave
+SIEVE_WIDEST_S = 0.13  # s; to either side: finer shapes are wanted
+SIEVE_REST_SHARE = 0.2  # of weight; at rest dry friction takes any value: left out
+LOCALISED_SAMPLES = 120_000  # samples; twenty minutes at 100 Hz show a mismatch; time
+CURVE_KNOTS = 16  # knots; resolution of a measured curve
+ANGLE_KNOTS = 24  # knots; the same over a turn of the pole: 15 degrees; derived
+SIDE_KNOTS = 7  # knots; on each side of zero, of a variable whose sign matters
+LINE_BAND_HZ = 0.6  # Hz; to either side, of which a spectral line stands out
+LINE_LEAST_PERIODS = 8.0  # periods; in the recording, of a line
+LINE_LEAST_POWER = 0.02  # of highest peak; of a line
+ANGLE_HARMONICS = 3  # harmonics; of a turn: eccentric encoders have one or two
+
+# What may a fit use, and how far may it go?
+INTERVAL_DEVIATIONS = 1.96  # standard deviations; to either side of a 95 % interval; derived
+START_DOUBT = 1.0  # deviations; of a smoothed start, within which a fit may move it; derived
+POLE_CONSTANT_RATIO = 30.0  # ratio; to the measured moment or inertia, up or down
+ONE_WINDOW_SHARE = 0.99  # of weight; what one window alone fixes has no scatter to go by
+WINDOW_LEAST_VALID = 0.5  # of samples; a window with fewer valid samples is left out
+FLOOR_LEAD_S = 0.5  # s; of motion before a window, to smooth its start from
+
+# What is a spike, and what a jump that stays?
+SPIKE_SIDE_STEPS = 7  # steps; on either side that say what the motion was
+SPIKE_SIDE_LEAST = 3  # steps; of them, so that a side is believed
+SPIKE_LONGEST = 5  # samples; longer ones are motion or jumps
+SPIKE_ENCODER_STEPS = 6.0  # encoder steps; the least step out of line that counts
+SPIKE_DEVIATIONS = 10.0  # deviations; ... in noise of a step
+SPIKE_RANGE_SHARE = 3e-4  # of range; less is of no account
+SPIKE_SPREADS = 3.0  # median deviations; of the steps nearby that a step may be out of line
+SPIKE_SPEED_SHARE = 0.25  # of speed; encoders also err in proportion to the speed
+SPIKE_SHARED_EXCESS = 3.0  # parts; a neighbour with one part of the same excess is motion
+SPIKE_TURN_SHARE = 0.125  # of a turn; a step of this size counts as a wrap
+SPIKE_RETURN_SHARE = 0.25  # of step; what another step of a spike goes back, at least
+SPIKE_AS_GOOD = 0.4  # of allowance; a shorter spike explains a step as well as a longer one
+JUMP_RATIO = 2.0  # ratio; a step that does not return must be clearer
+SMALL_SPIKE_SIDE = 5  # samples; on either side that the cubic is fitted to
+SMALL_SPIKE_RATIO = 8.0  # misfits; from which samples are off the curve
+SMALL_SPIKE_CLOCK = 0.1  # periods; by which the stretch may be off the clock
+VELOCITY_RATIO = 3.0  # ratio; to the positions' own speed nearby
+
+# Which samples lie on the clock?
+CLOCK_ALIGNED = 0.02  # periods; a stamp this near its grid is on it
+COMMAND_PAIRED = 0.4  # periods; a command this near a sample belongs to it
+LONGEST_FILL = 5  # samples; missing in a row that are filled; more begin a stretch
+CLOCK_CLEAR = 0.25  # periods; steps this near whole periods need no following
+CLOCK_FOLLOW = 0.1  # of error; by which the following clock is set at each stamp
+CLOCK_BELIEVED = 0.02  # of median step; a slope further off is not a period
+JITTER_PERIODS = 0.1  # periods; deviation of the stamps from which it is told
+LEAST_SAMPLES = 100  # samples; a shorter recording is unusable
+LEAST_SECONDS = 2.0  # s; a shorter recording is unusable
+SHORTEST_STRETCH = 10  # samples; a shorter stretch says nothing and is left out
+OTHER_RUN_SHARE = 0.25  # of recording; in which another run's samples are looked for
+MOST_NOT_FINITE = 0.05  # of values; NaN or infinite that a channel may hold
+COMMAND_HOLDS_S = 10.0  # s; an older last command belongs to another clock
+
+# Does the rig answer, stand still, or repeat itself?
+STALE_SHARE = 0.25  # of stretch; from its start, and of the recording: all that is suspected
+STALE_LEAST_S = 0.2  # s; shorter silences are delay, lag and dry friction
+STALE_COMMAND_SHARE = 0.35  # of command; weaker commands may be lost in a dead zone
+STALE_GRIP = 2.0  # ratio; friction at rest to friction in motion
+STALE_COMPARABLE_S = 1.0  # s; of weak commands later on, to compare with
+STALE_NATS = 50.0  # nats; by which the silence must beat an answer
+ANSWER_BLOCK_S = 0.5  # s; errors count as independent over blocks this long
+ANSWER_STANDARD_ERRORS = 3.0  # standard errors; by which the cart follows the command
+REST_SPEED_SHARE = 0.05  # of RMS speed; of a cart that hardly moves
+ANSWER_LATEST_S = 0.2  # s; by which an answer may come late
+MOVING_DEVIATIONS = 20.0  # deviations; a joint must travel further than noise does
+FROZEN_LEAST_S = 0.5  # s; a shorter standstill is not judged
+FROZEN_STEP_RATIO = 5.0  # ratio; to the least that counts: a step is abrupt
+FROZEN_SPEED_SHARE = 0.6  # of speed; a rig that stops has less of it in its last step
+FROZEN_NEAR_STEPS = 3  # steps; before and after that say how fast the rig moved
+ENCODER_NEAR = 0.05  # encoder steps; how far from a whole number a gap may be
+ENCODER_SHARE = 0.95  # of gaps; that must be whole multiples
+ENCODER_LEAST_GAPS = 20  # gaps; of one step that a recording must hold
+ENCODER_ODD_GAPS = 5  # gaps; that may be smaller, next to spikes
+CLIPPED_LEAST_SAMPLES = 3  # samples; at the limit in a row
+CLIPPED_SHARE = 0.02  # of recording; less is not worth a word
+CLIPPED_APPROACH = 0.25  # of limit; a clipped command comes near it before; a step does not
+
+# What is worth telling, and worth an experiment?
+LEAST_MASKED_CHANGE = 0.05  # of value; change of a constant that is worth a sentence
+WIDE_INTERVAL = 0.1  # of value; half widths beyond it are worth an experiment
+TIES_PLANNED_FOR = 3  # ties; asked at once, the closest first
+INTERVALS_PLANNED_FOR = 3  # intervals; asked at once, the widest first
+INTERVAL_SHARE = 0.5  # of width; that an experiment is to leave
+RAIL_SHARE = 0.75  # of rail; each way: the rig is not the twin
+PLAN_FASTEST_M_S = 4.0  # m/s; well below what a plan is stopped at
+PLAN_FASTEST_RAD_S = 30.0  # rad/s; well below what a plan is stopped at
+PHASES_REFINED = 12  # phases; candidates that are asked again after the first phase
+
+# Which rules may rescue or doubt what a search has found?
+SETTLE_DOUBTFUL_SIGNS = True  # on or off; a doubtful sign is decided by what searches end at
+ASK_POLE_ALONE = True  # on or off; search the pole by itself, its axis moved as recorded
+BEGIN_OTHERWISE = True  # on or off; a search that ends above the noise begins again
+CONFIRM_LONG_HORIZON = True  # on or off; what long windows add must show over short ones
+ACCEPT_LIKELIHOOD = True  # on or off; an effect in a few windows may win by likelihood
+CHECK_SHAPES = True  # on or off; doubt a name whose law has another shape
+CHECK_OUTWEIGHED = True  # on or off; doubt names that one missing force outweighs
+CHECK_SLIGHT = True  # on or off; doubt names that explain little over whole windows

@@ -1,0 +1,109 @@
+"""Find dry friction that holds the cart back everywhere, when something else is missing as well.
+
+No fitted name can be believed when something is missing that no effect explains: the nearest
+effect takes on whatever remains. The level of the dry friction can be measured without a fit of
+effects, over each variable in turn, beside free curves of the force over command and position and
+beside what explains the remaining force. Friction that is a part of some other law vanishes
+somewhere: at the first second, on half of the rail, while the pole stands. Only friction that is
+clearly there all over every variable is called certain.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pendulum_sysid import decisions
+from pendulum_sysid.finding.detectors.detector import Detector, Reading, Use
+from pendulum_sysid.finding.localisation.balance import FORCE, compute_motion, make_balances
+from pendulum_sysid.finding.localisation.explain import explain
+from pendulum_sysid.finding.localisation.inspection import get_own_constants, make_table
+from pendulum_sysid.finding.localisation.measured_curves import Curve, measure_curves
+from pendulum_sysid.finding.localisation.table import Table
+from pendulum_sysid.finding.localisation.thinning import thin_out
+from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.records import Estimate
+from pendulum_twin.arrays import Floats
+from pendulum_twin.effects import BY_NAME, cart_coulomb_friction
+from pendulum_twin.effects.effect import Form, Place
+
+EFFECT = cart_coulomb_friction.EFFECT
+PRODUCT = "cart_direction*"  # of the questions that measure the level along a variable
+BESIDE = ("command", "cart_position")  # curves of the force that may take their part first
+
+
+def read_friction(case: Case, theta: Floats) -> tuple[Reading, ...]:
+    """Return the cart's dry friction where it is certain; none where the twin has such friction.
+
+    theta: (SIZE,) of the twin with parameters alone.
+    """
+    laws = [BY_NAME[name] for name in case.twin.effects]
+    if any(law.form is Form.DRY and law.place is Place.CART for law in laws):
+        return ()
+    level = measure_friction(case, theta)
+    if level is None:
+        return ()
+    return (Reading(EFFECT.name, (level.value,), {EFFECT.parameters[0].name: level}),)
+
+
+def measure_friction(case: Case, theta: Floats) -> Estimate | None:
+    """Return the level (N) of the dry friction that a twin lacks; None when it is in doubt.
+
+    Its interval reaches from the lowest to the highest level that was well measured anywhere.
+    """
+    case = thin_out(case)
+    forces = [balance for balance in make_balances(case, theta) if balance.equation == FORCE]
+    if not forces:
+        return None
+    table = make_table(case, compute_motion(case, theta), forces[0], theta)
+    beside = _choose_questions_beside(table)
+    levels = []
+    for key in (key for key in table.asked if key.startswith(PRODUCT)):
+        if not _is_large(table, key, beside):
+            return None
+        measured = measure_curves(table, (*beside, key), get_own_constants(FORCE, theta))
+        levels += [curve for curve in measured if curve.question.key == key]
+    return combine_levels(levels)
+
+
+def _choose_questions_beside(table: Table) -> tuple[str, ...]:
+    """Return the questions that may take their part of the force first.
+
+    These are all that explain it but those about the velocity.
+    """
+    explaining = [
+        key for key in explain(table) if "cart_velocity" not in table.asked[key].variable
+    ]
+    return tuple(dict.fromkeys([*explaining, *(key for key in BESIDE if key in table.asked)]))
+
+
+def _is_large(table: Table, key: str, beside: tuple[str, ...]) -> bool:
+    """Return whether the friction surely takes away a large part of what other questions leave."""
+    left = max(table.compute_loss(beside) - table.balance.noise**2, 1e-300)
+    large = table.compute_gain(key, beside) >= decisions.STEADY_LEAST_SHARE * left
+    return (
+        large
+        and table.compute_lead((*beside, key), beside) >= decisions.SMALL_GAIN_STANDARD_ERRORS
+    )
+
+
+def combine_levels(levels: list[Curve]) -> Estimate | None:
+    """Return the friction when no point of any curve lies surely below a part of its middle."""
+    if len(levels) < decisions.STEADY_LEAST_CURVES:
+        return None
+    middles = np.array([float(np.median(curve.y)) for curve in levels])
+    lowest = np.array([float(np.min(curve.y + curve.band)) for curve in levels])
+    if np.any(middles <= 0.0) or np.any(lowest < decisions.STEADY_SHARE * middles):
+        return None
+    sharp = [
+        (curve, at)
+        for curve, middle in zip(levels, middles, strict=True)
+        if (at := curve.band <= decisions.STEADY_SHARE * middle).any()
+    ]
+    low = [float(np.min((curve.y - curve.band)[at])) for curve, at in sharp]
+    high = [float(np.max((curve.y + curve.band)[at])) for curve, at in sharp]
+    if len(low) < decisions.STEADY_LEAST_CURVES or min(low) <= 0.0:
+        return None
+    return Estimate(float(np.median(middles)), min(low), max(high))
+
+
+DETECTOR = Detector(EFFECT, Use.CERTAIN, read_friction)

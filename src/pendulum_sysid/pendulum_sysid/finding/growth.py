@@ -1,0 +1,60 @@
+"""Grow a set of effects one by one, every step judged on windows that no fit has seen.
+
+Forward selection (Miller, Subset Selection in Regression (2002), chapter 3).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pendulum_sysid import decisions
+from pendulum_sysid.finding.journal import Search
+from pendulum_sysid.finding.judge import choose_simplest, is_needed
+from pendulum_sysid.finding.propose import propose
+from pendulum_sysid.records import Fit
+from pendulum_twin.effects import BY_NAME
+
+
+def grow_set(search: Search, base: Fit) -> Fit:
+    """Return the base with effects added one by one, as long as a step is really ahead."""
+    best = base
+    while len(best.effects) < len(base.effects) + decisions.MOST_EFFECTS_ADDED:
+        steps = find_steps(search, best)
+        if not steps:
+            break
+        best = steps[0]
+    return best
+
+
+def find_steps(search: Search, best: Fit) -> list[Fit]:
+    """Return the fits with one effect more that are really ahead, the fit to keep first."""
+    search.journal.report(
+        f"misfit {best.choose:.2f} with {', '.join(best.effects) or 'no effects'}: "
+        "asking what is missing"
+    )
+    proposals = propose(search.case, search.split, best)[: decisions.CANDIDATES_REFITTED]
+    fits = [search.fit_effects(p.effects, best, p.theta) for p in proposals]
+    good = [candidate for candidate in fits if is_needed(candidate, best, candidate.effects[-1])]
+    kept = choose_simplest(good) if good else None
+    for candidate in fits:
+        better = "no better than the one kept" if candidate in good else "not needed"
+        search.journal.note(candidate, "kept" if candidate is kept else better)
+    return sorted(good, key=lambda candidate: (candidate is not kept, candidate.choose))
+
+
+def list_simplest(steps: Sequence[Fit], taken: Sequence[Fit] = ()) -> list[Fit]:
+    """Return the steps whose new effect neither contains another's nor belongs to a taken step.
+
+    A search goes from an effect to another that contains it, and back, by itself.
+
+    taken: steps that were gone already; what their new effects contain is left out, too.
+    """
+    names = {step.effects[-1] for step in steps}
+    gone = {
+        name for step in taken for name in (step.effects[-1], *BY_NAME[step.effects[-1]].simpler)
+    }
+    return [
+        step
+        for step in steps
+        if step.effects[-1] not in gone and not names & set(BY_NAME[step.effects[-1]].simpler)
+    ]

@@ -1,0 +1,113 @@
+"""Name the effects of a fit, and say which others could stand in each one's place."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pendulum_sysid import decisions
+from pendulum_sysid.finding.detectors import Use, read_effects
+from pendulum_sysid.finding.journal import Search
+from pendulum_sysid.finding.judge import Lead, compute_lead, is_needed
+from pendulum_sysid.finding.pole_alone import PoleAnswer
+from pendulum_sysid.finding.propose import propose
+from pendulum_sysid.finding.pruning import exchange_effect
+from pendulum_sysid.finding.separation import Tie
+from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.records import Fit
+from pendulum_twin.effects import BY_NAME
+from pendulum_twin.parameter_vector import SLOTS
+
+
+@dataclass(frozen=True)
+class Named:
+    """Hold one effect that was found.
+
+    effect: its name.
+    lead: how far the fit is ahead of a fit without it.
+    inseparable_from: effects that do as well in its place on this recording.
+    """
+
+    effect: str
+    lead: Lead
+    inseparable_from: tuple[str, ...] = ()
+
+
+def name_effects(
+    search: Search, base: Fit, best: Fit, pole: PoleAnswer | None = None
+) -> tuple[Named, ...]:
+    """Return every effect that a fit holds beyond the given twin's, a wrong sign first.
+
+    base: the fit of parameters alone, with the wrong sign.
+    best: the fit with all effects.
+    pole: what the pole shows by itself; its effects are asked about there.
+    """
+    named = []
+    for name in [e for e in best.effects if e not in search.case.twin.effects]:
+        if name in base.effects:
+            named.append(Named(name, Lead(np.inf, np.inf)))
+        elif pole is not None and name in pole.effects:
+            named.append(_exchange_and_compare(pole.search, pole.best, name))
+        else:
+            named.append(_exchange_and_compare(search, best, name))
+    return tuple(named)
+
+
+def _exchange_and_compare(search: Search, best: Fit, name: str) -> Named:
+    """Return an effect of a fit with its lead, and the effects that do as well in its place."""
+    effects = tuple(e for e in best.effects if e != name)
+    less = search.fit_effects(effects, best, exchange_effect(best, name, effects))
+    others = [
+        proposal
+        for proposal in propose(search.case, search.split, less)
+        if not is_related(proposal.effect, name)
+    ]
+    inseparable = []
+    for proposal in others[: decisions.RIVALS_REFITTED]:
+        other = search.fit_effects(proposal.effects, less, proposal.theta)
+        as_good = is_needed(other, less, proposal.effect) and not compute_lead(best, other).is_real
+        if as_good:
+            inseparable.append(proposal.effect)
+        verdict = "as good as" if as_good else "worse than"
+        search.journal.note(other, f"{verdict} {name} in its place")
+    return Named(name, compute_lead(best, less), tuple(inseparable))
+
+
+def is_related(effect: str, other: str) -> bool:
+    """Return whether an effect is another, contains it or becomes it at an end of its range."""
+    return effect == other or other in BY_NAME[effect].simpler or other in BY_NAME[effect].becomes
+
+
+def add_ties(named: Iterable[Named], ties: Iterable[Tie]) -> tuple[Named, ...]:
+    """Return the names with the effects that sensitivities cannot part from them, too."""
+    others: dict[str, list[str]] = {}
+    for tie in ties:
+        if tie.rival is not None and not tie.by_no_motion:
+            others.setdefault(tie.effect, []).append(tie.rival)
+    return tuple(
+        replace(
+            effect,
+            inseparable_from=tuple(
+                dict.fromkeys((*effect.inseparable_from, *others.get(effect.effect, ())))
+            ),
+        )
+        for effect in named
+    )
+
+
+def add_readings(case: Case, best: Fit, named: tuple[Named, ...]) -> tuple[Fit, tuple[Named, ...]]:
+    """Return fit and names with the effects that detectors name beside them."""
+    for reading in read_effects(case, best.theta, Use.NAME):
+        name, lead = reading.effect, reading.lead
+        assert lead is not None
+        theta = best.theta.copy()
+        theta[SLOTS[name]] = reading.values
+        parameters = [parameter.name for parameter in BY_NAME[name].parameters]
+        values = dict(zip(parameters, reading.values, strict=True))
+        twin = replace(best.twin, effects={**best.twin.effects, name: values})
+        own = {f"{name}.{parameter}": e for parameter, e in reading.estimates.items()}
+        best = replace(best, theta=theta, twin=twin, estimates={**best.estimates, **own})
+        named = (*named, Named(name, lead))
+    return best, named

@@ -1,0 +1,102 @@
+"""The pole by itself: its axis moves as the cart was recorded, and the cart has no model.
+
+What the cart's model lacks does not reach the pole then, so that effects of the pole show without
+it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pendulum_sysid import decisions
+from pendulum_sysid.cleaning.smooth_state import smooth_state
+from pendulum_sysid.finding.growth import grow_set
+from pendulum_sysid.finding.journal import Journal, Search
+from pendulum_sysid.finding.pruning import prune_set
+from pendulum_sysid.fitting.case import Case, make_case
+from pendulum_sysid.fitting.fit import fit
+from pendulum_sysid.fitting.split import split_windows
+from pendulum_sysid.records import Fit
+from pendulum_twin.arrays import Floats
+from pendulum_twin.effects import BY_NAME
+from pendulum_twin.effects.effect import Place
+from pendulum_twin.free_runs import undo_sensors
+from pendulum_twin.parameter_vector import SLOTS, make_theta
+
+
+@dataclass(frozen=True)
+class PoleAnswer:
+    """Hold what the pole shows by itself.
+
+    search: on the pole's own case.
+    base: its fit of constants alone.
+    best: its fit with the effects that it needs.
+    """
+
+    search: Search
+    base: Fit
+    best: Fit
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """Return the effects that the pole needs; on the whole rig they are expected."""
+        return tuple(name for name in self.best.effects if name not in self.base.effects)
+
+
+def search_pole_alone(search: Search, base: Fit) -> PoleAnswer | None:
+    """Return what the pole shows by itself; None unless the recording holds cart and pole.
+
+    base: the rig's constants alone, its signs right.
+    """
+    case = put_pole_on_moving_axis(search.case, base.theta)
+    if case is None or not decisions.ASK_POLE_ALONE:
+        return None
+    given = tuple(
+        name
+        for name in base.effects
+        if name in case.twin.effects or BY_NAME[name].place is Place.SENSOR
+    )
+    report = search.journal.report
+    report("asking the pole by itself, its axis moved as recorded")
+    journal = Journal(lambda line: report(f"the pole by itself: {line}"))
+    alone = Search(case, split_windows(case.signals, case.state), journal)
+    values = {e: case.twin.effects[e] if BY_NAME[e].parameters else {} for e in given}
+    theta = make_theta(replace(case.twin, effects=values))
+    first = fit(case, alone.split, given, theta, base.parts)
+    return PoleAnswer(alone, first, prune_set(alone, first.effects, grow_set(alone, first)))
+
+
+def add_pole_effects(search: Search, base: Fit, pole: PoleAnswer | None) -> Fit:
+    """Return the base with the effects that the pole shows by itself, fitted on the whole rig."""
+    if pole is None or not pole.effects:
+        return base
+    theta = base.theta.copy()
+    for name in pole.effects:
+        theta[SLOTS[name]] = pole.best.theta[SLOTS[name]]
+    return search.fit_effects((*base.effects, *pole.effects), base, theta)
+
+
+def put_pole_on_moving_axis(case: Case, theta: Floats) -> Case | None:
+    """Make the case of the pole alone; None unless the recording holds cart and pole.
+
+    theta: (SIZE,) parameter vector, for the sign of the cart's sensor.
+
+    The command of the new case is the mean acceleration of the pole's axis over each period,
+    m/s^2, from the smoothed velocities.
+    """
+    signals = case.signals
+    if signals.cart is None or signals.pole is None:
+        return None
+    v = undo_sensors(case.state.states[None], theta[None], signals.clock_s)[0][:, 2]
+    acceleration = np.zeros(len(signals))
+    for stretch in signals.stretches:
+        acceleration[stretch] = np.append(np.diff(v[stretch]), 0.0) / signals.period_s
+    alone = replace(
+        signals,
+        command=acceleration,
+        cart=None,
+        pole_valid=signals.pole_valid & signals.cart_valid,
+    )
+    return make_case(replace(case.recording, signals=alone), smooth_state(alone), case.twin)

@@ -1,0 +1,69 @@
+"""Find a channel that is counted the wrong way round, before any physics is asked about."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pendulum_sysid import decisions
+from pendulum_sysid.finding.growth import grow_set
+from pendulum_sysid.finding.journal import Search
+from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.fitting.fit import HORIZONS, fit
+from pendulum_sysid.records import Fit
+from pendulum_twin.parameter_vector import SLOTS, make_theta
+
+SIGNS = ("cart_sign_inverted", "angle_sign_inverted", "input_sign_inverted")
+
+
+def fit_parameters_alone(search: Search) -> Fit:
+    """Return the best fit of the rig's constants alone, with a wrong sign turned.
+
+    Mirroring cart, pole and command together changes nothing, so one wrong sign at a time covers
+    every case.
+    """
+    case, given = search.case, tuple(search.case.twin.effects)
+    theta = make_theta(case.twin)
+    plain = fit(case, search.split, given, theta, HORIZONS[0])
+    search.journal.note(plain, "parameters alone")
+    turned = []
+    for sign in SIGNS:
+        if sign not in given and _can_be_seen(case, sign):
+            other = theta.copy()
+            other[SLOTS[sign]] = 1.0
+            turned.append(fit(case, search.split, (*given, sign), other, HORIZONS[0]))
+            search.journal.note(turned[-1], "one sign turned")
+    best = min(turned, key=lambda candidate: candidate.choose, default=plain)
+    ratio = decisions.SIGN_MISFIT_RATIO
+    if best.choose * ratio < plain.choose:
+        return best
+    return settle_sign(search, plain, [fit for fit in turned if fit.choose < ratio * plain.choose])
+
+
+def settle_sign(search: Search, plain: Fit, doubtful: Sequence[Fit]) -> Fit:
+    """Return the doubtful sign with which alone a search ends at the noise, else the plain fit.
+
+    Under a wrong scale of the angle a wrong sign fits as badly as the right one.
+
+    plain: the constants alone.
+    doubtful: the constants with one sign turned each, about as good.
+    """
+    if not decisions.SETTLE_DOUBTFUL_SIGNS:
+        return plain
+    for turned in sorted(doubtful, key=lambda candidate: candidate.choose):
+        search.journal.report(
+            f"misfit {plain.choose:.2f}, and {turned.choose:.2f} with {turned.effects[-1]}: "
+            "asking what either lacks"
+        )
+        end = grow_set(search, turned).choose
+        if end > decisions.MISFIT_AT_NOISE:
+            continue
+        if end * decisions.SIGN_MISFIT_RATIO < grow_set(search, plain).choose:
+            return turned
+    return plain
+
+
+def _can_be_seen(case: Case, sign: str) -> bool:
+    rig = case.twin.rig
+    if rig.has_cart and rig.has_pole:
+        return True
+    return rig.has_cart and sign == "input_sign_inverted"

@@ -1,0 +1,88 @@
+"""The one way in: recordings and a twin become a case whose motion is smoothed once.
+
+Recordings are cleaned where they are read (`reading`, `cleaning.clean`). Here each loses the start
+that does not belong to it; then they are joined, and a joint that never moved is left out. The
+smoothed motion is computed once and handed on. It is computed again only where the samples have
+changed: the length of the smoothing polynomials is chosen over all of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from pendulum_sysid.cleaning.joining import join_recordings
+from pendulum_sysid.cleaning.moving_joints import leave_out_still_cart
+from pendulum_sysid.cleaning.smooth_state import SmoothState, smooth_state
+from pendulum_sysid.cleaning.stale_start import check_follows_command, leave_out_stale_start
+from pendulum_sysid.errors import UnusableRecording
+from pendulum_sysid.fitting.case import Case, make_case
+from pendulum_sysid.fitting.split import split_windows
+from pendulum_sysid.records import QualityFinding, Recording, Split
+from pendulum_twin.model import Twin
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """Hold recordings that can answer the question, as a case and its windows.
+
+    case: the recordings as one, smoothed, and the twin without the joints that they lack.
+    split: windows to fit on, to choose on and to judge on.
+    """
+
+    case: Case
+    split: Split
+
+    @property
+    def findings(self) -> tuple[QualityFinding, ...]:
+        """Return what the cleaning met."""
+        return self.case.recording.findings
+
+
+def prepare(recordings: Sequence[Recording], twin: Twin) -> Prepared:
+    """Prepare recordings of one rig for a diagnosis or a fit.
+
+    recordings: cleaned, at least one.
+    twin: the twin to start from.
+
+    Raises WrongUse when the recordings do not fit together or hold a joint that the twin lacks,
+    and UnusableRecording when nothing moves, too few samples are valid or the cart does not follow
+    the command.
+    """
+    case = prepare_case(recordings, twin)
+    try:
+        case = _leave_out_still_cart(case)
+        windows = split_windows(case.signals, case.state)
+        check_follows_command(case.signals, case.state)
+    except UnusableRecording as error:
+        raise UnusableRecording(str(error), case.recording) from error
+    return Prepared(case, windows)
+
+
+def prepare_case(recordings: Sequence[Recording], twin: Twin) -> Case:
+    """Prepare recordings of one rig to be replayed: nothing is asked of their motion.
+
+    Raises WrongUse as `prepare` does.
+    """
+    smoothed = [_smooth_own_run(recording) for recording in recordings]
+    recording, state = smoothed[0]
+    if len(smoothed) > 1:
+        recording = join_recordings([own for own, _ in smoothed])
+        state = smooth_state(recording.signals)
+    return make_case(recording, state, twin)
+
+
+def _smooth_own_run(recording: Recording) -> tuple[Recording, SmoothState]:
+    """Smooth a recording without the start that does not belong to it."""
+    state = smooth_state(recording.signals)
+    own = leave_out_stale_start(recording, state)
+    return own, state if own is recording else smooth_state(own.signals)
+
+
+def _leave_out_still_cart(case: Case) -> Case:
+    """Take a cart that was never told to move and did not out of the case."""
+    recording = leave_out_still_cart(case.recording, case.state)
+    if recording is case.recording:
+        return case
+    state = smooth_state(recording.signals)
+    return make_case(recording, state, case.twin)

@@ -1,0 +1,1 @@
+"""The study of the decisions: which verdicts change when a number or a rule does."""

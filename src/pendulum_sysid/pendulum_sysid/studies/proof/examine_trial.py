@@ -1,0 +1,148 @@
+"""Examine one trial: the diagnosis, the oracle fit and the rivals get the same recording.
+
+The results are kept beside the recording as `examined.json`, so that a proof that was interrupted
+goes on from there.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from pendulum_sysid.cleaning.clean import clean_recording
+from pendulum_sysid.pipeline import diagnose
+from pendulum_sysid.prepare import Prepared, prepare
+from pendulum_sysid.reading.bag import read_bag
+from pendulum_sysid.records import Outcome, Recording
+from pendulum_sysid.studies.proof.oracle_fit import fit_oracle
+from pendulum_sysid.studies.proof.read_trial import read_trial
+from pendulum_sysid.studies.proof.records import OpenedTrial
+from pendulum_sysid.studies.proof.rivals import find_rival
+from pendulum_sysid.studies.proof.rivals.ground import Ground, make_ground
+from pendulum_sysid.telling.output_files import format_json, write_text
+from pendulum_twin.errors import BadInputError
+from pendulum_twin.model import load_twin
+
+SCHEMA = "pendulum_examined/1"
+FILE = "examined.json"
+
+
+def examine_trial(folder: Path, rivals: Sequence[str] = ()) -> Path:
+    """Do what has not been done about a trial, keep the results, and return the folder.
+
+    An error of the diagnosis, the oracle fit or a rival is kept as its answer and not raised.
+    """
+    results = read_examined(folder) or {"schema": SCHEMA, "rivals": {}}
+    trial = read_trial(folder)
+    if "verdict" not in results:
+        results |= run_diagnosis(trial)
+        results["told"] = _run_oracle(trial)
+        write_text(folder / FILE, format_json(results) + "\n")
+    missing = [name for name in rivals if name not in results["rivals"]]
+    if missing:
+        results["rivals"] |= _run_rivals(trial, missing)
+        write_text(folder / FILE, format_json(results) + "\n")
+    return folder
+
+
+def read_examined(folder: Path) -> dict[str, Any] | None:
+    """Return the results that are kept about a trial; None when there are none."""
+    try:
+        content = json.loads((folder / FILE).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return content if isinstance(content, dict) and content.get("schema") == SCHEMA else None
+
+
+def is_complete(folder: Path, rivals: Sequence[str] = ()) -> bool:
+    """Return whether nothing is left to do about a trial."""
+    results = read_examined(folder)
+    return results is not None and "verdict" in results and set(rivals) <= set(results["rivals"])
+
+
+def run_diagnosis(trial: OpenedTrial) -> dict[str, Any]:
+    """Return the verdict, the times that it took, and the error that broke it off.
+
+    verdict: as verdict.json; `unusable` when the recording was refused, empty after an error.
+    seconds: wall time from opening the bag to the verdict, s.
+    cpu_seconds: CPU time of this thread, s.
+    error: empty for none.
+    """
+    began, worked = time.monotonic(), time.process_time()
+    error = ""
+    try:
+        verdict = diagnose([_read(trial)], load_twin(trial.twin), _discard).to_dict()
+    except BadInputError as refusal:
+        verdict = {"outcome": Outcome.UNUSABLE.value, "sentence": str(refusal)}
+    except Exception as crash:  # a finding about the diagnosis, not the end of the proof
+        verdict, error = {}, _name_error(crash)
+    return {
+        "verdict": verdict,
+        "seconds": time.monotonic() - began,
+        "cpu_seconds": time.process_time() - worked,
+        "error": error,
+    }
+
+
+def prepare_ground(trial: OpenedTrial) -> Ground:
+    """Return what every rival gets."""
+    prepared = _prepare(trial)
+    return make_ground(prepared.case, prepared.split)
+
+
+def run_rival(name: str, ground: Ground, shared_s: float) -> dict[str, Any]:
+    """Return a rival's names, its seconds and its error.
+
+    shared_s: time that all rivals share and that counts for each, s.
+    """
+    began = time.monotonic()
+    named: list[str] = []
+    error = ""
+    try:
+        named = list(find_rival(name).name_effects(ground))
+    except Exception as crash:
+        error = _name_error(crash)
+    return {"named": named, "seconds": shared_s + time.monotonic() - began, "error": error}
+
+
+def _run_rivals(trial: OpenedTrial, rivals: Sequence[str]) -> dict[str, Any]:
+    began = time.monotonic()
+    try:
+        ground = prepare_ground(trial)
+    except Exception as crash:
+        seconds, error = time.monotonic() - began, _name_error(crash)
+        return {name: {"named": [], "seconds": seconds, "error": error} for name in rivals}
+    shared_s = time.monotonic() - began
+    return {name: run_rival(name, ground, shared_s) for name in rivals}
+
+
+def _run_oracle(trial: OpenedTrial) -> dict[str, Any]:
+    """Return score and estimates of the oracle fit, or the error that broke it off."""
+    try:
+        prepared = _prepare(trial)
+        oracle = fit_oracle(prepared.case, prepared.split, trial)
+    except Exception as crash:
+        return {"score": None, "estimates": {}, "error": _name_error(crash)}
+    estimates = {name: asdict(estimate) for name, estimate in oracle.estimates.items()}
+    return {"score": oracle.score, "estimates": estimates}
+
+
+def _read(trial: OpenedTrial) -> Recording:
+    return clean_recording(read_bag(trial.bag))
+
+
+def _prepare(trial: OpenedTrial) -> Prepared:
+    """Return the recording prepared as for a diagnosis, so that windows are the same for all."""
+    return prepare([_read(trial)], load_twin(trial.twin))
+
+
+def _name_error(crash: Exception) -> str:
+    return f"{type(crash).__name__}: {crash}"
+
+
+def _discard(line: str) -> None:
+    """Take a line of progress that nobody reads."""

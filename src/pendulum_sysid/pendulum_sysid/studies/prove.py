@@ -1,0 +1,41 @@
+"""The verb `prove`: how often a diagnosis is right about concealed physics."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from pendulum_sysid.studies.errors import WorkerError
+from pendulum_sysid.studies.proof.plan import Plan
+from pendulum_sysid.studies.proof.proof import prove
+from pendulum_sysid.studies.proof.proof_text import format_proof
+from pendulum_sysid.studies.proof.rivals import RIVALS
+from pendulum_sysid.verbs.said import ANSWERED, print_progress, say
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Do the proof that the options ask for, print its tables, and name its files."""
+    folder = arguments.out or Path(f"proof_seed_{arguments.seed}")
+    try:
+        proof = prove(make_plan(arguments), folder, print_progress)
+    except WorkerError as error:
+        return say(str(error))
+    print(format_proof(proof.judgements, proof.responses))
+    print("", folder / "proof.json", folder / "proof.html", sep="\n")
+    return ANSWERED
+
+
+def make_plan(arguments: argparse.Namespace) -> Plan:
+    """Return the plan that the options stand for."""
+    return Plan(
+        trials=arguments.trials,
+        seed=arguments.seed,
+        pole_counts=arguments.pole_counts,
+        seconds=arguments.seconds,
+        closed_loop=arguments.closed_loop,
+        kinds=arguments.kinds,
+        twin=None if arguments.twin is None else str(arguments.twin),
+        rivals=tuple(rival.name for rival in RIVALS) if arguments.rivals else (),
+        dose_tries=arguments.dose_response,
+        processes=arguments.processes,
+    )

@@ -1,0 +1,116 @@
+"""The rules by which the findings of the stages end in one of the outcomes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pendulum_sysid import decisions
+from pendulum_sysid.finding.detectors import Reading
+from pendulum_sysid.finding.localisation.shape_check import Misfit
+from pendulum_sysid.finding.search import Named
+from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.fitting.noise_floor import NoiseFloor
+from pendulum_sysid.fitting.window_runs import WindowRuns
+from pendulum_sysid.records import Fit, Localisation, Next, Outcome
+from pendulum_twin.effects import BY_NAME, CATALOGUE
+from pendulum_twin.effects.effect import Form, Place
+
+
+@dataclass(frozen=True)
+class Findings:
+    """Hold what the stages of a diagnosis return.
+
+    case: the recording and the twin as given.
+    base: fit of the rig's constants alone.
+    best: final fit, with the named effects.
+    named: effects that the final fit has and the given twin has not.
+    location: what the errors of the base fit depend on.
+    remains: what the errors of the final fit depend on.
+    before, after: free runs of the given and of the improved twin, by "train" and "held_out".
+    floor: what a perfect model reaches on this recording.
+    coming: plan of the next experiment.
+    misfits: named effects whose law does not have the shape that is seen.
+    outweighed: True if a single missing force is larger than all that the named effects explain.
+    whole: misfit of the final fit over choosing windows of full length.
+    certain: what detectors are certain of, asked only where the rest has no name.
+    """
+
+    case: Case
+    base: Fit
+    best: Fit
+    named: tuple[Named, ...]
+    location: Localisation
+    remains: Localisation
+    before: dict[str, WindowRuns]
+    after: dict[str, WindowRuns]
+    floor: NoiseFloor
+    coming: Next
+    misfits: tuple[Misfit, ...] = ()
+    outweighed: bool = False
+    whole: float = 1.0
+    certain: tuple[Reading, ...] = ()
+
+
+def decide_outcome(findings: Findings) -> Outcome:
+    """Return how the diagnosis ends."""
+    physics = [effect for effect in findings.named if is_motion_effect(effect.effect)]
+    explains_little = compute_explained_share(findings) < decisions.LEAST_EXPLAINED_SHARE
+    if (
+        findings.misfits
+        or (is_above_noise(findings) and (explains_little or findings.outweighed))
+        or (physics and explains_little and is_slight(findings))
+    ):
+        return Outcome.NOT_IN_CATALOGUE
+    if any(effect.inseparable_from for effect in physics):
+        return Outcome.AMBIGUOUS
+    return Outcome.NAMED if findings.named else Outcome.NOTHING_MISSING
+
+
+def is_slight(findings: Findings) -> bool:
+    """Return whether whole windows show errors that pieces of them hide in the noise.
+
+    Of a small effect that is not in the catalogue, several that are may each take a little.
+    """
+    return decisions.CHECK_SLIGHT and findings.whole > decisions.MISFIT_AT_NOISE
+
+
+def is_motion_effect(name: str) -> bool:
+    """Return whether an effect changes the motion: no sign, no filter of reported velocities."""
+    return bool(BY_NAME[name].parameters) and BY_NAME[name].form is not Form.REPORT
+
+
+def is_above_noise(findings: Findings) -> bool:
+    """Return whether the final fit leaves errors beyond the noise of the sensors."""
+    return findings.best.choose > decisions.MISFIT_AT_NOISE
+
+
+def compute_explained_share(findings: Findings) -> float:
+    """Return the share (0 to 1) of the error's power that the named effects take away.
+
+    The errors are those of the fit of the rig's constants alone, on the choosing windows.
+    """
+    return 1.0 - min((findings.best.choose / findings.base.choose) ** 2, 1.0)
+
+
+def compute_remaining_ratio(findings: Findings) -> float:
+    """Return the error of the improved twin over that of a perfect model; 1 at the noise.
+
+    Runs with refined start states decide whether anything remains: noise in the start states
+    hides it otherwise. How much remains, the median free run on the held-out windows says.
+    """
+    if not is_above_noise(findings):
+        return 1.0
+    held_out = findings.after["held_out"].typical / findings.floor.typical
+    return max(held_out, findings.best.choose)
+
+
+def list_inseparable(effect: Named, findings: Findings) -> tuple[str, ...]:
+    """Return the effects that this recording, or any motion at all, cannot tell from an effect."""
+    rig = findings.case.twin.rig
+    has_both = rig.has_cart and rig.has_pole
+    by_no_motion = (
+        other.name
+        for other in CATALOGUE
+        if other.shows_as == effect.effect and (has_both or other.place is not Place.CLOCK)
+    )
+    return (*effect.inseparable_from, *by_no_motion)

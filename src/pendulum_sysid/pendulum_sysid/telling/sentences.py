@@ -1,0 +1,124 @@
+"""The sentences of a verdict: the answer, an effect with its sizes, and masked constants."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pendulum_sysid import decisions
+from pendulum_sysid.finding.search import Named
+from pendulum_sysid.fitting.parameters import list_rig_parameters
+from pendulum_sysid.records import Fit, Outcome
+from pendulum_sysid.telling.outcome import (
+    Findings,
+    compute_remaining_ratio,
+    is_above_noise,
+    is_motion_effect,
+    list_inseparable,
+)
+from pendulum_sysid.verdict.record import MissingEffect
+from pendulum_twin.effects import BY_NAME
+from pendulum_twin.effects.effect import Place
+
+JOINTS = ("cart", "mm"), ("pole", "mrad")  # by channel; runs are in m and rad
+MILLI = 1e3
+
+
+def write_answer(
+    outcome: Outcome,
+    named: tuple[Named, ...],
+    steady: tuple[MissingEffect, ...],
+    findings: Findings,
+) -> str:
+    """Return the answer of a diagnosis for a person.
+
+    named: the effects that the verdict names.
+    steady: dry friction that is certain although something else has no name.
+    """
+    errors = _describe_errors(findings)
+    if outcome is Outcome.NOTHING_MISSING:
+        return f"Nothing is missing: other parameters of the rig are enough; {errors}."
+    if outcome is Outcome.NOT_IN_CATALOGUE:
+        signs = "".join(f" {describe_effect(effect.effect, findings.best)}" for effect in named)
+        certain = "".join(f" {effect.sentence} This part is certain." for effect in steady)
+        return (
+            f"Physics is missing at the {findings.location.place} that no effect of the catalogue "
+            f"explains; {errors}, {compute_remaining_ratio(findings):.2g} times the noise floor."
+            f"{signs}{certain}"
+        )
+    effects = [describe_effect(effect.effect, findings.best) for effect in named]
+    with_effects = f"With {'it' if len(named) == 1 else 'them'}, {errors}."
+    sentences = [*effects, *_describe_inseparable(named, findings), with_effects]
+    if is_above_noise(findings):
+        ratio = format_number(compute_remaining_ratio(findings))
+        sentences.append(f"What remains is {ratio} times the noise floor.")
+    return " ".join(sentences)
+
+
+def describe_effect(name: str, fit: Fit) -> str:
+    """Return the effect's sentence with its fitted sizes."""
+    effect = BY_NAME[name]
+    sizes = {
+        p.name: f"{fit.estimates[f'{name}.{p.name}'].value:.3g} {p.unit}".replace(" 1", "")
+        for p in effect.parameters
+    }
+    return effect.sentence.format(**sizes)
+
+
+def describe_masking(named: tuple[Named, ...], findings: Findings) -> tuple[str, ...]:
+    """Return a sentence for every constant that had absorbed missing physics when fitted alone."""
+    sentences = []
+    for parameter in list_rig_parameters(findings.case.twin):
+        name = parameter.name
+        alone, after = findings.base.estimates[name], findings.best.estimates[name]
+        masked = [
+            effect.effect
+            for effect in named
+            if is_motion_effect(effect.effect) and _act_on_same_joint(name, effect.effect)
+        ]
+        moved = abs(alone.value - after.value) > decisions.LEAST_MASKED_CHANGE * abs(after.value)
+        if masked and moved and not alone.low <= after.value <= alone.high:
+            sentences.append(
+                f"{name} had absorbed the missing {' and '.join(masked)}: "
+                f"{format_number(alone.value)} becomes {format_number(after.value)}"
+            )
+    return tuple(sentences)
+
+
+def format_number(value: float) -> str:
+    """Return a number with three significant digits, in full from 1000 on."""
+    if not np.isfinite(value):
+        return "beyond measure"
+    return f"{value:.0f}" if abs(value) >= 1000 else f"{value:.3g}"
+
+
+def _describe_inseparable(named: tuple[Named, ...], findings: Findings) -> list[str]:
+    on_recording = [
+        f"{effect.effect} cannot be told from {', '.join(effect.inseparable_from)} "
+        "on this recording."
+        for effect in named
+        if effect.inseparable_from
+    ]
+    by_no_motion = []
+    for effect in named:
+        others = [
+            e for e in list_inseparable(effect, findings) if e not in effect.inseparable_from
+        ]
+        if others:
+            by_no_motion.append(f"No motion can tell {effect.effect} from {', '.join(others)}.")
+    return [*on_recording, *by_no_motion]
+
+
+def _describe_errors(findings: Findings) -> str:
+    """Return the held-out errors before and after."""
+    before, after = findings.before["held_out"], findings.after["held_out"]
+    changes = []
+    for k, channel in enumerate(after.channels):
+        joint, unit = JOINTS[channel]
+        old, new = (format_number(runs.rmse[k] * MILLI) for runs in (before, after))
+        changes.append(f"{joint} {old} -> {new} {unit}")
+    return f"held-out errors over {after.seconds:.3g} s fall: {', '.join(changes)}"
+
+
+def _act_on_same_joint(parameter: str, effect: str) -> bool:
+    acts_on_pole = BY_NAME[effect].place in (Place.POLE, Place.SENSOR)
+    return acts_on_pole if parameter.startswith(("pole", "com")) else not acts_on_pole

@@ -1,0 +1,1 @@
+"""The verdict: a typed record, its JSON form, and its views in a notebook."""

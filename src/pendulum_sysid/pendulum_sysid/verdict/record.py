@@ -1,0 +1,250 @@
+"""The verdict of a diagnosis as a frozen record: what verdict.json holds, and what it rests on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from pendulum_sysid.records import Localisation, Outcome, Overlay, QualityFinding, Trial
+from pendulum_twin.model import Twin
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Interval = tuple[float, float]  # s from the start of the recording
+
+
+@dataclass(frozen=True)
+class VariableShare:
+    """Hold the share of the unexplained motion that depends on one variable.
+
+    Attributes:
+        variable: name of the variable; a product of variables holds a star.
+        finding: the dependence in words.
+        share: 0 to 1, of the unexplained force or torque.
+    """
+
+    variable: str
+    finding: str
+    share: float
+
+
+@dataclass(frozen=True)
+class Location:
+    """Hold where in the chain from command to sensor the twin is wrong.
+
+    Attributes:
+        place: command, drive, cart, pole, sensor or clock.
+        evidence: the variables that the unexplained motion depends on, the largest share first.
+        intervals_s: stretches in which the mismatch is largest; empty for the whole recording.
+    """
+
+    place: str
+    evidence: tuple[VariableShare, ...]
+    intervals_s: tuple[Interval, ...]
+
+
+@dataclass(frozen=True)
+class EffectParameter:
+    """Hold the fitted value of one parameter of an effect with its 95 % interval, in `unit`."""
+
+    value: float
+    low: float
+    high: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class MissingEffect:
+    """Hold one effect that the recording shows and the twin as given does not have.
+
+    Attributes:
+        effect: name in the catalogue.
+        cannot_be_told_from: effects that fit this recording as well in its place.
+        confidence: 0 to 1, that this effect is there and none that the recording can tell from it.
+        parameters: name of the parameter -> fitted value; empty for an effect that is on or off.
+        sentence: the effect with its fitted sizes, for a person.
+    """
+
+    effect: str
+    cannot_be_told_from: tuple[str, ...]
+    confidence: float
+    parameters: dict[str, EffectParameter]
+    sentence: str
+
+
+@dataclass(frozen=True)
+class RigParameter:
+    """Hold one constant of the rig before and after the diagnosis, in `unit`.
+
+    Attributes:
+        before: value in the twin as given.
+        parameters_alone: fitted value without the missing effects.
+        after: fitted value with the missing effects.
+        low: lower end of its 95 % interval.
+        high: upper end of its 95 % interval.
+        unit: of the values.
+        identifiable: False where the recording does not fix the value.
+        at_bound: True where the fit ended at the limit of the allowed range.
+    """
+
+    before: float
+    parameters_alone: float
+    after: float
+    low: float
+    high: float
+    unit: str
+    identifiable: bool
+    at_bound: bool
+
+
+@dataclass(frozen=True)
+class BeforeAfter:
+    """Hold an error of the twin as given and of the improved twin; infinite if a run diverges."""
+
+    before: float
+    after: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class FitScores:
+    """Hold how well both twins run on the recording.
+
+    Attributes:
+        train: score on the windows of the fit; 1 is the noise of the sensors.
+        held_out: score on windows that neither fit nor choice of effects has seen.
+        held_out_cart_mm: root mean square error of the cart; None for a cart not recorded.
+        held_out_pole_rad: root mean square error of the pole; None for a pole not recorded.
+        noise_floor: score that a perfect model reaches on the held-out windows.
+        unit: "score".
+    """
+
+    train: BeforeAfter
+    held_out: BeforeAfter
+    held_out_cart_mm: BeforeAfter | None = None
+    held_out_pole_rad: BeforeAfter | None = None
+    noise_floor: float
+    unit: str = "score"
+
+
+@dataclass(frozen=True)
+class Remainder:
+    """Hold what the improved twin still does not explain.
+
+    Attributes:
+        place: where in the chain the remainder comes in.
+        above_noise_floor: error of the improved twin over the error of a perfect model, above 1.
+        finding: the variable that the remainder depends on, in words.
+    """
+
+    place: str
+    above_noise_floor: float
+    finding: str
+
+
+@dataclass(frozen=True)
+class NextExperiment:
+    """Hold the file name of the plan to play next, beside the verdict, and the reason for it."""
+
+    file: str
+    why: str
+
+
+@dataclass(frozen=True)
+class RecordingFacts:
+    """Hold what was diagnosed.
+
+    Attributes:
+        name: for titles.
+        seconds: length.
+        samples: number of samples.
+        rate_hz: sample rate.
+        digest: "sha256:..." of the recording's files.
+        position_step_m: step of the cart's encoder; 0 where none shows.
+        angle_step_rad: step of the pole's encoder; 0 where none shows.
+    """
+
+    name: str
+    seconds: float
+    samples: int
+    rate_hz: float
+    digest: str
+    position_step_m: float
+    angle_step_rad: float
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Hold the answer of a diagnosis.
+
+    The fields down to elapsed_s stand in verdict.json under the same names (`to_dict`). The
+    others hold what a report shows beside them; `from_dict` leaves them empty.
+
+    Attributes:
+        outcome: how the diagnosis ended.
+        sentence: the answer in one sentence, for a person.
+        location: where the twin is wrong; None if nothing is missing or the recording is unusable.
+        missing_physics: the effects that the twin lacks, each once.
+        rig_parameters: name of the rig's constant -> its values before and after.
+        masking: sentences about constants that had absorbed a missing effect.
+        fit: errors before and after; None if nothing was fitted.
+        remainder: what is left above the noise; None if nothing is.
+        data_quality: faults in the data of the recording.
+        next_experiment: the plan that tells most; None if none is proposed.
+        recording: what was diagnosed.
+        elapsed_s: duration of the diagnosis.
+        command: shell line that made the verdict; "" from Python.
+        twin: the improved twin; None if the recording is unusable.
+        localisation: the evidence with its shapes, for the fit of the rig's constants alone.
+        trials: the sets of effects that were tried, in order.
+        overlays: held-out runs of both twins, one record a joint.
+        next_plan: the plan as `pendulum_plan/1` holds it.
+    """
+
+    outcome: Outcome
+    sentence: str
+    location: Location | None
+    missing_physics: tuple[MissingEffect, ...]
+    rig_parameters: dict[str, RigParameter]
+    masking: tuple[str, ...]
+    fit: FitScores | None
+    remainder: Remainder | None
+    data_quality: tuple[QualityFinding, ...]
+    next_experiment: NextExperiment | None
+    recording: RecordingFacts
+    elapsed_s: float
+    command: str = field(default="", repr=False, compare=False)
+    twin: Twin | None = field(default=None, repr=False, compare=False)
+    localisation: Localisation | None = field(default=None, repr=False, compare=False)
+    trials: tuple[Trial, ...] = field(default=(), repr=False, compare=False)
+    overlays: tuple[Overlay, ...] = field(default=(), repr=False, compare=False)
+    next_plan: dict | None = field(default=None, repr=False, compare=False)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what verdict.json holds, in JSON's types; None stands for NaN and infinity."""
+        from pendulum_sysid.verdict.json_form import encode_verdict
+
+        return encode_verdict(self)
+
+    @classmethod
+    def from_dict(cls, content: Mapping[str, Any]) -> Verdict:
+        """Return the verdict that verdict.json holds.
+
+        Raises BadInputError naming the key that is missing or of another type.
+        """
+        from pendulum_sysid.verdict.json_form import decode_verdict
+
+        return decode_verdict(content)
+
+    def plot(self) -> Figure:
+        """Return a matplotlib figure: held-out runs before and after, and the missing shapes."""
+        from pendulum_sysid.verdict.plot import plot_verdict
+
+        return plot_verdict(self)
+
+    def _repr_html_(self) -> str:
+        """Return the verdict as a table, which a notebook shows."""
+        from pendulum_sysid.verdict.table import format_verdict
+
+        return format_verdict(self)

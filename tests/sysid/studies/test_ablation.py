@@ -1,0 +1,116 @@
+"""The study of the decisions: every number is listed, replaced while it runs, and put back."""
+
+from pathlib import Path
+
+import pytest
+from support.hidden_physics import HIDDEN, INTECO, record_hidden
+
+from pendulum_sysid import decisions
+from pendulum_sysid.fitting.split import split_windows
+from pendulum_sysid.prepare import Prepared, prepare_case
+from pendulum_sysid.studies.ablation import trial_verdict
+from pendulum_sysid.studies.ablation.decision_list import Decision, list_decisions
+from pendulum_sysid.studies.ablation.memory import Memory
+from pendulum_sysid.studies.ablation.table import list_idle, render_table
+from pendulum_sysid.studies.ablation.variation import (
+    AS_IT_IS,
+    Tried,
+    read_tried,
+    replace_decision,
+    vary_decisions,
+)
+from pendulum_twin.model import save_twin
+
+
+def make_decision(name: str, value: float | int | bool, unit: str = "s") -> Decision:
+    return Decision(name, "A question?", value, unit, "a reason")
+
+
+def test_every_decision_is_listed_with_question_unit_and_reason() -> None:
+    listed = list_decisions()
+    names = [decision.name for decision in listed]
+    assert names == [name for name in vars(decisions) if name.isupper()]
+    assert all(decision.question.endswith("?") for decision in listed)
+    assert all(decision.unit and decision.why for decision in listed)
+
+
+def test_variants_go_up_and_down_and_rules_off() -> None:
+    assert make_decision("A", 2.0).variants == {"up": 3.0, "down": pytest.approx(2.0 / 1.5)}
+    assert make_decision("A", 1).variants == {"up": 2, "down": 1}
+    assert make_decision("A", 5).variants == {"up": 8, "down": 3}
+    assert make_decision("A", 1.2, "ratio").variants["up"] == pytest.approx(1.3)
+    assert make_decision("A", 0.9, "of samples").variants["up"] == 1.0
+    assert make_decision("A", True, "on or off").variants == {"off": False}
+
+
+def test_a_decision_is_put_back() -> None:
+    plain = decisions.LEAD_STANDARD_ERRORS
+    with pytest.raises(KeyError), replace_decision("LEAD_STANDARD_ERRORS", 99.0):
+        assert decisions.LEAD_STANDARD_ERRORS == 99.0
+        raise KeyError
+    assert plain == decisions.LEAD_STANDARD_ERRORS
+
+
+def test_a_result_is_remembered_until_a_decision_that_it_read_changes() -> None:
+    calls: list[float] = []
+
+    def double(x: float) -> float:
+        calls.append(x)
+        return 2.0 * x * decisions.LEAD_STANDARD_ERRORS
+
+    memory = Memory()
+    remembered = memory.wrap(double, lambda x: x)
+    with memory.trace():
+        first = remembered(1.0)
+        with memory.watch() as reads:
+            assert remembered(1.0) == first
+        assert reads == {"LEAD_STANDARD_ERRORS": decisions.LEAD_STANDARD_ERRORS}
+        with replace_decision("LEAD_MISFIT_RATIO", 9.0):
+            assert remembered(1.0) == first
+        assert calls == [1.0]
+        with replace_decision("LEAD_STANDARD_ERRORS", 3.0):
+            assert remembered(1.0) == 6.0
+        assert remembered(2.0) == 2.0 * first
+    assert calls == [1.0, 1.0, 2.0]
+
+
+def test_a_trial_s_verdicts_are_kept_and_not_tried_twice(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recording, _ = record_hidden({"rail_tilt": HIDDEN["rail_tilt"]}, 1, 20.0)
+    case = prepare_case([recording], INTECO)
+    prepared = Prepared(case, split_windows(case.signals, case.state))
+    monkeypatch.setattr(trial_verdict, "_prepare_trial", lambda folder, twin: prepared)
+    folder, kept = tmp_path / "trial_0000", tmp_path / "kept.jsonl"
+    folder.mkdir()
+    save_twin(INTECO, folder / "twin.yaml")
+    wanted = ("LEAD_MISFIT_RATIO", "LONGEST_FILL", "CHECK_SHAPES")
+    chosen = [decision for decision in list_decisions() if decision.name in wanted]
+    vary_decisions(folder, chosen, kept)
+    tried = read_tried(kept)
+    assert tried[0].variant == AS_IT_IS and tried[0].names == ("rail_tilt",)
+    assert [t.variant for t in tried[1:]] == ["up", "down", "up", "down", "off"]
+    assert {t.decision for t in tried if not t.read} == {"LONGEST_FILL"}
+    vary_decisions(folder, chosen, kept)
+    assert read_tried(kept) == tried
+
+
+def test_the_table_counts_the_verdicts_that_change() -> None:
+    chosen = [
+        make_decision("FIRST", 2.0),
+        make_decision("SECOND", True),
+        make_decision("NEVER", 3),
+    ]
+    tried = [
+        Tried("t0", "", AS_IT_IS, "named", ("motor_lag",), True),
+        Tried("t0", "FIRST", "up", "nothing_missing", (), True),
+        Tried("t0", "FIRST", "down", "named", ("motor_lag",), True),
+        Tried("t0", "SECOND", "off", "named", ("motor_lag",), True),
+        Tried("t0", "NEVER", "up", "named", ("motor_lag",), False),
+    ]
+    page = render_table(chosen, tried)
+    assert "| `FIRST` | 2 | s | a reason | 1 | 0 |" in page
+    assert "| `SECOND` | on | s | a reason | 0 | - |" in page
+    assert "| `NEVER` | 3 | s | a reason | - | - |" in page
+    assert "| `FIRST` up | t0 | named: motor_lag | nothing_missing |" in page
+    assert list_idle(chosen, tried) == ["SECOND"]
