@@ -1,4 +1,4 @@
-"""Hold the import rules: who may import whom, and where ROS, bags, learning and MuJoCo may be touched."""
+"""Hold the import rules: who may import whom, and where ROS, bags and torch may be imported."""
 
 import ast
 from collections.abc import Iterator
@@ -46,7 +46,7 @@ def name_module(path: Path) -> str:
 
 
 def list_imports(module: str, source: str, is_package: bool = False) -> Iterator[str]:
-    """Yield every absolute dotted name that the source may import: `from a import b` gives both."""
+    """Yield every absolute name that the source may import: `from a import b` gives both."""
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)

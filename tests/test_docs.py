@@ -1,4 +1,4 @@
-"""What the documentation says is so: commands parse, links lead somewhere, effects and twin files are there."""
+"""The documentation is right: commands parse, links lead somewhere, effects and files exist."""
 
 import os
 import re

@@ -49,7 +49,7 @@ def package_xml(package: str) -> ET.Element:
 
 
 def third_party_imports(package: str) -> set[str]:
-    """Collect the first names of all imports of a package that are neither its own nor Python's."""
+    """Collect the first names of a package's imports, without its own and Python's."""
     names = set()
     for path in (ROOT / "src" / package / package).rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text())):
@@ -62,7 +62,7 @@ def third_party_imports(package: str) -> set[str]:
 
 @pytest.fixture(scope="module")
 def sources(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Copy src/, so that building leaves nothing in the working tree and sees nothing of earlier builds."""
+    """Copy src/, so that a build leaves nothing behind and sees no earlier build."""
     copy = tmp_path_factory.mktemp("workspace") / "src"
     shutil.copytree(
         ROOT / "src", copy, ignore=shutil.ignore_patterns("build", "*.egg-info", "__pycache__")
@@ -71,7 +71,7 @@ def sources(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def assert_executables(prefix: Path, package: str) -> None:
-    """Check lib/<package>/<name>: there, executable, and handing its arguments on to bin/<name>."""
+    """Check that lib/<package>/<name> is executable and hands its arguments to bin/<name>."""
     for script in metadata.distribution(package).entry_points:
         wrapper, real = prefix / "lib" / package / script.name, prefix / "bin" / script.name
         assert os.access(real, os.X_OK), f"{real} is missing or not executable"

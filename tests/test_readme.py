@@ -1,4 +1,4 @@
-"""Every command of the README runs: in its order, by a real shell, in a copy of the workspace, and ends with status 0."""
+"""Every command of the README runs, in order, in a real shell, and ends with status 0."""
 
 import os
 import random
@@ -44,7 +44,7 @@ def commands(text: str) -> list[str]:
 
 
 def environment() -> dict[str, str]:
-    """Return what a user's shell has: nothing of the venv that runs the tests, and a ROS domain of its own."""
+    """Return the environment of a user's shell, without the tests' venv, in its own ROS domain."""
     kept = {
         k: v
         for k, v in os.environ.items()
@@ -98,7 +98,7 @@ def run_to_its_end(command: str, where: Path) -> None:
 
 
 def run_until_it_is_stopped(command: str, where: Path) -> None:
-    """Start a node, wait until it says that it runs, stop it as Ctrl-C does, and hold that it ends well."""
+    """Start a node, wait until it runs, interrupt it, and check that it ends well."""
     shell = ["bash", "-c", command]
     node = subprocess.Popen(
         shell,
@@ -152,7 +152,8 @@ def test_every_command_of_the_readme_runs(workspace: Path) -> None:
 
 
 def test_commands_are_read_as_a_shell_reads_them() -> None:
-    text = "```sh\n# why\nmake demo\nsysid \\\n  effects\n\n```\n```text\nnot run\n```\n```sh\nmake test\n```\n"
+    text = "```sh\n# why\nmake demo\nsysid \\\n  effects\n\n```\n"
+    text += "```text\nnot run\n```\n```sh\nmake test\n```\n"
     assert commands(text) == ["make demo", "sysid    effects", "make test"]
 
 

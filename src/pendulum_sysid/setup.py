@@ -6,7 +6,7 @@ EXECUTABLES = {"sysid": "pendulum_sysid.cli:main"}
 setup(
     name=NAME,
     version="0.1.0",
-    description="Diagnosis of recordings: where the twin is wrong, which physics is missing, and by how much",
+    description="Diagnosis of recordings: where the twin is wrong and which physics is missing",
     license="Apache-2.0",
     packages=find_packages(exclude=["test", "test.*"]),
     package_data={

@@ -206,7 +206,7 @@ def bench_fit() -> list[Row]:
             clipped = np.clip(value * parameter.size, parameter.low, parameter.high)
             parameter.put(theta, float(clipped))
         runs = run_freely(
-            signals, theta[None], set_of, windows.begin, windows.starts, windows.samples
+            signals, theta[None], set_of, windows.begin, windows.start_states, windows.samples
         )
         errors = measured - runs[..., list(list_channels(signals))]
         return float(np.sum(np.log(np.mean(errors**2, axis=(0, 1)))))

@@ -1,4 +1,4 @@
-"""An emulated rig on a clock of its own, as fast as it goes: what `rig_doctor` hears of it, and what can be spoilt."""
+"""An emulated rig on its own clock, as fast as it goes, for `rig_doctor`; faults can be added."""
 
 from collections.abc import Callable, Iterable
 from pathlib import Path

@@ -18,7 +18,7 @@ ANSWER_S = 20.0
 
 
 class LockstepUser:
-    """Reset, then one command and one sample at a time; a sample is its stamp (ns) and the state (4,)."""
+    """Reset, then exchange a command for a sample: its stamp (ns) and the state (4,)."""
 
     def __init__(self, ros: Graph, name: str = "user") -> None:
         self.ros = ros

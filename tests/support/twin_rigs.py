@@ -51,6 +51,6 @@ def run(
 
 
 def wild_command(samples: int) -> Floats:
-    """Return a command that swings the pole all the way round and lets the cart come to rest in between."""
+    """Return a command that swings the pole right round and lets the cart come to rest."""
     t = 0.01 * np.arange(samples)
     return 0.4 * np.sin(5.0 * t) * np.sin(0.7 * t)

@@ -27,7 +27,13 @@ class Outcome(Enum):
 
 @dataclass(frozen=True)
 class QualityFinding:
-    """Say what is wrong with a recording's data: kind, how often, and where (s from its start)."""
+    """Say what is wrong with the data of a recording.
+
+    Attributes:
+        kind: spike, gap, jitter, wrap, stale or clipped.
+        count: how many there are.
+        intervals_s: where, in s from the first sample.
+    """
 
     kind: str  # spike | gap | jitter | wrap | stale | clipped
     count: int
@@ -36,12 +42,15 @@ class QualityFinding:
 
 @dataclass(frozen=True)
 class Recording:
-    """Hold one recording as read and cleaned.
+    """Hold one recording as it was read and cleaned.
 
-    name: for titles. digest: "sha256:..." of the files. signals: on one clock. findings: what the
-    cleaning met.
-    rates: (n, 2) velocities of cart (m/s) and pole (rad/s) as they were reported, NaN where they
-    were not; None for none.
+    Attributes:
+        name: for titles.
+        digest: "sha256:..." over the bytes of the files.
+        signals: command and positions on one clock.
+        findings: faults that the cleaning met.
+        rates: (n, 2) reported velocities of cart (m/s) and pole (rad/s), NaN where none was
+            reported; None for a recording without velocities.
     """
 
     name: str
@@ -85,7 +94,12 @@ class Recording:
 
 @dataclass(frozen=True)
 class Noise:
-    """Hold the standard deviation of each sensor's noise, encoder steps included; None for a sensor not there."""
+    """Hold the standard deviation of each sensor's noise, the steps of its encoder included.
+
+    Attributes:
+        cart_m: m; None for a recording without a cart.
+        pole_rad: rad; None for a recording without a pole.
+    """
 
     cart_m: float | None
     pole_rad: float | None
@@ -93,19 +107,22 @@ class Noise:
 
 @dataclass(frozen=True)
 class Windows:
-    """Hold stretches of equal length, each to be run freely from its own start.
+    """Hold windows of equal length, each to be run freely from its own start state.
 
-    begin: (windows,) first sample. samples: samples in each, start and end included. starts:
-    (windows, 4) measured x, th, v, w at the start, smoothed out of the recording alone.
+    Attributes:
+        begin: (windows,) first sample of each window.
+        samples: samples in a window, first and last included.
+        start_states: (windows, 4) measured x (m), th (rad), v (m/s), w (rad/s) at the first
+            sample, smoothed out of the recording alone.
     """
 
     begin: Ints
     samples: int
-    starts: Floats
+    start_states: Floats
 
     def pick(self, chosen: NDArray) -> Windows:
         """Return the windows at the chosen indices."""
-        return Windows(self.begin[chosen], self.samples, self.starts[chosen])
+        return Windows(self.begin[chosen], self.samples, self.start_states[chosen])
 
     def __len__(self) -> int:
         return len(self.begin)
@@ -113,7 +130,13 @@ class Windows:
 
 @dataclass(frozen=True)
 class Split:
-    """Hold the three parts that are kept strictly apart: to fit on, to choose between hypotheses, to judge."""
+    """Hold the three groups of windows that are kept strictly apart.
+
+    Attributes:
+        train: windows to fit on.
+        choose: windows to choose between hypotheses on.
+        held_out: windows to judge on.
+    """
 
     train: Windows
     choose: Windows
@@ -122,7 +145,14 @@ class Split:
 
 @dataclass(frozen=True)
 class Estimate:
-    """Hold a fitted value with its 95 % interval; identifiable is False where the recording does not fix it."""
+    """Hold a fitted value with its 95 % interval, in the unit of its parameter.
+
+    Attributes:
+        value: the estimate.
+        low, high: ends of the interval.
+        identifiable: False where the recording does not fix the value.
+        at_bound: True where the fit ended at the end of the allowed range.
+    """
 
     value: float
     low: float
@@ -133,37 +163,48 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Fit:
-    """Hold what a fit came to: the twin, and how well it runs.
+    """Hold the result of a fit: the twin, and how well it runs.
 
-    estimates: parameter's name ("cart_viscous_n_s_m", "cart_coulomb_friction.level_n") ->
-    estimate.
-    theta: (SIZE,) the twin as words. starts: (training windows, 4) their refined start states.
-    power: (channels,) mean squared errors in training. train, choose: misfit in each part, the
-    geometric mean over channels of the root mean square error in units of the sensor's noise, each
-    window's start refined.
-    window_squares, counts: (choosing windows, channels) squared errors and samples of each window.
-    noise: (channels,).
-    parts: into how many parts every window was cut for this fit.
+    Attributes:
+        twin: the fitted twin.
+        effects: names of its effects, those of the given twin first.
+        estimates: parameter ("cart_viscous_n_s_m", "cart_coulomb_friction.level_n") -> estimate.
+        theta: (SIZE,) parameter vector of the twin.
+        start_states: (training windows, 4) refined start states.
+        power: (channels,) mean squared error on the training windows, m^2 or rad^2.
+        train, choose: misfit on the training and on the choosing windows: the geometric mean over
+            the channels of the root mean square error in units of sensor noise.
+        window_squares: (choosing windows, channels) sum of squared errors of each window.
+        counts: (choosing windows, channels) valid samples of each window.
+        noise: (channels,) standard deviation of the sensors' noise, m or rad.
+        pieces: into how many pieces each window was cut for this fit (its horizon).
+        converged: whether the iteration reached its tolerance.
     """
 
     twin: Twin
     effects: tuple[str, ...]
     estimates: dict[str, Estimate]
     theta: Floats
-    starts: Floats
+    start_states: Floats
     power: Floats
     train: float
     choose: float
     window_squares: Floats
     counts: Floats
     noise: Floats
-    parts: int = 1
+    pieces: int = 1
     converged: bool = True
 
 
 @dataclass(frozen=True)
 class Trial:
-    """Say how one set of effects did while the diagnosis grew: a row of the report's table."""
+    """Hold one row of the report's table: a set of effects and how well it did.
+
+    Attributes:
+        effects: the set.
+        train, choose: misfit on the training and on the choosing windows.
+        verdict: what became of the set, in words.
+    """
 
     effects: tuple[str, ...]
     train: float
@@ -173,11 +214,18 @@ class Trial:
 
 @dataclass(frozen=True)
 class Evidence:
-    """Say what the unexplained motion depends on: a variable (a product with a star), its share, and the measured shape.
+    """Say what the unexplained motion depends on, and the measured shape.
 
-    shape_x, shape_y, shape_band: (points,) where on the axis, how much, and the half width of a 95
-    % interval; empty where the answer is a single number. shape_axis: the variable drawn along.
-    shape_of, shape_unit: what is drawn. place: where this evidence by itself points to.
+    Attributes:
+        variable: the variable; a product is written with a star.
+        finding: the shape in words.
+        share: share of the missing power that the variable explains, 0 to 1.
+        shape_x: (points,) places on the axis; empty where the answer is a single number.
+        shape_y: (points,) measured values there.
+        shape_band: (points,) half widths of their 95 % intervals.
+        shape_axis: the variable of the axis.
+        shape_of, shape_unit: the quantity that is drawn, and its unit.
+        place: the place of the chain that this evidence points to.
     """
 
     variable: str
@@ -194,7 +242,13 @@ class Evidence:
 
 @dataclass(frozen=True)
 class Localisation:
-    """Say where a mismatch lives: place of the chain, evidence by share, stretches of the recording (s)."""
+    """Say where a mismatch lives.
+
+    Attributes:
+        place: command, drive, cart, pole, sensor or clock.
+        evidence: the variables it depends on, the largest share first.
+        intervals_s: stretches of the recording where it is largest, s.
+    """
 
     place: str
     evidence: tuple[Evidence, ...]
@@ -203,7 +257,16 @@ class Localisation:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Hold how one twin runs on windows of a recording (contract: `sysid replay`)."""
+    """Hold how a twin runs on windows of a recording (`sysid replay`).
+
+    Attributes:
+        seconds: length of a window, s.
+        count: number of windows.
+        cart_rmse_m: root mean square error of the cart, m; None without a cart.
+        pole_rmse_rad: root mean square error of the pole, rad; None without a pole.
+        score: root mean square of both errors, each in units of its sensor's noise.
+        thesis_rmse: equation 29 of the thesis over one free run of the whole recording.
+    """
 
     seconds: float
     count: int
@@ -215,11 +278,13 @@ class Comparison:
 
 @dataclass(frozen=True)
 class Overlay:
-    """Hold free runs of two twins over held-out windows beside what was measured, for a picture.
+    """Hold free runs of two twins over held-out windows beside the measurement, for a picture.
 
-    channel: "cart" or "pole". unit: "m" or "rad". times_s: (windows, n) from the recording's
-    start. measured, before,
-    after: (windows, n).
+    Attributes:
+        channel: "cart" or "pole".
+        unit: "m" or "rad".
+        times_s: (windows, n) s from the start of the recording.
+        measured, before, after: (windows, n) the measurement and both twins' runs.
     """
 
     channel: str
@@ -232,11 +297,14 @@ class Overlay:
 
 @dataclass(frozen=True)
 class Next:
-    """Hold the plan of the next experiment, None where none would help, and why, for a person.
+    """Hold the plan of the next experiment, and why.
 
-    plan: as `pendulum_plan/1` has it. before, after: of the worst-served aim, standard errors
-    between tied twins or the half width of an interval, now and as expected with the plan's
-    recording; None where there is no plan.
+    Attributes:
+        plan: as `pendulum_plan/1` has it; None where no experiment would tell more.
+        why: the reason, for a person.
+        before, after: of the worst-served aim: standard errors between inseparable twins, or the
+            half width of an interval, now and expected with the plan's recording; None without a
+            plan.
     """
 
     plan: dict | None

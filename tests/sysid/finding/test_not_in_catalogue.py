@@ -87,7 +87,7 @@ def diagnose_as(recording: Recording, names: Sizes) -> Diagnosed:
     given = make_theta(Twin("named", INTECO.rig, names))
     neutral = make_theta(Twin("named", INTECO.rig, {}))
     theta[given != neutral] = given[given != neutral]
-    return Diagnosed(case, base, fit(case, split, (*base.effects, *names), theta, base.parts))
+    return Diagnosed(case, base, fit(case, split, (*base.effects, *names), theta, base.pieces))
 
 
 @dataclass(frozen=True)

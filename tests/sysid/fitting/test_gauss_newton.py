@@ -87,7 +87,7 @@ def residuals(problem: Problem, theta: Floats, starts: Floats, power: Floats) ->
     runs = run_freely(problem.signals, theta[None], set_of, windows.begin, starts, windows.samples)
     measured, counts = gather(problem.signals, windows.begin, windows.samples)
     errors = (measured - runs[..., list(list_channels(problem.signals))]) * counts / np.sqrt(power)
-    moves = (starts - windows.starts) / problem.deviations
+    moves = (starts - windows.start_states) / problem.deviations
     return np.concatenate([errors.ravel(), -moves.ravel()])
 
 
@@ -108,7 +108,7 @@ def test_the_normal_equations_are_those_of_dense_differences(
     many = len(free)
 
     def all_of(z: Floats) -> Floats:
-        starts = windows.starts + z[many:].reshape(-1, 4) * problem.deviations
+        starts = windows.start_states + z[many:].reshape(-1, 4) * problem.deviations
         return residuals(problem, turned(theta, free, z[:many]), starts, power)
 
     z = np.concatenate([values, np.zeros(4 * len(windows))])
@@ -117,7 +117,7 @@ def test_the_normal_equations_are_those_of_dense_differences(
     dense = np.stack(columns, axis=1)  # of the model: residuals fall as it rises
     normal, gradient = dense.T @ dense, dense.T @ all_of(z)
     follow = np.linalg.solve(normal[many:, many:], normal[many:, :many])
-    system = linearise(problem, theta, windows.starts, free, power)
+    system = linearise(problem, theta, windows.start_states, free, power)
     ours, theirs = system.normal, normal[:many, :many] - normal[:many, many:] @ follow
     scale = np.sqrt(np.diag(theirs))
     assert np.all(np.abs(ours - theirs) < 3e-3 * np.outer(scale, scale))
@@ -131,11 +131,11 @@ def test_brute_force_over_parameters_and_starts_ends_in_the_same_place(
     theta = make_theta(off({"force_per_pwm_n": 1.02, "cart_viscous_n_s_m": 0.95}))
     ours = solve(problem, theta, free)
     for _ in range(3):  # a fit ends when little is to be gained; here it is to settle
-        ours = solve(problem, ours.theta, free, ours.starts)
+        ours = solve(problem, ours.theta, free, ours.start_states)
     many = len(free)
 
     def all_of(z: Floats) -> Floats:
-        starts = problem.windows.starts + z[many:].reshape(-1, 4) * problem.deviations
+        starts = problem.windows.start_states + z[many:].reshape(-1, 4) * problem.deviations
         return residuals(problem, turned(theta, free, z[:many]), starts, ours.power)
 
     first = np.concatenate(
@@ -173,7 +173,7 @@ def test_a_parameter_stays_within_its_bounds_and_the_others_make_the_best_of_it(
 def test_the_same_problem_gives_the_same_bits(problem: Problem, free: tuple[Free, ...]) -> None:
     first, second = (solve(problem, make_theta(off(FAR)), free) for _ in range(2))
     assert np.array_equal(first.theta, second.theta) and np.array_equal(
-        first.starts, second.starts
+        first.start_states, second.start_states
     )
 
 
@@ -181,7 +181,7 @@ def test_the_same_problem_gives_the_same_bits(problem: Problem, free: tuple[Free
 def test_a_recording_taken_in_pieces_gives_the_same_equations(
     problem: Problem, free: tuple[Free, ...], monkeypatch: pytest.MonkeyPatch, limit: str
 ) -> None:
-    theta, starts = make_theta(TRUTH), problem.windows.starts
+    theta, starts = make_theta(TRUTH), problem.windows.start_states
     late = make_theta(replace(TRUTH, effects={"input_delay": {"delay_s": 0.02}}))[None]
     whole = linearise(problem, theta, starts, free, np.ones(2), late)
     monkeypatch.setattr(f"pendulum_sysid.fitting.linearised.{limit}", 1)

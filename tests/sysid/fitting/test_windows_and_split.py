@@ -39,7 +39,7 @@ def names_by_begin(found: Split) -> list[str]:
 def test_windows_stay_inside_their_stretch(
     signals: Signals, starts: tuple[int, ...], every_s: float
 ) -> None:
-    broken = replace(signals, starts=starts)
+    broken = replace(signals, stretch_begins=starts)
     windows = cut_windows(broken, smooth_state(broken), every_s)
     assert windows.samples == LENGTH + 1 and len(windows)
     for begin in windows.begin:
@@ -49,7 +49,7 @@ def test_windows_stay_inside_their_stretch(
 def test_a_window_starts_from_the_smoothed_state(signals: Signals) -> None:
     state = smooth_state(signals)
     windows = cut_windows(signals, state, 0.5)
-    assert np.array_equal(windows.starts, state.states[windows.begin])
+    assert np.array_equal(windows.start_states, state.states[windows.begin])
     assert np.array_equal(np.diff(windows.begin), np.full(len(windows) - 1, 50))
 
 
@@ -71,7 +71,7 @@ def test_shorter_windows_hold_the_same_samples(signals: Signals) -> None:
         quarters.begin.reshape(-1, 4) - windows.begin[:, None],
         np.tile([0, 25, 50, 75], (len(windows), 1)),
     )
-    assert np.array_equal(quarters.starts, state.states[quarters.begin])
+    assert np.array_equal(quarters.start_states, state.states[quarters.begin])
 
 
 def test_what_is_gathered_is_what_was_measured(signals: Signals) -> None:
@@ -87,7 +87,7 @@ def test_what_is_gathered_is_what_was_measured(signals: Signals) -> None:
 def test_the_parts_share_no_sample_but_the_ends_of_windows(
     signals: Signals, starts: tuple[int, ...]
 ) -> None:
-    found = parts_of(replace(signals, starts=starts))
+    found = parts_of(replace(signals, stretch_begins=starts))
     used = np.zeros(len(signals), dtype=int)
     for part in (found.train, found.choose, found.held_out):
         for begin in part.begin:
@@ -103,7 +103,7 @@ def test_half_is_for_fitting_and_a_quarter_each_for_choosing_and_judging(signals
 
 def test_the_pattern_begins_one_place_further_on_in_every_stretch(signals: Signals) -> None:
     repeated = replace(
-        signals, starts=tuple(range(0, 2400, 401))
+        signals, stretch_begins=tuple(range(0, 2400, 401))
     )  # four windows and no room for a fifth
     names = names_by_begin(parts_of(repeated))
     for stretch in range(5):
@@ -124,6 +124,6 @@ def test_a_recording_too_short_is_refused() -> None:
 
 def test_a_part_that_stays_empty_is_refused() -> None:
     """Three windows and then one: the rotated pattern leaves none to judge on."""
-    broken = replace(made(INTECO, 4.04).signals, starts=(0, 303))
+    broken = replace(made(INTECO, 4.04).signals, stretch_begins=(0, 303))
     with pytest.raises(BadInputError, match="found one of these parts empty: record longer"):
         parts_of(broken)

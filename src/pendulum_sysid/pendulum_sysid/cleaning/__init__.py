@@ -1,0 +1,1 @@
+"""Clean recordings: a detector a file, one sequence."""

@@ -56,7 +56,7 @@ def find_ties(
 def make_question(case: Case, split: Split, fit: Fit, name: str) -> ExchangeQuestion:
     """Return the question about an effect of a fit, on the windows that a diagnosis decides on."""
     others = tuple(effect for effect in fit.effects if effect != name)
-    windows, weight = pick_deciding_windows(case.state, split, fit.parts)
+    windows, weight = pick_deciding_windows(case.state, split, fit.pieces)
     return ExchangeQuestion(
         problem=case.problem(windows),
         power=fit.power / weight,

@@ -60,7 +60,7 @@ class Search:
         theta: (SIZE,) or (starts, SIZE) parameter vectors to start from.
         """
         fits = [
-            fit(self.case, self.split, effects, vector, start.parts, start.starts)
+            fit(self.case, self.split, effects, vector, start.pieces, start.start_states)
             for vector in np.atleast_2d(theta)
         ]
         return min(fits, key=lambda candidate: candidate.train)

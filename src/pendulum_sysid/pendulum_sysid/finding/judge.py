@@ -57,15 +57,15 @@ def _is_likely(rich: Fit, simple: Fit) -> bool:
     upright grows until it is all that counts.
     """
     if (
-        rich.parts == 1
-        or rich.parts != simple.parts
+        rich.pieces == 1
+        or rich.pieces != simple.pieces
         or rich.choose > decisions.MISFIT_AT_NOISE
         or simple.choose < decisions.LIKELIHOOD_MISFIT_RATIO * rich.choose
     ):
         return False
     variance = rich.window_squares.sum(axis=0) / np.maximum(rich.counts.sum(axis=0), 1.0)
     gains = np.sum((simple.window_squares - rich.window_squares) / (2.0 * variance), axis=1)
-    gains = np.sort(gains.reshape(-1, rich.parts).sum(axis=1))
+    gains = np.sort(gains.reshape(-1, rich.pieces).sum(axis=1))
     return float(gains[:-1].sum()) > decisions.LIKELIHOOD_GAIN_NATS
 
 
@@ -79,7 +79,7 @@ def _compute_powers(fit: Fit) -> Floats:
     Parts of one window are averaged.
     """
     power = fit.window_squares / np.maximum(fit.counts, 1.0)
-    whole = power.reshape(-1, fit.parts, power.shape[1]).mean(axis=1)
+    whole = power.reshape(-1, fit.pieces, power.shape[1]).mean(axis=1)
     return np.maximum(whole, (0.1 * fit.noise) ** 2)
 
 

@@ -64,7 +64,7 @@ def search_pole_alone(search: Search, base: Fit) -> PoleAnswer | None:
     alone = Search(case, split_windows(case.signals, case.state), journal)
     values = {e: case.twin.effects[e] if BY_NAME[e].parameters else {} for e in given}
     theta = make_theta(replace(case.twin, effects=values))
-    first = fit(case, alone.split, given, theta, base.parts)
+    first = fit(case, alone.split, given, theta, base.pieces)
     return PoleAnswer(alone, first, prune_set(alone, first.effects, grow_set(alone, first)))
 
 

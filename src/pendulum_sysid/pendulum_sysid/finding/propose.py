@@ -56,9 +56,9 @@ def propose(case: Case, split: Split, fit: Fit) -> list[Proposal]:
         for theta in make_probes(case, fit, effect)
     ]
     free = list_free_parameters(case.twin, fit.effects, case.scales)
-    problem = case.problem(shorten_windows(case.state, split.train, fit.parts))
+    problem = case.problem(shorten_windows(case.state, split.train, fit.pieces))
     vectors = np.array([theta for _, theta in probed])
-    system = linearise(problem, fit.theta, fit.starts, free, fit.power, vectors)
+    system = linearise(problem, fit.theta, fit.start_states, free, fit.power, vectors)
     promised = [
         _make_proposal(system, len(free) + k, fit, free, effect, theta)
         for k, (effect, theta) in enumerate(probed)

@@ -68,8 +68,8 @@ def search_effects(case: Case, split: Split, report: Progress = report_nothing) 
     named = name_effects(search, base, explanation.fit, explanation.pole)
     ties = find_ties(case, split, explanation.fit, {n.effect: n.inseparable_from for n in named})
     best, named = add_readings(case, explanation.fit, add_ties(named, ties))
-    if base.parts != best.parts:
-        base = search.fit_over_horizon(base, best.parts)
+    if base.pieces != best.pieces:
+        base = search.fit_over_horizon(base, best.pieces)
     return Answer(base, best, named, ties, search.journal.trials)
 
 
@@ -126,7 +126,7 @@ def extend_horizon(search: Search, base: Fit, explanation: Explanation) -> Expla
         return replace(explanation, fit=confirm_long(search, short, long))
     long, near = prune_set(search, short.effects, grown, expected), short
     if long.effects != short.effects:
-        refitted = search.fit_over_horizon(long, short.parts)
+        refitted = search.fit_over_horizon(long, short.pieces)
         near = prune_set(search, base.effects, refitted, expected)
     better = compute_lead(long, judge_over_whole_windows(search, near)).is_real
     return replace(explanation, fit=long if better else near)
@@ -141,7 +141,7 @@ def confirm_long(search: Search, short: Fit, long: Fit) -> Fit:
     added = [name for name in long.effects if name not in short.effects]
     if not added or not decisions.CONFIRM_LONG_HORIZON:
         return long
-    near = search.fit_over_horizon(long, short.parts)
+    near = search.fit_over_horizon(long, short.pieces)
     shows = all(compute_distance(near, name, short.effects) > 1.0 for name in added)
     return long if shows and compute_lead(near, short).ratio > 1.0 else short
 
@@ -149,4 +149,4 @@ def confirm_long(search: Search, short: Fit, long: Fit) -> Fit:
 def judge_over_whole_windows(search: Search, fit: Fit) -> Fit:
     """Return a fit with its choosing errors taken over whole windows, nothing refitted."""
     refined = refine_start_states(search.case.problem(search.split.choose), fit.theta)
-    return replace(fit, window_squares=refined.squares, counts=refined.counts, parts=1)
+    return replace(fit, window_squares=refined.squares, counts=refined.counts, pieces=1)

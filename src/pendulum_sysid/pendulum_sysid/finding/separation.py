@@ -166,7 +166,7 @@ def compute_columns(
     ]
     ends = np.concatenate([np.array(steps).reshape(-1, theta.size), targets])
     problem = drop_wild_windows(problem, theta, power)
-    normal = linearise(problem, theta, problem.windows.starts, free, power, ends).normal
+    normal = linearise(problem, theta, problem.windows.start_states, free, power, ends).normal
     combined, at = _make_combinations(len(free), shapes, len(targets))
     first_target = combined.shape[1] - len(targets)
     return Columns(combined.T @ normal @ combined, free, shapes, at, first_target)
@@ -182,7 +182,7 @@ def drop_wild_windows(problem: Problem, theta: Floats, power: Floats) -> Problem
     if len(windows) < 2:
         return problem
     grown = np.trace(
-        linearise(problem, theta, windows.starts, (), power).start_normal, axis1=1, axis2=2
+        linearise(problem, theta, windows.start_states, (), power).start_normal, axis1=1, axis2=2
     )
     return replace(
         problem, windows=windows.pick(grown <= decisions.START_ERROR_GROWTH**2 * np.median(grown))

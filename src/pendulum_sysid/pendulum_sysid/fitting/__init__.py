@@ -1,0 +1,1 @@
+"""Fit twins to windows of a recording."""

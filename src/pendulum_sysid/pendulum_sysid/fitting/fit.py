@@ -24,7 +24,7 @@ from pendulum_twin.effects import BY_NAME
 from pendulum_twin.parameter_vector import SLOTS, make_theta
 from pendulum_twin.signals import Signals
 
-HORIZONS = (4, 1)  # into how many parts a window is cut
+HORIZONS = (4, 1)  # pieces of a window: 0.25 s and 1 s
 
 
 def fit(
@@ -32,38 +32,39 @@ def fit(
     split: Split,
     effects: tuple[str, ...],
     theta: Floats,
-    parts: int = 1,
-    starts: Floats | None = None,
+    pieces: int = 1,
+    start_states: Floats | None = None,
 ) -> Fit:
     """Return the fit of the rig's constants and the effects' parameters on the training windows.
 
-    theta: (SIZE,) where to start, the effects' words not neutral. parts: every window is cut into
-    so many: over a short horizon errors stay where they arise, over a long one small ones add up.
-    starts: (training windows * parts, 4) start states, when a nearby fit has them.
+    theta: (SIZE,) parameter vector to start from; the parameters of the effects are not neutral.
+    pieces: how many pieces each window is cut into: over a short horizon errors stay where they
+        arise, over a long horizon small errors add up.
+    start_states: (training windows * pieces, 4) start states of a nearby fit; None for none.
     """
     free = list_free_parameters(case.twin, effects, case.scales)
     solution = solve(
-        case.problem(shorten_windows(case.state, split.train, parts)), theta, free, starts
+        case.problem(shorten_windows(case.state, split.train, pieces)), theta, free, start_states
     )
     choosing = refine_start_states(
-        case.problem(shorten_windows(case.state, split.choose, parts)), solution.theta
+        case.problem(shorten_windows(case.state, split.choose, pieces)), solution.theta
     )
     return Fit(
         twin=make_twin(case.twin, solution.theta, effects, list_rig_parameters(case.twin)),
         effects=effects,
         estimates={
-            **_make_estimates(solution, free, parts),
+            **_make_estimates(solution, free, pieces),
             **_estimate_located(case, effects, solution.theta),
         },
         theta=solution.theta,
-        starts=solution.starts,
+        start_states=solution.start_states,
         power=solution.power,
         train=solution.misfit(case.noise),
         choose=choosing.misfit(case.noise),
         window_squares=choosing.squares,
         counts=choosing.counts,
         noise=case.noise,
-        parts=parts,
+        pieces=pieces,
         converged=solution.converged,
     )
 
@@ -101,9 +102,11 @@ def _halve_gap(signals: Signals, time_s: float) -> float:
     return float(clock[after] - clock[max(after - 1, 0)]) / 2
 
 
-def _make_estimates(solution: Solution, free: tuple[Free, ...], parts: int) -> dict[str, Estimate]:
+def _make_estimates(
+    solution: Solution, free: tuple[Free, ...], pieces: int
+) -> dict[str, Estimate]:
     estimates = {}
-    for parameter, half in zip(free, compute_half_widths(solution, free, parts), strict=True):
+    for parameter, half in zip(free, compute_half_widths(solution, free, pieces), strict=True):
         value = parameter.get(solution.theta)
         bound = value <= parameter.low or value >= parameter.high
         fixed = bool(np.isfinite(half)) and half < max(abs(value), parameter.size) and not bound

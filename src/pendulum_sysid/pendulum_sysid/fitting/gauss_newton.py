@@ -33,7 +33,7 @@ class Solution:
     """Hold a fit of free parameters and start states.
 
     theta: (SIZE,) parameter vector.
-    starts: (windows, 4) fitted start states x, th, v, w.
+    start_states: (windows, 4) fitted start states x, th, v, w.
     squares, counts: (windows, channels) sum of squared errors (m^2, rad^2), and samples.
     converged: whether the last step gained hardly anything.
     normals: (windows, parameters, parameters) of the reduced problem.
@@ -41,7 +41,7 @@ class Solution:
     """
 
     theta: Floats
-    starts: Floats
+    start_states: Floats
     squares: Floats
     counts: Floats
     converged: bool = True
@@ -62,7 +62,9 @@ def _compute_power(squares: Floats, counts: Floats) -> Floats:
     return np.maximum(squares.sum(axis=0) / np.maximum(counts.sum(axis=0), 1.0), 1e-30)
 
 
-def _compute_cost(problem: Problem, starts: Floats, squares: Floats, counts: Floats) -> float:
+def _compute_cost(
+    problem: Problem, start_states: Floats, squares: Floats, counts: Floats
+) -> float:
     """Return the concentrated negative log likelihood a sample.
 
     Errors are Gaussian, with the variance of each channel that fits them best.
@@ -71,7 +73,7 @@ def _compute_cost(problem: Problem, starts: Floats, squares: Floats, counts: Flo
     if not np.all(np.isfinite(squares)):
         return np.inf
     turned = list_varied(problem)
-    moved = (starts - problem.windows.starts)[:, turned] / problem.deviations[turned]
+    moved = (start_states - problem.windows.start_states)[:, turned] / problem.deviations[turned]
     return float(
         (np.sum(total * np.log(_compute_power(squares, counts))) + np.sum(moved**2))
         / (2 * total.sum())
@@ -82,7 +84,7 @@ def solve(
     problem: Problem,
     theta: Floats,
     free: tuple[Free, ...],
-    starts: Floats | None = None,
+    start_states: Floats | None = None,
     iterations: int = 20,
 ) -> Solution:
     """Return the fit of the free parameters and of the windows' start states, from theta.
@@ -91,20 +93,20 @@ def solve(
     shortened (Levenberg-Marquardt); parameters stay within their bounds.
     """
     windows = problem.windows
-    starts = windows.starts.copy() if starts is None else starts.copy()
+    start_states = windows.start_states.copy() if start_states is None else start_states.copy()
     theta = theta.copy()
     _, weights = gather(problem.signals, windows.begin, windows.samples)
     counts = weights.sum(axis=1)
-    squares = np.sum(compute_errors(problem, theta, starts) ** 2, axis=1)
-    cost = _compute_cost(problem, starts, squares, counts)
+    squares = np.sum(compute_errors(problem, theta, start_states) ** 2, axis=1)
+    cost = _compute_cost(problem, start_states, squares, counts)
     damping, converged = 1e-6, False
     system = None
     for _ in range(iterations):
-        system = linearise(problem, theta, starts, free, _compute_power(squares, counts))
+        system = linearise(problem, theta, start_states, free, _compute_power(squares, counts))
         while True:
-            new_theta, new_starts = _take_step(system, theta, starts, free, damping)
-            new_squares = np.sum(compute_errors(problem, new_theta, new_starts) ** 2, axis=1)
-            new_cost = _compute_cost(problem, new_starts, new_squares, counts)
+            new_theta, new_start_states = _take_step(system, theta, start_states, free, damping)
+            new_squares = np.sum(compute_errors(problem, new_theta, new_start_states) ** 2, axis=1)
+            new_cost = _compute_cost(problem, new_start_states, new_squares, counts)
             if new_cost < cost or damping > 1e4:
                 break
             damping = max(damping * 10, 1e-3)
@@ -112,18 +114,18 @@ def solve(
             converged = True
             break
         gain, cost = cost - new_cost, new_cost
-        theta, starts, squares = new_theta, new_starts, new_squares
+        theta, start_states, squares = new_theta, new_start_states, new_squares
         damping = max(damping * 0.1, 1e-9)
         if gain < CONVERGED:
             converged = True
             break
     if system is None:
-        return Solution(theta, starts, squares, counts, converged)
-    return Solution(theta, starts, squares, counts, converged, system.normals, system.scores)
+        return Solution(theta, start_states, squares, counts, converged)
+    return Solution(theta, start_states, squares, counts, converged, system.normals, system.scores)
 
 
 def _take_step(
-    system: System, theta: Floats, starts: Floats, free: tuple[Free, ...], damping: float
+    system: System, theta: Floats, start_states: Floats, free: tuple[Free, ...], damping: float
 ) -> tuple[Floats, Floats]:
     """Return theta and start states after one damped step, parameters within their bounds."""
     values = np.array([parameter.get(theta) for parameter in free])
@@ -154,9 +156,9 @@ def _take_step(
         parameter.put(new_theta, float(np.clip(value + change, parameter.low, parameter.high)))
     remainder = system.start_gradient - system.cross @ step
     moves = np.linalg.solve(system.start_normal, remainder[..., None])[..., 0]
-    new_starts = starts.copy()
-    new_starts[:, system.varied] += moves * system.start_sizes
-    return new_theta, new_starts
+    new_start_states = start_states.copy()
+    new_start_states[:, system.varied] += moves * system.start_sizes
+    return new_theta, new_start_states
 
 
 def compute_half_widths(solution: Solution, free: tuple[Free, ...], together: int = 1) -> Floats:
@@ -194,6 +196,8 @@ def compute_half_widths(solution: Solution, free: tuple[Free, ...], together: in
     )
 
 
-def refine_start_states(problem: Problem, theta: Floats, starts: Floats | None = None) -> Solution:
+def refine_start_states(
+    problem: Problem, theta: Floats, start_states: Floats | None = None
+) -> Solution:
     """Fit the start states alone: how well a fixed twin can run at all."""
-    return solve(problem, theta, (), starts, iterations=4)
+    return solve(problem, theta, (), start_states, iterations=4)

@@ -45,14 +45,14 @@ def list_varied(problem: Problem) -> list[int]:
     return [*present, *(k + 2 for k in present)]
 
 
-def compute_errors(problem: Problem, theta: Floats, starts: Floats) -> Floats:
+def compute_errors(problem: Problem, theta: Floats, start_states: Floats) -> Floats:
     """Return measured minus run, (windows, samples, channels).
 
-    theta: (SIZE,) of the twin. starts: (windows, 4) start states.
+    theta: (SIZE,) of the twin. start_states: (windows, 4) start states.
     """
     drives = run_drive(problem.signals, theta[None])
     return _compute_errors_of_part(
-        problem, drives, theta[None], np.zeros(1, dtype=np.int64), starts[None], slice(None)
+        problem, drives, theta[None], np.zeros(1, dtype=np.int64), start_states[None], slice(None)
     )[0]
 
 
@@ -61,17 +61,17 @@ def _compute_errors_of_part(
     drives: tuple[Floats, Ints],
     theta: Floats,
     set_of: Ints,
-    starts: Floats,
+    start_states: Floats,
     part: slice,
 ) -> Floats:
     """Return measured minus run, (lanes, windows, samples, channels), of the windows in a part.
 
-    theta: (sets, SIZE). set_of: (lanes,) which each lane has. starts: (lanes, windows, 4).
+    theta: (sets, SIZE). set_of: (lanes,) which each lane has. start_states: (lanes, windows, 4).
     """
     signals, begin, samples = problem.signals, problem.windows.begin[part], problem.windows.samples
-    lanes, count = starts.shape[:2]
+    lanes, count = start_states.shape[:2]
     at, own = np.tile(begin, lanes), np.repeat(set_of, count)
-    runs = run_driven(signals, drives, theta, own, at, starts.reshape(-1, 4), samples)
+    runs = run_driven(signals, drives, theta, own, at, start_states.reshape(-1, 4), samples)
     measured, counts = gather(signals, begin, samples)
     return (
         measured - runs[..., list(list_channels(signals))].reshape(lanes, *measured.shape)
@@ -110,7 +110,7 @@ class System:
 def linearise(
     problem: Problem,
     theta: Floats,
-    starts: Floats,
+    start_states: Floats,
     free: tuple[Free, ...],
     power: Floats,
     whole_steps: Floats | None = None,
@@ -124,11 +124,13 @@ def linearise(
     sets, scale = _list_neighbours(theta, free)
     sets = np.concatenate([sets, more])
     many = len(sets) + len(list_varied(problem))
-    size = max(RUNS_AT_ONCE // (many * problem.windows.samples * starts.shape[1]), 1)
-    pieces = [slice(a, min(a + size, len(starts))) for a in range(0, len(starts), size)]
-    off = _compute_all_errors(problem, sets, starts, pieces)
+    size = max(RUNS_AT_ONCE // (many * problem.windows.samples * start_states.shape[1]), 1)
+    pieces = [
+        slice(a, min(a + size, len(start_states))) for a in range(0, len(start_states), size)
+    ]
+    off = _compute_all_errors(problem, sets, start_states, pieces)
     off /= np.sqrt(power)
-    systems = [_assemble_part(problem, off[:, part], scale, starts, part) for part in pieces]
+    systems = [_assemble_part(problem, off[:, part], scale, start_states, part) for part in pieces]
 
     def stack(name: str) -> Floats:
         return np.concatenate([getattr(parameter, name) for parameter in systems])
@@ -145,7 +147,7 @@ def linearise(
 
 
 def _compute_all_errors(
-    problem: Problem, sets: Floats, starts: Floats, pieces: list[slice]
+    problem: Problem, sets: Floats, start_states: Floats, pieces: list[slice]
 ) -> Floats:
     """Return measured minus run, (sets + starts that are varied, windows, samples, channels).
 
@@ -157,13 +159,18 @@ def _compute_all_errors(
     moves[np.arange(len(sets), len(moves)), turned] = problem.deviations[turned]
     set_of = np.array([*range(len(sets)), *([0] * len(turned))])
     all_errors = np.empty(
-        (len(moves), len(starts), problem.windows.samples, len(list_channels(problem.signals)))
+        (
+            len(moves),
+            len(start_states),
+            problem.windows.samples,
+            len(list_channels(problem.signals)),
+        )
     )
     for sharing in _list_groups(problem, len(sets)):
         drives = run_drive(problem.signals, sets[sharing])
         lanes = np.flatnonzero(np.isin(set_of, sharing))
         for part in pieces:
-            runs = starts[part] + moves[lanes, None]
+            runs = start_states[part] + moves[lanes, None]
             own = set_of[lanes] - sharing[0]
             all_errors[lanes, part] = _compute_errors_of_part(
                 problem, drives, sets[sharing], own, runs, part
@@ -179,7 +186,7 @@ def _list_groups(problem: Problem, sets: int) -> list[Ints]:
 
 
 def _assemble_part(
-    problem: Problem, off_by: Floats, scale: Floats, starts: Floats, part: slice
+    problem: Problem, off_by: Floats, scale: Floats, start_states: Floats, part: slice
 ) -> System:
     """Return the normal equations of a part of the windows.
 
@@ -200,7 +207,7 @@ def _assemble_part(
     by_start = np.moveaxis(change[sets - 1 :], 0, 2)
     start_normal = by_start.transpose(0, 2, 1) @ by_start
     start_normal += np.eye(len(turned))  # the smoothed start is a measurement, too
-    off = (problem.windows.starts - starts)[part][:, turned] / sizes
+    off = (problem.windows.start_states - start_states)[part][:, turned] / sizes
     start_gradient = (by_start.transpose(0, 2, 1) @ base[..., None])[..., 0] + off
     cross = by_start.transpose(0, 2, 1) @ by_column
     moved = np.linalg.solve(start_normal, cross)  # how the best start follows the parameters

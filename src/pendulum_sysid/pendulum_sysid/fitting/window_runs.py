@@ -89,7 +89,7 @@ def run_windows(case: Case, windows: Windows) -> WindowRuns:
             make_theta(case.twin)[None],
             set_of,
             windows.begin,
-            windows.starts,
+            windows.start_states,
             windows.samples,
         )
     measured, counts = gather(signals, windows.begin, windows.samples)

@@ -122,7 +122,7 @@ def make_partings(case: Case, split: Split, best: Fit, tie: Tie) -> list[Parting
     rivals = (*(name for name in best.effects if name != tie.effect), tie.rival)
     free = list_free_parameters(case.twin, rivals, case.scales)
     own = list_free_parameters(case.twin, best.effects, case.scales)
-    windows, weight = pick_deciding_windows(case.state, split, best.parts)
+    windows, weight = pick_deciding_windows(case.state, split, best.pieces)
     at_hand, power = case.problem(windows), best.power / weight
     aims = []
     for mover, rival, follows in ((best.theta, tie.theta, free), (tie.theta, best.theta, own)):
@@ -137,7 +137,7 @@ def list_narrowings(case: Case, split: Split, best: Fit, at_least: float) -> lis
     at_least: the share. A parameter that the recordings do not fix has an infinite interval.
     """
     free = list_free_parameters(case.twin, best.effects, case.scales)
-    windows, weight = pick_deciding_windows(case.state, split, best.parts)
+    windows, weight = pick_deciding_windows(case.state, split, best.pieces)
     normal = compute_columns(case.problem(windows), best.theta, free, best.power / weight).normal
     aims = []
     for k, parameter in enumerate(free):

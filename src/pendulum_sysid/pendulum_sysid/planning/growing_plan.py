@@ -148,7 +148,7 @@ def _make_setting(case: Case, best: Fit, aims: Sequence[Aim], room: Envelope) ->
     rate_hz = whole if abs(rate_hz / whole - 1) < 0.01 else rate_hz
     return Setting(
         case,
-        best.parts,
+        best.pieces,
         best.power,
         aims,
         movers,

@@ -188,7 +188,7 @@ def _find_inseparable(
     inseparable = []
     for shape, run in zip(middle, runs, strict=True):
         state = smooth_state(run)
-        windows = replace(problem.windows, starts=state.states[problem.windows.begin])
+        windows = replace(problem.windows, start_states=state.states[problem.windows.begin])
         own = replace(problem, signals=run, windows=windows)
         question = ExchangeQuestion(
             own, power, shape.whole, shape.effect, given, free, case.scales

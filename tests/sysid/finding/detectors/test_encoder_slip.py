@@ -54,6 +54,6 @@ def test_fast_motion_is_no_slip(effects: dict) -> None:
 
 def test_nothing_is_asked_across_a_gap_or_of_a_cart_alone() -> None:
     signals = make_slip(0.4, 1)
-    gap = replace(signals, starts=(0, 1000), begin_s=(0.0, 15.0))
+    gap = replace(signals, stretch_begins=(0, 1000), begin_s=(0.0, 15.0))
     assert all(abs(step.time_s - SLIP_S) > 0.2 for step in find_angle_steps(gap, 4e-4))
     assert find_angle_steps(replace(signals, pole=None), None) == ()

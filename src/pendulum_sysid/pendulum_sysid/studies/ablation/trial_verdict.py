@@ -117,8 +117,8 @@ def _read_certain(case: Case, base: Fit) -> tuple[str, ...]:
 def _key(record: Case | Split | Fit) -> tuple[Hashable, ...]:
     """Return what tells a record from others of the same trial."""
     if isinstance(record, Fit):
-        fitted = (record.theta, record.starts, record.power)
-        return (record.effects, record.parts, *(values.tobytes() for values in fitted))
+        fitted = (record.theta, record.start_states, record.power)
+        return (record.effects, record.pieces, *(values.tobytes() for values in fitted))
     if isinstance(record, Split):
         parts = (record.train, record.choose, record.held_out)
         return tuple(windows.begin.tobytes() for windows in parts)

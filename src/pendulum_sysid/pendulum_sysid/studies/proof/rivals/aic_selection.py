@@ -43,7 +43,7 @@ def name_effects(ground: Ground) -> tuple[str, ...]:
     """Return the effects that lower the criterion, in the order of their selection."""
     base = ground.base
     best = _fit_model(
-        ground, base.effects, base.theta, base.starts if base.parts == PIECES else None
+        ground, base.effects, base.theta, base.start_states if base.pieces == PIECES else None
     )
     while len(best.effects) < len(base.effects) + MOST_EFFECTS:
         candidates = [
@@ -67,10 +67,10 @@ def _add_effect(ground: Ground, best: Model, effect: Effect) -> Model:
         theta = min(
             candidates,
             key=lambda start: _compute_log_power(
-                solve(problem, start, (), best.solution.starts, 1)
+                solve(problem, start, (), best.solution.start_states, 1)
             ),
         )
-    return _fit_model(ground, (*best.effects, effect.name), theta, best.solution.starts)
+    return _fit_model(ground, (*best.effects, effect.name), theta, best.solution.start_states)
 
 
 def _list_start_values(ground: Ground, theta: Floats, effect: Effect) -> list[Floats]:
