@@ -14,22 +14,22 @@ from house import (
 
 # Lower a ceiling, or raise a floor, when the code is better; never the other way.
 LEAST_PERCENT_VERBS = {
-    "pendulum_bridge": 30,
-    "pendulum_rl_env": 25,
-    "pendulum_sysid": 81,
-    "pendulum_twin": 49,
+    "pendulum_bridge": 85,
+    "pendulum_rl_env": 79,
+    "pendulum_sysid": 90,
+    "pendulum_twin": 75,
 }
 MOST_BANNED_NAMES = {
-    "pendulum_bridge": 66,
-    "pendulum_rl_env": 23,
-    "pendulum_sysid": 60,
-    "pendulum_twin": 9,
+    "pendulum_bridge": 0,
+    "pendulum_rl_env": 0,
+    "pendulum_sysid": 0,
+    "pendulum_twin": 0,
 }
 MOST_LONG_LINES = {
-    "pendulum_bridge": 499,
-    "pendulum_rl_env": 156,
-    "pendulum_sysid": 6,
-    "pendulum_twin": 153,
+    "pendulum_bridge": 0,
+    "pendulum_rl_env": 3,
+    "pendulum_sysid": 0,
+    "pendulum_twin": 0,
 }
 PACKAGES = sorted(path.name for path in SRC.glob("pendulum_*"))
 

@@ -143,14 +143,14 @@ def predict_isolability(
     needed = compute_naming_threshold(
         int(decisions.DECIDING_SHARE * len(case.signals)) * len(case.noise)
     )
-    found, named = (
+    detectable, nameable = (
         _find_shares(problem, theta, free, power, middle, columns, errors)
         for errors in (decisions.FOUND_STANDARD_ERRORS, needed)
     )
     runs = _play_twins(twin, thetas, plan, encoders)
     inseparable = _find_inseparable(case, problem, power, free, middle, runs)
     distances = _compute_distances(columns, len(middle))
-    lines = zip(distances.tolist(), middle, found, named, inseparable, strict=True)
+    lines = zip(distances.tolist(), middle, detectable, nameable, inseparable, strict=True)
     effect_rows = tuple(_make_row(*line, encoders) for line in lines)
     constants = _list_constants(columns, theta)
     return Isolability(twin.name, plan.seconds, farthest, encoders, effect_rows, constants)
@@ -275,12 +275,15 @@ def _compute_distances(columns: Columns, count: int) -> Floats:
 def _make_row(
     errors: float,
     shape: Shape,
-    found: float | None,
-    named: float | None,
+    detectable: float | None,
+    nameable: float | None,
     inseparable: tuple[str, ...],
     encoders: Encoders,
 ) -> EffectRow:
-    """Return the row of an effect; found, named: shares of its typical size, None for no size."""
+    """Return the row of an effect.
+
+    detectable, nameable: smallest shares of its typical size; None for an effect without a size.
+    """
     effect, slot = shape.effect, SLOTS[shape.effect.name]
     sizes = [p for p in effect.parameters if not p.shape] or list(effect.parameters)
     main = sizes[0] if sizes else None
@@ -301,8 +304,8 @@ def _make_row(
         "" if main is None else main.unit,
         {p.name: float(shape.whole[slot.start + n]) for n, p in enumerate(effect.parameters)},
         errors,
-        find_size(found),
-        find_size(named),
+        find_size(detectable),
+        find_size(nameable),
         inseparable if errors >= decisions.FOUND_STANDARD_ERRORS else (),
         tuple(e.name for e in list_doubles(effect)),
     )

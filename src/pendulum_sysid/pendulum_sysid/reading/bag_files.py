@@ -53,11 +53,11 @@ def find_files(path: Path) -> BagFiles:
         p for p in path.iterdir() if is_data_file(p)
     )
     if not files:
-        found = (
+        contents = (
             f"{INDEX} without its data files" if index else "a folder without .mcap or .db3 files"
         )
         raise FileError(
-            f"expected a rosbag2 folder, found {found}: name the folder that the recorder wrote"
+            f"expected a rosbag2 folder, found {contents}: name the folder that the recorder wrote"
         )
     return _check_not_empty(
         BagFiles(

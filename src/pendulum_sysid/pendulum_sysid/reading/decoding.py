@@ -31,8 +31,8 @@ def decode_states(messages: Messages, decode: Decode) -> tuple[Ints, dict[str, F
     ]
     table = np.array(rows, dtype=np.float64).reshape(-1, len(STATE_CHANNELS)).T
     channels = dict(zip(STATE_CHANNELS, table, strict=True))
-    held = {name: values for name, values in channels.items() if not np.all(np.isnan(values))}
-    return np.array(stamps, dtype=np.int64), held, bad
+    present = {name: values for name, values in channels.items() if not np.all(np.isnan(values))}
+    return np.array(stamps, dtype=np.int64), present, bad
 
 
 def decode_commands(messages: Messages, decode: Decode) -> tuple[Ints, Floats, int]:

@@ -40,8 +40,8 @@ def read_verdict(path: Path) -> EarlierVerdict:
     mapping = read_json_object(path, SCHEMA, "a verdict")
     try:
         rivals = {
-            str(one["effect"]): tuple(map(str, one["cannot_be_told_from"]))
-            for one in mapping["missing_physics"]
+            str(entry["effect"]): tuple(map(str, entry["cannot_be_told_from"]))
+            for entry in mapping["missing_physics"]
         }
         outcome = mapping["outcome"]
     except (KeyError, TypeError) as error:

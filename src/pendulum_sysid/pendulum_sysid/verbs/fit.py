@@ -46,7 +46,8 @@ def fit_by_windows(bags: list[Recording], twin: Twin) -> Twin:
     case, windows = prepared.case, prepared.split
     result = fit_own_parameters(case, windows)
     before, after = (
-        run_windows(replace(case, twin=one), windows.held_out) for one in (case.twin, result.twin)
+        run_windows(replace(case, twin=twin), windows.held_out)
+        for twin in (case.twin, result.twin)
     )
     if not result.converged:
         print_progress(
