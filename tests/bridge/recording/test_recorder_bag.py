@@ -26,7 +26,7 @@ from pendulum_bridge.recording.salvage import Salvage
 from pendulum_bridge.recording.sequence_gaps import SequenceGaps
 from pendulum_bridge.recording.session import FLUSH_S, Session
 from pendulum_sysid.reading import bag_files
-from pendulum_sysid.reading.mcap_stream import scan
+from pendulum_sysid.reading.mcap_stream import scan_mcap
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.health import Level
 
@@ -214,7 +214,7 @@ def test_a_file_cut_anywhere_keeps_all_before_the_cut(
                 least += 7
     assert least <= len(result) <= min(least + 7, 70)
     assert not salvage.is_whole
-    sysid = scan(cut, {"/rig/pwm"}) if size > 8 else None
+    sysid = scan_mcap(cut, {"/rig/pwm"}) if size > 8 else None
     if sysid is not None:
         assert [data for _, data in sysid.messages.get("/rig/pwm", [])] == [m.data for m in result]
 
