@@ -1,79 +1,79 @@
-"""Draw who imports whom, as a Mermaid diagram between two marks of DESIGN.md.
+"""Draw which room of pendulum_sysid imports which, as a Mermaid diagram in DESIGN.md.
 
-Run as `python docs/draw_rooms.py` after a change of imports; `--check` only says whether the
-drawing is current (exit status 1 when it is not).
+A room is a folder or a file of the package. The entrances open every room and are not drawn. An
+arrow that other arrows imply is left out: a room may also import what its rooms import.
+
+Run as `python docs/draw_rooms.py` after a change of imports. With `--check` the program writes
+nothing, and its exit status is 1 if the drawing is out of date.
 """
 
 from __future__ import annotations
 
 import argparse
 import ast
-from collections import Counter
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 DESIGN = ROOT / "DESIGN.md"
 BEGIN, END = "<!-- rooms: begin -->\n", "<!-- rooms: end -->\n"
-FOUNDATION, SYSID = "pendulum_twin", "pendulum_sysid"
+PACKAGE = "pendulum_sysid"
+ENTRANCES = {"__init__", "api", "cli"}
 
-
-def name_module(path: Path) -> str:
-    """Name a file of src/<package>/<package>/ as Python imports it."""
-    parts = path.relative_to(ROOT / "src").with_suffix("").parts[1:]
-    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+Imports = dict[str, set[str]]  # room -> the rooms that it imports
 
 
 def list_imports(source: str) -> set[str]:
-    """Return the absolute names of modules that a source imports."""
-    modules = set()
+    """Return the absolute names that a source imports."""
+    names = set()
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Import):
-            modules.update(alias.name for alias in node.names)
+            names.update(alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module:
-            modules.update(f"{node.module}.{alias.name}" for alias in node.names)
-    return modules
+            names.update(f"{node.module}.{alias.name}" for alias in node.names)
+    return names
 
 
-def find_room(module: str) -> str:
-    """Return the room of a module: of pendulum_sysid the folder or file, else the package."""
-    parts = module.split(".")
-    return parts[1] if parts[0] == SYSID and len(parts) > 1 else parts[0]
+def collect_imports(folder: Path) -> Imports:
+    """Return which room of the package in a folder imports which, the entrances left out."""
+    imports: Imports = {}
+    for path in sorted(folder.glob("**/*.py")):
+        room = path.relative_to(folder).with_suffix("").parts[0]
+        if room not in ENTRANCES:
+            names = (name.split(".") for name in list_imports(path.read_text(encoding="utf-8")))
+            imported = {parts[1] for parts in names if parts[0] == PACKAGE and len(parts) > 1}
+            imports.setdefault(room, set()).update(imported - ENTRANCES - {room})
+    return imports
 
 
-def count_imports() -> Counter[tuple[str, str]]:
-    """Return how many modules of a room import another room, (importer, imported) -> count."""
-    arrows: Counter[tuple[str, str]] = Counter()
-    for path in sorted((ROOT / "src").glob("*/pendulum_*/**/*.py")):
-        module = name_module(path)
-        imported = {
-            find_room(name) for name in list_imports(path.read_text()) if name.startswith("pend")
-        }
-        if module != SYSID:
-            arrows.update((find_room(module), room) for room in imported - {find_room(module)})
-    return arrows
+def collect_reached(imports: Imports, room: str) -> set[str]:
+    """Return the rooms that a room imports, and those that these import, and so on.
+
+    No room may reach itself; tests/test_architecture.py holds this.
+    """
+    return imports[room].union(*(collect_reached(imports, below) for below in imports[room]))
 
 
-def draw_rooms(arrows: Counter[tuple[str, str]]) -> str:
-    """Return a Mermaid diagram; an arrow points from the importer to the imported room."""
-    lines = ["```mermaid", "flowchart TD"]
-    lines += [
-        f"    {importer} -- {count} --> {imported}"
-        for (importer, imported), count in sorted(arrows.items())
-        if imported != FOUNDATION or importer.startswith("pendulum")
-    ]
-    return "\n".join([*lines, "```", ""])
+def draw_rooms(imports: Imports) -> str:
+    """Return the diagram: an arrow points from a room to the room that it imports."""
+    arrows = []
+    for room, imported in sorted(imports.items()):
+        implied = set().union(*(collect_reached(imports, below) for below in imported))
+        arrows += [f"    {room} --> {below}" for below in sorted(imported - implied)]
+    return "\n".join(["```mermaid", "flowchart TD", *arrows, "```", ""])
 
 
 def main() -> int:
     """Write the drawing, or check it; return the exit status."""
     parser = argparse.ArgumentParser(description=__doc__, allow_abbrev=False)
     parser.add_argument("--check", action="store_true", help="write nothing, compare")
-    text = DESIGN.read_text()
-    head, tail = text.split(BEGIN)[0], text.split(END)[1]
-    new = head + BEGIN + draw_rooms(count_imports()) + END + tail
-    if parser.parse_args().check:
-        return int(new != text)
-    DESIGN.write_text(new)
+    check = parser.parse_args().check
+    design = DESIGN.read_text(encoding="utf-8")
+    head, tail = design.split(BEGIN)[0], design.split(END)[1]
+    drawing = draw_rooms(collect_imports(ROOT / "src" / PACKAGE / PACKAGE))
+    current = head + BEGIN + drawing + END + tail
+    if check:
+        return int(current != design)
+    DESIGN.write_text(current, encoding="utf-8")
     return 0
 
 

@@ -78,6 +78,12 @@ def test_twin_files_load_and_bear_their_name(file: Path) -> None:
     assert load_twin(file).name == file.stem
 
 
+def test_the_drawing_of_rooms_is_current() -> None:
+    check = [sys.executable, str(ROOT / "docs" / "draw_rooms.py"), "--check"]
+    status = subprocess.run(check, timeout=60, check=False).returncode
+    assert status == 0, "run `python docs/draw_rooms.py`"
+
+
 def test_a_part_of_a_recording_is_that_part(tmp_path: Path) -> None:
     whole = read_bag(made_bag(tmp_path / "whole", made(INTECO, seconds=6.0)))
     script = [

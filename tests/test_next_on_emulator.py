@@ -8,7 +8,7 @@ from support.tied_recordings import ROOM, make_gentle_sweep
 
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed
-from pendulum_bridge.playback import Playback, answered
+from pendulum_bridge.excitation.playback import Playback, answer_sample
 from pendulum_sysid.finding.search import Answer, search_effects
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.split import split_windows
@@ -32,7 +32,7 @@ def record(plan: Excitation | Floats) -> Recording:
     for k in range(len(plan.commands) if isinstance(plan, Excitation) else len(plan)):
         sample = rig.sample
         if isinstance(plan, Excitation):
-            answer = answered(round(k * PERIOD_S * 1e9), sample[0], sample[2], playback, plan)
+            answer = answer_sample(round(k * PERIOD_S * 1e9), sample[0], sample[2], playback, plan)
             playback, command = answer.playback, answer.command or 0.0
         else:
             command = float(plan[k])

@@ -15,10 +15,10 @@ def test_a_command_holds_until_it_is_stale() -> None:
 
 
 @pytest.mark.parametrize(("sent", "held"), [(0.7, 0.5), (-3.0, -0.5), (0.2, 0.2)])
-def test_a_command_is_clipped(sent: float, applied: float) -> None:
+def test_a_command_is_clipped(sent: float, held: float) -> None:
     hold = CommandHold(0.5, 0.2)
     hold.offer(sent, 0)
-    assert hold.get_command(0) == applied
+    assert hold.get_command(0) == held
 
 
 def test_what_is_no_number_is_refused_and_counted() -> None:

@@ -1,7 +1,7 @@
 """The command `sysid`: parse, call, exit status.
 
-Exit status: 0 the question was answered; 1 it could not be, the reason on stderr in one sentence;
-2 wrong use. A verb is imported when it runs, so that help comes at once.
+Exit status: 0 the question was answered; 1 it was not, and a sentence on stderr says why; 2 wrong
+use; 130 interrupted. A verb's module is imported when the verb runs, so that help comes at once.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from pendulum_sysid.verbs.options import make_parser
 from pendulum_sysid.verbs.said import INTERRUPTED, NOT_ANSWERED, say
 from pendulum_twin.errors import BadInputError
 
-MODULES = {  # each with `run`
+MODULES = {  # verb -> module, whose `run(arguments)` returns the exit status
     "diagnose": "verbs.diagnose",
     "fit": "verbs.fit",
     "replay": "verbs.replay",
@@ -36,9 +36,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments.shell_line = shlex.join(["sysid", *given])
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter(
-                "ignore"
-            )  # a run that overflows is reported as such, not as numpy sees it
+            # A run that overflows is reported by the verb, not by a warning of numpy.
+            warnings.simplefilter("ignore")
             verb = import_module(f"pendulum_sysid.{MODULES[arguments.verb]}")
             status: int = verb.run(arguments)
             sys.stdout.flush()
@@ -47,9 +46,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         return say(str(error))
     except KeyboardInterrupt:
         return say("stopped by the keyboard before the question was answered", INTERRUPTED)
-    except (
-        BrokenPipeError
-    ):  # the reader of our output has gone; Python would complain once more at exit
+    except BrokenPipeError:
+        # The reader of our output has gone; Python would complain once more at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return NOT_ANSWERED
     except Exception as error:

@@ -64,7 +64,11 @@ def diagnose_prepared(prepared: Prepared, progress: Progress, began: float) -> V
 
 
 def judge_answer(case: Case, split: Split, answer: Answer) -> Findings:
-    """Return where the twin falls short, what the answer explains of it, and what is left."""
+    """Return the findings of all stages after the search, from which the verdict is written.
+
+    answer: what the search ended at; its fits are compared, on all three groups of windows, by
+        free runs, by the missing force that each leaves, and by the noise floor.
+    """
     base, best = answer.base, answer.best
     names = [named.effect for named in answer.named]
     improved = replace(case, twin=best.twin)
@@ -93,7 +97,7 @@ def judge_answer(case: Case, split: Split, answer: Answer) -> Findings:
 
 
 def run_parts(case: Case, split: Split) -> dict[str, WindowRuns]:
-    """Return the free runs of the case's twin on the windows to fit on and to judge on."""
+    """Return the free runs of the case's twin, keyed "train" and "held_out" as the windows."""
     return {"train": run_windows(case, split.train), "held_out": run_windows(case, split.held_out)}
 
 

@@ -35,7 +35,7 @@ class Prepared:
 
     @property
     def findings(self) -> tuple[QualityFinding, ...]:
-        """Return what the cleaning met."""
+        """Return the faults in the data that the cleaning met."""
         return self.case.recording.findings
 
 
@@ -60,7 +60,7 @@ def prepare(recordings: Sequence[Recording], twin: Twin) -> Prepared:
 
 
 def prepare_case(recordings: Sequence[Recording], twin: Twin) -> Case:
-    """Prepare recordings of one rig to be replayed: nothing is asked of their motion.
+    """Prepare recordings of one rig to be replayed; a rig that never moves is no error here.
 
     Raises WrongUse as `prepare` does.
     """
@@ -73,14 +73,14 @@ def prepare_case(recordings: Sequence[Recording], twin: Twin) -> Case:
 
 
 def _smooth_own_run(recording: Recording) -> tuple[Recording, SmoothState]:
-    """Smooth a recording without the start that does not belong to it."""
+    """Return a recording without the start that belongs to another run, and its smooth motion."""
     state = smooth_state(recording.signals)
     own = leave_out_stale_start(recording, state)
     return own, state if own is recording else smooth_state(own.signals)
 
 
 def _leave_out_still_cart(case: Case) -> Case:
-    """Take a cart that was never told to move and did not out of the case."""
+    """Return the case without its cart if the cart neither moved nor was told to move."""
     recording = leave_out_still_cart(case.recording, case.state)
     if recording is case.recording:
         return case

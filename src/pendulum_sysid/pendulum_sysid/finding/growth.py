@@ -43,11 +43,13 @@ def find_steps(search: Search, best: Fit) -> list[Fit]:
 
 
 def list_simplest(steps: Sequence[Fit], taken: Sequence[Fit] = ()) -> list[Fit]:
-    """Return the steps whose new effect neither contains another's nor belongs to a taken step.
+    """Return the steps that lead elsewhere: to the simplest effects that were not tried yet.
 
-    A search goes from an effect to another that contains it, and back, by itself.
+    Left out are steps whose new effect contains the new effect of another step: a search goes from
+    an effect to another that contains it, and back, by itself.
 
-    taken: steps that were gone already; what their new effects contain is left out, too.
+    taken: steps with which a search has begun already. Their new effects, and the effects that
+        these contain, are left out, too.
     """
     names = {step.effects[-1] for step in steps}
     gone = {

@@ -32,8 +32,8 @@ def find_ties(
     any size together with the rig's constants and the other effects' parameters. An effect that
     contains the effect in question is no rival of it.
 
-    also: effect -> effects that scores could not part from it; they count as tied as long as a
-        diagnosis could not be sure.
+    also: effect -> effects that fitted the choosing windows as well in its place
+        (`naming.name_effects`); they count as tied as long as a diagnosis could not be sure.
     """
     apart, ties = decisions.APART_STANDARD_ERRORS, []
     deciding = (len(split.train) + len(split.choose)) / len(split.choose)
@@ -42,14 +42,14 @@ def find_ties(
     for name in [n for n in new if BY_NAME[n].form is not Form.REPORT]:
         doubles = list_doubles(BY_NAME[name])
         ties += [Tie(name, e.name, 0.0, fit.theta, by_no_motion=True) for e in doubles]
-        by_score = also.get(name, ())
+        as_good = also.get(name, ())
         near = find_near_effects(
             make_question(case, split, fit, name),
             list_possible_effects(case.twin.rig),
-            sure if by_score else apart,
-            by_score,
+            sure if as_good else apart,
+            as_good,
         )
-        ties += [tie for tie in near if tie.distance < apart or tie.rival in by_score]
+        ties += [tie for tie in near if tie.distance < apart or tie.rival in as_good]
     return tuple(ties)
 
 

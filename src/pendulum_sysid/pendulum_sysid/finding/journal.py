@@ -65,8 +65,8 @@ class Search:
         ]
         return min(fits, key=lambda candidate: candidate.train)
 
-    def fit_over_horizon(self, known: Fit, parts: int) -> Fit:
-        """Return the same set of effects fitted with every window cut into so many parts."""
-        other = fit(self.case, self.split, known.effects, known.theta, parts)
-        self.journal.note(other, f"over {WINDOW_S / parts:g} s")
+    def fit_over_horizon(self, known: Fit, pieces: int) -> Fit:
+        """Return the same set of effects fitted with every window cut into so many pieces."""
+        other = fit(self.case, self.split, known.effects, known.theta, pieces)
+        self.journal.note(other, f"over {WINDOW_S / pieces:g} s")
         return other

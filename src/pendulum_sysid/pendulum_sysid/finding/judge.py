@@ -104,8 +104,8 @@ def is_needed(rich: Fit, simple: Fit, effect: str, expected: bool = False) -> bo
 def compute_distance(fit: Fit, effect: str, others: Collection[str] = ()) -> float:
     """Return how many half widths of its interval an effect's clearest size lies from nothing.
 
-    held: other effects; sizes that a simpler effect among them has as well are not what the effect
-    adds, and do not count.
+    others: effects of the fit that this fit is compared with. A size that a simpler effect among
+        them has as well does not count: the effect does not add that size.
     """
     simpler = [BY_NAME[name] for name in others if name in BY_NAME[effect].simpler]
     known = {parameter.name for law in simpler for parameter in law.parameters}

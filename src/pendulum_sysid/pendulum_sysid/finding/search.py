@@ -46,7 +46,12 @@ class Answer:
 
 @dataclass(frozen=True)
 class Explanation:
-    """Hold a fit, and what the pole shows by itself, which backs some of its effects."""
+    """Hold a fit that explains the errors of the base.
+
+    fit: with all effects that are needed.
+    pole: what the pole shows by itself, which backs some of the effects; None where the pole was
+        not asked or did not help.
+    """
 
     fit: Fit
     pole: PoleAnswer | None
@@ -87,13 +92,14 @@ def explain_misfit(search: Search, base: Fit) -> Explanation:
 def begin_otherwise(
     search: Search, base: Fit, steps: Sequence[Fit], explanation: Explanation
 ) -> Explanation:
-    """Return what another first step ends at, if that is at the noise and what was found is not.
+    """Return what a search with another first step finds, if only that search ends at the noise.
 
-    Growing one by one is bound to its first step: a broad friction patch takes the place of dry
-    friction and a narrow patch, and what the pole said by itself may answer a wrong scale of the
-    cart's way.
+    A set that grows by one effect at a time is bound to its first effect: a broad friction patch
+    takes the place of dry friction and a narrow patch. An effect that the pole shows by itself may
+    stand for a wrong scale of the cart's position.
 
-    steps: the first steps that were ahead, the step that was gone first.
+    steps: fits with one effect more that were ahead; the search so far took the first of them.
+    explanation: what the search so far found; returned where no other search is better.
     """
     at_noise = decisions.MISFIT_AT_NOISE
     if explanation.fit.choose <= at_noise or not decisions.BEGIN_OTHERWISE:
@@ -114,10 +120,10 @@ def begin_otherwise(
 
 
 def extend_horizon(search: Search, base: Fit, explanation: Explanation) -> Explanation:
-    """Return what is found over whole windows as well, where that is better.
+    """Return the explanation continued over the long horizon, where its fit is better.
 
-    Errors of what is still missing add up, too. Where a long horizon ends above the noise it may
-    add to what the short horizon found, and takes nothing away.
+    Over a long horizon the errors of missing effects add up, too. Where that horizon ends above
+    the noise it may add effects to those of the short horizon, and takes no effect away.
     """
     short, expected = explanation.fit, explanation.expected
     grown = grow_set(search, search.fit_over_horizon(short, 1))
@@ -133,10 +139,12 @@ def extend_horizon(search: Search, base: Fit, explanation: Explanation) -> Expla
 
 
 def confirm_long(search: Search, short: Fit, long: Fit) -> Fit:
-    """Return the long horizon's fit if the effects it has added show over the short one, too.
+    """Return the long fit if its additional effects show over the short horizon, else the short.
 
-    Near upright an error of the start grows over a second until any effect that bends the motion
-    seems to help.
+    short, long: the fits that the searches over either horizon ended at.
+
+    Near upright an error of the start state grows over a second until any effect that bends the
+    motion seems to help.
     """
     added = [name for name in long.effects if name not in short.effects]
     if not added or not decisions.CONFIRM_LONG_HORIZON:

@@ -95,16 +95,16 @@ class Rest:
 
 
 def pick_deciding_windows(
-    state: SmoothState, split: Split, parts: int = 1
+    state: SmoothState, split: Split, pieces: int = 1
 ) -> tuple[Windows, float]:
-    """Return windows that a diagnosis decides on, and for how many each of them stands.
+    """Return some of the training and choosing windows, and for how many each of them stands.
 
-    parts: into how many every window is cut.
+    pieces: into how many each window is cut.
     """
     begin = np.sort(np.concatenate([split.train.begin, split.choose.begin]))
     kept = spread_indices(len(begin))
     chosen = Windows(begin[kept], split.train.samples, state.states[begin[kept]])
-    return shorten_windows(state, chosen, parts), len(begin) / len(kept)
+    return shorten_windows(state, chosen, pieces), len(begin) / len(kept)
 
 
 def spread_indices(count: int, most: int | None = None) -> Ints:

@@ -72,8 +72,8 @@ def _compute_cost(
     total = counts.sum(axis=0)
     if not np.all(np.isfinite(squares)):
         return np.inf
-    turned = list_varied(problem)
-    moved = (start_states - problem.windows.start_states)[:, turned] / problem.deviations[turned]
+    varied = list_varied(problem)
+    moved = (start_states - problem.windows.start_states)[:, varied] / problem.deviations[varied]
     return float(
         (np.sum(total * np.log(_compute_power(squares, counts))) + np.sum(moved**2))
         / (2 * total.sum())
@@ -164,12 +164,13 @@ def _take_step(
 def compute_half_widths(solution: Solution, free: tuple[Free, ...], together: int = 1) -> Floats:
     """Return the half widths of 95 % intervals, (parameters,); infinite where nothing is fixed.
 
-    together: how many windows in a row are pieces of a longer one. The windows' gradients are
-    taken as independent, their scatter
-    as it is: a sandwich clustered by window, which stays honest when the model is wrong; the
-    classical width is the least. What a window's own weight in the fit takes off its gradient is
-    put back (CR2 of Bell and McCaffrey, Survey Methodology 28 (2002) 169; Cameron and Miller, J.
-    Human Resources 50 (2015) 317, section VI).
+    together: how many windows in a row are pieces of one longer window.
+
+    The gradients of the longer windows count as independent, and their scatter is taken as it is:
+    a sandwich clustered by window, which stays honest when the model is wrong. No width is smaller
+    than the classical width. What a window's own weight in the fit takes off its gradient is put
+    back (CR2 of Bell and McCaffrey, Survey Methodology 28 (2002) 169; Cameron and Miller, J. Human
+    Resources 50 (2015) 317, section VI).
     """
     if not free:
         return np.empty(0)

@@ -48,7 +48,8 @@ def list_varied(problem: Problem) -> list[int]:
 def compute_errors(problem: Problem, theta: Floats, start_states: Floats) -> Floats:
     """Return measured minus run, (windows, samples, channels).
 
-    theta: (SIZE,) of the twin. start_states: (windows, 4) start states.
+    theta: (SIZE,) of the twin.
+    start_states: (windows, 4) x (m), th (rad), v (m/s), w (rad/s).
     """
     drives = run_drive(problem.signals, theta[None])
     return _compute_errors_of_part(
@@ -66,7 +67,10 @@ def _compute_errors_of_part(
 ) -> Floats:
     """Return measured minus run, (lanes, windows, samples, channels), of the windows in a part.
 
-    theta: (sets, SIZE). set_of: (lanes,) which each lane has. start_states: (lanes, windows, 4).
+    drives: what command and drive make of the recording, for each set (`run_drive`).
+    theta: (sets, SIZE) parameter vectors.
+    set_of: (lanes,) index of each lane's set.
+    start_states: (lanes, windows, 4) of the windows in the part.
     """
     signals, begin, samples = problem.signals, problem.windows.begin[part], problem.windows.samples
     lanes, count = start_states.shape[:2]
@@ -82,17 +86,23 @@ def _compute_errors_of_part(
 class System:
     """Hold normal equations with the start states eliminated, and what gives them back.
 
-    Residuals are in units of each channel's deviation, columns change by a parameter's size (a
-    start's deviation).
-    normals: (windows, columns, columns) and scores: (windows, columns), each window's part of the
-    matrix and the gradient.
+    Residuals are in units of each channel's deviation. A column is the change of the runs by a
+    parameter's size. Of a start state s entries are fitted, at most 4.
+
+    normals: (windows, columns, columns) each window's part of the matrix.
+    scores: (windows, columns) each window's part of the gradient.
+    start_normal: (windows, s, s) matrix of the start states.
+    start_gradient: (windows, s) their gradient.
+    cross: (windows, s, columns) products of start states and parameters.
+    start_sizes: (s,) deviations by which the entries of a start state are changed.
+    varied: (s,) these entries: 0 x, 1 th, 2 v, 3 w.
     """
 
     normals: Floats
     scores: Floats
-    start_normal: Floats  # (windows, s, s)
-    start_gradient: Floats  # (windows, s)
-    cross: Floats  # (windows, s, columns)
+    start_normal: Floats
+    start_gradient: Floats
+    cross: Floats
     start_sizes: Floats
     varied: list[int]
 
@@ -117,8 +127,9 @@ def linearise(
 ) -> System:
     """Compute the normal equations at theta and start states, by differences.
 
-    power: (channels,) each channel's mean squared error. whole_steps: (more, SIZE) further
-    parameter vectors, each of which adds a column: what going all the way there changes.
+    power: (channels,) each channel's mean squared error, m^2 or rad^2.
+    whole_steps: (more, SIZE) further parameter vectors. Each adds a column: the change of the runs
+        from theta all the way to that vector.
     """
     more = np.empty((0, theta.size)) if whole_steps is None else whole_steps
     sets, scale = _list_neighbours(theta, free)
@@ -133,7 +144,7 @@ def linearise(
     systems = [_assemble_part(problem, off[:, part], scale, start_states, part) for part in pieces]
 
     def stack(name: str) -> Floats:
-        return np.concatenate([getattr(parameter, name) for parameter in systems])
+        return np.concatenate([getattr(system, name) for system in systems])
 
     return System(
         normals=stack("normals"),
@@ -154,10 +165,10 @@ def _compute_all_errors(
     First each parameter vector from the given starts, then the first set from starts one deviation
     off along each entry.
     """
-    turned = list_varied(problem)
-    moves = np.zeros((len(sets) + len(turned), 4))
-    moves[np.arange(len(sets), len(moves)), turned] = problem.deviations[turned]
-    set_of = np.array([*range(len(sets)), *([0] * len(turned))])
+    varied = list_varied(problem)
+    moves = np.zeros((len(sets) + len(varied), 4))
+    moves[np.arange(len(sets), len(moves)), varied] = problem.deviations[varied]
+    set_of = np.array([*range(len(sets)), *([0] * len(varied))])
     all_errors = np.empty(
         (
             len(moves),
@@ -170,10 +181,10 @@ def _compute_all_errors(
         drives = run_drive(problem.signals, sets[sharing])
         lanes = np.flatnonzero(np.isin(set_of, sharing))
         for part in pieces:
-            runs = start_states[part] + moves[lanes, None]
+            starts = start_states[part] + moves[lanes, None]
             own = set_of[lanes] - sharing[0]
             all_errors[lanes, part] = _compute_errors_of_part(
-                problem, drives, sets[sharing], own, runs, part
+                problem, drives, sets[sharing], own, starts, part
             )
     return all_errors
 
@@ -190,11 +201,14 @@ def _assemble_part(
 ) -> System:
     """Return the normal equations of a part of the windows.
 
-    off_by: their errors in deviations, see `_all_errors`.
+    off_by: (sets + varied starts, windows, samples, channels) their errors, in units of each
+        channel's deviation, in the order of `_compute_all_errors`.
+    scale: (parameters,) size of each parameter over its step.
+    part: the windows.
     """
-    turned = list_varied(problem)
-    sizes = problem.deviations[turned]
-    count, sets = off_by.shape[1], len(off_by) - len(turned)
+    varied = list_varied(problem)
+    sizes = problem.deviations[varied]
+    count, sets = off_by.shape[1], len(off_by) - len(varied)
     errors = (
         np.nan_to_num(off_by, nan=FAR, posinf=FAR, neginf=-FAR)
         .clip(-FAR, FAR)
@@ -206,15 +220,15 @@ def _assemble_part(
     by_column = np.moveaxis(change[: sets - 1], 0, 2)
     by_start = np.moveaxis(change[sets - 1 :], 0, 2)
     start_normal = by_start.transpose(0, 2, 1) @ by_start
-    start_normal += np.eye(len(turned))  # the smoothed start is a measurement, too
-    off = (problem.windows.start_states - start_states)[part][:, turned] / sizes
+    start_normal += np.eye(len(varied))  # the smoothed start is a measurement, too
+    off = (problem.windows.start_states - start_states)[part][:, varied] / sizes
     start_gradient = (by_start.transpose(0, 2, 1) @ base[..., None])[..., 0] + off
     cross = by_start.transpose(0, 2, 1) @ by_column
     moved = np.linalg.solve(start_normal, cross)  # how the best start follows the parameters
     scores = (by_column.transpose(0, 2, 1) @ base[..., None])[..., 0]
     scores -= (moved.transpose(0, 2, 1) @ start_gradient[..., None])[..., 0]
     normals = by_column.transpose(0, 2, 1) @ by_column - cross.transpose(0, 2, 1) @ moved
-    return System(normals, scores, start_normal, start_gradient, cross, sizes, turned)
+    return System(normals, scores, start_normal, start_gradient, cross, sizes, varied)
 
 
 def _list_neighbours(theta: Floats, free: tuple[Free, ...]) -> tuple[Floats, Floats]:

@@ -33,9 +33,11 @@ def measure_noise_floor(case: Case, theta: Floats, windows: Windows, seed: int =
     """Measure what the case's twin reaches on its own noisy runs through the same windows.
 
     theta: (SIZE,) of the case's twin.
+    windows: the windows that the floor is for.
+    seed: of the noise.
 
-    The runs are smoothed and replayed as recordings are; what the floor exceeds 1 by is what noise
-    in the smoothed starts costs. The root mean square of several draws of the noise.
+    The runs are smoothed and replayed as recordings are. The floor lies above 1 by what the noise
+    in the smoothed start states costs. It is the root mean square over several draws of the noise.
     """
     signals = case.signals
     lead = round(decisions.FLOOR_LEAD_S / signals.period_s)
@@ -48,9 +50,8 @@ def measure_noise_floor(case: Case, theta: Floats, windows: Windows, seed: int =
     set_of = np.zeros(len(begin), dtype=np.int64)
     runs = run_freely(signals, theta[None], set_of, begin, case.state.states[begin], length)
     if not np.all(np.isfinite(runs)):
-        return NoiseFloor(
-            1.0, 1.0
-        )  # a twin that leaves all bounds says nothing about what is possible
+        # A twin that leaves all bounds says nothing about what is possible.
+        return NoiseFloor(1.0, 1.0)
     tries = [
         _replay_perfect(case, runs, begin, lead, np.random.default_rng((seed, k)))
         for k in range(TRIES)
@@ -65,7 +66,12 @@ def measure_noise_floor(case: Case, theta: Floats, windows: Windows, seed: int =
 def _replay_perfect(
     case: Case, runs: Floats, begin: np.ndarray, lead: int, random: np.random.Generator
 ) -> WindowRuns:
-    """Replay noisy runs, (windows, n, 4): each its own stretch, its window after the lead."""
+    """Return free runs of the case's twin on a recording that is made of noisy runs of it.
+
+    runs: (windows, n, 4) without noise. Each becomes a stretch, with its window after the lead.
+    begin: (windows,) first sample of each run in the case's recording.
+    lead: samples of a run before its window.
+    """
     signals, length = case.signals, runs.shape[1]
     at = (begin[:, None] + np.arange(length)).reshape(-1)
     positions = []

@@ -52,8 +52,8 @@ class Free:
 
     def put(self, theta: Floats, value: float | Floats) -> None:
         """Set the value in theta (..., SIZE)."""
-        for word, factor in zip(self.theta, self.factors, strict=True):
-            theta[..., word] = factor * value
+        for slot, factor in zip(self.theta, self.factors, strict=True):
+            theta[..., slot] = factor * value
 
 
 def list_rig_parameters(twin: Twin) -> tuple[Free, ...]:
@@ -164,7 +164,9 @@ def make_twin(
 ) -> Twin:
     """Make the twin of a fitted theta: base's rig with its free constants replaced.
 
-    theta: (SIZE,). effects: those that the twin holds. rig_free: the fitted constants.
+    theta: (SIZE,) fitted parameter vector.
+    effects: names of the effects that the twin holds.
+    rig_free: the fitted constants of the rig.
     """
     values = {free.name: float(np.clip(free.get(theta), free.low, free.high)) for free in rig_free}
     kept = {}

@@ -15,9 +15,11 @@ ONE_RUN = np.zeros(1, dtype=np.int64)
 def run_whole(signals: Signals, states: Floats, theta: Floats) -> Floats:
     """Run the twin freely over the whole recording; returns what its sensors show, (n, 4).
 
-    states: (n, 4) smoothed x, th, v, w, of which only the first of every stretch is used: a break
-    ends one run and begins another. theta: (SIZE,). A run that diverges holds infinity or NaN from
-    there on.
+    states: (n, 4) smoothed x (m), th (rad), v (m/s), w (rad/s), of which only the first of every
+        stretch is used: a break ends one run and begins another.
+    theta: (SIZE,) of the twin.
+
+    A run that diverges holds infinity or NaN from there on.
     """
     run = np.empty((len(signals), 4))
     for stretch in signals.stretches:

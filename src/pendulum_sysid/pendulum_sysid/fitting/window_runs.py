@@ -20,11 +20,15 @@ JOINTS, UNITS = ("cart", "pole"), ("m", "rad")
 class WindowRuns:
     """Hold free runs of a twin, driven by the recorded command from each window's smoothed start.
 
-    channels: 0 for cart (m), 1 for pole (rad), those that the recording holds, in the order of the
-    last axes below.
-    begin_s: (windows,) start of each, from the recording's start. period_s: between samples.
-    measured, runs, counts: (windows, samples, channels), counts 1 where a measured sample is
-    valid, else 0. noise: (channels,) of the sensors. Errors of a run that diverged are infinite.
+    channels: 0 for the cart, 1 for the pole: those that the recording holds, in the order of the
+        last axes below.
+    begin_s: (windows,) s from the recording's start to the window's first sample.
+    period_s: s between two samples.
+    measured, runs: (windows, samples, channels), m for the cart, rad for the pole.
+    counts: (windows, samples, channels), 1 where a measured sample is valid, else 0.
+    noise: (channels,) standard deviation of each sensor's noise, m or rad.
+
+    Errors of a run that diverged are infinite.
     """
 
     channels: tuple[int, ...]

@@ -44,11 +44,13 @@ def _has_enough(signals: Signals, begin: int, samples: int) -> bool:
 
 
 def gather(signals: Signals, begin: Ints, samples: int) -> tuple[Floats, Floats]:
-    """Return measured values in windows, and 1 where they count, else 0.
+    """Return the measured positions in windows, and which of them count.
 
-    Both are (windows, samples, channels).
+    begin: (windows,) first sample of each window.
 
-    Channels are cart (m) and pole (rad), or the one that is there; see `list_channels`.
+    Returns values, (windows, samples, channels), m for the cart and rad for the pole; and counts
+    of the same shape, 1 where a value is valid, else 0. A joint that the recording lacks has no
+    channel (`list_channels`).
     """
     at = begin[:, None] + np.arange(samples)
     values, counts = [], []

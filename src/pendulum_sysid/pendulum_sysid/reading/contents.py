@@ -12,9 +12,10 @@ from pendulum_sysid.errors import UnusableRecording, WrongUse
 class Contents:
     """Collect the messages of the wanted topics, and what the file says of itself.
 
-    types: topic -> message type, for all topics. messages: wanted topic -> (receive time in ns,
-    serialised message), in the order of the file. counted: topic -> number of messages by the
-    file's own index, empty when it has none.
+    wanted: topics whose messages are kept.
+    types: topic -> message type, for all topics.
+    messages: wanted topic -> (receive time in ns, serialised message), in the order of the file.
+    counted: topic -> number of messages by the file's own index; empty when it has none.
     whole: False when the file ends before its end mark or a part of it is damaged.
     """
 

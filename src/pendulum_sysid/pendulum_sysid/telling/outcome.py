@@ -29,7 +29,7 @@ class Findings:
     before, after: free runs of the given and of the improved twin, by "train" and "held_out".
     floor: what a perfect model reaches on this recording.
     coming: plan of the next experiment.
-    misfits: named effects whose law does not have the shape that is seen.
+    misfits: named effects whose law does not have the shape that is seen; no misfit numbers.
     outweighed: True if a single missing force is larger than all that the named effects explain.
     whole: misfit of the final fit over choosing windows of full length.
     certain: what detectors are certain of, asked only where the rest has no name.
@@ -52,7 +52,15 @@ class Findings:
 
 
 def decide_outcome(findings: Findings) -> Outcome:
-    """Return how the diagnosis ends."""
+    """Return how the diagnosis ends: the first of these rules that holds.
+
+    1. `not_in_catalogue`: a name does not have the shape of its law; or errors above the noise
+       remain, and the names explain too little of them or are outweighed by one missing force; or
+       the names explain too little while whole windows show more than noise.
+    2. `ambiguous`: this recording cannot tell a named effect of the motion from another effect.
+    3. `named`: an effect was found.
+    4. `nothing_missing`.
+    """
     physics = [effect for effect in findings.named if is_motion_effect(effect.effect)]
     explains_little = compute_explained_share(findings) < decisions.LEAST_EXPLAINED_SHARE
     if (
@@ -67,9 +75,9 @@ def decide_outcome(findings: Findings) -> Outcome:
 
 
 def is_slight(findings: Findings) -> bool:
-    """Return whether whole windows show errors that pieces of them hide in the noise.
+    """Return whether whole windows show errors that their pieces hide in the noise.
 
-    Of a small effect that is not in the catalogue, several that are may each take a little.
+    Several effects of the catalogue may each take a little of a small effect that has no name.
     """
     return decisions.CHECK_SLIGHT and findings.whole > decisions.MISFIT_AT_NOISE
 

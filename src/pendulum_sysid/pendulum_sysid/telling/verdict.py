@@ -72,7 +72,11 @@ def make_verdict(findings: Findings, recording: Recording, elapsed_s: float) -> 
 
 
 def make_unusable(recording: Recording, why: str, elapsed_s: float) -> Verdict:
-    """Return the verdict on a recording that cannot answer the question; why: in one sentence."""
+    """Return the verdict on a recording that cannot answer the question.
+
+    why: the reason, one sentence for a person.
+    elapsed_s: duration of the diagnosis, s.
+    """
     return Verdict(
         outcome=Outcome.UNUSABLE,
         sentence=why,

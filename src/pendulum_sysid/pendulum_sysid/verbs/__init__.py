@@ -1,4 +1,5 @@
-"""The verbs of `sysid`, one a module: `run(arguments)` prints the answer to the options given.
+"""The verbs (subcommands) of `sysid`, a module each with a function `run(arguments)`.
 
-`run` returns the exit status, and raises an error of `errors` without an answer.
+`run` prints what was asked for and returns the exit status. Where there is nothing to print, it
+raises an error of the module `errors`, which `cli` prints.
 """

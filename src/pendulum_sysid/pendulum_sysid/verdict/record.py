@@ -114,8 +114,8 @@ class FitScores:
     Attributes:
         train: score on the windows of the fit; 1 is the noise of the sensors.
         held_out: score on windows that neither fit nor choice of effects has seen.
-        held_out_cart_mm: root mean square error of the cart; None for a cart not recorded.
-        held_out_pole_rad: root mean square error of the pole; None for a pole not recorded.
+        held_out_cart_mm: root mean square error of the cart, mm; None for a cart not recorded.
+        held_out_pole_rad: root mean square error of the pole, rad; None for a pole not recorded.
         noise_floor: score that a perfect model reaches on the held-out windows.
         unit: "score".
     """

@@ -42,7 +42,9 @@ LIKE_A_CONSTANT = {
 
 @dataclass(frozen=True)
 class Misfit:
-    """Say that a named effect has not the shape of its law.
+    """Say that what is seen of a named effect does not have the shape of its law.
+
+    Not to be taken for the number `misfit`, the error of a fit in units of noise.
 
     effect: its name.
     share: power that its own variables still explain, over what all effects of these variables
