@@ -290,6 +290,7 @@ def test_an_emulated_rig_runs_and_ends_well(ros: Graph, tmp_path: Path) -> None:
         assert programs.over() == ""
         assert list(samples.got[-1].name) == ["cart", "pole"]
         assert samples.got[-1].position == pytest.approx([0.0, math.pi], abs=0.01)
+        ros.until(lambda: "watches /rig" in programs.said(), "the watch", LONG_S)
         assert programs.end() == {"rig_emulator": 0, "driver_node": 0, "watch_node": 0}, (
             programs.said()
         )

@@ -11,12 +11,19 @@
 '2.94 to 3.34 rad'
 """
 
-from pendulum_twin.effects import CATALOGUE
-from pendulum_twin.errors import BadInputError
-from pendulum_twin.model import Twin, load_twin, save_twin
-from pendulum_twin.rig import Rig
-from pendulum_twin.simulation import Simulation, simulate
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 from pendulum_twin.version import __version__
+
+if TYPE_CHECKING:
+    from pendulum_twin.effects import CATALOGUE
+    from pendulum_twin.errors import BadInputError
+    from pendulum_twin.model import Twin, load_twin, save_twin
+    from pendulum_twin.rig import Rig
+    from pendulum_twin.simulation import Simulation, simulate
 
 __all__ = [
     "CATALOGUE",
@@ -29,3 +36,26 @@ __all__ = [
     "save_twin",
     "simulate",
 ]
+
+_HOMES = {
+    "pendulum_twin.effects": ("CATALOGUE",),
+    "pendulum_twin.errors": ("BadInputError",),
+    "pendulum_twin.model": ("Twin", "load_twin", "save_twin"),
+    "pendulum_twin.rig": ("Rig",),
+    "pendulum_twin.simulation": ("Simulation", "simulate"),
+}
+_HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name on first use: a small program that needs one module loads no numpy."""
+    if name not in _HOME_OF:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(import_module(_HOME_OF[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    """Return the public names."""
+    return list(__all__)

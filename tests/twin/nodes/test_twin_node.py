@@ -16,6 +16,7 @@ from pendulum_twin.model import Twin, load_twin, save_twin  # noqa: E402
 from pendulum_twin.nodes.messages import from_time, to_time  # noqa: E402
 from pendulum_twin.stepper import Stepper  # noqa: E402
 
+pytestmark = pytest.mark.wall_time  # samples come by the clock of this machine
 RATE_HZ = 100.0
 HANGING = [0.0, math.pi, 0.0, 0.0]
 
