@@ -19,7 +19,6 @@ setup(
         "MarkupSafe",
         "matplotlib",
         "numpy",
-        "PyYAML",
         "rosbags",
         "scipy",
         "zstandard",

@@ -6,10 +6,11 @@ import hashlib
 from dataclasses import dataclass, field
 from pathlib import Path, PurePath
 
-import yaml
 import zstandard
 
 from pendulum_sysid.errors import FileError
+from pendulum_twin.errors import BadInputError
+from pendulum_twin.strict_yaml import parse_yaml
 
 DATA_SUFFIXES = (".mcap", ".db3")
 INDEX = "metadata.yaml"
@@ -111,10 +112,10 @@ def _check_not_empty(bag: BagFiles) -> BagFiles:
 
 def _read_index(folder: Path) -> dict:
     try:
-        whole = yaml.safe_load((folder / INDEX).read_text(encoding="utf-8"))
+        whole = parse_yaml((folder / INDEX).read_text(encoding="utf-8"))
         index = whole["rosbag2_bagfile_information"]
         return index if isinstance(index, dict) else {}
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError):
+    except (OSError, UnicodeDecodeError, BadInputError, KeyError, TypeError):
         return {}
 
 
