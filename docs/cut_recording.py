@@ -1,4 +1,4 @@
-"""Write a part of a recording as a recording of its own: `cut_recording.py BAG OUT BEGIN END`, times in s from its start."""
+"""Cut a piece out of a recording: `cut_recording.py BAG OUT BEGIN END`, s from its start."""
 
 import sys
 
@@ -8,7 +8,7 @@ from pendulum_sysid.reading.bag import read_bag, write_bag
 
 
 def cut(bag: str, out: str, begin: float, end: float) -> None:
-    """Write what was sampled and received from begin to end; reported velocities are left behind."""
+    """Write the samples and commands from begin to end, without reported velocities."""
     raw = read_bag(bag)
     rows, sent = (
         (stamps >= begin) & (stamps < end) for stamps in (raw.state_stamp_s, raw.command_stamp_s)

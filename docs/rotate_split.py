@@ -1,4 +1,4 @@
-"""Diagnose one recording once for every rotation of the split: how much do names and held-out errors hang on it?
+"""Diagnose a recording for every rotation of the split: how far do names and errors depend on it?
 
 Run as `python docs/rotate_split.py BAG TWIN`.
 """

@@ -29,7 +29,7 @@ from support.ros_graph import free_domain  # noqa: E402
 from support.running_emulator import TWIN, free_ports  # noqa: E402
 
 from pendulum_bridge.programs import Programs, wait_for  # noqa: E402
-from pendulum_rl_env.nodes.ros_env import ros_env  # noqa: E402
+from pendulum_rl_env.nodes.ros_env import make_ros_env  # noqa: E402
 
 STEPS = 512
 STEP_S = 0.03
@@ -143,7 +143,7 @@ def main() -> None:
     options = parser.parse_args()
     timing = Timing()
     with tempfile.TemporaryDirectory() as logs, rig(Path(logs)), keep_cores_busy(options.busy):
-        env = ros_env(step_s=STEP_S)
+        env = make_ros_env(step_s=STEP_S)
         try:
             for number in range(options.episodes):
                 play(env, timing)

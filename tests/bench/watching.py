@@ -14,7 +14,16 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from support.watched_rigs import CHANGES, Change, Watched, Wire, driven, rig_of, twin_of, watched
+from support.watched_rigs import (
+    CHANGES,
+    Change,
+    Watched,
+    Wire,
+    drive,
+    make_rig,
+    make_twin,
+    watch_run,
+)
 
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed
@@ -49,15 +58,17 @@ def make_setting(seed: int) -> Setting:
 
 
 def play(seed: int, seconds: float, change: Change | None = None, at_s: float = 0.0) -> Watched:
-    setting, truth = make_setting(seed), rig_of(seed)
+    setting, truth = make_setting(seed), make_rig(seed)
 
     def make(rig: Concealed, start: tuple[float, ...]) -> EmulatedRig:
         return EmulatedRig(
             rig, encoders=Encoders(pole_counts=setting.counts), seed=seed, start=start
         )
 
-    run = driven(make, truth, seed, change, at_s)
-    done = watched(Watch(twin_of(truth, seed)), run, seconds, WIRES[setting.wire], seed, THEN_S)
+    run = drive(make, truth, seed, change, at_s)
+    done = watch_run(
+        Watch(make_twin(truth, seed)), run, seconds, WIRES[setting.wire], seed, THEN_S
+    )
     said = f"{done.raised_s:.1f} s: {done.alarm.sentence}" if done.alarm else "no alarm"
     print(
         f"seed {seed}, {setting}, {change.name if change else 'healthy'} {at_s:.1f} s -> {said}",

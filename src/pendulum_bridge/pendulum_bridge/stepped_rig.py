@@ -19,10 +19,11 @@ from pathlib import Path
 from typing import BinaryIO
 
 from pendulum_bridge.emulator.conceal import count_families, draw_concealed
-from pendulum_bridge.emulator.rig import EmulatedRig, Floats
+from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed, open_seal
 from pendulum_bridge.emulator.sensors import Encoders
 from pendulum_bridge.wire.protocol import COMMAND, Command, Sample
+from pendulum_twin.arrays import Floats
 from pendulum_twin.command_line import make_number_reader, make_whole_reader
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin, load_twin

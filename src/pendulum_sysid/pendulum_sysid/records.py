@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from pendulum_twin.arrays import Floats
+from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.model import Twin
 from pendulum_twin.signals import Signals
-
-Ints = NDArray[np.int64]
 
 
 class Outcome(Enum):
@@ -120,7 +119,7 @@ class Windows:
     samples: int
     start_states: Floats
 
-    def pick(self, chosen: NDArray) -> Windows:
+    def pick(self, chosen: Ints | Mask) -> Windows:
         """Return the windows at the chosen indices."""
         return Windows(self.begin[chosen], self.samples, self.start_states[chosen])
 
@@ -307,7 +306,7 @@ class Next:
             plan.
     """
 
-    plan: dict | None
+    plan: dict[str, Any] | None
     why: str
     before: float | None = None
     after: float | None = None

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from reprlib import repr as shown
+from typing import Any
 
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.errors import BadInputError
@@ -47,7 +48,7 @@ class Twin:
         lasting = {name: v for name, v in self.effects.items() if not BY_NAME[name].of_recording}
         return Twin(self.name, self.rig, lasting)
 
-    def to_mapping(self) -> dict:
+    def to_mapping(self) -> dict[str, Any]:
         """Return the twin as the twin file holds it."""
         effects = {name: dict(values) for name, values in self.effects.items()}
         return {

@@ -16,7 +16,7 @@ from mcap.reader import make_reader
 from mcap.stream_reader import StreamReader
 from support.recorder_bags import counts, data_file, index, with_mcap, with_rosbags
 
-from pendulum_bridge.recording.bag import Bag, compute_digest
+from pendulum_bridge.recording.bag import Bag
 from pendulum_bridge.recording.definition import find_definition
 from pendulum_bridge.recording.mcap_file import LARGEST_CHUNK
 from pendulum_bridge.recording.metadata import INDEX, read_index
@@ -26,8 +26,9 @@ from pendulum_bridge.recording.salvage import Salvage
 from pendulum_bridge.recording.sequence_gaps import SequenceGaps
 from pendulum_bridge.recording.session import FLUSH_S, Session
 from pendulum_sysid.reading import bag_files
-from pendulum_sysid.reading.mcap_stream import scan
+from pendulum_sysid.reading.mcap_stream import scan_mcap
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.files import compute_digest
 from pendulum_twin.health import Level
 
 QOS = {
@@ -130,12 +131,8 @@ def test_the_digest_is_the_one_that_a_verdict_carries(tmp_path: Path) -> None:
     fill(bag, range(20))
     bag.close()
     digest = index(tmp_path / "run")["custom_data"]["digest"]
-    assert (
-        digest
-        == compute_digest(data_file(tmp_path / "run"))
-        == bag_files.digest_of((data_file(tmp_path / "run"),))
-    )
-    assert digest == bag_files.digest_of(bag_files.find_files(tmp_path / "run").files)
+    assert digest == compute_digest([data_file(tmp_path / "run")])
+    assert digest == compute_digest(bag_files.find_files(tmp_path / "run").files)
 
 
 def test_the_data_file_knows_the_settings_by_itself(tmp_path: Path) -> None:
@@ -214,7 +211,7 @@ def test_a_file_cut_anywhere_keeps_all_before_the_cut(
                 least += 7
     assert least <= len(result) <= min(least + 7, 70)
     assert not salvage.is_whole
-    sysid = scan(cut, {"/rig/pwm"}) if size > 8 else None
+    sysid = scan_mcap(cut, {"/rig/pwm"}) if size > 8 else None
     if sysid is not None:
         assert [data for _, data in sysid.messages.get("/rig/pwm", [])] == [m.data for m in result]
 

@@ -4,8 +4,8 @@ import pytest
 from support.verdicts import make_missing_entry, make_verdict
 
 from pendulum_bridge.emulator.seal import Concealed
-from pendulum_bridge.studies.comparison import SENTENCES, format_comparison, read_verdict
-from pendulum_sysid.studies.proof.records import How
+from pendulum_bridge.studies.comparison import format_comparison, read_verdict
+from pendulum_sysid.studies.proof.records import NamesOutcome
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.rig import Rig
 
@@ -20,9 +20,9 @@ def concealed(nominal: Rig) -> Concealed:
     return Concealed({FRICTION: {"level_n": 0.73}}, rig)
 
 
-def test_every_way_that_names_come_out_has_a_sentence() -> None:
-    assert set(SENTENCES) == set(How)
-    assert [how for how in How if "is right" in SENTENCES[how]] == [How.RIGHT]
+def test_one_outcome_alone_reads_right() -> None:
+    right = "The diagnosis is right: "
+    assert [way for way in NamesOutcome if way.sentence.startswith(right)] == [NamesOutcome.RIGHT]
 
 
 def test_a_right_verdict_reads_right(concealed: Concealed, nominal: Rig) -> None:
@@ -38,7 +38,7 @@ def test_a_right_verdict_reads_right(concealed: Concealed, nominal: Rig) -> None
     assert lines["force_per_pwm_n"].split() == ["force_per_pwm_n", "12.86", "11", "-"]
     assert "31 before, 1.2 after (score; noise floor 1)" in text
     assert "Masking: cart_viscous_n_s_m had absorbed it." in text
-    assert text.endswith(SENTENCES[How.RIGHT])
+    assert text.endswith(NamesOutcome.RIGHT.sentence)
 
 
 def test_an_interval_that_misses_the_truth_is_not_called_right(
@@ -65,20 +65,20 @@ def test_a_constant_whose_interval_misses_the_truth_is_named_too(nominal: Rig) -
 
 
 @pytest.mark.parametrize(
-    ("entries", "how"),
+    ("entries", "outcome"),
     [
-        ([make_missing_entry(FRICTION)], How.RIGHT),
-        ([make_missing_entry("rail_tilt")], How.WRONG),
-        ([], How.MISSED),
-        ([make_missing_entry("rail_tilt"), make_missing_entry(FRICTION)], How.WRONG),
-        ([make_missing_entry("rail_tilt", [FRICTION])], How.TIED),
-        ([make_missing_entry(FRICTION, ["rail_tilt"])], How.RIGHT),
+        ([make_missing_entry(FRICTION)], NamesOutcome.RIGHT),
+        ([make_missing_entry("rail_tilt")], NamesOutcome.WRONG),
+        ([], NamesOutcome.MISSED),
+        ([make_missing_entry("rail_tilt"), make_missing_entry(FRICTION)], NamesOutcome.WRONG),
+        ([make_missing_entry("rail_tilt", [FRICTION])], NamesOutcome.TIED),
+        ([make_missing_entry(FRICTION, ["rail_tilt"])], NamesOutcome.RIGHT),
     ],
 )
 def test_the_conclusion_is_the_judges(
-    concealed: Concealed, nominal: Rig, entries: list, how: How
+    concealed: Concealed, nominal: Rig, entries: list, outcome: NamesOutcome
 ) -> None:
-    assert format_comparison(concealed, nominal, make_verdict(*entries)).endswith(SENTENCES[how])
+    assert format_comparison(concealed, nominal, make_verdict(*entries)).endswith(outcome.sentence)
 
 
 def test_how_each_effect_was_named_is_shown(concealed: Concealed, nominal: Rig) -> None:
@@ -98,13 +98,13 @@ def test_how_each_effect_was_named_is_shown(concealed: Concealed, nominal: Rig) 
 def test_nothing_concealed_and_nothing_named_is_right(nominal: Rig) -> None:
     rig = Rig(**{**nominal.to_mapping(), "cart_viscous_n_s_m": 0.44})
     text = format_comparison(Concealed({}, rig), nominal, make_verdict(outcome="nothing_missing"))
-    assert "none concealed, none found" in text and text.endswith(SENTENCES[How.RIGHT])
+    assert "none concealed, none found" in text and text.endswith(NamesOutcome.RIGHT.sentence)
 
 
 def test_a_false_alarm_is_called_wrong(nominal: Rig) -> None:
     verdict = make_verdict(make_missing_entry("rail_tilt"))
     assert format_comparison(Concealed({}, nominal), nominal, verdict).endswith(
-        SENTENCES[How.FALSE_ALARM]
+        NamesOutcome.FALSE_ALARM.sentence
     )
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from support.hidden_physics import INTECO
 
-from pendulum_bridge import trials
+from pendulum_bridge.studies import trials
 from pendulum_sysid.cleaning.clean import clean_recording
 from pendulum_sysid.pipeline import diagnose
 from pendulum_sysid.reading.bag import COMMAND_TOPIC, STATE_TOPIC, read_bag

@@ -11,7 +11,7 @@ from support.made_recordings import INTECO
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.emulator.sensors import Encoders
-from pendulum_bridge.emulator.session import play
+from pendulum_bridge.emulator.session import play_plan
 from pendulum_sysid.finding.journal import Search
 from pendulum_sysid.finding.localisation.localise import localise
 from pendulum_sysid.finding.localisation.shape_check import (
@@ -47,7 +47,7 @@ Sizes = dict[str, dict[str, float]]  # effect -> parameter -> value
 def record_rig(effects: Sizes, unlisted: Sizes) -> Recording:
     """Return what an emulated rig shows, 40 s, its constants wrong as well."""
     rig = EmulatedRig(Concealed(effects, RIG, unlisted), encoders=Encoders(pole_counts=1024))
-    log = play(rig, make_standard_plan(seconds=40.0, seed=3))
+    log = play_plan(rig, make_standard_plan(seconds=40.0, seed=3))
     every = np.ones(len(log.stamps_ns), dtype=bool)
     assert log.commands is not None
     signals = Signals(0.01, log.commands, log.positions[:, 0], log.positions[:, 1], every, every)

@@ -6,15 +6,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pendulum_bridge.doctor.faults import Fault
 from pendulum_bridge.doctor.findings import Check, Finding
 from pendulum_bridge.doctor.resting import CART, CART_VELOCITY, POLE, POLE_RATE, has_wraps
 from pendulum_bridge.doctor.track import Grid
 from pendulum_bridge.doctor.zeros import FIELDS
+from pendulum_twin.arrays import Floats
 
-Floats = NDArray[np.float64]
 SPAN_S = 0.1  # long against the filter of a velocity, short against what is moved
 LEAST_EXPLAINED_SHARE = 0.8  # of the change, by the other field
 LEAST_SCALE, MOST_SCALE = 0.6, 1.6

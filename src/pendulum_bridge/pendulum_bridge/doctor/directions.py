@@ -15,15 +15,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pendulum_bridge.doctor.faults import Fault
 from pendulum_bridge.doctor.findings import Check, Finding, skip_check
 from pendulum_bridge.doctor.resting import CART, POLE
 from pendulum_bridge.doctor.track import Grid, compute_slopes
+from pendulum_twin.arrays import Floats
 from pendulum_twin.rig import Rig
 
-Floats = NDArray[np.float64]
 HALF_BASE_SAMPLES = 2  # half the base of a difference
 SIGN_STANDARD_DEVIATIONS = 4.0  # from 0, for a sign to be sure
 STANDING_SHARE = 0.1  # of the expected motion; a pole that moves less has no working encoder

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from pendulum_twin.arrays import Floats
+
 STEPS_PER_PERIOD = 8  # of the fine grid, a sample period
 
 

@@ -12,7 +12,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pendulum_bridge.doctor.directions import solve_least_squares
 from pendulum_bridge.doctor.faults import Fault
@@ -20,9 +19,9 @@ from pendulum_bridge.doctor.findings import Check, Finding, skip_check
 from pendulum_bridge.doctor.held_signal import HeldSignal
 from pendulum_bridge.doctor.resting import CART, POLE
 from pendulum_bridge.doctor.track import Grid, Track, compute_slopes
+from pendulum_twin.arrays import Floats
 from pendulum_twin.rig import Rig
 
-Floats = NDArray[np.float64]
 HALF_BASE_SAMPLES = 2  # half the length of a second difference
 SLOW_M_S = 0.02  # a slower cart may stick
 LONGEST_DELAY_S, DELAY_STEP_S = 0.2, 0.0025  # of the delays tried

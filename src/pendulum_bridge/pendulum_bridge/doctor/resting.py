@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from pendulum_bridge.doctor.faults import Fault
 from pendulum_bridge.doctor.findings import Check, Finding
 from pendulum_bridge.safety.reset import Rest
+from pendulum_twin.arrays import Floats
 
-Floats = NDArray[np.float64]
 POLE, POLE_RATE, CART, CART_VELOCITY = range(4)
 REST = Rest()  # limits of rest, as the reset has them
 WINDOW = 5  # samples of the running median; spikes are shorter than half of it

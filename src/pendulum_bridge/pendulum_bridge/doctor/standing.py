@@ -11,7 +11,8 @@ from pendulum_bridge.doctor import packets, resting, timing, zeros
 from pendulum_bridge.doctor.faults import Fault, Verdict
 from pendulum_bridge.doctor.findings import Check, Finding, skip_check
 from pendulum_bridge.doctor.listening import Listened, check_samples
-from pendulum_bridge.doctor.resting import AtRest, Floats
+from pendulum_bridge.doctor.resting import AtRest
+from pendulum_twin.arrays import Floats
 from pendulum_twin.model import Twin
 
 CHECKS = tuple(Check)[list(Check).index(Check.SAMPLES) : list(Check).index(Check.MOVES)]

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from pendulum_bridge.doctor.faults import Fault
 from pendulum_bridge.doctor.findings import Check, Finding
+from pendulum_twin.arrays import Floats
 
-Floats = NDArray[np.float64]
 SPAN_SAMPLES = 10  # over which the period is measured, so that a coarse timer evens out
 # Relative errors of the rate: up to the first it is right, beyond the second nothing works.
 CLOSE_RATE_SHARE, FAR_RATE_SHARE = 0.02, 0.1

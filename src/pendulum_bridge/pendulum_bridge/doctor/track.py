@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pendulum_bridge.doctor.resting import compute_running_median
 from pendulum_bridge.doctor.timing import measure_period, number_samples
+from pendulum_twin.arrays import Floats
 
-Floats = NDArray[np.float64]
 USUAL_CHANGE_QUANTILE = 0.9  # of the changes from sample to sample; spikes are rarer than 10 %
 SPIKE_CHANGES = 4  # usual changes; further from the running median is a spike
 

@@ -6,7 +6,6 @@ import math
 from collections import deque
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pendulum_bridge.emulator.drive import make_drive
 from pendulum_bridge.emulator.engine import Engine, State
@@ -15,9 +14,9 @@ from pendulum_bridge.emulator.mjcf import TIMESTEP_S
 from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.emulator.sensors import Encoders, Sensors
 from pendulum_bridge.emulator.stale_start import count_stale_samples, draw_earlier_state
+from pendulum_twin.arrays import Floats
 from pendulum_twin.errors import BadInputError
 
-Floats = NDArray[np.float64]
 HANGING = (0.0, math.pi, 0.0, 0.0)
 
 

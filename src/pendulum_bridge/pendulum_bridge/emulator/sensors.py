@@ -7,12 +7,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pendulum_bridge.emulator.unlisted import Shown
+from pendulum_twin.arrays import Floats
 
 Effects = Mapping[str, Mapping[str, float]]
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -6,13 +6,12 @@ from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pendulum_bridge.emulator.stale_start import compute_stale_command
 from pendulum_bridge.recording.bag_writer import Log
+from pendulum_twin.arrays import Floats
 from pendulum_twin.plans.excitation import Excitation, compute_command, find_command_direction
 
-Floats = NDArray[np.float64]
 # From the sample x, th, v, w to the command (PWM fraction) that is held to the next sample.
 Driver = Callable[[Floats], float]
 

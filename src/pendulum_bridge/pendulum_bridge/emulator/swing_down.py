@@ -13,12 +13,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
 
-import numpy as np
-from numpy.typing import NDArray
-
+from pendulum_twin.arrays import Floats
 from pendulum_twin.rig import Rig
-
-Floats = NDArray[np.float64]
 
 POLE_DAMPING = 0.25  # of the hanging pole's oscillation, as a share of critical
 CENTRING_PER_S = 1.0

@@ -7,7 +7,6 @@ the closed bag are synchronised.
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import shutil
@@ -21,6 +20,7 @@ from pendulum_bridge.recording.mcap_file import McapFile, split_into_chunks
 from pendulum_bridge.recording.metadata import format_yaml, make_index, write_index
 from pendulum_bridge.recording.records import Message, Tally, Topic
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.files import compute_digest
 
 IN_FILE = "rosbag2"  # name of the index within the data file, where readers look for it
 MEGABYTE = 1_000_000
@@ -129,7 +129,7 @@ class Bag:
             self.custom["state"] = state
             self._write_index_in_file()
             self._file.close()
-            self.custom["digest"] = compute_digest(self._data_path)
+            self.custom["digest"] = compute_digest([self._data_path])
         except OSError:
             self.custom["state"] = "cut"
             with suppress(OSError):
@@ -170,12 +170,6 @@ class Bag:
         self._file.write_metadata(
             IN_FILE, {"serialized_metadata": format_yaml(self._make_index())}
         )
-
-
-def compute_digest(path: Path) -> str:
-    """Return "sha256:<hex>" over the bytes of a file."""
-    with path.open("rb") as stream:
-        return f"sha256:{hashlib.file_digest(stream, 'sha256').hexdigest()}"
 
 
 def _make_folder(folder: Path) -> None:

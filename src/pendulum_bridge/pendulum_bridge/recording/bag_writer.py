@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
+from pendulum_twin.arrays import Floats
 from pendulum_twin.errors import BadInputError
-
-Floats = NDArray[np.float64]
 
 STATE_TOPIC, COMMAND_TOPIC = "/rig/joint_states", "/rig/pwm"
 STATE_TYPE, COMMAND_TYPE = "sensor_msgs/msg/JointState", "std_msgs/msg/Float64"

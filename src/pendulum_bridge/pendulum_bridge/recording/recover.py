@@ -7,11 +7,12 @@ from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 
-from pendulum_bridge.recording.bag import Bag, compute_digest
+from pendulum_bridge.recording.bag import Bag
 from pendulum_bridge.recording.metadata import INDEX, read_index
 from pendulum_bridge.recording.records import Message, Tally, Topic
 from pendulum_bridge.recording.salvage import Salvage
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.files import compute_digest
 
 BATCH = 5000  # messages between two flushes
 
@@ -52,7 +53,7 @@ def recover(path: Path) -> Recovered:
         **salvages[0].custom,
         **{str(key): str(text) for key, text in (index.get("custom_data") or {}).items()},
         "recovered": sentence,
-        "recovered_from": ", ".join(f"{file.name} {compute_digest(file)}" for file in files),
+        "recovered_from": ", ".join(f"{file.name} {compute_digest([file])}" for file in files),
     }
     custom.pop("digest", None)
     _write(files, Bag(target, started_ns=tally.first_ns or 0, custom=custom))

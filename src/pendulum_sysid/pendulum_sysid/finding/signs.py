@@ -10,9 +10,10 @@ from pendulum_sysid.finding.journal import Search
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import HORIZONS, fit
 from pendulum_sysid.records import Fit
+from pendulum_twin.effects import BY_NAME, CATALOGUE
 from pendulum_twin.parameter_vector import SLOTS, make_theta
 
-SIGNS = ("cart_sign_inverted", "angle_sign_inverted", "input_sign_inverted")
+SIGNS = tuple(effect.name for effect in CATALOGUE if effect.is_switch)
 
 
 def fit_parameters_alone(search: Search) -> Fit:
@@ -66,4 +67,4 @@ def _can_be_seen(case: Case, sign: str) -> bool:
     rig = case.twin.rig
     if rig.has_cart and rig.has_pole:
         return True
-    return rig.has_cart and sign == "input_sign_inverted"
+    return rig.has_cart and not BY_NAME[sign].needs_both_joints

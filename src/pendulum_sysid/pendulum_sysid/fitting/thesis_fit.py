@@ -17,7 +17,7 @@ from pendulum_sysid.errors import WrongUse
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.whole_run import compute_equation_29, run_whole
 from pendulum_twin.arrays import Floats
-from pendulum_twin.effects import BY_NAME
+from pendulum_twin.effects import BY_NAME, CATALOGUE
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
@@ -32,7 +32,7 @@ DIVERGED = (
 )
 AT_BOUND = 1e-6  # of the range
 REPORT_EVERY = 200
-SIGNS = ("input_sign_inverted", "cart_sign_inverted", "angle_sign_inverted")
+SIGNS = tuple(effect.name for effect in CATALOGUE if effect.is_switch)
 FRICTION, DEAD_ZONES = "cart_saturating_friction", "thesis_dead_zones"
 
 

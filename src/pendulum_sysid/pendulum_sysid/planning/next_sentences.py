@@ -11,13 +11,6 @@ from pendulum_sysid.records import Fit
 from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
 
-REMEDIES = {  # effect that shows as another effect -> the measurement that parts the two
-    "sensor_delay": "a second clock would: record the drive's own current beside the positions",
-    "pole_imbalance": "a plumb line beside the pole at rest would: an encoder that is off leaves "
-    "the pole itself plumb",
-    "sample_period_error": "a ruler along the cart's stroke would, or a watch beside a long "
-    "recording",
-}
 LOCKED = (
     "The cart is locked, so there is no plan to play: let the pole swing from further up, and "
     "longer."
@@ -29,7 +22,8 @@ NO_ROOM = "No phase of a plan keeps the cart on the rail and within safe speeds.
 def describe_never_parted(tie: Tie) -> str:
     """Return the sentence on a tie that no motion parts."""
     names = (tie.effect, tie.rival)
-    remedy = next((REMEDIES[name] for name in names if name in REMEDIES), "a second sensor would")
+    remedies = (BY_NAME[name].separated_by for name in names if name)
+    remedy = next(filter(None, remedies), "a second sensor would")
     return f"No motion will part {tie.effect} from {tie.rival}; {remedy}."
 
 

@@ -9,26 +9,24 @@ from typing import Any
 
 import numpy as np
 import zstandard
-from numpy.typing import NDArray
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
 from pendulum_sysid import decisions
 from pendulum_sysid.errors import FileError, UnusableRecording, WrongUse
 from pendulum_sysid.reading import mcap_stream
-from pendulum_sysid.reading.bag_files import BagFiles, compute_digest, find_files, unpack
+from pendulum_sysid.reading.bag_files import BagFiles, find_files, unpack
 from pendulum_sysid.reading.contents import Contents
 from pendulum_sysid.reading.decoding import decode_commands, decode_states, list_joint_names
 from pendulum_sysid.reading.raw import JOINTS, STATE_CHANNELS, RawRecording
-from pendulum_twin.arrays import Floats
+from pendulum_twin.arrays import Floats, Ints
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.files import compute_digest
 
 STATE_TOPIC, STATE_TYPE = "/rig/joint_states", "sensor_msgs/msg/JointState"
 COMMAND_TOPIC, COMMAND_TYPE = "/rig/pwm", "std_msgs/msg/Float64"
 
 _STORE = get_typestore(Stores.ROS2_JAZZY)
-
-Ints = NDArray[np.int64]
 
 
 def read_bag(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass, field
 from pathlib import Path, PurePath
 
@@ -74,16 +73,6 @@ def is_data_file(path: Path) -> bool:
     """Tell whether the name is that of a data file, packed by zstd or not."""
     name = path.name.removesuffix(".zstd")
     return path.is_file() and not name.startswith(".") and name.endswith(DATA_SUFFIXES)
-
-
-def compute_digest(files: tuple[Path, ...]) -> str:
-    """Return "sha256:<hex>" over the bytes of the files, sorted by name."""
-    total = hashlib.sha256()
-    for path in sorted(files, key=lambda p: p.name):
-        with path.open("rb") as stream:
-            while block := stream.read(1 << 20):
-                total.update(block)
-    return f"sha256:{total.hexdigest()}"
 
 
 def unpack(path: Path, folder: Path) -> Path:

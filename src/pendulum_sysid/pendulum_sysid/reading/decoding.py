@@ -6,12 +6,10 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pendulum_sysid.reading.raw import JOINTS, STATE_CHANNELS
-from pendulum_twin.arrays import Floats
+from pendulum_twin.arrays import Floats, Ints
 
-Ints = NDArray[np.int64]
 Decode = Callable[[bytes], Any]
 Messages = Iterable[tuple[int, bytes]]
 

@@ -13,7 +13,7 @@ from pendulum_sysid.fitting.noise_floor import NoiseFloor
 from pendulum_sysid.fitting.window_runs import WindowRuns
 from pendulum_sysid.records import Fit, Localisation, Next, Outcome
 from pendulum_twin.effects import BY_NAME, CATALOGUE
-from pendulum_twin.effects.effect import Form, Place
+from pendulum_twin.effects.effect import Form
 
 
 @dataclass(frozen=True)
@@ -111,6 +111,6 @@ def list_inseparable(effect: Named, findings: Findings) -> tuple[str, ...]:
     by_no_motion = (
         other.name
         for other in CATALOGUE
-        if other.shows_as == effect.effect and (has_both or other.place is not Place.CLOCK)
+        if other.shows_as == effect.effect and (has_both or not other.needs_both_joints)
     )
     return (*effect.inseparable_from, *by_no_motion)

@@ -219,7 +219,7 @@ class Verdict:
     localisation: Localisation | None = field(default=None, repr=False, compare=False)
     trials: tuple[Trial, ...] = field(default=(), repr=False, compare=False)
     overlays: tuple[Overlay, ...] = field(default=(), repr=False, compare=False)
-    next_plan: dict | None = field(default=None, repr=False, compare=False)
+    next_plan: dict[str, Any] | None = field(default=None, repr=False, compare=False)
 
     def to_dict(self) -> dict[str, Any]:
         """Return what verdict.json holds, in JSON's types; None stands for NaN and infinity."""

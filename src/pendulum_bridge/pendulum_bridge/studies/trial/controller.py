@@ -23,13 +23,11 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pendulum_twin.arrays import Floats
 from pendulum_twin.plans import waveforms
 from pendulum_twin.plans.waveforms import LEAD_S, PUSH_S, Envelope, make_envelope
 from pendulum_twin.rig import Rig
-
-Floats = NDArray[np.float64]
 
 PUSHED_S = LEAD_S + 2 * PUSH_S  # then the first push has moved the cart, and the pole opposite
 BEGIN_S = 1.5  # of the first turn

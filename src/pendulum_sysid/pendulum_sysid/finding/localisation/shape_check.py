@@ -30,8 +30,7 @@ from pendulum_sysid.finding.localisation.thinning import thin_out
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.records import Fit
 from pendulum_twin.arrays import Floats
-from pendulum_twin.effects import BY_NAME
-from pendulum_twin.effects.effect import HALF_STEP_S, Form
+from pendulum_twin.effects import BY_NAME, CATALOGUE
 from pendulum_twin.parameter_vector import SLOTS, get_neutral_values
 
 LIKE_A_CONSTANT = {
@@ -111,10 +110,8 @@ def _take_out_static_filters(theta: Floats) -> Floats:
     Laws are asked about the command that was sent.
     """
     theta = theta.copy()
-    for effect in BY_NAME.values():
-        if effect.form is Form.FILTER and (
-            effect.memory is None or effect.memory(HALF_STEP_S) == 0
-        ):
+    for effect in CATALOGUE:
+        if effect.is_static:
             theta[SLOTS[effect.name]] = get_neutral_values(effect)
     return theta
 

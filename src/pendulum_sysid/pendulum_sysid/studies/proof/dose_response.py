@@ -12,11 +12,9 @@ import numpy as np
 from pendulum_sysid.studies.proof.records import Judgement, Size
 from pendulum_sysid.studies.proof.share import Share, count_share
 from pendulum_twin.effects import BY_NAME, CATALOGUE
-from pendulum_twin.effects.effect import Form
 
 FACTORS = tuple(4.0**-k for k in range(6))
 LEAST_SHARE_FOUND = 0.5  # of the tries at a size, for the effect to count as found there
-NEEDED_BESIDE = {Form.DRY_RATIO: "cart_coulomb_friction"}  # for the effect to show at all
 
 RunSets = Callable[[Sequence[str], float], list[Judgement]]
 
@@ -60,10 +58,7 @@ def list_dosed_sets() -> list[str]:
         for effect in CATALOGUE
         if (effect.searched or effect.shows_as) and any(not p.shape for p in effect.parameters)
     ]
-    return [
-        "+".join([*filter(None, [NEEDED_BESIDE.get(effect.form)]), effect.name])
-        for effect in effects
-    ]
+    return ["+".join([*filter(None, [effect.acts_beside]), effect.name]) for effect in effects]
 
 
 def measure_responses(
