@@ -49,15 +49,20 @@ def package_xml(package: str) -> ET.Element:
 
 
 def third_party_imports(package: str) -> set[str]:
-    """Collect the first names of a package's imports, without its own and Python's."""
+    """Collect the first names of a package's imports, without its own and Python's.
+
+    A study may import the other packages of the workspace, which no package requires.
+    """
     names = set()
     for path in (ROOT / "src" / package / package).rglob("*.py"):
+        imported = set()
         for node in ast.walk(ast.parse(path.read_text())):
             if isinstance(node, ast.Import):
-                names |= {alias.name.split(".")[0] for alias in node.names}
+                imported |= {alias.name.split(".")[0] for alias in node.names}
             elif isinstance(node, ast.ImportFrom) and node.level == 0:
-                names.add(str(node.module).split(".")[0])
-    return names - {package} - sys.stdlib_module_names
+                imported.add(str(node.module).split(".")[0])
+        names |= imported - (set(PACKAGES) if "studies" in path.parts else {package})
+    return names - sys.stdlib_module_names
 
 
 @pytest.fixture(scope="module")

@@ -13,13 +13,13 @@ setup(
         "pendulum_sysid": ["py.typed", "telling/templates/*", "studies/proof/templates/*"]
     },
     python_requires=">=3.12",
+    extras_require={"frames": ["pandas"]},
     install_requires=[
         "Jinja2",
         "lz4",
         "MarkupSafe",
         "matplotlib",
         "numpy",
-        "PyYAML",
         "rosbags",
         "scipy",
         "zstandard",

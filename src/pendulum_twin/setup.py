@@ -20,6 +20,7 @@ setup(
     package_data={NAME: ["py.typed"]},
     python_requires=">=3.12",
     install_requires=["numba", "numpy", "PyYAML"],
+    extras_require={"frames": ["pandas"]},
     entry_points={
         "console_scripts": [f"{name} = {function}" for name, function in EXECUTABLES.items()]
     },

@@ -1,6 +1,7 @@
 """Twins drawn from a verdict's intervals."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -81,3 +82,13 @@ def test_what_is_no_verdict_is_refused(tmp_path: Path, text: str) -> None:
     file.write_text(text, encoding="utf-8")
     with pytest.raises(BadInputError, match=r"v\.json: expected a verdict"):
         gather_knowledge(TWIN, file, 1, 0)
+
+
+def test_constants_that_no_bodies_have_together_are_drawn_again(tmp_path: Path) -> None:
+    least = INTECO.rig.moment_kg_m**2 / INTECO.rig.total_mass_kg
+    rig = replace(INTECO.rig, pole_inertia_kg_m2=1.05 * least)
+    wide = {"pole_inertia_kg_m2": {"after": 1.05 * least, "low": 0.0, "high": 1.0}}
+    file = write_verdict(tmp_path, rig_parameters=wide)
+    drawn = gather_knowledge(Twin("edge", rig, TWIN.effects), file, 50, 3).twins[1:]
+    inertias = np.array([twin.rig.pole_inertia_kg_m2 for twin in drawn])
+    assert inertias.min() > least and inertias.std() > 0.05 * least

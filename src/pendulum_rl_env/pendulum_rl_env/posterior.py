@@ -17,8 +17,10 @@ import numpy as np
 
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.encoders import EXACT, Encoders
+from pendulum_twin.errors import BadInputError
 from pendulum_twin.files import read_json_object
 from pendulum_twin.model import Twin
+from pendulum_twin.rig import Rig
 
 INTERVAL_DEVIATIONS = 1.96  # half a 95 % interval, in standard deviations
 WIDEST_SHARE = 0.2  # of a rig's constant: the widest draw, for what the recording does not fix
@@ -57,14 +59,13 @@ def gather_knowledge(twin: Twin, verdict: Path | None, draws: int, seed: int) ->
 
 
 def _draw_twin(twin: Twin, verdict: Mapping[str, Any], random: np.random.Generator) -> Twin:
-    """Return a twin with every number drawn from its interval."""
-    rig = twin.rig
-    for name, estimate in verdict.get("rig_parameters", {}).items():
-        value = getattr(rig, name, None)
-        if value:
-            deviation = min(_compute_deviation(estimate), WIDEST_SHARE * abs(value))
-            drawn = value + deviation * random.standard_normal()
-            rig = replace(rig, **{name: max(drawn, LEAST_SHARE * value) if value > 0 else drawn})
+    """Return a twin with every number drawn from its interval.
+
+    Constants that no bodies have together are drawn again.
+    """
+    rig = None
+    while rig is None:
+        rig = _draw_rig(twin.rig, verdict.get("rig_parameters", {}), random)
     effects = {name: dict(values) for name, values in twin.effects.items()}
     for name, parameter, estimate in _list_parameters(verdict):
         if parameter in effects.get(name, {}):
@@ -73,6 +74,21 @@ def _draw_twin(twin: Twin, verdict: Mapping[str, Any], random: np.random.Generat
             drawn += _compute_deviation(estimate) * random.standard_normal()
             effects[name][parameter] = float(np.clip(drawn, bounds.low, bounds.high))
     return Twin(twin.name, rig, effects)
+
+
+def _draw_rig(rig: Rig, estimates: Mapping[str, Any], random: np.random.Generator) -> Rig | None:
+    """Return a rig with every constant drawn; None when no bodies have these."""
+    constants = {}
+    for name, estimate in estimates.items():
+        value = getattr(rig, name, None)
+        if value:
+            deviation = min(_compute_deviation(estimate), WIDEST_SHARE * abs(value))
+            drawn = value + deviation * random.standard_normal()
+            constants[name] = max(drawn, LEAST_SHARE * value) if value > 0 else drawn
+    try:
+        return replace(rig, **constants)
+    except BadInputError:
+        return None
 
 
 def _list_parameters(verdict: Mapping[str, Any]) -> Iterator[tuple[str, str, Mapping[str, Any]]]:

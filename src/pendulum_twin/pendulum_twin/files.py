@@ -1,4 +1,4 @@
-"""Write files whole or not at all, compute their digest, and read JSON files by their schema."""
+"""Write files whole or not at all, compute their digest, and read YAML and JSON files."""
 
 from __future__ import annotations
 
@@ -11,7 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.strict_yaml import parse_yaml
 
+YAML_MOST_BYTES = 1_000_000  # a twin file has about 1,000; longer ones take seconds to read
 _BLOCK_BYTES = 1 << 20  # how much of a file is held in memory while its digest is computed
 
 
@@ -43,6 +45,31 @@ def compute_digest(paths: Iterable[Path]) -> str:
             while block := stream.read(_BLOCK_BYTES):
                 digest.update(block)
     return f"sha256:{digest.hexdigest()}"
+
+
+def read_yaml(path: str | Path, what: str, most_bytes: int = YAML_MOST_BYTES) -> Any:
+    """Return what a YAML file holds, read strictly (see `strict_yaml`).
+
+    path: of the file.
+    what: the kind of file, with its article, for the message: "a twin file".
+    most_bytes: size of the largest file that is read.
+
+    Raises BadInputError, with the path, when the file cannot be read, is too large or is no YAML.
+    """
+    try:
+        with Path(path).open("rb") as stream:
+            content = stream.read(most_bytes + 1)
+        if len(content) > most_bytes:
+            raise BadInputError(
+                f"{path}: expected {what} of at most {most_bytes / 1e6:g} MB, found a larger file"
+            )
+        text = content.decode("utf-8-sig")
+    except (OSError, ValueError) as error:
+        raise BadInputError(f"{path}: expected {what}, but it cannot be read: {error}") from error
+    try:
+        return parse_yaml(text)
+    except BadInputError as error:
+        raise BadInputError(f"{path}: {error}") from error
 
 
 def read_json_object(path: Path, schema: str, what: str) -> dict[str, Any]:

@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from reprlib import repr as shown
 from typing import Any
-
-import yaml
 
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.files import write_atomically
+from pendulum_twin.files import read_yaml, write_atomically
+from pendulum_twin.pole_body import check_pole_body
 from pendulum_twin.rig import Rig, check_number, describe_unknown_key, parse_rig
+from pendulum_twin.strict_yaml import format_yaml
 
 SCHEMA = "pendulum_twin/1"
 KEYS = ("schema", "name", "rig", "effects")
@@ -65,7 +66,7 @@ def _check_effect(name: str, values: object) -> dict[str, float]:
     parameters = {p.name: p for p in BY_NAME[name].parameters}
     if not isinstance(values, Mapping):
         raise BadInputError(
-            f"effects: {name}: expected a mapping of parameters to numbers, found {values!r}"
+            f"effects: {name}: expected a mapping of parameters to numbers, found {shown(values)}"
         )
     for key in values:
         if key not in parameters:
@@ -92,32 +93,24 @@ def parse_twin(mapping: object) -> Twin:
         if key not in KEYS:
             raise BadInputError(describe_unknown_key("twin file", str(key), KEYS))
     if mapping.get("schema") != SCHEMA:
-        raise BadInputError(f"expected schema: {SCHEMA}, found {mapping.get('schema')!r}")
+        raise BadInputError(f"expected schema: {SCHEMA}, found {shown(mapping.get('schema'))}")
     effects = mapping.get("effects") or {}
     if not isinstance(effects, Mapping):
         raise BadInputError(
             f"effects: expected a mapping of catalogue names, found {type(effects).__name__}"
         )
+    rig = parse_rig(mapping.get("rig"))
+    check_pole_body(rig)
     return Twin(
         str(mapping.get("name", "rig")),
-        parse_rig(mapping.get("rig")),
+        rig,
         {str(name): values if values is not None else {} for name, values in effects.items()},
     )
 
 
 def load_twin(path: str | Path) -> Twin:
     """Return the twin in a YAML file; raise BadInputError, with its path, when it holds none."""
-    try:
-        mapping = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise BadInputError(
-            f"{path}: expected a twin file, but it cannot be read: {error}"
-        ) from error
-    # PyYAML raises other errors, too: for a date that does not exist, for a thousand brackets
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        raise BadInputError(
-            f"{path}: expected YAML, found {str(error).splitlines()[0]}"
-        ) from error
+    mapping = read_yaml(path, "a twin file")
     try:
         return parse_twin(mapping)
     except BadInputError as error:
@@ -126,4 +119,4 @@ def load_twin(path: str | Path) -> Twin:
 
 def save_twin(twin: Twin, path: str | Path) -> None:
     """Write the twin file whole or not at all."""
-    write_atomically(path, yaml.safe_dump(twin.to_mapping(), sort_keys=False))
+    write_atomically(path, format_yaml(twin.to_mapping()))

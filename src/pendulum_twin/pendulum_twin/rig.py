@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
+from reprlib import repr as shown
 
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.pole_body import POLE_COM_KEY, check_inertia, check_mass_matrix
 
 CART_KEYS = ("cart_mass_kg", "force_per_pwm_n", "cart_viscous_n_s_m")
 POLE_KEYS = ("pole_mass_kg", "com_distance_m", "pole_inertia_kg_m2", "pole_viscous_n_m_s")
@@ -24,9 +26,6 @@ RANGES: dict[str, tuple[float, float]] = {
     "rail_half_length_m": (1e-6, 1e3),
     "pwm_limit": (1e-6, 1e6),
 }
-# A twin file may give this key in place of com_distance_m: from the axis to the centre of mass of
-# the pole alone.
-POLE_COM_KEY = "pole_com_distance_m"
 UNITS: dict[str, str] = {
     "cart_mass_kg": "kg",
     "pole_mass_kg": "kg",
@@ -59,8 +58,9 @@ class Rig:
     rail_half_length_m: from the middle of the rail to either end.
     pwm_limit: largest command that the rig takes.
 
-    Raises BadInputError for a value out of range, and for a part of which only some keys are
-    given.
+    Raises BadInputError for a value out of range, for a part of which only some keys are given,
+    and for a mass matrix that is not positive definite (m Jp > (m l)^2, m of cart and pole): its
+    energy has no lower bound, and runs end in NaN.
     """
 
     cart_mass_kg: float | None = None
@@ -91,6 +91,8 @@ class Rig:
             raise BadInputError(
                 f"expected a cart ({', '.join(CART_KEYS)}) or a pole ({', '.join(POLE_KEYS)})"
             )
+        if self.has_cart and self.has_pole:
+            check_mass_matrix(self)
 
     @property
     def has_cart(self) -> bool:
@@ -106,6 +108,11 @@ class Rig:
     def total_mass_kg(self) -> float:
         """Return the moved mass m = cart + pole in kg."""
         return (self.cart_mass_kg or 0.0) + (self.pole_mass_kg or 0.0)
+
+    @property
+    def moment_kg_m(self) -> float:
+        """Return the first moment S = m l about the axis in kg m; 0 without a pole."""
+        return self.total_mass_kg * (self.com_distance_m or 0.0)
 
     def to_mapping(self) -> dict[str, float]:
         """Return the keys that the rig has, in the order of the twin file."""
@@ -142,21 +149,25 @@ def _compute_com_distance(mapping: Mapping[str, object]) -> float:
     distance = check_number(POLE_COM_KEY, mapping[POLE_COM_KEY], *RANGES["com_distance_m"])
     if mapping.get("pole_mass_kg") is None:
         raise BadInputError(f"{POLE_COM_KEY}: expected pole_mass_kg beside it, found it missing")
-    masses = {
+    values = {
         key: check_number(key, mapping[key], *RANGES[key])
-        for key in ("pole_mass_kg", "cart_mass_kg")
+        for key in ("pole_mass_kg", "cart_mass_kg", "pole_inertia_kg_m2")
         if mapping.get(key) is not None
     }
-    return masses["pole_mass_kg"] * distance / sum(masses.values())
+    pole, cart = values["pole_mass_kg"], values.get("cart_mass_kg", 0.0)
+    check_inertia(values.get("pole_inertia_kg_m2", math.inf), pole, distance, has_cart=cart > 0.0)
+    return pole * distance / (pole + cart)
 
 
 def check_number(key: str, value: object, low: float, high: float) -> float:
     """Return value as a float; raise BadInputError when it is no finite number in [low, high]."""
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise BadInputError(f"{key}: expected a number, found {value!r}")
+        raise BadInputError(f"{key}: expected a number, found {shown(value)}")
     # NaN is in no range; a whole number may be too large for a float
     if not low <= value <= high or abs(value) == math.inf:
-        raise BadInputError(f"{key}: expected a number from {low:g} to {high:g}, found {value!r}")
+        raise BadInputError(
+            f"{key}: expected a number from {low:g} to {high:g}, found {shown(value)}"
+        )
     return float(value)
 
 

@@ -157,7 +157,7 @@ WRONG = [
     ),
     (file(PUSH, rate_hz="fast"), "rate_hz: expected a number, found 'fast'"),
     (file(PUSH, rate_hz=5), "rate_hz: expected a number from 20 to 1000, found 5"),
-    (file(PUSH, rate_hz=float("nan")), "rate_hz: expected a number from 20 to 1000, found nan"),
+    (file(PUSH, rate_hz=float("nan")), "rate_hz: expected a number, found '.nan'"),
     (file(PUSH, limit=[0.1]), "limit: expected a number, found [0.1]"),
     (file(PUSH, limit=10**400), "limit: expected a number from 1e-06 to 1e+06, found 1000"),
     (file(PUSH, name=3), "name: expected text, found 3"),
@@ -189,7 +189,7 @@ WRONG = [
     ),
     (
         file(PUSH, {**CHIRP, "amplitude": float("inf")}),
-        "amplitude: expected a number from 0.001 to 1e+06, found inf",
+        "amplitude: expected a number, found '.inf'",
     ),
     (
         file(PUSH, {**CHIRP, "centred": 1}),
@@ -295,10 +295,10 @@ def test_phases_check_themselves_without_a_file() -> None:
         ("a: [", "expected YAML, found"),
         (
             "!!python/object/apply:os.getcwd []",
-            "expected YAML, found could not determine a constructor",
+            "line 1: expected plain values, found the YAML tag",
         ),
-        ("[" * 5000, "expected YAML, found"),
-        ("schema: 2001-99-99", "expected YAML, found month must be in 1..12"),
+        ("[" * 5000, "line 1: expected at most 20 levels of nesting, found more"),
+        ("schema: 2001-99-99", "schema: expected pendulum_plan/1, found '2001-99-99'"),
         ("\x00", "expected YAML, found"),
         ("", "expected a mapping with schema and phases, found None"),
     ],
@@ -319,7 +319,8 @@ def test_a_value_whose_text_never_ends_is_refused_at_once(key: str, tmp_path) ->
     )
     with pytest.raises(BadInputError) as error:
         load_plan(tmp_path / "plan.yaml")
-    assert key in str(error.value) and len(str(error.value)) < 1000
+    sentence = f"plan.yaml: line {1 + list(head).index(key)}: expected values written out"
+    assert sentence in str(error.value) and len(str(error.value)) < 1000
 
 
 def test_a_file_that_is_not_there_is_named() -> None:

@@ -28,8 +28,8 @@ from pendulum_twin.signals import Signals, join_signals
 
 STRONGER = replace(INTECO, rig=replace(INTECO.rig, force_per_pwm_n=1.2 * 12.86))
 FALLS_APART = replace(
-    INTECO, rig=replace(INTECO.rig, com_distance_m=0.1)
-)  # S^2 > m Jp: no such body exists
+    INTECO, rig=replace(INTECO.rig, cart_viscous_n_s_m=1e4)
+)  # friction that stops the cart within 70 us, far below the integrator's step
 
 
 @pytest.fixture(scope="module")

@@ -240,7 +240,8 @@ def test_replay_of_a_pole_alone(capsys: pytest.CaptureFixture[str], tmp_path: Pa
 def test_a_run_that_diverges_is_null_with_a_sentence(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, bag: str
 ) -> None:
-    save_twin(replace(INTECO, rig=replace(INTECO.rig, com_distance_m=0.1)), tmp_path / "twin.yaml")
+    stiff = replace(INTECO, rig=replace(INTECO.rig, cart_viscous_n_s_m=1e4))
+    save_twin(stiff, tmp_path / "twin.yaml")
     assert main(["replay", bag, "--twin", str(tmp_path / "twin.yaml"), "--json"]) == 0
     said = capsys.readouterr()
     assert json.loads(said.out)["windows"]["score"] is None

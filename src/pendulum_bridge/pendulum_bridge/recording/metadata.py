@@ -10,6 +10,8 @@ from typing import Any
 import yaml
 
 from pendulum_bridge.recording.records import Tally, Topic
+from pendulum_twin.errors import BadInputError
+from pendulum_twin.strict_yaml import parse_yaml
 
 INDEX = "metadata.yaml"
 ROOT = "rosbag2_bagfile_information"
@@ -115,8 +117,8 @@ def read_index(folder: Path) -> dict[str, Any]:
 def parse_index(text: str) -> dict[str, Any]:
     """Return the index that a text holds, with or without its root; empty when there is none."""
     try:
-        content = yaml.safe_load(text)
-    except yaml.YAMLError:
+        content = parse_yaml(text)
+    except BadInputError:
         return {}
     index = content.get(ROOT, content) if isinstance(content, dict) else {}
     return index if isinstance(index, dict) else {}

@@ -8,9 +8,9 @@ from collections.abc import Iterator
 from io import BytesIO
 from mmap import ACCESS_READ, mmap
 from pathlib import Path
+from typing import Any
 
 import lz4.frame  # type: ignore[import-untyped]
-import yaml
 import zstandard
 from mcap import records
 from mcap.data_stream import ReadDataStream
@@ -21,12 +21,13 @@ from pendulum_bridge.recording.bag import IN_FILE
 from pendulum_bridge.recording.metadata import parse_index
 from pendulum_bridge.recording.records import Message, Topic
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.strict_yaml import parse_yaml
 
 MAGIC = b"\x89MCAP0\r\n"
 HEAD = struct.Struct("<BQ")  # before each record: its kind and its size
 UNREADABLE = (
     struct.error, EndOfFile, UnicodeDecodeError, OverflowError, MemoryError, RuntimeError,
-    zstandard.ZstdError, yaml.YAMLError,
+    zstandard.ZstdError,
 )  # fmt: skip
 
 
@@ -132,14 +133,23 @@ class Salvage:
     def _read_topic(self, channel: records.Channel) -> Topic:
         self._topics[channel.id] = channel.topic
         schema = self._schemas.get(channel.schema_id)
-        offered = yaml.safe_load(channel.metadata.get("offered_qos_profiles", "") or "[]")
+        offered = _read_profiles(channel.metadata.get("offered_qos_profiles", ""))
         return Topic(
             name=channel.topic,
             type=schema.name if schema else "unknown",
             definition=schema.data.decode() if schema else "",
             type_hash=channel.metadata.get("topic_type_hash", ""),
-            offered_qos=tuple(offered) if isinstance(offered, list) else (),
+            offered_qos=offered,
         )
+
+
+def _read_profiles(text: str) -> tuple[dict[str, Any], ...]:
+    """Return the quality of service that publishers offered; none when it cannot be read."""
+    try:
+        profiles = parse_yaml(text)
+    except BadInputError:
+        return ()
+    return tuple(profiles) if isinstance(profiles, list) else ()
 
 
 def _split_records(data: bytes | mmap, position: int) -> Iterator[tuple[int, bytes, int]]:

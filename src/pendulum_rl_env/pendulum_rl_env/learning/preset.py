@@ -8,11 +8,10 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from pendulum_rl_env.learning.algorithms import ALGORITHMS, list_settings
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.rig import check_number, describe_unknown_key
+from pendulum_twin.strict_yaml import parse_yaml
 
 PRESETS = ("fast", "frugal", "thesis")
 IN_PROCESS = "pendulum_rl_env/InvertedPendulum-v0"
@@ -74,8 +73,8 @@ def load_preset(name: str, environment: str) -> Preset:
     """
     path = files("pendulum_rl_env") / "presets" / f"{name}.yaml" if name in PRESETS else Path(name)
     try:
-        mapping = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        mapping = parse_yaml(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, BadInputError) as error:
         known = ", ".join(PRESETS)
         reason = str(error).splitlines()[0]
         raise BadInputError(

@@ -21,7 +21,7 @@ from pendulum_sysid.fitting.linearised import (
     linearise,
     list_varied,
 )
-from pendulum_sysid.fitting.parameters import Free
+from pendulum_sysid.fitting.parameters import Free, keep_definite
 from pendulum_sysid.fitting.windows import gather
 from pendulum_twin.arrays import Floats
 
@@ -90,11 +90,12 @@ def solve(
     """Return the fit of the free parameters and of the windows' start states, from theta.
 
     With no free parameters only the start states are fitted. Steps that do not improve are
-    shortened (Levenberg-Marquardt); parameters stay within their bounds.
+    shortened (Levenberg-Marquardt); parameters stay within their bounds, and the mass matrix
+    positive definite.
     """
     windows = problem.windows
     start_states = windows.start_states.copy() if start_states is None else start_states.copy()
-    theta = theta.copy()
+    theta = keep_definite(theta.copy())
     _, weights = gather(problem.signals, windows.begin, windows.samples)
     counts = weights.sum(axis=1)
     squares = np.sum(compute_errors(problem, theta, start_states) ** 2, axis=1)
@@ -158,7 +159,7 @@ def _take_step(
     moves = np.linalg.solve(system.start_normal, remainder[..., None])[..., 0]
     new_start_states = start_states.copy()
     new_start_states[:, system.varied] += moves * system.start_sizes
-    return new_theta, new_start_states
+    return keep_definite(new_theta), new_start_states
 
 
 def compute_half_widths(solution: Solution, free: tuple[Free, ...], together: int = 1) -> Floats:

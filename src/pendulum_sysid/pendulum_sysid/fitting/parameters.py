@@ -17,14 +17,17 @@ from pendulum_twin.parameter_vector import (
     COUPLING,
     FORCE_PER_PWM,
     INERTIA,
+    MASS,
     MOMENT,
     POLE_VISCOUS,
     SLOTS,
     make_theta,
 )
+from pendulum_twin.pole_body import LEAST_INERTIA_SHARE_ALONE, move_mass_to_pole
 from pendulum_twin.rig import RANGES, UNITS
 from pendulum_twin.signals import Signals
 
+MOST_COUPLING_SHARE = 0.9999  # of sqrt(mass * inertia), where the mass matrix becomes singular
 Scales = dict[Scale, float]
 
 
@@ -60,7 +63,7 @@ def list_rig_parameters(twin: Twin) -> tuple[Free, ...]:
     """Return the rig's constants that motion can fix.
 
     Motion fixes only ratios: the cart's mass stays as measured, and for a pole alone its inertia
-    does.
+    does. The distance of a pole alone stays within what a twin file may hold.
     """
     rig = twin.rig
     theta = make_theta(twin)
@@ -84,15 +87,18 @@ def list_rig_parameters(twin: Twin) -> tuple[Free, ...]:
         constants.append(free("cart_viscous_n_s_m", (CART_VISCOUS,), (1.0,), size))
     if rig.has_pole:
         mass = rig.total_mass_kg
-        constants.append(
-            free(
-                "com_distance_m",
-                (MOMENT, COUPLING),
-                (mass, mass),
-                rig.com_distance_m or 0.1,
-                decisions.POLE_CONSTANT_RATIO,
-            )
+        distance = free(
+            "com_distance_m",
+            (MOMENT, COUPLING),
+            (mass, mass),
+            rig.com_distance_m or 0.1,
+            decisions.POLE_CONSTANT_RATIO,
         )
+        if not rig.has_cart:
+            farthest = np.sqrt(theta[INERTIA] / (LEAST_INERTIA_SHARE_ALONE * mass))
+            high = min(distance.high, max(float(farthest), distance.size))
+            distance = replace(distance, high=high)
+        constants.append(distance)
         if rig.has_cart:
             constants.append(
                 free(
@@ -106,6 +112,20 @@ def list_rig_parameters(twin: Twin) -> tuple[Free, ...]:
         size = max(theta[POLE_VISCOUS], 0.01 * theta[INERTIA])
         constants.append(free("pole_viscous_n_m_s", (POLE_VISCOUS,), (1.0,), size))
     return tuple(constants)
+
+
+def keep_definite(theta: Floats) -> Floats:
+    """Return theta (SIZE,) with a coupling that leaves its mass matrix positive definite.
+
+    The bounds of moment and inertia together reach beyond: there energy has no lower bound, and
+    the twin could not be written. The moment follows the coupling.
+    """
+    most = MOST_COUPLING_SHARE * np.sqrt(theta[MASS] * theta[INERTIA])
+    if theta[COUPLING] <= most:
+        return theta
+    theta = theta.copy()
+    theta[[COUPLING, MOMENT]] *= most / theta[COUPLING]
+    return theta
 
 
 def compute_scales(signals: Signals, state: SmoothState, theta: Floats) -> Scales:
@@ -164,6 +184,8 @@ def make_twin(
 ) -> Twin:
     """Make the twin of a fitted theta: base's rig with its free constants replaced.
 
+    Where no pole of the measured mass moves like that, mass moves from the cart to the pole.
+
     theta: (SIZE,) fitted parameter vector.
     effects: names of the effects that the twin holds.
     rig_free: the fitted constants of the rig.
@@ -175,4 +197,4 @@ def make_twin(
         kept[name] = {
             p.name: float(theta[slot.start + k]) for k, p in enumerate(effect.parameters)
         }
-    return Twin(base.name, replace(base.rig, **values), kept)
+    return Twin(base.name, move_mass_to_pole(replace(base.rig, **values)), kept)

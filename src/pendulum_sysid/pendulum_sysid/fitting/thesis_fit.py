@@ -18,8 +18,10 @@ from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.whole_run import compute_equation_29, run_whole
 from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME, CATALOGUE
+from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
+from pendulum_twin.pole_body import check_pole_body
 from pendulum_twin.rig import RANGES, UNITS
 
 MOST_EVALUATIONS = 2000
@@ -160,15 +162,21 @@ class _Search:
         self._count, self._best = 0, np.inf
 
     def cost(self, values: Floats) -> float:
-        """Return equation 29 of the twin with these twelve values."""
-        theta = make_theta(_make_twin(self._case.twin, values))
-        error = compute_equation_29(
-            self._case.signals, run_whole(self._case.signals, self._case.state.states, theta)
-        )
+        """Return equation 29 of the twin with these twelve values; high where none exists."""
+        error = self._replay(values)
         self._count, self._best = self._count + 1, min(self._best, error)
         if self._count % REPORT_EVERY == 0:
             self._progress(f"{self._count} evaluations, equation 29 down to {self._best:.4g}")
         return min(error, DIVERGED)
+
+    def _replay(self, values: Floats) -> float:
+        try:
+            twin = _make_twin(self._case.twin, values)
+            check_pole_body(twin.rig)
+        except BadInputError:  # a simplex may leave the region in which bodies exist
+            return DIVERGED
+        signals, states = self._case.signals, self._case.state.states
+        return compute_equation_29(signals, run_whole(signals, states, make_theta(twin)))
 
 
 def _start(twin: Twin) -> Floats:

@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path, PurePath
 
-import yaml
 import zstandard
 
 from pendulum_sysid.errors import FileError
+from pendulum_twin.errors import BadInputError
+from pendulum_twin.strict_yaml import parse_yaml
 
 DATA_SUFFIXES = (".mcap", ".db3")
 INDEX = "metadata.yaml"
@@ -100,10 +101,10 @@ def _check_not_empty(bag: BagFiles) -> BagFiles:
 
 def _read_index(folder: Path) -> dict:
     try:
-        whole = yaml.safe_load((folder / INDEX).read_text(encoding="utf-8"))
+        whole = parse_yaml((folder / INDEX).read_text(encoding="utf-8"))
         index = whole["rosbag2_bagfile_information"]
         return index if isinstance(index, dict) else {}
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError):
+    except (OSError, UnicodeDecodeError, BadInputError, KeyError, TypeError):
         return {}
 
 

@@ -142,13 +142,16 @@ def describe_certain(reading: Reading) -> MissingEffect:
     effect = BY_NAME[reading.effect]
     units = {parameter.name: parameter.unit for parameter in effect.parameters}
     values = {
-        name: f"{found.value:.3g} {units[name]}" for name, found in reading.estimates.items()
+        name: f"{estimate.value:.3g} {units[name]}" for name, estimate in reading.estimates.items()
     }
     return MissingEffect(
         effect.name,
         tuple(other.name for other in CATALOGUE if effect.name in other.simpler),
         decisions.CERTAIN_CONFIDENCE,
-        {name: _make_parameter(found, units[name]) for name, found in reading.estimates.items()},
+        {
+            name: _make_parameter(estimate, units[name])
+            for name, estimate in reading.estimates.items()
+        },
         effect.sentence.format(**values),
     )
 

@@ -46,20 +46,20 @@ from pathlib import Path
 from reprlib import repr as shown
 from typing import Any
 
-import yaml
-
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.files import write_atomically
+from pendulum_twin.files import read_yaml, write_atomically
 from pendulum_twin.plans.excitation import SLOWEST_HZ, Excitation, Stretch, compose_plan
 from pendulum_twin.plans.plan_keys import check_range
 from pendulum_twin.plans.plan_phases import BEGINNINGS, KINDS, LONGEST_S, MOST_SAMPLES, Phase
 from pendulum_twin.plans.waveforms import Envelope
 from pendulum_twin.rig import describe_unknown_key
+from pendulum_twin.strict_yaml import format_yaml
 
 SCHEMA = "pendulum_plan/1"
 KEYS = ("schema", "name", "rate_hz", "limit", "phases")
 FASTEST_HZ = 1000.0
 MOST_PHASES = 1000
+MOST_BYTES = 25 * MOST_SAMPLES  # a command as Python prints it takes up to 24
 NAMES = {kind: name for name, kind in KINDS.items()}
 
 
@@ -156,17 +156,7 @@ def parse_plan(mapping: object) -> Plan:
 
 def read_plan(path: str | Path) -> Plan:
     """Return the plan in a YAML file; raise BadInputError, with its path, when it holds none."""
-    try:
-        mapping = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise BadInputError(
-            f"{path}: expected a plan file, but it cannot be read: {error}"
-        ) from error
-    # PyYAML raises other errors, too: for a date that does not exist, for a thousand brackets
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        raise BadInputError(
-            f"{path}: expected YAML, found {str(error).splitlines()[0]}"
-        ) from error
+    mapping = read_yaml(path, "a plan file", MOST_BYTES)
     try:
         return parse_plan(mapping)
     except BadInputError as error:
@@ -186,7 +176,7 @@ def save_plan(plan: Plan, path: str | Path) -> None:
     """Write the plan file whole or not at all."""
     write_atomically(
         path,
-        yaml.safe_dump(plan.to_mapping(), sort_keys=False, default_flow_style=None, width=120),
+        format_yaml(plan.to_mapping(), default_flow_style=None, width=120),
     )
 
 

@@ -57,7 +57,7 @@ def list_decisions() -> list[Decision]:
 
     Raises ValueError for a line that does not say unit and reason.
     """
-    question, found = "", []
+    question, decisions_read = "", []
     for line in inspect.getsource(decisions).splitlines():
         if line.startswith("# "):
             question = line[2:]
@@ -66,5 +66,7 @@ def list_decisions() -> list[Decision]:
             if match is None:
                 raise ValueError(f"expected `NAME = value  # unit; why`, found: {line}")
             value = vars(decisions)[match["name"]]
-            found.append(Decision(match["name"], question, value, match["unit"], match["why"]))
-    return found
+            decisions_read.append(
+                Decision(match["name"], question, value, match["unit"], match["why"])
+            )
+    return decisions_read
