@@ -23,6 +23,7 @@ MODULES = {  # each with `run`
     "replay": "verbs.replay",
     "compare": "verbs.compare",
     "effects": "verbs.effects",
+    "check": "verbs.check",
     "import": "verbs.import_csv",
     "next": "verbs.next",
     "prove": "studies.prove",

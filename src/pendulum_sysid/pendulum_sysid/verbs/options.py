@@ -31,6 +31,7 @@ def make_parser() -> argparse.ArgumentParser:
         _add_replay,
         _add_compare,
         _add_effects,
+        _add_check,
         _add_import,
         _add_next,
         _add_prove,
@@ -108,6 +109,17 @@ def _add_effects(verbs: Verbs) -> None:
     verb.add_argument(
         "--cart-step-m", type=_read_above_zero, default=57e-6, metavar="M", help=step
     )
+
+
+def _add_check(verbs: Verbs) -> None:
+    verb = _add_verb(
+        verbs,
+        "check",
+        "ask whether recordings can be of a twin's rig: units, columns, zeros, times",
+    )
+    _add_bags(verb)
+    verb.add_argument("--twin", required=True, type=Path, help="the twin file")
+    verb.add_argument("--json", action="store_true", help="print one JSON object")
 
 
 def _add_import(verbs: Verbs) -> None:
