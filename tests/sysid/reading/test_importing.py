@@ -7,7 +7,7 @@ import pytest
 
 from pendulum_sysid.cleaning.clean import clean_recording
 from pendulum_sysid.reading.bag import read_bag
-from pendulum_sysid.reading.csv_import import import_csv
+from pendulum_sysid.reading.csv_import import Columns, import_csv
 from pendulum_sysid.records import Recording
 from pendulum_twin.errors import BadInputError
 
@@ -32,7 +32,7 @@ def file(tmp_path: Path) -> Path:
 
 
 def test_columns_become_a_recording(file: Path, tmp_path: Path) -> None:
-    import_csv(file, tmp_path / "bag", "t", "u", "x", "theta")
+    import_csv(file, tmp_path / "bag", Columns("t", "u", "x", "theta"))
     raw = read_bag(tmp_path / "bag")
     np.testing.assert_array_equal(raw.command, U)
     np.testing.assert_array_equal(raw.cart, X)
@@ -43,7 +43,9 @@ def test_columns_become_a_recording(file: Path, tmp_path: Path) -> None:
 
 def test_signs_and_zero_follow_the_options(file: Path, tmp_path: Path) -> None:
     import_csv(
-        file, tmp_path / "bag", "t", "u", "x", "theta", "down", invert_cart=True, invert_pole=True
+        file,
+        tmp_path / "bag",
+        Columns("t", "u", "x", "theta", "down", invert_cart=True, invert_pole=True),
     )
     raw = read_bag(tmp_path / "bag")
     np.testing.assert_array_equal(raw.cart, -X)
@@ -51,7 +53,7 @@ def test_signs_and_zero_follow_the_options(file: Path, tmp_path: Path) -> None:
 
 
 def test_the_beginning_can_be_skipped(file: Path, tmp_path: Path) -> None:
-    import_csv(file, tmp_path / "bag", "t", "u", "x", "theta", skip=0.1)
+    import_csv(file, tmp_path / "bag", Columns("t", "u", "x", "theta", skip=0.1))
     raw = read_bag(tmp_path / "bag")
     assert raw.cart is not None
     assert raw.state_stamp_s[0] == 0.0
@@ -61,9 +63,9 @@ def test_the_beginning_can_be_skipped(file: Path, tmp_path: Path) -> None:
 def test_a_pole_alone_needs_no_command_and_a_cart_alone_no_pole(
     file: Path, tmp_path: Path
 ) -> None:
-    import_csv(file, tmp_path / "pole", "t", pole="theta")
+    import_csv(file, tmp_path / "pole", Columns("t", pole="theta"))
     assert len(read_bag(tmp_path / "pole").command) == 0
-    import_csv(file, tmp_path / "cart", "t", "u", "x")
+    import_csv(file, tmp_path / "cart", Columns("t", "u", "x"))
     assert read_bag(tmp_path / "cart").pole is None
 
 
@@ -71,7 +73,7 @@ def test_a_pole_alone_needs_no_command_and_a_cart_alone_no_pole(
 def test_usual_separators_and_a_byte_order_mark_are_read(tmp_path: Path, separator: str) -> None:
     file = write(tmp_path / "file.csv", separator.join(["t", "u", " x ", "theta"]), separator)
     file.write_bytes(b"\xef\xbb\xbf" + file.read_bytes().replace(b"\n", b"\r\n"))
-    import_csv(file, tmp_path / "bag", "t", "u", "x", "theta")
+    import_csv(file, tmp_path / "bag", Columns("t", "u", "x", "theta"))
     np.testing.assert_array_equal(read_bag(tmp_path / "bag").cart, X)
 
 
@@ -80,7 +82,7 @@ def test_a_few_empty_cells_are_missing_values(tmp_path: Path) -> None:
     hole[[3, 7]] = np.nan
     file = write(tmp_path / "file.csv", x=hole)
     file.write_text(file.read_text().replace("nan", "", 1))
-    import_csv(file, tmp_path / "bag", "t", "u", "x")
+    import_csv(file, tmp_path / "bag", Columns("t", "u", "x"))
     raw = read_bag(tmp_path / "bag")
     assert raw.cart is not None
     assert np.flatnonzero(np.isnan(raw.cart)).tolist() == [3, 7]
@@ -88,7 +90,7 @@ def test_a_few_empty_cells_are_missing_values(tmp_path: Path) -> None:
 
 def refusal(file: Path, out: Path, *columns: str, **options: object) -> str:
     with pytest.raises(BadInputError) as caught:
-        import_csv(file, out, *columns, **options)
+        import_csv(file, out, Columns(*columns, **options))
     assert not out.exists()
     sentence = str(caught.value)
     assert "\n" not in sentence
@@ -163,14 +165,14 @@ def test_skipping_everything_is_refused(file: Path, tmp_path: Path) -> None:
 def test_nothing_is_overwritten(file: Path, tmp_path: Path) -> None:
     (tmp_path / "bag").mkdir()
     with pytest.raises(BadInputError, match="found it there already"):
-        import_csv(file, tmp_path / "bag", "t", "u", "x")
+        import_csv(file, tmp_path / "bag", Columns("t", "u", "x"))
 
 
 # Real rigs
 
 
 def imported(file: Path, tmp_path: Path, *columns: str, **options: object) -> Recording:
-    import_csv(file, tmp_path / "bag", "t", *columns, **options)
+    import_csv(file, tmp_path / "bag", Columns("t", *columns, **options))
     return clean_recording(read_bag(tmp_path / "bag"))
 
 
