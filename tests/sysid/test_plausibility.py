@@ -165,4 +165,6 @@ def test_a_pole_that_rests_upright_without_a_command_is_doubted(columns: Columns
     }
     zero = check(record(quiet))["Is the angle 0 upright?"]
     assert zero.answer is Answer.DOUBT
-    assert zero.sentence.endswith("import the file with --pole-zero down")
+    assert zero.sentence.endswith(
+        "import the file with --pole-zero down (with up, if it was imported with down)"
+    )

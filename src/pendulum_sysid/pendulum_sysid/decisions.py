@@ -186,7 +186,8 @@ BALANCE_STANDARD_ERRORS = (
     5.0  # standard errors; by which a weight shows: once in a million; derived
 )
 ZERO_DOUBT_RAD = 1.0  # rad; a pole that hangs this near to 0 has another zero
-ZERO_CERTAIN_RAD = 0.5  # rad; ... and surely; larger than any concealed offset
+ZERO_CERTAIN_RAD = 0.4  # rad; ... and surely; hanging at half a turn, read as 0.5 rad, is not
+WIDE_SWING_RAD = 1.0  # rad; poles held upright by a controller move less
 REST_SECONDS = 1.0  # s; a pole does not stand upright so long by itself
 REST_RAD = 0.1  # rad; about upright
 REST_RAD_S = 0.05  # rad/s; of a pole at rest

@@ -143,7 +143,10 @@ def check_pole_columns(case: Case, as_it_is: PoleBalance) -> Check | None:
     question, expected = "Is it an angle in radians?", "an angle in rad that moves as a pole does"
     found = f"{as_it_is.explained:.0%} of its acceleration explained by the pole's equation"
     explained = as_it_is.explained > decisions.BALANCE_UNSURE
-    if explained and not as_it_is.hangs_off_rad > decisions.ZERO_DOUBT_RAD:
+    has_known_zero = not (
+        decisions.ZERO_DOUBT_RAD < as_it_is.hangs_off_rad < math.pi - decisions.ZERO_CERTAIN_RAD
+    )
+    if explained and has_known_zero:
         return Check(question, Answer.YES, expected, found)
     for advice, other in _list_other_readings(signals).items():
         balance = balance_pole(other, smooth_state(other))
@@ -254,7 +257,7 @@ def check_pole_zero(case: Case, balance: PoleBalance) -> Check | None:
     if signals.pole is None:
         return None
     question, expected = "Is the angle 0 upright?", "a pole that hangs at pi and falls away from 0"
-    advice = _advise("--pole-zero down")
+    advice = _advise("--pole-zero down", "(with up, if it was imported with down)")
     if balance.explained < decisions.BALANCE_SURE or not _is_near(balance, case, math.inf):
         if not _rests_upright(case):
             return None
@@ -304,7 +307,7 @@ def _rests_upright(case: Case) -> bool:
 
 def check_frequency(case: Case, balance: PoleBalance) -> Check | None:
     """Ask whether the hanging pole swings at its own frequency."""
-    if balance.explained < decisions.BALANCE_SURE:
+    if balance.explained < decisions.BALANCE_SURE or not _swings_widely(case):
         return None
     own, found = (math.sqrt(k) / TURN for k in (_own_gravity(case), balance.gravity))
     question = "Does the hanging pole swing at its own frequency?"
@@ -319,6 +322,14 @@ def check_frequency(case: Case, balance: PoleBalance) -> Check | None:
         "pole_inertia_kg_m2 (about the axis) of the twin file"
     )
     return Check(question, Answer.DOUBT, *words, advice)
+
+
+def _swings_widely(case: Case) -> bool:
+    """Tell whether the pole swings so far that a controller and noise cannot pass for gravity."""
+    signals = case.signals
+    if signals.pole is None or not signals.pole_valid.any():
+        return False
+    return float(np.ptp(signals.pole[signals.pole_valid])) >= decisions.WIDE_SWING_RAD
 
 
 def check_drive(case: Case, gain: float) -> Check | None:
