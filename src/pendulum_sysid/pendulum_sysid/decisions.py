@@ -172,9 +172,7 @@ RAIL_CERTAIN = 3.0  # ratio; beyond a wrong constant, if the motion speaks for a
 RAIL_IMPOSSIBLE = 10.0  # ratio; ... and whatever the motion says
 COMMAND_SLACK = 1.2  # ratio; of the largest command to the twin's limit
 COMMAND_CERTAIN = 10.0  # ratio; beyond a wrong limit, if the drive speaks for another unit
-UNIT_FACTOR = (
-    3.0  # ratio; of a measured unit to one that an option names: units are 10 apart; derived
-)
+UNIT_FACTOR = 3.0  # ratio; of a measured unit to a named unit: units are 10 apart; derived
 GAIN_FACTOR = 4.0  # ratio; a drive further off is worth a look: constants err by a factor of two
 FREQUENCY_FACTOR = 2.5  # ratio; a pole further off is worth a look, and convicts no unit
 BALANCE_SURE = 0.9  # of power; of the pole's acceleration, so that its equation holds
@@ -182,9 +180,7 @@ BALANCE_UNSURE = 0.5  # of power; of it, below which another unit or column may 
 DEGREES_STEP_CHANGE = 1.0  # degrees; from step to step of the fastest pole at 100 Hz
 BALANCE_TRIMMED = 0.02  # of samples; the worst explained: jumps that cleaning has left
 BALANCE_CORRELATED_SAMPLES = 20.0  # samples; smoothing spreads an error over so many
-BALANCE_STANDARD_ERRORS = (
-    5.0  # standard errors; by which a weight shows: once in a million; derived
-)
+BALANCE_STANDARD_ERRORS = 5.0  # standard errors; of a weight: once in a million; derived
 ZERO_DOUBT_RAD = 1.0  # rad; a pole that hangs this near to 0 has another zero
 ZERO_CERTAIN_RAD = 0.4  # rad; ... and surely; hanging at half a turn, read as 0.5 rad, is not
 WIDE_SWING_RAD = 1.0  # rad; poles held upright by a controller move less
