@@ -23,6 +23,7 @@ MODULES = {  # verb -> module, whose `run(arguments)` returns the exit status
     "replay": "verbs.replay",
     "compare": "verbs.compare",
     "effects": "verbs.effects",
+    "check": "verbs.check",
     "import": "verbs.import_csv",
     "next": "verbs.next",
     "prove": "studies.prove",

@@ -163,6 +163,31 @@ CLIPPED_LEAST_SAMPLES = 3  # samples; at the limit in a row
 CLIPPED_SHARE = 0.02  # of recording; less is not worth a word
 CLIPPED_APPROACH = 0.25  # of limit; a clipped command comes near it before; a step does not
 
+# Can a recording be one of its rig at all?
+LOWEST_RATE_HZ = 2.0  # Hz; slower samples cannot show a pole's swing: the times count no seconds
+HIGHEST_RATE_HZ = 20_000.0  # Hz; twice the fastest log that is supported
+USUAL_LEAST_RATE_HZ = 10.0  # Hz; least rate of a log, by which the unit of its times is guessed
+RAIL_SLACK = 1.2  # ratio; of the cart's travel to the rail's length, by a wrong scale
+RAIL_CERTAIN = 3.0  # ratio; beyond a wrong constant, if the motion speaks for another unit
+RAIL_IMPOSSIBLE = 10.0  # ratio; ... and whatever the motion says
+COMMAND_SLACK = 1.2  # ratio; of the largest command to the twin's limit
+COMMAND_CERTAIN = 10.0  # ratio; beyond a wrong limit, if the drive speaks for another unit
+UNIT_FACTOR = 3.0  # ratio; of a measured unit to a named unit: units are 10 apart; derived
+GAIN_FACTOR = 4.0  # ratio; a drive further off is worth a look: constants err by a factor of two
+FREQUENCY_FACTOR = 2.5  # ratio; a pole further off is worth a look, and convicts no unit
+BALANCE_SURE = 0.9  # of power; of the pole's acceleration, so that its equation holds
+BALANCE_UNSURE = 0.5  # of power; of it, below which another unit or column may be meant
+DEGREES_STEP_CHANGE = 1.0  # degrees; from step to step of the fastest pole at 100 Hz
+BALANCE_TRIMMED = 0.02  # of samples; the worst explained: jumps that cleaning has left
+BALANCE_CORRELATED_SAMPLES = 20.0  # samples; smoothing spreads an error over so many
+BALANCE_STANDARD_ERRORS = 5.0  # standard errors; of a weight: once in a million; derived
+ZERO_DOUBT_RAD = 1.0  # rad; a pole that hangs this near to 0 has another zero
+ZERO_CERTAIN_RAD = 0.4  # rad; ... and surely; hanging at half a turn, read as 0.5 rad, is not
+WIDE_SWING_RAD = 1.0  # rad; poles held upright by a controller move less
+REST_SECONDS = 1.0  # s; a pole does not stand upright so long by itself
+REST_RAD = 0.1  # rad; about upright
+REST_RAD_S = 0.05  # rad/s; of a pole at rest
+
 # What is worth telling, and worth an experiment?
 LEAST_MASKED_CHANGE = 0.05  # of value; change of a constant that is worth a sentence
 WIDE_INTERVAL = 0.1  # of value; half widths beyond it are worth an experiment

@@ -24,7 +24,8 @@ from pendulum_sysid.fitting.noise_floor import measure_noise_floor
 from pendulum_sysid.fitting.window_runs import JOINTS, UNITS, WindowRuns, run_windows
 from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
 from pendulum_sysid.planning.next_experiment import plan_next_experiment
-from pendulum_sysid.prepare import Prepared, prepare
+from pendulum_sysid.plausibility import refuse_implausible
+from pendulum_sysid.prepare import Prepared, prepare_case, prepare_windows
 from pendulum_sysid.records import Outcome, Overlay, Recording, Split
 from pendulum_sysid.telling.outcome import Findings, decide_outcome
 from pendulum_sysid.telling.verdict import make_unusable, make_verdict
@@ -42,7 +43,9 @@ def diagnose(recordings: Sequence[Recording], twin: Twin, progress: Progress) ->
     """
     began = time.monotonic()
     try:
-        prepared = prepare(recordings, twin)
+        case = prepare_case(recordings, twin)
+        refuse_implausible(case)
+        prepared = prepare_windows(case)
     except UnusableRecording as error:
         recording = error.recording or join_recordings(list(recordings))
         return make_unusable(recording, str(error), time.monotonic() - began)

@@ -49,7 +49,14 @@ def prepare(recordings: Sequence[Recording], twin: Twin) -> Prepared:
     and UnusableRecording when nothing moves, too few samples are valid or the cart does not follow
     the command.
     """
-    case = prepare_case(recordings, twin)
+    return prepare_windows(prepare_case(recordings, twin))
+
+
+def prepare_windows(case: Case) -> Prepared:
+    """Prepare a case for a diagnosis or a fit: its joints move, and its samples suffice.
+
+    Raises UnusableRecording as `prepare` does.
+    """
     try:
         case = _leave_out_still_cart(case)
         windows = split_windows(case.signals, case.state)

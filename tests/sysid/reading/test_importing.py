@@ -4,10 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.io import savemat
 
 from pendulum_sysid.cleaning.clean import clean_recording
 from pendulum_sysid.reading.bag import read_bag
-from pendulum_sysid.reading.csv_import import import_csv
+from pendulum_sysid.reading.csv_import import Columns, import_csv
+from pendulum_sysid.reading.raw import RawRecording
 from pendulum_sysid.records import Recording
 from pendulum_twin.errors import BadInputError
 
@@ -32,7 +34,7 @@ def file(tmp_path: Path) -> Path:
 
 
 def test_columns_become_a_recording(file: Path, tmp_path: Path) -> None:
-    import_csv(file, tmp_path / "bag", "t", "u", "x", "theta")
+    import_csv(file, tmp_path / "bag", Columns("t", "u", "x", "theta"))
     raw = read_bag(tmp_path / "bag")
     np.testing.assert_array_equal(raw.command, U)
     np.testing.assert_array_equal(raw.cart, X)
@@ -43,7 +45,9 @@ def test_columns_become_a_recording(file: Path, tmp_path: Path) -> None:
 
 def test_signs_and_zero_follow_the_options(file: Path, tmp_path: Path) -> None:
     import_csv(
-        file, tmp_path / "bag", "t", "u", "x", "theta", "down", invert_cart=True, invert_pole=True
+        file,
+        tmp_path / "bag",
+        Columns("t", "u", "x", "theta", "down", invert_cart=True, invert_pole=True),
     )
     raw = read_bag(tmp_path / "bag")
     np.testing.assert_array_equal(raw.cart, -X)
@@ -51,7 +55,7 @@ def test_signs_and_zero_follow_the_options(file: Path, tmp_path: Path) -> None:
 
 
 def test_the_beginning_can_be_skipped(file: Path, tmp_path: Path) -> None:
-    import_csv(file, tmp_path / "bag", "t", "u", "x", "theta", skip=0.1)
+    import_csv(file, tmp_path / "bag", Columns("t", "u", "x", "theta", skip=0.1))
     raw = read_bag(tmp_path / "bag")
     assert raw.cart is not None
     assert raw.state_stamp_s[0] == 0.0
@@ -61,9 +65,9 @@ def test_the_beginning_can_be_skipped(file: Path, tmp_path: Path) -> None:
 def test_a_pole_alone_needs_no_command_and_a_cart_alone_no_pole(
     file: Path, tmp_path: Path
 ) -> None:
-    import_csv(file, tmp_path / "pole", "t", pole="theta")
+    import_csv(file, tmp_path / "pole", Columns("t", pole="theta"))
     assert len(read_bag(tmp_path / "pole").command) == 0
-    import_csv(file, tmp_path / "cart", "t", "u", "x")
+    import_csv(file, tmp_path / "cart", Columns("t", "u", "x"))
     assert read_bag(tmp_path / "cart").pole is None
 
 
@@ -71,7 +75,7 @@ def test_a_pole_alone_needs_no_command_and_a_cart_alone_no_pole(
 def test_usual_separators_and_a_byte_order_mark_are_read(tmp_path: Path, separator: str) -> None:
     file = write(tmp_path / "file.csv", separator.join(["t", "u", " x ", "theta"]), separator)
     file.write_bytes(b"\xef\xbb\xbf" + file.read_bytes().replace(b"\n", b"\r\n"))
-    import_csv(file, tmp_path / "bag", "t", "u", "x", "theta")
+    import_csv(file, tmp_path / "bag", Columns("t", "u", "x", "theta"))
     np.testing.assert_array_equal(read_bag(tmp_path / "bag").cart, X)
 
 
@@ -80,7 +84,7 @@ def test_a_few_empty_cells_are_missing_values(tmp_path: Path) -> None:
     hole[[3, 7]] = np.nan
     file = write(tmp_path / "file.csv", x=hole)
     file.write_text(file.read_text().replace("nan", "", 1))
-    import_csv(file, tmp_path / "bag", "t", "u", "x")
+    import_csv(file, tmp_path / "bag", Columns("t", "u", "x"))
     raw = read_bag(tmp_path / "bag")
     assert raw.cart is not None
     assert np.flatnonzero(np.isnan(raw.cart)).tolist() == [3, 7]
@@ -88,7 +92,7 @@ def test_a_few_empty_cells_are_missing_values(tmp_path: Path) -> None:
 
 def refusal(file: Path, out: Path, *columns: str, **options: object) -> str:
     with pytest.raises(BadInputError) as caught:
-        import_csv(file, out, *columns, **options)
+        import_csv(file, out, Columns(*columns, **options))
     assert not out.exists()
     sentence = str(caught.value)
     assert "\n" not in sentence
@@ -163,14 +167,201 @@ def test_skipping_everything_is_refused(file: Path, tmp_path: Path) -> None:
 def test_nothing_is_overwritten(file: Path, tmp_path: Path) -> None:
     (tmp_path / "bag").mkdir()
     with pytest.raises(BadInputError, match="found it there already"):
-        import_csv(file, tmp_path / "bag", "t", "u", "x")
+        import_csv(file, tmp_path / "bag", Columns("t", "u", "x"))
+
+
+# Files as laboratories write them
+
+
+def import_file(file: Path, *columns: str, **options: object) -> RawRecording:
+    out = file.parent / f"{file.name}.bag"
+    import_csv(file, out, Columns(*columns, **options))
+    return read_bag(out)
+
+
+def write_rows(path: Path, *above: str, separator: str = ",", comma: bool = False) -> Path:
+    rows = [
+        separator.join(f"{v:.9f}" for v in row) for row in zip(TIMES - 1e9, U, X, TH, strict=True)
+    ]
+    text = "\n".join([*above, *rows, ""])
+    path.write_text(text.replace(".", ",") if comma else text)
+    return path
+
+
+UNITS = [
+    ("x", X, 1e2, {"length_unit": "cm"}),
+    ("x", X, 1e3, {"length_unit": "mm"}),
+    ("theta", TH, 180 / np.pi, {"angle_unit": "deg"}),
+    ("theta", TH, 0.5 / np.pi, {"angle_unit": "turn"}),
+    ("u", U, 1e2, {"command_unit": "percent"}),
+    ("u", U, 1e3, {"command_unit": "per_mille"}),
+    ("t", TIMES - 1e9, 1e3, {"time_unit": "ms"}),
+    ("t", TIMES - 1e9, 1e6, {"time_unit": "us"}),
+    ("t", TIMES, 1e9, {"time_unit": "ns"}),
+]
+
+
+@pytest.mark.parametrize(("column", "values", "factor", "options"), UNITS)
+def test_units_become_si(
+    tmp_path: Path, column: str, values: np.ndarray, factor: float, options: dict[str, str]
+) -> None:
+    file = write(tmp_path / "file.csv", **{column: factor * values})
+    raw = import_file(file, "t", "u", "x", "theta", **options)
+    np.testing.assert_allclose(raw.command, U, atol=1e-12)
+    np.testing.assert_allclose(raw.cart, X, atol=1e-12)
+    np.testing.assert_allclose(raw.pole, TH, atol=1e-12)
+    np.testing.assert_allclose(raw.state_stamp_s, TIMES - 1e9, atol=1e-6)
+
+
+@pytest.mark.parametrize("factor", [1.0, 1e3, 1e6, 1e9])
+def test_times_since_1970_are_understood(tmp_path: Path, factor: float) -> None:
+    file = write(tmp_path / "file.csv", t=factor * (TIMES + 7e8))
+    raw = import_file(file, "t", "u", "x")
+    np.testing.assert_allclose(raw.state_stamp_s, TIMES - 1e9, atol=1e-6)
+
+
+def test_times_longer_than_a_stamp_holds_are_refused(tmp_path: Path) -> None:
+    file = write(tmp_path / "file.csv", t=(TIMES - 1e9) * 1e9)
+    assert "found 3.99e+09 s in all: give their unit with --time-unit" in refusal(
+        file, tmp_path / "bag", "t", "u", "x"
+    )
+
+
+def test_rows_without_times_have_a_rate(file: Path) -> None:
+    raw = import_file(file, command="u", cart="x", rate_hz=125.0)
+    np.testing.assert_allclose(raw.state_stamp_s, np.arange(500) / 125.0, atol=1e-9)
+
+
+def test_a_file_has_times_or_a_rate(file: Path, tmp_path: Path) -> None:
+    assert "--time COLUMN or --rate HZ" in refusal(file, tmp_path / "bag", None, "u", "x")
+    assert "--time COLUMN or --rate HZ" in refusal(
+        file, tmp_path / "bag", "t", "u", "x", rate_hz=9.0
+    )
+
+
+@pytest.mark.parametrize("numbers", [("#1", "#2", "#3", "#4"), ("1", "2", "3", "4")])
+@pytest.mark.parametrize("separator", [",", ";", "\t", " "])
+def test_columns_are_taken_by_number_without_a_header(
+    tmp_path: Path, numbers: tuple[str, ...], separator: str
+) -> None:
+    raw = import_file(write_rows(tmp_path / "f.csv", separator=separator), *numbers)
+    np.testing.assert_allclose(raw.cart, X, atol=1e-9)
+    np.testing.assert_allclose(raw.pole, TH, atol=1e-9)
+
+
+@pytest.mark.parametrize("separator", [";", "\t"])
+@pytest.mark.parametrize("header", [(), ("t{0}u{0}x{0}theta",)])
+def test_decimal_commas_are_read(tmp_path: Path, separator: str, header: tuple[str, ...]) -> None:
+    above = [line.format(separator) for line in header]
+    file = write_rows(tmp_path / "f.csv", *above, separator=separator, comma=True)
+    raw = import_file(file, "#1", "#2", "#3", "#4")
+    np.testing.assert_allclose(raw.cart, X, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "above",
+    [
+        ("# saved by hand", "# on a Monday, with care", "t,u,x,theta"),
+        ("# saved by hand", "# t,u,x,theta"),
+        ("% saved by hand", "", "t,u,x,theta", "[s],[V],[m],[rad]"),
+    ],
+)
+def test_comments_and_a_line_of_units_are_left_out(tmp_path: Path, above: tuple[str, ...]) -> None:
+    raw = import_file(write_rows(tmp_path / "f.csv", *above), "t", "u", "x", "theta")
+    assert len(raw.state_stamp_s) == 500
+    np.testing.assert_allclose(raw.cart, X, atol=1e-9)
+
+
+def test_a_number_beyond_the_columns_is_refused(tmp_path: Path) -> None:
+    file = write_rows(tmp_path / "f.csv")
+    assert "give --cart the number of a column, 1 to 4" in refusal(
+        file, tmp_path / "bag", "#1", "#2", "#5"
+    )
+
+
+def test_sine_and_cosine_make_the_angle(tmp_path: Path) -> None:
+    file = write(tmp_path / "file.csv", "t,s,c", u=np.sin(TH), x=np.cos(TH), theta=0 * TH)
+    raw = import_file(file, "t", sin="s", cos="c", pole_zero="down", invert_pole=True)
+    np.testing.assert_allclose(raw.pole, np.pi - TH, atol=1e-12)
+    assert "--sin and --cos together" in refusal(file, tmp_path / "bag", "t", sin="s")
+
+
+def test_velocities_follow_signs_and_units(file: Path, tmp_path: Path) -> None:
+    raw = import_file(
+        file,
+        "t",
+        "u",
+        "x",
+        "theta",
+        invert_cart=True,
+        length_unit="mm",
+        angle_unit="deg",
+        cart_velocity="x",
+        pole_velocity="theta",
+    )
+    np.testing.assert_allclose(raw.cart_velocity, -1e-3 * X)
+    np.testing.assert_allclose(raw.pole_velocity, np.radians(TH))
+    assert "expected a position beside every velocity" in refusal(
+        file, tmp_path / "bag", "t", pole="theta", cart_velocity="x"
+    )
+
+
+def test_the_velocity_of_one_joint_leaves_the_other_without(file: Path) -> None:
+    raw = import_file(file, "t", "u", "x", "theta", pole_velocity="theta")
+    assert raw.cart_velocity is None
+    np.testing.assert_array_equal(raw.pole_velocity, TH)
+
+
+def test_matlab_and_numpy_files_are_read(tmp_path: Path) -> None:
+    np.savez(tmp_path / "run.npz", t=TIMES - 1e9, u=U, y=np.column_stack([X, TH]), note="mine")
+    raw = import_file(tmp_path / "run.npz", "t", "u", "y[1]", "y[2]")
+    np.testing.assert_array_equal(raw.pole, TH)
+    log = {"x": X[:, None], "theta": TH}
+    savemat(tmp_path / "run.mat", {"t": TIMES - 1e9, "u": U, "log": log, "Ts": 0.008})
+    raw = import_file(tmp_path / "run.mat", "t", "u", "log.x", "log.theta")
+    np.testing.assert_array_equal(raw.cart, X)
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".mat", ".parquet"])
+def test_damaged_files_of_arrays_are_refused(tmp_path: Path, suffix: str) -> None:
+    file = tmp_path / f"run{suffix}"
+    file.write_bytes(b"no arrays at all")
+    assert ": expected " in refusal(file, tmp_path / "bag", "t", "u", "x")
+
+
+def test_code_in_a_numpy_file_is_not_run(tmp_path: Path) -> None:
+    np.savez(tmp_path / "run.npz", t=np.array([print], dtype=object))
+    assert "cannot be read" in refusal(tmp_path / "run.npz", tmp_path / "bag", "t", pole="t")
+
+
+def test_a_recording_needs_no_import(file: Path, tmp_path: Path) -> None:
+    import_file(file, "t", "u", "x")
+    sentence = refusal(tmp_path / "file.csv.bag", tmp_path / "bag", "t", "u", "x")
+    assert "found a recording: nothing is to be imported, give it to sysid diagnose" in sentence
+
+
+def test_a_csv_file_in_place_of_a_recording_names_the_import(file: Path) -> None:
+    with pytest.raises(BadInputError, match=r"found file\.csv: turn it .* with sysid import"):
+        read_bag(file)
+
+
+def test_an_import_says_what_it_read(file: Path, tmp_path: Path) -> None:
+    imported = import_csv(
+        file, tmp_path / "bag", Columns("t", "u", "x", "theta", "down", skip=1.0)
+    )
+    assert imported.rows == 375
+    assert imported.seconds == pytest.approx(2.992)
+    assert imported.rate_hz == pytest.approx(125.0)
+    assert list(imported.ranges) == ["command", "cart", "pole"]
+    assert imported.ranges["cart"] == (X[125:].min(), X[125:].max())
+    assert imported.begins_at_rad == pytest.approx(np.pi + TH[128])
 
 
 # Real rigs
 
 
 def imported(file: Path, tmp_path: Path, *columns: str, **options: object) -> Recording:
-    import_csv(file, tmp_path / "bag", "t", *columns, **options)
+    import_csv(file, tmp_path / "bag", Columns("t", *columns, **options))
     return clean_recording(read_bag(tmp_path / "bag"))
 
 
@@ -220,3 +411,14 @@ def test_a_real_pole_alone_has_no_faults(shared_data: Path, tmp_path: Path) -> N
     assert out.findings == ()
     assert (len(out.signals), out.signals.period_s, out.signals.cart) == (36668, 0.001, None)
     assert out.signals.pole_valid.all()
+
+
+def test_the_log_of_a_real_rig_with_comments_is_read_as_it_is(
+    shared_data: Path, tmp_path: Path
+) -> None:
+    file = sorted((shared_data / "sensorsini_cartpole" / "v1").glob("*.csv"))[0]
+    import_csv(file, tmp_path / "bag", Columns("time", "Q", "position", "angle"))
+    sines = Columns("time", "Q", "position", sin="angle_sin", cos="angle_cos")
+    import_csv(file, tmp_path / "sines", sines)
+    angles = [read_bag(tmp_path / name).pole for name in ("bag", "sines")]
+    np.testing.assert_allclose(*angles, atol=1e-9)

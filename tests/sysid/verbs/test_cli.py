@@ -146,6 +146,10 @@ def test_a_picture_of_unknown_kind(
         "fit BAG --twin T --out O --max-evaluations 5",
         "import FILE --out BAG --time t",
         "import FILE --out BAG --time t --cart x --skip -1",
+        "import FILE --out BAG --command u --cart x",
+        "import FILE --out BAG --time t --rate 100 --command u --cart x",
+        "import FILE --out BAG --time t --command u --cart x --length-unit inch",
+        "check BAG",
         "compare BAG --twin A",
         "compare BAG --twin A --twin B --twin C",
     ],
@@ -344,7 +348,9 @@ def test_import_makes_a_recording_of_a_csv_file(
     columns = "--time t --command u --cart x --pole theta"
     line = f"import {tmp_path}/run.csv --out {tmp_path}/bag {columns} --skip 1"
     assert main([*line.split(), "--pole-zero", "down", "--invert-cart"]) == 0
-    assert capsys.readouterr().out == f"{tmp_path}/bag\n"
+    printed = capsys.readouterr().out.splitlines()
+    assert printed[:2] == [f"{tmp_path}/bag", "400 rows in 3.99 s: 100 Hz"]
+    assert [line.split()[0] for line in printed[2:]] == ["command", "cart", "pole"]
     assert main(["replay", f"{tmp_path}/bag", "--twin", TWIN, "--json"]) == 0
     windows = json.loads(capsys.readouterr().out)["windows"]
     assert windows["count"] == 6 and windows["score"] < 10.0
@@ -366,6 +372,48 @@ def test_import_of_a_column_that_is_not_there(
         "y",
     )
     assert not (tmp_path / "bag").exists()
+
+
+def test_several_files_become_recordings_side_by_side(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    for name in ("a", "b"):
+        np.savetxt(tmp_path / f"{name}.csv", np.arange(30.0).reshape(10, 3), delimiter=",")
+    files = [str(tmp_path / f"{name}.csv") for name in ("a", "b")]
+    columns = ["--command", "1", "--cart", "2", "--rate", "1"]
+    assert main(["import", *files, "--out", str(tmp_path / "out"), *columns]) == 0
+    printed = capsys.readouterr()
+    assert f"{tmp_path}/out/a" in printed.out and f"{tmp_path}/out/b" in printed.out
+    assert "found 1: is it another --time-unit?" in printed.err
+    assert (tmp_path / "out" / "b" / "metadata.yaml").is_file()
+
+
+# Whether a recording can be of the rig
+
+
+def test_check_prints_a_table_and_says_yes(capsys: pytest.CaptureFixture[str], bag: str) -> None:
+    assert main(["check", bag, "--twin", TWIN]) == 0
+    printed = capsys.readouterr()
+    assert printed.out.splitlines()[0].split() == ["question", "answer", "expected", "found"]
+    assert "Is the angle 0 upright?" in printed.out
+    assert printed.err == ""
+
+
+def test_check_ends_with_status_1_and_the_sentence_of_the_first_no(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    recording = made(INTECO, 10.0)
+    signals = replace(recording.signals, cart=1e3 * recording.signals.cart)
+    path = made_bag(tmp_path / "mm", replace(recording, signals=signals))
+    assert main(["check", str(path), "--twin", TWIN, "--json"]) == 1
+    printed = capsys.readouterr()
+    checks = json.loads(printed.out)["checks"]
+    assert {frozenset(c) for c in checks} == {
+        frozenset({"question", "answer", "expected", "found", "advice"})
+    }
+    failed = [c for c in checks if c["answer"] == "no"]
+    assert [c["advice"] for c in failed] == ["import the file with --length-unit mm"]
+    assert printed.err.startswith("sysid: expected a cart that moves over at most the rail's")
 
 
 # What a diagnosis leaves behind

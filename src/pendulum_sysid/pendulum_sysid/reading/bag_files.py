@@ -12,6 +12,7 @@ from pendulum_twin.errors import BadInputError
 from pendulum_twin.strict_yaml import parse_yaml
 
 DATA_SUFFIXES = (".mcap", ".db3")
+TABLE_SUFFIXES = (".csv", ".tsv", ".txt", ".dat", ".mat", ".npz", ".parquet")  # for `import`
 INDEX = "metadata.yaml"
 
 
@@ -42,6 +43,11 @@ def find_files(path: Path) -> BagFiles:
             "the path"
         )
     if path.is_file():
+        if path.suffix.lower() in TABLE_SUFFIXES:
+            raise FileError(
+                f"expected a recording (a rosbag2 folder or its data file), found {path.name}: "
+                "turn it into a recording with sysid import"
+            )
         if not is_data_file(path):
             raise FileError(
                 f"expected a rosbag2 folder, an .mcap or a .db3 file, found a file {path.name}: "

@@ -1,8 +1,8 @@
-"""Turn columns of a CSV file into a recording like the recorder's."""
+"""Turn columns of a file of a laboratory into a recording like the recorder's."""
 
 from __future__ import annotations
 
-import csv as csv_format
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,167 +10,239 @@ import numpy as np
 
 from pendulum_sysid import decisions
 from pendulum_sysid.errors import FileError, WrongUse
+from pendulum_sysid.reading.array_table import ARRAY_SUFFIXES, read_array_table
 from pendulum_sysid.reading.bag import write_bag
-from pendulum_twin.arrays import Floats
+from pendulum_sysid.reading.bag_files import is_data_file
+from pendulum_sysid.reading.csv_table import read_csv_table
+from pendulum_sysid.reading.table import Table
+from pendulum_twin.arrays import Floats, Mask
 from pendulum_twin.errors import BadInputError
 
-ZEROS = {"up": 0.0, "down": np.pi}  # where the file's angle is 0 -> what it is called here
-SEPARATORS = ",;\t"
+ZEROS = {"up": 0.0, "down": math.pi}  # where the file's angle is 0 -> what it is called here
+LENGTH_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
+ANGLE_UNITS = {"rad": 1.0, "deg": math.pi / 180.0, "turn": 2.0 * math.pi}
+TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+COMMAND_UNITS = {"one": 1.0, "percent": 1e-2, "per_mille": 1e-3}
+# times since 1970 of the years 2001 to 2286, by their unit: no log lasts so long
+EPOCH_S = (1e9, 1e10)
+LONGEST_S = 2.0**31  # what a stamp of ROS holds
 
 
 @dataclass(frozen=True)
-class Table:
-    """Hold a CSV file as text: header, and rows with the line they stand on."""
+class Columns:
+    """Say which columns hold what, and in which units; a column by name or number.
 
-    header: tuple[str, ...]
-    rows: tuple[tuple[int, list[str]], ...]
-
-
-def import_csv(
-    csv: str | Path,
-    out: str | Path,
-    time: str,
-    command: str | None = None,
-    cart: str | None = None,
-    pole: str | None = None,
-    pole_zero: str = "up",
-    skip: float = 0.0,
-    invert_cart: bool = False,
-    invert_pole: bool = False,
-) -> None:
-    """Write columns of a CSV file (SI units) as a recording with the default topics.
-
-    time: s, from any zero; the recording begins at 0. command: as the twin file has it; only a
-    pole alone may lack it.
-    cart: m. pole: rad, counterclockwise positive after invert_pole; pole_zero says whether 0 is up
-    or (then pi is added) down; a wrapped angle stays wrapped. skip: s to leave out at the
-    beginning. An empty cell or nan is a missing value. Raises FileError when the file, a
-    column or a cell is not as expected, or the recording cannot be written.
+    time: sampling times from any zero; None with rate_hz.
+    command: what was sent to the drive; only a pole alone may lack it.
+    cart, pole: positions; at least one. A wrapped angle stays wrapped.
+    pole_zero: where the angle is 0, up or (pi is added) down.
+    skip: s to leave out at the beginning.
+    invert_cart, invert_pole: turn the sign of position and velocity round.
+    rate_hz: Hz, of rows without times.
+    cart_velocity, pole_velocity: as reported, a length or angle in its unit a second.
+    sin, cos: of the angle, in place of pole.
+    length_unit, angle_unit, time_unit, command_unit: keys of LENGTH_UNITS and so on. Without a
+        time unit, times count seconds, or a whole part of a second since 1970.
     """
+
+    time: str | None = None
+    command: str | None = None
+    cart: str | None = None
+    pole: str | None = None
+    pole_zero: str = "up"
+    skip: float = 0.0
+    invert_cart: bool = False
+    invert_pole: bool = False
+    rate_hz: float | None = None
+    cart_velocity: str | None = None
+    pole_velocity: str | None = None
+    sin: str | None = None
+    cos: str | None = None
+    length_unit: str = "m"
+    angle_unit: str = "rad"
+    time_unit: str | None = None
+    command_unit: str = "one"
+
+
+@dataclass(frozen=True)
+class Imported:
+    """Say what an import has read.
+
+    rows: number of samples.
+    seconds: s, from the first to the last.
+    ranges: channel -> least and largest value, m, rad and the command's unit.
+    begins_at_rad: rad, 0 to 2 pi, the pole's angle at the beginning; None without a pole.
+    """
+
+    rows: int
+    seconds: float
+    ranges: dict[str, tuple[float, float]]
+    begins_at_rad: float | None
+
+    @property
+    def rate_hz(self) -> float:
+        """Return the mean rate of the samples."""
+        return (self.rows - 1) / self.seconds if self.seconds > 0 else math.inf
+
+
+def import_csv(csv: str | Path, out: str | Path, columns: Columns) -> Imported:
+    """Write columns of a CSV, .mat, .npz or .parquet file as a recording with the default topics.
+
+    The recording begins at 0 s. An empty cell or nan is a missing value. Raises FileError when the
+    file, a column or a cell is not as expected, or the recording cannot be written, and WrongUse
+    when options do not fit it.
+    """
+    if columns.pole_zero not in ZEROS:
+        raise WrongUse(f"expected --pole-zero up or down, found {columns.pole_zero}")
+    _check_columns(columns)
     try:
-        table = _read(Path(csv))
-        stamps_ns, chosen = _read_times(table, time, skip)
-        columns = _read_columns(table, {"command": command, "cart": cart, "pole": pole}, chosen)
+        table = _read_table(Path(csv))
+        stamps_ns, chosen = _read_times(table, columns)
+        command = _read_channel(table, columns.command, "--command", chosen)
+        joints = _read_positions(table, columns, chosen)
+        velocities = _read_velocities(table, columns, chosen)
     except BadInputError as error:
         raise type(error)(f"{csv}: {error}") from error
-    if pole_zero not in ZEROS:
-        raise WrongUse(f"expected --pole-zero up or down, found {pole_zero}")
-    joints = {}
-    if "cart" in columns:
-        joints["cart"] = -columns["cart"] if invert_cart else columns["cart"]
-    if "pole" in columns:
-        joints["pole"] = (-columns["pole"] if invert_pole else columns["pole"]) + ZEROS[pole_zero]
-    write_bag(out, stamps_ns, joints, columns.get("command"))
+    if command is not None:
+        command = command * COMMAND_UNITS[columns.command_unit]
+    if velocities:
+        velocities = {j: velocities.get(j, np.full(len(stamps_ns), np.nan)) for j in joints}
+    write_bag(out, stamps_ns, joints, command, velocities=velocities)
+    return _describe(stamps_ns, joints, command)
 
 
-def _read(path: Path) -> Table:
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as stream:
-            first = stream.readline()
-            stream.seek(0)
-            separator = max(SEPARATORS, key=first.count)
-            reader = csv_format.reader(stream, delimiter=separator)
-            rows = [(reader.line_num, row) for row in reader if any(cell.strip() for cell in row)]
-    except (OSError, UnicodeDecodeError, csv_format.Error) as error:
-        raise FileError(f"expected a CSV file, but it cannot be read: {error}") from error
-    if not rows:
-        raise FileError("expected a CSV file with a header, found it empty: export it again")
-    header = tuple(cell.strip() for cell in rows[0][1])
-    if all(_is_number(cell) for cell in header):
-        raise FileError(
-            f"expected a header that names the columns, found numbers in line {rows[0][0]}: add "
-            "one"
+def _check_columns(columns: Columns) -> None:
+    if (columns.time is None) == (columns.rate_hz is None):
+        raise WrongUse("expected --time COLUMN or --rate HZ, found both or neither: give one")
+    if (columns.sin is None) != (columns.cos is None) or (columns.sin and columns.pole):
+        raise WrongUse("expected --pole, or --sin and --cos together: give the angle one way")
+    has_pole = columns.pole is not None or columns.sin is not None
+    if columns.cart is None and not has_pole:
+        raise WrongUse(
+            "expected a position column, found neither --cart nor --pole: name at least one"
         )
-    return Table(header, tuple(rows[1:]))
+    if columns.cart is not None and columns.command is None:
+        raise WrongUse(
+            "expected the command column of a recording with a cart, found none: name it with "
+            "--command"
+        )
+    if (columns.cart_velocity and columns.cart is None) or (
+        columns.pole_velocity and not has_pole
+    ):
+        raise WrongUse("expected a position beside every velocity: name it with --cart or --pole")
 
 
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
+def _read_table(path: Path) -> Table:
+    if path.is_dir() or is_data_file(path):
+        raise FileError(
+            "expected a CSV, .mat, .npz or .parquet file, found a recording: nothing is to be "
+            "imported, give it to sysid diagnose"
+        )
+    return read_array_table(path) if path.suffix in ARRAY_SUFFIXES else read_csv_table(path)
 
 
-def _read_times(table: Table, name: str, skip: float) -> tuple[np.ndarray, np.ndarray]:
+def _read_times(table: Table, columns: Columns) -> tuple[np.ndarray, Mask]:
     """Return the sampling times in ns from the first one taken, and which rows are taken."""
-    times = _read_column(table, name, "--time")
-    if not len(times):
+    if not table.lines:
         raise FileError(
             "expected rows of numbers below the header, found none: export the file again"
         )
+    if columns.time is None:
+        times = np.arange(len(table.lines)) / (columns.rate_hz or 1.0)
+    else:
+        times = _read_seconds(table, columns.time, columns.time_unit)
+    if times[-1] - times[0] >= LONGEST_S:
+        raise FileError(
+            f"expected times in s, found {times[-1] - times[0]:.3g} s in all: give their unit "
+            "with --time-unit"
+        )
+    chosen: Mask = times - times[0] >= columns.skip
+    if np.count_nonzero(chosen) < 2:
+        raise WrongUse(
+            f"expected rows after the first {columns.skip:g} s, found only "
+            f"{times[-1] - times[0]:.6g} s in all: skip less"
+        )
+    taken = times[chosen]
+    return np.rint((taken - taken[0]) * 1e9).astype(np.int64), chosen
+
+
+def _read_seconds(table: Table, name: str, unit: str | None) -> Floats:
+    """Return a column of times in s from its first row."""
+    times = table.get_column(name, "--time")
     if not np.all(np.isfinite(times)):
-        line = table.rows[int(np.argmin(np.isfinite(times)))][0]
+        line = table.lines[int(np.argmin(np.isfinite(times)))]
         raise FileError(
             f"expected a time in every row, found none in line {line} of column {name}: remove "
             "the row"
         )
     falls = np.flatnonzero(np.diff(times) < 0)
     if len(falls):
-        line = table.rows[falls[0] + 1][0]
+        line = table.lines[falls[0] + 1]
         raise FileError(
             f"expected times that rise in column {name}, found {times[falls[0] + 1]:.9g} after "
-            f"{times[falls[0]]:.9g} "
-            f"in line {line}: import each run by itself"
+            f"{times[falls[0]]:.9g} in line {line}: import each run by itself"
         )
-    chosen = times - times[0] >= skip
-    if np.count_nonzero(chosen) < 2:
-        raise WrongUse(
-            f"expected rows after the first {skip:g} s, found only {times[-1] - times[0]:.6g} s "
-            "in all: skip less"
-        )
-    taken = times[chosen]
-    return np.rint((taken - taken[0]) * 1e9).astype(np.int64), chosen
+    since_1970 = [u for u, s in TIME_UNITS.items() if EPOCH_S[0] <= times[0] * s < EPOCH_S[1]]
+    return (times - times[0]) * TIME_UNITS[unit or (since_1970 or ["s"])[0]]
 
 
-def _read_columns(
-    table: Table, names: dict[str, str | None], chosen: np.ndarray
-) -> dict[str, Floats]:
-    """Return the columns asked for, in the rows taken."""
-    if names["cart"] is None and names["pole"] is None:
-        raise WrongUse(
-            "expected a position column, found neither --cart nor --pole: name at least one"
-        )
-    if names["cart"] is not None and names["command"] is None:
-        raise WrongUse(
-            "expected the command column of a recording with a cart, found none: name it with "
-            "--command"
-        )
-    columns = {}
-    for channel, name in names.items():
-        if name is None:
-            continue
-        values = _read_column(table, name, f"--{channel}")[chosen]
-        missing = np.count_nonzero(~np.isfinite(values))
-        if missing > decisions.MOST_NOT_FINITE * len(values):
-            raise FileError(
-                f"expected finite numbers in column {name}, found {missing} of {len(values)} "
-                "cells empty, nan or "
-                f"infinite: at most {decisions.MOST_NOT_FINITE:.0%} can be done without"
-            )
-        columns[channel] = values
-    return columns
+def _read_positions(table: Table, columns: Columns, chosen: Mask) -> dict[str, Floats]:
+    """Return joint -> positions in the rows taken, m and rad."""
+    joints = {}
+    cart = _read_channel(table, columns.cart, "--cart", chosen)
+    if cart is not None:
+        joints["cart"] = cart * LENGTH_UNITS[columns.length_unit] * (1 - 2 * columns.invert_cart)
+    pole = _read_channel(table, columns.pole, "--pole", chosen)
+    if pole is not None:
+        pole = pole * ANGLE_UNITS[columns.angle_unit]
+    sin = _read_channel(table, columns.sin, "--sin", chosen)
+    cos = _read_channel(table, columns.cos, "--cos", chosen)
+    if sin is not None and cos is not None:
+        pole = np.arctan2(sin, cos)
+    if pole is not None:
+        joints["pole"] = pole * (1 - 2 * columns.invert_pole) + ZEROS[columns.pole_zero]
+    return joints
 
 
-def _read_column(table: Table, name: str, option: str) -> Floats:
-    """Return a column by its name in the header, NaN for empty cells."""
-    if name not in table.header:
-        raise WrongUse(
-            f"expected a column {name}, found {', '.join(table.header)}: name one of these with "
-            f"{option}"
-        )
-    place = table.header.index(name)
-    return np.array(
-        [_read_number(row, place, line, name) for line, row in table.rows], dtype=np.float64
-    )
+def _read_velocities(table: Table, columns: Columns, chosen: Mask) -> dict[str, Floats]:
+    """Return joint -> reported velocities in the rows taken, m/s and rad/s."""
+    velocities = {}
+    cart = _read_channel(table, columns.cart_velocity, "--cart-velocity", chosen)
+    if cart is not None:
+        unit = LENGTH_UNITS[columns.length_unit]
+        velocities["cart"] = cart * unit * (1 - 2 * columns.invert_cart)
+    pole = _read_channel(table, columns.pole_velocity, "--pole-velocity", chosen)
+    if pole is not None:
+        unit = ANGLE_UNITS[columns.angle_unit]
+        velocities["pole"] = pole * unit * (1 - 2 * columns.invert_pole)
+    return velocities
 
 
-def _read_number(row: list[str], place: int, line: int, name: str) -> float:
-    cell = row[place].strip() if place < len(row) else ""
-    try:
-        return float(cell) if cell else np.nan
-    except ValueError as error:
+def _read_channel(table: Table, name: str | None, option: str, chosen: Mask) -> Floats | None:
+    """Return the rows taken of a column, None where none is named."""
+    if name is None:
+        return None
+    values = table.get_column(name, option)[chosen]
+    missing = np.count_nonzero(~np.isfinite(values))
+    if missing > decisions.MOST_NOT_FINITE * len(values):
         raise FileError(
-            f"expected a number in line {line} of column {name}, found {cell!r}: correct or "
-            "remove the row"
-        ) from error
+            f"expected finite numbers in column {name}, found {missing} of {len(values)} "
+            "cells empty, nan or "
+            f"infinite: at most {decisions.MOST_NOT_FINITE:.0%} can be done without"
+        )
+    return values
+
+
+def _describe(
+    stamps_ns: np.ndarray, joints: dict[str, Floats], command: Floats | None
+) -> Imported:
+    channels = joints if command is None else {"command": command, **joints}
+    ranges = {
+        name: (float(np.nanmin(values)), float(np.nanmax(values)))
+        for name, values in channels.items()
+    }
+    begins = None
+    if "pole" in joints:
+        early = joints["pole"][np.isfinite(joints["pole"])][: decisions.SPIKE_SIDE_STEPS]
+        begins = float(np.median(early)) % (2.0 * math.pi)
+    return Imported(len(stamps_ns), float(stamps_ns[-1]) * 1e-9, ranges, begins)

@@ -1,28 +1,43 @@
-"""The verb `import`: columns of a CSV file as a recording."""
+"""The verb `import`: columns of files as recordings."""
 
 from __future__ import annotations
 
 import argparse
+from dataclasses import fields
+from pathlib import Path
 
-from pendulum_sysid.reading.csv_import import import_csv
-from pendulum_sysid.verbs.said import ANSWERED
+from pendulum_sysid import decisions
+from pendulum_sysid.reading.csv_import import Columns, Imported, import_csv
+from pendulum_sysid.verbs.said import ANSWERED, say
+
+UNITS = {"command": "", "cart": " m", "pole": " rad"}
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Write the recording and print its name."""
-    if arguments.cart is None and arguments.pole is None:
+    """Write the recordings; print their names and what was read."""
+    if arguments.cart is None and arguments.pole is None and arguments.sin is None:
         arguments.parser.error("expected --cart, --pole or both, found neither")
-    import_csv(
-        arguments.csv,
-        arguments.out,
-        time=arguments.time,
-        command=arguments.command,
-        cart=arguments.cart,
-        pole=arguments.pole,
-        pole_zero=arguments.pole_zero,
-        skip=arguments.skip,
-        invert_cart=arguments.invert_cart,
-        invert_pole=arguments.invert_pole,
-    )
-    print(arguments.out)
+    if (arguments.time is None) == (arguments.rate_hz is None):
+        arguments.parser.error("expected --time COLUMN or --rate HZ, found both or neither")
+    columns = Columns(**{f.name: getattr(arguments, f.name) for f in fields(Columns)})
+    for file in arguments.csv:
+        out: Path = arguments.out if len(arguments.csv) == 1 else arguments.out / file.stem
+        imported = import_csv(file, out, columns)
+        print(out, *describe(imported), sep="\n")
+        if not decisions.LOWEST_RATE_HZ <= imported.rate_hz <= decisions.HIGHEST_RATE_HZ:
+            say(
+                f"{file}: expected {decisions.LOWEST_RATE_HZ:g} to {decisions.HIGHEST_RATE_HZ:g} "
+                f"rows a second, found {imported.rate_hz:.4g}: is it another --time-unit?"
+            )
     return ANSWERED
+
+
+def describe(imported: Imported) -> list[str]:
+    """Return lines that say what was read."""
+    lines = [f"{imported.rows} rows in {imported.seconds:.6g} s: {imported.rate_hz:.5g} Hz"]
+    for name, (low, high) in imported.ranges.items():
+        line = f"{name} from {low:.4g} to {high:.4g}{UNITS[name]}"
+        if name == "pole":
+            line += f"; begins at {imported.begins_at_rad:.3g} rad (0 upright, 3.14 hanging)"
+        lines.append(line)
+    return lines

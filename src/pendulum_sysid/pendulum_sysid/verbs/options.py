@@ -31,6 +31,7 @@ def make_parser() -> argparse.ArgumentParser:
         _add_replay,
         _add_compare,
         _add_effects,
+        _add_check,
         _add_import,
         _add_next,
         _add_prove,
@@ -110,20 +111,57 @@ def _add_effects(verbs: Verbs) -> None:
     )
 
 
+def _add_check(verbs: Verbs) -> None:
+    verb = _add_verb(
+        verbs,
+        "check",
+        "ask whether recordings can be of a twin's rig: units, columns, zeros, times",
+    )
+    _add_bags(verb)
+    verb.add_argument("--twin", required=True, type=Path, help="the twin file")
+    verb.add_argument("--json", action="store_true", help="print one JSON object")
+
+
 def _add_import(verbs: Verbs) -> None:
     verb = _add_verb(
-        verbs, "import", "turn columns of a CSV file into a recording, SI units taken for granted"
+        verbs, "import", "turn columns of a CSV, .mat, .npz or .parquet file into a recording"
     )
     verb.add_argument(
-        "csv", type=Path, metavar="FILE.csv", help="a CSV file whose first line names its columns"
+        "csv",
+        type=Path,
+        nargs="+",
+        metavar="FILE",
+        help="a file whose first line names its columns; without, give their numbers from 1",
     )
+    out = "the rosbag2 folder to write; with several files, the folder of one for each"
+    verb.add_argument("--out", required=True, type=Path, metavar="BAG", help=out)
+    for option, what in (
+        ("time", "time of each sample"),
+        ("command", "what was sent to the drive"),
+        ("cart", "cart position"),
+        ("pole", "pole angle, counterclockwise"),
+        ("cart-velocity", "reported velocity of the cart, in its unit a second"),
+        ("pole-velocity", "reported rate of the pole, in its unit a second"),
+        ("sin", "sine of the pole's angle, with --cos in place of --pole"),
+        ("cos", "cosine of the pole's angle"),
+    ):
+        verb.add_argument(f"--{option}", metavar="COLUMN", help=what)
     verb.add_argument(
-        "--out", required=True, type=Path, metavar="BAG", help="the rosbag2 folder to write"
+        "--rate",
+        dest="rate_hz",
+        type=_read_above_zero,
+        metavar="HZ",
+        help="rows a second, for a file without times",
     )
-    verb.add_argument("--time", required=True, metavar="COLUMN", help="time of each sample, s")
-    verb.add_argument("--command", metavar="COLUMN", help="what was sent to the drive")
-    verb.add_argument("--cart", metavar="COLUMN", help="cart position, m")
-    verb.add_argument("--pole", metavar="COLUMN", help="pole angle, rad, counterclockwise")
+    since = "default: s, or what times since 1970 show"
+    for option, units, default in (
+        ("length-unit", ("m", "cm", "mm"), "m"),
+        ("angle-unit", ("rad", "deg", "turn"), "rad"),
+        ("time-unit", ("s", "ms", "us", "ns"), None),
+        ("command-unit", ("one", "percent", "per_mille"), "one"),
+    ):
+        said = f"default: {default}" if default else since
+        verb.add_argument(f"--{option}", choices=units, default=default, help=said)
     verb.add_argument(
         "--pole-zero",
         choices=("up", "down"),

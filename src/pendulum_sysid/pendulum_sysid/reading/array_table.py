@@ -1,0 +1,81 @@
+"""Read the columns of MATLAB, NumPy and Parquet files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pendulum_sysid.errors import FileError
+from pendulum_sysid.reading.table import Table
+from pendulum_twin.arrays import Floats
+
+ARRAY_SUFFIXES = (".mat", ".npz", ".parquet")
+
+
+def read_array_table(path: Path) -> Table:
+    """Return the columns of a .mat, .npz or .parquet file.
+
+    Each one-dimensional array of numbers is a column; a matrix gives a column NAME[k], k from 1,
+    for each of its columns. Raises FileError when the file cannot be read, holds no such array or
+    arrays of several lengths.
+    """
+    try:
+        arrays = _load(path)
+    except FileError:
+        raise
+    except Exception as error:  # three libraries with their own errors
+        raise FileError(
+            f"expected a {path.suffix} file, but it cannot be read ({error}): export it again"
+        ) from error
+    columns = _list_columns(arrays)
+    rows = max((len(values) for values in columns.values()), default=0)
+    columns = {name: values for name, values in columns.items() if len(values) == rows}
+    if rows < 2:
+        raise FileError("expected arrays of numbers, found none: export each signal as an array")
+    values = list(columns.values())
+    return Table(tuple(columns), len(values), tuple(range(1, rows + 1)), values.__getitem__)
+
+
+def _load(path: Path) -> Mapping[str, Any]:
+    if path.suffix == ".npz":
+        with np.load(path, allow_pickle=False) as file:
+            return dict(file)
+    if path.suffix == ".mat":
+        from scipy.io import loadmat  # only for such files
+
+        try:
+            return dict(loadmat(path, squeeze_me=True))
+        except NotImplementedError as error:
+            raise FileError(
+                "expected a MATLAB file up to version 7, found version 7.3: save it with -v7"
+            ) from error
+    try:
+        parquet = import_module("pyarrow.parquet")  # an optional package
+    except ImportError as error:
+        raise FileError(
+            "expected pyarrow to be installed, which reads Parquet, found it missing: install it, "
+            "or export the file as CSV"
+        ) from error
+    table = parquet.read_table(path)
+    return {name: table[name].to_numpy() for name in table.column_names}
+
+
+def _list_columns(arrays: Mapping[str, Any]) -> dict[str, Floats]:
+    columns: dict[str, Floats] = {}
+    for name, content in arrays.items():
+        values = np.asarray(content)
+        if values.dtype.names:  # a MATLAB structure of arrays
+            fields = {
+                field: values[field].item() for field in values.dtype.names if not values.ndim
+            }
+            columns |= {f"{name}.{field}": v for field, v in _list_columns(fields).items()}
+        elif values.dtype.kind in "fiub" and values.ndim == 1:
+            columns[name] = values.astype(np.float64)
+        elif values.dtype.kind in "fiub" and values.ndim == 2:
+            numbered = enumerate(values.T.astype(np.float64), 1)
+            columns |= {f"{name}[{k}]": column for k, column in numbered}
+    return columns

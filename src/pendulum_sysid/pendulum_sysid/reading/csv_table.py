@@ -1,0 +1,99 @@
+"""Read a CSV file as laboratories write them: comments, no header, semicolons, decimal commas."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from pendulum_sysid.errors import FileError
+from pendulum_sysid.reading.table import Table
+from pendulum_twin.arrays import Floats
+
+SEPARATORS = ";\t,"  # the first that stands in the header; blanks where none does
+COMMENTS = ("#", "%")
+Row = tuple[int, list[str]]  # line, cells
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Hold the cells of a CSV file as text.
+
+    names: as Table has them, for messages.
+    rows: below the header.
+    has_decimal_comma: a comma in a number stands for the point.
+    """
+
+    names: tuple[str, ...]
+    rows: tuple[Row, ...]
+    has_decimal_comma: bool
+
+    def read(self, place: int) -> Floats:
+        """Return a column (rows,); raises FileError for a cell that is no number."""
+        return np.array([self._read_number(row, place) for row in self.rows], dtype=np.float64)
+
+    def _read_number(self, row: Row, place: int) -> float:
+        line, cells = row
+        cell = cells[place].strip() if place < len(cells) else ""
+        try:
+            return _parse(cell, self.has_decimal_comma) if cell else np.nan
+        except ValueError as error:
+            name = self.names[place] if place < len(self.names) else f"#{place + 1}"
+            raise FileError(
+                f"expected a number in line {line} of column {name}, found {cell!r}: correct or "
+                "remove the row"
+            ) from error
+
+
+def read_csv_table(path: Path) -> Table:
+    """Return the columns of a CSV file.
+
+    Lines that begin with # or % are comments; the last one above the first row is the header if it
+    has as many cells as a row and the first row holds numbers. Rows without a number right below
+    the header (units) are left out. Raises FileError when the file is empty or no text.
+    """
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise FileError(f"expected a CSV file, but it cannot be read: {error}") from error
+    numbered = [(k, line.strip()) for k, line in enumerate(lines, 1) if line.strip(" \t;,")]
+    kept = [(k, line) for k, line in numbered if not line.startswith(COMMENTS)]
+    if not kept:
+        raise FileError("expected a CSV file with a header, found it empty: export it again")
+    separator = next((mark for mark in SEPARATORS if mark in kept[0][1]), None)
+    comma = separator != ","
+    rows = [(k, _split(line, separator)) for k, line in kept]
+    first, header_line = rows[0][1], rows[0][0]
+    names: tuple[str, ...] = ()
+    if all(_is_number(cell, comma) for cell in first if cell.strip()):
+        above = [line for k, line in numbered if k < header_line]
+        comment = _split(above[-1].lstrip("#% \t"), separator) if above else []
+        names = tuple(comment) if len(comment) == len(first) else ()
+    else:
+        names, rows = tuple(first), rows[1:]
+        while rows and not any(_is_number(cell, comma) for cell in rows[0][1]):
+            rows = rows[1:]
+    names = tuple(cell.strip() for cell in names)
+    cells = Cells(names, tuple(rows), comma)
+    return Table(names, len(first), tuple(k for k, _ in rows), cells.read, header_line)
+
+
+def _split(line: str, separator: str | None) -> list[str]:
+    try:
+        return line.split() if separator is None else next(csv.reader([line], delimiter=separator))
+    except (csv.Error, StopIteration) as error:
+        raise FileError(f"expected a CSV file, but it cannot be read: {error}") from error
+
+
+def _is_number(cell: str, comma: bool) -> bool:
+    try:
+        _parse(cell, comma)
+    except ValueError:
+        return False
+    return True
+
+
+def _parse(cell: str, comma: bool) -> float:
+    return float(cell.replace(",", ".") if comma else cell)

@@ -1,0 +1,49 @@
+"""Columns of numbers by name or number, whichever kind of file they stand in."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from pendulum_sysid.errors import WrongUse
+from pendulum_twin.arrays import Floats
+
+
+@dataclass(frozen=True)
+class Table:
+    """Hold the columns of a file.
+
+    names: of the columns; empty when the file has no header.
+    width: number of columns.
+    lines: (rows,) where each row stands, for messages.
+    read: number of a column, from 0 -> (rows,) its values, NaN for empty cells.
+    header_line: line of numbers that stands where a header was looked for.
+    """
+
+    names: tuple[str, ...]
+    width: int
+    lines: tuple[int, ...]
+    read: Callable[[int], Floats]
+    header_line: int = 1
+
+    def get_column(self, name: str, option: str) -> Floats:
+        """Return a column (rows,) by its name, or by its number from 1: `#2` or `2`.
+
+        option: the command-line option that names the column.
+
+        Raises WrongUse when there is none, and FileError for a cell that is no number.
+        """
+        if name in self.names:
+            return self.read(self.names.index(name))
+        number = name.removeprefix("#")
+        if number.isdecimal() and 1 <= int(number) <= self.width:
+            return self.read(int(number) - 1)
+        if not self.names:
+            raise WrongUse(
+                f"expected a header that names the column {name}, found numbers in line "
+                f"{self.header_line}: give {option} the number of a column, 1 to {self.width}"
+            )
+        raise WrongUse(
+            f"expected a column {name}, found {', '.join(self.names)}: name one of these with "
+            f"{option}"
+        )
