@@ -53,20 +53,20 @@ class Check:
 
     question: in words.
     answer: yes, doubt or no.
-    expected, found: in words, with units.
+    expected, observed: in words, with units.
     advice: what to do; empty for yes.
     """
 
     question: str
     answer: Answer
     expected: str
-    found: str
+    observed: str
     advice: str = ""
 
     @property
     def sentence(self) -> str:
         """Return the check as one sentence."""
-        said = f"expected {self.expected}, found {self.found}"
+        said = f"expected {self.expected}, found {self.observed}"
         return f"{said}: {self.advice}" if self.advice else said
 
 
@@ -123,16 +123,18 @@ def check_rate(signals: Signals) -> Check:
     rate_hz, question = 1.0 / signals.period_s, "Do the times count seconds?"
     lowest, highest = decisions.LOWEST_RATE_HZ, decisions.HIGHEST_RATE_HZ
     expected = f"{lowest:g} to {highest:g} samples a second"
-    found = f"{rate_hz:.4g} in {signals.seconds:.4g} s"
+    observed = f"{rate_hz:.4g} in {signals.seconds:.4g} s"
     if lowest <= rate_hz <= highest:
-        return Check(question, Answer.YES, expected, found)
+        return Check(question, Answer.YES, expected, observed)
     units = [
         unit
         for unit, count in TIME_UNITS.items()
         if decisions.USUAL_LEAST_RATE_HZ <= rate_hz * count <= highest
     ]
     advice = _advise(units[0], "or --rate HZ for numbered rows") if units else ""
-    return Check(question, Answer.NO, expected, found, advice or "check the column of the times")
+    return Check(
+        question, Answer.NO, expected, observed, advice or "check the column of the times"
+    )
 
 
 def check_pole_columns(case: Case, as_it_is: PoleBalance) -> Check | None:
@@ -141,24 +143,24 @@ def check_pole_columns(case: Case, as_it_is: PoleBalance) -> Check | None:
     if signals.pole is None:
         return None
     question, expected = "Is it an angle in radians?", "an angle in rad that moves as a pole does"
-    found = f"{as_it_is.explained:.0%} of its acceleration explained by the pole's equation"
+    observed = f"{as_it_is.explained:.0%} of its acceleration explained by the pole's equation"
     explained = as_it_is.explained > decisions.BALANCE_UNSURE
     has_known_zero = not (
         decisions.ZERO_DOUBT_RAD < as_it_is.hangs_off_rad < math.pi - decisions.ZERO_CERTAIN_RAD
     )
     if explained and has_known_zero:
-        return Check(question, Answer.YES, expected, found)
+        return Check(question, Answer.YES, expected, observed)
     for advice, other in _list_other_readings(signals).items():
         balance = balance_pole(other, smooth_state(other))
         hangs = balance.hangs_off_rad < decisions.ZERO_CERTAIN_RAD or not explained
         sure = balance.explained >= decisions.BALANCE_SURE
         if sure and hangs and _is_near(balance, case, decisions.FREQUENCY_FACTOR):
-            found += f", {balance.explained:.0%} if read otherwise"
-            return Check(question, Answer.NO, expected, found, advice)
+            observed += f", {balance.explained:.0%} if read otherwise"
+            return Check(question, Answer.NO, expected, observed, advice)
     if explained:
-        return Check(question, Answer.YES, expected, found)
+        return Check(question, Answer.YES, expected, observed)
     advice = "check the column, unit and scale of --pole"
-    return Check(question, Answer.DOUBT, expected, found, advice)
+    return Check(question, Answer.DOUBT, expected, observed, advice)
 
 
 def _list_other_readings(signals: Signals) -> dict[str, Signals]:
@@ -206,9 +208,9 @@ def check_cart_range(case: Case, balance: PoleBalance, gain: float) -> Check | N
     ratio = travel / (2 * half)
     question = "Is the cart's position in metres?"
     expected = f"a cart that moves over at most the rail's {2 * half:g} m"
-    found = f"{travel:.4g} m"
+    observed = f"{travel:.4g} m"
     if ratio <= decisions.RAIL_SLACK:
-        return Check(question, Answer.YES, expected, found)
+        return Check(question, Answer.YES, expected, observed)
     units = {name: count for name, count in LENGTH_UNITS.items() if ratio / count <= 1.1}
     by_motion = _measure_length_unit(case, balance, gain)
     option = next(iter(units), None) if by_motion is None else _pick_unit(by_motion, units)
@@ -216,7 +218,7 @@ def check_cart_range(case: Case, balance: PoleBalance, gain: float) -> Check | N
     advice = _advise(option) if option else advice
     certain = ratio > decisions.RAIL_CERTAIN and option is not None
     answer = Answer.NO if certain or ratio > decisions.RAIL_IMPOSSIBLE else Answer.DOUBT
-    return Check(question, answer, expected, found, advice)
+    return Check(question, answer, expected, observed, advice)
 
 
 def _measure_length_unit(case: Case, balance: PoleBalance, gain: float) -> float | None:
@@ -235,9 +237,9 @@ def check_command_range(case: Case, gain: float) -> Check | None:
         return None
     most = float(np.max(np.abs(signals.command)))
     question = "Does the command count as the twin's?"
-    expected, found = f"commands up to the twin's pwm_limit of {limit:g}", f"{most:.4g}"
+    expected, observed = f"commands up to the twin's pwm_limit of {limit:g}", f"{most:.4g}"
     if most <= decisions.COMMAND_SLACK * limit:
-        return Check(question, Answer.YES, expected, found)
+        return Check(question, Answer.YES, expected, observed)
     units = {name: n for name, n in COMMAND_UNITS.items() if most / limit / n <= 1.1}
     theta = make_theta(case.twin)
     own = float(theta[FORCE_PER_PWM] / theta[MASS])
@@ -248,7 +250,7 @@ def check_command_range(case: Case, gain: float) -> Check | None:
         advice = _advise(option)
     certain = most > decisions.COMMAND_CERTAIN * limit and ratio > decisions.COMMAND_CERTAIN
     answer = Answer.NO if certain else Answer.DOUBT
-    return Check(question, answer, expected, found, advice)
+    return Check(question, answer, expected, observed, advice)
 
 
 def check_pole_zero(case: Case, balance: PoleBalance) -> Check | None:
@@ -261,18 +263,18 @@ def check_pole_zero(case: Case, balance: PoleBalance) -> Check | None:
     if balance.explained < decisions.BALANCE_SURE or not _is_near(balance, case, math.inf):
         if not _rests_upright(case):
             return None
-        found = "a pole that rests upright without a command"
-        return Check(question, Answer.DOUBT, expected, found, advice)
-    found = f"a pole that hangs at {(balance.upright_rad + math.pi) % TURN:.3g} rad"
+        observed = "a pole that rests upright without a command"
+        return Check(question, Answer.DOUBT, expected, observed, advice)
+    observed = f"a pole that hangs at {(balance.upright_rad + math.pi) % TURN:.3g} rad"
     off_zero = math.pi - balance.hangs_off_rad
     if off_zero >= decisions.ZERO_DOUBT_RAD:
-        return Check(question, Answer.YES, expected, found)
+        return Check(question, Answer.YES, expected, observed)
     certain = (
         off_zero < decisions.ZERO_CERTAIN_RAD
         and _is_near(balance, case, decisions.FREQUENCY_FACTOR)
         and _is_coupled(balance, case)
     )
-    return Check(question, Answer.NO if certain else Answer.DOUBT, expected, found, advice)
+    return Check(question, Answer.NO if certain else Answer.DOUBT, expected, observed, advice)
 
 
 def _is_coupled(balance: PoleBalance, case: Case) -> bool:
@@ -309,12 +311,12 @@ def check_frequency(case: Case, balance: PoleBalance) -> Check | None:
     """Ask whether the hanging pole swings at its own frequency."""
     if balance.explained < decisions.BALANCE_SURE or not _swings_widely(case):
         return None
-    own, found = (math.sqrt(k) / TURN for k in (_own_gravity(case), balance.gravity))
+    own, observed = (math.sqrt(k) / TURN for k in (_own_gravity(case), balance.gravity))
     question = "Does the hanging pole swing at its own frequency?"
-    words = f"about {own:.3g} Hz by the twin file", f"{found:.3g} Hz"
+    words = f"about {own:.3g} Hz by the twin file", f"{observed:.3g} Hz"
     if _is_near(balance, case, decisions.FREQUENCY_FACTOR):
         return Check(question, Answer.YES, *words)
-    option = _pick_unit(own / found, TIME_UNITS)
+    option = _pick_unit(own / observed, TIME_UNITS)
     if option is not None:
         return Check(question, Answer.NO, *words, _advise(option))
     advice = (
@@ -340,11 +342,11 @@ def check_drive(case: Case, gain: float) -> Check | None:
         return None
     question = "Is the drive about as strong as the twin's?"
     expected = f"about {own:.3g} m/s^2 a unit of command (force_per_pwm_n over the moved mass)"
-    found = f"{gain:.3g}"
+    observed = f"{gain:.3g}"
     if abs(math.log(gain / own)) <= math.log(decisions.GAIN_FACTOR):
-        return Check(question, Answer.YES, expected, found)
+        return Check(question, Answer.YES, expected, observed)
     advice = "check the units of position and command, and force_per_pwm_n of the twin file"
-    return Check(question, Answer.DOUBT, expected, found, advice)
+    return Check(question, Answer.DOUBT, expected, observed, advice)
 
 
 def balance_pole(signals: Signals, state: SmoothState) -> PoleBalance:

@@ -235,7 +235,7 @@ def test_a_pole_mass_too_light_for_its_moment_is_made_up_from_the_cart(endless: 
 
 def test_impossible_bodies_are_refused(endless: Rig) -> None:
     with pytest.raises(
-        BadInputError, match=r"pole_inertia_kg_m2: expected above .* no bodies move like that"
+        BadInputError, match=r"pole_inertia_kg_m2: expected more than .* no bodies move like that"
     ):
         EmulatedRig(Concealed({}, replace(endless, pole_inertia_kg_m2=1e-4)))
 

@@ -101,13 +101,13 @@ def test_one_wild_window_does_not_decide(ahead: float) -> None:
     assert not compute_lead(rich, simple).is_real
 
 
-def test_parts_of_one_window_count_once() -> None:
-    """Four parts are one witness: cutting windows finer makes no lead surer."""
+def test_pieces_of_a_window_count_once() -> None:
+    """Four pieces are one witness: cutting windows finer makes no lead surer."""
     off = make_errors(3)
     whole = compute_lead(make_fit(off), make_fit(1.1 * off))
     quarters = [make_fit(np.repeat(windows, 4, axis=0)) for windows in (off, 1.1 * off)]
-    by_parts = compute_lead(*(Fit(**{**vars(fit), "parts": 4}) for fit in quarters))
-    assert (by_parts.ratio, by_parts.standard_errors) == pytest.approx(
+    by_pieces = compute_lead(*(Fit(**{**vars(fit), "pieces": 4}) for fit in quarters))
+    assert (by_pieces.ratio, by_pieces.standard_errors) == pytest.approx(
         (whole.ratio, whole.standard_errors)
     )
 

@@ -331,7 +331,9 @@ def test_a_path_that_holds_no_bag_is_refused(tmp_path: Path) -> None:
     assert "found nothing there" in refusal(tmp_path / "none")
     assert "found a folder without .mcap or .db3 files" in refusal(tmp_path)
     (tmp_path / "notes.txt").write_text("x")
-    assert "found a file notes.txt" in refusal(tmp_path / "notes.txt")
+    assert "found notes.txt: turn it into a recording with sysid import" in refusal(
+        tmp_path / "notes.txt"
+    )
     (tmp_path / "notes.mcap").write_text("these are no messages")
     assert "without its opening mark" in refusal(tmp_path / "notes.mcap")
     (tmp_path / "notes.db3").write_text("these are no messages")

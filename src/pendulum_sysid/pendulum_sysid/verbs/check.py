@@ -31,7 +31,7 @@ def make_mapping(checks: tuple[Check, ...]) -> dict[str, list[dict[str, str]]]:
             "question": check.question,
             "answer": check.answer.value,
             "expected": check.expected,
-            "found": check.found,
+            "found": check.observed,
             "advice": check.advice,
         }
         for check in checks
@@ -41,6 +41,8 @@ def make_mapping(checks: tuple[Check, ...]) -> dict[str, list[dict[str, str]]]:
 
 def format_checks(checks: tuple[Check, ...]) -> str:
     """Return a row a check, and below them what to do."""
-    rows = [(check.question, check.answer.value, check.expected, check.found) for check in checks]
+    rows = [
+        (check.question, check.answer.value, check.expected, check.observed) for check in checks
+    ]
     advice = [f"{check.question} {check.advice}" for check in checks if check.advice]
     return "\n".join([format_table(HEADER, rows), *advice])
