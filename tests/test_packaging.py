@@ -14,9 +14,6 @@ import pytest
 from support.paths import ROOT
 
 PACKAGES = ["pendulum_bridge", "pendulum_rl_env", "pendulum_sysid", "pendulum_twin"]
-SCRIPTS = [
-    script for package in PACKAGES for script in metadata.distribution(package).entry_points
-]
 ROS_IS_SOURCED = "AMENT_PREFIX_PATH" in os.environ and os.environ.get("ROS_DISTRO") == "jazzy"
 LOCK = (ROOT / "requirements.lock").read_text().splitlines()
 DEPEND_TAGS = ("depend", "exec_depend")
@@ -37,6 +34,11 @@ def run(*command: str | Path, **environment: str) -> str:
         f"{command} ended with {done.returncode}\n{done.stdout}\n{done.stderr}"
     )
     return done.stdout
+
+
+def console_scripts(package: str) -> metadata.EntryPoints:
+    """Return a package's executables, without its plug-ins for other libraries."""
+    return metadata.distribution(package).entry_points.select(group="console_scripts")
 
 
 def normal(name: str) -> str:
@@ -65,6 +67,9 @@ def third_party_imports(package: str) -> set[str]:
     return names - sys.stdlib_module_names
 
 
+SCRIPTS = [script for package in PACKAGES for script in console_scripts(package)]
+
+
 @pytest.fixture(scope="module")
 def sources(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Copy src/, so that a build leaves nothing behind and sees no earlier build."""
@@ -77,7 +82,7 @@ def sources(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def assert_executables(prefix: Path, package: str) -> None:
     """Check that lib/<package>/<name> is executable and hands its arguments to bin/<name>."""
-    for script in metadata.distribution(package).entry_points:
+    for script in console_scripts(package):
         wrapper, real = prefix / "lib" / package / script.name, prefix / "bin" / script.name
         assert os.access(real, os.X_OK), f"{real} is missing or not executable"
         assert os.access(wrapper, os.X_OK), f"{wrapper} is missing or not executable"
@@ -137,7 +142,7 @@ def test_console_script_can_be_called(script: metadata.EntryPoint) -> None:
 @pytest.mark.parametrize("package", PACKAGES)
 def test_wrappers_are_one_a_script(package: str) -> None:
     wrappers = {path.name: path for path in (ROOT / "src" / package / "lib").glob("*")}
-    assert set(wrappers) == {script.name for script in metadata.distribution(package).entry_points}
+    assert set(wrappers) == {script.name for script in console_scripts(package)}
     assert all(os.access(path, os.X_OK) for path in wrappers.values())
 
 
