@@ -188,7 +188,7 @@ def _node(
     launch: Launch,
     inner: bool,
 ) -> None:
-    known = {"pkg", "exec", "name", "namespace", "args", "output", "on_exit"}
+    known = {"pkg", "exec", "name", "namespace", "args", "ros_args", "output", "on_exit"}
     assert set(attributes) <= known and {each.tag for each in element} <= {"param"}, ET.tostring(
         element
     )
@@ -200,7 +200,10 @@ def _node(
             "/" + expanded(attributes.get("namespace", ""), scope).strip("/"),
             expanded(attributes.get("name", ""), scope),
             tuple(_words(attributes.get("args", ""), scope)),
-            tuple(_parameter(each, scope) for each in element),
+            (
+                *_parameter_files(attributes.get("ros_args", ""), scope),
+                *(_parameter(each, scope) for each in element),
+            ),
             _ends_all(attributes),
         )
     )
@@ -213,9 +216,15 @@ def _ends_all(attributes: dict[str, str]) -> bool:
     return "on_exit" in attributes
 
 
-def _parameter(element: ET.Element, scope: dict[str, str]) -> Path | dict[str, Any]:
-    if set(element.attrib) == {"from"}:
-        return Path(expanded(element.attrib["from"], scope))
+def _parameter_files(text: str, scope: dict[str, str]) -> list[Path]:
+    """Return the files of ROS arguments; they come before the parameters of tags."""
+    words = _words(text, scope)
+    assert set(words[::2]) <= {"--params-file"} and len(words) % 2 == 0, text
+    return [Path(word) for word in words[1::2]]
+
+
+def _parameter(element: ET.Element, scope: dict[str, str]) -> dict[str, Any]:
+    # not <param from=...>: launch drops a file that is missing, and the defaults hold
     assert {"name", "value"} <= set(element.attrib) <= {"name", "value", "type"}, ET.tostring(
         element
     )

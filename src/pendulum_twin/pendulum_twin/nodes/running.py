@@ -17,6 +17,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.nodes.overrides import check_parameter_files
 from pendulum_twin.nodes.settings import describe_settings
 
 LONGEST_WAIT_S = 0.2  # until a signal is seen
@@ -65,6 +66,7 @@ def run[N: Node](
         rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
         node = make()
         try:
+            check_parameter_files(node, arguments)
             failure = serve(node, stopped)
         finally:
             node.destroy_node()

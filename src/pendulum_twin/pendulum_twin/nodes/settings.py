@@ -20,6 +20,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.nodes.overrides import check_overrides
 from pendulum_twin.rig import check_number
 
 Check = Callable[[str, Any], Any]
@@ -114,12 +115,16 @@ def check_settings(settings: Settings) -> None:
 
 
 def declare_settings[S: Settings](node: Node, kind: type[S]) -> S:
-    """Declare the parameters on a node and return its settings, or raise BadInputError."""
+    """Declare the parameters on a node and return its settings.
+
+    Raises BadInputError for a wrong value, and for a parameter that was given and is none of them.
+    """
     anything = ParameterDescriptor(dynamic_typing=True)  # a wrong type gets our own sentence
     values = {
         item.name: node.declare_parameter(item.name, item.default, anything).value
         for item in fields(kind)
     }
+    check_overrides(node)
     settings = kind(**values)
     for item in fields(kind):
         node.set_descriptor(item.name, _make_descriptor(item))
