@@ -21,6 +21,7 @@ from pendulum_twin.free_runs import (
 from pendulum_twin.model import Twin
 from pendulum_twin.motion import ALL_LAWS, NO_LAWS, PLAIN_LAWS
 from pendulum_twin.parameter_vector import find_active_effects, make_theta
+from pendulum_twin.rail_ends import Impact, stop_cart
 
 HANGING = (0.0, math.pi, 0.0, 0.0)
 SINGLE_LANE = (0,)
@@ -39,6 +40,8 @@ class Stepper:
     state: measured x (m), th (rad), v (m/s), w (rad/s) at the start; None: at rest.
     before: command that was held until now, which delays and lags still let through; None: the
         command of the first step, as in a free run.
+    end_m: m; distance of the rail's ends from its middle, which stop the cart; infinite: no ends.
+    impact: with an end of the rail in the last step; None when the cart was clear of both.
     """
 
     def __init__(
@@ -47,7 +50,9 @@ class Stepper:
         period_s: float,
         state: tuple[float, ...] | None = None,
         before: float | None = 0.0,
+        end_m: float = math.inf,
     ) -> None:
+        self._end_m = end_m
         self._theta, self._rest = make_theta(twin)[None], make_resting_state(twin)
         self._on = find_active_effects(self._theta)
         self._reports = select_reporting_effects(self._theta)
@@ -68,6 +73,7 @@ class Stepper:
         state = self._rest if state is None else state
         self._memory = np.zeros(self._offsets[-1])
         self._steps = 0
+        self.impact: Impact | None = None
         if before is not None:
             self._command[0] = before
             self._filter(self._drive[0, :1])
@@ -98,6 +104,7 @@ class Stepper:
         )
         self._steps += self._sub
         self._true[:] = self._out[:, 1]
+        self.impact = stop_cart(self._true[0], self._theta[0], self._end_m)
         t = np.array([self._steps // self._sub * self._period_s])
         shown = apply_sensors(self._true, self._theta, t)
         if self._reports:

@@ -142,6 +142,15 @@ def test_a_silent_rig_gets_0_and_no_reset_until_it_speaks_again(
     user.holding(0.01, lambda: user.pwm == 0.01, "the command once more")
 
 
+def test_a_stop_is_cleared_without_a_commander(ros: Graph, shared: DrivenEmulator) -> None:
+    _, user = meet(ros, shared, rig_timeout_s=PATIENT_S)
+    assert user.call("stop").success
+    ros.until(
+        lambda: user.call("clear_stop").message == Reason.STOP_CLEARED.sentence,
+        "silence, which counts as 0",
+    )
+
+
 def test_the_stop_latches_and_clearing_needs_a_command_of_0_first(driven) -> None:
     _, user = driven
     user.holding(0.01, lambda: user.pwm == 0.01, "the command")

@@ -110,7 +110,7 @@ def test_commands_during_a_stop_are_dropped_and_not_sent_after_it(rules: Rules) 
     for command, answer in ((0.3, Reason.ZERO_FIRST), (0.0, Reason.STOP_CLEARED)):
         decision = decide(command, MIDDLE, 0.02, safety, rules)
         assert decision.pwm == 0.0 and decision.reasons == (Reason.STOPPED, Reason.DROPPED)
-        safety, found = clear_stop(decision.safety)
+        safety, found = clear_stop(decision.safety, rules)
         assert found is answer
     quiet = decide(None, MIDDLE, 0.03, safety, rules)
     assert quiet.pwm == 0.0 and quiet.reasons == (Reason.NO_COMMAND_YET,)
@@ -130,7 +130,7 @@ def test_the_stop_ends_a_reset_for_good(rules: Rules) -> None:
     assert ended is Reason.RESET_STOPPED
     assert decide(None, swinging, 0.02, safety, rules).pwm == 0.0
     assert begin_reset(0.02, safety, rules)[1] is Reason.RESET_STOPPED
-    safety, _ = clear_stop(take_command(0.0, safety)[0])
+    safety, _ = clear_stop(take_command(0.0, safety)[0], rules)
     after = decide(None, swinging, 0.03, safety, rules)
     assert after.pwm == 0.0 and after.reset_ended is None
 
@@ -200,9 +200,10 @@ def test_a_sample_that_cannot_be_true_brings_0_and_guards_no_rail(
     trusted = []
     monkeypatch.setattr("pendulum_bridge.safety.encoder_check.trust_again", trusted.append)
     latched, _ = press_stop(decision.safety)
-    assert clear_stop(latched)[1] is Reason.ZERO_FIRST and not trusted
+    assert clear_stop(latched, rules)[1] is Reason.ZERO_FIRST and not trusted
     assert (
-        clear_stop(take_command(0.0, latched)[0])[1] is Reason.STOP_CLEARED and len(trusted) == 1
+        clear_stop(take_command(0.0, latched)[0], rules)[1] is Reason.STOP_CLEARED
+        and len(trusted) == 1
     )
 
 
@@ -301,7 +302,7 @@ def test_whatever_happens_the_order_holds(rules: Rules, nominal: Rig, events: li
         if event == "stop":
             safety, _ = press_stop(safety)
         elif event == "clear":
-            safety, _ = clear_stop(safety)
+            safety, _ = clear_stop(safety, rules)
         elif event == "reset":
             safety, _ = begin_reset(now, safety, rules)
         now += step

@@ -1,5 +1,6 @@
 """The live twin over real topics: what it publishes is the stepper's trajectory, in order."""
 
+import itertools
 import math
 
 import numpy as np
@@ -9,11 +10,16 @@ rclpy = pytest.importorskip("rclpy")
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
 from rosgraph_msgs.msg import Clock  # noqa: E402
+from std_msgs.msg import Bool  # noqa: E402
+from std_srvs.srv import Trigger  # noqa: E402
 from support.real_time_user import TWIN, User, arrays, known_to, make_twin  # noqa: E402
 from support.ros_graph import Graph  # noqa: E402
 
+from pendulum_twin.emergency_stop import StopAnswer  # noqa: E402
 from pendulum_twin.model import Twin, load_twin, save_twin  # noqa: E402
+from pendulum_twin.nodes.clock_watch import STANDS  # noqa: E402
 from pendulum_twin.nodes.messages import from_time, to_time  # noqa: E402
+from pendulum_twin.nodes.qos import LATCHED  # noqa: E402
 from pendulum_twin.stepper import Stepper  # noqa: E402
 
 pytestmark = pytest.mark.wall_time  # samples come by the clock of this machine
@@ -221,7 +227,7 @@ def test_health_is_told_once_a_second(ros: Graph, lockstep: bool) -> None:
     )
     assert set(figures) == {
         "twin", "samples", "commands", "refused_commands",
-        "lost_samples", "applied_pwm", "command_age_s",
+        "lost_samples", "applied_pwm", "command_age_s", "rail_end_impacts", "stopped",
     }  # fmt: skip
     user.until(lambda: reports[-1].status[0].level == b"\x00", "health again")
     stamps = [from_time(report.header.stamp) for report in reports]
@@ -238,3 +244,69 @@ def test_a_pole_alone_has_one_joint(ros: Graph, tmp_path) -> None:
     user.more(2)
     assert user.states[-1].name == ["pole"]
     assert arrays(user)[1][-1] == pytest.approx([math.pi, 0.0], abs=1e-12)
+
+
+def test_the_stop_latches_in_the_twin_as_in_the_driver(pair) -> None:
+    _, user = pair
+    clients = {name: user.node.create_client(Trigger, name) for name in ("stop", "clear_stop")}
+    stopped: list[bool] = []
+    user.node.create_subscription(Bool, "stopped", lambda m: stopped.append(m.data), LATCHED)
+    user.send(0.25)
+    user.until(lambda: user.applied[-1] == 0.25, "the command")
+    assert user.ros.call(clients["stop"]).success
+    before = len(user.applied)
+    user.until(lambda: stopped and stopped[-1], "the state")
+
+    def push() -> bool:
+        user.send(0.25)
+        return len(user.applied) > before + 10
+
+    user.until(push, "samples under the stop")
+    assert set(user.applied[before + 1 :]) == {0.0}
+    assert user.ros.call(clients["clear_stop"]).message == StopAnswer.ZERO_FIRST.value
+    assert not user.reset().success
+    cleared = user.until(
+        lambda: user.ros.call(clients["clear_stop"]).message == StopAnswer.CLEARED.value,
+        "silence, which counts as 0",
+    )
+    assert cleared
+    user.until(lambda: not stopped[-1], "the state")
+    user.send(0.25)
+    user.until(lambda: user.applied[-1] == 0.25, "a command after it")
+
+
+def test_an_end_of_the_rail_is_an_event_in_diagnostics(pair) -> None:
+    _, user = pair
+    told: list[str] = []
+    user.node.create_subscription(
+        DiagnosticArray, "/diagnostics", lambda m: told.extend(s.message for s in m.status), 10
+    )
+
+    def push() -> bool:
+        user.send(0.5)
+        return any("hit the end of the rail at +0.9 m" in sentence for sentence in told)
+
+    user.until(push, "the event")
+    user.more(2)
+    assert user.states[-1].position[0] == 0.9
+
+
+def test_simulated_time_that_stands_still_is_said(ros: Graph) -> None:
+    user = User(ros)
+    told: list[tuple[bytes, str]] = []
+    user.node.create_subscription(
+        DiagnosticArray,
+        "/diagnostics",
+        lambda m: told.extend((s.level, s.message) for s in m.status),
+        10,
+    )
+    make_twin(ros, use_sim_time=True)
+    user.until(lambda: (b"\x02", STANDS) in told, "the sentence")
+    clock = ros.user("clock").create_publisher(Clock, "/clock", 10)
+    stamps = itertools.count(1)
+
+    def tick() -> bool:
+        clock.publish(Clock(clock=to_time(next(stamps) * 10_000_000)))
+        return told[-1][0] == b"\x00" and len(user.states) > 3
+
+    user.until(tick, "samples once /clock moves")

@@ -160,7 +160,7 @@ class Driver:
     def clear_stop(self) -> Reason:
         """Clear the emergency stop, or return why it stays."""
         with self._lock:
-            self._safety, reason = policy.clear_stop(self._safety)
+            self._safety, reason = policy.clear_stop(self._safety, self._rules)
             self._outlet.publish_stopped(self._safety.stop.latched)
             return reason
 

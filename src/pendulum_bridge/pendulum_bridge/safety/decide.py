@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 
 from pendulum_bridge.safety import encoder_check, two_writers, watchdog
 from pendulum_bridge.safety import reset as swing_down
-from pendulum_bridge.safety import stop as emergency_stop
 from pendulum_bridge.safety.encoder_check import EncoderCheck, Encoders
 from pendulum_bridge.safety.limits import (
     Limits,
@@ -25,15 +24,24 @@ from pendulum_bridge.safety.rail_guard import RailGuard, Seen, guard_command, ma
 from pendulum_bridge.safety.reasons import Level, Reason, find_worst_level
 from pendulum_bridge.safety.reset import Reset, SwingDown, make_swing_down
 from pendulum_bridge.safety.rig_state import RigState
-from pendulum_bridge.safety.stop import Stop
 from pendulum_bridge.safety.two_writers import Writers
 from pendulum_bridge.safety.watchdog import Ages, Timeouts
+from pendulum_twin import emergency_stop
+from pendulum_twin.emergency_stop import Stop, StopAnswer
 from pendulum_twin.rig import Rig
 
 # without a decision for so long, the driver stood still: it decides every 30 ms
 STANDSTILL_S = 0.15
 # a command so soon after a standstill may have waited through it: its time of sending counts
 UNSURE_S = 1.0
+
+
+STOP_REASONS = {
+    StopAnswer.STOPPED: Reason.STOPPED,
+    StopAnswer.CLEARED: Reason.STOP_CLEARED,
+    StopAnswer.NOT_STOPPED: Reason.NOT_STOPPED,
+    StopAnswer.ZERO_FIRST: Reason.ZERO_FIRST,
+}
 
 
 @dataclass(frozen=True)
@@ -198,6 +206,7 @@ def decide(
     )
     if passed_s > STANDSTILL_S:
         safety = replace(safety, resumed_s=now_s)
+    safety = replace(safety, stop=emergency_stop.let_time_pass(safety.stop, passed_s))
     safety, refused = _take_inputs(request, fresh, now_s, safety, rules)
     safety, ended = _advance_reset(fresh, passed_s, safety, rules)
     slewing_s = compute_slewing_s(safety.unused_s, passed_s, rules.period_s)
@@ -280,9 +289,10 @@ def fail_safe(safety: Safety) -> tuple[Safety, Reason | None]:
     return _forget_command(replace(safety, reset=None, applied=0.0)), ended
 
 
-def clear_stop(safety: Safety) -> tuple[Safety, Reason]:
+def clear_stop(safety: Safety, rules: Rules) -> tuple[Safety, Reason]:
     """Return the state after a request to clear the stop, and the answer to the request."""
-    stop, reason = emergency_stop.clear_stop(safety.stop)
+    stop, answer = emergency_stop.clear_stop(safety.stop, rules.timeouts.command_s)
+    reason = STOP_REASONS[answer]
     believed = (
         encoder_check.trust_again(safety.encoders)
         if reason is Reason.STOP_CLEARED

@@ -4,23 +4,21 @@ from __future__ import annotations
 
 from enum import Enum
 
+from pendulum_twin.emergency_stop import StopAnswer
 from pendulum_twin.health import Level
 
 
 class Reason(Enum):
     """Name why a command is changed, or where a reset or a stop stands; see `sentence`."""
 
-    STOPPED = (Level.WARN, "The emergency stop is latched: PWM is 0 until it is cleared.")
+    STOPPED = (Level.WARN, StopAnswer.STOPPED.value)
     DROPPED = (
         Level.WARN,
         "A command came during the emergency stop and was dropped; it will not be sent later.",
     )
-    STOP_CLEARED = (Level.OK, "The emergency stop is cleared: PWM is 0 until the next command.")
-    NOT_STOPPED = (Level.OK, "There is no emergency stop to clear.")
-    ZERO_FIRST = (
-        Level.WARN,
-        "The emergency stop stays latched: send a command of 0 first, then clear it again.",
-    )
+    STOP_CLEARED = (Level.OK, StopAnswer.CLEARED.value)
+    NOT_STOPPED = (Level.OK, StopAnswer.NOT_STOPPED.value)
+    ZERO_FIRST = (Level.WARN, StopAnswer.ZERO_FIRST.value)
 
     NO_SAMPLE_YET = (
         Level.ERROR,

@@ -7,6 +7,7 @@ name matches no node, without a word.
 from __future__ import annotations
 
 import difflib
+import itertools
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -54,7 +55,7 @@ def check_parameter_files(node: Node, arguments: Sequence[str]) -> None:
 
 
 def _list_files(arguments: Sequence[str]) -> Iterator[str]:
-    for option, value in zip(arguments, arguments[1:], strict=False):
+    for option, value in itertools.pairwise(arguments):
         if option == OPTION:
             yield value
 

@@ -15,6 +15,12 @@ samples until the stamp is that of the answer; if it does not come, call `reset`
 on, send a command, and take its sample before sending the next command; the sample is a period
 younger than the last. Commands of a user who does not wait queue up, ten at most.
 
+In real time the samples follow an even clock and are stamped with the system's time. With
+`use_sim_time` they follow `/clock`, which another node has to publish; while it does not, the
+twin stands still and says so.
+
+The cart stops at the ends of the rail, and `/diagnostics` says so.
+
 Setting the parameter `twin` replaces the twin while it runs; its measured state stays (see
 `LiveTwin.become`).
 """
@@ -27,19 +33,22 @@ from concurrent.futures import ThreadPoolExecutor
 from threading import Event, Lock
 from typing import Any
 
+from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
-from std_msgs.msg import Float64
+from std_msgs.msg import Bool, Float64
 from std_srvs.srv import Trigger
 
 from pendulum_twin import topics
+from pendulum_twin.emergency_stop import StopAnswer
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.health import Health
 from pendulum_twin.live_twin import LiveTwin
 from pendulum_twin.model import load_twin
+from pendulum_twin.nodes.clock_watch import ClockWatch
 from pendulum_twin.nodes.diagnostics import publish_health
 from pendulum_twin.nodes.direct import DirectSubscription
 from pendulum_twin.nodes.guard import guard_method
-from pendulum_twin.nodes.qos import LATEST, SAMPLES
+from pendulum_twin.nodes.qos import LATCHED, LATEST, SAMPLES
 from pendulum_twin.nodes.running import LONGEST_WAIT_S, run, spin
 from pendulum_twin.nodes.settings import declare_settings, watch_settings
 from pendulum_twin.nodes.sim_clock import CLOCK_PERIOD_S, SimClock
@@ -47,7 +56,12 @@ from pendulum_twin.nodes.twin_outlet import TwinOutlet
 from pendulum_twin.nodes.twin_settings import TwinSettings
 from pendulum_twin.paces import Lockstep, RealTime
 from pendulum_twin.reset_answer import format_answer
+from pendulum_twin.steady_time import SteadyTime
 from pendulum_twin.twin_health import TwinFigures, TwinHealth
+
+RESET_STOPPED = (
+    "The reset was not begun: the emergency stop is latched. Clear it, then reset again."
+)
 
 
 class TwinNode(Node):
@@ -71,16 +85,24 @@ class TwinNode(Node):
         self._commands = (
             DirectSubscription(self, Float64, topics.PWM, SAMPLES) if settings.lockstep else None
         )
-        self._outlet = TwinOutlet(self, twin.rig, self._sim_clock)
+        self._steady = None if settings.lockstep or self._is_time_simulated() else SteadyTime()
+        to_stamp = self._steady.to_stamp if self._steady else int
+        self._outlet = TwinOutlet(self, twin.rig, self._sim_clock, to_stamp)
+        self._stopped = self.create_publisher(Bool, topics.STOPPED, LATCHED)
+        self._stopped.publish(Bool(data=False))
         self._pace = (Lockstep if settings.lockstep else RealTime)(
             self._live, period_s, self._outlet
         )
         self._health = TwinHealth()
         if not settings.lockstep:
             self.create_subscription(Float64, topics.PWM, self.on_command, LATEST)
-            self._sampling = self.create_timer(period_s, self.on_timer)
-            self._settling = self.create_timer(period_s / 2, self.on_settling)
+            clock = Clock(clock_type=ClockType.STEADY_TIME) if self._steady else self.get_clock()
+            self._sampling = self.create_timer(period_s, self.on_timer, clock=clock)
+            self._settling = self.create_timer(period_s / 2, self.on_settling, clock=clock)
+        self._time_watch = ClockWatch(self) if self._is_time_simulated() else None
         self.create_service(Trigger, topics.RESET, self.on_reset)
+        self.create_service(Trigger, topics.STOP, self.on_stop)
+        self.create_service(Trigger, topics.CLEAR_STOP, self.on_clear_stop)
         watch_settings(self, lambda: self._settings, self._accept)
         publish_health(self, "twin", self._report_health)
         pace = "in lockstep, in steps of 1 s /" if settings.lockstep else "at"
@@ -102,7 +124,17 @@ class TwinNode(Node):
             live.commands.compute_age_s(self._read_time_ns()),
         )
         return TwinFigures(
-            live.twin.name, pace.samples, taken, refused, pace.lost, live.applied, age_s
+            live.twin.name,
+            pace.samples,
+            taken,
+            refused,
+            pace.lost,
+            live.applied,
+            age_s,
+            live.impacts,
+            live.last_impact,
+            live.commands.stop.latched,
+            self._time_watch.trouble if self._time_watch else "",
         )
 
     def fail_safe(self) -> None:
@@ -150,13 +182,42 @@ class TwinNode(Node):
 
     @guard_method
     def on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        """Start again, hanging at rest in the middle of the rail."""
+        """Start again, hanging at rest in the middle of the rail, unless the stop is latched."""
         with self._lock:
+            if self._live.commands.stop.latched:
+                response.success, response.message = False, RESET_STOPPED
+                return response
             if self._commands is not None:
                 self._commands.clear()
             stamp_ns = self._pace.reset()
         response.success, response.message = True, format_answer(stamp_ns)
         return response
+
+    @guard_method
+    def on_stop(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        """Latch the emergency stop: PWM is 0 from the next sample on."""
+        with self._lock:
+            answer = self._live.commands.press_stop(self._read_time_ns())
+        return self._answer_stop(answer, response)
+
+    @guard_method
+    def on_clear_stop(
+        self, request: Trigger.Request, response: Trigger.Response
+    ) -> Trigger.Response:
+        """Clear the emergency stop, or say why it stays."""
+        with self._lock:
+            answer = self._live.commands.clear_stop(self._read_time_ns())
+        return self._answer_stop(answer, response)
+
+    def _answer_stop(self, answer: StopAnswer, response: Trigger.Response) -> Trigger.Response:
+        self._stopped.publish(Bool(data=self._live.commands.stop.latched))
+        response.success = answer is not StopAnswer.ZERO_FIRST
+        response.message = answer.value
+        return response
+
+    def _is_time_simulated(self) -> bool:
+        """Return whether the samples are to follow `/clock`; in lockstep they make it."""
+        return not self._settings.lockstep and bool(self.get_clock().ros_time_is_active)
 
     def _take(self, message: Float64) -> None:
         if not self._pace.take_command(message.data, self._read_time_ns()):
@@ -180,7 +241,9 @@ class TwinNode(Node):
         return self._health.report(self.count_figures())
 
     def _read_time_ns(self) -> int:
-        return time.monotonic_ns() if self.lockstep else self.get_clock().now().nanoseconds
+        if self.lockstep:
+            return time.monotonic_ns()
+        return self._steady.read_ns() if self._steady else int(self.get_clock().now().nanoseconds)
 
 
 def serve(node: TwinNode, stopped: Event) -> None:

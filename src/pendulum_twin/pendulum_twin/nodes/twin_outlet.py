@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from array import array
+from collections.abc import Callable
 
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
@@ -21,9 +22,18 @@ class TwinOutlet:
     """Publish samples of the joints of a rig, and move the simulated clock, if any, with them.
 
     The same message is filled anew each time: making a sample costs as much as publishing it.
+
+    to_stamp: returns the stamp of a time, both ns.
     """
 
-    def __init__(self, node: Node, rig: Rig, clock: SimClock | None) -> None:
+    def __init__(
+        self,
+        node: Node,
+        rig: Rig,
+        clock: SimClock | None,
+        to_stamp: Callable[[int], int] = int,
+    ) -> None:
+        self._to_stamp = to_stamp
         self._states = node.create_publisher(JointState, topics.JOINT_STATES, SAMPLES)
         self._applied = node.create_publisher(Float64, topics.APPLIED_PWM, SAMPLES)
         self._pwm = Float64()
@@ -40,7 +50,7 @@ class TwinOutlet:
         """Publish a measured state."""
         message, values = self._sample, state.tolist()
         stamp = message.header.stamp
-        stamp.sec, stamp.nanosec = divmod(stamp_ns, 10**9)
+        stamp.sec, stamp.nanosec = divmod(self._to_stamp(stamp_ns), 10**9)
         message.position = array("d", [values[k] for k in self._positions])
         message.velocity = array("d", [values[k] for k in self._velocities])
         self._states.publish(message)
