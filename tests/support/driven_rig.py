@@ -166,7 +166,10 @@ def figures(health: DiagnosticStatus) -> dict[str, float]:
 
 
 def make_driver(ros: Graph, rig: DrivenEmulator | RawRig, **values: object) -> DriverNode:
-    return ros.add(DriverNode, **{"twin": str(TWIN), **rig.ports, **values})
+    """Return a driver in this process, active."""
+    node = ros.add(DriverNode, **{"twin": str(TWIN), **rig.ports, **values})
+    node.start()
+    return node
 
 
 def arguments_for(rig: DrivenEmulator | RawRig, **values: object) -> list[str]:

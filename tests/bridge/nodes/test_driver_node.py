@@ -314,7 +314,7 @@ def test_wrong_parameters_are_refused_in_a_sentence(
     ros: Graph, values: dict, sentence: str
 ) -> None:
     with pytest.raises(BadInputError, match=re.escape(sentence)):
-        ros.add(DriverNode, **{"twin": str(TWIN), **values})
+        ros.add(DriverNode, **{"twin": str(TWIN), **values}).start()
 
 
 def test_a_rig_that_cannot_be_driven_and_a_port_that_is_taken_are_refused(

@@ -9,6 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from threading import Event, Lock
 from typing import Protocol
 
@@ -65,6 +66,7 @@ class Driver:
     last_word: sends PWM 0 when this process no longer can; closed with the driver.
     now: s, monotonic; the clock.
     lossless: whether the link delivers every sample, so that a late sample is only late.
+    active: whether commands and resets are accepted from the beginning.
     """
 
     def __init__(
@@ -75,12 +77,13 @@ class Driver:
         last_word: LastWord,
         now: Callable[[], float] = time.monotonic,
         lossless: bool = False,
+        active: bool = True,
     ) -> None:
         self._now = now
         self._link, self._rules, self._outlet, self._last_word = link, rules, outlet, last_word
         self._clock = ArrivalClock(1 / rules.period_s, 0 if lossless else MOST_LOST)
         self._lock = Lock()
-        self._safety = policy.make_safety(self._now())
+        self._safety = replace(policy.make_safety(self._now()), active=active)
         self._since_sample = 0  # decisions on commands since the last sample
         self._listeners: list[Listener] = []  # they wait for the end of a reset
         self._closed = False
@@ -164,6 +167,18 @@ class Driver:
             self._outlet.publish_stopped(self._safety.stop.latched)
             return reason
 
+    def activate(self) -> None:
+        """Accept commands and resets from now on."""
+        with self._lock:
+            self._safety = policy.activate(self._safety)
+
+    def deactivate(self) -> None:
+        """Send PWM 0 before this returns, and nothing else until `activate`."""
+        with self._lock:
+            self._safety, ended = policy.deactivate(self._safety)
+            self._decide(None)
+            self._end_reset(ended)
+
     def reset(self, listener: Listener) -> None:
         """Begin a reset, or join the reset under way.
 
@@ -231,6 +246,7 @@ class Driver:
             "pwm_limit": self._rules.limits.magnitude,
             "slew_per_s": self._rules.limits.slew_per_s,
             "stopped": int(safety.stop.latched),
+            "active": int(safety.active),
             "samples": wire.received,
             "samples_lost": timing.lost,
             "samples_old": self._old,
@@ -247,6 +263,7 @@ class Driver:
             "commands_dropped_by_reset": safety.counts.during_reset,
             "commands_dropped_two_writers": safety.counts.of_two_writers,
             "commands_dropped_standstill": safety.counts.after_standstill,
+            "commands_dropped_inactive": safety.counts.while_inactive,
             "commands_unsent": self._unsent,
             "resets": self._resets,
             **self._sample_latency.summarize("sample_to_topic"),

@@ -1,5 +1,10 @@
 """The hardware driver: samples of the rig out as topics, commands in, decisions between them.
 
+A lifecycle node. Unconfigured it has no link to the rig; inactive it publishes samples and sends
+0; active it accepts commands. It sends PWM 0 whenever it leaves `active`, and latches the
+emergency stop after a transition that failed. The latch outlasts every transition. With the
+parameter `autostart` the node configures and activates itself.
+
 A thread of its own waits for the rig; whoever spins the node serves ROS. Both threads decide, and
 send at once.
 """
@@ -12,39 +17,29 @@ from dataclasses import replace
 from threading import Event, Thread
 from typing import Any
 
-import numpy as np
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.exceptions import InvalidHandle
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.qos import QoSProfile
 from rclpy.task import Future
-from sensor_msgs.msg import JointState
-from std_msgs.msg import Bool, Float64
+from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 
 from pendulum_bridge.driver.driver import Driver
-from pendulum_bridge.driver.last_word import LastWord
 from pendulum_bridge.driver.parent import Parent
+from pendulum_bridge.nodes.driver_making import collect_rules, describe_limits, make_driver
+from pendulum_bridge.nodes.driver_outlet import DriverOutlet
 from pendulum_bridge.nodes.driver_settings import DriverSettings
-from pendulum_bridge.safety.decide import Rules, make_rules
-from pendulum_bridge.safety.limits import Limits
+from pendulum_bridge.nodes.lifecycle import guard_transitions
 from pendulum_bridge.safety.reasons import Level, Reason
-from pendulum_bridge.safety.rig_state import RigState
-from pendulum_bridge.safety.signs import find_ways
-from pendulum_bridge.safety.watchdog import Timeouts
-from pendulum_bridge.wire.link import Link
-from pendulum_bridge.wire.protocol import Command
-from pendulum_bridge.wire.tcp import open_tcp_link
-from pendulum_bridge.wire.udp import Address
 from pendulum_twin import topics
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.health import Health
-from pendulum_twin.model import Twin, load_twin
+from pendulum_twin.model import load_twin
 from pendulum_twin.nodes.diagnostics import publish_health
 from pendulum_twin.nodes.guard import guard_method
-from pendulum_twin.nodes.messages import list_joints, to_float, to_joint_state
-from pendulum_twin.nodes.qos import LATCHED, LATEST, SAMPLES
+from pendulum_twin.nodes.qos import LATEST
 from pendulum_twin.nodes.running import run
 from pendulum_twin.nodes.settings import declare_settings, watch_settings
 
@@ -58,11 +53,18 @@ EVERY_WRITER = QoSProfile(depth=100)
 SWITCH_S = 0.0005  # Python switches between busy threads after so long, instead of 5 ms
 
 
-class DriverNode(Node):
-    """Drive a rig; raise BadInputError when a parameter, the twin file or the address is wrong.
+UNCONFIGURED = (
+    "The driver is not configured: it has no link to the rig, and PWM is 0. Configure and "
+    "activate it (ros2 lifecycle set)."
+)
+SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
+
+
+class DriverNode(LifecycleNode):
+    """Drive a rig; raise BadInputError when a parameter is wrong.
 
     settings: the parameters.
-    driver: the driver without ROS.
+    driver: the driver without ROS; None while the node is unconfigured.
     waiting: number of callers that wait for the end of a reset.
     """
 
@@ -70,21 +72,19 @@ class DriverNode(Node):
         super().__init__("driver", **options)
         try:
             self.settings = declare_settings(self, DriverSettings)
-            self._twin = load_twin(self.settings.twin)
-            self.driver = make_driver(self.settings, self._twin, Outlet(self, self._twin))
         except BadInputError:
             super().destroy_node()
             raise
-        self.waiting = 0  # callers that wait for the end of a reset
+        self.driver: Driver | None = None
+        self.waiting = 0
+        self._rig_name = "rig"  # until a twin file is read
+        self._failure = ""  # why the last configuring failed
+        self._latched = False  # the emergency stop, while there is no driver to hold it
         self._ended = Event()
-        self._thread = Thread(
-            target=self.driver.serve, args=(self._ended,), name="rig", daemon=True
-        )
+        self._thread: Thread | None = None
+        self._outlet = DriverOutlet(self)
+        guard_transitions(self)
         self._listen()
-        self._thread.start()
-        self.get_logger().info(
-            f"drives {self._twin.name} of {self.settings.twin}: {self.settings.wire}"
-        )
 
     def _listen(self) -> None:
         self.create_subscription(Float64, topics.PWM, self.on_command, LATEST)
@@ -96,26 +96,107 @@ class DriverNode(Node):
             Trigger, topics.RESET, self.on_reset, callback_group=ReentrantCallbackGroup()
         )
         watch_settings(self, lambda: self.settings, self._change)
-        publish_health(self, self._twin.name, self.health)
+        publish_health(self, lambda: self._rig_name, self.health)
+
+    def start(self) -> None:
+        """Configure and activate; raise BadInputError with the reason when that fails."""
+        if self.trigger_configure() is not SUCCESS or self.trigger_activate() is not SUCCESS:
+            raise BadInputError(self._failure or "the driver could not be started: see its log")
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Check limits and twin file, open the link, and publish samples from now on."""
+        try:
+            twin = load_twin(self.settings.twin)
+            self._outlet.show(twin.rig)
+            self._rig_name = twin.name
+            self.driver = make_driver(self.settings, twin, self._outlet)
+            limits = describe_limits(collect_rules(self.settings, twin), self.settings)
+        except BadInputError as error:
+            self._failure = str(error)
+            if not self.settings.autostart:  # else the program says it at its end
+                self.get_logger().error(f"not configured: {error}")
+            return FAILURE
+        if self._latched:
+            self.driver.stop()
+        self._ended = Event()
+        self._thread = Thread(
+            target=self.driver.serve, args=(self._ended,), name="rig", daemon=True
+        )
+        self._thread.start()
+        self.get_logger().info(
+            f"drives {twin.name} of {self.settings.twin}: {self.settings.wire}; {limits}"
+        )
+        return SUCCESS
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Accept commands and resets from now on."""
+        self._get_driver().activate()
+        self.get_logger().info("active: commands are accepted")
+        return SUCCESS
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Send PWM 0, and nothing else until the node is active again."""
+        self._get_driver().deactivate()
+        self.get_logger().info("inactive: PWM is 0, and commands are dropped")
+        return SUCCESS
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Send PWM 0 and release the rig."""
+        self.finish()
+        return SUCCESS
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Send PWM 0 and release the rig."""
+        self.finish()
+        return SUCCESS
+
+    def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Send PWM 0, latch the emergency stop and release the rig."""
+        self.get_logger().error(
+            f"a transition out of the state {state.label} failed: PWM is 0, and the emergency "
+            "stop is latched"
+        )
+        if self.driver is not None:
+            self.driver.stop()
+        self._latch(True)
+        self.finish()
+        return SUCCESS
 
     def fail_safe(self) -> None:
         """Bring PWM to 0 after a failure."""
-        self.driver.fail_safe()
+        if self.driver is not None:
+            self.driver.fail_safe()
 
     def finish(self) -> None:
         """Send PWM 0 and release the rig; a second call does nothing."""
         self._ended.set()
-        self._thread.join(THREAD_ENDS_S)
-        self.driver.close()
+        if self._thread is not None:
+            self._thread.join(THREAD_ENDS_S)
+        if self.driver is not None:
+            self._latched = self.driver.stopped
+            self.driver.close()
+        self.driver = self._thread = None
 
     def destroy_node(self) -> None:
         """Finish, then destroy the node."""
         self.finish()
         super().destroy_node()
 
+    def _get_driver(self) -> Driver:
+        if self.driver is None:
+            raise BadInputError("expected a configured driver, found none")
+        return self.driver
+
+    def _latch(self, latched: bool) -> None:
+        """Keep and publish the emergency stop of a node without a driver."""
+        self._latched = latched
+        self._outlet.publish_stopped(latched)
+
     @guard_method
     def on_command(self, message: Float64, info: dict[str, Any]) -> None:
         """Act on a command at once."""
+        if self.driver is None:
+            return
         refused = self.driver.command(message.data, info["source_timestamp"])
         if refused is not None:
             self.get_logger().warning(
@@ -128,12 +209,15 @@ class DriverNode(Node):
 
         A middleware without such numbers gives None; then two writers go unnoticed.
         """
-        if (number := info["publication_sequence_number"]) is not None:
+        if self.driver is not None and (number := info["publication_sequence_number"]) is not None:
             self.driver.hear_writer(number)
 
     @guard_method
     def on_stop(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Latch the emergency stop."""
+        if self.driver is None:
+            self._latch(True)
+            return fill_answer(Reason.STOPPED, response, success=True)
         return fill_answer(self.driver.stop(), response, success=True)
 
     @guard_method
@@ -141,13 +225,19 @@ class DriverNode(Node):
         self, request: Trigger.Request, response: Trigger.Response
     ) -> Trigger.Response:
         """Clear the emergency stop, or say why it stays."""
-        reason = self.driver.clear_stop()
+        if self.driver is None:
+            reason = Reason.STOP_CLEARED if self._latched else Reason.NOT_STOPPED
+            self._latch(False)
+        else:
+            reason = self.driver.clear_stop()
         return fill_answer(reason, response, reason.level is Level.OK)
 
     async def on_reset(
         self, request: Trigger.Request, response: Trigger.Response
     ) -> Trigger.Response:
         """Answer when the pendulum hangs at rest in the middle of the rail, or why it does not."""
+        if self.driver is None:
+            return fill_answer(Reason.RESET_INACTIVE, response, success=False)
         executor, ended = self.executor, Future()
         self.waiting += 1
 
@@ -170,11 +260,16 @@ class DriverNode(Node):
     @guard_method
     def health(self) -> Health:
         """Return the driver's health with the address of its rig."""
+        if self.driver is None:
+            return Health(Level.WARN, UNCONFIGURED, {"link": "none", "active": 0})
         health = self.driver.health()
         return replace(health, figures={"link": self.settings.wire, **health.figures})
 
     def _change(self, settings: DriverSettings) -> None:
-        self.driver.change_rules(collect_rules(settings, self._twin))
+        rules = collect_rules(settings, load_twin(settings.twin))
+        if self.driver is not None:
+            self.driver.change_rules(rules)
+            self.get_logger().info(describe_limits(rules, settings))
         self.settings = settings
 
 
@@ -184,78 +279,14 @@ def fill_answer(reason: Reason, response: Trigger.Response, success: bool) -> Tr
     return response
 
 
-class Outlet:
-    """Publish the driver's output."""
-
-    def __init__(self, node: Node, twin: Twin) -> None:
-        self._states = node.create_publisher(JointState, topics.JOINT_STATES, SAMPLES)
-        self._applied = node.create_publisher(Float64, topics.APPLIED_PWM, SAMPLES)
-        self._stopped = node.create_publisher(Bool, topics.STOPPED, LATCHED)
-        self._joints = list_joints(twin.rig)
-        self._logger = node.get_logger()
-        self.publish_stopped(False)
-
-    def publish_sample(self, state: RigState, stamp_ns: int) -> None:
-        """Publish a sample."""
-        row = np.array([state.cart_m, state.pole_rad, state.cart_m_s, state.pole_rad_s])
-        self._states.publish(to_joint_state(self._joints, row, stamp_ns))
-
-    def publish_applied(self, pwm: float) -> None:
-        """Publish the command that was sent."""
-        self._applied.publish(to_float(pwm))
-
-    def publish_stopped(self, latched: bool) -> None:
-        """Publish whether the emergency stop is latched."""
-        self._stopped.publish(Bool(data=latched))
-
-    def report_failure(self, error: Exception) -> None:
-        """Log an error of the thread that serves the rig."""
-        self._logger.error(
-            f"serving the rig failed, PWM is 0: {error!r}", throttle_duration_sec=1.0
-        )
-
-
-def make_driver(settings: DriverSettings, twin: Twin, outlet: Outlet) -> Driver:
-    """Return the driver of a rig.
-
-    Raises BadInputError when the rig cannot be driven or reached.
-    """
-    rules, link = collect_rules(settings, twin), make_link(settings)
-    try:
-        last_word = LastWord(link, Command(0.0).pack())
-        return Driver(link, rules, outlet, last_word, lossless=settings.transport == "tcp")
-    except BadInputError:
-        link.close()
-        raise
-
-
-def make_link(settings: DriverSettings) -> Link:
-    """Return the link to the rig; raise BadInputError when an address cannot be used."""
-    rig = Address(settings.rig_host, settings.rig_port)
-    if settings.transport == "tcp":
-        return open_tcp_link(rig)
-    return Link(Address(settings.listen_host, settings.listen_port), rig)
-
-
-def collect_rules(settings: DriverSettings, twin: Twin) -> Rules:
-    """Return the rules of the decisions; raise BadInputError for a rig that cannot be driven."""
-    way, pole_way = find_ways(twin.effects)
-    return make_rules(
-        twin.rig,
-        Limits(settings.pwm_limit, settings.slew_per_s),
-        Timeouts(settings.command_timeout_s, settings.rig_timeout_s),
-        way,
-        pole_way,
-        1 / settings.rate_hz,
-        settings.reset_deadline_s,
-    )
-
-
 def serve(node: DriverNode, stopped: Event) -> None:
     """Serve the node until stopped is set, or its parent has ended; then answer waiting callers.
 
-    The end of the parent counts only for a node with the setting end_with_parent.
+    With the setting autostart the node configures and activates itself first. The end of the
+    parent counts only for a node with the setting end_with_parent.
     """
+    if node.settings.autostart:
+        node.start()
     parent = Parent() if node.settings.end_with_parent else None
     executor = SingleThreadedExecutor(context=node.context)
     executor.add_node(node)

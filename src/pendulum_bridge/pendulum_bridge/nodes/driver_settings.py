@@ -52,6 +52,9 @@ class DriverSettings:
     reset_deadline_s: float = make_number_field(
         20.0, 1.0, 600.0, "a reset that takes longer is given up"
     )
+    autostart: bool = make_flag_field(
+        True, "configure and activate by itself; else `ros2 lifecycle set` does it"
+    )
     end_with_parent: bool = make_flag_field(
         True, "end, with PWM 0, when the program that started the node has ended"
     )

@@ -102,7 +102,7 @@ class ExcitationNode(Node):
         self.create_timer(TICK_S, self.on_tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
         publish_health(
             self,
-            self._settings.rig,
+            lambda: self._settings.rig,
             lambda: make_health(self._run, self._plan, self._find_lacking()),
         )
 

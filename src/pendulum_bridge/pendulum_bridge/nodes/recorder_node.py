@@ -56,7 +56,7 @@ class RecorderNode(Node):
         self._looked_s = time.monotonic() - LOOK_S
         self.create_timer(DRAIN_S, self.on_timer, clock=steady)
         self.create_timer(PROGRESS_S, self.on_progress, clock=steady)
-        publish_health(self, "recorder", self.health)
+        publish_health(self, lambda: "recorder", self.health)
         self.get_logger().info(f"recording to {settings.out}")
 
     @property

@@ -69,7 +69,7 @@ class ViewNode(Node):
         self.url = format_url(taken)
         self._page: Page | None = None
         self._serving = Serving(taken, self._make_page_app, self._fail)
-        publish_health(self, "", self.health)
+        publish_health(self, str, self.health)
         self.get_logger().info(f"serves {self.url}")
         if not is_loopback(self._settings.host):
             self.get_logger().warning(

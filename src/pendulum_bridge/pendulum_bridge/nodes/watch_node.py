@@ -56,7 +56,7 @@ class WatchNode(Node):
         self.create_service(Trigger, "~/clear_alarm", self.on_clear_alarm)
         self.create_service(Trigger, "~/learn", self.on_learn)
         watch_settings(self, lambda: self._settings, self._accept)
-        publish_health(self, twin.name, self.health)
+        publish_health(self, lambda: twin.name, self.health)
         self.get_logger().info(f"watches {rig} with the twin {twin.name} of {self._settings.twin}")
 
     def on_sample(self, message: JointState, info: dict[str, Any]) -> None:

@@ -73,6 +73,7 @@ class Counts:
     during_reset: commands during a reset.
     of_two_writers: commands while two writers sent at once.
     after_standstill: commands that may have waited while the driver stood still.
+    while_inactive: commands while the driver was not active.
     """
 
     commands: int = 0
@@ -80,6 +81,7 @@ class Counts:
     during_reset: int = 0
     of_two_writers: int = 0
     after_standstill: int = 0
+    while_inactive: int = 0
 
 
 @dataclass(frozen=True)
@@ -98,6 +100,7 @@ class Safety:
     writers: who has sent commands lately.
     resumed_s: s, monotonic; when the last standstill of the driver ended.
     counts: what was refused.
+    active: whether commands and resets are accepted.
     """
 
     ages: Ages
@@ -112,6 +115,7 @@ class Safety:
     writers: Writers = Writers()  # noqa: RUF009 (frozen)
     resumed_s: float = -math.inf
     counts: Counts = Counts()
+    active: bool = True
 
 
 @dataclass(frozen=True)
@@ -242,6 +246,10 @@ def take_command(
         ), Reason.DROPPED
     if (refused := find_refusal(command)) is not None:
         return replace(safety, counts=replace(counts, commands=counts.commands + 1)), refused
+    if not safety.active:
+        return replace(
+            safety, counts=replace(counts, while_inactive=counts.while_inactive + 1)
+        ), Reason.INACTIVE
     if safety.reset is not None:
         return replace(
             safety, counts=replace(counts, during_reset=counts.during_reset + 1)
@@ -280,6 +288,20 @@ def press_stop(safety: Safety) -> tuple[Safety, Reason | None]:
     ), ended
 
 
+def activate(safety: Safety) -> Safety:
+    """Return the state in which commands and resets are accepted, without a command yet."""
+    return _forget_command(replace(safety, active=True))
+
+
+def deactivate(safety: Safety) -> tuple[Safety, Reason | None]:
+    """Return the state in which only 0 is sent, and how that ended a reset; None without a reset.
+
+    The next decision, which should follow at once, sends 0.
+    """
+    ended = None if safety.reset is None else Reason.RESET_INACTIVE
+    return _forget_command(replace(safety, active=False, reset=None)), ended
+
+
 def fail_safe(safety: Safety) -> tuple[Safety, Reason | None]:
     """Return the state after the driver itself failed, and how that ended a reset.
 
@@ -305,6 +327,8 @@ def begin_reset(now_s: float, safety: Safety, rules: Rules) -> tuple[Safety, Rea
     """Return the state with a reset under way, or unchanged, and the answer to the request."""
     silence = watchdog.find_silence(watchdog.advance_ages(safety.ages, now_s), rules.timeouts)
     refused = swing_down.find_obstacle(silence, safety.stop.latched) or _find_lasting_fault(safety)
+    if refused is None and not safety.active:
+        refused = Reason.RESET_INACTIVE
     if refused is not None:
         return safety, refused
     return _forget_command(replace(safety, reset=safety.reset or Reset())), Reason.RESETTING
@@ -374,6 +398,8 @@ def _find_reason_for_zero(safety: Safety, rules: Rules) -> Reason | None:
     silence = watchdog.find_silence(safety.ages, rules.timeouts)
     if reason := silence or safety.encoders.fault:
         return reason
+    if not safety.active:
+        return Reason.INACTIVE
     if safety.reset:
         return None
     if two_writers.has_two_writers(safety.writers, safety.ages.now_s):

@@ -31,6 +31,11 @@ class Reason(Enum):
     )
     COMMAND_OLD = (Level.ERROR, "The last command is too old: PWM is 0 until the next one.")
 
+    INACTIVE = (
+        Level.WARN,
+        "The driver is not active: PWM is 0, and commands are dropped until it is activated.",
+    )
+
     TWO_WRITERS = (
         Level.ERROR,
         "Two nodes send commands at the same time: PWM is 0, and both are dropped until one has "
@@ -104,6 +109,10 @@ class Reason(Enum):
     RESET_STOPPED = (
         Level.WARN,
         "The reset was given up: the emergency stop is latched. Clear it, then reset again.",
+    )
+    RESET_INACTIVE = (
+        Level.WARN,
+        "The reset was given up: the driver is not active. Activate it, then reset again.",
     )
     RESET_SILENT = (
         Level.ERROR,

@@ -16,17 +16,19 @@ from pendulum_twin.nodes.qos import SAMPLES
 PERIOD_S = 1.0
 
 
-def publish_health(node: Node, hardware: str, health: Callable[[], Health]) -> None:
+def publish_health(node: Node, hardware: Callable[[], str], health: Callable[[], Health]) -> None:
     """Publish a node's health once a second of real time, whatever the simulated time is.
 
-    hardware: name of the rig.
+    hardware: returns the name of the rig.
     health: returns what to publish.
     """
     publisher = node.create_publisher(DiagnosticArray, topics.DIAGNOSTICS, SAMPLES)
 
     def publish() -> None:
         publisher.publish(
-            to_diagnostics(node.get_fully_qualified_name(), hardware, health(), read_time_ns(node))
+            to_diagnostics(
+                node.get_fully_qualified_name(), hardware(), health(), read_time_ns(node)
+            )
         )
 
     node.create_timer(PERIOD_S, publish, clock=Clock(clock_type=ClockType.STEADY_TIME))

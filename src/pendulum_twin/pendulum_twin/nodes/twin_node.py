@@ -104,7 +104,7 @@ class TwinNode(Node):
         self.create_service(Trigger, topics.STOP, self.on_stop)
         self.create_service(Trigger, topics.CLEAR_STOP, self.on_clear_stop)
         watch_settings(self, lambda: self._settings, self._accept)
-        publish_health(self, "twin", self._report_health)
+        publish_health(self, lambda: "twin", self._report_health)
         pace = "in lockstep, in steps of 1 s /" if settings.lockstep else "at"
         self.get_logger().info(
             f"twin {twin.name} of {settings.twin} runs {pace} {settings.rate_hz:g} Hz"

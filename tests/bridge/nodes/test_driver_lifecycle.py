@@ -1,0 +1,160 @@
+"""The driver as a lifecycle node: PWM is 0 outside `active`, whatever happens."""
+
+import itertools
+
+import pytest
+
+rclpy = pytest.importorskip("rclpy")
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState, GetState
+from support.driven_rig import MODULE, RawRig, User, arguments_for
+from support.ros_graph import DEADLINE_S, Graph, until
+from support.running_emulator import TWIN
+
+from pendulum_bridge.driver.driver import LAST_WORDS, Driver
+from pendulum_bridge.nodes.driver_node import UNCONFIGURED, DriverNode
+from pendulum_bridge.safety.reasons import Reason
+from pendulum_bridge.wire.protocol import Sample
+
+PATIENT = {"rig_timeout_s": 60.0, "command_timeout_s": 60.0}
+WARN = 1
+
+
+class Bench:
+    """A driver that waits for its transitions, a bare socket as its rig, and a user."""
+
+    def __init__(self, ros: Graph, **values: object) -> None:
+        self.ros, self.rig, self.user = ros, RawRig(), User(ros)
+        self.heard: list[float] = []
+        self._wobble = itertools.cycle((0.0, 1e-4))
+        given = {"twin": str(TWIN), "autostart": False, **PATIENT, **self.rig.ports, **values}
+        self.node: DriverNode = ros.add(DriverNode, **given)
+        self._change = self.user.node.create_client(ChangeState, "/driver/change_state")
+        self._state = self.user.node.create_client(GetState, "/driver/get_state")
+
+    def set(self, transition: int) -> bool:
+        request = ChangeState.Request(transition=Transition(id=transition))
+        return self.ros.call(self._change, request).success
+
+    @property
+    def state(self) -> str:
+        return self.ros.call(self._state, GetState.Request()).current_state.label
+
+    def step(self, pwm: float | None = None) -> None:
+        """Send a sample, and perhaps a command; note what the rig hears."""
+        offset = next(self._wobble)
+        self.rig.send(Sample(3.14159 + offset, 0.0, offset, 0.0))
+        if pwm is not None:
+            self.user.send(pwm)
+        self.ros.spin()
+        self.heard += [command.pwm for command in self.rig.heard()]
+
+    def drive(self, pwm: float) -> None:
+        until(lambda: self.heard and self.heard[-1] == pwm, f"PWM {pwm}", lambda: self.step(pwm))
+
+    def listen_while_commanding(self, pwm: float, what: str, sentence: str) -> None:
+        """Command until the driver says a sentence; nothing but 0 is heard meanwhile."""
+        self.heard += [command.pwm for command in self.rig.heard()]
+        before = len(self.heard)
+        self.user.healths.clear()
+        until(
+            lambda: [h for h in self.user.healths if sentence in h.message],
+            what,
+            lambda: self.step(pwm),
+        )
+        assert set(self.heard[before:]) <= {0.0}
+
+
+@pytest.fixture
+def bench(ros: Graph):
+    made = Bench(ros)
+    yield made
+    made.rig.close()
+
+
+def test_the_rig_hears_commands_only_while_the_driver_is_active(bench: Bench) -> None:
+    assert bench.state == "unconfigured" and bench.node.driver is None
+    bench.listen_while_commanding(0.2, "the state", UNCONFIGURED)
+    assert not bench.heard, "an unconfigured driver has no link"
+    assert bench.set(Transition.TRANSITION_CONFIGURE) and bench.state == "inactive"
+    bench.listen_while_commanding(0.2, "the state", Reason.INACTIVE.sentence)
+    assert bench.user.call("reset").message == Reason.RESET_INACTIVE.sentence
+    assert bench.set(Transition.TRANSITION_ACTIVATE) and bench.state == "active"
+    bench.drive(0.2)
+    assert bench.set(Transition.TRANSITION_DEACTIVATE) and bench.state == "inactive"
+    bench.listen_while_commanding(0.2, "the state", Reason.INACTIVE.sentence)
+    assert bench.set(Transition.TRANSITION_ACTIVATE)
+    bench.drive(0.1)
+    assert bench.set(Transition.TRANSITION_DEACTIVATE)
+    assert bench.set(Transition.TRANSITION_CLEANUP) and bench.state == "unconfigured"
+    bench.listen_while_commanding(0.1, "the state", UNCONFIGURED)
+    assert bench.heard[-LAST_WORDS:] == [0.0] * LAST_WORDS
+    assert bench.set(Transition.TRANSITION_CONFIGURE)
+    assert bench.set(Transition.TRANSITION_ACTIVATE)
+    bench.drive(0.1)
+    assert bench.set(Transition.TRANSITION_ACTIVE_SHUTDOWN) and bench.state == "finalized"
+    bench.heard += [command.pwm for command in bench.rig.heard()]
+    assert bench.heard[-LAST_WORDS:] == [0.0] * LAST_WORDS
+
+
+@pytest.mark.parametrize(
+    "transition", [Transition.TRANSITION_ACTIVATE, Transition.TRANSITION_CLEANUP, 240]
+)
+def test_a_transition_that_the_state_does_not_allow_is_refused(bench, transition) -> None:
+    assert not bench.set(transition) and bench.state == "unconfigured"
+
+
+def test_a_failed_transition_sends_0_and_latches(bench, monkeypatch) -> None:
+    assert bench.set(Transition.TRANSITION_CONFIGURE)
+    assert bench.set(Transition.TRANSITION_ACTIVATE)
+    bench.drive(0.2)
+    monkeypatch.setattr(Driver, "deactivate", lambda driver: 1 / 0)
+    assert not bench.set(Transition.TRANSITION_DEACTIVATE)
+    bench.heard += [command.pwm for command in bench.rig.heard()]
+    assert bench.heard[-LAST_WORDS:] == [0.0] * LAST_WORDS and bench.state == "unconfigured"
+    assert bench.set(Transition.TRANSITION_CONFIGURE)
+    assert bench.set(Transition.TRANSITION_ACTIVATE) and bench.state == "active"
+    bench.listen_while_commanding(0.2, "the latch", Reason.STOPPED.sentence)
+    assert bench.user.stopped[-1]
+
+
+def test_a_latched_stop_outlasts_every_transition(bench: Bench) -> None:
+    assert bench.set(Transition.TRANSITION_CONFIGURE)
+    assert bench.user.call("stop").success
+    for transition in (
+        Transition.TRANSITION_CLEANUP,
+        Transition.TRANSITION_CONFIGURE,
+        Transition.TRANSITION_ACTIVATE,
+    ):
+        assert bench.set(transition)
+    bench.listen_while_commanding(0.2, "the latch", Reason.STOPPED.sentence)
+
+
+def test_what_cannot_be_configured_stays_unconfigured(ros: Graph) -> None:
+    bench = Bench(ros, twin="/no/such.yaml")
+    assert not bench.set(Transition.TRANSITION_CONFIGURE) and bench.state == "unconfigured"
+    bench.rig.close()
+
+
+def test_the_program_activates_itself_and_says_its_limits(ros: Graph) -> None:
+    rig, user = RawRig(), User(ros)
+    driver = ros.start(MODULE, *arguments_for(rig, pwm_limit=0.1))
+    said = driver.stderr.readline()
+    assert "limits: PWM 0.1, slew 50 /s, PWM 0 after 0.2 s without a command" in said
+    assert "active: commands are accepted" in driver.stderr.readline()
+    driver.terminate()
+    assert driver.wait(timeout=DEADLINE_S) == 0
+    rig.close()
+    assert user.stopped is not None
+
+
+def test_a_misspelt_limit_does_not_reach_the_rig(ros: Graph) -> None:
+    rig = RawRig()
+    driver = ros.start(MODULE, *arguments_for(rig, pwm_limt=0.1))
+    said, complaints = driver.communicate(timeout=DEADLINE_S)
+    assert (driver.returncode, said) == (1, "") and not rig.heard()
+    assert complaints == (
+        "driver_node: pwm_limt: expected a parameter of /driver, found none of this name; "
+        "the nearest name is pwm_limit\n"
+    )
+    rig.close()
