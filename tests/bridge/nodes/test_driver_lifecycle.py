@@ -4,7 +4,7 @@ import itertools
 
 import pytest
 
-rclpy = pytest.importorskip("rclpy")
+pytest.importorskip("rclpy")
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 from support.driven_rig import MODULE, RawRig, User, arguments_for

@@ -67,7 +67,7 @@ class Driver(Node):
         self.create_timer(0.02, self.on_timer)
         publish_health(
             self,
-            "rig",
+            lambda: "rig",
             lambda: Health(Level.WARN, "drives <b>two</b> at once", {"calls": len(self.calls)}),
         )
 
