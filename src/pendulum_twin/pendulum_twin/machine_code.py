@@ -101,8 +101,8 @@ class _SharedCache(FunctionCache):
 
     def __init__(self, function: Callable[..., Any], folder: Path) -> None:
         super().__init__(function)
-        stamp = self._impl.locator.get_source_stamp()
-        self._cache_file = CheckedFiles(folder, self._impl.filename_base, stamp)
+        # the folder's name is the digest of all sources: any clone of them finds the code here
+        self._cache_file = CheckedFiles(folder, self._impl.filename_base, folder.name)
         self._lock_path = folder / "lock"
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
