@@ -81,7 +81,8 @@ def test_what_cannot_run_ends_with_a_sentence(
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_it_cleanly(ros: Graph, number: signal.Signals) -> None:
     node = ros.start(MODULE, "--ros-args", "-p", f"twin:={TWIN}")
-    assert "runs at 100 Hz" in node.stderr.readline()
+    lines = iter(node.stderr.readline, "")  # the first start on a machine compiles before
+    assert any("runs at 100 Hz" in line for line in lines)
     node.send_signal(number)
     _, said = node.communicate(timeout=600)
     assert node.returncode == 0 and said == ""

@@ -58,8 +58,8 @@ def collect_rules(settings: DriverSettings, twin: Twin) -> Rules:
 
 def describe_limits(rules: Rules, settings: DriverSettings) -> str:
     """Return the limits that hold, in a sentence."""
-    limit, asked = rules.limits.magnitude, settings.pwm_limit
-    lower = f" (the twin file's, below pwm_limit {asked:g})" if limit < asked else ""
+    limit, wanted = rules.limits.magnitude, settings.pwm_limit
+    lower = f" (the twin file's, below pwm_limit {wanted:g})" if limit < wanted else ""
     return (
         f"limits: PWM {limit:g}{lower}, slew {rules.limits.slew_per_s:g} /s, "
         f"PWM 0 after {rules.timeouts.command_s:g} s without a command or "

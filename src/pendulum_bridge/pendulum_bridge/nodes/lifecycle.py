@@ -16,17 +16,17 @@ def guard_transitions(node: LifecycleNode) -> None:
     service = node._service_change_state
     change = service.callback
 
-    def run(request: ChangeState.Request, response: ChangeState.Response) -> Any:
+    def answer_request(request: ChangeState.Request, response: ChangeState.Response) -> Any:
         try:
             return change(request, response)
         except Exception as error:
             state = node._state_machine.current_state[1]
-            asked = request.transition.label or request.transition.id
+            transition = request.transition.label or request.transition.id
             node.get_logger().error(
-                f"transition {asked}: expected one that leads out of the state {state}: "
+                f"transition {transition}: expected one that leads out of the state {state}: "
                 f"{str(error).splitlines()[0]}"
             )
             response.success = False
             return response
 
-    service.callback = run
+    service.callback = answer_request

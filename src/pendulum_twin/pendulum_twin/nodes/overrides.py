@@ -47,9 +47,9 @@ def check_parameter_files(node: Node, arguments: Sequence[str]) -> None:
     for path in _list_files(arguments):
         patterns = list(_list_patterns(yaml.safe_load(Path(path).read_text(encoding="utf-8"))))
         if not any(_matches(pattern, name) for pattern in patterns):
-            found = f"only {', '.join(patterns)}" if patterns else "none"
+            sections = f"only {', '.join(patterns)}" if patterns else "none"
             raise BadInputError(
-                f"{path}: expected parameters of {name}, found {found}: "
+                f"{path}: expected parameters of {name}, found {sections}: "
                 "name the node so, or write /** for every node"
             )
 

@@ -45,6 +45,7 @@ def run[N: Node](
     make: Callable[[], N],
     arguments: list[str] | None = None,
     serve: Callable[[N, Event], str | None] = spin,
+    prepare: Callable[[str, Event], bool] = lambda name, stopped: True,
 ) -> int:
     """Make a node and serve it until SIGINT or SIGTERM, or until `serve` ends by itself.
 
@@ -54,6 +55,8 @@ def run[N: Node](
     make: returns the node.
     arguments: command line with the program's name; None for that of the process.
     serve: serves the node and returns why it failed, or None.
+    prepare: takes the program's name and the event of a signal, does what takes long before the
+        node is made, and returns False when a signal has ended it.
 
     Returns the exit status: 0; 1 with a sentence on stderr when a setting is wrong, ROS cannot run
     or `serve` failed; 2 for wrong use. The node is destroyed at the end in any case; its last
@@ -63,6 +66,8 @@ def run[N: Node](
     try:
         _make_parser(name, description, settings).parse_args(remove_ros_args(arguments)[1:])
         stopped = _catch_signals()
+        if not prepare(name, stopped):
+            return 0
         rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
         node = make()
         try:

@@ -39,6 +39,7 @@ from std_msgs.msg import Bool, Float64
 from std_srvs.srv import Trigger
 
 from pendulum_twin import topics
+from pendulum_twin.compile_ahead import prepare_kernel
 from pendulum_twin.emergency_stop import StopAnswer
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.health import Health
@@ -217,7 +218,7 @@ class TwinNode(Node):
 
     def _is_time_simulated(self) -> bool:
         """Return whether the samples are to follow `/clock`; in lockstep they make it."""
-        return not self._settings.lockstep and bool(self.get_clock().ros_time_is_active)
+        return not self._settings.lockstep and bool(self.get_parameter("use_sim_time").value)
 
     def _take(self, message: Float64) -> None:
         if not self._pace.take_command(message.data, self._read_time_ns()):
@@ -273,6 +274,7 @@ def main(arguments: list[str] | None = None) -> int:
         TwinNode,
         arguments,
         serve,
+        prepare_kernel,
     )
 
 
