@@ -3,6 +3,7 @@
 import itertools
 import math
 import os
+import runpy
 import shutil
 import signal
 import subprocess
@@ -11,6 +12,8 @@ import xml.etree.ElementTree as ET
 from dataclasses import fields
 from importlib import import_module
 from pathlib import Path
+from types import SimpleNamespace
+from unittest.mock import MagicMock
 
 import pytest
 import yaml
@@ -26,7 +29,7 @@ from support.running_emulator import free_ports
 from pendulum_sysid.reading.bag import read_bag
 
 TWIN = ROOT / "config" / "inteco.yaml"
-FILES = sorted(path.name.removesuffix(".launch.xml") for path in LAUNCH.iterdir())
+FILES = sorted(path.name.removesuffix(".launch.xml") for path in LAUNCH.glob("*.xml"))
 GIVEN = {
     "twin": "twin.yaml",
     "out": "bag",
@@ -222,6 +225,18 @@ def test_identify_waits_for_all_that_listen_and_ends_with_its_parts(
     assert len(launch.of("view_node")) == (view == "true")
 
 
+def test_a_program_that_fails_fails_the_launch_of_an_experiment(monkeypatch) -> None:
+    assert read("identify", **GIVEN, pendulum="emulated").fails_with_parts
+    for name in ("launch", "launch.actions", "launch.event_handlers"):
+        monkeypatch.setitem(sys.modules, name, MagicMock())
+    report = runpy.run_path(str(LAUNCH / "end_with_failure.launch.py"))["report_failure"]
+    ended = SimpleNamespace(process_name="excitation_node-5", returncode=1)
+    with pytest.raises(RuntimeError, match="excitation_node-5 ended with status 1"):
+        report(ended, SimpleNamespace(is_shutdown=False))
+    report(ended, SimpleNamespace(is_shutdown=True))
+    report(SimpleNamespace(process_name="any", returncode=0), SimpleNamespace(is_shutdown=False))
+
+
 def test_models_stand_side_by_side_and_come_from_the_twin_file() -> None:
     launch = read("identify", twin="a twin.yaml", out="o", rviz="true")
     frames = {
@@ -312,6 +327,7 @@ def test_identify_records_a_plan_and_ends_by_itself(ros: Graph, tmp_path: Path) 
     assert all(len(each.got) > 100 for each in heard.values())
     for name in heard:
         recorded = read_bag(tmp_path / "bag", f"/{name}/joint_states", f"/{name}/pwm")
+        assert recorded.given_up == "", "the plan ended, and the recording knows it"
         assert (
             len(recorded.command) >= 200 and recorded.cut_short is False
         )  # of 3 s, and what comes before

@@ -55,6 +55,7 @@ class Launch:
 
     arguments: dict[str, Argument] = field(default_factory=dict)
     processes: list[Process] = field(default_factory=list)
+    fails_with_parts: bool = False
 
     def of(self, executable: str) -> list[Process]:
         return [process for process in self.processes if process.executable == executable]
@@ -146,6 +147,10 @@ def _include(
         element
     )
     file = Path(expanded(attributes["file"], scope))
+    if file.suffix == ".py":
+        assert file.is_file() and not len(element)
+        launch.fails_with_parts = True
+        return
     root = ET.parse(file).getroot()
     declared = {each.attrib["name"]: each for each in root.iterfind("arg")}
     handed = {each.attrib["name"]: expanded(each.attrib["value"], scope) for each in element}

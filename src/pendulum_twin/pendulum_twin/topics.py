@@ -14,6 +14,9 @@ APPLIED_PWM = "applied_pwm"  # std_msgs/Float64: what was really sent, after lim
 RESET = "reset"
 STOP, CLEAR_STOP = "stop", "clear_stop"  # std_srvs/Trigger: the latching emergency stop
 STOPPED = "stopped"  # std_msgs/Bool, transient local: whether the stop is latched
+# std_msgs/String, transient local: how the plan under way, or the last, stands (excitation_node)
+OUTCOME = "outcome"
+PLAYED = "played to its end"  # the outcome of a plan that nothing has stopped
 CLOCK = "/clock"  # rosgraph_msgs/Clock: simulated time, from a twin in lockstep
 DIAGNOSTICS = "/diagnostics"  # diagnostic_msgs/DiagnosticArray, once a second
 

@@ -20,13 +20,14 @@ from rclpy.serialization import deserialize_message  # noqa: E402
 from rosbags.rosbag2 import Reader  # noqa: E402
 from rosgraph_msgs.msg import Clock  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
-from std_msgs.msg import Bool, Float64  # noqa: E402
+from std_msgs.msg import Bool, Float64, String  # noqa: E402
 from support.paths import CONFIG  # noqa: E402
 from support.recorder_bags import counts, data_file, index, with_mcap, with_rosbags  # noqa: E402
 from support.ros_graph import Graph  # noqa: E402
 
 from pendulum_bridge.nodes.recorder_node import RecorderNode  # noqa: E402
 from pendulum_bridge.recording.recover import recover  # noqa: E402
+from pendulum_sysid.cli import main as sysid  # noqa: E402
 from pendulum_sysid.reading.bag import read_bag  # noqa: E402
 from pendulum_twin.errors import BadInputError  # noqa: E402
 
@@ -469,3 +470,33 @@ def test_a_node_of_another_kind_is_not_disturbed(ros: Graph, tmp_path: Path) -> 
     sender.publish(Float64(data=5.0))
     ros.until(lambda: heard and recorded(node, "/a"), "both")
     node.finish()
+
+
+@pytest.mark.parametrize(
+    ("outcome", "given_up"),
+    [
+        ("played to its end", ""),
+        ("not played to its end: The plan was aborted by request.", "not played to its end: The"),
+        ("under way", "under way"),
+    ],
+)
+def test_a_plan_that_was_given_up_is_kept_and_told_by_sysid(
+    ros: Graph, tmp_path: Path, capsys, outcome: str, given_up: str
+) -> None:
+    node, user = recorder(ros, tmp_path / "run"), ros.user()
+    states = user.create_publisher(JointState, "/rig/joint_states", 10)
+    outcomes = user.create_publisher(String, "/excitation/outcome", LATCHED)
+    connect(ros, states, outcomes)
+    outcomes.publish(String(data=outcome))
+    for k in range(5):
+        sample = JointState(name=["pole"], position=[math.pi], velocity=[0.0])
+        sample.header.stamp.nanosec = k * 10_000_000
+        states.publish(sample)
+    ros.until(lambda: recorded(node, "/rig/joint_states") == 5, "the samples")
+    ros.until(lambda: node._session._bag.custom.get("plan_outcome") == outcome, "the outcome")
+    ros.remove(node)
+    assert read_bag(tmp_path / "run").given_up.startswith(given_up)
+    assert bool(read_bag(tmp_path / "run").given_up) == bool(given_up)
+    sysid(["replay", str(tmp_path / "run"), "--twin", str(CONFIG / "inteco.yaml")])
+    said = capsys.readouterr().err.splitlines()[0]
+    assert ("is of an experiment that did not end" in said) == bool(given_up)

@@ -42,6 +42,9 @@ def main(arguments: list[str] | None = None) -> int:
     except (BadInputError, OSError) as error:
         print(f"rig_emulator: {error}", file=sys.stderr)
         return 1
+    finally:
+        if arguments is None:  # the program ends: a second Ctrl-C must not change how
+            _ignore_signals()
     return 0
 
 
@@ -112,6 +115,11 @@ def _watch_signals() -> Event:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stopped.set())
     return stopped
+
+
+def _ignore_signals() -> None:
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)
 
 
 def _say(line: str) -> None:

@@ -16,6 +16,7 @@ from pendulum_bridge.excitation.playback import (
 from pendulum_bridge.safety.rig_state import RigState
 from pendulum_twin.health import Health, Level
 from pendulum_twin.plans.excitation import Excitation
+from pendulum_twin.topics import PLAYED
 
 
 class Stage(Enum):
@@ -162,6 +163,13 @@ def describe_progress(run: Run, plan: Excitation) -> str:
         f"plays {plan.get_stretch(sample)}: {played_s:.1f} s of {whole_s:.1f} s, "
         f"{whole_s - played_s:.1f} s to go"
     )
+
+
+def describe_outcome(run: Run) -> str:
+    """Return how the plan stands, for who records it: played, under way, or why it was stopped."""
+    if run.stopped:
+        return f"not played to its end: {run.stopped.sentence}"
+    return PLAYED if run.stage is Stage.DONE else "under way"
 
 
 def make_health(run: Run, plan: Excitation, lacking: str) -> Health:

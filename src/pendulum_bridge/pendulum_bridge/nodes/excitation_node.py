@@ -3,7 +3,7 @@
 The node waits until all is ready, resets both, measures the rate of the samples, plays, and sends
 0: at the end, on any fault (`excitation.guard`), and when it is terminated. Its services: `start`
 (for start:=service) and `abort`; its topic `progress`: the share of the plan that has been played,
-0 to 1.
+0 to 1; its topic `outcome`: how the plan stands, in words that a recorder keeps.
 """
 
 from __future__ import annotations
@@ -15,9 +15,10 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.clock import Clock, ClockType
+from rclpy.duration import Duration
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Bool, Float64
+from std_msgs.msg import Bool, Float64, String
 from std_srvs.srv import Trigger
 
 from pendulum_bridge.excitation.guard import Bounds, Stopped, StopReason
@@ -26,6 +27,7 @@ from pendulum_bridge.excitation.run import (
     Stage,
     begin_looking,
     compute_share,
+    describe_outcome,
     describe_progress,
     enter_stage,
     find_silence,
@@ -34,7 +36,7 @@ from pendulum_bridge.excitation.run import (
     take_sample,
 )
 from pendulum_bridge.nodes.excitation_settings import AUTO, ExcitationSettings
-from pendulum_bridge.nodes.pendulum_client import PendulumClient
+from pendulum_bridge.nodes.pendulum_client import DELIVERY_S, PendulumClient
 from pendulum_bridge.nodes.reset_sequence import ResetSequence
 from pendulum_bridge.safety.rig_state import RigState
 from pendulum_twin import topics
@@ -87,6 +89,7 @@ class ExcitationNode(Node):
 
     def _listen(self) -> None:
         self._progress = self.create_publisher(Float64, "progress", LATCHED)
+        self._outcome = self.create_publisher(String, topics.OUTCOME, LATCHED)
         self.create_subscription(
             JointState, self._rig.name_topic(topics.JOINT_STATES), self.on_sample, SAMPLES
         )
@@ -129,6 +132,7 @@ class ExcitationNode(Node):
                 self._send(0.0)
             for pendulum in self._pendulums:
                 pendulum.deliver()
+            self._outcome.wait_for_all_acked(Duration(seconds=DELIVERY_S))
         super().destroy_node()
 
     @guard_method
@@ -280,6 +284,7 @@ class ExcitationNode(Node):
         """Publish the progress and log that another stage has begun."""
         self._reported_s = self._said_s = monotonic()
         self._progress.publish(to_float(compute_share(self._run, self._plan)))
+        self._outcome.publish(String(data=describe_outcome(self._run)))
         if self._run.stopped is None:
             self.get_logger().info(self._where)
         elif not self._settings.exit_when_done:  # otherwise the program says it at its end

@@ -14,6 +14,7 @@ from typing import Any
 
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
+from std_msgs.msg import String
 
 from pendulum_bridge.nodes.raw_topics import RawTopics
 from pendulum_bridge.nodes.recorder_settings import RecorderSettings
@@ -24,12 +25,14 @@ from pendulum_bridge.recording.session import Session
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.health import Health, Level
 from pendulum_twin.nodes.diagnostics import publish_health
+from pendulum_twin.nodes.qos import LATCHED
 from pendulum_twin.nodes.running import run, spin
 from pendulum_twin.nodes.settings import declare_settings
 
 DRAIN_S = 0.05
 LOOK_S = 0.1  # time between looks for new topics
 PROGRESS_S = 5.0
+OUTCOME_KEY = "plan_outcome"  # in the custom data of the bag; `sysid` reads it
 
 
 class RecorderNode(Node):
@@ -51,6 +54,7 @@ class RecorderNode(Node):
         except BadInputError:
             self.destroy_node()
             raise
+        self.create_subscription(String, settings.outcome, self.on_outcome, LATCHED)
         # real time, whatever the simulated time is
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._looked_s = time.monotonic() - LOOK_S
@@ -83,6 +87,11 @@ class RecorderNode(Node):
             Exception
         ) as error:  # an uncaught error would end the node, and leave the bag without its end
             session.failure = f"the recording ended: {error!r}"
+
+    def on_outcome(self, message: String) -> None:
+        """Keep with the recording how the plan stands."""
+        if self._session is not None:
+            self._session.keep(OUTCOME_KEY, message.data)
 
     def on_progress(self) -> None:
         """Log the progress."""

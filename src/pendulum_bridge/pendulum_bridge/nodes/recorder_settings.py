@@ -40,6 +40,9 @@ class RecorderSettings:
     twin: str = make_text_field("", "a twin file to keep with the recording")
     plan: str = make_text_field("", "the excitation plan, a file to keep with the recording")
     driver: str = make_text_field("", "the driver's parameters, a file to keep with the recording")
+    outcome: str = make_text_field(
+        "/excitation/outcome", "topic on which excitation_node says how its plan stands"
+    )
     note: str = make_text_field("", "a remark to keep with the recording")
 
     def __post_init__(self) -> None:

@@ -68,6 +68,10 @@ class Session:
             self._flushed_s = now_s
             self._write(now_s)
 
+    def keep(self, key: str, value: str) -> None:
+        """Keep a remark with the recording; it is written with the next index."""
+        self._bag.custom[key] = value
+
     def _write(self, now_s: float) -> None:
         try:
             self._bag.flush()

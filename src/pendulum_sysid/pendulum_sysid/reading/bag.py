@@ -22,6 +22,7 @@ from pendulum_sysid.reading.raw import JOINTS, STATE_CHANNELS, RawRecording
 from pendulum_twin.arrays import Floats, Ints
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.files import compute_digest
+from pendulum_twin.topics import PLAYED
 
 STATE_TOPIC, STATE_TYPE = "/rig/joint_states", "sensor_msgs/msg/JointState"
 COMMAND_TOPIC, COMMAND_TYPE = "/rig/pwm", "std_msgs/msg/Float64"
@@ -145,6 +146,7 @@ def _make_recording(
         **{channel: columns.get(channel) for channel in STATE_CHANNELS},
         lost_messages=max(0, short) + bad_states + bad_commands,
         cut_short=not contents.whole and not (counted and short == 0),
+        given_up="" if bag.plan_outcome == PLAYED else bag.plan_outcome,
     )
 
 

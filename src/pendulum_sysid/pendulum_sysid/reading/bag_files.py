@@ -10,10 +10,12 @@ import zstandard
 from pendulum_sysid.errors import FileError
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.strict_yaml import parse_yaml
+from pendulum_twin.topics import PLAYED
 
 DATA_SUFFIXES = (".mcap", ".db3")
 TABLE_SUFFIXES = (".csv", ".tsv", ".txt", ".dat", ".mat", ".npz", ".parquet")  # for `import`
 INDEX = "metadata.yaml"
+OUTCOME_KEY = "plan_outcome"  # in the index's custom data, from recorder_node
 
 
 @dataclass(frozen=True)
@@ -21,12 +23,14 @@ class BagFiles:
     """Name a bag's data files in the order of recording.
 
     counted: topic -> number of messages by the index, empty when there is none. packed_messages:
-    True when each message is compressed by itself.
+    True when each message is compressed by itself. plan_outcome: how the plan of the recording
+    ended, as its recorder noted; PLAYED when nothing was noted.
     """
 
     files: tuple[Path, ...]
     counted: dict[str, int] = field(default_factory=dict)
     packed_messages: bool = False
+    plan_outcome: str = PLAYED
 
 
 def find_files(path: Path) -> BagFiles:
@@ -71,6 +75,7 @@ def find_files(path: Path) -> BagFiles:
             tuple(files),
             _read_counts(index),
             str(index.get("compression_mode")).lower() == "message",
+            _read_plan_outcome(index),
         )
     )
 
@@ -112,6 +117,11 @@ def _read_index(folder: Path) -> dict:
         return index if isinstance(index, dict) else {}
     except (OSError, UnicodeDecodeError, BadInputError, KeyError, TypeError):
         return {}
+
+
+def _read_plan_outcome(index: dict) -> str:
+    custom = index.get("custom_data")
+    return str(custom.get(OUTCOME_KEY, PLAYED)) if isinstance(custom, dict) else PLAYED
 
 
 def _read_counts(index: dict) -> dict[str, int]:

@@ -28,6 +28,8 @@ class RawRecording:
     lost_messages: messages of the two topics that the bag's index counts beyond those read.
     cut_short: whether a file ends before its end mark or is damaged, and no index shows that
         nothing was lost.
+    given_up: how the plan of the recording stood at its end, when it was not played to its end;
+        empty when it was, or when there was none.
 
     Raises UnusableRecording when there is one sample only, times run backwards, no joint is there,
     or more than 5 % of a channel is not finite.
@@ -44,6 +46,7 @@ class RawRecording:
     pole_velocity: Floats | None = None
     lost_messages: int = 0
     cut_short: bool = False
+    given_up: str = ""
 
     def __post_init__(self) -> None:
         _check_times(self.state_stamp_s)

@@ -9,10 +9,11 @@ from pendulum_sysid.cleaning.clean import clean_recording
 from pendulum_sysid.errors import UnusableRecording, WrongUse
 from pendulum_sysid.reading.bag import COMMAND_TOPIC, STATE_TOPIC, read_bag
 from pendulum_sysid.records import Recording
+from pendulum_sysid.verbs.said import say
 
 
 def read_recordings(paths: list[Path], arguments: argparse.Namespace) -> list[Recording]:
-    """Read and clean recordings.
+    """Read and clean recordings; say first which recordings are of an experiment given up.
 
     Raises WrongUse when a recording is named twice, FileError or UnusableRecording, with the path,
     when one cannot be used.
@@ -21,6 +22,8 @@ def read_recordings(paths: list[Path], arguments: argparse.Namespace) -> list[Re
     recordings: dict[str, Recording] = {}
     for path in paths:
         raw = read_bag(path, *topics)
+        if raw.given_up:
+            say(f"{path}: this recording is of an experiment that did not end: {raw.given_up}")
         if raw.digest in recordings:
             raise WrongUse(
                 f"{path}: expected every recording once, found this one twice: name each once"

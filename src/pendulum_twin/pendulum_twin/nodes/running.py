@@ -86,6 +86,9 @@ def run[N: Node](
         return 1
     finally:
         rclpy.try_shutdown()
+        if arguments is sys.argv:  # the program ends: a second Ctrl-C must not change how
+            for number in (signal.SIGINT, signal.SIGTERM):
+                signal.signal(number, signal.SIG_IGN)
     if failure is not None:
         print(f"{name}: {failure}", file=sys.stderr)
     return 0 if failure is None else 1
