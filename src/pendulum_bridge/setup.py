@@ -1,4 +1,5 @@
 from glob import glob
+from pathlib import Path
 
 from setuptools import find_packages, setup
 
@@ -20,7 +21,15 @@ setup(
     description=(
         "The rig's side: driver, excitation, recorder, doctor, view, and an emulated rig on MuJoCo"
     ),
+    long_description=(Path(__file__).parent / "README.md").read_text(encoding="utf-8"),
+    long_description_content_type="text/markdown",
+    author="The pendulum maintainers",
+    author_email="maintainers@pendulum.invalid",
+    maintainer="The pendulum maintainers",
+    maintainer_email="maintainers@pendulum.invalid",
+    url="https://pendulum.invalid/pendulum",
     license="Apache-2.0",
+    license_files=["LICENSE"],
     packages=find_packages(exclude=["test", "test.*"]),
     package_data={NAME: ["view/static/*"]},
     python_requires=">=3.12",
@@ -34,6 +43,7 @@ setup(
         "rosbags",
         "zstandard",
     ],
+    extras_require={"test": ["hypothesis", "pytest"]},
     entry_points={
         "console_scripts": [f"{name} = {function}" for name, function in EXECUTABLES.items()]
     },

@@ -1,3 +1,5 @@
+from pathlib import Path
+
 from setuptools import find_packages, setup
 
 NAME = "pendulum_sysid"
@@ -7,13 +9,21 @@ setup(
     name=NAME,
     version="0.1.0",
     description="Diagnosis of recordings: where the twin is wrong and which physics is missing",
+    long_description=(Path(__file__).parent / "README.md").read_text(encoding="utf-8"),
+    long_description_content_type="text/markdown",
+    author="The pendulum maintainers",
+    author_email="maintainers@pendulum.invalid",
+    maintainer="The pendulum maintainers",
+    maintainer_email="maintainers@pendulum.invalid",
+    url="https://pendulum.invalid/pendulum",
     license="Apache-2.0",
+    license_files=["LICENSE"],
     packages=find_packages(exclude=["test", "test.*"]),
     package_data={
         "pendulum_sysid": ["py.typed", "telling/templates/*", "studies/proof/templates/*"]
     },
     python_requires=">=3.12",
-    extras_require={"frames": ["pandas"]},
+    extras_require={"frames": ["pandas"], "test": ["hypothesis", "pytest"]},
     install_requires=[
         "Jinja2",
         "lz4",

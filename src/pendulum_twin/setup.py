@@ -15,12 +15,20 @@ setup(
     version=VERSION,
     description="Digital twin of a cart-pendulum rig: "
     "measured constants, believed effects, compiled kernel",
+    long_description=(Path(__file__).parent / "README.md").read_text(encoding="utf-8"),
+    long_description_content_type="text/markdown",
+    author="The pendulum maintainers",
+    author_email="maintainers@pendulum.invalid",
+    maintainer="The pendulum maintainers",
+    maintainer_email="maintainers@pendulum.invalid",
+    url="https://pendulum.invalid/pendulum",
     license="Apache-2.0",
+    license_files=["LICENSE"],
     packages=find_packages(exclude=["test", "test.*"]),
     package_data={NAME: ["py.typed"]},
     python_requires=">=3.12",
     install_requires=["numba", "numpy", "PyYAML"],
-    extras_require={"frames": ["pandas"]},
+    extras_require={"frames": ["pandas"], "test": ["hypothesis", "pytest"]},
     entry_points={
         "console_scripts": [f"{name} = {function}" for name, function in EXECUTABLES.items()]
     },

@@ -20,7 +20,7 @@ from pendulum_rl_env.posterior import gather_knowledge
 from pendulum_rl_env.scoring import run_episode, summarise
 from pendulum_rl_env.task import Task
 from pendulum_rl_env.video import save_video
-from pendulum_twin.command_line import make_whole_reader, run_command
+from pendulum_twin.command_line import add_version, make_whole_reader, run_command
 from pendulum_twin.errors import BadInputError
 
 
@@ -82,6 +82,7 @@ def _parse_options(arguments: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="evaluate", description=" ".join((__doc__ or "").split())
     )
+    add_version(parser)
     add = parser.add_argument
     count = make_whole_reader(1)
     file = "what `train` has written"

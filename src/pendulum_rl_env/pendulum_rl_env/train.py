@@ -39,7 +39,7 @@ from pendulum_rl_env.learning.preset import (  # noqa: E402
 from pendulum_rl_env.learning.result import Result  # noqa: E402
 from pendulum_rl_env.posterior import gather_knowledge  # noqa: E402
 from pendulum_rl_env.task import Task  # noqa: E402
-from pendulum_twin.command_line import make_whole_reader, run_command  # noqa: E402
+from pendulum_twin.command_line import add_version, make_whole_reader, run_command  # noqa: E402
 from pendulum_twin.errors import BadInputError  # noqa: E402
 
 EVALUATION_EPISODES = 20
@@ -237,6 +237,7 @@ def _print_progress(line: str) -> None:
 
 def _parse_options(arguments: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="train", description=" ".join((__doc__ or "").split()))
+    add_version(parser)
     add, count = parser.add_argument, make_whole_reader(1)
     twin = "twin file to learn on (without one: the INTECO rig by its maker's constants)"
     add("--twin", type=Path, help=twin)

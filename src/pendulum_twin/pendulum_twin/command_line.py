@@ -8,6 +8,7 @@ import sys
 from collections.abc import Callable
 
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.version import __version__
 
 MOST_DIGITS = 18
 
@@ -29,6 +30,11 @@ def run_command(name: str, work: Callable[[], int | None], interrupted: str) -> 
         reason = f"interrupted; {interrupted}"
     print(f"{name}: {reason}", file=sys.stderr)
     return 1
+
+
+def add_version(parser: argparse.ArgumentParser) -> None:
+    """Add the option --version; the four packages are released together, with one version."""
+    parser.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
 
 
 def as_option[T](read: Callable[[str], T]) -> Callable[[str], T]:

@@ -19,6 +19,7 @@ import os
 import sys
 import xml.etree.ElementTree as ET
 
+from pendulum_twin.command_line import add_version
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin, load_twin
 from pendulum_twin.rig import Rig
@@ -167,6 +168,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
         prog="twin_urdf", description="Print the rig of a twin file as a URDF."
     )
+    add_version(parser)
     parser.add_argument("twin", help="path of the twin file")
     try:
         print(make_urdf(load_twin(parser.parse_args(arguments).twin)), end="", flush=True)

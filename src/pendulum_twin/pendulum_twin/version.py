@@ -1,3 +1,3 @@
-"""The version of this package; `setup.py` reads it, and `package.xml` says the same."""
+"""The version of the four packages; `setup.py` reads it, and each `package.xml` says the same."""
 
 __version__ = "0.1.0"

@@ -28,7 +28,7 @@ from pendulum_bridge.doctor.ports import (
 )
 from pendulum_bridge.doctor.wire import PortWire, open_tcp_wire, open_udp_wire
 from pendulum_bridge.wire.udp import RIG, USER, Address, parse_address
-from pendulum_twin.command_line import as_option, make_number_reader
+from pendulum_twin.command_line import add_version, as_option, make_number_reader
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import load_twin
 
@@ -160,6 +160,7 @@ def _interrupt(*_: object) -> None:
 def parse_options(arguments: list[str] | None) -> argparse.Namespace:
     """Return the command line's options; print the mistake and exit with 2 for wrong use."""
     parser = argparse.ArgumentParser(prog="rig_doctor", description=__doc__)
+    add_version(parser)
     add = parser.add_argument
     add(
         "--twin",

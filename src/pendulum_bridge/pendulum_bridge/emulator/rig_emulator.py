@@ -25,7 +25,12 @@ from pendulum_bridge.emulator.tcp_server import TcpServer
 from pendulum_bridge.wire.port import Port
 from pendulum_bridge.wire.protocol import COMMAND, Command
 from pendulum_bridge.wire.udp import RIG, USER, Endpoint, parse_address
-from pendulum_twin.command_line import as_option, make_number_reader, make_whole_reader
+from pendulum_twin.command_line import (
+    add_version,
+    as_option,
+    make_number_reader,
+    make_whole_reader,
+)
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import load_twin
 
@@ -133,6 +138,7 @@ def _say(line: str) -> None:
 def parse_options(arguments: list[str] | None) -> argparse.Namespace:
     """Return the command line's options; print the mistake and exit with 2 for wrong use."""
     parser = argparse.ArgumentParser(prog="rig_emulator", description=__doc__)
+    add_version(parser)
     add = parser.add_argument
     add(
         "--twin",

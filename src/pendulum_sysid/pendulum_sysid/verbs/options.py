@@ -7,7 +7,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pendulum_twin.command_line import make_whole_reader
+from pendulum_twin.command_line import add_version, make_whole_reader
 
 if TYPE_CHECKING:
     Verbs = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -21,6 +21,7 @@ def make_parser() -> argparse.ArgumentParser:
         prog="sysid",
         description="Find where a digital twin of a cart-pendulum is wrong, and put it right.",
     )
+    add_version(command)
     command.add_argument(
         "--traceback", action="store_true", help="show Python's traceback of an internal error"
     )

@@ -16,6 +16,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
+from pendulum_twin.command_line import add_version
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.nodes.overrides import check_parameter_files
 from pendulum_twin.nodes.settings import describe_settings
@@ -107,8 +108,10 @@ def _catch_signals() -> Event:
 
 def _make_parser(name: str, description: str, settings: type[Any]) -> argparse.ArgumentParser:
     parameters = f"Parameters (--ros-args -p NAME:=VALUE):\n{describe_settings(settings)}"
-    return argparse.ArgumentParser(
+    parser = argparse.ArgumentParser(
         prog=name,
         description=f"{description} {parameters}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
+    add_version(parser)
+    return parser
