@@ -17,14 +17,14 @@ SRC, TESTS = ROOT / "src", ROOT / "tests"
 COLUMNS = 99
 BANNED = ("one", "found", "told", "asked", "made", "held")
 VERBS = """
-    abandon absorb accept act add advance announce apply ask average become begin bind brake
+    abandon absorb accept act activate add advance announce apply ask average become begin bind brake
     break bring build carry catch check choose claim classify clear clip close collect combine
     compare compile complain compose compute conceal confirm connect convert correct create cut
-    decide declare decode deliver derive describe destroy diagnose differentiate discard discover
+    deactivate decide declare decode deliver derive describe destroy diagnose differentiate discard discover
     distort drain draw drop encode enter evaluate examine excite explain export extend
     extrapolate fail fill find finish fit flush follow forget format gather get give glide go
     greet grow halve hear hide hold identify ignore import inspect integrate interrupt join judge
-    keep lay learn leave let linearise listen load localise locate look map match measure meet
+    keep lay latch learn leave let linearise listen load localise locate look map match measure meet
     minimise move need note notice nudge observe offer open pack parse pass pause perform perturb
     pick play predict prepare press print propose prove prune publish push put quote reach read
     receive recover refine refresh refuse register remember remove render replace replay

@@ -18,5 +18,6 @@ def report_failure(event, context) -> None:  # noqa: ANN001 (launch's own types)
     """Raise RuntimeError for a program that failed by itself, not by the end of the launch."""
     if event.returncode and not context.is_shutdown:
         raise RuntimeError(
-            f"{event.process_name} ended with status {event.returncode}: the experiment is given up"
+            f"{event.process_name} ended with status {event.returncode}: "
+            "the experiment is given up"
         )

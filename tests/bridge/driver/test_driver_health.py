@@ -22,6 +22,16 @@ def test_the_worse_reason_is_kept_and_the_later_of_equals() -> None:
         (Report(None, "", 100, 1.0), Level.OK, "Commands are sent as they come."),
         (Report(Reason.RIG_SILENT, "", 50, 1.0), Level.ERROR, Reason.RIG_SILENT.sentence),
         (Report(Reason.RIG_SILENT, "no route", 0, 1.0), Level.ERROR, "no route"),
+        (
+            Report(Reason.RIG_SILENT, "", 50, 1.0, standstill_s=0.31),
+            Level.ERROR,
+            "This computer stood still for 310 ms: it is busy. The rig has fallen silent",
+        ),
+        (
+            Report(None, "", 50, 1.0, standstill_s=0.31),
+            Level.WARN,
+            "This computer stood still for 310 ms: it is busy.",
+        ),
         (Report(None, "", 104, 1.0), Level.OK, "Commands are sent as they come."),
         (
             Report(None, "", 50, 1.0),

@@ -247,10 +247,10 @@ def test_commands_that_may_have_waited_while_the_driver_stood_still_are_not_take
 ) -> None:
     before = decide(0.1, MIDDLE, 0.01, settled(rules, MIDDLE), rules).safety
     assert (
-        take_command(0.3, before, 1.0)[1] is Reason.COMMAND_OLD
+        take_command(0.3, before, 1.0)[1] is Reason.STOOD_STILL
     )  # the command wakes before the rig's thread
     resumed = decide(None, MIDDLE, 1.0, before, rules).safety
-    assert take_command(0.3, resumed, 1.1, ago_s=0.2)[1] is Reason.COMMAND_OLD
+    assert take_command(0.3, resumed, 1.1, ago_s=0.2)[1] is Reason.STOOD_STILL
     assert take_command(0.3, resumed, 1.1, ago_s=0.02)[1] is None  # sent since then
     for k in range(120):
         resumed = decide(None, MIDDLE, 1.01 + 0.01 * k, resumed, rules).safety

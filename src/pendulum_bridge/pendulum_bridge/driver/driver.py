@@ -88,6 +88,7 @@ class Driver:
         self._listeners: list[Listener] = []  # they wait for the end of a reset
         self._closed = False
         self._fault = ""
+        self._decided_s, self._standstill_s = self._now(), 0.0
         self._worst: Reason | None = Reason.NO_SAMPLE_YET
         self._reported = (self._now(), 0)
         self._unsent = self._old = self._commands = self._resets = 0
@@ -229,8 +230,9 @@ class Driver:
                 received - before,
                 now - since_s,
                 1 / self._rules.period_s,
+                self._standstill_s if self._standstill_s > policy.STANDSTILL_S else 0.0,
             )
-            self._worst, self._fault = None, ""
+            self._worst, self._fault, self._standstill_s = None, "", 0.0
             figures = self._collect_figures()
         return make_health(report, figures)
 
@@ -290,11 +292,13 @@ class Driver:
         if self._closed:
             return
         now_s = self._now()
+        self._standstill_s = max(self._standstill_s, now_s - self._decided_s)
         decision = decide(None, sample, now_s, self._safety, self._rules, ago_s)
         ended = decision.reset_ended
         if self._now() - now_s > policy.STANDSTILL_S:  # the process was stopped (SIGSTOP)
             decision = decide(None, None, self._now(), decision.safety, self._rules)
-        self._safety = decision.safety
+        self._safety, self._decided_s = decision.safety, self._now()
+        self._standstill_s = max(self._standstill_s, self._decided_s - now_s)
         self._send(decision.pwm)
         self._note(max(decision.reasons, key=lambda reason: reason.level, default=None))
         self._end_reset(ended or decision.reset_ended)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from pendulum_bridge.safety.reasons import Reason
 from pendulum_twin.health import Health, Level
+from pendulum_twin.standstill import describe_standstill
 
 # rail guard, slew limit and sampling times rely on the rate that was set
 RATE_TOLERANCE = 0.05
@@ -21,6 +22,7 @@ class Report:
     samples: number of samples.
     seconds: s, since the last report.
     expected_hz: Hz; the rate that was set.
+    standstill_s: s; the longest time for which this process was not run; 0 for none worth naming.
     """
 
     worst: Reason | None = None
@@ -28,6 +30,7 @@ class Report:
     samples: int = 0
     seconds: float = 0.0
     expected_hz: float = 100.0
+    standstill_s: float = 0.0
 
     @property
     def rate_hz(self) -> float:
@@ -50,6 +53,10 @@ def _judge_report(report: Report) -> tuple[Level, str]:
     if report.fault:
         return Level.ERROR, report.fault
     level = _get_level(report.worst)
+    if report.standstill_s:
+        stood = describe_standstill(report.standstill_s)
+        after = "" if report.worst is None else f" {report.worst.sentence}"
+        return max(level, Level.WARN), f"{stood[0].upper()}{stood[1:]}: it is busy.{after}"
     if level is Level.OK and _is_rate_off(report):
         return Level.WARN, (
             f"The rig sends {report.rate_hz:.4g} samples a second, expected are "

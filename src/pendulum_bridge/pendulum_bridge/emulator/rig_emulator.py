@@ -85,7 +85,9 @@ def _open_port(options: argparse.Namespace) -> Port[Command]:
 def _serve(rig: LiveRig, port: Port[Command], options: argparse.Namespace, ended: Ended) -> Served:
     if options.lockstep:
         return serve_in_lockstep(rig, port, ended)
-    return serve_in_time(rig, port, options.speed, ended)
+    return serve_in_time(
+        rig, port, options.speed, ended, lambda sentence: _say(f"rig_emulator: {sentence}")
+    )
 
 
 def _summarise(served: Served, port: Port[Command]) -> str:

@@ -13,6 +13,7 @@ class Schedule:
 
     A caller who is late goes on at once and catches up. After a standstill of more than
     LONGEST_BACKLOG_S the times start anew, and `given_up_s` adds up what was left behind.
+    longest_late_s: how late a caller came at most, since it was set to 0.
     interval_s: between two times.
     now, sleep: the clock, in s.
     """
@@ -25,11 +26,12 @@ class Schedule:
     ) -> None:
         self._interval_s, self._now, self._sleep = interval_s, now, sleep
         self._start = now()
-        self.given_up_s = 0.0
+        self.given_up_s = self.longest_late_s = 0.0
 
     def wait_for(self, count: float) -> None:
         """Return at `count` intervals after the start; the count may be a fraction."""
         early = self._start + count * self._interval_s - self._now()
+        self.longest_late_s = max(self.longest_late_s, -early)
         if early > 0:
             self._sleep(early)
         elif -early > LONGEST_BACKLOG_S:

@@ -10,6 +10,7 @@ from pendulum_bridge.emulator.live_rig import LiveRig
 from pendulum_bridge.emulator.schedule import Schedule
 from pendulum_bridge.wire.port import Port
 from pendulum_bridge.wire.protocol import Command
+from pendulum_twin.standstill import NAMED_S, describe_standstill
 
 LONGEST_WAIT_S = 0.1  # until the end is seen when no command comes
 Ended = Callable[[], bool]
@@ -27,15 +28,23 @@ class Served:
     given_up_s: float = 0.0
 
 
-def serve_in_time(rig: LiveRig, port: Port[Command], speed: float, ended: Ended) -> Served:
+def serve_in_time(
+    rig: LiveRig,
+    port: Port[Command],
+    speed: float,
+    ended: Ended,
+    tell: Callable[[str], None] = lambda sentence: None,
+) -> Served:
     """Send a sample at every sampling time until `ended` returns True.
 
     A command acts from the sampling time nearest to its arrival: an answer within half a period
     acts from the sample that it answers.
     speed: times as fast as the clock on the wall.
+    tell: takes a sentence when this computer stood still, at most once a second.
     """
     schedule = Schedule(rig.period_s / speed)
     samples = commands = 0
+    looks = max(round(speed / rig.period_s), 1)  # samples in a second
     while not ended():
         schedule.wait_for(samples)
         port.send(rig.sample.pack())
@@ -45,6 +54,10 @@ def serve_in_time(rig: LiveRig, port: Port[Command], speed: float, ended: Ended)
             commands += 1
         rig.step()
         samples += 1
+        if samples % looks == 0:
+            if schedule.longest_late_s > NAMED_S:
+                tell(f"{describe_standstill(schedule.longest_late_s)}: samples came late")
+            schedule.longest_late_s = 0.0
     return Served(samples, commands, schedule.given_up_s)
 
 

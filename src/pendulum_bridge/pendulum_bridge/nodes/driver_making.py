@@ -48,7 +48,7 @@ def collect_rules(settings: DriverSettings, twin: Twin) -> Rules:
     return make_rules(
         twin.rig,
         Limits(settings.pwm_limit, settings.slew_per_s),
-        Timeouts(settings.command_timeout_s, settings.rig_timeout_s),
+        Timeouts(*settings.timeouts_s),
         way,
         pole_way,
         1 / settings.rate_hz,

@@ -14,6 +14,8 @@ from pendulum_twin.nodes.settings import (
     make_whole_field,
 )
 
+# An emulated rig can take no harm, and stands still whenever its computer is busy.
+EMULATED_TIMEOUT_S = 2.0
 SILENT_PERIODS = 1.5  # shortest silence: the next sample must have been due
 
 
@@ -52,6 +54,9 @@ class DriverSettings:
     reset_deadline_s: float = make_number_field(
         20.0, 1.0, 600.0, "a reset that takes longer is given up"
     )
+    emulated: bool = make_flag_field(
+        False, "a rig on this computer, which may stand still: both timeouts are at least 2 s"
+    )
     autostart: bool = make_flag_field(
         True, "configure and activate by itself; else `ros2 lifecycle set` does it"
     )
@@ -71,6 +76,12 @@ class DriverSettings:
                 f"{self.rate_hz:g} Hz of rate_hz, "
                 f"found {self.rig_timeout_s:g} s"
             )
+
+    @property
+    def timeouts_s(self) -> tuple[float, float]:
+        """The timeouts that hold, of a command and of a sample, s."""
+        least = EMULATED_TIMEOUT_S if self.emulated else 0.0
+        return max(self.command_timeout_s, least), max(self.rig_timeout_s, least)
 
     @property
     def wire(self) -> str:

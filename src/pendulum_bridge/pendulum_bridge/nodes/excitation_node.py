@@ -8,6 +8,7 @@ The node waits until all is ready, resets both, measures the rate of the samples
 
 from __future__ import annotations
 
+import math
 import sys
 from threading import Event
 from time import monotonic
@@ -52,9 +53,11 @@ from pendulum_twin.nodes.settings import declare_settings
 from pendulum_twin.plans.excitation import make_standard_plan
 from pendulum_twin.plans.plan_file import load_plan
 from pendulum_twin.plans.waveforms import Envelope, make_envelope
+from pendulum_twin.standstill import NAMED_S, describe_standstill
 
 TICK_S = 0.05
 PROGRESS_S, LOG_S = 0.5, 5.0  # time between messages of progress, and between lines of the log
+STANDSTILL_COUNTS_S = 5.0  # an older standstill explains nothing
 STALE_REPORT_S = 1.0  # a report so soon after the start may be about the time before
 
 
@@ -83,6 +86,7 @@ class ExcitationNode(Node):
         self._emergency = False
         self._resetting = ResetSequence((), 0.0)
         self._ticked_s = self._reported_s = self._said_s = monotonic()
+        self._stood_still = (-math.inf, 0.0)  # when the last standstill ended, and its length, s
         self._listen()
         if settings.start == AUTO:
             self._begin()
@@ -214,16 +218,25 @@ class ExcitationNode(Node):
     def on_tick(self) -> None:
         """Do what does not depend on a sample: wait, reset, watch for silence, report progress."""
         now = monotonic()
-        late, self._ticked_s = now - self._ticked_s > 2 * TICK_S, now
+        gap_s, self._ticked_s = now - self._ticked_s, now
+        late = gap_s > 2 * TICK_S
+        if gap_s > NAMED_S:
+            self._stood_still = (now, gap_s)
         if self._run.stage is Stage.WAITING:
             self._wait(now)
         elif self._run.stage is Stage.RESETTING:
             self._reset(now)
         # a node that is late itself has samples waiting
         elif not late and (silence := find_silence(now, self._run, self._bounds)):
-            self._stop(silence.reason, silence.detail)
+            self._stop(silence.reason, silence.detail + self._tell_standstill(now))
         if self._run.stage is Stage.PLAYING:
             self._report(now)
+
+    def _tell_standstill(self, now: float) -> str:
+        """Return that this computer stood still lately, to follow a detail; else nothing."""
+        ended_s, seconds = self._stood_still
+        lately = now - ended_s < STANDSTILL_COUNTS_S
+        return f"; {describe_standstill(seconds)}: it is busy" if lately else ""
 
     def _begin(self) -> None:
         self._run = enter_stage(Stage.WAITING, monotonic(), Run())
@@ -309,8 +322,7 @@ def make_bounds(settings: ExcitationSettings, room: Envelope) -> Bounds:
         settings.rail_share * room.half_length_m,
         settings.cart_limit_m_s,
         settings.pole_limit_rad_s,
-        settings.silence_s,
-        settings.overruled_s,
+        *settings.patience_s,
     )
 
 

@@ -17,6 +17,8 @@ from pendulum_twin.nodes.settings import (
 )
 
 AUTO, SERVICE = "auto", "service"
+# of an emulated rig: after a standstill the rail guard may have to bring the cart back
+EMULATED_PATIENCE_S = (2.0, 10.0)
 
 
 @dataclass(frozen=True)
@@ -62,8 +64,19 @@ class ExcitationSettings:
     overruled_s: float = make_number_field(
         0.5, 0.01, 60.0, "another command than the requested one for so long stops the plan"
     )
+    emulated: bool = make_flag_field(
+        False,
+        "a rig on this computer, which may stand still: silence_s is at least 2 s and "
+        "overruled_s at least 10 s",
+    )
     ready_timeout_s: float = make_number_field(30.0, 0.1, 3600.0, "longest wait for rig and twin")
     reset_timeout_s: float = make_number_field(30.0, 0.1, 3600.0, "longest wait for each reset")
+
+    @property
+    def patience_s(self) -> tuple[float, float]:
+        """The times that hold, of silence and of another command, s."""
+        silence, overruled = EMULATED_PATIENCE_S if self.emulated else (0.0, 0.0)
+        return max(self.silence_s, silence), max(self.overruled_s, overruled)
 
     def __post_init__(self) -> None:
         check_settings(self)

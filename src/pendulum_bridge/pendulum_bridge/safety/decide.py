@@ -262,7 +262,7 @@ def take_command(
     ) > STANDSTILL_S or 0 <= now_s - safety.resumed_s < min(ago_s, UNSURE_S):
         return replace(
             safety, counts=replace(counts, after_standstill=counts.after_standstill + 1)
-        ), Reason.COMMAND_OLD
+        ), Reason.STOOD_STILL
     return replace(safety, command=command, ages=watchdog.note_command(safety.ages, now_s)), None
 
 

@@ -31,6 +31,12 @@ class Reason(Enum):
     )
     COMMAND_OLD = (Level.ERROR, "The last command is too old: PWM is 0 until the next one.")
 
+    STOOD_STILL = (
+        Level.WARN,
+        "A command may have waited while this computer stood still and was dropped; the next "
+        "command counts.",
+    )
+
     INACTIVE = (
         Level.WARN,
         "The driver is not active: PWM is 0, and commands are dropped until it is activated.",

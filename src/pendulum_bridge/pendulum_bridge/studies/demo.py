@@ -27,9 +27,6 @@ APPLIED_TOPIC = "/rig/applied_pwm"
 LOOPBACK = "127.0.0.1"
 LONGEST_START_S = 180.0  # a program that takes longer to start is stuck, on any machine
 LONGEST_PLAY_S = 300.0  # the plan lasts a minute; a busy machine takes longer to start and end it
-# Instead of the driver's 0.2 s: on a busy machine an emulated rig may stand still for a moment.
-PATIENCE_S = 2.0
-OVERRULED_S = 10.0  # after such a standstill the rail guard may have to bring the cart back
 DOMAIN_IDS = range(1, 100)  # a higher ROS domain needs ports that the system gives to others
 
 
@@ -92,8 +89,8 @@ def _start_rig(programs: Programs, twin_file: Path, concealing: tuple[object, ..
         "rig_emulator", "--twin", twin_file, "--listen", rig, "--send", user, *concealing
     )
     wait_for(emulator, "listens on", LONGEST_START_S)
-    timeouts = {"rig_timeout_s": PATIENCE_S, "command_timeout_s": PATIENCE_S}
-    settings = {"twin": twin_file, "rig_port": rig.port, "listen_port": user.port, **timeouts}
+    ports = {"rig_port": rig.port, "listen_port": user.port}
+    settings = {"twin": twin_file, "emulated": "true", **ports}
     driver = programs.start("driver_node", *_list_node_arguments("/rig", **settings))
     wait_for(driver, "drives", LONGEST_START_S)
 
@@ -111,8 +108,9 @@ def _play_plan(programs: Programs, **settings: object) -> None:
     The rig is not reset first: the emulated rig hangs at rest, and a driver cannot reset a rig
     whose signs are concealed.
     """
-    timeouts = {"silence_s": PATIENCE_S, "overruled_s": OVERRULED_S}
-    arguments = _list_node_arguments("/excitation", reset_first="false", **timeouts, **settings)
+    arguments = _list_node_arguments(
+        "/excitation", reset_first="false", emulated="true", **settings
+    )
     excitation = programs.start("excitation_node", *arguments, to_terminal=True)
     wait_until_done(excitation, programs, LONGEST_PLAY_S)
 
