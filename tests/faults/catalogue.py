@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from faults import apart, commands, packets, programs
+from faults import apart, commands, packets, programs, users
 from faults.bench import Bench
 from faults.row import Row
 from support.ros_graph import Graph
@@ -31,9 +31,15 @@ ON_BENCH: tuple[Callable[[Bench], Row], ...] = (
     programs.stop_in_reset,
     packets.silence_in_reset,
     programs.wrong_parameters,
+    users.computer_stands_still,
+    users.deactivated_under_load,
 )
 APART: tuple[Callable[[Graph], Row], ...] = (
     programs.wrong_at_start,
+    users.wrong_parameter_file,
+    users.cold_start_interrupted,
+    users.no_clock,
+    users.plan_given_up,
     apart.ros_clock_jumps,
     apart.empty_sample,
     apart.resets,
