@@ -72,16 +72,15 @@ def _find_mark(what: str) -> Path | None:
 
     Machine code is made for a processor, by versions of Python and of the compiler.
     """
-    import llvmlite
     import numba
-    from llvmlite import binding
+    from numba.core.registry import cpu_target
 
     from pendulum_twin.machine_code import find_cache_folder
 
     folder = find_cache_folder()
-    versions = (sys.version, numba.__version__, llvmlite.__version__)
-    processor = (binding.get_host_cpu_name(), binding.get_host_cpu_features().flatten())
-    digest = hashlib.sha256("\n".join((*versions, *processor)).encode()).hexdigest()[:16]
+    processor = cpu_target.target_context.codegen().magic_tuple()
+    made_for = (sys.version, numba.__version__, *processor)
+    digest = hashlib.sha256("\n".join(map(str, made_for)).encode()).hexdigest()[:16]
     return None if folder is None else folder / f"compiled-{what}-{digest}"
 
 
