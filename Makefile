@@ -50,7 +50,7 @@ OLDEST := .venv-oldest
 CORE := $(addprefix tests/twin/test_,$(addsuffix .py,known_answers simulation twin_file strict_yaml rail_ends emergency_stop)) \
 	tests/sysid/reading tests/sysid/fitting/test_gauss_newton.py
 test-oldest: $(OLDEST)/.installed ## the core's tests with the oldest libraries that it works with, those of Ubuntu 24.04
-	@PYTHONPATH= $(OLDEST)/bin/python -m pytest --quiet -c src/pendulum_twin/pytest.ini --rootdir . -p no:cacheprovider $(CORE) $(ARGS)
+	@PYTHONPATH=$(subst $(eval ) ,:,$(PACKAGES:%=$(CURDIR)/%)) $(OLDEST)/bin/python -m pytest --quiet -c src/pendulum_twin/pytest.ini --rootdir . -p no:cacheprovider $(CORE) $(ARGS)
 
 $(OLDEST)/.installed: requirements-oldest.lock
 	@"$(PYTHON)" -m venv --clear $(OLDEST)
