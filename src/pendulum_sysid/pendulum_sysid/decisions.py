@@ -131,12 +131,19 @@ LONGEST_FILL = 5  # samples; missing in a row that are filled; more begin a stre
 CLOCK_CLEAR = 0.25  # periods; steps this near whole periods need no following
 CLOCK_FOLLOW = 0.1  # of error; by which the following clock is set at each stamp
 CLOCK_BELIEVED = 0.02  # of median step; a slope further off is not a period
+CLOCK_MOST_WHOLE = 0.98  # of steps; that are whole periods, for lost messages to be counted
+CLOCK_LATEST = 3.0  # periods; stamps further off their clock have none
+EVEN_ROUGHNESS_RATIO = 0.8  # ratio; of errors: the order of samples beats their stamps
 JITTER_PERIODS = 0.1  # periods; deviation of the stamps from which it is told
 LEAST_SAMPLES = 100  # samples; a shorter recording is unusable
 LEAST_SECONDS = 2.0  # s; a shorter recording is unusable
 SHORTEST_STRETCH = 10  # samples; a shorter stretch says nothing and is left out
 OTHER_RUN_SHARE = 0.25  # of recording; in which another run's samples are looked for
 MOST_NOT_FINITE = 0.05  # of values; NaN or infinite that a channel may hold
+COMMAND_MEMORY_S = 0.2  # s; after a hole, for which delays and lags let older commands through
+COMMAND_SPREAD = 0.1  # periods; stamps of commands this near their clock are even
+SAME_RATE = 0.02  # of period; commands that answer samples come at their rate
+EVEN_COMMANDS_RATIO = 0.97  # ratio; unexplained acceleration, by which an even clock is right
 COMMAND_HOLDS_S = 10.0  # s; an older last command belongs to another clock
 
 # Does the rig answer, stand still, or repeat itself?

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -16,13 +18,22 @@ from pendulum_sysid.cleaning.clock import (
     make_grid,
     resample,
 )
+from pendulum_sysid.cleaning.command_holes import (
+    find_command_holes,
+    leave_out_holes,
+    list_faults,
+)
+from pendulum_sysid.cleaning.command_times import retime_commands
 from pendulum_sysid.cleaning.detector import Detector, Fault, Interval, Samples, Track
 from pendulum_sysid.cleaning.foreign_start import detect_foreign_start
 from pendulum_sysid.cleaning.frozen import detect_frozen
 from pendulum_sysid.cleaning.gaps import detect_gaps
 from pendulum_sysid.cleaning.jitter import detect_jitter
 from pendulum_sysid.cleaning.repeats import find_usable_rows
+from pendulum_sysid.cleaning.retiming import retime_samples
+from pendulum_sysid.cleaning.smooth_state import smooth_state
 from pendulum_sysid.cleaning.spikes import detect_spikes
+from pendulum_sysid.cleaning.stale_start import measure_answer_spread
 from pendulum_sysid.cleaning.velocity_spikes import detect_velocity_spikes
 from pendulum_sysid.cleaning.wraps import detect_wraps
 from pendulum_sysid.errors import UnusableRecording
@@ -65,15 +76,47 @@ def clean_recording(raw: RawRecording) -> Recording:
     Raises UnusableRecording when fewer than 100 samples or less than 2 s are left.
     """
     rows, repeats = find_usable_rows(raw)
-    samples, faults = _start_samples(raw, rows), list(repeats)
+    retimed = retime_samples(raw, rows)
+    holes = find_command_holes(retimed.raw)
+    samples = _start_samples(holes.raw, retimed.rows)
+    faults = [*repeats, *retimed.faults, *list_faults(holes.intervals_s)]
     for detect in DETECTORS:
         samples, detected = detect(samples)
         faults += detected
+    samples = leave_out_holes(samples, holes.intervals_s)
     signals = _put_on_one_clock(samples)
-    rates = _resample_velocities(samples, signals)
+    commanded, spread_s = _time_commands(samples, signals)
+    rates = _resample_velocities(samples, commanded)
     return Recording(
-        raw.name, raw.digest, signals, _list_findings(faults, samples.rate.period_s), rates
+        raw.name,
+        raw.digest,
+        commanded,
+        _list_findings(faults, samples.rate.period_s),
+        rates,
+        retimed.spread_s + spread_s,
     )
+
+
+def _time_commands(samples: Samples, signals: Signals) -> tuple[Signals, float]:
+    """Return the signals with commands at the times at which they acted, and their spread, s."""
+    if signals.cart is None or not np.any(signals.command):
+        return signals, 0.0
+    smoothed = cache(lambda: smooth_state(signals))  # of few recordings it is asked
+
+    def measure_unexplained(raw: RawRecording) -> float:
+        return measure_answer_spread(replace(signals, command=_hold(raw, signals)), smoothed())
+
+    raw, spread_s = retime_commands(samples.raw, signals.period_s, measure_unexplained)
+    if raw is samples.raw:
+        return signals, 0.0
+    return replace(signals, command=_hold(raw, signals)), spread_s
+
+
+def _hold(raw: RawRecording, signals: Signals) -> Floats:
+    """Return the command in force at each instant of the signals, (n,)."""
+    finite = np.isfinite(raw.command)
+    stamps, command = raw.command_stamp_s[finite], raw.command[finite]
+    return hold_commands(signals.clock_s, signals.period_s, stamps, command)
 
 
 def _start_samples(raw: RawRecording, rows: Mask) -> Samples:
@@ -159,14 +202,17 @@ def _resample_velocities(samples: Samples, signals: Signals) -> Floats | None:
 def _list_findings(faults: Iterable[Fault], period_s: float) -> tuple[QualityFinding, ...]:
     """Return one finding a kind; faults of several sensors at one time count once."""
     intervals: dict[str, list[Interval]] = {}
+    notes: dict[str, list[str]] = {}
     for fault in faults:
         intervals.setdefault(fault.kind, []).extend(fault.intervals_s)
+        notes.setdefault(fault.kind, []).extend([fault.note] if fault.note else [])
     findings = []
     for kind, faulty in sorted(intervals.items()):
         slack_s = SPIKE_ECHO_PERIODS * period_s if kind == "spike" else 0.0
         merged = _merge(faulty, slack_s)
         if merged:
-            findings.append(QualityFinding(kind, len(merged), tuple(merged)))
+            note = "; ".join(dict.fromkeys(notes[kind]))
+            findings.append(QualityFinding(kind, len(merged), tuple(merged), note))
     return tuple(findings)
 
 

@@ -8,17 +8,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import zstandard
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
 from pendulum_sysid import decisions
 from pendulum_sysid.errors import FileError, UnusableRecording, WrongUse
 from pendulum_sysid.reading import mcap_stream
-from pendulum_sysid.reading.bag_files import BagFiles, find_files, unpack
+from pendulum_sysid.reading.bag_files import BagFiles, find_files
 from pendulum_sysid.reading.contents import Contents
 from pendulum_sysid.reading.decoding import decode_commands, decode_states, list_joint_names
 from pendulum_sysid.reading.raw import JOINTS, STATE_CHANNELS, RawRecording
+from pendulum_sysid.reading.unpacking import unpack_file, unpack_message
 from pendulum_twin.arrays import Floats, Ints
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.files import compute_digest
@@ -62,7 +62,7 @@ def _read_contents(bag: BagFiles, wanted: Collection[str]) -> Contents:
     with tempfile.TemporaryDirectory() as folder:
         for file in bag.files:
             if file.stat().st_size:
-                data = unpack(file, Path(folder))
+                data = unpack_file(file, Path(folder))
                 contents.absorb(
                     _scan_sqlite(data, wanted)
                     if data.suffix == ".db3"
@@ -72,7 +72,7 @@ def _read_contents(bag: BagFiles, wanted: Collection[str]) -> Contents:
                 contents.whole = False
     if bag.packed_messages:
         for messages in contents.messages.values():
-            messages[:] = [(time, _unpacked_message(data)) for time, data in messages]
+            messages[:] = [(time, unpack_message(data)) for time, data in messages]
     for messages in contents.messages.values():
         messages.sort(key=lambda message: message[0])
     if not contents.types and not contents.whole:
@@ -80,13 +80,6 @@ def _read_contents(bag: BagFiles, wanted: Collection[str]) -> Contents:
             "expected a recording, found a file cut before its first message: record again"
         )
     return contents
-
-
-def _unpacked_message(data: bytes) -> bytes:
-    try:
-        return zstandard.ZstdDecompressor().decompressobj().decompress(data)
-    except zstandard.ZstdError:
-        return b""  # it will not decode, and be counted as lost
 
 
 def _scan_sqlite(path: Path, wanted: Collection[str]) -> Contents:
@@ -145,6 +138,7 @@ def _make_recording(
         **{channel: columns.get(channel) for channel in STATE_CHANNELS},
         lost_messages=max(0, short) + bad_states + bad_commands,
         cut_short=not contents.whole and not (counted and short == 0),
+        damaged_parts=contents.damaged_parts,
     )
 
 

@@ -6,6 +6,7 @@ from collections.abc import Collection
 from dataclasses import dataclass, field
 
 from pendulum_sysid.errors import UnusableRecording, WrongUse
+from pendulum_sysid.reading.unpacking import MOST_MESSAGE_BYTES
 
 
 @dataclass
@@ -17,6 +18,7 @@ class Contents:
     messages: wanted topic -> (receive time in ns, serialised message), in the order of the file.
     counted: topic -> number of messages by the file's own index; empty when it has none.
     whole: False when the file ends before its end mark or a part of it is damaged.
+    damaged_parts: chunks and records whose bytes are damaged, and which are left out.
     """
 
     wanted: Collection[str]
@@ -24,10 +26,11 @@ class Contents:
     messages: dict[str, list[tuple[int, bytes]]] = field(default_factory=dict)
     counted: dict[str, int] = field(default_factory=dict)
     whole: bool = True
+    damaged_parts: int = 0
 
     def add(self, topic: str, time_ns: int, data: bytes) -> None:
-        """Keep a message if its topic is wanted."""
-        if topic in self.wanted:
+        """Keep a message if its topic is wanted; a huge one is none of it, and is left out."""
+        if topic in self.wanted and len(data) <= MOST_MESSAGE_BYTES:
             self.messages.setdefault(topic, []).append((time_ns, data))
 
     def absorb(self, other: Contents) -> None:
@@ -38,6 +41,7 @@ class Contents:
         for topic, count in other.counted.items():
             self.counted[topic] = self.counted.get(topic, 0) + count
         self.whole = self.whole and other.whole
+        self.damaged_parts += other.damaged_parts
 
     def of(self, topic: str, kind: str, option: str, needed: bool) -> list[tuple[int, bytes]]:
         """Return a topic's messages.

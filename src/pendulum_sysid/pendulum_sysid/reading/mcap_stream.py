@@ -14,11 +14,11 @@ import zlib
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
-import lz4.frame  # type: ignore[import-untyped]
 import zstandard
 
 from pendulum_sysid.errors import FileError
 from pendulum_sysid.reading.contents import Contents
+from pendulum_sysid.reading.unpacking import MOST_CHUNK_BYTES, unpack_lz4, unpack_zstd
 
 MAGIC = b"\x89MCAP0\r\n"
 FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, STATISTICS = 0x02, 0x03, 0x04, 0x05, 0x06, 0x0B
@@ -45,7 +45,6 @@ class _Scan:
 
     def __init__(self, wanted: Collection[str]) -> None:
         self.contents = Contents(wanted, whole=False)
-        self.damaged = False
         self.schemas: dict[int, str] = {}
         self.topics: dict[int, str] = {}
         self.nameless: list[
@@ -55,7 +54,7 @@ class _Scan:
     def run(self, data: Buffer) -> Contents:
         for opcode, body, complete in _list_records(data, len(MAGIC)):
             if opcode == FOOTER:
-                self.contents.whole = complete and not self.damaged
+                self.contents.whole = complete and not self.contents.damaged_parts
                 break
             if opcode == CHUNK:
                 self.chunk(body, complete)
@@ -72,7 +71,7 @@ class _Scan:
             content, intact = _unpacked(body, complete)
         except (struct.error, zstandard.ZstdError, RuntimeError, UnicodeDecodeError):
             content, intact = b"", False
-        self.damaged |= not intact
+        self.contents.damaged_parts += not intact
         for opcode, inner, inner_complete in _list_records(content, 0):
             if inner_complete:
                 self.record(opcode, inner)
@@ -94,7 +93,7 @@ class _Scan:
             elif opcode == STATISTICS:
                 self.statistics(body)
         except (struct.error, KeyError, UnicodeDecodeError):
-            self.damaged = True
+            self.contents.damaged_parts += 1
 
     def statistics(self, body: bytes) -> None:
         (size,) = struct.unpack_from("<I", body, 42)
@@ -121,14 +120,18 @@ def _read_string(body: bytes, position: int) -> str:
 
 
 def _unpacked(body: bytes, complete: bool) -> tuple[bytes, bool]:
-    """Return a chunk's records as far as they are there, and whether all are, unharmed."""
+    """Return a chunk's records as far as they are there, and whether all are, unharmed.
+
+    A chunk unpacks to at most the size that it declares, and to at most `MOST_CHUNK_BYTES`.
+    """
     _, _, size, checksum = struct.unpack_from("<QQQI", body)
     compression = _read_string(body, 28)
     content = body[40 + len(compression) :]
+    most = min(size, MOST_CHUNK_BYTES)
     if compression == "zstd":
-        content = zstandard.ZstdDecompressor().decompressobj().decompress(content)
+        content = unpack_zstd(content, most)
     elif compression == "lz4":
-        content = lz4.frame.LZ4FrameDecompressor().decompress(content)
+        content = unpack_lz4(content, most)
     elif compression:
         return b"", False
     intact = complete and len(content) == size and checksum in (0, zlib.crc32(content))
