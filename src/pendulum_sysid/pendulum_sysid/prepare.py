@@ -11,10 +11,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from pendulum_sysid.cleaning.command_answer import check_follows_command
 from pendulum_sysid.cleaning.joining import join_recordings
 from pendulum_sysid.cleaning.moving_joints import leave_out_still_cart
 from pendulum_sysid.cleaning.smooth_state import SmoothState, smooth_state
-from pendulum_sysid.cleaning.stale_start import check_follows_command, leave_out_stale_start
+from pendulum_sysid.cleaning.stale_start import leave_out_stale_start
 from pendulum_sysid.errors import UnusableRecording
 from pendulum_sysid.fitting.case import Case, make_case
 from pendulum_sysid.fitting.split import split_windows

@@ -43,5 +43,3 @@ def retime_commands(
     if not measure_unexplained(best) < decisions.EVEN_COMMANDS_RATIO * as_logged:
         return raw, 0.0
     return best, clock.spread_s
-
-

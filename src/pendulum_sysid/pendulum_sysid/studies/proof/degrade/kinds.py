@@ -116,9 +116,7 @@ def log_commands_late(raw: RawRecording, random: np.random.Generator) -> RawReco
     return replace(raw, command_stamp_s=late[order], command=raw.command[order])
 
 
-def leave_hole(
-    raw: RawRecording, random: np.random.Generator, topic: str
-) -> RawRecording:
+def leave_hole(raw: RawRecording, random: np.random.Generator, topic: str) -> RawRecording:
     """Lose 3 s of one topic's messages while the rig moves."""
     begin_s = random.uniform(0.2, 0.7) * raw.state_stamp_s[-1]
     if topic == "command":
@@ -222,9 +220,7 @@ def slip(raw: RawRecording, random: np.random.Generator) -> RawRecording:
 
 
 def _cut(raw: RawRecording, begin_s: float, end_s: float) -> RawRecording:
-    raw = keep_commands(
-        raw, (raw.command_stamp_s >= begin_s) & (raw.command_stamp_s < end_s)
-    )
+    raw = keep_commands(raw, (raw.command_stamp_s >= begin_s) & (raw.command_stamp_s < end_s))
     return keep_states(raw, (raw.state_stamp_s >= begin_s) & (raw.state_stamp_s < end_s))
 
 
@@ -263,4 +259,3 @@ DEGRADATIONS = (
     Degradation("slipped", "the cart's belt slips 4 cm, twice", slip, told=("gap", "slip")),
 )
 BY_NAME = {degradation.name: degradation for degradation in DEGRADATIONS}
-

@@ -113,9 +113,7 @@ def _answer_rig(study: Study, folder: Path, base: str, number: int) -> list[Row]
     trials.mkdir(parents=True, exist_ok=True)
     twin = [] if study.twin is None else ["--twin", study.twin]
     options = ["--seed", str(study.seed), "--kinds", KINDS_OF_RIG, *twin]
-    trial_folder = record_trial(
-        trials, number, [*options, *list_recorder_options(base, folder)]
-    )
+    trial_folder = record_trial(trials, number, [*options, *list_recorder_options(base, folder)])
     trial = read_trial(trial_folder)
     kinds = [d for d in DEGRADATIONS if d.base == base and d.name in study.kinds]
     return [_answer_once(trial, trial_folder, d, number, study.seed) for d in kinds]

@@ -1,0 +1,108 @@
+"""Whether the cart follows the command at all: asked of the cart's whole equation of motion.
+
+A correlation of command and acceleration fails in closed loop with dry friction: near upright the
+command answers the pole, the pole pushes the cart, and while the cart sticks no command moves it.
+So the pole's reaction stands in the equation, what stands still is left out, and all terms go
+through one filter (the weak form): the second derivative of an encoder is mostly noise.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.ndimage import correlate1d
+
+from pendulum_sysid import decisions
+from pendulum_sysid.cleaning.smooth_state import SmoothState
+from pendulum_sysid.cleaning.stale_start import (
+    LATER_S,
+    compute_slow_speed,
+    delay_command,
+    list_brakes,
+)
+from pendulum_sysid.errors import UnusableRecording
+from pendulum_twin.arrays import Floats, Ints
+from pendulum_twin.signals import Signals
+
+NO_ANSWER = (
+    "expected the cart to follow the command, found it moving no more by it than without: "
+    "check the command topic, the stamps and the drive"
+)
+
+
+def check_follows_command(signals: Signals, state: SmoothState) -> None:
+    """Raise UnusableRecording when there is a cart that moves no more by the command."""
+    if signals.cart is not None and not follows_command(signals, state):
+        raise UnusableRecording(NO_ANSWER)
+
+
+def follows_command(signals: Signals, state: SmoothState) -> bool:
+    """Tell whether the command explains the cart's acceleration, as late as it may come.
+
+    The weight of the command in the least-squares balance of the cart must be certain, with errors
+    independent from block to block (a sandwich). True where the cart moves too little to tell.
+    """
+    half = max(round(0.5 * decisions.ANSWER_FILTER_S / signals.period_s), 2)
+    weights = np.hanning(2 * half + 3)[1:-1]
+    weights /= weights.sum()
+
+    def take_mean(values: Floats) -> Floats:
+        means: Floats = correlate1d(values, weights, axis=0, mode="nearest")
+        return means[rows]
+
+    rows = _choose_rows(signals, state, weights)
+    if len(rows) < decisions.ANSWER_LEAST_ROWS:
+        return True
+    target = take_mean(state.accelerations[:, 0])
+    others = take_mean(np.column_stack([list_brakes(state), _list_reactions(signals, state)]))
+    block = (signals.times_s[rows] // decisions.ANSWER_BLOCK_S).astype(int)
+    step = max(round(LATER_S / signals.period_s), 1)
+    latest = round(decisions.ANSWER_LATEST_S / signals.period_s)
+    fits = [
+        _fit_balance(take_mean(delay_command(signals, late)), others, target, block)
+        for late in range(0, latest + 1, step)
+    ]
+    return min(fits)[1] > decisions.ANSWER_STANDARD_ERRORS
+
+
+def _choose_rows(signals: Signals, state: SmoothState, weights: Floats) -> Ints:
+    """Return the samples whose filter lies inside a stretch, on valid samples that mostly move."""
+    half = len(weights) // 2
+    still = np.abs(state.states[:, 2]) < compute_slow_speed(state)
+    invalid = (
+        ~signals.cart_valid
+        if signals.pole is None
+        else ~signals.cart_valid | (~signals.pole_valid)
+    )
+    inside = [
+        np.arange(s.start + half, s.stop - half, max(half // 2, 1)) for s in signals.stretches
+    ]
+    rows = np.concatenate(inside).astype(np.int64)
+    at_rest, missing = (
+        correlate1d(mask.astype(np.float64), weights, mode="nearest")[rows]
+        for mask in (still, invalid)
+    )
+    return rows[(at_rest <= decisions.ANSWER_REST_SHARE) & (missing < 1e-9)]
+
+
+def _list_reactions(signals: Signals, state: SmoothState) -> Floats:
+    """Return by what the pole pushes the cart, up to a factor, (n, 2); (n, 0) without a pole."""
+    if signals.pole is None:
+        return np.empty((len(signals), 0))
+    angle, rate = state.states[:, 1], state.states[:, 3]
+    return np.column_stack([np.cos(angle) * state.accelerations[:, 1], np.sin(angle) * rate**2])
+
+
+def _fit_balance(
+    command: Floats, others: Floats, target: Floats, block: Ints
+) -> tuple[float, float]:
+    """Return what is left of the target, m/s^2, and the command's weight in standard errors."""
+    columns = np.column_stack([command, others])
+    columns = columns / (np.sqrt(np.mean(columns**2, axis=0)) + np.finfo(float).tiny)
+    weights = np.linalg.lstsq(columns, target, rcond=None)[0]
+    left = target - columns @ weights
+    scores = np.stack(
+        [np.bincount(block - block[0], weights=column * left) for column in columns.T], axis=1
+    )
+    bread = np.linalg.pinv(columns.T @ columns)
+    error = float(np.sqrt((bread @ scores.T @ scores @ bread)[0, 0]))
+    return float(np.std(left)), abs(float(weights[0])) / max(error, 1e-300)
