@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from pendulum_sysid.cleaning.causality import check_causality
 from pendulum_sysid.cleaning.command_answer import check_follows_command
 from pendulum_sysid.cleaning.joining import join_recordings
 from pendulum_sysid.cleaning.moving_joints import leave_out_still_cart
@@ -62,6 +63,7 @@ def prepare_windows(case: Case) -> Prepared:
         case = _leave_out_still_cart(case)
         windows = split_windows(case.signals, case.state)
         check_follows_command(case.signals, case.state)
+        check_causality(case.signals, case.state)
     except UnusableRecording as error:
         raise UnusableRecording(str(error), case.recording) from error
     return Prepared(case, windows)

@@ -18,7 +18,9 @@ from pendulum_sysid.cleaning.clock import (
     make_grid,
     resample,
 )
+from pendulum_sysid.cleaning.command_answer import measure_unexplained, moves_uncommanded
 from pendulum_sysid.cleaning.command_holes import (
+    Holes,
     find_command_holes,
     leave_out_holes,
     list_faults,
@@ -29,11 +31,12 @@ from pendulum_sysid.cleaning.foreign_start import detect_foreign_start
 from pendulum_sysid.cleaning.frozen import detect_frozen
 from pendulum_sysid.cleaning.gaps import detect_gaps
 from pendulum_sysid.cleaning.jitter import detect_jitter
+from pendulum_sysid.cleaning.reducing import reduce_rate
 from pendulum_sysid.cleaning.repeats import find_usable_rows
 from pendulum_sysid.cleaning.retiming import retime_samples
+from pendulum_sysid.cleaning.sensor_end import detect_sensor_end
 from pendulum_sysid.cleaning.smooth_state import smooth_state
 from pendulum_sysid.cleaning.spikes import detect_spikes
-from pendulum_sysid.cleaning.stale_start import measure_answer_spread
 from pendulum_sysid.cleaning.velocity_spikes import detect_velocity_spikes
 from pendulum_sysid.cleaning.wraps import detect_wraps
 from pendulum_sysid.errors import UnusableRecording
@@ -47,6 +50,7 @@ DETECTORS: tuple[Detector, ...] = (
     detect_jitter,
     detect_wraps,
     detect_frozen,
+    detect_sensor_end,
     detect_spikes,
     detect_foreign_start,
     detect_velocity_spikes,
@@ -59,8 +63,8 @@ def clean_recording(raw: RawRecording) -> Recording:
     """Put a recording on one uniform clock, with the findings of the detectors.
 
     Missing samples and spikes keep their place, filled and marked as not valid. A longer gap, a
-    frozen driver or a jump that stays begins a new stretch. Commands are held from message to
-    message, 0 before the first. Findings, each with a count and intervals (s from the first
+    frozen driver, a jump that stays or a hole in the commands begins a new stretch. Commands are
+    held from message to message, 0 before the first. Rates beyond 1 kHz are reduced. Findings, each with a count and intervals (s from the first
     sample):
 
     spike: samples out of line in a position or a reported velocity (a velocity invalidates
@@ -79,13 +83,19 @@ def clean_recording(raw: RawRecording) -> Recording:
     retimed = retime_samples(raw, rows)
     holes = find_command_holes(retimed.raw)
     samples = _start_samples(holes.raw, retimed.rows)
-    faults = [*repeats, *retimed.faults, *list_faults(holes.intervals_s)]
+    faults = [*repeats, *retimed.faults]
     for detect in DETECTORS:
         samples, detected = detect(samples)
         faults += detected
-    samples = leave_out_holes(samples, holes.intervals_s)
+    samples = leave_out_holes(samples, holes)
     signals = _put_on_one_clock(samples)
+    silent_s = _find_uncommanded(signals, holes.silent_s)
+    if silent_s:
+        samples = leave_out_holes(samples, Holes(holes.raw, silent_s))
+        signals = _put_on_one_clock(samples)
+    faults += list_faults(replace(holes, intervals_s=(*holes.intervals_s, *silent_s)))
     commanded, spread_s = _time_commands(samples, signals)
+    commanded = reduce_rate(commanded)
     rates = _resample_velocities(samples, commanded)
     return Recording(
         raw.name,
@@ -97,16 +107,24 @@ def clean_recording(raw: RawRecording) -> Recording:
     )
 
 
+def _find_uncommanded(signals: Signals, intervals_s: tuple[Interval, ...]) -> tuple[Interval, ...]:
+    """Return the intervals without commands in which the cart moves as if it were commanded."""
+    if not intervals_s or signals.cart is None or not np.any(signals.command):
+        return ()
+    state = smooth_state(signals)
+    return tuple(span for span in intervals_s if moves_uncommanded(signals, state, *span))
+
+
 def _time_commands(samples: Samples, signals: Signals) -> tuple[Signals, float]:
     """Return the signals with commands at the times at which they acted, and their spread, s."""
     if signals.cart is None or not np.any(signals.command):
         return signals, 0.0
     smoothed = cache(lambda: smooth_state(signals))  # of few recordings it is asked
 
-    def measure_unexplained(raw: RawRecording) -> float:
-        return measure_answer_spread(replace(signals, command=_hold(raw, signals)), smoothed())
+    def measure(raw: RawRecording) -> float:
+        return measure_unexplained(replace(signals, command=_hold(raw, signals)), smoothed())
 
-    raw, spread_s = retime_commands(samples.raw, signals.period_s, measure_unexplained)
+    raw, spread_s = retime_commands(samples.raw, signals.period_s, measure)
     if raw is samples.raw:
         return signals, 0.0
     return replace(signals, command=_hold(raw, signals)), spread_s

@@ -8,10 +8,17 @@ through one filter (the weak form): the second derivative of an encoder is mostl
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from scipy.ndimage import correlate1d
 
 from pendulum_sysid import decisions
+from pendulum_sysid.cleaning.cart_balance import (
+    compute_covariance,
+    differentiate_twice,
+    list_other_forces,
+)
 from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_sysid.cleaning.stale_start import (
     LATER_S,
@@ -23,6 +30,7 @@ from pendulum_sysid.errors import UnusableRecording
 from pendulum_twin.arrays import Floats, Ints
 from pendulum_twin.signals import Signals
 
+UNEXPLAINED_STEP_S = 0.01  # s; of the differences: shorter steps show more noise
 NO_ANSWER = (
     "expected the cart to follow the command, found it moving no more by it than without: "
     "check the command topic, the stamps and the drive"
@@ -41,15 +49,7 @@ def follows_command(signals: Signals, state: SmoothState) -> bool:
     The weight of the command in the least-squares balance of the cart must be certain, with errors
     independent from block to block (a sandwich). True where the cart moves too little to tell.
     """
-    half = max(round(0.5 * decisions.ANSWER_FILTER_S / signals.period_s), 2)
-    weights = np.hanning(2 * half + 3)[1:-1]
-    weights /= weights.sum()
-
-    def take_mean(values: Floats) -> Floats:
-        means: Floats = correlate1d(values, weights, axis=0, mode="nearest")
-        return means[rows]
-
-    rows = _choose_rows(signals, state, weights)
+    rows, take_mean = _make_filter(signals, state)
     if len(rows) < decisions.ANSWER_LEAST_ROWS:
         return True
     target = take_mean(state.accelerations[:, 0])
@@ -62,6 +62,65 @@ def follows_command(signals: Signals, state: SmoothState) -> bool:
         for late in range(0, latest + 1, step)
     ]
     return min(fits)[1] > decisions.ANSWER_STANDARD_ERRORS
+
+
+def moves_uncommanded(signals: Signals, state: SmoothState, begin_s: float, end_s: float) -> bool:
+    """Tell whether the cart moves as if commanded while no command is recorded.
+
+    The balance of the cart is fitted outside the interval (s) and judged inside: a rig that is
+    left alone keeps to it with a command of 0.
+    """
+    rows, take_mean = _make_filter(signals, state)
+    inside = (signals.clock_s[rows] >= begin_s) & (signals.clock_s[rows] <= end_s)
+    if min(np.count_nonzero(inside), np.count_nonzero(~inside)) < decisions.ANSWER_LEAST_ROWS:
+        return False
+    target = take_mean(state.accelerations[:, 0])
+    others = take_mean(np.column_stack([list_brakes(state), _list_reactions(signals, state)]))
+    columns = np.column_stack([take_mean(signals.command), others])
+    weights = np.linalg.lstsq(columns[~inside], target[~inside], rcond=None)[0]
+    left = np.abs(target - columns @ weights)
+    most = decisions.UNCOMMANDED_RATIO * float(np.sqrt(np.mean(left[~inside] ** 2)))
+    return bool(np.mean(left[inside] > most) > decisions.UNCOMMANDED_SHARE)
+
+
+def measure_unexplained(signals: Signals, state: SmoothState) -> float:
+    """Return the cart's acceleration, m/s^2, that commands leave unexplained as they are timed.
+
+    It compares timings of the same commands to a fraction of a period, so the acceleration is that
+    of neighbouring samples. Commands may come late by whole samples.
+    """
+    assert signals.cart is not None
+    size = max(round(UNEXPLAINED_STEP_S / signals.period_s), 1)
+    rows = _choose_rows(signals, state, np.ones(2 * size + 1) / (2 * size + 1))
+    if len(rows) < decisions.ANSWER_LEAST_ROWS:
+        return np.inf
+    target = differentiate_twice(signals.cart, signals.period_s, size)[rows]
+    others = list_other_forces(signals, state, size)[rows]
+    # what was commanded over the periods before and after each sample
+    kernel = np.concatenate([np.full(2 * size, 0.5 / size), np.zeros(1)])
+    around = correlate1d(signals.command, kernel, mode="nearest")
+    latest = round(decisions.ANSWER_LATEST_S / signals.period_s)
+    spreads = []
+    for late in range(0, latest + 1, size):
+        command = around[np.maximum(rows - late, 0)]
+        columns = np.column_stack([command, others])
+        weights = np.linalg.lstsq(columns, target, rcond=None)[0]
+        spreads.append(float(np.std(target - columns @ weights)))
+    return min(spreads)
+
+
+def _make_filter(signals: Signals, state: SmoothState) -> tuple[Ints, Callable[[Floats], Floats]]:
+    """Return the samples that are asked, (rows,), and the filter: (n, ...) to (rows, ...)."""
+    half = max(round(0.5 * decisions.ANSWER_FILTER_S / signals.period_s), 2)
+    weights = np.hanning(2 * half + 3)[1:-1]
+    weights /= weights.sum()
+    rows = _choose_rows(signals, state, weights)
+
+    def take_mean(values: Floats) -> Floats:
+        means: Floats = correlate1d(values, weights, axis=0, mode="nearest")
+        return means[rows]
+
+    return rows, take_mean
 
 
 def _choose_rows(signals: Signals, state: SmoothState, weights: Floats) -> Ints:
@@ -100,9 +159,5 @@ def _fit_balance(
     columns = columns / (np.sqrt(np.mean(columns**2, axis=0)) + np.finfo(float).tiny)
     weights = np.linalg.lstsq(columns, target, rcond=None)[0]
     left = target - columns @ weights
-    scores = np.stack(
-        [np.bincount(block - block[0], weights=column * left) for column in columns.T], axis=1
-    )
-    bread = np.linalg.pinv(columns.T @ columns)
-    error = float(np.sqrt((bread @ scores.T @ scores @ bread)[0, 0]))
+    error = float(np.sqrt(compute_covariance(columns, left, block)[0, 0]))
     return float(np.std(left)), abs(float(weights[0])) / max(error, 1e-300)

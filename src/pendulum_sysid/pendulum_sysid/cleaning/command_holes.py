@@ -17,6 +17,7 @@ from pendulum_sysid.cleaning.detector import Fault, Interval, Samples
 from pendulum_sysid.cleaning.even_clock import find_even_clock
 from pendulum_sysid.errors import UnusableRecording
 from pendulum_sysid.reading.raw import RawRecording
+from pendulum_twin.arrays import Floats
 
 
 @dataclass(frozen=True)
@@ -25,10 +26,14 @@ class Holes:
 
     raw: the recording, single missing commands interpolated.
     intervals_s: in which the command is unknown, s from the first sample.
+    doubtful_s: periods in which a command is missing and the command jumps.
+    silent_s: long holes after a command of 0: the rig was left alone, or commands were lost.
     """
 
     raw: RawRecording
     intervals_s: tuple[Interval, ...] = ()
+    doubtful_s: tuple[Interval, ...] = ()
+    silent_s: tuple[Interval, ...] = ()
 
 
 def find_command_holes(raw: RawRecording) -> Holes:
@@ -47,14 +52,21 @@ def find_command_holes(raw: RawRecording) -> Holes:
     _check_enough(raw.command, missing)
     times, end_s = raw.command_stamp_s, float(raw.state_stamp_s[-1])
     long = np.flatnonzero(missing > decisions.LONGEST_FILL)
-    holes = [(float(times[k]), float(times[k + 1])) for k in long if raw.command[k] != 0.0]
-    after = end_s - float(times[-1])
-    if after > (decisions.LONGEST_FILL + 1) * clock.period_s and raw.command[-1] != 0.0:
-        holes.append((float(times[-1]), end_s))
-    margins = clock.period_s, decisions.COMMAND_MEMORY_S
+    holes = [(float(times[k]), float(times[k + 1]), float(raw.command[k])) for k in long]
+    if end_s - float(times[-1]) > (decisions.LONGEST_FILL + 1) * clock.period_s:
+        holes.append((float(times[-1]), end_s, float(raw.command[-1])))
+    jumps = _find_jumps(raw.command, missing)
     return Holes(
-        _interpolate(raw, missing), tuple((a + margins[0], b + margins[1]) for a, b in holes)
+        _interpolate(raw, missing),
+        tuple(_add_margins(hole, clock.period_s) for hole in holes if hole[2] != 0.0),
+        tuple((float(times[k]) + clock.period_s, float(times[k + 1])) for k in jumps),
+        tuple(_add_margins(hole, clock.period_s) for hole in holes if hole[2] == 0.0),
     )
+
+
+def _add_margins(hole: tuple[float, float, float], period_s: float) -> Interval:
+    """Return the interval in which the command is unknown, for a hole (begin, end, held)."""
+    return hole[0] + period_s, hole[1] + decisions.COMMAND_MEMORY_S
 
 
 def _drop_repeats(raw: RawRecording) -> RawRecording:
@@ -66,18 +78,47 @@ def _drop_repeats(raw: RawRecording) -> RawRecording:
     return replace(raw, command_stamp_s=raw.command_stamp_s[kept], command=raw.command[kept])
 
 
-def leave_out_holes(samples: Samples, intervals_s: tuple[Interval, ...]) -> Samples:
-    """Return the samples without those of which the command is unknown."""
+def leave_out_holes(samples: Samples, holes: Holes) -> Samples:
+    """Return the samples without those of which the command is unknown.
+
+    Over a period with a doubtful command, samples before and after are of two stretches.
+    """
+    slack_s = 0.5 * samples.rate.period_s
     known = np.ones(len(samples.stamps), dtype=bool)
-    for begin_s, end_s in intervals_s:
+    for begin_s, end_s in holes.intervals_s:
         known &= (samples.stamps < begin_s) | (samples.stamps > end_s)
-    return samples if known.all() else samples.pick(known)
+    for begin_s, end_s in holes.doubtful_s:
+        known &= (samples.stamps < begin_s + slack_s) | (samples.stamps > end_s - slack_s)
+    if not known.all():
+        samples = samples.pick(known)
+    if not holes.doubtful_s:
+        return samples
+    cuts = np.array([begin_s + slack_s for begin_s, _ in holes.doubtful_s])
+    breaks = {
+        joint: np.sort(np.concatenate([samples.breaks.get(joint, np.empty(0)), cuts]))
+        for joint in samples.positions
+    }
+    return replace(samples, breaks=breaks)
 
 
-def list_faults(intervals_s: tuple[Interval, ...]) -> tuple[Fault, ...]:
+def list_faults(holes: Holes) -> tuple[Fault, ...]:
     """Return the holes as faults."""
+    intervals_s = (*holes.intervals_s, *holes.doubtful_s)
     note = "commands are missing: what drove the cart then is unknown, and is left out"
     return (Fault("gap", intervals_s, note),) if intervals_s else ()
+
+
+def _find_jumps(command: Floats, missing: np.ndarray) -> np.ndarray:
+    """Return the short holes (commands before them) over which no line can be believed.
+
+    The command bends or jumps there by more than a share of its largest value.
+    """
+    short = np.flatnonzero((missing > 0) & (missing <= decisions.LONGEST_FILL))
+    slope = np.diff(command) / (missing + 1)
+    before, after = slope[np.maximum(short - 1, 0)], slope[np.minimum(short + 1, len(slope) - 1)]
+    bend = np.maximum(np.abs(slope[short] - before), np.abs(after - slope[short]))
+    allowed = decisions.COMMAND_JUMP_SHARE * float(np.max(np.abs(command), initial=0.0))
+    return short[0.5 * bend * (missing[short] + 1) > allowed]
 
 
 def _check_enough(command: Floats, missing: np.ndarray) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from pendulum_sysid import decisions
 from pendulum_twin.arrays import Floats, Ints
 
-BLOCK = 25  # messages, of which a median says whether some before them were lost
+BLOCK = 200  # messages, of which a median says whether some before them were lost
 REACH = 20  # messages, over which the period is measured before any is numbered
 
 
@@ -57,24 +57,38 @@ def find_even_clock(stamps: Floats) -> EvenClock | None:
     """
     if len(stamps) < decisions.LEAST_SAMPLES:
         return None
-    period_s = float(np.median(stamps[REACH:] - stamps[:-REACH])) / REACH
+    numbers = _count_steps(stamps, float(np.median(np.diff(stamps))))
+    if numbers is None:
+        numbers = _count_in_order(stamps)
+    return None if numbers is None else _fit_clock(stamps, numbers.astype(np.int64))
+
+
+def _count_steps(stamps: Floats, period_s: float) -> Floats | None:
+    """Return the numbers of messages whose steps are whole periods; None where they are not."""
     if not period_s > 0.0:
         return None
     steps = np.diff(stamps) / period_s
     whole = np.abs(steps - np.rint(steps)) < decisions.CLOCK_CLEAR
-    if np.mean(whole) >= decisions.CLOCK_MOST_WHOLE and np.all(np.rint(steps[whole]) >= 1):
-        numbers = np.concatenate([[0], np.cumsum(np.maximum(np.rint(steps), 1))])
-    else:
-        numbers = _count_in_order(stamps, period_s)
-    return None if numbers is None else _fit_clock(stamps, numbers.astype(np.int64))
+    if np.mean(whole) < decisions.CLOCK_MOST_WHOLE or np.any(np.rint(steps[whole]) < 1):
+        return None
+    return np.concatenate([[0.0], np.cumsum(np.maximum(np.rint(steps), 1))])
 
 
-def _count_in_order(stamps: Floats, period_s: float) -> Floats | None:
+def _count_in_order(stamps: Floats) -> Floats | None:
     """Return the numbers of messages of which none was lost but in gaps; None otherwise."""
-    steps = np.diff(stamps) / period_s
-    beyond = np.where(steps > decisions.LONGEST_FILL + 1.5, np.rint(steps) - 1.0, 0.0)
-    numbers = np.arange(len(stamps)) + np.concatenate([[0.0], np.cumsum(beyond)])
+    period_s = float(np.median(stamps[REACH:] - stamps[:-REACH])) / REACH
+    if not period_s > 0.0 or len(stamps) < 2 * BLOCK:
+        return None
+    numbers = np.arange(len(stamps), dtype=np.float64)
     off = stamps / period_s - numbers
+    for k in np.flatnonzero(np.diff(stamps) > (decisions.LONGEST_FILL + 1.5) * period_s):
+        # a pause with messages held back ends in a burst; one in which messages were lost does not
+        before, after = (
+            np.median(off[max(k - REACH, 0) : k + 1]),
+            np.median(off[k + 1 : k + REACH]),
+        )
+        numbers[k + 1 :] += max(np.rint(after - before), 0.0)
+        off[k + 1 :] -= max(np.rint(after - before), 0.0)
     blocks = np.array([np.median(part) for part in np.array_split(off, len(off) // BLOCK)])
     return numbers if np.all(np.abs(np.diff(blocks)) < 0.5) else None
 

@@ -112,12 +112,6 @@ def _fit_answer(signals: Signals, state: SmoothState, up_to: float = np.inf) -> 
     return min(answers, key=lambda answer: answer.spread)
 
 
-def measure_answer_spread(signals: Signals, state: SmoothState) -> float:
-    """Return the cart's acceleration that commands and brakes leave unexplained, m/s^2."""
-    answer = _fit_answer(signals, state)
-    return np.inf if answer is None else answer.spread
-
-
 def delay_command(signals: Signals, late: int) -> Floats:
     """Return the command (n,) of so many samples ago; the first one holds before a stretch."""
     delayed = np.empty(len(signals))
