@@ -78,13 +78,12 @@ def measure_lead(signals: Signals, state: SmoothState) -> Lead | None:
     coming = per_unit.copy()
     coming[LEAD_BINS - NEXT_BINS :] = 0.0
     total, ahead = float(per_unit @ weights), float(coming @ weights)
-    return Lead(
-        ahead / (total or np.inf), abs(ahead) / max(np.sqrt(coming @ errors @ coming), 1e-300)
-    )
+    error = float(np.sqrt(coming @ errors @ coming))
+    return Lead(ahead / (total or np.inf), abs(ahead) / max(error, 1e-300))
 
 
 def _choose_rows(signals: Signals, state: SmoothState, size: int) -> Ints:
-    """Return the samples, a bin apart, whose commands lie in their stretch and whose cart moves."""
+    """Return samples a bin apart: their commands lie in their stretch, and the cart moves."""
     reach = [(LAG_BINS + 1) * size, (LEAD_BINS + 2) * size]
     inside = [np.arange(s.start + reach[0], s.stop - reach[1], size) for s in signals.stretches]
     rows = np.concatenate(inside).astype(np.int64)

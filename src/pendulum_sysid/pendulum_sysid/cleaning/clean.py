@@ -64,20 +64,21 @@ def clean_recording(raw: RawRecording) -> Recording:
 
     Missing samples and spikes keep their place, filled and marked as not valid. A longer gap, a
     frozen driver, a jump that stays or a hole in the commands begins a new stretch. Commands are
-    held from message to message, 0 before the first. Rates beyond 1 kHz are reduced. Findings, each with a count and intervals (s from the first
-    sample):
+    held from message to message, 0 before the first. Rates beyond 1 kHz are reduced. Findings,
+    each with a count and intervals (s from the first sample):
 
     spike: samples out of line in a position or a reported velocity (a velocity invalidates
         nothing).
-    gap: samples missing, not finite or lost with the end of the file, commands not finite, and
-        jumps that stay.
+    gap: samples or commands missing, not finite or lost with a part of the file, and jumps that
+        stay.
     jitter: stamps off their grid.
     wrap: jumps by whole turns, undone.
     stale: samples that came twice, a sensor that stood still while the rig moved, or a beginning
         that belongs to another run.
-    clipped: a command at its limit, which is no fault.
+    clipped: a command at its limit, which is no fault, or a sensor at its end.
 
-    Raises UnusableRecording when fewer than 100 samples or less than 2 s are left.
+    Raises UnusableRecording when fewer than 100 samples or less than 2 s are left, and when more
+    than 5 % of the commands are missing.
     """
     rows, repeats = find_usable_rows(raw)
     retimed = retime_samples(raw, rows)
