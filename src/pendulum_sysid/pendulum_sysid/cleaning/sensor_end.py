@@ -54,6 +54,6 @@ def _is_abrupt(values: Floats, floor: float, first: int, stop: int) -> bool:
     steps = [
         abs(values[a] - values[b])
         for a, b in ((first - 2, first - 3), (stop + 1, stop + 2))
-        if 0 <= min(a, b) and max(a, b) < len(values)
+        if min(a, b) >= 0 and max(a, b) < len(values)
     ]
     return bool(steps) and bool(np.nanmax(steps) > floor)

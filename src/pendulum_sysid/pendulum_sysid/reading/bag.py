@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from rosbags.interfaces import Connection
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
@@ -199,10 +200,15 @@ def write_bag(
         with tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.name}.") as folder:
             whole = Path(folder) / path.name
             with Writer(whole, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
-                _write_states(writer, state_topic, stamps_ns, joints, velocities or {})
+                messages = list(_list_states(writer, state_topic, stamps_ns, joints, velocities))
                 if command is not None:
                     times = stamps_ns if command_times_ns is None else command_times_ns
-                    _write_commands(writer, command_topic, times, command)
+                    messages += _list_commands(writer, command_topic, times, command)
+                # by time, so that what is left of a file that was cut holds both topics
+                for connection, time, data in sorted(messages, key=lambda message: message[1]):
+                    writer.write(connection, time, data)
+            for file in whole.glob("*.mcap"):
+                mcap_stream.sign_chunks(file)
             whole.rename(path)
     except OSError as error:
         raise FileError(
@@ -210,13 +216,16 @@ def write_bag(
         ) from error
 
 
-def _write_states(
+Message = tuple[Connection, int, bytes | memoryview]
+
+
+def _list_states(
     writer: Writer,
     topic: str,
     stamps_ns: Ints,
     joints: Mapping[str, Floats],
-    velocities: Mapping[str, Floats],
-) -> None:
+    velocities: Mapping[str, Floats] | None,
+) -> Iterator[Message]:
     header, time, state = (
         _STORE.types[name]
         for name in ("std_msgs/msg/Header", "builtin_interfaces/msg/Time", STATE_TYPE)
@@ -237,11 +246,13 @@ def _write_states(
             velocity=nothing if rates is None else rates[row],
             effort=nothing,
         )
-        writer.write(connection, stamp, _STORE.serialize_cdr(message, STATE_TYPE))
+        yield connection, stamp, _STORE.serialize_cdr(message, STATE_TYPE)
 
 
-def _write_commands(writer: Writer, topic: str, times_ns: Ints, command: Floats) -> None:
+def _list_commands(
+    writer: Writer, topic: str, times_ns: Ints, command: Floats
+) -> Iterator[Message]:
     float64 = _STORE.types[COMMAND_TYPE]
     connection = writer.add_connection(topic, COMMAND_TYPE, typestore=_STORE)
     for time, value in zip(times_ns.tolist(), command.tolist(), strict=True):
-        writer.write(connection, time, _STORE.serialize_cdr(float64(data=value), COMMAND_TYPE))
+        yield connection, time, _STORE.serialize_cdr(float64(data=value), COMMAND_TYPE)

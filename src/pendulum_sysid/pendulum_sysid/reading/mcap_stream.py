@@ -23,6 +23,9 @@ from pendulum_sysid.reading.unpacking import MOST_CHUNK_BYTES, unpack_lz4, unpac
 MAGIC = b"\x89MCAP0\r\n"
 FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, STATISTICS = 0x02, 0x03, 0x04, 0x05, 0x06, 0x0B
 
+CHUNK_CRC_AT = 24  # bytes: begin, end and size of a chunk's messages stand before it
+CHUNK_HEAD_BYTES = 40  # with the empty name of no compression and the length of the records
+
 Buffer = bytes | mmap.mmap
 
 
@@ -38,6 +41,19 @@ def scan_mcap(path: Path, wanted: Collection[str]) -> Contents:
             )
         with mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
             return _Scan(wanted).run(data)
+
+
+def sign_chunks(path: Path) -> None:
+    """Write the CRC of each chunk that has none and is not compressed, so that damage shows."""
+    with path.open("r+b") as stream, mmap.mmap(stream.fileno(), 0) as data:
+        position = len(MAGIC)
+        while position + 9 <= len(data) - len(MAGIC):
+            opcode, size = struct.unpack_from("<BQ", data, position)
+            content = position + 9 + CHUNK_HEAD_BYTES
+            if opcode == CHUNK and data[content - 12 : content - 8] == bytes(4):
+                crc = zlib.crc32(data[content : position + 9 + size])
+                struct.pack_into("<I", data, position + 9 + CHUNK_CRC_AT, crc)
+            position += 9 + size
 
 
 class _Scan:
