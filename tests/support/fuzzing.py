@@ -285,9 +285,12 @@ def odd_bags(draw: st.DrawFn) -> Case:
         st.sampled_from([["cart", "pole"], ["pole"], ["cart"], ["cart", "cart"], [], ["x", "y"]])
     )
     drawn = np.random.default_rng(draw(st.integers(0, 2**32)))
-    values = np.cumsum(
-        drawn.normal(0.0, draw(st.sampled_from([0.0, 1e-3, 1e3, 1e300])), (count, 2)), 0
-    )
+    scale = draw(st.sampled_from([0.0, 1e-3, 1e3, 1e300]))
+    values = np.cumsum(drawn.normal(0.0, scale, (count, 2)), 0)
+    if draw(st.booleans()):
+        signals = made(INTECO, SECONDS).signals
+        assert signals.cart is not None and signals.pole is not None
+        values = np.column_stack([signals.cart, signals.pole])[:count]
     for _ in range(draw(st.integers(0, 4)) if count else 0):
         values[draw(st.integers(0, count - 1)), draw(st.integers(0, 1))] = draw(ODD_NUMBERS)
     stamps = [
