@@ -15,6 +15,7 @@ from pendulum_sysid.cleaning.causality import check_causality
 from pendulum_sysid.cleaning.command_answer import check_follows_command
 from pendulum_sysid.cleaning.joining import join_recordings
 from pendulum_sysid.cleaning.moving_joints import leave_out_still_cart
+from pendulum_sysid.cleaning.slips import leave_out_slips
 from pendulum_sysid.cleaning.smooth_state import SmoothState, smooth_state
 from pendulum_sysid.cleaning.stale_start import leave_out_stale_start
 from pendulum_sysid.errors import UnusableRecording
@@ -83,10 +84,16 @@ def prepare_case(recordings: Sequence[Recording], twin: Twin) -> Case:
 
 
 def _smooth_own_run(recording: Recording) -> tuple[Recording, SmoothState]:
-    """Return a recording without the start that belongs to another run, and its smooth motion."""
+    """Return a recording without what is not the rig's own run, and its smooth motion.
+
+    Left out are a start that belongs to another run, and slips of the cart's reading.
+    """
     state = smooth_state(recording.signals)
-    own = leave_out_stale_start(recording, state)
-    return own, state if own is recording else smooth_state(own.signals)
+    for leave_out in (leave_out_stale_start, leave_out_slips):
+        own = leave_out(recording, state)
+        if own is not recording:
+            recording, state = own, smooth_state(own.signals)
+    return recording, state
 
 
 def _leave_out_still_cart(case: Case) -> Case:

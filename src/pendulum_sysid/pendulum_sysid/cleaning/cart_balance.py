@@ -34,6 +34,17 @@ def list_other_forces(signals: Signals, state: SmoothState, size: int) -> Floats
     return np.column_stack([brakes, reaction, swing])
 
 
+def list_reactions(signals: Signals, state: SmoothState) -> Floats:
+    """Return by what the pole pushes the cart, up to a factor, (n, 2); (n, 0) without a pole.
+
+    Of the smoothed motion.
+    """
+    if signals.pole is None:
+        return np.empty((len(signals), 0))
+    angle, rate = state.states[:, 1], state.states[:, 3]
+    return np.column_stack([np.cos(angle) * state.accelerations[:, 1], np.sin(angle) * rate**2])
+
+
 def compute_covariance(columns: Floats, left: Floats, block: Ints) -> Floats:
     """Return the covariance of least-squares weights, errors independent by block (a sandwich).
 

@@ -18,6 +18,7 @@ from pendulum_sysid.cleaning.cart_balance import (
     compute_covariance,
     differentiate_twice,
     list_other_forces,
+    list_reactions,
 )
 from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_sysid.cleaning.stale_start import (
@@ -53,7 +54,7 @@ def follows_command(signals: Signals, state: SmoothState) -> bool:
     if len(rows) < decisions.ANSWER_LEAST_ROWS:
         return True
     target = take_mean(state.accelerations[:, 0])
-    others = take_mean(np.column_stack([list_brakes(state), _list_reactions(signals, state)]))
+    others = take_mean(np.column_stack([list_brakes(state), list_reactions(signals, state)]))
     block = (signals.times_s[rows] // decisions.ANSWER_BLOCK_S).astype(int)
     step = max(round(LATER_S / signals.period_s), 1)
     latest = round(decisions.ANSWER_LATEST_S / signals.period_s)
@@ -75,7 +76,7 @@ def moves_uncommanded(signals: Signals, state: SmoothState, begin_s: float, end_
     if min(np.count_nonzero(inside), np.count_nonzero(~inside)) < decisions.ANSWER_LEAST_ROWS:
         return False
     target = take_mean(state.accelerations[:, 0])
-    others = take_mean(np.column_stack([list_brakes(state), _list_reactions(signals, state)]))
+    others = take_mean(np.column_stack([list_brakes(state), list_reactions(signals, state)]))
     columns = np.column_stack([take_mean(signals.command), others])
     weights = np.linalg.lstsq(columns[~inside], target[~inside], rcond=None)[0]
     left = np.abs(target - columns @ weights)
@@ -141,14 +142,6 @@ def _choose_rows(signals: Signals, state: SmoothState, weights: Floats) -> Ints:
         for mask in (still, invalid)
     )
     return rows[(at_rest <= decisions.ANSWER_REST_SHARE) & (missing < 1e-9)]
-
-
-def _list_reactions(signals: Signals, state: SmoothState) -> Floats:
-    """Return by what the pole pushes the cart, up to a factor, (n, 2); (n, 0) without a pole."""
-    if signals.pole is None:
-        return np.empty((len(signals), 0))
-    angle, rate = state.states[:, 1], state.states[:, 3]
-    return np.column_stack([np.cos(angle) * state.accelerations[:, 1], np.sin(angle) * rate**2])
 
 
 def _fit_balance(
