@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 
 from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.detector import Fault, Interval, Samples
@@ -109,14 +110,15 @@ def list_faults(holes: Holes) -> tuple[Fault, ...]:
 
 
 def _find_jumps(command: Floats, missing: np.ndarray) -> np.ndarray:
-    """Return the short holes (commands before them) over which no line can be believed.
+    """Return the short holes (commands before them) over which no curve can be believed.
 
-    The command bends or jumps there by more than a share of its largest value.
+    The command departs there from the slopes on both sides by more than a share of its largest
+    value.
     """
     short = np.flatnonzero((missing > 0) & (missing <= decisions.LONGEST_FILL))
     slope = np.diff(command) / (missing + 1)
     before, after = slope[np.maximum(short - 1, 0)], slope[np.minimum(short + 1, len(slope) - 1)]
-    bend = np.maximum(np.abs(slope[short] - before), np.abs(after - slope[short]))
+    bend = np.abs(slope[short] - 0.5 * (before + after))
     allowed = decisions.COMMAND_JUMP_SHARE * float(np.max(np.abs(command), initial=0.0))
     return short[0.5 * bend * (missing[short] + 1) > allowed]
 
@@ -135,17 +137,17 @@ def _check_enough(command: Floats, missing: np.ndarray) -> None:
 
 
 def _interpolate(raw: RawRecording, missing: np.ndarray) -> RawRecording:
-    """Return the recording with a command in each short hole, on the line across it."""
+    """Return the recording with a command in each short hole, on a curve through the others."""
+    finite = np.isfinite(raw.command)
     short = (missing > 0) & (missing <= decisions.LONGEST_FILL)
-    if not short.any():
+    if not short.any() or np.count_nonzero(finite) < 2:
         return raw
-    places = [np.arange(len(raw.command), dtype=np.float64)]
-    for k in np.flatnonzero(short):
-        places.append(k + np.arange(1, missing[k] + 1) / (missing[k] + 1.0))
-    at = np.sort(np.concatenate(places))
-    order = np.arange(len(raw.command))
-    return replace(
-        raw,
-        command_stamp_s=np.interp(at, order, raw.command_stamp_s),
-        command=np.interp(at, order, raw.command),
+    numbers = np.concatenate([[0.0], np.cumsum(missing + 1.0)])
+    filled = np.concatenate(
+        [numbers[k] + np.arange(1, missing[k] + 1) for k in np.flatnonzero(short)]
     )
+    curve = PchipInterpolator(numbers[finite], raw.command[finite])
+    order = np.argsort(np.concatenate([numbers, filled]), kind="stable")
+    times = np.concatenate([raw.command_stamp_s, np.interp(filled, numbers, raw.command_stamp_s)])
+    command = np.concatenate([raw.command, np.nan_to_num(curve(filled))])
+    return replace(raw, command_stamp_s=times[order], command=command[order])

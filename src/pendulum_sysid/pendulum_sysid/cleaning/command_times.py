@@ -1,9 +1,10 @@
 """When commands acted: as they were logged, or evenly, as they were sent.
 
 A busy computer logs a command later than it acts. Where commands came evenly but were logged
-unevenly, the cart's acceleration decides between the stamps and an even clock. Where inside the
-spread of the stamps the even clock lies is known to no recording of one computer: a delay is then
-known to that spread only.
+unevenly, the cart's acceleration decides between the stamps and an even clock through the earliest
+of them; where it cannot tell, they count as sent evenly. Where inside the spread of the stamps the
+clock really lies is known to no recording of one computer: a delay is then known to that spread
+only.
 """
 
 from __future__ import annotations
@@ -34,12 +35,13 @@ def retime_commands(
         return raw, 0.0
     if clock.spread_s <= decisions.COMMAND_SPREAD * period_s:
         return raw, 0.0
-    as_logged = measure_unexplained(raw)
-    even = [
+    earliest, *later = (
         replace(raw, command_stamp_s=clock.times_s + shift_s)
         for shift_s in (clock.earliest_s, 0.0, clock.latest_s)
-    ]
-    best = min(even, key=measure_unexplained)
-    if not measure_unexplained(best) < decisions.EVEN_COMMANDS_RATIO * as_logged:
+    )
+    clear = decisions.EVEN_COMMANDS_RATIO * measure_unexplained(earliest)
+    if measure_unexplained(raw) < clear:
         return raw, 0.0
-    return best, clock.spread_s
+    best = min(later, key=measure_unexplained)
+    even = best if measure_unexplained(best) < clear else earliest
+    return even, clock.spread_s

@@ -68,9 +68,9 @@ def find_slips(signals: Signals, state: SmoothState) -> list[Slip]:
     if signals.cart is None or not np.any(signals.command):
         return []
     departing = _compute_departing_velocity(signals, state)
-    if departing is None:
+    if departing is None or not np.any(departing):
         return []
-    usual = 1.4826 * float(np.median(np.abs(departing)))
+    usual = 1.4826 * float(np.median(np.abs(departing[departing != 0.0])))
     slips = []
     for first, stop in find_runs(np.abs(departing) > decisions.SLIP_VELOCITY_RATIO * usual):
         distance_m = float(np.sum(departing[first:stop])) * signals.period_s
@@ -98,8 +98,9 @@ def _compute_departing_velocity(signals: Signals, state: SmoothState) -> Floats 
     usual = left <= np.quantile(left, 1.0 - decisions.SLIP_TRIMMED)
     fitted = np.linalg.lstsq(columns[usual], target[usual], rcond=None)[0]
     departing = np.zeros(len(signals))
+    drift = 2 * round(0.5 * decisions.SLIP_DRIFT_S / signals.period_s) + 1
     for s in signals.stretches:
-        if s.stop - s.start <= 2 * size:
+        if s.stop - s.start <= drift:
             continue
         velocity = np.zeros(s.stop - s.start)
         x = signals.cart[s]
@@ -107,6 +108,6 @@ def _compute_departing_velocity(signals: Signals, state: SmoothState) -> Floats 
         velocity[:size], velocity[-size:] = velocity[size], velocity[-size - 1]
         given = np.cumsum(terms[s] @ fitted) * signals.period_s
         off = velocity - given
-        window = 2 * round(0.5 * decisions.SLIP_DRIFT_S / signals.period_s) + 1
-        departing[s] = off - median_filter(off, size=window, mode="nearest")
+        inside = slice(drift // 4, -(drift // 4))  # at the ends the drift is unknown
+        departing[s][inside] = (off - median_filter(off, size=drift, mode="nearest"))[inside]
     return departing
