@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass, field
 
-from pendulum_sysid.errors import UnusableRecording, WrongUse
+from pendulum_sysid.errors import FileError, UnusableRecording, WrongUse
 from pendulum_sysid.reading.unpacking import MOST_MESSAGE_BYTES
+
+MOST_KEPT_BYTES = 1 << 30  # 7 million joint states: two hours at 1 kHz
 
 
 @dataclass
@@ -19,6 +21,7 @@ class Contents:
     counted: topic -> number of messages by the file's own index; empty when it has none.
     whole: False when the file ends before its end mark or a part of it is damaged.
     damaged_parts: chunks and records whose bytes are damaged, and which are left out.
+    kept_bytes: size of all messages that are kept.
     """
 
     wanted: Collection[str]
@@ -27,11 +30,19 @@ class Contents:
     counted: dict[str, int] = field(default_factory=dict)
     whole: bool = True
     damaged_parts: int = 0
+    kept_bytes: int = 0
 
     def add(self, topic: str, time_ns: int, data: bytes) -> None:
         """Keep a message if its topic is wanted; a huge one is none of it, and is left out."""
-        if topic in self.wanted and len(data) <= MOST_MESSAGE_BYTES:
-            self.messages.setdefault(topic, []).append((time_ns, data))
+        if topic not in self.wanted or len(data) > MOST_MESSAGE_BYTES:
+            return
+        self.kept_bytes += len(data)
+        if self.kept_bytes > MOST_KEPT_BYTES:
+            raise FileError(
+                f"expected at most {MOST_KEPT_BYTES >> 30} GiB of messages on the two topics, "
+                "found more: cut the recording into parts"
+            )
+        self.messages.setdefault(topic, []).append((time_ns, data))
 
     def absorb(self, other: Contents) -> None:
         """Append what a later file of the same bag holds."""
