@@ -5,13 +5,13 @@ from pathlib import Path
 import pytest
 
 from pendulum_sysid.telling import folder_swap
-from pendulum_sysid.telling.folder_swap import swap_files
+from pendulum_sysid.telling.folder_swap import replace_files
 
 NAMES = ("verdict.json", "report.html", "twin.yaml")
 
 
 def write(folder: Path, content: str, names: tuple[str, ...] = NAMES) -> None:
-    with swap_files(folder, NAMES) as new:
+    with replace_files(folder, NAMES) as new:
         for name in names:
             (new / name).write_text(content)
 
@@ -36,7 +36,7 @@ def test_other_files_stay(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("others", [False, True])
-@pytest.mark.parametrize("killed_in", ["body", "_exchange", "_move_files"])
+@pytest.mark.parametrize("killed_in", ["body", "_replace_folder", "_move_files"])
 def test_killed_while_writing_never_mixes_two_answers(
     tmp_path: Path, killed_in: str, others: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -50,7 +50,7 @@ def test_killed_while_writing_never_mixes_two_answers(
         raise KeyboardInterrupt
 
     if killed_in == "body":
-        with pytest.raises(KeyboardInterrupt), swap_files(out, NAMES) as new:
+        with pytest.raises(KeyboardInterrupt), replace_files(out, NAMES) as new:
             (new / NAMES[0]).write_text("new")
             die()
     else:
@@ -84,7 +84,7 @@ def test_the_chief_file_stands_beside_its_own_answer_only(
     assert "verdict.json" not in read(tmp_path)
 
 
-def test_a_folder_in_which_somebody_stands_is_not_exchanged(
+def test_a_folder_in_which_somebody_stands_is_not_replace_folderd(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     write(tmp_path, "old")

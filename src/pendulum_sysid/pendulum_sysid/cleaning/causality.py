@@ -63,8 +63,8 @@ def measure_lead(signals: Signals, state: SmoothState) -> Lead | None:
     places = np.arange(-LEAD_BINS, LAG_BINS + 1)
     if len(rows) < decisions.LEAD_ANSWER_LEAST_ROWS:
         return None
-    held = np.convolve(signals.command, np.full(size, 1.0 / size))[size - 1 :]
-    commands = np.column_stack([held[rows - place * size] for place in places])
+    commanded = np.convolve(signals.command, np.full(size, 1.0 / size))[size - 1 :]
+    commands = np.column_stack([commanded[rows - place * size] for place in places])
     columns = np.column_stack([commands, list_other_forces(signals, state, size)[rows]])
     scale = np.sqrt(np.mean(columns**2, axis=0)) + np.finfo(float).tiny
     columns, target = (

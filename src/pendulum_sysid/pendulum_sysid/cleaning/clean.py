@@ -18,7 +18,7 @@ from pendulum_sysid.cleaning.clock import (
     make_grid,
     resample,
 )
-from pendulum_sysid.cleaning.command_answer import measure_unexplained, moves_uncommanded
+from pendulum_sysid.cleaning.command_answer import is_moved_uncommanded, measure_unexplained
 from pendulum_sysid.cleaning.command_holes import (
     Holes,
     find_command_holes,
@@ -95,7 +95,7 @@ def clean_recording(raw: RawRecording) -> Recording:
         samples = leave_out_holes(samples, Holes(holes.raw, silent_s))
         signals = _put_on_one_clock(samples)
     faults += list_faults(replace(holes, intervals_s=(*holes.intervals_s, *silent_s)))
-    commanded, spread_s = _time_commands(samples, signals)
+    commanded, spread_s = _set_command_times(samples, signals)
     commanded = reduce_rate(commanded)
     rates = _resample_velocities(samples, commanded)
     return Recording(
@@ -113,10 +113,10 @@ def _find_uncommanded(signals: Signals, intervals_s: tuple[Interval, ...]) -> tu
     if not intervals_s or signals.cart is None or not np.any(signals.command):
         return ()
     state = smooth_state(signals)
-    return tuple(span for span in intervals_s if moves_uncommanded(signals, state, *span))
+    return tuple(span for span in intervals_s if is_moved_uncommanded(signals, state, *span))
 
 
-def _time_commands(samples: Samples, signals: Signals) -> tuple[Signals, float]:
+def _set_command_times(samples: Samples, signals: Signals) -> tuple[Signals, float]:
     """Return the signals with commands at the times at which they acted, and their spread, s."""
     if signals.cart is None or not np.any(signals.command):
         return signals, 0.0

@@ -65,7 +65,9 @@ def follows_command(signals: Signals, state: SmoothState) -> bool:
     return min(fits)[1] > decisions.ANSWER_STANDARD_ERRORS
 
 
-def moves_uncommanded(signals: Signals, state: SmoothState, begin_s: float, end_s: float) -> bool:
+def is_moved_uncommanded(
+    signals: Signals, state: SmoothState, begin_s: float, end_s: float
+) -> bool:
     """Tell whether the cart moves as if commanded while no command is recorded.
 
     The balance of the cart is fitted outside the interval (s) and judged inside: a rig that is

@@ -31,7 +31,8 @@ class EvenClock:
     @property
     def times_s(self) -> Floats:
         """Return the time of each message on the clock, (n,)."""
-        return self.begin_s + self.period_s * self.numbers
+        times: Floats = self.begin_s + self.period_s * self.numbers.astype(np.float64)
+        return times
 
     @property
     def spread_s(self) -> float:
@@ -57,13 +58,13 @@ def find_even_clock(stamps: Floats) -> EvenClock | None:
     """
     if len(stamps) < decisions.LEAST_SAMPLES:
         return None
-    numbers = _count_steps(stamps, float(np.median(np.diff(stamps))))
+    numbers = _number_by_steps(stamps, float(np.median(np.diff(stamps))))
     if numbers is None:
-        numbers = _count_in_order(stamps)
+        numbers = _number_in_order(stamps)
     return None if numbers is None else _fit_clock(stamps, numbers.astype(np.int64))
 
 
-def _count_steps(stamps: Floats, period_s: float) -> Floats | None:
+def _number_by_steps(stamps: Floats, period_s: float) -> Floats | None:
     """Return the numbers of messages whose steps are whole periods; None where they are not."""
     if not period_s > 0.0:
         return None
@@ -74,7 +75,7 @@ def _count_steps(stamps: Floats, period_s: float) -> Floats | None:
     return np.concatenate([[0.0], np.cumsum(np.maximum(np.rint(steps), 1))])
 
 
-def _count_in_order(stamps: Floats) -> Floats | None:
+def _number_in_order(stamps: Floats) -> Floats | None:
     """Return the numbers of messages of which none was lost but in gaps; None otherwise."""
     period_s = float(np.median(stamps[REACH:] - stamps[:-REACH])) / REACH
     if not period_s > 0.0 or len(stamps) < 2 * BLOCK:

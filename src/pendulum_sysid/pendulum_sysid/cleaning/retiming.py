@@ -51,7 +51,7 @@ def retime_samples(raw: RawRecording, rows: Mask) -> Retimed:
     even = _measure_roughness(clock.times_s, positions)
     if not even < decisions.EVEN_ROUGHNESS_RATIO * as_stamped:
         return Retimed(raw, _drop_equal_stamps(raw, rows))
-    return Retimed(_restamp(raw, rows, clock), rows, clock.spread_s, _list_faults(clock))
+    return Retimed(_set_stamps(raw, rows, clock), rows, clock.spread_s, _list_faults(clock))
 
 
 def _list_faults(clock: EvenClock) -> tuple[Fault, ...]:
@@ -65,7 +65,7 @@ def _list_faults(clock: EvenClock) -> tuple[Fault, ...]:
     return (Fault("jitter", ((0.0, float(clock.times_s[-1])),), note),)
 
 
-def _restamp(raw: RawRecording, rows: Mask, clock: EvenClock) -> RawRecording:
+def _set_stamps(raw: RawRecording, rows: Mask, clock: EvenClock) -> RawRecording:
     """Return the recording with its used rows on the clock, and the others between them."""
     places = np.interp(np.arange(len(rows)), np.flatnonzero(rows), clock.times_s)
     return replace(raw, state_stamp_s=places)

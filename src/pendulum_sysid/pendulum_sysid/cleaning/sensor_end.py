@@ -36,7 +36,7 @@ def find_end_runs(values: Floats) -> list[tuple[int, int]]:
     Most of the runs at an end must begin or end at speed; none are returned otherwise.
     """
     floor = measure_least_step(values[np.isfinite(values)])
-    found = []
+    end_runs = []
     for end in (np.nanmin(values), np.nanmax(values)):
         runs = [
             (a, b)
@@ -45,8 +45,8 @@ def find_end_runs(values: Floats) -> list[tuple[int, int]]:
         ]
         abrupt = sum(_is_abrupt(values, floor, a, b) for a, b in runs)
         if abrupt >= decisions.END_LEAST_RUNS and 2 * abrupt > len(runs):
-            found += runs
-    return sorted(found)
+            end_runs += runs
+    return sorted(end_runs)
 
 
 def _is_abrupt(values: Floats, floor: float, first: int, stop: int) -> bool:

@@ -208,7 +208,7 @@ def write_bag(
                 for connection, time, data in sorted(messages, key=lambda message: message[1]):
                     writer.write(connection, time, data)
             for file in whole.glob("*.mcap"):
-                mcap_stream.sign_chunks(file)
+                mcap_stream.write_checksums(file)
             whole.rename(path)
     except OSError as error:
         raise FileError(

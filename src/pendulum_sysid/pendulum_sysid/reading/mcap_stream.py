@@ -43,7 +43,7 @@ def scan_mcap(path: Path, wanted: Collection[str]) -> Contents:
             return _Scan(wanted).run(data)
 
 
-def sign_chunks(path: Path) -> None:
+def write_checksums(path: Path) -> None:
     """Write the CRC of each chunk that has none and is not compressed, so that damage shows."""
     with path.open("r+b") as stream, mmap.mmap(stream.fileno(), 0) as data:
         position = len(MAGIC)

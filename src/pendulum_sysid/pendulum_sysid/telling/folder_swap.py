@@ -22,7 +22,9 @@ UNSUPPORTED = (errno.ENOSYS, errno.EINVAL, errno.ENOTSUP, errno.EXDEV, errno.EBU
 
 
 @contextmanager
-def swap_files(folder: Path, names: tuple[str, ...], keep: Path | None = None) -> Iterator[Path]:
+def replace_files(
+    folder: Path, names: tuple[str, ...], keep: Path | None = None
+) -> Iterator[Path]:
     """Yield a folder to write into, and put its files in the place of those of an older answer.
 
     folder: of the answer; need not exist.
@@ -44,7 +46,7 @@ def swap_files(folder: Path, names: tuple[str, ...], keep: Path | None = None) -
         yield new
         if not folder.exists():
             new.rename(folder)
-        elif not (_is_ours_alone(folder, names, keep) and _exchange(new, folder)):
+        elif not (_is_ours_alone(folder, names, keep) and _replace_folder(new, folder)):
             _move_files(new, folder, names, keep)
 
 
@@ -56,7 +58,7 @@ def _is_ours_alone(folder: Path, names: tuple[str, ...], keep: Path | None) -> b
     return ours and not kept and not os.path.samefile(folder, Path.cwd())
 
 
-def _exchange(new: Path, old: Path) -> bool:
+def _replace_folder(new: Path, old: Path) -> bool:
     """Exchange two folders in one step; tell whether the system can."""
     renameat2 = getattr(ctypes.CDLL(None, use_errno=True), "renameat2", None)
     if renameat2 is None:

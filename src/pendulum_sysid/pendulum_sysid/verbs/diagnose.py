@@ -8,7 +8,7 @@ from pathlib import Path
 
 from pendulum_sysid import pipeline
 from pendulum_sysid.records import Outcome
-from pendulum_sysid.telling.folder_swap import swap_files
+from pendulum_sysid.telling.folder_swap import replace_files
 from pendulum_sysid.telling.output_files import (
     check_folder,
     format_json,
@@ -45,7 +45,7 @@ def write_diagnosis(verdict: Verdict, folder: Path, started_from: Path) -> list[
     removed; the twin that the diagnosis started from is not.
     """
     names = ("verdict.json", "report.html", "twin.yaml", NEXT_FILE)
-    with name_write_errors(folder), swap_files(folder, names, keep=started_from) as new:
+    with name_write_errors(folder), replace_files(folder, names, keep=started_from) as new:
         write_text(new / names[0], format_json(verdict.to_dict()) + "\n")
         write_report(verdict, new / names[1])
         if verdict.twin is not None:

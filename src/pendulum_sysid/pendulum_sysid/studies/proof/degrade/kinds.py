@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -27,7 +28,7 @@ class Degradation:
     says: what happened to the recording, in words.
     degrade: makes the degraded recording.
     base: recording that it is made of.
-    told: kinds of data quality of which at least one has to be reported; empty where the
+    reported: kinds of data quality of which at least one has to be reported; empty where the
         recording is only poor, not faulty.
     """
 
@@ -35,7 +36,7 @@ class Degradation:
     says: str
     degrade: Degrade
     base: str = PLAN
-    told: tuple[str, ...] = ()
+    reported: tuple[str, ...] = ()
 
 
 def keep_states(raw: RawRecording, kept: Mask) -> RawRecording:
@@ -61,7 +62,13 @@ def keep_commands(raw: RawRecording, kept: Mask) -> RawRecording:
 
 def change_positions(raw: RawRecording, change: Callable[[Floats], Floats]) -> RawRecording:
     """Return the recording with every position column (n,) changed."""
-    return replace(raw, **{joint: change(values) for joint, values in raw.positions.items()})
+    return _set_columns(raw, {joint: change(v) for joint, v in raw.positions.items()})
+
+
+def _set_columns(raw: RawRecording, columns: dict[str, Floats]) -> RawRecording:
+    """Return the recording with other columns (channel -> (n,))."""
+    changed: dict[str, Any] = dict(columns)
+    return replace(raw, **changed)
 
 
 def lose(raw: RawRecording, random: np.random.Generator, share: float) -> RawRecording:
@@ -82,13 +89,15 @@ def lose_bursts(raw: RawRecording, random: np.random.Generator) -> RawRecording:
     return keep_states(raw, is_outside(raw.state_stamp_s))
 
 
-def jitter(raw: RawRecording, random: np.random.Generator, deviation_s: float) -> RawRecording:
+def shake_stamps(
+    raw: RawRecording, random: np.random.Generator, deviation_s: float
+) -> RawRecording:
     """Stamp the samples wrongly, each by its own error; their order stays."""
     off = random.normal(0.0, deviation_s, len(raw.state_stamp_s))
     return replace(raw, state_stamp_s=np.sort(raw.state_stamp_s + off))
 
 
-def repeat(raw: RawRecording, random: np.random.Generator) -> RawRecording:
+def record_twice(raw: RawRecording, random: np.random.Generator) -> RawRecording:
     """Record one message in twenty of both topics twice."""
     rows, commands = (
         np.sort(np.concatenate([np.arange(n), random.choice(n, n // 20, replace=False)]))
@@ -100,16 +109,16 @@ def repeat(raw: RawRecording, random: np.random.Generator) -> RawRecording:
     return keep_states(raw, rows)  # an index serves as well as a mask
 
 
-def stamp_on_arrival(raw: RawRecording, random: np.random.Generator) -> RawRecording:
+def set_arrival_stamps(raw: RawRecording, random: np.random.Generator) -> RawRecording:
     """Stamp samples when they arrive: 1 ms late, 3 ms more by chance, and 30 times a burst."""
     stamps = raw.state_stamp_s + 0.001 + random.exponential(0.003, len(raw.state_stamp_s))
     for begin_s in random.uniform(0.0, stamps[-1], 30):
-        held = (stamps >= begin_s) & (stamps < begin_s + 0.05)
-        stamps[held] = begin_s + 0.05 + 1e-4 * np.arange(np.count_nonzero(held))
+        inside = (stamps >= begin_s) & (stamps < begin_s + 0.05)
+        stamps[inside] = begin_s + 0.05 + 1e-4 * np.arange(np.count_nonzero(inside))
     return replace(raw, state_stamp_s=np.maximum.accumulate(stamps))
 
 
-def log_commands_late(raw: RawRecording, random: np.random.Generator) -> RawRecording:
+def delay_commands(raw: RawRecording, random: np.random.Generator) -> RawRecording:
     """Log each command up to 10 ms after it acted."""
     late = raw.command_stamp_s + random.uniform(0.0, 0.01, len(raw.command))
     order = np.argsort(late)
@@ -139,14 +148,14 @@ def add_outliers(raw: RawRecording, random: np.random.Generator) -> RawRecording
         columns[joint] = values.copy()
         at = random.choice(len(values), 60, replace=False)
         columns[joint][at] += sizes[joint] * random.choice([-1.0, 1.0], 60)
-    return replace(raw, **columns)
+    return _set_columns(raw, columns)
 
 
-def coarsen(raw: RawRecording, random: np.random.Generator) -> RawRecording:
+def round_positions(raw: RawRecording, random: np.random.Generator) -> RawRecording:
     """Round positions to ten times the step of the encoder, cart 0.5 mm and pole 1/410 turn."""
     steps = {"cart": 5e-4, "pole": 2 * np.pi / 410}
     columns = {j: steps[j] * np.rint(v / steps[j]) for j, v in raw.positions.items()}
-    return replace(raw, **columns)
+    return _set_columns(raw, columns)
 
 
 def sample_slowly(raw: RawRecording, random: np.random.Generator, every: int) -> RawRecording:
@@ -195,13 +204,13 @@ def smooth(raw: RawRecording, random: np.random.Generator) -> RawRecording:
     return change_positions(raw, average)
 
 
-def repeat_stretch(raw: RawRecording, random: np.random.Generator) -> RawRecording:
+def freeze_stretches(raw: RawRecording, random: np.random.Generator) -> RawRecording:
     """Let the driver repeat one sample for 1 s, at three times."""
     begins = random.uniform(0.1, 0.9, 3) * raw.state_stamp_s[-1]
     rows = np.arange(len(raw.state_stamp_s))
     for begin_s in begins:
-        held = (raw.state_stamp_s >= begin_s) & (raw.state_stamp_s < begin_s + 1.0)
-        rows[held] = rows[np.argmax(held)]
+        inside = (raw.state_stamp_s >= begin_s) & (raw.state_stamp_s < begin_s + 1.0)
+        rows[inside] = rows[np.argmax(inside)]
     columns = {
         channel: values[rows]
         for channel in STATE_CHANNELS
@@ -210,7 +219,7 @@ def repeat_stretch(raw: RawRecording, random: np.random.Generator) -> RawRecordi
     return replace(raw, **columns)
 
 
-def slip(raw: RawRecording, random: np.random.Generator) -> RawRecording:
+def add_slips(raw: RawRecording, random: np.random.Generator) -> RawRecording:
     """Let the cart's belt slip by 4 cm within 0.2 s, at two times."""
     assert raw.cart is not None
     cart = raw.cart.copy()
@@ -225,37 +234,56 @@ def _cut(raw: RawRecording, begin_s: float, end_s: float) -> RawRecording:
 
 
 DEGRADATIONS = (
-    Degradation("loss_1", "1 % of the messages lost", partial(lose, share=0.01), told=("gap",)),
-    Degradation("loss_20", "20 % of the messages lost", partial(lose, share=0.2), told=("gap",)),
-    Degradation("loss_bursts", "20 bursts of 0.1 to 0.5 s lost", lose_bursts, told=("gap",)),
-    Degradation("jitter_1", "stamps off by 1 ms", partial(jitter, deviation_s=0.001)),
     Degradation(
-        "jitter_3", "stamps off by 3 ms", partial(jitter, deviation_s=0.003), told=("jitter",)
+        "loss_1", "1 % of the messages lost", partial(lose, share=0.01), reported=("gap",)
     ),
     Degradation(
-        "jitter_10", "stamps off by 10 ms", partial(jitter, deviation_s=0.01), told=("jitter",)
+        "loss_20", "20 % of the messages lost", partial(lose, share=0.2), reported=("gap",)
     ),
-    Degradation("duplicates", "5 % of the messages twice", repeat, told=("stale",)),
-    Degradation("arrival", "stamps of the arrival, bursts", stamp_on_arrival, told=("jitter",)),
-    Degradation("late_commands", "commands logged up to 10 ms late", log_commands_late),
+    Degradation("loss_bursts", "20 bursts of 0.1 to 0.5 s lost", lose_bursts, reported=("gap",)),
+    Degradation("jitter_1", "stamps off by 1 ms", partial(shake_stamps, deviation_s=0.001)),
     Degradation(
-        "command_hole", "3 s of commands lost", partial(leave_hole, topic="command"), told=("gap",)
+        "jitter_3",
+        "stamps off by 3 ms",
+        partial(shake_stamps, deviation_s=0.003),
+        reported=("jitter",),
     ),
-    Degradation("commands_end", "commands end at 60 %", end_commands, told=("gap",)),
     Degradation(
-        "state_hole", "3 s of samples lost", partial(leave_hole, topic="state"), told=("gap",)
+        "jitter_10",
+        "stamps off by 10 ms",
+        partial(shake_stamps, deviation_s=0.01),
+        reported=("jitter",),
     ),
-    Degradation("outliers", "60 spikes a sensor", add_outliers, told=("spike",)),
-    Degradation("coarse", "encoder steps ten times larger", coarsen),
+    Degradation("duplicates", "5 % of the messages twice", record_twice, reported=("stale",)),
+    Degradation(
+        "arrival", "stamps of the arrival, bursts", set_arrival_stamps, reported=("jitter",)
+    ),
+    Degradation("late_commands", "commands logged up to 10 ms late", delay_commands),
+    Degradation(
+        "command_hole",
+        "3 s of commands lost",
+        partial(leave_hole, topic="command"),
+        reported=("gap",),
+    ),
+    Degradation("commands_end", "commands end at 60 %", end_commands, reported=("gap",)),
+    Degradation(
+        "state_hole", "3 s of samples lost", partial(leave_hole, topic="state"), reported=("gap",)
+    ),
+    Degradation("outliers", "60 spikes a sensor", add_outliers, reported=("spike",)),
+    Degradation("coarse", "encoder steps ten times larger", round_positions),
     Degradation("rate_20", "sampled at 20 Hz", partial(sample_slowly, every=5)),
     Degradation("rate_10000", "sampled at 10 kHz", keep_all, base=FAST),
     Degradation("short", "10 s only", cut_short),
     Degradation("slow", "slow motion only", keep_all, base=SLOW),
     Degradation("upright", "near upright in closed loop only", keep_upright, base=CLOSED),
-    Degradation("clipped", "the pole's sensor ends", clip, told=("clipped",)),
-    Degradation("wrapped", "angles wrapped", wrap, told=("wrap",)),
-    Degradation("smoothed", "positions averaged over 0.11 s", smooth, told=("smoothed",)),
-    Degradation("stale", "1 s of samples repeated, three times", repeat_stretch, told=("stale",)),
-    Degradation("slipped", "the cart's belt slips 4 cm, twice", slip, told=("gap", "slip")),
+    Degradation("clipped", "the pole's sensor ends", clip, reported=("clipped",)),
+    Degradation("wrapped", "angles wrapped", wrap, reported=("wrap",)),
+    Degradation("smoothed", "positions averaged over 0.11 s", smooth, reported=("smoothed",)),
+    Degradation(
+        "stale", "1 s of samples repeated, three times", freeze_stretches, reported=("stale",)
+    ),
+    Degradation(
+        "slipped", "the cart's belt slips 4 cm, twice", add_slips, reported=("gap", "slip")
+    ),
 )
 BY_NAME = {degradation.name: degradation for degradation in DEGRADATIONS}

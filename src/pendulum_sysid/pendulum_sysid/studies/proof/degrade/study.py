@@ -43,7 +43,7 @@ class Row:
     outcome: as in verdict.json.
     score: right, says less or wrong.
     why: behind the score, in words.
-    told: kinds of data quality that the verdict reports.
+    reported: kinds of data quality that the verdict reports.
     sentence: the verdict's.
     """
 
@@ -54,7 +54,7 @@ class Row:
     outcome: str
     score: str
     why: str
-    told: tuple[str, ...]
+    reported: tuple[str, ...]
     sentence: str
 
 

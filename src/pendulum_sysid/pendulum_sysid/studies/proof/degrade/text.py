@@ -29,12 +29,12 @@ def format_rows(rows: Sequence[Row]) -> str:
 
 def _make_row(says: str, rows: Sequence[Row]) -> tuple[str, ...]:
     counts = count_scores(rows)
-    asked = [row for row in rows if BY_NAME[row.kind].told]
-    told = sum(_is_told(row) for row in asked)
-    reported = f"{told} of {len(asked)}" if asked else "-"
+    faulty = [row for row in rows if BY_NAME[row.kind].reported]
+    count = sum(_is_reported(row) for row in faulty)
+    reported = f"{count} of {len(faulty)}" if faulty else "-"
     return (says, *(str(counts[score]) for score in Score), reported)
 
 
-def _is_told(row: Row) -> bool:
+def _is_reported(row: Row) -> bool:
     """Tell whether the fault is reported, or the recording refused."""
-    return row.outcome == "unusable" or bool(set(row.told) & set(BY_NAME[row.kind].told))
+    return row.outcome == "unusable" or bool(set(row.reported) & set(BY_NAME[row.kind].reported))
