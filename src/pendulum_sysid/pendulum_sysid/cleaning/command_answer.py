@@ -75,7 +75,7 @@ def is_moved_uncommanded(
     """
     rows, take_mean = _make_filter(signals, state)
     inside = (signals.clock_s[rows] >= begin_s) & (signals.clock_s[rows] <= end_s)
-    if min(np.count_nonzero(inside), np.count_nonzero(~inside)) < decisions.ANSWER_LEAST_ROWS:
+    if not np.any(inside) or np.count_nonzero(~inside) < decisions.ANSWER_LEAST_ROWS:
         return False
     target = take_mean(state.accelerations[:, 0])
     others = take_mean(np.column_stack([list_brakes(state), list_reactions(signals, state)]))
