@@ -29,13 +29,13 @@ class QualityFinding:
     """Say what is wrong with the data of a recording.
 
     Attributes:
-        kind: spike, gap, jitter, wrap, stale, clipped, slip or smoothed.
+        kind: spike, gap, jitter, wrap, stale, clipped or slip.
         count: how many there are.
         intervals_s: where, in s from the first sample.
         note: what the kind alone does not say, in words; empty for nothing.
     """
 
-    kind: str  # spike | gap | jitter | wrap | stale | clipped | slip | smoothed
+    kind: str  # spike | gap | jitter | wrap | stale | clipped | slip
     count: int
     intervals_s: tuple[tuple[float, float], ...] = ()
     note: str = ""

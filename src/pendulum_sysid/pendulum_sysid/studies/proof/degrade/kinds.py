@@ -278,7 +278,7 @@ DEGRADATIONS = (
     Degradation("upright", "near upright in closed loop only", keep_upright, base=CLOSED),
     Degradation("clipped", "the pole's sensor ends", clip, reported=("clipped",)),
     Degradation("wrapped", "angles wrapped", wrap, reported=("wrap",)),
-    Degradation("smoothed", "positions averaged over 0.11 s", smooth, reported=("smoothed",)),
+    Degradation("smoothed", "positions averaged over 0.11 s", smooth, reported=("refused",)),
     Degradation(
         "stale", "1 s of samples repeated, three times", freeze_stretches, reported=("stale",)
     ),
