@@ -3,7 +3,7 @@ SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .ONESHELL:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test test-oldest check format ablate bench docs faults colcon lock clean
+.PHONY: help setup demo test test-oldest check format ablate bench docs faults fuzz colcon lock clean
 
 BIN = $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
@@ -78,6 +78,9 @@ docs: setup ## the site with the page of the Python API, into out/site
 
 faults: $(VENV)/.installed-$(ROS) ## make every fault in turn: time until PWM 0, what is right, what was said
 	@$(BIN)/python tests/faults/run.py $(ARGS)
+
+fuzz: setup ## 2,000 odd files given to sysid: how it ends, the longest time, the memory (ARGS="--cases N --seed S")
+	@$(BIN)/python tests/fuzz/run.py $(ARGS)
 
 colcon: $(VENV)/.installed-$(ROS) ## build the ROS packages into build/ and install/ (ARGS="--symlink-install")
 	@$(BIN)/colcon build --base-paths src $(ARGS)

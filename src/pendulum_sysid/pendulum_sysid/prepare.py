@@ -11,10 +11,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from pendulum_sysid.cleaning.causality import check_causality
+from pendulum_sysid.cleaning.command_answer import check_follows_command
 from pendulum_sysid.cleaning.joining import join_recordings
 from pendulum_sysid.cleaning.moving_joints import leave_out_still_cart
+from pendulum_sysid.cleaning.slips import leave_out_slips
 from pendulum_sysid.cleaning.smooth_state import SmoothState, smooth_state
-from pendulum_sysid.cleaning.stale_start import check_follows_command, leave_out_stale_start
+from pendulum_sysid.cleaning.stale_start import leave_out_stale_start
 from pendulum_sysid.errors import UnusableRecording
 from pendulum_sysid.fitting.case import Case, make_case
 from pendulum_sysid.fitting.split import split_windows
@@ -61,6 +64,7 @@ def prepare_windows(case: Case) -> Prepared:
         case = _leave_out_still_cart(case)
         windows = split_windows(case.signals, case.state)
         check_follows_command(case.signals, case.state)
+        check_causality(case.signals, case.state)
     except UnusableRecording as error:
         raise UnusableRecording(str(error), case.recording) from error
     return Prepared(case, windows)
@@ -80,10 +84,16 @@ def prepare_case(recordings: Sequence[Recording], twin: Twin) -> Case:
 
 
 def _smooth_own_run(recording: Recording) -> tuple[Recording, SmoothState]:
-    """Return a recording without the start that belongs to another run, and its smooth motion."""
+    """Return a recording without what is not the rig's own run, and its smooth motion.
+
+    Left out are a start that belongs to another run, and slips of the cart's reading.
+    """
     state = smooth_state(recording.signals)
-    own = leave_out_stale_start(recording, state)
-    return own, state if own is recording else smooth_state(own.signals)
+    for leave_out in (leave_out_stale_start, leave_out_slips):
+        own = leave_out(recording, state)
+        if own is not recording:
+            recording, state = own, smooth_state(own.signals)
+    return recording, state
 
 
 def _leave_out_still_cart(case: Case) -> Case:

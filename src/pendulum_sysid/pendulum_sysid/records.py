@@ -29,14 +29,16 @@ class QualityFinding:
     """Say what is wrong with the data of a recording.
 
     Attributes:
-        kind: spike, gap, jitter, wrap, stale or clipped.
+        kind: spike, gap, jitter, wrap, stale, clipped or slip.
         count: how many there are.
         intervals_s: where, in s from the first sample.
+        note: what the kind alone does not say, in words; empty for nothing.
     """
 
-    kind: str  # spike | gap | jitter | wrap | stale | clipped
+    kind: str  # spike | gap | jitter | wrap | stale | clipped | slip
     count: int
     intervals_s: tuple[tuple[float, float], ...] = ()
+    note: str = ""
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,8 @@ class Recording:
         findings: faults that the cleaning met.
         rates: (n, 2) reported velocities of cart (m/s) and pole (rad/s), NaN where none was
             reported; None for a recording without velocities.
+        timing_spread_s: s, by which the times of commands against samples are unknown; a delay
+            is known no better.
     """
 
     name: str
@@ -57,6 +61,7 @@ class Recording:
     signals: Signals
     findings: tuple[QualityFinding, ...] = ()
     rates: Floats | None = None
+    timing_spread_s: float = 0.0
 
     @staticmethod
     def from_arrays(

@@ -30,6 +30,7 @@ from pendulum_twin.errors import BadInputError
 from pendulum_twin.files import write_atomically
 from pendulum_twin.model import Twin, load_twin, save_twin
 from pendulum_twin.plans.excitation import make_standard_plan
+from pendulum_twin.plans.plan_file import make_excitation, read_plan
 from pendulum_twin.plans.waveforms import make_envelope
 
 SCHEMA = "pendulum_trial/1"
@@ -75,17 +76,18 @@ def record_trial(trial: Trial, nominal: Twin, options: argparse.Namespace) -> Pa
 
 
 def _record_log(trial: Trial, nominal: Twin, options: argparse.Namespace) -> Log:
-    rig = EmulatedRig(trial.concealed, options.rate_hz, Encoders(options.pole_counts), trial.seed)
+    rate_hz = options.rate_hz if options.plan is None else read_plan(options.plan).rate_hz
+    rig = EmulatedRig(trial.concealed, rate_hz, Encoders(options.pole_counts), trial.seed)
     if options.closed_loop:
         controller = Controller(
             make_tuning(nominal.rig, options.seconds, rig.period_s, trial.seed)
         )
         return record_rig(rig, controller, round(options.seconds * options.rate_hz))
+    room = make_envelope(nominal.rig)
+    if options.plan is not None:
+        return play_plan(rig, make_excitation(read_plan(options.plan), room))
     return play_plan(
-        rig,
-        make_standard_plan(
-            make_envelope(nominal.rig), options.seconds, options.rate_hz, trial.seed
-        ),
+        rig, make_standard_plan(room, options.seconds, options.rate_hz, trial.seed)
     )
 
 
@@ -135,7 +137,7 @@ def parse_options(arguments: list[str] | None) -> argparse.Namespace:
     )
     add(
         "--rate-hz",
-        type=make_number_reader(20, 1000),
+        type=make_number_reader(20, 10_000),
         default=100.0,
         metavar="HZ",
         help="samples a second (100)",
@@ -167,6 +169,12 @@ def parse_options(arguments: list[str] | None) -> argparse.Namespace:
         default=1.0,
         metavar="F",
         help="times every drawn size (1)",
+    )
+    add(
+        "--plan",
+        type=Path,
+        metavar="PLAN.yaml",
+        help="play this plan, at its own rate, instead of the standard plan",
     )
     add(
         "--closed-loop",

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -16,12 +18,24 @@ from pendulum_sysid.cleaning.clock import (
     make_grid,
     resample,
 )
+from pendulum_sysid.cleaning.command_answer import is_moved_uncommanded, measure_unexplained
+from pendulum_sysid.cleaning.command_holes import (
+    Holes,
+    find_command_holes,
+    leave_out_holes,
+    list_faults,
+)
+from pendulum_sysid.cleaning.command_times import retime_commands
 from pendulum_sysid.cleaning.detector import Detector, Fault, Interval, Samples, Track
 from pendulum_sysid.cleaning.foreign_start import detect_foreign_start
 from pendulum_sysid.cleaning.frozen import detect_frozen
 from pendulum_sysid.cleaning.gaps import detect_gaps
 from pendulum_sysid.cleaning.jitter import detect_jitter
+from pendulum_sysid.cleaning.reducing import reduce_rate
 from pendulum_sysid.cleaning.repeats import find_usable_rows
+from pendulum_sysid.cleaning.retiming import retime_samples
+from pendulum_sysid.cleaning.sensor_end import detect_sensor_end
+from pendulum_sysid.cleaning.smooth_state import smooth_state
 from pendulum_sysid.cleaning.spikes import detect_spikes
 from pendulum_sysid.cleaning.velocity_spikes import detect_velocity_spikes
 from pendulum_sysid.cleaning.wraps import detect_wraps
@@ -36,6 +50,7 @@ DETECTORS: tuple[Detector, ...] = (
     detect_jitter,
     detect_wraps,
     detect_frozen,
+    detect_sensor_end,
     detect_spikes,
     detect_foreign_start,
     detect_velocity_spikes,
@@ -48,32 +63,79 @@ def clean_recording(raw: RawRecording) -> Recording:
     """Put a recording on one uniform clock, with the findings of the detectors.
 
     Missing samples and spikes keep their place, filled and marked as not valid. A longer gap, a
-    frozen driver or a jump that stays begins a new stretch. Commands are held from message to
-    message, 0 before the first. Findings, each with a count and intervals (s from the first
-    sample):
+    frozen driver, a jump that stays or a hole in the commands begins a new stretch. Commands are
+    held from message to message, 0 before the first. Rates beyond 1 kHz are reduced. Findings,
+    each with a count and intervals (s from the first sample):
 
     spike: samples out of line in a position or a reported velocity (a velocity invalidates
         nothing).
-    gap: samples missing, not finite or lost with the end of the file, commands not finite, and
-        jumps that stay.
+    gap: samples or commands missing, not finite or lost with a part of the file, and jumps that
+        stay.
     jitter: stamps off their grid.
     wrap: jumps by whole turns, undone.
     stale: samples that came twice, a sensor that stood still while the rig moved, or a beginning
         that belongs to another run.
-    clipped: a command at its limit, which is no fault.
+    clipped: a command at its limit, which is no fault, or a sensor at its end.
 
-    Raises UnusableRecording when fewer than 100 samples or less than 2 s are left.
+    Raises UnusableRecording when fewer than 100 samples or less than 2 s are left, and when more
+    than 5 % of the commands are missing.
     """
     rows, repeats = find_usable_rows(raw)
-    samples, faults = _start_samples(raw, rows), list(repeats)
+    retimed = retime_samples(raw, rows)
+    holes = find_command_holes(retimed.raw)
+    samples = _start_samples(holes.raw, retimed.rows)
+    faults = [*repeats, *retimed.faults]
     for detect in DETECTORS:
         samples, detected = detect(samples)
         faults += detected
+    samples = leave_out_holes(samples, holes)
     signals = _put_on_one_clock(samples)
-    rates = _resample_velocities(samples, signals)
+    silent_s = _find_uncommanded(signals, holes.silent_s)
+    if silent_s:
+        samples = leave_out_holes(samples, Holes(holes.raw, silent_s))
+        signals = _put_on_one_clock(samples)
+    faults += list_faults(replace(holes, intervals_s=(*holes.intervals_s, *silent_s)))
+    commanded, spread_s = _set_command_times(samples, signals)
+    commanded = reduce_rate(commanded)
+    rates = _resample_velocities(samples, commanded)
     return Recording(
-        raw.name, raw.digest, signals, _list_findings(faults, samples.rate.period_s), rates
+        raw.name,
+        raw.digest,
+        commanded,
+        _list_findings(faults, samples.rate.period_s),
+        rates,
+        retimed.spread_s + spread_s,
     )
+
+
+def _find_uncommanded(signals: Signals, intervals_s: tuple[Interval, ...]) -> tuple[Interval, ...]:
+    """Return the intervals without commands in which the cart moves as if it were commanded."""
+    if not intervals_s or signals.cart is None or not np.any(signals.command):
+        return ()
+    state = smooth_state(signals)
+    return tuple(span for span in intervals_s if is_moved_uncommanded(signals, state, *span))
+
+
+def _set_command_times(samples: Samples, signals: Signals) -> tuple[Signals, float]:
+    """Return the signals with commands at the times at which they acted, and their spread, s."""
+    if signals.cart is None or not np.any(signals.command):
+        return signals, 0.0
+    smoothed = cache(lambda: smooth_state(signals))  # of few recordings it is asked
+
+    def measure(raw: RawRecording) -> float:
+        return measure_unexplained(replace(signals, command=_hold(raw, signals)), smoothed())
+
+    raw, spread_s = retime_commands(samples.raw, signals.period_s, measure)
+    if raw is samples.raw:
+        return signals, 0.0
+    return replace(signals, command=_hold(raw, signals)), spread_s
+
+
+def _hold(raw: RawRecording, signals: Signals) -> Floats:
+    """Return the command in force at each instant of the signals, (n,)."""
+    finite = np.isfinite(raw.command)
+    stamps, command = raw.command_stamp_s[finite], raw.command[finite]
+    return hold_commands(signals.clock_s, signals.period_s, stamps, command)
 
 
 def _start_samples(raw: RawRecording, rows: Mask) -> Samples:
@@ -159,14 +221,17 @@ def _resample_velocities(samples: Samples, signals: Signals) -> Floats | None:
 def _list_findings(faults: Iterable[Fault], period_s: float) -> tuple[QualityFinding, ...]:
     """Return one finding a kind; faults of several sensors at one time count once."""
     intervals: dict[str, list[Interval]] = {}
+    notes: dict[str, list[str]] = {}
     for fault in faults:
         intervals.setdefault(fault.kind, []).extend(fault.intervals_s)
+        notes.setdefault(fault.kind, []).extend([fault.note] if fault.note else [])
     findings = []
     for kind, faulty in sorted(intervals.items()):
         slack_s = SPIKE_ECHO_PERIODS * period_s if kind == "spike" else 0.0
         merged = _merge(faulty, slack_s)
         if merged:
-            findings.append(QualityFinding(kind, len(merged), tuple(merged)))
+            note = "; ".join(dict.fromkeys(notes[kind]))
+            findings.append(QualityFinding(kind, len(merged), tuple(merged), note))
     return tuple(findings)
 
 

@@ -24,10 +24,12 @@ class Fault:
 
     kind: spike | gap | jitter | wrap | stale | clipped.
     intervals_s: begin and end of each fault, s from the first sample.
+    note: what the kind alone does not say, in words; empty for nothing.
     """
 
     kind: str
     intervals_s: tuple[Interval, ...]
+    note: str = ""
 
 
 @dataclass(frozen=True)

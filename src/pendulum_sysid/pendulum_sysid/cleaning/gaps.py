@@ -6,6 +6,7 @@ import numpy as np
 
 from pendulum_sysid.cleaning.clock import find_runs
 from pendulum_sysid.cleaning.detector import Fault, Samples, list_spans, list_steps
+from pendulum_sysid.reading.raw import RawRecording
 
 
 def detect_gaps(samples: Samples) -> tuple[Samples, tuple[Fault, ...]]:
@@ -15,6 +16,14 @@ def detect_gaps(samples: Samples) -> tuple[Samples, tuple[Fault, ...]]:
     for values in samples.positions.values():
         gaps += list_spans(stamps, find_runs(~np.isfinite(values)))
     gaps += list_spans(raw.command_stamp_s, find_runs(~np.isfinite(raw.command)))
-    if raw.lost_messages or raw.cut_short:
-        gaps += ((float(stamps[-1]), float(stamps[-1])),)
-    return samples, (Fault("gap", gaps),)
+    return samples, (Fault("gap", gaps), *_list_lost(raw, float(stamps[-1])))
+
+
+def _list_lost(raw: RawRecording, end_s: float) -> tuple[Fault, ...]:
+    """Return what the file itself is known to have lost; where in it is unknown."""
+    lost = [
+        (raw.damaged_parts, f"{raw.damaged_parts} parts of the file are damaged and left out"),
+        (raw.lost_messages, f"{raw.lost_messages} messages are missing or cannot be decoded"),
+        (raw.cut_short, "the file ends before its end mark"),
+    ]
+    return tuple(Fault("gap", ((end_s, end_s),), note) for there, note in lost if there)

@@ -27,6 +27,7 @@ def join_recordings(recordings: Sequence[Recording]) -> Recording:
         _join_signals(recordings),
         _join_findings(recordings),
         _join_rates(recordings),
+        max(recording.timing_spread_s for recording in recordings),
     )
 
 

@@ -12,18 +12,12 @@ import numpy as np
 
 from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.smooth_state import SmoothState
-from pendulum_sysid.errors import UnusableRecording
 from pendulum_sysid.records import QualityFinding, Recording
 from pendulum_twin.arrays import Floats
 from pendulum_twin.signals import Signals
 
 DRY = 1  # its column among the brakes
 LATER_S = 0.01
-
-NO_ANSWER = (
-    "expected the cart to follow the command, found it moving no more by it than without: "
-    "check the command topic, the stamps and the drive"
-)
 
 
 @dataclass(frozen=True)
@@ -32,7 +26,7 @@ class Answer:
 
     late: samples by which the acceleration follows the command.
     drive: m/s^2 a unit of the command.
-    brakes: (3,) of viscous and dry friction and of a constant force, see `_list_brakes`.
+    brakes: (3,) of viscous and dry friction and of a constant force, see `list_brakes`.
     spread: standard deviation of the remainder, m/s^2.
     """
 
@@ -74,13 +68,13 @@ def leave_out_stale_start(recording: Recording, state: SmoothState) -> Recording
     return replace(recording, signals=cleaned, findings=(*recording.findings, stale))
 
 
-def _list_brakes(state: SmoothState) -> Floats:
+def list_brakes(state: SmoothState) -> Floats:
     """Return what moves the cart without a command, (n, 3): viscous, dry, constant."""
     v = state.states[:, 2]
-    return np.stack([v, np.tanh(v / _compute_slow_speed(state)), np.ones_like(v)], axis=1)
+    return np.stack([v, np.tanh(v / compute_slow_speed(state)), np.ones_like(v)], axis=1)
 
 
-def _compute_slow_speed(state: SmoothState) -> float:
+def compute_slow_speed(state: SmoothState) -> float:
     """Return the speed of a cart that hardly moves, m/s."""
     return float(decisions.REST_SPEED_SHARE * np.sqrt(np.mean(state.states[:, 2] ** 2)) + 1e-12)
 
@@ -96,11 +90,11 @@ def _fit_answer(signals: Signals, state: SmoothState, up_to: float = np.inf) -> 
         [np.arange(s.start + _count_suspected(signals, s), s.stop) for s in signals.stretches]
     )
     moving = late_part[
-        np.abs(state.states[late_part, 2]) > _compute_slow_speed(state)
+        np.abs(state.states[late_part, 2]) > compute_slow_speed(state)
     ]  # at rest, friction takes any value
     if not len(moving):
         return None
-    brakes = _list_brakes(state)
+    brakes = list_brakes(state)
     step = max(round(LATER_S / signals.period_s), 1)
     answers = []
     for late in range(0, round(decisions.ANSWER_LATEST_S / signals.period_s) + 1, step):
@@ -154,8 +148,8 @@ def _count_silent(signals: Signals, state: SmoothState, stretch: slice, answer: 
 def _find_silence(signals: Signals, state: SmoothState, stretch: slice, answer: Answer) -> int:
     part = slice(stretch.start, stretch.start + _count_suspected(signals, stretch))
     command = delay_command(signals, answer.late)[part]
-    remainder = state.accelerations[part, 0] - _list_brakes(state)[part] @ answer.brakes
-    still = np.abs(state.states[part, 2]) < _compute_slow_speed(state)
+    remainder = state.accelerations[part, 0] - list_brakes(state)[part] @ answer.brakes
+    still = np.abs(state.states[part, 2]) < compute_slow_speed(state)
     gripped = still & (
         np.abs(answer.drive * command) < decisions.STALE_GRIP * np.abs(answer.brakes[DRY])
     )
@@ -168,33 +162,3 @@ def _find_silence(signals: Signals, state: SmoothState, stretch: slice, answer: 
     end = len(total) - int(np.argmax(total[::-1]))  # the last of equal ones: a grip proves nothing
     long_enough = end * signals.period_s >= decisions.STALE_LEAST_S
     return end if long_enough and total[end - 1] > decisions.STALE_NATS else 0
-
-
-def check_follows_command(signals: Signals, state: SmoothState) -> None:
-    """Raise UnusableRecording when there is a cart that moves no more by the command."""
-    if signals.cart is not None and not follows_command(signals, state):
-        raise UnusableRecording(NO_ANSWER)
-
-
-def follows_command(signals: Signals, state: SmoothState) -> bool:
-    """Tell whether the cart's acceleration follows the command at all, as late as it may come.
-
-    The command must explain acceleration in blocks of the recording on which its effect was not
-    estimated.
-    """
-    answer = _fit_answer(signals, state)
-    assert answer is not None
-    valid = signals.cart_valid
-    columns = np.column_stack([delay_command(signals, answer.late), _list_brakes(state)])
-    target = state.accelerations[:, 0]
-    block = (np.arange(len(signals)) * signals.period_s // decisions.ANSWER_BLOCK_S).astype(int)
-    gains = []
-    for half in (block % 2 == 0, block % 2 == 1):
-        fitted, judged = valid & half, valid & ~half
-        with_it, without = (
-            np.linalg.lstsq(columns[fitted, k:], target[fitted], rcond=None)[0] for k in (0, 1)
-        )
-        better = (target - columns[:, 1:] @ without) ** 2 - (target - columns @ with_it) ** 2
-        gains += [float(np.mean(better[judged & (block == b)])) for b in np.unique(block[judged])]
-    spread = float(np.std(gains)) / np.sqrt(len(gains))
-    return float(np.mean(gains)) > decisions.ANSWER_STANDARD_ERRORS * max(spread, 1e-300)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from pendulum_sysid.fitting.case import Case
@@ -20,10 +22,11 @@ from pendulum_sysid.fitting.parameters import (
 from pendulum_sysid.fitting.windows import shorten_windows
 from pendulum_sysid.records import Estimate, Fit, Split
 from pendulum_twin.arrays import Floats
-from pendulum_twin.effects import BY_NAME
+from pendulum_twin.effects import BY_NAME, CATALOGUE
 from pendulum_twin.parameter_vector import SLOTS, make_theta
 from pendulum_twin.signals import Signals
 
+DELAYS = {f"{e.name}.{p.name}" for e in CATALOGUE for p in e.parameters if p.delays}
 HORIZONS = (4, 1)  # pieces of a window: 0.25 s and 1 s
 
 
@@ -53,7 +56,7 @@ def fit(
         twin=make_twin(case.twin, solution.theta, effects, list_rig_parameters(case.twin)),
         effects=effects,
         estimates={
-            **_make_estimates(solution, free, pieces),
+            **_widen_delays(_make_estimates(solution, free, pieces), case),
             **_estimate_located(case, effects, solution.theta),
         },
         theta=solution.theta,
@@ -79,6 +82,15 @@ def fit_own_parameters(case: Case, split: Split) -> Fit:
         fitted = fit(case, split, tuple(case.twin.effects), theta, horizon)
         theta = fitted.theta
     return fitted
+
+
+def _widen_delays(estimates: dict[str, Estimate], case: Case) -> dict[str, Estimate]:
+    """Return the estimates, delays no better than the times of the commands are known."""
+    half = case.recording.timing_spread_s / 2.0
+    return {
+        name: replace(e, low=e.low - half, high=e.high + half) if name in DELAYS else e
+        for name, e in estimates.items()
+    }
 
 
 def _estimate_located(case: Case, effects: tuple[str, ...], theta: Floats) -> dict[str, Estimate]:

@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import zstandard
+from rosbags.interfaces import Connection
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
 from pendulum_sysid import decisions
 from pendulum_sysid.errors import FileError, UnusableRecording, WrongUse
 from pendulum_sysid.reading import mcap_stream
-from pendulum_sysid.reading.bag_files import BagFiles, find_files, unpack
+from pendulum_sysid.reading.bag_files import BagFiles, find_files
 from pendulum_sysid.reading.contents import Contents
 from pendulum_sysid.reading.decoding import decode_commands, decode_states, list_joint_names
 from pendulum_sysid.reading.raw import JOINTS, STATE_CHANNELS, RawRecording
+from pendulum_sysid.reading.unpacking import unpack_file, unpack_message
 from pendulum_twin.arrays import Floats, Ints
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.files import compute_digest
@@ -63,7 +64,7 @@ def _read_contents(bag: BagFiles, wanted: Collection[str]) -> Contents:
     with tempfile.TemporaryDirectory() as folder:
         for file in bag.files:
             if file.stat().st_size:
-                data = unpack(file, Path(folder))
+                data = unpack_file(file, Path(folder))
                 contents.absorb(
                     _scan_sqlite(data, wanted)
                     if data.suffix == ".db3"
@@ -73,7 +74,7 @@ def _read_contents(bag: BagFiles, wanted: Collection[str]) -> Contents:
                 contents.whole = False
     if bag.packed_messages:
         for messages in contents.messages.values():
-            messages[:] = [(time, _unpacked_message(data)) for time, data in messages]
+            messages[:] = [(time, unpack_message(data)) for time, data in messages]
     for messages in contents.messages.values():
         messages.sort(key=lambda message: message[0])
     if not contents.types and not contents.whole:
@@ -81,13 +82,6 @@ def _read_contents(bag: BagFiles, wanted: Collection[str]) -> Contents:
             "expected a recording, found a file cut before its first message: record again"
         )
     return contents
-
-
-def _unpacked_message(data: bytes) -> bytes:
-    try:
-        return zstandard.ZstdDecompressor().decompressobj().decompress(data)
-    except zstandard.ZstdError:
-        return b""  # it will not decode, and be counted as lost
 
 
 def _scan_sqlite(path: Path, wanted: Collection[str]) -> Contents:
@@ -147,6 +141,7 @@ def _make_recording(
         lost_messages=max(0, short) + bad_states + bad_commands,
         cut_short=not contents.whole and not (counted and short == 0),
         given_up="" if bag.plan_outcome == PLAYED else bag.plan_outcome,
+        damaged_parts=contents.damaged_parts,
     )
 
 
@@ -207,10 +202,15 @@ def write_bag(
         with tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.name}.") as folder:
             whole = Path(folder) / path.name
             with Writer(whole, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
-                _write_states(writer, state_topic, stamps_ns, joints, velocities or {})
+                messages = list(_list_states(writer, state_topic, stamps_ns, joints, velocities))
                 if command is not None:
                     times = stamps_ns if command_times_ns is None else command_times_ns
-                    _write_commands(writer, command_topic, times, command)
+                    messages += _list_commands(writer, command_topic, times, command)
+                # by time, so that what is left of a file that was cut holds both topics
+                for connection, time, data in sorted(messages, key=lambda message: message[1]):
+                    writer.write(connection, time, data)
+            for file in whole.glob("*.mcap"):
+                mcap_stream.write_checksums(file)
             whole.rename(path)
     except OSError as error:
         raise FileError(
@@ -218,13 +218,16 @@ def write_bag(
         ) from error
 
 
-def _write_states(
+Message = tuple[Connection, int, bytes | memoryview]
+
+
+def _list_states(
     writer: Writer,
     topic: str,
     stamps_ns: Ints,
     joints: Mapping[str, Floats],
-    velocities: Mapping[str, Floats],
-) -> None:
+    velocities: Mapping[str, Floats] | None,
+) -> Iterator[Message]:
     header, time, state = (
         _STORE.types[name]
         for name in ("std_msgs/msg/Header", "builtin_interfaces/msg/Time", STATE_TYPE)
@@ -245,11 +248,13 @@ def _write_states(
             velocity=nothing if rates is None else rates[row],
             effort=nothing,
         )
-        writer.write(connection, stamp, _STORE.serialize_cdr(message, STATE_TYPE))
+        yield connection, stamp, _STORE.serialize_cdr(message, STATE_TYPE)
 
 
-def _write_commands(writer: Writer, topic: str, times_ns: Ints, command: Floats) -> None:
+def _list_commands(
+    writer: Writer, topic: str, times_ns: Ints, command: Floats
+) -> Iterator[Message]:
     float64 = _STORE.types[COMMAND_TYPE]
     connection = writer.add_connection(topic, COMMAND_TYPE, typestore=_STORE)
     for time, value in zip(times_ns.tolist(), command.tolist(), strict=True):
-        writer.write(connection, time, _STORE.serialize_cdr(float64(data=value), COMMAND_TYPE))
+        yield connection, time, _STORE.serialize_cdr(float64(data=value), COMMAND_TYPE)

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path, PurePath
-
-import zstandard
+from typing import Any
 
 from pendulum_sysid.errors import FileError
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.strict_yaml import parse_yaml
+from pendulum_twin.files import read_yaml
 from pendulum_twin.topics import PLAYED
 
 DATA_SUFFIXES = (".mcap", ".db3")
 TABLE_SUFFIXES = (".csv", ".tsv", ".txt", ".dat", ".mat", ".npz", ".parquet")  # for `import`
 INDEX = "metadata.yaml"
 OUTCOME_KEY = "plan_outcome"  # in the index's custom data, from recorder_node
+INDEX_MOST_BYTES = 10_000_000  # a topic of ROS 2 Jazzy has about 3,000: room for 3,000 topics
+MOST_MESSAGES = 2**48  # a larger count is no count
 
 
 @dataclass(frozen=True)
@@ -37,8 +38,8 @@ def find_files(path: Path) -> BagFiles:
     """Return the data files of a rosbag2 folder, or of a single data file.
 
     A folder whose index is missing or unreadable (the recorder was killed) is taken by its data
-    files. A file that the
-    index names and the folder lacks is left out: the messages it held are counted as lost.
+    files. A file that the index names and the folder lacks is left out: the messages it held are
+    counted as lost.
     Raises FileError when nothing is there or nothing that is a bag.
     """
     if not path.exists():
@@ -59,7 +60,8 @@ def find_files(path: Path) -> BagFiles:
             )
         return _check_not_empty(BagFiles((path,)))
     index = _read_index(path)
-    named = [path / PurePath(str(name)).name for name in index.get("relative_file_paths") or []]
+    names = _list_entries(index, "relative_file_paths", str)
+    named = [path / PurePath(name).name for name in names]
     files = [p for p in named if p.is_file()] or sorted(
         p for p in path.iterdir() if is_data_file(p)
     )
@@ -86,22 +88,6 @@ def is_data_file(path: Path) -> bool:
     return path.is_file() and not name.startswith(".") and name.endswith(DATA_SUFFIXES)
 
 
-def unpack(path: Path, folder: Path) -> Path:
-    """Return the file itself, or its copy in the folder when it is packed as a whole (`.zstd`)."""
-    if path.suffix != ".zstd":
-        return path
-    target = folder / path.stem
-    try:
-        with path.open("rb") as packed, target.open("wb") as stream:
-            zstandard.ZstdDecompressor().copy_stream(packed, stream)
-    except zstandard.ZstdError as error:
-        raise FileError(
-            f"expected a file packed by zstd, found {path.name} damaged ({error}): unpack it by "
-            "hand"
-        ) from error
-    return target
-
-
 def _check_not_empty(bag: BagFiles) -> BagFiles:
     if all(p.stat().st_size == 0 for p in bag.files):
         raise FileError(
@@ -110,26 +96,33 @@ def _check_not_empty(bag: BagFiles) -> BagFiles:
     return bag
 
 
-def _read_index(folder: Path) -> dict:
+def _read_index(folder: Path) -> dict[str, Any]:
+    """Return what the index says; nothing when it is missing, too large, or no index."""
     try:
-        whole = parse_yaml((folder / INDEX).read_text(encoding="utf-8"))
-        index = whole["rosbag2_bagfile_information"]
-        return index if isinstance(index, dict) else {}
-    except (OSError, UnicodeDecodeError, BadInputError, KeyError, TypeError):
+        whole = read_yaml(folder / INDEX, "the index of a bag", INDEX_MOST_BYTES)
+    except BadInputError:
         return {}
+    index = whole.get("rosbag2_bagfile_information") if isinstance(whole, dict) else None
+    return index if isinstance(index, dict) else {}
 
 
-def _read_plan_outcome(index: dict) -> str:
+def _read_plan_outcome(index: dict[str, Any]) -> str:
     custom = index.get("custom_data")
     return str(custom.get(OUTCOME_KEY, PLAYED)) if isinstance(custom, dict) else PLAYED
 
 
-def _read_counts(index: dict) -> dict[str, int]:
+def _list_entries(index: dict[str, Any], key: str, kind: type) -> list[Any]:
+    """Return the entries of a list that are of a kind; none when it is no list."""
+    entries = index.get(key)
+    return [e for e in entries if isinstance(e, kind)] if isinstance(entries, list) else []
+
+
+def _read_counts(index: dict[str, Any]) -> dict[str, int]:
+    """Return topic -> number of messages, from those entries that say both."""
     counted: dict[str, int] = {}
-    for entry in index.get("topics_with_message_count") or []:
-        try:
-            topic = str(entry["topic_metadata"]["name"])
-            counted[topic] = counted.get(topic, 0) + int(entry["message_count"])
-        except (KeyError, TypeError, ValueError):
-            continue
+    for entry in _list_entries(index, "topics_with_message_count", dict):
+        described, count = entry.get("topic_metadata"), entry.get("message_count")
+        topic = described.get("name") if isinstance(described, dict) else None
+        if isinstance(topic, str) and type(count) is int and 0 <= count < MOST_MESSAGES:
+            counted[topic] = counted.get(topic, 0) + count
     return counted

@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass, field
 
-from pendulum_sysid.errors import UnusableRecording, WrongUse
+from pendulum_sysid.errors import FileError, UnusableRecording, WrongUse
+from pendulum_sysid.reading.unpacking import MOST_MESSAGE_BYTES
+
+MOST_KEPT_BYTES = 1 << 30  # 7 million joint states: two hours at 1 kHz
 
 
 @dataclass
@@ -17,6 +20,8 @@ class Contents:
     messages: wanted topic -> (receive time in ns, serialised message), in the order of the file.
     counted: topic -> number of messages by the file's own index; empty when it has none.
     whole: False when the file ends before its end mark or a part of it is damaged.
+    damaged_parts: chunks and records whose bytes are damaged, and which are left out.
+    kept_bytes: size of all messages that are kept.
     """
 
     wanted: Collection[str]
@@ -24,11 +29,20 @@ class Contents:
     messages: dict[str, list[tuple[int, bytes]]] = field(default_factory=dict)
     counted: dict[str, int] = field(default_factory=dict)
     whole: bool = True
+    damaged_parts: int = 0
+    kept_bytes: int = 0
 
     def add(self, topic: str, time_ns: int, data: bytes) -> None:
-        """Keep a message if its topic is wanted."""
-        if topic in self.wanted:
-            self.messages.setdefault(topic, []).append((time_ns, data))
+        """Keep a message if its topic is wanted; a huge one is none of it, and is left out."""
+        if topic not in self.wanted or len(data) > MOST_MESSAGE_BYTES:
+            return
+        self.kept_bytes += len(data)
+        if self.kept_bytes > MOST_KEPT_BYTES:
+            raise FileError(
+                f"expected at most {MOST_KEPT_BYTES >> 30} GiB of messages on the two topics, "
+                "found more: cut the recording into parts"
+            )
+        self.messages.setdefault(topic, []).append((time_ns, data))
 
     def absorb(self, other: Contents) -> None:
         """Append what a later file of the same bag holds."""
@@ -38,6 +52,7 @@ class Contents:
         for topic, count in other.counted.items():
             self.counted[topic] = self.counted.get(topic, 0) + count
         self.whole = self.whole and other.whole
+        self.damaged_parts += other.damaged_parts
 
     def of(self, topic: str, kind: str, option: str, needed: bool) -> list[tuple[int, bytes]]:
         """Return a topic's messages.

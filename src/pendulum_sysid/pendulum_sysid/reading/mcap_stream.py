@@ -14,14 +14,17 @@ import zlib
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
-import lz4.frame  # type: ignore[import-untyped]
 import zstandard
 
 from pendulum_sysid.errors import FileError
 from pendulum_sysid.reading.contents import Contents
+from pendulum_sysid.reading.unpacking import MOST_CHUNK_BYTES, unpack_lz4, unpack_zstd
 
 MAGIC = b"\x89MCAP0\r\n"
 FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, STATISTICS = 0x02, 0x03, 0x04, 0x05, 0x06, 0x0B
+
+CHUNK_CRC_AT = 24  # bytes: begin, end and size of a chunk's messages stand before it
+CHUNK_HEAD_BYTES = 40  # with the empty name of no compression and the length of the records
 
 Buffer = bytes | mmap.mmap
 
@@ -40,12 +43,24 @@ def scan_mcap(path: Path, wanted: Collection[str]) -> Contents:
             return _Scan(wanted).run(data)
 
 
+def write_checksums(path: Path) -> None:
+    """Write the CRC of each chunk that has none and is not compressed, so that damage shows."""
+    with path.open("r+b") as stream, mmap.mmap(stream.fileno(), 0) as data:
+        position = len(MAGIC)
+        while position + 9 <= len(data) - len(MAGIC):
+            opcode, size = struct.unpack_from("<BQ", data, position)
+            content = position + 9 + CHUNK_HEAD_BYTES
+            if opcode == CHUNK and data[content - 12 : content - 8] == bytes(4):
+                crc = zlib.crc32(data[content : position + 9 + size])
+                struct.pack_into("<I", data, position + 9 + CHUNK_CRC_AT, crc)
+            position += 9 + size
+
+
 class _Scan:
     """Walk the records of one file and keep what they say."""
 
     def __init__(self, wanted: Collection[str]) -> None:
         self.contents = Contents(wanted, whole=False)
-        self.damaged = False
         self.schemas: dict[int, str] = {}
         self.topics: dict[int, str] = {}
         self.nameless: list[
@@ -55,7 +70,7 @@ class _Scan:
     def run(self, data: Buffer) -> Contents:
         for opcode, body, complete in _list_records(data, len(MAGIC)):
             if opcode == FOOTER:
-                self.contents.whole = complete and not self.damaged
+                self.contents.whole = complete and not self.contents.damaged_parts
                 break
             if opcode == CHUNK:
                 self.chunk(body, complete)
@@ -72,7 +87,7 @@ class _Scan:
             content, intact = _unpacked(body, complete)
         except (struct.error, zstandard.ZstdError, RuntimeError, UnicodeDecodeError):
             content, intact = b"", False
-        self.damaged |= not intact
+        self.contents.damaged_parts += not intact
         for opcode, inner, inner_complete in _list_records(content, 0):
             if inner_complete:
                 self.record(opcode, inner)
@@ -94,7 +109,7 @@ class _Scan:
             elif opcode == STATISTICS:
                 self.statistics(body)
         except (struct.error, KeyError, UnicodeDecodeError):
-            self.damaged = True
+            self.contents.damaged_parts += 1
 
     def statistics(self, body: bytes) -> None:
         (size,) = struct.unpack_from("<I", body, 42)
@@ -121,14 +136,18 @@ def _read_string(body: bytes, position: int) -> str:
 
 
 def _unpacked(body: bytes, complete: bool) -> tuple[bytes, bool]:
-    """Return a chunk's records as far as they are there, and whether all are, unharmed."""
+    """Return a chunk's records as far as they are there, and whether all are, unharmed.
+
+    A chunk unpacks to at most the size that it declares, and to at most `MOST_CHUNK_BYTES`.
+    """
     _, _, size, checksum = struct.unpack_from("<QQQI", body)
     compression = _read_string(body, 28)
     content = body[40 + len(compression) :]
+    most = min(size, MOST_CHUNK_BYTES)
     if compression == "zstd":
-        content = zstandard.ZstdDecompressor().decompressobj().decompress(content)
+        content = unpack_zstd(content, most)
     elif compression == "lz4":
-        content = lz4.frame.LZ4FrameDecompressor().decompress(content)
+        content = unpack_lz4(content, most)
     elif compression:
         return b"", False
     intact = complete and len(content) == size and checksum in (0, zlib.crc32(content))

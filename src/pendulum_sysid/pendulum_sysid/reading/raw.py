@@ -26,6 +26,7 @@ class RawRecording:
     command_stamp_s: (m,) when each command was received, s from the first sampling time.
     command: (m,) PWM fraction, NaN where it was not finite; empty when there are no commands.
     lost_messages: messages of the two topics that the bag's index counts beyond those read.
+    damaged_parts: parts of the file whose bytes are damaged, and which are left out.
     cut_short: whether a file ends before its end mark or is damaged, and no index shows that
         nothing was lost.
     given_up: how the plan of the recording stood at its end, when it was not played to its end;
@@ -47,6 +48,7 @@ class RawRecording:
     lost_messages: int = 0
     cut_short: bool = False
     given_up: str = ""
+    damaged_parts: int = 0
 
     def __post_init__(self) -> None:
         _check_times(self.state_stamp_s)

@@ -6,6 +6,9 @@ import argparse
 from pathlib import Path
 
 from pendulum_sysid.studies.errors import WorkerError
+from pendulum_sysid.studies.proof.degrade.kinds import BY_NAME
+from pendulum_sysid.studies.proof.degrade.study import Study, run_study
+from pendulum_sysid.studies.proof.degrade.text import format_rows
 from pendulum_sysid.studies.proof.plan import Plan
 from pendulum_sysid.studies.proof.proof import prove
 from pendulum_sysid.studies.proof.proof_text import format_proof
@@ -17,6 +20,10 @@ def run(arguments: argparse.Namespace) -> int:
     """Do the proof that the options ask for, print its tables, and name its files."""
     folder = arguments.out or Path(f"proof_seed_{arguments.seed}")
     try:
+        if arguments.degrade is not None:
+            rows = run_study(make_study(arguments), folder, print_progress)
+            print(format_rows(rows), "", folder / "degraded.json", sep="\n")
+            return ANSWERED
         proof = prove(make_plan(arguments), folder, print_progress)
     except WorkerError as error:
         return say(str(error))
@@ -38,4 +45,15 @@ def make_plan(arguments: argparse.Namespace) -> Plan:
         rivals=tuple(rival.name for rival in RIVALS) if arguments.rivals else (),
         dose_tries=arguments.dose_response,
         processes=arguments.processes,
+    )
+
+
+def make_study(arguments: argparse.Namespace) -> Study:
+    """Return the study of degraded recordings that the options stand for."""
+    return Study(
+        trials=arguments.trials,
+        seed=arguments.seed,
+        kinds=tuple(arguments.degrade.split(",")) if arguments.degrade else tuple(BY_NAME),
+        processes=arguments.processes,
+        twin=None if arguments.twin is None else str(arguments.twin),
     )

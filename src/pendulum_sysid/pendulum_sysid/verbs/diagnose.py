@@ -8,6 +8,7 @@ from pathlib import Path
 
 from pendulum_sysid import pipeline
 from pendulum_sysid.records import Outcome
+from pendulum_sysid.telling.folder_swap import replace_files
 from pendulum_sysid.telling.output_files import (
     check_folder,
     format_json,
@@ -40,21 +41,16 @@ def run(arguments: argparse.Namespace) -> int:
 def write_diagnosis(verdict: Verdict, folder: Path, started_from: Path) -> list[Path]:
     """Write verdict, report, improved twin and plan into a folder, and return the files.
 
-    An improved twin or a plan of an earlier diagnosis is removed; the twin that the diagnosis
-    started from is not.
+    They come all at once, see `folder_swap`. An improved twin or a plan of an earlier diagnosis is
+    removed; the twin that the diagnosis started from is not.
     """
-    files = {name: folder / name for name in ("verdict.json", "report.html", "twin.yaml")}
-    improved, plan = files["twin.yaml"], folder / NEXT_FILE
-    with name_write_errors(folder):
-        if verdict.twin is None and improved.exists() and not improved.samefile(started_from):
-            improved.unlink()
-        plan.unlink(missing_ok=True)
-        if verdict.next_plan is not None:
-            save_plan(parse_plan(verdict.next_plan), plan)
-        write_text(files["verdict.json"], format_json(verdict.to_dict()) + "\n")
+    names = ("verdict.json", "report.html", "twin.yaml", NEXT_FILE)
+    with name_write_errors(folder), replace_files(folder, names, keep=started_from) as new:
+        write_text(new / names[0], format_json(verdict.to_dict()) + "\n")
+        write_report(verdict, new / names[1])
         if verdict.twin is not None:
-            save_twin(verdict.twin, improved)
-        write_report(verdict, files["report.html"])
-    if verdict.twin is None:
-        del files["twin.yaml"]
-    return [*files.values(), *([plan] if verdict.next_plan is not None else [])]
+            save_twin(verdict.twin, new / names[2])
+        if verdict.next_plan is not None:
+            save_plan(parse_plan(verdict.next_plan), new / NEXT_FILE)
+        written = [name for name in names if (new / name).exists()]
+    return [folder / name for name in written]

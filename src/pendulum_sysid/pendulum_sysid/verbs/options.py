@@ -268,6 +268,11 @@ def _add_prove(verbs: Verbs) -> None:
         metavar="TRIES",
         help=dose,
     )
+    degrade = (
+        "degrade the recordings instead, as computers and sensors do, and say how often the "
+        "answer is right, says less or is wrong (all kinds, or those named)"
+    )
+    verb.add_argument("--degrade", nargs="?", const="", metavar="KIND,...", help=degrade)
     verb.add_argument(
         "--processes",
         type=make_whole_reader(1),

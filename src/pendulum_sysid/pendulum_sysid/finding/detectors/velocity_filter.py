@@ -58,7 +58,7 @@ def read_filter(case: Case, theta: Floats) -> tuple[Reading, ...]:
 def find_velocity_lag(recording: Recording, state: SmoothState) -> Lag | None:
     """Return the lag of the reported velocities; None when there are none, or no lag is needed."""
     signals, rates = recording.signals, recording.rates
-    if rates is None:
+    if rates is None or _has_doubtful_times(recording):
         return None
     joints = [k for k in list_channels(signals) if np.isfinite(rates[:, k]).mean() > 0.5]
     if not joints:
@@ -71,6 +71,12 @@ def find_velocity_lag(recording: Recording, state: SmoothState) -> Lag | None:
         return ((reported - _report(signals, true, delay_s, time_constant_s)) / scale)[usable]
 
     return _judge_lag(signals, compute_errors, usable)
+
+
+def _has_doubtful_times(recording: Recording) -> bool:
+    """Tell whether stamps are uneven and no even clock mends them: they blur the derivative."""
+    jitters = any(finding.kind == "jitter" for finding in recording.findings)
+    return jitters and recording.timing_spread_s == 0.0
 
 
 def _find_usable(signals: Signals, reported: Floats) -> Mask:

@@ -47,7 +47,7 @@ def examine_trials(
     for trial, done in zip(trials, complete, strict=True):
         if done:
             report(trial)
-    with _open_pool(processes) as pool:
+    with open_pool(processes) as pool:
         futures = [
             pool.submit(_record_and_examine, folder, number, options, rivals)
             for number, done in enumerate(complete)
@@ -72,7 +72,7 @@ def _record_and_examine(
 
 
 @contextmanager
-def _open_pool(processes: int) -> Iterator[ProcessPoolExecutor]:
+def open_pool(processes: int) -> Iterator[ProcessPoolExecutor]:
     """Open a pool whose processes end at once when the work is broken off."""
     before = set(multiprocessing.active_children())
     with _set_environment(ONE_THREAD):

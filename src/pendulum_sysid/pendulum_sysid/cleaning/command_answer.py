@@ -1,0 +1,158 @@
+"""Whether the cart follows the command at all: asked of the cart's whole equation of motion.
+
+A correlation of command and acceleration fails in closed loop with dry friction: near upright the
+command answers the pole, the pole pushes the cart, and while the cart sticks no command moves it.
+So the pole's reaction stands in the equation, what stands still is left out, and all terms go
+through one filter (the weak form): the second derivative of an encoder is mostly noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.ndimage import correlate1d
+
+from pendulum_sysid import decisions
+from pendulum_sysid.cleaning.cart_balance import (
+    compute_covariance,
+    differentiate_twice,
+    list_other_forces,
+    list_reactions,
+)
+from pendulum_sysid.cleaning.smooth_state import SmoothState
+from pendulum_sysid.cleaning.stale_start import (
+    LATER_S,
+    compute_slow_speed,
+    delay_command,
+    list_brakes,
+)
+from pendulum_sysid.errors import UnusableRecording
+from pendulum_twin.arrays import Floats, Ints
+from pendulum_twin.signals import Signals
+
+UNEXPLAINED_STEP_S = 0.01  # s; of the differences: shorter steps show more noise
+NO_ANSWER = (
+    "expected the cart to follow the command, found it moving no more by it than without: "
+    "check the command topic, the stamps and the drive"
+)
+
+
+def check_follows_command(signals: Signals, state: SmoothState) -> None:
+    """Raise UnusableRecording when there is a cart that moves no more by the command."""
+    if signals.cart is not None and not follows_command(signals, state):
+        raise UnusableRecording(NO_ANSWER)
+
+
+def follows_command(signals: Signals, state: SmoothState) -> bool:
+    """Tell whether the command explains the cart's acceleration, as late as it may come.
+
+    The weight of the command in the least-squares balance of the cart must be certain, with errors
+    independent from block to block (a sandwich). True where the cart moves too little to tell.
+    """
+    rows, take_mean = _make_filter(signals, state)
+    if len(rows) < decisions.ANSWER_LEAST_ROWS:
+        return True
+    target = take_mean(state.accelerations[:, 0])
+    others = take_mean(np.column_stack([list_brakes(state), list_reactions(signals, state)]))
+    block = (signals.times_s[rows] // decisions.ANSWER_BLOCK_S).astype(int)
+    step = max(round(LATER_S / signals.period_s), 1)
+    latest = round(decisions.ANSWER_LATEST_S / signals.period_s)
+    fits = [
+        _fit_balance(take_mean(delay_command(signals, late)), others, target, block)
+        for late in range(0, latest + 1, step)
+    ]
+    return min(fits)[1] > decisions.ANSWER_STANDARD_ERRORS
+
+
+def is_moved_uncommanded(
+    signals: Signals, state: SmoothState, begin_s: float, end_s: float
+) -> bool:
+    """Tell whether the cart moves as if commanded while no command is recorded.
+
+    The balance of the cart is fitted outside the interval (s) and judged inside: a rig that is
+    left alone keeps to it with a command of 0.
+    """
+    rows, take_mean = _make_filter(signals, state)
+    inside = (signals.clock_s[rows] >= begin_s) & (signals.clock_s[rows] <= end_s)
+    if not np.any(inside) or np.count_nonzero(~inside) < decisions.ANSWER_LEAST_ROWS:
+        return False
+    target = take_mean(state.accelerations[:, 0])
+    others = take_mean(np.column_stack([list_brakes(state), list_reactions(signals, state)]))
+    columns = np.column_stack([take_mean(signals.command), others])
+    weights = np.linalg.lstsq(columns[~inside], target[~inside], rcond=None)[0]
+    left = np.abs(target - columns @ weights)
+    most = decisions.UNCOMMANDED_RATIO * float(np.sqrt(np.mean(left[~inside] ** 2)))
+    return bool(np.mean(left[inside] > most) > decisions.UNCOMMANDED_SHARE)
+
+
+def measure_unexplained(signals: Signals, state: SmoothState) -> float:
+    """Return the cart's acceleration, m/s^2, that commands leave unexplained as they are timed.
+
+    It compares timings of the same commands to a fraction of a period, so the acceleration is that
+    of neighbouring samples. Commands may come late by whole samples.
+    """
+    assert signals.cart is not None
+    size = max(round(UNEXPLAINED_STEP_S / signals.period_s), 1)
+    rows = _choose_rows(signals, state, np.ones(2 * size + 1) / (2 * size + 1))
+    if len(rows) < decisions.ANSWER_LEAST_ROWS:
+        return np.inf
+    target = differentiate_twice(signals.cart, signals.period_s, size)[rows]
+    others = list_other_forces(signals, state, size)[rows]
+    # what was commanded over the periods before and after each sample
+    kernel = np.concatenate([np.full(2 * size, 0.5 / size), np.zeros(1)])
+    around = correlate1d(signals.command, kernel, mode="nearest")
+    latest = round(decisions.ANSWER_LATEST_S / signals.period_s)
+    spreads = []
+    for late in range(0, latest + 1, size):
+        command = around[np.maximum(rows - late, 0)]
+        columns = np.column_stack([command, others])
+        weights = np.linalg.lstsq(columns, target, rcond=None)[0]
+        spreads.append(float(np.std(target - columns @ weights)))
+    return min(spreads)
+
+
+def _make_filter(signals: Signals, state: SmoothState) -> tuple[Ints, Callable[[Floats], Floats]]:
+    """Return the samples that are asked, (rows,), and the filter: (n, ...) to (rows, ...)."""
+    half = max(round(0.5 * decisions.ANSWER_FILTER_S / signals.period_s), 2)
+    weights = np.hanning(2 * half + 3)[1:-1]
+    weights /= weights.sum()
+    rows = _choose_rows(signals, state, weights)
+
+    def take_mean(values: Floats) -> Floats:
+        means: Floats = correlate1d(values, weights, axis=0, mode="nearest")
+        return means[rows]
+
+    return rows, take_mean
+
+
+def _choose_rows(signals: Signals, state: SmoothState, weights: Floats) -> Ints:
+    """Return the samples whose filter lies inside a stretch, on valid samples that mostly move."""
+    half = len(weights) // 2
+    still = np.abs(state.states[:, 2]) < compute_slow_speed(state)
+    invalid = (
+        ~signals.cart_valid
+        if signals.pole is None
+        else ~signals.cart_valid | (~signals.pole_valid)
+    )
+    inside = [
+        np.arange(s.start + half, s.stop - half, max(half // 2, 1)) for s in signals.stretches
+    ]
+    rows = np.concatenate(inside).astype(np.int64)
+    at_rest, missing = (
+        correlate1d(mask.astype(np.float64), weights, mode="nearest")[rows]
+        for mask in (still, invalid)
+    )
+    return rows[(at_rest <= decisions.ANSWER_REST_SHARE) & (missing < 1e-9)]
+
+
+def _fit_balance(
+    command: Floats, others: Floats, target: Floats, block: Ints
+) -> tuple[float, float]:
+    """Return what is left of the target, m/s^2, and the command's weight in standard errors."""
+    columns = np.column_stack([command, others])
+    columns = columns / (np.sqrt(np.mean(columns**2, axis=0)) + np.finfo(float).tiny)
+    weights = np.linalg.lstsq(columns, target, rcond=None)[0]
+    left = target - columns @ weights
+    error = float(np.sqrt(compute_covariance(columns, left, block)[0, 0]))
+    return float(np.std(left)), abs(float(weights[0])) / max(error, 1e-300)

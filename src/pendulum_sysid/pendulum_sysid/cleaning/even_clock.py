@@ -1,0 +1,106 @@
+"""Messages that were sent evenly and stamped unevenly: their order tells their time better."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pendulum_sysid import decisions
+from pendulum_twin.arrays import Floats, Ints
+
+BLOCK = 200  # messages, of which a median says whether some before them were lost
+REACH = 20  # messages, over which the period is measured before any is numbered
+
+
+@dataclass(frozen=True)
+class EvenClock:
+    """Hold the even clock that runs through the stamps of (n,) messages.
+
+    period_s: s from message to message.
+    numbers: (n,) of each message on the clock, from 0; rising.
+    begin_s: time of number 0, so that the median stamp lies on the clock.
+    off_s: (n,) stamp minus time on the clock.
+    """
+
+    period_s: float
+    numbers: Ints
+    begin_s: float
+    off_s: Floats
+
+    @property
+    def times_s(self) -> Floats:
+        """Return the time of each message on the clock, (n,)."""
+        times: Floats = self.begin_s + self.period_s * self.numbers.astype(np.float64)
+        return times
+
+    @property
+    def spread_s(self) -> float:
+        """Return how far apart the earliest and the latest stamps lie beside the clock, s."""
+        low, high = np.quantile(self.off_s, [0.05, 0.95])
+        return float(high - low)
+
+    @property
+    def earliest_s(self) -> float:
+        """Return how far the earliest stamps lie before the clock, s; negative."""
+        return float(np.quantile(self.off_s, 0.05))
+
+    @property
+    def latest_s(self) -> float:
+        """Return how far the latest stamps lie behind the clock, s."""
+        return float(np.quantile(self.off_s, 0.95))
+
+
+def find_even_clock(stamps: Floats) -> EvenClock | None:
+    """Return the even clock of stamps (n,) that never fall; None where there is none.
+
+    None for stamps that are so uneven that a lost message cannot be told from a late one.
+    """
+    if len(stamps) < decisions.LEAST_SAMPLES:
+        return None
+    numbers = _number_by_steps(stamps, float(np.median(np.diff(stamps))))
+    if numbers is None:
+        numbers = _number_in_order(stamps)
+    return None if numbers is None else _fit_clock(stamps, numbers.astype(np.int64))
+
+
+def _number_by_steps(stamps: Floats, period_s: float) -> Floats | None:
+    """Return the numbers of messages whose steps are whole periods; None where they are not."""
+    if not period_s > 0.0:
+        return None
+    steps = np.diff(stamps) / period_s
+    whole = np.abs(steps - np.rint(steps)) < decisions.CLOCK_CLEAR
+    if np.mean(whole) < decisions.CLOCK_MOST_WHOLE or np.any(np.rint(steps[whole]) < 1):
+        return None
+    return np.concatenate([[0.0], np.cumsum(np.maximum(np.rint(steps), 1))])
+
+
+def _number_in_order(stamps: Floats) -> Floats | None:
+    """Return the numbers of messages of which none was lost but in gaps; None otherwise."""
+    period_s = float(np.median(stamps[REACH:] - stamps[:-REACH])) / REACH
+    if not period_s > 0.0 or len(stamps) < 2 * BLOCK:
+        return None
+    numbers = np.arange(len(stamps), dtype=np.float64)
+    off = stamps / period_s - numbers
+    for k in np.flatnonzero(np.diff(stamps) > (decisions.LONGEST_FILL + 1.5) * period_s):
+        # a pause with messages held back ends in a burst; one in which messages were lost does not
+        before, after = (
+            np.median(off[max(k - REACH, 0) : k + 1]),
+            np.median(off[k + 1 : k + REACH]),
+        )
+        numbers[k + 1 :] += max(np.rint(after - before), 0.0)
+        off[k + 1 :] -= max(np.rint(after - before), 0.0)
+    blocks = np.array([np.median(part) for part in np.array_split(off, len(off) // BLOCK)])
+    return numbers if np.all(np.abs(np.diff(blocks)) < 0.5) else None
+
+
+def _fit_clock(stamps: Floats, numbers: Ints) -> EvenClock | None:
+    """Return the clock whose line through numbers and stamps leaves the least squares."""
+    centred = numbers - numbers.mean()
+    period_s = float(centred @ (stamps - stamps.mean()) / (centred @ centred))
+    off_s = stamps - period_s * numbers
+    begin_s = float(np.median(off_s))
+    off_s = off_s - begin_s
+    if np.quantile(np.abs(off_s), 0.95) > decisions.CLOCK_LATEST * period_s:
+        return None  # the stamps wander: two clocks, or messages that were lost
+    return EvenClock(period_s, numbers, begin_s, off_s)

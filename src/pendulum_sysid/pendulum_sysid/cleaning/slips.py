@@ -1,0 +1,113 @@
+"""Find where the cart's reading slips: it goes elsewhere within a moment, and no force took it.
+
+A belt that jumps teeth or a wheel that slides moves the reading, not the cart. The velocity that
+the reading shows departs from the velocity that command, brakes and pole give the cart, and comes
+back to it exactly: a force would leave the cart with another momentum. Slips are rare; physics
+that does the same again and again is no slip.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.ndimage import correlate1d, median_filter
+
+from pendulum_sysid import decisions
+from pendulum_sysid.cleaning.cart_balance import list_reactions
+from pendulum_sysid.cleaning.clock import find_runs
+from pendulum_sysid.cleaning.smooth_state import SmoothState
+from pendulum_sysid.cleaning.stale_start import compute_slow_speed, list_brakes
+from pendulum_sysid.records import QualityFinding, Recording
+from pendulum_twin.arrays import Floats
+from pendulum_twin.signals import Signals
+
+STEP_S = 0.01  # s; over which velocities are taken
+NOTE = "the cart's reading goes elsewhere and no force took the cart there: a belt that slipped"
+
+
+@dataclass(frozen=True)
+class Slip:
+    """Hold one slip.
+
+    first, stop: samples; the reading slips between them.
+    distance_m: by which the reading is off afterwards.
+    """
+
+    first: int
+    stop: int
+    distance_m: float
+
+
+def leave_out_slips(recording: Recording, state: SmoothState) -> Recording:
+    """Mark the samples of slips as not valid, begin a stretch after each, and add the finding.
+
+    Returns the same recording when nothing slips.
+    """
+    signals = recording.signals
+    slips = find_slips(signals, state)
+    if not slips:
+        return recording
+    margin = max(round(decisions.SLIP_MARGIN_S / signals.period_s), 1)
+    valid = np.ones(len(signals), dtype=bool)
+    for slip in slips:
+        valid[max(slip.first - margin, 0) : slip.stop + margin] = False
+    cleaned = replace(
+        signals, cart_valid=signals.cart_valid & valid, pole_valid=signals.pole_valid & valid
+    )
+    ends = {min(slip.stop + margin, len(signals) - 1) for slip in slips}
+    cleaned = cleaned.break_at(ends | {max(slip.first - margin, 0) for slip in slips})
+    times = signals.times_s
+    spans = tuple((float(times[s.first]), float(times[s.stop - 1])) for s in slips)
+    finding = QualityFinding("slip", len(slips), spans, NOTE)
+    return replace(recording, signals=cleaned, findings=(*recording.findings, finding))
+
+
+def find_slips(signals: Signals, state: SmoothState) -> list[Slip]:
+    """Return the slips of the cart's reading; none where more than a few would be claimed."""
+    if signals.cart is None or not np.any(signals.command):
+        return []
+    departing = _compute_departing_velocity(signals, state)
+    if departing is None or not np.any(departing):
+        return []
+    usual = 1.4826 * float(np.median(np.abs(departing[departing != 0.0])))
+    slips = []
+    for first, stop in find_runs(np.abs(departing) > decisions.SLIP_VELOCITY_RATIO * usual):
+        distance_m = float(np.sum(departing[first:stop])) * signals.period_s
+        brief = (stop - first) * signals.period_s < decisions.SLIP_LONGEST_S
+        if brief and abs(distance_m) > decisions.SLIP_LEAST_M:
+            slips.append(Slip(first, stop, distance_m))
+    return slips if len(slips) <= decisions.MOST_SLIPS else []
+
+
+def _compute_departing_velocity(signals: Signals, state: SmoothState) -> Floats | None:
+    """Return the velocity of the reading beyond that of the balance, (n,), m/s, without drift."""
+    assert signals.cart is not None
+    size = max(round(STEP_S / signals.period_s), 1)
+    brief = np.hanning(2 * max(round(decisions.ANSWER_FILTER_S / signals.period_s) // 2, 2) + 3)
+    weights = brief[1:-1] / brief.sum()
+    terms = np.column_stack([signals.command, list_brakes(state), list_reactions(signals, state)])
+    moving = np.abs(state.states[:, 2]) > compute_slow_speed(state)
+    rows = np.flatnonzero(moving & signals.cart_valid)[:: max(len(weights) // 4, 1)]
+    if len(rows) < decisions.ANSWER_LEAST_ROWS:
+        return None
+    columns = correlate1d(terms, weights, axis=0, mode="nearest")[rows]
+    target = correlate1d(state.accelerations[:, 0], weights, mode="nearest")[rows]
+    fitted = np.linalg.lstsq(columns, target, rcond=None)[0]
+    left = np.abs(target - columns @ fitted)
+    usual = left <= np.quantile(left, 1.0 - decisions.SLIP_TRIMMED)
+    fitted = np.linalg.lstsq(columns[usual], target[usual], rcond=None)[0]
+    departing = np.zeros(len(signals))
+    drift = 2 * round(0.5 * decisions.SLIP_DRIFT_S / signals.period_s) + 1
+    for s in signals.stretches:
+        if s.stop - s.start <= drift:
+            continue
+        velocity = np.zeros(s.stop - s.start)
+        x = signals.cart[s]
+        velocity[size:-size] = (x[2 * size :] - x[: -2 * size]) / (2 * size * signals.period_s)
+        velocity[:size], velocity[-size:] = velocity[size], velocity[-size - 1]
+        given = np.cumsum(terms[s] @ fitted) * signals.period_s
+        off = velocity - given
+        inside = slice(drift // 4, -(drift // 4))  # at the ends the drift is unknown
+        departing[s][inside] = (off - median_filter(off, size=drift, mode="nearest"))[inside]
+    return departing

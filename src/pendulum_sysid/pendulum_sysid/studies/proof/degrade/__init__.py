@@ -1,0 +1,1 @@
+"""How a diagnosis answers recordings that computers and sensors have degraded."""

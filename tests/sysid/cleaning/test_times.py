@@ -1,0 +1,90 @@
+"""Samples and commands stand at the times at which they were taken and acted."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.degraded import make_raw, stamp, stamp_commands
+from support.made_recordings import INTECO
+
+from pendulum_sysid.cleaning.clean import clean_recording
+from pendulum_sysid.cleaning.even_clock import find_even_clock
+from pendulum_sysid.fitting.fit import fit
+from pendulum_sysid.prepare import prepare
+from pendulum_twin.effects import BY_NAME
+from pendulum_twin.parameter_vector import SLOTS, make_theta
+
+RAW = make_raw()
+TRUE = clean_recording(RAW).signals
+
+
+@pytest.mark.parametrize("deviation_s", [0.003, 0.01])
+def test_samples_that_were_stamped_wrongly_stand_in_their_order(deviation_s: float) -> None:
+    random = np.random.default_rng(0)
+    off = random.normal(0.0, deviation_s, len(RAW.state_stamp_s))
+    found = clean_recording(stamp(RAW, np.sort(RAW.state_stamp_s + off)))
+    assert [finding.kind for finding in found.findings] == ["jitter"]
+    assert "stand in their order" in found.findings[0].note
+    assert found.signals.period_s == pytest.approx(0.01, rel=1e-4)
+    assert np.array_equal(found.signals.pole, TRUE.pole)
+    assert found.timing_spread_s == pytest.approx(3.3 * deviation_s, rel=0.4)
+
+
+def test_stamps_of_the_arrival_with_bursts_are_seen_through() -> None:
+    random = np.random.default_rng(1)
+    stamps = RAW.state_stamp_s + 0.001 + random.exponential(0.003, len(RAW.state_stamp_s))
+    held = (stamps > 5.0) & (stamps < 5.06)
+    stamps[held] = 5.06
+    found = clean_recording(stamp(RAW, np.maximum.accumulate(stamps)))
+    assert len(found.signals) == len(TRUE) and np.array_equal(found.signals.cart, TRUE.cart)
+
+
+def test_samples_that_were_taken_unevenly_keep_their_stamps() -> None:
+    random = np.random.default_rng(2)
+    stamps = np.sort(RAW.state_stamp_s + random.normal(0.0, 0.002, len(RAW.state_stamp_s)))
+    taken = {
+        joint: np.interp(stamps, RAW.state_stamp_s, values)
+        for joint, values in RAW.positions.items()
+    }
+    found = clean_recording(stamp(replace(RAW, **taken), stamps))
+    inside = slice(5, -5)
+    clean = np.interp(found.signals.clock_s, RAW.state_stamp_s, RAW.pole)
+    assert np.std((found.signals.pole - clean)[inside]) < 2e-3  # by their order: 0.01
+    assert found.timing_spread_s == 0.0
+
+
+def test_commands_that_were_logged_late_act_evenly() -> None:
+    random = np.random.default_rng(3)
+    late = RAW.command_stamp_s + random.uniform(0.0, 0.01, len(RAW.command))
+    found = clean_recording(stamp_commands(RAW, late))
+    assert np.mean(found.signals.command != TRUE.command) < 0.01
+    assert found.timing_spread_s == pytest.approx(0.009, abs=0.0015)
+
+
+def test_a_delay_is_known_no_better_than_the_times_of_the_commands() -> None:
+    recording = clean_recording(RAW)
+    theta = make_theta(INTECO)
+    theta[SLOTS["input_delay"]] = 0.02
+    widths = []
+    for spread_s in (0.0, 0.008):
+        prepared = prepare([replace(recording, timing_spread_s=spread_s)], INTECO)
+        estimates = fit(prepared.case, prepared.split, ("input_delay",), theta).estimates
+        delay = estimates["input_delay.delay_s"]
+        widths.append(delay.high - delay.low)
+    assert BY_NAME["input_delay"].parameters[0].delays
+    assert widths[1] == pytest.approx(widths[0] + 0.008)
+
+
+@pytest.mark.parametrize("lost", [0.0, 0.01, 0.2])
+def test_lost_messages_are_counted(lost: float) -> None:
+    random = np.random.default_rng(4)
+    kept = np.flatnonzero(random.random(2000) >= lost)
+    clock = find_even_clock(0.01 * kept)
+    assert clock is not None
+    assert np.array_equal(clock.numbers, kept - kept[0])
+
+
+def test_stamps_without_a_period_have_no_clock() -> None:
+    random = np.random.default_rng(5)
+    assert find_even_clock(np.cumsum(random.pareto(1.0, 500))) is None
+    assert find_even_clock(np.zeros(500)) is None

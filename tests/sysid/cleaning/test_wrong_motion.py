@@ -1,0 +1,103 @@
+"""Readings that no rig gives: a sensor at its end, a slip, a filter, a command of another run."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.degraded import make_raw
+from support.made_recordings import INTECO, made
+
+from pendulum_sysid.cleaning.causality import check_causality, measure_lead
+from pendulum_sysid.cleaning.clean import clean_recording
+from pendulum_sysid.cleaning.command_answer import follows_command
+from pendulum_sysid.cleaning.reducing import reduce_rate
+from pendulum_sysid.cleaning.slips import find_slips
+from pendulum_sysid.cleaning.smooth_state import smooth_state
+from pendulum_sysid.errors import UnusableRecording
+from pendulum_sysid.prepare import prepare_case
+from pendulum_twin.model import Twin
+from pendulum_twin.signals import Signals
+
+RAW = make_raw(30.0)
+CLEAN = clean_recording(RAW)
+STICKY = Twin("sticky", INTECO.rig, {"cart_coulomb_friction": {"level_n": 0.9}})
+
+
+def test_a_pole_beyond_the_end_of_its_sensor_is_left_out() -> None:
+    low, high = np.quantile(RAW.pole, [0.1, 0.9])
+    found = clean_recording(replace(RAW, pole=np.clip(RAW.pole, low, high)))
+    [clipped] = [finding for finding in found.findings if "reading stays" in finding.note]
+    assert clipped.kind == "clipped" and clipped.count > 5
+    assert not np.any((found.signals.pole == high) & found.signals.pole_valid)
+
+
+def test_turning_points_are_no_end_of_a_sensor() -> None:
+    step = 2 * np.pi / 4096
+    found = clean_recording(replace(RAW, pole=step * np.rint(RAW.pole / step)))
+    assert found.findings == ()
+
+
+@pytest.mark.parametrize("distance_m", [0.03, -0.05])
+def test_a_slip_is_found_and_left_out(distance_m: float) -> None:
+    slipped = RAW.cart + distance_m * np.clip((RAW.state_stamp_s - 15.0) / 0.2, 0.0, 1.0)
+    recording = clean_recording(replace(RAW, cart=slipped))
+    [slip] = find_slips(recording.signals, smooth_state(recording.signals))
+    assert slip.distance_m == pytest.approx(distance_m, rel=0.3)
+    case = prepare_case([recording], INTECO)
+    assert [finding.kind for finding in case.recording.findings] == ["slip"]
+    assert not case.signals.cart_valid[1500:1520].any()
+
+
+@pytest.mark.parametrize("twin", [INTECO, STICKY], ids=["bare", "sticky"])
+def test_a_rig_that_does_not_slip_is_left_alone(twin: Twin) -> None:
+    signals = made(twin, 30.0, amplitude=0.3).signals
+    assert find_slips(signals, smooth_state(signals)) == []
+
+
+def average(values: np.ndarray, samples: int) -> np.ndarray:
+    return np.convolve(
+        np.pad(values, samples // 2, mode="edge"), np.full(samples, 1 / samples), "valid"
+    )
+
+
+def make_rough(twin: Twin = INTECO) -> Signals:
+    """Return a run of the twin under a rough command, which no smooth command replaces."""
+    from support.made_recordings import CART_NOISE_M, POLE_NOISE_RAD, made_states
+
+    noise = np.random.default_rng(3)
+    command = np.repeat(noise.uniform(-0.2, 0.2, 300), 10)
+    states = made_states(twin, command)
+    cart = states[:, 0] + noise.normal(0.0, CART_NOISE_M, len(command))
+    pole = states[:, 1] + noise.normal(0.0, POLE_NOISE_RAD, len(command))
+    return replace(CLEAN.signals, command=command, cart=cart, pole=pole)
+
+
+def test_positions_that_move_before_the_command_are_refused() -> None:
+    signals = make_rough()
+    check_causality(signals, smooth_state(signals))
+    smoothed = replace(signals, cart=average(signals.cart, 11), pole=average(signals.pole, 11))
+    with pytest.raises(UnusableRecording, match="before: positions that were smoothed"):
+        check_causality(smoothed, smooth_state(smoothed))
+    lead = measure_lead(smoothed, smooth_state(smoothed))
+    assert lead is not None and lead.share == pytest.approx(3 / 11, rel=0.3)
+
+
+@pytest.mark.parametrize("twin", [INTECO, STICKY], ids=["bare", "sticky"])
+def test_the_right_command_is_followed_and_another_is_not(twin: Twin) -> None:
+    signals = make_rough(twin)
+    assert follows_command(signals, smooth_state(signals))
+    other = replace(signals, command=signals.command[::-1].copy())
+    assert not follows_command(other, smooth_state(other))
+
+
+def test_a_fast_recording_is_reduced() -> None:
+    count = 8000
+    t = np.arange(count) * 1e-4
+    ones = np.ones(count, dtype=bool)
+    fast = Signals(1e-4, np.sin(t), np.cos(t), None, ones, ones, (0, 3005), (0.5, 2.0))
+    slow = reduce_rate(fast)
+    assert slow.period_s == pytest.approx(1e-3) and len(slow) == 300 + 499
+    assert slow.stretch_begins == (0, 300) and slow.begin_s == (0.5, 2.0)
+    assert np.array_equal(slow.cart[:300], fast.cart[:3000:10])
+    assert slow.command[5] == pytest.approx(np.mean(fast.command[50:60]))
+    assert reduce_rate(slow) is slow
