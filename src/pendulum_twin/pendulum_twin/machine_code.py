@@ -27,11 +27,13 @@ SOURCES = (
     "elementary.py",
     "equations.py",
     "kernel.py",
+    "law_curves.py",
     "lanes.py",
     "motion.py",
     "stick_slip.py",
     "parameter_vector.py",
     "effects/*.py",
+    "laws/*.py",
 )
 
 
