@@ -97,6 +97,16 @@ LINE_LEAST_PERIODS = 8.0  # periods; in the recording, of a line
 LINE_LEAST_POWER = 0.02  # of highest peak; of a line
 ANGLE_HARMONICS = 3  # harmonics; of a turn: eccentric encoders have one or two
 
+# Which laws are measured where physics has no name, and how finely?
+LAW_KNOTS = 20  # knots; of a measured law: a period of a fifth of the travel shows
+LAW_SECONDS_A_KNOT = 1.5  # s; of a law over time: slow changes, no single push
+LAW_MOST_KNOTS = 40  # knots; what a law of the twin can hold; derived
+LAW_LEAST_NATS = 10.0  # nats; evidence for a law by one linearised step, worth a fit
+LAW_FIRST_INFLATION = 4.0  # ratio; of variances: errors within a window hang together
+LAW_MOST_INFLATION = 100.0  # ratio; beyond it the windows say nothing in common
+LAWS_REFITTED = 4  # fits; of the likeliest laws; time
+LAWS_MEASURED = 3  # laws; in one twin: bounds the time
+
 # What may a fit use, and how far may it go?
 INTERVAL_DEVIATIONS = 1.96  # standard deviations; to either side of a 95 % interval; derived
 START_DOUBT = 1.0  # deviations; of a smoothed start, within which a fit may move it; derived
