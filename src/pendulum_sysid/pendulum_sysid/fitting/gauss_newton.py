@@ -59,12 +59,11 @@ class Solution:
 
 
 def compute_power(squares: Floats, counts: Floats) -> Floats:
+    """Return each channel's mean squared error; squares, counts: (windows, channels)."""
     return np.maximum(squares.sum(axis=0) / np.maximum(counts.sum(axis=0), 1.0), 1e-30)
 
 
-def compute_cost(
-    problem: Problem, start_states: Floats, squares: Floats, counts: Floats
-) -> float:
+def compute_cost(problem: Problem, start_states: Floats, squares: Floats, counts: Floats) -> float:
     """Return the concentrated negative log likelihood a sample.
 
     Errors are Gaussian, with the variance of each channel that fits them best.

@@ -54,6 +54,20 @@ class Curve:
         nearest = nearest % count if self.kind.is_periodic else np.clip(nearest, 0, count - 1)
         return np.bincount(nearest, minlength=count).astype(float)
 
+    @cached_property
+    def gauge(self) -> Floats | None:
+        """Return weights (k,) of the values whose sum is held at 0; None for none.
+
+        A gain times a constant gain is a gain again: the drive's constant takes the mean of a
+        gain, and the straight part of a command's curve.
+        """
+        if self.kind.role is Role.GAIN:
+            return self.visits / self.visits.sum()
+        if self.kind.role is Role.COMMAND:
+            moment = self.visits * self.knots
+            return moment / float(np.abs(moment).sum())
+        return None
+
     def make_law(self, values: Floats) -> Law:
         """Return the law with these values (k,)."""
         return Law(tuple(self.knots.tolist()), tuple(float(v) for v in values))

@@ -7,7 +7,7 @@ full. A law stays if the choosing windows are better for it, as for a name.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -47,6 +47,28 @@ class Ranked:
     values: Floats
 
 
+def measure_best_laws(
+    case: Case, split: Split, starts: Sequence[Fit], report: Progress
+) -> LawFit | None:
+    """Return the fit with measured laws from the first start that leaves noise, or the best.
+
+    starts: fits without laws, the simplest first.
+    """
+    best: LawFit | None = None
+    for start in {start.effects: start for start in starts}.values():
+        held = measure_laws(case, split, start, report)
+        if held is None:
+            continue
+        if best is None or compute_lead(held.fit, best.fit).is_real:
+            best = held
+        if best.fit.choose <= decisions.MISFIT_AT_NOISE:
+            break
+    if best is None:
+        return None
+    without = _begin(case, split, starts[-1]).fit
+    return best if compute_lead(best.fit, without).is_real else None
+
+
 def measure_laws(case: Case, split: Split, start: Fit, report: Progress) -> LawFit | None:
     """Return the fit with measured laws beside the effects of a fit; None where no law helps.
 
@@ -74,18 +96,22 @@ def _begin(case: Case, split: Split, start: Fit) -> LawFit:
 def _add_law(case: Case, split: Split, held: LawFit, report: Progress) -> LawFit | None:
     """Return the fit with the law that helps most; None where none helps for sure."""
     ranked = rank_curves(case, split, held)
-    fits = []
+    kept: list[LawFit] = []
     for candidate in ranked[: decisions.LAWS_REFITTED]:
+        if candidate.prior.evidence < decisions.LAW_EVIDENCE_SHARE * ranked[0].prior.evidence:
+            break
         try:
             longer = _fit_longer(case, split, held, candidate)
         except np.linalg.LinAlgError:
             continue
-        fits.append(longer)
         report(
             f"{candidate.curve.kind.name}: misfit {held.fit.choose:.2f} becomes "
             f"{longer.fit.choose:.2f} ({candidate.prior.evidence:.0f} nats)"
         )
-    kept = [longer for longer in fits if _is_kept(case, split, longer, held)]
+        if _is_kept(case, split, longer, held):
+            kept.append(longer)
+            if longer.fit.choose <= decisions.MISFIT_AT_NOISE:
+                break
     return min(kept, key=lambda longer: longer.fit.choose, default=None)
 
 
@@ -135,7 +161,7 @@ def _choose_again(
     matrix, gradient = _reduce(case, split, held.fit, curves, priors[:-1], inflation)
     curve = curves[-1]
     values = curve.get_values(held.fit.theta) / curve.size
-    return choose_smoothness(curve.kind, matrix, gradient + matrix @ values, inflation)
+    return choose_smoothness(curve, matrix, gradient + matrix @ values, inflation)
 
 
 def rank_curves(case: Case, split: Split, held: LawFit) -> list[Ranked]:
@@ -151,10 +177,10 @@ def rank_curves(case: Case, split: Split, held: LawFit) -> list[Ranked]:
         matrix, gradient = _reduce(
             case, split, start, (*held.curves, curve), held.priors, held.inflation
         )
-        prior = choose_smoothness(curve.kind, matrix, gradient, held.inflation)
+        prior = choose_smoothness(curve, matrix, gradient, held.inflation)
         if prior.evidence < decisions.LAW_LEAST_NATS:
             continue
-        penalty = held.inflation * make_precision(curve.kind, len(curve.knots), prior)
+        penalty = held.inflation * make_precision(curve, prior)
         values = curve.size * np.linalg.solve(matrix + penalty, gradient)
         ranked.append(Ranked(curve, prior, np.clip(values, curve.low, None)))
     return sorted(ranked, key=lambda candidate: -candidate.prior.evidence)
@@ -180,10 +206,7 @@ def _reduce(
     own = len(free) - sum(len(curve.knots) for curve in curves)
     precision = inflation * block_diag(
         np.zeros((own, own)),
-        *(
-            make_precision(c.kind, len(c.knots), p)
-            for c, p in zip(curves[:-1], priors, strict=True)
-        ),
+        *(make_precision(c, p) for c, p in zip(curves[:-1], priors, strict=True)),
         np.zeros((last, last)),
     )
     scaled = np.array([parameter.get(start.theta) / parameter.size for parameter in free])

@@ -85,7 +85,7 @@ def fit_laws(
     own = len(free) - sum(len(curve.knots) for curve in curves)
     precision = inflation * block_diag(
         np.zeros((own, own)),
-        *(make_precision(c.kind, len(c.knots), p) for c, p in zip(curves, priors, strict=True)),
+        *(make_precision(c, p) for c, p in zip(curves, priors, strict=True)),
     )
     solved = _solve(problem, theta, free, precision, start_states)
     system, squares, counts = solved.system, solved.squares, solved.counts

@@ -121,7 +121,17 @@ def play_plans(lanes: Lanes, plans: Sequence[Excitation], samples: int) -> Playe
             commands[i, n] = compute_command(plan, k, shown[i, 0], shown[i, 2], way[i] or 0)
         states[:, n] = shown
         _drive_lanes(drives, commands[:, n], memory, k * sub, drive)
-        run_mechanics(drive, lane_of, begin, begin + k * sub, true, lanes.theta, lanes.period_s / sub, sub, out)
+        run_mechanics(
+            drive,
+            lane_of,
+            begin,
+            begin + k * sub,
+            true,
+            lanes.theta,
+            lanes.period_s / sub,
+            sub,
+            out,
+        )
         true = out[:, 1].copy()
         now = apply_sensors(true, lanes.theta, np.full(count, (k + 1) * lanes.period_s))
         if reports:

@@ -22,6 +22,11 @@ def make_parser() -> argparse.ArgumentParser:
         description="Find where a digital twin of a cart-pendulum is wrong, and put it right.",
     )
     command.add_argument(
+        "--effects",
+        metavar="FOLDER",
+        help="effects of your own, beside the catalogue; anywhere on the line, of every verb",
+    )
+    command.add_argument(
         "--traceback", action="store_true", help="show Python's traceback of an internal error"
     )
     verbs = command.add_subparsers(dest="verb", metavar="VERB", required=True)
@@ -31,6 +36,7 @@ def make_parser() -> argparse.ArgumentParser:
         _add_replay,
         _add_compare,
         _add_effects,
+        _add_learn,
         _add_check,
         _add_import,
         _add_next,
@@ -109,6 +115,19 @@ def _add_effects(verbs: Verbs) -> None:
     verb.add_argument(
         "--cart-step-m", type=_read_above_zero, default=57e-6, metavar="M", help=step
     )
+
+
+def _add_learn(verbs: Verbs) -> None:
+    verb = _add_verb(verbs, "learn", "turn the measured laws of a verdict into effects")
+    verb.add_argument("verdict", metavar="VERDICT", type=Path, help="verdict.json or its folder")
+    verb.add_argument(
+        "--out",
+        required=True,
+        type=Path,
+        metavar="FOLDER",
+        help="gets a Python file a law; give it to every verb as --effects FOLDER",
+    )
+    verb.add_argument("--name", metavar="NAME", help="of the effect (default: learned_LAW)")
 
 
 def _add_check(verbs: Verbs) -> None:
