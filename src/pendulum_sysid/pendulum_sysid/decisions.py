@@ -100,6 +100,9 @@ ANGLE_HARMONICS = 3  # harmonics; of a turn: eccentric encoders have one or two
 # Which laws are measured where physics has no name, and how finely?
 MEASURE_LAWS = True  # rule; what has no name is measured as curves
 SHAPE_AS_GOOD = 1.05  # ratio; of misfits, up to which a formula does as well as its curve
+SHAPE_SLACK = 0.01  # of range; error of a curve between its knots, beside its band
+SHAPES_TRIED = 2  # shapes; of a curve, the most believable, that are run; time
+FORMULA_REACH = 0.25  # of range; by which a formula goes on to either side
 LAW_VISITED = 0.1  # of mean visits; a knot with fewer is not spoken of
 LAW_KNOTS = 20  # knots; of a measured law: a period of a fifth of the travel shows
 LAW_SECONDS_A_KNOT = 1.0  # s; of a law over time: slow changes, no single push

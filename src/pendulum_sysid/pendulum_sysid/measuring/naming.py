@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from pendulum_sysid import decisions
-from pendulum_sysid.finding.judge import compute_lead
 from pendulum_sysid.fitting.case import Case
-from pendulum_sysid.fitting.gauss_newton import refine_start_states
-from pendulum_sysid.fitting.parameters import list_rig_parameters, make_twin
-from pendulum_sysid.fitting.windows import shorten_windows
 from pendulum_sysid.measuring.curve import Curve
+from pendulum_sysid.measuring.formula_fit import fit_formula
 from pendulum_sysid.measuring.penalised_fit import LawFit
 from pendulum_sysid.measuring.shapes import FittedShape, rank_shapes
 from pendulum_sysid.records import Fit, Split
 from pendulum_twin.arrays import Floats
+from pendulum_twin.laws.law import make_curve_matrix
 
-SHAPES_TRIED = 3  # of a curve, the most believable, that are run
+FORMULA_ITERATIONS = 8
 
 
 @dataclass(frozen=True)
@@ -44,13 +42,16 @@ def name_curves(case: Case, split: Split, held: LawFit) -> tuple[Fit, tuple[Name
     """Return the fit with every curve replaced by its formula where the formula does as well."""
     fit, named = held.fit, []
     for k, curve in enumerate(held.curves):
-        shape, fit = _try_shapes(case, split, fit, curve, held.values[k], held.covariances[k])
-        deviations = np.sqrt(np.maximum(np.diag(held.covariances[k]), 0.0))
+        fit, curve, shape = _try_shapes(
+            case, split, fit, curve, held.values[k], held.covariances[k]
+        )
+        spread = make_curve_matrix(curve.kind, held.curves[k].knots, curve.knots)
+        covariance = spread @ held.covariances[k] @ spread.T
         named.append(
             NamedCurve(
                 curve,
                 curve.get_values(fit.theta),
-                decisions.INTERVAL_DEVIATIONS * deviations,
+                decisions.INTERVAL_DEVIATIONS * np.sqrt(np.maximum(np.diag(covariance), 0.0)),
                 held.priors[k].effective,
                 shape,
                 held.lead.ratio if held.lead is not None else 1.0,
@@ -61,33 +62,19 @@ def name_curves(case: Case, split: Split, held: LawFit) -> tuple[Fit, tuple[Name
 
 def _try_shapes(
     case: Case, split: Split, fit: Fit, curve: Curve, values: Floats, covariance: Floats
-) -> tuple[FittedShape | None, Fit]:
-    """Return the first shape that the runs cannot tell from the curve, and the fit with it."""
-    ranked = rank_shapes(curve.kind.is_periodic, curve.knots, values, covariance)
-    for shape in ranked[:SHAPES_TRIED]:
-        theta = fit.theta.copy()
-        curve.put(theta, np.maximum(shape.curve, curve.low))
-        formula = _judge(case, split, fit, theta)
-        worse = compute_lead(fit, formula)
+) -> tuple[Fit, Curve, FittedShape | None]:
+    """Return the fit, curve and shape of the first shape that runs cannot tell from the curve."""
+    slack = (decisions.SHAPE_SLACK * float(np.ptp(values))) ** 2 * np.eye(len(values))
+    ranked = rank_shapes(curve.kind.is_periodic, curve.knots, values, covariance + slack)
+    tried = []
+    for shape in ranked[: decisions.SHAPES_TRIED]:
+        formula, named, finer = fit_formula(case, split, fit, curve, shape, FORMULA_ITERATIONS)
         as_good = formula.choose <= decisions.SHAPE_AS_GOOD * fit.choose
-        if as_good or not (worse.is_real or formula.choose > 1.5 * fit.choose):
-            return shape, formula
-    return None, fit
-
-
-def _judge(case: Case, split: Split, fit: Fit, theta: Floats) -> Fit:
-    """Return a fit with another theta, judged on the choosing windows; nothing is refitted."""
-    choosing = refine_start_states(
-        case.problem(shorten_windows(case.state, split.choose, fit.pieces)), theta
-    )
-    return replace(
-        fit,
-        twin=make_twin(case.twin, theta, fit.effects, list_rig_parameters(case.twin)),
-        theta=theta,
-        choose=choosing.misfit(case.noise),
-        window_squares=choosing.squares,
-        counts=choosing.counts,
-    )
+        if as_good or formula.choose <= decisions.MISFIT_AT_NOISE:
+            tried.append((formula, finer, named))
+    if not tried:
+        return fit, curve, None
+    return min(tried, key=lambda trial: trial[0].choose)
 
 
 def write_formula(named: NamedCurve) -> str:

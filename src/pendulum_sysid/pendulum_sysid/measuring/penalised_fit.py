@@ -87,7 +87,7 @@ def fit_laws(
         np.zeros((own, own)),
         *(make_precision(c, p) for c, p in zip(curves, priors, strict=True)),
     )
-    solved = _solve(problem, theta, free, precision, start_states)
+    solved = minimise(problem, theta, free, precision, start_states)
     system, squares, counts = solved.system, solved.squares, solved.counts
     scatter = _measure_inflation(system, precision, pieces)
     covariance = scatter * np.linalg.pinv(
@@ -101,7 +101,7 @@ def fit_laws(
     fit = Fit(
         twin=make_twin(case.twin, solved.theta, effects, list_rig_parameters(case.twin)),
         effects=effects,
-        estimates=_make_estimates(free[:own], solved.theta, covariance),
+        estimates=make_estimates(free[:own], solved.theta, covariance),
         theta=solved.theta,
         start_states=solved.start_states,
         power=power,
@@ -125,7 +125,9 @@ def fit_laws(
 
 
 @dataclass(frozen=True)
-class _Solved:
+class Minimum:
+    """Hold where a penalised fit ended; system: the normal equations there, without penalty."""
+
     theta: Floats
     start_states: Floats
     squares: Floats
@@ -133,14 +135,20 @@ class _Solved:
     system: System
     converged: bool
 
+    @property
+    def power(self) -> Floats:
+        """Return each channel's mean squared error."""
+        return compute_power(self.squares, self.counts)
 
-def _solve(
+
+def minimise(
     problem: Problem,
     theta: Floats,
     free: tuple[Free, ...],
     precision: Floats,
     start_states: Floats | None,
-) -> _Solved:
+    iterations: int = ITERATIONS,
+) -> Minimum:
     """Minimise the cost of `gauss_newton.solve` with a penalty on the parameters' sizes."""
     windows = problem.windows
     starts = windows.start_states.copy() if start_states is None else start_states.copy()
@@ -161,7 +169,7 @@ def _solve(
     squares, cost = measure(theta, starts)
     damping, converged = 1e-6, False
     system = linearise(problem, theta, starts, free, compute_power(squares, counts))
-    for _ in range(ITERATIONS):
+    for _ in range(iterations):
         pulled = replace(
             system,
             normals=np.concatenate([system.normals, precision[None]]),
@@ -183,7 +191,7 @@ def _solve(
         if gain < CONVERGED:
             converged = True
             break
-    return _Solved(theta, starts, squares, counts, system, converged)
+    return Minimum(theta, starts, squares, counts, system, converged)
 
 
 def _measure_inflation(system: System, precision: Floats, pieces: int) -> float:
@@ -201,9 +209,10 @@ def _list_parts(own: int, curves: tuple[Curve, ...]) -> list[slice]:
     return [slice(int(e) - len(c.knots), int(e)) for e, c in zip(ends, curves, strict=True)]
 
 
-def _make_estimates(
+def make_estimates(
     free: tuple[Free, ...], theta: Floats, covariance: Floats
 ) -> dict[str, Estimate]:
+    """Return value and 95 % interval of parameters; covariance: in units of their sizes."""
     estimates = {}
     for k, parameter in enumerate(free):
         value = parameter.get(theta)
