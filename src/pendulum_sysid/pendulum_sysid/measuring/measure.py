@@ -21,6 +21,7 @@ from pendulum_sysid.fitting.gauss_newton import refine_start_states
 from pendulum_sysid.fitting.linearised import linearise
 from pendulum_sysid.fitting.windows import shorten_windows
 from pendulum_sysid.measuring.curve import Curve, list_curves
+from pendulum_sysid.measuring.naming import name_curves
 from pendulum_sysid.measuring.penalised_fit import LawFit, fit_laws, list_all_free
 from pendulum_sysid.measuring.smoothness import (
     Smoothness,
@@ -61,7 +62,7 @@ def measure_best_laws(
             continue
         if best is None or compute_lead(held.fit, best.fit).is_real:
             best = held
-        if best.fit.choose <= decisions.MISFIT_AT_NOISE:
+        if name_curves(case, split, best)[0].choose <= decisions.MISFIT_AT_NOISE:
             break
     if best is None:
         return None
@@ -80,7 +81,8 @@ def measure_laws(case: Case, split: Split, start: Fit, report: Progress) -> LawF
         if longer is None:
             break
         held = longer
-        if held.fit.choose <= decisions.MISFIT_AT_NOISE:
+        # a sharp edge needs its formula to end at the noise: no second law may mend it
+        if name_curves(case, split, held)[0].choose <= decisions.MISFIT_AT_NOISE:
             break
     return held if held.curves else None
 

@@ -151,13 +151,14 @@ SHAPES: tuple[Shape, ...] = (
 
 
 def _make_turn_shape(harmonic: int) -> Shape:
+    often = "once" if harmonic == 1 else f"{harmonic} times"
     return Shape(
         "wave of a turn" if harmonic == 1 else f"wave of a turn, {harmonic} times",
         f"{{offset}} + {{sine}} sin({harmonic} x) + {{cosine}} cos({harmonic} x)",
         lambda x: _stack(_ones(x), np.sin(harmonic * x), np.cos(harmonic * x)),
         ("offset", "sine", "cosine"),
-        words=f"repeats {harmonic} times a turn ({{sine}} of the sine, {{cosine}} of the cosine) "
-        "about {offset}",
+        words=f"repeats {often} a turn ({{sine}} of the sine, {{cosine}} of the cosine) about "
+        "{offset}",
     )
 
 

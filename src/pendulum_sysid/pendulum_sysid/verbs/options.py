@@ -264,6 +264,13 @@ def _add_prove(verbs: Verbs) -> None:
     kinds = "how many of nothing, single, pair, triple, unlisted (default: 15, 40, 20, 10, 15)"
     verb.add_argument("--kinds", metavar="KIND:SHARE,...", help=kinds)
     verb.add_argument(
+        "--unlisted",
+        dest="kinds",
+        action="store_const",
+        const="unlisted:1",
+        help="conceal only physics that the catalogue does not hold",
+    )
+    verb.add_argument(
         "--twin", type=Path, metavar="TWIN", help="the nominal rig (default: config/inteco.yaml)"
     )
     rivals = (
