@@ -113,10 +113,10 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
         return findings
     case = findings.case
     starts = (findings.base, findings.best) if unnamed else (findings.best,)
-    held = measure_best_laws(case, split, starts, progress)
-    if held is None:
+    law_fit = measure_best_laws(case, split, starts, progress)
+    if law_fit is None:
         return findings
-    fit, laws = name_curves(case, split, held)
+    fit, laws = name_curves(case, split, law_fit)
     improved = replace(case, twin=fit.twin)
     after = run_parts(improved, split)
     return replace(

@@ -35,13 +35,13 @@ STANDING_SPEED_SHARE = 0.03
 @kernel.compile_cached
 def _fill_laws(x, th, v, w, t, p, out):  # type: ignore[no-untyped-def]
     for n in range(len(x)):
-        held = sum_measured_laws(p, x[n], v[n], th[n], w[n], t[n], 0.0)[1:]
+        applied = sum_measured_laws(p, x[n], v[n], th[n], w[n], t[n], 0.0)[1:]
         cart_way, pole_way = np.sign(v[n]), np.sign(w[n])
-        out[n, 0] = held[0] + add_cart_forces(x[n], v[n], th[n], w[n], p, 0, 1, ALL_LAWS)
-        level = compute_cart_level(abs(v[n]), x[n], cart_way, held, p, 0, 1, ALL_LAWS)
+        out[n, 0] = applied[0] + add_cart_forces(x[n], v[n], th[n], w[n], p, 0, 1, ALL_LAWS)
+        level = compute_cart_level(abs(v[n]), x[n], cart_way, applied, p, 0, 1, ALL_LAWS)
         out[n, 0] -= cart_way * level
-        out[n, 1] = held[1] + add_pole_torques(x[n], v[n], th[n], w[n], p, 0, 1, ALL_LAWS)
-        level = compute_pole_level(abs(w[n]), th[n], pole_way, held, p, 0, 1, ALL_LAWS)
+        out[n, 1] = applied[1] + add_pole_torques(x[n], v[n], th[n], w[n], p, 0, 1, ALL_LAWS)
+        level = compute_pole_level(abs(w[n]), th[n], pole_way, applied, p, 0, 1, ALL_LAWS)
         out[n, 1] -= pole_way * level
 
 

@@ -33,7 +33,7 @@ X, TH, V, W = range(LAWS, LAWS + 4)
 # the state at the begin of the step
 X_BEFORE, TH_BEFORE, V_BEFORE, W_BEFORE = range(LAWS + 4, LAWS + 8)
 CART_WAY, POLE_WAY, CART_FREE, POLE_FREE = range(LAWS + 8, LAWS + 12)  # the modes; see `motion.py`
-# what acts evenly over the step (`held` in `motion.py`); the first is the force on the cart, N
+# what acts evenly over the step (`applied` in `motion.py`); the first is the force on the cart, N
 FORCE, TORQUE, CART_DRY, POLE_DRY = range(LAWS + 12, LAWS + 16)
 ENDED = LAWS + 16  # 1 where a mode has ended within the step
 H = LAWS + 17  # the step, s
@@ -157,9 +157,9 @@ def _end_step(lanes, laws, p, resting):
             if p[ENDED * width + i] > 0.0:
                 state, after = _get_four(p, X_BEFORE, i, width), _get_four(p, X, i, width)
                 modes = _get_four(p, CART_WAY, i, width)
-                held, h = _get_four(p, FORCE, i, width), p[H * width + i]
+                applied, h = _get_four(p, FORCE, i, width), p[H * width + i]
                 _put_four(
-                    p, X, i, width, cut_step(state, after, held, modes, p, i, width, laws, h)
+                    p, X, i, width, cut_step(state, after, applied, modes, p, i, width, laws, h)
                 )
     for i in range(width):
         x, th, v, w = _get_four(p, X_BEFORE, i, width)
@@ -182,8 +182,8 @@ def _hold_measured_laws(theta, p, i, width, step):
     gain, force, torque, cart_dry, pole_dry = sum_measured_laws(
         theta, x + 0.5 * h * v, v, th + 0.5 * h * w, w, (step + 0.5) * h, h
     )
-    held = p[FORCE * width + i] * gain + force, torque, cart_dry, pole_dry
-    _put_four(p, FORCE, i, width, held)
+    applied = p[FORCE * width + i] * gain + force, torque, cart_dry, pole_dry
+    _put_four(p, FORCE, i, width, applied)
 
 
 @compile_cached

@@ -35,10 +35,10 @@ class Forces(NamedTuple):
 
 @compiled
 def _sum_forces(x, th, v, w, way, theta):  # type: ignore[no-untyped-def]
-    held = sum_measured_laws(theta, x, v, th, w, 0.0, 0.0)
-    gain, held = held[0], held[1:]
-    push, turn, coupling = sum_forces((x, th, v, w), held, theta, 0, 1, ALL_LAWS)
-    level = compute_cart_level(abs(v), x, way, held, theta, 0, 1, ALL_LAWS)
+    applied = sum_measured_laws(theta, x, v, th, w, 0.0, 0.0)
+    gain, applied = applied[0], applied[1:]
+    push, turn, coupling = sum_forces((x, th, v, w), applied, theta, 0, 1, ALL_LAWS)
+    level = compute_cart_level(abs(v), x, way, applied, theta, 0, 1, ALL_LAWS)
     return push, level, turn, coupling, gain
 
 

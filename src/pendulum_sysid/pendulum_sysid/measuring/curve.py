@@ -181,7 +181,8 @@ def _make_curve(kind: LawKind, seen: Floats, scales: Scales, effects: tuple[str,
         knots = spread_turn(count)
     else:
         ends = np.quantile(seen, [0.001, 0.999])
-        ends = ends if kind.variable is not Variable.TIME else (seen.min(), seen.max())
+        if kind.variable is Variable.TIME:
+            ends = np.array([seen.min(), seen.max()])
         knots = np.linspace(ends[0], ends[1], count)
     scale, per = SCALES[kind.role]
     size = 0.1 * scales[scale] / scales[per]

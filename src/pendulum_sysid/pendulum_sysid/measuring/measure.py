@@ -57,11 +57,11 @@ def measure_best_laws(
     """
     best: LawFit | None = None
     for start in {start.effects: start for start in starts}.values():
-        held = measure_laws(case, split, start, report)
-        if held is None:
+        law_fit = measure_laws(case, split, start, report)
+        if law_fit is None:
             continue
-        if best is None or compute_lead(held.fit, best.fit).is_real:
-            best = held
+        if best is None or compute_lead(law_fit.fit, best.fit).is_real:
+            best = law_fit
         if name_curves(case, split, best)[0].choose <= decisions.MISFIT_AT_NOISE:
             break
     if best is None:
@@ -75,16 +75,16 @@ def measure_laws(case: Case, split: Split, start: Fit, report: Progress) -> LawF
 
     start: the fit with the effects that were named so far, and no laws.
     """
-    held = _begin(case, split, start)
-    while len(held.curves) < decisions.LAWS_MEASURED:
-        longer = _add_law(case, split, held, report)
+    law_fit = _begin(case, split, start)
+    while len(law_fit.curves) < decisions.LAWS_MEASURED:
+        longer = _add_law(case, split, law_fit, report)
         if longer is None:
             break
-        held = longer
+        law_fit = longer
         # a sharp edge needs its formula to end at the noise: no second law may mend it
-        if name_curves(case, split, held)[0].choose <= decisions.MISFIT_AT_NOISE:
+        if name_curves(case, split, law_fit)[0].choose <= decisions.MISFIT_AT_NOISE:
             break
-    return held if held.curves else None
+    return law_fit if law_fit.curves else None
 
 
 def _begin(case: Case, split: Split, start: Fit) -> LawFit:
@@ -95,47 +95,53 @@ def _begin(case: Case, split: Split, start: Fit) -> LawFit:
     return LawFit(start, (), (), (), (), decisions.LAW_FIRST_INFLATION)
 
 
-def _add_law(case: Case, split: Split, held: LawFit, report: Progress) -> LawFit | None:
+def _add_law(case: Case, split: Split, law_fit: LawFit, report: Progress) -> LawFit | None:
     """Return the fit with the law that helps most; None where none helps for sure."""
-    ranked = rank_curves(case, split, held)
+    ranked = rank_curves(case, split, law_fit)
     kept: list[LawFit] = []
     for candidate in ranked[: decisions.LAWS_REFITTED]:
         if candidate.prior.evidence < decisions.LAW_EVIDENCE_SHARE * ranked[0].prior.evidence:
             break
         try:
-            longer = _fit_longer(case, split, held, candidate)
+            longer = _fit_longer(case, split, law_fit, candidate)
         except np.linalg.LinAlgError:
             continue
         report(
-            f"{candidate.curve.kind.name}: misfit {held.fit.choose:.2f} becomes "
+            f"{candidate.curve.kind.name}: misfit {law_fit.fit.choose:.2f} becomes "
             f"{longer.fit.choose:.2f} ({candidate.prior.evidence:.0f} nats)"
         )
-        if _is_kept(case, split, longer, held):
+        if _is_kept(case, split, longer, law_fit):
             kept.append(longer)
             if longer.fit.choose <= decisions.MISFIT_AT_NOISE:
                 break
     return min(kept, key=lambda longer: longer.fit.choose, default=None)
 
 
-def _is_kept(case: Case, split: Split, longer: LawFit, held: LawFit) -> bool:
+def _is_kept(case: Case, split: Split, longer: LawFit, law_fit: LawFit) -> bool:
     """Return whether the last law is surely worth its place, over both horizons."""
     if longer.lead is None or not longer.lead.is_real:
         return False
     whole = [
         refine_start_states(case.problem(split.choose), fit.theta).misfit(case.noise)
-        for fit in (longer.fit, held.fit)
+        for fit in (longer.fit, law_fit.fit)
     ]
     return whole[0] < whole[1]
 
 
-def _fit_longer(case: Case, split: Split, held: LawFit, candidate: Ranked) -> LawFit:
+def _fit_longer(case: Case, split: Split, law_fit: LawFit, candidate: Ranked) -> LawFit:
     """Return the fit with one law more; its smoothness is chosen again where the fit ended."""
-    theta = held.fit.theta.copy()
+    theta = law_fit.fit.theta.copy()
     candidate.curve.put(theta, candidate.values)
-    curves, priors = (*held.curves, candidate.curve), (*held.priors, candidate.prior)
-    arguments = (case, split, held.fit.effects)
+    curves, priors = (*law_fit.curves, candidate.curve), (*law_fit.priors, candidate.prior)
+    arguments = (case, split, law_fit.fit.effects)
     first = fit_laws(
-        *arguments, theta, curves, priors, held.inflation, held.fit.pieces, held.fit.start_states
+        *arguments,
+        theta,
+        curves,
+        priors,
+        law_fit.inflation,
+        law_fit.fit.pieces,
+        law_fit.fit.start_states,
     )
     priors = tuple(
         _choose_again(case, split, first, k, first.inflation) for k in range(len(curves))
@@ -146,43 +152,43 @@ def _fit_longer(case: Case, split: Split, held: LawFit, candidate: Ranked) -> La
         curves,
         priors,
         first.inflation,
-        held.fit.pieces,
+        law_fit.fit.pieces,
         first.fit.start_states,
     )
-    lead: Lead = compute_lead(second.fit, held.fit)
+    lead: Lead = compute_lead(second.fit, law_fit.fit)
     return replace(second, lead=lead)
 
 
 def _choose_again(
-    case: Case, split: Split, held: LawFit, which: int, inflation: float
+    case: Case, split: Split, law_fit: LawFit, which: int, inflation: float
 ) -> Smoothness:
     """Return the smoothness of one law of a fit, chosen where the fit ended."""
-    order = [k for k in range(len(held.curves)) if k != which] + [which]
-    curves = tuple(held.curves[k] for k in order)
-    priors = tuple(held.priors[k] for k in order)
-    matrix, gradient = _reduce(case, split, held.fit, curves, priors[:-1], inflation)
+    order = [k for k in range(len(law_fit.curves)) if k != which] + [which]
+    curves = tuple(law_fit.curves[k] for k in order)
+    priors = tuple(law_fit.priors[k] for k in order)
+    matrix, gradient = _reduce(case, split, law_fit.fit, curves, priors[:-1], inflation)
     curve = curves[-1]
-    values = curve.get_values(held.fit.theta) / curve.size
+    values = curve.get_values(law_fit.fit.theta) / curve.size
     return choose_smoothness(curve, matrix, gradient + matrix @ values, inflation)
 
 
-def rank_curves(case: Case, split: Split, held: LawFit) -> list[Ranked]:
+def rank_curves(case: Case, split: Split, law_fit: LawFit) -> list[Ranked]:
     """Return the curves that make the recording likelier, the likeliest first."""
-    known = {curve.kind for curve in held.curves}
+    known = {curve.kind for curve in law_fit.curves}
     ranked = []
-    for curve in list_curves(case, held.fit.theta, held.fit.effects):
+    for curve in list_curves(case, law_fit.fit.theta, law_fit.fit.effects):
         if curve.kind in known:
             continue
-        theta = held.fit.theta.copy()
+        theta = law_fit.fit.theta.copy()
         curve.put(theta, np.zeros(len(curve.knots)))
-        start = replace(held.fit, theta=theta)
+        start = replace(law_fit.fit, theta=theta)
         matrix, gradient = _reduce(
-            case, split, start, (*held.curves, curve), held.priors, held.inflation
+            case, split, start, (*law_fit.curves, curve), law_fit.priors, law_fit.inflation
         )
-        prior = choose_smoothness(curve, matrix, gradient, held.inflation)
+        prior = choose_smoothness(curve, matrix, gradient, law_fit.inflation)
         if prior.evidence < decisions.LAW_LEAST_NATS:
             continue
-        penalty = held.inflation * make_precision(curve, prior)
+        penalty = law_fit.inflation * make_precision(curve, prior)
         values = curve.size * np.linalg.solve(matrix + penalty, gradient)
         ranked.append(Ranked(curve, prior, np.clip(values, curve.low, None)))
     return sorted(ranked, key=lambda candidate: -candidate.prior.evidence)

@@ -38,23 +38,23 @@ class NamedCurve:
     lead: float
 
 
-def name_curves(case: Case, split: Split, held: LawFit) -> tuple[Fit, tuple[NamedCurve, ...]]:
+def name_curves(case: Case, split: Split, law_fit: LawFit) -> tuple[Fit, tuple[NamedCurve, ...]]:
     """Return the fit with every curve replaced by its formula where the formula does as well."""
-    fit, named = held.fit, []
-    for k, curve in enumerate(held.curves):
+    fit, named = law_fit.fit, []
+    for k, curve in enumerate(law_fit.curves):
         fit, curve, shape = _try_shapes(
-            case, split, fit, curve, held.values[k], held.covariances[k]
+            case, split, fit, curve, law_fit.values[k], law_fit.covariances[k]
         )
-        spread = make_curve_matrix(curve.kind, held.curves[k].knots, curve.knots)
-        covariance = spread @ held.covariances[k] @ spread.T
+        spread = make_curve_matrix(curve.kind, law_fit.curves[k].knots, curve.knots)
+        covariance = spread @ law_fit.covariances[k] @ spread.T
         named.append(
             NamedCurve(
                 curve,
                 curve.get_values(fit.theta),
                 decisions.INTERVAL_DEVIATIONS * np.sqrt(np.maximum(np.diag(covariance), 0.0)),
-                held.priors[k].effective,
+                law_fit.priors[k].effective,
                 shape,
-                held.lead.ratio if held.lead is not None else 1.0,
+                law_fit.lead.ratio if law_fit.lead is not None else 1.0,
             )
         )
     return fit, tuple(named)

@@ -104,7 +104,8 @@ def _check_knots(where: str, kind: LawKind, knots: tuple[float, ...]) -> None:
 
 def spread_turn(count: int) -> Floats:
     """Return so many knots over a turn of the pole, rad."""
-    return np.arange(count) * (math.tau / count)
+    knots: Floats = np.arange(count) * (math.tau / count)
+    return knots
 
 
 def make_curve_matrix(kind: LawKind, knots: Floats, at: Floats) -> Floats:
