@@ -6,9 +6,9 @@ neighbouring lanes side by side.
 
 Arguments that the functions of `motion` and `stick_slip` share:
 state: x (m), th (rad), v (m/s), w (rad/s).
-applied: what acts on the joints evenly over the step: force on the cart, N (the drive's and
-    that of measured laws); torque on the pole, N m; and what measured laws add to the dry friction of the
-    cart, N, and of the pole, N m.
+applied: what acts on the joints evenly over the step: force on the cart, N (the drive's and that
+    of measured laws); torque on the pole, N m; and what measured laws add to the dry friction of
+    the cart, N, and of the pole, N m.
 modes: cart_way, pole_way, cart_free, pole_free. A way is the direction in which the joint slips,
     1, -1 or 0; free is 0 for a joint that sticks and 1 for a joint that moves.
 p, i, width: the block, the lane in it, and how many lanes it has.

@@ -104,8 +104,7 @@ def _check_knots(where: str, kind: LawKind, knots: tuple[float, ...]) -> None:
 
 def spread_turn(count: int) -> Floats:
     """Return so many knots over a turn of the pole, rad."""
-    knots: Floats = np.arange(count) * (math.tau / count)
-    return knots
+    return np.arange(count, dtype=np.float64) * (math.tau / count)
 
 
 def make_curve_matrix(kind: LawKind, knots: Floats, at: Floats) -> Floats:
