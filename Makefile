@@ -121,7 +121,7 @@ $(VENV)/.learning-$(ROS): $(VENV)/.pinned-$(ROS) requirements-learning.lock
 	touch $@
 
 # The twin's kernel is compiled ahead: no first start has to.
-$(VENV)/.compiled-$(ROS): $(VENV)/.installed-$(ROS) $(wildcard src/pendulum_twin/pendulum_twin/*.py src/pendulum_twin/pendulum_twin/effects/*.py)
+$(VENV)/.compiled-$(ROS): $(VENV)/.installed-$(ROS) $(wildcard src/pendulum_twin/pendulum_twin/*.py src/pendulum_twin/pendulum_twin/effects/*.py src/pendulum_twin/pendulum_twin/laws/*.py)
 	@echo "Compiling the twin"
 	$(BIN)/python -m pendulum_twin.compile_ahead --all > /dev/null
 	touch $@

@@ -53,7 +53,7 @@ def make_kernel_steps(
     first, out = np.zeros(lanes, dtype=np.int64), np.empty((lanes, len(command) + 1, 4))
 
     def run() -> np.ndarray:
-        run_mechanics(drives, first, first, starts, theta, 1e-3, peers.SUBSTEPS, out)
+        run_mechanics(drives, first, first, first, starts, theta, 1e-3, peers.SUBSTEPS, out)
         return out[:, 1:]
 
     return run

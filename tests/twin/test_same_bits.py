@@ -128,7 +128,9 @@ def run_lanes(theta, width, laws, dry):
         (0,) * width,
         laws,
         dry,
+        None,
         drives,
+        zeros,
         zeros,
         zeros,
         starts,
@@ -203,5 +205,5 @@ def test_a_block_is_as_wide_as_it_says():
     out = np.empty((3, 2, 4))
     drives, zeros = np.zeros((1, 10)), np.zeros(3, dtype=np.int64)
     starts, sets = np.tile(START, (3, 1)), np.tile(choose_theta("base"), (3, 1))
-    run_mechanics(drives, zeros, zeros, starts, sets, 1e-3, 10, out)
+    run_mechanics(drives, zeros, zeros, zeros, starts, sets, 1e-3, 10, out)
     assert np.array_equal(out[0], out[2])

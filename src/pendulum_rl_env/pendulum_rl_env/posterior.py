@@ -73,7 +73,7 @@ def _draw_twin(twin: Twin, verdict: Mapping[str, Any], random: np.random.Generat
             drawn = effects[name][parameter]
             drawn += _compute_deviation(estimate) * random.standard_normal()
             effects[name][parameter] = float(np.clip(drawn, bounds.low, bounds.high))
-    return Twin(twin.name, rig, effects)
+    return replace(twin, rig=rig, effects=effects)
 
 
 def _draw_rig(rig: Rig, estimates: Mapping[str, Any], random: np.random.Generator) -> Rig | None:

@@ -14,8 +14,9 @@ from collections.abc import Sequence
 from importlib import import_module
 
 from pendulum_sysid.verbs.options import make_parser
-from pendulum_sysid.verbs.said import INTERRUPTED, NOT_ANSWERED, say
+from pendulum_sysid.verbs.said import INTERRUPTED, NOT_ANSWERED, WRONG_USE, say
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.user_effects import take_effects_option
 
 MODULES = {  # verb -> module, whose `run(arguments)` returns the exit status
     "diagnose": "verbs.diagnose",
@@ -23,6 +24,7 @@ MODULES = {  # verb -> module, whose `run(arguments)` returns the exit status
     "replay": "verbs.replay",
     "compare": "verbs.compare",
     "effects": "verbs.effects",
+    "learn": "verbs.learn",
     "check": "verbs.check",
     "import": "verbs.import_csv",
     "next": "verbs.next",
@@ -33,7 +35,10 @@ MODULES = {  # verb -> module, whose `run(arguments)` returns the exit status
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one verb and return the exit status; argparse ends wrong use with status 2 by itself."""
     given = sys.argv[1:] if argv is None else list(argv)
-    arguments = make_parser().parse_args(given)
+    try:
+        arguments = make_parser().parse_args(take_effects_option(given))
+    except BadInputError as error:
+        return say(str(error), WRONG_USE)
     arguments.shell_line = shlex.join(["sysid", *given])
     try:
         with warnings.catch_warnings():

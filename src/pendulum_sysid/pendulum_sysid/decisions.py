@@ -97,6 +97,23 @@ LINE_LEAST_PERIODS = 8.0  # periods; in the recording, of a line
 LINE_LEAST_POWER = 0.02  # of highest peak; of a line
 ANGLE_HARMONICS = 3  # harmonics; of a turn: eccentric encoders have one or two
 
+# Which laws are measured where physics has no name, and how finely?
+MEASURE_LAWS = True  # rule; what has no name is measured as curves
+SHAPE_AS_GOOD = 1.05  # ratio; of misfits, up to which a formula does as well as its curve
+SHAPE_SLACK = 0.01  # of range; error of a curve between its knots, beside its band
+SHAPES_TRIED = 2  # shapes; of a curve, the most believable, that are run; time
+FORMULA_REACH = 0.25  # of range; by which a formula goes on to either side
+LAW_VISITED = 0.1  # of mean visits; a knot with fewer is not spoken of
+LAW_KNOTS = 20  # knots; of a measured law: a period of a fifth of the travel shows
+LAW_SECONDS_A_KNOT = 1.0  # s; of a law over time: slow changes, no single push
+LAW_MOST_KNOTS = 64  # knots; what a law of the twin can hold; derived
+LAW_LEAST_NATS = 10.0  # nats; evidence for a law by one linearised step, worth a fit
+LAW_FIRST_INFLATION = 4.0  # ratio; of variances: errors within a window hang together
+LAW_MOST_INFLATION = 100.0  # ratio; beyond it the windows say nothing in common
+LAW_EVIDENCE_SHARE = 0.2  # of best; evidence below which a law is not refitted; time
+LAWS_REFITTED = 4  # fits; of the likeliest laws; time
+LAWS_MEASURED = 3  # laws; in one twin: bounds the time
+
 # What may a fit use, and how far may it go?
 INTERVAL_DEVIATIONS = 1.96  # standard deviations; to either side of a 95 % interval; derived
 START_DOUBT = 1.0  # deviations; of a smoothed start, within which a fit may move it; derived

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.joining import join_recordings
 from pendulum_sysid.errors import UnusableRecording
 from pendulum_sysid.finding.detectors import Use, read_effects
@@ -23,11 +24,13 @@ from pendulum_sysid.fitting.gauss_newton import refine_start_states
 from pendulum_sysid.fitting.noise_floor import measure_noise_floor
 from pendulum_sysid.fitting.window_runs import JOINTS, UNITS, WindowRuns, run_windows
 from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
+from pendulum_sysid.measuring.measure import measure_best_laws
+from pendulum_sysid.measuring.naming import name_curves
 from pendulum_sysid.planning.next_experiment import plan_next_experiment
 from pendulum_sysid.plausibility import refuse_implausible
 from pendulum_sysid.prepare import Prepared, prepare_case, prepare_windows
 from pendulum_sysid.records import Outcome, Overlay, Recording, Split
-from pendulum_sysid.telling.outcome import Findings, decide_outcome
+from pendulum_sysid.telling.outcome import Findings, decide_outcome, is_above_noise
 from pendulum_sysid.telling.verdict import make_unusable, make_verdict
 from pendulum_sysid.verdict.record import Verdict
 from pendulum_twin.model import Twin
@@ -61,6 +64,7 @@ def diagnose_prepared(prepared: Prepared, progress: Progress, began: float) -> V
     progress(f"{recording.name}: {len(case.signals)} samples, fitting the rig's constants alone")
     answer = search_effects(case, prepared.split, progress)
     findings = judge_answer(case, prepared.split, answer)
+    findings = measure_rest(findings, prepared.split, progress)
     verdict = make_verdict(findings, recording, time.monotonic() - began)
     overlays = draw_overlays(findings.before["held_out"], findings.after["held_out"])
     return replace(verdict, trials=answer.trials, overlays=overlays)
@@ -97,6 +101,32 @@ def judge_answer(case: Case, split: Split, answer: Answer) -> Findings:
     if decide_outcome(findings) is Outcome.NOT_IN_CATALOGUE:
         return replace(findings, certain=read_effects(case, base.theta, Use.CERTAIN))
     return findings
+
+
+def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findings:
+    """Return the findings with measured laws for what no name explains, if laws help.
+
+    Where names do not explain the errors, laws are tried without these names first.
+    """
+    unnamed = decide_outcome(findings) is Outcome.NOT_IN_CATALOGUE
+    if not (decisions.MEASURE_LAWS and (unnamed or is_above_noise(findings))):
+        return findings
+    case = findings.case
+    starts = (findings.base, findings.best) if unnamed else (findings.best,)
+    law_fit = measure_best_laws(case, split, starts, progress)
+    if law_fit is None:
+        return findings
+    fit, laws = name_curves(case, split, law_fit)
+    improved = replace(case, twin=fit.twin)
+    after = run_parts(improved, split)
+    return replace(
+        findings,
+        laws=laws,
+        with_laws=fit,
+        after=after,
+        remains=localise(case, fit.theta, after["train"]),
+        floor=measure_noise_floor(improved, fit.theta, split.held_out),
+    )
 
 
 def run_parts(case: Case, split: Split) -> dict[str, WindowRuns]:

@@ -57,14 +57,18 @@ def _compile_law(effect: Effect) -> Callable[..., Any]:
     return compile_inner(FunctionType(law.__code__, names, law.__name__))
 
 
-def compose_filters() -> Callable[..., Any]:
+def compose_filters(of_command: bool) -> Callable[..., Any]:
     """Return apply(out, memory, offsets, h, first_step, p, active), which filters out in place.
+
+    of_command: True for the filters of the command, False for those behind it.
 
     Nothing feeds back, so each filter runs over all substeps before the next filter begins.
     """
-    effects = _list_effects(Form.FILTER, tuple(Place))
-    lines = []
-    for n, (k, e) in enumerate(effects):
+    filters = _list_effects(Form.FILTER, tuple(Place))
+    effects = [pair for pair in filters if (pair[1].place is Place.COMMAND) == of_command]
+    lines = ["pass"]
+    for k, e in effects:
+        n = filters.index((k, e))
         arguments = ", ".join(
             ["out[at]", "kept", "h", "(first_step + at) * h", *_list_arguments(e, ALONE)]
         )

@@ -15,8 +15,16 @@ from pendulum_twin import compose, kernel
 from pendulum_twin.arrays import Floats, Ints
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Effect, Form
+from pendulum_twin.law_curves import convert_positions
+from pendulum_twin.laws.kind import Role
 from pendulum_twin.motion import ALL_LAWS, NO_LAWS, PLAIN_LAWS
-from pendulum_twin.parameter_vector import BASE, SLOTS, find_active_effects
+from pendulum_twin.parameter_vector import (
+    BASE,
+    LAWS,
+    SLOTS,
+    find_active_effects,
+    list_law_kinds,
+)
 from pendulum_twin.signals import Signals
 
 # Masks over the catalogue: effects of the mechanics, costly laws, laws that can hold a joint.
@@ -29,6 +37,9 @@ _MEASURING = [(k, e) for k, e in enumerate(CATALOGUE) if e.form is Form.MEASURE]
 _FILTERING = [(k, e) for k, e in enumerate(CATALOGUE) if e.form in (Form.FILTER, Form.CLOCK)]
 _REPORTING = [(k, e) for k, e in enumerate(CATALOGUE) if e.form is Form.REPORT]
 _CLOCKS = [e for e in CATALOGUE if e.form is Form.CLOCK]
+_HELD = (Role.GAIN, Role.FORCE, Role.TORQUE, Role.CART_DRAG, Role.POLE_DRAG)
+_DRY = (Role.CART_DRY, Role.POLE_DRY)
+_ERRORS = (Role.ANGLE_ERROR, Role.POSITION_ERROR)
 RATES = (2, 3)  # columns of the velocities in a state
 
 
@@ -69,6 +80,7 @@ def run_driven(
         rows,
         row_of[set_of],
         begin * sub,
+        np.round(t / signals.period_s).astype(np.int64) * sub,
         undo_sensors(start_states, lane_theta, t),
         lane_theta,
         signals.period_s / sub,
@@ -123,6 +135,8 @@ def _select_filter_columns(theta: Floats) -> Floats:
         columns.append(theta[:, SLOTS[e.name]])
         if on[k] and e.constants:
             columns.append(theta[:, [BASE.index(name) for name in e.constants]])
+    if any(kind.role is Role.COMMAND for kind in list_law_kinds(theta)):
+        columns.append(theta[:, LAWS:])
     return np.concatenate(columns, axis=1)
 
 
@@ -144,6 +158,7 @@ def run_mechanics(
     drives: Floats,
     drive_of: Ints,
     begin: Ints,
+    first_step: Ints,
     start_states: Floats,
     theta: Floats,
     h: float,
@@ -157,6 +172,7 @@ def run_mechanics(
         np.ascontiguousarray(drives),
         drive_of,
         begin,
+        first_step,
         np.ascontiguousarray(start_states),
         np.ascontiguousarray(theta),
         h,
@@ -165,13 +181,22 @@ def run_mechanics(
     )
 
 
-def select_kernel_code(theta: Floats) -> tuple[tuple[int, ...] | None, bool]:
-    """Return laws and dry of `kernel.integrate_lanes` for theta (lanes, SIZE): the least code."""
+def select_kernel_code(
+    theta: Floats,
+) -> tuple[tuple[int, ...] | None, bool, tuple[int, ...] | None]:
+    """Return laws, dry and measured of `kernel.integrate_lanes`: the least code.
+
+    theta: (lanes, SIZE).
+    """
     on = find_active_effects(theta)
-    dry = bool(np.any(on & _STICKING))
+    roles = {kind.role for kind in list_law_kinds(theta)}
+    sticks = not roles.isdisjoint(_DRY)
+    dry = bool(np.any(on & _STICKING)) or sticks
+    measured = (0,) if sticks or not roles.isdisjoint(_HELD) else None
     if not np.any(on & _MECHANICAL):
-        return NO_LAWS, dry
-    return ALL_LAWS if np.any(on & _MECHANICAL & _COSTLY) else PLAIN_LAWS, dry
+        return PLAIN_LAWS if sticks else NO_LAWS, dry, measured
+    laws = ALL_LAWS if np.any(on & _MECHANICAL & _COSTLY) else PLAIN_LAWS
+    return laws, dry, measured
 
 
 def apply_sensors(states: Floats, theta: Floats, t: Floats) -> Floats:
@@ -183,6 +208,7 @@ def apply_sensors(states: Floats, theta: Floats, t: Floats) -> Floats:
     The velocities are by the stamps, too; `apply_reporting` makes them as reported.
     """
     effects = select_measuring_effects(theta)
+    states = _convert_positions(states, theta, undo=False)
     return _scale_rates(pass_through_sensors(states, theta, effects, t), theta, 1.0)
 
 
@@ -193,7 +219,18 @@ def undo_sensors(states: Floats, theta: Floats, t: Floats) -> Floats:
         for e in reversed(select_measuring_effects(theta))
         if e.inverse is not None
     ]
-    return pass_through_sensors(_scale_rates(states, theta, -1.0), theta, effects, t)
+    states = pass_through_sensors(_scale_rates(states, theta, -1.0), theta, effects, t)
+    return _convert_positions(states, theta, undo=True)
+
+
+def _convert_positions(states: Floats, theta: Floats, undo: bool) -> Floats:
+    """Return states (lanes, ..., 4) after the measured errors of the sensors, or before them."""
+    if all(kind.role not in _ERRORS for kind in list_law_kinds(theta)):
+        return states
+    flat = np.array(states, dtype=np.float64).reshape(-1, 4)
+    lane_of = np.repeat(np.arange(len(theta)), len(flat) // max(len(theta), 1))
+    convert_positions(flat, lane_of, np.ascontiguousarray(theta), undo)
+    return flat.reshape(states.shape)
 
 
 def _scale_rates(states: Floats, theta: Floats, power: float) -> Floats:

@@ -7,6 +7,7 @@ import numpy as np
 from pendulum_twin import kernel
 from pendulum_twin.arrays import Floats, Mask
 from pendulum_twin.free_runs import compute_paces, run_drive, undo_sensors
+from pendulum_twin.law_curves import fill_measured_laws, sum_measured_laws
 from pendulum_twin.motion import (
     ALL_LAWS,
     add_cart_forces,
@@ -32,23 +33,27 @@ STANDING_SPEED_SHARE = 0.03
 
 
 @kernel.compile_cached
-def _fill_laws(x, th, v, w, p, out):  # type: ignore[no-untyped-def]
+def _fill_laws(x, th, v, w, t, p, out):  # type: ignore[no-untyped-def]
     for n in range(len(x)):
+        applied = sum_measured_laws(p, x[n], v[n], th[n], w[n], t[n], 0.0)[1:]
         cart_way, pole_way = np.sign(v[n]), np.sign(w[n])
-        out[n, 0] = add_cart_forces(x[n], v[n], th[n], w[n], p, 0, 1, ALL_LAWS)
-        out[n, 0] -= cart_way * compute_cart_level(abs(v[n]), x[n], cart_way, p, 0, 1, ALL_LAWS)
-        out[n, 1] = add_pole_torques(x[n], v[n], th[n], w[n], p, 0, 1, ALL_LAWS)
-        out[n, 1] -= pole_way * compute_pole_level(abs(w[n]), th[n], pole_way, p, 0, 1, ALL_LAWS)
+        out[n, 0] = applied[0] + add_cart_forces(x[n], v[n], th[n], w[n], p, 0, 1, ALL_LAWS)
+        level = compute_cart_level(abs(v[n]), x[n], cart_way, applied, p, 0, 1, ALL_LAWS)
+        out[n, 0] -= cart_way * level
+        out[n, 1] = applied[1] + add_pole_torques(x[n], v[n], th[n], w[n], p, 0, 1, ALL_LAWS)
+        level = compute_pole_level(abs(w[n]), th[n], pole_way, applied, p, 0, 1, ALL_LAWS)
+        out[n, 1] -= pole_way * level
 
 
 def evaluate_laws(signals: Signals, states: Floats, theta: Floats) -> Floats:
-    """Return the force (N) and torque (N m) of the effects of cart and pole, shape (n, 2).
+    """Return the force (N) and torque (N m) of effects and laws of cart and pole, shape (n, 2).
 
     states: (n, 4) measured; theta: (SIZE,).
     """
     true = undo_sensors(states[None], theta[None], signals.clock_s)[0]
     out = np.empty((len(states), 2))
-    _fill_laws(*(np.ascontiguousarray(true[:, k]) for k in range(4)), theta, out)
+    columns = (np.ascontiguousarray(true[:, k]) for k in range(4))
+    _fill_laws(*columns, signals.clock_s * float(compute_paces(theta)), theta, out)
     return out
 
 
@@ -78,7 +83,10 @@ def compute_missing_force(
         + theta[CART_VISCOUS] * v
         - laws[:, 0]
     )
-    force -= theta[FORCE_PER_PWM] * _average_drive(signals, theta)
+    gain = np.empty((len(true), 5))
+    clock_s = signals.clock_s * float(compute_paces(theta))
+    fill_measured_laws(np.ascontiguousarray(true), clock_s, theta, gain)
+    force -= theta[FORCE_PER_PWM] * _average_drive(signals, theta) * gain[:, 0]
     torque = theta[INERTIA] * b - coupling * cosine * a - theta[MOMENT] * theta[GRAVITY] * sine
     torque += theta[POLE_VISCOUS] * w - laws[:, 1]
     usable = np.ones(len(signals), dtype=bool)

@@ -18,24 +18,28 @@ import numpy as np
 
 from pendulum_twin import compose
 from pendulum_twin.equations import compile_inner
+from pendulum_twin.law_curves import bend_commands, sum_measured_laws
 from pendulum_twin.machine_code import compile_cached
 from pendulum_twin.motion import MOVING, advance_step
-from pendulum_twin.parameter_vector import FORCE_PER_PWM, SIZE
+from pendulum_twin.parameter_vector import FORCE_PER_PWM, LAWS
 from pendulum_twin.stick_slip import compute_margins, cut_step, find_modes, get_sign
 
 WIDTH = 16
 LONGEST_STEP_S = 1e-3
 
-ROWS = SIZE + 15
-X, TH, V, W = range(SIZE, SIZE + 4)
+# A block holds theta without its measured laws, whose curves each lane reads from its own theta.
+ROWS = LAWS + 18
+X, TH, V, W = range(LAWS, LAWS + 4)
 # the state at the begin of the step
-X_BEFORE, TH_BEFORE, V_BEFORE, W_BEFORE = range(SIZE + 4, SIZE + 8)
-CART_WAY, POLE_WAY, CART_FREE, POLE_FREE = range(SIZE + 8, SIZE + 12)  # the modes; see `motion.py`
-FORCE = SIZE + 12  # of the drive on the cart, N
-ENDED = SIZE + 13  # 1 where a mode has ended within the step
-H = SIZE + 14  # the step, s
+X_BEFORE, TH_BEFORE, V_BEFORE, W_BEFORE = range(LAWS + 4, LAWS + 8)
+CART_WAY, POLE_WAY, CART_FREE, POLE_FREE = range(LAWS + 8, LAWS + 12)  # the modes; see `motion.py`
+# what acts evenly over the step (`applied` in `motion.py`); the first is the force on the cart, N
+FORCE, TORQUE, CART_DRY, POLE_DRY = range(LAWS + 12, LAWS + 16)
+ENDED = LAWS + 16  # 1 where a mode has ended within the step
+H = LAWS + 17  # the step, s
 
-apply_filters = compose.compose_filters()
+apply_command_filters = compose.compose_filters(of_command=True)
+apply_drive_filters = compose.compose_filters(of_command=False)
 is_frozen = compose.compose_holds()
 compute_pace = compose.compose_pace()
 
@@ -58,7 +62,9 @@ def filter_command(command, memory, offsets, h, sub, first_step, theta, active, 
     """
     for k in range(len(command)):
         out[k * sub : (k + 1) * sub] = command[k]
-    apply_filters(out, memory, offsets, h, first_step, theta, active)
+    apply_command_filters(out, memory, offsets, h, first_step, theta, active)
+    bend_commands(theta, out)
+    apply_drive_filters(out, memory, offsets, h, first_step, theta, active)
 
 
 @compile_inner
@@ -89,7 +95,7 @@ def _advance(lanes, laws, dry, p):
         modes = _get_four(p, CART_WAY, i, width) if laws is not None else MOVING
         after = advance_step(
             _get_four(p, X, i, width),
-            p[FORCE * width + i],
+            _get_four(p, FORCE, i, width),
             modes,
             p,
             i,
@@ -116,7 +122,11 @@ def _begin_step(lanes, laws, p):
         for i in range(width):
             state = _get_four(p, X, i, width)
             _put_four(
-                p, CART_WAY, i, width, find_modes(state, p[FORCE * width + i], p, i, width, laws)
+                p,
+                CART_WAY,
+                i,
+                width,
+                find_modes(state, _get_four(p, FORCE, i, width), p, i, width, laws),
             )
     return at_rest > 0
 
@@ -130,7 +140,7 @@ def _end_step(lanes, laws, p, resting):
         for i in range(width):
             state, modes = _get_four(p, X, i, width), _get_four(p, CART_WAY, i, width)
             cart_margin, pole_margin = compute_margins(
-                state, p[FORCE * width + i], modes, p, i, width, laws
+                state, _get_four(p, FORCE, i, width), modes, p, i, width, laws
             )
             ended = (cart_margin < 0.0) | (pole_margin < 0.0)
             p[ENDED * width + i] = 1.0 if ended else 0.0
@@ -147,9 +157,9 @@ def _end_step(lanes, laws, p, resting):
             if p[ENDED * width + i] > 0.0:
                 state, after = _get_four(p, X_BEFORE, i, width), _get_four(p, X, i, width)
                 modes = _get_four(p, CART_WAY, i, width)
-                force, h = p[FORCE * width + i], p[H * width + i]
+                applied, h = _get_four(p, FORCE, i, width), p[H * width + i]
                 _put_four(
-                    p, X, i, width, cut_step(state, after, force, modes, p, i, width, laws, h)
+                    p, X, i, width, cut_step(state, after, applied, modes, p, i, width, laws, h)
                 )
     for i in range(width):
         x, th, v, w = _get_four(p, X_BEFORE, i, width)
@@ -158,16 +168,50 @@ def _end_step(lanes, laws, p, resting):
         _put_four(p, X, i, width, (x, th, v, w) if stands else after)
 
 
+@compile_inner
+def _hold_measured_laws(theta, p, i, width, step):
+    """Add the measured laws of lane i to what acts evenly over its next step.
+
+    step: substeps since the recording began.
+
+    The laws are taken in the middle of the step as its first velocities lead there: of second
+    order in the step, and a force along the rail keeps the energy.
+    """
+    x, th, v, w = _get_four(p, X, i, width)
+    h = p[H * width + i]
+    gain, force, torque, cart_dry, pole_dry = sum_measured_laws(
+        theta, x + 0.5 * h * v, v, th + 0.5 * h * w, w, (step + 0.5) * h, h
+    )
+    applied = p[FORCE * width + i] * gain + force, torque, cart_dry, pole_dry
+    _put_four(p, FORCE, i, width, applied)
+
+
 @compile_cached
-def integrate_lanes(lanes, laws, dry, drives, drive_of, begin, start_states, theta, h, sub, out):
+def integrate_lanes(
+    lanes,
+    laws,
+    dry,
+    measured,
+    drives,
+    drive_of,
+    begin,
+    first_step,
+    start_states,
+    theta,
+    h,
+    sub,
+    out,
+):
     """Integrate lanes side by side from their start states; fill out with the true states.
 
     lanes: a tuple whose length is the block's width (a constant for the compiler).
     laws: by its type, which laws are compiled in (see `motion.py`).
     dry: whether dry friction (or a hold) is on in any lane.
+    measured: by its type, whether the measured laws of theta act: None, or a tuple.
     drives: (rows, steps) the command after command and drive, before the gain.
     drive_of: (lanes,) row of drives of each lane.
     begin: (lanes,) step of that row at which each lane starts.
+    first_step: (lanes,) substeps since the recording began, at each lane's start.
     start_states: (lanes, 4) x, th, v, w.
     theta: (lanes, SIZE).
     h: s by the stamps, a substep; sub: substeps a sample.
@@ -182,11 +226,12 @@ def integrate_lanes(lanes, laws, dry, drives, drive_of, begin, start_states, the
             # a block that is not full is filled up with its last lane
             lane = min(first + i, count - 1)
             row[i], at[i] = drive_of[lane], begin[lane]
-            for k in range(SIZE):
+            for k in range(LAWS):
                 p[k * width + i] = theta[lane, k]
             for k in range(4):
                 p[(X + k) * width + i] = start_states[lane, k]
             _put_four(p, CART_WAY, i, width, MOVING)
+            _put_four(p, FORCE, i, width, (0.0, 0.0, 0.0, 0.0))
             p[H * width + i] = h * compute_pace(p, i, width)
         for n in range(samples):
             for i in range(min(width, count - first)):
@@ -197,6 +242,11 @@ def integrate_lanes(lanes, laws, dry, drives, drive_of, begin, start_states, the
             for j in range(sub):
                 for i in range(width):
                     p[FORCE * width + i] = drives[row[i], at[i] + j] * p[FORCE_PER_PWM * width + i]
+                if measured is not None:
+                    for i in range(width):
+                        lane = min(first + i, count - 1)
+                        step = first_step[lane] + n * sub + j
+                        _hold_measured_laws(theta[lane], p, i, width, step)
                 _advance(lanes, laws, dry, p)
             for i in range(width):
                 at[i] += sub

@@ -17,6 +17,7 @@ from pendulum_twin.arrays import Floats, Ints
 from pendulum_twin.encoders import EXACT, Encoders
 from pendulum_twin.equations import compile_inner
 from pendulum_twin.free_runs import compute_memory_offsets, compute_paces, select_kernel_code
+from pendulum_twin.law_curves import show_positions
 from pendulum_twin.machine_code import compile_cached
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import find_active_effects, make_theta
@@ -74,11 +75,12 @@ class Lanes(NamedTuple):
 
 
 class Code(NamedTuple):
-    """Hold what the compiled call is specialised to: lanes, laws and dry of the kernel."""
+    """Hold what the compiled call is specialised to: arguments of the kernel."""
 
     block: tuple[int, ...]
     laws: tuple[int, ...] | None
     dry: bool
+    measured: tuple[int, ...] | None
 
 
 class Timing(NamedTuple):
@@ -137,6 +139,7 @@ def _show_state(kinds, lanes, i, state, t, period_s):
     """Fill `lanes.shown` of lane i from a true state; period_s: since the last, 0 at the start."""
     x, th, v, w = state
     p, pace = lanes.theta[i], kinds.paces[lanes.kind[i]]
+    x, v, th, w = show_positions(p, x, v, th, w)
     x, v, th, w = measure_state(x, v, th, w, t, p, kinds.on)
     v, w = v * pace, w * pace
     fine_m, fine_rad = kinds.steps
@@ -213,9 +216,11 @@ def advance_lanes(code, kinds, lanes, timing, commands):
         code.block,
         code.laws,
         code.dry,
+        code.measured,
         lanes.drives,
         lanes.row,
         lanes.zero,
+        lanes.done,
         lanes.true,
         lanes.theta,
         h,

@@ -20,6 +20,7 @@ import numba
 from numba.core.caching import FunctionCache
 
 from pendulum_twin.machine_code_files import CheckedFiles
+from pendulum_twin.user_effects import list_effect_files
 
 HERE = Path(__file__).parent
 # All files that go into the kernel; Numba itself notices a change only of the file that holds the
@@ -29,11 +30,13 @@ SOURCES = (
     "elementary.py",
     "equations.py",
     "kernel.py",
+    "law_curves.py",
     "lanes.py",
     "motion.py",
     "stick_slip.py",
     "parameter_vector.py",
     "effects/*.py",
+    "laws/*.py",
 )
 
 
@@ -64,7 +67,8 @@ def _compile(function: Callable[..., Any], folder: Path | None) -> Callable[...,
 def find_cache_folder(more: tuple[Path, ...] = ()) -> Path | None:
     """Return the folder for machine code, named by its sources' digest; None for no place."""
     digest = hashlib.sha256()
-    for path in [*sorted(path for pattern in SOURCES for path in HERE.glob(pattern)), *more]:
+    own = sorted(path for pattern in SOURCES for path in HERE.glob(pattern))
+    for path in [*own, *list_effect_files(), *more]:
         digest.update(path.read_bytes())
     for root in _list_roots():
         folder = root / "pendulum_twin" / digest.hexdigest()[:16]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from reprlib import repr as shown
 from typing import Any
@@ -11,12 +11,15 @@ from typing import Any
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.files import read_yaml, write_atomically
+from pendulum_twin.laws import BY_NAME as LAW_KINDS
+from pendulum_twin.laws.law import Law, check_law
 from pendulum_twin.pole_body import check_pole_body
 from pendulum_twin.rig import Rig, check_number, describe_unknown_key, parse_rig
 from pendulum_twin.strict_yaml import format_yaml
 
 SCHEMA = "pendulum_twin/1"
-KEYS = ("schema", "name", "rig", "effects")
+KEYS = ("schema", "name", "rig", "effects", "measured_laws")
+MOST_LAWS = 4  # measured laws in a twin: the parameter vector has so many slots
 
 
 @dataclass(frozen=True)
@@ -27,14 +30,16 @@ class Twin:
     rig: its constants.
     effects: catalogue name -> parameter name -> value, in the unit of the parameter's name; an
         effect that is listed is on.
+    measured_laws: name of the kind -> curve, for physics without a name; MOST_LAWS at most.
 
-    Raises BadInputError for an effect or parameter that the catalogue does not have, and for a
-    value out of its range.
+    Raises BadInputError for an effect, parameter or law that does not exist, for a value out of
+    its range, and for too many laws.
     """
 
     name: str
     rig: Rig
     effects: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    measured_laws: Mapping[str, Law] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(
@@ -42,21 +47,43 @@ class Twin:
             "effects",
             {name: _check_effect(name, values) for name, values in self.effects.items()},
         )
+        if len(self.measured_laws) > MOST_LAWS:
+            raise BadInputError(
+                f"measured_laws: expected at most {MOST_LAWS}, found {len(self.measured_laws)}"
+            )
+        laws = {name: _check_law(name, law) for name, law in self.measured_laws.items()}
+        object.__setattr__(self, "measured_laws", laws)
 
     def drop_recording_effects(self) -> Twin:
         """Return the twin without the effects that belong to one recording of the rig."""
         lasting = {name: v for name, v in self.effects.items() if not BY_NAME[name].of_recording}
-        return Twin(self.name, self.rig, lasting)
+        laws = {n: v for n, v in self.measured_laws.items() if not LAW_KINDS[n].of_recording}
+        return replace(self, effects=lasting, measured_laws=laws)
+
+    def drop_timed_effects(self) -> Twin:
+        """Return the twin without the effects and laws that count a recording's time."""
+        untimed = {name: v for name, v in self.effects.items() if not BY_NAME[name].timed}
+        laws = {n: v for n, v in self.measured_laws.items() if not LAW_KINDS[n].timed}
+        return replace(self, effects=untimed, measured_laws=laws)
 
     def to_mapping(self) -> dict[str, Any]:
         """Return the twin as the twin file holds it."""
         effects = {name: dict(values) for name, values in self.effects.items()}
-        return {
+        mapping = {
             "schema": SCHEMA,
             "name": self.name,
             "rig": self.rig.to_mapping(),
             "effects": effects,
         }
+        if self.measured_laws:
+            mapping["measured_laws"] = {
+                name: {
+                    LAW_KINDS[name].knots_key: list(law.knots),
+                    LAW_KINDS[name].values_key: list(law.values),
+                }
+                for name, law in self.measured_laws.items()
+            }
+        return mapping
 
 
 def _check_effect(name: str, values: object) -> dict[str, float]:
@@ -82,6 +109,14 @@ def _check_effect(name: str, values: object) -> dict[str, float]:
     }
 
 
+def _check_law(name: str, law: object) -> Law:
+    """Return a law after all checks; it may be a twin file's mapping."""
+    if isinstance(law, Law) and name in LAW_KINDS:
+        kind = LAW_KINDS[name]
+        law = {kind.knots_key: law.knots, kind.values_key: law.values}
+    return check_law(name, law)
+
+
 def parse_twin(mapping: object) -> Twin:
     """Return the twin of a twin file's mapping; raise BadInputError naming a wrong key."""
     if not isinstance(mapping, Mapping):
@@ -99,12 +134,18 @@ def parse_twin(mapping: object) -> Twin:
         raise BadInputError(
             f"effects: expected a mapping of catalogue names, found {type(effects).__name__}"
         )
+    laws = mapping.get("measured_laws") or {}
+    if not isinstance(laws, Mapping):
+        raise BadInputError(
+            f"measured_laws: expected a mapping of laws, found {type(laws).__name__}"
+        )
     rig = parse_rig(mapping.get("rig"))
     check_pole_body(rig)
     return Twin(
         str(mapping.get("name", "rig")),
         rig,
         {str(name): values if values is not None else {} for name, values in effects.items()},
+        {str(name): law for name, law in laws.items()},
     )
 
 
@@ -119,4 +160,5 @@ def load_twin(path: str | Path) -> Twin:
 
 def save_twin(twin: Twin, path: str | Path) -> None:
     """Write the twin file whole or not at all."""
-    write_atomically(path, format_yaml(twin.to_mapping()))
+    style = {"default_flow_style": None, "width": 95} if twin.measured_laws else {}
+    write_atomically(path, format_yaml(twin.to_mapping(), **style))

@@ -6,7 +6,9 @@ neighbouring lanes side by side.
 
 Arguments that the functions of `motion` and `stick_slip` share:
 state: x (m), th (rad), v (m/s), w (rad/s).
-force: N, of the drive on the cart.
+applied: what acts on the joints evenly over the step: force on the cart, N (the drive's and that
+    of measured laws); torque on the pole, N m; and what measured laws add to the dry friction of
+    the cart, N, and of the pole, N m.
 modes: cart_way, pole_way, cart_free, pole_free. A way is the direction in which the joint slips,
     1, -1 or 0; free is 0 for a joint that sticks and 1 for a joint that moves.
 p, i, width: the block, the lane in it, and how many lanes it has.
@@ -41,20 +43,33 @@ MOVING = (0.0, 0.0, 1.0, 1.0)  # modes without dry friction
 
 add_cart_forces = compose.compose_forces(Place.CART)
 add_pole_torques = compose.compose_forces(Place.POLE)
-compute_cart_level = compose.compose_dry_level(Place.CART)
-compute_pole_level = compose.compose_dry_level(Place.POLE)
+_sum_cart_levels = compose.compose_dry_level(Place.CART)
+_sum_pole_levels = compose.compose_dry_level(Place.POLE)
 
 
 @compile_inner
-def sum_forces(state, force, p, i, width, laws):
+def compute_cart_level(speed, x, way, applied, p, i, width, laws):
+    """Return the level of the cart's dry friction, N, at a speed, place and direction."""
+    return max(_sum_cart_levels(speed, x, way, p, i, width, laws) + applied[2], 0.0)
+
+
+@compile_inner
+def compute_pole_level(speed, th, way, applied, p, i, width, laws):
+    """Return the level of the pole's dry friction, N m, at a speed, angle and direction."""
+    return max(_sum_pole_levels(speed, th, way, p, i, width, laws) + applied[3], 0.0)
+
+
+@compile_inner
+def sum_forces(state, applied, p, i, width, laws):
     """Return force (N), torque (N m), both without dry friction, and S cos(th)."""
     x, th, v, w = state
     sine, cosine = sin_cos(th)
     coupling = p[COUPLING * width + i]
-    push = force + compute_cart_load(coupling, w, sine) - p[CART_VISCOUS * width + i] * v
+    push = applied[0] + compute_cart_load(coupling, w, sine) - p[CART_VISCOUS * width + i] * v
     turn = (
         compute_pole_weight(p[MOMENT * width + i], p[GRAVITY * width + i], sine)
         - p[POLE_VISCOUS * width + i] * w
+        + applied[1]
     )
     if laws is not None:
         push += add_cart_forces(x, v, th, w, p, i, width, laws)
@@ -63,36 +78,36 @@ def sum_forces(state, force, p, i, width, laws):
 
 
 @compile_inner
-def compute_accelerations(state, force, modes, p, i, width, laws):
+def compute_accelerations(state, applied, modes, p, i, width, laws):
     """Return v' (m/s^2) and w' (rad/s^2)."""
     x, th, v, w = state
     cart_way, pole_way, cart_free, pole_free = modes
-    push, turn, coupling = sum_forces(state, force, p, i, width, laws)
+    push, turn, coupling = sum_forces(state, applied, p, i, width, laws)
     if laws is not None:
-        push -= cart_way * compute_cart_level(abs(v), x, cart_way, p, i, width, laws)
-        turn -= pole_way * compute_pole_level(abs(w), th, pole_way, p, i, width, laws)
+        push -= cart_way * compute_cart_level(abs(v), x, cart_way, applied, p, i, width, laws)
+        turn -= pole_way * compute_pole_level(abs(w), th, pole_way, applied, p, i, width, laws)
     return solve_accelerations(
         p[MASS * width + i], coupling, p[INERTIA * width + i], push, turn, cart_free, pole_free
     )
 
 
 @compile_inner
-def advance_step(state, force, modes, p, i, width, laws, h):
+def advance_step(state, applied, modes, p, i, width, laws, h):
     """Return the state a step later, the modes being held."""
     x, th, v, w = state
     half = 0.5 * h
-    a1, b1 = compute_accelerations(state, force, modes, p, i, width, laws)
+    a1, b1 = compute_accelerations(state, applied, modes, p, i, width, laws)
     v2, w2 = v + half * a1, w + half * b1
     a2, b2 = compute_accelerations(
-        (x + half * v, th + half * w, v2, w2), force, modes, p, i, width, laws
+        (x + half * v, th + half * w, v2, w2), applied, modes, p, i, width, laws
     )
     v3, w3 = v + half * a2, w + half * b2
     a3, b3 = compute_accelerations(
-        (x + half * v2, th + half * w2, v3, w3), force, modes, p, i, width, laws
+        (x + half * v2, th + half * w2, v3, w3), applied, modes, p, i, width, laws
     )
     v4, w4 = v + h * a3, w + h * b3
     a4, b4 = compute_accelerations(
-        (x + h * v3, th + h * w3, v4, w4), force, modes, p, i, width, laws
+        (x + h * v3, th + h * w3, v4, w4), applied, modes, p, i, width, laws
     )
     sixth = h / 6.0
     return (

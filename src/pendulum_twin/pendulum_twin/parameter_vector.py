@@ -1,7 +1,8 @@
-"""Lay out a twin as a flat vector of numbers, theta: the base model's constants, then all effects.
+"""Lay out a twin as a flat vector of numbers, theta: constants, then all effects, then laws.
 
 Kernel, fit and live twin share this layout. An effect that is absent has its neutral values, so
-that one compiled kernel runs every hypothesis.
+that one compiled kernel runs every hypothesis. Measured laws lie in a few slots behind the
+effects, each with its kind, its knots and its values; an empty slot is all 0.
 """
 
 from __future__ import annotations
@@ -11,7 +12,10 @@ import numpy as np
 from pendulum_twin.arrays import Floats, Mask
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Effect
-from pendulum_twin.model import Twin
+from pendulum_twin.laws import KINDS
+from pendulum_twin.laws.kind import LawKind
+from pendulum_twin.laws.law import MOST_KNOTS, Law
+from pendulum_twin.model import MOST_LAWS, Twin
 
 BASE = (
     "mass_kg",  # m: all that moves along the rail; LOCKED for a cart that nothing moves
@@ -43,7 +47,11 @@ def _lay_out() -> tuple[dict[str, slice], int]:
     return slots, at
 
 
-SLOTS, SIZE = _lay_out()
+SLOTS, LAWS = _lay_out()  # LAWS: where the slots of measured laws begin
+# In a law's slot: 1 + its index in KINDS, number of knots, first knot, spacing; then the values.
+KIND, KNOTS, FIRST, SPACING, VALUES = range(5)
+LAW_SIZE = VALUES + MOST_KNOTS
+SIZE = LAWS + MOST_LAWS * LAW_SIZE
 
 
 def get_neutral_values(effect: Effect) -> tuple[float, ...]:
@@ -52,7 +60,11 @@ def get_neutral_values(effect: Effect) -> tuple[float, ...]:
 
 
 NEUTRAL = np.concatenate(
-    [np.zeros(len(BASE)), *(np.array(get_neutral_values(e)) for e in CATALOGUE)]
+    [
+        np.zeros(len(BASE)),
+        *(np.array(get_neutral_values(e)) for e in CATALOGUE),
+        np.zeros(SIZE - LAWS),
+    ]
 )
 NEUTRAL.setflags(write=False)
 
@@ -74,7 +86,36 @@ def make_theta(twin: Twin) -> Floats:
     )
     for name, values in twin.effects.items():
         theta[SLOTS[name]] = list(values.values()) or [1.0]
+    for slot, (name, law) in enumerate(twin.measured_laws.items()):
+        put_law(theta, slot, name, law)
     return theta
+
+
+def put_law(theta: Floats, slot: int, name: str, law: Law) -> None:
+    """Put a law into a slot, 0 to MOST_LAWS - 1, of theta (SIZE,)."""
+    at = LAWS + slot * LAW_SIZE
+    theta[at : at + LAW_SIZE] = 0.0
+    number = 1 + next(k for k, kind in enumerate(KINDS) if kind.name == name)
+    theta[at : at + VALUES] = (number, len(law.knots), law.first, law.spacing)
+    theta[at + VALUES : at + VALUES + len(law.values)] = law.values
+
+
+def get_laws(theta: Floats) -> dict[str, Law]:
+    """Return the measured laws that theta (SIZE,) holds, by the names of their kinds."""
+    laws = {}
+    for at in range(LAWS, SIZE, LAW_SIZE):
+        number, count = int(theta[at + KIND]), int(theta[at + KNOTS])
+        if number:
+            knots = theta[at + FIRST] + theta[at + SPACING] * np.arange(count)
+            values = theta[at + VALUES : at + VALUES + count]
+            laws[KINDS[number - 1].name] = Law(tuple(knots.tolist()), tuple(values.tolist()))
+    return laws
+
+
+def list_law_kinds(theta: Floats) -> list[LawKind]:
+    """Return the kinds of the measured laws in any theta (..., SIZE), in the order of KINDS."""
+    numbers = np.unique(theta.reshape(-1, SIZE)[:, LAWS::LAW_SIZE])
+    return [KINDS[int(number) - 1] for number in numbers if number > 0]
 
 
 def find_active_effects(theta: Floats) -> Mask:

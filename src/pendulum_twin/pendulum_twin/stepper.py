@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import product
 
 import numpy as np
 
@@ -56,7 +57,7 @@ class Stepper:
         self._theta, self._rest = make_theta(twin)[None], make_resting_state(twin)
         self._on = find_active_effects(self._theta)
         self._reports = select_reporting_effects(self._theta)
-        self._laws, self._dry = select_kernel_code(self._theta)
+        self._laws, self._dry, self._measured = select_kernel_code(self._theta)
         self._period_s = period_s
         self._sub = kernel.count_substeps(period_s)
         self._h = period_s / self._sub  # by the stamps; really it is pace times as long
@@ -93,9 +94,11 @@ class Stepper:
             SINGLE_LANE,
             self._laws,
             self._dry,
+            self._measured,
             self._drive,
             self._zero,
             self._zero,
+            np.array([self._steps]),
             self._true,
             self._theta,
             self._h,
@@ -133,5 +136,5 @@ class Stepper:
 def compile_for_any_effect(twin: Twin, period_s: float) -> None:
     """Compile all that a stepper of any twin can need, so that no run stands still to compile."""
     stepper = Stepper(twin, period_s)
-    for stepper._laws in (NO_LAWS, PLAIN_LAWS, ALL_LAWS):
+    for stepper._laws, stepper._measured in product((NO_LAWS, PLAIN_LAWS, ALL_LAWS), (None, (0,))):
         stepper.step(0.0)

@@ -31,25 +31,37 @@ def get_sign(number):
 
 
 @compile_inner
-def find_modes(state, force, p, i, width, laws):
+def find_modes(state, applied, p, i, width, laws):
     """Return the modes; a joint at rest slips when the push exceeds its dry friction."""
     x, th, v, w = state
     mass, inertia = p[MASS * width + i], p[INERTIA * width + i]
-    push, turn, coupling = sum_forces(state, force, p, i, width, laws)
+    push, turn, coupling = sum_forces(state, applied, p, i, width, laws)
     cart_way, pole_way = get_sign(v), get_sign(w)
-    push -= cart_way * compute_cart_level(abs(v), x, cart_way, p, i, width, laws)
-    turn -= pole_way * compute_pole_level(abs(w), th, pole_way, p, i, width, laws)
+    push -= cart_way * compute_cart_level(abs(v), x, cart_way, applied, p, i, width, laws)
+    turn -= pole_way * compute_pole_level(abs(w), th, pole_way, applied, p, i, width, laws)
     cart_runs, pole_runs = v != 0.0, w != 0.0
 
     # The pole, with the cart standing still; then the cart, with the pole's motion; then the pole,
     # with the cart's.
-    level = 0.0 if pole_runs else compute_pole_level(0.0, th, get_sign(turn), p, i, width, laws)
+    level = (
+        0.0
+        if pole_runs
+        else compute_pole_level(0.0, th, get_sign(turn), applied, p, i, width, laws)
+    )
     pole_moves = pole_runs | does_slip(turn, level)
     pushed = push + (coupling * (turn - get_sign(turn) * level) / inertia if pole_moves else 0.0)
-    level = 0.0 if cart_runs else compute_cart_level(0.0, x, get_sign(pushed), p, i, width, laws)
+    level = (
+        0.0
+        if cart_runs
+        else compute_cart_level(0.0, x, get_sign(pushed), applied, p, i, width, laws)
+    )
     cart_moves = cart_runs | does_slip(pushed, level)
     turned = turn + (coupling * (push - get_sign(pushed) * level) / mass if cart_moves else 0.0)
-    level = 0.0 if pole_runs else compute_pole_level(0.0, th, get_sign(turned), p, i, width, laws)
+    level = (
+        0.0
+        if pole_runs
+        else compute_pole_level(0.0, th, get_sign(turned), applied, p, i, width, laws)
+    )
     pole_moves = pole_runs | does_slip(turned, level)
 
     cart_free, pole_free = 1.0 if cart_moves else 0.0, 1.0 if pole_moves else 0.0
@@ -65,22 +77,30 @@ def does_slip(push, level):
 
 
 @compile_inner
-def compute_margins(state, force, modes, p, i, width, laws):
+def compute_margins(state, applied, modes, p, i, width, laws):
     """Return the margins of the modes of cart and pole; a mode with a margin below 0 has ended."""
     x, th, v, w = state
     cart_way, pole_way, cart_free, pole_free = modes
-    push, turn, coupling = sum_forces(state, force, p, i, width, laws)
-    push -= cart_way * compute_cart_level(abs(v), x, cart_way, p, i, width, laws)
-    turn -= pole_way * compute_pole_level(abs(w), th, pole_way, p, i, width, laws)
+    push, turn, coupling = sum_forces(state, applied, p, i, width, laws)
+    push -= cart_way * compute_cart_level(abs(v), x, cart_way, applied, p, i, width, laws)
+    turn -= pole_way * compute_pole_level(abs(w), th, pole_way, applied, p, i, width, laws)
     pushed = push + coupling * pole_free * turn / p[INERTIA * width + i]
     turned = turn + coupling * cart_free * push / p[MASS * width + i]
-    cart_reserve = compute_cart_level(0.0, x, get_sign(pushed), p, i, width, laws) - abs(pushed)
-    pole_reserve = compute_pole_level(0.0, th, get_sign(turned), p, i, width, laws) - abs(turned)
+    cart_reserve = compute_cart_level(0.0, x, get_sign(pushed), applied, p, i, width, laws) - abs(
+        pushed
+    )
+    pole_reserve = compute_pole_level(0.0, th, get_sign(turned), applied, p, i, width, laws) - abs(
+        turned
+    )
     cart_runs = (
-        v * cart_way if compute_cart_level(0.0, x, cart_way, p, i, width, laws) > 0.0 else LASTING
+        v * cart_way
+        if compute_cart_level(0.0, x, cart_way, applied, p, i, width, laws) > 0.0
+        else LASTING
     )
     pole_runs = (
-        w * pole_way if compute_pole_level(0.0, th, pole_way, p, i, width, laws) > 0.0 else LASTING
+        w * pole_way
+        if compute_pole_level(0.0, th, pole_way, applied, p, i, width, laws) > 0.0
+        else LASTING
     )
     return (
         cart_runs if cart_free > 0.0 else cart_reserve,
@@ -89,10 +109,10 @@ def compute_margins(state, force, modes, p, i, width, laws):
 
 
 @compile_apart
-def cut_step(state, after, force, modes, p, i, width, laws, h):
+def cut_step(state, after, applied, modes, p, i, width, laws, h):
     """Return the state after a step from state that would end in after with its modes held."""
-    cart_begin, pole_begin = compute_margins(state, force, modes, p, i, width, laws)
-    cart_end, pole_end = compute_margins(after, force, modes, p, i, width, laws)
+    cart_begin, pole_begin = compute_margins(state, applied, modes, p, i, width, laws)
+    cart_end, pole_end = compute_margins(after, applied, modes, p, i, width, laws)
     # The share of the step after which each mode ends; above 1 when it lasts.
     cart_share = cart_begin / (cart_begin - cart_end) if cart_begin >= 0.0 > cart_end else 2.0
     pole_share = pole_begin / (pole_begin - pole_end) if pole_begin >= 0.0 > pole_end else 2.0
@@ -101,22 +121,22 @@ def cut_step(state, after, force, modes, p, i, width, laws, h):
     of_cart = cart_share <= pole_share
     begin, end = (cart_begin, cart_end) if of_cart else (pole_begin, pole_end)
     share, (x, th, v, w) = find_mode_end(
-        state, after, force, modes, of_cart, begin, end, p, i, width, laws, h
+        state, after, applied, modes, of_cart, begin, end, p, i, width, laws, h
     )
     # A joint that slipped stands now; one that stuck has not moved.
     v, w = (0.0, w) if of_cart else (v, 0.0)
-    modes = find_modes((x, th, v, w), force, p, i, width, laws)
-    x, th, v, w = advance_step((x, th, v, w), force, modes, p, i, width, laws, (1.0 - share) * h)
+    modes = find_modes((x, th, v, w), applied, p, i, width, laws)
+    x, th, v, w = advance_step((x, th, v, w), applied, modes, p, i, width, laws, (1.0 - share) * h)
     # A second end inside one step is at rest; the next step finds the modes anew.
-    cart_level = compute_cart_level(0.0, x, modes[0], p, i, width, laws)
-    pole_level = compute_pole_level(0.0, th, modes[1], p, i, width, laws)
+    cart_level = compute_cart_level(0.0, x, modes[0], applied, p, i, width, laws)
+    pole_level = compute_pole_level(0.0, th, modes[1], applied, p, i, width, laws)
     v = 0.0 if v * modes[0] < 0.0 and cart_level > 0.0 else v
     w = 0.0 if w * modes[1] < 0.0 and pole_level > 0.0 else w
     return x, th, v, w
 
 
 @compile_apart
-def find_mode_end(state, after, force, modes, of_cart, begin, end, p, i, width, laws, h):
+def find_mode_end(state, after, applied, modes, of_cart, begin, end, p, i, width, laws, h):
     """Return the share of the step after which a mode has just ended, and the state there.
 
     of_cart: whether it is the cart's mode, else the pole's.
@@ -127,8 +147,8 @@ def find_mode_end(state, after, force, modes, of_cart, begin, end, p, i, width, 
     low, high, ended, last = 0.0, 1.0, after, 0.0
     for _ in range(SEARCHES):
         share = min(low + (high - low) * begin / (begin - end) + BEYOND, high)
-        there = advance_step(state, force, modes, p, i, width, laws, share * h)
-        cart_margin, pole_margin = compute_margins(there, force, modes, p, i, width, laws)
+        there = advance_step(state, applied, modes, p, i, width, laws, share * h)
+        cart_margin, pole_margin = compute_margins(there, applied, modes, p, i, width, laws)
         margin = cart_margin if of_cart else pole_margin
         if margin < 0.0:
             high, ended, end = share, there, margin

@@ -11,6 +11,8 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from pendulum_bridge.emulator.friction import Law
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.rig import Rig
@@ -152,6 +154,100 @@ def make_clock_wander(rig: Rig, ratio: float, period_s: float, phase_rad: float)
     return Extra(pace=lambda t: 1 + ratio * math.sin(math.tau * t / period_s + phase_rad))
 
 
+def make_worn_pulley(rig: Rig, ratio: float, period_m: float, phase_rad: float) -> Extra:
+    """Let the gain go up and down along the rail."""
+    return Extra(
+        gain=lambda u, t, x, th, v, w: (
+            u * (1 + ratio * math.sin(math.tau * x / period_m + phase_rad))
+        )
+    )
+
+
+def make_stepped_amplifier(rig: Rig, step: float) -> Extra:
+    """Round the command to the nearest step."""
+    return Extra(gain=lambda u, t, x, th, v, w: step * round(u / step) if step else u)
+
+
+def make_recovering_battery(rig: Rig, share: float, time_s: float) -> Extra:
+    """Let the gain begin too small by a share, and recover."""
+    return Extra(gain=lambda u, t, x, th, v, w: u * (1 - share * math.exp(-t / time_s)))
+
+
+def make_warming_grease(rig: Rig, n_s_per_m: float, time_s: float) -> Extra:
+    """Brake the cart in proportion to its speed, less and less as time goes on."""
+    return Extra(push=lambda t, x, th, v, w: -n_s_per_m * math.exp(-t / time_s) * v)
+
+
+def make_magnetic_brake(rig: Rig, n_s_per_m: float, centre_m: float, width_m: float) -> Extra:
+    """Brake the cart in proportion to its speed near one place: an eddy brake."""
+    return Extra(
+        push=lambda t, x, th, v, w: -n_s_per_m * math.exp(-(((x - centre_m) / width_m) ** 2)) * v
+    )
+
+
+def make_dragged_cable(rig: Rig, n_per_m: float, width_m: float) -> Extra:
+    """Pull the cart back with a spring whose other end is dragged along width behind."""
+    end: float | None = None
+
+    def push(t: float, x: float, th: float, v: float, w: float) -> float:
+        nonlocal end
+        end = x if end is None else min(max(end, x - width_m), x + width_m)
+        return n_per_m * (end - x)
+
+    return Extra(push=push)
+
+
+def make_leaning_guide(rig: Rig, level_n: float) -> Extra:
+    """Add dry friction of the cart that is largest while the pole is level."""
+    return Extra(level=lambda t, x, th, v, w: level_n * math.sin(th) ** 2)
+
+
+def make_draught(rig: Rig, force_n: float, phase_rad: float) -> Extra:
+    """Push the cart at random: a wind of many slow waves that never repeats."""
+    random = random_waves(phase_rad)
+    return Extra(
+        push=lambda t, x, th, v, w: (
+            force_n * sum(math.sin(math.tau * hertz * t + phase) for hertz, phase in random)
+        )
+    )
+
+
+def random_waves(seed: float) -> list[tuple[float, float]]:
+    """Return frequencies, Hz, and phases, rad, of 12 waves that a number stands for."""
+    numbers = np.random.default_rng(int(1e6 * (seed + 10.0)))
+    return [
+        (float(hertz), float(phase))
+        for hertz, phase in zip(
+            numbers.uniform(0.1, 2.0, 12), numbers.uniform(0.0, math.tau, 12), strict=True
+        )
+    ]
+
+
+def make_pole_magnet(rig: Rig, torque_n_m: float, angle_rad: float) -> Extra:
+    """Turn the pole towards one angle when it is near."""
+
+    def twist(t: float, x: float, th: float, v: float, w: float) -> float:
+        away = math.remainder(th - angle_rad, math.tau) / 0.5
+        return -torque_n_m * away * math.exp(-away * away)
+
+    return Extra(twist=twist)
+
+
+def make_oily_bearing(rig: Rig, n_m_s: float) -> Extra:
+    """Brake the pole in proportion to its rate, most above the cart and not at all below."""
+    return Extra(twist=lambda t, x, th, v, w: -n_m_s * (1 + math.cos(th)) * w)
+
+
+def make_bent_rack(rig: Rig, per_m: float) -> Extra:
+    """Show a position that is off by the square of the position."""
+    return Extra(shown=lambda t, x, th: (x + per_m * x * abs(x), th))
+
+
+def make_wobbling_disc(rig: Rig, amplitude_rad: float, phase_rad: float) -> Extra:
+    """Show an angle that runs ahead and behind twice a turn."""
+    return Extra(shown=lambda t, x, th: (x, th + amplitude_rad * math.sin(2 * th + phase_rad)))
+
+
 @dataclass(frozen=True)
 class Unlisted:
     """Describe one piece of unlisted physics.
@@ -263,6 +359,66 @@ TABLE: tuple[Unlisted, ...] = (
         "clock",
         ("time",),
         {"ratio": (0.05, 0.12), "period_s": (8.0, 20.0), **PHASE_SIZES},
+        shapes=WAVE_SHAPES,
+    ),
+    Unlisted(
+        make_worn_pulley,
+        "drive",
+        ("command", "cart_position"),
+        {"ratio": (0.15, 0.35), "period_m": (0.2, 0.4), **PHASE_SIZES},
+        shapes=WAVE_SHAPES,
+    ),
+    Unlisted(make_stepped_amplifier, "command", ("command",), {"step": (0.04, 0.08)}),
+    Unlisted(
+        make_recovering_battery,
+        "command",
+        ("command", "time"),
+        {"share": (0.2, 0.4), "time_s": (8.0, 20.0)},
+        shapes=("time_s",),
+    ),
+    Unlisted(
+        make_warming_grease,
+        "cart",
+        ("time", "cart_velocity"),
+        {"n_s_per_m": (1.5, 3.0), "time_s": (8.0, 20.0)},
+        shapes=("time_s",),
+    ),
+    Unlisted(
+        make_magnetic_brake,
+        "cart",
+        ("cart_position", "cart_velocity"),
+        {"n_s_per_m": (3.0, 8.0), "centre_m": (-0.1, 0.1), "width_m": (0.05, 0.12)},
+        shapes=("centre_m", "width_m"),
+    ),
+    Unlisted(
+        make_dragged_cable,
+        "cart",
+        ("cart_position", "cart_velocity"),
+        {"n_per_m": (4.0, 10.0), "width_m": (0.04, 0.1)},
+        shapes=("width_m",),
+    ),
+    Unlisted(make_leaning_guide, "cart", ("pole_angle", "cart_velocity"), {"level_n": (0.5, 1.2)}),
+    Unlisted(
+        make_draught,
+        "cart",
+        ("time", "frequency"),
+        {"force_n": (0.08, 0.2), **PHASE_SIZES},
+        shapes=WAVE_SHAPES,
+    ),
+    Unlisted(
+        make_pole_magnet,
+        "pole",
+        ("pole_angle",),
+        {"torque_n_m": (0.01, 0.03), "angle_rad": (2.2, 4.0)},
+        shapes=("angle_rad",),
+    ),
+    Unlisted(make_oily_bearing, "pole", ("pole_angle", "pole_rate"), {"n_m_s": (1e-3, 2.5e-3)}),
+    Unlisted(make_bent_rack, "sensor", ("cart_position",), {"per_m": (0.08, 0.2)}, both_ways=True),
+    Unlisted(
+        make_wobbling_disc,
+        "sensor",
+        ("pole_angle",),
+        {"amplitude_rad": (0.04, 0.08), **PHASE_SIZES},
         shapes=WAVE_SHAPES,
     ),
 )

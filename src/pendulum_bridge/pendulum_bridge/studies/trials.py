@@ -1,8 +1,9 @@
 """Record trials of a diagnosis: emulated rigs with concealed physics, a folder each.
 
 The folder of a trial has bag/ (the recording), seal.json (the truth), twin.yaml (the nominal twin:
-wrong constants, no effects) and trial.json (its options). The path of a trial is printed when the
-folder is complete. Trial k of a seed is the same, however many are recorded. Run as
+wrong constants, no effects) and trial.json (its options); for unlisted physics also other/ (the
+same rig under another plan, on which the improved twin is judged). The path of a trial is printed
+when the folder is complete. Trial k of a seed is the same, however many are recorded. Run as
 `python -m pendulum_bridge.studies.trials --out DIR --trials N --seed S`.
 """
 
@@ -13,6 +14,7 @@ import json
 import shutil
 import sys
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 from pendulum_bridge.emulator.conceal import BY_NAME
@@ -62,10 +64,15 @@ def record_trial(trial: Trial, nominal: Twin, options: argparse.Namespace) -> Pa
             f"{folder}: expected no folder there, found one: trials are not overwritten"
         )
     log = _record_log(trial, nominal, options)
+    other = None
+    if trial.kind == "unlisted":
+        other = _record_log(replace(trial, seed=trial.seed + 1), nominal, options)
     options.out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=options.out, prefix=f".{folder.name}.") as temporary:
         complete = Path(temporary) / folder.name
         write_bag(log, complete / "bag")
+        if other is not None:
+            write_bag(other, complete / "other")
         write_seal(trial.concealed, complete / "seal.json")
         save_twin(Twin(f"{nominal.name}_nominal", nominal.rig), complete / "twin.yaml")
         write_atomically(

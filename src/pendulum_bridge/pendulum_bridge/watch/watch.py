@@ -26,7 +26,6 @@ from pendulum_bridge.watch.slips import Slips
 from pendulum_bridge.watch.strangeness import Strangeness
 from pendulum_bridge.watch.stream import ANSWER_SHARE, History, Stream, make_still_history
 from pendulum_twin.arrays import Floats
-from pendulum_twin.effects import BY_NAME
 from pendulum_twin.model import Twin
 
 BASELINE_DEVIATIONS = 3.0  # of the baseline, added to what is worth an alarm
@@ -81,8 +80,7 @@ class Watch:
     """
 
     def __init__(self, twin: Twin, settings: Settings = Settings()) -> None:
-        untimed = {name: v for name, v in twin.effects.items() if not BY_NAME[name].timed}
-        now = replace(twin, effects=untimed)
+        now = twin.drop_timed_effects()
         self.settings = settings
         period_s = 1 / settings.rate_hz
         self._bank = make_signatures(now, period_s)

@@ -87,7 +87,7 @@ def _make_perturbed_rig(
         force_per_pwm_n=(twin.rig.force_per_pwm_n or 0.0) * force,
         pole_inertia_kg_m2=(twin.rig.pole_inertia_kg_m2 or 0.0) * inertia,
     )
-    perturbed = Twin(twin.name, rig, twin.effects)
+    perturbed = replace(twin, rig=rig)
     return KernelTransport(perturbed, task.step_s, TYPICAL_ENCODERS, aside_rad)
 
 

@@ -6,18 +6,12 @@ corrected state, through all that the drive remembers.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from pendulum_rl_env.kernel_transport import count_samples
 from pendulum_twin import lanes
 from pendulum_twin.arrays import Floats
-from pendulum_twin.free_runs import (
-    pass_through_sensors,
-    select_measuring_effects,
-    undo_sensors,
-)
+from pendulum_twin.free_runs import undo_sensors
 from pendulum_twin.model import Twin
 
 VELOCITY_GAIN = 0.8  # of the mean velocity's error that a position shows
@@ -42,11 +36,6 @@ class Observer:
         if self._later is not None:
             self._ahead = lanes.make_lanes(self._kinds, self._later, 1)
         self._true_step_s = step_s * float(self._kinds.paces[0])  # by a true clock
-        self._inverses = [
-            replace(effect, law=effect.inverse)
-            for effect in reversed(select_measuring_effects(self._kinds.theta))
-            if effect.inverse is not None
-        ]
         self._steps = 0
         self._has_begun = False
 
@@ -65,8 +54,8 @@ class Observer:
         self._hold(command)
         self._steps += 1
         state = self._lanes.true[0]
-        shown = pass_through_sensors(measured[None], self._kinds.theta, self._inverses, self._now)
-        error = shown[0, :2] - state[:2]
+        seen = undo_sensors(measured[None], self._kinds.theta, self._now)[0]
+        error = seen[:2] - state[:2]
         state[:2] += error
         state[2:] += VELOCITY_GAIN * error / self._true_step_s
         return state.copy()

@@ -6,9 +6,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from pendulum_twin.arrays import Floats
+from pendulum_twin.law_curves import sum_measured_laws
 from pendulum_twin.machine_code import make_cached_compiler
 from pendulum_twin.motion import ALL_LAWS, compute_cart_level, sum_forces
 from pendulum_twin.parameter_vector import FORCE_PER_PWM, INERTIA, MASS
+
+LEAST_GAIN = 0.1  # of the twin's; a place where the drive hardly acts is not asked for more
 
 compiled = make_cached_compiler(Path(__file__))
 
@@ -20,18 +23,23 @@ class Forces(NamedTuple):
     level: N; of the cart's dry friction.
     turn: N m; torque on the pole.
     coupling: kg m; S cos th.
+    gain: of the drive there, 1 without measured laws.
     """
 
     push: float
     level: float
     turn: float
     coupling: float
+    gain: float
 
 
 @compiled
 def _sum_forces(x, th, v, w, way, theta):  # type: ignore[no-untyped-def]
-    push, turn, coupling = sum_forces((x, th, v, w), 0.0, theta, 0, 1, ALL_LAWS)
-    return push, compute_cart_level(abs(v), x, way, theta, 0, 1, ALL_LAWS), turn, coupling
+    applied = sum_measured_laws(theta, x, v, th, w, 0.0, 0.0)
+    gain, applied = applied[0], applied[1:]
+    push, turn, coupling = sum_forces((x, th, v, w), applied, theta, 0, 1, ALL_LAWS)
+    level = compute_cart_level(abs(v), x, way, applied, theta, 0, 1, ALL_LAWS)
+    return push, level, turn, coupling, gain
 
 
 def compute_forces(state: Floats, theta: Floats, way: float = 1.0) -> Forces:
@@ -54,7 +62,7 @@ def compute_drive(acceleration: float, way: float, state: Floats, theta: Floats)
     state: (4,) true x, th, v, w.
     theta: parameter vector of the twin.
     """
-    push, level, turn, coupling = compute_forces(state, theta, 1.0 if way >= 0.0 else -1.0)
+    push, level, turn, coupling, gain = compute_forces(state, theta, 1.0 if way >= 0.0 else -1.0)
     swing = (turn + coupling * acceleration) / float(theta[INERTIA])
     force = float(theta[MASS]) * acceleration - coupling * swing - push + way * level
-    return force / float(theta[FORCE_PER_PWM])
+    return force / (float(theta[FORCE_PER_PWM]) * max(gain, LEAST_GAIN))

@@ -8,9 +8,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Effect
+from pendulum_twin.law_curves import bend_command_from_python, find_command
 from pendulum_twin.model import Twin
+from pendulum_twin.parameter_vector import make_theta
 
 NO_MEMORY: tuple[float, ...] = ()
 NO_STEP_S = 0.0
@@ -22,21 +25,23 @@ class StaticDrive:
 
     pwm_limit: PWM fraction; the largest command.
     bends: effects with their parameters, in the order in which they act.
+    theta: (SIZE,) with the measured laws of the command, which act last; None for none.
     """
 
     pwm_limit: float
     bends: tuple[tuple[Effect, tuple[float, ...]], ...] = ()
+    theta: Floats | None = None
 
     def compute_drive(self, pwm: float, t_s: float = 0.0) -> float:
         """Return the drive that a command gives at a time since the start."""
         u = self._clip(pwm)
         for effect, parameters in self.bends:
             u = effect.law(u, NO_MEMORY, NO_STEP_S, t_s, *parameters)
-        return u
+        return u if self.theta is None else float(bend_command_from_python(self.theta, u))
 
     def compute_pwm(self, drive: float, t_s: float = 0.0) -> float:
         """Return the command that gives a drive, or comes nearest to it."""
-        u = drive
+        u = drive if self.theta is None else float(find_command(self.theta, drive))
         for effect, parameters in reversed(self.bends):
             assert effect.inverse is not None  # `make_static_drive` takes no other
             u = effect.inverse(u, t_s, *parameters)
@@ -60,4 +65,5 @@ def make_static_drive(twin: Twin, pwm_limit: float) -> StaticDrive:
             for effect in CATALOGUE
             if effect.name in twin.effects and effect.is_static and effect.inverse is not None
         ),
+        make_theta(twin) if "command_curve" in twin.measured_laws else None,
     )

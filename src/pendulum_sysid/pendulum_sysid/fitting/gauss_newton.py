@@ -51,20 +51,19 @@ class Solution:
     @property
     def power(self) -> Floats:
         """Return each channel's mean squared error."""
-        return _compute_power(self.squares, self.counts)
+        return compute_power(self.squares, self.counts)
 
     def misfit(self, noise: Floats) -> float:
         """Return the geometric mean over channels of root mean square error / noise."""
         return float(np.exp(0.5 * np.mean(np.log(self.power / noise**2))))
 
 
-def _compute_power(squares: Floats, counts: Floats) -> Floats:
+def compute_power(squares: Floats, counts: Floats) -> Floats:
+    """Return each channel's mean squared error; squares, counts: (windows, channels)."""
     return np.maximum(squares.sum(axis=0) / np.maximum(counts.sum(axis=0), 1.0), 1e-30)
 
 
-def _compute_cost(
-    problem: Problem, start_states: Floats, squares: Floats, counts: Floats
-) -> float:
+def compute_cost(problem: Problem, start_states: Floats, squares: Floats, counts: Floats) -> float:
     """Return the concentrated negative log likelihood a sample.
 
     Errors are Gaussian, with the variance of each channel that fits them best.
@@ -75,7 +74,7 @@ def _compute_cost(
     varied = list_varied(problem)
     moved = (start_states - problem.windows.start_states)[:, varied] / problem.deviations[varied]
     return float(
-        (np.sum(total * np.log(_compute_power(squares, counts))) + np.sum(moved**2))
+        (np.sum(total * np.log(compute_power(squares, counts))) + np.sum(moved**2))
         / (2 * total.sum())
     )
 
@@ -99,15 +98,15 @@ def solve(
     _, weights = gather(problem.signals, windows.begin, windows.samples)
     counts = weights.sum(axis=1)
     squares = np.sum(compute_errors(problem, theta, start_states) ** 2, axis=1)
-    cost = _compute_cost(problem, start_states, squares, counts)
+    cost = compute_cost(problem, start_states, squares, counts)
     damping, converged = 1e-6, False
     system = None
     for _ in range(iterations):
-        system = linearise(problem, theta, start_states, free, _compute_power(squares, counts))
+        system = linearise(problem, theta, start_states, free, compute_power(squares, counts))
         while True:
-            new_theta, new_start_states = _take_step(system, theta, start_states, free, damping)
+            new_theta, new_start_states = take_step(system, theta, start_states, free, damping)
             new_squares = np.sum(compute_errors(problem, new_theta, new_start_states) ** 2, axis=1)
-            new_cost = _compute_cost(problem, new_start_states, new_squares, counts)
+            new_cost = compute_cost(problem, new_start_states, new_squares, counts)
             if new_cost < cost or damping > 1e4:
                 break
             damping = max(damping * 10, 1e-3)
@@ -125,7 +124,7 @@ def solve(
     return Solution(theta, start_states, squares, counts, converged, system.normals, system.scores)
 
 
-def _take_step(
+def take_step(
     system: System, theta: Floats, start_states: Floats, free: tuple[Free, ...], damping: float
 ) -> tuple[Floats, Floats]:
     """Return theta and start states after one damped step, parameters within their bounds."""

@@ -21,6 +21,7 @@ from pendulum_twin.parameter_vector import (
     MOMENT,
     POLE_VISCOUS,
     SLOTS,
+    get_laws,
     make_theta,
 )
 from pendulum_twin.pole_body import LEAST_INERTIA_SHARE_ALONE, move_mass_to_pole
@@ -197,4 +198,5 @@ def make_twin(
         kept[name] = {
             p.name: float(theta[slot.start + k]) for k, p in enumerate(effect.parameters)
         }
-    return Twin(base.name, move_mass_to_pole(replace(base.rig, **values)), kept)
+    rig = move_mass_to_pole(replace(base.rig, **values))
+    return Twin(base.name, rig, kept, get_laws(theta))

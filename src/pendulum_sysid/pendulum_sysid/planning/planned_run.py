@@ -20,7 +20,7 @@ from pendulum_twin.free_runs import (
     run_mechanics,
     select_reporting_effects,
 )
-from pendulum_twin.parameter_vector import find_active_effects
+from pendulum_twin.parameter_vector import find_active_effects, list_law_kinds
 from pendulum_twin.plans.excitation import Excitation, compute_command, find_command_direction
 from pendulum_twin.signals import Signals
 from pendulum_twin.stepper import HANGING
@@ -121,7 +121,17 @@ def play_plans(lanes: Lanes, plans: Sequence[Excitation], samples: int) -> Playe
             commands[i, n] = compute_command(plan, k, shown[i, 0], shown[i, 2], way[i] or 0)
         states[:, n] = shown
         _drive_lanes(drives, commands[:, n], memory, k * sub, drive)
-        run_mechanics(drive, lane_of, begin, true, lanes.theta, lanes.period_s / sub, sub, out)
+        run_mechanics(
+            drive,
+            lane_of,
+            begin,
+            begin + k * sub,
+            true,
+            lanes.theta,
+            lanes.period_s / sub,
+            sub,
+            out,
+        )
         true = out[:, 1].copy()
         now = apply_sensors(true, lanes.theta, np.full(count, (k + 1) * lanes.period_s))
         if reports:
@@ -153,7 +163,8 @@ class _Drive:
 
 def _make_drive(theta: Floats, h: float) -> _Drive:
     on, h = find_active_effects(theta), h * float(compute_paces(theta))
-    return _Drive(theta, on, bool(np.any(on & _FILTERS)), h, compute_memory_offsets(h))
+    filters = bool(np.any(on & _FILTERS)) or bool(list_law_kinds(theta))
+    return _Drive(theta, on, filters, h, compute_memory_offsets(h))
 
 
 def _drive_lanes(

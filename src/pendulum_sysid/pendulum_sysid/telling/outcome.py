@@ -11,6 +11,7 @@ from pendulum_sysid.finding.search import Named
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.noise_floor import NoiseFloor
 from pendulum_sysid.fitting.window_runs import WindowRuns
+from pendulum_sysid.measuring.naming import NamedCurve
 from pendulum_sysid.records import Fit, Localisation, Next, Outcome
 from pendulum_twin.effects import BY_NAME, CATALOGUE
 from pendulum_twin.effects.effect import Form
@@ -33,6 +34,8 @@ class Findings:
     outweighed: True if a single missing force is larger than all that the named effects explain.
     whole: misfit of the final fit over choosing windows of full length.
     certain: what detectors are certain of, asked only where the rest has no name.
+    laws: measured laws of the improved twin, for what has no name.
+    with_laws: the final fit with these laws beside its effects; None without laws.
     """
 
     case: Case
@@ -49,6 +52,13 @@ class Findings:
     outweighed: bool = False
     whole: float = 1.0
     certain: tuple[Reading, ...] = ()
+    laws: tuple[NamedCurve, ...] = ()
+    with_laws: Fit | None = None
+
+    @property
+    def final(self) -> Fit:
+        """Return the fit of the improved twin: the final fit, with measured laws if there are."""
+        return self.with_laws or self.best
 
 
 def decide_outcome(findings: Findings) -> Outcome:
@@ -106,10 +116,10 @@ def compute_remaining_ratio(findings: Findings) -> float:
     Runs with refined start states decide whether anything remains: noise in the start states
     hides it otherwise. How much remains, the median free run on the held-out windows says.
     """
-    if not is_above_noise(findings):
+    if findings.final.choose <= decisions.MISFIT_AT_NOISE:
         return 1.0
     held_out = findings.after["held_out"].typical / findings.floor.typical
-    return max(held_out, findings.best.choose)
+    return max(held_out, findings.final.choose)
 
 
 def list_inseparable(effect: Named, findings: Findings) -> tuple[str, ...]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
@@ -15,9 +16,10 @@ from pendulum_sysid.records import Evidence, Overlay, Trial
 from pendulum_sysid.telling import display, svg, wording
 from pendulum_sysid.telling.shape_figure import draw_shape
 from pendulum_sysid.telling.window_figures import draw_errors, draw_windows
-from pendulum_sysid.verdict.record import FitScores, Interval, Verdict
+from pendulum_sysid.verdict.record import FitScores, Interval, MeasuredLaw, Verdict
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.files import write_atomically
+from pendulum_twin.laws import BY_NAME as LAW_KINDS
 
 TEMPLATE = "report.html.j2"
 FIRST_TRIALS = 12  # rows of the table of trials that are open; the others fold away
@@ -60,6 +62,14 @@ class EvidenceRow:
 
 
 @dataclass(frozen=True)
+class LawRow:
+    """Hold a measured law with its picture."""
+
+    law: MeasuredLaw
+    picture: Markup
+
+
+@dataclass(frozen=True)
 class Channel:
     """Hold the pictures of one channel: some windows in detail, and the error of every window."""
 
@@ -95,6 +105,7 @@ def render_page(verdict: Verdict) -> str:
         channels=_draw_channels(verdict),
         fit_rows=list_fit_rows(verdict.fit),
         evidence=list_evidence_rows(verdict),
+        laws=list_law_rows(verdict),
         trials=list_trial_rows(verdict),
         first_trials=FIRST_TRIALS,
     )
@@ -160,6 +171,20 @@ def list_evidence_rows(verdict: Verdict) -> list[EvidenceRow]:
         return []
     place = verdict.localisation.place
     return [_draw_evidence(e, place, k) for k, e in enumerate(verdict.localisation.evidence)]
+
+
+def list_law_rows(verdict: Verdict) -> list[LawRow]:
+    """Return the measured laws, each with a picture of its curve and band."""
+    return [_draw_law(law, k) for k, law in enumerate(verdict.measured_laws)]
+
+
+def _draw_law(law: MeasuredLaw, k: int) -> LawRow:
+    kind = LAW_KINDS[law.law]
+    values, high = np.array(law.values), np.array(law.high)
+    shown = Evidence(law.law, "", 0.0, np.array(law.knots), values, high - values)
+    along = _label_axis(kind.along.words, kind.along.unit)
+    picture = draw_shape(shown, f"law-{k}", along, _label_axis(kind.quantity.words, law.unit))
+    return LawRow(law, Markup(picture))
 
 
 def _draw_evidence(evidence: Evidence, place: str, k: int) -> EvidenceRow:

@@ -7,11 +7,11 @@ import numpy as np
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.search import Named
 from pendulum_sysid.fitting.parameters import list_rig_parameters
+from pendulum_sysid.measuring.naming import write_sentence
 from pendulum_sysid.records import Fit, Outcome
 from pendulum_sysid.telling.outcome import (
     Findings,
     compute_remaining_ratio,
-    is_above_noise,
     is_motion_effect,
     list_inseparable,
 )
@@ -40,15 +40,20 @@ def write_answer(
     if outcome is Outcome.NOT_IN_CATALOGUE:
         signs = "".join(f" {describe_effect(effect.effect, findings.best)}" for effect in named)
         certain = "".join(f" {effect.sentence} This part is certain." for effect in steady)
+        laws = "".join(f" {write_sentence(law)}" for law in findings.laws)
+        place = findings.location.place
+        if findings.laws:
+            place = findings.laws[0].curve.kind.place.value
         return (
-            f"Physics is missing at the {findings.location.place} that no effect of the catalogue "
-            f"explains; {errors}, {compute_remaining_ratio(findings):.2g} times the noise floor."
-            f"{signs}{certain}"
+            f"Physics is missing at the {place} that no effect of the catalogue explains; "
+            f"{errors}, {compute_remaining_ratio(findings):.2g} times the noise floor."
+            f"{laws}{signs}{certain}"
         )
     effects = [describe_effect(effect.effect, findings.best) for effect in named]
     with_effects = f"With {'it' if len(named) == 1 else 'them'}, {errors}."
     sentences = [*effects, *_describe_inseparable(named, findings), with_effects]
-    if is_above_noise(findings):
+    sentences += [write_sentence(law) for law in findings.laws]
+    if findings.final.choose > decisions.MISFIT_AT_NOISE:
         ratio = format_number(compute_remaining_ratio(findings))
         sentences.append(f"What remains is {ratio} times the noise floor.")
     return " ".join(sentences)

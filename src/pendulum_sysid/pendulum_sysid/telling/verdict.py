@@ -10,6 +10,7 @@ from pendulum_sysid.finding.detectors import Reading
 from pendulum_sysid.finding.search import Named
 from pendulum_sysid.fitting.parameters import Free, list_rig_parameters
 from pendulum_sysid.fitting.window_runs import WindowRuns
+from pendulum_sysid.measuring.naming import NamedCurve, write_formula, write_sentence
 from pendulum_sysid.records import Estimate, Localisation, Outcome, Recording
 from pendulum_sysid.telling.outcome import (
     Findings,
@@ -26,6 +27,7 @@ from pendulum_sysid.verdict.record import (
     EffectParameter,
     FitScores,
     Location,
+    MeasuredLaw,
     MissingEffect,
     NextExperiment,
     RecordingFacts,
@@ -35,9 +37,17 @@ from pendulum_sysid.verdict.record import (
     Verdict,
 )
 from pendulum_twin.effects import BY_NAME, CATALOGUE
+from pendulum_twin.laws.kind import EVIDENCE_NAMES, Role
 from pendulum_twin.parameter_vector import make_theta
 
 NEXT_FILE = "next.yaml"
+MULTIPLIED = {  # the variable that a law's value is multiplied by, beside the law's own variable
+    Role.GAIN: "command",
+    Role.CART_DRAG: "cart_velocity",
+    Role.CART_DRY: "cart_velocity",
+    Role.POLE_DRAG: "pole_rate",
+    Role.POLE_DRY: "pole_rate",
+}
 
 
 def make_verdict(findings: Findings, recording: Recording, elapsed_s: float) -> Verdict:
@@ -65,7 +75,8 @@ def make_verdict(findings: Findings, recording: Recording, elapsed_s: float) -> 
         next_experiment=None if plan is None else NextExperiment(NEXT_FILE, why),
         recording=_describe_recording(recording),
         elapsed_s=elapsed_s,
-        twin=findings.best.twin,
+        measured_laws=tuple(describe_law(law) for law in findings.laws),
+        twin=findings.final.twin,
         localisation=findings.location,
         next_plan=plan,
     )
@@ -98,7 +109,7 @@ def _locate(outcome: Outcome, named: tuple[Named, ...], findings: Findings) -> L
     if outcome is Outcome.NOTHING_MISSING:
         return None
     measured: Localisation = findings.location
-    place = measured.place
+    place = findings.laws[0].curve.kind.place.value if findings.laws else measured.place
     physics = [effect for effect in named if is_motion_effect(effect.effect)] or list(named)
     if physics and outcome is not Outcome.NOT_IN_CATALOGUE:
         place = BY_NAME[max(physics, key=lambda effect: effect.lead.ratio).effect].place.value
@@ -114,7 +125,7 @@ def _describe_missing(named: Named, findings: Findings) -> MissingEffect:
     The confidence follows from the effect's lead over a fit without it. Effects that fit as well
     share it, and it is lower while much of the error is unexplained.
     """
-    effect, best = BY_NAME[named.effect], findings.best
+    effect, best = BY_NAME[named.effect], findings.final
     most = decisions.MOST_LEAD_STANDARD_ERRORS
     lead = most if named.lead.likely else min(named.lead.standard_errors, most)
     confidence = float(ndtr(lead)) / (1 + len(named.inseparable_from))
@@ -161,7 +172,7 @@ def _make_parameter(estimate: Estimate, unit: str) -> EffectParameter:
 
 
 def _compare_constant(parameter: Free, findings: Findings) -> RigParameter:
-    after = findings.best.estimates[parameter.name]
+    after = findings.final.estimates[parameter.name]
     return RigParameter(
         before=float(parameter.get(make_theta(findings.case.twin))),
         parameters_alone=float(findings.base.estimates[parameter.name].value),
@@ -196,8 +207,41 @@ def _compare_joint(
     return None if old is None or new is None else BeforeAfter(old * scale, new * scale)
 
 
+def describe_law(named: NamedCurve) -> MeasuredLaw:
+    """Return the entry of a measured law."""
+    kind, unit = named.curve.kind, named.curve.kind.quantity.unit
+    variables = [EVIDENCE_NAMES[kind.variable]]
+    if kind.role in MULTIPLIED:
+        variables.append(MULTIPLIED[kind.role])
+    half = decisions.INTERVAL_DEVIATIONS
+    shape = named.shape
+    parameters = {}
+    if shape is not None:
+        parameters = {
+            name: EffectParameter(
+                float(value), float(value - half * wide), float(value + half * wide), "1"
+            )
+            for name, value, wide in zip(shape.names, shape.values, shape.deviations, strict=True)
+        }
+    return MeasuredLaw(
+        law=kind.name,
+        place=kind.place.value,
+        variables=tuple(variables),
+        knots=tuple(named.curve.knots.tolist()),
+        values=tuple(named.values.tolist()),
+        low=tuple((named.values - named.band).tolist()),
+        high=tuple((named.values + named.band).tolist()),
+        unit=unit,
+        formula=write_formula(named),
+        sentence=write_sentence(named),
+        shape=shape.shape.name if shape is not None else "",
+        parameters=parameters,
+        effective_parameters=named.effective,
+    )
+
+
 def _describe_remainder(findings: Findings) -> Remainder | None:
-    if not is_above_noise(findings):
+    if findings.final.choose <= decisions.MISFIT_AT_NOISE:
         return None
     evidence = findings.remains.evidence
     finding = (

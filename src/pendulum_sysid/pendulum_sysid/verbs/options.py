@@ -23,6 +23,11 @@ def make_parser() -> argparse.ArgumentParser:
     )
     add_version(command)
     command.add_argument(
+        "--effects",
+        metavar="FOLDER",
+        help="effects of your own, beside the catalogue; anywhere on the line, of every verb",
+    )
+    command.add_argument(
         "--traceback", action="store_true", help="show Python's traceback of an internal error"
     )
     verbs = command.add_subparsers(dest="verb", metavar="VERB", required=True)
@@ -32,6 +37,7 @@ def make_parser() -> argparse.ArgumentParser:
         _add_replay,
         _add_compare,
         _add_effects,
+        _add_learn,
         _add_check,
         _add_import,
         _add_next,
@@ -110,6 +116,19 @@ def _add_effects(verbs: Verbs) -> None:
     verb.add_argument(
         "--cart-step-m", type=_read_above_zero, default=57e-6, metavar="M", help=step
     )
+
+
+def _add_learn(verbs: Verbs) -> None:
+    verb = _add_verb(verbs, "learn", "turn the measured laws of a verdict into effects")
+    verb.add_argument("verdict", metavar="VERDICT", type=Path, help="verdict.json or its folder")
+    verb.add_argument(
+        "--out",
+        required=True,
+        type=Path,
+        metavar="FOLDER",
+        help="gets a Python file a law; give it to every verb as --effects FOLDER",
+    )
+    verb.add_argument("--name", metavar="NAME", help="of the effect (default: learned_LAW)")
 
 
 def _add_check(verbs: Verbs) -> None:
@@ -245,6 +264,13 @@ def _add_prove(verbs: Verbs) -> None:
     )
     kinds = "how many of nothing, single, pair, triple, unlisted (default: 15, 40, 20, 10, 15)"
     verb.add_argument("--kinds", metavar="KIND:SHARE,...", help=kinds)
+    verb.add_argument(
+        "--unlisted",
+        dest="kinds",
+        action="store_const",
+        const="unlisted:1",
+        help="conceal only physics that the catalogue does not hold",
+    )
     verb.add_argument(
         "--twin", type=Path, metavar="TWIN", help="the nominal rig (default: config/inteco.yaml)"
     )

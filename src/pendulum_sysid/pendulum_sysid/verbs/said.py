@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 
-ANSWERED, NOT_ANSWERED, INTERRUPTED = 0, 1, 130
+ANSWERED, NOT_ANSWERED, WRONG_USE, INTERRUPTED = 0, 1, 2, 130
 
 
 def say(sentence: str, status: int = NOT_ANSWERED) -> int:

@@ -75,6 +75,40 @@ class MissingEffect:
 
 
 @dataclass(frozen=True)
+class MeasuredLaw:
+    """Hold one law that has no name in the catalogue and was measured as a curve.
+
+    Attributes:
+        law: kind of the law, as in the twin file.
+        place: where in the chain from command to sensor it acts.
+        variables: over which it is a curve.
+        knots: places of the values, evenly spaced over what the recording visited.
+        values: at the knots, in `unit`; a formula's where one does as well as the curve.
+        low, high: ends of the 95 % intervals of the curve there.
+        unit: of the values; "1" for a ratio.
+        formula: with its numbers; "" where no formula does as well as the curve.
+        sentence: what was measured, for a person.
+        shape: name of the formula's shape; "" for none.
+        parameters: of the formula -> value with its 95 % interval.
+        effective_parameters: how many numbers the curve really uses.
+    """
+
+    law: str
+    place: str
+    variables: tuple[str, ...]
+    knots: tuple[float, ...]
+    values: tuple[float, ...]
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+    unit: str
+    formula: str
+    sentence: str
+    shape: str = ""
+    parameters: dict[str, EffectParameter] = field(default_factory=dict)
+    effective_parameters: float = 0.0
+
+
+@dataclass(frozen=True)
 class RigParameter:
     """Hold one constant of the rig before and after the diagnosis, in `unit`.
 
@@ -178,7 +212,7 @@ class RecordingFacts:
 class Verdict:
     """Hold the answer of a diagnosis.
 
-    The fields down to elapsed_s stand in verdict.json under the same names (`to_dict`). The
+    The fields down to measured_laws stand in verdict.json under the same names (`to_dict`). The
     others hold what a report shows beside them; `from_dict` leaves them empty.
 
     Attributes:
@@ -194,6 +228,7 @@ class Verdict:
         next_experiment: the plan that tells most; None if none is proposed.
         recording: what was diagnosed.
         elapsed_s: duration of the diagnosis.
+        measured_laws: physics without a name, as curves; the improved twin holds them.
         command: shell line that made the verdict; "" from Python.
         twin: the improved twin; None if the recording is unusable.
         localisation: the evidence with its shapes, for the fit of the rig's constants alone.
@@ -214,6 +249,7 @@ class Verdict:
     next_experiment: NextExperiment | None
     recording: RecordingFacts
     elapsed_s: float
+    measured_laws: tuple[MeasuredLaw, ...] = ()
     command: str = field(default="", repr=False, compare=False)
     twin: Twin | None = field(default=None, repr=False, compare=False)
     localisation: Localisation | None = field(default=None, repr=False, compare=False)

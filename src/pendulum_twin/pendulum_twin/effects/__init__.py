@@ -41,8 +41,9 @@ from pendulum_twin.effects import (
     velocity_filter,
 )
 from pendulum_twin.effects.effect import Effect
+from pendulum_twin.user_effects import load_or_stop
 
-CATALOGUE: tuple[Effect, ...] = (
+BUILT_IN: tuple[Effect, ...] = (
     input_sign_inverted.EFFECT,
     input_delay.EFFECT,
     input_dead_zone.EFFECT,
@@ -76,4 +77,6 @@ CATALOGUE: tuple[Effect, ...] = (
     sample_period_error.EFFECT,
     stale_start.EFFECT,
 )
+# The user's own effects stand behind the others of the chain: `user_effects`.
+CATALOGUE: tuple[Effect, ...] = (*BUILT_IN, *load_or_stop(BUILT_IN))
 BY_NAME: dict[str, Effect] = {effect.name: effect for effect in CATALOGUE}

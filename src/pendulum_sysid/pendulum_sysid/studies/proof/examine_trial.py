@@ -14,8 +14,11 @@ from pathlib import Path
 from typing import Any
 
 from pendulum_sysid.cleaning.clean import clean_recording
+from pendulum_sysid.fitting.compare import EVERY_S, compare
+from pendulum_sysid.fitting.noise_floor import measure_noise_floor
+from pendulum_sysid.fitting.windows import cut_windows
 from pendulum_sysid.pipeline import diagnose
-from pendulum_sysid.prepare import Prepared, prepare
+from pendulum_sysid.prepare import Prepared, prepare, prepare_case
 from pendulum_sysid.reading.bag import read_bag
 from pendulum_sysid.records import Outcome, Recording
 from pendulum_sysid.studies.proof.oracle_fit import fit_oracle
@@ -25,7 +28,8 @@ from pendulum_sysid.studies.proof.rivals import find_rival
 from pendulum_sysid.studies.proof.rivals.ground import Ground, make_ground
 from pendulum_sysid.telling.output_files import format_json, write_text
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.model import load_twin
+from pendulum_twin.model import Twin, load_twin
+from pendulum_twin.parameter_vector import make_theta
 
 SCHEMA = "pendulum_examined/1"
 FILE = "examined.json"
@@ -71,21 +75,38 @@ def run_diagnosis(trial: OpenedTrial) -> dict[str, Any]:
     seconds: wall time from opening the bag to the verdict, s.
     cpu_seconds: CPU time of this thread, s.
     error: empty for none.
+    modelled: see `records.Judgement`.
     """
     began, worked = time.monotonic(), time.process_time()
-    error = ""
+    error, modelled = "", None
     try:
-        verdict = diagnose([_read(trial)], load_twin(trial.twin), _discard).to_dict()
+        answer = diagnose([_read(trial)], load_twin(trial.twin), _discard)
+        verdict = answer.to_dict()
     except BadInputError as refusal:
         verdict = {"outcome": Outcome.UNUSABLE.value, "sentence": str(refusal)}
     except Exception as crash:  # a finding about the diagnosis, not the end of the proof
         verdict, error = {}, _name_error(crash)
+    seconds, cpu_seconds = time.monotonic() - began, time.process_time() - worked
+    if not error and trial.other is not None and answer.twin is not None:
+        modelled = score_elsewhere(trial.other, answer.twin)
     return {
         "verdict": verdict,
-        "seconds": time.monotonic() - began,
-        "cpu_seconds": time.process_time() - worked,
+        "seconds": seconds,
+        "cpu_seconds": cpu_seconds,
         "error": error,
+        "modelled": modelled,
     }
+
+
+def score_elsewhere(bag: Path, twin: Twin) -> float | None:
+    """Return a twin's score on another recording of its rig, over that of a perfect model."""
+    try:
+        case = prepare_case([clean_recording(read_bag(bag))], twin)
+        score = compare(case).score
+    except BadInputError:
+        return None
+    windows = cut_windows(case.signals, case.state, EVERY_S)
+    return score / measure_noise_floor(case, make_theta(case.twin), windows).score
 
 
 def prepare_ground(trial: OpenedTrial) -> Ground:

@@ -47,6 +47,7 @@ def judge_trial(trial: OpenedTrial, examined: Mapping[str, Any], nominal: Rig) -
             name: _judge_rival(seal, entry, answer.stale)
             for name, entry in examined["rivals"].items()
         },
+        modelled=examined.get("modelled"),
     )
 
 

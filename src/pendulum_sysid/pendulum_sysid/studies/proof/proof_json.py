@@ -115,6 +115,7 @@ def _map_judgement(judgement: Judgement) -> dict[str, Any]:
             "floor": held_out.floor,
             "ratio": held_out.ratio,
         },
+        "modelled": judgement.modelled,
         "diagnosis_seconds": judgement.seconds,
         "diagnosis_cpu_seconds": judgement.cpu_seconds,
         "rivals": {

@@ -7,7 +7,12 @@ from collections.abc import Sequence
 from pendulum_sysid.studies.proof.dose_response import Response
 from pendulum_sysid.studies.proof.records import Judgement
 from pendulum_sysid.studies.proof.share import Share
-from pendulum_sysid.studies.proof.statistics import LISTED_KINDS, Method, compare_methods
+from pendulum_sysid.studies.proof.statistics import (
+    LISTED_KINDS,
+    Method,
+    compare_methods,
+    count_modelled,
+)
 from pendulum_sysid.studies.proof.targets import check_targets, format_share
 from pendulum_sysid.telling.tables import NOTHING, Row, format_number, format_table
 
@@ -24,12 +29,21 @@ METHODS: Row = (
     "abstained",
     "s",
 )
+MODELLED: Row = ("unlisted physics", "place", "place told", "named", "floors elsewhere")
 DOSES: Row = ("effect", "smallest size found", "in half widths", "tries there", "tried down to")
 
 
 def format_proof(judgements: Sequence[Judgement], responses: Sequence[Response]) -> str:
     """Return the targets, the methods when there are rivals, and the doses when there are any."""
     blocks = [format_table(TARGETS, list_target_rows(judgements))]
+    unlisted = [judgement for judgement in judgements if judgement.trial.seal.unlisted]
+    if unlisted:
+        blocks.append(format_table(MODELLED, [format_modelled(each) for each in unlisted]))
+        shares = [count_modelled(judgements, most) for most in (1.5, 3.0)]
+        blocks.append(
+            f"modelled within 1.5 floors: {format_count(shares[0])}; within 3: "
+            f"{format_count(shares[1])}"
+        )
     methods = compare_methods(judgements)
     if len(methods) > 1:
         blocks.append(format_table(METHODS, [format_method(method) for method in methods]))
@@ -44,6 +58,18 @@ def list_target_rows(judgements: Sequence[Judgement]) -> list[Row]:
         (target.what, target.result, target.beside, target.target, ANSWERS[target.met])
         for target in check_targets(judgements)
     ]
+
+
+def format_modelled(judgement: Judgement) -> Row:
+    """Return one trial with unlisted physics as headed by MODELLED."""
+    seal, answer = judgement.trial.seal, judgement.answer
+    return (
+        ", ".join(effect.name for effect in seal.unlisted),
+        ", ".join(effect.place for effect in seal.unlisted),
+        answer.place or NOTHING,
+        ", ".join(answer.named) or NOTHING,
+        NOTHING if judgement.modelled is None else format_number(judgement.modelled, 3),
+    )
 
 
 def format_method(method: Method) -> Row:

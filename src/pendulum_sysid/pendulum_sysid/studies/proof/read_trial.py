@@ -29,6 +29,7 @@ def read_trial(folder: Path) -> OpenedTrial:
             closed_loop=bool(content["closed_loop"]),
             size_factor=float(content["size_factor"]),
             seal=seal,
+            other=folder / "other" if (folder / "other").is_dir() else None,
         )
     except MALFORMED as error:
         raise BadInputError(

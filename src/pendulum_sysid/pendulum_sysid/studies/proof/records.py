@@ -93,6 +93,7 @@ class OpenedTrial:
     closed_loop: whether a controller was recorded at work instead of a plan.
     size_factor: what every drawn size was multiplied by.
     seal: the truth.
+    other: the folder of a second recording, of the same rig under another plan; None for none.
     """
 
     name: str
@@ -105,6 +106,7 @@ class OpenedTrial:
     closed_loop: bool
     size_factor: float
     seal: Seal
+    other: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -235,6 +237,8 @@ class Judgement:
     seconds: wall time of the diagnosis, from opening the bag to the verdict, s.
     cpu_seconds: CPU time of its one thread, s.
     rivals: by name.
+    modelled: score of the improved twin on another recording of the rig, over the score that a
+        perfect model reaches there; None where there is no such recording.
     """
 
     trial: OpenedTrial
@@ -247,3 +251,4 @@ class Judgement:
     seconds: float
     cpu_seconds: float
     rivals: Mapping[str, RivalJudgement] = field(default_factory=dict)
+    modelled: float | None = None

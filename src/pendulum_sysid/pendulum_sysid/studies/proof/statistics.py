@@ -120,6 +120,15 @@ def count_located(judgements: Sequence[Judgement]) -> Share:
     )
 
 
+def count_modelled(judgements: Sequence[Judgement], most: float) -> Share:
+    """Return the share of unlisted physics whose twin runs within so many floors elsewhere."""
+    return count_share(
+        judgement.modelled is not None and judgement.modelled <= most
+        for judgement in judgements
+        if judgement.trial.seal.unlisted
+    )
+
+
 def count_depends(judgements: Sequence[Judgement]) -> Share:
     """Return the share of unlisted physics with one of its variables in the evidence."""
     return count_share(

@@ -1,0 +1,198 @@
+"""A law to be measured: its kind, knots over what the recording visited, and free values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from pendulum_sysid import decisions
+from pendulum_sysid.finding.localisation.balance import Motion, compute_motion
+from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.fitting.parameters import Free, Scales
+from pendulum_twin.arrays import Floats, Ints
+from pendulum_twin.effects import BY_NAME as EFFECTS
+from pendulum_twin.effects.effect import Form, Place
+from pendulum_twin.laws import KINDS
+from pendulum_twin.laws.kind import LIMITS, SCALES, LawKind, Role, Variable
+from pendulum_twin.laws.law import Law, spread_turn
+from pendulum_twin.model import MOST_LAWS
+from pendulum_twin.parameter_vector import KIND, LAW_SIZE, LAWS, VALUES, put_law
+
+LEAST_GAIN = -0.9  # a drive keeps a tenth of its force wherever it is
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Hold a law whose values are to be fitted.
+
+    kind: of the law.
+    knots: (k,) evenly spaced over what was visited, in the unit of the kind's variable.
+    seen: (n,) places that were visited, sample by sample.
+    size: typical magnitude of its values on this rig, in the unit of its quantity.
+    low: lowest value that a fit may reach.
+    """
+
+    kind: LawKind
+    knots: Floats
+    seen: Floats
+    size: float
+    low: float
+
+    @property
+    def spacing(self) -> float:
+        """Return the distance between two knots."""
+        return float(self.knots[1] - self.knots[0])
+
+    @cached_property
+    def visits(self) -> Floats:
+        """Return how many samples lie nearest to each knot, (k,)."""
+        z = (self.seen - self.knots[0]) / self.spacing
+        nearest = np.rint(z).astype(int)
+        count = len(self.knots)
+        nearest = nearest % count if self.kind.is_periodic else np.clip(nearest, 0, count - 1)
+        return np.bincount(nearest, minlength=count).astype(float)
+
+    @cached_property
+    def gauge(self) -> Floats | None:
+        """Return weights (k,) of the values whose sum is held at 0; None for none.
+
+        A gain times a constant gain is a gain again: the drive's constant takes the mean of a
+        gain, and the straight part of a command's curve.
+        """
+        if self.kind.role is Role.GAIN:
+            return self.visits / self.visits.sum()
+        if self.kind.role is Role.COMMAND:
+            moment = self.visits * self.knots
+            return moment / float(np.abs(moment).sum())
+        return None
+
+    def make_law(self, values: Floats) -> Law:
+        """Return the law with these values (k,)."""
+        return Law(tuple(self.knots.tolist()), tuple(float(v) for v in values))
+
+    def put(self, theta: Floats, values: Floats) -> int:
+        """Put the law with these values into theta (SIZE,); return the slot that it has there."""
+        slot = find_slot(theta, self.kind)
+        put_law(theta, slot, self.kind.name, self.make_law(values))
+        return slot
+
+    def list_free(self, slot: int) -> tuple[Free, ...]:
+        """Return the values as free parameters of a fit of theta with the law in a slot."""
+        at = LAWS + slot * LAW_SIZE + VALUES
+        high = LIMITS[self.kind.role]
+        return tuple(
+            Free(
+                f"{self.kind.name}.{k}",
+                self.kind.quantity.unit,
+                (at + k,),
+                (1.0,),
+                self.low,
+                high,
+                self.size,
+            )
+            for k in range(len(self.knots))
+        )
+
+    def get_values(self, theta: Floats) -> Floats:
+        """Return the values (k,) that theta (SIZE,) holds."""
+        at = LAWS + find_slot(theta, self.kind) * LAW_SIZE + VALUES
+        return theta[at : at + len(self.knots)].copy()
+
+
+def find_slot(theta: Floats, kind: LawKind) -> int:
+    """Return the slot of theta that holds a law of this kind, or else the first empty slot.
+
+    Raises LookupError where every slot holds a law of another kind.
+    """
+    numbers = theta[LAWS::LAW_SIZE][:MOST_LAWS].astype(int)
+    own = np.flatnonzero(numbers == 1 + KINDS.index(kind))
+    free: Ints = own if len(own) else np.flatnonzero(numbers == 0)
+    if not len(free):
+        raise LookupError(f"expected an empty slot for {kind.name}, found none")
+    return int(free[0])
+
+
+def remove_law(theta: Floats, kind: LawKind) -> Floats:
+    """Return theta (SIZE,) without its law of this kind."""
+    at = LAWS + find_slot(theta, kind) * LAW_SIZE
+    theta = theta.copy()
+    theta[at + KIND : at + LAW_SIZE] = 0.0
+    return theta
+
+
+def list_curves(case: Case, theta: Floats, effects: tuple[str, ...]) -> list[Curve]:
+    """Return a curve of every kind that this recording can show.
+
+    theta: (SIZE,) of the twin, through whose sensors the motion is seen.
+    effects: of the twin; dry friction among them may also become less along a curve.
+    """
+    here = compute_motion(case, theta)
+    curves = []
+    for kind in KINDS:
+        if _is_possible(case, kind):
+            seen = _list_places(case, here, kind.variable)
+            if np.ptp(seen) > 0:
+                curves.append(_make_curve(kind, seen, case.scales, effects))
+    return curves
+
+
+def _is_possible(case: Case, kind: LawKind) -> bool:
+    """Return whether the joints and the command that a law is about are there.
+
+    What belongs to one recording alone is no law: it would be played back in every other.
+    """
+    signals = case.signals
+    needs_pole = kind.place is Place.POLE or kind.variable in (Variable.ANGLE, Variable.RATE)
+    needs_pole = needs_pole or kind.role is Role.ANGLE_ERROR
+    needs_cart = kind.place in (Place.COMMAND, Place.DRIVE, Place.CART)
+    needs_cart = needs_cart or kind.variable in (Variable.POSITION, Variable.VELOCITY)
+    return not (
+        kind.of_recording
+        or (needs_pole and signals.pole is None)
+        or (needs_cart and signals.cart is None)
+        or (kind.place in (Place.COMMAND, Place.DRIVE) and not np.any(signals.command))
+    )
+
+
+def _list_places(case: Case, here: Motion, variable: Variable) -> Floats:
+    """Return where a recording visited a variable, (n,)."""
+    if variable is Variable.COMMAND:
+        return np.concatenate([case.signals.command, -case.signals.command])
+    if variable is Variable.TIME:
+        return case.signals.clock_s
+    if variable is Variable.ANGLE:
+        return np.mod(here.th, 2 * np.pi)
+    places: Floats = {
+        Variable.POSITION: here.x,
+        Variable.VELOCITY: here.v,
+        Variable.RATE: here.w,
+    }[variable]
+    return places
+
+
+def _make_curve(kind: LawKind, seen: Floats, scales: Scales, effects: tuple[str, ...]) -> Curve:
+    count = decisions.LAW_KNOTS
+    if kind.variable is Variable.TIME:
+        wanted = np.ptp(seen) / decisions.LAW_SECONDS_A_KNOT
+        count = int(np.clip(wanted, 4, decisions.LAW_MOST_KNOTS))
+    if kind.is_periodic:
+        knots = spread_turn(count)
+    else:
+        ends = np.quantile(seen, [0.001, 0.999])
+        if kind.variable is Variable.TIME:
+            ends = np.array([seen.min(), seen.max()])
+        knots = np.linspace(ends[0], ends[1], count)
+    scale, per = SCALES[kind.role]
+    size = 0.1 * scales[scale] / scales[per]
+    low = -LIMITS[kind.role]
+    if kind.role is Role.GAIN:
+        low = LEAST_GAIN
+    elif kind.role in (Role.CART_DRY, Role.POLE_DRY) and not _has_dry(kind.place, effects):
+        low = 0.0
+    return Curve(kind, knots, seen, size, low)
+
+
+def _has_dry(place: Place, effects: tuple[str, ...]) -> bool:
+    return any(EFFECTS[e].form is Form.DRY and EFFECTS[e].place is place for e in effects)

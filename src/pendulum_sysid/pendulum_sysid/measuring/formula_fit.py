@@ -1,0 +1,133 @@
+"""Fit a formula in place of its curve: its parameters, the rig and all effects, by free runs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from pendulum_sysid import decisions
+from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.fitting.gauss_newton import refine_start_states
+from pendulum_sysid.fitting.parameters import (
+    Free,
+    list_free_parameters,
+    list_rig_parameters,
+    make_twin,
+)
+from pendulum_sysid.fitting.windows import shorten_windows
+from pendulum_sysid.measuring.curve import Curve, find_slot
+from pendulum_sysid.measuring.penalised_fit import make_estimates, minimise
+from pendulum_sysid.measuring.shapes import FittedShape, Shape
+from pendulum_sysid.records import Fit, Split
+from pendulum_twin.arrays import Floats
+from pendulum_twin.laws.law import MOST_KNOTS, spread_turn
+from pendulum_twin.parameter_vector import LAW_SIZE, LAWS, VALUES
+
+FORMULA_KNOTS = 56  # the others of a law's slot hold the formula's parameters
+
+
+@dataclass(frozen=True)
+class ShapeParameter:
+    """A parameter of a formula as a free parameter of a fit; it has the interface of `Free`.
+
+    The parameters lie behind the values in the law's slot of theta, where the kernel reads
+    nothing; a change of one draws the values anew.
+
+    at: where the law's values begin in theta.
+    k: which of the shape's parameters.
+    """
+
+    name: str
+    shape: Shape
+    knots: tuple[float, ...]
+    at: int
+    k: int
+    size: float
+    lowest: float
+    low: float = -np.inf
+    high: float = np.inf
+
+    def get(self, theta: Floats) -> float:
+        """Return the value that theta (SIZE,) holds."""
+        return float(theta[self.at + len(self.knots) + self.k])
+
+    def put(self, theta: Floats, value: float) -> None:
+        """Set the value in theta (SIZE,), and the law's values with it."""
+        count, factors = len(self.knots), len(self.shape.factors)
+        begin = self.at + count
+        theta[begin + self.k] = value
+        numbers = theta[begin : begin + factors + len(self.shape.more)]
+        with np.errstate(all="ignore"):
+            columns = self.shape.columns(np.array(self.knots), *numbers[factors:])
+        values = np.nan_to_num(columns @ numbers[:factors])
+        theta[self.at : self.at + count] = np.maximum(values, self.lowest)
+
+
+def extend_knots(curve: Curve) -> Curve:
+    """Return the curve with the knots of a formula: finer, and somewhat beyond what was visited.
+
+    A formula says how a law goes on, as an effect of the catalogue does.
+    """
+    if curve.kind.is_periodic:
+        return replace(curve, knots=spread_turn(FORMULA_KNOTS))
+    low, high = float(curve.seen.min()), float(curve.seen.max())
+    if not curve.kind.timed:
+        reach = decisions.FORMULA_REACH * (high - low)
+        low, high = low - reach, high + reach
+    return replace(curve, knots=np.linspace(low, high, FORMULA_KNOTS))
+
+
+def fit_formula(
+    case: Case, split: Split, fit: Fit, curve: Curve, fitted: FittedShape, wanted: int
+) -> tuple[Fit, FittedShape, Curve]:
+    """Return the fit with a formula in place of a curve, the formula's parameters, and its knots.
+
+    fit: its theta holds the curve.
+    fitted: the shape, as it is nearest to the curve.
+    wanted: iterations at most.
+    """
+    finer = extend_knots(curve)
+    theta = fit.theta.copy()
+    shape, values = fitted.shape, fitted.values
+    assert len(values) <= MOST_KNOTS - FORMULA_KNOTS
+    finer.put(theta, np.zeros(FORMULA_KNOTS))
+    at = LAWS + find_slot(theta, curve.kind) * LAW_SIZE + VALUES
+    span, height = float(np.ptp(finer.knots)), max(float(np.ptp(fitted.curve)), curve.size)
+    parameters = []
+    for k, (name, value) in enumerate(zip(fitted.names, values, strict=True)):
+        size = max(abs(float(value)), 1e-3 * (height if name in shape.factors else span))
+        knots = tuple(finer.knots.tolist())
+        parameters.append(ShapeParameter(name, shape, knots, at, k, size, curve.low))
+    theta[at + FORMULA_KNOTS : at + FORMULA_KNOTS + len(values)] = values
+    parameters[0].put(theta, float(values[0]))
+    rig = list_free_parameters(case.twin, fit.effects, case.scales)
+    free: tuple[Free, ...] = (*rig, *parameters)  # type: ignore[arg-type]
+    weak = block_diag(np.zeros((len(rig), len(rig))), 1e-6 * np.eye(len(values)))
+    problem = case.problem(shorten_windows(case.state, split.train, fit.pieces))
+    solved = minimise(problem, theta, free, weak, fit.start_states, wanted)
+    covariance = np.linalg.pinv(solved.system.normal + weak, rcond=1e-14, hermitian=True)
+    choosing = refine_start_states(
+        case.problem(shorten_windows(case.state, split.choose, fit.pieces)), solved.theta
+    )
+    begin = at + FORMULA_KNOTS
+    numbers = solved.theta[begin : begin + len(values)].copy()
+    clean = solved.theta.copy()
+    clean[begin : begin + len(values)] = 0.0
+    inflated = decisions.LAW_FIRST_INFLATION
+    sizes = np.array([parameter.size for parameter in parameters])
+    deviations = np.sqrt(np.maximum(np.diag(covariance)[len(rig) :], 0.0) * inflated) * sizes
+    result = replace(
+        fit,
+        twin=make_twin(case.twin, clean, fit.effects, list_rig_parameters(case.twin)),
+        estimates=make_estimates(rig, clean, inflated * covariance),
+        theta=clean,
+        start_states=solved.start_states,
+        power=solved.power,
+        choose=choosing.misfit(case.noise),
+        window_squares=choosing.squares,
+        counts=choosing.counts,
+    )
+    named = replace(fitted, values=numbers, deviations=deviations, curve=finer.get_values(clean))
+    return result, named, finer

@@ -1,0 +1,116 @@
+"""From a measured curve to a name: the shape that does as well, its formula and its sentence."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pendulum_sysid import decisions
+from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.measuring.curve import Curve
+from pendulum_sysid.measuring.formula_fit import fit_formula
+from pendulum_sysid.measuring.penalised_fit import LawFit
+from pendulum_sysid.measuring.shapes import FittedShape, rank_shapes
+from pendulum_sysid.records import Fit, Split
+from pendulum_twin.arrays import Floats
+from pendulum_twin.laws.law import make_curve_matrix
+
+FORMULA_ITERATIONS = 8
+
+
+@dataclass(frozen=True)
+class NamedCurve:
+    """Hold a measured curve with its band and, where one does as well, its shape.
+
+    values: (knots,) of the law in the twin.
+    band: (knots,) half widths of 95 % intervals; wide where nothing was visited.
+    effective: effective number of parameters.
+    shape: None where no shape does as well as the curve.
+    lead: how far the twin is ahead with the law, a ratio of misfits.
+    """
+
+    curve: Curve
+    values: Floats
+    band: Floats
+    effective: float
+    shape: FittedShape | None
+    lead: float
+
+
+def name_curves(case: Case, split: Split, law_fit: LawFit) -> tuple[Fit, tuple[NamedCurve, ...]]:
+    """Return the fit with every curve replaced by its formula where the formula does as well."""
+    fit, named = law_fit.fit, []
+    for k, curve in enumerate(law_fit.curves):
+        fit, curve, shape = _try_shapes(
+            case, split, fit, curve, law_fit.values[k], law_fit.covariances[k]
+        )
+        spread = make_curve_matrix(curve.kind, law_fit.curves[k].knots, curve.knots)
+        covariance = spread @ law_fit.covariances[k] @ spread.T
+        named.append(
+            NamedCurve(
+                curve,
+                curve.get_values(fit.theta),
+                decisions.INTERVAL_DEVIATIONS * np.sqrt(np.maximum(np.diag(covariance), 0.0)),
+                law_fit.priors[k].effective,
+                shape,
+                law_fit.lead.ratio if law_fit.lead is not None else 1.0,
+            )
+        )
+    return fit, tuple(named)
+
+
+def _try_shapes(
+    case: Case, split: Split, fit: Fit, curve: Curve, values: Floats, covariance: Floats
+) -> tuple[Fit, Curve, FittedShape | None]:
+    """Return the fit, curve and shape of the first shape that runs cannot tell from the curve."""
+    slack = (decisions.SHAPE_SLACK * float(np.ptp(values))) ** 2 * np.eye(len(values))
+    ranked = rank_shapes(curve.kind.is_periodic, curve.knots, values, covariance + slack)
+    tried = []
+    for shape in ranked[: decisions.SHAPES_TRIED]:
+        formula, named, finer = fit_formula(case, split, fit, curve, shape, FORMULA_ITERATIONS)
+        as_good = formula.choose <= decisions.SHAPE_AS_GOOD * fit.choose
+        if as_good or formula.choose <= decisions.MISFIT_AT_NOISE:
+            tried.append((formula, finer, named))
+    if not tried:
+        return fit, curve, None
+    return min(tried, key=lambda trial: trial[0].choose)
+
+
+def write_formula(named: NamedCurve) -> str:
+    """Return the formula with its numbers and units; "" for a curve without a shape."""
+    shape, kind = named.shape, named.curve.kind
+    if shape is None:
+        return ""
+    numbers = {n: f"{v:.3g}" for n, v in zip(shape.names, shape.values, strict=True)}
+    text = (
+        shape.shape.text.format(**numbers)
+        .replace("+ -", "- ")
+        .replace("x0", f"{named.curve.knots[0]:.3g}")
+    )
+    unit = "" if kind.quantity.unit == "1" else f" in {kind.quantity.unit}"
+    along = "" if kind.along.unit == "1" else f" in {kind.along.unit}"
+    return f"{kind.quantity.words}{unit} = {text}, x: {kind.along.words}{along}"
+
+
+def write_sentence(named: NamedCurve) -> str:
+    """Return what was measured, for a person."""
+    kind, unit = named.curve.kind, named.curve.kind.quantity.unit.replace("1", "")
+    subject = f"The {kind.quantity.words} depends on the {kind.along.words}"
+    if named.shape is None:
+        seen = named.curve.visits >= decisions.LAW_VISITED * named.curve.visits.mean()
+        values, knots = named.values[seen], named.curve.knots[seen]
+        low, high = int(np.argmin(values)), int(np.argmax(values))
+        sentence = (
+            f"{subject}: from {values[low]:.3g} {unit} at {knots[low]:.3g} to {values[high]:.3g} "
+            f"{unit} at {knots[high]:.3g} {kind.along.unit}; no formula that was tried does as "
+            "well as the measured curve."
+        )
+        return sentence.replace("  ", " ").replace(" 1;", ";")
+    shape = named.shape
+    half = decisions.INTERVAL_DEVIATIONS * shape.deviations
+    numbers = {
+        name: f"{value:.3g} [{value - wide:.3g}, {value + wide:.3g}]"
+        for name, value, wide in zip(shape.names, shape.values, half, strict=True)
+    }
+    return f"{subject}: it {shape.shape.words.format(**numbers)} ({shape.shape.name})."

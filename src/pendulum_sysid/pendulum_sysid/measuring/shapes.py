@@ -1,0 +1,267 @@
+"""Shapes that a measured curve may have, and the fit of a shape to a curve with its band.
+
+A shape is linear in some of its parameters: for every start of the others these follow by least
+squares (variable projection; Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973) 413), and the best
+start is refined.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from pendulum_twin.arrays import Floats
+
+# From places (n,) and the parameters that say where or how, to columns (n, k).
+Columns = Callable[..., Floats]
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Describe a shape: the sum of columns, each with a factor.
+
+    name: for a person.
+    text: formula with x for the variable and the parameters in braces.
+    columns: makes the columns.
+    factors: names of their factors.
+    more: names of the other parameters.
+    starts: of each of these, in units of the variable's range; made from (lowest, range).
+    words: what the curve does, for a person, with the parameters in braces.
+    """
+
+    name: str
+    text: str
+    columns: Columns
+    factors: tuple[str, ...]
+    more: tuple[str, ...] = ()
+    starts: Callable[[float, float], tuple[tuple[float, ...], ...]] = lambda low, span: ()
+    words: str = ""
+
+
+def _stack(*columns: Floats) -> Floats:
+    return np.stack(np.broadcast_arrays(*columns), axis=1)
+
+
+def _ones(x: Floats) -> Floats:
+    return np.ones_like(x)
+
+
+def _grid_centres(low: float, span: float) -> tuple[float, ...]:
+    return tuple(low + span * np.linspace(0.05, 0.95, 13))
+
+
+SHAPES: tuple[Shape, ...] = (
+    Shape("constant", "{offset}", lambda x: _stack(_ones(x)), ("offset",), words="is {offset}"),
+    Shape(
+        "line",
+        "{offset} + {slope} x",
+        lambda x: _stack(_ones(x), x),
+        ("offset", "slope"),
+        words="is {offset}, and changes by {slope} for each unit",
+    ),
+    Shape(
+        "square",
+        "{offset} + {factor} x^2",
+        lambda x: _stack(_ones(x), x * x),
+        ("offset", "factor"),
+        words="is {offset}, and grows by {factor} times the square",
+    ),
+    Shape(
+        "signed square",
+        "{offset} + {factor} x |x|",
+        lambda x: _stack(_ones(x), x * np.abs(x)),
+        ("offset", "factor"),
+        words="is {offset}, and grows by {factor} times the square with its sign",
+    ),
+    Shape(
+        "cube",
+        "{offset} + {factor} x^3",
+        lambda x: _stack(_ones(x), x**3),
+        ("offset", "factor"),
+        words="is {offset}, and grows by {factor} times the cube",
+    ),
+    Shape(
+        "line and cube",
+        "{slope} x + {factor} x^3",
+        lambda x: _stack(x, x**3),
+        ("slope", "factor"),
+        words="grows by {slope} for each unit and by {factor} times the cube",
+    ),
+    Shape(
+        "size",
+        "{offset} + {factor} |x|",
+        lambda x: _stack(_ones(x), np.abs(x)),
+        ("offset", "factor"),
+        words="is {offset}, and grows by {factor} for each unit to either side",
+    ),
+    Shape(
+        "exponential",
+        "{offset} + {factor} exp(-(x - x0) / {length})",
+        lambda x, length: _stack(_ones(x), np.exp(-(x - x.min()) / length)),
+        ("offset", "factor"),
+        ("length",),
+        lambda low, span: (tuple(span * np.array([0.1, 0.3, 1.0, -0.3, -1.0])),),
+        words="tends to {offset}, {factor} away at first, over {length}",
+    ),
+    Shape(
+        "bump",
+        "{offset} + {factor} exp(-((x - {centre}) / {width})^2)",
+        lambda x, centre, width: _stack(_ones(x), np.exp(-(((x - centre) / width) ** 2))),
+        ("offset", "factor"),
+        ("centre", "width"),
+        lambda low, span: (_grid_centres(low, span), tuple(span * np.array([0.05, 0.12, 0.3]))),
+        words="is {offset}, and {factor} more near {centre}, over {width} to either side",
+    ),
+    Shape(
+        "step",
+        "{offset} + {factor} / (1 + exp(-(x - {place}) / {width}))",
+        lambda x, place, width: _stack(
+            _ones(x), 1.0 / (1.0 + np.exp(-np.clip((x - place) / width, -60, 60)))
+        ),
+        ("offset", "factor"),
+        ("place", "width"),
+        lambda low, span: (_grid_centres(low, span), tuple(span * np.array([0.005, 0.03]))),
+        words="is {offset} before {place} and {factor} more behind it",
+    ),
+    Shape(
+        "saturation",
+        "{offset} + {factor} tanh(x / {width})",
+        lambda x, width: _stack(_ones(x), np.tanh(x / width)),
+        ("offset", "factor"),
+        ("width",),
+        lambda low, span: (tuple(span * np.array([0.03, 0.1, 0.3])),),
+        words="is {offset}, and rises by {factor} to either side, within {width}",
+    ),
+    Shape(
+        "wave",
+        "{offset} + {sine} sin(2 pi x / {period}) + {cosine} cos(2 pi x / {period})",
+        lambda x, period: _stack(
+            _ones(x), np.sin(2 * np.pi * x / period), np.cos(2 * np.pi * x / period)
+        ),
+        ("offset", "sine", "cosine"),
+        ("period",),
+        lambda low, span: (tuple(1.9 * span / 1.12 ** np.arange(28)),),
+        words="repeats every {period} ({sine} of the sine, {cosine} of the cosine) about {offset}",
+    ),
+)
+
+
+def _make_turn_shape(harmonic: int) -> Shape:
+    often = "once" if harmonic == 1 else f"{harmonic} times"
+    return Shape(
+        "wave of a turn" if harmonic == 1 else f"wave of a turn, {harmonic} times",
+        f"{{offset}} + {{sine}} sin({harmonic} x) + {{cosine}} cos({harmonic} x)",
+        lambda x: _stack(_ones(x), np.sin(harmonic * x), np.cos(harmonic * x)),
+        ("offset", "sine", "cosine"),
+        words=f"repeats {often} a turn ({{sine}} of the sine, {{cosine}} of the cosine) about "
+        "{offset}",
+    )
+
+
+TURN_SHAPES: tuple[Shape, ...] = (SHAPES[0], *(_make_turn_shape(k) for k in (1, 2, 3, 4)))
+
+
+@dataclass(frozen=True)
+class FittedShape:
+    """Hold a shape with its parameters.
+
+    values: (parameters,) factors, then the others.
+    deviations: (parameters,) their standard deviations.
+    curve: (knots,) its values at the knots.
+    misfit: sum of squares in units of the curve's own uncertainty.
+    """
+
+    shape: Shape
+    values: Floats
+    deviations: Floats
+    curve: Floats
+    misfit: float
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Return the names of the parameters."""
+        return (*self.shape.factors, *self.shape.more)
+
+    @property
+    def cost(self) -> float:
+        """Return the misfit with what its parameters may fit by chance (Schwarz, 1978)."""
+        return self.misfit + len(self.values) * float(np.log(len(self.curve)))
+
+
+def fit_shape(shape: Shape, x: Floats, y: Floats, root: Floats) -> FittedShape:
+    """Return the shape nearest to a curve.
+
+    x, y: (knots,) the curve.
+    root: (k, knots) such that root @ error has independent parts of unit variance.
+    """
+    low, span = float(x.min()), float(np.ptp(x))
+    best: tuple[float, tuple[float, ...]] = (np.inf, ())
+    for start in product(*shape.starts(low, span)):
+        misfit = float(np.sum(_solve(shape, x, y, root, start)[1] ** 2))
+        best = min(best, (misfit, start), key=lambda pair: pair[0])
+    more = np.array(best[1])
+    if len(more):
+        scale = np.where(more == 0.0, span, np.abs(more))
+        refined = least_squares(
+            lambda z: _solve(shape, x, y, root, z * scale)[1], more / scale, max_nfev=60
+        )
+        more = refined.x * scale
+    factors, off = _solve(shape, x, y, root, more)
+    values = np.concatenate([factors, more])
+    curve = shape.columns(x, *more) @ factors
+    return FittedShape(
+        shape,
+        values,
+        _compute_deviations(shape, x, root, values, float(np.sum(off**2))),
+        curve,
+        float(np.sum(off**2)),
+    )
+
+
+def _solve(
+    shape: Shape, x: Floats, y: Floats, root: Floats, more: tuple[float, ...] | Floats
+) -> tuple[Floats, Floats]:
+    """Return the factors and what they leave, in units of uncertainty."""
+    with np.errstate(all="ignore"):
+        columns = np.nan_to_num(shape.columns(x, *more), nan=0.0, posinf=1e6, neginf=-1e6)
+    weighted = root @ columns
+    factors = np.linalg.lstsq(weighted, root @ y, rcond=1e-12)[0]
+    return factors, root @ y - weighted @ factors
+
+
+def _compute_deviations(
+    shape: Shape, x: Floats, root: Floats, values: Floats, misfit: float
+) -> Floats:
+    count = len(shape.factors)
+
+    def draw(values: Floats) -> Floats:
+        with np.errstate(all="ignore"):
+            return np.nan_to_num(shape.columns(x, *values[count:]) @ values[:count])
+
+    slopes = np.empty((len(x), len(values)))
+    for k, value in enumerate(values):
+        step = 1e-5 * max(abs(float(value)), 1e-9)
+        moved = values.copy()
+        moved[k] += step
+        slopes[:, k] = (draw(moved) - draw(values)) / step
+    weighted = root @ slopes
+    spread = np.linalg.pinv(weighted.T @ weighted, rcond=1e-12, hermitian=True)
+    wider = max(1.0, misfit / max(len(x) - len(values), 1))
+    return np.sqrt(np.maximum(np.diag(spread), 0.0) * wider)
+
+
+def rank_shapes(periodic: bool, x: Floats, y: Floats, covariance: Floats) -> list[FittedShape]:
+    """Return all shapes fitted to a curve, the most believable first.
+
+    covariance: (knots, knots) of y.
+    """
+    power, along = np.linalg.eigh(covariance)
+    kept = power > 1e-10 * power[-1]
+    root = (along[:, kept] / np.sqrt(power[kept])).T
+    shapes = TURN_SHAPES if periodic else SHAPES
+    fitted = [fit_shape(shape, x, y, root) for shape in shapes if len(x) > len(shape.factors) + 2]
+    return sorted(fitted, key=lambda shape: shape.cost)

@@ -1,0 +1,49 @@
+"""The verb `learn`: the measured laws of a verdict become effects of the user's own."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from pendulum_sysid.errors import UnusableRecording, WrongUse
+from pendulum_sysid.telling.effect_file import write_effect
+from pendulum_sysid.telling.output_files import name_write_errors
+from pendulum_sysid.verbs.said import ANSWERED, say
+from pendulum_sysid.verdict.json_form import decode_verdict
+from pendulum_twin.effects import BY_NAME
+from pendulum_twin.files import read_json_object, write_atomically
+
+SCHEMA = "pendulum_verdict/1"
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Write a file for every law with a formula, print its path, and say how to use it."""
+    path = Path(arguments.verdict)
+    file = path / "verdict.json" if path.is_dir() else path
+    verdict = decode_verdict(read_json_object(file, SCHEMA, "a verdict"))
+    if not verdict.measured_laws:
+        raise UnusableRecording(
+            f"{file}: expected measured laws, found none: only physics that no effect explains is "
+            "measured"
+        )
+    written, refused = [], []
+    for law in verdict.measured_laws:
+        name = arguments.name or f"learned_{law.law}"
+        if name in BY_NAME:
+            raise WrongUse(f"--name: expected a name that no effect has, found {name}")
+        try:
+            text = write_effect(law, name)
+        except WrongUse as error:
+            refused.append(str(error))
+            continue
+        target = Path(arguments.out) / f"{name}.py"
+        with name_write_errors(target):
+            target.parent.mkdir(parents=True, exist_ok=True)
+            write_atomically(target, text)
+        written.append(target)
+        print(target)
+    if not written:
+        raise UnusableRecording("; ".join(refused))
+    for sentence in refused:
+        say(sentence)
+    return ANSWERED

@@ -1,0 +1,74 @@
+"""Inject a law without a name, and measure it: kind, values, band, and what it does elsewhere."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.made_recordings import INTECO, made, made_states, sweep
+
+from pendulum_sysid.fitting.fit import fit_own_parameters
+from pendulum_sysid.measuring.measure import measure_laws, rank_curves
+from pendulum_sysid.measuring.naming import name_curves, write_formula
+from pendulum_sysid.measuring.penalised_fit import LawFit
+from pendulum_sysid.prepare import prepare
+from pendulum_twin.laws import BY_NAME
+from pendulum_twin.laws.law import Law, evaluate_law, spread_turn
+from pendulum_twin.model import Twin
+
+RIG = Twin("rig", INTECO.rig)
+AT = np.linspace(-1.8, 1.8, 61)
+LAWS = {
+    "cart_force_by_position": Law(tuple(AT), tuple(-3.0 * AT**3)),
+    "drive_gain_along_rail": Law(tuple(AT), tuple(np.tanh(0.4 * AT))),
+    "pole_torque_by_angle": Law(tuple(spread_turn(24)), tuple(0.01 * np.sin(3 * spread_turn(24)))),
+}
+
+
+def prepare_with(laws, seconds=30.0):
+    recording = made(replace(RIG, measured_laws=laws), seconds, amplitude=0.25)
+    prepared = prepare([recording], RIG)
+    return prepared.case, prepared.split
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_a_law_is_measured_where_it_is(name):
+    case, split = prepare_with({name: LAWS[name]})
+    start = fit_own_parameters(case, split)
+    held = measure_laws(case, split, start, lambda line: None)
+    assert held is not None and [curve.kind.name for curve in held.curves] == [name]
+    fit, (named,) = name_curves(case, split, held)
+    assert fit.choose < 1.5 < 3.0 < start.choose
+    curve, kind = named.curve, BY_NAME[name]
+    truth = evaluate_law(kind, LAWS[name], curve.knots)
+    own = held.curves[0]
+    if own.gauge is not None:  # the constant force takes the mean of the gain
+        mean = own.gauge @ evaluate_law(kind, LAWS[name], own.knots)
+        truth = (1.0 + truth) / (1.0 + mean) - 1.0
+    seen = (curve.knots >= own.knots[0]) & (curve.knots <= own.knots[-1])
+    off = np.abs(named.values - truth)[seen]
+    assert np.median(off) < 0.03 * np.ptp(truth[seen])
+    command = sweep(8.0, 0.2)[::-1].copy()
+    run, told, without = (
+        made_states(twin, command)
+        for twin in (replace(RIG, measured_laws={name: LAWS[name]}), fit.twin, start.twin)
+    )
+    assert np.std((run - told)[:300, 0]) < 0.3 * np.std((run - without)[:300, 0])
+
+
+def test_a_formula_takes_the_place_of_its_curve():
+    case, split = prepare_with({"cart_force_by_position": LAWS["cart_force_by_position"]})
+    held = measure_laws(case, split, fit_own_parameters(case, split), lambda line: None)
+    fit, (named,) = name_curves(case, split, held)
+    assert named.shape is not None and named.shape.shape.name in ("cube", "line and cube")
+    sizes = dict(zip(named.shape.names, named.shape.values, strict=True))
+    assert sizes["factor"] == pytest.approx(-3.0, rel=0.15)
+    assert fit.choose < 1.2
+    assert "x^3" in write_formula(named) and "force on the cart in N" in write_formula(named)
+
+
+def test_nothing_is_measured_where_nothing_is_missing():
+    case, split = prepare_with({})
+    start = fit_own_parameters(case, split)
+    assert measure_laws(case, split, start, lambda line: None) is None
+    ranked = rank_curves(case, split, LawFit(start, (), (), (), (), 4.0))
+    assert len(ranked) <= 2

@@ -1,0 +1,34 @@
+"""A curve with a band gets the name of the shape that made it, with its sizes."""
+
+import numpy as np
+import pytest
+
+from pendulum_sysid.measuring.shapes import rank_shapes
+
+X = np.linspace(-0.4, 0.4, 20)
+TURN = np.arange(20) * 2 * np.pi / 20
+CASES = {
+    "cube": (X, -20.0 * X**3, {"factor": -20.0}),
+    "line": (X, 0.3 + 2.0 * X, {"slope": 2.0, "offset": 0.3}),
+    "signed square": (X, 3.0 * X * np.abs(X), {"factor": 3.0}),
+    "size": (X, 1.0 - 1.5 * np.abs(X), {"factor": -1.5}),
+    "bump": (X, 0.2 + np.exp(-(((X - 0.1) / 0.12) ** 2)), {"centre": 0.1, "width": 0.12}),
+    "wave": (X, 0.5 * np.sin(2 * np.pi * X / 0.23), {"period": 0.23, "sine": 0.5}),
+    "saturation": (X, 0.7 * np.tanh(X / 0.1), {"width": 0.1, "factor": 0.7}),
+    "exponential": (X + 0.4, 1.0 - np.exp(-(X + 0.4) / 0.2), {"length": 0.2, "factor": -1.0}),
+    "wave of a turn, 3 times": (TURN, 0.01 * np.sin(3 * TURN + 1.0), {"sine": 0.01 * np.cos(1.0)}),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_shape_is_told_from_the_others(name):
+    x, y, sizes = CASES[name]
+    deviation = 0.01 * np.ptp(y)
+    noisy = y + deviation * np.random.default_rng(1).normal(size=20)
+    best = rank_shapes("turn" in name, x, noisy, deviation**2 * np.eye(20))[0]
+    assert best.shape.name == name
+    found = dict(zip(best.names, zip(best.values, best.deviations, strict=True), strict=True))
+    for key, size in sizes.items():
+        value, doubt = found[key]
+        assert abs(value - size) < 4 * doubt + 1e-9, (key, value, doubt)
+        assert doubt < 0.2 * abs(size)

@@ -1,0 +1,135 @@
+"""A law with a formula becomes an effect file that every program can read."""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+from pendulum_sysid.cli import main
+from pendulum_sysid.errors import WrongUse
+from pendulum_sysid.telling.effect_file import write_effect
+from pendulum_sysid.verdict.record import EffectParameter, MeasuredLaw
+
+CUBE = MeasuredLaw(
+    law="cart_force_by_position",
+    place="cart",
+    variables=("cart_position",),
+    knots=(-0.3, 0.0, 0.3),
+    values=(0.6, 0.0, -0.6),
+    low=(0.5, -0.1, -0.7),
+    high=(0.7, 0.1, -0.5),
+    unit="N",
+    formula="force on the cart in N = 0 - 22 x^3, x: cart position in m",
+    sentence="The force on the cart grows with the cube of the cart position.",
+    shape="cube",
+    parameters={
+        "offset": EffectParameter(0.0, -0.1, 0.1, "1"),
+        "factor": EffectParameter(-22.0, -23.0, -21.0, "1"),
+    },
+)
+WAVE = MeasuredLaw(
+    **{
+        **vars(CUBE),
+        "law": "command_curve",
+        "shape": "wave",
+        "parameters": {
+            name: EffectParameter(value, 0.0, 1.0, "1")
+            for name, value in {"offset": 0.0, "sine": 0.1, "cosine": 0.2, "period": 0.5}.items()
+        },
+    }
+)
+PROGRAM = """
+import numpy as np
+from pendulum_twin import Twin, simulate, load_twin
+from pendulum_twin.effects import BY_NAME
+twin = load_twin("config/inteco.yaml")
+effect = BY_NAME["learned"]
+rich = Twin("rich", twin.rig, {"learned": {p.name: p.probes[0] for p in effect.parameters}})
+t = np.arange(0, 1, 0.01)
+far = [simulate(w, t, 0 * t + 0.1, (0.3, 3.1, 0.0, 0.0)).cart[-1] for w in (twin, rich)]
+print(abs(far[0] - far[1]) > 1e-3, effect.place.value)
+"""
+
+
+def test_a_learned_command_has_an_inverse():
+    scope: dict = {}
+    exec(write_effect(WAVE, "learned"), scope)
+    effect, sizes = scope["EFFECT"], (0.02, 0.01, 0.5)
+    assert [p.name for p in effect.parameters] == ["sine", "cosine", "period"]
+    bent = effect.law(0.3, (), 0.001, 0.0, *sizes)
+    assert bent != 0.3 and effect.law(0.3, (), 0.001, 0.0, 0.0, 0.0, 0.5) == 0.3
+    assert effect.inverse(bent, 0.0, *sizes) == pytest.approx(0.3, abs=1e-6)
+
+
+def test_a_learned_effect_runs_in_a_twin(tmp_path):
+    (tmp_path / "learned.py").write_text(write_effect(CUBE, "learned"))
+    told = subprocess.run(
+        [sys.executable, "-c", PROGRAM],
+        env={**os.environ, "PENDULUM_EFFECTS": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert told.stdout.split() == ["True", "cart"]
+
+
+def test_a_curve_without_formula_stays_a_law():
+    with pytest.raises(WrongUse, match="no formula describes"):
+        write_effect(MeasuredLaw(**{**vars(CUBE), "shape": ""}), "learned")
+
+
+def test_every_verb_knows_a_folder(tmp_path):
+    (tmp_path / "learned.py").write_text(write_effect(CUBE, "learned"))
+    told = subprocess.run(
+        [sys.executable, "-m", "pendulum_sysid.cli", "effects", "--json", "--effects", tmp_path],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert '"learned"' in told.stdout
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [(None, "found none"), ("1 / 0", "ZeroDivisionError"), ("x = 1", "expected EFFECT")],
+)
+def test_a_folder_without_effects_is_refused_in_a_sentence(tmp_path, content, words):
+    if content is not None:
+        (tmp_path / "wrong.py").write_text(content)
+    told = subprocess.run(
+        [sys.executable, "-m", "pendulum_sysid.cli", "effects", "--effects", tmp_path],
+        capture_output=True,
+        text=True,
+    )
+    assert told.returncode == 2 and words in told.stderr and "Traceback" not in told.stderr
+
+
+def test_a_verdict_without_laws_teaches_nothing(tmp_path, capsys):
+    verdict = {
+        "schema": "pendulum_verdict/1",
+        "outcome": "nothing_missing",
+        "sentence": "",
+        "location": None,
+        "missing_physics": [],
+        "rig_parameters": {},
+        "masking": [],
+        "fit": None,
+        "remainder": None,
+        "data_quality": [],
+        "next_experiment": None,
+        "recording": {
+            "name": "r",
+            "seconds": 1.0,
+            "samples": 1,
+            "rate_hz": 1.0,
+            "digest": "",
+            "position_step_m": 0.0,
+            "angle_step_rad": 0.0,
+        },
+        "elapsed_s": 1.0,
+    }
+    (tmp_path / "verdict.json").write_text(json.dumps(verdict))
+    assert main(["learn", str(tmp_path), "--out", str(tmp_path / "mine")]) == 1
+    assert "expected measured laws, found none" in capsys.readouterr().err
