@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from reprlib import repr as shown
 from typing import Any
@@ -11,12 +11,13 @@ from typing import Any
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.files import read_yaml, write_atomically
-from pendulum_twin.pole_body import check_pole_body
+from pendulum_twin.pole_body import POLE_COM_KEY, check_pole_body
 from pendulum_twin.rig import Rig, check_number, describe_unknown_key, parse_rig
 from pendulum_twin.strict_yaml import format_yaml
 
 SCHEMA = "pendulum_twin/1"
 KEYS = ("schema", "name", "rig", "effects")
+LARGEST_SPREAD = 1e6  # in the unit of the constant
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,8 @@ class Twin:
     rig: its constants.
     effects: catalogue name -> parameter name -> value, in the unit of the parameter's name; an
         effect that is listed is on.
+    spreads: constant of the rig -> standard deviation of what is believed of it, in its unit; 0
+        for a constant that is known. A constant that is not listed is a guess.
 
     Raises BadInputError for an effect or parameter that the catalogue does not have, and for a
     value out of its range.
@@ -35,6 +38,7 @@ class Twin:
     name: str
     rig: Rig
     effects: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    spreads: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(
@@ -42,11 +46,23 @@ class Twin:
             "effects",
             {name: _check_effect(name, values) for name, values in self.effects.items()},
         )
+        object.__setattr__(
+            self,
+            "spreads",
+            {key: _check_spread(self.rig, key, sd) for key, sd in self.spreads.items()},
+        )
+
+    def hold(self, keys: Iterable[str]) -> Twin:
+        """Return the twin with constants that are known: no fit changes them.
+
+        Raises BadInputError for a key that the rig does not have.
+        """
+        return replace(self, spreads={**self.spreads, **dict.fromkeys(keys, 0.0)})
 
     def drop_recording_effects(self) -> Twin:
         """Return the twin without the effects that belong to one recording of the rig."""
         lasting = {name: v for name, v in self.effects.items() if not BY_NAME[name].of_recording}
-        return Twin(self.name, self.rig, lasting)
+        return replace(self, effects=lasting)
 
     def to_mapping(self) -> dict[str, Any]:
         """Return the twin as the twin file holds it."""
@@ -54,9 +70,34 @@ class Twin:
         return {
             "schema": SCHEMA,
             "name": self.name,
-            "rig": self.rig.to_mapping(),
+            "rig": {
+                key: {"value": value, "sd": self.spreads[key]} if key in self.spreads else value
+                for key, value in self.rig.to_mapping().items()
+            },
             "effects": effects,
         }
+
+
+def _check_spread(rig: Rig, key: str, spread: object) -> float:
+    """Return a constant's standard deviation; raise BadInputError."""
+    if key not in rig.to_mapping():
+        raise BadInputError(describe_unknown_key("rig", key, tuple(rig.to_mapping())))
+    return check_number(f"rig: {key}: sd", spread, 0.0, LARGEST_SPREAD)
+
+
+def _split_spreads(block: object) -> tuple[object, dict[str, object]]:
+    """Return the rig block with plain numbers, and the standard deviations beside them."""
+    if not isinstance(block, Mapping):
+        return block, {}
+    values, spreads = dict(block), {}
+    for key, entry in block.items():
+        if isinstance(entry, Mapping):
+            if set(entry) != {"value", "sd"}:
+                raise BadInputError(
+                    f"rig: {key}: expected a number, or value and sd, found {shown(entry)}"
+                )
+            values[key], spreads[str(key)] = entry["value"], entry["sd"]
+    return values, spreads
 
 
 def _check_effect(name: str, values: object) -> dict[str, float]:
@@ -99,13 +140,26 @@ def parse_twin(mapping: object) -> Twin:
         raise BadInputError(
             f"effects: expected a mapping of catalogue names, found {type(effects).__name__}"
         )
-    rig = parse_rig(mapping.get("rig"))
+    block, spreads = _split_spreads(mapping.get("rig"))
+    rig = parse_rig(block)
     check_pole_body(rig)
     return Twin(
         str(mapping.get("name", "rig")),
         rig,
         {str(name): values if values is not None else {} for name, values in effects.items()},
+        _spread_com_distance(rig, block, spreads),
     )
+
+
+def _spread_com_distance(
+    rig: Rig, block: object, spreads: Mapping[str, object]
+) -> dict[str, object]:
+    """Return the spreads, that of the pole's own distance as one of the common distance."""
+    kept = {key: sd for key, sd in spreads.items() if key != POLE_COM_KEY}
+    if POLE_COM_KEY in spreads and isinstance(block, Mapping):
+        sd = check_number(f"rig: {POLE_COM_KEY}: sd", spreads[POLE_COM_KEY], 0.0, LARGEST_SPREAD)
+        kept["com_distance_m"] = sd * (rig.pole_mass_kg or 0.0) / rig.total_mass_kg
+    return kept
 
 
 def load_twin(path: str | Path) -> Twin:
