@@ -16,7 +16,7 @@ from __future__ import annotations
 # Is a richer twin ahead of a simpler twin?
 LEAD_STANDARD_ERRORS = 2.0  # standard errors; half of APART_STANDARD_ERRORS; derived
 LEAD_MISFIT_RATIO = 1.005  # ratio; of misfits: half a per cent is worth no name
-LEAD_SHARE_OF_REST = 0.25  # of power; left beyond the noise, that a richer twin must gain
+LEAD_SHARE_OF_REST = 0.5  # of power; left beyond the noise, that a richer twin must gain
 LIKELIHOOD_GAIN_NATS = 20.0  # nats; an effect in few windows; encoder noise is not white
 LIKELIHOOD_MISFIT_RATIO = 1.01  # ratio; ... and at least this factor of misfit
 MISFIT_AT_NOISE = 1.5  # noise; errors up to this misfit are the sensors' noise
@@ -86,6 +86,7 @@ CERTAIN_CONFIDENCE = 0.99  # probability; stated: it was surely there in every c
 SLIP_SIDE_SAMPLES = 9  # samples; on each side: 0.1 s at 100 Hz, where a cubic follows
 SLIP_WIDEST_GAP = 10  # samples; left out as spikes between the sides
 SLIP_DEVIATIONS = 5.0  # deviations; of the usual disagreement: chance once in a million; derived
+SLIP_SEAM_S = 0.2  # s; about a seam between stretches, where nothing is said to slip
 SLIPS_TRIED = 4  # slips; the clearest; a rig slips rarely
 
 # Are the reported velocities filtered?

@@ -180,7 +180,7 @@ class Fit:
         start_states: (windows, 4) refined start states.
         power: (channels,) mean squared error of the windows, m^2 or rad^2.
         train, choose: misfit of the windows, fitted to all of them and cross-validated: the
-            geometric mean over the channels of the root mean square error in units of sensor noise.
+            geometric mean over channels of the root mean square error in units of sensor noise.
         window_squares: (windows, channels) sum of squared errors of each window, cross-validated.
         counts: (windows, channels) valid samples of each window.
         noise: (channels,) standard deviation of the sensors' noise, m or rad.

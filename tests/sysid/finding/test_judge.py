@@ -60,9 +60,17 @@ def make_estimate(value: float, half: float, identifiable: bool = True) -> Estim
 @pytest.mark.parametrize("seed", range(5))
 def test_a_better_fit_leads(seed: int) -> None:
     off = make_errors(seed)
-    lead = compute_lead(make_fit(off), make_fit(1.2 * off))
-    assert lead.is_real and 1.05 < lead.ratio < 1.2
+    lead = compute_lead(make_fit(off), make_fit(1.4 * off))
+    assert lead.is_real and 1.12 < lead.ratio < 1.4
     assert not compute_lead(make_fit(1.2 * off), make_fit(off)).is_real
+
+
+def test_a_sure_gain_that_is_small_beside_what_is_left_is_no_lead() -> None:
+    off = make_errors(2)
+    small = compute_lead(make_fit(off), make_fit(1.1 * off))
+    assert small.standard_errors > 5.0 and not small.is_real
+    at_noise = make_errors(2, size=0.6)
+    assert compute_lead(make_fit(at_noise), make_fit(1.1 * at_noise)).is_real
 
 
 def test_an_equal_fit_does_not_lead() -> None:

@@ -57,11 +57,12 @@ def compute_least_ratio(misfit: float) -> float:
     misfit: of the richer twin, in units of noise.
 
     A richer twin takes away a share of what is left beyond the noise by chance alone: whatever is
-    left out is the same in every window, so no number of windows tells chance from cause.
+    left out is the same in every window, so no number of windows tells chance from cause. The
+    heavy-tailed likelihood of a lead counts half of a typical window's gain of power.
     """
     rest = max(1.0 - 1.0 / max(misfit, 1e-300) ** 2, 0.0)
-    share = decisions.LEAD_SHARE_OF_REST * rest
-    return max(decisions.LEAD_MISFIT_RATIO, float(np.sqrt(1.0 + share)))
+    gain = 0.5 * decisions.LEAD_SHARE_OF_REST * rest
+    return max(decisions.LEAD_MISFIT_RATIO, float(np.sqrt(1.0 + gain)))
 
 
 def _is_likely(rich: Fit, simple: Fit) -> bool:
@@ -93,7 +94,10 @@ def compute_log_errors(fit: Fit, of: Fit) -> Floats:
 
 
 def average_over_blocks(values: Floats) -> Floats:
-    """Return the means of values (windows,) over blocks of time, (blocks,): errors nearby are alike."""
+    """Return the means of values (windows,) over blocks of time, (blocks,).
+
+    Errors of windows nearby are alike; those of blocks count as independent.
+    """
     parts = np.array_split(values, min(len(values), decisions.LEAD_BLOCKS))
     return np.array([part.mean() for part in parts])
 

@@ -1,8 +1,8 @@
 """Ask each parameter of a fit again in every block of time: does its size replicate?
 
-A block's own estimate is a Gauss-Newton step from the fit to all windows, with that block's windows
-alone. What the model leaves out pushes the estimates of different blocks apart by more than their
-own intervals. That spread is estimated by random effects (DerSimonian and Laird, Controlled
+A block's own estimate is a Gauss-Newton step from the fit to all windows, with the windows of that
+block alone. What the model leaves out pushes the estimates of different blocks apart by more than
+their own intervals. That spread is estimated by random effects (DerSimonian and Laird, Controlled
 Clinical Trials 7 (1986) 177) and widens the intervals.
 """
 

@@ -24,7 +24,6 @@ from pendulum_sysid.fitting.parameters import Free, list_free_parameters
 from pendulum_sysid.fitting.windows import shorten_windows
 from pendulum_sysid.records import Fit
 from pendulum_twin.arrays import Floats, Ints, Mask
-from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Effect
 
 RIDGE = 1e-6  # of a column's own weight: keeps two columns that are alike solvable
@@ -229,7 +228,10 @@ def _keep_smallest(
 
 
 def _is_as_good(lead: Floats) -> bool:
-    """Return whether a set is at most one standard error behind. lead: in each block, (blocks,)."""
+    """Return whether a set is at most one standard error behind.
+
+    lead: over the best set in each block, (blocks,).
+    """
     spread = float(np.std(lead, ddof=1)) * np.sqrt(len(lead)) if len(lead) > 1 else np.inf
     return float(lead.sum()) >= -spread
 
@@ -254,10 +256,3 @@ def _make_subset(
         parameter.put(theta, float(np.clip(value, parameter.low, parameter.high)))
     names = tuple(columns.effects[k].name for k in members)
     return Subset((*fit.effects, *names), theta, gains)
-
-
-def name_subset(subset: Subset, known: Sequence[str]) -> str:
-    """Return the new effects of a set in words. known: effects that the fit had."""
-    new = [name for name in subset.effects if name not in known]
-    assert all(name in BY_NAME for name in new)
-    return ", ".join(new)

@@ -26,7 +26,7 @@ def cross_validate(
     """Return the sum of squared errors of each window, (windows, channels), m^2 or rad^2.
 
     solution: the fit to all windows of the problem.
-    together: how many windows in a row are pieces of one longer window; they are left out together.
+    together: how many windows in a row are pieces of one longer window, left out together.
 
     Folds take every n-th longer window, so that each fold sees every regime of the recording.
     """

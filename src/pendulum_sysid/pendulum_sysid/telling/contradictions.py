@@ -12,9 +12,9 @@ from pendulum_sysid.telling.outcome import Findings
 def describe_contradictions(findings: Findings) -> tuple[str, ...]:
     """Return a sentence for every constant that the recording contradicts.
 
-    A constant that is given with a spread is contradicted by a value that lies far outside. Without
-    spreads, motion fixes only ratios to the moving mass: where both constants of the pole come out
-    larger or smaller by one factor, the moving mass is wrong, and not the pole.
+    A constant that is given with a spread is contradicted by a value that lies far outside.
+    Without spreads, motion fixes only ratios to the moving mass: where both constants of the pole
+    come out larger or smaller by one factor, the moving mass is wrong, and not the pole.
     """
     constants = list_rig_parameters(findings.case.twin)
     sentences = [_describe_far(c, findings) for c in constants if np.isfinite(c.spread)]
@@ -53,8 +53,8 @@ def _describe_moving_mass(findings: Findings) -> str:
         return ""
     more = "a motor's rotor or a belt moves with it?" if common < 1.0 else "is it lighter?"
     return (
-        f"com_distance_m and pole_inertia_kg_m2 both come out {common:.3g} times as large as given. "
-        "Motion fixes only ratios to the moving mass, so that the same motion is that of the pole "
-        f"as given on a cart of {mass:.3g} kg instead of {rig.cart_mass_kg:.3g} kg: {more} "
-        "Correct cart_mass_kg, or give it with its spread."
+        f"com_distance_m and pole_inertia_kg_m2 both come out {common:.3g} times as large as "
+        "given. Motion fixes only ratios to the moving mass, so that the same motion is that "
+        f"of the pole as given on a cart of {mass:.3g} kg instead of {rig.cart_mass_kg:.3g} kg: "
+        f"{more} Correct cart_mass_kg, or give it with its spread."
     )
