@@ -1,4 +1,4 @@
-"""Decide between fits on the choosing windows, which none of them was fitted on."""
+"""Decide between fits by their errors on windows that were left out (cross-validation)."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Lead:
 
 
 def compute_lead(rich: Fit, simple: Fit) -> Lead:
-    """Return how far the rich fit is ahead on the choosing windows.
+    """Return how far the rich fit is ahead on windows left out.
 
     Windows are compared pair by pair under a heavy-tailed likelihood whose scale is the rich fit's
     typical window (Lange, Little and Taylor, J. Am. Stat. Assoc. 84 (1989) 881): neither one wild
@@ -103,7 +103,7 @@ def average_over_blocks(values: Floats) -> Floats:
 
 
 def _compute_powers(fit: Fit) -> Floats:
-    """Return each choosing window's mean squared error, (windows, channels).
+    """Return each window's mean squared error, (windows, channels).
 
     Parts of one window are averaged.
     """
@@ -121,7 +121,7 @@ def is_needed(rich: Fit, simple: Fit, effect: str, expected: bool = False) -> bo
     """Return whether a rich fit needs the effect that the simple fit lacks.
 
     Its interval from the training windows must leave out the value at which the effect vanishes,
-    and the rich fit must be really ahead on the choosing windows.
+    and the rich fit must be really ahead on windows left out.
 
     expected: other evidence names the effect; the rich fit need only be ahead.
     """

@@ -1,7 +1,7 @@
 """Find what a twin lacks: signs first, then a set of effects that is grown, pruned and named.
 
 The set grows by one effect at a time with joint refits (`growth`), and effects that the others
-have made needless leave it (`pruning`), each step judged on windows kept for choosing (`judge`).
+have made needless leave it (`pruning`), each step judged on windows that are left out (`judge`).
 A short horizon comes first: errors stay where they arise. A long horizon follows, over which small
 errors add up until they show.
 """

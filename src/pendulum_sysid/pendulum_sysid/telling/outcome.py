@@ -130,7 +130,7 @@ def is_above_noise(findings: Findings) -> bool:
 def compute_explained_share(findings: Findings) -> float:
     """Return the share (0 to 1) of the error's power that the named effects take away.
 
-    The errors are those of the fit of the rig's constants alone, on the choosing windows.
+    The errors are those of the fit of the rig's constants alone, cross-validated.
     """
     return 1.0 - min((findings.best.choose / findings.base.choose) ** 2, 1.0)
 
