@@ -122,7 +122,7 @@ def test_pieces_of_a_window_count_once() -> None:
 
 def test_an_effect_is_needed_when_it_is_ahead_and_its_interval_leaves_out_nothing() -> None:
     off, coulomb = make_errors(4), ("cart_coulomb_friction",)
-    simple = make_fit(1.2 * off)
+    simple = make_fit(1.5 * off)
     assert is_needed(make_fit(off, coulomb, {LEVEL: make_estimate(0.5, 0.1)}), simple, coulomb[0])
     assert not is_needed(
         make_fit(off, coulomb, {LEVEL: make_estimate(0.5, 0.6)}), simple, coulomb[0]
@@ -133,7 +133,7 @@ def test_an_effect_is_needed_when_it_is_ahead_and_its_interval_leaves_out_nothin
         coulomb[0],
     )
     assert not is_needed(
-        make_fit(1.2 * off, coulomb, {LEVEL: make_estimate(0.5, 0.1)}), simple, coulomb[0]
+        make_fit(1.5 * off, coulomb, {LEVEL: make_estimate(0.5, 0.1)}), simple, coulomb[0]
     )
 
 

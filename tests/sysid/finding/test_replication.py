@@ -38,7 +38,7 @@ def test_a_hidden_effect_is_found_again_in_every_third() -> None:
 def test_an_effect_that_is_not_there_is_not_lasting_or_not_asked() -> None:
     prepared, found = fit_friction((), 1)
     replication = replicate_effects(prepared.case, prepared.split, found)[FRICTION]
-    assert replication.asked == 0 or not replication.is_lasting
+    assert replication.possible == 0 or not replication.is_lasting
 
 
 def test_one_of_three_is_not_lasting() -> None:

@@ -38,18 +38,22 @@ class BlockEstimates:
 
 @dataclass(frozen=True)
 class Replication:
-    """Hold in how many of the thirds that could show an effect its size is there again."""
+    """Hold in how many parts of the recordings an effect is there again.
+
+    shown: parts that show its size.
+    possible: parts that could show its size.
+    """
 
     shown: int
-    asked: int
+    possible: int
 
     @property
     def is_lasting(self) -> bool:
         """Return whether the effect is there in most of the thirds that could show it."""
-        return self.shown > decisions.REPLICATED_SHARE * self.asked or not self.asked
+        return self.shown > decisions.REPLICATED_SHARE * self.possible or not self.possible
 
     def __str__(self) -> str:
-        return f"{self.shown} of {self.asked}"
+        return f"{self.shown} of {self.possible}"
 
 
 def replicate_effects(case: Case, split: Split, fit: Fit) -> dict[str, Replication]:
@@ -69,7 +73,7 @@ def replicate_effects(case: Case, split: Split, fit: Fit) -> dict[str, Replicati
         ]
         if sizes:
             counts = [_count_shown(*size) for size in sizes]
-            replications[name] = max(counts, key=lambda count: (count.asked, count.shown))
+            replications[name] = max(counts, key=lambda count: (count.possible, count.shown))
     return replications
 
 

@@ -48,9 +48,9 @@ def make_verdict(findings: Findings, recording: Recording, elapsed_s: float) -> 
     """Return the verdict on a recording that could be used."""
     outcome = decide_outcome(findings)
     named = list_told(findings)
-    told = {effect.effect for effect in named}
-    certain = tuple(describe_certain(r) for r in findings.certain if r.effect not in told)
-    others = tuple(e for e in (*findings.named, *findings.perhaps) if e.effect not in told)
+    names = {effect.effect for effect in named}
+    certain = tuple(describe_certain(r) for r in findings.certain if r.effect not in names)
+    others = tuple(e for e in (*findings.named, *findings.perhaps) if e.effect not in names)
     plan, why = findings.coming.plan, findings.coming.why
     return Verdict(
         outcome=outcome,
