@@ -20,6 +20,7 @@ from pendulum_sysid.cleaning.clean import clean_recording
 from pendulum_sysid.fitting.compare import Pair, compare_two
 from pendulum_sysid.fitting.compare import compare as compare_case
 from pendulum_sysid.fitting.fit import fit_own_parameters
+from pendulum_sysid.fitting.parameters import hold_constants
 from pendulum_sysid.prepare import prepare, prepare_case
 from pendulum_sysid.reading.bag import COMMAND_TOPIC, STATE_TOPIC, read_bag
 from pendulum_sysid.reading.raw import RawRecording
@@ -99,7 +100,10 @@ def make_recording(
 
 
 def diagnose(
-    recordings: Sources, twin: Twin | str | Path, progress: Callable[[str], None] | None = None
+    recordings: Sources,
+    twin: Twin | str | Path,
+    progress: Callable[[str], None] | None = None,
+    hold: Sequence[str] = (),
 ) -> Verdict:
     """Find what a twin lacks, from one or several recordings of the rig.
 
@@ -108,6 +112,7 @@ def diagnose(
             cart and pole, or a list of these.
         twin: the twin as believed, or the path of its file.
         progress: called with a line of text at every step of the search.
+        hold: constants of the rig that are known and stay as they are; "all" for all of them.
 
     Returns:
         The verdict: outcome, missing effects with intervals, constants of the rig before and
@@ -127,7 +132,8 @@ def diagnose(
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # a run that overflows is judged, not warned of
-        return pipeline.diagnose(_read_all(recordings), _get_twin(twin), progress or _ignore)
+        known = hold_constants(_get_twin(twin), hold)
+        return pipeline.diagnose(_read_all(recordings), known, progress or _ignore)
 
 
 def fit(recordings: Sources, twin: Twin | str | Path) -> Fit:

@@ -16,9 +16,13 @@ from __future__ import annotations
 # Is a richer twin ahead of a simpler twin?
 LEAD_STANDARD_ERRORS = 2.0  # standard errors; half of APART_STANDARD_ERRORS; derived
 LEAD_MISFIT_RATIO = 1.005  # ratio; of misfits: half a per cent is worth no name
+LEAD_SHARE_OF_REST = 0.5  # of power; left beyond the noise, that a richer twin must gain
 LIKELIHOOD_GAIN_NATS = 20.0  # nats; an effect in few windows; encoder noise is not white
 LIKELIHOOD_MISFIT_RATIO = 1.01  # ratio; ... and at least this factor of misfit
 MISFIT_AT_NOISE = 1.5  # noise; errors up to this misfit are the sensors' noise
+
+FOLDS = 5  # folds; of cross-validation; Hastie, Tibshirani and Friedman, section 7.10
+LEAD_BLOCKS = 12  # blocks; of time, over which a lead is averaged: errors nearby are alike
 
 # Is a sign wrong?
 SIGN_MISFIT_RATIO = 1.2  # ratio; least gain of misfit by a sign that is turned
@@ -34,6 +38,22 @@ LARGEST_STEP = 10.0  # typical sizes; reach of the linearised step
 STARTS_REFITTED = 3  # fits; of an effect with a place, a period or a limit
 ALIKE_PROBES = 0.7  # correlation; probes closer than this start the same fit
 
+# Does a name, and its size, hold on other data?
+REPLICATION_PARTS = 3  # parts; of the recordings, in which a name is asked for again
+REPLICATED_SHARE = 0.5  # of parts; that could show a name, and more of which must
+SPREAD_BLOCKS = 6  # blocks; of time, between which sizes may differ: the model is incomplete
+SPREAD_LEAST_BLOCKS = 3  # blocks; that must fix a value, for a spread between them
+SET_DRAWS = 1000  # draws; of the weights of blocks, to weigh sets: errors of 2 %; derived
+SET_LEAST_WEIGHT = 0.01  # of weight; of a set that is told
+
+# Which sets of effects help only together?
+SUBSET_EFFECTS = 5  # effects; in the largest set that is tried
+SUBSETS_COMPLETE = 3  # effects; up to which every set is tried: some ten thousand
+SUBSETS_EXTENDED = 400  # sets; of each size, the best, to which another effect is added: time
+SUBSETS_VALIDATED = 60  # sets; of each size, that are compared over blocks of time
+SUBSET_BLOCKS = 6  # blocks; of time, for cross-validation
+SUBSETS_REFITTED = 3  # fits; of the sets that lead
+
 # Could another effect stand in a name's place?
 APART_STANDARD_ERRORS = 4.0  # standard errors; the wrong twin leads once in 44; derived
 FOUND_STANDARD_ERRORS = 5.0  # standard errors; by chance once in a million; derived
@@ -48,6 +68,7 @@ SHAPES_COMPARED = 6  # shapes; of one effect, spread evenly; time
 MOST_LEAD_STANDARD_ERRORS = 3.0  # standard errors; beyond which no confidence is claimed
 
 # Do the names explain what is missing?
+CHIEF_MISFIT_RATIO = 1.5  # ratio; of misfits without and with an effect: half of the power is its
 LEAST_EXPLAINED_SHARE = 0.5  # of power; of the errors that named effects must take away
 SHAPE_TOLERANCE = 0.2**2  # of power; a law off by a fifth is still of its kind; derived
 SHARED_SHAPE_TOLERANCE = 0.05**2  # of power; several laws of one variable prove less; derived
@@ -65,6 +86,7 @@ CERTAIN_CONFIDENCE = 0.99  # probability; stated: it was surely there in every c
 SLIP_SIDE_SAMPLES = 9  # samples; on each side: 0.1 s at 100 Hz, where a cubic follows
 SLIP_WIDEST_GAP = 10  # samples; left out as spikes between the sides
 SLIP_DEVIATIONS = 5.0  # deviations; of the usual disagreement: chance once in a million; derived
+SLIP_SEAM_S = 0.2  # s; about a seam between stretches, where nothing is said to slip
 SLIPS_TRIED = 4  # slips; the clearest; a rig slips rarely
 
 # Are the reported velocities filtered?
@@ -233,6 +255,11 @@ REST_SECONDS = 1.0  # s; a pole does not stand upright so long by itself
 REST_RAD = 0.1  # rad; about upright
 REST_RAD_S = 0.05  # rad/s; of a pole at rest
 
+# Does a recording contradict a constant as given?
+CONTRADICTED_DEVIATIONS = 3.0  # deviations; of belief and estimate together; derived
+MOVING_MASS_RATIO = 1.5  # ratio; by which a moving mass is wrong, beyond a wrong scale
+ALIKE_RATIO = 1.25  # ratio; between two factors that count as one
+
 # What is worth telling, and worth an experiment?
 LEAST_MASKED_CHANGE = 0.05  # of value; change of a constant that is worth a sentence
 WIDE_INTERVAL = 0.1  # of value; half widths beyond it are worth an experiment
@@ -248,6 +275,7 @@ PHASES_REFINED = 12  # phases; candidates that are asked again after the first p
 SETTLE_DOUBTFUL_SIGNS = True  # on or off; a doubtful sign is decided by what searches end at
 ASK_POLE_ALONE = True  # on or off; search the pole by itself, its axis moved as recorded
 BEGIN_OTHERWISE = True  # on or off; a search that ends above the noise begins again
+BEGIN_WITH_SUBSETS = True  # on or off; ... and begins with sets that help only together
 CONFIRM_LONG_HORIZON = True  # on or off; what long windows add must show over short ones
 ACCEPT_LIKELIHOOD = True  # on or off; an effect in a few windows may win by likelihood
 CHECK_SHAPES = True  # on or off; doubt a name whose law has another shape

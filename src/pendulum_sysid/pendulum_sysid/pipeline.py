@@ -88,6 +88,8 @@ def judge_answer(case: Case, split: Split, answer: Answer) -> Findings:
         base=base,
         best=best,
         named=answer.named,
+        perhaps=answer.perhaps,
+        sets=answer.sets,
         location=localise(case, base.theta, base_runs),
         remains=localise(case, best.theta, after["train"]),
         before=before,
@@ -96,7 +98,7 @@ def judge_answer(case: Case, split: Split, answer: Answer) -> Findings:
         coming=plan_next_experiment(case, split, best, answer.ties),
         misfits=tuple(find_misfits(case, best.theta, remainders, names)),
         outweighed=is_outweighed(remainders),
-        whole=refine_start_states(case.problem(split.choose), best.theta).misfit(case.noise),
+        whole=refine_start_states(case.problem(split.learn), best.theta).misfit(case.noise),
     )
     if decide_outcome(findings) is Outcome.NOT_IN_CATALOGUE:
         return replace(findings, certain=read_effects(case, base.theta, Use.CERTAIN))

@@ -146,6 +146,14 @@ class Split:
     choose: Windows
     held_out: Windows
 
+    @property
+    def learn(self) -> Windows:
+        """Return the windows to fit on and to choose on as one group, in order of time."""
+        begin = np.concatenate([self.train.begin, self.choose.begin])
+        starts = np.concatenate([self.train.start_states, self.choose.start_states])
+        order = np.argsort(begin, kind="stable")
+        return Windows(begin[order], self.train.samples, starts[order])
+
 
 @dataclass(frozen=True)
 class Estimate:
@@ -174,12 +182,12 @@ class Fit:
         effects: names of its effects, those of the given twin first.
         estimates: parameter ("cart_viscous_n_s_m", "cart_coulomb_friction.level_n") -> estimate.
         theta: (SIZE,) parameter vector of the twin.
-        start_states: (training windows, 4) refined start states.
-        power: (channels,) mean squared error on the training windows, m^2 or rad^2.
-        train, choose: misfit on the training and on the choosing windows: the geometric mean over
-            the channels of the root mean square error in units of sensor noise.
-        window_squares: (choosing windows, channels) sum of squared errors of each window.
-        counts: (choosing windows, channels) valid samples of each window.
+        start_states: (windows, 4) refined start states.
+        power: (channels,) mean squared error of the windows, m^2 or rad^2.
+        train, choose: misfit of the windows, fitted to all of them and cross-validated: the
+            geometric mean over channels of the root mean square error in units of sensor noise.
+        window_squares: (windows, channels) sum of squared errors of each window, cross-validated.
+        counts: (windows, channels) valid samples of each window.
         noise: (channels,) standard deviation of the sensors' noise, m or rad.
         pieces: into how many pieces each window was cut for this fit (its horizon).
         converged: whether the iteration reached its tolerance.
@@ -206,7 +214,7 @@ class Trial:
 
     Attributes:
         effects: the set.
-        train, choose: misfit on the training and on the choosing windows.
+        train, choose: misfit of the windows, fitted and cross-validated.
         verdict: what became of the set, in words.
     """
 

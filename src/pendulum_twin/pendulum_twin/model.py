@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from reprlib import repr as shown
@@ -13,13 +13,14 @@ from pendulum_twin.errors import BadInputError
 from pendulum_twin.files import read_yaml, write_atomically
 from pendulum_twin.laws import BY_NAME as LAW_KINDS
 from pendulum_twin.laws.law import Law, check_law
-from pendulum_twin.pole_body import check_pole_body
+from pendulum_twin.pole_body import POLE_COM_KEY, check_pole_body
 from pendulum_twin.rig import Rig, check_number, describe_unknown_key, parse_rig
 from pendulum_twin.strict_yaml import format_yaml
 
 SCHEMA = "pendulum_twin/1"
 KEYS = ("schema", "name", "rig", "effects", "measured_laws")
 MOST_LAWS = 4  # measured laws in a twin: the parameter vector has so many slots
+LARGEST_SPREAD = 1e6  # in the unit of the constant
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,8 @@ class Twin:
     effects: catalogue name -> parameter name -> value, in the unit of the parameter's name; an
         effect that is listed is on.
     measured_laws: name of the kind -> curve, for physics without a name; MOST_LAWS at most.
+    spreads: constant of the rig -> standard deviation of what is believed of it, in its unit; 0
+        for a constant that is known. A constant that is not listed is a guess.
 
     Raises BadInputError for an effect, parameter or law that does not exist, for a value out of
     its range, and for too many laws.
@@ -40,6 +43,7 @@ class Twin:
     rig: Rig
     effects: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     measured_laws: Mapping[str, Law] = field(default_factory=dict)
+    spreads: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(
@@ -53,6 +57,18 @@ class Twin:
             )
         laws = {name: _check_law(name, law) for name, law in self.measured_laws.items()}
         object.__setattr__(self, "measured_laws", laws)
+        object.__setattr__(
+            self,
+            "spreads",
+            {key: _check_spread(self.rig, key, sd) for key, sd in self.spreads.items()},
+        )
+
+    def hold(self, keys: Iterable[str]) -> Twin:
+        """Return the twin with constants that are known: no fit changes them.
+
+        Raises BadInputError for a key that the rig does not have.
+        """
+        return replace(self, spreads={**self.spreads, **dict.fromkeys(keys, 0.0)})
 
     def drop_recording_effects(self) -> Twin:
         """Return the twin without the effects that belong to one recording of the rig."""
@@ -72,7 +88,10 @@ class Twin:
         mapping = {
             "schema": SCHEMA,
             "name": self.name,
-            "rig": self.rig.to_mapping(),
+            "rig": {
+                key: {"value": value, "sd": self.spreads[key]} if key in self.spreads else value
+                for key, value in self.rig.to_mapping().items()
+            },
             "effects": effects,
         }
         if self.measured_laws:
@@ -84,6 +103,28 @@ class Twin:
                 for name, law in self.measured_laws.items()
             }
         return mapping
+
+
+def _check_spread(rig: Rig, key: str, spread: object) -> float:
+    """Return a constant's standard deviation; raise BadInputError."""
+    if key not in rig.to_mapping():
+        raise BadInputError(describe_unknown_key("rig", key, tuple(rig.to_mapping())))
+    return check_number(f"rig: {key}: sd", spread, 0.0, LARGEST_SPREAD)
+
+
+def _split_spreads(block: object) -> tuple[object, dict[str, object]]:
+    """Return the rig block with plain numbers, and the standard deviations beside them."""
+    if not isinstance(block, Mapping):
+        return block, {}
+    values, spreads = dict(block), {}
+    for key, entry in block.items():
+        if isinstance(entry, Mapping):
+            if set(entry) != {"value", "sd"}:
+                raise BadInputError(
+                    f"rig: {key}: expected a number, or value and sd, found {shown(entry)}"
+                )
+            values[key], spreads[str(key)] = entry["value"], entry["sd"]
+    return values, spreads
 
 
 def _check_effect(name: str, values: object) -> dict[str, float]:
@@ -139,14 +180,27 @@ def parse_twin(mapping: object) -> Twin:
         raise BadInputError(
             f"measured_laws: expected a mapping of laws, found {type(laws).__name__}"
         )
-    rig = parse_rig(mapping.get("rig"))
+    block, spreads = _split_spreads(mapping.get("rig"))
+    rig = parse_rig(block)
     check_pole_body(rig)
     return Twin(
         str(mapping.get("name", "rig")),
         rig,
         {str(name): values if values is not None else {} for name, values in effects.items()},
         {str(name): law for name, law in laws.items()},
+        _spread_com_distance(rig, block, spreads),
     )
+
+
+def _spread_com_distance(
+    rig: Rig, block: object, spreads: Mapping[str, object]
+) -> dict[str, object]:
+    """Return the spreads, that of the pole's own distance as one of the common distance."""
+    kept = {key: sd for key, sd in spreads.items() if key != POLE_COM_KEY}
+    if POLE_COM_KEY in spreads and isinstance(block, Mapping):
+        sd = check_number(f"rig: {POLE_COM_KEY}: sd", spreads[POLE_COM_KEY], 0.0, LARGEST_SPREAD)
+        kept["com_distance_m"] = sd * (rig.pole_mass_kg or 0.0) / rig.total_mass_kg
+    return kept
 
 
 def load_twin(path: str | Path) -> Twin:

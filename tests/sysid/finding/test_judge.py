@@ -60,9 +60,17 @@ def make_estimate(value: float, half: float, identifiable: bool = True) -> Estim
 @pytest.mark.parametrize("seed", range(5))
 def test_a_better_fit_leads(seed: int) -> None:
     off = make_errors(seed)
-    lead = compute_lead(make_fit(off), make_fit(1.2 * off))
-    assert lead.is_real and 1.05 < lead.ratio < 1.2
+    lead = compute_lead(make_fit(off), make_fit(1.4 * off))
+    assert lead.is_real and 1.12 < lead.ratio < 1.4
     assert not compute_lead(make_fit(1.2 * off), make_fit(off)).is_real
+
+
+def test_a_sure_gain_that_is_small_beside_what_is_left_is_no_lead() -> None:
+    off = make_errors(2)
+    small = compute_lead(make_fit(off), make_fit(1.1 * off))
+    assert small.standard_errors > 5.0 and not small.is_real
+    at_noise = make_errors(2, size=0.6)
+    assert compute_lead(make_fit(at_noise), make_fit(1.1 * at_noise)).is_real
 
 
 def test_an_equal_fit_does_not_lead() -> None:
@@ -114,7 +122,7 @@ def test_pieces_of_a_window_count_once() -> None:
 
 def test_an_effect_is_needed_when_it_is_ahead_and_its_interval_leaves_out_nothing() -> None:
     off, coulomb = make_errors(4), ("cart_coulomb_friction",)
-    simple = make_fit(1.2 * off)
+    simple = make_fit(1.5 * off)
     assert is_needed(make_fit(off, coulomb, {LEVEL: make_estimate(0.5, 0.1)}), simple, coulomb[0])
     assert not is_needed(
         make_fit(off, coulomb, {LEVEL: make_estimate(0.5, 0.6)}), simple, coulomb[0]
@@ -125,7 +133,7 @@ def test_an_effect_is_needed_when_it_is_ahead_and_its_interval_leaves_out_nothin
         coulomb[0],
     )
     assert not is_needed(
-        make_fit(1.2 * off, coulomb, {LEVEL: make_estimate(0.5, 0.1)}), simple, coulomb[0]
+        make_fit(1.5 * off, coulomb, {LEVEL: make_estimate(0.5, 0.1)}), simple, coulomb[0]
     )
 
 

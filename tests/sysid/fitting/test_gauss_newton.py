@@ -11,7 +11,7 @@ from support.made_recordings import INTECO, made
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import HORIZONS, fit
 from pendulum_sysid.fitting.gauss_newton import Solution, compute_half_widths, solve
-from pendulum_sysid.fitting.linearised import Problem, linearise
+from pendulum_sysid.fitting.linearised import Problem, System, linearise
 from pendulum_sysid.fitting.parameters import Free, list_rig_parameters
 from pendulum_sysid.fitting.split import split_windows
 from pendulum_sysid.fitting.windows import cut_windows, gather, list_channels
@@ -30,6 +30,12 @@ FAR = {  # factors on the truth
     "pole_viscous_n_m_s": 2.0,
 }
 NEAR = 0.05  # of an interval: one-sided differences over steps of finite size leave this much
+
+
+def make_reduced_system(normals: Floats, scores: Floats) -> System:
+    """Return normal equations without start states."""
+    nothing = np.zeros((len(normals), 0))
+    return System(normals, scores, nothing, nothing, nothing, np.empty(0), [])
 
 
 def off(factors: dict[str, float]) -> Twin:
@@ -229,7 +235,8 @@ def test_the_sandwich_is_unbiased_however_few_and_uneven_the_windows_are() -> No
         best = inverse @ np.einsum("wsk,ws->k", design, off)
         scores = np.einsum("wsk,ws->wk", design, off - design @ best)
         nothing = np.zeros(4)
-        solution = Solution(nothing, nothing, nothing, nothing, True, normals, scores)
+        system = make_reduced_system(normals, scores)
+        solution = Solution(nothing, nothing, nothing, nothing, True, system)
         found.append((compute_half_widths(solution, free) / student.ppf(0.975, 6)) ** 2)
     ratios = np.mean(found, axis=0) / (4.0 * np.diag(inverse))
     assert np.all(np.abs(ratios - 1) < 0.08), ratios  # the classical width as the least lifts some
@@ -240,7 +247,6 @@ def test_a_direction_that_one_window_alone_fixes_has_the_classical_width() -> No
     normals = np.array([np.diag([1.0, 0.0])] * 5 + [np.diag([1.0, 4.0])])
     nothing = np.zeros(2)
     scores = np.zeros((6, 2))
-    found = compute_half_widths(
-        Solution(nothing, nothing, nothing, nothing, True, normals, scores), free
-    )
+    system = make_reduced_system(normals, scores)
+    found = compute_half_widths(Solution(nothing, nothing, nothing, nothing, True, system), free)
     assert found == pytest.approx(student.ppf(0.975, 5) * np.sqrt([1 / 6, 1 / 4]))

@@ -38,6 +38,7 @@ def assert_as_in_the_contract(found: dict) -> None:
     assert set(found) == {
         "schema", "outcome", "sentence", "location", "missing_physics", "rig_parameters",
         "masking", "fit", "remainder", "data_quality", "next_experiment", "recording", "elapsed_s",
+        "warnings", "perhaps", "sets",
     }  # fmt: skip
     assert json.loads(json.dumps(found, allow_nan=False)) == found
     assert found["schema"] == "pendulum_verdict/1" and found["outcome"] in {

@@ -32,12 +32,11 @@ def find_ties(
     any size together with the rig's constants and the other effects' parameters. An effect that
     contains the effect in question is no rival of it.
 
-    also: effect -> effects that fitted the choosing windows as well in its place
+    also: effect -> effects that fitted windows left out as well in its place
         (`naming.name_effects`); they count as tied as long as a diagnosis could not be sure.
     """
     apart, ties = decisions.APART_STANDARD_ERRORS, []
-    deciding = (len(split.train) + len(split.choose)) / len(split.choose)
-    sure = compute_naming_threshold(int(sum(fit.counts.sum(axis=0)) * deciding))
+    sure = compute_naming_threshold(int(sum(fit.counts.sum(axis=0))))
     new = [name for name in fit.effects if name not in case.twin.effects]
     for name in [n for n in new if BY_NAME[n].form is not Form.REPORT]:
         doubles = list_doubles(BY_NAME[name])

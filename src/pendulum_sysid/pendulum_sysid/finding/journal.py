@@ -29,6 +29,7 @@ class Journal:
     def __init__(self, report: Progress = report_nothing) -> None:
         self.report = report
         self._trials: list[Trial] = []
+        self.fits: list[Fit] = []
 
     @property
     def trials(self) -> tuple[Trial, ...]:
@@ -37,6 +38,7 @@ class Journal:
 
     def note(self, fit: Fit, verdict: str) -> None:
         """Add a fit and what was decided about it."""
+        self.fits.append(fit)
         self._trials.append(Trial(fit.effects, fit.train, fit.choose, verdict))
 
 

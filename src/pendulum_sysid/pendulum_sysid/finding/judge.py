@@ -1,4 +1,4 @@
-"""Decide between fits on the choosing windows, which none of them was fitted on."""
+"""Decide between fits by their errors on windows that were left out (cross-validation)."""
 
 from __future__ import annotations
 
@@ -21,32 +21,48 @@ class Lead:
     standard_errors: of the gain over paired windows.
     likely: True if the rich fit's errors are mere noise and those of the simple fit surely are
         not, in however few windows.
+    least_ratio: that counts: what a model leaves out lets any effect gain a little.
     """
 
     ratio: float
     standard_errors: float
     likely: bool = False
+    least_ratio: float = decisions.LEAD_MISFIT_RATIO
 
     @property
     def is_real(self) -> bool:
         """Return whether the lead is more than chance."""
         by_windows = self.standard_errors >= decisions.LEAD_STANDARD_ERRORS
-        return (by_windows and self.ratio >= decisions.LEAD_MISFIT_RATIO) or self.likely
+        return (by_windows and self.ratio >= self.least_ratio) or self.likely
 
 
 def compute_lead(rich: Fit, simple: Fit) -> Lead:
-    """Return how far the rich fit is ahead on the choosing windows.
+    """Return how far the rich fit is ahead on windows left out.
 
     Windows are compared pair by pair under a heavy-tailed likelihood whose scale is the rich fit's
     typical window (Lange, Little and Taylor, J. Am. Stat. Assoc. 84 (1989) 881): neither one wild
     window nor many quiet windows decide alone.
     """
-    scale = np.median(_compute_powers(rich), axis=0)
-    gains = (_log_errors(simple, scale) - _log_errors(rich, scale)).mean(axis=1)
-    spread = float(np.std(gains, ddof=1)) / np.sqrt(len(gains)) if len(gains) > 1 else np.inf
+    gains = (compute_log_errors(simple, rich) - compute_log_errors(rich, rich)).mean(axis=1)
+    blocks = average_over_blocks(gains)
+    spread = float(np.std(blocks, ddof=1)) / np.sqrt(len(blocks)) if len(blocks) > 1 else np.inf
     ahead = float(np.mean(gains)) / max(spread, 1e-12)
     likely = decisions.ACCEPT_LIKELIHOOD and _is_likely(rich, simple)
-    return Lead(float(np.exp(np.mean(gains))), ahead, likely)
+    return Lead(float(np.exp(np.mean(gains))), ahead, likely, compute_least_ratio(rich.choose))
+
+
+def compute_least_ratio(misfit: float) -> float:
+    """Return the ratio of misfits by which a richer twin has to be ahead, however sure the lead.
+
+    misfit: of the richer twin, in units of noise.
+
+    A richer twin takes away a share of what is left beyond the noise by chance alone: whatever is
+    left out is the same in every window, so no number of windows tells chance from cause. The
+    heavy-tailed likelihood of a lead counts half of a typical window's gain of power.
+    """
+    rest = max(1.0 - 1.0 / max(misfit, 1e-300) ** 2, 0.0)
+    gain = 0.5 * decisions.LEAD_SHARE_OF_REST * rest
+    return max(decisions.LEAD_MISFIT_RATIO, float(np.sqrt(1.0 + gain)))
 
 
 def _is_likely(rich: Fit, simple: Fit) -> bool:
@@ -69,12 +85,25 @@ def _is_likely(rich: Fit, simple: Fit) -> bool:
     return float(gains[:-1].sum()) > decisions.LIKELIHOOD_GAIN_NATS
 
 
-def _log_errors(fit: Fit, scale: Floats) -> Floats:
-    return 0.5 * np.log1p(_compute_powers(fit) / scale)
+def compute_log_errors(fit: Fit, of: Fit) -> Floats:
+    """Return the logarithm of each window's error, (windows, channels), heavy tails allowed for.
+
+    of: the fit whose typical window is the scale.
+    """
+    return 0.5 * np.log1p(_compute_powers(fit) / np.median(_compute_powers(of), axis=0))
+
+
+def average_over_blocks(values: Floats) -> Floats:
+    """Return the means of values (windows,) over blocks of time, (blocks,).
+
+    Errors of windows nearby are alike; those of blocks count as independent.
+    """
+    parts = np.array_split(values, min(len(values), decisions.LEAD_BLOCKS))
+    return np.array([part.mean() for part in parts])
 
 
 def _compute_powers(fit: Fit) -> Floats:
-    """Return each choosing window's mean squared error, (windows, channels).
+    """Return each window's mean squared error, (windows, channels).
 
     Parts of one window are averaged.
     """
@@ -92,7 +121,7 @@ def is_needed(rich: Fit, simple: Fit, effect: str, expected: bool = False) -> bo
     """Return whether a rich fit needs the effect that the simple fit lacks.
 
     Its interval from the training windows must leave out the value at which the effect vanishes,
-    and the rich fit must be really ahead on the choosing windows.
+    and the rich fit must be really ahead on windows left out.
 
     expected: other evidence names the effect; the rich fit need only be ahead.
     """
@@ -111,6 +140,10 @@ def compute_distance(fit: Fit, effect: str, others: Collection[str] = ()) -> flo
     known = {parameter.name for law in simpler for parameter in law.parameters}
     sizes = [p for p in BY_NAME[effect].parameters if not p.shape and p.name not in known]
     distances = [] if sizes else [np.inf]
+    if any(
+        p.shape and _is_at_bound(fit, f"{effect}.{p.name}") for p in BY_NAME[effect].parameters
+    ):
+        return 0.0  # the place, period or limit lies where nothing was visited
     for p in sizes:
         estimate = fit.estimates[f"{effect}.{p.name}"]
         half = max(estimate.high - estimate.value, estimate.value - estimate.low, 1e-300)
@@ -118,6 +151,10 @@ def compute_distance(fit: Fit, effect: str, others: Collection[str] = ()) -> flo
         least = max(p.least, p.rounding * float(fit.noise[-1]))
         distances.append(size / half if estimate.identifiable and size >= least else 0.0)
     return max(distances)
+
+
+def _is_at_bound(fit: Fit, name: str) -> bool:
+    return name in fit.estimates and fit.estimates[name].at_bound
 
 
 def choose_simplest(fits: Sequence[Fit]) -> Fit:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,7 +14,9 @@ from pendulum_sysid.finding.judge import Lead, compute_lead, is_needed
 from pendulum_sysid.finding.pole_alone import PoleAnswer
 from pendulum_sysid.finding.propose import propose
 from pendulum_sysid.finding.pruning import exchange_effect
+from pendulum_sysid.finding.replication import Replication, replicate_effects
 from pendulum_sysid.finding.separation import Tie
+from pendulum_sysid.finding.weights import WeighedSet, weigh_effect
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.records import Fit
 from pendulum_twin.effects import BY_NAME
@@ -28,11 +30,22 @@ class Named:
     effect: its name.
     lead: how far the fit is ahead of a fit without it.
     inseparable_from: effects that do as well in its place on this recording.
+    replication: in how many parts of the recordings the effect is found again; None for an effect
+        that is not asked for again.
+    weight: how much the effect is believed, 0 to 1, over all sets that were tried; None for an
+        effect that no search tries.
     """
 
     effect: str
     lead: Lead
     inseparable_from: tuple[str, ...] = ()
+    replication: Replication | None = None
+    weight: float | None = None
+
+    @property
+    def is_lasting(self) -> bool:
+        """Return whether the effect is found again in the parts that could show it."""
+        return self.replication is None or self.replication.is_lasting
 
 
 def name_effects(
@@ -92,6 +105,21 @@ def add_ties(named: Iterable[Named], ties: Iterable[Tie]) -> tuple[Named, ...]:
             inseparable_from=tuple(
                 dict.fromkeys((*effect.inseparable_from, *others.get(effect.effect, ())))
             ),
+        )
+        for effect in named
+    )
+
+
+def add_replications(
+    search: Search, best: Fit, named: Iterable[Named], sets: Sequence[WeighedSet]
+) -> tuple[Named, ...]:
+    """Return the names with how often each is found again, and how much it is believed."""
+    replications = replicate_effects(search.case, search.split, best)
+    return tuple(
+        replace(
+            effect,
+            replication=replications.get(effect.effect),
+            weight=weigh_effect(sets, effect.effect),
         )
         for effect in named
     )

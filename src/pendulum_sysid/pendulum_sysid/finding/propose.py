@@ -50,14 +50,10 @@ class Proposal:
 
 def propose(case: Case, split: Split, fit: Fit) -> list[Proposal]:
     """Return every effect that the rig can have and the fit lacks, the most promising first."""
-    probed = [
-        (effect, theta)
-        for effect in list_candidates(case, fit.effects)
-        for theta in make_probes(case, fit, effect)
-    ]
+    probed = list_probes(case, fit)
     free = list_free_parameters(case.twin, fit.effects, case.scales)
-    problem = case.problem(shorten_windows(case.state, split.train, fit.pieces))
-    vectors = np.array([theta for _, theta in probed])
+    problem = case.problem(shorten_windows(case.state, split.learn, fit.pieces))
+    vectors = np.array([theta for _, theta in probed]).reshape(-1, fit.theta.size)
     system = linearise(problem, fit.theta, fit.start_states, free, fit.power, vectors)
     promised = [
         _make_proposal(system, len(free) + k, fit, free, effect, theta)
@@ -66,6 +62,15 @@ def propose(case: Case, split: Split, fit: Fit) -> list[Proposal]:
     ranked = sorted(promised, key=lambda proposal: -proposal.gain)
     names = dict.fromkeys(proposal.effect for proposal in ranked)
     return [_join([p for p in ranked if p.effect == name]) for name in names]
+
+
+def list_probes(case: Case, fit: Fit) -> list[tuple[Effect, Floats]]:
+    """Return every candidate with theta (SIZE,) at each of its typical sizes."""
+    return [
+        (effect, theta)
+        for effect in list_candidates(case, fit.effects)
+        for theta in make_probes(case, fit, effect)
+    ]
 
 
 def _join(proposals: Sequence[Proposal]) -> Proposal:
@@ -112,6 +117,16 @@ def _move(theta: Floats, effect: Effect, step: float) -> None:
         if not parameter.shape:
             value = parameter.neutral + step * (theta[slot] - parameter.neutral)
             theta[slot] = np.clip(value, parameter.low, parameter.high)
+
+
+def move_along(theta: Floats, effect: Effect, target: Floats, step: float) -> None:
+    """Give theta (SIZE,) an effect as a probe has it, its sizes scaled by a step.
+
+    target: (SIZE,) parameter vector of the probe.
+    """
+    theta[SLOTS[effect.name]] = target[SLOTS[effect.name]]
+    if not effect.read_off:
+        _move(theta, effect, step)
 
 
 def list_replaced(effect: Effect, known: Sequence[str]) -> tuple[str, ...]:

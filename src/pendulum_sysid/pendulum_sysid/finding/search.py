@@ -1,7 +1,7 @@
 """Find what a twin lacks: signs first, then a set of effects that is grown, pruned and named.
 
 The set grows by one effect at a time with joint refits (`growth`), and effects that the others
-have made needless leave it (`pruning`), each step judged on windows kept for choosing (`judge`).
+have made needless leave it (`pruning`), each step judged on windows that are left out (`judge`).
 A short horizon comes first: errors stay where they arise. A long horizon follows, over which small
 errors add up until they show.
 """
@@ -16,11 +16,20 @@ from pendulum_sysid.finding.growth import find_steps, grow_set, list_simplest
 from pendulum_sysid.finding.identifiability import find_ties
 from pendulum_sysid.finding.journal import Journal, Progress, Search, report_nothing
 from pendulum_sysid.finding.judge import compute_distance, compute_lead
-from pendulum_sysid.finding.naming import Named, add_readings, add_ties, name_effects
+from pendulum_sysid.finding.naming import (
+    Named,
+    add_readings,
+    add_replications,
+    add_ties,
+    name_effects,
+)
 from pendulum_sysid.finding.pole_alone import PoleAnswer, add_pole_effects, search_pole_alone
 from pendulum_sysid.finding.pruning import prune_set
+from pendulum_sysid.finding.replication import widen_intervals
 from pendulum_sysid.finding.separation import Tie
 from pendulum_sysid.finding.signs import fit_parameters_alone
+from pendulum_sysid.finding.subsets import find_subsets
+from pendulum_sysid.finding.weights import WeighedSet, weigh_sets
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.gauss_newton import refine_start_states
 from pendulum_sysid.records import Fit, Split, Trial
@@ -33,14 +42,18 @@ class Answer:
     base: the fit of parameters alone, over the horizon of the best fit.
     best: the fit with all effects that are needed.
     named: these effects, and what could stand in their places.
+    perhaps: effects of the best fit that most parts of the recording do not show again.
     ties: what the recording cannot part from them, by sensitivities.
+    sets: the sets of effects that were tried, and how much each is believed.
     trials: every fit that was tried, in order.
     """
 
     base: Fit
     best: Fit
     named: tuple[Named, ...]
+    perhaps: tuple[Named, ...]
     ties: tuple[Tie, ...]
+    sets: tuple[WeighedSet, ...]
     trials: tuple[Trial, ...]
 
 
@@ -72,10 +85,15 @@ def search_effects(case: Case, split: Split, report: Progress = report_nothing) 
     explanation = explain_misfit(search, base)
     named = name_effects(search, base, explanation.fit, explanation.pole)
     ties = find_ties(case, split, explanation.fit, {n.effect: n.inseparable_from for n in named})
-    best, named = add_readings(case, explanation.fit, add_ties(named, ties))
+    sets = weigh_sets(search.journal.fits, explanation.fit)
+    named = add_replications(search, explanation.fit, add_ties(named, ties), sets)
+    best = widen_intervals(case, split, explanation.fit)
+    best, named = add_readings(case, best, named)
     if base.pieces != best.pieces:
         base = search.fit_over_horizon(base, best.pieces)
-    return Answer(base, best, named, ties, search.journal.trials)
+    lasting = tuple(effect for effect in named if effect.is_lasting)
+    perhaps = tuple(effect for effect in named if not effect.is_lasting)
+    return Answer(base, best, lasting, perhaps, ties, sets, search.journal.trials)
 
 
 def explain_misfit(search: Search, base: Fit) -> Explanation:
@@ -86,7 +104,8 @@ def explain_misfit(search: Search, base: Fit) -> Explanation:
     grown = grow_set(search, steps[0]) if steps else start
     expected = pole.effects if pole is not None else ()
     short = Explanation(prune_set(search, base.effects, grown, expected), pole)
-    return extend_horizon(search, base, begin_otherwise(search, base, steps, short))
+    short = begin_otherwise(search, base, steps, short)
+    return extend_horizon(search, base, begin_with_subsets(search, base, short))
 
 
 def begin_otherwise(
@@ -117,6 +136,25 @@ def begin_otherwise(
         if other.choose <= at_noise and compute_lead(other, explanation.fit).is_real:
             return Explanation(prune_set(search, base.effects, other), None)
     return explanation
+
+
+def begin_with_subsets(search: Search, base: Fit, explanation: Explanation) -> Explanation:
+    """Return what a search finds that begins with several effects at once, if that is better.
+
+    explanation: what the search so far found; returned where no other search is better, and where
+        it ends at the noise.
+    """
+    if explanation.fit.choose <= decisions.MISFIT_AT_NOISE or not decisions.BEGIN_WITH_SUBSETS:
+        return explanation
+    best = explanation.fit
+    for subset in find_subsets(search, base):
+        fit = search.fit_effects(subset.effects, base, subset.theta)
+        search.journal.note(fit, "begun with several effects at once")
+        if compute_lead(fit, best).is_real:
+            best = fit
+    if best is explanation.fit:
+        return explanation
+    return Explanation(prune_set(search, base.effects, grow_set(search, best)), None)
 
 
 def extend_horizon(search: Search, base: Fit, explanation: Explanation) -> Explanation:
@@ -155,6 +193,6 @@ def confirm_long(search: Search, short: Fit, long: Fit) -> Fit:
 
 
 def judge_over_whole_windows(search: Search, fit: Fit) -> Fit:
-    """Return a fit with its choosing errors taken over whole windows, nothing refitted."""
-    refined = refine_start_states(search.case.problem(search.split.choose), fit.theta)
+    """Return a fit with its errors taken over whole windows, nothing refitted."""
+    refined = refine_start_states(search.case.problem(search.split.learn), fit.theta)
     return replace(fit, window_squares=refined.squares, counts=refined.counts, pieces=1)

@@ -96,4 +96,5 @@ def _leave_out(twin: Twin, rig: Rig, places: tuple[Place, ...]) -> Twin:
         twin,
         rig=rig,
         effects={n: v for n, v in twin.effects.items() if BY_NAME[n].place not in places},
+        spreads={k: sd for k, sd in twin.spreads.items() if k in rig.to_mapping()},
     )

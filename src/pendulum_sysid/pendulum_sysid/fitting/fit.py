@@ -7,10 +7,11 @@ from dataclasses import replace
 import numpy as np
 
 from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.fitting.cross_validation import cross_validate
 from pendulum_sysid.fitting.gauss_newton import (
     Solution,
     compute_half_widths,
-    refine_start_states,
+    compute_misfit,
     solve,
 )
 from pendulum_sysid.fitting.parameters import (
@@ -38,20 +39,17 @@ def fit(
     pieces: int = 1,
     start_states: Floats | None = None,
 ) -> Fit:
-    """Return the fit of the rig's constants and the effects' parameters on the training windows.
+    """Return the fit of the rig's constants and the effects' parameters, cross-validated.
 
     theta: (SIZE,) parameter vector to start from; the parameters of the effects are not neutral.
     pieces: how many pieces each window is cut into: over a short horizon errors stay where they
         arise, over a long horizon small errors add up.
-    start_states: (training windows * pieces, 4) start states of a nearby fit; None for none.
+    start_states: (windows * pieces, 4) start states of a nearby fit; None for none.
     """
     free = list_free_parameters(case.twin, effects, case.scales)
-    solution = solve(
-        case.problem(shorten_windows(case.state, split.train, pieces)), theta, free, start_states
-    )
-    choosing = refine_start_states(
-        case.problem(shorten_windows(case.state, split.choose, pieces)), solution.theta
-    )
+    problem = case.problem(shorten_windows(case.state, split.learn, pieces))
+    solution = solve(problem, theta, free, start_states)
+    left_out = cross_validate(problem, solution, free, pieces)
     return Fit(
         twin=make_twin(case.twin, solution.theta, effects, list_rig_parameters(case.twin)),
         effects=effects,
@@ -63,9 +61,9 @@ def fit(
         start_states=solution.start_states,
         power=solution.power,
         train=solution.misfit(case.noise),
-        choose=choosing.misfit(case.noise),
-        window_squares=choosing.squares,
-        counts=choosing.counts,
+        choose=compute_misfit(left_out, solution.counts, case.noise),
+        window_squares=left_out,
+        counts=solution.counts,
         noise=case.noise,
         pieces=pieces,
         converged=solution.converged,

@@ -36,8 +36,7 @@ class Solution:
     start_states: (windows, 4) fitted start states x, th, v, w.
     squares, counts: (windows, channels) sum of squared errors (m^2, rad^2), and samples.
     converged: whether the last step gained hardly anything.
-    normals: (windows, parameters, parameters) of the reduced problem.
-    scores: (windows, parameters) each window's gradient.
+    system: the normal equations there; None where no parameter was free.
     """
 
     theta: Floats
@@ -45,8 +44,7 @@ class Solution:
     squares: Floats
     counts: Floats
     converged: bool = True
-    normals: Floats | None = None
-    scores: Floats | None = None
+    system: System | None = None
 
     @property
     def power(self) -> Floats:
@@ -55,7 +53,16 @@ class Solution:
 
     def misfit(self, noise: Floats) -> float:
         """Return the geometric mean over channels of root mean square error / noise."""
-        return float(np.exp(0.5 * np.mean(np.log(self.power / noise**2))))
+        return compute_misfit(self.squares, self.counts, noise)
+
+
+def compute_misfit(squares: Floats, counts: Floats, noise: Floats) -> float:
+    """Return the geometric mean over channels of root mean square error / noise.
+
+    squares, counts: (windows, channels) sum of squared errors (m^2, rad^2), and samples.
+    noise: (channels,) m or rad.
+    """
+    return float(np.exp(0.5 * np.mean(np.log(compute_power(squares, counts) / noise**2))))
 
 
 def compute_power(squares: Floats, counts: Floats) -> Floats:
@@ -63,10 +70,18 @@ def compute_power(squares: Floats, counts: Floats) -> Floats:
     return np.maximum(squares.sum(axis=0) / np.maximum(counts.sum(axis=0), 1.0), 1e-30)
 
 
-def compute_cost(problem: Problem, start_states: Floats, squares: Floats, counts: Floats) -> float:
+def compute_cost(
+    problem: Problem,
+    start_states: Floats,
+    squares: Floats,
+    counts: Floats,
+    believed: float = 0.0,
+) -> float:
     """Return the concentrated negative log likelihood a sample.
 
     Errors are Gaussian, with the variance of each channel that fits them best.
+
+    believed: squared distance of the parameters from what is believed of them, in deviations.
     """
     total = counts.sum(axis=0)
     if not np.all(np.isfinite(squares)):
@@ -74,9 +89,14 @@ def compute_cost(problem: Problem, start_states: Floats, squares: Floats, counts
     varied = list_varied(problem)
     moved = (start_states - problem.windows.start_states)[:, varied] / problem.deviations[varied]
     return float(
-        (np.sum(total * np.log(compute_power(squares, counts))) + np.sum(moved**2))
+        (np.sum(total * np.log(compute_power(squares, counts))) + np.sum(moved**2) + believed)
         / (2 * total.sum())
     )
+
+
+def measure_belief(free: tuple[Free, ...], theta: Floats) -> float:
+    """Return the squared distance of theta (SIZE,) from what is believed of it, in deviations."""
+    return float(sum(p.belief * p.compute_pull(theta) ** 2 for p in free))
 
 
 def solve(
@@ -98,7 +118,7 @@ def solve(
     _, weights = gather(problem.signals, windows.begin, windows.samples)
     counts = weights.sum(axis=1)
     squares = np.sum(compute_errors(problem, theta, start_states) ** 2, axis=1)
-    cost = compute_cost(problem, start_states, squares, counts)
+    cost = compute_cost(problem, start_states, squares, counts, measure_belief(free, theta))
     damping, converged = 1e-6, False
     system = None
     for _ in range(iterations):
@@ -106,7 +126,9 @@ def solve(
         while True:
             new_theta, new_start_states = take_step(system, theta, start_states, free, damping)
             new_squares = np.sum(compute_errors(problem, new_theta, new_start_states) ** 2, axis=1)
-            new_cost = compute_cost(problem, new_start_states, new_squares, counts)
+            new_cost = compute_cost(
+                problem, new_start_states, new_squares, counts, measure_belief(free, new_theta)
+            )
             if new_cost < cost or damping > 1e4:
                 break
             damping = max(damping * 10, 1e-3)
@@ -119,9 +141,10 @@ def solve(
         if gain < CONVERGED:
             converged = True
             break
-    if system is None:
+    if system is None or not free:
         return Solution(theta, start_states, squares, counts, converged)
-    return Solution(theta, start_states, squares, counts, converged, system.normals, system.scores)
+    system = linearise(problem, theta, start_states, free, compute_power(squares, counts))
+    return Solution(theta, start_states, squares, counts, converged, system)
 
 
 def take_step(
@@ -174,11 +197,12 @@ def compute_half_widths(solution: Solution, free: tuple[Free, ...], together: in
     """
     if not free:
         return np.empty(0)
-    assert solution.normals is not None and solution.scores is not None
-    scores = solution.scores.reshape(-1, together, len(free)).sum(axis=1)
-    normals = solution.normals.reshape(-1, together, len(free), len(free)).sum(axis=1)
+    assert solution.system is not None
+    system = solution.system
+    scores = system.scores.reshape(-1, together, len(free)).sum(axis=1)
+    normals = system.normals.reshape(-1, together, len(free), len(free)).sum(axis=1)
     count = len(scores)
-    values, vectors = np.linalg.eigh(normals.sum(axis=0))
+    values, vectors = np.linalg.eigh(system.normal)
     blind = values < 1e-10 * max(values.max(), 1e-300)
     root = vectors / np.sqrt(np.where(blind, np.inf, values))  # root @ root.T is the inverse
     weights, directions = np.linalg.eigh(root.T @ normals @ root)

@@ -57,6 +57,22 @@ def compute_errors(problem: Problem, theta: Floats, start_states: Floats) -> Flo
     )[0]
 
 
+def compute_errors_by_set(
+    problem: Problem, theta: Floats, set_of: Ints, start_states: Floats
+) -> Floats:
+    """Return measured minus run, (windows, samples, channels), each window run by its own set.
+
+    theta: (sets, SIZE) parameter vectors.
+    set_of: (windows,) index of each window's set.
+    start_states: (windows, 4) x (m), th (rad), v (m/s), w (rad/s).
+    """
+    signals, windows = problem.signals, problem.windows
+    drives = run_drive(signals, theta)
+    runs = run_driven(signals, drives, theta, set_of, windows.begin, start_states, windows.samples)
+    measured, counts = gather(signals, windows.begin, windows.samples)
+    return (measured - runs[..., list(list_channels(signals))]) * counts
+
+
 def _compute_errors_of_part(
     problem: Problem,
     drives: tuple[Floats, Ints],
@@ -96,6 +112,8 @@ class System:
     cross: (windows, s, columns) products of start states and parameters.
     start_sizes: (s,) deviations by which the entries of a start state are changed.
     varied: (s,) these entries: 0 x, 1 th, 2 v, 3 w.
+    beliefs, pulls: (columns,) weight of what is believed of a column's parameter beforehand, and
+        how many sizes above the present value.
     """
 
     normals: Floats
@@ -105,16 +123,19 @@ class System:
     cross: Floats
     start_sizes: Floats
     varied: list[int]
+    beliefs: Floats | float = 0.0
+    pulls: Floats | float = 0.0
 
     @cached_property
     def normal(self) -> Floats:
-        """Return the matrix over all windows, (columns, columns)."""
-        return self.normals.sum(axis=0)
+        """Return the matrix over all windows, (columns, columns), beliefs included."""
+        columns = self.normals.shape[1]
+        return self.normals.sum(axis=0) + np.diag(np.broadcast_to(self.beliefs, columns))
 
     @property
     def gradient(self) -> Floats:
-        """Return the gradient over all windows, (columns,)."""
-        return self.scores.sum(axis=0)
+        """Return the gradient over all windows, (columns,), beliefs included."""
+        return self.scores.sum(axis=0) + self.beliefs * self.pulls
 
 
 def linearise(
@@ -154,6 +175,8 @@ def linearise(
         cross=stack("cross"),
         start_sizes=systems[0].start_sizes,
         varied=systems[0].varied,
+        beliefs=np.array([*(p.belief for p in free), *[0.0] * len(more)]),
+        pulls=np.array([*(p.compute_pull(theta) for p in free), *[0.0] * len(more)]),
     )
 
 

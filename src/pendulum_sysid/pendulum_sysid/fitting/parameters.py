@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.smooth_state import SmoothState
+from pendulum_sysid.errors import WrongUse
 from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Effect, Parameter, Scale
@@ -28,6 +30,7 @@ from pendulum_twin.pole_body import LEAST_INERTIA_SHARE_ALONE, move_mass_to_pole
 from pendulum_twin.rig import RANGES, UNITS
 from pendulum_twin.signals import Signals
 
+ALL = "all"  # stands for every constant
 MOST_COUPLING_SHARE = 0.9999  # of sqrt(mass * inertia), where the mass matrix becomes singular
 Scales = dict[Scale, float]
 
@@ -40,6 +43,9 @@ class Free:
     theta, factors: entries of theta that it sets, each to factor * value.
     low, high: range, in the unit.
     size: a typical magnitude, by which a fit scales its steps, in the unit.
+    offset: what is added to factor * value, in the unit of theta's entry.
+    believed, spread: mean and standard deviation of what is believed of the value beforehand;
+        infinite spread for a value that is a mere guess.
     """
 
     name: str
@@ -49,22 +55,36 @@ class Free:
     low: float
     high: float
     size: float
+    offset: float = 0.0
+    believed: float = 0.0
+    spread: float = np.inf
+
+    @property
+    def belief(self) -> float:
+        """Return the weight of what is believed beforehand, by the parameter's size."""
+        return (self.size / self.spread) ** 2
+
+    def compute_pull(self, theta: Floats) -> float:
+        """Return how many sizes the belief lies above the value that theta (SIZE,) holds."""
+        return (self.believed - self.get(theta)) / self.size if np.isfinite(self.spread) else 0.0
 
     def get(self, theta: Floats) -> float:
         """Return the value that theta (SIZE,) holds."""
-        return float(theta[self.theta[0]] / self.factors[0])
+        return float((theta[self.theta[0]] - self.offset) / self.factors[0])
 
     def put(self, theta: Floats, value: float | Floats) -> None:
         """Set the value in theta (..., SIZE)."""
         for slot, factor in zip(self.theta, self.factors, strict=True):
-            theta[..., slot] = factor * value
+            theta[..., slot] = factor * value + self.offset
 
 
 def list_rig_parameters(twin: Twin) -> tuple[Free, ...]:
-    """Return the rig's constants that motion can fix.
+    """Return the rig's constants that motion can fix, without those that are known.
 
     Motion fixes only ratios: the cart's mass stays as measured, and for a pole alone its inertia
-    does. The distance of a pole alone stays within what a twin file may hold.
+    does, unless the twin says how well the cart's mass is known. The distance of a pole alone
+    stays within what a twin file may hold. The common distance stands for the moment of the pole's
+    weight: its value is that of the twin's masses.
     """
     rig = twin.rig
     theta = make_theta(twin)
@@ -86,6 +106,9 @@ def list_rig_parameters(twin: Twin) -> tuple[Free, ...]:
         constants.append(free("force_per_pwm_n", (FORCE_PER_PWM,), (1.0,), force))
         size = max(theta[CART_VISCOUS], 0.1 * theta[0])
         constants.append(free("cart_viscous_n_s_m", (CART_VISCOUS,), (1.0,), size))
+        if twin.spreads.get("cart_mass_kg"):
+            mass = free("cart_mass_kg", (MASS,), (1.0,), rig.cart_mass_kg or 1.0)
+            constants.append(replace(mass, offset=rig.pole_mass_kg or 0.0))
     if rig.has_pole:
         mass = rig.total_mass_kg
         distance = free(
@@ -112,7 +135,27 @@ def list_rig_parameters(twin: Twin) -> tuple[Free, ...]:
             )
         size = max(theta[POLE_VISCOUS], 0.01 * theta[INERTIA])
         constants.append(free("pole_viscous_n_m_s", (POLE_VISCOUS,), (1.0,), size))
-    return tuple(constants)
+    return tuple(
+        replace(c, believed=float(getattr(rig, c.name)), spread=twin.spreads.get(c.name, np.inf))
+        for c in constants
+        if twin.spreads.get(c.name) != 0.0
+    )
+
+
+def hold_constants(twin: Twin, names: Sequence[str]) -> Twin:
+    """Return the twin with constants that are known, so that no fit changes them.
+
+    names: of constants; "all" stands for every constant that a fit changes.
+    Raises WrongUse for a name that is no constant of the rig that a fit changes.
+    """
+    constants = [constant.name for constant in list_rig_parameters(twin)]
+    for name in names:
+        if name not in (*constants, ALL):
+            raise WrongUse(
+                f"hold: expected constants that a fit changes ({', '.join(constants)}) or {ALL}, "
+                f"found {name!r}"
+            )
+    return twin.hold(constants if ALL in names else names)
 
 
 def keep_definite(theta: Floats) -> Floats:
@@ -192,6 +235,10 @@ def make_twin(
     rig_free: the fitted constants of the rig.
     """
     values = {free.name: float(np.clip(free.get(theta), free.low, free.high)) for free in rig_free}
+    if "cart_mass_kg" in values and base.rig.com_distance_m is not None:
+        total = values["cart_mass_kg"] + (base.rig.pole_mass_kg or 0.0)
+        moment = values.get("com_distance_m", base.rig.com_distance_m) * base.rig.total_mass_kg
+        values["com_distance_m"] = moment / total
     kept = {}
     for name in effects:
         effect, slot = BY_NAME[name], SLOTS[name]

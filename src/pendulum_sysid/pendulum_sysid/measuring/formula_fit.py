@@ -9,7 +9,8 @@ from scipy.linalg import block_diag
 
 from pendulum_sysid import decisions
 from pendulum_sysid.fitting.case import Case
-from pendulum_sysid.fitting.gauss_newton import refine_start_states
+from pendulum_sysid.fitting.cross_validation import cross_validate
+from pendulum_sysid.fitting.gauss_newton import compute_misfit
 from pendulum_sysid.fitting.parameters import (
     Free,
     list_free_parameters,
@@ -48,6 +49,11 @@ class ShapeParameter:
     lowest: float
     low: float = -np.inf
     high: float = np.inf
+    belief: float = 0.0
+
+    def compute_pull(self, theta: Floats) -> float:
+        """Return 0: nothing is believed of a formula beforehand."""
+        return 0.0
 
     def get(self, theta: Floats) -> float:
         """Return the value that theta (SIZE,) holds."""
@@ -105,12 +111,10 @@ def fit_formula(
     rig = list_free_parameters(case.twin, fit.effects, case.scales)
     free: tuple[Free, ...] = (*rig, *parameters)  # type: ignore[arg-type]
     weak = block_diag(np.zeros((len(rig), len(rig))), 1e-6 * np.eye(len(values)))
-    problem = case.problem(shorten_windows(case.state, split.train, fit.pieces))
+    problem = case.problem(shorten_windows(case.state, split.learn, fit.pieces))
     solved = minimise(problem, theta, free, weak, fit.start_states, wanted)
     covariance = np.linalg.pinv(solved.system.normal + weak, rcond=1e-14, hermitian=True)
-    choosing = refine_start_states(
-        case.problem(shorten_windows(case.state, split.choose, fit.pieces)), solved.theta
-    )
+    left_out = cross_validate(problem, solved.solution, free, fit.pieces, weak)
     begin = at + FORMULA_KNOTS
     numbers = solved.theta[begin : begin + len(values)].copy()
     clean = solved.theta.copy()
@@ -125,9 +129,9 @@ def fit_formula(
         theta=clean,
         start_states=solved.start_states,
         power=solved.power,
-        choose=choosing.misfit(case.noise),
-        window_squares=choosing.squares,
-        counts=choosing.counts,
+        choose=compute_misfit(left_out, solved.counts, case.noise),
+        window_squares=left_out,
+        counts=solved.counts,
     )
     named = replace(fitted, values=numbers, deviations=deviations, curve=finer.get_values(clean))
     return result, named, finer

@@ -2,7 +2,7 @@
 
 Every kind of law that the recording can show is tried by a score test: one linearised step, the
 rig and all effects following, with the curve's own smoothness. The likeliest few are fitted in
-full. A law stays if the choosing windows are better for it, as for a name.
+full. A law stays if windows left out are better for it, as for a name.
 """
 
 from __future__ import annotations
@@ -122,7 +122,7 @@ def _is_kept(case: Case, split: Split, longer: LawFit, law_fit: LawFit) -> bool:
     if longer.lead is None or not longer.lead.is_real:
         return False
     whole = [
-        refine_start_states(case.problem(split.choose), fit.theta).misfit(case.noise)
+        refine_start_states(case.problem(split.learn), fit.theta).misfit(case.noise)
         for fit in (longer.fit, law_fit.fit)
     ]
     return whole[0] < whole[1]
@@ -208,7 +208,7 @@ def _reduce(
     priors: of all curves but the last.
     """
     free = list_all_free(case, start.effects, start.theta, curves)
-    problem = case.problem(shorten_windows(case.state, split.train, start.pieces))
+    problem = case.problem(shorten_windows(case.state, split.learn, start.pieces))
     system = linearise(problem, start.theta, start.start_states, free, start.power)
     last = len(curves[-1].knots)
     own = len(free) - sum(len(curve.knots) for curve in curves)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -10,11 +10,14 @@ from scipy.linalg import block_diag
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.judge import Lead
 from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.fitting.cross_validation import cross_validate, penalise
 from pendulum_sysid.fitting.gauss_newton import (
     CONVERGED,
+    Solution,
     compute_cost,
+    compute_misfit,
     compute_power,
-    refine_start_states,
+    measure_belief,
     take_step,
 )
 from pendulum_sysid.fitting.linearised import Problem, System, compute_errors, linearise
@@ -43,7 +46,7 @@ class LawFit:
     values: of each curve, (knots,).
     covariances: of the values of each curve, (knots, knots), the remainder counted in.
     inflation: by which errors that hang together widen intervals (a ratio of variances).
-    lead: over the fit without the last curve, on the choosing windows; None for none.
+    lead: over the fit without the last curve, on windows left out; None for none.
     """
 
     fit: Fit
@@ -74,13 +77,13 @@ def fit_laws(
     pieces: int,
     start_states: Floats | None = None,
 ) -> LawFit:
-    """Return the fit of all parameters on the training windows, from theta (SIZE,).
+    """Return the fit of all parameters, cross-validated, from theta (SIZE,).
 
     theta: holds every curve.
     pieces: how many pieces each window is cut into.
-    start_states: (training windows * pieces, 4) of a nearby fit; None for none.
+    start_states: (windows * pieces, 4) of a nearby fit; None for none.
     """
-    problem = case.problem(shorten_windows(case.state, split.train, pieces))
+    problem = case.problem(shorten_windows(case.state, split.learn, pieces))
     free = list_all_free(case, effects, theta, curves)
     own = len(free) - sum(len(curve.knots) for curve in curves)
     precision = inflation * block_diag(
@@ -93,9 +96,7 @@ def fit_laws(
     covariance = scatter * np.linalg.pinv(
         system.normal + precision * (scatter / inflation), rcond=1e-14, hermitian=True
     )
-    choosing = refine_start_states(
-        case.problem(shorten_windows(case.state, split.choose, pieces)), solved.theta
-    )
+    left_out = cross_validate(problem, solved.solution, free, pieces, precision)
     power = compute_power(squares, counts)
     sizes = np.array([parameter.size for parameter in free])
     fit = Fit(
@@ -106,9 +107,9 @@ def fit_laws(
         start_states=solved.start_states,
         power=power,
         train=float(np.exp(0.5 * np.mean(np.log(power / case.noise**2)))),
-        choose=choosing.misfit(case.noise),
-        window_squares=choosing.squares,
-        counts=choosing.counts,
+        choose=compute_misfit(left_out, counts, case.noise),
+        window_squares=left_out,
+        counts=counts,
         noise=case.noise,
         pieces=pieces,
         converged=solved.converged,
@@ -140,6 +141,13 @@ class Minimum:
         """Return each channel's mean squared error."""
         return compute_power(self.squares, self.counts)
 
+    @property
+    def solution(self) -> Solution:
+        """Return the minimum as a solution of the fit without a penalty."""
+        return Solution(
+            self.theta, self.start_states, self.squares, self.counts, self.converged, self.system
+        )
+
 
 def minimise(
     problem: Problem,
@@ -164,17 +172,14 @@ def minimise(
             squares = np.sum(compute_errors(problem, theta, starts) ** 2, axis=1)
         scaled = scale_values(theta)
         penalty = float(scaled @ precision @ scaled) / (2 * float(counts.sum()))
-        return squares, compute_cost(problem, starts, squares, counts) + penalty
+        believed = measure_belief(free, theta)
+        return squares, compute_cost(problem, starts, squares, counts, believed) + penalty
 
     squares, cost = measure(theta, starts)
     damping, converged = 1e-6, False
     system = linearise(problem, theta, starts, free, compute_power(squares, counts))
     for _ in range(iterations):
-        pulled = replace(
-            system,
-            normals=np.concatenate([system.normals, precision[None]]),
-            scores=np.concatenate([system.scores, -(precision @ scale_values(theta))[None]]),
-        )
+        pulled = penalise(system, theta, free, precision)
         while True:
             new_theta, new_starts = take_step(pulled, theta, starts, free, damping)
             new_squares, new_cost = measure(new_theta, new_starts)

@@ -8,13 +8,14 @@ from pendulum_sysid import decisions
 from pendulum_sysid.finding.detectors import Reading
 from pendulum_sysid.finding.localisation.shape_check import Misfit
 from pendulum_sysid.finding.search import Named
+from pendulum_sysid.finding.weights import WeighedSet
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.noise_floor import NoiseFloor
 from pendulum_sysid.fitting.window_runs import WindowRuns
 from pendulum_sysid.measuring.naming import NamedCurve
 from pendulum_sysid.records import Fit, Localisation, Next, Outcome
 from pendulum_twin.effects import BY_NAME, CATALOGUE
-from pendulum_twin.effects.effect import Form
+from pendulum_twin.effects.effect import Form, Place
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,9 @@ class Findings:
     coming: plan of the next experiment.
     misfits: named effects whose law does not have the shape that is seen; no misfit numbers.
     outweighed: True if a single missing force is larger than all that the named effects explain.
-    whole: misfit of the final fit over choosing windows of full length.
+    whole: misfit of the final fit over windows of full length.
+    perhaps: effects of the final fit that most parts of the recording do not show again.
+    sets: the sets of effects that were tried, and how much each is believed.
     certain: what detectors are certain of, asked only where the rest has no name.
     laws: measured laws of the improved twin, for what has no name.
     with_laws: the final fit with these laws beside its effects; None without laws.
@@ -51,6 +54,8 @@ class Findings:
     misfits: tuple[Misfit, ...] = ()
     outweighed: bool = False
     whole: float = 1.0
+    perhaps: tuple[Named, ...] = ()
+    sets: tuple[WeighedSet, ...] = ()
     certain: tuple[Reading, ...] = ()
     laws: tuple[NamedCurve, ...] = ()
     with_laws: Fit | None = None
@@ -72,16 +77,46 @@ def decide_outcome(findings: Findings) -> Outcome:
     4. `nothing_missing`.
     """
     physics = [effect for effect in findings.named if is_motion_effect(effect.effect)]
-    explains_little = compute_explained_share(findings) < decisions.LEAST_EXPLAINED_SHARE
-    if (
-        findings.misfits
-        or (is_above_noise(findings) and (explains_little or findings.outweighed))
-        or (physics and explains_little and is_slight(findings))
-    ):
+    if findings.misfits or explains_too_little(findings):
         return Outcome.NOT_IN_CATALOGUE
     if any(effect.inseparable_from for effect in physics):
         return Outcome.AMBIGUOUS
     return Outcome.NAMED if findings.named else Outcome.NOTHING_MISSING
+
+
+def explains_too_little(findings: Findings) -> bool:
+    """Return whether errors remain of which the final fit's effects explain too little."""
+    little = compute_explained_share(findings) < decisions.LEAST_EXPLAINED_SHARE
+    physics = any(is_motion_effect(effect.effect) for effect in findings.named)
+    return (is_above_noise(findings) and (little or findings.outweighed)) or (
+        physics and little and is_slight(findings)
+    )
+
+
+def list_told(findings: Findings) -> tuple[Named, ...]:
+    """Return the named effects that the verdict tells.
+
+    Where something else has no name, an effect of the motion is told only if its law has the shape
+    that is seen, at another place than what has no name, and if most of the error that is left
+    without it is its own.
+    """
+    if decide_outcome(findings) is not Outcome.NOT_IN_CATALOGUE:
+        return findings.named
+    doubtful = {misfit.effect for misfit in findings.misfits}
+    places = {BY_NAME[name].place for name in doubtful} | {
+        Place(misfit.place) for misfit in findings.misfits
+    }
+    alone = explains_too_little(findings)
+    return tuple(
+        effect
+        for effect in findings.named
+        if not is_motion_effect(effect.effect)
+        or (
+            not alone
+            and BY_NAME[effect.effect].place not in places
+            and effect.lead.ratio >= decisions.CHIEF_MISFIT_RATIO
+        )
+    )
 
 
 def is_slight(findings: Findings) -> bool:
@@ -105,7 +140,7 @@ def is_above_noise(findings: Findings) -> bool:
 def compute_explained_share(findings: Findings) -> float:
     """Return the share (0 to 1) of the error's power that the named effects take away.
 
-    The errors are those of the fit of the rig's constants alone, on the choosing windows.
+    The errors are those of the fit of the rig's constants alone, cross-validated.
     """
     return 1.0 - min((findings.best.choose / findings.base.choose) ** 2, 1.0)
 

@@ -126,7 +126,7 @@ def _make_environment() -> Environment:
 
 
 def list_trial_rows(verdict: Verdict) -> list[TrialRow]:
-    """Return the trials, the best on the choosing windows first.
+    """Return the trials, the best on windows left out first.
 
     The best trial with the effects of the improved twin is marked as chosen.
     """

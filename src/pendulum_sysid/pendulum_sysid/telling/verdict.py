@@ -11,7 +11,8 @@ from pendulum_sysid.finding.search import Named
 from pendulum_sysid.fitting.parameters import Free, list_rig_parameters
 from pendulum_sysid.fitting.window_runs import WindowRuns
 from pendulum_sysid.measuring.naming import NamedCurve, write_formula, write_sentence
-from pendulum_sysid.records import Estimate, Localisation, Outcome, Recording
+from pendulum_sysid.records import Estimate, Fit, Localisation, Outcome, Recording
+from pendulum_sysid.telling.contradictions import describe_contradictions
 from pendulum_sysid.telling.outcome import (
     Findings,
     compute_explained_share,
@@ -20,10 +21,12 @@ from pendulum_sysid.telling.outcome import (
     is_above_noise,
     is_motion_effect,
     list_inseparable,
+    list_told,
 )
 from pendulum_sysid.telling.sentences import describe_effect, describe_masking, write_answer
 from pendulum_sysid.verdict.record import (
     BeforeAfter,
+    BelievedSet,
     EffectParameter,
     FitScores,
     Location,
@@ -37,7 +40,7 @@ from pendulum_sysid.verdict.record import (
     Verdict,
 )
 from pendulum_twin.effects import BY_NAME, CATALOGUE
-from pendulum_twin.laws.kind import EVIDENCE_NAMES, Role
+from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
 
 NEXT_FILE = "next.yaml"
@@ -53,11 +56,10 @@ MULTIPLIED = {  # the variable that a law's value is multiplied by, beside the l
 def make_verdict(findings: Findings, recording: Recording, elapsed_s: float) -> Verdict:
     """Return the verdict on a recording that could be used."""
     outcome = decide_outcome(findings)
-    unnamed = outcome is Outcome.NOT_IN_CATALOGUE
-    named = tuple(
-        effect for effect in findings.named if not (unnamed and is_motion_effect(effect.effect))
-    )
-    certain = tuple(describe_certain(r) for r in findings.certain) if unnamed else ()
+    named = list_told(findings)
+    names = {effect.effect for effect in named}
+    certain = tuple(describe_certain(r) for r in findings.certain if r.effect not in names)
+    others = tuple(e for e in (*findings.named, *findings.perhaps) if e.effect not in names)
     plan, why = findings.coming.plan, findings.coming.why
     return Verdict(
         outcome=outcome,
@@ -69,6 +71,13 @@ def make_verdict(findings: Findings, recording: Recording, elapsed_s: float) -> 
             for parameter in list_rig_parameters(findings.case.twin)
         },
         masking=describe_masking(named, findings),
+        warnings=describe_contradictions(findings),
+        perhaps=tuple(_describe_missing(effect, findings) for effect in others),
+        sets=tuple(
+            BelievedSet(s.effects, round(s.weight, 4))
+            for s in findings.sets
+            if s.weight >= decisions.SET_LEAST_WEIGHT
+        ),
         fit=_score_fit(findings),
         remainder=_describe_remainder(findings),
         data_quality=recording.findings,
@@ -141,6 +150,8 @@ def _describe_missing(named: Named, findings: Findings) -> MissingEffect:
         round(confidence, 4),
         parameters,
         describe_effect(named.effect, best),
+        None if named.replication is None else str(named.replication),
+        None if named.weight is None else round(named.weight, 4),
     )
 
 
@@ -173,16 +184,27 @@ def _make_parameter(estimate: Estimate, unit: str) -> EffectParameter:
 
 def _compare_constant(parameter: Free, findings: Findings) -> RigParameter:
     after = findings.final.estimates[parameter.name]
+    alone, scale = (
+        _find_distance_scale(parameter, fit, findings.case.twin)
+        for fit in (findings.base, findings.final)
+    )
     return RigParameter(
         before=float(parameter.get(make_theta(findings.case.twin))),
-        parameters_alone=float(findings.base.estimates[parameter.name].value),
-        after=float(after.value),
-        low=float(after.low),
-        high=float(after.high),
+        parameters_alone=float(findings.base.estimates[parameter.name].value) * alone,
+        after=float(after.value) * scale,
+        low=float(after.low) * scale,
+        high=float(after.high) * scale,
         unit=parameter.unit,
         identifiable=bool(after.identifiable),
         at_bound=bool(after.at_bound),
     )
+
+
+def _find_distance_scale(parameter: Free, fit: Fit, given: Twin) -> float:
+    """Return by what a common distance of the given masses changes where the cart's mass does."""
+    if parameter.name != "com_distance_m":
+        return 1.0
+    return given.rig.total_mass_kg / fit.twin.rig.total_mass_kg
 
 
 def _score_fit(findings: Findings) -> FitScores:

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from pendulum_sysid import pipeline
+from pendulum_sysid.fitting.parameters import hold_constants
 from pendulum_sysid.records import Outcome
 from pendulum_sysid.telling.folder_swap import replace_files
 from pendulum_sysid.telling.output_files import (
@@ -27,7 +28,7 @@ from pendulum_twin.plans.plan_file import parse_plan, save_plan
 def run(arguments: argparse.Namespace) -> int:
     """Diagnose, write what was found, and print the verdict's sentence and the files."""
     check_folder(arguments.out)
-    twin = load_twin(arguments.twin)
+    twin = hold_constants(load_twin(arguments.twin), arguments.hold)
     verdict = pipeline.diagnose(read_recordings(arguments.bag, arguments), twin, print_progress)
     verdict = replace(verdict, command=arguments.shell_line)
     written = write_diagnosis(verdict, arguments.out, arguments.twin)

@@ -6,6 +6,7 @@ import argparse
 from dataclasses import replace
 
 from pendulum_sysid.fitting.fit import fit_own_parameters
+from pendulum_sysid.fitting.parameters import hold_constants
 from pendulum_sysid.fitting.thesis_fit import MOST_EVALUATIONS, fit_as_thesis
 from pendulum_sysid.fitting.window_runs import run_windows
 from pendulum_sysid.prepare import prepare, prepare_case
@@ -28,7 +29,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.method == "windows" and arguments.max_evaluations is not None:
         arguments.parser.error("--max-evaluations goes with --method thesis")
     check_file(arguments.out)
-    twin = load_twin(arguments.twin)
+    twin = hold_constants(load_twin(arguments.twin), arguments.hold)
     bags = read_recordings(arguments.bag, arguments)
     if arguments.method == "windows":
         fitted = fit_by_windows(bags, twin)

@@ -60,6 +60,21 @@ def _add_diagnose(verbs: Verbs) -> None:
         metavar="DIR",
         help="gets verdict.json, report.html, twin.yaml",
     )
+    _add_hold(verb)
+
+
+def _add_hold(verb: argparse.ArgumentParser) -> None:
+    verb.add_argument(
+        "--hold",
+        type=_split_names,
+        default=(),
+        metavar="NAME[,NAME]",
+        help='constants of the rig that are known and stay as they are; "all" for all of them',
+    )
+
+
+def _split_names(text: str) -> tuple[str, ...]:
+    return tuple(name.strip() for name in text.split(",") if name.strip())
 
 
 def _add_fit(verbs: Verbs) -> None:
@@ -73,6 +88,7 @@ def _add_fit(verbs: Verbs) -> None:
     verb.add_argument("--method", choices=("windows", "thesis"), default="windows", help=how)
     most = "with --method thesis: runs of the whole recording at most (default: 2000)"
     verb.add_argument("--max-evaluations", type=make_whole_reader(1), metavar="N", help=most)
+    _add_hold(verb)
 
 
 def _add_replay(verbs: Verbs) -> None:

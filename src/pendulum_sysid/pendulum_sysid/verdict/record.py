@@ -65,6 +65,9 @@ class MissingEffect:
         confidence: 0 to 1, that this effect is there and none that the recording can tell from it.
         parameters: name of the parameter -> fitted value; empty for an effect that is on or off.
         sentence: the effect with its fitted sizes, for a person.
+        replicated: "2 of 3": in how many parts of the recordings that could show the effect it is
+            found again; None for an effect that is not asked for again.
+        weight: 0 to 1, share of belief in sets that hold the effect; None where none was weighed.
     """
 
     effect: str
@@ -72,6 +75,21 @@ class MissingEffect:
     confidence: float
     parameters: dict[str, EffectParameter]
     sentence: str
+    replicated: str | None = None
+    weight: float | None = None
+
+
+@dataclass(frozen=True)
+class BelievedSet:
+    """Hold a set of effects that was tried, and how much it is believed.
+
+    Attributes:
+        effects: names.
+        weight: 0 to 1; the share of draws of blocks of time in which the set predicts best.
+    """
+
+    effects: tuple[str, ...]
+    weight: float
 
 
 @dataclass(frozen=True)
@@ -228,6 +246,9 @@ class Verdict:
         next_experiment: the plan that tells most; None if none is proposed.
         recording: what was diagnosed.
         elapsed_s: duration of the diagnosis.
+        warnings: what the reader has to know before the twin is used, a sentence each.
+        perhaps: effects of the improved twin that are not sure enough to be named.
+        sets: the sets of effects that were tried, the most believed first.
         measured_laws: physics without a name, as curves; the improved twin holds them.
         command: shell line that made the verdict; "" from Python.
         twin: the improved twin; None if the recording is unusable.
@@ -249,6 +270,9 @@ class Verdict:
     next_experiment: NextExperiment | None
     recording: RecordingFacts
     elapsed_s: float
+    warnings: tuple[str, ...] = ()
+    perhaps: tuple[MissingEffect, ...] = ()
+    sets: tuple[BelievedSet, ...] = ()
     measured_laws: tuple[MeasuredLaw, ...] = ()
     command: str = field(default="", repr=False, compare=False)
     twin: Twin | None = field(default=None, repr=False, compare=False)

@@ -3,7 +3,7 @@
 from pendulum_twin.effects.effect import Effect, Form, Parameter, Place, Scale
 from pendulum_twin.elementary import sin_cos
 
-PERIODS = tuple(2.0 / 1.13**k for k in range(26))  # of the travel
+PERIODS = tuple(1.0 / 1.13**k for k in range(28))  # of half the stroke
 PHASES = tuple(0.7853981633974483 * k for k in range(-4, 4))
 
 
@@ -28,7 +28,7 @@ EFFECT = Effect(
             PERIODS,
             Scale.CART_TRAVEL,
             shape=True,
-            most=2.0,
+            most=1.0,
             fewest=0.03,
         ),
         Parameter("phase_rad", "rad", 0.0, -10.0, 10.0, PHASES, shape=True),

@@ -61,14 +61,26 @@ def find_angle_steps(signals: Signals, noise_rad: float | None) -> tuple[AngleSt
     taken: list[int] = []
     for _, width, k in ranked:
         first = k + decisions.SLIP_SIDE_SAMPLES  # left out, or the first sample after the step
-        if len(steps) < decisions.SLIPS_TRIED and all(
-            abs(first - other) >= 2 * decisions.SLIP_SIDE_SAMPLES for other in taken
+        if (
+            len(steps) < decisions.SLIPS_TRIED
+            and not _is_near_seam(signals, first)
+            and all(abs(first - other) >= 2 * decisions.SLIP_SIDE_SAMPLES for other in taken)
         ):
             half_s = 0.5 * (width + 1) * signals.period_s
             time_s = float(signals.clock_s[first - 1]) + half_s
             steps.append(AngleStep(time_s, float(measured[width][0][k])))
         taken.append(first)
     return tuple(steps)
+
+
+def _is_near_seam(signals: Signals, at: int) -> bool:
+    """Return whether a sample lies where one stretch ends and another begins.
+
+    The smoothed motion is free there, and an encoder may be set anew between recordings.
+    """
+    seams = np.asarray(signals.stretch_begins[1:])
+    near = decisions.SLIP_SEAM_S / signals.period_s
+    return bool(np.any(np.abs(seams - at) < near))
 
 
 def _measure_jumps(signals: Signals, noise_rad: float, width: int) -> tuple[Floats, Floats]:

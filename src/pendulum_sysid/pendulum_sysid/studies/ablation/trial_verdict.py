@@ -106,7 +106,7 @@ def _judge_shapes(
     """Return the names whose shape is wrong, whether they are outweighed, and the misfit left."""
     remainders = measure_remainders(case, best, base)
     misfits = find_misfits(case, best.theta, remainders, names)
-    whole = refine_start_states(case.problem(split.choose), best.theta).misfit(case.noise)
+    whole = refine_start_states(case.problem(split.learn), best.theta).misfit(case.noise)
     return tuple(m.effect for m in misfits), is_outweighed(remainders), whole
 
 

@@ -1,0 +1,167 @@
+"""Ask each parameter of a fit again in every block of time: does its size replicate?
+
+A block's own estimate is a Gauss-Newton step from the fit to all windows, with the windows of that
+block alone. What the model leaves out pushes the estimates of different blocks apart by more than
+their own intervals. That spread is estimated by random effects (DerSimonian and Laird, Controlled
+Clinical Trials 7 (1986) 177) and widens the intervals.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.special import stdtrit
+
+from pendulum_sysid import decisions
+from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.fitting.gauss_newton import Solution, compute_half_widths
+from pendulum_sysid.fitting.linearised import System, linearise
+from pendulum_sysid.fitting.parameters import Free, list_free_parameters
+from pendulum_sysid.fitting.windows import shorten_windows
+from pendulum_sysid.records import Estimate, Fit, Split
+from pendulum_twin.arrays import Floats, Ints
+from pendulum_twin.effects import BY_NAME
+
+
+@dataclass(frozen=True)
+class BlockEstimates:
+    """Hold a parameter as each block of time has it.
+
+    values: (blocks,) estimates, in the parameter's unit.
+    deviations: (blocks,) their standard deviations; infinite where a block does not fix the value.
+    """
+
+    values: Floats
+    deviations: Floats
+
+
+@dataclass(frozen=True)
+class Replication:
+    """Hold in how many parts of the recordings an effect is there again.
+
+    shown: parts that show its size.
+    possible: parts that could show its size.
+    """
+
+    shown: int
+    possible: int
+
+    @property
+    def is_lasting(self) -> bool:
+        """Return whether the effect is there in most of the thirds that could show it."""
+        return self.shown > decisions.REPLICATED_SHARE * self.possible or not self.possible
+
+    def __str__(self) -> str:
+        return f"{self.shown} of {self.possible}"
+
+
+def replicate_effects(case: Case, split: Split, fit: Fit) -> dict[str, Replication]:
+    """Return for each effect with a size how often it is found again in thirds of the windows.
+
+    A third can show an effect whose size, as all windows have it, lies outside of the third's own
+    interval about nothing. It shows the effect where its own size lies outside, too, on the same
+    side. Effects of one recording happen once, and are not asked.
+    """
+    thirds = estimate_blocks(case, split, fit, decisions.REPLICATION_PARTS)
+    replications = {}
+    for name in [e for e in fit.effects if not BY_NAME[e].of_recording]:
+        sizes = [
+            (p.neutral, fit.estimates[f"{name}.{p.name}"].value, thirds[f"{name}.{p.name}"])
+            for p in BY_NAME[name].parameters
+            if not p.shape and f"{name}.{p.name}" in thirds
+        ]
+        if sizes:
+            counts = [_count_shown(*size) for size in sizes]
+            replications[name] = max(counts, key=lambda count: (count.possible, count.shown))
+    return replications
+
+
+def _count_shown(neutral: float, value: float, thirds: BlockEstimates) -> Replication:
+    reach = decisions.INTERVAL_DEVIATIONS * thirds.deviations
+    could = abs(value - neutral) > reach
+    does = np.sign(value - neutral) * (thirds.values - neutral) > reach
+    return Replication(int(np.sum(could & does)), int(np.sum(could)))
+
+
+def widen_intervals(case: Case, split: Split, fit: Fit) -> Fit:
+    """Return a fit with intervals that hold the spread of its sizes over blocks of time.
+
+    A fit at the noise stays as it is: there blocks differ by noise alone, which the intervals
+    hold already.
+    """
+    if fit.choose <= decisions.MISFIT_AT_NOISE:
+        return fit
+    free = {p.name: p for p in list_free_parameters(case.twin, fit.effects, case.scales)}
+    blocks = estimate_blocks(case, split, fit, decisions.SPREAD_BLOCKS)
+    widened = {
+        name: _widen(fit.estimates[name], free[name], compute_spread(estimates))
+        for name, estimates in blocks.items()
+    }
+    return replace(fit, estimates={**fit.estimates, **widened})
+
+
+def compute_spread(estimates: BlockEstimates) -> float:
+    """Return the standard deviation between blocks, beyond what their own deviations explain.
+
+    The moment estimator of DerSimonian and Laird; 0 where fewer than three blocks fix the value.
+    """
+    known = np.isfinite(estimates.deviations) & (estimates.deviations > 0.0)
+    values, weights = estimates.values[known], estimates.deviations[known] ** -2.0
+    if len(values) < decisions.SPREAD_LEAST_BLOCKS:
+        return 0.0
+    mean = np.sum(weights * values) / weights.sum()
+    excess = np.sum(weights * (values - mean) ** 2) - (len(values) - 1)
+    scale = weights.sum() - np.sum(weights**2) / weights.sum()
+    return float(np.sqrt(max(excess / scale, 0.0)))
+
+
+def _widen(estimate: Estimate, free: Free, spread: float) -> Estimate:
+    more = decisions.INTERVAL_DEVIATIONS * spread
+    below, above = (
+        np.hypot(side, more)
+        for side in (estimate.value - estimate.low, estimate.high - estimate.value)
+    )
+    low, high = max(estimate.value - below, free.low), min(estimate.value + above, free.high)
+    fixed = estimate.identifiable and max(below, above) < max(abs(estimate.value), free.size)
+    return replace(estimate, low=float(low), high=float(high), identifiable=bool(fixed))
+
+
+def estimate_blocks(case: Case, split: Split, fit: Fit, blocks: int) -> dict[str, BlockEstimates]:
+    """Return every free parameter of a fit as each block of time has it.
+
+    blocks: number of blocks, contiguous in time and of the same number of windows.
+    """
+    free = list_free_parameters(case.twin, fit.effects, case.scales)
+    problem = case.problem(shorten_windows(case.state, split.learn, fit.pieces))
+    system = linearise(problem, fit.theta, fit.start_states, free, fit.power)
+    whole = len(system.normals) // fit.pieces
+    parts = [
+        (part[:, None] * fit.pieces + np.arange(fit.pieces)).reshape(-1)
+        for part in np.array_split(np.arange(whole), min(blocks, whole))
+    ]
+    steps, deviations = zip(*(_estimate(system, p, fit, free) for p in parts), strict=True)
+    return {
+        parameter.name: BlockEstimates(
+            np.array([parameter.get(fit.theta) + step[k] * parameter.size for step in steps]),
+            np.array([deviation[k] for deviation in deviations]),
+        )
+        for k, parameter in enumerate(free)
+    }
+
+
+def _estimate(
+    system: System, part: Ints, fit: Fit, free: tuple[Free, ...]
+) -> tuple[Floats, Floats]:
+    """Return the step of a block's windows alone, in sizes, and its standard deviations."""
+    own = replace(system, normals=system.normals[part], scores=system.scores[part])
+    step = np.linalg.lstsq(own.normal, own.gradient, rcond=1e-10)[0]
+    windows = len(part) // fit.pieces
+    if windows < 2:
+        return step, np.full(len(free), np.inf)
+    moved = own.scores - own.normals @ step  # the gradients at the block's own optimum
+    solution = Solution(
+        fit.theta, fit.start_states, np.empty(0), np.empty(0), True, replace(own, scores=moved)
+    )
+    halves = compute_half_widths(solution, free, fit.pieces)
+    return step, halves / stdtrit(max(windows - 1, 1), 0.975)

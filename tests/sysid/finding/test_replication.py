@@ -1,0 +1,72 @@
+"""A lasting effect is found again in thirds; sizes that differ between blocks widen intervals."""
+
+from dataclasses import replace
+
+import numpy as np
+from support.hidden_physics import HIDDEN, INTECO, record_hidden
+
+from pendulum_sysid.finding.replication import (
+    BlockEstimates,
+    Replication,
+    compute_spread,
+    replicate_effects,
+    widen_intervals,
+)
+from pendulum_sysid.fitting.fit import HORIZONS, fit
+from pendulum_sysid.prepare import Prepared, prepare
+from pendulum_sysid.records import Fit
+from pendulum_twin.parameter_vector import SLOTS, make_theta
+
+FRICTION = "cart_coulomb_friction"
+
+
+def fit_friction(hidden: tuple[str, ...], seed: int) -> tuple[Prepared, Fit]:
+    recording = record_hidden({name: HIDDEN[name] for name in hidden}, seed, 30.0)[0]
+    prepared = prepare([recording], INTECO)
+    theta = make_theta(prepared.case.twin)
+    theta[SLOTS[FRICTION]] = 0.3
+    return prepared, fit(prepared.case, prepared.split, (FRICTION,), theta, HORIZONS[0])
+
+
+def test_a_hidden_effect_is_found_again_in_every_third() -> None:
+    prepared, found = fit_friction((FRICTION,), 1)
+    replication = replicate_effects(prepared.case, prepared.split, found)[FRICTION]
+    assert replication == Replication(3, 3) and replication.is_lasting
+    assert str(replication) == "3 of 3"
+
+
+def test_an_effect_that_is_not_there_is_not_lasting_or_not_asked() -> None:
+    prepared, found = fit_friction((), 1)
+    replication = replicate_effects(prepared.case, prepared.split, found)[FRICTION]
+    assert replication.possible == 0 or not replication.is_lasting
+
+
+def test_one_of_three_is_not_lasting() -> None:
+    assert not Replication(1, 3).is_lasting and not Replication(1, 2).is_lasting
+    assert Replication(2, 3).is_lasting and Replication(1, 1).is_lasting
+
+
+def test_the_spread_is_that_between_blocks_beyond_their_own_deviations() -> None:
+    random = np.random.default_rng(0)
+    spreads = [
+        compute_spread(BlockEstimates(random.normal(1.0, np.hypot(0.3, 0.1), 6), np.full(6, 0.1)))
+        for _ in range(400)
+    ]
+    assert abs(np.sqrt(np.mean(np.square(spreads))) - 0.3) < 0.03
+    alike = BlockEstimates(np.full(6, 1.0), np.full(6, 0.1))
+    assert compute_spread(alike) == 0.0
+
+
+def test_blocks_that_fix_nothing_have_no_spread() -> None:
+    deviations = np.array([0.1, 0.1, np.inf, np.inf, np.inf, np.inf])
+    assert compute_spread(BlockEstimates(np.arange(6.0), deviations)) == 0.0
+
+
+def test_intervals_widen_only_above_the_noise() -> None:
+    prepared, found = fit_friction((FRICTION,), 2)
+    assert widen_intervals(prepared.case, prepared.split, found) is found
+    rough = replace(found, choose=5.0)
+    wider = widen_intervals(prepared.case, prepared.split, rough)
+    for name, estimate in found.estimates.items():
+        assert wider.estimates[name].low <= estimate.low
+        assert wider.estimates[name].high >= estimate.high

@@ -1,0 +1,48 @@
+"""Best subsets find effects that help only together, and nothing where nothing is missing."""
+
+from support.hidden_physics import HIDDEN, INTECO, record_hidden
+
+from pendulum_sysid.finding.journal import Search
+from pendulum_sysid.finding.subsets import find_subsets
+from pendulum_sysid.fitting.fit import HORIZONS, fit
+from pendulum_sysid.prepare import prepare
+from pendulum_sysid.records import Fit
+from pendulum_twin.effects import BY_NAME
+from pendulum_twin.parameter_vector import make_theta
+
+DRY_FRICTIONS = {
+    "cart_coulomb_friction",
+    "cart_stribeck_friction",
+    "cart_saturating_friction",
+}
+TOGETHER = ("input_delay", "cart_coulomb_friction", "angle_offset")
+
+
+def search_hidden(names: tuple[str, ...], seed: int) -> tuple[Search, Fit]:
+    recording = record_hidden({name: HIDDEN[name] for name in names}, seed, 20.0)[0]
+    prepared = prepare([recording], INTECO)
+    search = Search(prepared.case, prepared.split)
+    theta = make_theta(prepared.case.twin)
+    return search, fit(search.case, search.split, (), theta, HORIZONS[0])
+
+
+def test_several_effects_are_found_at_once_and_their_fit_ends_near_the_noise() -> None:
+    """To first order a delay looks like a lag, and an offset of the angle like a scale."""
+    search, base = search_hidden(TOGETHER, 3)
+    subsets = find_subsets(search, base)
+    alike = ({"input_delay", "motor_lag"}, DRY_FRICTIONS, {"angle_offset", "angle_scale"})
+    assert all(set(subset.effects) & names for subset in subsets for names in alike)
+    fits = [search.fit_effects(subset.effects, base, subset.theta) for subset in subsets]
+    assert min(found.choose for found in fits) < 0.3 * base.choose
+
+
+def test_no_set_holds_an_effect_beside_an_effect_that_contains_it() -> None:
+    search, base = search_hidden(TOGETHER, 4)
+    for subset in find_subsets(search, base):
+        for name in subset.effects:
+            assert not set(BY_NAME[name].simpler) & set(subset.effects)
+
+
+def test_where_nothing_is_missing_no_set_gains_much() -> None:
+    search, base = search_hidden((), 5)
+    assert all(subset.gain < 10.0 for subset in find_subsets(search, base))

@@ -1,0 +1,72 @@
+"""Constants that are known stay; constants with a spread follow it and the recording."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.made_recordings import INTECO, made
+
+from pendulum_sysid.api import diagnose
+from pendulum_sysid.errors import WrongUse
+from pendulum_sysid.fitting.fit import fit_own_parameters
+from pendulum_sysid.fitting.parameters import hold_constants, list_rig_parameters
+from pendulum_sysid.prepare import prepare
+from pendulum_twin.errors import BadInputError
+from pendulum_twin.model import Twin, parse_twin
+
+HEAVY = replace(INTECO, rig=replace(INTECO.rig, cart_mass_kg=2.0, com_distance_m=0.0064))
+
+
+def give_spreads(twin: Twin, **spreads: float) -> Twin:
+    mapping = twin.to_mapping()
+    for key, sd in spreads.items():
+        mapping["rig"][key] = {"value": mapping["rig"][key], "sd": sd}
+    return parse_twin(mapping)
+
+
+def test_a_held_constant_is_no_parameter_of_a_fit() -> None:
+    names = [p.name for p in list_rig_parameters(hold_constants(INTECO, ("com_distance_m",)))]
+    assert "com_distance_m" not in names and "pole_inertia_kg_m2" in names
+    assert list_rig_parameters(hold_constants(INTECO, ("all",))) == ()
+    with pytest.raises(WrongUse, match="expected constants that a fit changes"):
+        hold_constants(INTECO, ("rail_half_length_m",))
+
+
+def test_a_narrow_spread_keeps_a_wrong_value_and_a_wide_spread_gives_way() -> None:
+    wrong = replace(INTECO, rig=replace(INTECO.rig, pole_inertia_kg_m2=0.0032))
+    recording = made(INTECO, 20.0, 0.2)
+    fitted = {}
+    for sd in (1e-7, 1e-2):
+        prepared = prepare([recording], give_spreads(wrong, pole_inertia_kg_m2=sd))
+        fitted[sd] = fit_own_parameters(prepared.case, prepared.split).twin.rig
+    assert fitted[1e-7].pole_inertia_kg_m2 == pytest.approx(0.0032, rel=1e-3)
+    assert fitted[1e-2].pole_inertia_kg_m2 == pytest.approx(0.00292, rel=2e-2)
+
+
+def test_a_heavier_cart_is_said_and_not_a_pole_that_a_ruler_contradicts() -> None:
+    verdict = diagnose(made(HEAVY, 20.0, 0.45), INTECO)
+    assert len(verdict.warnings) == 1 and "cart of 2 kg" in verdict.warnings[0]
+
+
+def test_with_spreads_the_cart_takes_the_mass() -> None:
+    believed = give_spreads(INTECO, cart_mass_kg=1.0, com_distance_m=1e-4, pole_inertia_kg_m2=2e-5)
+    prepared = prepare([made(HEAVY, 20.0, 0.45)], believed)
+    fitted = fit_own_parameters(prepared.case, prepared.split)
+    assert fitted.twin.rig.cart_mass_kg == pytest.approx(2.0, rel=0.05)
+    assert fitted.twin.rig.pole_inertia_kg_m2 == pytest.approx(0.00292, rel=0.02)
+    moment = fitted.twin.rig.moment_kg_m
+    assert moment == pytest.approx(HEAVY.rig.moment_kg_m, rel=0.02)
+
+
+def test_a_twin_file_keeps_its_spreads() -> None:
+    twin = give_spreads(INTECO, cart_mass_kg=0.1)
+    assert parse_twin(twin.to_mapping()) == twin
+    assert twin.to_mapping()["rig"]["cart_mass_kg"] == {"value": 0.5723, "sd": 0.1}
+
+
+@pytest.mark.parametrize("entry", [{"spread": 1.0}, {"sd": -1.0}, {"sd": np.nan}, {}])
+def test_a_wrong_spread_is_refused(entry: dict[str, float]) -> None:
+    mapping = INTECO.to_mapping()
+    mapping["rig"]["cart_mass_kg"] = {"value": 0.5723, **entry} if entry else entry
+    with pytest.raises(BadInputError, match="cart_mass_kg"):
+        parse_twin(mapping)
