@@ -1,14 +1,17 @@
 """Machine code: kept for the next process, and nothing but time lost where it cannot be."""
 
 import os
+import shutil
 import stat
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import pendulum_twin
+from pendulum_twin.machine_code_files import CheckedFiles, DamagedFileError
 
 SOURCE = Path(pendulum_twin.__file__).parents[1]
 PROGRAM = """
@@ -61,15 +64,68 @@ def test_processes_at_once_do_not_disturb_each_other(tmp_path):
     assert read_outcome(start_process(XDG_CACHE_HOME=tmp_path))[0] == (1, 0)
 
 
-@pytest.mark.parametrize("kind", ["nbi", "nbc"])
-def test_damaged_files_are_made_anew(tmp_path, kind):
-    read_outcome(start_process(XDG_CACHE_HOME=tmp_path))
-    damaged = list(tmp_path.rglob(f"*.{kind}"))
-    assert damaged
-    for path in damaged:
-        path.write_bytes(b"damaged")
-    assert read_outcome(start_process(XDG_CACHE_HOME=tmp_path))[0] == (0, 1)
-    assert read_outcome(start_process(XDG_CACHE_HOME=tmp_path))[0] == (1, 0)
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory):
+    """Return a cache folder that holds the machine code of one function."""
+    folder = tmp_path_factory.mktemp("cache")
+    read_outcome(start_process(XDG_CACHE_HOME=folder))
+    return folder
+
+
+def flip_bit(path, at):
+    content = bytearray(path.read_bytes())
+    content[int(at * (len(content) - 1))] ^= 0x10
+    path.write_bytes(content)
+
+
+def cut(path):
+    path.write_bytes(path.read_bytes()[:-100])
+
+
+@pytest.mark.parametrize(
+    ("kind", "damage"),
+    [("nbc", lambda path: flip_bit(path, 0.5)), ("nbc", cut), ("nbi", cut)],
+    ids=["a flipped bit", "a cut file", "a cut index"],
+)
+def test_damaged_machine_code_is_compiled_anew(kept, tmp_path, kind, damage):
+    shutil.copytree(kept, tmp_path / "cache")
+    for path in (tmp_path / "cache").rglob(f"*.{kind}"):
+        damage(path)
+    assert read_outcome(start_process(XDG_CACHE_HOME=tmp_path / "cache"))[0] == (0, 1)
+    assert read_outcome(start_process(XDG_CACHE_HOME=tmp_path / "cache"))[0] == (1, 0)
+
+
+def test_no_bit_of_a_file_is_taken_unchecked(tmp_path):
+    """A flip anywhere, in the index or the data, is found before anything is unpickled."""
+    files = CheckedFiles(tmp_path, "function", (1.0, 2))
+    files.save("signature", {"code": bytes(range(256))})
+    assert files.load("signature") == {"code": bytes(range(256))}
+    for path in sorted(tmp_path.glob("*.nb?")):
+        for at in np.linspace(0.0, 1.0, 97):
+            flip_bit(path, at)
+            with pytest.raises(DamagedFileError):
+                files.load("signature")
+            flip_bit(path, at)
+    assert files.load("signature") == {"code": bytes(range(256))}
+
+
+def test_machine_code_of_another_function_is_not_taken(tmp_path):
+    """Renamed files, as a restored backup or a synchronised home leaves them."""
+    files = CheckedFiles(tmp_path, "function", (1.0, 2))
+    files.save("one signature", "first")
+    files.save("another signature", "second")
+    first, second = sorted(tmp_path.glob("*.nbc"))
+    content = first.read_bytes()
+    first.write_bytes(second.read_bytes())
+    second.write_bytes(content)
+    for signature in ("one signature", "another signature"):
+        with pytest.raises(DamagedFileError):
+            files.load(signature)
+
+
+def test_machine_code_of_a_changed_source_is_not_taken(tmp_path):
+    CheckedFiles(tmp_path, "function", (1.0, 2)).save("signature", "old")
+    assert CheckedFiles(tmp_path, "function", (1.5, 2)).load("signature") is None
 
 
 def test_without_a_writable_home_it_goes_among_the_temporary_files(tmp_path):

@@ -25,6 +25,15 @@ def test_numba_has_the_cache_that_machine_code_derives_from():
         )
 
 
+def test_numbas_cache_finds_files_and_stamp_where_machine_code_puts_them():
+    cache = numba.njit(lambda x: x)
+    cache.enable_caching()
+    kept = cache._cache
+    for name in ("load", "save", "flush"):
+        assert hasattr(kept._cache_file, name), f"_cache_file has no {name}: see CheckedFiles"
+    assert kept._impl.filename_base and kept._impl.locator.get_source_stamp()
+
+
 def test_numba_has_a_folder_for_its_cache():
     assert hasattr(numba.config, "CACHE_DIR"), "numba.config has no CACHE_DIR: see machine_code.py"
 

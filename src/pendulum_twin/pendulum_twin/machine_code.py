@@ -19,6 +19,8 @@ from typing import Any
 import numba
 from numba.core.caching import FunctionCache
 
+from pendulum_twin.machine_code_files import CheckedFiles
+
 HERE = Path(__file__).parent
 # All files that go into the kernel; Numba itself notices a change only of the file that holds the
 # compiled function.
@@ -95,27 +97,29 @@ def _is_ours(folder: Path) -> bool:
 
 
 class _SharedCache(FunctionCache):
-    """Share a cache among processes; a file that cannot be read counts as not there."""
+    """Share a cache among processes; what cannot be read, or is damaged, is compiled anew."""
 
     def __init__(self, function: Callable[..., Any], folder: Path) -> None:
         super().__init__(function)
+        stamp = self._impl.locator.get_source_stamp()
+        self._cache_file = CheckedFiles(folder, self._impl.filename_base, stamp)
         self._lock_path = folder / "lock"
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         try:
             return super().load_overload(sig, target_context)
-        except Exception:  # a damaged file raises anything when it is unpickled: forget all files
-            with self._lock():
+        except Exception:  # the digests fit only what was written: forget all of this function
+            with contextlib.suppress(OSError), self._lock():
                 self.flush()
             return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        with self._lock():
+        with contextlib.suppress(OSError), self._lock():  # no space left: compiled next time, too
             super().save_overload(sig, data)
 
     @contextlib.contextmanager
     def _lock(self) -> Iterator[None]:
-        """Keep other processes out: Numba looks for a free file name before it takes the name."""
-        with contextlib.suppress(OSError), self._lock_path.open("w") as lock:
+        """Keep other processes out: an index is read and written in two steps."""
+        with self._lock_path.open("w") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
             yield
