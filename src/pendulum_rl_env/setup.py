@@ -21,6 +21,7 @@ setup(
             "onnx",
             "onnxruntime",
             "optuna",
+            "safetensors",
             "sb3-contrib",
             "stable-baselines3",
             "tensorboard",

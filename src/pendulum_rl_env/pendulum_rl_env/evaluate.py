@@ -31,7 +31,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _evaluate(options: argparse.Namespace) -> str:
-    policy = make_policy(load_policy(options.policy))
+    policy = make_policy(load_policy(options.policy, trust=options.trust))
     env = _make_environment(options)
     try:
         if env.observation_space.shape != (5,):
@@ -86,6 +86,10 @@ def _parse_options(arguments: list[str] | None) -> argparse.Namespace:
     count = make_whole_reader(1)
     file = "what `train` has written"
     add("--policy", type=Path, required=True, metavar="POLICY.zip", help=file)
+    trust = (
+        "read a policy file of stable-baselines3, too, which may run any code (not the default)"
+    )
+    add("--trust", action="store_true", help=trust)
     where = parser.add_mutually_exclusive_group(required=True)
     where.add_argument("--twin", type=Path, help="twin file")
     rig = "the rig of this namespace, over topics, in real time"
