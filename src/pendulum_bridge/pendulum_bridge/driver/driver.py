@@ -32,11 +32,6 @@ DECISIONS_BETWEEN = 5
 # periods after which a newer sample surely waits: nothing is decided on the older one
 OLD_PERIODS = 1.5
 LAST_WORDS = 5  # packets with PWM 0 at the end: any may be lost
-NO_LAST_WORD = (
-    "The process that would send PWM 0 if the driver were killed has ended: the rig would hold "
-    "its last command. "
-    "Start the driver again."
-)
 Listener = Callable[[Reason], None]
 
 
@@ -220,9 +215,7 @@ class Driver:
         return make_health(report, figures)
 
     def _describe_trouble(self) -> str:
-        if self._link.trouble or self._fault:
-            return self._link.trouble or self._fault
-        return "" if self._last_word.running else NO_LAST_WORD
+        return self._link.trouble or self._fault
 
     def _collect_figures(self) -> dict[str, float | int | str]:
         wire, timing, safety = self._link.counts, self._clock.timing, self._safety
@@ -249,6 +242,7 @@ class Driver:
             "commands_dropped_standstill": safety.counts.after_standstill,
             "commands_unsent": self._unsent,
             "resets": self._resets,
+            "last_word_replaced": self._last_word.replaced,
             **self._sample_latency.summarize("sample_to_topic"),
             **self._command_latency.summarize("command_to_rig"),
         }
@@ -273,7 +267,8 @@ class Driver:
         if self._closed:
             return
         now_s = self._now()
-        decision = decide(None, sample, now_s, self._safety, self._rules, ago_s)
+        safety = policy.note_last_word(self._safety, self._last_word.running)
+        decision = decide(None, sample, now_s, safety, self._rules, ago_s)
         ended = decision.reset_ended
         if self._now() - now_s > policy.STANDSTILL_S:  # the process was stopped (SIGSTOP)
             decision = decide(None, None, self._now(), decision.safety, self._rules)

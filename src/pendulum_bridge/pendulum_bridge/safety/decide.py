@@ -89,6 +89,7 @@ class Safety:
     in_vain_s: s; how long the rail guard has pushed without effect.
     writers: who has sent commands lately.
     resumed_s: s, monotonic; when the last standstill of the driver ended.
+    last_word: whether somebody sends PWM 0 when the driver no longer can.
     counts: what was refused.
     """
 
@@ -103,6 +104,7 @@ class Safety:
     in_vain_s: float = 0.0
     writers: Writers = Writers()  # noqa: RUF009 (frozen)
     resumed_s: float = -math.inf
+    last_word: bool = True
     counts: Counts = Counts()
 
 
@@ -258,6 +260,11 @@ def hear_writer(number: int, now_s: float, safety: Safety) -> Safety:
     return replace(safety, writers=two_writers.hear_writer(number, now_s, safety.writers))
 
 
+def note_last_word(safety: Safety, runs: bool) -> Safety:
+    """Return the state with whether somebody sends PWM 0 when the driver no longer can."""
+    return safety if safety.last_word == runs else replace(safety, last_word=runs)
+
+
 def press_stop(safety: Safety) -> tuple[Safety, Reason | None]:
     """Return the state with the emergency stop latched, and how that ended a reset.
 
@@ -358,9 +365,11 @@ def _advance_reset(
 
 
 def _find_reason_for_zero(safety: Safety, rules: Rules) -> Reason | None:
-    """Return why PWM is 0: stop, watchdog or encoders; None when a command can be applied."""
+    """Return why PWM is 0: stop, no last word, watchdog or encoders; None for no reason."""
     if safety.stop.latched:
         return Reason.STOPPED
+    if not safety.last_word:
+        return Reason.NO_LAST_WORD
     silence = watchdog.find_silence(safety.ages, rules.timeouts)
     if reason := silence or safety.encoders.fault:
         return reason
