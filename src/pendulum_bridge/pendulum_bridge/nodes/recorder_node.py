@@ -17,10 +17,10 @@ from rclpy.node import Node
 
 from pendulum_bridge.nodes.raw_topics import RawTopics
 from pendulum_bridge.nodes.recorder_settings import RecorderSettings
-from pendulum_bridge.recording.bag import MEGABYTE, Bag
 from pendulum_bridge.recording.kept_files import read_kept_files
 from pendulum_bridge.recording.recover_command import OPTION, run_recover
 from pendulum_bridge.recording.session import Session
+from pendulum_twin.bags.bag import MEGABYTE, Bag
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.health import Health, Level
 from pendulum_twin.nodes.diagnostics import publish_health

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pendulum_bridge.recording.mcap_file import COMPRESSIONS
+from pendulum_twin.bags.mcap_file import COMPRESSIONS
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.nodes.settings import (
     check_settings,

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import zstandard
-from rosbags.rosbag2 import Reader, StoragePlugin, Writer
+from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
 from pendulum_sysid import decisions
@@ -20,6 +20,7 @@ from pendulum_sysid.reading.contents import Contents
 from pendulum_sysid.reading.decoding import decode_commands, decode_states, list_joint_names
 from pendulum_sysid.reading.raw import JOINTS, STATE_CHANNELS, RawRecording
 from pendulum_twin.arrays import Floats, Ints
+from pendulum_twin.bags.write import Commands, States, write_recording
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.files import compute_digest
 
@@ -200,54 +201,15 @@ def write_bag(
             f"{path}: expected a new folder to write, found it there already: name another or "
             "remove it"
         )
+    names = list(joints)
+    rates = np.column_stack([velocities[name] for name in names]) if velocities else None
+    positions = np.column_stack([joints[name] for name in names])
+    times = stamps_ns if command_times_ns is None else command_times_ns
+    sent = None if command is None else Commands(command_topic, times, command)
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.name}.") as folder:
-            whole = Path(folder) / path.name
-            with Writer(whole, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
-                _write_states(writer, state_topic, stamps_ns, joints, velocities or {})
-                if command is not None:
-                    times = stamps_ns if command_times_ns is None else command_times_ns
-                    _write_commands(writer, command_topic, times, command)
-            whole.rename(path)
-    except OSError as error:
+        write_recording(path, States(state_topic, stamps_ns, names, positions, rates), sent)
+    except (BadInputError, OSError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
         raise FileError(
-            f"{path}: expected a place to write to, found {error.strerror}: name another"
+            f"{path}: expected a place to write to, found {reason}: name another"
         ) from error
-
-
-def _write_states(
-    writer: Writer,
-    topic: str,
-    stamps_ns: Ints,
-    joints: Mapping[str, Floats],
-    velocities: Mapping[str, Floats],
-) -> None:
-    header, time, state = (
-        _STORE.types[name]
-        for name in ("std_msgs/msg/Header", "builtin_interfaces/msg/Time", STATE_TYPE)
-    )
-    connection = writer.add_connection(topic, STATE_TYPE, typestore=_STORE)
-    names, nothing = list(joints), np.empty(0)
-    positions = np.column_stack([joints[name] for name in names]).astype(np.float64)
-    rates = (
-        np.column_stack([velocities[name] for name in names]).astype(np.float64)
-        if velocities
-        else None
-    )
-    for row, stamp in enumerate(stamps_ns.tolist()):
-        message = state(
-            header=header(stamp=time(sec=stamp // 10**9, nanosec=stamp % 10**9), frame_id=""),
-            name=names,
-            position=positions[row],
-            velocity=nothing if rates is None else rates[row],
-            effort=nothing,
-        )
-        writer.write(connection, stamp, _STORE.serialize_cdr(message, STATE_TYPE))
-
-
-def _write_commands(writer: Writer, topic: str, times_ns: Ints, command: Floats) -> None:
-    float64 = _STORE.types[COMMAND_TYPE]
-    connection = writer.add_connection(topic, COMMAND_TYPE, typestore=_STORE)
-    for time, value in zip(times_ns.tolist(), command.tolist(), strict=True):
-        writer.write(connection, time, _STORE.serialize_cdr(float64(data=value), COMMAND_TYPE))
