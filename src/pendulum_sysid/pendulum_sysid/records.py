@@ -40,6 +40,19 @@ class QualityFinding:
 
 
 @dataclass(frozen=True)
+class CommandLatency:
+    """Hold how late commands act, as `rig_doctor --move` measured it on the rig.
+
+    mean_s: s, from a command to the motion that it makes, the drive's lag included.
+    spread_s: s, standard deviation from step to step, the scatter of the measurement included;
+        None where the doctor could not tell.
+    """
+
+    mean_s: float
+    spread_s: float | None = None
+
+
+@dataclass(frozen=True)
 class Recording:
     """Hold one recording as it was read and cleaned.
 
@@ -50,6 +63,7 @@ class Recording:
         findings: faults that the cleaning met.
         rates: (n, 2) reported velocities of cart (m/s) and pole (rad/s), NaN where none was
             reported; None for a recording without velocities.
+        command_latency: how late commands act; None where the recording does not say.
     """
 
     name: str
@@ -57,6 +71,7 @@ class Recording:
     signals: Signals
     findings: tuple[QualityFinding, ...] = ()
     rates: Floats | None = None
+    command_latency: CommandLatency | None = None
 
     @staticmethod
     def from_arrays(

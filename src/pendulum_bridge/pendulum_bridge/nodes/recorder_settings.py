@@ -40,6 +40,9 @@ class RecorderSettings:
     twin: str = make_text_field("", "a twin file to keep with the recording")
     plan: str = make_text_field("", "the excitation plan, a file to keep with the recording")
     driver: str = make_text_field("", "the driver's parameters, a file to keep with the recording")
+    doctor: str = make_text_field(
+        "", "the doctor's report (rig_doctor --move --json), a file to keep with the recording"
+    )
     note: str = make_text_field("", "a remark to keep with the recording")
 
     def __post_init__(self) -> None:

@@ -51,8 +51,8 @@ class Doorman:
         idle = {t: client for t, client in self._clients.items() if t not in self._busy}
         if not idle:
             return next(reversed(self._clients))  # all are busy: the newest has to try again
-        held = Counter(self._clients.values())
-        return max(idle, key=lambda transport: held[idle[transport]])  # of equals the oldest
+        counts = Counter(self._clients.values())
+        return max(idle, key=lambda transport: counts[idle[transport]])  # of equals the oldest
 
     def _turn_away(self, transport: asyncio.BaseTransport) -> None:
         del self._clients[transport]

@@ -31,8 +31,8 @@ async def answer_page(
     feed: the frames.
     stop: stops the rig, and returns the answer.
     """
-    questions, asked = deque[int](maxlen=MOST_QUESTIONS), asyncio.Event()
-    sending = asyncio.create_task(_send_frames(socket, feed, questions, asked))
+    questions, new_question = deque[int](maxlen=MOST_QUESTIONS), asyncio.Event()
+    sending = asyncio.create_task(_send_frames(socket, feed, questions, new_question))
     stops: set[asyncio.Task[None]] = set()
     try:
         async for question in socket:
@@ -43,7 +43,7 @@ async def answer_page(
                     stops.add(asyncio.create_task(_answer_stop(socket, stop)))
             elif text.removeprefix("-").isdecimal():
                 questions.append(int(text))
-                asked.set()
+                new_question.set()
             else:
                 await socket.close(
                     code=WSCloseCode.POLICY_VIOLATION, message=b"expected the number of a frame"
@@ -63,15 +63,15 @@ async def _answer_stop(
 
 
 async def _send_frames(
-    socket: web.WebSocketResponse, feed: Feed, questions: deque[int], asked: asyncio.Event
+    socket: web.WebSocketResponse, feed: Feed, questions: deque[int], new_question: asyncio.Event
 ) -> None:
     sent = -1
     with suppress(ConnectionError):
         while True:
-            await asked.wait()
+            await new_question.wait()
             after = questions.popleft()
             if not questions:
-                asked.clear()
+                new_question.clear()
             await feed.wait_for_newer(max(sent, min(after, feed.number)))
             sent = feed.number
             await socket.send_str(feed.write_text(after))

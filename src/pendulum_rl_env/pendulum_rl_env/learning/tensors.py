@@ -57,8 +57,8 @@ def put_tensors(model: BaseAlgorithm, tensors: Mapping[str, Tensor]) -> None:
 def _check_names(
     known: Mapping[str, Tensor], given: Mapping[str, Tensor], optimisers: set[str]
 ) -> None:
-    found = {name for name in given if name.split("/")[0] not in optimisers}
-    if differing := sorted(found ^ set(known)):
+    names = {name for name in given if name.split("/")[0] not in optimisers}
+    if differing := sorted(names ^ set(known)):
         raise ValueError(f"expected the tensors of these layers, found {differing[0]} differing")
     for name, tensor in known.items():
         if given[name].shape != tensor.shape:

@@ -72,7 +72,12 @@ def clean_recording(raw: RawRecording) -> Recording:
     signals = _put_on_one_clock(samples)
     rates = _resample_velocities(samples, signals)
     return Recording(
-        raw.name, raw.digest, signals, _list_findings(faults, samples.rate.period_s), rates
+        raw.name,
+        raw.digest,
+        signals,
+        _list_findings(faults, samples.rate.period_s),
+        rates,
+        raw.command_latency,
     )
 
 

@@ -16,6 +16,7 @@ from pendulum_sysid import decisions
 from pendulum_sysid.errors import FileError, UnusableRecording, WrongUse
 from pendulum_sysid.reading import mcap_stream
 from pendulum_sysid.reading.bag_files import BagFiles, find_files, unpack
+from pendulum_sysid.reading.command_latency import read_command_latency
 from pendulum_sysid.reading.contents import Contents
 from pendulum_sysid.reading.decoding import decode_commands, decode_states, list_joint_names
 from pendulum_sysid.reading.raw import JOINTS, STATE_CHANNELS, RawRecording
@@ -146,6 +147,7 @@ def _make_recording(
         **{channel: columns.get(channel) for channel in STATE_CHANNELS},
         lost_messages=max(0, short) + bad_states + bad_commands,
         cut_short=not contents.whole and not (counted and short == 0),
+        command_latency=read_command_latency(bag.custom),
     )
 
 

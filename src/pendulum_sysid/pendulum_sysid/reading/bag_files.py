@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path, PurePath
+from typing import Any
 
 import zstandard
 
@@ -21,12 +23,13 @@ class BagFiles:
     """Name a bag's data files in the order of recording.
 
     counted: topic -> number of messages by the index, empty when there is none. packed_messages:
-    True when each message is compressed by itself.
+    True when each message is compressed by itself. custom: the index's `custom_data`.
     """
 
     files: tuple[Path, ...]
     counted: dict[str, int] = field(default_factory=dict)
     packed_messages: bool = False
+    custom: Mapping[str, Any] = field(default_factory=dict)
 
 
 def find_files(path: Path) -> BagFiles:
@@ -71,6 +74,7 @@ def find_files(path: Path) -> BagFiles:
             tuple(files),
             _read_counts(index),
             str(index.get("compression_mode")).lower() == "message",
+            _read_custom(index),
         )
     )
 
@@ -112,6 +116,11 @@ def _read_index(folder: Path) -> dict:
         return index if isinstance(index, dict) else {}
     except (OSError, UnicodeDecodeError, BadInputError, KeyError, TypeError):
         return {}
+
+
+def _read_custom(index: dict) -> dict[str, Any]:
+    custom = index.get("custom_data")
+    return custom if isinstance(custom, dict) else {}
 
 
 def _read_counts(index: dict) -> dict[str, int]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from pendulum_sysid import decisions
 from pendulum_sysid.errors import UnusableRecording
+from pendulum_sysid.records import CommandLatency
 from pendulum_twin.arrays import Floats
 
 JOINTS = ("cart", "pole")
@@ -28,6 +29,7 @@ class RawRecording:
     lost_messages: messages of the two topics that the bag's index counts beyond those read.
     cut_short: whether a file ends before its end mark or is damaged, and no index shows that
         nothing was lost.
+    command_latency: how late commands act; None where the recording does not say.
 
     Raises UnusableRecording when there is one sample only, times run backwards, no joint is there,
     or more than 5 % of a channel is not finite.
@@ -44,6 +46,7 @@ class RawRecording:
     pole_velocity: Floats | None = None
     lost_messages: int = 0
     cut_short: bool = False
+    command_latency: CommandLatency | None = None
 
     def __post_init__(self) -> None:
         _check_times(self.state_stamp_s)
