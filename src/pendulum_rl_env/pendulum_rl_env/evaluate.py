@@ -39,6 +39,8 @@ def _evaluate(options: argparse.Namespace) -> str:
                 f"{options.policy}: expected a policy of {IN_PROCESS}, found another task's"
             )
         episodes = [run_episode(env, policy, options.seed + k) for k in range(options.episodes)]
+    except BadInputError:
+        raise
     except ValueError as error:  # a policy of another task
         raise BadInputError(
             f"{options.policy}: expected a policy for observations (5,): {error}"
@@ -47,7 +49,7 @@ def _evaluate(options: argparse.Namespace) -> str:
         env.close()
     if options.video is not None:
         save_video(episodes[0], env.unwrapped.task, options.video)  # type: ignore[attr-defined]
-    summary = summarise(episodes)
+    summary = summarise(episodes, Task.make_for_step(options.step_s).steps)
     return json.dumps(summary, indent=2) if options.json else format_summary(summary)
 
 
