@@ -84,7 +84,7 @@ def reset_on_busy_machine(
     dead_after_s: s; the cart's encoder then shows the same place for ever.
     """
     busy = BusyRig(rig, rig_still, dead_after_s)
-    safety, now_s, begun = make_safety(0.0), 0.0, False
+    safety, now_s, begun, skipped = make_safety(0.0), 0.0, False, 0
     while now_s < LONGEST_S:
         woken_s = driver_still.wake(now_s)
         busy.run_until(woken_s)
@@ -96,9 +96,9 @@ def reset_on_busy_machine(
             came_s, state = busy.samples.popleft()
             ago_s = now_s - came_s
             if ago_s > OLD_PERIODS * rules.period_s:
-                state, ago_s = None, 0.0
-        decision = decide(None, state, now_s, safety, rules, ago_s)
-        safety = decision.safety
+                state, ago_s, skipped = None, 0.0, skipped + 1
+        decision = decide(None, state, now_s, safety, rules, ago_s, skipped)
+        safety, skipped = decision.safety, 0 if state is not None else skipped
         if safety.encoders.fault in (Reason.CART_STUCK, Reason.POLE_STUCK):
             return safety.encoders.fault
         if decision.reset_ended is not None:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.busy_machine import draw_standstills, reset_on_busy_machine
-from support.guarded_rigs import PERIOD_S, stepper
+from support.guarded_rigs import PERIOD_S, stepper, varied
 from support.paths import CONFIG
 
 from pendulum_bridge.safety.decide import make_rules
@@ -88,3 +88,16 @@ def test_a_dead_encoder_is_found_though_the_machine_is_busy(per_s: float) -> Non
         rig = stepper(NOMINAL, {"cart_coulomb_friction": {"level_n": 0.5}}, start)
         stands = [draw_standstills(random, per_s, 0.05) for _ in range(2)]
         assert reset_on_busy_machine(rig, rules, *stands, dead_after_s=0.15) in STUCK
+
+
+def test_a_rig_that_catches_up_has_not_jumped() -> None:
+    """The whole computer stands still; then the rig sends at once what it had to send meanwhile,
+    and the driver decides on the newest sample alone: this start was an encoder that jumped.
+    """
+    random = np.random.default_rng(3)
+    start = (*random.uniform((-0.6, -6, -0.5, -8), (0.6, 6, 0.5, 8)).tolist(),)
+    rig = stepper(varied(NOMINAL, random), {"cart_coulomb_friction": {"level_n": 0.5}}, start)
+    stands = draw_standstills(random, 3.0, 0.19)
+    rules = make_rules(NOMINAL, reset_deadline_s=5.0)
+    ended = reset_on_busy_machine(rig, rules, stands, stands)
+    assert ended in (Reason.RESET_DONE, Reason.RESET_LATE)

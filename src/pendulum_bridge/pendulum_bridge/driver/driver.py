@@ -83,6 +83,7 @@ class Driver:
         self._worst: Reason | None = Reason.NO_SAMPLE_YET
         self._reported = (self._now(), 0)
         self._unsent = self._old = self._commands = self._resets = 0
+        self._skipped = 0  # old samples since the last decision on a sample
         self._sample_latency, self._command_latency = Latency(), Latency()
 
     @property
@@ -260,6 +261,7 @@ class Driver:
             self._sample_latency.add(ago_s)
             if ago_s > OLD_PERIODS * self._rules.period_s:
                 self._old += 1
+                self._skipped += 1
                 return None, 0.0
         return state, max(ago_s, 0.0)
 
@@ -268,7 +270,9 @@ class Driver:
             return
         now_s = self._now()
         safety = policy.note_last_word(self._safety, self._last_word.running)
-        decision = decide(None, sample, now_s, safety, self._rules, ago_s)
+        decision = decide(None, sample, now_s, safety, self._rules, ago_s, self._skipped)
+        if sample is not None:
+            self._skipped = 0
         ended = decision.reset_ended
         if self._now() - now_s > policy.STANDSTILL_S:  # the process was stopped (SIGSTOP)
             decision = decide(None, None, self._now(), decision.safety, self._rules)

@@ -114,7 +114,7 @@ class FreshSample:
 
     sample: the sample.
     ago_s: s; how long ago it came.
-    gap_s: s; how long after the sample before it came.
+    gap_s: s; how long after the sample before it came, at most.
     """
 
     sample: RigState
@@ -181,6 +181,7 @@ def decide(
     safety: Safety,
     rules: Rules,
     ago_s: float = 0.0,
+    skipped: int = 0,
 ) -> Decision:
     """Return what to send now: stop > watchdog > encoder check > rail guard > limits.
 
@@ -191,12 +192,18 @@ def decide(
     safety: the state after the last decision.
     rules: the constants.
     ago_s: s; how long ago the sample came.
+    skipped: number of older samples since the last decision on a sample. A rig that catches up
+        sends them at once, and each was a period of its time.
     """
     passed_s = watchdog.compute_passed_s(safety.ages, now_s)
     fresh = (
         None
         if sample is None
-        else FreshSample(sample, ago_s, _compute_gap_s(safety, passed_s - ago_s, rules))
+        else FreshSample(
+            sample,
+            ago_s,
+            _compute_gap_s(safety, passed_s - ago_s, rules) + skipped * rules.period_s,
+        )
     )
     if passed_s > STANDSTILL_S:
         safety = replace(safety, resumed_s=now_s)
