@@ -30,6 +30,7 @@ setup(
             "onnx",
             "onnxruntime",
             "optuna",
+            "safetensors",
             "sb3-contrib",
             "stable-baselines3",
             "tensorboard",

@@ -27,6 +27,7 @@ ON_BENCH: tuple[Callable[[Bench], Row], ...] = (
     packets.same_sample,
     programs.driver_stopped,
     programs.driver_killed,
+    programs.companion_killed,
     programs.stop,
     programs.stop_in_reset,
     packets.silence_in_reset,

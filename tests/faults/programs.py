@@ -1,15 +1,18 @@
 """Faults of the driver's program, its parameters, and its services."""
 
 import math
+import os
 import signal
 import time
+from pathlib import Path
 
-from faults.bench import Bench, driver_arguments
+from faults.bench import BUSY_S, Bench, driver_arguments
 from faults.row import Row
 from support.driven_rig import MODULE
 from support.ros_graph import DEADLINE_S, Graph
 from support.wire import Wire
 
+from pendulum_bridge.driver.companion import PROGRAM
 from pendulum_bridge.safety.reasons import Reason
 
 AT_ONCE_S = 0.1
@@ -60,6 +63,38 @@ def driver_stopped(bench: Bench) -> Row:
         "its companion sends PWM 0; after SIGCONT no command of before comes through, new ones do"
     )
     return Row("SIGSTOP of the driver", zero_s, right)
+
+
+def companion_killed(bench: Bench) -> Row:
+    """Kill the process that has the last word, then the driver: the new one must speak."""
+    os.kill(find_companion(bench), signal.SIGKILL)
+    begin = time.monotonic()
+    bench.until(
+        lambda: any(sent.pwm == 0 for sent in bench.wire.since(begin)), "PWM 0", bench.drive
+    )
+    zero_s = next(sent.at_s for sent in bench.wire.since(begin) if sent.pwm == 0) - begin
+    assert zero_s <= AT_ONCE_S + BUSY_S
+    said = bench.said(Reason.NO_LAST_WORD, step=bench.drive)
+    bench.recovers()
+    assert bench.counted("last_word_replaced", bench.drive) == 1
+    find_companion(bench)
+    bench.driver.kill()
+    killed = time.monotonic()
+    bench.driver.communicate()
+    bench.zero_after(killed, AT_ONCE_S, bench.drive)
+    bench.start_driver()
+    bench.recovers()
+    right = "PWM 0 until a new one is ready; goes on; the new one speaks when the driver is killed"
+    return Row("SIGKILL of the process that has the last word", zero_s, right, said)
+
+
+def find_companion(bench: Bench) -> int:
+    """Return the number of the driver's companion process."""
+    threads = Path(f"/proc/{bench.driver.pid}/task").glob("*/children")
+    numbers = [int(number) for file in threads for number in file.read_text().split()]
+    running = [n for n in numbers if PROGRAM.name in Path(f"/proc/{n}/cmdline").read_text()]
+    assert len(running) == 1, f"expected one companion, found {running}"
+    return running[0]
 
 
 def wrong_parameters(bench: Bench) -> Row:

@@ -92,3 +92,35 @@ def test_constants_that_no_bodies_have_together_are_drawn_again(tmp_path: Path) 
     drawn = gather_knowledge(Twin("edge", rig, TWIN.effects), file, 50, 3).twins[1:]
     inertias = np.array([twin.rig.pole_inertia_kg_m2 for twin in drawn])
     assert inertias.min() > least and inertias.std() > 0.05 * least
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ({"outcome": "unusable"}, "the recording could not be used"),
+        (
+            {"rig_parameters": {"force_per_pwm_n": {"after": 9.0, "low": 8.9, "high": 9.1}}},
+            "the verdict of this twin, found force_per_pwm_n 9 in the verdict and 12.86",
+        ),
+        (
+            {
+                "missing_physics": [
+                    {
+                        "effect": "cart_coulomb_friction",
+                        "parameters": {"level_n": {"value": 0.1, "low": 0.09, "high": 0.11}},
+                    }
+                ]
+            },
+            "found cart_coulomb_friction.level_n 0.1 in the verdict and 1 in the twin",
+        ),
+        ({"missing_physics": [{"parameters": {"level_n": {}}}]}, "missing or odd"),
+        ({"missing_physics": "none"}, "missing or odd"),
+        ({"rig_parameters": {"force_per_pwm_n": 3}}, "missing or odd"),
+        ({"recording": {"position_step_m": "small"}}, "missing or odd"),
+    ],
+)
+def test_a_verdict_that_is_not_about_this_twin_is_refused(
+    tmp_path: Path, more: dict, said: str
+) -> None:
+    with pytest.raises(BadInputError, match=said):
+        gather_knowledge(TWIN, write_verdict(tmp_path, **more), 2, 0)

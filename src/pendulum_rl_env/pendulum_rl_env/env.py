@@ -14,6 +14,7 @@ from pendulum_rl_env.picture import draw_picture
 from pendulum_rl_env.reward import compute_reward
 from pendulum_rl_env.task import End, Task, find_end, make_observation
 from pendulum_rl_env.transport import Transport
+from pendulum_twin.errors import BadInputError
 
 Observation = NDArray[np.float32]
 
@@ -66,9 +67,16 @@ class PendulumEnv(gym.Env[Observation, Observation]):
         return make_observation(self._state, self.task), info
 
     def step(self, action: Observation) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Hold a PWM fraction for a period; raise NoAnswerError when no sample comes."""
+        """Hold a PWM fraction for a period.
+
+        Raises BadInputError for a command that is no number, NoAnswerError when no sample comes.
+        """
         limit = self.task.pwm_limit
         wanted = np.asarray(action, dtype=np.float64).reshape(-1)[0]
+        if not np.isfinite(wanted):
+            raise BadInputError(
+                f"expected a finite PWM fraction, found {wanted}: the policy is broken"
+            )
         command = float(np.clip(wanted, -limit, limit))
         sample = self.transport.exchange(command)
         self._state = self._noise.select(sample).state

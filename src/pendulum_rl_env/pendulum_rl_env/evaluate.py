@@ -31,7 +31,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _evaluate(options: argparse.Namespace) -> str:
-    policy = make_policy(load_policy(options.policy))
+    policy = make_policy(load_policy(options.policy, trust=options.trust))
     env = _make_environment(options)
     try:
         if env.observation_space.shape != (5,):
@@ -39,6 +39,8 @@ def _evaluate(options: argparse.Namespace) -> str:
                 f"{options.policy}: expected a policy of {IN_PROCESS}, found another task's"
             )
         episodes = [run_episode(env, policy, options.seed + k) for k in range(options.episodes)]
+    except BadInputError:
+        raise
     except ValueError as error:  # a policy of another task
         raise BadInputError(
             f"{options.policy}: expected a policy for observations (5,): {error}"
@@ -47,7 +49,7 @@ def _evaluate(options: argparse.Namespace) -> str:
         env.close()
     if options.video is not None:
         save_video(episodes[0], env.unwrapped.task, options.video)  # type: ignore[attr-defined]
-    summary = summarise(episodes)
+    summary = summarise(episodes, Task.make_for_step(options.step_s).steps)
     return json.dumps(summary, indent=2) if options.json else format_summary(summary)
 
 
@@ -87,6 +89,10 @@ def _parse_options(arguments: list[str] | None) -> argparse.Namespace:
     count = make_whole_reader(1)
     file = "what `train` has written"
     add("--policy", type=Path, required=True, metavar="POLICY.zip", help=file)
+    trust = (
+        "read a policy file of stable-baselines3, too, which may run any code (not the default)"
+    )
+    add("--trust", action="store_true", help=trust)
     where = parser.add_mutually_exclusive_group(required=True)
     where.add_argument("--twin", type=Path, help="twin file")
     rig = "the rig of this namespace, over topics, in real time"

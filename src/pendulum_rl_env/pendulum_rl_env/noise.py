@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pendulum_rl_env.task import Task
-from pendulum_rl_env.transport import Sample
+from pendulum_rl_env.transport import NoAnswerError, Sample
 
 REACH_FACTOR = 2.0  # jump that counts as noise, in units of what the task's speed limits allow
 VELOCITY_SHARE = 0.25  # of a speed limit: change of a velocity in a step, before the factor
@@ -28,12 +28,20 @@ class NoiseFilter:
     _last: Sample | None = None
 
     def start(self, sample: Sample) -> Sample:
-        """Accept a sample whatever it shows, as the first of an episode."""
+        """Accept a sample as the first of an episode; raise NoAnswerError for NaN or infinity."""
+        if not np.all(np.isfinite(sample.state)):
+            raise NoAnswerError(
+                f"expected a state of finite numbers, found {sample.state.tolist()}: look at the "
+                "rig's sensors, or at the constants of the twin"
+            )
         self._last, self._dropped_in_a_row = sample, 0
         return sample
 
     def select(self, sample: Sample) -> Sample:
-        """Return the sample, or the last accepted sample when this one is noise."""
+        """Return the sample, or the last accepted sample when this one is noise.
+
+        Raises NoAnswerError when samples stay NaN or infinite.
+        """
         may_drop = self._dropped_in_a_row < MOST_DROPPED_IN_A_ROW
         if self._last is not None and may_drop and self._is_jump(self._last, sample):
             self.dropped += 1

@@ -24,6 +24,8 @@ from pendulum_twin.rig import Rig
 
 INTERVAL_DEVIATIONS = 1.96  # half a 95 % interval, in standard deviations
 WIDEST_SHARE = 0.2  # of a rig's constant: the widest draw, for what the recording does not fix
+MOST_TRIES = 1000  # for constants that bodies can have together
+SAME_SHARE = 0.02  # by which the same number may differ between two files
 LEAST_SHARE = 0.1  # of a positive constant: no draw is smaller
 SCHEMA = "pendulum_verdict/1"
 
@@ -48,14 +50,49 @@ def gather_knowledge(twin: Twin, verdict: Path | None, draws: int, seed: int) ->
     draws: how many twins to draw.
     seed: of the draws.
 
-    Raises BadInputError when the file is no verdict.
+    Raises BadInputError when the file is no verdict, is one of another twin, or says that the
+    recording could not be used.
     """
     if verdict is None:
         return Knowledge((twin,), EXACT)
     content = read_json_object(verdict, SCHEMA, "a verdict")
     random = np.random.default_rng(seed)
-    drawn = (_draw_twin(twin, content, random) for _ in range(draws))
-    return Knowledge((twin, *drawn), _read_encoders(content))
+    try:
+        _check_verdict(twin, content)
+        drawn = [_draw_twin(twin, content, random) for _ in range(draws)]
+        return Knowledge((twin, *drawn), _read_encoders(content))
+    except BadInputError as error:
+        raise BadInputError(f"{verdict}: {error}") from error
+    except (KeyError, TypeError, ValueError, AttributeError, StopIteration) as error:
+        raise BadInputError(
+            f"{verdict}: expected what {SCHEMA} holds, found {error!r} missing or odd"
+        ) from error
+
+
+def _check_verdict(twin: Twin, verdict: Mapping[str, Any]) -> None:
+    """Raise BadInputError when a verdict's intervals are not about this twin."""
+    if verdict.get("outcome") == "unusable":
+        raise BadInputError(
+            "expected a verdict with intervals, found that the recording could not be used: "
+            "leave out --verdict, or record again"
+        )
+    sizes = [
+        (name, getattr(twin.rig, name, None), entry["after"], entry)
+        for name, entry in verdict.get("rig_parameters", {}).items()
+    ]
+    sizes += [
+        (f"{effect}.{name}", twin.effects.get(effect, {}).get(name), entry["value"], entry)
+        for effect, name, entry in _list_parameters(verdict)
+    ]
+    for name, there, here, entry in sizes:
+        if there is None or here is None:
+            continue
+        allowed = max(_compute_deviation(entry), SAME_SHARE * abs(there))
+        if not abs(float(here) - there) <= allowed:
+            raise BadInputError(
+                f"expected the verdict of this twin, found {name} {float(here):.4g} in the "
+                f"verdict and {there:.4g} in the twin: give the twin.yaml that stands beside it"
+            )
 
 
 def _draw_twin(twin: Twin, verdict: Mapping[str, Any], random: np.random.Generator) -> Twin:
@@ -63,9 +100,15 @@ def _draw_twin(twin: Twin, verdict: Mapping[str, Any], random: np.random.Generat
 
     Constants that no bodies have together are drawn again.
     """
-    rig = None
-    while rig is None:
-        rig = _draw_rig(twin.rig, verdict.get("rig_parameters", {}), random)
+    rigs = (
+        _draw_rig(twin.rig, verdict.get("rig_parameters", {}), random) for _ in range(MOST_TRIES)
+    )
+    rig = next((rig for rig in rigs if rig is not None), None)
+    if rig is None:
+        raise BadInputError(
+            f"expected intervals in which bodies can be, found none in {MOST_TRIES} draws: "
+            "leave out --verdict"
+        )
     effects = {name: dict(values) for name, values in twin.effects.items()}
     for name, parameter, estimate in _list_parameters(verdict):
         if parameter in effects.get(name, {}):

@@ -22,6 +22,7 @@ SLICES = (
     (300.0, 400.0, "keeps the pole up while the cart drifts, at times to near the ends"),
     (400.0, np.inf, "keeps the pole up near the middle without sudden moves"),
 )
+STEPS = 512  # of the thesis's episode, by which the slices go
 UPRIGHT_RAD = 0.2  # from upright: within it a step counts as upright
 
 
@@ -82,14 +83,19 @@ def run_episode(
     )
 
 
-def summarise(episodes: Sequence[Episode]) -> dict[str, Any]:
-    """Return mean, minimum, spread and slices of episodes, as `evaluate --json` prints them."""
+def summarise(episodes: Sequence[Episode], steps: int = STEPS) -> dict[str, Any]:
+    """Return mean, minimum, spread and slices of episodes, as `evaluate --json` prints them.
+
+    steps: of a whole episode. Rewards are counted a step, so slices and words go by the reward
+        that 512 steps would have earned.
+    """
     rewards = np.array([episode.reward for episode in episodes])
+    scaled = rewards * STEPS / steps
     slices = [
         {
             "from": None if low == -np.inf else low,
             "to": None if high == np.inf else high,
-            "episodes": int(np.sum((rewards >= low) & (rewards < high))),
+            "episodes": int(np.sum((scaled >= low) & (scaled < high))),
             "means": words,
         }
         for low, high, words in SLICES
@@ -104,5 +110,5 @@ def summarise(episodes: Sequence[Episode]) -> dict[str, Any]:
         "upright_share": float(np.mean([episode.upright_share for episode in episodes])),
         "ends": dict(sorted(Counter(episode.end for episode in episodes).items())),
         "slices": slices,
-        "words": describe_reward(float(rewards.mean())),
+        "words": describe_reward(float(scaled.mean())),
     }

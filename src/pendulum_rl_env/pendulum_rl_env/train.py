@@ -24,11 +24,16 @@ from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv  # noqa: E402
 
 from pendulum_rl_env.fleet import Fleet  # noqa: E402
 from pendulum_rl_env.in_process import load_learnable_twin  # noqa: E402
-from pendulum_rl_env.learning.callbacks import Milestones, Progress, make_callbacks  # noqa: E402
+from pendulum_rl_env.learning.callbacks import (  # noqa: E402
+    Milestones,
+    Progress,
+    keep_checkpoint,
+    make_callbacks,
+)
 from pendulum_rl_env.learning.fleet_vec_env import FleetVecEnv  # noqa: E402
 from pendulum_rl_env.learning.learner import as_off_policy, make_learner  # noqa: E402
 from pendulum_rl_env.learning.on_rig import learn_on_rig  # noqa: E402
-from pendulum_rl_env.learning.policies import load_policy  # noqa: E402
+from pendulum_rl_env.learning.policies import load_policy, save_policy  # noqa: E402
 from pendulum_rl_env.learning.preset import (  # noqa: E402
     IN_PROCESS,
     OVER_TOPICS,
@@ -36,7 +41,9 @@ from pendulum_rl_env.learning.preset import (  # noqa: E402
     Preset,
     load_preset,
 )
+from pendulum_rl_env.learning.replay_file import load_replay, save_replay  # noqa: E402
 from pendulum_rl_env.learning.result import Result  # noqa: E402
+from pendulum_rl_env.learning.tensors import collect_tensors, put_tensors  # noqa: E402
 from pendulum_rl_env.posterior import gather_knowledge  # noqa: E402
 from pendulum_rl_env.task import Task  # noqa: E402
 from pendulum_twin.command_line import add_version, make_whole_reader, run_command  # noqa: E402
@@ -45,7 +52,7 @@ from pendulum_twin.errors import BadInputError  # noqa: E402
 EVALUATION_EPISODES = 20
 RIG_EVALUATION_EPISODES = 3  # each takes 15 s and a reset
 EVALUATION_SEED_OFFSET = 10**6  # from the seed of the training to that of the evaluation
-REPLAY_FILE = "replay.pkl"
+REPLAY_FILE = "replay.npz"
 CHECKPOINT_NUMBER = re.compile(r"policy_(\d+)_steps")
 
 
@@ -137,13 +144,12 @@ def _report(options: argparse.Namespace, result: Result) -> int:
 
 def _save(model: BaseAlgorithm, out: Path, result: Result) -> None:
     """Save the last state for `--resume`; without an evaluation it is the policy, too."""
-    (out / "checkpoints").mkdir(exist_ok=True)
-    model.save(out / "checkpoints" / f"policy_{model.num_timesteps}_steps")
+    keep_checkpoint(model, out)
     off_policy = as_off_policy(model)
     if off_policy is not None:
-        off_policy.save_replay_buffer(out / REPLAY_FILE)
+        save_replay(off_policy, out / REPLAY_FILE)
     if not (out / "policy.zip").exists():
-        model.save(out / "policy.zip")
+        save_policy(model, out / "policy.zip")
     result.save(out / "result.json")
 
 
@@ -180,27 +186,27 @@ def _make_model(
     """Return a new learner, with the weights of a checkpoint or of `--init` if there is one."""
     model = make_learner(preset, training, options.seed, options.out / "tensorboard")
     origin = checkpoint or options.init
-    if origin is not None:
-        _take_weights(model, origin, options.preset)
     off_policy = as_off_policy(model)
-    if checkpoint is not None:
-        model.num_timesteps = load_policy(checkpoint).num_timesteps
-        if off_policy is not None and (options.out / REPLAY_FILE).exists():
-            off_policy.load_replay_buffer(options.out / REPLAY_FILE)
+    if origin is not None:
+        saved = load_policy(origin, trust=options.trust)
+        _take_weights(model, saved, origin, options.preset)
+        model.num_timesteps = saved.num_timesteps if checkpoint is not None else 0
+    replay = options.out / REPLAY_FILE
+    if checkpoint is not None and off_policy is not None and replay.exists():
+        load_replay(off_policy, replay)
     return model
 
 
-def _take_weights(model: BaseAlgorithm, origin: Path, preset: str) -> None:
+def _take_weights(model: BaseAlgorithm, saved: BaseAlgorithm, origin: Path, preset: str) -> None:
     """Copy the weights of a saved policy; raise BadInputError when it is of another kind."""
-    saved = load_policy(origin)
     if type(saved) is not type(model):
         raise BadInputError(
             f"{origin}: expected a policy of {type(model).__name__}, found one of "
             f"{type(saved).__name__}: choose the preset that it was trained with"
         )
     try:
-        model.set_parameters(saved.get_parameters(), device="cpu")  # type: ignore[arg-type]
-    except (RuntimeError, ValueError) as error:
+        put_tensors(model, collect_tensors(saved))
+    except ValueError as error:
         raise BadInputError(
             f"{origin}: expected the layers of preset {preset}, found others: {error}"
         ) from error
@@ -250,6 +256,10 @@ def _parse_options(arguments: list[str] | None) -> argparse.Namespace:
     until = "stop at the first evaluation with a mean reward of at least R"
     add("--until", type=float, metavar="R", help=until)
     add("--init", type=Path, metavar="POLICY.zip", help="begin with this policy, for fine-tuning")
+    trust = (
+        "read files of stable-baselines3 as --init, too, which may run any code (not the default)"
+    )
+    add("--trust", action="store_true", help=trust)
     rig = "learn on the rig of this namespace, over topics, in real time"
     add("--rig", metavar="NAMESPACE", help=rig)
     verdict = "verdict.json of the twin's diagnosis: learn on all rigs that it leaves possible"

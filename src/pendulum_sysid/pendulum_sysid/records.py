@@ -42,6 +42,19 @@ class QualityFinding:
 
 
 @dataclass(frozen=True)
+class CommandLatency:
+    """Hold how late commands act, as `rig_doctor --move` measured it on the rig.
+
+    mean_s: s, from a command to the motion that it makes, the drive's lag included.
+    spread_s: s, standard deviation from step to step, the scatter of the measurement included;
+        None where the doctor could not tell.
+    """
+
+    mean_s: float
+    spread_s: float | None = None
+
+
+@dataclass(frozen=True)
 class Recording:
     """Hold one recording as it was read and cleaned.
 
@@ -54,6 +67,7 @@ class Recording:
             reported; None for a recording without velocities.
         timing_spread_s: s, by which the times of commands against samples are unknown; a delay
             is known no better.
+        command_latency: how late commands act; None where the recording does not say.
     """
 
     name: str
@@ -62,6 +76,7 @@ class Recording:
     findings: tuple[QualityFinding, ...] = ()
     rates: Floats | None = None
     timing_spread_s: float = 0.0
+    command_latency: CommandLatency | None = None
 
     @staticmethod
     def from_arrays(

@@ -122,6 +122,25 @@ def test_jitter_and_losses_do_not_matter() -> None:
     assert response.latency_s == pytest.approx(0.03, abs=0.008)
 
 
+@pytest.mark.parametrize("late_s", [0.0, 0.004, 0.01, 0.02])
+def test_how_the_latency_scatters_from_step_to_step(late_s: float) -> None:
+    """Each change of the command is sent earlier, by another time, than it acts."""
+    random, spreads, true = np.random.default_rng(2), [], []
+    track = drive_cart(Cart(delay_s=0.03, dry=0.3))
+    steps = np.flatnonzero(np.diff(track.sent, prepend=0.0))
+    for _ in range(8):
+        early = np.zeros(len(track.sent))
+        early[steps] = random.uniform(0, late_s, len(steps))
+        response = measure(Track(track.arrivals, track.samples, track.sent_at - early, track.sent))
+        assert response.spread_s is not None
+        spreads.append(response.spread_s)
+        true.append(np.std(early[steps]))
+    assert np.mean(spreads) == pytest.approx(np.mean(true), rel=0.5, abs=0.001)
+    finding = check_latency(response, PERIOD_S)
+    assert finding.to_mapping()["figures"]["spread_s"] == response.spread_s
+    assert "ms from step to step" in finding.observed
+
+
 def test_a_cart_that_hardly_moves_tells_nothing() -> None:
     still = measure(drive_cart(Cart(gain=0.01)))
     assert not still.is_sure

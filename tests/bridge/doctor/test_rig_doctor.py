@@ -224,6 +224,21 @@ def test_an_interrupted_push_ends_with_pwm_0() -> None:
         assert bare.commands[-3:] == [Command(0.0)] * 3
 
 
+def test_a_doctor_that_is_killed_leaves_pwm_0() -> None:
+    with BareRig(HANGING.pack()) as bare:
+        doctor = Doctor(bare.user, bare.port, "--move", "--seconds", "1")
+        while not any(command.pwm > 0.02 for command in bare.commands):
+            assert doctor.process.poll() is None, doctor.wait()
+            bare.closing.wait(0.01)
+        doctor.process.kill()
+        doctor.wait()
+        end_s = time.monotonic() + LONGEST_RUN_S
+        while bare.commands[-1].pwm:
+            assert time.monotonic() < end_s, "the rig holds the doctor's last command"
+            bare.closing.wait(0.01)
+    assert bare.commands[-1] == Command(0.0)
+
+
 def test_nobody_there_is_said_with_what_to_do() -> None:
     rig, user, tcp = free_ports(3)
     over_udp, over_tcp = (

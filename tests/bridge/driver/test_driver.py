@@ -36,6 +36,7 @@ class Peer:
     trouble: str = ""
     broken: str = ""
     running: bool = True
+    replaced: int = 0
     closed: int = 0
     wellness: int = 0
 
@@ -286,11 +287,25 @@ def test_a_network_that_refuses_is_an_error_in_its_own_words(bench: Bench) -> No
     assert bench.driver.health().sentence != "cannot send to 10.0.0.1:1: No route to host"
 
 
-def test_a_missing_connection_and_a_missing_last_word_are_errors(bench: Bench) -> None:
-    bench.peer.running = False
-    assert "would hold its last command" in bench.driver.health().sentence
+def test_a_missing_connection_is_an_error(bench: Bench) -> None:
     bench.peer.trouble = "nobody listens"
     assert bench.driver.health().sentence == "nobody listens"
+
+
+def test_while_nobody_would_speak_for_it_the_driver_sends_0(bench: Bench) -> None:
+    bench.driver.command(0.02)
+    bench.turn()
+    assert bench.peer.sent[-1] == 0.02
+    bench.peer.running = False
+    bench.driver.command(0.02)
+    assert bench.peer.sent[-1] == 0.0
+    bench.turn()
+    assert bench.peer.sent[-1] == 0.0
+    assert bench.driver.health().sentence == Reason.NO_LAST_WORD.sentence
+    bench.peer.running = True  # another companion is ready
+    bench.driver.command(0.02)
+    bench.turn()
+    assert bench.peer.sent[-1] == 0.02
 
 
 def test_closing_says_0_often_and_then_nothing_more(bench: Bench) -> None:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from pendulum_bridge.driver import last_word
+from pendulum_bridge.driver import companion, last_word_program
 from pendulum_bridge.driver.last_word import LastWord
 from pendulum_bridge.wire.link import Link
 from pendulum_bridge.wire.protocol import COMMAND, Command
@@ -157,7 +157,7 @@ def test_a_killed_driver_leaves_pwm_0(driven, way: str) -> None:
     driver.signal(signal.SIGKILL)
     took_s = rig.until(ZERO)
     assert not is_gone(driver.other) and driver.heavy == "False"
-    for _ in range(last_word.last_word_program.LAST_WORDS - 1):
+    for _ in range(last_word_program.LAST_WORDS - 1):
         assert rig.command() == ZERO
     gone_s = wait_until(lambda: is_gone(driver.companion))
     print(f"SIGKILL, {way}: PWM 0 after {1e3 * took_s:.1f} ms; gone {1e3 * gone_s:.0f} ms later")
@@ -223,12 +223,58 @@ def test_a_goodbye_is_silent_and_leaves_no_process(alone: tuple[Rig, Link]) -> N
     assert rig.command(0.1) is None
 
 
-def test_a_companion_that_was_killed_is_seen(alone: tuple[Rig, Link]) -> None:
-    _, link = alone
-    with LastWord(link, ZERO, silence_s=60.0) as word:
-        os.kill(word.pid, signal.SIGKILL)
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
+def test_a_companion_that_cannot_speak_is_replaced(
+    alone: tuple[Rig, Link], number: signal.Signals
+) -> None:
+    """A stopped companion runs and would say nothing: that it does not answer tells."""
+    rig, link = alone
+    clock_s = [0.0]
+    with LastWord(link, ZERO, silence_s=0.2, now=lambda: clock_s[0]) as word:
+        lost = word.pid
+        os.kill(lost, number)
+        if number == signal.SIGSTOP:
+            word.alive()
+            assert word.running  # not for want of one answer
+            clock_s[0] += 2.0
         wait_until(lambda: not word.running)
         word.alive()
+        assert word.pid != lost and not word.running  # until it is ready
+        wait_until(lambda: word.alive() or word.running)
+        assert word.replaced == 1 and is_gone(str(lost))
+        rig.until(ZERO)  # it has the socket, and speaks when it hears nothing
+
+
+def test_a_driver_that_stood_still_keeps_its_companion(alone: tuple[Rig, Link]) -> None:
+    """The companion has answered; the driver was not there to hear it."""
+    _, link = alone
+    clock_s = [0.0]
+    with LastWord(link, ZERO, silence_s=60.0, now=lambda: clock_s[0]) as word:
+        for _ in range(3):
+            word.alive()
+            control = word._companion.control
+            assert select.select([control], [], [], LONG_S)[0]
+            clock_s[0] += 100.0
+            word.alive()
+        assert word.running and word.replaced == 0
+
+
+def test_companions_that_die_at_once_are_not_started_in_a_loop(
+    alone: tuple[Rig, Link], tmp_path: Path, monkeypatch
+) -> None:
+    _, link = alone
+    clock_s = [0.0]
+    with LastWord(link, ZERO, silence_s=60.0, now=lambda: clock_s[0]) as word:
+        (tmp_path / "broken.py").write_text("raise SystemExit(1)")
+        monkeypatch.setattr(companion, "PROGRAM", tmp_path / "broken.py")
+        os.kill(word.pid, signal.SIGKILL)
+        wait_until(lambda: not word.running)
+        for turn in range(100):
+            clock_s[0] = 0.02 * turn
+            word.alive()
+            assert not word.running
+            wait_until(lambda: word._companion.process.poll() is not None)
+        assert word.replaced == 2
 
 
 @pytest.mark.wall_time
@@ -256,7 +302,7 @@ def test_one_that_does_not_start_is_one_sentence(
     alone: tuple[Rig, Link], tmp_path: Path, monkeypatch
 ) -> None:
     (tmp_path / "broken.py").write_text("raise SystemExit(1)")
-    monkeypatch.setattr(last_word, "PROGRAM", tmp_path / "broken.py")
+    monkeypatch.setattr(companion, "PROGRAM", tmp_path / "broken.py")
     with pytest.raises(
         BadInputError,
         match=r"last word: expected its process to be ready within 10 s: run .*broken\.py",

@@ -16,17 +16,17 @@ from mcap.reader import make_reader
 from mcap.stream_reader import StreamReader
 from support.recorder_bags import counts, data_file, index, with_mcap, with_rosbags
 
-from pendulum_bridge.recording.bag import Bag
 from pendulum_bridge.recording.definition import find_definition
-from pendulum_bridge.recording.mcap_file import LARGEST_CHUNK
-from pendulum_bridge.recording.metadata import INDEX, read_index
 from pendulum_bridge.recording.received_clock import ReceivedClock
-from pendulum_bridge.recording.records import Message, Topic
 from pendulum_bridge.recording.salvage import Salvage
 from pendulum_bridge.recording.sequence_gaps import SequenceGaps
 from pendulum_bridge.recording.session import FLUSH_S, Session
 from pendulum_sysid.reading import bag_files
 from pendulum_sysid.reading.mcap_stream import scan_mcap
+from pendulum_twin.bags.bag import Bag
+from pendulum_twin.bags.mcap_file import LARGEST_CHUNK
+from pendulum_twin.bags.metadata import INDEX, read_index
+from pendulum_twin.bags.records import Message, Topic
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.files import compute_digest
 from pendulum_twin.health import Level

@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 from support.recorder_bags import counts, data_file, index, with_rosbags
 
-from pendulum_bridge.recording.bag import Bag
-from pendulum_bridge.recording.metadata import INDEX
-from pendulum_bridge.recording.records import Message, Topic
 from pendulum_bridge.recording.recover import recover
 from pendulum_bridge.recording.recover_command import run_recover
+from pendulum_twin.bags.bag import Bag
+from pendulum_twin.bags.metadata import INDEX
+from pendulum_twin.bags.records import Message, Topic
 from pendulum_twin.errors import BadInputError
 
 COMMANDS = Topic("/rig/pwm", "std_msgs/msg/Float64", "float64 data\n")

@@ -4,8 +4,8 @@ import pytest
 from support.verdicts import make_missing_entry, make_verdict
 
 from pendulum_bridge.emulator.seal import Concealed
-from pendulum_bridge.studies.comparison import format_comparison, read_verdict
-from pendulum_sysid.studies.proof.records import NamesOutcome
+from pendulum_bridge.studies.comparison import Comparison, format_comparison, read_verdict
+from pendulum_sysid.studies.proof.records import NamesJudgement, NamesOutcome, Size
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.rig import Rig
 
@@ -51,6 +51,20 @@ def test_an_interval_that_misses_the_truth_is_not_called_right(
     assert text.endswith(
         "The names are right, but the interval of cart_coulomb_friction.level_n misses the truth."
     )
+
+
+@pytest.mark.parametrize("outcome", [NamesOutcome.TIED, NamesOutcome.INCOMPLETE])
+def test_a_miss_is_said_of_answers_that_read_half_right(outcome: NamesOutcome) -> None:
+    """Also of 'right up to a tie' and of an incomplete answer."""
+    sizes = [
+        Size("rig", "cart_viscous_n_s_m", "N s/m", False, 2.0, 1.0, 0.9, 1.1),
+        Size("rig", "force_per_pwm_n", "N", False, 12.0, 12.1, 11.9, 12.3),
+    ]
+    sentence = Comparison(
+        NamesJudgement(outcome), {(size.owner, size.parameter): size for size in sizes}
+    ).sentence
+    assert sentence.startswith(outcome.sentence)
+    assert sentence.endswith("And the interval of rig.cart_viscous_n_s_m misses the truth.")
 
 
 def test_a_constant_whose_interval_misses_the_truth_is_named_too(nominal: Rig) -> None:

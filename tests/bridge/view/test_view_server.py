@@ -2,9 +2,11 @@
 
 import asyncio
 import json
+import os
+import resource
 import socket
-from collections.abc import AsyncIterator, Callable, Coroutine
-from contextlib import asynccontextmanager
+from collections.abc import AsyncIterator, Callable, Coroutine, Iterator
+from contextlib import asynccontextmanager, contextmanager
 from functools import wraps
 from threading import Event
 from time import monotonic
@@ -14,7 +16,9 @@ import pytest
 from aiohttp import ClientSession, ClientWebSocketResponse, WSMsgType, WSServerHandshakeError
 from support.paths import ROOT
 
+from pendulum_bridge.view import serving
 from pendulum_bridge.view.board import Board
+from pendulum_bridge.view.doorman import MOST_CONNECTIONS, Doorman
 from pendulum_bridge.view.feed import HISTORY_S, RATE_HZ, Feed
 from pendulum_bridge.view.same_origin import find_refusal, is_loopback
 from pendulum_bridge.view.server import BUTTONS, Answer, Page, make_app
@@ -41,7 +45,7 @@ class Server:
         self.page = Page(
             "127.0.0.1", feed, self.press, monotonic, self.complaints.append, **options
         )
-        return make_app(self.page)
+        return make_app(self.page), self.page.doorman
 
     async def press(self, button: str) -> Answer:
         self.pressed.append(button)
@@ -276,6 +280,111 @@ def test_a_server_that_fails_says_so_and_lets_go_of_its_port() -> None:
         complaints == ["the page is no longer served: ValueError('broken')"]
         and taken.fileno() == -1
     )
+
+
+async def press_stop(server: Server, session: ClientSession) -> dict[str, Any]:
+    async with session.post(server.address + "stop", headers={"Origin": server.origin}) as answer:
+        return await answer.json()
+
+
+@contextmanager
+def crowd(server: Server, count: int, said: bytes) -> Iterator[list[socket.socket]]:
+    """Open connections that say a part of a request and nothing more."""
+    opened: list[socket.socket] = []
+    try:
+        for _ in range(count):
+            opened.append(socket.create_connection(server.socket.getsockname()))
+            if said:
+                opened[-1].send(said)
+        yield opened
+    finally:
+        for connection in opened:
+            connection.close()
+
+
+@pytest.mark.parametrize("said", [b"", b"GET / HTTP/1.1\r\nHost: 127"], ids=["silent", "half"])
+def test_half_open_connections_leave_the_page_and_its_stop(said: bytes) -> None:
+    """As many as a process may have files open; a page that is open already stays open."""
+    files = resource.getrlimit(resource.RLIMIT_NOFILE)
+    # the crowd's own ends are files of this process, too, and the server's would be too many
+    now = len(os.listdir("/proc/self/fd"))
+    resource.setrlimit(resource.RLIMIT_NOFILE, (now + 1100 + 200, files[1]))
+
+    @served
+    async def test(server: Server, session: ClientSession) -> None:
+        async with server.page_of(session) as live:
+            before = (await ask(live, -1))["number"]
+            with crowd(server, 1100, said):
+                async with ClientSession() as newcomer:
+                    async with newcomer.get(server.address) as answer:
+                        assert answer.status == 200
+                    assert (await press_stop(server, newcomer))["success"] is True
+                assert (await ask(live, before))["number"] > before
+        assert server.page.doorman.turned_away >= 1100 - MOST_CONNECTIONS
+        assert server.complaints == []
+
+    try:
+        test()
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, files)
+
+
+@served
+async def test_an_open_page_stops_the_rig_without_a_new_connection(
+    server: Server, session: ClientSession
+) -> None:
+    server.hold = Event()
+    async with server.page_of(session) as live:
+        number = (await ask(live, -1))["number"]
+        await live.send_str(str(number + 10**6))  # it awaits a frame, and does not wait for it
+        await live.send_str("stop")
+        said = {}
+        while "answer" not in said:
+            said = json.loads(await live.receive_str(timeout=DEADLINE_S))
+        assert said["answer"] == {"button": "stop", "success": True, "sentence": "stop was asked"}
+    assert server.pressed == ["stop"]
+
+
+def test_a_connection_without_a_whole_request_is_closed(monkeypatch) -> None:
+    monkeypatch.setattr(serving, "IDLE_S", 0.2)
+    server = Server()
+    try:
+        with crowd(server, 3, b"POST /stop HTTP/1.1\r\nHost: ") as connections:
+            for connection in connections:
+                connection.settimeout(DEADLINE_S)
+                assert connection.recv(1) == b""
+    finally:
+        server.serving.close()
+
+
+class FakeTransport(asyncio.Transport):
+    """A connection for the doorman."""
+
+    closed = False
+
+    def is_closing(self) -> bool:
+        return self.closed
+
+    def abort(self) -> None:
+        self.closed = True
+
+
+def test_a_busy_connection_stays_and_the_greediest_client_loses() -> None:
+    doorman = Doorman(4)
+    doors = {name: FakeTransport() for name in ("a1", "b1", "b2", "b3", "a2", "c1")}
+    for name in ("a1", "b1", "b2", "b3"):
+        doorman.admit(doors[name], name[0])
+    doorman.begin(doors["b1"])
+    doorman.admit(doors["a2"], "a")  # b holds most, and its oldest answers a request
+    assert [name for name, door in doors.items() if door.closed] == ["b2"]
+    for name in ("a1", "a2", "b3"):
+        doorman.begin(doors[name])
+    doorman.admit(doors["c1"], "c")  # all others are busy
+    assert doors["c1"].closed and doorman.turned_away == 2
+    doors["a1"].abort()
+    doors["c1"] = FakeTransport()
+    doorman.admit(doors["c1"], "c")
+    assert not doors["c1"].closed
 
 
 def test_a_browser_that_hangs_is_let_go() -> None:

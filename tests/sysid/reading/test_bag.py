@@ -442,7 +442,7 @@ def test_nothing_is_overwritten_and_nothing_half_written_is_left(tmp_path: Path)
     write_bag(tmp_path / "bag", TIMES, {"cart": CART}, COMMAND)
     with pytest.raises(BadInputError, match="found it there already"):
         write_bag(tmp_path / "bag", TIMES, {"cart": CART}, COMMAND)
-    with pytest.raises(ValueError, match="zip"):
+    with pytest.raises(ValueError, match="expected a time for each command"):
         write_bag(tmp_path / "other", TIMES, {"cart": CART}, COMMAND[:-1])
     assert [p.name for p in tmp_path.iterdir()] == ["bag"]
 

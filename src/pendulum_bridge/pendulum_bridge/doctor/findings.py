@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from enum import Enum
+from typing import Any
 
 from pendulum_bridge.doctor.faults import Fault, Verdict
 
@@ -53,6 +55,7 @@ class Finding:
     expected, observed: for a person.
     fault: what is wrong; None when nothing is.
     skipped: whether the check was not made; `observed` then gives the reason.
+    figures: what was measured, for programs; units are in the names.
     """
 
     check: Check
@@ -60,6 +63,7 @@ class Finding:
     observed: str
     fault: Fault | None = None
     skipped: bool = False
+    figures: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def verdict(self) -> Verdict:
@@ -85,9 +89,9 @@ class Finding:
             + (f". {self.advice}" if self.advice else "")
         )
 
-    def to_mapping(self) -> dict[str, str | None]:
+    def to_mapping(self) -> dict[str, Any]:
         """Return the finding as JSON holds it."""
-        return {
+        mapping: dict[str, Any] = {
             "group": self.check.group,
             "check": self.check.title,
             "verdict": self.verdict.name,
@@ -96,6 +100,7 @@ class Finding:
             "found": self.observed,
             "advice": self.advice,
         }
+        return mapping | ({"figures": dict(self.figures)} if self.figures else {})
 
 
 def skip_check(check: Check, reason: str) -> Finding:

@@ -49,6 +49,7 @@ STIFF_SHARE = 0.4  # of the limit; a cart that takes more to move is stiff
 PUSHES_M_S2, PUSH_S = (1.0, 2.5), 0.12
 KICK_M = 0.05  # travel of the full command
 FEWEST_SAMPLES = 4  # of a push
+LARGER_PUSHES = 3  # of the larger small push: its steps show how the latency scatters
 ASIDE_M = 0.1  # where the cart is put before the rig's own swing-down
 RESET_S, IGNORED_S = 35.0, 6.0
 
@@ -264,7 +265,7 @@ def _make_drive(twin: Twin, rest_state: AtRest, period_s: float) -> Drive:
 
 
 def _make_doublets(drive: Drive, dry: float) -> tuple[Doublet, ...]:
-    """Return two small pushes beyond dry friction, and a short push at the limit.
+    """Return small pushes of two sizes beyond dry friction, and a short push at the limit.
 
     Without the push at the limit where samples are too sparse for it.
     dry: command (PWM fraction) that friction takes.
@@ -274,6 +275,6 @@ def _make_doublets(drive: Drive, dry: float) -> tuple[Doublet, ...]:
         for push, share in zip(PUSHES_M_S2, (0.4, 1.0), strict=True)
     ]
     seconds = max(PUSH_S, FEWEST_SAMPLES * drive.period_s)
-    small = tuple(Doublet(pwm, seconds) for pwm in pwms)
+    small = (Doublet(pwms[0], seconds), *[Doublet(pwms[1], seconds)] * LARGER_PUSHES)
     kick = Doublet(drive.limit, float((KICK_M / (drive.gain * drive.limit)) ** 0.5))
     return (*small, kick) if kick.seconds >= FEWEST_SAMPLES * drive.period_s else small

@@ -24,6 +24,9 @@ from pendulum_twin.rig import Rig
 
 HALF_BASE_SAMPLES = 2  # half the length of a second difference
 SLOW_M_S = 0.02  # a slower cart may stick
+STEP_WINDOW_S = (0.02, 0.06)  # before and after a step of the command: its own motion
+LEAST_STEP_SHARE = 0.5  # of the largest small step; a smaller step shows its time badly
+FEWEST_STEPS = 3  # for a spread; and samples about a step
 LONGEST_DELAY_S, DELAY_STEP_S = 0.2, 0.0025  # of the delays tried
 LAGS_S = (0.0, 0.01, 0.02, 0.03, 0.045, 0.06, 0.08, 0.1)
 LEAST_PUSH_SHARE = 0.3  # of a push, within a second difference that counts
@@ -38,6 +41,7 @@ class Response:
     """Hold how the cart answers.
 
     latency_s: from a sample to the motion that the answer to it makes, the drive's lag included.
+    latencies_s: (k,) the same of each step of the small commands; empty when unknown.
     gain: m/s^2 a unit of command, along the measured cart.
     deviation: standard deviation of the gain.
     strongest: the largest command that was sent, PWM fraction.
@@ -49,6 +53,17 @@ class Response:
     deviation: float
     strongest: float
     effect: float | None
+    latencies_s: tuple[float, ...] = ()
+
+    @property
+    def spread_s(self) -> float | None:
+        """Return the standard deviation of the latencies from step to step, s; None if unknown.
+
+        It holds the scatter of the measurement, too, so the true spread is not larger.
+        """
+        if len(self.latencies_s) < FEWEST_STEPS:
+            return None
+        return float(np.std(self.latencies_s, ddof=1))
 
     @property
     def is_sure(self) -> bool:
@@ -68,7 +83,12 @@ def measure_response(track: Track, grid: Grid, rig: Rig, pole_way: int, small: f
     strongest = float(np.max(np.abs(track.sent), initial=0.0))
     gain, deviation = float(best.factors[0]), float(best.deviations[0])
     return Response(
-        best.delay_s + best.lag_s, gain, deviation, strongest, motion.measure_effect(best)
+        best.delay_s + best.lag_s,
+        gain,
+        deviation,
+        strongest,
+        motion.measure_effect(best),
+        motion.measure_latencies(best),
     )
 
 
@@ -78,12 +98,12 @@ def check_latency(response: Response, period_s: float) -> Finding:
     if not response.is_sure:
         return skip_check(Check.LATENCY, "the motion was too small or too disturbed to tell")
     slow = response.latency_s > GUARD_LATENCY_S + 0.5 * period_s
-    return Finding(
-        Check.LATENCY,
-        expected,
-        f"{1e3 * response.latency_s:.0f} ms",
-        Fault.SLOW_ANSWER if slow else None,
-    )
+    observed, figures = f"{1e3 * response.latency_s:.0f} ms", {"mean_s": response.latency_s}
+    if response.spread_s is not None:
+        observed += f" (+-{1e3 * response.spread_s:.1f} ms from step to step)"
+        figures |= {"spread_s": response.spread_s, "steps": len(response.latencies_s)}
+    fault = Fault.SLOW_ANSWER if slow else None
+    return Finding(Check.LATENCY, expected, observed, fault, figures=figures)
 
 
 def check_acceleration(response: Response, expected: float, least: float, most: float) -> Finding:
@@ -181,6 +201,38 @@ class _Motion:
         others = self._stack_terms(times, small, self._hold(np.sign(sent), best.lag_s))
         unexplained = (self._changes - others @ best.factors)[chosen] / best.factors[0]
         return float(unexplained @ share[chosen] / (share[chosen] @ share[chosen]))
+
+    def measure_latencies(self, best: _Fit) -> tuple[float, ...]:
+        """Return the latency of each step of the small commands, lag included, s.
+
+        Gain and friction are those of the best fit; a step's own motion gives its delay.
+        """
+        sent_at, sent = self._track.sent_at, self._track.sent
+        steps = np.abs(np.diff(sent, prepend=0.0))
+        counted = steps[sent_at < self._end_s]
+        if not np.isfinite(best.residual) or not len(counted) or not np.max(counted):
+            return ()
+        at_s = sent_at[(steps >= LEAST_STEP_SHARE * np.max(counted)) & (sent_at < self._end_s)]
+        delays = np.arange(0.0, LONGEST_DELAY_S, 0.25 * DELAY_STEP_S)
+        signals = self._hold(sent, best.lag_s), self._hold(np.sign(sent), best.lag_s)
+        errors = np.array(
+            [
+                (self._changes - self._stack_terms(self._times - d, *signals) @ best.factors) ** 2
+                for d in delays.tolist()
+            ]
+        )
+        latencies = []
+        for step_s in at_s.tolist():
+            begin_s = step_s + best.delay_s
+            chosen = (self._times > begin_s - STEP_WINDOW_S[0] - best.lag_s) & (
+                self._times < begin_s + STEP_WINDOW_S[1] + best.lag_s
+            )
+            if not np.all(self._moving[chosen]) or chosen.sum() < FEWEST_STEPS:
+                continue  # the cart sticks or turns: its friction hides the step
+            at = int(np.argmin(errors[:, chosen].sum(axis=1)))
+            if 0 < at < len(delays) - 1:
+                latencies.append(float(delays[at]) + best.lag_s)
+        return tuple(latencies)
 
     def _fit(self, delay_s: float, lag_s: float, signals: tuple[HeldSignal, HeldSignal]) -> _Fit:
         chosen = self._moving & (self._times < self._end_s)

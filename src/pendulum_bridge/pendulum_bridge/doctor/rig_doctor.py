@@ -106,6 +106,8 @@ def _check_wire(
     first: a check that comes before.
     """
     try:
+        if task.may_move:
+            wire.keep_last_word()
         if first is not None:
             yield first()
         yield from examine(wire, task)

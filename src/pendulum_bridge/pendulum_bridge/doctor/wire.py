@@ -7,9 +7,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
+from pendulum_bridge.driver.last_word import LastWord, SharedLink
 from pendulum_bridge.wire.protocol import SAMPLE, Command
 from pendulum_bridge.wire.tcp import TcpPort
 from pendulum_bridge.wire.udp import Address, Endpoint
+from pendulum_twin.errors import BadInputError
 
 
 @dataclass(frozen=True)
@@ -54,7 +56,7 @@ class Wire(Protocol):
         ...
 
 
-class Packets(Protocol):
+class Packets(SharedLink, Protocol):
     """A port that carries packets as they come: `Endpoint` or `TcpPort`."""
 
     foreign: int
@@ -87,6 +89,14 @@ class PortWire:
         self, port: Packets, stranger: Callable[[], Address | None] = lambda: None
     ) -> None:
         self._port, self._stranger = port, stranger
+        self._last_word: LastWord | None = None
+
+    def keep_last_word(self) -> None:
+        """Have a companion process send PWM 0 in case this process is killed or stopped.
+
+        Raises BadInputError when the companion does not get ready.
+        """
+        self._last_word = self._last_word or LastWord(self._port, Command(0.0).pack())
 
     def now(self) -> float:
         """Return the monotonic time."""
@@ -94,11 +104,18 @@ class PortWire:
 
     def send(self, command: Command) -> None:
         """Send a command; raise BadInputError when it cannot be done."""
+        if command.pwm and self._last_word is not None and not self._last_word.running:
+            raise BadInputError(
+                "expected a process that sends PWM 0 when the doctor is killed, found that it has "
+                "ended: examine the rig again"
+            )
         self._port.send(command.pack())
 
     def receive(self, deadline: float) -> Heard | None:
         """Return the oldest packet of the rig's host, whatever it holds; None at the deadline."""
         stamped = self._port.receive_stamped(deadline)
+        if self._last_word is not None:
+            self._last_word.alive()
         if stamped is None:
             return None
         packet, system_ns = stamped
@@ -121,6 +138,8 @@ class PortWire:
 
     def close(self) -> None:
         """Give the address back."""
+        if self._last_word is not None:
+            self._last_word.close()
         self._port.close()
 
 

@@ -33,11 +33,6 @@ DECISIONS_BETWEEN = 5
 # periods after which a newer sample surely waits: nothing is decided on the older one
 OLD_PERIODS = 1.5
 LAST_WORDS = 5  # packets with PWM 0 at the end: any may be lost
-NO_LAST_WORD = (
-    "The process that would send PWM 0 if the driver were killed has ended: the rig would hold "
-    "its last command. "
-    "Start the driver again."
-)
 Listener = Callable[[Reason], None]
 
 
@@ -92,6 +87,7 @@ class Driver:
         self._worst: Reason | None = Reason.NO_SAMPLE_YET
         self._reported = (self._now(), 0)
         self._unsent = self._old = self._commands = self._resets = 0
+        self._skipped = 0  # old samples since the last decision on a sample
         self._sample_latency, self._command_latency = Latency(), Latency()
 
     @property
@@ -237,9 +233,7 @@ class Driver:
         return make_health(report, figures)
 
     def _describe_trouble(self) -> str:
-        if self._link.trouble or self._fault:
-            return self._link.trouble or self._fault
-        return "" if self._last_word.running else NO_LAST_WORD
+        return self._link.trouble or self._fault
 
     def _collect_figures(self) -> dict[str, float | int | str]:
         wire, timing, safety = self._link.counts, self._clock.timing, self._safety
@@ -268,6 +262,7 @@ class Driver:
             "commands_dropped_inactive": safety.counts.while_inactive,
             "commands_unsent": self._unsent,
             "resets": self._resets,
+            "last_word_replaced": self._last_word.replaced,
             **self._sample_latency.summarize("sample_to_topic"),
             **self._command_latency.summarize("command_to_rig"),
         }
@@ -285,6 +280,7 @@ class Driver:
             self._sample_latency.add(ago_s)
             if ago_s > OLD_PERIODS * self._rules.period_s:
                 self._old += 1
+                self._skipped += 1
                 return None, 0.0
         return state, max(ago_s, 0.0)
 
@@ -293,7 +289,10 @@ class Driver:
             return
         now_s = self._now()
         self._standstill_s = max(self._standstill_s, now_s - self._decided_s)
-        decision = decide(None, sample, now_s, self._safety, self._rules, ago_s)
+        safety = policy.note_last_word(self._safety, self._last_word.running)
+        decision = decide(None, sample, now_s, safety, self._rules, ago_s, self._skipped)
+        if sample is not None:
+            self._skipped = 0
         ended = decision.reset_ended
         if self._now() - now_s > policy.STANDSTILL_S:  # the process was stopped (SIGSTOP)
             decision = decide(None, None, self._now(), decision.safety, self._rules)

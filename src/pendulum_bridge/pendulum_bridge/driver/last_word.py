@@ -2,7 +2,8 @@
 
 A process that is killed (SIGKILL) or stopped (SIGSTOP) executes nothing, so another process has to
 speak for it. The companion (`last_word_program.py`) shares the driver's own socket, so the rig
-takes its packet for the driver's.
+takes its packet for the driver's. A companion that was itself killed or stopped is replaced; until
+the new one is ready nobody could speak, and the driver sends PWM 0 alone.
 """
 
 from __future__ import annotations
@@ -10,18 +11,16 @@ from __future__ import annotations
 import contextlib
 import select
 import socket
-import subprocess
-import sys
-from pathlib import Path
+import time
+from collections.abc import Callable
 from typing import Protocol, Self
 
-from pendulum_bridge.driver import last_word_program
-from pendulum_bridge.driver.last_word_program import BEAT, GOODBYE, READY, SOCKET
+from pendulum_bridge.driver import companion
+from pendulum_bridge.driver.companion import READY_S, Companion
+from pendulum_bridge.driver.last_word_program import SOCKET
 from pendulum_twin.errors import BadInputError
 
-PROGRAM = Path(last_word_program.__file__)
-# longest time for the companion to start and to end: a busy machine takes its time
-READY_S, END_S = 10.0, 2.0
+RETRY_S = 1.0  # from one attempt to replace a companion to the next
 
 
 class SharedLink(Protocol):
@@ -43,50 +42,45 @@ class LastWord:
     """Keep a companion process that sends a packet when this process no longer can.
 
     The companion sends the packet several times when this process ends without `close`, and
-    repeatedly
-    while `alive` has not been called for silence_s. It ends a moment after this process. Signals
-    to
-    this process's group do not reach it; SIGINT and SIGTERM do not end it. Close it before the
-    link,
-    or use it in a `with`.
+    repeatedly while `alive` has not been called for silence_s. It ends a moment after this
+    process. Signals to this process's group do not reach it; SIGINT and SIGTERM do not end it.
+    Close it before the link, or use it in a `with`. One thread calls `alive`.
 
     link: whose socket the companion shares.
     packet: the packet with PWM 0.
     silence_s: s; longest time between two calls of `alive`.
+    now: s, monotonic; the clock.
 
     Raises BadInputError when the companion does not get ready.
     """
 
-    def __init__(self, link: SharedLink, packet: bytes, silence_s: float = 0.2) -> None:
-        self._link, self._handed_over = link, 0
-        self._control, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        self._control.setblocking(False)
-        # -I -S: no start-up hooks, no site packages, no PYTHON* variables
-        command = [
-            sys.executable,
-            "-I",
-            "-S",
-            str(PROGRAM),
-            str(theirs.fileno()),
-            repr(silence_s),
-            packet.hex(),
-        ]
-        nothing = subprocess.DEVNULL
-        with theirs:
-            self._process = subprocess.Popen(
-                command,
-                pass_fds=[theirs.fileno()],
-                start_new_session=True,
-                stdin=nothing,
-                stdout=nothing,
-                stderr=nothing,
-            )
+    def __init__(
+        self,
+        link: SharedLink,
+        packet: bytes,
+        silence_s: float = 0.2,
+        now: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._link, self._packet, self._silence_s, self._now = link, packet, silence_s, now
+        self._ended: list[Companion] = []  # killed, and perhaps not gone yet
+        self._closed = False
+        self.replaced = 0
+        self._retry_s = -RETRY_S
+        self._handed_over = 0
+        try:
+            self._companion = self._start()
+        except OSError as error:
+            raise BadInputError(
+                f"last word: expected a process, found {error.strerror}"
+            ) from error
         self.alive()
-        if not self._ready():
+        select.select([self._companion.control], [], [], READY_S)
+        self._companion.hear()
+        if not self.running:
             self.close()
             raise BadInputError(
-                f"last word: expected its process to be ready within {READY_S:g} s: run {PROGRAM} "
-                "by hand"
+                f"last word: expected its process to be ready within {READY_S:g} s: run "
+                f"{companion.PROGRAM} by hand"
             )
 
     def __enter__(self) -> Self:
@@ -97,40 +91,48 @@ class LastWord:
 
     @property
     def running(self) -> bool:
-        """Whether the companion still runs; without it nobody speaks for this process."""
-        return self._process.poll() is None
+        """Whether a companion would speak now; without one nobody speaks for this process."""
+        return self._companion.ready
 
     @property
     def pid(self) -> int:
         """The companion's process number."""
-        return self._process.pid
+        return self._companion.process.pid
 
     def alive(self) -> None:
-        """Report that this process works, at least every 30 ms. Never blocks, never raises."""
+        """Report that this process works, at least every 30 ms. Never blocks, never raises.
+
+        A companion that has ended, or does not answer, is replaced.
+        """
         # the companion has ended, or is full of beats, or the link has just lost its socket
         with contextlib.suppress(OSError, ValueError):
+            self._companion.hear()
+            if not self._companion.works and not self._closed:
+                self._replace()
             if self._link.connections != self._handed_over:
                 self._hand_over()
-            self._control.send(BEAT)
+            self._companion.beat()
 
     def close(self) -> None:
         """End the companion without a packet to the rig; a second call does nothing."""
-        with contextlib.suppress(OSError):
-            self._control.send(GOODBYE)
-        self._control.close()
-        try:
-            self._process.wait(END_S)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
+        self._closed = True
+        for each in (*self._ended, self._companion):
+            each.close()
 
-    def _ready(self) -> bool:
-        """Wait until the companion reports that it is ready; return False when it does not."""
-        select.select([self._control], [], [], READY_S)
-        try:
-            return self._control.recv(1) == READY
-        except OSError:  # the companion has ended, or is silent
-            return False
+    def _start(self) -> Companion:
+        return Companion(self._packet, self._silence_s, companion.PROGRAM, self._now)
+
+    def _replace(self) -> None:
+        """Start another companion, at most once in RETRY_S; raise OSError when that fails."""
+        self._ended = [each for each in self._ended if each.process.poll() is None]
+        if self._now() < self._retry_s:
+            return
+        self._retry_s = self._now() + RETRY_S
+        self._companion.kill()
+        self._ended.append(self._companion)
+        self._companion = self._start()
+        self._handed_over = 0
+        self.replaced += 1
 
     def _hand_over(self) -> None:
         """Give the companion the link's present socket."""
@@ -138,5 +140,5 @@ class LastWord:
         count, peer = self._link.connections, self._link.peer
         if (number := self._link.fileno()) >= 0:
             where = f"{peer[0]}:{peer[1]}" if peer else ""
-            socket.send_fds(self._control, [SOCKET + where.encode()], [number])
+            socket.send_fds(self._companion.control, [SOCKET + where.encode()], [number])
             self._handed_over = count

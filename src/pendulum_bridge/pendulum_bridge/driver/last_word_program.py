@@ -79,10 +79,17 @@ def watch_driver(control: socket.socket, way_out: WayOut, silence_s: float) -> b
             message = hear_message(control, way_out)
             if message in (b"", GOODBYE):
                 return message == GOODBYE
+            answer_driver(control)
             due = time.monotonic() + silence_s
         else:
             way_out.speak()
             due = time.monotonic() + REPEATED_S
+
+
+def answer_driver(control: socket.socket) -> None:
+    """Show the driver that this process works; a driver that does not listen holds nobody up."""
+    with contextlib.suppress(OSError):
+        control.send(BEAT, socket.MSG_DONTWAIT)
 
 
 def hear_message(control: socket.socket, way_out: WayOut) -> bytes:

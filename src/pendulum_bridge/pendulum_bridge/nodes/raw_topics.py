@@ -20,8 +20,8 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 from pendulum_bridge.nodes.offered_qos import choose_qos, demands_more, describe_offer
 from pendulum_bridge.recording.definition import find_definition
 from pendulum_bridge.recording.received_clock import ReceivedClock
-from pendulum_bridge.recording.records import Message, Topic
 from pendulum_bridge.recording.sequence_gaps import SequenceGaps
+from pendulum_twin.bags.records import Message, Topic
 from pendulum_twin.errors import BadInputError
 
 QUEUE = 5000  # messages a topic; the middleware keeps no more

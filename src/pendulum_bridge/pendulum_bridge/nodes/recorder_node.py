@@ -18,10 +18,11 @@ from std_msgs.msg import String
 
 from pendulum_bridge.nodes.raw_topics import RawTopics
 from pendulum_bridge.nodes.recorder_settings import RecorderSettings
-from pendulum_bridge.recording.bag import MEGABYTE, Bag
+from pendulum_bridge.recording.command_latency import read_command_latency
 from pendulum_bridge.recording.kept_files import read_kept_files
 from pendulum_bridge.recording.recover_command import OPTION, run_recover
 from pendulum_bridge.recording.session import Session
+from pendulum_twin.bags.bag import MEGABYTE, Bag
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.health import Health, Level
 from pendulum_twin.nodes.diagnostics import publish_health
@@ -125,7 +126,10 @@ class RecorderNode(Node):
 
 def _create_bag(settings: RecorderSettings) -> Bag:
     files = {"twin": settings.twin, "plan": settings.plan, "driver": settings.driver}
-    custom = {"settings": json.dumps(asdict(settings)), **read_kept_files(files)}
+    kept = read_kept_files({**files, "doctor": settings.doctor})
+    custom = {"settings": json.dumps(asdict(settings)), **kept}
+    if settings.doctor:
+        custom |= read_command_latency(kept["doctor"], settings.doctor)
     if settings.note:
         custom["note"] = settings.note
     return Bag(

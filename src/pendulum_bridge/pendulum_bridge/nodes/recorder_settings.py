@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pendulum_bridge.recording.mcap_file import COMPRESSIONS
+from pendulum_twin.bags.mcap_file import COMPRESSIONS
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.nodes.settings import (
     check_settings,
@@ -42,6 +42,9 @@ class RecorderSettings:
     driver: str = make_text_field("", "the driver's parameters, a file to keep with the recording")
     outcome: str = make_text_field(
         "/excitation/outcome", "topic on which excitation_node says how its plan stands"
+    )
+    doctor: str = make_text_field(
+        "", "the doctor's report (rig_doctor --move --json), a file to keep with the recording"
     )
     note: str = make_text_field("", "a remark to keep with the recording")
 

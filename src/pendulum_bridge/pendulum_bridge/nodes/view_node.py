@@ -22,6 +22,7 @@ from std_srvs.srv import Trigger
 from pendulum_bridge.nodes.trigger_call import call_trigger
 from pendulum_bridge.nodes.view_settings import ViewSettings
 from pendulum_bridge.view.board import Board
+from pendulum_bridge.view.doorman import Doorman
 from pendulum_bridge.view.feed import Feed
 from pendulum_bridge.view.same_origin import is_loopback
 from pendulum_bridge.view.samples import NodeHealth, Sample, Word
@@ -108,10 +109,14 @@ class ViewNode(Node):
 
     def health(self) -> Health:
         """Return the view's own health."""
-        browsers = len(self._page.browsers) if self._page else 0
+        page = self._page
+        figures = {
+            "browsers": len(page.browsers) if page else 0,
+            "connections_turned_away": page.doorman.turned_away if page else 0,
+        }
         if self._failure:
             return Health(Level.ERROR, self._failure)
-        return Health(Level.OK, f"serves {self.url}", {"browsers": browsers})
+        return Health(Level.OK, f"serves {self.url}", figures)
 
     async def press(self, button: str) -> Answer:
         """Call the service of a button and return its answer."""
@@ -129,11 +134,11 @@ class ViewNode(Node):
         self._serving.close()
         super().destroy_node()
 
-    def _make_page_app(self) -> Any:
+    def _make_page_app(self) -> tuple[Any, Doorman]:
         fixed = {"rail_half_length_m": self._settings.rail_half_length_m}
         feed = Feed(self.board.take_snapshot, fixed)
         self._page = Page(self._settings.host, feed, self.press, monotonic, self._complain)
-        return make_app(self._page)
+        return make_app(self._page), self._page.doorman
 
     def _follow(self, key: str, name: str) -> None:
         def word(take: Callable[[str, Word], None]) -> Callable[[Float64], None]:

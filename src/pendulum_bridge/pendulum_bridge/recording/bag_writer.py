@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-import shutil
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from rosbags.rosbag2 import StoragePlugin, Writer
-from rosbags.typesys import Stores, get_typestore
 
 from pendulum_twin.arrays import Floats
+from pendulum_twin.bags.write import Commands, States, write_recording
 from pendulum_twin.errors import BadInputError
 
 STATE_TOPIC, COMMAND_TOPIC = "/rig/joint_states", "/rig/pwm"
-STATE_TYPE, COMMAND_TYPE = "sensor_msgs/msg/JointState", "std_msgs/msg/Float64"
-VERSION: Literal[9] = 9
 
 
 @dataclass(frozen=True)
@@ -62,28 +56,6 @@ def write_bag(
         raise BadInputError(
             f"{path}: expected no folder there, found one: recordings are not overwritten"
         )
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.name}.") as temporary:
-        folder = Path(temporary) / path.name  # the writer names the file after the folder
-        _write(log, folder, state_topic, command_topic)
-        shutil.move(folder, path)
-
-
-def _write(log: Log, folder: Path, state_topic: str, command_topic: str) -> None:
-    types = get_typestore(Stores.ROS2_JAZZY)
-    state, header = types.types[STATE_TYPE], types.types["std_msgs/msg/Header"]
-    time, command = types.types["builtin_interfaces/msg/Time"], types.types[COMMAND_TYPE]
-    names, no_effort = list(log.joints), np.empty(0)
-    with Writer(folder, version=VERSION, storage_plugin=StoragePlugin.MCAP) as writer:
-        states = writer.add_connection(state_topic, STATE_TYPE, typestore=types)
-        if log.commands is not None:
-            commands = writer.add_connection(command_topic, COMMAND_TYPE, typestore=types)
-        for k, stamp in enumerate(log.stamps_ns.tolist()):
-            when = header(time(*divmod(stamp, 10**9)), "")
-            sample = state(
-                when, names, log.positions[k].copy(), log.velocities[k].copy(), no_effort
-            )
-            writer.write(states, stamp, types.serialize_cdr(sample, STATE_TYPE))
-            if log.commands is not None:
-                sent = command(float(log.commands[k]))
-                writer.write(commands, stamp, types.serialize_cdr(sent, COMMAND_TYPE))
+    states = States(state_topic, log.stamps_ns, log.joints, log.positions, log.velocities)
+    sent = None if log.commands is None else Commands(command_topic, log.stamps_ns, log.commands)
+    write_recording(path, states, sent)

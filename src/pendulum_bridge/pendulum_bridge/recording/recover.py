@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 
-from pendulum_bridge.recording.bag import Bag
-from pendulum_bridge.recording.metadata import INDEX, read_index
-from pendulum_bridge.recording.records import Message, Tally, Topic
 from pendulum_bridge.recording.salvage import Salvage
+from pendulum_twin.bags.bag import Bag
+from pendulum_twin.bags.metadata import INDEX, read_index
+from pendulum_twin.bags.records import Message, Tally, Topic
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.files import compute_digest
 

@@ -17,9 +17,9 @@ from mcap.data_stream import ReadDataStream
 from mcap.exceptions import EndOfFile
 from mcap.opcode import Opcode
 
-from pendulum_bridge.recording.bag import IN_FILE
-from pendulum_bridge.recording.metadata import parse_index
-from pendulum_bridge.recording.records import Message, Topic
+from pendulum_twin.bags.bag import IN_FILE
+from pendulum_twin.bags.metadata import parse_index
+from pendulum_twin.bags.records import Message, Topic
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.strict_yaml import parse_yaml
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 from collections.abc import Collection, Iterable, Mapping
 
-from pendulum_bridge.recording.bag import MEGABYTE, Bag
-from pendulum_bridge.recording.records import Message, Topic
+from pendulum_twin.bags.bag import MEGABYTE, Bag
+from pendulum_twin.bags.records import Message, Topic
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.health import Health, Level
 

@@ -99,6 +99,7 @@ class Safety:
     in_vain_s: s; how long the rail guard has pushed without effect.
     writers: who has sent commands lately.
     resumed_s: s, monotonic; when the last standstill of the driver ended.
+    last_word: whether somebody sends PWM 0 when the driver no longer can.
     counts: what was refused.
     active: whether commands and resets are accepted.
     """
@@ -114,6 +115,7 @@ class Safety:
     in_vain_s: float = 0.0
     writers: Writers = Writers()  # noqa: RUF009 (frozen)
     resumed_s: float = -math.inf
+    last_word: bool = True
     counts: Counts = Counts()
     active: bool = True
 
@@ -124,7 +126,7 @@ class FreshSample:
 
     sample: the sample.
     ago_s: s; how long ago it came.
-    gap_s: s; how long after the sample before it came.
+    gap_s: s; how long after the sample before it came, at most.
     """
 
     sample: RigState
@@ -191,6 +193,7 @@ def decide(
     safety: Safety,
     rules: Rules,
     ago_s: float = 0.0,
+    skipped: int = 0,
 ) -> Decision:
     """Return what to send now: stop > watchdog > encoder check > rail guard > limits.
 
@@ -201,12 +204,18 @@ def decide(
     safety: the state after the last decision.
     rules: the constants.
     ago_s: s; how long ago the sample came.
+    skipped: number of older samples since the last decision on a sample. A rig that catches up
+        sends them at once, and each was a period of its time.
     """
     passed_s = watchdog.compute_passed_s(safety.ages, now_s)
     fresh = (
         None
         if sample is None
-        else FreshSample(sample, ago_s, _compute_gap_s(safety, passed_s - ago_s, rules))
+        else FreshSample(
+            sample,
+            ago_s,
+            _compute_gap_s(safety, passed_s - ago_s, rules) + skipped * rules.period_s,
+        )
     )
     if passed_s > STANDSTILL_S:
         safety = replace(safety, resumed_s=now_s)
@@ -273,6 +282,11 @@ def hear_writer(number: int, now_s: float, safety: Safety) -> Safety:
     now_s: s, monotonic.
     """
     return replace(safety, writers=two_writers.hear_writer(number, now_s, safety.writers))
+
+
+def note_last_word(safety: Safety, runs: bool) -> Safety:
+    """Return the state with whether somebody sends PWM 0 when the driver no longer can."""
+    return safety if safety.last_word == runs else replace(safety, last_word=runs)
 
 
 def press_stop(safety: Safety) -> tuple[Safety, Reason | None]:
@@ -392,9 +406,11 @@ def _advance_reset(
 
 
 def _find_reason_for_zero(safety: Safety, rules: Rules) -> Reason | None:
-    """Return why PWM is 0: stop, watchdog or encoders; None when a command can be applied."""
+    """Return why PWM is 0: stop, no last word, watchdog or encoders; None for no reason."""
     if safety.stop.latched:
         return Reason.STOPPED
+    if not safety.last_word:
+        return Reason.NO_LAST_WORD
     silence = watchdog.find_silence(safety.ages, rules.timeouts)
     if reason := silence or safety.encoders.fault:
         return reason

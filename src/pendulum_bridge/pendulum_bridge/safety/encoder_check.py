@@ -50,7 +50,9 @@ def make_encoder_check(
 
     Raises BadInputError for a rig without a cart.
     """
-    return EncoderCheck(compute_reach(rig, limit, period_s, dry_n), compute_holding(rig, dry_n))
+    return EncoderCheck(
+        compute_reach(rig, limit, period_s, dry_n), compute_holding(rig, period_s, dry_n)
+    )
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,12 @@ constants are wrong by CONSTANTS_SPREAD and whose dry friction is as large as is
   of horizontal momentum.
 - The cart's acceleration has changed by more than the pole's friction and a constant torque of any
   size could hide.
-- The reported velocity is the same to the last bit too, and not 0: the same sample over and over.
+- The reported velocity is the same to the last bit too, and would have moved the joint by WAY_M
+  or TURN_RAD: the same sample over and over. (A filtered velocity ends at a tiny number, not 0.)
+
+This computer, or the rig's, may stand still. So a sample counts for at most a period, whatever the
+clock says; a burst counts for the time it took; and after a gap of more than STANDSTILL_S nobody
+knows when commands began to act: lag and way begin anew.
 """
 
 from __future__ import annotations
@@ -25,6 +30,7 @@ from pendulum_twin.rig import Rig
 LAG_S = 0.1  # largest lag of the drive, first order; a delay counts as lag
 # a motion that would have shown itself by now: two steps of a coarse encoder
 WAY_M, TURN_RAD = 0.002, 0.012
+STANDSTILL_S = 0.03  # a gap between samples that a lag of LAG_S does not cover
 WINDOW_S = 0.1  # time over which the cart's acceleration is measured
 COSINE_ERROR = 0.15  # error of the cosine of the pole's angle, as the angle's zero may be wrong
 REPEATED_SAMPLES = 10  # samples in a row with the same position and the same velocity, not 0
@@ -41,6 +47,7 @@ class Holding:
     torque_n_m_s2: N m for each m/s^2; pull of the cart on the pole, at least; 0 without a pole.
     pole_n_m: N m; torque on the pole that may stay hidden.
     end_m: m, from the middle of the rail; beyond it the rail may end.
+    period_s: s, from sample to sample.
     """
 
     force_n: float
@@ -50,11 +57,13 @@ class Holding:
     torque_n_m_s2: float
     pole_n_m: float
     end_m: float
+    period_s: float
 
 
-def compute_holding(rig: Rig, dry_n: float = DRY_N) -> Holding:
+def compute_holding(rig: Rig, period_s: float, dry_n: float = DRY_N) -> Holding:
     """Return what can hold a rig with a cart.
 
+    period_s: s, from sample to sample.
     dry_n: N; dry friction of the cart, at most.
     """
     least, most = 1 - CONSTANTS_SPREAD, 1 + CONSTANTS_SPREAD
@@ -72,6 +81,7 @@ def compute_holding(rig: Rig, dry_n: float = DRY_N) -> Holding:
         torque_n_m_s2=least * lever,
         pole_n_m=DRY_SHARE * weight + seen_n_m,
         end_m=math.inf if rig.rail_half_length_m is None else rig.rail_half_length_m - NEAR_END_M,
+        period_s=period_s,
     )
 
 
@@ -87,6 +97,7 @@ class Still:
     slow_m_s: m/s; the cart's velocity through a filter of WINDOW_S.
     least_m_s2, most_m_s2: m/s^2; range of the cart's acceleration while the pole stood still.
     cart_repeats, pole_repeats: number of samples whose velocity was the same too.
+    cart_repeated_m, pole_repeated_rad: m and rad; ways by these velocities.
     """
 
     state: RigState
@@ -99,6 +110,8 @@ class Still:
     most_m_s2: float = -math.inf
     cart_repeats: int = 0
     pole_repeats: int = 0
+    cart_repeated_m: float = 0.0
+    pole_repeated_rad: float = 0.0
 
 
 def follow_still(
@@ -113,18 +126,23 @@ def follow_still(
     """
     if still is None:
         return Still(sample)
-    still = _follow_cart(still, sample, applied, passed_s, known)
-    return replace(_follow_pole(still, sample, passed_s), state=sample)
+    if passed_s > max(STANDSTILL_S, 1.5 * known.period_s):
+        still = replace(still, drive=0.0, impulse_n_s=0.0, way_m=0.0)
+    counted_s = min(passed_s, known.period_s)
+    still = _follow_cart(still, sample, applied, counted_s, known)
+    return replace(_follow_pole(still, sample, counted_s), state=sample)
 
 
 def find_stuck(still: Still, known: Holding) -> Reason | None:
     """Return which encoder must be stuck, or None."""
-    if still.way_m > WAY_M or still.cart_repeats >= REPEATED_SAMPLES:
+    repeated = still.cart_repeats >= REPEATED_SAMPLES and still.cart_repeated_m > WAY_M
+    if still.way_m > WAY_M or repeated:
         return Reason.CART_STUCK
     share = max(abs(math.cos(still.state.pole_rad)) - COSINE_ERROR, 0.0)
     change_m_s2 = max(still.most_m_s2 - still.least_m_s2, 0.0)
     moved = 0.5 * change_m_s2 * share * known.torque_n_m_s2 > known.pole_n_m
-    return Reason.POLE_STUCK if moved or still.pole_repeats >= REPEATED_SAMPLES else None
+    repeated = still.pole_repeats >= REPEATED_SAMPLES and still.pole_repeated_rad > TURN_RAD
+    return Reason.POLE_STUCK if moved or repeated else None
 
 
 def _follow_cart(
@@ -134,7 +152,14 @@ def _follow_cart(
     drive = applied + (still.drive - applied) * math.exp(-passed_s / LAG_S)
     before = still.state
     if sample.cart_m != before.cart_m or abs(sample.cart_m) > known.end_m:
-        return replace(still, drive=drive, impulse_n_s=0.0, way_m=0.0, cart_repeats=0)
+        return replace(
+            still,
+            drive=drive,
+            impulse_n_s=0.0,
+            way_m=0.0,
+            cart_repeats=0,
+            cart_repeated_m=0.0,
+        )
     force_n = known.force_n * min(abs(drive), abs(still.drive)) - known.dry_n
     turned = drive * still.drive <= 0
     impulse = 0.0 if turned else max(still.impulse_n_s + passed_s * force_n, 0.0)
@@ -149,6 +174,9 @@ def _follow_cart(
         rate_rad_s=rate,
         way_m=still.way_m + passed_s * speed,
         cart_repeats=still.cart_repeats + 1 if repeated else 0,
+        cart_repeated_m=still.cart_repeated_m + passed_s * abs(sample.cart_m_s)
+        if repeated
+        else 0.0,
     )
 
 
@@ -158,7 +186,12 @@ def _follow_pole(still: Still, sample: RigState, passed_s: float) -> Still:
     slow = sample.cart_m_s + (slow - sample.cart_m_s) * math.exp(-passed_s / WINDOW_S)
     if sample.pole_rad != still.state.pole_rad:
         return replace(
-            still, slow_m_s=slow, least_m_s2=math.inf, most_m_s2=-math.inf, pole_repeats=0
+            still,
+            slow_m_s=slow,
+            least_m_s2=math.inf,
+            most_m_s2=-math.inf,
+            pole_repeats=0,
+            pole_repeated_rad=0.0,
         )
     acceleration = (sample.cart_m_s - slow) / WINDOW_S
     repeated = sample.pole_rad_s == still.state.pole_rad_s != 0.0
@@ -168,4 +201,7 @@ def _follow_pole(still: Still, sample: RigState, passed_s: float) -> Still:
         least_m_s2=min(still.least_m_s2, acceleration),
         most_m_s2=max(still.most_m_s2, acceleration),
         pole_repeats=still.pole_repeats + 1 if repeated else 0,
+        pole_repeated_rad=still.pole_repeated_rad + passed_s * abs(sample.pole_rad_s)
+        if repeated
+        else 0.0,
     )

@@ -48,6 +48,12 @@ class Reason(Enum):
         "been silent for 0.5 s.",
     )
 
+    NO_LAST_WORD = (
+        Level.ERROR,
+        "The process that sends PWM 0 when the driver is killed has ended: PWM is 0 until another "
+        "one is ready.",
+    )
+
     FAILED = (
         Level.ERROR,
         "The driver itself failed: PWM is 0 until the next command. Its log says what failed.",

@@ -33,6 +33,8 @@ from pendulum_twin.files import read_json_object
 from pendulum_twin.rig import UNITS, Rig
 
 SCHEMA = "pendulum_verdict/1"
+# answers of which a person may take the sizes for right as well
+PARTLY_RIGHT = (NamesOutcome.RIGHT, NamesOutcome.TIED, NamesOutcome.INCOMPLETE)
 ROW = "  {:<26} {:>10} {:>10}   {:<46} {}"
 
 
@@ -51,10 +53,13 @@ class Comparison:
     def sentence(self) -> str:
         """Return the conclusion for a person."""
         misses = [f"{owner}.{name}" for (owner, name), s in self.sizes.items() if not s.inside]
-        if self.names.outcome is not NamesOutcome.RIGHT or not misses:
+        if not misses or self.names.outcome not in PARTLY_RIGHT:
             return self.names.outcome.sentence
         subject, verb = ("interval", "misses") if len(misses) == 1 else ("intervals", "miss")
-        return f"The names are right, but the {subject} of {', '.join(misses)} {verb} the truth."
+        miss = f"the {subject} of {', '.join(misses)} {verb} the truth"
+        if self.names.outcome is NamesOutcome.RIGHT:
+            return f"The names are right, but {miss}."
+        return f"{self.names.outcome.sentence} And {miss}."
 
 
 def read_verdict(path: str | Path) -> dict[str, Any]:

@@ -12,14 +12,16 @@ from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from importlib.resources import files
+from typing import Any
 
-from aiohttp import WSCloseCode, WSMsgType, web
+from aiohttp import WSCloseCode, web
 from aiohttp.typedefs import Handler
 
+from pendulum_bridge.view.doorman import Doorman
 from pendulum_bridge.view.feed import Feed, keep_ticking
+from pendulum_bridge.view.live import STOP, answer_page
 from pendulum_bridge.view.same_origin import find_refusal
 
-STOP = "stop"
 BUTTONS = (STOP, "clear_stop", "reset", "reset_twin")
 KINDS = {"html": "text/html", "css": "text/css", "js": "text/javascript", "svg": "image/svg+xml"}
 MOST_BROWSERS = 32
@@ -57,6 +59,7 @@ class Page:
     browsers: the open connections.
     pending: buttons whose answer is awaited; each at most once, as a browser opens six requests at
         most and the stop must be among them.
+    doorman: decides which connections stay.
     """
 
     host: str
@@ -67,6 +70,7 @@ class Page:
     heartbeat_s: float = 10.0
     browsers: set[web.WebSocketResponse] = field(default_factory=set)
     pending: set[str] = field(default_factory=set)
+    doorman: Doorman = field(default_factory=Doorman)
 
 
 PAGE: web.AppKey[Page] = web.AppKey("page", Page)
@@ -111,6 +115,7 @@ async def _check_request(request: web.Request, handler: Handler) -> web.StreamRe
     refused = find_refusal(request.headers, page.host, acts)
     if refused:
         return web.json_response(asdict(Answer(False, f"refused. {refused}")), status=403)
+    page.doorman.begin(request.transport)
     try:
         return await handler(request)
     except (web.HTTPException, asyncio.CancelledError):
@@ -120,6 +125,8 @@ async def _check_request(request: web.Request, handler: Handler) -> web.StreamRe
         return web.json_response(
             asdict(Answer(False, f"{request.path} failed: {error!r}")), status=500
         )
+    finally:
+        page.doorman.end(request.transport)
 
 
 async def _add_headers(request: web.Request, response: web.StreamResponse) -> None:
@@ -134,9 +141,22 @@ async def _press_button(request: web.Request) -> web.Response:
         )
     page.pending.add(button)
     try:
-        return web.json_response(asdict(await page.press(button)))
+        return web.json_response(await _perform(page, button))
     finally:
         page.pending.discard(button)
+
+
+async def _perform(page: Page, button: str) -> dict[str, Any]:
+    return asdict(await page.press(button))
+
+
+async def _stop(page: Page) -> dict[str, Any]:
+    """Press the stop for an open page; its connection has no status to report a failure by."""
+    try:
+        return await _perform(page, STOP)
+    except Exception as error:
+        page.complain(f"{STOP} failed: {error!r}")
+        return asdict(Answer(False, f"{STOP} failed: {error!r}"))
 
 
 async def _serve_frames(request: web.Request) -> web.StreamResponse:
@@ -155,24 +175,10 @@ async def _serve_frames(request: web.Request) -> web.StreamResponse:
     page.browsers.add(socket)
     try:
         with suppress(ConnectionError):
-            await _answer_all(socket, page.feed)
+            await answer_page(socket, page.feed, lambda: _stop(page))
     finally:
         page.browsers.discard(socket)
     return socket
-
-
-async def _answer_all(socket: web.WebSocketResponse, feed: Feed) -> None:
-    sent = -1
-    async for question in socket:
-        if question.type is not WSMsgType.TEXT or not question.data.removeprefix("-").isdecimal():
-            await socket.close(
-                code=WSCloseCode.POLICY_VIOLATION, message=b"expected the number of a frame"
-            )
-            return
-        after = int(question.data)
-        await feed.wait_for_newer(max(sent, min(after, feed.number)))
-        sent = feed.number
-        await socket.send_str(feed.write_text(after))
 
 
 async def _say_goodbye(app: web.Application) -> None:

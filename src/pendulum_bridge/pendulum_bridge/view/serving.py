@@ -11,9 +11,13 @@ from threading import Thread
 
 from aiohttp import web
 
+from pendulum_bridge.view.doorman import Doorman, accept_connections
 from pendulum_twin.errors import BadInputError
 
 LONGEST_END_S = 5.0
+# a connection without a whole request is closed after so long: no browser is so slow
+IDLE_S = 5.0
+LINGER_S = 1.0  # for the rest of a request that has been answered
 
 
 def open_listener(host: str, port: int) -> socket.socket:
@@ -61,14 +65,14 @@ class Serving:
     """Serve an application on a socket until closed.
 
     taken: the listening socket.
-    make: makes the application, in the server's thread and event loop.
+    make: makes the application and its doorman, in the server's thread and event loop.
     failed: gets a sentence when the server ends before it is closed.
     """
 
     def __init__(
         self,
         taken: socket.socket,
-        make: Callable[[], web.Application],
+        make: Callable[[], tuple[web.Application, Doorman]],
         failed: Callable[[str], None],
     ) -> None:
         self._socket, self._make, self._failed = taken, make, failed
@@ -93,12 +97,28 @@ class Serving:
             self._socket.close()
 
     async def _serve(self) -> None:
+        app, doorman = self._make()
         runner = web.AppRunner(
-            self._make(), access_log=None, handle_signals=False, shutdown_timeout=1.0
+            app,
+            access_log=None,
+            handle_signals=False,
+            shutdown_timeout=1.0,
+            keepalive_timeout=IDLE_S,
+            lingering_time=LINGER_S,
         )
         await runner.setup()
+        assert runner.server is not None
+        accepting = asyncio.create_task(
+            accept_connections(self._socket, runner.server, doorman), name="accept"
+        )
+        ended = asyncio.create_task(self._ended.wait())
         try:
-            await web.SockSite(runner, self._socket).start()
-            await self._ended.wait()
+            await asyncio.wait((accepting, ended), return_when=asyncio.FIRST_COMPLETED)
+            if accepting.done():
+                accepting.result()
         finally:
+            accepting.cancel()
+            ended.cancel()
+            await asyncio.gather(accepting, ended, return_exceptions=True)
+            self._socket.close()
             await runner.cleanup()

@@ -11,11 +11,11 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import (
     BaseCallback,
     CallbackList,
-    CheckpointCallback,
     EvalCallback,
 )
 from stable_baselines3.common.vec_env import VecEnv
 
+from pendulum_rl_env.learning.policies import save_policy
 from pendulum_rl_env.learning.preset import Preset
 from pendulum_rl_env.learning.result import Result
 
@@ -28,9 +28,31 @@ def note_evaluation(
 ) -> None:
     """Put an evaluation into the result and on the disk; keep the best policy as `policy.zip`."""
     if result.note(model.num_timesteps, wall_s, mean):
-        model.save(out / "policy.zip")
+        save_policy(model, out / "policy.zip")
     result.timesteps = model.num_timesteps
     result.save(out / "result.json")
+
+
+def keep_checkpoint(model: BaseAlgorithm, out: Path) -> None:
+    """Write the learner as it is now among the checkpoints of a folder, for `--resume`."""
+    save_policy(model, out / "checkpoints" / f"policy_{model.num_timesteps}_steps.zip")
+
+
+class Checkpoints(BaseCallback):
+    """Keep a checkpoint every so many steps of all environments together.
+
+    period: steps.
+    out: folder of the training.
+    """
+
+    def __init__(self, period: int, out: Path) -> None:
+        super().__init__()
+        self._period, self._out = period, out
+
+    def _on_step(self) -> bool:
+        if self.n_calls % self._period == 0:
+            keep_checkpoint(self.model, self._out)
+        return True
 
 
 class Milestones(BaseCallback):
@@ -116,6 +138,5 @@ def make_callbacks(
         verbose=0,
         warn=False,
     )
-    period = max(CHECKPOINT_STEPS // preset.environments, 1)
-    keeping = CheckpointCallback(period, str(out / "checkpoints"), name_prefix="policy")
+    keeping = Checkpoints(max(CHECKPOINT_STEPS // preset.environments, 1), out)
     return CallbackList([evaluating, keeping, progress])

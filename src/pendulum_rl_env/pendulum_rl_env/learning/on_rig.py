@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 from stable_baselines3.common.base_class import BaseAlgorithm
-from stable_baselines3.common.callbacks import BaseCallback, CallbackList, CheckpointCallback
+from stable_baselines3.common.callbacks import BaseCallback, CallbackList
 from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.vec_env import VecEnv
 
-from pendulum_rl_env.learning.callbacks import CHECKPOINT_STEPS, note_evaluation
+from pendulum_rl_env.learning.callbacks import CHECKPOINT_STEPS, Checkpoints, note_evaluation
 from pendulum_rl_env.learning.result import Result
 
 
@@ -50,7 +50,7 @@ def learn_on_rig(
     """
     env = model.get_env()
     assert env is not None
-    checkpoints = CheckpointCallback(CHECKPOINT_STEPS, str(out / "checkpoints"), "policy")
+    checkpoints = Checkpoints(CHECKPOINT_STEPS, out)
     while model.num_timesteps < total:
         model._last_obs = None  # so that learning begins with a reset
         model.learn(

@@ -14,7 +14,7 @@ from pendulum_rl_env.in_process import scale_actions
 from pendulum_rl_env.learning.callbacks import Progress
 from pendulum_rl_env.learning.learner import make_learner
 from pendulum_rl_env.learning.on_rig import learn_on_rig
-from pendulum_rl_env.learning.policies import load_policy, make_policy
+from pendulum_rl_env.learning.policies import load_policy, make_policy, save_policy
 from pendulum_rl_env.learning.preset import IN_PROCESS, load_preset
 from pendulum_rl_env.learning.result import SOLVED_MEAN_REWARD, Result
 from pendulum_rl_env.scoring import run_episode
@@ -31,6 +31,7 @@ SETTINGS = {
     "batch_size": 256,
     "n_epochs": 10,
     "clip_range": 0.1,
+    "seed": 0,
 }
 MOST_LOG_STD = -2.0  # of the explored actions, in units of full PWM
 
@@ -53,17 +54,18 @@ def fine_tune(policy: Path, rig: ConcealedRig, steps: int, out: Path) -> float:
         )
     training, evaluation = DummyVecEnv([lambda: _make_env(rig)]), _make_env(rig)
     try:
-        model = PPO.load(policy, training, device="cpu", custom_objects=SETTINGS)
+        model = load_policy(policy, env=training, settings=SETTINGS)
+        assert isinstance(model, PPO)
         model.policy.log_std.data.clamp_(max=MOST_LOG_STD)
         best = run_episode(evaluation, make_policy(model)).reward
         out.mkdir(parents=True, exist_ok=True)
-        model.save(out / "policy.zip")
+        save_policy(model, out / "policy.zip")
         for done in range(0, steps - ROLLOUT_STEPS + 1, ROLLOUT_STEPS):
             model.learn(ROLLOUT_STEPS, reset_num_timesteps=done == 0)
             reward = run_episode(evaluation, make_policy(model)).reward
             if reward > best:
                 best = reward
-                model.save(out / "policy.zip")
+                save_policy(model, out / "policy.zip")
     finally:
         training.close()
         evaluation.close()

@@ -105,6 +105,7 @@ def clean_recording(raw: RawRecording) -> Recording:
         _list_findings(faults, samples.rate.period_s),
         rates,
         retimed.spread_s + spread_s,
+        raw.command_latency,
     )
 
 

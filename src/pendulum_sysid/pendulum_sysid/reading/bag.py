@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rosbags.interfaces import Connection
-from rosbags.rosbag2 import Reader, StoragePlugin, Writer
+from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
 from pendulum_sysid import decisions
 from pendulum_sysid.errors import FileError, UnusableRecording, WrongUse
 from pendulum_sysid.reading import mcap_stream
-from pendulum_sysid.reading.bag_files import BagFiles, find_files
+from pendulum_sysid.reading.bag_files import BagFiles, find_files, find_plan_outcome
+from pendulum_sysid.reading.command_latency import read_command_latency
 from pendulum_sysid.reading.contents import Contents
 from pendulum_sysid.reading.decoding import decode_commands, decode_states, list_joint_names
 from pendulum_sysid.reading.raw import JOINTS, STATE_CHANNELS, RawRecording
 from pendulum_sysid.reading.unpacking import unpack_file, unpack_message
 from pendulum_twin.arrays import Floats, Ints
+from pendulum_twin.bags.write import Commands, States, write_recording
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.files import compute_digest
 from pendulum_twin.topics import PLAYED
@@ -140,8 +141,9 @@ def _make_recording(
         **{channel: columns.get(channel) for channel in STATE_CHANNELS},
         lost_messages=max(0, short) + bad_states + bad_commands,
         cut_short=not contents.whole and not (counted and short == 0),
-        given_up="" if bag.plan_outcome == PLAYED else bag.plan_outcome,
+        given_up="" if find_plan_outcome(bag) == PLAYED else find_plan_outcome(bag),
         damaged_parts=contents.damaged_parts,
+        command_latency=read_command_latency(bag.custom),
     )
 
 
@@ -197,64 +199,15 @@ def write_bag(
             f"{path}: expected a new folder to write, found it there already: name another or "
             "remove it"
         )
+    names = list(joints)
+    rates = np.column_stack([velocities[name] for name in names]) if velocities else None
+    positions = np.column_stack([joints[name] for name in names])
+    times = stamps_ns if command_times_ns is None else command_times_ns
+    sent = None if command is None else Commands(command_topic, times, command)
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.name}.") as folder:
-            whole = Path(folder) / path.name
-            with Writer(whole, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
-                messages = list(_list_states(writer, state_topic, stamps_ns, joints, velocities))
-                if command is not None:
-                    times = stamps_ns if command_times_ns is None else command_times_ns
-                    messages += _list_commands(writer, command_topic, times, command)
-                # by time, so that what is left of a file that was cut holds both topics
-                for connection, time, data in sorted(messages, key=lambda message: message[1]):
-                    writer.write(connection, time, data)
-            for file in whole.glob("*.mcap"):
-                mcap_stream.write_checksums(file)
-            whole.rename(path)
-    except OSError as error:
+        write_recording(path, States(state_topic, stamps_ns, names, positions, rates), sent)
+    except (BadInputError, OSError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
         raise FileError(
-            f"{path}: expected a place to write to, found {error.strerror}: name another"
+            f"{path}: expected a place to write to, found {reason}: name another"
         ) from error
-
-
-Message = tuple[Connection, int, bytes | memoryview]
-
-
-def _list_states(
-    writer: Writer,
-    topic: str,
-    stamps_ns: Ints,
-    joints: Mapping[str, Floats],
-    velocities: Mapping[str, Floats] | None,
-) -> Iterator[Message]:
-    header, time, state = (
-        _STORE.types[name]
-        for name in ("std_msgs/msg/Header", "builtin_interfaces/msg/Time", STATE_TYPE)
-    )
-    connection = writer.add_connection(topic, STATE_TYPE, typestore=_STORE)
-    names, nothing = list(joints), np.empty(0)
-    positions = np.column_stack([joints[name] for name in names]).astype(np.float64)
-    rates = (
-        np.column_stack([velocities[name] for name in names]).astype(np.float64)
-        if velocities
-        else None
-    )
-    for row, stamp in enumerate(stamps_ns.tolist()):
-        message = state(
-            header=header(stamp=time(sec=stamp // 10**9, nanosec=stamp % 10**9), frame_id=""),
-            name=names,
-            position=positions[row],
-            velocity=nothing if rates is None else rates[row],
-            effort=nothing,
-        )
-        yield connection, stamp, _STORE.serialize_cdr(message, STATE_TYPE)
-
-
-def _list_commands(
-    writer: Writer, topic: str, times_ns: Ints, command: Floats
-) -> Iterator[Message]:
-    float64 = _STORE.types[COMMAND_TYPE]
-    connection = writer.add_connection(topic, COMMAND_TYPE, typestore=_STORE)
-    for time, value in zip(times_ns.tolist(), command.tolist(), strict=True):
-        yield connection, time, _STORE.serialize_cdr(float64(data=value), COMMAND_TYPE)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path, PurePath
 from typing import Any
@@ -24,14 +25,13 @@ class BagFiles:
     """Name a bag's data files in the order of recording.
 
     counted: topic -> number of messages by the index, empty when there is none. packed_messages:
-    True when each message is compressed by itself. plan_outcome: how the plan of the recording
-    ended, as its recorder noted; PLAYED when nothing was noted.
+    True when each message is compressed by itself. custom: the index's `custom_data`.
     """
 
     files: tuple[Path, ...]
     counted: dict[str, int] = field(default_factory=dict)
     packed_messages: bool = False
-    plan_outcome: str = PLAYED
+    custom: Mapping[str, Any] = field(default_factory=dict)
 
 
 def find_files(path: Path) -> BagFiles:
@@ -77,7 +77,7 @@ def find_files(path: Path) -> BagFiles:
             tuple(files),
             _read_counts(index),
             str(index.get("compression_mode")).lower() == "message",
-            _read_plan_outcome(index),
+            _read_custom(index),
         )
     )
 
@@ -106,9 +106,14 @@ def _read_index(folder: Path) -> dict[str, Any]:
     return index if isinstance(index, dict) else {}
 
 
-def _read_plan_outcome(index: dict[str, Any]) -> str:
+def _read_custom(index: dict[str, Any]) -> dict[str, Any]:
     custom = index.get("custom_data")
-    return str(custom.get(OUTCOME_KEY, PLAYED)) if isinstance(custom, dict) else PLAYED
+    return custom if isinstance(custom, dict) else {}
+
+
+def find_plan_outcome(bag: BagFiles) -> str:
+    """Return how the plan of a bag ended, as its recorder noted; PLAYED when nothing was noted."""
+    return str(bag.custom.get(OUTCOME_KEY, PLAYED))
 
 
 def _list_entries(index: dict[str, Any], key: str, kind: type) -> list[Any]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from pendulum_sysid import decisions
 from pendulum_sysid.errors import UnusableRecording
+from pendulum_sysid.records import CommandLatency
 from pendulum_twin.arrays import Floats
 
 JOINTS = ("cart", "pole")
@@ -31,6 +32,7 @@ class RawRecording:
         nothing was lost.
     given_up: how the plan of the recording stood at its end, when it was not played to its end;
         empty when it was, or when there was none.
+    command_latency: how late commands act; None where the recording does not say.
 
     Raises UnusableRecording when there is one sample only, times run backwards, no joint is there,
     or more than 5 % of a channel is not finite.
@@ -49,6 +51,7 @@ class RawRecording:
     cut_short: bool = False
     given_up: str = ""
     damaged_parts: int = 0
+    command_latency: CommandLatency | None = None
 
     def __post_init__(self) -> None:
         _check_times(self.state_stamp_s)

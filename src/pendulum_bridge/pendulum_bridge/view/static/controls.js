@@ -4,7 +4,8 @@ const LONGEST_MS = { stop: 4000, clear_stop: 4000, reset: 65000, reset_twin: 650
 const NAMES = { stop: "Stop", clear_stop: "Clear stop", reset: "Reset rig", reset_twin: "Reset twin" };
 
 // said({button, name, success, sentence}); success is null while the answer is awaited.
-export function control(said) {
+// stopOverLink(): the stop once more, over the page's open connection, beside a request of its own.
+export function control(said, stopOverLink) {
   const buttons = [...document.querySelectorAll("[data-button]")];
 
   async function press(element) {
@@ -12,7 +13,9 @@ export function control(said) {
     if (element.ariaDisabled === "true") return;
     if (button !== "stop") element.ariaDisabled = "true"; // a disabled one would lose the focus
     said({ button, name, success: null, sentence: "asked" });
-    const answer = await ask(button);
+    const request = ask(button);
+    const answer = button !== "stop" ? await request
+      : await Promise.any([request, stopOverLink()].map(demandSuccess)).catch(() => request);
     element.ariaDisabled = null;
     said({ button, name, ...answer });
   }
@@ -27,6 +30,12 @@ export function control(said) {
     if (!event.repeat) press(stop);
   }, true);
   window.addEventListener("keyup", (event) => { if (isStop(event)) event.preventDefault(); }, true);
+}
+
+async function demandSuccess(asked) {
+  const answer = await asked;
+  if (!answer.success) throw new Error(answer.sentence);
+  return answer;
 }
 
 async function ask(button) {

@@ -3,9 +3,10 @@
 const SILENT_AFTER_MS = 1500;
 const AGAIN_AFTER_MS = 700;
 
-// frame(object): a new frame; state("open" | "lost"): how the link is.
+// frame(object): a new frame; state("open" | "lost"): how the link is. Returns stop(): stops the rig over the open
+// connection, which needs no new one, and resolves to the answer; rejects when the connection is lost or silent.
 export function follow(frame, state) {
-  let socket = null, heard = 0, number = -1;
+  let socket = null, heard = 0, number = -1, awaited = [];
 
   function connect() {
     number = -1;
@@ -16,6 +17,10 @@ export function follow(frame, state) {
     mine.onmessage = (message) => {
       if (socket !== mine) return;
       const latest = JSON.parse(message.data);
+      if (latest.answer) {
+        awaited.shift()?.resolve(latest.answer);
+        return;
+      }
       const first = number < 0;
       number = latest.number;
       heard = performance.now();
@@ -30,6 +35,7 @@ export function follow(frame, state) {
     if (socket !== mine) return;
     socket = null;
     mine.close();
+    for (const { reject } of awaited.splice(0)) reject(new Error("connection lost"));
     state("lost");
     setTimeout(connect, AGAIN_AFTER_MS);
   }
@@ -38,4 +44,12 @@ export function follow(frame, state) {
   setInterval(() => {
     if (socket && performance.now() - heard > SILENT_AFTER_MS) lost(socket);
   }, 250);
+
+  return function stop() {
+    return new Promise((resolve, reject) => {
+      if (socket?.readyState !== WebSocket.OPEN) return reject(new Error("no connection"));
+      awaited.push({ resolve, reject });
+      socket.send("stop");
+    });
+  };
 }

@@ -92,7 +92,7 @@ function warnOfStop(stopped) {
   banners.set("stop", "error", stopped ? "The stop is latched: the rig takes no command until it is cleared." : null);
 }
 
-follow((latest, first) => {
+const stopOverLink = follow((latest, first) => {
   keep(latest, first);
   frame = latest;
   warn();
@@ -115,7 +115,7 @@ control(({ button, name, success, sentence }) => {
   say(answer, `${name}: ${sentence}`);
   if (button !== "stop" || success === null) return;
   banners.set("unstopped", "error", success ? null : `Stop did not get through: ${sentence}. Use the switch of the rig.`);
-});
+}, stopOverLink);
 
 new ResizeObserver(soon).observe(document.body);
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", soon);

@@ -16,9 +16,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from pendulum_bridge.recording.mcap_file import McapFile, split_into_chunks
-from pendulum_bridge.recording.metadata import format_yaml, make_index, write_index
-from pendulum_bridge.recording.records import Message, Tally, Topic
+from pendulum_twin.bags.mcap_file import McapFile, split_into_chunks
+from pendulum_twin.bags.metadata import format_yaml, make_index, write_index
+from pendulum_twin.bags.records import Message, Tally, Topic
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.files import compute_digest
 
@@ -33,6 +33,7 @@ class Bag:
     compression: of the chunks, "none" or "zstd".
     started_ns: time of the first index, since the epoch.
     custom: texts for the index's `custom_data`; they may be changed until `close`.
+    data_name: name of the data file; "" for the folder's with _0.mcap, as ROS names it.
     least_free_bytes: the bag refuses to write when less is free on the disk.
     Raises BadInputError when the folder exists or cannot be made, or when the disk is full.
     """
@@ -44,6 +45,7 @@ class Bag:
         started_ns: int = 0,
         custom: Mapping[str, str] | None = None,
         least_free_bytes: int = 0,
+        data_name: str = "",
     ) -> None:
         self.folder = Path(os.path.abspath(folder))
         self.custom = {"state": "recording", "started": _format_date(started_ns), **(custom or {})}
@@ -52,7 +54,7 @@ class Bag:
         self._topics: dict[str, Topic] = {}
         self._pending: list[Message] = []
         self._is_cut = self._is_closed = False
-        self._data_path = self.folder / f"{self.folder.name}_0.mcap"
+        self._data_path = self.folder / (data_name or f"{self.folder.name}_0.mcap")
         _make_folder(self.folder)
         try:
             self._check_space()

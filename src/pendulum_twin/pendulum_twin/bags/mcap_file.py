@@ -9,8 +9,8 @@ from typing import IO, cast
 import yaml
 from mcap.writer import CompressionType, Writer
 
-from pendulum_bridge.recording.growing_file import GrowingFile
-from pendulum_bridge.recording.records import Message, Topic
+from pendulum_twin.bags.growing_file import GrowingFile
+from pendulum_twin.bags.records import Message, Topic
 
 LARGEST_CHUNK = 64 * 1024  # bytes before compression
 NEVER = 1 << 62  # bytes after which the writer ends a chunk by itself

@@ -9,7 +9,7 @@ from typing import Any
 
 import yaml
 
-from pendulum_bridge.recording.records import Tally, Topic
+from pendulum_twin.bags.records import Tally, Topic
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.strict_yaml import parse_yaml
 

@@ -1,0 +1,1 @@
+"""Write rosbag2 folders: as messages come, or a whole recording at once."""
