@@ -10,10 +10,18 @@ setup(
     license="Apache-2.0",
     packages=find_packages(exclude=["test", "test.*"]),
     package_data={
-        "pendulum_sysid": ["py.typed", "telling/templates/*", "studies/proof/templates/*"]
+        "pendulum_sysid": [
+            "py.typed",
+            "telling/templates/*",
+            "studies/proof/templates/*",
+            "fleet/templates/*",
+        ]
     },
     python_requires=">=3.12",
-    extras_require={"frames": ["pandas"]},
+    extras_require={
+        "frames": ["pandas"],
+        "fleet": ["dask", "distributed", "duckdb", "fsspec", "pandas", "pyarrow", "ruptures"],
+    },
     install_requires=[
         "Jinja2",
         "lz4",

@@ -37,5 +37,6 @@ def make_plan(arguments: argparse.Namespace) -> Plan:
         twin=None if arguments.twin is None else str(arguments.twin),
         rivals=tuple(rival.name for rival in RIVALS) if arguments.rivals else (),
         dose_tries=arguments.dose_response,
-        processes=arguments.processes,
+        processes=arguments.workers,
+        scheduler=arguments.scheduler,
     )
