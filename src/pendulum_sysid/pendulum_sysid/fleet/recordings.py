@@ -75,7 +75,7 @@ def assign_rigs(
     """Return the recordings with their rigs, and those that no rig of the table claims."""
     pairs, strays = [], []
     for source in sources:
-        rig = find_rig(rigs, source.name)
+        rig = find_rig(rigs, source.path)
         if rig is None or (source.is_table and rig.columns is None):
             strays.append(source)
         else:

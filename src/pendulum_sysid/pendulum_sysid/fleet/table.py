@@ -24,7 +24,7 @@ class RigEntry:
     name: of the rig.
     twin: file of the twin to start from.
     twin_digest: "sha256:..." of that file.
-    pattern: of paths within the folders given; a star stands for any characters, slashes too.
+    pattern: of the ends of addresses; a star stands for any characters, slashes too.
     columns: of its CSV files; None when it has none.
     """
 
@@ -52,8 +52,8 @@ def read_table(path: Path) -> tuple[RigEntry, ...]:
 
 
 def find_rig(rigs: tuple[RigEntry, ...], path: str) -> RigEntry | None:
-    """Return the first rig whose pattern fits a path within the folders; None for none."""
-    return next((rig for rig in rigs if fnmatch(path, rig.pattern)), None)
+    """Return the first rig whose pattern fits the end of an address; None for none."""
+    return next((rig for rig in rigs if fnmatch(path, f"*/{rig.pattern}")), None)
 
 
 def _read_entry(path: Path, name: str, entry: Any) -> RigEntry:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import gzip
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
@@ -15,6 +15,7 @@ from pathlib import Path
 from pendulum_sysid.cleaning.clean import clean_recording
 from pendulum_sysid.errors import UnusableRecording
 from pendulum_sysid.fitting.fit import fit_own_parameters
+from pendulum_sysid.fitting.parameters import list_free_parameters
 from pendulum_sysid.fitting.window_runs import run_windows
 from pendulum_sysid.fleet.recordings import Source, fetch, read_beginning
 from pendulum_sysid.fleet.rows import FAILED, PUT_ASIDE, RIG, RecordingRow, Result, SizeRow
@@ -28,19 +29,10 @@ from pendulum_sysid.records import Fit, Outcome, Recording
 from pendulum_sysid.telling.output_files import format_json
 from pendulum_sysid.telling.report import render_page
 from pendulum_sysid.verdict.record import Verdict
-from pendulum_twin.effects import BY_NAME
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin, load_twin, save_twin
 
 FITTED = "fitted"
-UNITS = {
-    "_kg": "kg",
-    "_kg_m2": "kg m^2",
-    "_n": "N",
-    "_n_s_m": "N s/m",
-    "_n_m_s": "N m s",
-    "_m": "m",
-}
 
 
 @dataclass(frozen=True)
@@ -203,30 +195,25 @@ def _fit(
         before=float(before),
         after=float(after),
     )
-    return row, list_fitted_sizes(row, fitted)
+        free = list_free_parameters(case.twin, fitted.effects, case.scales)
+    return row, list_fitted_sizes(row, fitted, {f.name: f.unit for f in free})
 
 
-def list_fitted_sizes(row: RecordingRow, fitted: Fit) -> tuple[SizeRow, ...]:
-    """Return the estimates of a fit."""
+def list_fitted_sizes(
+    row: RecordingRow, fitted: Fit, units: Mapping[str, str]
+) -> tuple[SizeRow, ...]:
+    """Return the estimates of a fit; units are keyed as its estimates."""
     sizes = []
     for name, e in fitted.estimates.items():
         owner, _, parameter = name.rpartition(".")
         sizes.append(
             SizeRow(
-                row.rig, row.digest, owner or RIG, parameter, name_unit(owner, parameter),
+                row.rig, row.digest, owner or RIG, parameter, units.get(name, ""),
                 float(e.value), float(e.low), float(e.high),
                 identifiable=bool(e.identifiable) and not e.at_bound,
             )
         )  # fmt: skip
     return tuple(sizes)
-
-
-def name_unit(owner: str, parameter: str) -> str:
-    """Return the unit of a size; a constant carries it in its name."""
-    if owner not in ("", RIG):
-        return next((p.unit for p in BY_NAME[owner].parameters if p.name == parameter), "")
-    fits = [suffix for suffix in UNITS if parameter.endswith(suffix)]
-    return UNITS[max(fits, key=len)] if fits else ""
 
 
 def _keep_verdict(verdict: Verdict, work: Work) -> None:
