@@ -23,8 +23,10 @@ from pendulum_sysid import decisions
 from pendulum_twin.arrays import Floats
 
 NEIGHBOURS = 5  # values, over which the running median goes
-FEWEST_DEGREES = 5.0  # of freedom, of the spread's estimate
+FEWEST_DEGREES = 5.0  # of freedom, of the scatter's estimate
 COVERED = 0.95  # of the times within which a change lies
+LEAST_FACTOR = 0.1  # of standard errors: values that do not differ at all are no measurement
+BISECTIONS = 60
 
 
 @dataclass(frozen=True)
@@ -78,12 +80,14 @@ class Change:
 class Course:
     """Hold the pieces of a size's course in time, the changes between them, and the scatter.
 
+    factor: of the standard errors, at most 1: smaller where neighbours differ by less.
     spread: standard deviation of the true values from recording to recording.
     drift_chance: as `Change.chance`, of a drift through all of the history; 1 for none.
     """
 
     pieces: tuple[Piece, ...]
     changes: tuple[Change, ...]
+    factor: float
     spread: float
     drift_chance: float = 1.0
 
@@ -134,8 +138,8 @@ def find_changes(
         beyond the standard errors believed.
     """
     n = len(values)
-    spread = measure_spread(values, errors) if may_drift else 0.0
-    scatter = np.hypot(errors, spread)
+    factor, spread = measure_scatter(values, errors) if may_drift else (1.0, 0.0)
+    scatter = np.hypot(factor * errors, spread)
     drawn = draw_in_outliers(values, scatter) if may_drift else values
     degrees = max(n / 2.0, FEWEST_DEGREES)
     chance = decisions.FALSE_CHANGE_SHARE / sizes_asked
@@ -156,28 +160,30 @@ def find_changes(
     if len(pieces) == 1 and pieces[0].slope:
         gain = cost.constant(0, n) - cost.linear(0, n)
         drift_chance = _compute_chance(gain, sizes_asked, degrees)
-    return Course(tuple(pieces), tuple(changes), spread, drift_chance)
+    return Course(tuple(pieces), tuple(changes), factor, spread, drift_chance)
 
 
-def measure_spread(values: Floats, errors: Floats) -> float:
-    """Return the scatter from recording to recording beyond the standard errors.
+def measure_scatter(values: Floats, errors: Floats) -> tuple[float, float]:
+    """Return the factor of the standard errors, at most 1, and the scatter beyond them.
 
-    It is read off the differences of neighbours, by their median: changes and drifts hardly touch
-    it.
+    Both are read off the differences of neighbours, by their median: changes and drifts hardly
+    touch it. Intervals of a short recording that a wrong model was fitted to are too wide: then
+    their ratios alone are believed (as Birge's ratio does).
     """
-    if len(values) < 3:
-        return 0.0
+    if len(values) < decisions.LEAST_HISTORY:
+        return 1.0, 0.0
     differences = np.diff(values) ** 2
     own = errors[:-1] ** 2 + errors[1:] ** 2
     middle = float(chi2.median(1))
-    low, high = 0.0, float(np.sqrt(differences.max() / middle)) + 1e-300
-    if np.median(differences / own) <= middle:
-        return 0.0
-    for _ in range(60):
+    ratio = float(np.median(differences / own)) / middle
+    if ratio <= 1.0:
+        return max(float(np.sqrt(ratio)), LEAST_FACTOR), 0.0
+    low, high = 0.0, float(np.sqrt(differences.max() / middle))
+    for _ in range(BISECTIONS):
         spread = 0.5 * (low + high)
         ratio = float(np.median(differences / (own + 2.0 * spread**2)))
         low, high = (spread, high) if ratio > middle else (low, spread)
-    return 0.5 * (low + high)
+    return 1.0, 0.5 * (low + high)
 
 
 def draw_in_outliers(values: Floats, scatter: Floats) -> Floats:

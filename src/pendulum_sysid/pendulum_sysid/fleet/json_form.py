@@ -58,6 +58,7 @@ def _encode_size(size: Size) -> dict[str, Any]:
         "today": asdict(size.today),
         "next_week": {"value": value, "low": low, "high": high},
         "spread": size.course.spread,
+        "factor_of_errors": size.course.factor,
     }
 
 

@@ -195,7 +195,7 @@ def _fit(
         before=float(before),
         after=float(after),
     )
-        free = list_free_parameters(case.twin, fitted.effects, case.scales)
+    free = list_free_parameters(case.twin, fitted.effects, case.scales)
     return row, list_fitted_sizes(row, fitted, {f.name: f.unit for f in free})
 
 
