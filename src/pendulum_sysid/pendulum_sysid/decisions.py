@@ -211,6 +211,7 @@ CHECK_SLIGHT = True  # on or off; doubt names that explain little over whole win
 
 # Has a rig changed between its recordings, and is a rig unlike the others?
 FALSE_CHANGE_SHARE = 0.01  # of quiet histories; that may show a change anywhere; derived
+CONFIRMED_SHARE = 0.01  # of shuffled orders; that may show as much as a change that is believed
 LEAST_HISTORY = 8  # recordings; a shorter history of a size shows no change
 LEAST_SEGMENT = 3  # recordings; between changes: two that err together are no change
 HISTORY_OUTLIER = 3.0  # deviations; from its neighbours' median, beyond which a value is drawn in

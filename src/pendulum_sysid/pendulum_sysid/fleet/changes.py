@@ -3,13 +3,14 @@
 The course is piecewise constant or linear. Its pieces are found by PELT (Killick, Fearnhead and
 Eckley 2012) on the likelihood of the estimates with their standard errors. A change costs what
 chance makes of a quiet history in FALSE_CHANGE_SHARE of all cases (Bonferroni over its recordings
-and over all sizes that are asked).
+and over all sizes that are asked). A change must also stand out from the same estimates in
+shuffled orders, which no wrong standard error can fool.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -27,6 +28,7 @@ FEWEST_DEGREES = 5.0  # of freedom, of the scatter's estimate
 COVERED = 0.95  # of the times within which a change lies
 LEAST_FACTOR = 0.1  # of standard errors: values that do not differ at all are no measurement
 BISECTIONS = 60
+SHUFFLES = 1999  # orders, beside the true order
 
 
 @dataclass(frozen=True)
@@ -149,6 +151,11 @@ def find_changes(
     if n >= decisions.LEAST_HISTORY:
         search = ruptures.Pelt(custom_cost=cost, min_size=decisions.LEAST_SEGMENT, jump=1)
         ends = search.fit(drawn).predict(pen=_square_quantile(chance / n, degrees))
+    ends, shuffled = _confirm(drawn, scatter, ends)
+    alone = cost.constant(0, n) - cost.linear(0, n)
+    confirmed_drift = _compare_with_shuffled(drawn, scatter) if len(ends) == 1 else 1.0
+    if confirmed_drift > decisions.CONFIRMED_SHARE and len(ends) == 1:
+        slope_cost = np.inf
     bounds = list(zip([0, *ends[:-1]], ends, strict=True))
     pieces = [_fit_piece(times_s, drawn, scatter, cost, slope_cost, *b) for b in bounds]
     asked = sizes_asked * n
@@ -156,11 +163,48 @@ def find_changes(
         _describe_change(times_s, drawn, scatter, cost, pair, asked, degrees)
         for pair in pairwise(pieces)
     ]
+    changes = [
+        replace(change, chance=min(1.0, max(change.chance, share * sizes_asked)))
+        for change, share in zip(changes, shuffled, strict=True)
+    ]
     drift_chance = 1.0
     if len(pieces) == 1 and pieces[0].slope:
-        gain = cost.constant(0, n) - cost.linear(0, n)
-        drift_chance = _compute_chance(gain, sizes_asked, degrees)
+        drift_chance = _compute_chance(alone, sizes_asked, degrees)
+        drift_chance = min(1.0, max(drift_chance, confirmed_drift * sizes_asked))
     return Course(tuple(pieces), tuple(changes), factor, spread, drift_chance)
+
+
+def _confirm(values: Floats, scatter: Floats, ends: list[int]) -> tuple[list[int], list[float]]:
+    """Return the ends of pieces whose changes stand out from shuffled orders, and these shares.
+
+    The least certain change goes first; its neighbours are then asked again.
+    """
+    ends = list(ends)
+    while True:
+        edges = [0, *ends]
+        shares = [
+            _compare_with_shuffled(values[begin:end], scatter[begin:end])
+            for begin, end in zip(edges[:-2], edges[2:], strict=True)
+        ]
+        if not shares or max(shares) <= decisions.CONFIRMED_SHARE:
+            return ends, shares
+        del ends[int(np.argmax(shares))]
+
+
+def _compare_with_shuffled(values: Floats, scatter: Floats) -> float:
+    """Return the share of shuffled orders in which a step takes away as much as in the true."""
+    orders = np.random.default_rng(0).permuted(
+        np.tile(np.arange(len(values)), (SHUFFLES + 1, 1)), axis=1
+    )
+    orders[0] = np.arange(len(values))
+    weights, products = scatter**-2.0, values * scatter**-2.0
+    w, wy = (np.cumsum(each[orders], axis=1) for each in (weights, products))
+    least = min(decisions.LEAST_SEGMENT, (len(values) - 1) // 2)
+    inner = slice(least - 1, len(values) - least)
+    before, total = w[:, inner], w[:, -1:]
+    step = (wy[:, inner] / before - (wy[:, -1:] - wy[:, inner]) / (total - before)) ** 2
+    gains = (step * before * (total - before)).max(axis=1)
+    return float(np.mean(gains >= gains[0] * (1.0 - 1e-12)))
 
 
 def measure_scatter(values: Floats, errors: Floats) -> tuple[float, float]:

@@ -24,7 +24,14 @@ from pendulum_twin.errors import BadInputError
 
 try:
     import dask
-    from distributed import Client, KilledWorker, LocalCluster, WorkerPlugin, as_completed
+    from distributed import (
+        Client,
+        KilledWorker,
+        LocalCluster,
+        WorkerPlugin,
+        as_completed,
+        get_worker,
+    )
     from distributed.comm.core import CommClosedError
 except ImportError as error:  # pragma: no cover
     raise BadInputError(
@@ -40,6 +47,7 @@ WORKER_KILLS_FORGIVEN = 1  # a task whose worker dies is tried once more, then p
 CONNECT_S = 15.0  # s; that a scheduler may take to answer
 CLOSE_S = 5.0  # s; that workers may take to end
 TIME_UP_STATUS = 75  # exit status of a worker whose task ran too long
+TIME_UP, TIME_UP_SENT_S = "sysid-time-up", 0.5  # topic of the event, and s to send it in
 QUIET = ("distributed", "distributed.nanny", "distributed.scheduler", "distributed.worker")
 
 
@@ -163,8 +171,8 @@ def run_tasks[Item, Result](
     time_limit_s: s; of one task.
     Raises SchedulerLost when the scheduler goes, WrongUse when it has no workers.
     """
-    waiting, started = iter(items), time.monotonic
-    under_way: dict[Any, tuple[Item, float]] = {}
+    waiting = iter(items)
+    under_way: dict[Any, Item] = {}
     finished = as_completed(raise_errors=False)
 
     def fill() -> None:
@@ -178,15 +186,14 @@ def run_tasks[Item, Result](
                 key=f"task-{uuid.uuid4().hex}",
                 pure=False,
             )
-            under_way[future] = (item, started())
+            under_way[future] = item
             finished.add(future)
 
     _wait_for_workers(client)
     fill()
     while under_way:
         future = next(finished)
-        item, begun_s = under_way.pop(future)
-        ending = _read_ending(client, future, item, started() - begun_s, time_limit_s)
+        ending = _read_ending(client, future, under_way.pop(future), time_limit_s)
         fill()
         yield ending
 
@@ -208,9 +215,7 @@ def _wait_for_workers(client: Client) -> None:
         ) from error
 
 
-def _read_ending(
-    client: Client, future: Any, item: Any, elapsed_s: float, time_limit_s: float
-) -> Ending[Any, Any]:
+def _read_ending(client: Client, future: Any, item: Any, time_limit_s: float) -> Ending[Any, Any]:
     if future.status == "finished":
         try:
             return Ending(item, future.result(timeout=CONNECT_S))
@@ -221,8 +226,7 @@ def _read_ending(
     error = future.exception()
     if not isinstance(error, KilledWorker):
         return Ending(item, error=error)
-    attempts = WORKER_KILLS_FORGIVEN + 1
-    if elapsed_s >= attempts * time_limit_s:
+    if any(key == future.key for _, key in client.get_events(TIME_UP)):
         return Ending(item, put_aside=f"it took longer than {time_limit_s:g} s, twice")
     return Ending(item, put_aside="its worker died twice: a crash, or too little memory")
 
@@ -238,10 +242,17 @@ def _run_limited[Item, Result](
     function: Callable[[Item], Result], item: Item, limit_s: float
 ) -> Result:
     """Run the function; end the process when it takes too long, for nothing else stops it."""
-    timer = threading.Timer(limit_s, os._exit, (TIME_UP_STATUS,))
+    worker, key = get_worker(), get_worker().get_current_task()
+    timer = threading.Timer(limit_s, _end_worker, (worker, str(key)))
     timer.daemon = True
     timer.start()
     try:
         return function(item)
     finally:
         timer.cancel()
+
+
+def _end_worker(worker: Any, key: str) -> None:
+    worker.log_event(TIME_UP, key)  # is sent in the background
+    time.sleep(TIME_UP_SENT_S)
+    os._exit(TIME_UP_STATUS)

@@ -219,9 +219,7 @@ def describe_drift(size: Size) -> str:
 
 def describe_chance(chance: float) -> str:
     """Return how often quiet histories show as much."""
-    if chance < 1e-9:
-        return "a quiet history shows as much less than once in 1e9"
-    return f"a quiet history shows as much once in {1 / chance:.3g}"
+    return f"of quiet histories at most one in {1 / chance:.3g} shows as much"
 
 
 def describe_history(history: History) -> list[str]:

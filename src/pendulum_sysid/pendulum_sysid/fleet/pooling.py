@@ -6,12 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize, minimize_scalar
+from scipy.optimize import minimize_scalar
 from scipy.stats import t as student
 
 from pendulum_twin.arrays import Floats
 
 COVERED = 0.95  # of intervals
+DEVIATIONS = 1.96  # to either side of such an interval
+REACH, STEPS = 3.0, 40  # of the grid of standard deviations: times what shows, and points
 
 
 @dataclass(frozen=True)
@@ -54,9 +56,9 @@ def pool_estimates(values: Floats, errors: Floats) -> Pooled:
     scatter = float(weights @ (values - mean) ** 2) / max(n - 1, 1)
     error = float(np.sqrt(max(scatter, 1.0) / total))
     # a recording alone knows no scatter: its own interval stands
-    half = error * (student.isf((1 - COVERED) / 2, n - 1) if n > 1 else 1.96)
+    half = error * (student.isf((1 - COVERED) / 2, n - 1) if n > 1 else DEVIATIONS)
     ahead = float(np.hypot(spread, error))
-    half_ahead = ahead * (student.isf((1 - COVERED) / 2, n - 2) if n > 2 else 1.96 * 2)
+    half_ahead = ahead * (student.isf((1 - COVERED) / 2, n - 2) if n > 2 else 2 * DEVIATIONS)
     return Pooled(
         mean, mean - half, mean + half, error, spread, mean - half_ahead, mean + half_ahead, n
     )
@@ -101,44 +103,49 @@ class Family:
 
 
 def pool_family(groups: Sequence[tuple[Floats, Floats]]) -> Family:
-    """Return the hierarchical mean of rigs: y = mean + rig + recording + error, by REML.
+    """Return the hierarchical mean of rigs: y = mean + rig + recording + error.
 
-    groups: of each rig, the estimates and their standard errors.
+    groups: of each rig, at least 3, the estimates and their standard errors.
+
+    Both standard deviations are averaged over with a flat prior (Gelman 2006), because a single
+    best value, often 0, makes intervals too narrow: they held the truth in 85 % instead of 95 %.
     """
-    first = [pool_estimates(values, errors) for values, errors in groups]
-    everything = np.concatenate([values for values, _ in groups])
-    scale = float(np.std(everything)) or float(np.median(np.concatenate([e for _, e in groups])))
-    begin = [
-        max(float(np.std([p.value for p in first])), 1e-3 * scale) / scale,
-        max(float(np.median([p.spread for p in first])), 1e-3 * scale) / scale,
-    ]
-
-    def compute_cost(logs: Floats) -> float:
-        between, within = scale * np.exp(logs)
-        weights, means, cost = _summarise(groups, within)
-        variances = between**2 + 1.0 / weights
-        trust = 1.0 / variances
-        mean = trust @ means / trust.sum()
-        cost += np.log(variances).sum() + np.log(trust.sum()) + trust @ (means - mean) ** 2
-        return float(cost)
-
-    solution = minimize(compute_cost, np.log(begin), method="L-BFGS-B", bounds=[(-12.0, 3.0)] * 2)
-    between, within = (float(scale * x) for x in np.exp(solution.x))
-    weights, means, _ = _summarise(groups, within)
-    trust = 1.0 / (between**2 + 1.0 / weights)
-    mean, error = float(trust @ means / trust.sum()), float(trust.sum() ** -0.5)
-    quantile = float(student.isf((1 - COVERED) / 2, max(len(groups) - 1, 1)))
-    rigs = tuple(
-        _shrink(weights[r], means[r], between, mean, error, within, len(values), everything.size)
-        for r, (values, _) in enumerate(groups)
-    )
-    return Family(mean, mean - quantile * error, mean + quantile * error, between, within, rigs)
+    alone = [pool_estimates(values, errors) for values, errors in groups]
+    means = np.array([pooled.value for pooled in alone])
+    widest_error = max(float(np.median([pooled.error for pooled in alone])), 1e-300)
+    betweens = np.linspace(0.0, REACH * max(float(np.std(means)), widest_error), STEPS)
+    withins = np.linspace(0.0, REACH * max(_measure_scatter(groups), widest_error), STEPS)
+    grids = [_weigh(groups, within, betweens) for within in withins]
+    costs = np.array([grid.costs for grid in grids])
+    likely = np.exp(-0.5 * (costs - costs.min()))
+    likely /= likely.sum()
+    centre = np.array([grid.means for grid in grids])
+    mean, error = _mix(likely, centre, np.array([grid.variances for grid in grids]))
+    within = float((likely.sum(axis=1) @ withins**2) ** 0.5)
+    rigs = []
+    for r, pooled in enumerate(alone):
+        values = np.array([grid.rig_means[:, r] for grid in grids])
+        value, own = _mix(likely, values, np.array([g.rig_variances[:, r] for g in grids]))
+        half, ahead = DEVIATIONS * own, DEVIATIONS * float(np.hypot(own, within))
+        ends = (value - half, value + half)
+        rigs.append(Pooled(value, *ends, own, within, value - ahead, value + ahead, pooled.count))
+    half = error * float(student.isf((1 - COVERED) / 2, max(len(groups) - 1, 1)))
+    between = float((likely.sum(axis=0) @ betweens**2) ** 0.5)
+    return Family(mean, mean - half, mean + half, between, within, tuple(rigs))
 
 
-def _summarise(
-    groups: Sequence[tuple[Floats, Floats]], within: float
-) -> tuple[Floats, Floats, float]:
-    """Return each rig's weight and mean, and the cost of the recordings about these means."""
+@dataclass(frozen=True)
+class _Grid:
+    """Hold, for each standard deviation between rigs: cost, mean, and what each rig becomes."""
+
+    costs: Floats
+    means: Floats
+    variances: Floats
+    rig_means: Floats
+    rig_variances: Floats
+
+
+def _weigh(groups: Sequence[tuple[Floats, Floats]], within: float, betweens: Floats) -> _Grid:
     weights, means, cost = [], [], 0.0
     for values, errors in groups:
         variances = errors**2 + within**2
@@ -146,34 +153,31 @@ def _summarise(
         mean = own @ values / own.sum()
         weights.append(own.sum())
         means.append(mean)
-        cost += np.log(variances).sum() + np.log(own.sum()) + own @ (values - mean) ** 2
-    return np.array(weights), np.array(means), float(cost)
-
-
-def _shrink(
-    weight: float,
-    own_mean: float,
-    between: float,
-    mean: float,
-    mean_error: float,
-    within: float,
-    count: int,
-    total: int,
-) -> Pooled:
-    """Return a rig's size, drawn towards the mean of all rigs as far as it is unsure itself."""
-    prior = 1.0 / max(between, 1e-12 * abs(mean) + 1e-300) ** 2
-    share = prior / (prior + weight)
-    value = (1.0 - share) * own_mean + share * mean
-    error = float(np.sqrt(1.0 / (prior + weight) + (share * mean_error) ** 2))
-    quantile = float(student.isf((1 - COVERED) / 2, max(total - 2, 1)))
-    ahead = float(np.hypot(error, within))
-    return Pooled(
-        value,
-        value - quantile * error,
-        value + quantile * error,
-        error,
-        within,
-        value - quantile * ahead,
-        value + quantile * ahead,
-        count,
+        cost += float(np.log(variances).sum() + np.log(own.sum()) + own @ (values - mean) ** 2)
+    precision, centre = np.array(weights), np.array(means)
+    spread = betweens[:, None] ** 2 + 1.0 / precision
+    trust = 1.0 / spread
+    total = trust.sum(axis=1)
+    common = (trust @ centre) / total
+    costs = cost + np.log(spread).sum(axis=1) + np.log(total)
+    costs += (trust * (centre - common[:, None]) ** 2).sum(axis=1)
+    share = 1.0 / precision / spread  # of the common mean in a rig's size
+    return _Grid(
+        costs,
+        common,
+        1.0 / total,
+        (1.0 - share) * centre + share * common[:, None],
+        (1.0 - share) / precision + share**2 / total[:, None],
     )
+
+
+def _mix(likely: Floats, means: Floats, variances: Floats) -> tuple[float, float]:
+    """Return mean and standard deviation of a mixture."""
+    mean = float((likely * means).sum())
+    return mean, float(np.sqrt((likely * (variances + (means - mean) ** 2)).sum()))
+
+
+def _measure_scatter(groups: Sequence[tuple[Floats, Floats]]) -> float:
+    """Return the standard deviation of estimates about their rigs' means."""
+    squares = [np.sum((values - values.mean()) ** 2) for values, _ in groups]
+    return float(np.sqrt(sum(squares) / max(sum(len(v) - 1 for v, _ in groups), 1)))
