@@ -154,7 +154,7 @@ class Store:
             database.register("every_size", sizes)
             # while files are merged a row may be there twice, in the same batch
             database.execute(f"CREATE VIEW latest AS {LATEST}")
-            return database.execute(question).df().drop_duplicates(ignore_index=True)
+            return database.execute(question).df().drop_duplicates().reset_index(drop=True)
 
     def name_verdict_folder(self, rig: str, digest: str) -> str:
         """Return the folder of a recording's verdict and report, within the store."""
