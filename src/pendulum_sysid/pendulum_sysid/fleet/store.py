@@ -49,10 +49,11 @@ LATEST = f"""
         ) AS place_in_row FROM every_row
     ) WHERE place_in_row = 1 ORDER BY rig, time, digest
 """
+# distinct: while files are merged a row may be there twice, in the same batch
 JOINED = """
-    SELECT s.* EXCLUDE (batch), r.time, r.outcome, r.path
+    SELECT DISTINCT s.* EXCLUDE (batch), r.time, r.outcome, r.path
     FROM every_size s JOIN latest r ON s.rig = r.rig AND s.digest = r.digest AND s.batch = r.batch
-    ORDER BY s.rig, r.time, s.digest, s.owner, s.parameter
+    ORDER BY rig, time, digest, owner, parameter
 """
 
 
@@ -152,9 +153,8 @@ class Store:
             sizes = self._read_all(SIZES, SIZE_SCHEMA)
             database.register("every_row", rows)
             database.register("every_size", sizes)
-            # while files are merged a row may be there twice, in the same batch
             database.execute(f"CREATE VIEW latest AS {LATEST}")
-            return database.execute(question).df().drop_duplicates().reset_index(drop=True)
+            return database.execute(question).df()
 
     def name_verdict_folder(self, rig: str, digest: str) -> str:
         """Return the folder of a recording's verdict and report, within the store."""
