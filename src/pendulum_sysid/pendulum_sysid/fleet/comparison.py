@@ -90,9 +90,12 @@ def compare_rigs(histories: Sequence[History]) -> Comparison:
 
 
 def get_recent(size: Size) -> tuple[Floats, Floats]:
-    """Return the estimates since the last change, and their standard errors."""
-    rows = size.rows.iloc[size.course.pieces[-1].begin :]
-    return rows["value"].to_numpy(float), rows["error"].to_numpy(float)
+    """Return the estimates since the last change, a drift taken off, and their standard errors."""
+    piece = size.course.pieces[-1]
+    rows = size.rows.iloc[piece.begin :]
+    stamps = np.array([time.timestamp() for time in rows["time"]])
+    drift = piece.slope * (stamps - stamps[-1])
+    return rows["value"].to_numpy(float) - drift, rows["error"].to_numpy(float)
 
 
 def _find_unlike(name: str, group: Sequence[tuple[str, Size]], asked: int) -> list[Unlike]:

@@ -11,7 +11,7 @@ import pandas as pd
 
 from pendulum_sysid import decisions
 from pendulum_sysid.errors import FileError
-from pendulum_sysid.fleet.changes import Change, Course, find_changes
+from pendulum_sysid.fleet.changes import Change, Course, Piece, find_changes
 from pendulum_sysid.fleet.pooling import Pooled, pool_estimates
 from pendulum_sysid.fleet.rows import RIG
 from pendulum_sysid.fleet.store import Store
@@ -32,7 +32,7 @@ class Size:
         unit: SI unit; empty for `named`.
         rows: the estimates: time, path, digest, value, low, high, error; by time.
         course: its pieces and changes.
-        today: pooled since the last change.
+        today: pooled since the last change; of a drift, where it is at the last recording.
         next_week: value, low and high expected at a recording a week after the last.
     """
 
@@ -171,9 +171,22 @@ def _make_size(owner: str, parameter: str, unit: str, rows: pd.DataFrame, asked:
         error = np.hypot(last.error, last.slope_error * (ahead_s - last.middle_s))
         half = 2.0 * float(np.hypot(error, course.spread))
         expected = (value, value - half, value + half)
+        today = _read_drift(last, times[-1], course.spread, today.count)
     else:
         expected = (today.value, today.expected_low, today.expected_high)
     return Size(owner, parameter, unit, rows, course, today, expected)
+
+
+def _read_drift(piece: Piece, time_s: float, spread: float, count: int) -> Pooled:
+    """Return where a drift is at a time."""
+    value = piece.predict(time_s)
+    error = float(np.hypot(piece.error, piece.slope_error * (time_s - piece.middle_s)))
+    half, ahead = (
+        decisions.INTERVAL_DEVIATIONS * error,
+        decisions.INTERVAL_DEVIATIONS * float(np.hypot(error, spread)),
+    )
+    ends = (value - half, value + half)
+    return Pooled(value, *ends, error, spread, value - ahead, value + ahead, count)
 
 
 def describe_when(size: Size, change: Change) -> str:

@@ -66,11 +66,8 @@ def make_twin_of_today(store: Store, history: History) -> tuple[Twin, dict[str, 
 
 
 def limit_value(size: Size) -> float:
-    """Return the value of today, at the end of a drift where there is one, within its bounds."""
-    last = size.course.pieces[-1]
+    """Return the value of today within its bounds."""
     value = size.today.value
-    if last.slope:
-        value = last.predict(size.rows["time"].iloc[-1].timestamp())
     if size.owner == RIG:
         return max(value, 0.0)
     parameter = next(p for p in BY_NAME[size.owner].parameters if p.name == size.parameter)
