@@ -20,10 +20,19 @@ setup(
     license_files=["LICENSE"],
     packages=find_packages(exclude=["test", "test.*"]),
     package_data={
-        "pendulum_sysid": ["py.typed", "telling/templates/*", "studies/proof/templates/*"]
+        "pendulum_sysid": [
+            "py.typed",
+            "telling/templates/*",
+            "studies/proof/templates/*",
+            "fleet/templates/*",
+        ]
     },
     python_requires=">=3.12",
-    extras_require={"frames": ["pandas"], "test": ["hypothesis", "pytest"]},
+    extras_require={
+        "frames": ["pandas"],
+        "test": ["hypothesis", "pytest"],
+        "fleet": ["dask", "distributed", "duckdb", "fsspec", "pandas", "pyarrow", "ruptures"],
+    },
     install_requires=[
         "Jinja2",
         "lz4",

@@ -20,9 +20,9 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from support.hidden_physics import record_hidden
 from support.made_recordings import INTECO
 
+from pendulum_sysid.fleet.engine import ONE_THREAD
+from pendulum_sysid.fleet.warm_up import compile_kernels
 from pendulum_sysid.pipeline import diagnose
-from pendulum_sysid.studies.proof.warm_up import compile_kernels
-from pendulum_sysid.studies.proof.workers import ONE_THREAD
 
 EFFECTS = {"cart_coulomb_friction": {"level_n": 0.5}, "input_delay": {"delay_s": 0.023}}
 SEED = 5

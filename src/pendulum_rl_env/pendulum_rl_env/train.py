@@ -56,12 +56,15 @@ REPLAY_FILE = "replay.npz"
 CHECKPOINT_NUMBER = re.compile(r"policy_(\d+)_steps")
 
 
-def main(arguments: list[str] | None = None) -> int:
+def main(arguments: list[str] | None = None, started_s: float = STARTED_S) -> int:
     """Run `train`; return 0 when it is done, 1 when it could not be or was interrupted.
 
     The reason is on stderr.
+
+    started_s: monotonic time, s, from which the wall time counts.
     """
     options = _parse_options(arguments)
+    options.started_s = started_s
     saved = f"what was saved before is in {options.out}"
     return run_command("train", lambda: _train(options), saved)
 
@@ -86,13 +89,14 @@ def _learn(
 ) -> Result:
     """Learn until the end or Ctrl-C, save, and return the result."""
     result = Result(options.env, options.preset, preset.algorithm, options.seed)
-    first, start_s = model.num_timesteps, _measure_running_s()
+    measure_s = _make_stopwatch(options.started_s)
+    first, start_s = model.num_timesteps, measure_s()
     try:
         _run_learning(options, preset, model, evaluation, result)
     except KeyboardInterrupt:
         result.interrupted = True
-    result.timesteps, result.wall_s = model.num_timesteps, round(_measure_running_s(), 3)
-    learning_s = max(_measure_running_s() - start_s, 1e-9)
+    result.timesteps, result.wall_s = model.num_timesteps, round(measure_s(), 3)
+    learning_s = max(measure_s() - start_s, 1e-9)
     result.steps_per_s = round((model.num_timesteps - first) / learning_s, 1)
     _save(model, options.out, result)
     return result
@@ -105,16 +109,14 @@ def _run_learning(
     evaluation: VecEnv,
     result: Result,
 ) -> None:
-    out, until = options.out, options.until
+    out, until, measure_s = options.out, options.until, _make_stopwatch(options.started_s)
     total, first = options.timesteps or preset.timesteps, model.num_timesteps
     progress = Progress(total, _print_progress)
     if options.rig is not None:
         every, episodes = preset.evaluate_every, RIG_EVALUATION_EPISODES
-        learn_on_rig(
-            model, total, every, episodes, result, out, until, _measure_running_s, progress
-        )
+        learn_on_rig(model, total, every, episodes, result, out, until, measure_s, progress)
         return
-    milestones = Milestones(result, out, until, _measure_running_s)
+    milestones = Milestones(result, out, until, measure_s)
     model.learn(
         max(total - first, 1),
         callback=make_callbacks(
@@ -233,8 +235,8 @@ def _make_environments(options: argparse.Namespace, preset: Preset) -> tuple[Vec
     return FleetVecEnv(fleet), FleetVecEnv(best)
 
 
-def _measure_running_s() -> float:
-    return time.monotonic() - STARTED_S
+def _make_stopwatch(started_s: float) -> Callable[[], float]:
+    return lambda: time.monotonic() - started_s
 
 
 def _print_progress(line: str) -> None:

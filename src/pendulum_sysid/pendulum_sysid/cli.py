@@ -29,6 +29,7 @@ MODULES = {  # verb -> module, whose `run(arguments)` returns the exit status
     "import": "verbs.import_csv",
     "next": "verbs.next",
     "prove": "studies.prove",
+    "fleet": "verbs.fleet",
 }
 
 

@@ -281,3 +281,14 @@ ACCEPT_LIKELIHOOD = True  # on or off; an effect in a few windows may win by lik
 CHECK_SHAPES = True  # on or off; doubt a name whose law has another shape
 CHECK_OUTWEIGHED = True  # on or off; doubt names that one missing force outweighs
 CHECK_SLIGHT = True  # on or off; doubt names that explain little over whole windows
+
+# Has a rig changed between its recordings, and is a rig unlike the others?
+FALSE_CHANGE_SHARE = 0.01  # of quiet histories; that may show a change anywhere; derived
+CONFIRMED_SHARE = 0.01  # of shuffled orders; that may show as much as a change that is believed
+LEAST_HISTORY = 8  # recordings; a shorter history of a size shows no change
+LEAST_SEGMENT = 3  # recordings; between changes: two that err together are no change
+HISTORY_OUTLIER = 3.0  # deviations; from its neighbours' median, beyond which a value is drawn in
+FALSE_UNLIKE_SHARE = 0.05  # of comparisons; in which a rig may be called unlike by chance; derived
+LEAST_RIGS = 4  # rigs; fewer do not say what is usual
+SHARED_BY_RIGS = 0.5  # of rigs; an effect of more of them belongs into the nominal twin
+NAMED_OFTEN = 0.5  # of recordings; an effect named in more of them is the rig's

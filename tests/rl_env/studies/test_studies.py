@@ -80,7 +80,16 @@ def test_the_study_makes_its_table_and_goes_on_from_what_is_there(
     shutil.copytree(control.folder / "diagnosis", trial / "found")
     arguments = ["--rigs", "1", "--seed", "3", "--out", str(out), "--twin", TWIN]
     arguments += ["--preset", quick, "--kinds", "single:1", "--fine-steps", "2048"]
-    arguments += ["--processes", "1", "--scratch-rigs", "1", "--scratch-steps", "100"]
+    arguments += [
+        "--processes",
+        "1",
+        "--trainings",
+        "1",
+        "--scratch-rigs",
+        "1",
+        "--scratch-steps",
+        "100",
+    ]
     assert transfer.main(arguments) == 0
     first = capsys.readouterr().out
     study = json.loads((out / "transfer.json").read_text(encoding="utf-8"))

@@ -1,4 +1,4 @@
-"""Command lines in worker processes: their failures are told, their output is not mixed in."""
+"""Studies on the engine, and command lines within them: failures are told, output apart."""
 
 import argparse
 import os
@@ -6,8 +6,11 @@ import sys
 
 import pytest
 
-from pendulum_rl_env.studies.workers import ONE_CORE, limit_workers_to_one_core, run_in_worker
+from pendulum_rl_env.studies.workers import run_program, run_study
+from pendulum_sysid.fleet.engine import ONE_THREAD
 from pendulum_twin.errors import BadInputError
+
+OPTIONS = argparse.Namespace(workers=1, scheduler=None)
 
 
 def greet(arguments: list[str]) -> int:
@@ -21,36 +24,36 @@ def refuse(arguments: list[str]) -> int:
     return 0
 
 
-def die(arguments: list[str]) -> int:
-    os._exit(7)
-
-
-def check_cores(arguments: list[str]) -> int:
-    return 0 if all(os.environ.get(name) == value for name, value in ONE_CORE.items()) else 1
+def act(item: str) -> str:
+    if item == "die":
+        os._exit(7)
+    if item == "greet":
+        run_program("greet", greet, ["there", "3"])
+    return item + str([os.environ.get(name) for name in ("OMP_NUM_THREADS", "NUMBA_NUM_THREADS")])
 
 
 def test_a_command_line_that_succeeds_prints_nothing_here(capfd) -> None:
-    run_in_worker("greet", greet, ["there", "0"])
+    run_program("greet", greet, ["there", "0"])
     assert capfd.readouterr() == ("", "")
 
 
 def test_a_failure_is_told_with_the_end_of_stderr() -> None:
     with pytest.raises(BadInputError, match=r"^greet ended with status 3: first / second there$"):
-        run_in_worker("greet", greet, ["there", "3"])
+        run_program("greet", greet, ["there", "3"])
 
 
 def test_refused_arguments_are_a_failure_too() -> None:
     with pytest.raises(BadInputError, match=r"refuse ended with status 2: .*unrecognized"):
-        run_in_worker("refuse", refuse, ["--colour", "red"])
+        run_program("refuse", refuse, ["--colour", "red"])
 
 
-def test_a_process_that_dies_is_told() -> None:
-    with pytest.raises(BadInputError, match="die: expected its result, but its process"):
-        run_in_worker("die", die, [])
+def test_results_come_in_order_from_workers_of_one_thread() -> None:
+    assert set(ONE_THREAD.values()) == {"1"}
+    assert run_study(act, ["b", "a"], OPTIONS) == ["b['1', '1']", "a['1', '1']"]
 
 
-def test_workers_use_one_core_while_they_are_limited_to_it() -> None:
-    before = dict(os.environ)
-    with limit_workers_to_one_core():
-        run_in_worker("check_cores", check_cores, [])
-    assert dict(os.environ) == before
+def test_the_rest_is_done_before_a_failure_is_told() -> None:
+    ended: list[str] = []
+    with pytest.raises(BadInputError, match=r"greet ended with status 3|died twice"):
+        run_study(act, ["greet", "die", "c"], OPTIONS, lambda item, result: ended.append(item))
+    assert ended == ["c"]

@@ -12,6 +12,7 @@ import pytest
 from support.prove_trials import end_process, write_trial
 
 from pendulum_sysid.cli import main
+from pendulum_sysid.fleet.engine import Engine
 from pendulum_sysid.studies.errors import WorkerError
 from pendulum_sysid.studies.proof import examine_trial, record_trial, workers
 from pendulum_sysid.studies.proof.examine_trial import prepare_ground, run_diagnosis, run_rival
@@ -157,7 +158,7 @@ def test_a_proof_that_is_broken_off_leaves_no_process(folder: Path, tmp_path: Pa
     for number in range(2):
         write_trial(locate_trial(trials, number), {}, seed=1, seconds=8.0)
     with pytest.raises(KeyboardInterrupt):
-        examine_trials(trials, 2, (), (), 1, break_off)
+        examine_trials(trials, 2, (), (), Engine(workers=1), break_off)
     deadline = time.monotonic() + DEADLINE_S
     for child in set(multiprocessing.active_children()) - before:
         child.join(deadline - time.monotonic())
@@ -170,7 +171,7 @@ def test_a_worker_that_dies_ends_the_proof_with_a_sentence(
     """Not bad input: the machinery broke, and the same command goes on."""
     monkeypatch.setattr(workers, "_record_and_examine", end_process)
     with pytest.raises(WorkerError, match="run the same command again"):
-        examine_trials(tmp_path / "trials", 1, (), (), 1, lambda trial: None)
+        examine_trials(tmp_path / "trials", 1, (), (), Engine(workers=1), lambda trial: None)
     status, out, err = run_prove(capsys, "--trials", 1, "--seed", 1, "--out", tmp_path / "out")
     assert (status, out) == (1, "") and err.startswith("sysid: a process that examined trials")
     assert not issubclass(WorkerError, BadInputError)

@@ -20,7 +20,6 @@ from pendulum_rl_env.learning.policies import load_policy, make_policy
 from pendulum_rl_env.scoring import Episode, describe_reward, run_episode
 from pendulum_rl_env.studies import stages
 from pendulum_rl_env.studies.stages import ConcealedRig
-from pendulum_rl_env.studies.workers import limit_workers_to_one_core
 from pendulum_rl_env.task import Task
 from pendulum_rl_env.video import save_video
 from pendulum_twin.command_line import run_command
@@ -44,14 +43,13 @@ def _identify_and_control(options: argparse.Namespace) -> None:
         "Recording a minute of excitation from a rig with something concealed "
         f"(seed {options.seed}) ..."
     )
-    with limit_workers_to_one_core():
-        rig = stages.conceal(out, 0, options.seed, options.kinds, options.twin)
-        _say("Diagnosing ...")
-        diagnosis = stages.diagnose(rig, out / "diagnosis")
-        _say(f"  {diagnosis.verdict['sentence']}")
-        _say("Training in the identified twin (about a minute on two idle cores) ...")
-        how = ["--preset", options.preset, "--verdict", str(diagnosis.file)]
-        policy = stages.train_until_good(diagnosis.twin, out / "policy", options.seed, how)
+    rig = stages.conceal(out, 0, options.seed, options.kinds, options.twin)
+    _say("Diagnosing ...")
+    diagnosis = stages.diagnose(rig, out / "diagnosis")
+    _say(f"  {diagnosis.verdict['sentence']}")
+    _say("Training in the identified twin (about a minute on two idle cores) ...")
+    how = ["--preset", options.preset, "--verdict", str(diagnosis.file)]
+    policy = stages.train_until_good(diagnosis.twin, out / "policy", options.seed, how)
     result = json.loads((policy.parent / "result.json").read_text(encoding="utf-8"))
     _say(f"  in the twin: mean reward {result['best_mean_reward']:.0f}, {result['wall_s']:.0f} s")
     _show_on_rig(rig, policy, out)

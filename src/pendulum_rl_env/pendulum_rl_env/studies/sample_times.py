@@ -9,7 +9,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from pendulum_rl_env.studies import stages
-from pendulum_rl_env.studies.workers import limit_workers_to_one_core
+from pendulum_rl_env.studies.workers import add_engine_options, run_study
 from pendulum_rl_env.task import EPISODE_S, Task
 from pendulum_twin.command_line import run_command
 from pendulum_twin.files import write_atomically
@@ -36,9 +36,9 @@ def main(arguments: list[str] | None = None) -> int:
 def _study(options: argparse.Namespace) -> None:
     load_twin(options.twin)
     seeds = range(options.seed, options.seed + options.seeds)
-    with limit_workers_to_one_core(), ThreadPoolExecutor(options.processes) as pool:
-        pairs = list(product(options.step_s, seeds))
-        results = list(pool.map(lambda pair: _train(pair[0], pair[1], options), pairs))
+    options.out, options.twin = options.out.absolute(), options.twin.absolute()
+    pairs = list(product(options.step_s, seeds))
+    results = run_study(partial(_train, options=options), pairs, options)
     rows = [
         _make_row(
             step_s,
@@ -50,8 +50,9 @@ def _study(options: argparse.Namespace) -> None:
     print(_format_table(rows))
 
 
-def _train(step_s: float, seed: int, options: argparse.Namespace) -> dict[str, Any]:
-    """Return `result.json` of a training with this sample time."""
+def _train(pair: tuple[float, int], options: argparse.Namespace) -> dict[str, Any]:
+    """Return `result.json` of a training with this sample time and seed."""
+    step_s, seed = pair
     out = options.out / f"step_{step_s:g}_seed_{seed}"
     how = ["--step-s", str(step_s), "--preset", options.preset]
     if options.timesteps:
@@ -103,7 +104,7 @@ def _parse_options(arguments: list[str] | None) -> argparse.Namespace:
     add("--seeds", type=int, default=3, metavar="N", help="trainings a sample time (3)")
     add("--preset", default="fast", help="how to train (fast)")
     add("--timesteps", type=int, help="of each training (the preset's)")
-    add("--processes", type=int, default=2, metavar="P", help="trainings at a time (2)")
+    add_engine_options(parser, "trainings")
     options = parser.parse_args(arguments)
     for step_s in options.step_s:
         if not SHORTEST_STEP_S <= step_s <= LONGEST_STEP_S:

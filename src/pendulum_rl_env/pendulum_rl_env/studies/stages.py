@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import json
 import sys
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +21,7 @@ from pendulum_rl_env.env import PendulumEnv
 from pendulum_rl_env.kernel_transport import count_samples
 from pendulum_rl_env.learning.result import SOLVED_MEAN_REWARD
 from pendulum_rl_env.process_transport import ProcessTransport
-from pendulum_rl_env.studies.workers import run_in_worker
+from pendulum_rl_env.studies.workers import run_program
 from pendulum_rl_env.task import Task
 from pendulum_sysid import cli
 
@@ -94,7 +96,7 @@ def conceal(
     if not folder.exists():
         which = ["--trials", "1", "--first", str(number), "--seed", str(seed), "--kinds", kinds]
         how = ["--out", str(out), "--twin", str(nominal), "--seconds", str(seconds)]
-        run_in_worker("trials", trials.main, [*how, *which])
+        run_program("trials", trials.main, [*how, *which])
     return ConcealedRig(folder)
 
 
@@ -104,7 +106,7 @@ def diagnose(rig: ConcealedRig, out: Path) -> Diagnosis:
     if not file.exists():
         bag, twin = str(rig.recording), str(rig.nominal)
         arguments = ["diagnose", bag, "--twin", twin, "--out", str(out)]
-        run_in_worker("sysid diagnose", cli.main, arguments)
+        run_program("sysid diagnose", cli.main, arguments)
     return Diagnosis(out, json.loads(file.read_text(encoding="utf-8")))
 
 
@@ -120,18 +122,21 @@ def train_policy(twin: Path, out: Path, seed: int, options: Sequence[str] = ()) 
     if not (result.exists() and json.loads(result.read_text(encoding="utf-8"))["wall_s"]):
         resumable = result.exists() and any(out.glob("checkpoints/*.zip"))
         arguments = ["--twin", str(twin), "--out", str(out), "--seed", str(seed), *options]
-        run_in_worker("train", train.main, [*arguments, *(["--resume"] if resumable else [])])
+        timed = partial(train.main, started_s=time.monotonic())
+        run_program("train", timed, [*arguments, *(["--resume"] if resumable else [])])
     return out / "policy.zip"
 
 
-def train_until_good(twin: Path, out: Path, seed: int, options: Sequence[str] = ()) -> Path:
-    """Train with up to three seeds and return the policy that is best in the twin itself.
+def train_until_good(
+    twin: Path, out: Path, seed: int, options: Sequence[str] = (), most: int | None = None
+) -> Path:
+    """Train with up to `most` (3) seeds and return the policy that is best in the twin itself.
 
     Reinforcement learning gets stuck at times. Another training costs time and no step on the rig,
     which has no say in the choice. Arguments: see `train_policy`.
     """
     rewards: dict[Path, float] = {}
-    for attempt in range(MOST_TRAININGS):
+    for attempt in range(most or MOST_TRAININGS):
         folder = out if not attempt else out.with_name(f"{out.name}_again_{attempt}")
         policy = train_policy(twin, folder, seed + SEED_STEP * attempt, options)
         result = json.loads((folder / "result.json").read_text(encoding="utf-8"))

@@ -15,7 +15,7 @@ import argparse
 import json
 import sys
 from collections.abc import Callable, Mapping
-from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +28,7 @@ from pendulum_rl_env.studies.identify_and_control import run_on_rig
 from pendulum_rl_env.studies.on_concealed import fine_tune, learn_from_scratch
 from pendulum_rl_env.studies.stages import ConcealedRig, Diagnosis
 from pendulum_rl_env.studies.transfer_report import format_table, plot_rewards
-from pendulum_rl_env.studies.workers import limit_workers_to_one_core
+from pendulum_rl_env.studies.workers import add_engine_options, run_study
 from pendulum_rl_env.task import Task
 from pendulum_twin.command_line import run_command
 from pendulum_twin.files import write_atomically
@@ -52,8 +52,10 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _study(options: argparse.Namespace) -> None:
     load_twin(options.twin)
-    with limit_workers_to_one_core(), ThreadPoolExecutor(options.processes) as pool:
-        rigs = list(pool.map(lambda number: study_rig(number, options), range(options.rigs)))
+    options.out, options.twin = options.out.absolute(), options.twin.absolute()
+    rigs = run_study(
+        partial(study_rig, options=options), range(options.rigs), options, _report_rig
+    )
     study = {
         "schema": SCHEMA,
         "seed": options.seed,
@@ -83,10 +85,15 @@ def study_rig(number: int, options: argparse.Namespace) -> Row:
         if name not in row["rewards"]:
             row["rewards"][name] = measure()
             write_atomically(file, json.dumps(row, indent=2) + "\n")
-            mean = float(np.mean(row["rewards"][name]))
-            line = f"rig {number}: {name}: {mean:.0f}, {describe_reward(mean)}"
-            print(line, file=sys.stderr, flush=True)
     return row
+
+
+def _report_rig(number: int, row: Row) -> None:
+    """Print a rig's rewards when all of them are measured."""
+    for name, rewards in row["rewards"].items():
+        mean = float(np.mean(rewards))
+        line = f"rig {number}: {name}: {mean:.0f}, {describe_reward(mean)}"
+        print(line, file=sys.stderr, flush=True)
 
 
 def _list_controllers(
@@ -101,7 +108,9 @@ def _list_controllers(
 
     def train(twin: Path, name: str, more: list[str]) -> list[Path]:
         return [
-            stages.train_until_good(twin, rig.folder / f"{name}_{seed}", seed, more)
+            stages.train_until_good(
+                twin, rig.folder / f"{name}_{seed}", seed, more, options.trainings
+            )
             for seed in seeds
         ]
 
@@ -180,7 +189,9 @@ def _parse_options(arguments: list[str] | None) -> argparse.Namespace:
     add("--scratch-rigs", type=int, default=0, metavar="N", help=scratch)
     steps = "steps on the rig, at most, when learning from nothing (50000)"
     add("--scratch-steps", type=int, default=50_000, help=steps)
-    add("--processes", type=int, default=2, metavar="P", help="rigs at a time (2)")
+    most = f"trainings of a policy, at most, until one is good ({stages.MOST_TRAININGS})"
+    add("--trainings", type=int, default=stages.MOST_TRAININGS, metavar="N", help=most)
+    add_engine_options(parser, "rigs")
     return parser.parse_args(arguments)
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import sys
 from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,7 @@ from pendulum_rl_env.learning.fleet_vec_env import FleetVecEnv
 from pendulum_rl_env.learning.learner import make_learner
 from pendulum_rl_env.learning.on_rig import evaluate_mean_reward
 from pendulum_rl_env.learning.preset import IN_PROCESS, Preset, load_preset
+from pendulum_rl_env.studies.workers import add_engine_options, run_study
 from pendulum_twin.command_line import make_whole_reader, run_command
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.files import write_atomically
@@ -38,20 +40,15 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _search(options: argparse.Namespace) -> None:
-    preset, twin = load_preset(options.preset, IN_PROCESS), load_learnable_twin(options.twin)
+    preset = load_preset(options.preset, IN_PROCESS)
+    load_learnable_twin(options.twin)
+    options.out = options.out.absolute()
     options.out.mkdir(parents=True, exist_ok=True)
-    study = optuna.create_study(
-        study_name=options.preset,
-        storage=f"sqlite:///{options.out / 'study.db'}",
-        direction="maximize",
-        sampler=optuna.samplers.TPESampler(seed=options.seed),
-        pruner=optuna.pruners.MedianPruner(n_startup_trials=5, n_warmup_steps=2),
-        load_if_exists=True,
-    )
+    study = _open_study(options, options.seed)
     try:
-        study.optimize(
-            lambda trial: _train_and_rate(trial, preset, twin, options), n_trials=options.trials
-        )
+        begin = len(study.trials)
+        numbers = range(begin, begin + options.trials)
+        run_study(partial(_try_settings, options=options), numbers, options)
         best = _suggest_preset(optuna.trial.FixedTrial(study.best_params), preset)
     except ValueError as error:  # another search's study, or no trial came to its end
         raise BadInputError(
@@ -64,6 +61,26 @@ def _search(options: argparse.Namespace) -> None:
         f"{file}: {study.best_value:.1f} after {len(study.trials)} trials; train with "
         f"--preset {file}"
     )
+
+
+def _open_study(options: argparse.Namespace, seed: int) -> optuna.Study:
+    """Return the study in the folder, which all workers share; a new study where there is none."""
+    optuna.logging.set_verbosity(optuna.logging.WARNING)
+    return optuna.create_study(
+        study_name=options.preset,
+        storage=f"sqlite:///{options.out / 'study.db'}",
+        direction="maximize",
+        sampler=optuna.samplers.TPESampler(seed=seed),
+        pruner=optuna.pruners.MedianPruner(n_startup_trials=5, n_warmup_steps=2),
+        load_if_exists=True,
+    )
+
+
+def _try_settings(number: int, options: argparse.Namespace) -> None:
+    """Do one trial of the study; its number makes its draw another than its neighbours'."""
+    preset, twin = load_preset(options.preset, IN_PROCESS), load_learnable_twin(options.twin)
+    study = _open_study(options, options.seed + number)
+    study.optimize(lambda trial: _train_and_rate(trial, preset, twin, options), n_trials=1)
 
 
 def _suggest_preset(trial: optuna.trial.BaseTrial, preset: Preset) -> Preset:
@@ -123,6 +140,7 @@ def _parse_options(arguments: list[str] | None) -> argparse.Namespace:
     add("--trials", type=count, default=20, metavar="N", help="how many more (20)")
     add("--timesteps", type=count, help="of each training (the preset's)")
     add("--seed", type=int, default=0, help="of the search and the trainings (0)")
+    add_engine_options(parser, "trials")
     return parser.parse_args(arguments)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from pendulum_sysid.fleet.engine import Engine
 from pendulum_sysid.studies.errors import WorkerError
 from pendulum_sysid.studies.proof.degrade.kinds import BY_NAME
 from pendulum_sysid.studies.proof.degrade.study import Study, run_study
@@ -44,7 +45,8 @@ def make_plan(arguments: argparse.Namespace) -> Plan:
         twin=None if arguments.twin is None else str(arguments.twin),
         rivals=tuple(rival.name for rival in RIVALS) if arguments.rivals else (),
         dose_tries=arguments.dose_response,
-        processes=arguments.processes,
+        processes=arguments.workers,
+        scheduler=arguments.scheduler,
     )
 
 
@@ -54,6 +56,6 @@ def make_study(arguments: argparse.Namespace) -> Study:
         trials=arguments.trials,
         seed=arguments.seed,
         kinds=tuple(arguments.degrade.split(",")) if arguments.degrade else tuple(BY_NAME),
-        processes=arguments.processes,
+        engine=Engine(arguments.workers, arguments.scheduler),
         twin=None if arguments.twin is None else str(arguments.twin),
     )

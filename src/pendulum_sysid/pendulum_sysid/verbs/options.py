@@ -7,6 +7,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pendulum_sysid.verbs.fleet_options import add_engine, add_fleet
 from pendulum_twin.command_line import add_version, make_whole_reader
 
 if TYPE_CHECKING:
@@ -42,6 +43,7 @@ def make_parser() -> argparse.ArgumentParser:
         _add_import,
         _add_next,
         _add_prove,
+        add_fleet,
     ):
         add(verbs)
     return command
@@ -315,13 +317,7 @@ def _add_prove(verbs: Verbs) -> None:
         "answer is right, says less or is wrong (all kinds, or those named)"
     )
     verb.add_argument("--degrade", nargs="?", const="", metavar="KIND,...", help=degrade)
-    verb.add_argument(
-        "--processes",
-        type=make_whole_reader(1),
-        default=2,
-        metavar="P",
-        help="recordings examined side by side (default: 2)",
-    )
+    add_engine(verb, "--processes")
 
 
 def _add_verb(verbs: Verbs, name: str, sentence: str) -> argparse.ArgumentParser:

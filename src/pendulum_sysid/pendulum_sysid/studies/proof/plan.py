@@ -6,12 +6,20 @@ import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from pendulum_sysid.fleet.engine import Engine
 from pendulum_sysid.telling.output_files import format_json, write_text
 from pendulum_twin.errors import BadInputError
 
 SCHEMA = "pendulum_proof_plan/1"
 FILE = "plan.json"
-MAY_DIFFER = ("trials", "rivals", "dose_tries", "processes")  # from run to run in one folder
+TRIAL_LIMIT_S = 3600.0  # of one trial with its rivals
+MAY_DIFFER = (
+    "trials",
+    "rivals",
+    "dose_tries",
+    "processes",
+    "scheduler",
+)  # from run to run in one folder
 
 
 @dataclass(frozen=True)
@@ -28,6 +36,7 @@ class Plan:
     rivals: names of the rivals to ask as well.
     dose_tries: recordings of each effect at each size; 0 for no dose-response.
     processes: trials worked on side by side.
+    scheduler: address of a Dask cluster that works on them; None for a local cluster.
     """
 
     trials: int
@@ -40,6 +49,12 @@ class Plan:
     rivals: tuple[str, ...] = ()
     dose_tries: int = 0
     processes: int = 2
+    scheduler: str | None = None
+
+    @property
+    def engine(self) -> Engine:
+        """Return where the trials are worked on."""
+        return Engine(self.processes, self.scheduler, time_limit_s=TRIAL_LIMIT_S)
 
     def list_recorder_options(self) -> list[str]:
         """Return the options of the recorder's command line that all trials of the plan share."""

@@ -115,5 +115,5 @@ def _run_trials(
         )
 
     options = [*plan.list_recorder_options(), *options]
-    trials = examine_trials(folder, count, options, rivals, plan.processes, report_trial)
+    trials = examine_trials(folder, count, options, rivals, plan.engine, report_trial)
     return [judge_folder(trial) for trial in trials]

@@ -1,26 +1,32 @@
-"""Processes that record and examine trials side by side, one thread each."""
+"""Record and examine trials side by side, on the engine of the fleet."""
 
 from __future__ import annotations
 
-import multiprocessing
-import os
-import signal
-import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
+from pendulum_sysid.fleet.engine import Engine, SchedulerLost, open_client, run_tasks
+from pendulum_sysid.fleet.warm_up import compile_kernels
 from pendulum_sysid.studies.errors import WorkerError
 from pendulum_sysid.studies.proof.examine_trial import examine_trial, is_complete
 from pendulum_sysid.studies.proof.record_trial import locate_trial, record_trial
-from pendulum_sysid.studies.proof.warm_up import compile_kernels
 
-# Two threads on a busy machine can be hundreds of times slower than one: a process takes one.
-ONE_THREAD = dict.fromkeys(
-    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
-)
+
+@dataclass(frozen=True)
+class TrialWork:
+    """Hold what one trial needs.
+
+    folder: of all trials, which coordinator and workers share.
+    number: which trial.
+    options: of the recorder's command line.
+    rivals: names of the rivals to ask as well.
+    """
+
+    folder: Path
+    number: int
+    options: tuple[str, ...]
+    rivals: tuple[str, ...]
 
 
 def examine_trials(
@@ -28,7 +34,7 @@ def examine_trials(
     count: int,
     options: Sequence[str],
     rivals: Sequence[str],
-    processes: int,
+    engine: Engine,
     report: Callable[[Path], None],
 ) -> list[Path]:
     """Record and examine the first trials of a folder, and return their folders in order.
@@ -38,73 +44,47 @@ def examine_trials(
     count: how many trials.
     options: of the recorder's command line.
     rivals: names of the rivals to ask as well.
-    processes: how many trials are worked on side by side.
+    engine: where the trials are worked on.
     report: called with the folder of each trial once it is examined.
-    Raises BadInputError when a trial cannot be recorded, WorkerError when a process dies.
+    Raises BadInputError when a trial cannot be recorded, WorkerError when trials end their worker,
+    after all others are done, or when the scheduler goes.
     """
+    folder = folder.absolute()
     trials = [locate_trial(folder, number) for number in range(count)]
     complete = [is_complete(trial, rivals) for trial in trials]
     for trial, done in zip(trials, complete, strict=True):
         if done:
             report(trial)
-    with open_pool(processes) as pool:
-        futures = [
-            pool.submit(_record_and_examine, folder, number, options, rivals)
-            for number, done in enumerate(complete)
-            if not done
-        ]
-        try:
-            for future in as_completed(futures):
-                report(future.result())
-        except BrokenProcessPool as error:
-            raise WorkerError(
-                "a process that examined trials ended before its work was done, for lack of "
-                "memory perhaps: run the same command again to go on from here, with fewer "
-                "--processes"
-            ) from error
+    works = [
+        TrialWork(folder, number, tuple(options), tuple(rivals))
+        for number, done in enumerate(complete)
+        if not done
+    ]
+    if works:
+        _examine(works, engine, report)
     return trials
 
 
-def _record_and_examine(
-    folder: Path, number: int, options: Sequence[str], rivals: Sequence[str]
-) -> Path:
-    return examine_trial(record_trial(folder, number, options), rivals)
-
-
-@contextmanager
-def open_pool(processes: int) -> Iterator[ProcessPoolExecutor]:
-    """Open a pool whose processes end at once when the work is broken off."""
-    before = set(multiprocessing.active_children())
-    with _set_environment(ONE_THREAD):
-        pool = ProcessPoolExecutor(
-            processes, multiprocessing.get_context("spawn"), initializer=_start_worker
-        )
-        try:
-            yield pool
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            for child in set(multiprocessing.active_children()) - before:
-                child.terminate()
-            raise
-        pool.shutdown()
-
-
-@contextmanager
-def _set_environment(values: Mapping[str, str]) -> Iterator[None]:
-    before = {name: os.environ.get(name) for name in values}
-    os.environ.update(values)
+def _examine(works: Sequence[TrialWork], engine: Engine, report: Callable[[Path], None]) -> None:
+    ended: list[str] = []
     try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
+        with open_client(engine, compile_kernels) as client:
+            for ending in run_tasks(client, _record_and_examine, works, engine.time_limit_s):
+                if ending.error is not None:
+                    raise ending.error
+                if ending.put_aside:
+                    ended.append(f"trial {ending.item.number}: {ending.put_aside}")
+                elif ending.result is not None:
+                    report(ending.result)
+    except SchedulerLost as error:
+        raise WorkerError(str(error)) from error
+    if ended:
+        raise WorkerError(
+            f"a process that examined trials ended before its work was done ({ended[0]}"
+            f"{f', and {len(ended) - 1} more' if len(ended) > 1 else ''}): run the same command "
+            "again to go on from here, with fewer --processes"
+        )
 
 
-def _start_worker() -> None:
-    """Prepare a process: interrupts are the parent's, overflowing runs show in their score."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    warnings.simplefilter("ignore")
-    compile_kernels()
+def _record_and_examine(work: TrialWork) -> Path:
+    return examine_trial(record_trial(work.folder, work.number, work.options), work.rivals)

@@ -5,24 +5,25 @@ from __future__ import annotations
 import json
 import zlib
 from collections.abc import Callable, Sequence
-from concurrent.futures import as_completed
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from pendulum_sysid.cleaning.clean import clean_recording
+from pendulum_sysid.fleet.engine import Engine, SchedulerLost, open_client, run_tasks
+from pendulum_sysid.fleet.warm_up import compile_kernels
 from pendulum_sysid.pipeline import diagnose
 from pendulum_sysid.reading.bag import read_bag
 from pendulum_sysid.records import Outcome
+from pendulum_sysid.studies.errors import WorkerError
 from pendulum_sysid.studies.proof.degrade.bases import list_recorder_options
 from pendulum_sysid.studies.proof.degrade.kinds import BY_NAME, DEGRADATIONS, Degradation
 from pendulum_sysid.studies.proof.degrade.score import Score, score_answer
 from pendulum_sysid.studies.proof.read_trial import read_trial
 from pendulum_sysid.studies.proof.record_trial import check_recorder, record_trial
 from pendulum_sysid.studies.proof.records import OpenedTrial
-from pendulum_sysid.studies.proof.workers import open_pool
 from pendulum_sysid.telling.output_files import check_folder, format_json, write_text
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import load_twin
@@ -65,14 +66,14 @@ class Study:
     trials: rigs, with no, one and two effects concealed in turns.
     seed: what rigs and degradations are drawn from.
     kinds: names of the degradations.
-    processes: recordings worked on side by side.
+    engine: where the recordings are worked on.
     twin: file of the nominal rig; None for the recorder's own.
     """
 
     trials: int
     seed: int
     kinds: tuple[str, ...] = tuple(BY_NAME)
-    processes: int = 2
+    engine: Engine = field(default_factory=Engine)
     twin: str | None = None
 
 
@@ -90,16 +91,24 @@ def run_study(study: Study, folder: Path, progress: Progress) -> list[Row]:
             known = ", ".join(BY_NAME)
             raise BadInputError(f"--degrade: expected kinds among {known}, found {name!r}")
     rows: list[Row] = []
-    with open_pool(study.processes) as pool:
-        jobs = [
-            pool.submit(_answer_rig, study, folder, base, number)
-            for number in range(study.trials)
-            for base in sorted({BY_NAME[name].base for name in study.kinds})
-        ]
-        for done, job in enumerate(as_completed(jobs), 1):
-            rows += job.result()
-            wrong = sum(row.score == Score.WRONG.value for row in rows)
-            progress(f"{done}/{len(jobs)}: {len(rows)} answers, {wrong} wrong")
+    works = [
+        RigWork(study, folder.absolute(), base, number)
+        for number in range(study.trials)
+        for base in sorted({BY_NAME[name].base for name in study.kinds})
+    ]
+    try:
+        with open_client(study.engine, compile_kernels) as client:
+            endings = run_tasks(client, _answer_rig, works, study.engine.time_limit_s)
+            for done, ending in enumerate(endings, 1):
+                if ending.error is not None:
+                    raise ending.error
+                if ending.put_aside:
+                    raise WorkerError(f"rig {ending.item.number}: {ending.put_aside}")
+                rows += ending.result or []
+                wrong = sum(row.score == Score.WRONG.value for row in rows)
+                progress(f"{done}/{len(works)}: {len(rows)} answers, {wrong} wrong")
+    except SchedulerLost as error:
+        raise WorkerError(str(error)) from error
     order = list(BY_NAME)
     rows.sort(key=lambda row: (order.index(row.kind), row.trial))
     content = {"schema": SCHEMA, **asdict(study), "rows": [asdict(row) for row in rows]}
@@ -107,8 +116,23 @@ def run_study(study: Study, folder: Path, progress: Progress) -> list[Row]:
     return rows
 
 
-def _answer_rig(study: Study, folder: Path, base: str, number: int) -> list[Row]:
+@dataclass(frozen=True)
+class RigWork:
+    """Hold what the answers about one rig and base need.
+
+    folder: of the study, which coordinator and workers share.
+    number: of the rig.
+    """
+
+    study: Study
+    folder: Path
+    base: str
+    number: int
+
+
+def _answer_rig(work: RigWork) -> list[Row]:
     """Return the rows of one rig and base, recorded and answered where they are not yet."""
+    study, folder, base, number = work.study, work.folder, work.base, work.number
     trials = folder / base
     trials.mkdir(parents=True, exist_ok=True)
     twin = [] if study.twin is None else ["--twin", study.twin]

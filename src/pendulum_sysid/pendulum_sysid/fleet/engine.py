@@ -1,0 +1,258 @@
+"""Run many tasks on a Dask cluster: workers of one thread, tasks that may kill their worker.
+
+A task is a function that the workers can import, and an item; its result is small. As many tasks
+are under way as there are worker threads, so the coordinator holds few, and a worker that dies
+puts the blame on the task that it ran. Scheduling, retries and messages are Dask's.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import signal
+import threading
+import time
+import uuid
+import warnings
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+from pendulum_sysid.errors import WrongUse
+from pendulum_twin.errors import BadInputError
+
+try:
+    import dask
+    from distributed import (
+        Client,
+        KilledWorker,
+        LocalCluster,
+        WorkerPlugin,
+        as_completed,
+        get_worker,
+    )
+    from distributed.comm.core import CommClosedError
+except ImportError as error:  # pragma: no cover
+    raise BadInputError(
+        "expected the packages of many recordings, found dask missing: "
+        "pip install 'pendulum_sysid[fleet]'"
+    ) from error
+
+# Two threads on a busy machine can be hundreds of times slower than one: a worker takes one.
+ONE_THREAD = dict.fromkeys(
+    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
+)
+WORKER_KILLS_FORGIVEN = 1  # a task whose worker dies is tried once more, then put aside
+CONNECT_S = 15.0  # s; that a scheduler may take to answer
+CLOSE_S = 5.0  # s; that workers may take to end
+TIME_UP_STATUS = 75  # exit status of a worker whose task ran too long
+TIME_UP, TIME_UP_SENT_S = "sysid-time-up", 0.5  # topic of the event, and s to send it in
+QUIET = ("distributed", "distributed.nanny", "distributed.scheduler", "distributed.worker")
+
+
+class SchedulerLost(BadInputError):
+    """Say that the scheduler stopped answering while tasks were under way."""
+
+
+@dataclass(frozen=True)
+class Engine:
+    """Say where tasks run.
+
+    workers: of a local cluster.
+    scheduler: address of another cluster ("tcp://host:8786"); None for a local cluster.
+    memory_bytes: limit of a local worker, beyond which it is ended.
+    time_limit_s: s; a task that runs longer ends its worker.
+    """
+
+    workers: int = 2
+    scheduler: str | None = None
+    memory_bytes: int = 2_000_000_000
+    time_limit_s: float = 900.0
+
+
+@dataclass(frozen=True)
+class Ending[Item, Result]:
+    """Say how a task ended.
+
+    item: of the task.
+    result: of the function; None when it raised an error or was put aside.
+    error: that the function raised; None for none.
+    put_aside: why, when the task ended its worker twice; empty otherwise.
+    """
+
+    item: Item
+    result: Result | None = None
+    error: BaseException | None = None
+    put_aside: str = ""
+
+
+class _Readiness(WorkerPlugin):  # type: ignore[misc]
+    """Prepare a worker: quiet, ready compiled, and deaf to the keyboard of the coordinator."""
+
+    def __init__(self, prepare: Callable[[], None] | None, is_local: bool) -> None:
+        self.name = f"readiness-{uuid.uuid4().hex}"
+        self._prepare, self._is_local = prepare, is_local
+
+    def setup(self, worker: Any) -> None:
+        warnings.simplefilter("ignore")  # a run that overflows shows in its score
+        if self._is_local:
+            signal.signal(signal.SIGINT, signal.SIG_IGN)
+        if self._prepare is not None:
+            self._prepare()
+
+
+@contextmanager
+def open_client(engine: Engine, prepare: Callable[[], None] | None = None) -> Iterator[Client]:
+    """Open a local cluster or connect to another; a local cluster ends with the block.
+
+    prepare: is called once in each worker before its first task.
+    Raises WrongUse when no scheduler answers at the address.
+    """
+    levels = {name: logging.getLogger(name).level for name in QUIET}
+    for name in QUIET:
+        logging.getLogger(name).setLevel(logging.CRITICAL)
+    limits = {
+        "distributed.comm.timeouts.connect": f"{CONNECT_S}s",
+        "distributed.nanny.pre-spawn-environ": ONE_THREAD,
+        "distributed.scheduler.allowed-failures": WORKER_KILLS_FORGIVEN,
+    }
+    try:
+        with dask.config.set(limits), _connect(engine) as client:
+            client.register_plugin(_Readiness(prepare, engine.scheduler is None))
+            yield client
+    finally:
+        for name, level in levels.items():
+            logging.getLogger(name).setLevel(level)
+
+
+@contextmanager
+def _connect(engine: Engine) -> Iterator[Client]:
+    if engine.scheduler is None:
+        with (
+            LocalCluster(
+                n_workers=engine.workers,
+                threads_per_worker=1,
+                memory_limit=engine.memory_bytes,
+                dashboard_address=None,
+                host="127.0.0.1",
+                silence_logs=logging.CRITICAL,
+            ) as cluster,
+            Client(cluster, timeout=CONNECT_S) as client,
+        ):
+            yield client
+        return
+    try:
+        client = Client(engine.scheduler, timeout=CONNECT_S)
+    except (OSError, ValueError) as error:
+        raise WrongUse(
+            f"expected a Dask scheduler at {engine.scheduler}, found that none answers: start it "
+            "with `dask scheduler`, or leave out --scheduler"
+        ) from error
+    with client:
+        client.run_on_scheduler(_forgive_kills)
+        yield client
+
+
+def _forgive_kills(dask_scheduler: Any) -> None:
+    dask_scheduler.allowed_failures = WORKER_KILLS_FORGIVEN
+
+
+def run_tasks[Item, Result](
+    client: Client,
+    function: Callable[[Item], Result],
+    items: Iterable[Item],
+    time_limit_s: float = Engine.time_limit_s,
+) -> Iterator[Ending[Item, Result]]:
+    """Yield how each task ended, in the order in which they end.
+
+    function: importable by the workers.
+    items: are taken one by one, when a worker is free.
+    time_limit_s: s; of one task.
+    Raises SchedulerLost when the scheduler goes, WrongUse when it has no workers.
+    """
+    waiting = iter(items)
+    under_way: dict[Any, Item] = {}
+    finished = as_completed(raise_errors=False)
+
+    def fill() -> None:
+        free = max(_count_threads(client), 1) - len(under_way)
+        for _, item in zip(range(free), waiting, strict=False):
+            future = client.submit(
+                _run_limited,
+                function,
+                item,
+                time_limit_s,
+                key=f"task-{uuid.uuid4().hex}",
+                pure=False,
+            )
+            under_way[future] = item
+            finished.add(future)
+
+    _wait_for_workers(client)
+    fill()
+    while under_way:
+        future = next(finished)
+        ending = _read_ending(client, future, under_way.pop(future), time_limit_s)
+        fill()
+        yield ending
+
+
+def _count_threads(client: Client) -> int:
+    try:
+        return sum(client.nthreads().values())
+    except (OSError, ValueError, RuntimeError) as error:
+        raise _name_loss(client) from error
+
+
+def _wait_for_workers(client: Client) -> None:
+    try:
+        client.wait_for_workers(1, timeout=CONNECT_S)
+    except TimeoutError as error:
+        raise WrongUse(
+            "expected a scheduler with workers, found it without any: start them with "
+            "`dask worker ADDRESS --nthreads 1`"
+        ) from error
+
+
+def _read_ending(client: Client, future: Any, item: Any, time_limit_s: float) -> Ending[Any, Any]:
+    if future.status == "finished":
+        try:
+            return Ending(item, future.result(timeout=CONNECT_S))
+        except (CommClosedError, TimeoutError) as error:
+            raise _name_loss(client) from error
+    if future.status != "error":
+        raise _name_loss(client)
+    error = future.exception()
+    if not isinstance(error, KilledWorker):
+        return Ending(item, error=error)
+    if any(key == future.key for _, key in client.get_events(TIME_UP)):
+        return Ending(item, put_aside=f"it took longer than {time_limit_s:g} s, twice")
+    return Ending(item, put_aside="its worker died twice: a crash, or too little memory")
+
+
+def _name_loss(client: Client) -> SchedulerLost:
+    return SchedulerLost(
+        f"the scheduler at {client.scheduler.address if client.scheduler else '?'} stopped "
+        "answering: run the same command again to go on from what is done"
+    )
+
+
+def _run_limited[Item, Result](
+    function: Callable[[Item], Result], item: Item, limit_s: float
+) -> Result:
+    """Run the function; end the process when it takes too long, for nothing else stops it."""
+    worker, key = get_worker(), get_worker().get_current_task()
+    timer = threading.Timer(limit_s, _end_worker, (worker, str(key)))
+    timer.daemon = True
+    timer.start()
+    try:
+        return function(item)
+    finally:
+        timer.cancel()
+
+
+def _end_worker(worker: Any, key: str) -> None:
+    worker.log_event(TIME_UP, key)  # is sent in the background
+    time.sleep(TIME_UP_SENT_S)
+    os._exit(TIME_UP_STATUS)

@@ -1,0 +1,72 @@
+"""The course of a size over time as a picture: estimates, intervals, pieces, next week."""
+
+from __future__ import annotations
+
+from datetime import timedelta
+
+import matplotlib
+import numpy as np
+from markupsafe import Markup
+from matplotlib.figure import Figure
+
+from pendulum_sysid.fleet.history import PRESENCE, WEEK_S, Size
+from pendulum_sysid.telling.svg import ACCENT, INK, PALE, SOFT, STYLE, render_svg, thin_out
+
+HOUR_S, DAY_S = 3600.0, 86_400.0
+SHOWN_AHEAD = 0.25  # of the history, at which a forecast may be drawn
+WIDE_BARS = 4.0  # interquartile ranges about the median, beyond which bars leave the picture
+
+
+def draw_course(size: Size, key: str) -> Markup:
+    """Return a picture of the size over time, hours or days since the first recording.
+
+    key: unique on the page.
+    """
+    rows = size.rows
+    stamps = rows["time"].map(lambda time: time.timestamp()).to_numpy(float)
+    unit_s, unit = (
+        (HOUR_S, "hours")
+        if np.ptp(stamps) < timedelta(days=3).total_seconds()
+        else (
+            DAY_S,
+            "days",
+        )
+    )
+    times = (stamps - stamps[0]) / unit_s
+    values, errors = (rows[name].to_numpy(float) for name in ("value", "error"))
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(6.4, 2.3), layout="constrained")
+        axes = figure.add_subplot()
+        chosen = thin_out(len(times), 400)
+        halves = 0.0 if size.parameter == PRESENCE else 1.96 * errors[chosen]
+        axes.errorbar(
+            times[chosen], values[chosen], yerr=halves, fmt="o", markersize=2.4, color=INK,
+            ecolor=PALE, elinewidth=1.2, zorder=2,
+        )  # fmt: skip
+        for piece in size.course.pieces:
+            ends = stamps[[piece.begin, piece.end - 1]]
+            axes.plot(
+                (ends - stamps[0]) / unit_s, [piece.predict(s) for s in ends], color=ACCENT,
+                linewidth=2.0, zorder=3,
+            )  # fmt: skip
+        for change in size.course.changes:
+            axes.axvspan(times[change.earliest], times[change.latest], color=ACCENT, alpha=0.15)
+        if SHOWN_AHEAD * 4 * np.ptp(stamps) > WEEK_S and size.parameter != PRESENCE:
+            value, low, high = size.next_week
+            ahead = times[-1] + WEEK_S / unit_s
+            axes.errorbar(
+                [ahead], [value], yerr=[[value - low], [high - value]], fmt="D", markersize=3.5,
+                color=ACCENT, ecolor=ACCENT, elinewidth=1.2,
+            )  # fmt: skip
+        _limit_height(axes, values)
+        axes.set_xlabel(f"{unit} since the first recording", color=SOFT)
+        axes.set_ylabel(size.unit or "named")
+        label = f"{size.name} over time, {len(rows)} recordings"
+        return Markup(render_svg(figure, key, label))
+
+
+def _limit_height(axes: object, values: np.ndarray) -> None:
+    """Let the estimates fill the picture, however long the widest bars are."""
+    low, middle, high = np.quantile(values, (0.25, 0.5, 0.75))
+    reach = max(WIDE_BARS * (high - low), 1.2 * float(np.max(np.abs(values - middle))), 1e-12)
+    axes.set_ylim(middle - reach, middle + reach)  # type: ignore[attr-defined]

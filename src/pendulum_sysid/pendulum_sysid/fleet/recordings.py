@@ -1,0 +1,144 @@
+"""Find the recordings in folders: rosbag2 folders, single data files, and tables of columns."""
+
+from __future__ import annotations
+
+import hashlib
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path, PurePosixPath
+
+from pendulum_sysid.errors import FileError
+from pendulum_sysid.fleet.places import Place
+from pendulum_sysid.fleet.table import RigEntry, find_rig
+from pendulum_sysid.reading.array_table import ARRAY_SUFFIXES, read_array_table
+from pendulum_sysid.reading.bag_files import DATA_SUFFIXES, INDEX, TABLE_SUFFIXES
+from pendulum_sysid.reading.csv_import import EPOCH_S, TIME_UNITS, Columns
+from pendulum_sysid.reading.csv_table import read_csv_table
+from pendulum_twin.errors import BadInputError
+from pendulum_twin.strict_yaml import parse_yaml
+
+BLOCK_BYTES = 1 << 20
+
+
+@dataclass(frozen=True)
+class Source:
+    """Hold where one recording is.
+
+    folder: address of the folder that was given.
+    name: path of the recording's folder or file within it.
+    files: paths of its files within the folder, sorted; the index of a bag is not among them.
+    """
+
+    folder: str
+    name: str
+    files: tuple[str, ...]
+
+    @property
+    def path(self) -> str:
+        """Return the address of the recording."""
+        return f"{self.folder.rstrip('/')}/{self.name}"
+
+    @property
+    def is_table(self) -> bool:
+        """Tell whether the recording is a file of columns, and no bag."""
+        return self.name.lower().endswith(TABLE_SUFFIXES)
+
+
+def find_sources(folder: str) -> list[Source]:
+    """Return the recordings below a folder, by name.
+
+    Raises FileError when the folder holds none.
+    """
+    names = Place(folder).list_files()
+    bags = {str(PurePosixPath(n).parent) for n in names if PurePosixPath(n).name == INDEX}
+    files: dict[str, list[str]] = {bag: [] for bag in bags}
+    for name in names:
+        parent, plain = str(PurePosixPath(name).parent), name.removesuffix(".zstd").lower()
+        if parent in bags and plain.endswith(DATA_SUFFIXES):
+            files[parent].append(name)
+        elif plain.endswith(DATA_SUFFIXES) or name.lower().endswith(TABLE_SUFFIXES):
+            files[name] = [name]
+    if not files:
+        raise FileError(
+            f"{folder}: expected recordings (rosbag2 folders, or files of columns), found none: "
+            "check the path"
+        )
+    return [Source(folder, name, tuple(sorted(f))) for name, f in sorted(files.items())]
+
+
+def assign_rigs(
+    sources: Sequence[Source], rigs: tuple[RigEntry, ...]
+) -> tuple[list[tuple[Source, RigEntry]], list[Source]]:
+    """Return the recordings with their rigs, and those that no rig of the table claims."""
+    pairs, strays = [], []
+    for source in sources:
+        rig = find_rig(rigs, source.path)
+        if rig is None or (source.is_table and rig.columns is None):
+            strays.append(source)
+        else:
+            pairs.append((source, rig))
+    return pairs, strays
+
+
+def compute_source_digest(source: Source) -> str:
+    """Return "sha256:..." over the bytes of a recording's files, as a verdict has it.
+
+    A bag without its data files gets the digest of its name: there is nothing else to tell it by.
+    """
+    place, digest = Place(source.folder), hashlib.sha256()
+    if not source.files:
+        digest.update(source.path.encode())
+    for name in sorted(source.files, key=lambda n: PurePosixPath(n).name):
+        try:
+            with place.fs.open(place.locate(name), "rb") as stream:
+                while block := stream.read(BLOCK_BYTES):
+                    digest.update(block)
+        except OSError:  # whoever reads the recording says what is wrong with it
+            digest.update(f"unreadable: {name}".encode())
+    return f"sha256:{digest.hexdigest()}"
+
+
+@contextmanager
+def fetch(source: Source) -> Iterator[Path]:
+    """Give the recording as a path of this machine; a copy from elsewhere ends with the block."""
+    place = Place(source.folder)
+    if place.is_local:
+        yield Path(place.locate(source.name))
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        here = Path(folder) / (PurePosixPath(source.name).name or "recording")
+        if source.files == (source.name,):
+            here.write_bytes(place.read(source.name) or b"")
+        else:
+            here.mkdir()
+            for name in (*source.files, f"{source.name}/{INDEX}"):
+                (here / PurePosixPath(name).name).write_bytes(place.read(name) or b"")
+        yield here
+
+
+def read_beginning(path: Path, columns: Columns | None) -> datetime:
+    """Return when a recording began, UTC.
+
+    A bag's index says it, a table its first time (seconds since 1970, or since any zero). Without
+    either the time of the file counts.
+    """
+    try:
+        if path.is_dir():
+            index = parse_yaml((path / INDEX).read_text(encoding="utf-8"))
+            start = index["rosbag2_bagfile_information"]["starting_time"]
+            return _make_time(int(start["nanoseconds_since_epoch"]) * 1e-9)
+        if columns is not None and columns.time is not None:
+            read = read_array_table if path.suffix in ARRAY_SUFFIXES else read_csv_table
+            first = float(read(path).get_column(columns.time, "--time")[0])
+            since_1970 = [u for u, s in TIME_UNITS.items() if EPOCH_S[0] <= first * s < EPOCH_S[1]]
+            return _make_time(first * TIME_UNITS[columns.time_unit or (since_1970 or ["s"])[0]])
+    except (OSError, ValueError, KeyError, TypeError, IndexError, OverflowError, BadInputError):
+        pass  # whoever reads the recording says what is wrong with it
+    return _make_time(path.stat().st_mtime if path.exists() else 0.0)
+
+
+def _make_time(seconds: float) -> datetime:
+    return datetime.fromtimestamp(round(seconds, 6), UTC)

@@ -1,0 +1,104 @@
+"""The rows of a store: one a recording, and one a size (a constant or an effect's parameter)."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field, fields
+from datetime import datetime
+from typing import Any
+
+import pyarrow as pa
+
+PUT_ASIDE, FAILED = "put_aside", "failed"  # beside the outcomes of a diagnosis
+RIG = "rig"  # owner of the rig's constants
+
+
+@dataclass(frozen=True)
+class RecordingRow:
+    """Hold what became of one recording.
+
+    Attributes:
+        rig: name of the rig in the table of twins.
+        time: when the recording began, UTC.
+        digest: "sha256:..." over the bytes of its files.
+        path: where it was found.
+        seconds: its length, s; NaN when it could not be read.
+        outcome: of the diagnosis; `fitted`; `unusable`; `failed` (an internal error); `put_aside`.
+        sentence: the answer, or why there is none.
+        place: where in the chain the twin is wrong; empty for nowhere.
+        before, after: held-out scores of the twin as given and of the improved twin; NaN for none.
+        floor: score of a perfect model on the same windows; NaN where it was not measured.
+        method: diagnose or fit.
+        twin: digest of the twin file that the work started from.
+        version: of pendulum_sysid.
+        cpu_s: CPU time of the work, s.
+        made: when the row was made, UTC.
+        batch: the write that the row came with.
+    """
+
+    rig: str
+    time: datetime
+    digest: str
+    path: str
+    outcome: str
+    sentence: str
+    method: str
+    twin: str
+    version: str
+    made: datetime
+    seconds: float = float("nan")
+    place: str = ""
+    before: float = float("nan")
+    after: float = float("nan")
+    floor: float = float("nan")
+    cpu_s: float = float("nan")
+    batch: str = ""
+
+
+@dataclass(frozen=True)
+class SizeRow:
+    """Hold one size that a recording gave, in `unit`, with its 95 % interval.
+
+    Attributes:
+        rig, digest, batch: of the recording's row.
+        owner: `rig` for a constant, else the effect.
+        parameter: name of the constant or of the effect's parameter; empty for an effect that is
+            on or off.
+        value, low, high: the estimate and its interval; NaN for an effect that is on or off.
+        confidence: 0 to 1, that the effect is there; 1 for a constant.
+        identifiable: False where the recording does not fix the value.
+    """
+
+    rig: str
+    digest: str
+    owner: str
+    parameter: str
+    unit: str
+    value: float
+    low: float
+    high: float
+    confidence: float = 1.0
+    identifiable: bool = True
+    batch: str = ""
+
+
+@dataclass(frozen=True)
+class Result:
+    """Hold the rows of one recording: what a task returns."""
+
+    recording: RecordingRow
+    sizes: tuple[SizeRow, ...] = field(default=())
+
+
+_TYPES = {
+    "datetime": pa.timestamp("us", tz="UTC"),
+    "float": pa.float64(),
+    "bool": pa.bool_(),
+    "str": pa.string(),
+}
+RECORDING_SCHEMA = pa.schema([(f.name, _TYPES[str(f.type)]) for f in fields(RecordingRow)])
+SIZE_SCHEMA = pa.schema([(f.name, _TYPES[str(f.type)]) for f in fields(SizeRow)])
+
+
+def make_table(rows: list[Any], schema: pa.Schema) -> pa.Table:
+    """Return records of one kind as a table."""
+    return pa.Table.from_pylist([asdict(row) for row in rows], schema=schema)

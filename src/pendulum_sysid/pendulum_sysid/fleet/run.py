@@ -1,0 +1,169 @@
+"""Examine the recordings of a fleet that a store does not know yet."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from pendulum_sysid.errors import FileError
+from pendulum_sysid.fleet.engine import Ending, Engine, open_client, run_tasks
+from pendulum_sysid.fleet.recordings import assign_rigs, compute_source_digest, find_sources
+from pendulum_sysid.fleet.rows import FAILED, PUT_ASIDE, Result
+from pendulum_sysid.fleet.store import Key, Store
+from pendulum_sysid.fleet.table import RigEntry, read_table
+from pendulum_sysid.fleet.warm_up import compile_kernels
+from pendulum_sysid.fleet.work import Work, examine_recording, get_version, put_aside
+from pendulum_sysid.records import Outcome
+
+WRITE_EVERY_S, WRITE_EVERY = 10.0, 200  # s, and recordings: so much a killed run loses at most
+UNANSWERED = (PUT_ASIDE, FAILED, Outcome.UNUSABLE.value)
+
+Progress = Callable[[str], None]
+
+
+@dataclass
+class Tally:
+    """Count what a run came to.
+
+    found: recordings in the folders.
+    known: of them, those that the store had.
+    done: that were examined now.
+    unanswered: of these, those that gave no answer.
+    strays: recordings that no rig of the table claims.
+    """
+
+    found: int = 0
+    known: int = 0
+    done: int = 0
+    unanswered: int = 0
+    strays: int = 0
+
+
+def run_fleet(
+    folders: Sequence[str],
+    table: Path,
+    address: str,
+    engine: Engine,
+    method: str,
+    progress: Progress,
+) -> Tally:
+    """Examine what is new in folders, and write it into the store.
+
+    folders: addresses, each with recordings below it.
+    table: file that names the rigs and their twins.
+    address: of the store.
+    engine: where the work is done.
+    method: diagnose or fit.
+    progress: called with a line as recordings end, with the time left, and for each that failed.
+    Raises BadInputError when folder, table, store or scheduler are not as expected.
+    """
+    rigs = read_table(table)
+    sources = [source for folder in folders for source in find_sources(folder)]
+    pairs, strays = assign_rigs(sources, rigs)
+    if not pairs:
+        raise FileError(
+            f"{table}: expected a rig for the {len(sources)} recordings, found that no pattern "
+            f"fits {sources[0].name}: give the rig `recordings: PATTERN`"
+        )
+    for source in strays:
+        progress(f"{source.path}: left out, for no rig of {table} claims it")
+    tally = Tally(found=len(sources), strays=len(strays))
+    store = Store(address)
+    store.create()
+    twins = {rig.name: rig.twin.read_bytes() for rig in rigs}
+    for rig in rigs:
+        store.write_twin(rig.twin_digest, twins[rig.name])
+    done = store.list_done()
+    version, makes_reports = get_version(), method == "diagnose"
+
+    def make_work(source: object, rig: RigEntry, digest: str) -> Work:
+        return Work(
+            source=source,  # type: ignore[arg-type]
+            digest=digest,
+            rig=rig.name,
+            twin=twins[rig.name],
+            twin_digest=rig.twin_digest,
+            columns=rig.columns,
+            method=method,
+            store=address if makes_reports else "",
+        )
+
+    def list_work() -> Iterator[Work]:
+        for source, rig in pairs:
+            digest = compute_source_digest(source)
+            key: Key = (rig.name, digest, version, rig.twin_digest, method)
+            if key in done:
+                tally.known += 1
+                continue
+            done.add(key)
+            yield make_work(source, rig, digest)
+
+    works = _peek(list_work())
+    if works is not None:
+        with open_client(engine, compile_kernels) as client:
+            endings = run_tasks(client, examine_recording, works, engine.time_limit_s)
+            _collect(endings, store, tally, len(pairs), progress)
+        store.merge()
+    return tally
+
+
+def _peek(works: Iterator[Work]) -> Iterator[Work] | None:
+    """Return the same works, None where there is none: no cluster is needed then."""
+    first = next(works, None)
+    if first is None:
+        return None
+
+    def give_all() -> Iterator[Work]:
+        yield first
+        yield from works
+
+    return give_all()
+
+
+def _collect(
+    endings: Iterator[Ending[Work, Result]],
+    store: Store,
+    tally: Tally,
+    total: int,
+    progress: Progress,
+) -> None:
+    """Write the results in batches as they come, and what has come when the run is broken off."""
+    batch: list[Result] = []
+    began = written_s = time.monotonic()
+    try:
+        for ending in endings:
+            result = _settle(ending)
+            batch.append(result)
+            tally.done += 1
+            row = result.recording
+            if row.outcome in UNANSWERED:
+                tally.unanswered += 1
+                progress(f"{row.path}: {row.outcome}: {row.sentence}")
+            now_s = time.monotonic()
+            left = total - tally.known - tally.done
+            left_s = (now_s - began) / tally.done * left
+            progress(
+                f"{tally.done + tally.known}/{total} {row.rig} {row.path.rsplit('/', 1)[-1]}: "
+                f"{row.outcome}, {_format_seconds(left_s)} left"
+            )
+            if len(batch) >= WRITE_EVERY or now_s - written_s >= WRITE_EVERY_S:
+                store.write(batch)
+                batch, written_s = [], now_s
+    finally:
+        store.write(batch)
+
+
+def _settle(ending: Ending[Work, Result]) -> Result:
+    if ending.result is not None:
+        return ending.result
+    if ending.error is not None:
+        raise ending.error
+    return put_aside(ending.item, ending.put_aside)
+
+
+def _format_seconds(seconds: float) -> str:
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"

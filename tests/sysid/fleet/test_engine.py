@@ -1,0 +1,109 @@
+"""The engine: tasks that end, complain, or end their worker; a worker or scheduler that goes."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from support.fleet_rows import act_as_told
+
+from pendulum_sysid.errors import WrongUse
+from pendulum_sysid.fleet import engine as engine_module
+from pendulum_sysid.fleet.engine import Engine, SchedulerLost, open_client, run_tasks
+from pendulum_twin.errors import BadInputError
+
+DEADLINE_S = 120.0
+
+
+@pytest.fixture(scope="module")
+def client() -> Iterator[object]:
+    with open_client(Engine(workers=2)) as opened:
+        yield opened
+
+
+def test_every_ending_is_told_and_the_rest_goes_on(client) -> None:
+    items = [1, "die", "complain", 2, "hang", 3]
+    endings = {e.item: e for e in run_tasks(client, act_as_told, items, time_limit_s=1.0)}
+    assert set(endings) == set(items)
+    assert [endings[k].result for k in (1, 2, 3)] == [1, 4, 9]
+    assert "died twice" in endings["die"].put_aside
+    assert "longer than 1 s, twice" in endings["hang"].put_aside
+    assert isinstance(endings["complain"].error, BadInputError)
+
+
+def test_a_killed_worker_loses_nothing_and_repeats_nothing(client, tmp_path: Path) -> None:
+    """A process that is ended from outside once: its task is done again, by another."""
+    item = tmp_path / "task"
+    killer = threading.Thread(target=kill_first_worker, args=(item,))
+    killer.start()
+    endings = list(run_tasks(client, act_as_told, [item, 5, 6]))
+    killer.join()
+    assert sorted(str(e.result) for e in endings) == sorted([str(item), "25", "36"])
+
+
+def kill_first_worker(item: Path) -> None:
+    deadline = time.monotonic() + DEADLINE_S
+    while time.monotonic() < deadline:
+        text = item.read_text() if item.is_file() else ""
+        if text:
+            item.with_suffix(".go").touch()
+            os.kill(int(text), signal.SIGKILL)
+            return
+        time.sleep(0.01)
+
+
+def test_a_scheduler_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(engine_module, "CONNECT_S", 1.0)
+    with (
+        pytest.raises(WrongUse, match=r"expected a Dask scheduler at tcp://127\.0\.0\.1:9"),
+        open_client(Engine(scheduler="tcp://127.0.0.1:9")),
+    ):
+        raise AssertionError
+
+
+def test_another_cluster_over_tcp_and_its_end(tmp_path: Path) -> None:
+    """Scheduler and worker are processes of their own; the scheduler is killed under way."""
+    file = tmp_path / "scheduler.json"
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    dask = [sys.executable, "-m", "dask"]
+    path = os.pathsep.join(sys.path)
+    scheduler = subprocess.Popen(
+        [*dask, "scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard",
+         "--scheduler-file", str(file)], **quiet, env={**os.environ, "PYTHONPATH": path},
+    )  # fmt: skip
+    worker = subprocess.Popen(
+        [*dask, "worker", "--scheduler-file", str(file), "--nthreads", "1", "--no-dashboard"],
+        **quiet, env={**os.environ, "PYTHONPATH": path},
+    )  # fmt: skip
+    try:
+        deadline = time.monotonic() + DEADLINE_S
+        while not file.is_file() and time.monotonic() < deadline:
+            time.sleep(0.05)
+        address = read_address(file, deadline)
+        with open_client(Engine(scheduler=address)) as client:
+            assert sorted(e.result for e in run_tasks(client, act_as_told, [1, 2, 3])) == [1, 4, 9]
+            endings = run_tasks(client, act_as_told, [2, "hang"])
+            assert next(endings).result == 4
+            scheduler.kill()
+            with pytest.raises(SchedulerLost, match="run the same command again"):
+                next(endings)
+    finally:
+        for process in (worker, scheduler):
+            process.kill()
+            process.wait()
+
+
+def read_address(file: Path, deadline: float) -> str:
+    import json
+
+    while time.monotonic() < deadline:
+        try:
+            return json.loads(file.read_text())["address"]
+        except ValueError:
+            time.sleep(0.05)
+    raise AssertionError

@@ -1,0 +1,150 @@
+"""A rig of sixty days with three concealed changes, quiet rigs, the twin of today, a page."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.fleet_rows import SIZES, draw_history, make_result
+from support.made_recordings import INTECO
+
+from pendulum_sysid.cli import main
+from pendulum_sysid.fleet.comparison import compare_rigs
+from pendulum_sysid.fleet.history import read_histories
+from pendulum_sysid.fleet.rows import RIG, Result
+from pendulum_sysid.fleet.store import Store
+from pendulum_twin.model import load_twin, save_twin
+
+DAYS = np.arange(60.0)
+# friction doubles on day 20, the drive's force sinks from day 35 on, the pole is remounted on 50
+COURSES = {
+    "cart_viscous_n_s_m": np.where(DAYS < 20, 0.5, 1.0),
+    "force_per_pwm_n": 12.86 - 0.06 * np.maximum(DAYS - 34, 0.0),
+    "com_distance_m": np.where(DAYS < 50, 0.0196, 0.0206),
+}
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory: pytest.TempPathFactory) -> Store:
+    store = Store(str(tmp_path_factory.mktemp("store") / "store"))
+    store.create()
+    twin = tmp_path_factory.mktemp("twin") / "twin.yaml"
+    save_twin(INTECO, twin)
+    store.write_twin("sha256:0", twin.read_bytes())
+    store.write(draw_history("bench_07", DAYS, 1, COURSES))
+    for number in range(5):
+        store.write(draw_history(f"quiet_{number}", DAYS[:20], 10 + number))
+    return store
+
+
+def tell(store: Store, capsys, rig: str) -> dict:
+    assert main(["fleet", "history", store.address, "--rig", rig, "--json"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def test_each_change_is_found_within_a_day_and_named(store: Store, capsys) -> None:
+    changes = {c["size"]: c for c in tell(store, capsys, "bench_07")["changes"]}
+    assert set(changes) == set(COURSES)
+    days = {name: int(c["first_recording_after"][-6:-3]) for name, c in changes.items()}
+    assert days["cart_viscous_n_s_m"] == 20 and days["com_distance_m"] == 50
+    assert abs(days["force_per_pwm_n"] - 35) <= 1
+    kinds = {name: c["kind"] for name, c in changes.items()}
+    assert kinds == {
+        "cart_viscous_n_s_m": "step", "force_per_pwm_n": "drift begins", "com_distance_m": "step",
+    }  # fmt: skip
+    friction = changes["cart_viscous_n_s_m"]
+    assert friction["after"] / friction["before"] == pytest.approx(2.0, rel=0.05)
+    assert main(["fleet", "history", store.address, "--rig", "bench_07"]) == 0
+    assert "between 2026-01-24" in capsys.readouterr().out
+
+
+def test_quiet_rigs_have_no_history(store: Store, capsys) -> None:
+    for number in range(5):
+        told = tell(store, capsys, f"quiet_{number}")
+        assert told["changes"] == [] == told["drifts"]
+        assert "no change shows in 20 recordings" in told["sentences"][0]
+
+
+def test_next_week_follows_the_drift(store: Store, capsys) -> None:
+    sizes = tell(store, capsys, "bench_07")["sizes"]
+    expected = sizes["force_per_pwm_n"]["next_week"]
+    assert expected["low"] < 12.86 - 0.06 * 32 < expected["high"] < 11.3
+
+
+def test_the_twin_of_today(store: Store, tmp_path: Path, capsys) -> None:
+    out = tmp_path / "today.yaml"
+    words = ["fleet", "twin", store.address, "--rig", "bench_07", "--out", str(out)]
+    assert main(words) == 0
+    rig = load_twin(out).rig
+    assert rig.cart_viscous_n_s_m == pytest.approx(1.0, abs=0.02)
+    assert rig.force_per_pwm_n == pytest.approx(12.86 - 0.06 * 25, abs=0.1)
+    assert rig.cart_mass_kg == INTECO.rig.cart_mass_kg
+
+
+def test_a_rig_that_is_unlike_the_others_is_named(store: Store, capsys) -> None:
+    comparison = compare_rigs(read_histories(store))
+    assert {u.rig for u in comparison.unlike} == {"bench_07"}
+    assert "cart_viscous_n_s_m" in {u.size for u in comparison.unlike}
+    assert main(["fleet", "compare", store.address]) == 0
+    assert "bench_07 is unlike the others in cart_viscous_n_s_m" in capsys.readouterr().out
+
+
+def test_an_effect_that_most_rigs_lack_belongs_into_the_nominal_twin(tmp_path: Path) -> None:
+    store = Store(str(tmp_path / "store"))
+    store.create()
+    friction = {"cart_coulomb_friction.level_n": (0.46, 0.02, "N")}
+    constants = {"force_per_pwm_n": SIZES["force_per_pwm_n"]}
+    for rig in range(5):
+        named = friction if rig < 4 else {}
+        store.write(
+            [
+                make_result(f"r{rig}", d, constants | named, method="diagnose", outcome="named")
+                for d in range(9)
+            ]
+        )
+    (shared,) = compare_rigs(read_histories(store)).shared
+    assert (shared.effect, shared.rigs, shared.of) == ("cart_coulomb_friction", 4, 5)
+    _, low, high, unit = shared.parameters["level_n"]
+    assert low < 0.46 < high and unit == "N"
+
+
+def test_an_effect_that_appears_is_a_change(tmp_path: Path, capsys) -> None:
+    store = Store(str(tmp_path / "store"))
+    store.create()
+    friction = {"cart_coulomb_friction.level_n": (0.46, 0.02, "N")}
+    constants = {"force_per_pwm_n": SIZES["force_per_pwm_n"]}
+    for day in range(30):
+        sizes = constants | (friction if day >= 18 else {})
+        store.write([make_result("r", day, sizes, method="diagnose", outcome="named")])
+    (change,) = tell(store, capsys, "r")["changes"]
+    assert change["size"] == "cart_coulomb_friction.named"
+    assert change["first_recording_after"].endswith("day_018.00")
+
+
+def test_the_site_tells_what_the_store_holds(store: Store, tmp_path: Path, capsys) -> None:
+    folder = Path(store.address) / store.name_verdict_folder("bench_07", "x")
+    assert not folder.exists()
+    assert main(["fleet", "page", store.address, "--out", str(tmp_path)]) == 0
+    index = (tmp_path / "index.html").read_text()
+    assert index.index("bench_07") < index.index("quiet_0")  # what needs a look comes first
+    page = (tmp_path / "rig_bench_07.html").read_text()
+    assert "began to drift" in page and page.count("<svg") == len(SIZES)
+    assert "http://" not in page.replace("http://www.w3.org", "")
+
+
+def test_rows_of_another_work_count_once(store: Store) -> None:
+    """The same recordings examined again by a later version: the later rows count."""
+    rows = draw_history("bench_07", DAYS, 1, COURSES)
+    again = [_copy_later(result) for result in rows[:3]]
+    store.write(again)
+    recordings = store.read_recordings()
+    own = recordings[recordings["rig"] == "bench_07"]
+    assert len(own) == 60 and (own["version"] == "2").sum() == 3
+    sizes = store.read_sizes()
+    assert len(sizes[(sizes["rig"] == "bench_07") & (sizes["owner"] == RIG)]) == 60 * len(SIZES)
+
+
+def _copy_later(result: Result) -> Result:
+    later = replace(result.recording, version="2", made=result.recording.made.replace(year=2027))
+    return Result(later, result.sizes)
