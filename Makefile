@@ -6,7 +6,7 @@ SHELL := bash
 .PHONY: help setup demo test test-oldest check format ablate bench docs faults fuzz colcon lock clean
 
 BIN = $(VENV)/bin
-PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
+PIP = $(BIN)/python -m pip --disable-pip-version-check --quiet
 PACKAGES := $(patsubst %/setup.py,%,$(wildcard src/*/setup.py))
 PYENV := $(or $(PYENV_ROOT),$(HOME)/.pyenv)
 PYTHONS := python3.12 $(wildcard $(PYENV)/versions/3.12*/bin/python3.12)

@@ -93,9 +93,7 @@ def _record_log(trial: Trial, nominal: Twin, options: argparse.Namespace) -> Log
     room = make_envelope(nominal.rig)
     if options.plan is not None:
         return play_plan(rig, make_excitation(read_plan(options.plan), room))
-    return play_plan(
-        rig, make_standard_plan(room, options.seconds, options.rate_hz, trial.seed)
-    )
+    return play_plan(rig, make_standard_plan(room, options.seconds, options.rate_hz, trial.seed))
 
 
 def _describe_trial(trial: Trial, options: argparse.Namespace) -> dict[str, object]:

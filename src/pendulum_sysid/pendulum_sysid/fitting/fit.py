@@ -87,9 +87,7 @@ def _widen_delays(estimates: dict[str, Estimate], case: Case) -> dict[str, Estim
     """Return the estimates, delays no better than the times of the commands are known."""
     latency = case.recording.command_latency
     scatter_s = latency.spread_s if latency is not None else 0.0
-    half = max(
-        case.recording.timing_spread_s / 2.0, decisions.INTERVAL_DEVIATIONS * scatter_s
-    )
+    half = max(case.recording.timing_spread_s / 2.0, decisions.INTERVAL_DEVIATIONS * scatter_s)
     return {
         name: replace(e, low=e.low - half, high=e.high + half) if name in DELAYS else e
         for name, e in estimates.items()

@@ -280,7 +280,7 @@ def _add_prove(verbs: Verbs) -> None:
     verb.add_argument(
         "--closed-loop", action="store_true", help="record a controller at work instead of a plan"
     )
-    kinds = "how many of nothing, single, pair, triple, unlisted (default: 15, 40, 20, 10, 15)"
+    kinds = "shares of nothing, single, pair, triple, quadruple, unlisted (15, 40, 20, 10, 0, 15)"
     verb.add_argument("--kinds", metavar="KIND:SHARE,...", help=kinds)
     verb.add_argument(
         "--unlisted",

@@ -6,7 +6,14 @@ from collections.abc import Mapping
 
 from pendulum_twin.errors import BadInputError
 
-EFFECTS_OF_KIND = {"nothing": 0, "single": 1, "pair": 2, "triple": 3, "unlisted": 0}
+EFFECTS_OF_KIND = {
+    "nothing": 0,
+    "single": 1,
+    "pair": 2,
+    "triple": 3,
+    "quadruple": 4,
+    "unlisted": 0,
+}
 USUAL_SHARES = {"nothing": 15, "single": 40, "pair": 20, "triple": 10, "unlisted": 15}
 
 

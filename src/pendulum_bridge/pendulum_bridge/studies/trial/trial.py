@@ -13,7 +13,7 @@ from pendulum_bridge.emulator.unlisted import BY_NAME as UNLISTED
 from pendulum_bridge.studies.trial.mix import EFFECTS_OF_KIND, find_kind
 from pendulum_twin.rig import Rig
 
-KIND_OF_COUNT = {0: "nothing", 1: "single", 2: "pair", 3: "triple"}
+KIND_OF_COUNT = {0: "nothing", 1: "single", 2: "pair", 3: "triple", 4: "quadruple"}
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ def draw_trial_with(
     """
     names = sets[number % len(sets)]
     seed = derive_seed(run_seed, number)
-    kind = "unlisted" if set(names) & UNLISTED.keys() else KIND_OF_COUNT[min(len(names), 3)]
+    kind = "unlisted" if set(names) & UNLISTED.keys() else KIND_OF_COUNT[min(len(names), 4)]
     return Trial(number, kind, seed, conceal_effects(names, seed, nominal, size_factor))
 
 

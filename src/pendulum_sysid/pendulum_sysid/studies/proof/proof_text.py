@@ -23,6 +23,7 @@ METHODS: Row = (
     "single",
     "pair",
     "triple",
+    "quadruple",
     "false alarms",
     "unlisted misnamed",
     "wrong in all",

@@ -86,7 +86,7 @@ class OpenedTrial:
     name: the folder's name.
     bag: the folder of the recording.
     twin: the file of the nominal twin.
-    kind: nothing, single, pair, triple or unlisted.
+    kind: nothing, single, pair, triple, quadruple or unlisted.
     seed: what the trial was drawn from.
     pole_counts: counts a turn of the pole's encoder.
     seconds: the recording's length, s.

@@ -16,7 +16,7 @@ from pendulum_twin.effects import CATALOGUE
 ORACLE_FACTOR = 1.2  # held-out score / the oracle fit's, at most in nine of ten trials
 RECORDING_S = 60.0  # length to which times are scaled: they grow linearly with the length
 DIAGNOSIS = "diagnosis"
-LISTED_KINDS = ("single", "pair", "triple")
+LISTED_KINDS = ("single", "pair", "triple", "quadruple")
 
 
 @dataclass(frozen=True)
