@@ -17,21 +17,21 @@ SRC, TESTS = ROOT / "src", ROOT / "tests"
 COLUMNS = 99
 BANNED = ("one", "found", "told", "asked", "made", "held")
 VERBS = """
-    abandon absorb accept act activate add advance announce apply ask average become begin bind brake
-    break bring build carry catch check choose claim classify clear clip close collect combine
-    compare compile complain compose compute conceal confirm connect convert correct create cut
-    deactivate decide declare decode deliver derive describe destroy detect diagnose differentiate discard discover
-    distort drain draw drop encode enter evaluate examine excite explain export extend
-    extrapolate fail fill find finish fit flush follow forget format freeze gather get give glide go
-    greet grow halve hear hide hold identify ignore import inspect integrate interrupt join judge
-    interpolate keep lay latch learn leave let linearise listen load localise locate look map match measure meet
-    minimise move need note notice nudge observe offer open pack parse pass pause perform perturb
-    pick play predict prepare press print propose prove prune publish push put quote reach read
-    receive recover reduce refine refresh refuse register remember remove render replace replay
-    represent resample resolve retime round run save say search select send serve set settle shake shorten
-    show simulate skip smooth solve speak spin split stack start stop subscribe subtract suggest
-    summarise summarize survey take tell thin track train turn undo unpack unwrap vary wait watch
-    wrap write
+    abandon absorb accept act activate add advance announce apply ask average become begin bind
+    brake break bring build carry catch check choose claim classify clear clip close collect
+    combine compare compile complain compose compute conceal confirm connect convert correct
+    create cut deactivate decide declare decode deliver derive describe destroy detect diagnose
+    differentiate discard discover distort drain draw drop encode enter evaluate examine excite
+    explain export extend extrapolate fail fill find finish fit flush follow forget format freeze
+    gather get give glide go greet grow halve hear hide hold identify ignore import inspect
+    integrate interpolate interrupt join judge keep latch lay learn leave let linearise listen
+    load localise locate look map match measure meet minimise move need note notice nudge observe
+    offer open pack parse pass pause perform perturb pick play predict prepare press print propose
+    prove prune publish push put quote reach read receive recover reduce refine refresh refuse
+    register remember remove render replace replay represent resample resolve retime round run
+    save say search select send serve set settle shake shorten show simulate skip smooth solve
+    speak spin split stack start stop subscribe subtract suggest summarise summarize survey take
+    tell thin track train turn undo unpack unwrap vary wait watch wrap write
 """
 # Verbs when a word follows: `name_effects`, `list_samples`
 NOUNS_ALONE = """

@@ -14,7 +14,7 @@ def generate_launch_description() -> LaunchDescription:
     return LaunchDescription([RegisterEventHandler(OnProcessExit(on_exit=report_failure))])
 
 
-def report_failure(event, context) -> None:  # noqa: ANN001 (launch's own types)
+def report_failure(event, context) -> None:
     """Raise RuntimeError for a program that failed by itself, not by the end of the launch."""
     if event.returncode and not context.is_shutdown:
         raise RuntimeError(

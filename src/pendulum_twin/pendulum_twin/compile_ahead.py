@@ -119,7 +119,7 @@ def _list_fitting_units() -> list[Callable[[], object]]:
         states, out = np.zeros((kernel.WIDTH, 4)), np.empty((kernel.WIDTH, 2, 4))
         block, drives = (0,) * kernel.WIDTH, np.zeros((1, 10))
         return kernel.integrate_lanes(
-            block, laws, False, drives, first, first, states, theta, 1e-3, 10, out
+            block, laws, False, None, drives, first, first, first, states, theta, 1e-3, 10, out
         )
 
     return [partial(run, laws) for laws in (NO_LAWS, PLAIN_LAWS, ALL_LAWS)]

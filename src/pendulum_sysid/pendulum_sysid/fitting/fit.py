@@ -86,7 +86,7 @@ def fit_own_parameters(case: Case, split: Split) -> Fit:
 def _widen_delays(estimates: dict[str, Estimate], case: Case) -> dict[str, Estimate]:
     """Return the estimates, delays no better than the times of the commands are known."""
     latency = case.recording.command_latency
-    scatter_s = latency.spread_s if latency is not None else 0.0
+    scatter_s = (latency.spread_s if latency is not None else None) or 0.0
     half = max(case.recording.timing_spread_s / 2.0, decisions.INTERVAL_DEVIATIONS * scatter_s)
     return {
         name: replace(e, low=e.low - half, high=e.high + half) if name in DELAYS else e

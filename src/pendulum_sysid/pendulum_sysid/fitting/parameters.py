@@ -107,8 +107,8 @@ def list_rig_parameters(twin: Twin) -> tuple[Free, ...]:
         size = max(theta[CART_VISCOUS], 0.1 * theta[0])
         constants.append(free("cart_viscous_n_s_m", (CART_VISCOUS,), (1.0,), size))
         if twin.spreads.get("cart_mass_kg"):
-            mass = free("cart_mass_kg", (MASS,), (1.0,), rig.cart_mass_kg or 1.0)
-            constants.append(replace(mass, offset=rig.pole_mass_kg or 0.0))
+            cart_mass = free("cart_mass_kg", (MASS,), (1.0,), rig.cart_mass_kg or 1.0)
+            constants.append(replace(cart_mass, offset=rig.pole_mass_kg or 0.0))
     if rig.has_pole:
         mass = rig.total_mass_kg
         distance = free(

@@ -40,6 +40,7 @@ from pendulum_sysid.verdict.record import (
     Verdict,
 )
 from pendulum_twin.effects import BY_NAME, CATALOGUE
+from pendulum_twin.laws.kind import EVIDENCE_NAMES, Role
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
 
