@@ -192,9 +192,7 @@ def parse_twin(mapping: object) -> Twin:
     )
 
 
-def _spread_com_distance(
-    rig: Rig, block: object, spreads: Mapping[str, Any]
-) -> dict[str, Any]:
+def _spread_com_distance(rig: Rig, block: object, spreads: Mapping[str, Any]) -> dict[str, Any]:
     """Return the spreads, that of the pole's own distance as one of the common distance."""
     kept = {key: sd for key, sd in spreads.items() if key != POLE_COM_KEY}
     if POLE_COM_KEY in spreads and isinstance(block, Mapping):

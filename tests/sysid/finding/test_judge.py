@@ -184,7 +184,7 @@ def test_shapes_do_not_speak_for_an_effect() -> None:
 
 
 def test_the_simplest_of_those_that_are_as_good_is_taken() -> None:
-    off = make_errors(9)
+    off = make_errors(9, size=0.6)
     coulomb, stribeck, cogging = (
         make_fit(factor * off, (name,))
         for factor, name in (

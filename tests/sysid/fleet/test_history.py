@@ -146,5 +146,7 @@ def test_rows_of_another_work_count_once(store: Store) -> None:
 
 
 def _copy_later(result: Result) -> Result:
-    later = replace(result.recording, version="2", made=result.recording.made.replace(year=2027))
+    later = replace(
+        result.recording, version="2", written_at=result.recording.written_at.replace(year=2027)
+    )
     return Result(later, result.sizes)

@@ -38,7 +38,7 @@ def assert_as_in_the_contract(found: dict) -> None:
     assert set(found) == {
         "schema", "outcome", "sentence", "location", "missing_physics", "rig_parameters",
         "masking", "fit", "remainder", "data_quality", "next_experiment", "recording", "elapsed_s",
-        "warnings", "perhaps", "sets",
+        "warnings", "perhaps", "sets", "measured_laws",
     }  # fmt: skip
     assert json.loads(json.dumps(found, allow_nan=False)) == found
     assert found["schema"] == "pendulum_verdict/1" and found["outcome"] in {
@@ -52,6 +52,8 @@ def assert_as_in_the_contract(found: dict) -> None:
             "confidence",
             "parameters",
             "sentence",
+            "replicated",
+            "weight",
         }
         units = {p.name: p.unit for p in BY_NAME[one["effect"]].parameters}
         assert {name: held["unit"] for name, held in one["parameters"].items()} == units

@@ -45,6 +45,8 @@ def weigh_sets(fits: Iterable[Fit], best: Fit, seed: int = 0) -> tuple[WeighedSe
             if other is None or fit.choose < other.choose:
                 kept[frozenset(fit.effects)] = fit
     candidates = list(kept.values())
+    if not candidates:
+        return ()
     cost = np.log(decisions.LEAD_MISFIT_RATIO)
     losses = np.array(
         [average_over_blocks(compute_log_errors(fit, best).mean(axis=1)) for fit in candidates]

@@ -3,7 +3,7 @@
 The course is piecewise constant or linear. Its pieces are found by PELT (Killick, Fearnhead and
 Eckley 2012) on the likelihood of the estimates with their standard errors. A change costs what
 chance makes of a quiet history in FALSE_CHANGE_SHARE of all cases (Bonferroni over its recordings
-and over all sizes that are asked). A change must also stand out from the same estimates in
+and over all sizes that are asked about). A change must also stand out from the same estimates in
 shuffled orders, which no wrong standard error can fool.
 """
 
@@ -135,7 +135,7 @@ def find_changes(
     times_s: (n,) s, rising.
     values: (n,) estimates.
     errors: (n,) their standard errors, above 0.
-    sizes_asked: how many sizes of the rig are asked alike.
+    sizes_asked: how many sizes of the rig are asked about alike.
     may_drift: False for what can only be there or not: outliers are not drawn in, nor is scatter
         beyond the standard errors believed.
     """
@@ -158,9 +158,9 @@ def find_changes(
         slope_cost = np.inf
     bounds = list(zip([0, *ends[:-1]], ends, strict=True))
     pieces = [_fit_piece(times_s, drawn, scatter, cost, slope_cost, *b) for b in bounds]
-    asked = sizes_asked * n
+    questions = sizes_asked * n
     changes = [
-        _describe_change(times_s, drawn, scatter, cost, pair, asked, degrees)
+        _describe_change(times_s, drawn, scatter, cost, pair, questions, degrees)
         for pair in pairwise(pieces)
     ]
     changes = [
@@ -245,8 +245,8 @@ def _square_quantile(chance: float, degrees: float) -> float:
     return float(student.isf(chance / 2.0, degrees)) ** 2
 
 
-def _compute_chance(gain: float, asked: int, degrees: float) -> float:
-    return float(min(1.0, asked * 2.0 * student.sf(np.sqrt(max(gain, 0.0)), degrees)))
+def _compute_chance(gain: float, questions: int, degrees: float) -> float:
+    return float(min(1.0, questions * 2.0 * student.sf(np.sqrt(max(gain, 0.0)), degrees)))
 
 
 def _fit_piece(
@@ -274,21 +274,19 @@ def _describe_change(
     scatter: Floats,
     cost: _Likelihood,
     pair: tuple[Piece, Piece],
-    asked: int,
+    questions: int,
     degrees: float,
 ) -> Change:
     """Return the change between two pieces: a step, or the beginning of a drift."""
     first, last = pair
     begin, end = first.begin, last.end
     least = decisions.LEAST_SEGMENT
-    splits = np.arange(begin + least, end - least + 1)
-    if not len(splits):
-        splits = np.array([last.begin])
+    splits = list(range(begin + least, end - least + 1)) or [last.begin]
     costs = np.array([cost.error(begin, k) + cost.error(k, end) for k in splits])
     drifts = False
     if last.slope and not first.slope:
         hinges = np.array(
-            [_fit_hinge(times_s, values, scatter, begin, end, k) for k in splits - 1]
+            [_fit_hinge(times_s, values, scatter, begin, end, k - 1) for k in splits]
         )
         jump = cost.constant(begin, last.begin) + cost.linear(last.begin, end)
         if hinges.min() <= jump + _square_quantile(decisions.FALSE_CHANGE_SHARE, degrees):
@@ -297,8 +295,8 @@ def _describe_change(
     likely = np.exp(-0.5 * (costs - costs.min()))
     order = np.argsort(-likely)
     enough = np.searchsorted(np.cumsum(likely[order]) / likely.sum(), COVERED) + 1
-    chosen = splits[order[:enough]]
-    index = int(splits[np.argmin(costs)])
+    chosen = [splits[k] for k in order[:enough]]
+    index = splits[int(np.argmin(costs))]
     edge = times_s[last.begin]
     before, after = first.predict(edge), last.predict(edge)
     if drifts:
@@ -309,12 +307,12 @@ def _describe_change(
         gain = max(gain, alone - cost.linear(begin, index) - cost.linear(index, end))
     return Change(
         index,
-        int(chosen.min()) - 1,
-        int(chosen.max()),
+        min(chosen) - 1,
+        max(chosen),
         drifts,
         before,
         after,
-        _compute_chance(gain, asked, degrees),
+        _compute_chance(gain, questions, degrees),
     )
 
 

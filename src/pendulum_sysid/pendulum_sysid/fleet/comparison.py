@@ -75,11 +75,11 @@ def compare_rigs(histories: Sequence[History]) -> Comparison:
             if size.parameter != PRESENCE:
                 groups[size.name].append((history.rig, size))
     large = {name: group for name, group in groups.items() if len(group) >= decisions.LEAST_RIGS}
-    asked = sum(len(group) for group in large.values())
+    questions = sum(len(group) for group in large.values())
     families, unlike = {}, []
     for name, group in large.items():
         families[name] = pool_family([get_recent(size) for _, size in group])
-        unlike += _find_unlike(name, group, asked)
+        unlike += _find_unlike(name, group, questions)
     return Comparison(
         families,
         {name: tuple(rig for rig, _ in group) for name, group in large.items()},
@@ -98,7 +98,7 @@ def get_recent(size: Size) -> tuple[Floats, Floats]:
     return rows["value"].to_numpy(float) - drift, rows["error"].to_numpy(float)
 
 
-def _find_unlike(name: str, group: Sequence[tuple[str, Size]], asked: int) -> list[Unlike]:
+def _find_unlike(name: str, group: Sequence[tuple[str, Size]], questions: int) -> list[Unlike]:
     """Return the rigs that the other rigs' mean and spread do not expect."""
     values = np.array([size.today.value for _, size in group])
     errors = np.array([size.today.error for _, size in group])
@@ -109,7 +109,7 @@ def _find_unlike(name: str, group: Sequence[tuple[str, Size]], asked: int) -> li
         degrees = max(int(others.sum()) - 1, 1)
         scale = float(np.sqrt(usual.spread**2 + usual.error**2 + errors[k] ** 2))
         away = abs(values[k] - usual.value) / scale
-        chance = float(min(1.0, 2.0 * student.sf(away, degrees) * asked))
+        chance = float(min(1.0, 2.0 * student.sf(away, degrees) * questions))
         if chance < decisions.FALSE_UNLIKE_SHARE:
             half = scale * float(student.isf(0.025, degrees))
             unlike.append(

@@ -113,12 +113,12 @@ def make_history(rig: str, recordings: pd.DataFrame, sizes: pd.DataFrame) -> His
             series.append((owner, parameter, unit, rows))
         if len(rows) < decisions.LEAST_HISTORY:
             left_out[name] = len(rows)
-    asked = max(sum(len(rows) >= decisions.LEAST_HISTORY for *_, rows in series), 1)
+    questions = max(sum(len(rows) >= decisions.LEAST_HISTORY for *_, rows in series), 1)
     return History(
         rig,
         usable,
         recordings[~answered].reset_index(drop=True),
-        tuple(_make_size(*each, asked) for each in series),
+        tuple(_make_size(*each, questions) for each in series),
         left_out,
     )
 
@@ -159,10 +159,10 @@ def _make_presence(recordings: pd.DataFrame, own: pd.DataFrame) -> pd.DataFrame:
     return rows
 
 
-def _make_size(owner: str, parameter: str, unit: str, rows: pd.DataFrame, asked: int) -> Size:
+def _make_size(owner: str, parameter: str, unit: str, rows: pd.DataFrame, questions: int) -> Size:
     times = rows["time"].map(pd.Timestamp.timestamp).to_numpy(float)
     values, errors = (rows[name].to_numpy(float) for name in ("value", "error"))
-    course = find_changes(times, values, errors, asked, parameter != PRESENCE)
+    course = find_changes(times, values, errors, questions, parameter != PRESENCE)
     last = course.pieces[-1]
     today = pool_estimates(values[last.begin :], errors[last.begin :])
     ahead_s = times[-1] + WEEK_S

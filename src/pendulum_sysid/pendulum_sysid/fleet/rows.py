@@ -31,7 +31,7 @@ class RecordingRow:
         twin: digest of the twin file that the work started from.
         version: of pendulum_sysid.
         cpu_s: CPU time of the work, s.
-        made: when the row was made, UTC.
+        written_at: when the row was written, UTC.
         batch: the write that the row came with.
     """
 
@@ -44,7 +44,7 @@ class RecordingRow:
     method: str
     twin: str
     version: str
-    made: datetime
+    written_at: datetime
     seconds: float = float("nan")
     place: str = ""
     before: float = float("nan")

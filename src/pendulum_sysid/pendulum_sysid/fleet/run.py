@@ -27,14 +27,14 @@ Progress = Callable[[str], None]
 class Tally:
     """Count what a run came to.
 
-    found: recordings in the folders.
+    recordings: number of recordings in the folders.
     known: of them, those that the store had.
     done: that were examined now.
     unanswered: of these, those that gave no answer.
     strays: recordings that no rig of the table claims.
     """
 
-    found: int = 0
+    recordings: int = 0
     known: int = 0
     done: int = 0
     unanswered: int = 0
@@ -69,7 +69,7 @@ def run_fleet(
         )
     for source in strays:
         progress(f"{source.path}: left out, for no rig of {table} claims it")
-    tally = Tally(found=len(sources), strays=len(strays))
+    tally = Tally(recordings=len(sources), strays=len(strays))
     store = Store(address)
     store.create()
     twins = {rig.name: rig.twin.read_bytes() for rig in rigs}

@@ -45,7 +45,7 @@ Key = tuple[str, str, str, str, str]  # rig, digest, version, twin, method
 LATEST = f"""
     SELECT * EXCLUDE (place_in_row) FROM (
         SELECT *, row_number() OVER (
-            PARTITION BY rig, digest ORDER BY outcome = '{PUT_ASIDE}', made DESC, batch
+            PARTITION BY rig, digest ORDER BY outcome = '{PUT_ASIDE}', written_at DESC, batch
         ) AS place_in_row FROM every_row
     ) WHERE place_in_row = 1 ORDER BY rig, time, digest
 """

@@ -97,7 +97,7 @@ def make_row(work: Work, outcome: str, sentence: str) -> RecordingRow:
         method=work.method,
         twin=work.twin_digest,
         version=get_version(),
-        made=datetime.now(UTC),
+        written_at=datetime.now(UTC),
     )
 
 

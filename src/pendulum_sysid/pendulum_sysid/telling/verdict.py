@@ -60,7 +60,11 @@ def make_verdict(findings: Findings, recording: Recording, elapsed_s: float) -> 
     named = list_told(findings)
     names = {effect.effect for effect in named}
     certain = tuple(describe_certain(r) for r in findings.certain if r.effect not in names)
-    others = tuple(e for e in (*findings.named, *findings.perhaps) if e.effect not in names)
+    others = tuple(
+        effect
+        for effect in (*findings.named, *findings.perhaps)
+        if effect.effect not in names and effect.effect in findings.final.effects
+    )
     plan, why = findings.coming.plan, findings.coming.why
     return Verdict(
         outcome=outcome,

@@ -48,7 +48,7 @@ def examine(arguments: argparse.Namespace) -> int:
         print_progress,
     )
     print(
-        f"{tally.found} recordings: {tally.known} known, {tally.done} examined, "
+        f"{tally.recordings} recordings: {tally.known} known, {tally.done} examined, "
         f"{tally.unanswered} of them without an answer, {tally.strays} of no rig"
     )
     print(arguments.store)
