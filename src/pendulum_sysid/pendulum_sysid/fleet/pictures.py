@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from datetime import timedelta
 
-import matplotlib
+import matplotlib.style
 import numpy as np
 from markupsafe import Markup
 from matplotlib.figure import Figure
@@ -34,7 +34,7 @@ def draw_course(size: Size, key: str) -> Markup:
     )
     times = (stamps - stamps[0]) / unit_s
     values, errors = (rows[name].to_numpy(float) for name in ("value", "error"))
-    with matplotlib.rc_context(STYLE):
+    with matplotlib.style.context(["default", STYLE]):
         figure = Figure(figsize=(6.4, 2.3), layout="constrained")
         axes = figure.add_subplot()
         chosen = thin_out(len(times), 400)
