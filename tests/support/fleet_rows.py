@@ -32,7 +32,7 @@ def make_result(
     digest = f"sha256:{rig}{day:012.5f}"
     content = {
         "outcome": "fitted", "sentence": "said", "method": "fit", "twin": "sha256:0",
-        "version": "1", "made": when, "path": f"/bench/{rig}/day_{day:06.2f}",
+        "version": "1", "written_at": when, "path": f"/bench/{rig}/day_{day:06.2f}",
     } | changes  # fmt: skip
     rows = tuple(
         SizeRow(rig, digest, *split_name(name), unit, value, value - 1.96 * error,

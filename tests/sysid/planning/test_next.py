@@ -42,7 +42,7 @@ TIED = {
     ),
     "static and dry friction": (
         make_hidden_twin(
-            {"cart_stribeck_friction": {"level_n": 0.3, "static_n": 1e-3, "velocity_m_s": 0.02}}
+            {"cart_stribeck_friction": {"level_n": 0.3, "static_n": 1.15e-3, "velocity_m_s": 0.02}}
         ),
         SLOW,
         {"cart_stribeck_friction", "cart_coulomb_friction"},

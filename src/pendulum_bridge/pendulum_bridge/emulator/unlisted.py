@@ -412,7 +412,7 @@ TABLE: tuple[Unlisted, ...] = (
         {"torque_n_m": (0.01, 0.03), "angle_rad": (2.2, 4.0)},
         shapes=("angle_rad",),
     ),
-    Unlisted(make_oily_bearing, "pole", ("pole_angle", "pole_rate"), {"n_m_s": (1e-3, 2.5e-3)}),
+    Unlisted(make_oily_bearing, "pole", ("pole_angle", "pole_rate"), {"n_m_s": (2.5e-3, 6e-3)}),
     Unlisted(make_bent_rack, "sensor", ("cart_position",), {"per_m": (0.08, 0.2)}, both_ways=True),
     Unlisted(
         make_wobbling_disc,

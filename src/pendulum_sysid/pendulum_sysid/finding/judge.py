@@ -21,19 +21,21 @@ class Lead:
     standard_errors: of the gain over paired windows.
     likely: True if the rich fit's errors are mere noise and those of the simple fit surely are
         not, in however few windows.
-    least_ratio: that counts: what a model leaves out lets any effect gain a little.
+    stands_out: whether the gain is large beside what is left, in the channel that gains most: what
+        a model leaves out lets any effect gain a little.
     """
 
     ratio: float
     standard_errors: float
     likely: bool = False
-    least_ratio: float = decisions.LEAD_MISFIT_RATIO
+    stands_out: bool = True
 
     @property
     def is_real(self) -> bool:
         """Return whether the lead is more than chance."""
         by_windows = self.standard_errors >= decisions.LEAD_STANDARD_ERRORS
-        return (by_windows and self.ratio >= self.least_ratio) or self.likely
+        by_size = self.ratio >= decisions.LEAD_MISFIT_RATIO and self.stands_out
+        return (by_windows and by_size) or self.likely
 
 
 def compute_lead(rich: Fit, simple: Fit) -> Lead:
@@ -43,12 +45,21 @@ def compute_lead(rich: Fit, simple: Fit) -> Lead:
     typical window (Lange, Little and Taylor, J. Am. Stat. Assoc. 84 (1989) 881): neither one wild
     window nor many quiet windows decide alone.
     """
-    gains = (compute_log_errors(simple, rich) - compute_log_errors(rich, rich)).mean(axis=1)
+    by_channel = compute_log_errors(simple, rich) - compute_log_errors(rich, rich)
+    gains = by_channel.mean(axis=1)
     blocks = average_over_blocks(gains)
     spread = float(np.std(blocks, ddof=1)) / np.sqrt(len(blocks)) if len(blocks) > 1 else np.inf
     ahead = float(np.mean(gains)) / max(spread, 1e-12)
     likely = decisions.ACCEPT_LIKELIHOOD and _is_likely(rich, simple)
-    return Lead(float(np.exp(np.mean(gains))), ahead, likely, compute_least_ratio(rich.choose))
+    least = np.log([compute_least_ratio(misfit) for misfit in _compute_misfits(rich)])
+    stands_out = bool(np.any(by_channel.mean(axis=0) >= least))
+    return Lead(float(np.exp(np.mean(gains))), ahead, likely, stands_out)
+
+
+def _compute_misfits(fit: Fit) -> Floats:
+    """Return the misfit of each channel, (channels,), in units of its noise."""
+    power = fit.window_squares.sum(axis=0) / np.maximum(fit.counts.sum(axis=0), 1.0)
+    return np.sqrt(power) / fit.noise
 
 
 def compute_least_ratio(misfit: float) -> float:
