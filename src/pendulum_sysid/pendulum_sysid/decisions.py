@@ -184,9 +184,7 @@ COMMAND_MEMORY_S = 0.2  # s; after a hole, for which delays and lags let older c
 COMMAND_JUMP_SHARE = 0.02  # of largest command; a missing one that may be off by more
 COMMAND_SPREAD = 0.1  # periods; stamps of commands this near their clock are even
 SAME_RATE = 0.02  # of period; commands that answer samples come at their rate
-EVEN_COMMANDS_RATIO = (
-    0.97  # ratio; of unexplained acceleration, by which a timing is clearly right
-)
+EVEN_COMMANDS_RATIO = 0.97  # ratio; of unexplained acceleration: a timing is clearly right
 COMMAND_HOLDS_S = 10.0  # s; an older last command belongs to another clock
 
 # Does the rig answer, stand still, or repeat itself?

@@ -35,7 +35,7 @@ def name_effects(ground: Ground) -> tuple[str, ...]:
     for effect in effects:
         set_effect(theta, effect, tuple(_choose_start(ground, p) for p in effect.parameters))
     for pieces in HORIZONS:
-        windows = shorten_windows(ground.case.state, ground.split.train, pieces)
+        windows = shorten_windows(ground.case.state, ground.split.learn, pieces)
         solution = solve(ground.case.problem(windows), theta, free)
         theta = solution.theta
     halves = compute_half_widths(solution, free, HORIZONS[-1])
