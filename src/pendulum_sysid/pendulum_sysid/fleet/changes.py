@@ -281,14 +281,12 @@ def _describe_change(
     first, last = pair
     begin, end = first.begin, last.end
     least = decisions.LEAST_SEGMENT
-    splits = np.arange(begin + least, end - least + 1)
-    if not len(splits):
-        splits = np.array([last.begin])
+    splits = list(range(begin + least, end - least + 1)) or [last.begin]
     costs = np.array([cost.error(begin, k) + cost.error(k, end) for k in splits])
     drifts = False
     if last.slope and not first.slope:
         hinges = np.array(
-            [_fit_hinge(times_s, values, scatter, begin, end, k) for k in splits - 1]
+            [_fit_hinge(times_s, values, scatter, begin, end, k - 1) for k in splits]
         )
         jump = cost.constant(begin, last.begin) + cost.linear(last.begin, end)
         if hinges.min() <= jump + _square_quantile(decisions.FALSE_CHANGE_SHARE, degrees):
@@ -297,7 +295,7 @@ def _describe_change(
     likely = np.exp(-0.5 * (costs - costs.min()))
     order = np.argsort(-likely)
     enough = np.searchsorted(np.cumsum(likely[order]) / likely.sum(), COVERED) + 1
-    chosen = splits[order[:enough]]
+    chosen = np.array(splits)[order[:enough]]
     index = int(splits[np.argmin(costs)])
     edge = times_s[last.begin]
     before, after = first.predict(edge), last.predict(edge)

@@ -223,9 +223,9 @@ def _read_ending(client: Client, future: Any, item: Any, time_limit_s: float) ->
             raise _name_loss(client) from error
     if future.status != "error":
         raise _name_loss(client)
-    error = future.exception()
-    if not isinstance(error, KilledWorker):
-        return Ending(item, error=error)
+    failure = future.exception()
+    if not isinstance(failure, KilledWorker):
+        return Ending(item, error=failure)
     if any(key == future.key for _, key in client.get_events(TIME_UP)):
         return Ending(item, put_aside=f"it took longer than {time_limit_s:g} s, twice")
     return Ending(item, put_aside="its worker died twice: a crash, or too little memory")

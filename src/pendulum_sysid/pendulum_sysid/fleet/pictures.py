@@ -34,7 +34,7 @@ def draw_course(size: Size, key: str) -> Markup:
     )
     times = (stamps - stamps[0]) / unit_s
     values, errors = (rows[name].to_numpy(float) for name in ("value", "error"))
-    with matplotlib.rc_context(STYLE):
+    with matplotlib.rc_context(STYLE):  # type: ignore[arg-type]
         figure = Figure(figsize=(6.4, 2.3), layout="constrained")
         axes = figure.add_subplot()
         chosen = thin_out(len(times), 400)
