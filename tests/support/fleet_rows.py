@@ -10,6 +10,7 @@ import numpy as np
 import yaml
 
 from pendulum_sysid.fleet.rows import RIG, RecordingRow, Result, SizeRow
+from pendulum_sysid.fleet.work import Work, examine_recording
 from pendulum_twin.arrays import Floats
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import save_twin
@@ -75,6 +76,13 @@ def write_fleet(folder: Path, count: int = 6, rigs: int = 2, seconds: float = 8.
     }
     (folder / "table.yaml").write_text(yaml.safe_dump(table))
     return folder / "table.yaml"
+
+
+def examine_or_die(work: Work) -> Result:
+    """Examine a recording, but end the worker at the first."""
+    if work.source.name.endswith("000"):
+        os._exit(9)
+    return examine_recording(work)
 
 
 def act_as_told(item: object) -> object:

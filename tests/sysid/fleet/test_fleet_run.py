@@ -10,10 +10,11 @@ from pathlib import Path
 import pandas as pd
 import pyarrow.fs
 import pytest
-from support.fleet_rows import write_fleet
+from support.fleet_rows import examine_or_die, write_fleet
 
 from pendulum_sysid.cli import main
 from pendulum_sysid.fleet import engine as engine_module
+from pendulum_sysid.fleet import run as run_module
 from pendulum_sysid.fleet.places import Place
 from pendulum_sysid.fleet.store import Store
 
@@ -85,6 +86,20 @@ def test_a_killed_coordinator_is_gone_on_from(fleet: Path, whole, tmp_path: Path
     assert "/6 rig_" in line or "unusable" in line
     assert run(fleet, store) == 0
     pd.testing.assert_frame_equal(read(store), whole)
+
+
+def test_a_recording_that_ends_its_worker_is_put_aside_and_tried_by_the_next_run(
+    fleet: Path, whole, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
+) -> None:
+    monkeypatch.setattr(run_module, "examine_recording", examine_or_die)
+    assert run(fleet, tmp_path / "store") == 0
+    told = capsys.readouterr()
+    assert "6 examined, 3 of them without an answer" in told.out
+    assert "000: put_aside: its worker died twice" in told.err
+    monkeypatch.undo()
+    assert run(fleet, tmp_path / "store") == 0
+    assert "5 known, 1 examined, 0 of them" in capsys.readouterr().out
+    pd.testing.assert_frame_equal(read(tmp_path / "store"), whole)
 
 
 def test_the_store_may_be_on_s3(fleet: Path, whole, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,6 +1,8 @@
 """A rig of sixty days with three concealed changes, quiet rigs, the twin of today, a page."""
 
+import gzip
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -122,15 +124,25 @@ def test_an_effect_that_appears_is_a_change(tmp_path: Path, capsys) -> None:
     assert change["first_recording_after"].endswith("day_018.00")
 
 
-def test_the_site_tells_what_the_store_holds(store: Store, tmp_path: Path, capsys) -> None:
-    folder = Path(store.address) / store.name_verdict_folder("bench_07", "x")
-    assert not folder.exists()
-    assert main(["fleet", "page", store.address, "--out", str(tmp_path)]) == 0
-    index = (tmp_path / "index.html").read_text()
-    assert index.index("bench_07") < index.index("quiet_0")  # what needs a look comes first
-    page = (tmp_path / "rig_bench_07.html").read_text()
-    assert "began to drift" in page and page.count("<svg") == len(SIZES)
+def test_the_site_tells_what_the_store_holds(tmp_path: Path, capsys) -> None:
+    store = Store(str(tmp_path / "store"))
+    store.create()
+    friction = "cart_viscous_n_s_m"
+    for rig, course in (("a_quiet", 0.5), ("b_changed", np.where(DAYS[:20] < 9, 0.5, 1.0))):
+        rows = draw_history(rig, DAYS[:20], 3, {friction: course * np.ones(20)})
+        store.write([replace(r, sizes=r.sizes[:1]) for r in rows])
+    digest = "sha256:b_changed000000.00000"
+    report = f"{store.name_verdict_folder('b_changed', digest)}/report.html.gz"
+    store.place.write(report, gzip.compress(b"the report"))
+    out = tmp_path / "site"
+    assert main(["fleet", "page", store.address, "--out", str(out)]) == 0
+    index, page = ((out / n).read_text() for n in ("index.html", "rig_b_changed.html"))
+    assert index.index("b_changed") < index.index("a_quiet")  # what needs a look comes first
+    assert "1 of 2 rigs need a look" in index
+    assert f"{friction} went from 0.5" in page and page.count("<svg") == 1
     assert "http://" not in page.replace("http://www.w3.org", "")
+    (link,) = set(re.findall(r'href="(reports/[^"]+)"', page))
+    assert (out / link).read_text() == "the report"
 
 
 def test_rows_of_another_work_count_once(store: Store) -> None:

@@ -48,6 +48,7 @@ CONNECT_S = 15.0  # s; that a scheduler may take to answer
 CLOSE_S = 5.0  # s; that workers may take to end
 TIME_UP_STATUS = 75  # exit status of a worker whose task ran too long
 TIME_UP, TIME_UP_SENT_S = "sysid-time-up", 0.5  # topic of the event, and s to send it in
+DIED = "its worker died twice: a crash, or too little memory"
 QUIET = ("distributed", "distributed.nanny", "distributed.scheduler", "distributed.worker")
 
 
@@ -129,17 +130,7 @@ def open_client(engine: Engine, prepare: Callable[[], None] | None = None) -> It
 @contextmanager
 def _connect(engine: Engine) -> Iterator[Client]:
     if engine.scheduler is None:
-        with (
-            LocalCluster(
-                n_workers=engine.workers,
-                threads_per_worker=1,
-                memory_limit=engine.memory_bytes,
-                dashboard_address=None,
-                host="127.0.0.1",
-                silence_logs=logging.CRITICAL,
-            ) as cluster,
-            Client(cluster, timeout=CONNECT_S) as client,
-        ):
+        with _start_cluster(engine) as cluster, Client(cluster, timeout=CONNECT_S) as client:
             yield client
         return
     try:
@@ -152,6 +143,23 @@ def _connect(engine: Engine) -> Iterator[Client]:
     with client:
         client.run_on_scheduler(_forgive_kills)
         yield client
+
+
+def _start_cluster(engine: Engine) -> LocalCluster:
+    try:
+        return LocalCluster(
+            n_workers=engine.workers,
+            threads_per_worker=1,
+            memory_limit=engine.memory_bytes,
+            dashboard_address=None,
+            host="127.0.0.1",
+            silence_logs=logging.CRITICAL,
+        )
+    except (RuntimeError, OSError, TimeoutError) as error:
+        raise BadInputError(
+            f"expected {engine.workers} worker processes, found that one ended while it started "
+            f"({error}): run the same command again, with fewer workers if memory is short"
+        ) from error
 
 
 def _forgive_kills(dask_scheduler: Any) -> None:
@@ -228,7 +236,7 @@ def _read_ending(client: Client, future: Any, item: Any, time_limit_s: float) ->
         return Ending(item, error=raised)
     if any(key == future.key for _, key in client.get_events(TIME_UP)):
         return Ending(item, put_aside=f"it took longer than {time_limit_s:g} s, twice")
-    return Ending(item, put_aside="its worker died twice: a crash, or too little memory")
+    return Ending(item, put_aside=DIED)
 
 
 def _name_loss(client: Client) -> SchedulerLost:

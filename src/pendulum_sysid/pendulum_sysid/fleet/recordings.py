@@ -52,7 +52,9 @@ def find_sources(folder: str) -> list[Source]:
 
     Raises FileError when the folder holds none.
     """
-    names = Place(folder).list_files()
+    place = Place(folder)
+    names = place.list_files()
+    folder = place.root if place.is_local else folder  # the same from wherever it is called
     bags = {str(PurePosixPath(n).parent) for n in names if PurePosixPath(n).name == INDEX}
     files: dict[str, list[str]] = {bag: [] for bag in bags}
     for name in names:

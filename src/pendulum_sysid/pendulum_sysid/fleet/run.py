@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from pendulum_sysid.errors import FileError
-from pendulum_sysid.fleet.engine import Ending, Engine, open_client, run_tasks
+from pendulum_sysid.fleet.engine import DIED, Ending, Engine, open_client, run_tasks
 from pendulum_sysid.fleet.recordings import assign_rigs, compute_source_digest, find_sources
 from pendulum_sysid.fleet.rows import FAILED, PUT_ASIDE, Result
 from pendulum_sysid.fleet.store import Key, Store
@@ -103,8 +103,14 @@ def run_fleet(
     works = _peek(list_work())
     if works is not None:
         with open_client(engine, compile_kernels) as client:
-            endings = run_tasks(client, examine_recording, works, engine.time_limit_s)
+
+            def examine(some: Iterable[Work]) -> Iterator[Ending[Work, Result]]:
+                return run_tasks(client, examine_recording, some, engine.time_limit_s)
+
+            died: list[Work] = []
+            endings = _hold_back(examine(works), died, progress)
             _collect(endings, store, tally, len(pairs), progress)
+            _collect(examine(died), store, tally, len(pairs), progress)
         store.merge()
     return tally
 
@@ -120,6 +126,21 @@ def _peek(works: Iterator[Work]) -> Iterator[Work] | None:
         yield from works
 
     return give_all()
+
+
+def _hold_back(
+    endings: Iterator[Ending[Work, Result]], died: list[Work], progress: Progress
+) -> Iterator[Ending[Work, Result]]:
+    """Yield the endings but those whose worker died twice: these have a last try at the end.
+
+    A machine that goes down takes the recordings with it that it works on, whatever they are.
+    """
+    for ending in endings:
+        if ending.put_aside == DIED:
+            died.append(ending.item)
+            progress(f"{ending.item.source.path}: put aside: {DIED}; tried again at the end")
+        else:
+            yield ending
 
 
 def _collect(

@@ -91,8 +91,9 @@ def _read_columns(path: Path, name: str, given: Any) -> Columns:
                 f"{path}: expected columns of rig {name} as the options of sysid import "
                 f"({', '.join(defaults)}), found {key}: {value!r}"
             )
-    options: dict[str, Any] = {
-        k: str(v) if isinstance(defaults[k], str | None) and k != "rate_hz" else v
-        for k, v in given.items()
+    numbers = ("skip", "rate_hz")
+    read: dict[str, Any] = {
+        key: value if isinstance(value, bool) or key in numbers else str(value)
+        for key, value in given.items()
     }
-    return Columns(**options)
+    return Columns(**read)
