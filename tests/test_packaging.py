@@ -90,6 +90,11 @@ def assert_executables(prefix: Path, package: str) -> None:
         assert run(wrapper, "one", "two words").split(" ", 1)[1] == "one two words\n"
 
 
+def read_files(folder: Path) -> dict[str, bytes]:
+    """Return name -> bytes of a folder's files, without folders such as __pycache__."""
+    return {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
+
+
 def assert_shared_files(prefix: Path) -> None:
     """Check that share/pendulum_bridge has every file of the folders that are shared."""
     for folder in SHARED:
@@ -97,8 +102,8 @@ def assert_shared_files(prefix: Path) -> None:
             ROOT / "src" / "pendulum_bridge" / folder,
             prefix / "share" / "pendulum_bridge" / folder,
         )
-        files = {path.name: path.read_bytes() for path in here.iterdir()}
-        assert files and {path.name: path.read_bytes() for path in there.iterdir()} == files
+        files = read_files(here)
+        assert files and read_files(there) == files
 
 
 def test_lock_is_nothing_but_exact_versions() -> None:

@@ -21,7 +21,7 @@ setup(
     description=(
         "The rig's side: driver, excitation, recorder, doctor, view, and an emulated rig on MuJoCo"
     ),
-    long_description=(Path(__file__).parent / "README.md").read_text(encoding="utf-8"),
+    long_description=(Path(__file__).resolve().parent / "README.md").read_text(encoding="utf-8"),
     long_description_content_type="text/markdown",
     author="The pendulum maintainers",
     author_email="maintainers@pendulum.invalid",

@@ -5,13 +5,13 @@ from setuptools import find_packages, setup
 
 NAME = "pendulum_rl_env"
 EXECUTABLES = {"train": "pendulum_rl_env.train:main", "evaluate": "pendulum_rl_env.evaluate:main"}
-VERSION = runpy.run_path(str(Path(__file__).parent / NAME / "version.py"))["__version__"]
+VERSION = runpy.run_path(str(Path(__file__).resolve().parent / NAME / "version.py"))["__version__"]
 
 setup(
     name=NAME,
     version=VERSION,
     description="Gymnasium environments on the twin or the rig, and learning on them",
-    long_description=(Path(__file__).parent / "README.md").read_text(encoding="utf-8"),
+    long_description=(Path(__file__).resolve().parent / "README.md").read_text(encoding="utf-8"),
     long_description_content_type="text/markdown",
     author="The pendulum maintainers",
     author_email="maintainers@pendulum.invalid",

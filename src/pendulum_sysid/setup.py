@@ -9,7 +9,7 @@ setup(
     name=NAME,
     version="0.1.0",
     description="Diagnosis of recordings: where the twin is wrong and which physics is missing",
-    long_description=(Path(__file__).parent / "README.md").read_text(encoding="utf-8"),
+    long_description=(Path(__file__).resolve().parent / "README.md").read_text(encoding="utf-8"),
     long_description_content_type="text/markdown",
     author="The pendulum maintainers",
     author_email="maintainers@pendulum.invalid",

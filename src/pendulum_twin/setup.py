@@ -8,14 +8,14 @@ EXECUTABLES = {
     "twin_node": "pendulum_twin.nodes.twin_node:main",
     "twin_urdf": "pendulum_twin.urdf:main",
 }
-VERSION = runpy.run_path(str(Path(__file__).parent / NAME / "version.py"))["__version__"]
+VERSION = runpy.run_path(str(Path(__file__).resolve().parent / NAME / "version.py"))["__version__"]
 
 setup(
     name=NAME,
     version=VERSION,
     description="Digital twin of a cart-pendulum rig: "
     "measured constants, believed effects, compiled kernel",
-    long_description=(Path(__file__).parent / "README.md").read_text(encoding="utf-8"),
+    long_description=(Path(__file__).resolve().parent / "README.md").read_text(encoding="utf-8"),
     long_description_content_type="text/markdown",
     author="The pendulum maintainers",
     author_email="maintainers@pendulum.invalid",
