@@ -15,7 +15,7 @@ from pendulum_bridge.driver.last_word_program import BEAT, GOODBYE, READY
 
 PROGRAM = Path(last_word_program.__file__)
 READY_S = 10.0  # longest time for a companion to start: a busy machine takes its time
-ANSWER_S = 1.0  # a companion that does not answer for so long cannot speak in time
+ANSWER_S = 5.0  # a companion that is stopped; on a busy computer a companion may wait for 1 s
 END_S = 2.0  # longest time for a companion to end
 
 
