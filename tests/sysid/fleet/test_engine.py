@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from support.fleet_rows import act_as_told
+from support.fleet_rows import act_as_told, get_process
 
 from pendulum_sysid.errors import WrongUse
 from pendulum_sysid.fleet import engine as engine_module
@@ -44,6 +44,22 @@ def test_a_killed_worker_loses_nothing_and_repeats_nothing(client, tmp_path: Pat
     endings = list(run_tasks(client, act_as_told, [item, 5, 6]))
     killer.join()
     assert sorted(str(e.result) for e in endings) == sorted([str(item), "25", "36"])
+
+
+def test_a_result_that_dies_with_its_worker_is_computed_again(client) -> None:
+    """The task has ended, but nobody has fetched its result when the worker is killed."""
+    endings = run_tasks(client, get_process, range(3))
+    process = next(endings).result
+    deadline = time.monotonic() + DEADLINE_S
+    while not all_have_ended(client) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    for pid in set(client.run(os.getpid).values()):
+        os.kill(pid, signal.SIGKILL)
+    assert process and len(list(endings)) == 2
+
+
+def all_have_ended(client) -> bool:
+    return not any(client.processing().values())
 
 
 def kill_first_worker(item: Path) -> None:

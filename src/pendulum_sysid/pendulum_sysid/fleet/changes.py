@@ -28,6 +28,7 @@ FEWEST_DEGREES = 5.0  # of freedom, of the scatter's estimate
 COVERED = 0.95  # of the times within which a change lies
 LEAST_FACTOR = 0.1  # of standard errors: values that do not differ at all are no measurement
 BISECTIONS = 60
+TINY = 1e-12
 SHUFFLES = 1999  # orders, beside the true order
 
 
@@ -202,8 +203,9 @@ def _compare_with_shuffled(values: Floats, scatter: Floats) -> float:
     least = min(decisions.LEAST_SEGMENT, (len(values) - 1) // 2)
     inner = slice(least - 1, len(values) - least)
     before, total = w[:, inner], w[:, -1:]
-    step = (wy[:, inner] / before - (wy[:, -1:] - wy[:, inner]) / (total - before)) ** 2
-    gains = (step * before * (total - before)).max(axis=1)
+    after = np.maximum(total - before, TINY * total)  # a difference of sums may round to 0
+    step = (wy[:, inner] / before - (wy[:, -1:] - wy[:, inner]) / after) ** 2
+    gains = (step * before * after).max(axis=1)
     return float(np.mean(gains >= gains[0] * (1.0 - 1e-12)))
 
 

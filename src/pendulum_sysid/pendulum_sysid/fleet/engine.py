@@ -151,7 +151,7 @@ def _start_cluster(engine: Engine) -> LocalCluster:
             n_workers=engine.workers,
             threads_per_worker=1,
             memory_limit=engine.memory_bytes,
-            dashboard_address=None,
+            dashboard_address="127.0.0.1:0",
             host="127.0.0.1",
             silence_logs=logging.CRITICAL,
         )
@@ -201,7 +201,11 @@ def run_tasks[Item, Result](
     fill()
     while under_way:
         future = next(finished)
-        ending = _read_ending(client, future, under_way.pop(future), time_limit_s)
+        ending = _read_ending(client, future, under_way[future], time_limit_s)
+        if ending is None:
+            finished.add(future)
+            continue
+        del under_way[future]
         fill()
         yield ending
 
@@ -223,12 +227,21 @@ def _wait_for_workers(client: Client) -> None:
         ) from error
 
 
-def _read_ending(client: Client, future: Any, item: Any, time_limit_s: float) -> Ending[Any, Any]:
+def _read_ending(
+    client: Client, future: Any, item: Any, time_limit_s: float
+) -> Ending[Any, Any] | None:
+    """Return how a task ended; None where its worker died with the result: it is done again."""
     if future.status == "finished":
         try:
             return Ending(item, future.result(timeout=CONNECT_S))
-        except (CommClosedError, TimeoutError) as error:
-            raise _name_loss(client) from error
+        except (CommClosedError, TimeoutError):
+            pass  # the worker is gone, or the scheduler
+        except Exception as error:
+            if future.status != "error":
+                return Ending(item, error=error)
+    if future.status in ("finished", "pending"):
+        _count_threads(client)  # raises an error where the scheduler is gone
+        return None
     if future.status != "error":
         raise _name_loss(client)
     raised = future.exception()

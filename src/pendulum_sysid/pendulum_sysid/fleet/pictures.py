@@ -11,10 +11,11 @@ from matplotlib.figure import Figure
 
 from pendulum_sysid.fleet.history import PRESENCE, WEEK_S, Size
 from pendulum_sysid.telling.svg import ACCENT, INK, PALE, SOFT, STYLE, render_svg, thin_out
+from pendulum_twin.arrays import Floats
 
 HOUR_S, DAY_S = 3600.0, 86_400.0
 SHOWN_AHEAD = 0.25  # of the history, at which a forecast may be drawn
-WIDE_BARS = 4.0  # interquartile ranges about the median, beyond which bars leave the picture
+ROOM = 0.1  # of the estimates' range, above and below them
 
 
 def draw_course(size: Size, key: str) -> Markup:
@@ -58,15 +59,16 @@ def draw_course(size: Size, key: str) -> Markup:
                 [ahead], [value], yerr=[[value - low], [high - value]], fmt="D", markersize=3.5,
                 color=ACCENT, ecolor=ACCENT, elinewidth=1.2,
             )  # fmt: skip
-        _limit_height(axes, values)
+        _limit_height(axes, values, 1.96 * errors)
         axes.set_xlabel(f"{unit} since the first recording", color=SOFT)
         axes.set_ylabel(size.unit or "named")
         label = f"{size.name} over time, {len(rows)} recordings"
         return Markup(render_svg(figure, key, label))
 
 
-def _limit_height(axes: object, values: np.ndarray) -> None:
+def _limit_height(axes: object, values: Floats, halves: Floats) -> None:
     """Let the estimates fill the picture, however long the widest bars are."""
-    low, middle, high = np.quantile(values, (0.25, 0.5, 0.75))
-    reach = max(WIDE_BARS * (high - low), 1.2 * float(np.max(np.abs(values - middle))), 1e-12)
-    axes.set_ylim(middle - reach, middle + reach)  # type: ignore[attr-defined]
+    low, high = float(values.min()), float(values.max())
+    reach = max(high - low, 1e-12)
+    margin = ROOM * reach + min(float(np.median(halves)), reach)
+    axes.set_ylim(low - margin, high + margin)  # type: ignore[attr-defined]
