@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from pendulum_bridge.driver import companion, last_word_program
+from pendulum_bridge.driver.companion import ANSWER_S
 from pendulum_bridge.driver.last_word import LastWord
 from pendulum_bridge.wire.link import Link
 from pendulum_bridge.wire.protocol import COMMAND, Command
@@ -236,7 +237,7 @@ def test_a_companion_that_cannot_speak_is_replaced(
         if number == signal.SIGSTOP:
             word.alive()
             assert word.running  # not for want of one answer
-            clock_s[0] += 2.0
+            clock_s[0] += 2.0 * ANSWER_S
         wait_until(lambda: not word.running)
         word.alive()
         assert word.pid != lost and not word.running  # until it is ready

@@ -59,6 +59,7 @@ class RecorderNode(Node):
         # real time, whatever the simulated time is
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._looked_s = time.monotonic() - LOOK_S
+        self._heard: set[str] = set()  # names of the topics that messages came from
         self.create_timer(DRAIN_S, self.on_timer, clock=steady)
         self.create_timer(PROGRESS_S, self.on_progress, clock=steady)
         publish_health(self, lambda: "recorder", self.health)
@@ -83,6 +84,9 @@ class RecorderNode(Node):
             if now_s - self._looked_s >= LOOK_S:
                 self._looked_s, new = now_s, self._topics.discover()
             messages = self._topics.drain()
+            for name in sorted({message.topic for message in messages} - self._heard):
+                self._heard.add(name)
+                self.get_logger().info(f"hears {name}")
             session.take(new, messages, self._topics.dropped, now_s)
         except (
             Exception

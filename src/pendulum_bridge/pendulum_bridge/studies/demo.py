@@ -22,6 +22,7 @@ from pendulum_twin.command_line import make_whole_reader, run_command
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin, load_twin, save_twin
 
+STATES_TOPIC = "/rig/joint_states"
 # The command after the driver's limits (magnitude and rate of change): what the rig received.
 APPLIED_TOPIC = "/rig/applied_pwm"
 LOOPBACK = "127.0.0.1"
@@ -71,7 +72,7 @@ def record(options: argparse.Namespace, nominal: Twin, seed: int) -> None:
                 "/", out=out / "recording", twin=file, note=f"demo, seed {seed}"
             ),
         )
-        wait_for(recorder, "recording to", LONGEST_START_S)
+        wait_for(recorder, f"hears {STATES_TOPIC}", LONGEST_START_S)
         _play_plan(
             programs,
             twin_file=file,
