@@ -26,6 +26,7 @@ from pendulum_twin.parameter_vector import (
     list_law_kinds,
 )
 from pendulum_twin.signals import Signals
+from pendulum_twin.threads import share_among_threads
 
 # Masks over the catalogue: effects of the mechanics, costly laws, laws that can hold a joint.
 _MECHANICAL = np.array(
@@ -81,14 +82,16 @@ def run_driven(
         row_of[set_of],
         begin * sub,
         np.round(t / signals.period_s).astype(np.int64) * sub,
-        undo_sensors(start_states, lane_theta, t),
+        undo_sensors(start_states, lane_theta, t, theta),
         lane_theta,
         signals.period_s / sub,
         sub,
         true,
+        theta,
     )
-    shown = apply_sensors(true, lane_theta, t[:, None] + signals.period_s * np.arange(samples))
-    return apply_reporting(shown, lane_theta, signals.period_s)
+    times = t[:, None] + signals.period_s * np.arange(samples)
+    shown = apply_sensors(true, lane_theta, times, theta)
+    return apply_reporting(shown, lane_theta, signals.period_s, theta)
 
 
 def run_drive(signals: Signals, theta: Floats) -> tuple[Floats, Ints]:
@@ -164,21 +167,33 @@ def run_mechanics(
     h: float,
     sub: int,
     out: Floats,
+    sets: Floats | None = None,
 ) -> None:
-    """Call `kernel.integrate_lanes` with the least code that holds the effects of the lanes."""
-    kernel.integrate_lanes(
-        (0,) * (1 if len(theta) == 1 else kernel.WIDTH),
-        *select_kernel_code(theta),
-        np.ascontiguousarray(drives),
-        drive_of,
-        begin,
-        first_step,
-        np.ascontiguousarray(start_states),
-        np.ascontiguousarray(theta),
-        h,
-        sub,
-        out,
-    )
+    """Call `kernel.integrate_lanes` with the least code that holds the effects of the lanes.
+
+    Lanes are independent: several threads share the blocks of lanes where the work is worth it.
+
+    sets: (sets, SIZE) the different twins among the lanes; None where they are not known.
+    """
+    code = select_kernel_code(theta if sets is None else sets)
+    drives, start_states, theta = map(np.ascontiguousarray, (drives, start_states, theta))
+
+    def integrate(part: slice) -> None:
+        kernel.integrate_lanes(
+            (0,) * (1 if len(theta) == 1 else kernel.WIDTH),
+            *code,
+            drives,
+            drive_of[part],
+            begin[part],
+            first_step[part],
+            start_states[part],
+            theta[part],
+            h,
+            sub,
+            out[part],
+        )
+
+    share_among_threads(integrate, len(theta), out.shape[1] * sub)
 
 
 def select_kernel_code(
@@ -199,53 +214,63 @@ def select_kernel_code(
     return laws, dry, measured
 
 
-def apply_sensors(states: Floats, theta: Floats, t: Floats) -> Floats:
+def apply_sensors(states: Floats, theta: Floats, t: Floats, sets: Floats | None = None) -> Floats:
     """Return what the sensors show of true states (lanes, ..., 4).
 
     theta: (lanes, SIZE).
     t: (lanes, ...) s by the stamps, from the start of the recording.
+    sets: (sets, SIZE) the different twins among the lanes; None where they are not known.
 
     The velocities are by the stamps, too; `apply_reporting` makes them as reported.
     """
-    effects = select_measuring_effects(theta)
-    states = _convert_positions(states, theta, undo=False)
-    return _scale_rates(pass_through_sensors(states, theta, effects, t), theta, 1.0)
+    sets = theta if sets is None else sets
+    effects = select_measuring_effects(sets)
+    if _have_errors(sets):
+        states = _convert_positions(states, theta, undo=False)
+    return _scale_rates(pass_through_sensors(states, theta, effects, t), theta, sets, 1.0)
 
 
-def undo_sensors(states: Floats, theta: Floats, t: Floats) -> Floats:
+def undo_sensors(states: Floats, theta: Floats, t: Floats, sets: Floats | None = None) -> Floats:
     """Return the true states behind measured ones; the inverse of `apply_sensors`."""
+    sets = theta if sets is None else sets
     effects = [
         replace(e, law=e.inverse)
-        for e in reversed(select_measuring_effects(theta))
+        for e in reversed(select_measuring_effects(sets))
         if e.inverse is not None
     ]
-    states = pass_through_sensors(_scale_rates(states, theta, -1.0), theta, effects, t)
-    return _convert_positions(states, theta, undo=True)
+    rates = _scale_rates(states, theta, sets, -1.0)
+    states = pass_through_sensors(rates, theta, effects, t)
+    return _convert_positions(states, theta, undo=True) if _have_errors(sets) else states
+
+
+def _have_errors(sets: Floats) -> bool:
+    """Return whether any twin (sets, SIZE) holds a measured error of a sensor."""
+    return any(kind.role in _ERRORS for kind in list_law_kinds(sets))
 
 
 def _convert_positions(states: Floats, theta: Floats, undo: bool) -> Floats:
     """Return states (lanes, ..., 4) after the measured errors of the sensors, or before them."""
-    if all(kind.role not in _ERRORS for kind in list_law_kinds(theta)):
-        return states
     flat = np.array(states, dtype=np.float64).reshape(-1, 4)
     lane_of = np.repeat(np.arange(len(theta)), len(flat) // max(len(theta), 1))
     convert_positions(flat, lane_of, np.ascontiguousarray(theta), undo)
     return flat.reshape(states.shape)
 
 
-def _scale_rates(states: Floats, theta: Floats, power: float) -> Floats:
+def _scale_rates(states: Floats, theta: Floats, sets: Floats, power: float) -> Floats:
     """Return states with velocities multiplied by a power of the pace of their lane."""
-    pace = compute_paces(theta)
-    if np.all(pace == 1.0):
+    if np.all(compute_paces(sets) == 1.0):
         return states
+    pace = compute_paces(theta)
     states = states.copy()
     states[..., RATES] *= (pace**power).reshape(_make_lane_shape(states))
     return states
 
 
-def apply_reporting(states: Floats, theta: Floats, period_s: float) -> Floats:
+def apply_reporting(
+    states: Floats, theta: Floats, period_s: float, sets: Floats | None = None
+) -> Floats:
     """Return measured states (lanes, samples, 4) with the velocities as they are reported."""
-    effects = select_reporting_effects(theta)
+    effects = select_reporting_effects(theta if sets is None else sets)
     if effects:
         states = states.copy()
         for n in range(1, states.shape[1]):

@@ -32,6 +32,7 @@ SOURCES = (
     "kernel.py",
     "law_curves.py",
     "lanes.py",
+    "machine_code.py",
     "motion.py",
     "stick_slip.py",
     "parameter_vector.py",
@@ -52,7 +53,7 @@ def make_cached_compiler(*more: Path) -> Callable[[Callable[..., Any]], Callable
 
 def _compile(function: Callable[..., Any], folder: Path | None) -> Callable[..., Any]:
     """Return a compiled function that keeps its machine code in a folder, or nowhere."""
-    result = numba.njit(error_model="numpy")(function)
+    result = numba.njit(error_model="numpy", nogil=True)(function)
     if folder is not None:
         before = numba.config.CACHE_DIR
         numba.config.CACHE_DIR = str(folder)

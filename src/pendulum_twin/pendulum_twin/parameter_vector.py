@@ -48,6 +48,7 @@ def _lay_out() -> tuple[dict[str, slice], int]:
 
 
 SLOTS, LAWS = _lay_out()  # LAWS: where the slots of measured laws begin
+_STARTS = [slot.start for slot in SLOTS.values()]  # slots follow each other without a gap
 # In a law's slot: 1 + its index in KINDS, number of knots, first knot, spacing; then the values.
 KIND, KNOTS, FIRST, SPACING, VALUES = range(5)
 LAW_SIZE = VALUES + MOST_KNOTS
@@ -120,5 +121,5 @@ def list_law_kinds(theta: Floats) -> list[LawKind]:
 
 def find_active_effects(theta: Floats) -> Mask:
     """Return which effects are on in any theta (..., SIZE), in catalogue order, (effects,)."""
-    differs = np.any(theta.reshape(-1, SIZE) != NEUTRAL, axis=0)
-    return np.array([differs[SLOTS[e.name]].any() for e in CATALOGUE])
+    differs = np.any(theta.reshape(-1, SIZE)[:, :LAWS] != NEUTRAL[:LAWS], axis=0)
+    return np.logical_or.reduceat(differs, _STARTS)

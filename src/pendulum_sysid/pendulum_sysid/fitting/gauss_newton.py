@@ -8,7 +8,7 @@ model is still wrong does not outshout the other.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import stdtrit
@@ -113,38 +113,54 @@ def solve(
     positive definite.
     """
     windows = problem.windows
-    start_states = windows.start_states.copy() if start_states is None else start_states.copy()
+    starts: Floats = (windows.start_states if start_states is None else start_states).copy()
     theta = keep_definite(theta.copy())
     _, weights = gather(problem.signals, windows.begin, windows.samples)
     counts = weights.sum(axis=1)
-    squares = np.sum(compute_errors(problem, theta, start_states) ** 2, axis=1)
-    cost = compute_cost(problem, start_states, squares, counts, measure_belief(free, theta))
-    damping, converged = 1e-6, False
-    system = None
+    squares = np.sum(compute_errors(problem, theta, starts) ** 2, axis=1)
+    cost = compute_cost(problem, starts, squares, counts, measure_belief(free, theta))
+    damping = 1e-6
+
+    def conclude(converged: bool, system: System | None) -> Solution:
+        return Solution(theta, starts, squares, counts, converged, system if free else None)
+
     for _ in range(iterations):
-        system = linearise(problem, theta, start_states, free, compute_power(squares, counts))
+        system = linearise(problem, theta, starts, free, compute_power(squares, counts))
         while True:
-            new_theta, new_start_states = take_step(system, theta, start_states, free, damping)
-            new_squares = np.sum(compute_errors(problem, new_theta, new_start_states) ** 2, axis=1)
+            new_theta, new_starts = take_step(system, theta, starts, free, damping)
+            new_squares = np.sum(compute_errors(problem, new_theta, new_starts) ** 2, axis=1)
             new_cost = compute_cost(
-                problem, new_start_states, new_squares, counts, measure_belief(free, new_theta)
+                problem, new_starts, new_squares, counts, measure_belief(free, new_theta)
             )
             if new_cost < cost or damping > 1e4:
                 break
             damping = max(damping * 10, 1e-3)
         if not new_cost < cost:
-            converged = True
-            break
+            return conclude(True, system)
         gain, cost = cost - new_cost, new_cost
-        theta, start_states, squares = new_theta, new_start_states, new_squares
+        before, theta, starts, squares = theta, new_theta, new_starts, new_squares
         damping = max(damping * 0.1, 1e-9)
         if gain < CONVERGED:
-            converged = True
-            break
-    if system is None or not free:
-        return Solution(theta, start_states, squares, counts, converged)
-    system = linearise(problem, theta, start_states, free, compute_power(squares, counts))
-    return Solution(theta, start_states, squares, counts, converged, system)
+            return conclude(True, shift_system(system, free, before, theta))
+    if not free:
+        return conclude(False, None)
+    power = compute_power(squares, counts)
+    return conclude(False, linearise(problem, theta, starts, free, power))
+
+
+def shift_system(system: System, free: tuple[Free, ...], before: Floats, after: Floats) -> System:
+    """Return the system at `before` (SIZE,) with its gradient at `after`, a whole step further.
+
+    The gradient follows the step to first order, and that of the start states vanishes; the
+    matrices stay as they are.
+    """
+    step = np.array([(p.get(after) - p.get(before)) / p.size for p in free])
+    return replace(
+        system,
+        scores=system.scores - system.normals @ step,
+        start_gradient=np.zeros_like(system.start_gradient),
+        pulls=np.array([p.compute_pull(after) for p in free]),
+    )
 
 
 def take_step(

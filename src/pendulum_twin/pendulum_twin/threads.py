@@ -1,0 +1,34 @@
+"""Share the lanes of a compiled pass among the processor's cores."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from threading import Thread
+
+from pendulum_twin import kernel
+
+LEAST_STEPS = 20_000  # of all lanes, for a thread: about 1 ms, ten times what a thread costs
+MOST_THREADS = 8  # a pass of a few hundred blocks gains nothing from more
+
+
+def share_among_threads(work: Callable[[slice], None], lanes: int, steps: int) -> None:
+    """Call work for parts of the lanes that together are all lanes, at the same time.
+
+    work: takes a part of the lanes; releases the interpreter's lock, and raises nothing.
+    steps: of integration in a lane.
+
+    Threads are made for each call: a pool of threads would not survive a fork.
+    """
+    cores = min(len(os.sched_getaffinity(0)), MOST_THREADS)
+    blocks = -(-lanes // kernel.WIDTH)
+    count = max(min(cores, blocks, lanes * steps // LEAST_STEPS), 1)
+    size = -(-blocks // count) * kernel.WIDTH
+    parts = [slice(begin, min(begin + size, lanes)) for begin in range(0, lanes, size)]
+    others = [Thread(target=work, args=(part,)) for part in parts[1:]]
+    for other in others:
+        other.start()
+    for part in parts[:1]:
+        work(part)
+    for other in others:
+        other.join()
