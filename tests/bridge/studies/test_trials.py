@@ -8,6 +8,7 @@ import pytest
 from rosbags.highlevel import AnyReader
 
 from pendulum_bridge.emulator.conceal import TABLE
+from pendulum_bridge.emulator.rest import COUNT
 from pendulum_bridge.emulator.seal import open_seal
 from pendulum_bridge.emulator.unlisted import TABLE as UNLISTED
 from pendulum_bridge.studies import trials
@@ -150,7 +151,7 @@ def test_how_it_was_made_is_written_down(tmp_path, capsys) -> None:
     assert content == {
         "schema": "pendulum_trial/1", "kind": "pair", "pole_counts": 1024,
         "seconds": 40.0, "closed_loop": True,
-        "size_factor": 0.5,
+        "size_factor": 0.5, "pairs": False,
     }  # fmt: skip
     assert isinstance(seed, int)
     states, commands, seal = read_contents(tmp_path / "trial_0000")
@@ -158,6 +159,19 @@ def test_how_it_was_made_is_written_down(tmp_path, capsys) -> None:
     assert (
         np.max(np.abs(np.array(states)[:, 1] / (2 * np.pi / 1024) % 1 - 0.5)) > 0.499
     )  # whole counts
+
+
+def test_a_rig_with_a_rest_is_recorded_twice(tmp_path, capsys) -> None:
+    options = ("--effects", "rail_tilt", "--pairs", "--rest")
+    assert run_trials("--out", str(tmp_path), "--trials", "1", "--seed", "5", *options) == 0
+    folder = tmp_path / "trial_0000"
+    (folder / "second").mkdir()
+    (folder / "other").rename(folder / "second" / "bag")
+    (folder / "second" / "seal.json").write_bytes((folder / "seal.json").read_bytes())
+    first, second = read_contents(folder), read_contents(folder / "second")
+    assert first[0] != second[0] and first[1] != second[1]
+    assert len(open_seal(folder / "seal.json").rest) == COUNT
+    assert json.loads((folder / "trial.json").read_text())["pairs"]
 
 
 def test_what_is_there_is_not_overwritten(tmp_path, capsys) -> None:

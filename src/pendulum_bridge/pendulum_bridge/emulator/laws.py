@@ -60,7 +60,8 @@ def _make_listed(concealed: Concealed) -> list[Extra]:
 
 def _make_unlisted(concealed: Concealed) -> list[Extra]:
     return [
-        BY_NAME[name].make(concealed.rig, **values) for name, values in concealed.unlisted.items()
+        BY_NAME[name].make(concealed.rig, **values)
+        for name, values in (*concealed.unlisted.items(), *concealed.rest.items())
     ]
 
 

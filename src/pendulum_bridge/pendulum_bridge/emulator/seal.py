@@ -23,40 +23,46 @@ class Concealed:
     effects: catalogue name -> parameter name -> value (unit: see the parameter's name).
     rig: the true constants.
     unlisted: the same for physics that the catalogue does not hold (see `unlisted`).
+    rest: the same for small physics that is always there and that nobody asks for (see `rest`).
     Raises BadInputError for an effect or parameter that does not exist.
     """
 
     effects: Mapping[str, Mapping[str, float]]
     rig: Rig
     unlisted: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    rest: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "effects", Twin("sealed", self.rig, self.effects).effects)
-        object.__setattr__(
-            self,
-            "unlisted",
-            {name: check_parameters(name, values) for name, values in self.unlisted.items()},
-        )
+        for key in ("unlisted", "rest"):
+            checked = {
+                name: check_parameters(name, values) for name, values in getattr(self, key).items()
+            }
+            object.__setattr__(self, key, checked)
 
 
 def write_seal(concealed: Concealed, path: str | Path) -> None:
     """Write the seal whole or not at all."""
     effects = {name: dict(values) for name, values in concealed.effects.items()}
-    unlisted = {
-        name: _describe_unlisted(name, values) for name, values in concealed.unlisted.items()
-    }
     content = {
         "schema": SCHEMA,
         "effects": effects,
-        "unlisted": unlisted,
+        "unlisted": _describe_all(concealed.unlisted),
+        "rest": _describe_all(concealed.rest),
         "rig": concealed.rig.to_mapping(),
     }
     write_atomically(path, json.dumps(content, indent=2) + "\n")
 
 
-def _describe_unlisted(name: str, values: Mapping[str, float]) -> dict[str, object]:
-    known = BY_NAME[name]
-    return {"place": known.place, "variables": list(known.variables), "parameters": dict(values)}
+def _describe_all(unlisted: Mapping[str, Mapping[str, float]]) -> dict[str, object]:
+    return {
+        name: {
+            "place": BY_NAME[name].place,
+            "variables": list(BY_NAME[name].variables),
+            "parameters": dict(values),
+        }
+        for name, values in unlisted.items()
+    }
 
 
 def open_seal(path: str | Path) -> Concealed:
@@ -65,11 +71,11 @@ def open_seal(path: str | Path) -> Concealed:
     if not isinstance(content.get("effects"), dict):
         raise BadInputError(f"{path}: expected a seal with effects and rig, found no effects")
     try:
-        unlisted = {
-            str(name): entry["parameters"]
-            for name, entry in (content.get("unlisted") or {}).items()
-        }
-        return Concealed(content["effects"], parse_rig(content.get("rig")), unlisted)
+        unlisted, rest = (
+            {str(name): entry["parameters"] for name, entry in (content.get(key) or {}).items()}
+            for key in ("unlisted", "rest")
+        )
+        return Concealed(content["effects"], parse_rig(content.get("rig")), unlisted, rest)
     except BadInputError as error:
         raise BadInputError(f"{path}: {error}") from error
     except (AttributeError, KeyError, TypeError, ValueError) as error:

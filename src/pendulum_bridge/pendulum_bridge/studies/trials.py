@@ -1,8 +1,9 @@
 """Record trials of a diagnosis: emulated rigs with concealed physics, a folder each.
 
 The folder of a trial has bag/ (the recording), seal.json (the truth), twin.yaml (the nominal twin:
-wrong constants, no effects) and trial.json (its options); for unlisted physics also other/ (the
-same rig under another plan, on which the improved twin is judged). The path of a trial is printed
+wrong constants, no effects) and trial.json (its options); for unlisted physics, and with --pairs,
+also other/ (the same rig under another plan, on which the improved twin is judged). With --rest
+small physics that nobody asks for is always on, as on real rigs. The path of a trial is printed
 when the folder is complete. Trial k of a seed is the same, however many are recorded. Run as
 `python -m pendulum_bridge.studies.trials --out DIR --trials N --seed S`.
 """
@@ -26,7 +27,7 @@ from pendulum_bridge.emulator.unlisted import BY_NAME as UNLISTED
 from pendulum_bridge.recording.bag_writer import Log, write_bag
 from pendulum_bridge.studies.trial.controller import Controller, make_tuning
 from pendulum_bridge.studies.trial.mix import USUAL_SHARES, parse_shares
-from pendulum_bridge.studies.trial.trial import Trial, draw_trial, draw_trial_with
+from pendulum_bridge.studies.trial.trial import Trial, add_rest, draw_trial, draw_trial_with
 from pendulum_twin.command_line import as_option, make_number_reader, make_whole_reader
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.files import write_atomically
@@ -65,7 +66,7 @@ def record_trial(trial: Trial, nominal: Twin, options: argparse.Namespace) -> Pa
         )
     log = _record_log(trial, nominal, options)
     other = None
-    if trial.kind == "unlisted":
+    if trial.kind == "unlisted" or options.pairs:
         other = _record_log(replace(trial, seed=trial.seed + 1), nominal, options)
     options.out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=options.out, prefix=f".{folder.name}.") as temporary:
@@ -105,15 +106,18 @@ def _describe_trial(trial: Trial, options: argparse.Namespace) -> dict[str, obje
         "seconds": options.seconds,
         "closed_loop": options.closed_loop,
         "size_factor": options.size_factor,
+        "pairs": options.pairs,
     }
 
 
 def _draw_trial(number: int, options: argparse.Namespace, nominal: Twin) -> Trial:
-    if options.effects:
-        return draw_trial_with(
-            number, options.seed, options.effects, nominal.rig, options.size_factor
-        )
-    return draw_trial(number, options.seed, options.kinds, nominal.rig, options.size_factor)
+    how = (nominal.rig, options.size_factor)
+    trial = (
+        draw_trial_with(number, options.seed, options.effects, *how)
+        if options.effects
+        else draw_trial(number, options.seed, options.kinds, *how)
+    )
+    return add_rest(trial) if options.rest else trial
 
 
 def parse_options(arguments: list[str] | None) -> argparse.Namespace:
@@ -185,6 +189,16 @@ def parse_options(arguments: list[str] | None) -> argparse.Namespace:
         "--closed-loop",
         action="store_true",
         help="record a controller at work instead of the standard plan",
+    )
+    add(
+        "--pairs",
+        action="store_true",
+        help="record every rig a second time, under another plan",
+    )
+    add(
+        "--rest",
+        action="store_true",
+        help="let small physics that nobody asks for be always on, as on real rigs",
     )
     add(
         "--twin",

@@ -41,6 +41,8 @@ def make_plan(arguments: argparse.Namespace) -> Plan:
         pole_counts=arguments.pole_counts,
         seconds=arguments.seconds,
         closed_loop=arguments.closed_loop,
+        pairs=arguments.pairs,
+        rest=arguments.rest,
         kinds=arguments.kinds,
         twin=None if arguments.twin is None else str(arguments.twin),
         rivals=tuple(rival.name for rival in RIVALS) if arguments.rivals else (),

@@ -280,6 +280,16 @@ def _add_prove(verbs: Verbs) -> None:
     verb.add_argument(
         "--closed-loop", action="store_true", help="record a controller at work instead of a plan"
     )
+    verb.add_argument(
+        "--pairs",
+        action="store_true",
+        help="record and diagnose every rig a second time, under another plan",
+    )
+    verb.add_argument(
+        "--rest",
+        action="store_true",
+        help="let small physics that nobody asks for be always on, as on real rigs",
+    )
     kinds = "shares of nothing, single, pair, triple, quadruple, unlisted (15, 40, 20, 10, 0, 15)"
     verb.add_argument("--kinds", metavar="KIND:SHARE,...", help=kinds)
     verb.add_argument(

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pendulum_bridge.emulator.conceal import TABLE, complete_set, conceal_effects
+from pendulum_bridge.emulator.rest import draw_rest
 from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.emulator.unlisted import BY_NAME as UNLISTED
 from pendulum_bridge.studies.trial.mix import EFFECTS_OF_KIND, find_kind
@@ -69,6 +70,12 @@ def draw_trial_with(
     seed = derive_seed(run_seed, number)
     kind = "unlisted" if set(names) & UNLISTED.keys() else KIND_OF_COUNT[min(len(names), 4)]
     return Trial(number, kind, seed, conceal_effects(names, seed, nominal, size_factor))
+
+
+def add_rest(trial: Trial) -> Trial:
+    """Return the trial with a realistic rest, drawn by its seed; see `emulator.rest`."""
+    rest = draw_rest(trial.seed, trial.concealed.unlisted)
+    return replace(trial, concealed=replace(trial.concealed, rest=rest))
 
 
 def _draw_names(kind: str, turn: int, run_seed: int, seed: int) -> tuple[str, ...]:

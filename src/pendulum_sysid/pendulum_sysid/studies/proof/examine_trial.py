@@ -45,6 +45,8 @@ def examine_trial(folder: Path, rivals: Sequence[str] = ()) -> Path:
     if "verdict" not in results:
         results |= run_diagnosis(trial)
         results["told"] = _run_oracle(trial)
+        if trial.pairs and trial.other is not None:
+            results["second"] = run_second(trial.other, trial.twin)
         write_text(folder / FILE, format_json(results) + "\n")
     missing = [name for name in rivals if name not in results["rivals"]]
     if missing:
@@ -78,17 +80,11 @@ def run_diagnosis(trial: OpenedTrial) -> dict[str, Any]:
     modelled: see `records.Judgement`.
     """
     began, worked = time.monotonic(), time.process_time()
-    error, modelled = "", None
-    try:
-        answer = diagnose([_read(trial)], load_twin(trial.twin), _discard)
-        verdict = answer.to_dict()
-    except BadInputError as refusal:
-        verdict = {"outcome": Outcome.UNUSABLE.value, "sentence": str(refusal)}
-    except Exception as crash:  # a finding about the diagnosis, not the end of the proof
-        verdict, error = {}, _name_error(crash)
+    verdict, error, twin = _diagnose(trial.bag, load_twin(trial.twin))
     seconds, cpu_seconds = time.monotonic() - began, time.process_time() - worked
-    if not error and trial.other is not None and answer.twin is not None:
-        modelled = score_elsewhere(trial.other, answer.twin)
+    modelled = None
+    if trial.other is not None and twin is not None:
+        modelled = score_elsewhere(trial.other, twin.drop_recording_effects())
     return {
         "verdict": verdict,
         "seconds": seconds,
@@ -96,6 +92,27 @@ def run_diagnosis(trial: OpenedTrial) -> dict[str, Any]:
         "error": error,
         "modelled": modelled,
     }
+
+
+def run_second(bag: Path, twin: Path) -> dict[str, Any]:
+    """Return the verdict on a second recording, the error that broke it off, and a score.
+
+    given: of the nominal twin there, over that of a perfect model.
+    """
+    nominal = load_twin(twin)
+    verdict, error = _diagnose(bag, nominal)[:2]
+    return {"verdict": verdict, "error": error, "given": score_elsewhere(bag, nominal)}
+
+
+def _diagnose(bag: Path, nominal: Twin) -> tuple[dict[str, Any], str, Twin | None]:
+    """Return the verdict as a mapping, the error that broke it off, and the improved twin."""
+    try:
+        answer = diagnose([clean_recording(read_bag(bag))], nominal, _discard)
+    except BadInputError as refusal:
+        return {"outcome": Outcome.UNUSABLE.value, "sentence": str(refusal)}, "", None
+    except Exception as crash:  # a finding about the diagnosis, not the end of the proof
+        return {}, _name_error(crash), None
+    return answer.to_dict(), "", answer.twin
 
 
 def score_elsewhere(bag: Path, twin: Twin) -> float | None:

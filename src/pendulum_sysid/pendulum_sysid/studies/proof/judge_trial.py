@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from pendulum_sysid.studies.proof.answers import make_rival_answer, read_answer
+from pendulum_sysid.studies.proof.judge_pair import judge_pair
 from pendulum_sysid.studies.proof.names import judge_names
 from pendulum_sysid.studies.proof.records import (
     HeldOut,
@@ -33,11 +34,13 @@ def judge_trial(trial: OpenedTrial, examined: Mapping[str, Any], nominal: Rig) -
     answer = read_answer(verdict, examined["error"])
     scale = compute_mass_scale(seal, nominal)
     oracle = examined.get("told") or {}
+    sizes = compare_effect_sizes(seal, verdict.get("missing_physics") or [], scale)
+    modelled, second = examined.get("modelled"), examined.get("second")
     return Judgement(
         trial=trial,
         answer=answer,
         names=judge_names(seal, answer),
-        sizes=compare_effect_sizes(seal, verdict.get("missing_physics") or [], scale),
+        sizes=sizes,
         rig=compare_rig_constants(seal, verdict.get("rig_parameters") or {}, scale),
         oracle=compare_oracle_sizes(seal, oracle.get("estimates") or {}),
         held_out=read_held_out(verdict, oracle),
@@ -47,7 +50,8 @@ def judge_trial(trial: OpenedTrial, examined: Mapping[str, Any], nominal: Rig) -
             name: _judge_rival(seal, entry, answer.stale)
             for name, entry in examined["rivals"].items()
         },
-        modelled=examined.get("modelled"),
+        modelled=modelled,
+        pair=judge_pair(seal, (answer, sizes), second, modelled, scale) if second else None,
     )
 
 

@@ -37,6 +37,7 @@ def judge_names(seal: Seal, answer: Answer) -> NamesJudgement:
     3. A concealed stale start counts as named where the answer reports stale samples.
     4. Physics that the catalogue does not have must not be forced onto a name. Wrong signs may
        stand beside it: they are present or absent, and absorb nothing.
+    5. Where a rest is always on, an answer may say that physics without a name remains.
     """
     named = _add_stale_start(seal, answer)
     lost = [name for name in seal.effects if name not in named]
@@ -102,9 +103,10 @@ def _classify(
     if answer.outcome == UNUSABLE:
         return NamesOutcome.ABSTAINED
     alarmed = answer.outcome != NOTHING_MISSING
-    if not seal.effects and not seal.unlisted:
-        return NamesOutcome.FALSE_ALARM if extra or alarmed else NamesOutcome.RIGHT
     unexplained = answer.outcome == NOT_IN_CATALOGUE
+    if not seal.effects and not seal.unlisted:
+        alarmed = alarmed and not (unexplained and seal.rest)
+        return NamesOutcome.FALSE_ALARM if extra or alarmed else NamesOutcome.RIGHT
     may_add_signs = unexplained and bool(seal.unlisted)
     if any(not (may_add_signs and _is_sign(name)) for name in extra):
         return NamesOutcome.WRONG
@@ -112,7 +114,7 @@ def _classify(
         if unexplained and not lost:
             return NamesOutcome.RIGHT
         return NamesOutcome.ABSTAINED if alarmed else NamesOutcome.MISSED
-    if unexplained:
+    if unexplained and not seal.rest:
         return NamesOutcome.ABSTAINED
     if lost:
         return NamesOutcome.INCOMPLETE if answer.named else NamesOutcome.MISSED

@@ -110,7 +110,12 @@ def format_command(plan: Plan) -> str:
         "--twin": plan.twin,
         "--dose-response": plan.dose_tries or None,
     }
-    flags = {"--closed-loop": plan.closed_loop, "--rivals": bool(plan.rivals)}
+    flags = {
+        "--closed-loop": plan.closed_loop,
+        "--pairs": plan.pairs,
+        "--rest": plan.rest,
+        "--rivals": bool(plan.rivals),
+    }
     return " ".join(
         [
             f"sysid prove --trials {plan.trials} --seed {plan.seed}",

@@ -31,6 +31,8 @@ class Plan:
     pole_counts: counts a turn of the pole's encoder.
     seconds: length of each recording, s.
     closed_loop: whether to record a controller at work instead of the standard plan.
+    pairs: whether every rig is recorded and diagnosed a second time, under another plan.
+    rest: whether small physics that nobody asks for is always on, as on real rigs.
     kinds: "KIND:SHARE,...".
     twin: file of the nominal rig.
     rivals: names of the rivals to ask as well.
@@ -44,6 +46,8 @@ class Plan:
     pole_counts: int | None = None
     seconds: float | None = None
     closed_loop: bool = False
+    pairs: bool = False
+    rest: bool = False
     kinds: str | None = None
     twin: str | None = None
     rivals: tuple[str, ...] = ()
@@ -70,7 +74,12 @@ class Plan:
             if value is not None
             for word in (name, str(value))
         ]
-        return [*words, *(["--closed-loop"] if self.closed_loop else [])]
+        flags = {
+            "--closed-loop": self.closed_loop,
+            "--pairs": self.pairs,
+            "--rest": self.rest,
+        }
+        return [*words, *(name for name, chosen in flags.items() if chosen)]
 
 
 def claim_folder(plan: Plan, folder: Path) -> None:

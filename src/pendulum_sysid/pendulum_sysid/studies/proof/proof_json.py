@@ -8,7 +8,13 @@ from typing import Any
 
 from pendulum_sysid.studies.proof.dose_response import Dose, Response
 from pendulum_sysid.studies.proof.plan import Plan
-from pendulum_sysid.studies.proof.records import Judgement, NamesJudgement, OpenedTrial, Size
+from pendulum_sysid.studies.proof.records import (
+    Judgement,
+    NamesJudgement,
+    OpenedTrial,
+    PairJudgement,
+    Size,
+)
 from pendulum_sysid.studies.proof.share import Share
 from pendulum_sysid.studies.proof.statistics import (
     Method,
@@ -116,6 +122,7 @@ def _map_judgement(judgement: Judgement) -> dict[str, Any]:
             "ratio": held_out.ratio,
         },
         "modelled": judgement.modelled,
+        "pair": None if judgement.pair is None else _map_pair(judgement.pair),
         "diagnosis_seconds": judgement.seconds,
         "diagnosis_cpu_seconds": judgement.cpu_seconds,
         "rivals": {
@@ -129,6 +136,18 @@ def _map_judgement(judgement: Judgement) -> dict[str, Any]:
     }
 
 
+def _map_pair(pair: PairJudgement) -> dict[str, Any]:
+    return {
+        "answer": asdict(pair.answer),
+        "agree": pair.agree,
+        "common": len(pair.common),
+        "overlapping": pair.overlapping,
+        "sizes": [_map_size(size) for size in pair.sizes],
+        "given": pair.given,
+        "improved": pair.improved,
+    }
+
+
 def _map_trial(trial: OpenedTrial) -> dict[str, Any]:
     return {
         "name": trial.name,
@@ -136,6 +155,7 @@ def _map_trial(trial: OpenedTrial) -> dict[str, Any]:
         "effects": trial.seal.effects,
         "rig": trial.seal.rig,
         "unlisted": [asdict(effect) for effect in trial.seal.unlisted],
+        "rest": [effect.name for effect in trial.seal.rest],
     }
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from pendulum_sysid.studies.proof.records import OpenedTrial, Seal, UnlistedEffect
 from pendulum_twin.errors import BadInputError
@@ -30,6 +31,7 @@ def read_trial(folder: Path) -> OpenedTrial:
             size_factor=float(content["size_factor"]),
             seal=seal,
             other=folder / "other" if (folder / "other").is_dir() else None,
+            pairs=bool(content.get("pairs", False)),
         )
     except MALFORMED as error:
         raise BadInputError(
@@ -44,12 +46,17 @@ def read_seal(path: Path) -> Seal:
         return Seal(
             effects={str(name): dict(values) for name, values in content["effects"].items()},
             rig=parse_rig(content["rig"]).to_mapping(),
-            unlisted=tuple(
-                UnlistedEffect(str(name), str(entry["place"]), tuple(entry["variables"]))
-                for name, entry in (content.get("unlisted") or {}).items()
-            ),
+            unlisted=_read_unlisted(content.get("unlisted") or {}),
+            rest=_read_unlisted(content.get("rest") or {}),
         )
     except MALFORMED as error:
         raise BadInputError(
             f"{path}: expected a seal with effects and rig, found it incomplete ({error})"
         ) from error
+
+
+def _read_unlisted(content: dict[str, Any]) -> tuple[UnlistedEffect, ...]:
+    return tuple(
+        UnlistedEffect(str(name), str(entry["place"]), tuple(entry["variables"]))
+        for name, entry in content.items()
+    )

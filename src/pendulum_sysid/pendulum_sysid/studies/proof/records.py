@@ -72,11 +72,13 @@ class Seal:
     effects: catalogue name -> parameter -> true value; SI units, in the parameter's name.
     rig: key of the twin file -> true constant.
     unlisted: physics that the catalogue does not have.
+    rest: small physics that the catalogue does not have, always on; nobody asks for its names.
     """
 
     effects: Mapping[str, Mapping[str, float]]
     rig: Mapping[str, float]
     unlisted: tuple[UnlistedEffect, ...] = ()
+    rest: tuple[UnlistedEffect, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -94,6 +96,7 @@ class OpenedTrial:
     size_factor: what every drawn size was multiplied by.
     seal: the truth.
     other: the folder of a second recording, of the same rig under another plan; None for none.
+    pairs: whether the second recording is diagnosed, too.
     """
 
     name: str
@@ -107,6 +110,7 @@ class OpenedTrial:
     size_factor: float
     seal: Seal
     other: Path | None = None
+    pairs: bool = False
 
 
 @dataclass(frozen=True)
@@ -228,6 +232,39 @@ class RivalJudgement:
 
 
 @dataclass(frozen=True)
+class PairJudgement:
+    """Hold how the answers to two recordings of a rig agree.
+
+    answer: to the second recording.
+    agree: whether both name the same effects, up to what they cannot tell apart themselves.
+    common: sizes that both give, the estimates of the first and of the second recording.
+    sizes: parameters of the effects that the second diagnosis named rightly.
+    given, improved: scores on the second recording over its floor, of the nominal twin and of the
+        twin improved by the first recording; None where there is none.
+    """
+
+    answer: Answer
+    agree: bool
+    common: tuple[tuple[Size, Size], ...]
+    sizes: tuple[Size, ...]
+    given: float | None
+    improved: float | None
+
+    @property
+    def overlapping(self) -> int:
+        """The number of sizes whose two intervals overlap."""
+        return sum(a.low <= b.high and b.low <= a.high for a, b in self.common)
+
+    @property
+    def is_better(self) -> bool:
+        """Whether the improved twin runs better on the second recording than the nominal twin.
+
+        A diagnosis that improves nothing makes nothing worse.
+        """
+        return self.improved is None or self.given is None or self.improved <= self.given
+
+
+@dataclass(frozen=True)
 class Judgement:
     """Hold one trial compared with its seal.
 
@@ -239,6 +276,7 @@ class Judgement:
     rivals: by name.
     modelled: score of the improved twin on another recording of the rig, over the score that a
         perfect model reaches there; None where there is no such recording.
+    pair: how the answer agrees with the answer to a second recording; None where there is none.
     """
 
     trial: OpenedTrial
@@ -252,3 +290,4 @@ class Judgement:
     cpu_seconds: float
     rivals: Mapping[str, RivalJudgement] = field(default_factory=dict)
     modelled: float | None = None
+    pair: PairJudgement | None = None

@@ -136,6 +136,38 @@ def count_depends(judgements: Sequence[Judgement]) -> Share:
     )
 
 
+@dataclass(frozen=True)
+class Pairs:
+    """Hold how the answers to two recordings of each rig agree, as shares.
+
+    names: pairs that name the same effects, up to their own ties.
+    overlap: sizes that both give, whose intervals overlap.
+    truth: intervals of both that hold the truth.
+    better: pairs whose improved twin runs no worse on the other recording than the nominal twin.
+    """
+
+    names: Share
+    overlap: Share
+    truth: Share
+    better: Share
+
+
+def count_pairs(judgements: Sequence[Judgement]) -> Pairs | None:
+    """Return how the answers to two recordings agree; None where no rig was recorded twice."""
+    both = [(judgement, judgement.pair) for judgement in judgements if judgement.pair is not None]
+    if not both:
+        return None
+    common = [size for _, pair in both for size in pair.common]
+    return Pairs(
+        names=count_share(pair.agree for _, pair in both),
+        overlap=count_share(a.low <= b.high and b.low <= a.high for a, b in common),
+        truth=count_share(
+            size.inside for judgement, pair in both for size in (*judgement.sizes, *pair.sizes)
+        ),
+        better=count_share(pair.is_better for _, pair in both),
+    )
+
+
 def collect_sizes(judgements: Iterable[Judgement], shape: bool = False) -> list[Size]:
     """Return the sizes of concealed effects, of trials whose names are right.
 

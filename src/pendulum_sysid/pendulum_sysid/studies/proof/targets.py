@@ -9,6 +9,7 @@ from pendulum_sysid.studies.proof.records import Judgement
 from pendulum_sysid.studies.proof.share import Share
 from pendulum_sysid.studies.proof.statistics import (
     ORACLE_FACTOR,
+    Pairs,
     Quantiles,
     collect_rig_constants,
     collect_sizes,
@@ -16,6 +17,7 @@ from pendulum_sysid.studies.proof.statistics import (
     compute_coverage,
     compute_quantiles,
     count_located,
+    count_pairs,
     list_ratios,
     scale_seconds,
 )
@@ -33,6 +35,8 @@ MOST_SIZE_ERROR = 0.05
 COVERAGE = (0.90, 0.98)
 MOST_SECONDS = 20.0
 MOST_SECONDS_TRIPLE = 60.0
+LEAST_AGREEING = 0.90
+LEAST_OVERLAPPING = 0.93
 
 
 @dataclass(frozen=True)
@@ -100,6 +104,20 @@ def check_targets(judgements: Sequence[Judgement]) -> list[Target]:
             scale_seconds(judgements, "triple", cpu=True),
             MOST_SECONDS_TRIPLE,
         ),
+        *_list_pair_targets(count_pairs(judgements)),
+    ]
+
+
+def _list_pair_targets(pairs: Pairs | None) -> list[Target]:
+    if pairs is None:
+        return []
+    return [
+        _require_at_least("two recordings of a rig: names agree", pairs.names, LEAST_AGREEING),
+        _require_at_least("two recordings: intervals overlap", pairs.overlap, LEAST_OVERLAPPING),
+        _require_at_least(
+            "two recordings: intervals hold the truth", pairs.truth, LEAST_OVERLAPPING
+        ),
+        _require_at_least("improved twin no worse on the other recording", pairs.better, 1.0),
     ]
 
 
