@@ -30,6 +30,8 @@ from pendulum_twin.parameter_vector import SLOTS, get_neutral_values
 # The forms of effects that the motion shows.
 SEARCHED_FORMS = (Form.FILTER, Form.FORCE, Form.DRY, Form.DRY_RATIO, Form.MEASURE)
 
+SHAPE_SAMPLES = 3000  # that shapes of laws are compared at: a minute at 100 Hz has twice as many
+
 
 @dataclass(frozen=True)
 class Proposal:
@@ -212,16 +214,18 @@ def _thin_out(case: Case, fit: Fit, effect: Effect, probes: Sequence[Floats]) ->
     column = 0 if effect.place is Place.CART else 1
     lacking, usable = compute_missing_force(signals, state.states, state.accelerations, fit.theta)
     known = evaluate_laws(signals, state.states, fit.theta)
-    shapes = []
-    for theta in probes:
+    compared = np.flatnonzero(usable)
+    compared = compared[:: max(len(compared) // SHAPE_SAMPLES, 1)]
+    shapes = np.empty((len(probes), len(compared)))
+    for shape, theta in zip(shapes, probes, strict=True):
         law = evaluate_laws(signals, state.states, theta) - known
-        shape = law[usable, column]
-        shapes.append(shape / max(float(np.linalg.norm(shape)), 1e-300))
-    likeness = np.array([float(shape @ lacking[usable, column]) for shape in shapes])
+        shape[:] = law[compared, column]
+        shape /= max(float(np.linalg.norm(shape)), 1e-300)
+    likeness = shapes @ lacking[compared, column]
+    alike = np.abs(shapes @ shapes.T)
     kept: list[int] = []
     for k in np.argsort(-likeness):
-        alike = [abs(float(shapes[k] @ shapes[other])) for other in kept]
-        if max(alike, default=0.0) < decisions.ALIKE_PROBES:
+        if np.max(alike[k, kept], initial=0.0) < decisions.ALIKE_PROBES:
             kept.append(int(k))
         if len(kept) == decisions.PROBES_KEPT:
             break
