@@ -15,6 +15,11 @@ def pytest_configure() -> None:
     restore_interrupt()
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Let the long tests begin first."""
+    items.sort(key=lambda item: item.get_closest_marker("long") is None)
+
+
 @pytest.fixture
 def ros() -> Iterator[Any]:
     """Give a ROS graph of its own (`ros_graph.Graph`)."""

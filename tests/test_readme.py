@@ -15,6 +15,8 @@ import pytest
 from support.made_recordings import HANGING, INTECO, made
 from support.paths import ROOT
 
+pytestmark = pytest.mark.long
+
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 LEFT_BEHIND = shutil.ignore_patterns(
     ".venv",

@@ -6,6 +6,8 @@ from nbclient import NotebookClient
 from nbformat import NotebookNode
 from support.paths import ROOT
 
+pytestmark = pytest.mark.long
+
 TOUR = ROOT / "docs" / "tour.ipynb"
 MOST_BYTES = 300_000
 

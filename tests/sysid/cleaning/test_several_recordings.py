@@ -13,6 +13,8 @@ from pendulum_sysid.reading.bag import COMMAND_TOPIC, STATE_TOPIC, read_bag
 from pendulum_sysid.records import Recording
 from pendulum_twin.model import load_twin
 
+pytestmark = pytest.mark.long
+
 
 def recorded(
     folder: Path, effects: str, seconds: int, seed: int, *more: str

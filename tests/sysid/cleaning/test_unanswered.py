@@ -16,6 +16,8 @@ from pendulum_twin.free_runs import run_freely
 from pendulum_twin.parameter_vector import make_theta
 from pendulum_twin.signals import Signals
 
+pytestmark = pytest.mark.long
+
 COULOMB = {"cart_coulomb_friction": {"level_n": 0.5}}
 
 
