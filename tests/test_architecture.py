@@ -16,7 +16,10 @@ ROS = {
 }  # fmt: skip
 CONFINED = (  # these packages may be imported in these modules, and nowhere else
     (ROS, {"pendulum_twin.nodes", "pendulum_bridge.nodes", "pendulum_rl_env.nodes"}),
-    ({"rosbags"}, {"pendulum_sysid.reading.bag", "pendulum_twin.bags.write"}),
+    (
+        {"rosbags"},
+        {"pendulum_sysid.reading.bag", "pendulum_sysid.reading.ros1", "pendulum_twin.bags.write"},
+    ),
     (
         {"torch", "safetensors", "stable_baselines3", "sb3_contrib", "optuna"},
         {"pendulum_rl_env.learning", "pendulum_rl_env.train", "pendulum_rl_env.studies"},

@@ -14,6 +14,8 @@ from pendulum_sysid.reading.table import Table
 from pendulum_twin.arrays import Floats
 
 ARRAY_SUFFIXES = (".mat", ".npz", ".parquet")
+HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+MATLAB_HEADER_BYTES = 512
 
 
 def read_array_table(path: Path) -> Table:
@@ -45,14 +47,11 @@ def _load(path: Path) -> Mapping[str, Any]:
         with np.load(path, allow_pickle=False) as file:
             return dict(file)
     if path.suffix == ".mat":
+        if _is_hdf5(path):  # version 7.3
+            return _load_hdf5(path)
         from scipy.io import loadmat  # only for such files
 
-        try:
-            return dict(loadmat(path, squeeze_me=True))
-        except NotImplementedError as error:
-            raise FileError(
-                "expected a MATLAB file up to version 7, found version 7.3: save it with -v7"
-            ) from error
+        return dict(loadmat(path, squeeze_me=True))
     try:
         parquet = import_module("pyarrow.parquet")  # an optional package
     except ImportError as error:
@@ -62,6 +61,36 @@ def _load(path: Path) -> Mapping[str, Any]:
         ) from error
     table = parquet.read_table(path)
     return {name: table[name].to_numpy() for name in table.column_names}
+
+
+def _is_hdf5(path: Path) -> bool:
+    """Tell whether HDF5's signature stands at the beginning, or behind MATLAB's own header."""
+    with path.open("rb") as file:
+        begin = file.read(MATLAB_HEADER_BYTES + len(HDF5_SIGNATURE))
+    return begin.startswith(HDF5_SIGNATURE) or begin.endswith(HDF5_SIGNATURE)
+
+
+def _load_hdf5(path: Path) -> dict[str, Any]:
+    """Return the arrays of a MATLAB file of version 7.3, which is HDF5, by their paths in it.
+
+    HDF5 holds MATLAB's arrays with their axes in reverse; a structure is a group.
+    """
+    try:
+        h5py = import_module("h5py")  # an optional package
+    except ImportError as error:
+        raise FileError(
+            "expected h5py to be installed, which reads MATLAB's version 7.3, found it missing: "
+            "install it, or save the file with -v7"
+        ) from error
+    arrays: dict[str, Any] = {}
+
+    def take(name: str, item: Any) -> None:
+        if isinstance(item, h5py.Dataset) and item.dtype.kind in "fiub" and "#" not in name:
+            arrays[name.replace("/", ".")] = np.squeeze(item[()].T)
+
+    with h5py.File(path, "r") as file:
+        file.visititems(take)
+    return arrays
 
 
 def _list_columns(arrays: Mapping[str, Any]) -> dict[str, Floats]:

@@ -14,6 +14,7 @@ from pendulum_twin.topics import PLAYED
 
 DATA_SUFFIXES = (".mcap", ".db3")
 TABLE_SUFFIXES = (".csv", ".tsv", ".txt", ".dat", ".mat", ".npz", ".parquet")  # for `import`
+ROS1_SUFFIX = ".bag"  # likewise
 INDEX = "metadata.yaml"
 OUTCOME_KEY = "plan_outcome"  # in the index's custom data, from recorder_node
 INDEX_MOST_BYTES = 10_000_000  # a topic of ROS 2 Jazzy has about 3,000: room for 3,000 topics
@@ -48,7 +49,7 @@ def find_files(path: Path) -> BagFiles:
             "the path"
         )
     if path.is_file():
-        if path.suffix.lower() in TABLE_SUFFIXES:
+        if path.suffix.lower() in (*TABLE_SUFFIXES, ROS1_SUFFIX):
             raise FileError(
                 f"expected a recording (a rosbag2 folder or its data file), found {path.name}: "
                 "turn it into a recording with sysid import"

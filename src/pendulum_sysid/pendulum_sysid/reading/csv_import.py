@@ -41,6 +41,9 @@ class Columns:
     rate_hz: Hz, of rows without times.
     cart_velocity, pole_velocity: as reported, a length or angle in its unit a second.
     sin, cos: of the angle, in place of pole.
+    join: file that holds the command instead, with times of the same clock.
+    join_time: column of its times; None for a column of the same name as time.
+    segment: column whose value says which run a row belongs to.
     length_unit, angle_unit, time_unit, command_unit: keys of LENGTH_UNITS and so on. Without a
         time unit, times count seconds, or a whole part of a second since 1970.
     """
@@ -58,6 +61,9 @@ class Columns:
     pole_velocity: str | None = None
     sin: str | None = None
     cos: str | None = None
+    join: Path | None = None
+    join_time: str | None = None
+    segment: str | None = None
     length_unit: str = "m"
     angle_unit: str = "rad"
     time_unit: str | None = None
@@ -92,26 +98,57 @@ def import_csv(csv: str | Path, out: str | Path, columns: Columns) -> Imported:
     file, a column or a cell is not as expected, or the recording cannot be written, and WrongUse
     when options do not fit it.
     """
-    if columns.pole_zero not in ZEROS:
-        raise WrongUse(f"expected --pole-zero up or down, found {columns.pole_zero}")
     _check_columns(columns)
     try:
-        table = _read_table(Path(csv))
-        stamps_ns, chosen = _read_times(table, columns)
-        command = _read_channel(table, columns.command, "--command", chosen)
-        joints = _read_positions(table, columns, chosen)
-        velocities = _read_velocities(table, columns, chosen)
+        return _import_table(_read_table(Path(csv)), out, columns)
     except BadInputError as error:
         raise type(error)(f"{csv}: {error}") from error
+
+
+def import_segments(csv: str | Path, folder: Path, columns: Columns) -> dict[Path, Imported]:
+    """Write each run of a file as a recording of its own in a folder; return what was read.
+
+    A recording is named by the value that the segment column has in its run. Raises the errors of
+    `import_csv`, before anything is written where a run cannot be read.
+    """
+    _check_columns(columns)
+    imported: dict[Path, Imported] = {}
+    try:
+        for value, table in _read_table(Path(csv)).split(columns.segment or "", "--segment"):
+            out = folder / f"{value:g}"
+            if out in imported:
+                out = folder / f"{value:g}_line_{table.lines[0]}"
+            imported[out] = _import_table(table, out, columns)
+    except BadInputError as error:
+        raise type(error)(f"{csv}: {error}") from error
+    return imported
+
+
+def _import_table(table: Table, out: str | Path, columns: Columns) -> Imported:
+    stamps_ns, chosen, begin_s = _read_times(table, columns)
+    sent_ns: np.ndarray | None = None
+    if columns.join is None:
+        command = _read_channel(table, columns.command, "--command", chosen)
+    else:
+        sent_ns, command = _read_joined(columns, begin_s, int(stamps_ns[-1]))
+    joints = _read_positions(table, columns, chosen)
+    velocities = _read_velocities(table, columns, chosen)
     if command is not None:
         command = command * COMMAND_UNITS[columns.command_unit]
     if velocities:
         velocities = {j: velocities.get(j, np.full(len(stamps_ns), np.nan)) for j in joints}
-    write_bag(out, stamps_ns, joints, command, velocities=velocities)
+    write_bag(out, stamps_ns, joints, command, velocities=velocities, command_times_ns=sent_ns)
     return _describe(stamps_ns, joints, command)
 
 
 def _check_columns(columns: Columns) -> None:
+    if columns.pole_zero not in ZEROS:
+        raise WrongUse(f"expected --pole-zero up or down, found {columns.pole_zero}")
+    if columns.join is not None and (columns.time is None or columns.command is None):
+        raise WrongUse(
+            "expected --time and --command beside --join, found one missing: the clock of both "
+            "files says when a command was sent"
+        )
     if (columns.time is None) == (columns.rate_hz is None):
         raise WrongUse("expected --time COLUMN or --rate HZ, found both or neither: give one")
     if (columns.sin is None) != (columns.cos is None) or (columns.sin and columns.pole):
@@ -141,16 +178,18 @@ def _read_table(path: Path) -> Table:
     return read_array_table(path) if path.suffix in ARRAY_SUFFIXES else read_csv_table(path)
 
 
-def _read_times(table: Table, columns: Columns) -> tuple[np.ndarray, Mask]:
-    """Return the sampling times in ns from the first one taken, and which rows are taken."""
+def _read_times(table: Table, columns: Columns) -> tuple[np.ndarray, Mask, float]:
+    """Return the sampling times in ns from the first one taken, and which rows are taken.
+
+    The third is the time of the first row taken by the file's clock, s.
+    """
     if not table.lines:
         raise FileError(
             "expected rows of numbers below the header, found none: export the file again"
         )
-    if columns.time is None:
-        times = np.arange(len(table.lines)) / (columns.rate_hz or 1.0)
-    else:
-        times = _read_seconds(table, columns.time, columns.time_unit)
+    times, begin_s = np.arange(len(table.lines)) / (columns.rate_hz or 1.0), 0.0
+    if columns.time is not None:
+        times, begin_s = _read_seconds(table, columns.time, columns.time_unit)
     if times[-1] - times[0] >= LONGEST_S:
         raise FileError(
             f"expected times in s, found {times[-1] - times[0]:.3g} s in all: give their unit "
@@ -163,12 +202,43 @@ def _read_times(table: Table, columns: Columns) -> tuple[np.ndarray, Mask]:
             f"{times[-1] - times[0]:.6g} s in all: skip less"
         )
     taken = times[chosen]
-    return np.rint((taken - taken[0]) * 1e9).astype(np.int64), chosen
+    stamps_ns = np.rint((taken - taken[0]) * 1e9).astype(np.int64)
+    return stamps_ns, chosen, begin_s + float(taken[0] - times[0])
 
 
-def _read_seconds(table: Table, name: str, unit: str | None) -> Floats:
-    """Return a column of times in s from its first row."""
-    times = table.get_column(name, "--time")
+def _read_joined(columns: Columns, begin_s: float, last_ns: int) -> tuple[np.ndarray, Floats]:
+    """Return when the commands of another file were sent, ns from begin_s, and the commands.
+
+    begin_s: time of the first sample by the clock of both files, s.
+    last_ns: time of the last sample, ns from there.
+
+    A command holds until the next: the last before the first sample counts as sent with it.
+    """
+    table, name = _read_table(Path(columns.join or "")), columns.join_time or columns.time or ""
+    try:
+        if not table.lines:
+            raise FileError("expected rows of commands, found none: export the file again")
+        times, first_s = _read_seconds(table, name, columns.time_unit, "--join-time")
+        command = table.get_column(columns.command or "", "--command")
+    except BadInputError as error:
+        raise type(error)(f"{columns.join}: {error}") from error
+    known = np.isfinite(command)
+    sent_ns = np.rint((times[known] + (first_s - begin_s)) * 1e9).astype(np.int64)
+    command = command[known]
+    if not len(sent_ns) or sent_ns[0] > last_ns or sent_ns[-1] < 0:
+        raise FileError(
+            f"{columns.join}: expected commands while the samples were taken, found them "
+            f"{abs(first_s - begin_s):.6g} s apart: are both times of one clock?"
+        )
+    first = max(int(np.searchsorted(sent_ns, 0, side="right")) - 1, 0)
+    return np.maximum(sent_ns[first:], 0), command[first:]
+
+
+def _read_seconds(
+    table: Table, name: str, unit: str | None, option: str = "--time"
+) -> tuple[Floats, float]:
+    """Return a column of times in s from its first row, and the time of that row, s."""
+    times = table.get_column(name, option)
     if not np.all(np.isfinite(times)):
         line = table.lines[int(np.argmin(np.isfinite(times)))]
         raise FileError(
@@ -180,10 +250,12 @@ def _read_seconds(table: Table, name: str, unit: str | None) -> Floats:
         line = table.lines[falls[0] + 1]
         raise FileError(
             f"expected times that rise in column {name}, found {times[falls[0] + 1]:.9g} after "
-            f"{times[falls[0]]:.9g} in line {line}: import each run by itself"
+            f"{times[falls[0]]:.9g} in line {line}: import each run by itself, with --segment "
+            "where a column numbers the runs"
         )
     since_1970 = [u for u, s in TIME_UNITS.items() if EPOCH_S[0] <= times[0] * s < EPOCH_S[1]]
-    return (times - times[0]) * TIME_UNITS[unit or (since_1970 or ["s"])[0]]
+    second = TIME_UNITS[unit or (since_1970 or ["s"])[0]]
+    return (times - times[0]) * second, float(times[0]) * second
 
 
 def _read_positions(table: Table, columns: Columns, chosen: Mask) -> dict[str, Floats]:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from pendulum_sysid.errors import WrongUse
 from pendulum_twin.arrays import Floats
@@ -47,3 +49,23 @@ class Table:
             f"expected a column {name}, found {', '.join(self.names)}: name one of these with "
             f"{option}"
         )
+
+    def split(self, name: str, option: str) -> list[tuple[float, Table]]:
+        """Return the runs of rows with one value of a column, with that value, in their order.
+
+        name, option: as of `get_column`, whose errors are raised. Rows without a value belong to
+        no run.
+        """
+        values = self.get_column(name, option)
+        if not len(values):
+            return []
+        begins = np.flatnonzero(np.r_[True, values[1:] != values[:-1]])
+        ends = [*begins[1:], len(values)]
+        return [
+            (float(values[begin]), self._take(slice(begin, end)))
+            for begin, end in zip(begins, ends, strict=True)
+            if np.isfinite(values[begin])
+        ]
+
+    def _take(self, rows: slice) -> Table:
+        return replace(self, lines=self.lines[rows], read=lambda place: self.read(place)[rows])

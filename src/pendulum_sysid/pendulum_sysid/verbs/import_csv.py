@@ -7,7 +7,13 @@ from dataclasses import fields
 from pathlib import Path
 
 from pendulum_sysid import decisions
-from pendulum_sysid.reading.csv_import import Columns, Imported, import_csv
+from pendulum_sysid.reading.csv_import import (
+    Columns,
+    Imported,
+    import_csv,
+    import_segments,
+)
+from pendulum_sysid.reading.ros1 import import_ros1_bag, is_ros1_bag
 from pendulum_sysid.verbs.said import ANSWERED, say
 
 UNITS = {"command": "", "cart": " m", "pole": " rad"}
@@ -15,21 +21,38 @@ UNITS = {"command": "", "cart": " m", "pole": " rad"}
 
 def run(arguments: argparse.Namespace) -> int:
     """Write the recordings; print their names and what was read."""
+    if all(is_ros1_bag(file) for file in arguments.csv):
+        for file in arguments.csv:
+            out: Path = arguments.out if len(arguments.csv) == 1 else arguments.out / file.stem
+            topics = import_ros1_bag(file, out)
+            print(out, *(f"{name} {kind} {count}" for name, (kind, count) in topics.items()),
+                  sep="\n")  # fmt: skip
+        return ANSWERED
     if arguments.cart is None and arguments.pole is None and arguments.sin is None:
         arguments.parser.error("expected --cart, --pole or both, found neither")
     if (arguments.time is None) == (arguments.rate_hz is None):
         arguments.parser.error("expected --time COLUMN or --rate HZ, found both or neither")
     columns = Columns(**{f.name: getattr(arguments, f.name) for f in fields(Columns)})
     for file in arguments.csv:
-        out: Path = arguments.out if len(arguments.csv) == 1 else arguments.out / file.stem
-        imported = import_csv(file, out, columns)
-        print(out, *describe(imported), sep="\n")
-        if not decisions.LOWEST_RATE_HZ <= imported.rate_hz <= decisions.HIGHEST_RATE_HZ:
-            say(
-                f"{file}: expected {decisions.LOWEST_RATE_HZ:g} to {decisions.HIGHEST_RATE_HZ:g} "
-                f"rows a second, found {imported.rate_hz:.4g}: is it another --time-unit?"
-            )
+        out = arguments.out if len(arguments.csv) == 1 else arguments.out / file.stem
+        recordings = (
+            {out: import_csv(file, out, columns)}
+            if columns.segment is None
+            else import_segments(file, out, columns)
+        )
+        for recording, imported in recordings.items():
+            print(recording, *describe(imported), sep="\n")
+            warn_of_rate(file, imported)
     return ANSWERED
+
+
+def warn_of_rate(file: Path, imported: Imported) -> None:
+    """Say so where the rate of a file is none that a recording has."""
+    if not decisions.LOWEST_RATE_HZ <= imported.rate_hz <= decisions.HIGHEST_RATE_HZ:
+        say(
+            f"{file}: expected {decisions.LOWEST_RATE_HZ:g} to {decisions.HIGHEST_RATE_HZ:g} "
+            f"rows a second, found {imported.rate_hz:.4g}: is it another --time-unit?"
+        )
 
 
 def describe(imported: Imported) -> list[str]:

@@ -162,7 +162,9 @@ def _add_check(verbs: Verbs) -> None:
 
 def _add_import(verbs: Verbs) -> None:
     verb = _add_verb(
-        verbs, "import", "turn columns of a CSV, .mat, .npz or .parquet file into a recording"
+        verbs,
+        "import",
+        "turn columns of a CSV, .mat, .npz or .parquet file, or a ROS 1 bag, into a recording",
     )
     verb.add_argument(
         "csv",
@@ -184,6 +186,22 @@ def _add_import(verbs: Verbs) -> None:
         ("cos", "cosine of the pole's angle"),
     ):
         verb.add_argument(f"--{option}", metavar="COLUMN", help=what)
+    verb.add_argument(
+        "--segment",
+        metavar="COLUMN",
+        help="number of the run that a row belongs to; each run becomes a recording in BAG/",
+    )
+    verb.add_argument(
+        "--join",
+        type=Path,
+        metavar="FILE",
+        help="the file that holds the command, with times of the same clock",
+    )
+    verb.add_argument(
+        "--join-time",
+        metavar="COLUMN",
+        help="time of each command in that file (default: the column named by --time)",
+    )
     verb.add_argument(
         "--rate",
         dest="rate_hz",
