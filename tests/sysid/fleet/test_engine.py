@@ -69,8 +69,8 @@ def kill_first_worker(item: Path) -> None:
     while time.monotonic() < deadline:
         text = item.read_text() if item.is_file() else ""
         if text:
-            item.with_suffix(".go").touch()
             os.kill(int(text), signal.SIGKILL)
+            item.with_suffix(".go").touch()  # for the worker that does the task again
             return
         time.sleep(0.01)
 

@@ -45,6 +45,7 @@ ONE_THREAD = dict.fromkeys(
 )
 WORKER_KILLS_FORGIVEN = 1  # a task whose worker dies is tried once more, then put aside
 CONNECT_S = 15.0  # s; that a scheduler may take to answer
+WORKERS_S = 60.0  # s; that workers that ended may take to start again on a busy computer
 CLOSE_S = 5.0  # s; that workers may take to end
 TIME_UP_STATUS = 75  # exit status of a worker whose task ran too long
 TIME_UP, TIME_UP_SENT_S = "sysid-time-up", 0.5  # topic of the event, and s to send it in
@@ -219,7 +220,7 @@ def _count_threads(client: Client) -> int:
 
 def _wait_for_workers(client: Client) -> None:
     try:
-        client.wait_for_workers(1, timeout=CONNECT_S)
+        client.wait_for_workers(1, timeout=WORKERS_S)
     except TimeoutError as error:
         raise WrongUse(
             "expected a scheduler with workers, found it without any: start them with "
