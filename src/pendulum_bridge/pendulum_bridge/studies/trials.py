@@ -34,6 +34,7 @@ from pendulum_twin.model import Twin, load_twin, save_twin
 from pendulum_twin.plans.excitation import make_standard_plan
 from pendulum_twin.plans.plan_file import make_excitation, read_plan
 from pendulum_twin.plans.waveforms import make_envelope
+from pendulum_twin.suggest import add_hint
 
 SCHEMA = "pendulum_trial/1"
 
@@ -202,6 +203,7 @@ def _parse_effects(text: str) -> tuple[str, ...]:
             known = ", ".join([*BY_NAME, *UNLISTED])
             raise BadInputError(
                 f"expected effects that can be concealed ({known}), found {name!r}"
+                f"{add_hint(name, [*BY_NAME, *UNLISTED])}"
             )
     return names
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from pendulum_sysid.errors import WrongUse
 from pendulum_twin.arrays import Floats
+from pendulum_twin.suggest import add_hint
 
 
 @dataclass(frozen=True)
@@ -45,5 +46,5 @@ class Table:
             )
         raise WrongUse(
             f"expected a column {name}, found {', '.join(self.names)}: name one of these with "
-            f"{option}"
+            f"{option}{add_hint(name, self.names)}"
         )
