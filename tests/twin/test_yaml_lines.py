@@ -1,4 +1,4 @@
-"""A wrong value of a file is refused with its line; a misspelt name with the name that was meant."""
+"""A wrong value of a file is refused with its line, a misspelt name with a hint."""
 
 from pathlib import Path
 

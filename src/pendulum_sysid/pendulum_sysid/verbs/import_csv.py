@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import fields
+from dataclasses import asdict, fields
 from pathlib import Path
 
 from pendulum_sysid import decisions
 from pendulum_sysid.reading.csv_import import Columns, Imported, import_csv
-from pendulum_sysid.verbs.said import ANSWERED, say
+from pendulum_sysid.verbs.said import ANSWERED, print_answer, say
 
 UNITS = {"command": "", "cart": " m", "pole": " rad"}
 
@@ -20,15 +20,20 @@ def run(arguments: argparse.Namespace) -> int:
     if (arguments.time is None) == (arguments.rate_hz is None):
         arguments.parser.error("expected --time COLUMN or --rate HZ, found both or neither")
     columns = Columns(**{f.name: getattr(arguments, f.name) for f in fields(Columns)})
+    lines: list[object] = []
+    mappings = []
     for file in arguments.csv:
+        arguments.progress.report(f"reading {file}")
         out: Path = arguments.out if len(arguments.csv) == 1 else arguments.out / file.stem
         imported = import_csv(file, out, columns)
-        print(out, *describe(imported), sep="\n")
+        lines += [out, *describe(imported)]
+        mappings.append({"file": str(file), "recording": str(out), **asdict(imported)})
         if not decisions.LOWEST_RATE_HZ <= imported.rate_hz <= decisions.HIGHEST_RATE_HZ:
             say(
                 f"{file}: expected {decisions.LOWEST_RATE_HZ:g} to {decisions.HIGHEST_RATE_HZ:g} "
                 f"rows a second, found {imported.rate_hz:.4g}: is it another --time-unit?"
             )
+    print_answer(arguments, lambda: {"recordings": mappings}, *lines)
     return ANSWERED
 
 

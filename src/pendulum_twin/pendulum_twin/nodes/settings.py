@@ -28,9 +28,10 @@ Check = Callable[[str, Any], Any]
 
 
 class Settings(Protocol):
-    """Allow any dataclass."""
+    """Allow any dataclass with examples of the node's command line."""
 
     __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
+    EXAMPLES: ClassVar[tuple[str, ...]]
 
 
 def make_number_field(
