@@ -18,9 +18,7 @@ def make_parser() -> Parser:
     add_common_options(go, argparse.SUPPRESS)
     go.add_argument("--speed", type=float, default=0, help="of the cart, m/s")
     go.add_argument("--gentle", action="store_true", help="no jerks")
-    go.add_argument(
-        "--rate", type=int, default=100, help="samples a second (default: %(default)d)"
-    )
+    go.add_argument("--rate", type=int, default=100, help="in Hz (default: %(default)d)")
     go.add_argument("--zero", choices=("up", "down"), default="up")
     go.add_argument("--kind", choices=("chirp", "steps"), help="of signal")
     verbs.add_parser("rest", examples=("tool rest",))
@@ -76,7 +74,7 @@ def print_help(line: str, capsys: pytest.CaptureFixture[str]) -> str:
 def test_help_shows_defaults_that_say_something_once(capsys: pytest.CaptureFixture[str]) -> None:
     said = " ".join(print_help("go --help", capsys).split())
     assert "of the cart, m/s (default: 0)" in said
-    assert "samples a second (default: 100)" in said and said.count("100") == 1
+    assert "in Hz (default: 100)" in said and said.count("100") == 1
     assert "no jerks --rate" in said and said.endswith("of signal examples: tool go --speed 3")
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 
+from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.plausibility import Answer, Check, check_plausibility
 from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.telling.tables import format_table
@@ -17,6 +18,7 @@ HEADER = ("question", "answer", "expected", "found")
 def run(arguments: argparse.Namespace) -> int:
     """Print the checks; status 1 when the answer to one of them is no."""
     twin = load_twin(arguments.twin)
+    arguments.progress.report(Stage.READING.value)
     checks = check_plausibility(prepare_case(read_recordings(arguments.bag, arguments), twin))
     print_answer(arguments, lambda: make_mapping(checks), format_checks(checks))
     failed = [check for check in checks if check.answer is Answer.NO]

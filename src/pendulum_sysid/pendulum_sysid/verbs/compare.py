@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.fitting.compare import Pair, compare_two
 from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.telling.output_files import check_file
@@ -25,6 +26,7 @@ def run(arguments: argparse.Namespace) -> int:
     names = (str(arguments.twin[0]), str(arguments.twin[1]))
     if arguments.out is not None:
         _check_plot(arguments.out)
+    arguments.progress.report(Stage.READING.value)
     twins = [load_twin(path) for path in arguments.twin]
     case = prepare_case(read_recordings(arguments.bag, arguments), twins[0])
     pair = compare_two(case, twins[1])

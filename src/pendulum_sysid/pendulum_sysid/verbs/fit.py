@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
+from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.fitting.fit import fit_own_parameters
 from pendulum_sysid.fitting.parameters import hold_constants
 from pendulum_sysid.fitting.thesis_fit import MOST_EVALUATIONS, fit_as_thesis
@@ -50,7 +51,7 @@ def run(arguments: argparse.Namespace) -> int:
     check_file(arguments.out)
     twin = hold_constants(load_twin(arguments.twin), arguments.hold)
     report = arguments.progress.report
-    report("reading and smoothing the recordings")
+    report(Stage.READING.value)
     bags = read_recordings(arguments.bag, arguments)
     if arguments.method == "windows":
         fitted = fit_by_windows(bags, twin, report)

@@ -7,6 +7,7 @@ from dataclasses import asdict, fields
 from pathlib import Path
 
 from pendulum_sysid import decisions
+from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.reading.csv_import import Columns, Imported, import_csv
 from pendulum_sysid.verbs.said import ANSWERED, print_answer, say
 
@@ -23,7 +24,7 @@ def run(arguments: argparse.Namespace) -> int:
     lines: list[object] = []
     mappings = []
     for file in arguments.csv:
-        arguments.progress.report(f"reading {file}")
+        arguments.progress.report(Stage.READING.value)
         out: Path = arguments.out if len(arguments.csv) == 1 else arguments.out / file.stem
         imported = import_csv(file, out, columns)
         lines += [out, *describe(imported)]

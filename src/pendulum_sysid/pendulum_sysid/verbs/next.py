@@ -58,7 +58,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _finish(arguments: argparse.Namespace) -> Finished:
     """Return what is named as an earlier diagnosis has it, or found now."""
     earlier = None if arguments.verdict is None else read_verdict(arguments.verdict)
-    arguments.progress.report("reading and smoothing the recordings")
+    arguments.progress.report(Stage.READING)
     prepared = prepare(read_recordings(arguments.bag, arguments), load_twin(arguments.twin))
     case, windows = prepared.case, prepared.split
     if earlier is not None:

@@ -42,6 +42,8 @@ BEGINS = {
 USUAL_S = 40.0  # of a whole diagnosis, before its own pace is known
 SHORTEST_S = 1e-3  # of any work; a pace of 0 s would leave no share
 TRUSTED_SHARE = 0.3  # done, after which the pace so far tells the rest
+# Said only if they take long: what cannot be read or used ends in its one sentence on stderr.
+UNSPOKEN = (Stage.READING, Stage.PREPARING, Stage.WRITING)
 ORDER = tuple(BEGINS)
 
 
@@ -129,6 +131,8 @@ class Progress:
             return
         with self._lock:
             self._step = str(line)
+            if line in UNSPOKEN:
+                return
             if self._drawn:
                 self._write(f"{CLEAR_LINE}{paint(str(line), Colour.FAINT, self._stream)}\n")
                 self._draw()

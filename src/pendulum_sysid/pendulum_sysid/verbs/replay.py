@@ -8,6 +8,7 @@ from dataclasses import astuple
 from pathlib import Path
 from typing import Any
 
+from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.fitting.compare import compare
 from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.records import Comparison
@@ -20,6 +21,7 @@ from pendulum_twin.model import load_twin
 def run(arguments: argparse.Namespace) -> int:
     """Print the twin's errors on all recordings together."""
     twin = load_twin(arguments.twin)
+    arguments.progress.report(Stage.READING.value)
     comparison = compare(prepare_case(read_recordings(arguments.bag, arguments), twin))
     say_if_diverged(arguments.twin, comparison)
     print_answer(
