@@ -1,7 +1,6 @@
 """The help of every program and verb: a version, --quiet, an example that parses, defaults."""
 
 import argparse
-import ast
 import re
 import shlex
 import subprocess
@@ -9,7 +8,7 @@ import sys
 from collections.abc import Iterator
 
 import pytest
-from support.paths import ROOT
+from support.programs import list_executables
 
 from pendulum_sysid.verbs.options import make_parser
 from pendulum_twin.parser import Parser
@@ -20,16 +19,6 @@ STUDIES = {
     "stepped_rig": "pendulum_bridge.stepped_rig",
 }
 WITHOUT_QUIET = {"stepped_rig"}  # says nothing but samples
-
-
-def list_executables() -> dict[str, str]:
-    """Return name and entry point of every program of the four packages, from their setup.py."""
-    programs: dict[str, str] = {}
-    for path in ROOT.glob("src/*/setup.py"):
-        for node in ast.parse(path.read_text(encoding="utf-8")).body:
-            if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "EXECUTABLES":
-                programs |= ast.literal_eval(node.value)
-    return programs
 
 
 EXECUTABLES = list_executables()

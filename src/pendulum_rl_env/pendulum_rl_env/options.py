@@ -7,7 +7,7 @@ from pathlib import Path
 
 from pendulum_rl_env.names import IN_PROCESS, PRESETS
 from pendulum_twin.command_line import make_whole_reader
-from pendulum_twin.parser import Parser, add_common_options, complete
+from pendulum_twin.parser import Parser, add_common_options, complete, offer
 
 
 def parse_train_options(arguments: list[str] | None) -> argparse.Namespace:
@@ -32,7 +32,7 @@ def parse_train_options(arguments: list[str] | None) -> argparse.Namespace:
     out = "folder for policy.zip, result.json, checkpoints and tensorboard"
     add("--out", type=Path, required=True, help=out)
     preset = f"how to learn: {', '.join(PRESETS)}, or a YAML file of your own"
-    add("--preset", default="fast", metavar="PRESET", help=preset)
+    offer(add("--preset", default="fast", metavar="PRESET", help=preset), PRESETS)
     until = "stop at the first evaluation with a mean reward of at least R"
     add("--until", type=float, metavar="R", help=until)
     add("--init", type=Path, metavar="POLICY.zip", help="begin with this policy, for fine-tuning")

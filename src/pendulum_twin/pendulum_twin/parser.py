@@ -123,3 +123,8 @@ def complete(parser: argparse.ArgumentParser) -> None:
         import argcomplete  # only then: no program starts later because of it
 
         argcomplete.autocomplete(parser)
+
+
+def offer(action: argparse.Action, names: Iterable[str]) -> None:
+    """Let the shell complete an option's value to names; other values are taken, too."""
+    action.completer = lambda **_: list(names)  # type: ignore[attr-defined]

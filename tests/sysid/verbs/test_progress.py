@@ -52,12 +52,27 @@ def test_the_share_rises_and_the_time_left_fits_a_steady_pace(factor: float) -> 
         stage: (end - begin) * 40.0 * factor
         for (stage, begin), end in zip(BEGINS.items(), ends, strict=True)
     }
-    asked = run_stages(list(Stage), lasts.__getitem__)
+    asked = run_stages([stage for stage in Stage if stage is not Stage.LAWS], lasts.__getitem__)
     shares = [share for share, _ in asked]
     assert shares == sorted(shares) and min(shares) >= 0.0 and max(shares) < 1.0
     late = [(share, left_s) for share, left_s in asked if share > 0.6]
     for share, left_s in late:
         assert left_s == pytest.approx((1.0 - share) * 40.0 * factor, rel=0.2)
+
+
+def test_laws_take_longer_than_all_before_and_count_anew() -> None:
+    clock = Clock()
+    course = Course(clock)
+    course.enter(Stage.JUDGING)
+    clock.now += 30.0
+    course.enter(Stage.LAWS)
+    assert course.share == pytest.approx(0.1) and course.left_s == pytest.approx(270.0)
+    clock.now += 120.0
+    assert course.share == pytest.approx(0.5) and course.left_s == pytest.approx(150.0)
+    clock.now += 1e6
+    assert course.share is not None and course.share < 1.0
+    course.enter(Stage.WRITING)
+    assert course.share == BEGINS[Stage.WRITING]
 
 
 def test_a_stage_that_comes_again_does_not_turn_the_share_back() -> None:

@@ -36,7 +36,7 @@ def make_parser() -> argparse.ArgumentParser:
     command.add_argument(
         "--effects",
         metavar="FOLDER",
-        help="effects of your own, beside the catalogue; anywhere on the line, of every verb",
+        help="effects of your own, beside the catalogue; anywhere on the line",
     )
     command.add_argument(
         "--traceback", action="store_true", help="show Python's traceback of an internal error"

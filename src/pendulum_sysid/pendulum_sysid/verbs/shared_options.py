@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pendulum_sysid.verbs.examples import EXAMPLES
-from pendulum_twin.parser import Parser, add_common_options
+from pendulum_twin.parser import Parser, add_common_options, offer
+from pendulum_twin.rig import UNITS
 
 if TYPE_CHECKING:
     Verbs = argparse._SubParsersAction[Parser]
@@ -27,6 +28,12 @@ def add_verb(verbs: Verbs, name: str, sentence: str, of: str = "") -> Parser:
         examples=EXAMPLES[f"{of} {name}".strip()],
     )
     add_common_options(verb, argparse.SUPPRESS)
+    verb.add_argument(
+        "--effects",
+        metavar="FOLDER",
+        default=argparse.SUPPRESS,
+        help="effects of your own, beside the catalogue",
+    )
     verb.add_argument(
         "--traceback", action="store_true", default=argparse.SUPPRESS, help=argparse.SUPPRESS
     )
@@ -63,13 +70,14 @@ def add_topics(verb: argparse.ArgumentParser) -> None:
 
 def add_hold(verb: argparse.ArgumentParser) -> None:
     """Add constants that no fit changes."""
-    verb.add_argument(
+    hold = verb.add_argument(
         "--hold",
         type=_split_names,
         default=(),
         metavar="NAME[,NAME]",
         help='constants of the rig that are known and stay as they are; "all" for all of them',
     )
+    offer(hold, ("all", *UNITS))
 
 
 def _split_names(text: str) -> tuple[str, ...]:
