@@ -50,7 +50,10 @@ def _evaluate(options: argparse.Namespace) -> str:
     if options.video is not None:
         save_video(episodes[0], env.unwrapped.task, options.video)  # type: ignore[attr-defined]
     summary = summarise(episodes, Task.make_for_step(options.step_s).steps)
-    return json.dumps(summary, indent=2) if options.json else format_summary(summary)
+    if options.json:
+        return json.dumps(summary, indent=2)
+    video = [] if options.video is None else [str(options.video)]
+    return "\n".join([format_summary(summary), *video])
 
 
 def format_summary(summary: dict[str, Any]) -> str:

@@ -13,6 +13,7 @@ import warnings
 from collections.abc import Sequence
 from importlib import import_module
 
+from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.verbs.options import make_parser
 from pendulum_sysid.verbs.progress import Progress
 from pendulum_sysid.verbs.said import INTERRUPTED, NOT_ANSWERED, WRONG_USE, say
@@ -35,6 +36,8 @@ MODULES = {  # verb -> module, whose `run(arguments)` returns the exit status
     "fleet": "verbs.fleet",
 }
 
+LONG_VERBS = ("diagnose", "fit", "next")  # that begin with reading; prove and fleet say more
+
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one verb and return the exit status; argparse ends wrong use with status 2 by itself."""
@@ -49,6 +52,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         progress = Progress(sys.stderr, arguments.quiet)
         with warnings.catch_warnings(), progress as arguments.progress:
+            if arguments.verb in LONG_VERBS:
+                progress.report(Stage.READING)  # importing takes a while, too
             # A run that overflows is reported by the verb, not by a warning of numpy.
             warnings.simplefilter("ignore")
             verb = import_module(f"pendulum_sysid.{MODULES[arguments.verb]}")

@@ -2,6 +2,7 @@
 
 import io
 import re
+import threading
 from collections.abc import Callable
 
 import pytest
@@ -128,6 +129,19 @@ def test_silence_is_broken_by_plain_lines(monkeypatch: pytest.MonkeyPatch) -> No
         while written.getvalue().count("so far)") < 3 and shown._thread.is_alive():
             shown._thread.join(0.005)  # polls; a thread that died would end it
     assert written.getvalue().count("asking what is missing") >= 4
+
+
+def test_nothing_is_said_of_a_command_that_has_no_stages(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(progress, "START_S", 0.0)
+    monkeypatch.setattr(progress, "SILENCE_S", 0.0)
+    monkeypatch.setattr(progress, "REDRAW_S", 0.001)
+    beats = threading.Event()
+    written = io.StringIO()
+    with Progress(written, quiet=False) as shown:
+        due = shown._is_silent_for_long
+        monkeypatch.setattr(shown, "_is_silent_for_long", lambda: (beats.set(), due())[1])
+        assert beats.wait(60.0)
+    assert written.getvalue() == ""
 
 
 def test_quiet_says_nothing() -> None:

@@ -16,7 +16,9 @@ from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.verbs.said import CLEAR_LINE, Colour, is_terminal, paint
 
 SILENCE_S = 2.0  # longest without a line where stderr is no terminal; 3 on a busy computer
+START_S = 2.75  # longest until the first line: what ends sooner says its one sentence only
 REDRAW_S = 0.25  # from one state of the last line to the next on a terminal
+STARTING = "starting"
 SPINNER = "|/-\\"
 NEARLY = 0.95  # of a stage's share, which a stage that takes long never leaves by itself
 
@@ -116,8 +118,8 @@ class Progress:
         self._stream, self._quiet = stream, quiet
         self._drawn = is_terminal(stream)
         self._course, self._began = Course(), time.monotonic()
-        self._step, self._spoken = "starting", time.monotonic()
-        self._turns = 0
+        self._step, self._spoken = STARTING, time.monotonic()
+        self._turns, self._has_spoken = 0, False
         self._lock, self._ended = threading.Lock(), threading.Event()
         self._thread: threading.Thread | None = None
 
@@ -146,7 +148,7 @@ class Progress:
                 self._draw()
             else:
                 self._write(f"{self._format_share()}{line}\n")
-            self._spoken = time.monotonic()
+            self._spoken, self._has_spoken = time.monotonic(), True
 
     def end(self) -> None:
         """Take the last line away; what follows is the answer."""
@@ -163,10 +165,17 @@ class Progress:
             with self._lock:
                 if self._drawn:
                     self._draw()
-                elif time.monotonic() - self._spoken > SILENCE_S - REDRAW_S:
+                elif self._is_silent_for_long():
                     passed = time.monotonic() - self._began
                     self._write(f"{self._format_share()}{self._step} ({passed:.0f} s so far)\n")
-                    self._spoken = time.monotonic()
+                    self._spoken, self._has_spoken = time.monotonic(), True
+
+    def _is_silent_for_long(self) -> bool:
+        """Return whether a line is due where nothing is drawn; never before a stage begins."""
+        if self._step is STARTING:
+            return False
+        longest = SILENCE_S if self._has_spoken else START_S
+        return time.monotonic() - self._spoken > longest - REDRAW_S
 
     def _draw(self) -> None:
         self._turns += 1

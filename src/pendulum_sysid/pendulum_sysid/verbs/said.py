@@ -9,8 +9,6 @@ from collections.abc import Callable
 from enum import Enum
 from typing import Any, TextIO
 
-from pendulum_sysid.telling.output_files import format_json
-
 ANSWERED, NOT_ANSWERED, WRONG_USE, INTERRUPTED = 0, 1, 2, 130
 CLEAR_LINE = "\r\x1b[K"
 
@@ -53,6 +51,8 @@ def print_answer(
     """
     arguments.progress.end()
     if arguments.json:
+        from pendulum_sysid.telling.output_files import format_json  # not for help: needs numpy
+
         print(format_json(mapping()), flush=True)
     else:
         print(*lines, sep="\n", flush=True)
