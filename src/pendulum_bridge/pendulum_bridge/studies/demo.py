@@ -7,6 +7,7 @@ diagnosed by `sysid diagnose`. Run as `python -m pendulum_bridge.studies.demo --
 from __future__ import annotations
 
 import argparse
+import os
 import secrets
 import socket
 import sys
@@ -56,7 +57,8 @@ def _run_demo(options: argparse.Namespace) -> None:
     diagnose(options.out, options.quiet)
     print(format_answer(options.out, nominal))
     if not options.quiet:
-        print(f"Show it: {SCRIPTS / 'sysid'} open {options.out}\nAgain: {facts.command}")
+        sysid = os.path.relpath(SCRIPTS / "sysid")
+        print(f"Show it: {sysid} open {options.out}\nAgain: {facts.command}")
 
 
 def record(options: argparse.Namespace, nominal: Twin, seed: int) -> None:
