@@ -25,5 +25,5 @@ class Stage(StrEnum):
     REPLICATING = "asking thirds of the recording for the names again"
     JUDGING = "locating what is missing, measuring the noise floor"
     PLANNING = "planning the next experiment"
-    LAWS = "measuring what has no name, which takes longer than all before"
+    LAWS = "measuring what has no name, which takes as long as all before, or longer"
     WRITING = "writing the report"
