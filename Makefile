@@ -38,7 +38,8 @@ help: ## list these commands
 setup: $(VENV)/.compiled-$(ROS) $(VENV)/.learning-$(ROS) ## create .venv with everything pinned; nothing when it is up to date
 
 demo: $(VENV)/.installed-$(ROS) ## conceal physics in an emulated rig, record it, diagnose it, report
-	@$(BIN)/python -m pendulum_bridge.studies.demo --out out/demo $(ARGS)
+	@trap : INT  # Ctrl-C ends the demo, which says so; make has nothing to add
+	$(BIN)/python -m pendulum_bridge.studies.demo --out out/demo $(ARGS) || [ $$? -eq 130 ]
 
 test: setup ## run the test suite (ARGS="-k word" and the like go to pytest)
 	@run() { $(BIN)/python -m pytest "$$@" $(ARGS) || [ $$? -eq 5 ]; }  # 5: no test selected

@@ -12,6 +12,7 @@ import pytest
 from support.made_recordings import INTECO, made, made_bag
 from support.paths import ROOT
 
+from pendulum_sysid.cli import MODULES
 from pendulum_sysid.reading.bag import read_bag
 from pendulum_sysid.verbs.options import make_parser
 from pendulum_twin.effects import BY_NAME
@@ -19,6 +20,7 @@ from pendulum_twin.model import load_twin
 
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+VERBS = "Verbs of `sysid`"
 REAL_RIGS = (ROOT / "docs" / "real_rigs.md").read_text(encoding="utf-8")
 
 
@@ -82,6 +84,19 @@ def test_the_drawing_of_rooms_is_current() -> None:
     check = [sys.executable, str(ROOT / "docs" / "draw_rooms.py"), "--check"]
     status = subprocess.run(check, timeout=60, check=False).returncode
     assert status == 0, "run `python docs/draw_rooms.py`"
+
+
+def test_the_page_of_the_catalogue_is_current_and_every_effect_has_a_picture() -> None:
+    check = [sys.executable, str(ROOT / "docs" / "draw_signatures.py"), "--check"]
+    status = subprocess.run(check, timeout=120, check=False).returncode
+    assert status == 0, "run `python docs/draw_signatures.py`"
+    pictures = {path.stem for path in (ROOT / "docs" / "images" / "effects").glob("*.png")}
+    assert pictures == set(BY_NAME)
+
+
+def test_the_verbs_are_listed() -> None:
+    table = section((ROOT / "docs" / "command_line.md").read_text(encoding="utf-8"), VERBS)
+    assert set(re.findall(r"^\| `(\w+)` \|", table, re.MULTILINE)) == set(MODULES)
 
 
 def test_a_part_of_a_recording_is_that_part(tmp_path: Path) -> None:

@@ -38,6 +38,19 @@ def test_the_pages_load_nothing_from_elsewhere(site: Path) -> None:
         assert [url for url in loaded if "canonical" not in url] == [], page.name
 
 
+def test_pages_stand_in_the_navigation_and_design_is_shown(site: Path) -> None:
+    start = (site / "index.html").read_text()
+    for page in ROOT.glob("docs/*.md"):
+        assert f'href="{page.stem}.html"' in start or page.stem == "index", page.name
+    assert "The kernel" in (site / "design.html").read_text()
+
+
+def test_pictures_are_there(site: Path) -> None:
+    for page in site.glob("*.html"):
+        for picture in re.findall(r'<img[^>]* src="([^":]+)"', page.read_text()):
+            assert (site / picture).is_file(), (page.name, picture)
+
+
 def test_pages_link_to_pages_only(site: Path) -> None:
     for page in site.glob("*.html"):
         links = re.findall(r'href="([^"#:]+\.html)', page.read_text())

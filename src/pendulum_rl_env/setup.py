@@ -4,7 +4,10 @@ from pathlib import Path
 from setuptools import find_packages, setup
 
 NAME = "pendulum_rl_env"
-EXECUTABLES = {"train": "pendulum_rl_env.train:main", "evaluate": "pendulum_rl_env.evaluate:main"}
+EXECUTABLES = {
+    "train": "pendulum_rl_env.programs:run_train",
+    "evaluate": "pendulum_rl_env.programs:run_evaluate",
+}
 VERSION = runpy.run_path(str(Path(__file__).resolve().parent / NAME / "version.py"))["__version__"]
 
 setup(

@@ -27,7 +27,7 @@ setup(
     packages=find_packages(exclude=["test", "test.*"]),
     package_data={NAME: ["py.typed"]},
     python_requires=">=3.12",
-    install_requires=["mcap", "numba", "numpy", "PyYAML", "rosbags"],
+    install_requires=["argcomplete", "mcap", "numba", "numpy", "PyYAML", "rosbags"],
     extras_require={"frames": ["pandas"], "test": ["hypothesis", "pytest"]},
     entry_points={
         "console_scripts": [f"{name} = {function}" for name, function in EXECUTABLES.items()]

@@ -24,9 +24,10 @@ from pendulum_bridge.emulator.seal import Concealed, open_seal
 from pendulum_bridge.emulator.sensors import Encoders
 from pendulum_bridge.wire.protocol import COMMAND, Command, Sample
 from pendulum_twin.arrays import Floats
-from pendulum_twin.command_line import make_number_reader, make_whole_reader
+from pendulum_twin.command_line import add_version, make_number_reader, make_whole_reader
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin, load_twin
+from pendulum_twin.parser import Parser, complete
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -102,9 +103,15 @@ def _choose_concealed(options: argparse.Namespace) -> Concealed:
 
 def parse_options(arguments: list[str] | None) -> argparse.Namespace:
     """Return the command line's options; print the mistake and exit with 2 for wrong use."""
-    parser = argparse.ArgumentParser(
-        prog="stepped_rig", description=" ".join((__doc__ or "").split())
+    parser = Parser(
+        prog="stepped_rig",
+        description=__doc__,
+        examples=(
+            "python -m pendulum_bridge.stepped_rig --seed 13 --effects 2",
+            "python -m pendulum_bridge.stepped_rig --seal out/demo/seal.json",
+        ),
     )
+    add_version(parser)
     add = parser.add_argument
     which = parser.add_mutually_exclusive_group(required=True)
     which.add_argument(
@@ -117,35 +124,36 @@ def parse_options(arguments: list[str] | None) -> argparse.Namespace:
         "--effects",
         type=make_whole_reader(0, count_families(live=True)),
         metavar="N",
-        help="how many effects the seed conceals (1)",
+        help="how many effects the seed conceals (default: 1)",
     )
     add(
         "--twin",
         type=Path,
         default=Path("config/inteco.yaml"),
-        help="nominal rig of --seed (config/inteco.yaml)",
+        help="nominal rig of --seed",
     )
     add(
         "--pole-counts",
         type=make_whole_reader(0, 10**9),
         default=4096,
         metavar="N",
-        help="counts of the pole's encoder a turn (4096)",
+        help="counts of the pole's encoder a turn",
     )
     add(
         "--rate-hz",
         type=make_number_reader(10, 1000),
         default=100.0,
         metavar="HZ",
-        help="samples a second (100)",
+        help="samples a second",
     )
     add(
         "--samples",
         type=make_whole_reader(1, 10**9),
         default=3,
         metavar="N",
-        help="sample periods that a command is held (3)",
+        help="sample periods that a command is held",
     )
+    complete(parser)
     options = parser.parse_args(arguments)
     if options.effects is not None and options.seed is None:
         parser.error("--effects: expected --seed with it: a seal says itself what is concealed")

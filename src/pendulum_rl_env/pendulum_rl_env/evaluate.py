@@ -8,7 +8,6 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
@@ -16,17 +15,18 @@ import gymnasium as gym
 from pendulum_rl_env.in_process import load_learnable_twin
 from pendulum_rl_env.learning.policies import load_policy, make_policy
 from pendulum_rl_env.learning.preset import IN_PROCESS, OVER_TOPICS
+from pendulum_rl_env.options import parse_evaluate_options
 from pendulum_rl_env.posterior import gather_knowledge
 from pendulum_rl_env.scoring import run_episode, summarise
 from pendulum_rl_env.task import Task
 from pendulum_rl_env.video import save_video
-from pendulum_twin.command_line import add_version, make_whole_reader, run_command
+from pendulum_twin.command_line import run_command
 from pendulum_twin.errors import BadInputError
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run `evaluate`; return 0 when it is done, 1 when it could not be (the reason on stderr)."""
-    options = _parse_options(arguments)
+    options = parse_evaluate_options(arguments)
     return run_command("evaluate", lambda: print(_evaluate(options)), "the drive is at PWM 0")
 
 
@@ -50,7 +50,10 @@ def _evaluate(options: argparse.Namespace) -> str:
     if options.video is not None:
         save_video(episodes[0], env.unwrapped.task, options.video)  # type: ignore[attr-defined]
     summary = summarise(episodes, Task.make_for_step(options.step_s).steps)
-    return json.dumps(summary, indent=2) if options.json else format_summary(summary)
+    if options.json:
+        return json.dumps(summary, indent=2)
+    video = [] if options.video is None else [str(options.video)]
+    return "\n".join([format_summary(summary), *video])
 
 
 def format_summary(summary: dict[str, Any]) -> str:
@@ -78,33 +81,6 @@ def _make_environment(options: argparse.Namespace) -> gym.Env[Any, Any]:
     twin = load_learnable_twin(options.twin)
     knowledge = gather_knowledge(twin, options.verdict, 0, options.seed)
     return gym.make(IN_PROCESS, twin=knowledge.twins[0], encoders=knowledge.encoders, **common)
-
-
-def _parse_options(arguments: list[str] | None) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="evaluate", description=" ".join((__doc__ or "").split())
-    )
-    add_version(parser)
-    add = parser.add_argument
-    count = make_whole_reader(1)
-    file = "what `train` has written"
-    add("--policy", type=Path, required=True, metavar="POLICY.zip", help=file)
-    trust = (
-        "read a policy file of stable-baselines3, too, which may run any code (not the default)"
-    )
-    add("--trust", action="store_true", help=trust)
-    where = parser.add_mutually_exclusive_group(required=True)
-    where.add_argument("--twin", type=Path, help="twin file")
-    rig = "the rig of this namespace, over topics, in real time"
-    where.add_argument("--rig", metavar="NAMESPACE", help=rig)
-    add("--verdict", type=Path, help="verdict.json: measure as finely as that recording's rig did")
-    add("--episodes", type=count, default=20, metavar="N", help="how many (20)")
-    add("--seed", type=int, default=0, help="of the first episode (0); a twin alone draws nothing")
-    add("--step-s", type=float, default=0.03, metavar="S", help="from command to command (0.03)")
-    video = "also write the first episode as an animation"
-    add("--video", type=Path, metavar="FILE.gif", help=video)
-    add("--json", action="store_true", help="print one JSON object")
-    return parser.parse_args(arguments)
 
 
 if __name__ == "__main__":

@@ -37,16 +37,16 @@ from pendulum_rl_env.learning.policies import load_policy, save_policy  # noqa: 
 from pendulum_rl_env.learning.preset import (  # noqa: E402
     IN_PROCESS,
     OVER_TOPICS,
-    PRESETS,
     Preset,
     load_preset,
 )
 from pendulum_rl_env.learning.replay_file import load_replay, save_replay  # noqa: E402
 from pendulum_rl_env.learning.result import Result  # noqa: E402
 from pendulum_rl_env.learning.tensors import collect_tensors, put_tensors  # noqa: E402
+from pendulum_rl_env.options import parse_train_options  # noqa: E402
 from pendulum_rl_env.posterior import gather_knowledge  # noqa: E402
 from pendulum_rl_env.task import Task  # noqa: E402
-from pendulum_twin.command_line import add_version, make_whole_reader, run_command  # noqa: E402
+from pendulum_twin.command_line import run_command  # noqa: E402
 from pendulum_twin.errors import BadInputError  # noqa: E402
 
 EVALUATION_EPISODES = 20
@@ -63,7 +63,7 @@ def main(arguments: list[str] | None = None, started_s: float = STARTED_S) -> in
 
     started_s: monotonic time, s, from which the wall time counts.
     """
-    options = _parse_options(arguments)
+    options = parse_train_options(arguments)
     options.started_s = started_s
     saved = f"what was saved before is in {options.out}"
     return run_command("train", lambda: _train(options), saved)
@@ -111,7 +111,7 @@ def _run_learning(
 ) -> None:
     out, until, measure_s = options.out, options.until, _make_stopwatch(options.started_s)
     total, first = options.timesteps or preset.timesteps, model.num_timesteps
-    progress = Progress(total, _print_progress)
+    progress = Progress(total, _ignore if options.quiet else _print_progress)
     if options.rig is not None:
         every, episodes = preset.evaluate_every, RIG_EVALUATION_EPISODES
         learn_on_rig(model, total, every, episodes, result, out, until, measure_s, progress)
@@ -239,39 +239,12 @@ def _make_stopwatch(started_s: float) -> Callable[[], float]:
     return lambda: time.monotonic() - started_s
 
 
+def _ignore(line: str) -> None:
+    """Ignore a line that --quiet leaves out."""
+
+
 def _print_progress(line: str) -> None:
     print(line, file=sys.stderr, flush=True)
-
-
-def _parse_options(arguments: list[str] | None) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="train", description=" ".join((__doc__ or "").split()))
-    add_version(parser)
-    add, count = parser.add_argument, make_whole_reader(1)
-    twin = "twin file to learn on (without one: the INTECO rig by its maker's constants)"
-    add("--twin", type=Path, help=twin)
-    add("--timesteps", type=count, help="how many steps (the preset's)")
-    add("--seed", type=int, default=0, help="of everything random (0)")
-    out = "folder for policy.zip, result.json, checkpoints and tensorboard"
-    add("--out", type=Path, required=True, help=out)
-    preset = "how to learn, or a YAML file of your own (fast)"
-    add("--preset", default="fast", metavar="|".join(PRESETS), help=preset)
-    until = "stop at the first evaluation with a mean reward of at least R"
-    add("--until", type=float, metavar="R", help=until)
-    add("--init", type=Path, metavar="POLICY.zip", help="begin with this policy, for fine-tuning")
-    trust = (
-        "read files of stable-baselines3 as --init, too, which may run any code (not the default)"
-    )
-    add("--trust", action="store_true", help=trust)
-    rig = "learn on the rig of this namespace, over topics, in real time"
-    add("--rig", metavar="NAMESPACE", help=rig)
-    verdict = "verdict.json of the twin's diagnosis: learn on all rigs that it leaves possible"
-    add("--verdict", type=Path, help=verdict)
-    draws = "how many twins are drawn from the verdict (64)"
-    add("--draws", type=count, default=64, metavar="N", help=draws)
-    add("--step-s", type=float, default=0.03, metavar="S", help="from command to command (0.03)")
-    add("--env", default=IN_PROCESS, help=f"another environment's id ({IN_PROCESS})")
-    add("--resume", action="store_true", help="go on from the last checkpoint in --out")
-    return parser.parse_args(arguments)
 
 
 if __name__ == "__main__":

@@ -13,9 +13,12 @@ import warnings
 from collections.abc import Sequence
 from importlib import import_module
 
+from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.verbs.options import make_parser
+from pendulum_sysid.verbs.progress import Progress
 from pendulum_sysid.verbs.said import INTERRUPTED, NOT_ANSWERED, WRONG_USE, say
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.parser import complete
 from pendulum_twin.user_effects import take_effects_option
 
 MODULES = {  # verb -> module, whose `run(arguments)` returns the exit status
@@ -28,21 +31,29 @@ MODULES = {  # verb -> module, whose `run(arguments)` returns the exit status
     "check": "verbs.check",
     "import": "verbs.import_csv",
     "next": "verbs.next",
+    "open": "verbs.open_report",
     "prove": "studies.prove",
     "fleet": "verbs.fleet",
 }
+
+LONG_VERBS = ("diagnose", "fit", "next")  # that begin with reading; prove and fleet say more
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one verb and return the exit status; argparse ends wrong use with status 2 by itself."""
     given = sys.argv[1:] if argv is None else list(argv)
     try:
-        arguments = make_parser().parse_args(take_effects_option(given))
+        parser = make_parser()
+        complete(parser)
+        arguments = parser.parse_args(take_effects_option(given))
     except BadInputError as error:
         return say(str(error), WRONG_USE)
     arguments.shell_line = shlex.join(["sysid", *given])
     try:
-        with warnings.catch_warnings():
+        progress = Progress(sys.stderr, arguments.quiet)
+        with warnings.catch_warnings(), progress as arguments.progress:
+            if arguments.verb in LONG_VERBS:
+                progress.report(Stage.READING)  # importing takes a while, too
             # A run that overflows is reported by the verb, not by a warning of numpy.
             warnings.simplefilter("ignore")
             verb = import_module(f"pendulum_sysid.{MODULES[arguments.verb]}")

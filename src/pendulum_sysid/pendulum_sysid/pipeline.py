@@ -19,6 +19,7 @@ from pendulum_sysid.finding.localisation.shape_check import (
     measure_remainders,
 )
 from pendulum_sysid.finding.search import Answer, search_effects
+from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.gauss_newton import refine_start_states
 from pendulum_sysid.fitting.noise_floor import measure_noise_floor
@@ -45,6 +46,7 @@ def diagnose(recordings: Sequence[Recording], twin: Twin, progress: Progress) ->
     recording that cannot answer ends in a verdict whose outcome is `unusable`.
     """
     began = time.monotonic()
+    progress(Stage.PREPARING)
     try:
         case = prepare_case(recordings, twin)
         refuse_implausible(case)
@@ -61,21 +63,22 @@ def diagnose_prepared(prepared: Prepared, progress: Progress, began: float) -> V
     began: monotonic time, s, at which the work on them began.
     """
     case, recording = prepared.case, prepared.case.recording
-    progress(f"{recording.name}: {len(case.signals)} samples, fitting the rig's constants alone")
+    progress(f"{recording.name}: {len(case.signals)} samples")
     answer = search_effects(case, prepared.split, progress)
-    findings = judge_answer(case, prepared.split, answer)
+    findings = judge_answer(case, prepared.split, answer, progress)
     findings = measure_rest(findings, prepared.split, progress)
     verdict = make_verdict(findings, recording, time.monotonic() - began)
     overlays = draw_overlays(findings.before["held_out"], findings.after["held_out"])
     return replace(verdict, trials=answer.trials, overlays=overlays)
 
 
-def judge_answer(case: Case, split: Split, answer: Answer) -> Findings:
+def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -> Findings:
     """Return the findings of all stages after the search, from which the verdict is written.
 
     answer: what the search ended at; its fits are compared, on all three groups of windows, by
         free runs, by the missing force that each leaves, and by the noise floor.
     """
+    progress(Stage.JUDGING)
     base, best = answer.base, answer.best
     names = [named.effect for named in answer.named]
     improved = replace(case, twin=best.twin)
@@ -114,6 +117,7 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
     if not (decisions.MEASURE_LAWS and (unnamed or is_above_noise(findings))):
         return findings
     case = findings.case
+    progress(Stage.LAWS)
     starts = (findings.base, findings.best) if unnamed else (findings.best,)
     law_fit = measure_best_laws(case, split, starts, progress)
     if law_fit is None:

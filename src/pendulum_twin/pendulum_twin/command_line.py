@@ -13,23 +13,26 @@ from pendulum_twin.version import __version__
 MOST_DIGITS = 18
 
 
-def run_command(name: str, work: Callable[[], int | None], interrupted: str) -> int:
+def run_command(
+    name: str, work: Callable[[], int | None], interrupted: str, interrupted_status: int = 1
+) -> int:
     """Do the work and return the exit status.
 
     name: of the program, before its messages.
     work: returns the exit status, None for 0.
     interrupted: what Ctrl-C has left behind, in words.
+    interrupted_status: exit status after Ctrl-C.
 
-    Bad input, a file that cannot be used, and Ctrl-C end in one line on stderr and the status 1.
+    Bad input, and a file that cannot be used, end in one line on stderr and the status 1.
     """
     try:
         return work() or 0
     except (BadInputError, OSError) as error:
-        reason = str(error)
+        reason, status = str(error), 1
     except KeyboardInterrupt:
-        reason = f"interrupted; {interrupted}"
+        reason, status = f"interrupted; {interrupted}", interrupted_status
     print(f"{name}: {reason}", file=sys.stderr)
-    return 1
+    return status
 
 
 def add_version(parser: argparse.ArgumentParser) -> None:

@@ -6,12 +6,13 @@ import hashlib
 import json
 import os
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.strict_yaml import parse_yaml
+from pendulum_twin.yaml_lines import find_line
 
 YAML_MOST_BYTES = 1_000_000  # a twin file has about 1,000; longer ones take seconds to read
 _BLOCK_BYTES = 1 << 20  # how much of a file is held in memory while its digest is computed
@@ -48,28 +49,44 @@ def compute_digest(paths: Iterable[Path]) -> str:
 
 
 def read_yaml(path: str | Path, what: str, most_bytes: int = YAML_MOST_BYTES) -> Any:
+    """Return what a YAML file holds, as `read_yaml_as` does."""
+    return read_yaml_as(lambda content: content, path, what, most_bytes)
+
+
+def read_yaml_as[T](
+    parse: Callable[[Any], T], path: str | Path, what: str, most_bytes: int = YAML_MOST_BYTES
+) -> T:
     """Return what a YAML file holds, read strictly (see `strict_yaml`).
 
+    parse: takes the file's mappings, lists, texts and numbers; raises BadInputError for a wrong
+        value.
     path: of the file.
     what: the kind of file, with its article, for the message: "a twin file".
     most_bytes: size of the largest file that is read.
 
-    Raises BadInputError, with the path, when the file cannot be read, is too large or is no YAML.
+    Raises BadInputError, with the path, and the line where it is known, when the file cannot be
+    read, is too large, is no YAML or holds a wrong value.
     """
     try:
         with Path(path).open("rb") as stream:
-            content = stream.read(most_bytes + 1)
-        if len(content) > most_bytes:
+            octets = stream.read(most_bytes + 1)
+        if len(octets) > most_bytes:
             raise BadInputError(
                 f"{path}: expected {what} of at most {most_bytes / 1e6:g} MB, found a larger file"
             )
-        text = content.decode("utf-8-sig")
+        text = octets.decode("utf-8-sig")
     except (OSError, ValueError) as error:
         raise BadInputError(f"{path}: expected {what}, but it cannot be read: {error}") from error
     try:
-        return parse_yaml(text)
+        content = parse_yaml(text)
     except BadInputError as error:
         raise BadInputError(f"{path}: {error}") from error
+    try:
+        return parse(content)
+    except BadInputError as error:
+        line = find_line(text, str(error))
+        where = path if line is None else f"{path}: line {line}"
+        raise BadInputError(f"{where}: {error}") from error
 
 
 def read_json_object(path: Path, schema: str, what: str) -> dict[str, Any]:

@@ -10,12 +10,13 @@ from typing import Any
 
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.files import read_yaml, write_atomically
+from pendulum_twin.files import read_yaml_as, write_atomically
 from pendulum_twin.laws import BY_NAME as LAW_KINDS
 from pendulum_twin.laws.law import Law, check_law
 from pendulum_twin.pole_body import POLE_COM_KEY, check_pole_body
 from pendulum_twin.rig import Rig, check_number, describe_unknown_key, parse_rig
 from pendulum_twin.strict_yaml import format_yaml
+from pendulum_twin.suggest import hint_at_names
 
 SCHEMA = "pendulum_twin/1"
 KEYS = ("schema", "name", "rig", "effects", "measured_laws")
@@ -130,7 +131,7 @@ def _split_spreads(block: object) -> tuple[object, dict[str, object]]:
 def _check_effect(name: str, values: object) -> dict[str, float]:
     """Return an effect's values in the order of its parameters; raise BadInputError."""
     if name not in BY_NAME:
-        raise BadInputError(f"effects: unknown effect {name}; known are {', '.join(BY_NAME)}")
+        raise BadInputError(f"effects: unknown effect {name}; {hint_at_names(name, BY_NAME)}")
     parameters = {p.name: p for p in BY_NAME[name].parameters}
     if not isinstance(values, Mapping):
         raise BadInputError(
@@ -202,12 +203,8 @@ def _spread_com_distance(rig: Rig, block: object, spreads: Mapping[str, Any]) ->
 
 
 def load_twin(path: str | Path) -> Twin:
-    """Return the twin in a YAML file; raise BadInputError, with its path, when it holds none."""
-    mapping = read_yaml(path, "a twin file")
-    try:
-        return parse_twin(mapping)
-    except BadInputError as error:
-        raise BadInputError(f"{path}: {error}") from error
+    """Return the twin in a YAML file; raise BadInputError, with path and line, for none."""
+    return read_yaml_as(parse_twin, path, "a twin file")
 
 
 def save_twin(twin: Twin, path: str | Path) -> None:

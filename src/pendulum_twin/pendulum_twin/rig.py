@@ -9,6 +9,7 @@ from reprlib import repr as shown
 
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.pole_body import POLE_COM_KEY, check_inertia, check_mass_matrix
+from pendulum_twin.suggest import hint_at_names
 
 CART_KEYS = ("cart_mass_kg", "force_per_pwm_n", "cart_viscous_n_s_m")
 POLE_KEYS = ("pole_mass_kg", "com_distance_m", "pole_inertia_kg_m2", "pole_viscous_n_m_s")
@@ -172,11 +173,11 @@ def check_number(key: str, value: object, low: float, high: float) -> float:
 
 
 def describe_unknown_key(where: str, key: str, known: tuple[str, ...]) -> str:
-    """Return the sentence for an unknown key; it suggests a known key with another unit."""
+    """Return the sentence for an unknown key; it suggests the known key that is most like it."""
     similar = [name for name in known if name.split("_")[:2] == key.split("_")[:2]]
     hint = (
         f"did you mean {similar[0]} (the unit is part of the name)?"
         if similar
-        else f"known are {', '.join(known)}"
+        else hint_at_names(key, known)
     )
     return f"{where}: unknown key {key}; {hint}"

@@ -27,7 +27,7 @@ WORDS = {
 }
 DEEPEST_NESTING = 20  # brackets in brackets; the deepest file of this workspace has 6
 
-_Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # libyaml may be missing
+LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # libyaml may be missing
 
 
 def parse_yaml(text: str) -> Any:
@@ -38,7 +38,7 @@ def parse_yaml(text: str) -> Any:
     document, and deep nesting.
     """
     try:
-        events = iter(yaml.parse(text, Loader=_Loader))
+        events = iter(yaml.parse(text, Loader=LOADER))
         values = [_build(e, events, 0) for e in events if isinstance(e, yaml.NodeEvent)]
     except (yaml.YAMLError, UnicodeEncodeError) as error:
         raise BadInputError(f"expected YAML, found {_describe_error(error)}") from error

@@ -13,15 +13,14 @@ a rod as long as its centre of mass demands; the other sizes are chosen to be se
 
 from __future__ import annotations
 
-import argparse
 import math
 import os
 import sys
 import xml.etree.ElementTree as ET
 
-from pendulum_twin.command_line import add_version
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin, load_twin
+from pendulum_twin.parser import Parser, add_common_options, complete
 from pendulum_twin.rig import Rig
 from pendulum_twin.topics import CART, POLE
 
@@ -165,11 +164,14 @@ def _format_numbers(*values: float) -> str:
 
 def main(arguments: list[str] | None = None) -> int:
     """Print the URDF of a twin file; return 0, or 1 with a sentence on stderr."""
-    parser = argparse.ArgumentParser(
-        prog="twin_urdf", description="Print the rig of a twin file as a URDF."
+    parser = Parser(
+        prog="twin_urdf",
+        description="Print the rig of a twin file as a URDF.",
+        examples=("twin_urdf config/inteco.yaml", "twin_urdf rig.yaml > rig.urdf"),
     )
-    add_version(parser)
+    add_common_options(parser)
     parser.add_argument("twin", help="path of the twin file")
+    complete(parser)
     try:
         print(make_urdf(load_twin(parser.parse_args(arguments).twin)), end="", flush=True)
     except BadInputError as error:

@@ -150,7 +150,7 @@ WRONG = [
     ([], "expected a mapping with schema and phases, found []"),
     ({"schema": "pendulum_plan/2"}, "schema: expected pendulum_plan/1, found 'pendulum_plan/2'"),
     ({}, "schema: expected pendulum_plan/1, found None"),
-    (file(PUSH, rate=100), "plan file: unknown key rate; known are schema, name, rate_hz"),
+    (file(PUSH, rate=100), "plan file: unknown key rate; did you mean rate_hz?"),
     (
         file(PUSH, seconds=3),
         "plan file: unknown key seconds; known are schema, name, rate_hz, limit, phases",
@@ -172,7 +172,7 @@ WRONG = [
     (file({"kind": ["push"]}), "found ['push']"),
     (
         file(PUSH, {**CHIRP, "to": 3}),
-        "phases[1] (chirp): unknown key to; known are kind, seconds, from_hz, to_hz",
+        "phases[1] (chirp): unknown key to; did you mean to_hz?",
     ),
     (file(PUSH, {"kind": "rest"}), "phases[1] (rest): expected seconds, found it missing"),
     (

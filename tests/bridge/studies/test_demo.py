@@ -1,13 +1,18 @@
 """The demo records a concealed rig; each failure of the demo is one sentence."""
 
 import json
+import os
+import shutil
+import signal
+import subprocess
 from pathlib import Path
 
 import pytest
-from support.paths import CONFIG
+from support.paths import CONFIG, ROOT
 from support.verdicts import make_missing_entry, make_verdict
 
 from pendulum_bridge.studies import demo
+from pendulum_bridge.studies.demo_folder import DemoFacts, make_room, write_facts
 from pendulum_sysid.reading.bag import read_bag
 
 PLAN = "schema: pendulum_plan/1\nrate_hz: 100\nphases: [{kind: push}, {kind: rest, seconds: 1}]\n"
@@ -31,13 +36,21 @@ def test_the_demo_runs_from_concealing_to_the_answer(tmp_path, monkeypatch, caps
     (tmp_path / "plan.yaml").write_text(PLAN)
     out = tmp_path / "out"
     options = ["--seed", "3", "--twin", str(TWIN), "--plan", str(tmp_path / "plan.yaml")]
-    for _ in range(2):  # an earlier demo's folder is used again
-        assert demo.main(["--out", str(out), *options]) == 0
-    assert calls == 2 * [("diagnose", "--twin", "--out", ["--command-topic", "/rig/applied_pwm"])]
+    (out / "seal.json").parent.mkdir()
+    for name in ("nominal_twin.yaml", "seal.json"):  # an earlier demo's
+        (out / name).write_text("precious")
+    assert demo.main(["--out", str(out), *options]) == 0
+    assert (tmp_path / "out_seed_unknown" / "seal.json").read_text() == "precious"
+    assert calls == [("diagnose", "--twin", "--out", ["--command-topic", "/rig/applied_pwm"])]
     output = capsys.readouterr().out
-    assert "--seed 3" in output and str(out / "diagnosis" / "report.html") in output
+    again = f"--seed 3 --effects 1 --twin {TWIN} --plan {tmp_path / 'plan.yaml'}"
+    assert output.endswith(f'Again: make demo ARGS="{again}"\n')
+    assert (
+        f"kept in {tmp_path / 'out_seed_unknown'}" in output
+        and str(out / "diagnosis" / "report.html") in output
+    )
     assert "rail_tilt: was not concealed" in output and "The diagnosis is wrong" in output
-    names = {"seal.json", "recording", "nominal_twin.yaml", "diagnosis", "logs"}
+    names = {"seal.json", "recording", "nominal_twin.yaml", "diagnosis", "logs", "demo.json"}
     assert {path.name for path in out.iterdir()} == names
     recording = read_bag(out / "recording", command_topic=demo.APPLIED_TOPIC)
     assert recording.state_stamp_s[-1] > 2
@@ -51,7 +64,7 @@ def test_a_failed_diagnosis_is_one_sentence(tmp_path, monkeypatch, capsys) -> No
 
     monkeypatch.setattr(demo, "record", record_nothing)
     assert demo.main(["--out", str(tmp_path / "out"), "--twin", str(TWIN)]) == 1
-    first, last = capsys.readouterr().err.splitlines()
+    first, last = capsys.readouterr().err.splitlines()[-2:]
     assert first.startswith("sysid: ") and "recording" in first
     assert last == "demo: sysid diagnose ended with status 1; what it said stands above"
 
@@ -68,3 +81,55 @@ def test_a_file_in_place_of_the_folder_is_left_alone(tmp_path, capsys) -> None:
     assert demo.main(["--out", str(tmp_path / "out"), "--twin", str(TWIN)]) == 1
     assert "--out: expected a folder, found the file" in capsys.readouterr().err
     assert (tmp_path / "out").read_text() == "precious"
+
+
+def test_earlier_demos_are_kept_under_their_seeds(tmp_path: Path) -> None:
+    out = tmp_path / "demo"
+    assert make_room(out) is None
+    for name in ("demo_seed_7", "demo_seed_7_2", "demo_seed_7_3"):
+        out.mkdir()
+        (out / "nominal_twin.yaml").write_text(name)
+        write_facts(DemoFacts(7, 1, ("--effects", "1")), out)
+        assert make_room(out) == tmp_path / name
+        assert (tmp_path / name / "nominal_twin.yaml").read_text() == name
+    assert not out.exists()
+
+
+INTERRUPTED = """#!/bin/bash
+trap 'echo "demo: interrupted" >&2; exit 130' INT
+echo runs
+while :; do sleep 0.05; done
+"""
+
+
+@pytest.mark.skipif(shutil.which("make") is None, reason="needs make")
+def test_after_ctrl_c_make_has_nothing_to_add(tmp_path: Path) -> None:
+    python = tmp_path / "python"
+    python.write_text(INTERRUPTED)
+    python.chmod(0o755)
+    command = ["make", f"BIN={tmp_path}", "-o", ".venv/.installed-wheels", "demo"]
+    made = subprocess.Popen(
+        command,
+        cwd=ROOT,
+        env={k: v for k, v in os.environ.items() if k != "ROS_DISTRO"},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    assert made.stdout is not None
+    assert made.stdout.readline() == "runs\n"
+    os.killpg(made.pid, signal.SIGINT)  # as a terminal does
+    _, said = made.communicate(timeout=60)
+    assert said == "demo: interrupted\n"
+
+
+@pytest.mark.skipif(shutil.which("make") is None, reason="needs make")
+def test_a_demo_that_fails_is_an_error_of_make(tmp_path: Path) -> None:
+    python = tmp_path / "python"
+    python.write_text("#!/bin/bash\nexit 1\n")
+    python.chmod(0o755)
+    command = ["make", f"BIN={tmp_path}", "-o", ".venv/.installed-wheels", "demo"]
+    environment = {k: v for k, v in os.environ.items() if k != "ROS_DISTRO"}
+    made = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, check=False)
+    assert made.returncode == 2

@@ -5,6 +5,7 @@ import math
 import os
 import subprocess
 import sys
+import webbrowser
 from dataclasses import replace
 from pathlib import Path
 
@@ -467,3 +468,97 @@ def test_replay_of_the_real_rig_gives_numbers(capsys: pytest.CaptureFixture[str]
     found = json.loads(capsys.readouterr().out)
     assert found["windows"]["count"] > 100
     assert np.isfinite([*found["windows"].values(), *found["whole"].values()]).all()
+
+
+# Several recordings, JSON, pages
+
+
+@pytest.fixture(scope="module")
+def second_bag(tmp_path_factory: pytest.TempPathFactory) -> str:
+    return str(made_bag(tmp_path_factory.mktemp("bags") / "second", made(INTECO, 8.0, seed=2)))
+
+
+def ask_json(capsys: pytest.CaptureFixture[str], *arguments: object) -> dict:
+    assert main([*(str(a) for a in arguments), "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert isinstance(answer, dict)
+    return answer
+
+
+def test_replay_and_compare_take_several_recordings(
+    capsys: pytest.CaptureFixture[str], bag: str, second_bag: str, wrong: str
+) -> None:
+    counts = [
+        ask_json(capsys, "replay", *bags, "--twin", TWIN)["windows"]["count"]
+        for bags in ([bag], [second_bag], [bag, second_bag])
+    ]
+    assert counts[0] > counts[1] > 0 and counts[2] == counts[0] + counts[1]
+    pair = ask_json(capsys, "compare", bag, second_bag, "--twin", wrong, "--twin", TWIN)
+    assert pair["windows"] == counts[2] and pair["second_better_in"] > 0.9 * counts[2]
+    first, second = pair["twins"]
+    assert first["windows"]["score"] > 10 * second["windows"]["score"]
+    assert [twin["twin"] for twin in pair["twins"]] == [wrong, TWIN]
+
+
+def test_fit_and_import_answer_in_json(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, bag: str, wrong: str
+) -> None:
+    out = tmp_path / "fitted.yaml"
+    fitted = ask_json(capsys, "fit", bag, "--twin", wrong, "--out", out)
+    force = fitted["parameters"]["force_per_pwm_n"]
+    assert force["before"] == 16.0
+    assert force["value"] == pytest.approx(INTECO.rig.force_per_pwm_n, rel=0.02)
+    assert fitted["held_out"]["after"]["score"] < fitted["held_out"]["before"]["score"]
+    assert fitted["file"] == str(out) and out.is_file()
+    csv = tmp_path / "run.csv"
+    csv.write_text("t,u,x\n" + "".join(f"{k / 100},0.1,{k / 1e4}\n" for k in range(500)))
+    words = ["--out", tmp_path / "run", "--time", "t", "--command", "u", "--cart", "x"]
+    (imported,) = ask_json(capsys, "import", csv, *words)["recordings"]
+    assert imported["rows"] == 500 and imported["ranges"]["cart"] == pytest.approx([0.0, 0.0499])
+
+
+def test_a_misspelt_column_is_hinted_at(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    csv = tmp_path / "run.csv"
+    csv.write_text("time,volts,theta\n0,0,0\n1,0,0\n")
+    words = ["--out", tmp_path / "run", "--time", "time", "--pole", "thetta"]
+    assert "did you mean theta?" in refused(capsys, "import", csv, *words)
+
+
+def test_a_misspelt_constant_is_hinted_at(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, bag: str
+) -> None:
+    words = ["--twin", TWIN, "--out", tmp_path / "o.yaml", "--hold", "pole_inertia"]
+    assert "did you mean pole_inertia_kg_m2?" in refused(capsys, "fit", bag, *words)
+
+
+def test_open_shows_the_report_in_the_browser(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shown: list[str] = []
+    monkeypatch.setattr(webbrowser, "open", lambda url: shown.append(url) is None)
+    report = tmp_path / "demo" / "diagnosis" / "report.html"
+    report.parent.mkdir(parents=True)
+    report.write_text("<title>report</title>")
+    for place in (report, report.parent, tmp_path / "demo"):
+        assert ask_json(capsys, "open", place) == {"page": str(report), "opened": True}
+    assert shown == 3 * [report.as_uri()]
+
+
+def test_open_says_where_the_page_is_without_a_browser(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(webbrowser, "open", lambda url: False)
+    (tmp_path / "index.html").write_text("<title>fleet</title>")
+    assert main(["open", str(tmp_path)]) == 0
+    said = capsys.readouterr()
+    assert said.out == f"{tmp_path / 'index.html'}\n" and "open the file yourself" in said.err
+
+
+def test_open_of_a_folder_without_a_page(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    (tmp_path / "mine").mkdir()
+    assert "expected a folder with report.html" in refused(capsys, "open", tmp_path / "mine")
+    assert "did you mean mine?" in refused(capsys, "open", tmp_path / "mien")

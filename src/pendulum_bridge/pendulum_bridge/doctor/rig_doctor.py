@@ -28,11 +28,13 @@ from pendulum_bridge.doctor.ports import (
 )
 from pendulum_bridge.doctor.wire import PortWire, open_tcp_wire, open_udp_wire
 from pendulum_bridge.wire.udp import RIG, USER, Address, parse_address
-from pendulum_twin.command_line import add_version, as_option, make_number_reader
+from pendulum_twin.command_line import as_option, make_number_reader
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import load_twin
+from pendulum_twin.parser import Parser, add_common_options, complete
 
 SCHEMA = "rig_doctor/1"
+GOOD = (Verdict.OK, Verdict.SKIPPED)  # what --quiet leaves out
 NOTICE = (
     "rig_doctor: --move: the cart will be pushed gently both ways, up to some 0.3 m, and the "
     "rig's own swing-down be asked for. Keep clear of it; Ctrl-C stops it."
@@ -55,7 +57,7 @@ def main(arguments: list[str] | None = None) -> int:
         with closing(run_checks(options, task)) as checks:
             for finding in checks:
                 findings.append(finding)
-                if not options.json:
+                if not (options.json or (options.quiet and finding.verdict in GOOD)):
                     print(finding.line, flush=True)
     except BadInputError as error:
         return _report_failure(f"rig_doctor: {error}")
@@ -161,42 +163,50 @@ def _interrupt(*_: object) -> None:
 
 def parse_options(arguments: list[str] | None) -> argparse.Namespace:
     """Return the command line's options; print the mistake and exit with 2 for wrong use."""
-    parser = argparse.ArgumentParser(prog="rig_doctor", description=__doc__)
-    add_version(parser)
+    parser = Parser(
+        prog="rig_doctor",
+        description=__doc__,
+        examples=(
+            "rig_doctor --twin config/inteco.yaml",
+            "rig_doctor --twin rig.yaml --rig 192.168.1.7:16384 --listen 0.0.0.0:16385 --move",
+            "rig_doctor --twin rig.yaml --json > examination.json",
+        ),
+    )
+    add_common_options(parser)
     add = parser.add_argument
     add(
         "--twin",
         type=Path,
         default=Path("config/inteco.yaml"),
-        help="twin file of the rig (config/inteco.yaml)",
+        help="twin file of the rig",
     )
     add(
         "--listen",
         type=as_option(parse_address),
         default=USER,
         metavar="HOST:PORT",
-        help=f"where the rig sends its samples ({USER})",
+        help="where the rig sends its samples",
     )
     add(
         "--rig",
         type=as_option(parse_address),
         default=RIG,
         metavar="HOST:PORT",
-        help=f"where the rig listens ({RIG})",
+        help="where the rig listens",
     )
     add(
         "--rate",
         type=make_number_reader(10, 1000),
         default=100.0,
         metavar="HZ",
-        help="samples a second (100)",
+        help="samples a second",
     )
     add(
         "--seconds",
         type=make_number_reader(1, 600),
         default=3.0,
         metavar="S",
-        help="how long to listen (3)",
+        help="how long to listen",
     )
     add(
         "--move",
@@ -205,6 +215,7 @@ def parse_options(arguments: list[str] | None) -> argparse.Namespace:
     )
     add("--tcp", action="store_true", help="connect to --rig over TCP instead of UDP")
     add("--json", action="store_true", help="print one JSON object at the end, instead of lines")
+    complete(parser)
     return parser.parse_args(arguments)
 
 

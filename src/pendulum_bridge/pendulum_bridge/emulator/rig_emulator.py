@@ -26,13 +26,13 @@ from pendulum_bridge.wire.port import Port
 from pendulum_bridge.wire.protocol import COMMAND, Command
 from pendulum_bridge.wire.udp import RIG, USER, Endpoint, parse_address
 from pendulum_twin.command_line import (
-    add_version,
     as_option,
     make_number_reader,
     make_whole_reader,
 )
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import load_twin
+from pendulum_twin.parser import Parser, add_common_options, complete
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -71,9 +71,10 @@ def run(options: argparse.Namespace, stopped: Event) -> None:
             if options.lockstep
             else f"{options.rate:g} Hz, {options.speed:g} times real time"
         )
-        _say(f"rig_emulator: listens on {options.listen}, {where}, {pace}")
+        tell = _ignore if options.quiet else _say
+        tell(f"rig_emulator: listens on {options.listen}, {where}, {pace}")
         served = _serve(rig, port, options, _make_end_check(stopped, options.seconds))
-        _say(_summarise(served, port))
+        tell(_summarise(served, port))
 
 
 def _open_port(options: argparse.Namespace) -> Port[Command]:
@@ -129,6 +130,10 @@ def _ignore_signals() -> None:
         signal.signal(number, signal.SIG_IGN)
 
 
+def _ignore(line: str) -> None:
+    """Ignore a line that --quiet leaves out."""
+
+
 def _say(line: str) -> None:
     """Print a line at once; go on when the reader of stdout has gone."""
     try:
@@ -139,14 +144,21 @@ def _say(line: str) -> None:
 
 def parse_options(arguments: list[str] | None) -> argparse.Namespace:
     """Return the command line's options; print the mistake and exit with 2 for wrong use."""
-    parser = argparse.ArgumentParser(prog="rig_emulator", description=__doc__)
-    add_version(parser)
+    parser = Parser(
+        prog="rig_emulator",
+        description=__doc__,
+        examples=(
+            "rig_emulator --twin config/inteco.yaml --conceal 13 --effects 2 --seal seal.json",
+            "rig_emulator --twin rig.yaml --tcp --seconds 60",
+        ),
+    )
+    add_common_options(parser)
     add = parser.add_argument
     add(
         "--twin",
         type=Path,
         default=Path("config/inteco.yaml"),
-        help="twin file of the nominal rig (config/inteco.yaml)",
+        help="twin file of the nominal rig",
     )
     add(
         "--conceal",
@@ -158,7 +170,7 @@ def parse_options(arguments: list[str] | None) -> argparse.Namespace:
         "--effects",
         type=make_whole_reader(),
         metavar="N",
-        help="how many effects are concealed (1)",
+        help="how many effects are concealed (default: 1)",
     )
     add(
         "--seal",
@@ -171,14 +183,14 @@ def parse_options(arguments: list[str] | None) -> argparse.Namespace:
         type=make_number_reader(10, 1000),
         default=100.0,
         metavar="HZ",
-        help="samples a second (100)",
+        help="samples a second",
     )
     add(
         "--spikes",
         type=make_number_reader(0, 1),
         default=0.0,
         metavar="SHARE",
-        help="share of samples with a spike (0)",
+        help="share of samples with a spike",
     )
     pace = parser.add_mutually_exclusive_group()
     pace.add_argument(
@@ -186,7 +198,7 @@ def parse_options(arguments: list[str] | None) -> argparse.Namespace:
         type=make_number_reader(0.1, 1000),
         default=1.0,
         metavar="X",
-        help="times real time (1)",
+        help="times real time",
     )
     pace.add_argument(
         "--lockstep",
@@ -204,7 +216,7 @@ def parse_options(arguments: list[str] | None) -> argparse.Namespace:
         type=as_option(parse_address),
         default=RIG,
         metavar="HOST:PORT",
-        help=f"where commands arrive ({RIG})",
+        help="where commands arrive",
     )
     way = parser.add_mutually_exclusive_group()
     way.add_argument(
@@ -212,13 +224,14 @@ def parse_options(arguments: list[str] | None) -> argparse.Namespace:
         type=as_option(parse_address),
         default=USER,
         metavar="HOST:PORT",
-        help=f"where samples go ({USER})",
+        help="where samples go",
     )
     way.add_argument(
         "--tcp",
         action="store_true",
         help="send samples to the program that connects to --listen over TCP",
     )
+    complete(parser)
     options = parser.parse_args(arguments)
     if options.effects is not None and options.conceal is None:
         parser.error("--effects: expected --conceal SEED with it")

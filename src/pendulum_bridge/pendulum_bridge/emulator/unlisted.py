@@ -16,6 +16,7 @@ import numpy as np
 from pendulum_bridge.emulator.friction import Law
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.rig import Rig
+from pendulum_twin.suggest import hint_at_names
 
 Span = tuple[float, float]
 # From the command and t, x, th, v, w to the command that acts.
@@ -428,7 +429,7 @@ BY_NAME = {entry.name: entry for entry in TABLE}
 def check_parameters(name: str, parameters: Mapping[str, float]) -> dict[str, float]:
     """Return the parameters; raise BadInputError when effect or parameter does not exist."""
     if name not in BY_NAME:
-        raise BadInputError(f"unlisted: unknown effect {name}; known are {', '.join(BY_NAME)}")
+        raise BadInputError(f"unlisted: unknown effect {name}; {hint_at_names(name, BY_NAME)}")
     if set(parameters) != set(BY_NAME[name].sizes):
         raise BadInputError(
             f"unlisted: {name}: expected {', '.join(BY_NAME[name].sizes)}, "

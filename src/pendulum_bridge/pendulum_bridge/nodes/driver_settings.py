@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from pendulum_bridge.wire.udp import RIG, USER
 from pendulum_twin.errors import BadInputError
@@ -25,6 +26,11 @@ class DriverSettings:
 
     Raises BadInputError for a wrong type, NaN, or a value out of range.
     """
+
+    EXAMPLES: ClassVar[tuple[str, ...]] = (
+        "driver_node --ros-args -r __ns:=/rig -p twin:=config/inteco.yaml",
+        "driver_node --ros-args -r __ns:=/rig -p twin:=rig.yaml -p rig_host:=192.168.1.7",
+    )
 
     twin: str = make_text_field(
         "", "path of the twin file: the rig's constants, for rail guard and reset, and its signs"

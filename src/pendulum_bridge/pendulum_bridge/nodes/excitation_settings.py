@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from rclpy.exceptions import InvalidNamespaceException
 from rclpy.validate_namespace import validate_namespace
@@ -27,6 +28,11 @@ class ExcitationSettings:
 
     Raises BadInputError for a wrong type, NaN, or a value out of range.
     """
+
+    EXAMPLES: ClassVar[tuple[str, ...]] = (
+        "excitation_node --ros-args -p twin_file:=config/inteco.yaml",
+        "excitation_node --ros-args -p twin_file:=rig.yaml -p plan:=out/mine/next.yaml",
+    )
 
     plan: str = make_text_field("", "path of a plan file; empty for the standard plan of a minute")
     twin_file: str = make_text_field(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from pendulum_twin.bags.mcap_file import COMPRESSIONS
 from pendulum_twin.errors import BadInputError
@@ -27,6 +28,11 @@ class RecorderSettings:
 
     Raises BadInputError for a wrong type, NaN, or a value out of range.
     """
+
+    EXAMPLES: ClassVar[tuple[str, ...]] = (
+        "recorder_node --ros-args -p out:=recordings/monday -p seconds:=70.0",
+        "recorder_node --recover recordings/monday",
+    )
 
     out: str = make_text_field("", "the folder to write, a new one")
     topics: tuple[str, ...] = make_list_field(TOPICS, "what to record")

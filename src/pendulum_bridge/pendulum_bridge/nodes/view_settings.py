@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from rclpy.exceptions import InvalidNamespaceException
 from rclpy.validate_namespace import validate_namespace
@@ -22,6 +23,11 @@ class ViewSettings:
 
     Raises BadInputError for a wrong type, NaN, or a value out of range.
     """
+
+    EXAMPLES: ClassVar[tuple[str, ...]] = (
+        "view_node",
+        "view_node --ros-args -p rig:=/rig -p twin:=/twin -p port:=8077",
+    )
 
     rig: str = make_text_field("/rig", "namespace of the rig, empty for none")
     twin: str = make_text_field("/twin", "namespace of the twin, empty for none")

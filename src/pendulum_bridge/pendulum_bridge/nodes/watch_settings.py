@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from rclpy.exceptions import InvalidNamespaceException
 from rclpy.validate_namespace import validate_namespace
@@ -23,6 +24,8 @@ class WatchSettings:
 
     Raises BadInputError for a wrong type, NaN, or a value out of range.
     """
+
+    EXAMPLES: ClassVar[tuple[str, ...]] = ("watch_node --ros-args -p twin:=out/mine/twin.yaml",)
 
     twin: str = make_text_field(
         "",

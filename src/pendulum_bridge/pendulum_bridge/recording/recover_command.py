@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 from pendulum_bridge.recording.recover import recover
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.parser import Parser, add_common_options
 
 OPTION = "--recover"
 
@@ -18,9 +18,12 @@ def run_recover(arguments: Sequence[str]) -> int:
 
     Returns 1 with the reason on stderr when there is nothing to recover.
     """
-    parser = argparse.ArgumentParser(
-        prog="recorder_node", description="Make a whole bag of what a killed recorder left."
+    parser = Parser(
+        prog="recorder_node",
+        description="Make a whole bag of what a killed recorder left.",
+        examples=("recorder_node --recover recordings/monday",),
     )
+    add_common_options(parser)
     parser.add_argument(
         OPTION,
         required=True,
@@ -28,9 +31,12 @@ def run_recover(arguments: Sequence[str]) -> int:
         metavar="FOLDER_OR_FILE",
         help="a rosbag2 folder or .mcap file",
     )
-    path = parser.parse_args(arguments).recover
+    options = parser.parse_args(arguments)
+    path = options.recover
     try:
-        print(recover(path).sentence)
+        sentence = recover(path).sentence
+        if not options.quiet:
+            print(sentence)
     except BadInputError as error:
         print(f"recorder_node: {error}", file=sys.stderr)
         return 1

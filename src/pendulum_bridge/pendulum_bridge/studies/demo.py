@@ -7,24 +7,28 @@ diagnosed by `sysid diagnose`. Run as `python -m pendulum_bridge.studies.demo --
 from __future__ import annotations
 
 import argparse
+import os
 import secrets
-import shutil
 import socket
 import sys
 from pathlib import Path
 
 from pendulum_bridge.emulator.seal import open_seal
 from pendulum_bridge.studies.comparison import format_comparison, read_verdict
-from pendulum_bridge.studies.programs import Programs, wait_for, wait_until_done
+from pendulum_bridge.studies.demo_folder import DemoFacts, make_room, write_facts
+from pendulum_bridge.studies.programs import SCRIPTS, Programs, wait_for, wait_until_done
 from pendulum_bridge.wire.udp import Address
 from pendulum_sysid.cli import main as run_sysid
 from pendulum_twin.command_line import make_whole_reader, run_command
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin, load_twin, save_twin
+from pendulum_twin.parser import Parser, add_common_options, complete
 
 STATES_TOPIC = "/rig/joint_states"
 # The command after the driver's limits (magnitude and rate of change): what the rig received.
 APPLIED_TOPIC = "/rig/applied_pwm"
+NOMINAL = Path("config/inteco.yaml")
+INTERRUPTED = 130  # exit status after Ctrl-C, as shells have it
 LOOPBACK = "127.0.0.1"
 LONGEST_START_S = 180.0  # a program that takes longer to start is stuck, on any machine
 LONGEST_PLAY_S = 300.0  # the plan lasts a minute; a busy machine takes longer to start and end it
@@ -32,18 +36,29 @@ DOMAIN_IDS = range(1, 100)  # a higher ROS domain needs ports that the system gi
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the demo and return 0; return 1, with the reason on stderr, when it gets no answer."""
+    """Run the demo and return 0; return 1, with the reason on stderr, when it gets no answer.
+
+    Returns 130 when Ctrl-C ended it.
+    """
     options = parse_options(arguments)
-    return run_command("demo", lambda: _run_demo(options), "all that it had started has ended")
+    ended = "all that it had started has ended"
+    return run_command("demo", lambda: _run_demo(options), ended, INTERRUPTED)
 
 
 def _run_demo(options: argparse.Namespace) -> None:
     seed = secrets.randbelow(10**6) if options.seed is None else options.seed
+    facts = DemoFacts(seed, options.effects, tuple(_list_options(options)))
     nominal = load_twin(options.twin)
-    _clear_folder(options.out)
+    kept = make_room(options.out)
+    if kept is not None and not options.quiet:
+        print(f"The earlier demo is kept in {kept}", flush=True)
+    write_facts(facts, options.out)
     record(options, nominal, seed)
-    diagnose(options.out)
+    diagnose(options.out, options.quiet)
     print(format_answer(options.out, nominal))
+    if not options.quiet:
+        sysid = os.path.relpath(SCRIPTS / "sysid")
+        print(f"Show it: {sysid} open {options.out}\nAgain: {facts.command}")
 
 
 def record(options: argparse.Namespace, nominal: Twin, seed: int) -> None:
@@ -53,11 +68,12 @@ def record(options: argparse.Namespace, nominal: Twin, seed: int) -> None:
     seed: decides what is concealed.
     """
     out, effects, view = options.out, options.effects, options.view
-    print(
-        f"Concealing {effects} effect(s) and wrong parameters in an emulated rig "
-        f"(again: --seed {seed})",
-        flush=True,
-    )
+    if not options.quiet:
+        print(
+            f"Concealing {effects} effect(s) and wrong parameters in an emulated rig "
+            f"(again: --seed {seed})",
+            flush=True,
+        )
     file = out / "nominal_twin.yaml"
     save_twin(Twin(f"{nominal.name}_nominal", nominal.rig), file)
     with Programs(out / "logs", _make_environment()) as programs:
@@ -80,7 +96,8 @@ def record(options: argparse.Namespace, nominal: Twin, seed: int) -> None:
             twin="/twin" if view else "",
             listeners=2 + view,
         )
-    print(f"Recorded: {out / 'recording'}", flush=True)
+    if not options.quiet:
+        print(f"Recorded: {out / 'recording'}", flush=True)
 
 
 def _start_rig(programs: Programs, twin_file: Path, concealing: tuple[object, ...]) -> None:
@@ -144,12 +161,12 @@ def _find_free_ports() -> list[int]:
         return [first.getsockname()[1], second.getsockname()[1]]
 
 
-def diagnose(out: Path) -> None:
+def diagnose(out: Path, quiet: bool) -> None:
     """Run `sysid diagnose` on the recording; raise BadInputError when it fails."""
     files = ["--twin", out / "nominal_twin.yaml", "--out", out / "diagnosis"]
     status = run_sysid(
         [str(word) for word in ("diagnose", out / "recording", *files)]
-        + ["--command-topic", APPLIED_TOPIC]
+        + ["--command-topic", APPLIED_TOPIC, *(["--quiet"] if quiet else [])]
     )
     if status:
         raise BadInputError(
@@ -166,11 +183,20 @@ def format_answer(out: Path, nominal: Twin) -> str:
 
 def parse_options(arguments: list[str] | None) -> argparse.Namespace:
     """Return the command line's options; print the mistake and exit with 2 for wrong use."""
-    parser = argparse.ArgumentParser(
-        prog="demo", description=" ".join((__doc__ or "").split("\n\n")[0].split())
+    parser = Parser(
+        prog="demo",
+        description=(__doc__ or "").split("\n\n")[0],
+        examples=(
+            "python -m pendulum_bridge.studies.demo --out out/demo --seed 13 --effects 2",
+            'make demo ARGS="--seed 13 --effects 2"',
+        ),
     )
+    add_common_options(parser)
     parser.add_argument(
-        "--out", type=Path, required=True, help="folder for recording, seal and diagnosis"
+        "--out",
+        type=Path,
+        required=True,
+        help="folder for recording, seal and diagnosis; an earlier demo there is renamed",
     )
     parser.add_argument(
         "--seed", type=make_whole_reader(), help="what is concealed; by default another every time"
@@ -179,30 +205,25 @@ def parse_options(arguments: list[str] | None) -> argparse.Namespace:
         "--effects",
         type=make_whole_reader(),
         default=1,
-        help="how many effects are concealed (default 1)",
+        help="how many effects are concealed",
     )
-    parser.add_argument(
-        "--twin", type=Path, default=Path("config/inteco.yaml"), help="the rig's nominal constants"
-    )
+    parser.add_argument("--twin", type=Path, default=NOMINAL, help="the rig's nominal constants")
     parser.add_argument("--plan", type=Path, help="a plan file; by default the standard minute")
     parser.add_argument(
         "--view", action="store_true", help="serve the page that shows rig and twin live"
     )
+    complete(parser)
     return parser.parse_args(arguments)
 
 
-def _clear_folder(out: Path) -> None:
-    """Remove an earlier demo from `out`; raise BadInputError when other files are there."""
-    if out.is_dir() and any(out.iterdir()):
-        if not (out / "nominal_twin.yaml").is_file():
-            raise BadInputError(
-                f"--out: expected an empty folder or an earlier demo's, found other files in {out}"
-            )
-        for folder in ("recording", "diagnosis", "logs"):
-            shutil.rmtree(out / folder, ignore_errors=True)
-        (out / "seal.json").unlink(missing_ok=True)
-    elif out.exists() and not out.is_dir():
-        raise BadInputError(f"--out: expected a folder, found the file {out}")
+def _list_options(options: argparse.Namespace) -> list[str]:
+    """Return the options that make the same demo again, without --out and --seed."""
+    words = ["--effects", str(options.effects)]
+    if options.twin != NOMINAL:
+        words += ["--twin", str(options.twin)]
+    if options.plan is not None:
+        words += ["--plan", str(options.plan)]
+    return words + (["--view"] if options.view else [])
 
 
 if __name__ == "__main__":

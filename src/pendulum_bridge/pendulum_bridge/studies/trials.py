@@ -32,9 +32,11 @@ from pendulum_twin.command_line import as_option, make_number_reader, make_whole
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.files import write_atomically
 from pendulum_twin.model import Twin, load_twin, save_twin
+from pendulum_twin.parser import Parser, add_common_options, complete
 from pendulum_twin.plans.excitation import make_standard_plan
 from pendulum_twin.plans.plan_file import make_excitation, read_plan
 from pendulum_twin.plans.waveforms import make_envelope
+from pendulum_twin.suggest import add_hint
 
 SCHEMA = "pendulum_trial/1"
 
@@ -45,9 +47,9 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         nominal = load_twin(options.twin)
         for number in range(options.first, options.first + options.trials):
-            print(
-                record_trial(_draw_trial(number, options, nominal), nominal, options), flush=True
-            )
+            folder = record_trial(_draw_trial(number, options, nominal), nominal, options)
+            if not options.quiet:
+                print(folder, flush=True)
     except (BadInputError, OSError) as error:
         print(f"trials: {error}", file=sys.stderr)
         return 1
@@ -123,7 +125,16 @@ def _draw_trial(number: int, options: argparse.Namespace, nominal: Twin) -> Tria
 def parse_options(arguments: list[str] | None) -> argparse.Namespace:
     """Return the command line's options; print the mistake and exit with 2 for wrong use."""
     usual = ",".join(f"{kind}:{share}" for kind, share in USUAL_SHARES.items())
-    parser = argparse.ArgumentParser(prog="trials", description=" ".join((__doc__ or "").split()))
+    parser = Parser(
+        prog="trials",
+        description=__doc__,
+        examples=(
+            "python -m pendulum_bridge.studies.trials --out out/trials --trials 3 --seed 5",
+            "python -m pendulum_bridge.studies.trials --out out/c --trials 1 --seed 5 "
+            "--effects cogging",
+        ),
+    )
+    add_common_options(parser)
     add = parser.add_argument
     add("--out", type=Path, required=True, help="folder for the trials' folders")
     add("--trials", type=make_whole_reader(), required=True, metavar="N", help="how many")
@@ -134,36 +145,34 @@ def parse_options(arguments: list[str] | None) -> argparse.Namespace:
         metavar="S",
         help="what they are drawn from",
     )
-    add(
-        "--first", type=make_whole_reader(), default=0, metavar="K", help="number of the first (0)"
-    )
+    add("--first", type=make_whole_reader(), default=0, metavar="K", help="number of the first")
     add(
         "--seconds",
         type=make_number_reader(40, 36000),
         default=60.0,
         metavar="S",
-        help="length of a recording (60)",
+        help="length of a recording",
     )
     add(
         "--rate-hz",
         type=make_number_reader(20, 10_000),
         default=100.0,
         metavar="HZ",
-        help="samples a second (100)",
+        help="samples a second",
     )
     add(
         "--pole-counts",
         type=make_whole_reader(),
         default=4096,
         metavar="N",
-        help="the pole's encoder's counts a turn (4096)",
+        help="the pole's encoder's counts a turn",
     )
     add(
         "--kinds",
         type=as_option(parse_shares),
         default=USUAL_SHARES,
         metavar="KIND:SHARE,...",
-        help=f"kinds and their shares ({usual})",
+        help=f"kinds and their shares (default: {usual})",
     )
     add(
         "--effects",
@@ -177,7 +186,7 @@ def parse_options(arguments: list[str] | None) -> argparse.Namespace:
         type=make_number_reader(0, 100),
         default=1.0,
         metavar="F",
-        help="times every drawn size (1)",
+        help="times every drawn size",
     )
     add(
         "--plan",
@@ -204,8 +213,9 @@ def parse_options(arguments: list[str] | None) -> argparse.Namespace:
         "--twin",
         type=Path,
         default=Path("config/inteco.yaml"),
-        help="twin file of the nominal rig (config/inteco.yaml)",
+        help="twin file of the nominal rig",
     )
+    complete(parser)
     return parser.parse_args(arguments)
 
 
@@ -216,6 +226,7 @@ def _parse_effects(text: str) -> tuple[str, ...]:
             known = ", ".join([*BY_NAME, *UNLISTED])
             raise BadInputError(
                 f"expected effects that can be concealed ({known}), found {name!r}"
+                f"{add_hint(name, [*BY_NAME, *UNLISTED])}"
             )
     return names
 

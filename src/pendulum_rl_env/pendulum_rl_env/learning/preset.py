@@ -9,13 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from pendulum_rl_env.learning.algorithms import ALGORITHMS, list_settings
+from pendulum_rl_env.names import IN_PROCESS, OVER_TOPICS, PRESETS
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.rig import check_number, describe_unknown_key
 from pendulum_twin.strict_yaml import parse_yaml
 
-PRESETS = ("fast", "frugal", "thesis")
-IN_PROCESS = "pendulum_rl_env/InvertedPendulum-v0"
-OVER_TOPICS = "pendulum_rl_env/InvertedPendulumRos-v0"
 REQUIRED_KEYS = 6  # the first fields of `Preset`, which have no default
 
 

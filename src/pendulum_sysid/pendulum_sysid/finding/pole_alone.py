@@ -15,6 +15,7 @@ from pendulum_sysid.cleaning.smooth_state import smooth_state
 from pendulum_sysid.finding.growth import grow_set
 from pendulum_sysid.finding.journal import Journal, Search
 from pendulum_sysid.finding.pruning import prune_set
+from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.fitting.case import Case, make_case
 from pendulum_sysid.fitting.fit import fit
 from pendulum_sysid.fitting.split import split_windows
@@ -59,7 +60,7 @@ def search_pole_alone(search: Search, base: Fit) -> PoleAnswer | None:
         if name in case.twin.effects or BY_NAME[name].place is Place.SENSOR
     )
     report = search.journal.report
-    report("asking the pole by itself, its axis moved as recorded")
+    report(Stage.POLE)
     journal = Journal(lambda line: report(f"the pole by itself: {line}"))
     alone = Search(case, split_windows(case.signals, case.state), journal)
     values = {e: case.twin.effects[e] if BY_NAME[e].parameters else {} for e in given}

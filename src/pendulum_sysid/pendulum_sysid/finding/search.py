@@ -28,6 +28,7 @@ from pendulum_sysid.finding.pruning import prune_set
 from pendulum_sysid.finding.replication import widen_intervals
 from pendulum_sysid.finding.separation import Tie
 from pendulum_sysid.finding.signs import fit_parameters_alone
+from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.finding.subsets import find_subsets
 from pendulum_sysid.finding.weights import WeighedSet, weigh_sets
 from pendulum_sysid.fitting.case import Case
@@ -81,11 +82,15 @@ def search_effects(case: Case, split: Split, report: Progress = report_nothing) 
     report: takes a line of progress for a person.
     """
     search = Search(case, split, Journal(report))
+    report(Stage.CONSTANTS)
     base = fit_parameters_alone(search)
     explanation = explain_misfit(search, base)
+    report(Stage.NAMING)
     named = name_effects(search, base, explanation.fit, explanation.pole)
+    report(Stage.TIES)
     ties = find_ties(case, split, explanation.fit, {n.effect: n.inseparable_from for n in named})
     sets = weigh_sets(search.journal.fits, explanation.fit)
+    report(Stage.REPLICATING)
     named = add_replications(search, explanation.fit, add_ties(named, ties), sets)
     best = widen_intervals(case, split, explanation.fit)
     best, named = add_readings(case, best, named)
@@ -99,6 +104,7 @@ def search_effects(case: Case, split: Split, report: Progress = report_nothing) 
 def explain_misfit(search: Search, base: Fit) -> Explanation:
     """Return the base with what is missing: over a short horizon first, then over a long one."""
     pole = search_pole_alone(search, base)
+    search.journal.report(Stage.GROWING)
     start = add_pole_effects(search, base, pole)
     steps = find_steps(search, start)
     grown = grow_set(search, steps[0]) if steps else start
@@ -123,9 +129,7 @@ def begin_otherwise(
     at_noise = decisions.MISFIT_AT_NOISE
     if explanation.fit.choose <= at_noise or not decisions.BEGIN_OTHERWISE:
         return explanation
-    search.journal.report(
-        f"misfit {explanation.fit.choose:.2f} is more than noise: beginning with other steps"
-    )
+    search.journal.report(Stage.OTHERWISE)
     others = (
         list_simplest(find_steps(search, base))
         if explanation.expected
@@ -146,6 +150,7 @@ def begin_with_subsets(search: Search, base: Fit, explanation: Explanation) -> E
     """
     if explanation.fit.choose <= decisions.MISFIT_AT_NOISE or not decisions.BEGIN_WITH_SUBSETS:
         return explanation
+    search.journal.report(Stage.SUBSETS)
     best = explanation.fit
     for subset in find_subsets(search, base):
         fit = search.fit_effects(subset.effects, base, subset.theta)
@@ -163,6 +168,7 @@ def extend_horizon(search: Search, base: Fit, explanation: Explanation) -> Expla
     Over a long horizon the errors of missing effects add up, too. Where that horizon ends above
     the noise it may add effects to those of the short horizon, and takes no effect away.
     """
+    search.journal.report(Stage.LONG)
     short, expected = explanation.fit, explanation.expected
     grown = grow_set(search, search.fit_over_horizon(short, 1))
     if grown.choose <= decisions.MISFIT_AT_NOISE:

@@ -29,6 +29,7 @@ from pendulum_twin.parameter_vector import (
 from pendulum_twin.pole_body import LEAST_INERTIA_SHARE_ALONE, move_mass_to_pole
 from pendulum_twin.rig import RANGES, UNITS
 from pendulum_twin.signals import Signals
+from pendulum_twin.suggest import add_hint
 
 ALL = "all"  # stands for every constant
 MOST_COUPLING_SHARE = 0.9999  # of sqrt(mass * inertia), where the mass matrix becomes singular
@@ -153,7 +154,7 @@ def hold_constants(twin: Twin, names: Sequence[str]) -> Twin:
         if name not in (*constants, ALL):
             raise WrongUse(
                 f"hold: expected constants that a fit changes ({', '.join(constants)}) or {ALL}, "
-                f"found {name!r}"
+                f"found {name!r}{add_hint(name, constants)}"
             )
     return twin.hold(constants if ALL in names else names)
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from pendulum_sysid.errors import WrongUse
 from pendulum_twin.arrays import Floats
+from pendulum_twin.suggest import add_hint
 
 
 @dataclass(frozen=True)
@@ -47,7 +48,7 @@ class Table:
             )
         raise WrongUse(
             f"expected a column {name}, found {', '.join(self.names)}: name one of these with "
-            f"{option}"
+            f"{option}{add_hint(name, self.names)}"
         )
 
     def split(self, name: str, option: str) -> list[tuple[float, Table]]:

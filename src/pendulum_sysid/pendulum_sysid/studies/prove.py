@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import json
 from pathlib import Path
+from typing import Any
 
 from pendulum_sysid.fleet.engine import Engine
 from pendulum_sysid.studies.errors import WorkerError
@@ -14,7 +16,7 @@ from pendulum_sysid.studies.proof.plan import Plan
 from pendulum_sysid.studies.proof.proof import prove
 from pendulum_sysid.studies.proof.proof_text import format_proof
 from pendulum_sysid.studies.proof.rivals import RIVALS
-from pendulum_sysid.verbs.said import ANSWERED, print_progress, say
+from pendulum_sysid.verbs.said import ANSWERED, print_answer, say
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -22,15 +24,22 @@ def run(arguments: argparse.Namespace) -> int:
     folder = arguments.out or Path(f"proof_seed_{arguments.seed}")
     try:
         if arguments.degrade is not None:
-            rows = run_study(make_study(arguments), folder, print_progress)
-            print(format_rows(rows), "", folder / "degraded.json", sep="\n")
+            rows = run_study(make_study(arguments), folder, arguments.progress.report)
+            file = folder / "degraded.json"
+            print_answer(arguments, lambda: read_json(file), format_rows(rows), "", file)
             return ANSWERED
-        proof = prove(make_plan(arguments), folder, print_progress)
+        proof = prove(make_plan(arguments), folder, arguments.progress.report)
     except WorkerError as error:
         return say(str(error))
-    print(format_proof(proof.judgements, proof.responses))
-    print("", folder / "proof.json", folder / "proof.html", sep="\n")
+    file = folder / "proof.json"
+    tables = format_proof(proof.judgements, proof.responses)
+    print_answer(arguments, lambda: read_json(file), tables, "", file, folder / "proof.html")
     return ANSWERED
+
+
+def read_json(file: Path) -> Any:
+    """Return the content of a JSON file that has just been written."""
+    return json.loads(file.read_text(encoding="utf-8"))
 
 
 def make_plan(arguments: argparse.Namespace) -> Plan:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import argparse
 
+from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.plausibility import Answer, Check, check_plausibility
 from pendulum_sysid.prepare import prepare_case
-from pendulum_sysid.telling.output_files import format_json
 from pendulum_sysid.telling.tables import format_table
 from pendulum_sysid.verbs.recordings import read_recordings
-from pendulum_sysid.verbs.said import ANSWERED, say
+from pendulum_sysid.verbs.said import ANSWERED, print_answer, say
 from pendulum_twin.model import load_twin
 
 HEADER = ("question", "answer", "expected", "found")
@@ -18,8 +18,9 @@ HEADER = ("question", "answer", "expected", "found")
 def run(arguments: argparse.Namespace) -> int:
     """Print the checks; status 1 when the answer to one of them is no."""
     twin = load_twin(arguments.twin)
+    arguments.progress.report(Stage.READING.value)
     checks = check_plausibility(prepare_case(read_recordings(arguments.bag, arguments), twin))
-    print(format_json(make_mapping(checks)) if arguments.json else format_checks(checks))
+    print_answer(arguments, lambda: make_mapping(checks), format_checks(checks))
     failed = [check for check in checks if check.answer is Answer.NO]
     return say(failed[0].sentence) if failed else ANSWERED
 

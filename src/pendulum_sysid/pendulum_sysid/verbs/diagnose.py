@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from dataclasses import replace
 from pathlib import Path
 
 from pendulum_sysid import pipeline
+from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.fitting.parameters import hold_constants
 from pendulum_sysid.records import Outcome
 from pendulum_sysid.telling.folder_swap import replace_files
@@ -19,24 +21,34 @@ from pendulum_sysid.telling.output_files import (
 from pendulum_sysid.telling.report import write_report
 from pendulum_sysid.telling.verdict import NEXT_FILE
 from pendulum_sysid.verbs.recordings import read_recordings
-from pendulum_sysid.verbs.said import ANSWERED, print_progress, say
+from pendulum_sysid.verbs.said import ANSWERED, Colour, paint, print_answer, say
 from pendulum_sysid.verdict.record import Verdict
 from pendulum_twin.model import load_twin, save_twin
 from pendulum_twin.plans.plan_file import parse_plan, save_plan
+
+COLOURS = {
+    Outcome.NAMED: Colour.GOOD,
+    Outcome.NOTHING_MISSING: Colour.GOOD,
+    Outcome.AMBIGUOUS: Colour.DOUBTFUL,
+    Outcome.NOT_IN_CATALOGUE: Colour.DOUBTFUL,
+    Outcome.UNUSABLE: Colour.BAD,
+}
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Diagnose, write what was found, and print the verdict's sentence and the files."""
     check_folder(arguments.out)
     twin = hold_constants(load_twin(arguments.twin), arguments.hold)
-    verdict = pipeline.diagnose(read_recordings(arguments.bag, arguments), twin, print_progress)
+    report = arguments.progress.report
+    report(Stage.READING)
+    verdict = pipeline.diagnose(read_recordings(arguments.bag, arguments), twin, report)
     verdict = replace(verdict, command=arguments.shell_line)
+    report(Stage.WRITING)
     written = write_diagnosis(verdict, arguments.out, arguments.twin)
-    if verdict.outcome is Outcome.UNUSABLE:
-        print(*written, sep="\n")
-        return say(verdict.sentence)
-    print(verdict.sentence, *written, sep="\n")
-    return ANSWERED
+    unusable = verdict.outcome is Outcome.UNUSABLE
+    sentence = paint(verdict.sentence, COLOURS[verdict.outcome], sys.stdout)
+    print_answer(arguments, verdict.to_dict, *([] if unusable else [sentence]), *written)
+    return say(verdict.sentence) if unusable else ANSWERED
 
 
 def write_diagnosis(verdict: Verdict, folder: Path, started_from: Path) -> list[Path]:

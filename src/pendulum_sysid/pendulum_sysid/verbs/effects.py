@@ -5,8 +5,7 @@ from __future__ import annotations
 import argparse
 
 from pendulum_sysid.telling.catalogue_text import format_catalogue, make_catalogue_mapping
-from pendulum_sysid.telling.output_files import format_json
-from pendulum_sysid.verbs.said import ANSWERED
+from pendulum_sysid.verbs.said import ANSWERED, print_answer
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -15,7 +14,7 @@ def run(arguments: argparse.Namespace) -> int:
         return _print_isolability(arguments)
     if arguments.twin is not None or arguments.plan is not None:
         arguments.parser.error("--twin and --plan go with --isolability")
-    print(format_json(make_catalogue_mapping()) if arguments.json else format_catalogue())
+    print_answer(arguments, make_catalogue_mapping, format_catalogue())
     return ANSWERED
 
 
@@ -43,9 +42,5 @@ def _print_isolability(arguments: argparse.Namespace) -> int:
     answer = predict_isolability(
         twin, plan, Encoders(arguments.pole_counts, arguments.cart_step_m)
     )
-    print(
-        format_json(make_isolability_mapping(answer))
-        if arguments.json
-        else format_isolability(answer)
-    )
+    print_answer(arguments, lambda: make_isolability_mapping(answer), format_isolability(answer))
     return ANSWERED

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from typing import Any
 
+from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.fitting.fit import fit_own_parameters
 from pendulum_sysid.fitting.parameters import hold_constants
 from pendulum_sysid.fitting.thesis_fit import MOST_EVALUATIONS, fit_as_thesis
-from pendulum_sysid.fitting.window_runs import run_windows
+from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
 from pendulum_sysid.prepare import prepare, prepare_case
 from pendulum_sysid.records import Recording
 from pendulum_sysid.telling.output_files import check_file, name_write_errors
@@ -16,12 +19,29 @@ from pendulum_sysid.telling.tables import (
     ESTIMATES,
     format_number,
     format_table,
+    look_up_value,
     make_estimate_rows,
     make_held_out_rows,
 )
 from pendulum_sysid.verbs.recordings import read_recordings
-from pendulum_sysid.verbs.said import ANSWERED, print_progress
+from pendulum_sysid.verbs.said import ANSWERED, print_answer, say
 from pendulum_twin.model import Twin, load_twin, save_twin
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """Hold what a fit ends at, in the two forms in which it is told.
+
+    twin: the fitted twin.
+    text: tables for a person.
+    mapping: what --json prints of the fit, in JSON's types.
+    """
+
+    twin: Twin
+    text: str
+    mapping: dict[str, Any]
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -30,48 +50,85 @@ def run(arguments: argparse.Namespace) -> int:
         arguments.parser.error("--max-evaluations goes with --method thesis")
     check_file(arguments.out)
     twin = hold_constants(load_twin(arguments.twin), arguments.hold)
+    report = arguments.progress.report
+    report(Stage.READING.value)
     bags = read_recordings(arguments.bag, arguments)
     if arguments.method == "windows":
-        fitted = fit_by_windows(bags, twin)
+        fitted = fit_by_windows(bags, twin, report)
     else:
-        fitted = fit_by_thesis(bags, twin, arguments.max_evaluations or MOST_EVALUATIONS)
+        most = arguments.max_evaluations or MOST_EVALUATIONS
+        fitted = fit_by_thesis(bags, twin, most, report)
     with name_write_errors(arguments.out):
-        save_twin(fitted, arguments.out)
-    print(f"\n{arguments.out}")
+        save_twin(fitted.twin, arguments.out)
+    print_answer(
+        arguments,
+        lambda: {"method": arguments.method, **fitted.mapping, "file": str(arguments.out)},
+        fitted.text,
+        f"\n{arguments.out}",
+    )
     return ANSWERED
 
 
-def fit_by_windows(bags: list[Recording], twin: Twin) -> Twin:
-    """Fit the twin to windows, and print its parameters and errors on held-out windows."""
+def fit_by_windows(bags: list[Recording], twin: Twin, report: Progress) -> Fitted:
+    """Fit the twin to windows; return it with its parameters and errors on held-out windows."""
     prepared = prepare(bags, twin)
     case, windows = prepared.case, prepared.split
+    report(f"fitting {len(windows.learn)} windows")
     result = fit_own_parameters(case, windows)
     before, after = (
         run_windows(replace(case, twin=twin), windows.held_out)
         for twin in (case.twin, result.twin)
     )
     if not result.converged:
-        print_progress(
+        say(
             "the fit stopped before it had settled: more may be gained by fitting again from its "
-            "result"
+            "result",
+            ANSWERED,
         )
-    print(format_table(ESTIMATES, make_estimate_rows(case.twin, result)))
     if after.score > before.score:
-        print_progress(
+        say(
             "the fit is worse on windows it has not seen: no parameter repairs what is missing; "
-            "ask sysid diagnose"
+            "ask sysid diagnose",
+            ANSWERED,
         )
-    print(f"\n{len(windows.held_out)} held-out windows, which the fit has not seen")
-    print(format_table(("", "before", "after", "unit"), make_held_out_rows(before, after)))
-    return result.twin
+    text = "\n".join(
+        (
+            format_table(ESTIMATES, make_estimate_rows(case.twin, result)),
+            f"\n{len(windows.held_out)} held-out windows, which the fit has not seen",
+            format_table(("", "before", "after", "unit"), make_held_out_rows(before, after)),
+        )
+    )
+    estimates = {
+        name: {"before": look_up_value(case.twin, name)[0], **asdict(estimate)}
+        for name, estimate in result.estimates.items()
+    }
+    held_out = {
+        "windows": len(windows.held_out),
+        "before": _map_runs(before),
+        "after": _map_runs(after),
+    }
+    mapping = {"converged": result.converged, "parameters": estimates, "held_out": held_out}
+    return Fitted(result.twin, text, mapping)
 
 
-def fit_by_thesis(bags: list[Recording], twin: Twin, most_evaluations: int) -> Twin:
-    """Fit the twin as the thesis does, and print its parameters and equation 29."""
-    result = fit_as_thesis(prepare_case(bags, twin), print_progress, most_evaluations)
+def _map_runs(runs: WindowRuns) -> dict[str, float | None]:
+    """Return the errors of free runs by the keys of `sysid replay --json`."""
+    return {
+        "cart_rmse_m": runs.of_joint(0, runs.rmse),
+        "pole_rmse_rad": runs.of_joint(1, runs.rmse),
+        "score": runs.score,
+    }
+
+
+def fit_by_thesis(
+    bags: list[Recording], twin: Twin, most_evaluations: int, report: Progress
+) -> Fitted:
+    """Fit the twin as the thesis does; return it with its parameters and equation 29."""
+    result = fit_as_thesis(prepare_case(bags, twin), report, most_evaluations)
     if result.dropped:
-        print_progress(
-            f"left out, for the thesis's model does not have it: {', '.join(result.dropped)}"
+        say(
+            f"left out, for the thesis's model does not have it: {', '.join(result.dropped)}",
+            ANSWERED,
         )
     rows = [
         (
@@ -84,11 +141,22 @@ def fit_by_thesis(bags: list[Recording], twin: Twin, most_evaluations: int) -> T
         )
         for m in result.moved
     ]
-    print(format_table(("parameter", "start", "fitted", "moved by %", "unit", ""), rows))
     end = "settled" if result.converged else "stopped at the limit, not settled"
-    print(
-        f"\nequation 29 on the fitted record: {format_number(result.before)} before, "
-        f"{format_number(result.after)} after"
+    text = "\n".join(
+        (
+            format_table(("parameter", "start", "fitted", "moved by %", "unit", ""), rows),
+            f"\nequation 29 on the fitted record: {format_number(result.before)} before, "
+            f"{format_number(result.after)} after",
+            f"{result.evaluations} evaluations, {end}; nothing was held out",
+        )
     )
-    print(f"{result.evaluations} evaluations, {end}; nothing was held out")
-    return result.twin
+    mapping = {
+        "converged": result.converged,
+        "evaluations": result.evaluations,
+        "parameters": {
+            m.name: {"before": m.start, "value": m.fitted, "unit": m.unit, "at_bound": m.at_bound}
+            for m in result.moved
+        },
+        "thesis_rmse": {"before": result.before, "after": result.after},
+    }
+    return Fitted(result.twin, text, mapping)

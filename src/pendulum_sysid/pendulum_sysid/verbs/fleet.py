@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import asdict
 from pathlib import Path
 
 from pendulum_sysid.fleet.comparison import compare_rigs, describe_comparison
@@ -13,9 +14,9 @@ from pendulum_sysid.fleet.page import write_site
 from pendulum_sysid.fleet.run import run_fleet
 from pendulum_sysid.fleet.store import Store
 from pendulum_sysid.fleet.today import make_twin_of_today
-from pendulum_sysid.telling.output_files import check_file, format_json, name_write_errors
+from pendulum_sysid.telling.output_files import check_file, name_write_errors
 from pendulum_sysid.telling.tables import format_number, format_table
-from pendulum_sysid.verbs.said import ANSWERED, print_progress, say
+from pendulum_sysid.verbs.said import ANSWERED, print_answer, say
 from pendulum_twin.model import save_twin
 
 
@@ -45,13 +46,15 @@ def examine(arguments: argparse.Namespace) -> int:
         arguments.store,
         engine,
         arguments.method,
-        print_progress,
+        arguments.progress.report,
     )
-    print(
+    print_answer(
+        arguments,
+        lambda: {**asdict(tally), "store": arguments.store},
         f"{tally.recordings} recordings: {tally.known} known, {tally.done} examined, "
-        f"{tally.unanswered} of them without an answer, {tally.strays} of no rig"
+        f"{tally.unanswered} of them without an answer, {tally.strays} of no rig",
+        arguments.store,
     )
-    print(arguments.store)
     if tally.done and tally.unanswered == tally.done:
         return say("none of the new recordings gave an answer; the lines above say why")
     return ANSWERED
@@ -60,13 +63,14 @@ def examine(arguments: argparse.Namespace) -> int:
 def tell_history(arguments: argparse.Namespace) -> int:
     """Print what changed in a rig and when, and every size of today."""
     (history,) = read_histories(Store(arguments.store), arguments.rig)
-    if arguments.json:
-        print(format_json(encode_history(history)))
-        return ANSWERED
-    print(*describe_history(history), sep="\n")
-    print("\n" + format_table(SIZES, _make_rows(history)))
+    print_answer(
+        arguments,
+        lambda: encode_history(history),
+        *describe_history(history),
+        "\n" + format_table(SIZES, _make_rows(history)),
+    )
     for name, count in history.left_out.items():
-        print_progress(f"{name}: {count} recordings fix it, too few to ask whether it changed")
+        say(f"{name}: {count} recordings fix it, too few to ask whether it changed", ANSWERED)
     return ANSWERED
 
 
@@ -90,10 +94,6 @@ def _make_rows(history: History) -> list[tuple[str, ...]]:
 def compare(arguments: argparse.Namespace) -> int:
     """Print which rigs are unlike the others, and the sizes that they have in common."""
     comparison = compare_rigs(read_histories(Store(arguments.store)))
-    if arguments.json:
-        print(format_json(encode_comparison(comparison)))
-        return ANSWERED
-    print(*describe_comparison(comparison), sep="\n")
     rows = [
         (
             name,
@@ -103,16 +103,20 @@ def compare(arguments: argparse.Namespace) -> int:
         )
         for name, f in comparison.families.items()
     ]
-    if rows:
-        head = ("size", "mean", "low", "high", "rig to rig", "recording to recording", "unit")
-        print("\n" + format_table((*head, "rigs"), rows))
+    head = ("size", "mean", "low", "high", "rig to rig", "recording to recording", "unit", "rigs")
+    print_answer(
+        arguments,
+        lambda: encode_comparison(comparison),
+        *describe_comparison(comparison),
+        *(["\n" + format_table(head, rows)] if rows else []),
+    )
     return ANSWERED
 
 
 def write_pages(arguments: argparse.Namespace) -> int:
     """Write the site and print its first page."""
     pages = write_site(Store(arguments.store), arguments.out)
-    print(pages[0])
+    print_answer(arguments, lambda: {"pages": [str(page) for page in pages]}, pages[0])
     return ANSWERED
 
 
@@ -128,6 +132,13 @@ def write_twin(arguments: argparse.Namespace) -> int:
         (name, *(format_number(x) for x in (p.value, p.low, p.high)), str(p.count))
         for name, p in used.items()
     ]
-    print(format_table(("size", "value", "low", "high", "recordings"), rows))
-    print(f"\n{arguments.out}")
+    print_answer(
+        arguments,
+        lambda: {
+            "sizes": {name: asdict(size) for name, size in used.items()},
+            "file": str(arguments.out),
+        },
+        format_table(("size", "value", "low", "high", "recordings"), rows),
+        f"\n{arguments.out}",
+    )
     return ANSWERED

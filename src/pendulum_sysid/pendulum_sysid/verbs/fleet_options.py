@@ -6,10 +6,11 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pendulum_sysid.verbs.shared_options import add_json, add_verb
 from pendulum_twin.command_line import make_number_reader, make_whole_reader
 
 if TYPE_CHECKING:
-    Verbs = argparse._SubParsersAction[argparse.ArgumentParser]
+    from pendulum_sysid.verbs.shared_options import Verbs
 
 STORE = "address of the store: a folder, or s3://bucket/folder and the like"
 
@@ -22,7 +23,7 @@ def add_engine(verb: argparse.ArgumentParser, workers: str = "--workers") -> Non
         type=make_whole_reader(1),
         default=2,
         metavar="N",
-        help="worker processes of a local cluster (default: 2)",
+        help="worker processes of a local cluster",
     )
     address = "address of another Dask cluster in place of a local one, tcp://host:8786"
     verb.add_argument("--scheduler", metavar="ADDRESS", help=address)
@@ -31,37 +32,41 @@ def add_engine(verb: argparse.ArgumentParser, workers: str = "--workers") -> Non
 def add_fleet(verbs: Verbs) -> None:
     """Add the verb `fleet` with its own verbs."""
     sentence = "examine many recordings of many rigs, and say what changed in which rig when"
-    fleet = verbs.add_parser(
-        "fleet", help=sentence, description=sentence[0].upper() + sentence[1:] + "."
-    )
-    fleet.add_argument(
-        "--traceback", action="store_true", default=argparse.SUPPRESS, help=argparse.SUPPRESS
-    )
-    fleet.set_defaults(parser=fleet)
+    fleet = add_verb(verbs, "fleet", sentence)
     own = fleet.add_subparsers(dest="fleet_verb", metavar="VERB", required=True)
     _add_run(own)
-    history = _add(own, "history", "every size of a rig over time: changes, drift, next week")
+    history = add_verb(
+        own, "history", "every size of a rig over time: changes, drift, next week", "fleet"
+    )
     _add_store(history)
     _add_rig(history)
-    history.add_argument("--json", action="store_true", help="print one JSON object")
-    compare = _add(own, "compare", "the rigs side by side: which is unlike the others, in what")
+    add_json(history)
+    compare = add_verb(
+        own, "compare", "the rigs side by side: which is unlike the others, in what", "fleet"
+    )
     _add_store(compare)
-    compare.add_argument("--json", action="store_true", help="print one JSON object")
-    page = _add(own, "page", "write a site: all rigs at a glance, a page a rig, every report")
+    add_json(compare)
+    page = add_verb(
+        own, "page", "write a site: all rigs at a glance, a page a rig, every report", "fleet"
+    )
     _add_store(page)
     page.add_argument(
         "--out", required=True, type=Path, metavar="DIR", help="the folder of the site"
     )
-    twin = _add(own, "twin", "write a rig's twin of today, pooled since its last change")
+    add_json(page)
+    twin = add_verb(
+        own, "twin", "write a rig's twin of today, pooled since its last change", "fleet"
+    )
     _add_store(twin)
     _add_rig(twin)
     twin.add_argument(
         "--out", required=True, type=Path, metavar="TWIN.yaml", help="the twin file to write"
     )
+    add_json(twin)
 
 
 def _add_run(own: Verbs) -> None:
-    run = _add(own, "run", "examine the recordings that the store does not know yet")
+    run = add_verb(own, "run", "examine the recordings that the store does not know yet", "fleet")
     folders = "a folder with recordings below it: a path, or s3://bucket/folder and the like"
     run.add_argument("folder", nargs="+", metavar="FOLDER", help=folders)
     table = "table of the rigs, their twins and their recordings (docs/fleet.md)"
@@ -75,26 +80,16 @@ def _add_run(own: Verbs) -> None:
         type=make_number_reader(0.2, 1000.0),
         default=2.0,
         metavar="GB",
-        help="of a local worker; more ends it (default: 2)",
+        help="of a local worker; more ends it",
     )
     run.add_argument(
         "--time-limit",
         type=make_number_reader(1.0, 86_400.0),
         default=900.0,
         metavar="S",
-        help="of a recording; more ends its worker (default: 900)",
+        help="of a recording; more ends its worker",
     )
-
-
-def _add(own: Verbs, name: str, sentence: str) -> argparse.ArgumentParser:
-    verb = own.add_parser(
-        name, help=sentence, description=sentence[0].upper() + sentence[1:] + "."
-    )
-    verb.add_argument(
-        "--traceback", action="store_true", default=argparse.SUPPRESS, help=argparse.SUPPRESS
-    )
-    verb.set_defaults(parser=verb)
-    return verb
+    add_json(run)
 
 
 def _add_store(verb: argparse.ArgumentParser) -> None:

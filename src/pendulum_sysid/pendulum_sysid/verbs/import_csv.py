@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import fields
+from dataclasses import asdict, fields
 from pathlib import Path
 
 from pendulum_sysid import decisions
+from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.reading.csv_import import (
     Columns,
     Imported,
@@ -14,7 +15,7 @@ from pendulum_sysid.reading.csv_import import (
     import_segments,
 )
 from pendulum_sysid.reading.ros1 import import_ros1_bag, is_ros1_bag
-from pendulum_sysid.verbs.said import ANSWERED, say
+from pendulum_sysid.verbs.said import ANSWERED, print_answer, say
 
 UNITS = {"command": "", "cart": " m", "pole": " rad"}
 
@@ -22,18 +23,16 @@ UNITS = {"command": "", "cart": " m", "pole": " rad"}
 def run(arguments: argparse.Namespace) -> int:
     """Write the recordings; print their names and what was read."""
     if all(is_ros1_bag(file) for file in arguments.csv):
-        for file in arguments.csv:
-            out: Path = arguments.out if len(arguments.csv) == 1 else arguments.out / file.stem
-            topics = import_ros1_bag(file, out)
-            print(out, *(f"{name} {kind} {count}" for name, (kind, count) in topics.items()),
-                  sep="\n")  # fmt: skip
-        return ANSWERED
+        return import_bags(arguments)
     if arguments.cart is None and arguments.pole is None and arguments.sin is None:
         arguments.parser.error("expected --cart, --pole or both, found neither")
     if (arguments.time is None) == (arguments.rate_hz is None):
         arguments.parser.error("expected --time COLUMN or --rate HZ, found both or neither")
     columns = Columns(**{f.name: getattr(arguments, f.name) for f in fields(Columns)})
+    lines: list[object] = []
+    mappings = []
     for file in arguments.csv:
+        arguments.progress.report(Stage.READING.value)
         out = arguments.out if len(arguments.csv) == 1 else arguments.out / file.stem
         recordings = (
             {out: import_csv(file, out, columns)}
@@ -41,8 +40,24 @@ def run(arguments: argparse.Namespace) -> int:
             else import_segments(file, out, columns)
         )
         for recording, imported in recordings.items():
-            print(recording, *describe(imported), sep="\n")
+            lines += [recording, *describe(imported)]
+            mappings.append({"file": str(file), "recording": str(recording), **asdict(imported)})
             warn_of_rate(file, imported)
+    print_answer(arguments, lambda: {"recordings": mappings}, *lines)
+    return ANSWERED
+
+
+def import_bags(arguments: argparse.Namespace) -> int:
+    """Convert bags of ROS 1; print their names and topics."""
+    lines: list[object] = []
+    mappings = []
+    for file in arguments.csv:
+        arguments.progress.report(Stage.READING.value)
+        out: Path = arguments.out if len(arguments.csv) == 1 else arguments.out / file.stem
+        topics = import_ros1_bag(file, out)
+        lines += [out, *(f"{name} {kind} {count}" for name, (kind, count) in topics.items())]
+        mappings.append({"file": str(file), "recording": str(out), "topics": topics})
+    print_answer(arguments, lambda: {"recordings": mappings}, *lines)
     return ANSWERED
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from pendulum_sysid.errors import UnusableRecording, WrongUse
 from pendulum_sysid.telling.effect_file import write_effect
 from pendulum_sysid.telling.output_files import name_write_errors
-from pendulum_sysid.verbs.said import ANSWERED, say
+from pendulum_sysid.verbs.said import ANSWERED, print_answer, say
 from pendulum_sysid.verdict.json_form import decode_verdict
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.files import read_json_object, write_atomically
@@ -41,9 +41,13 @@ def run(arguments: argparse.Namespace) -> int:
             target.parent.mkdir(parents=True, exist_ok=True)
             write_atomically(target, text)
         written.append(target)
-        print(target)
     if not written:
         raise UnusableRecording("; ".join(refused))
     for sentence in refused:
         say(sentence)
+    print_answer(
+        arguments,
+        lambda: {"effects": [str(path) for path in written], "left_out": refused},
+        *written,
+    )
     return ANSWERED

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pendulum_sysid.finding.identifiability import find_ties
 from pendulum_sysid.finding.search import search_effects
 from pendulum_sysid.finding.separation import Tie
+from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import HORIZONS, fit
 from pendulum_sysid.planning.next_experiment import plan_next_experiment
@@ -16,7 +17,7 @@ from pendulum_sysid.reading.earlier_verdict import read_verdict
 from pendulum_sysid.records import Fit, Split
 from pendulum_sysid.telling.output_files import check_file, name_write_errors
 from pendulum_sysid.verbs.recordings import read_recordings
-from pendulum_sysid.verbs.said import ANSWERED, print_progress
+from pendulum_sysid.verbs.said import ANSWERED, print_answer
 from pendulum_twin.model import load_twin
 from pendulum_twin.parameter_vector import make_theta
 from pendulum_twin.plans.plan_file import parse_plan, save_plan
@@ -36,24 +37,33 @@ def run(arguments: argparse.Namespace) -> int:
     """Print why to play what next, and write the plan where one helps."""
     check_file(arguments.out)
     done = _finish(arguments)
+    arguments.progress.report(Stage.PLANNING)
     planned = plan_next_experiment(
         done.case, done.split, done.best, done.ties, arguments.goal, arguments.seconds
     )
-    print(planned.why)
+    file = None
     if planned.plan is not None:
-        with name_write_errors(arguments.out):
-            save_plan(parse_plan(planned.plan), arguments.out)
-        print(arguments.out)
+        file = arguments.out
+        with name_write_errors(file):
+            save_plan(parse_plan(planned.plan), file)
+    print_answer(
+        arguments,
+        lambda: {"why": planned.why, "file": None if file is None else str(file)},
+        planned.why,
+        *([] if file is None else [file]),
+    )
     return ANSWERED
 
 
 def _finish(arguments: argparse.Namespace) -> Finished:
     """Return what is named as an earlier diagnosis has it, or found now."""
     earlier = None if arguments.verdict is None else read_verdict(arguments.verdict)
+    arguments.progress.report(Stage.READING)
     prepared = prepare(read_recordings(arguments.bag, arguments), load_twin(arguments.twin))
     case, windows = prepared.case, prepared.split
     if earlier is not None:
+        arguments.progress.report("fitting what the verdict names")
         best = fit(case, windows, earlier.effects, make_theta(earlier.twin), HORIZONS[-1])
         return Finished(case, windows, best, find_ties(case, windows, best, earlier.rivals))
-    answer = search_effects(case, windows, print_progress)
+    answer = search_effects(case, windows, arguments.progress.report)
     return Finished(case, windows, answer.best, answer.ties)

@@ -1,4 +1,4 @@
-"""The verb `replay`: how well a twin runs on a recording."""
+"""The verb `replay`: how well a twin runs on recordings."""
 
 from __future__ import annotations
 
@@ -8,30 +8,28 @@ from dataclasses import astuple
 from pathlib import Path
 from typing import Any
 
+from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.fitting.compare import compare
 from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.records import Comparison
-from pendulum_sysid.telling.output_files import format_json
 from pendulum_sysid.telling.tables import format_table, make_comparison_rows
 from pendulum_sysid.verbs.recordings import read_recordings
-from pendulum_sysid.verbs.said import ANSWERED, say
+from pendulum_sysid.verbs.said import ANSWERED, print_answer, say
 from pendulum_twin.model import load_twin
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print the twin's errors on the recording."""
+    """Print the twin's errors on all recordings together."""
     twin = load_twin(arguments.twin)
-    comparison = compare(prepare_case(read_recordings([arguments.bag], arguments), twin))
+    arguments.progress.report(Stage.READING.value)
+    comparison = compare(prepare_case(read_recordings(arguments.bag, arguments), twin))
     say_if_diverged(arguments.twin, comparison)
-    if arguments.json:
-        print(format_json(make_mapping(comparison)))
-    else:
-        print(f"{comparison.count} windows of {comparison.seconds:g} s")
-        print(
-            format_table(
-                ("measure", str(arguments.twin), "unit"), make_comparison_rows([comparison])
-            )
-        )
+    print_answer(
+        arguments,
+        lambda: make_mapping(comparison),
+        f"{comparison.count} windows of {comparison.seconds:g} s",
+        format_table(("measure", str(arguments.twin), "unit"), make_comparison_rows([comparison])),
+    )
     return ANSWERED
 
 

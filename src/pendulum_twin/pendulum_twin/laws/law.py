@@ -14,6 +14,7 @@ from pendulum_twin.errors import BadInputError
 from pendulum_twin.laws import BY_NAME
 from pendulum_twin.laws.kind import LIMITS, LawKind
 from pendulum_twin.rig import check_number, describe_unknown_key
+from pendulum_twin.suggest import hint_at_names
 
 FEWEST_KNOTS, MOST_KNOTS = 2, 64
 FEWEST_KNOTS_OF_TURN = 4
@@ -53,7 +54,7 @@ def check_law(name: str, content: object) -> Law:
     """Return the law of a twin file's mapping; raise BadInputError naming what is wrong."""
     where = f"measured_laws: {name}"
     if name not in BY_NAME:
-        raise BadInputError(f"measured_laws: unknown law {name}; known are {', '.join(BY_NAME)}")
+        raise BadInputError(f"measured_laws: unknown law {name}; {hint_at_names(name, BY_NAME)}")
     kind = BY_NAME[name]
     keys = (kind.knots_key, kind.values_key)
     if not isinstance(content, Mapping):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import signal
 import sys
 from collections.abc import Callable
@@ -16,10 +15,10 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
-from pendulum_twin.command_line import add_version
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.nodes.overrides import check_parameter_files
 from pendulum_twin.nodes.settings import describe_settings
+from pendulum_twin.parser import Parser, add_common_options, complete
 
 LONGEST_WAIT_S = 0.2  # until a signal is seen
 
@@ -52,7 +51,7 @@ def run[N: Node](
 
     name: of the program.
     description: what it does, for --help.
-    settings: dataclass of the node's parameters, for --help.
+    settings: dataclass of the node's parameters, with EXAMPLES, command lines for --help.
     make: returns the node.
     arguments: command line with the program's name; None for that of the process.
     serve: serves the node and returns why it failed, or None.
@@ -65,11 +64,14 @@ def run[N: Node](
     """
     arguments = sys.argv if arguments is None else arguments
     try:
-        _make_parser(name, description, settings).parse_args(remove_ros_args(arguments)[1:])
+        parser = make_node_parser(name, description, settings)
+        complete(parser)
+        options = parser.parse_args(remove_ros_args(arguments)[1:])
         stopped = _catch_signals()
         if not prepare(name, stopped):
             return 0
-        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+        quieting = ["--ros-args", "--log-level", "warn"] if options.quiet else []
+        rclpy.init(args=[*arguments, *quieting], signal_handler_options=SignalHandlerOptions.NO)
         node = make()
         try:
             check_parameter_files(node, arguments)
@@ -106,12 +108,11 @@ def _catch_signals() -> Event:
     return stopped
 
 
-def _make_parser(name: str, description: str, settings: type[Any]) -> argparse.ArgumentParser:
+def make_node_parser(name: str, description: str, settings: type[Any]) -> Parser:
+    """Return the parser of a node's program: its parameters, examples and common options."""
     parameters = f"Parameters (--ros-args -p NAME:=VALUE):\n{describe_settings(settings)}"
-    parser = argparse.ArgumentParser(
-        prog=name,
-        description=f"{description} {parameters}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    parser = Parser(
+        prog=name, description=f"{description}\n\n{parameters}", examples=settings.EXAMPLES
     )
-    add_version(parser)
+    add_common_options(parser)
     return parser

@@ -22,14 +22,16 @@ from rclpy.parameter import Parameter
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.nodes.overrides import check_overrides
 from pendulum_twin.rig import check_number
+from pendulum_twin.suggest import add_hint
 
 Check = Callable[[str, Any], Any]
 
 
 class Settings(Protocol):
-    """Allow any dataclass."""
+    """Allow any dataclass with examples of the node's command line."""
 
     __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
+    EXAMPLES: ClassVar[tuple[str, ...]]
 
 
 def make_number_field(
@@ -67,7 +69,10 @@ def make_text_field(
         if not isinstance(value, str):
             raise BadInputError(f"{name}: expected text, found {value!r}")
         if choices and value not in choices:
-            raise BadInputError(f"{name}: expected one of {', '.join(choices)}, found {value!r}")
+            raise BadInputError(
+                f"{name}: expected one of {', '.join(choices)}, found {value!r}"
+                f"{add_hint(value, choices)}"
+            )
         return value
 
     return _make_field(default, f"{text} ({', '.join(choices)})" if choices else text, live, check)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.nodes.settings import (
@@ -16,6 +17,11 @@ from pendulum_twin.nodes.settings import (
 @dataclass(frozen=True)
 class TwinSettings:
     """Hold the parameters of `twin_node`; a wrong value raises BadInputError."""
+
+    EXAMPLES: ClassVar[tuple[str, ...]] = (
+        "twin_node --ros-args -p twin:=config/inteco.yaml",
+        "twin_node --ros-args -r __ns:=/twin -p twin:=twin.yaml -p lockstep:=true",
+    )
 
     twin: str = make_text_field(
         "",

@@ -47,13 +47,14 @@ from reprlib import repr as shown
 from typing import Any
 
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.files import read_yaml, write_atomically
+from pendulum_twin.files import read_yaml_as, write_atomically
 from pendulum_twin.plans.excitation import SLOWEST_HZ, Excitation, Stretch, compose_plan
 from pendulum_twin.plans.plan_keys import check_range
 from pendulum_twin.plans.plan_phases import BEGINNINGS, KINDS, LONGEST_S, MOST_SAMPLES, Phase
 from pendulum_twin.plans.waveforms import Envelope
 from pendulum_twin.rig import describe_unknown_key
 from pendulum_twin.strict_yaml import format_yaml
+from pendulum_twin.suggest import add_hint
 
 SCHEMA = "pendulum_plan/1"
 KEYS = ("schema", "name", "rate_hz", "limit", "phases")
@@ -155,12 +156,8 @@ def parse_plan(mapping: object) -> Plan:
 
 
 def read_plan(path: str | Path) -> Plan:
-    """Return the plan in a YAML file; raise BadInputError, with its path, when it holds none."""
-    mapping = read_yaml(path, "a plan file", MOST_BYTES)
-    try:
-        return parse_plan(mapping)
-    except BadInputError as error:
-        raise BadInputError(f"{path}: {error}") from error
+    """Return the plan in a YAML file; raise BadInputError, with path and line, for none."""
+    return read_yaml_as(parse_plan, path, "a plan file", MOST_BYTES)
 
 
 def load_plan(path: str | Path, room: Envelope = Envelope()) -> Excitation:  # noqa: B008 (frozen)
@@ -188,6 +185,7 @@ def _parse_phase(k: int, mapping: object) -> Phase:
     if not isinstance(name, str) or name not in KINDS:
         raise BadInputError(
             f"phases[{k}]: kind: expected one of {', '.join(KINDS)}, found {shown(name)}"
+            f"{add_hint(name, KINDS)}"
         )
     where, keys = _format_place(k, name), {key.name: key for key in fields(KINDS[name])}
     values = {key: value for key, value in mapping.items() if key != "kind"}

@@ -27,6 +27,7 @@ from pendulum_sysid.studies.proof.records import OpenedTrial
 from pendulum_sysid.telling.output_files import check_folder, format_json, write_text
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import load_twin
+from pendulum_twin.suggest import add_hint
 
 SCHEMA = "pendulum_degraded/1"
 KINDS_OF_RIG = "nothing:1,single:1,pair:1"
@@ -89,7 +90,9 @@ def run_study(study: Study, folder: Path, progress: Progress) -> list[Row]:
     for name in study.kinds:
         if name not in BY_NAME:
             known = ", ".join(BY_NAME)
-            raise BadInputError(f"--degrade: expected kinds among {known}, found {name!r}")
+            raise BadInputError(
+                f"--degrade: expected kinds among {known}, found {name!r}{add_hint(name, BY_NAME)}"
+            )
     rows: list[Row] = []
     works = [
         RigWork(study, folder.absolute(), base, number)

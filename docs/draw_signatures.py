@@ -1,0 +1,183 @@
+"""Write docs/catalogue.md and a picture of each effect's signature; `--check` only compares text.
+
+A twin of config/inteco.yaml is driven by a chirp, without the effect and with it, at the strongest
+that `rig_emulator` conceals. The third panel is what a diagnosis sees: the force, or torque, that
+the motion with the effect needs beyond the twin's, over the variable that it depends on.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from pendulum_bridge.emulator.conceal import BY_NAME as CONCEALABLE
+from pendulum_twin.effects import CATALOGUE
+from pendulum_twin.effects.effect import Effect, Place
+from pendulum_twin.inverse_dynamics import compute_missing_force
+from pendulum_twin.model import Twin, load_twin
+from pendulum_twin.parameter_vector import make_theta
+from pendulum_twin.signals import Signals
+from pendulum_twin.simulation import Simulation, simulate
+
+DOCS = Path(__file__).resolve().parent
+PAGE, PICTURES = DOCS / "catalogue.md", DOCS / "images" / "effects"
+PERIOD_S, SECONDS, AMPLITUDE = 0.01, 12.0, 0.3  # of the chirp, 0.6 to 1.8 Hz; the limit is 0.5
+GREY, BLUE, DPI = "#9a9a9a", "#1f6fb4", 90
+Values = NDArray[np.float64]
+
+# Sizes of what no emulated rig conceals, and of what belongs to a later time of a recording.
+SIZES = {
+    "thesis_dead_zones": {
+        "force_n": 0.6,
+        "cart_velocity_m_s": 0.01,
+        "pole_velocity_rad_s": 0.1,
+    },
+    "encoder_slip": {"angle_rad": 0.3, "time_s": 6.0},
+    "cart_friction_asymmetry": {"ratio": 0.4},
+}
+BESIDE = {"cart_friction_asymmetry": {"cart_coulomb_friction": {"level_n": 1.0}}}
+OVER_POSITION = ("rail_spring", "rail_friction_patch", "cogging", "rail_tilt", "position_scale")
+OVER_RATE = ("pole_coulomb_friction", "pole_quadratic_drag")
+OVER_TIME = ("gain_drift", "encoder_slip", "stale_start", "sample_period_error", "velocity_filter")
+HEAD = """# The catalogue
+
+<!-- written by `python docs/draw_signatures.py` -->
+An effect is a small law at one place of the chain: command, drive, cart, pole, sensor, clock.
+`sysid effects` prints the same list. In the pictures a twin is driven by the same chirp
+without the effect (grey) and with it (blue). On the right stands what a diagnosis sees: the force
+on the cart, or the torque on the pole, that the blue motion needs beyond the grey twin's, over the
+variable that it depends on.
+
+An effect that is not here: [add your own](howto_effect.md).
+"""
+
+
+def choose_sizes(effect: Effect) -> dict[str, float]:
+    """Return parameters that show the effect: the strongest that an emulated rig conceals."""
+    if effect.name in SIZES:
+        return SIZES[effect.name]
+    entry = CONCEALABLE[effect.name]
+    return {
+        name: float(np.mean(span))
+        if name in entry.shapes
+        else max(span, key=lambda size: abs(size - entry.neutral))
+        for name, span in entry.sizes.items()
+    }
+
+
+def run(twin: Twin) -> tuple[Simulation, Values, Values]:
+    """Return the motion of a twin, the times (s) and the commands."""
+    t = np.arange(0.0, SECONDS, PERIOD_S)
+    command = AMPLITUDE * np.cos(2 * np.pi * (0.6 + 0.05 * t) * t)
+    return simulate(twin, t, command), t, command
+
+
+def measure_force(motion: Simulation, command: Values, twin: Twin) -> tuple[Values, Values]:
+    """Return the missing force and torque (n, 2) of a motion, and which samples count."""
+    valid = np.ones(len(command), dtype=bool)
+    signals = Signals(PERIOD_S, command, motion.cart, motion.pole, valid, valid)
+    states = np.stack(
+        [motion.cart, motion.pole, motion.cart_velocity, motion.pole_velocity], axis=1
+    )
+    accelerations = np.gradient(states[:, 2:], PERIOD_S, axis=0)
+    return compute_missing_force(signals, states, accelerations, make_theta(twin))
+
+
+def draw(effect: Effect, base: Twin) -> None:
+    """Write the picture of an effect's signature."""
+    beside = BESIDE.get(effect.name, {})
+    without = replace(base, effects=beside)
+    with_it = replace(base, effects={**beside, effect.name: choose_sizes(effect)})
+    (grey, t, command), (blue, _, _) = run(without), run(with_it)
+    force, counts = measure_force(blue, command, without)
+    joint = 1 if effect.place in (Place.POLE, Place.SENSOR) else 0
+    if effect.name in ("cart_sign_inverted", "position_scale", "sensor_delay"):
+        joint = 0
+    variable, label = choose_variable(effect, blue, t, command)
+    figure, (left, middle, right) = plt.subplots(1, 3, figsize=(9.6, 2.3), layout="constrained")
+    for axes, name, unit in ((left, "cart", "m"), (middle, "pole", "rad")):
+        axes.plot(t, getattr(grey, name), color=GREY, lw=1.4, ls="--")
+        axes.plot(t, getattr(blue, name), color=BLUE, lw=1.4)
+        axes.set(xlabel="time, s", ylabel=f"{name}, {unit}")
+    shown = counts & (t > 0.1)
+    spread = np.quantile(np.abs(force[shown, joint]), 0.99) or 1.0
+    right.plot(variable[shown], force[shown, joint], ".", color=BLUE, ms=2.5)
+    right.set(
+        xlabel=label,
+        ylabel="torque, N m" if joint else "force, N",
+        ylim=(-1.3 * spread, 1.3 * spread),
+    )
+    for axes in (left, middle, right):
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.tick_params(labelsize=8)
+    PICTURES.mkdir(parents=True, exist_ok=True)
+    file = PICTURES / f"{effect.name}.png"
+    figure.savefig(file, dpi=DPI)
+    Image.open(file).convert("RGB").quantize(32).save(file, optimize=True)
+    plt.close(figure)
+
+
+def choose_variable(
+    effect: Effect, motion: Simulation, t: Values, command: Values
+) -> tuple[Values, str]:
+    """Return what the missing force of an effect depends on, with its name and unit."""
+    if effect.name in OVER_TIME:
+        return t, "time, s"
+    if effect.name in OVER_POSITION:
+        return motion.cart, "cart position, m"
+    if effect.place is Place.COMMAND or effect.name == "sensor_delay":
+        return command, "command"
+    if effect.name in OVER_RATE:
+        return motion.pole_velocity, "pole rate, rad/s"
+    if effect.place in (Place.POLE, Place.SENSOR) and effect.name != "cart_sign_inverted":
+        return motion.pole, "pole angle, rad"
+    return motion.cart_velocity, "cart velocity, m/s"
+
+
+def write_page() -> str:
+    """Return the text of docs/catalogue.md."""
+    blocks = [HEAD]
+    for place in Place:
+        blocks.append(f"## At the {place.value}\n")
+        blocks += [describe(effect) for effect in CATALOGUE if effect.place is place]
+    return "\n".join(blocks)
+
+
+def describe(effect: Effect) -> str:
+    """Return the section of an effect."""
+    sizes = {**BESIDE.get(effect.name, {}), effect.name: choose_sizes(effect)}
+    shown = "; ".join(
+        f"`{name}: {{{', '.join(f'{key}: {value:.3g}' for key, value in values.items())}}}`"
+        for name, values in sizes.items()
+    )
+    lines = [
+        f"### {effect.name}\n",
+        effect.sentence.replace("{", "`").replace("}", "`") + "\n",
+        f"![The motion with {effect.name}, and the force that it needs beyond the twin's]"
+        f"(images/effects/{effect.name}.png)\n",
+        f"Shown: {shown}. Source: {effect.source}."
+        + ("" if effect.searched else " Only for twin files: no diagnosis names it.")
+        + "\n",
+    ]
+    return "\n".join(lines)
+
+
+def main() -> int:
+    """Write or check; return 1 when the page is not what the catalogue says."""
+    if "--check" in sys.argv:
+        return int(PAGE.read_text(encoding="utf-8") != write_page())
+    base = load_twin(DOCS.parent / "config" / "inteco.yaml")
+    for effect in CATALOGUE:
+        draw(effect, base)
+    PAGE.write_text(write_page(), encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,89 @@
+"""The command lines of `train` and `evaluate`, without torch: help comes at once."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from pendulum_rl_env.names import IN_PROCESS, PRESETS
+from pendulum_twin.command_line import make_whole_reader
+from pendulum_twin.parser import Parser, add_common_options, complete, offer
+
+
+def parse_train_options(arguments: list[str] | None) -> argparse.Namespace:
+    """Return the options of `train`; print the mistake and exit with 2 for wrong use."""
+    parser = Parser(
+        prog="train",
+        description="Train a policy in the twin, or on a rig over topics, from a preset. Writes "
+        "policy.zip and result.json. Ctrl-C saves what is learned so far; --resume continues from "
+        "the last checkpoint.",
+        examples=(
+            "train --twin out/mine/twin.yaml --out out/policy",
+            "train --twin twin.yaml --verdict verdict.json --timesteps 100000 --out out/policy",
+            "train --rig rig --preset frugal --init out/policy/policy.zip --out out/tuned",
+        ),
+    )
+    add_common_options(parser)
+    add, count = parser.add_argument, make_whole_reader(1)
+    twin = "twin file to learn on (without one: the INTECO rig by its maker's constants)"
+    add("--twin", type=Path, help=twin)
+    add("--timesteps", type=count, help="how many steps (default: the preset's)")
+    add("--seed", type=int, default=0, help="of everything random")
+    out = "folder for policy.zip, result.json, checkpoints and tensorboard"
+    add("--out", type=Path, required=True, help=out)
+    preset = f"how to learn: {', '.join(PRESETS)}, or a YAML file of your own"
+    offer(add("--preset", default="fast", metavar="PRESET", help=preset), PRESETS)
+    until = "stop at the first evaluation with a mean reward of at least R"
+    add("--until", type=float, metavar="R", help=until)
+    add("--init", type=Path, metavar="POLICY.zip", help="begin with this policy, for fine-tuning")
+    trust = (
+        "read files of stable-baselines3 as --init, too, which may run any code (not the default)"
+    )
+    add("--trust", action="store_true", help=trust)
+    rig = "learn on the rig of this namespace, over topics, in real time"
+    add("--rig", metavar="NAMESPACE", help=rig)
+    verdict = "verdict.json of the twin's diagnosis: learn on all rigs that it leaves possible"
+    add("--verdict", type=Path, help=verdict)
+    draws = "how many twins are drawn from the verdict"
+    add("--draws", type=count, default=64, metavar="N", help=draws)
+    add("--step-s", type=float, default=0.03, metavar="S", help="from command to command")
+    add("--env", default=IN_PROCESS, help="another environment's id")
+    add("--resume", action="store_true", help="go on from the last checkpoint in --out")
+    complete(parser)
+    return parser.parse_args(arguments)
+
+
+def parse_evaluate_options(arguments: list[str] | None) -> argparse.Namespace:
+    """Return the options of `evaluate`; print the mistake and exit with 2 for wrong use."""
+    parser = Parser(
+        prog="evaluate",
+        description="Evaluate a policy without exploration: episodes from hanging at rest, in the "
+        "twin or on a rig. A rig is reached over topics, in real time.",
+        examples=(
+            "evaluate --policy out/policy/policy.zip --twin out/mine/twin.yaml",
+            "evaluate --policy policy.zip --twin twin.yaml --episodes 1 --video episode.gif",
+            "evaluate --policy policy.zip --rig rig --episodes 3 --json",
+        ),
+    )
+    add_common_options(parser)
+    add = parser.add_argument
+    count = make_whole_reader(1)
+    file = "what `train` has written"
+    add("--policy", type=Path, required=True, metavar="POLICY.zip", help=file)
+    trust = (
+        "read a policy file of stable-baselines3, too, which may run any code (not the default)"
+    )
+    add("--trust", action="store_true", help=trust)
+    where = parser.add_mutually_exclusive_group(required=True)
+    where.add_argument("--twin", type=Path, help="twin file")
+    rig = "the rig of this namespace, over topics, in real time"
+    where.add_argument("--rig", metavar="NAMESPACE", help=rig)
+    add("--verdict", type=Path, help="verdict.json: measure as finely as that recording's rig did")
+    add("--episodes", type=count, default=20, metavar="N", help="how many")
+    add("--seed", type=int, default=0, help="of the first episode; a twin alone draws nothing")
+    add("--step-s", type=float, default=0.03, metavar="S", help="from command to command")
+    video = "also write the first episode as an animation"
+    add("--video", type=Path, metavar="FILE.gif", help=video)
+    add("--json", action="store_true", help="print one JSON object")
+    complete(parser)
+    return parser.parse_args(arguments)

@@ -1,0 +1,100 @@
+"""The options of `sysid prove`."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pendulum_sysid.verbs.fleet_options import add_engine
+from pendulum_sysid.verbs.shared_options import add_json, add_verb, read_seconds
+from pendulum_twin.command_line import make_whole_reader
+
+if TYPE_CHECKING:
+    from pendulum_sysid.verbs.shared_options import Verbs
+
+
+def add_prove(verbs: Verbs) -> None:
+    """Add the verb `prove`."""
+    verb = add_verb(
+        verbs,
+        "prove",
+        "conceal physics in emulated rigs, diagnose their recordings blindly, and say how often "
+        "it is right",
+    )
+    verb.add_argument(
+        "--trials", required=True, type=make_whole_reader(1), metavar="N", help="how many rigs"
+    )
+    verb.add_argument(
+        "--seed",
+        required=True,
+        type=make_whole_reader(),
+        metavar="S",
+        help="what they are drawn from",
+    )
+    out = (
+        "gets proof.html, proof.json and every recording; goes on from what is there "
+        "(default: proof_seed_S)"
+    )
+    verb.add_argument("--out", type=Path, metavar="DIR", help=out)
+    verb.add_argument(
+        "--pole-counts",
+        type=make_whole_reader(1),
+        metavar="C",
+        help="counts a turn of the pole's encoder (default: 4096)",
+    )
+    verb.add_argument(
+        "--seconds", type=read_seconds, metavar="T", help="length of each recording (default: 60)"
+    )
+    verb.add_argument(
+        "--closed-loop", action="store_true", help="record a controller at work instead of a plan"
+    )
+    verb.add_argument(
+        "--pairs",
+        action="store_true",
+        help="record and diagnose every rig a second time, under another plan",
+    )
+    verb.add_argument(
+        "--rest",
+        action="store_true",
+        help="let small physics that nobody asks for be always on, as on real rigs",
+    )
+    kinds = "shares of nothing, single, pair, triple, quadruple, unlisted (15, 40, 20, 10, 0, 15)"
+    verb.add_argument("--kinds", metavar="KIND:SHARE,...", help=kinds)
+    verb.add_argument(
+        "--unlisted",
+        dest="kinds",
+        action="store_const",
+        const="unlisted:1",
+        help="conceal only physics that the catalogue does not hold",
+    )
+    verb.add_argument(
+        "--twin", type=Path, metavar="TWIN", help="the nominal rig (default: config/inteco.yaml)"
+    )
+    rivals = (
+        "name by plain rivals as well, on the same recordings (needs pysindy; takes half "
+        "a minute each)"
+    )
+    verb.add_argument(
+        "--rivals", action=argparse.BooleanOptionalAction, default=False, help=rivals
+    )
+    dose = (
+        "also make every effect smaller until it is not found any more, so many "
+        "recordings each (2)"
+    )
+    verb.add_argument(
+        "--dose-response",
+        nargs="?",
+        type=make_whole_reader(1),
+        const=2,
+        default=0,
+        metavar="TRIES",
+        help=dose,
+    )
+    degrade = (
+        "degrade the recordings instead, as computers and sensors do, and say how often the "
+        "answer is right, says less or is wrong (all kinds, or those named)"
+    )
+    verb.add_argument("--degrade", nargs="?", const="", metavar="KIND,...", help=degrade)
+    add_engine(verb, "--processes")
+    add_json(verb)
