@@ -2,7 +2,6 @@
 
 import math
 import re
-import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from threading import Event, Thread
@@ -12,11 +11,12 @@ from typing import Any
 import pytest
 
 rclpy = pytest.importorskip("rclpy")
-sync_api = pytest.importorskip("playwright.sync_api")
+pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Browser, Locator, Page, expect  # noqa: E402
 from rclpy.node import Node  # noqa: E402
 from std_msgs.msg import Bool, Float64  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
+from support.chromium import DEADLINE_MS, NEEDS_CHROMIUM, launch_chromium  # noqa: E402
 from support.paths import CONFIG  # noqa: E402
 from support.ros_graph import Graph, graph  # noqa: E402
 
@@ -31,19 +31,7 @@ from pendulum_twin.nodes.diagnostics import publish_health  # noqa: E402
 from pendulum_twin.nodes.qos import LATCHED  # noqa: E402
 from pendulum_twin.nodes.twin_node import TwinNode  # noqa: E402
 
-CHROMIUM = next(
-    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
-)
-OPTIONS = (
-    "--no-sandbox", "--disable-gpu", "--disable-background-networking",
-    "--no-first-run", "--disable-component-update",
-    "--disable-sync",
-)  # fmt: skip
-DEADLINE_MS = 120_000
-
-pytestmark = pytest.mark.skipif(
-    CHROMIUM is None, reason="no chromium on PATH: install Debian's package chromium"
-)
+pytestmark = NEEDS_CHROMIUM
 expect.set_options(timeout=DEADLINE_MS)
 
 
@@ -124,10 +112,8 @@ def world() -> Iterator[World]:
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
-    with sync_api.sync_playwright() as playwright:
-        launched = playwright.chromium.launch(executable_path=CHROMIUM, args=list(OPTIONS))
+    with launch_chromium() as launched:
         yield launched
-        launched.close()
 
 
 # Chromium says so of a connection that ends with its page, before the server has answered.
