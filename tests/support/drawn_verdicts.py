@@ -168,7 +168,12 @@ def make_evidence() -> tuple[Evidence, ...]:
 
 
 ORIGIN = Origin(
-    "2026-11-22 06:30:00+00:00", "0.1.0", ("inteco_60s",), "config/inteco.yaml", "sha256:77aa", "out"
+    "2026-11-22 06:30:00+00:00",
+    "0.1.0",
+    ("inteco_60s",),
+    "config/inteco.yaml",
+    "sha256:77aa",
+    "out",
 )
 
 

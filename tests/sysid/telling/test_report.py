@@ -28,6 +28,7 @@ from pendulum_sysid.verdict.drawn import Motion
 from pendulum_sysid.verdict.record import Verdict
 from pendulum_twin.model import Twin
 
+
 class Reader(HTMLParser):
     """Collect a page's text and tags; fail on tags that are not closed in order."""
 
@@ -232,7 +233,10 @@ def make_hour() -> Verdict:
     motion = Motion(times, wave, wave, wave, wave, wave, times[:0])
     assert verdict.drawings is not None
     held_out, learned = (
-        tuple(make_overlay(*of, 0.1, count, rate_hz=100) for of in (("cart", "m", 0.3), ("pole", "rad", 2.0)))
+        tuple(
+            make_overlay(*of, 0.1, count, rate_hz=100)
+            for of in (("cart", "m", 0.3), ("pole", "rad", 2.0))
+        )
         for count in (900, 2700)
     )
     drawings = replace(verdict.drawings, motion=motion, learned=learned)

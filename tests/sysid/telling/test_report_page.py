@@ -8,16 +8,16 @@ from typing import Any
 import pytest
 
 pytest.importorskip("playwright.sync_api")
-from playwright.sync_api import Browser, Locator, Page, expect  # noqa: E402
-from support.chromium import (  # noqa: E402
+from playwright.sync_api import Browser, Locator, Page, expect
+from support.chromium import (
     DEADLINE_MS,
     NEEDS_CHROMIUM,
     launch_chromium,
     list_violations,
 )
-from support.drawn_verdicts import COMMAND, make_named  # noqa: E402
+from support.drawn_verdicts import COMMAND, make_named
 
-from pendulum_sysid.telling.report import write_report  # noqa: E402
+from pendulum_sysid.telling.report import write_report
 
 pytestmark = NEEDS_CHROMIUM
 expect.set_options(timeout=DEADLINE_MS)

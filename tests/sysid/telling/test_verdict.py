@@ -286,8 +286,9 @@ def test_a_twin_far_above_its_floor_that_does_not_follow_is_not_of_this_rig(
     assert found["unlike_rig"] and found["sentence"].startswith(
         "This recording does not look like this rig: the improved twin's error over 1 s is "
     )
-    assert "Closest comes, and is not certain: Dry friction holds the cart back" in (
-        found["sentence"]
+    assert (
+        "Closest comes, and is not certain: Dry friction holds the cart back"
+        in (found["sentence"])
     )
     assert "This part is certain" not in found["sentence"]
     assert "errors over 1 s change: cart" in found["sentence"]  # they do not fall

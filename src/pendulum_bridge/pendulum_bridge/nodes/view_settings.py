@@ -15,6 +15,8 @@ from pendulum_twin.nodes.settings import (
     make_whole_field,
 )
 
+USUAL_PORT = 8077
+
 
 @dataclass(frozen=True)
 class ViewSettings:
@@ -28,7 +30,12 @@ class ViewSettings:
     host: str = make_text_field(
         "127.0.0.1", "address to listen on; with another one, others may stop and reset the rig"
     )
-    port: int = make_whole_field(8077, 0, 65535, "TCP port of the page, 0 for any that is free")
+    port: int = make_whole_field(
+        USUAL_PORT,
+        0,
+        65535,
+        "TCP port of the page, 0 for any that is free; where the default is taken, any",
+    )
     rail_half_length_m: float = make_number_field(
         0.9, 0.01, 100.0, "from the middle of the rail to its end, as it is drawn"
     )

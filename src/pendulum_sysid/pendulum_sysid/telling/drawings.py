@@ -1,4 +1,4 @@
-"""Collect what a report draws: the whole recording, all windows, and what the errors still show."""
+"""Collect what a report draws: the whole recording, all windows, what errors still show."""
 
 from __future__ import annotations
 
@@ -74,7 +74,14 @@ def draw_motion(signals: Signals, state: SmoothState) -> Motion:
         if times[k] - times[k - 1] > 1.5 * period
     )
     return Motion(
-        times, signals.command, cart, velocity, pole, rate, left_out_s=times[~used], breaks_s=breaks
+        times,
+        signals.command,
+        cart,
+        velocity,
+        pole,
+        rate,
+        left_out_s=times[~used],
+        breaks_s=breaks,
     )
 
 

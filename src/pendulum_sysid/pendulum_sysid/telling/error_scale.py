@@ -1,4 +1,4 @@
-"""One scale of error, times the noise floor, and a picture of a millimetre and a degree on a rig."""
+"""One scale of error, times the noise floor, and a picture of 1 mm and 1 degree on a rig."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ from pendulum_sysid.verdict.drawn import Motion
 
 MARGINS = {"left": 0.09, "right": 0.99, "top": 0.98, "hspace": 0.18}
 LINE = {"color": ACCENT, "linewidth": 0.7}
-POINTS = 1600  # of a track
+POINTS = 1000  # of a track
 TRACK_INCHES = 1.0
 MOST_BANDS = 400  # held-out windows that are shaded
 

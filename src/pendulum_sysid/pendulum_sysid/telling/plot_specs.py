@@ -34,12 +34,11 @@ def specify_shape(evidence: Evidence, key: str, x_label: str, y_label: str) -> J
 def specify_residuals(test: ResidualTest) -> list[Json]:
     """Return the plots of a channel's tests: whiteness, command, spectrum."""
     name, unit = test.channel, format_unit(test.unit)
-    plots = [
-        _make_plot(
-            f"white-{name}", test.lags_s, "lag (s)", "autocorrelation",
-            [_make_line("error after", "after", test.whiteness), *_make_limits(test.lags_s, test.white_limit)],
-        )
-    ]  # fmt: skip
+    white = [
+        _make_line("error after", "after", test.whiteness),
+        *_make_limits(test.lags_s, test.white_limit),
+    ]
+    plots = [_make_plot(f"white-{name}", test.lags_s, "lag (s)", "autocorrelation", white)]
     if len(test.command):
         plots.append(
             _make_plot(

@@ -16,17 +16,16 @@ from markupsafe import Markup
 from pendulum_sysid.records import Evidence, Overlay, Trial
 from pendulum_sysid.telling import display, svg, wording
 from pendulum_sysid.telling.error_scale import draw_meaning, list_marks
+from pendulum_sysid.telling.evidence_rows import describe_residuals, round_correlations
 from pendulum_sysid.telling.light import judge_light
 from pendulum_sysid.telling.motion_figure import draw_motion
 from pendulum_sysid.telling.plot_specs import specify_residuals, specify_shape
-from pendulum_sysid.telling.report_data import make_data, shorten
-from pendulum_sysid.telling.residual_figures import draw_residuals
+from pendulum_sysid.telling.report_data import make_data
 from pendulum_sysid.telling.shape_figure import draw_shape
 from pendulum_sysid.telling.steps import list_steps
 from pendulum_sysid.telling.whiskers import list_whiskers
 from pendulum_sysid.telling.window_figures import draw_errors, draw_windows
 from pendulum_sysid.telling.window_list import find_worst, list_largest, list_windows
-from pendulum_sysid.verdict.drawn import Correlations, ResidualTest
 from pendulum_sysid.verdict.record import FitScores, Interval, MeasuredLaw, Verdict
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.files import write_atomically
@@ -85,16 +84,6 @@ class LawRow:
 
 
 @dataclass(frozen=True)
-class ResidualRow:
-    """Hold the tests of a channel's errors: a picture, and the plots (key, title) of the script."""
-
-    name: str
-    words: str
-    picture: Markup
-    plots: tuple[tuple[str, str], ...]
-
-
-@dataclass(frozen=True)
 class Channel:
     """Hold the pictures of one channel: some windows in detail, and the error of every window."""
 
@@ -128,11 +117,16 @@ def render_page(verdict: Verdict) -> str:
     """Return the page of a verdict as HTML."""
     template = _make_environment().get_template(TEMPLATE)
     windows = list_windows(verdict)
-    light, evidence, laws = judge_light(verdict), list_evidence_rows(verdict), list_law_rows(verdict)
+    light, evidence, laws = (
+        judge_light(verdict),
+        list_evidence_rows(verdict),
+        list_law_rows(verdict),
+    )
     drawings = verdict.drawings
     residuals = drawings.residuals if drawings is not None else ()
     specs = [spec for test in residuals for spec in specify_residuals(test)]
-    specs += [row.plot for row in (*evidence, *laws) if row.plot is not None]
+    shapes = [*(row.plot for row in evidence), *(row.plot for row in laws)]
+    specs += [spec for spec in shapes if spec is not None]
     return template.render(
         verdict=verdict,
         light=light,
@@ -143,9 +137,9 @@ def render_page(verdict: Verdict) -> str:
         motion_picture=Markup(draw_motion(drawings.motion, windows)) if drawings else "",
         left_out=len(drawings.motion.left_out_s) if drawings else 0,
         breaks=len(drawings.motion.breaks_s) if drawings else 0,
-        residuals=[_describe_residuals(test) for test in residuals],
+        residuals=[describe_residuals(test) for test in residuals],
         whiskers=list_whiskers(verdict),
-        correlations=_round_correlations(verdict),
+        correlations=round_correlations(verdict),
         marks=list_marks(verdict),
         meanings=draw_meaning(verdict),
         data=Markup(make_data(verdict, windows, specs)),
@@ -258,32 +252,6 @@ def _draw_evidence(evidence: Evidence, place: str, k: int) -> EvidenceRow:
     picture = draw_shape(evidence, f"shape-{k}", *labels)
     spec = specify_shape(evidence, f"shape-{k}", *labels)
     return EvidenceRow(name, evidence.finding, evidence.share, Markup(picture), spec)
-
-
-def _describe_residuals(test: ResidualTest) -> ResidualRow:
-    outside = [
-        float(np.mean(np.abs(values) > limit)) if len(values) else None
-        for values, limit in (
-            (test.whiteness[1:], test.white_limit),
-            (test.command, test.command_limit),
-        )
-    ]
-    white, command = (display.format_percent(share) for share in outside)
-    words = f"{white} of the lags lie outside the band"
-    if outside[1] is not None:
-        words += f"; {command} of those with the command (5\u00a0% would by chance)"
-    titles = (("white", "Whiteness"), ("driven", "Correlation with the command"))
-    plots = [(f"{key}-{test.channel}", title) for key, title in titles]
-    plots = plots[: 2 if len(test.command) else 1]
-    spectrum = (f"spectrum-{test.channel}", "Spectrum of the error")
-    picture = Markup(draw_residuals(test))
-    return ResidualRow(test.channel, words, picture, (*plots, spectrum))
-
-
-def _round_correlations(verdict: Verdict) -> dict[str, Any]:
-    """Return names and values of the correlations; None for what is not fixed."""
-    found = verdict.drawings.correlations if verdict.drawings is not None else Correlations()
-    return {"names": found.names, "values": [shorten(row) for row in found.values]}
 
 
 def _label_axis(name: str, unit: str) -> str:

@@ -22,8 +22,8 @@ from pendulum_sysid.verdict.drawn import Motion
 from pendulum_sysid.verdict.record import Verdict
 from pendulum_twin.arrays import Floats, Ints
 
-MOST_SAMPLES = 20_000  # of the recording, that a page holds of each channel
-MOST_WINDOWS = 300  # whose runs a page holds
+MOST_SAMPLES = 16_000  # of the recording, that a page holds of each channel
+MOST_WINDOWS = 200  # whose runs a page holds
 MOST_POINTS = 126  # of a run over a window
 MOST_MARKS = 2_000  # samples left out that are marked
 REACH = 3.0  # measured spans, by which a run may leave the measurement and is still drawn
@@ -91,12 +91,13 @@ def thin_motion(motion: Motion, most: int = MOST_SAMPLES) -> Ints:
     for k, (name, _, _) in enumerate(tracks):
         values = getattr(motion, name)
         least = np.where(np.isnan(values), np.inf, values)
-        most = np.where(np.isnan(values), -np.inf, values)
+        largest = np.where(np.isnan(values), -np.inf, values)
         width = int(np.diff(edges).max())
-        at = np.minimum(edges[:-1, None] + np.arange(width), edges[1:, None] - 1)
+        bucket = np.minimum(edges[:-1, None] + np.arange(width), edges[1:, None] - 1)
+        row = np.arange(len(bucket))
         pair = (
-            at[np.arange(len(at)), least[at].argmin(axis=1)],
-            at[np.arange(len(at)), most[at].argmax(axis=1)],
+            bucket[row, least[bucket].argmin(axis=1)],
+            bucket[row, largest[bucket].argmax(axis=1)],
         )
         chosen[k, 0::2], chosen[k, 1::2] = np.minimum(*pair), np.maximum(*pair)
     return chosen

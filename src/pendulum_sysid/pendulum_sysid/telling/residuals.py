@@ -12,7 +12,7 @@ import numpy as np
 from pendulum_sysid import decisions
 from pendulum_sysid.fitting.window_runs import JOINTS, UNITS, WindowRuns
 from pendulum_sysid.verdict.drawn import ResidualTest
-from pendulum_twin.arrays import Floats
+from pendulum_twin.arrays import Floats, Ints, Mask
 
 LAGS_SHARE = 0.5  # of a window; longer lags have too few pairs
 MOST_LAGS = 60  # lags that are drawn
@@ -54,10 +54,10 @@ def _examine_channel(
     return ResidualTest(
         channel=JOINTS[joint],
         unit=UNITS[joint],
-        lags_s=lags * after.period_s,
+        lags_s=np.asarray(lags * after.period_s, dtype=np.float64),
         whiteness=own,
         white_limit=float(limit),
-        command_lags_s=both * after.period_s,
+        command_lags_s=np.asarray(both * after.period_s, dtype=np.float64),
         command=correlate(scaled, driven, both) if moves else np.empty(0),
         command_limit=float(limit * np.sqrt(max(grown, 1.0))),
         frequencies_hz=_list_frequencies(samples, after.period_s),
@@ -67,7 +67,7 @@ def _examine_channel(
     )
 
 
-def correlate(first: Floats, second: Floats, lags: Floats) -> Floats:
+def correlate(first: Floats, second: Floats, lags: Ints) -> Floats:
     """Return the correlation of first(t) with second(t - lag), (lags,).
 
     first, second: (windows, samples); pairs stay within a window.
@@ -76,7 +76,7 @@ def correlate(first: Floats, second: Floats, lags: Floats) -> Floats:
     samples = first.shape[1]
     power = np.sqrt(np.mean(first**2) * np.mean(second**2))
     sums = []
-    for lag in lags.astype(int):
+    for lag in lags.tolist():
         late, early = max(lag, 0), max(-lag, 0)
         length = samples - late - early
         pairs = first[:, late : late + length] * second[:, early : early + length]
@@ -101,16 +101,16 @@ def compute_spectrum(runs: WindowRuns, k: int) -> Floats:
     return np.asarray(np.sqrt(median))
 
 
-def _find_finite(runs: WindowRuns, k: int) -> Floats:
+def _find_finite(runs: WindowRuns, k: int) -> Mask:
     return np.asarray(np.all(np.isfinite(runs.runs[..., k]), axis=1))
 
 
-def _choose_lags(most: int) -> Floats:
+def _choose_lags(most: int) -> Ints:
     step = -(-most // MOST_LAGS)
     return np.arange(0, most + 1, step)
 
 
-def _choose_lines(samples: int) -> Floats:
+def _choose_lines(samples: int) -> Ints:
     lines = np.arange(1, samples // 2 + 1)
     if len(lines) <= MOST_LINES:
         return lines

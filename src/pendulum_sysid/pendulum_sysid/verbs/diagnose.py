@@ -47,7 +47,7 @@ def describe_origin(arguments: argparse.Namespace) -> Origin:
     """Return when and of which files a verdict is made, for its report."""
     options = {"--state-topic": arguments.state_topic, "--command-topic": arguments.command_topic}
     return Origin(
-        made=datetime.now(UTC).isoformat(sep=" ", timespec="seconds"),
+        date=datetime.now(UTC).isoformat(sep=" ", timespec="seconds"),
         version=__version__,
         recordings=tuple(str(path) for path in arguments.bag),
         twin=str(arguments.twin),

@@ -15,7 +15,7 @@ class Origin:
     """Hold how a verdict came about.
 
     Attributes:
-        made: date and time, ISO 8601 with the zone.
+        date: day and time, ISO 8601 with the zone.
         version: of the package.
         recordings: paths, as they were given.
         twin: path of the twin file, as it was given.
@@ -24,7 +24,7 @@ class Origin:
         topics: further options that reading these recordings needs, as on the command line.
     """
 
-    made: str
+    date: str
     version: str
     recordings: tuple[str, ...]
     twin: str

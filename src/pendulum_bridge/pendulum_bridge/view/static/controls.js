@@ -16,7 +16,7 @@ export function control(said, stopOverLink) {
     const request = ask(button);
     const answer = button !== "stop" ? await request
       : await Promise.any([request, stopOverLink()].map(demandSuccess)).catch(() => request);
-    element.ariaDisabled = null;
+    element.ariaDisabled = element.dataset.idle === "true" ? "true" : null;
     said({ button, name, ...answer });
   }
 
@@ -30,6 +30,13 @@ export function control(said, stopOverLink) {
     if (!event.repeat) press(stop);
   }, true);
   window.addEventListener("keyup", (event) => { if (isStop(event)) event.preventDefault(); }, true);
+}
+
+// A button that has nothing to do is greyed and keeps the focus; one whose answer is awaited is left alone.
+export function setIdle(element, idle) {
+  if ((element.dataset.idle === "true") === idle) return;
+  element.dataset.idle = String(idle);
+  element.ariaDisabled = idle ? "true" : null;
 }
 
 async function demandSuccess(asked) {

@@ -220,7 +220,7 @@ function choose(number) {
   const runs = data.windows.runs[row.number];
   document.getElementById("window-facts").textContent =
     `Window ${row.number}, ${row.begin.toFixed(2)} to ${row.end.toFixed(2)} s, ${row.held ? "held out" : "learned on"}: error ${errors}.` +
-    (runs ? "" : " Its runs are not in this page, which holds 300 of them.");
+    (runs ? "" : " Its runs are not in this page, which holds 200 of them.");
   for (const picture of pictures) { plots.delete(picture); picture.destroy(); }
   const area = document.getElementById("window-plots");
   area.replaceChildren();
