@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from markupsafe import Markup
 
 from pendulum_sysid.telling.display import format_number, format_quantity
-from pendulum_sysid.verdict.record import FitScores, Verdict
+from pendulum_sysid.verdict.record import BeforeAfter, FitScores, Verdict
 
 WIDTH, HEIGHT = 300, 150  # of a picture, in units of its own
 REACH = 5.0  # errors after, to either side, that a picture shows
@@ -37,12 +37,13 @@ def list_marks(verdict: Verdict) -> tuple[ScaleMark, ...]:
     fit = verdict.fit
     if fit is None or not fit.noise_floor > 0.0:
         return ()
+    change = get_floors(fit)
     errors = [
-        ("a perfect model", fit.noise_floor, ""),
-        ("after: the improved twin", fit.held_out.after, _describe(fit, "after")),
-        ("before: the twin as given", fit.held_out.before, _describe(fit, "before")),
+        ("a perfect model", 1.0, ""),
+        ("after: the improved twin", change.after, _describe(fit, "after")),
+        ("before: the twin as given", change.before, _describe(fit, "before")),
     ]
-    ratios = [error / fit.noise_floor for _, error, _ in errors]
+    ratios = [ratio for _, ratio, _ in errors]
     finite = [math.log10(ratio) for ratio in ratios if math.isfinite(ratio) and ratio > 0.0]
     most = max([1.0, *finite])
     least = min([0.0, *finite])
@@ -50,6 +51,14 @@ def list_marks(verdict: Verdict) -> tuple[ScaleMark, ...]:
         ScaleMark(words, ratio, _put(ratio, least, most), means)
         for (words, _, means), ratio in zip(errors, ratios, strict=True)
     )
+
+
+def get_floors(fit: FitScores) -> BeforeAfter:
+    """Return the errors before and after in noise floors; scores' own in files of earlier times."""
+    if fit.floors is not None:
+        return fit.floors
+    size = fit.noise_floor or 1.0
+    return BeforeAfter(fit.held_out.before / size, fit.held_out.after / size)
 
 
 def _put(ratio: float, least: float, most: float) -> float:

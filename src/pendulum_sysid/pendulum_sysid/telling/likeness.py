@@ -6,7 +6,8 @@ import numpy as np
 
 from pendulum_sysid import decisions
 from pendulum_sysid.fitting.window_runs import WindowRuns
-from pendulum_sysid.telling.outcome import Findings
+from pendulum_sysid.telling.outcome import Findings, compute_remaining_ratio
+from pendulum_sysid.verdict.record import BeforeAfter
 from pendulum_twin.arrays import Floats
 
 
@@ -33,6 +34,18 @@ def is_unlike(findings: Findings) -> bool:
 def compute_floor_ratio(findings: Findings) -> float:
     """Return the held-out score of the improved twin over that of a perfect model."""
     return findings.after["held_out"].score / findings.floor.score
+
+
+def compute_floors(findings: Findings) -> BeforeAfter:
+    """Return the errors before and after over that of a perfect model: one scale for a verdict.
+
+    The median window counts, and the remainder that the verdict tells where that is larger.
+    """
+    before, after = (
+        runs["held_out"].typical / findings.floor.typical
+        for runs in (findings.before, findings.after)
+    )
+    return BeforeAfter(float(before), float(max(after, compute_remaining_ratio(findings))))
 
 
 def compute_followed_share(runs: WindowRuns) -> float:

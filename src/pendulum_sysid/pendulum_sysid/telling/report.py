@@ -15,7 +15,7 @@ from markupsafe import Markup
 
 from pendulum_sysid.records import Evidence, Overlay, Trial
 from pendulum_sysid.telling import display, svg, wording
-from pendulum_sysid.telling.error_scale import draw_meaning, list_marks
+from pendulum_sysid.telling.error_scale import draw_meaning, get_floors, list_marks
 from pendulum_sysid.telling.evidence_rows import describe_residuals, round_correlations
 from pendulum_sysid.telling.light import judge_light
 from pendulum_sysid.telling.motion_figure import draw_motion
@@ -140,6 +140,7 @@ def render_page(verdict: Verdict) -> str:
         residuals=[describe_residuals(test) for test in residuals],
         whiskers=list_whiskers(verdict),
         correlations=round_correlations(verdict),
+        floors=get_floors(verdict.fit) if verdict.fit is not None else None,
         marks=list_marks(verdict),
         meanings=draw_meaning(verdict),
         data=Markup(make_data(verdict, windows, specs)),
@@ -212,7 +213,7 @@ def list_fit_rows(fit: FitScores | None) -> list[FitRow]:
         errors = getattr(fit, name)
         if errors is None:
             continue
-        size = 1.0 if unit else fit.noise_floor or 1.0
+        size = 1.0 if unit or name == "floors" else fit.noise_floor or 1.0
         rows.append(FitRow(words, unit, errors.before / size, errors.after / size, unit != "%"))
     return rows
 

@@ -13,7 +13,7 @@ from pendulum_sysid.fitting.window_runs import WindowRuns
 from pendulum_sysid.measuring.naming import NamedCurve, write_formula, write_sentence
 from pendulum_sysid.records import Estimate, Fit, Localisation, Outcome, Recording
 from pendulum_sysid.telling.contradictions import describe_contradictions
-from pendulum_sysid.telling.likeness import compute_fit, is_unlike
+from pendulum_sysid.telling.likeness import compute_fit, compute_floors, is_unlike
 from pendulum_sysid.telling.outcome import (
     Findings,
     compute_explained_share,
@@ -227,6 +227,7 @@ def _score_fit(findings: Findings) -> FitScores:
         held_out_pole_rad=_compare_joint(1, 1.0, before["held_out"], after["held_out"]),
         held_out_cart_fit=_compare_fit(0, before["held_out"], after["held_out"]),
         held_out_pole_fit=_compare_fit(1, before["held_out"], after["held_out"]),
+        floors=compute_floors(findings),
         noise_floor=float(findings.floor.score),
     )
 

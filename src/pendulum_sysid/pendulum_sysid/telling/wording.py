@@ -119,8 +119,9 @@ QUALITY: dict[str, str] = {
 }
 
 FIT_ROWS: dict[str, tuple[str, str]] = {  # field of FitScores -> words and unit
-    "train": ("windows that the fit used", ""),
-    "held_out": ("held-out windows, seen by neither", ""),
+    "floors": ("held-out windows, seen by neither: the median window", ""),
+    "held_out": ("held-out windows, all together", ""),
+    "train": ("windows that the fit used, all together", ""),
     "held_out_cart_mm": ("held-out windows, cart", "mm"),
     "held_out_pole_rad": ("held-out windows, pole", "rad"),
     "held_out_cart_fit": ("fit (NRMSE) on held-out windows, cart", "%"),
@@ -142,7 +143,9 @@ DEFINITIONS: tuple[tuple[str, str], ...] = (
     (
         "Error in noise floors",
         "Root mean square error of the free runs, cart and pole together in units of their "
-        "sensors' noise, over the error that a perfect model reaches. 1 is perfect.",
+        "sensors' noise, over the error that a perfect model reaches. 1 is perfect. The median "
+        "window is told; over all windows together one window near upright, where errors grow, "
+        "may weigh more than all others.",
     ),
     (
         "Noise floor",

@@ -18,7 +18,7 @@ NOT_IN_FILE = {
     "command", "twin", "localisation", "trials", "overlays", "next_plan", "origin", "drawings",
 }  # fmt: skip
 LEFT_OUT_IF_NONE = {  # a joint that was not recorded
-    "held_out_cart_mm", "held_out_pole_rad", "held_out_cart_fit", "held_out_pole_fit",
+    "held_out_cart_mm", "held_out_pole_rad", "held_out_cart_fit", "held_out_pole_fit", "floors",
 }  # fmt: skip
 
 

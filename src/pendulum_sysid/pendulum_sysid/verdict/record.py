@@ -171,6 +171,8 @@ class FitScores:
         held_out_pole_rad: root mean square error of the pole, rad; None for a pole not recorded.
         held_out_cart_fit, held_out_pole_fit: fit (NRMSE) of the held-out runs in per cent: 100 is
             perfect, 0 no better than the mean of each window; None for a joint not recorded.
+        floors: error of the held-out windows over that of a perfect model: of the median window,
+            or over all windows with refined starts where that is larger; 1 is perfect.
         noise_floor: score that a perfect model reaches on the held-out windows.
         unit: "score".
     """
@@ -181,6 +183,7 @@ class FitScores:
     held_out_pole_rad: BeforeAfter | None = None
     held_out_cart_fit: BeforeAfter | None = None
     held_out_pole_fit: BeforeAfter | None = None
+    floors: BeforeAfter | None = None
     noise_floor: float
     unit: str = "score"
 

@@ -59,7 +59,7 @@ const LOOKS = {
 };
 function axis(label, more) {
   const grid = { stroke: () => css("line"), width: 1 };
-  const values = (u, ticks) => ticks.map((tick) => (tick === null ? "" : digits(tick)));
+  const values = (u, ticks) => ticks.map((tick) => (tick === null ? "" : digits(tick).replace(/\.?0*e/, "e")));
   return { label, size: 30, labelSize: 18, labelFont: "12px system-ui, sans-serif", font: "12px system-ui, sans-serif",
     stroke: () => css("ink"), grid, ticks: { ...grid, size: 4 }, values, ...more };
 }
@@ -168,7 +168,7 @@ function track(title, unit, values, more = {}) {
   document.getElementById("tracks").append(element);
   const label = unit ? `${title} (${unit})` : title;
   const { series = [line(label, { stroke: "accent", width: 1.2 })], scales = {}, y = {} } = more;
-  const plot = draw(element, { height: 130, scales, axes: [axis(null), axis(unit || null, { size: 62, ...y })],
+  const plot = draw(element, { height: 130, scales, axes: [axis(null), axis(unit || " ", { size: 62, ...y })],
     series: [{ label: "time (s)", value: (u, value) => digits(value) }, ...series],
     cursor: { drag: { x: true, y: false, dist: 5 }, sync: { key: "recording", setSeries: false } },
     hooks: { drawClear: [shade], setScale: [follow], ready: [choosing] } }, values);
