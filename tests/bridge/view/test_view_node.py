@@ -17,9 +17,12 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue  # n
 from sensor_msgs.msg import JointState  # noqa: E402
 from std_msgs.msg import Bool, Float64  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
+from support.excitation_bench import LONG, written  # noqa: E402
+from support.excitation_bench import make as make_excitation  # noqa: E402
 from support.paths import CONFIG  # noqa: E402
 from support.ros_graph import DEADLINE_S, Graph  # noqa: E402
 
+from pendulum_bridge.excitation.run import Stage  # noqa: E402
 from pendulum_bridge.nodes.trigger_call import call_trigger  # noqa: E402
 from pendulum_bridge.nodes.view_node import ViewNode  # noqa: E402
 from pendulum_bridge.view.samples import Source  # noqa: E402
@@ -231,6 +234,24 @@ def test_clear_stop_needs_no_other_node_once_the_sender_has_ended(
     sender.publish(Float64(data=0.3))  # the last command was not 0: silence has to do
     answer = pressed(ros, view.press("clear_stop"))
     assert answer == Answer(True, StopAnswer.CLEARED.value)
+
+
+def test_a_plan_is_played_and_aborted_with_the_guards_of_its_node(
+    ros: Graph, view: ViewNode, tmp_path: Path
+) -> None:
+    plan = lambda: view.board.take_snapshot(0.0).plan  # noqa: E731
+    assert pressed(ros, view.press("play")).success is False  # nobody offers it
+    for space in ("/rig", "/twin"):
+        ros.add(TwinNode, space, twin=str(CONFIG / "inteco.yaml"))
+    values = {"start": "service", "exit_when_done": False, "namespace": "/excitation"}
+    node = make_excitation(ros, written(tmp_path, *LONG), **values)
+    ros.until(lambda: plan().offered, "the plan to be offered")
+    assert pressed(ros, view.press("play")) == Answer(True, "the plan begins when all is ready")
+    ros.until(lambda: node._run.stage is Stage.PLAYING and plan().share > 0.0, "the plan")
+    assert plan().outcome == "under way"
+    assert pressed(ros, view.press("abort")) == Answer(True, "the plan is aborted")
+    ros.until(lambda: plan().outcome.startswith("not played to its end: "), "the outcome")
+    assert pressed(ros, view.press("abort")).sentence.startswith("nothing to abort")
 
 
 def test_its_address_stands_on_a_line_of_its_own_and_is_opened(

@@ -14,7 +14,7 @@ rclpy = pytest.importorskip("rclpy")
 pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Browser, Locator, Page, expect  # noqa: E402
 from rclpy.node import Node  # noqa: E402
-from std_msgs.msg import Bool, Float64  # noqa: E402
+from std_msgs.msg import Bool, Float64, String  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 from support.chromium import (  # noqa: E402
     DEADLINE_MS,
@@ -85,6 +85,25 @@ class Driver(Node):
             )
 
 
+class Player(Node):
+    """Offer to play a plan, and play it for ever."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__("player", **options)
+        self.outcome = self.create_publisher(String, "outcome", LATCHED)
+        self.progress = self.create_publisher(Float64, "progress", LATCHED)
+        for name, outcome in (("start", "under way"), ("abort", "not played to its end: aborted")):
+            self.create_service(
+                Trigger, name, lambda _, answer, outcome=outcome: self.on_call(outcome, answer)
+            )
+
+    def on_call(self, outcome: str, answer: Trigger.Response) -> Trigger.Response:
+        self.progress.publish(Float64(data=0.25))
+        self.outcome.publish(String(data=outcome))
+        answer.success, answer.message = True, f"now {outcome}"
+        return answer
+
+
 class World:
     """The graph, served by a thread: the test's own thread belongs to the browser."""
 
@@ -96,6 +115,7 @@ class World:
                 self.rig.destroy_service(service)
         self.driver = ros.add(Driver, "/rig")
         self.view = ros.add(ViewNode, port=0)
+        self.player = ros.add(Player, "/excitation")
         self._ended = Event()
         self._thread = Thread(target=self._serve, args=[ros])
         self._thread.start()
@@ -257,6 +277,19 @@ def test_clear_stop_is_greyed_when_nothing_is_latched(world: World, page: Page) 
     clear.click()
     expect(page.locator("#answer")).to_have_text("Clear stop: the stop is cleared")
     expect(clear).to_have_attribute("aria-disabled", "true")
+
+
+def test_a_plan_is_played_and_aborted(page: Page) -> None:
+    play, abort = (page.locator(f"[data-button={name}]") for name in ("play", "abort"))
+    expect(play).to_be_visible()
+    expect(abort).to_have_attribute("aria-disabled", "true")
+    play.click()
+    expect(page.locator("#plan")).to_have_text("Plan under way, 25 % played")
+    expect(play).to_have_attribute("aria-disabled", "true")
+    abort.click()
+    expect(page.locator("#answer")).to_have_text("Abort plan: now not played to its end: aborted")
+    expect(page.locator("#plan")).to_have_text("Plan not played to its end: aborted")
+    expect(play).not_to_have_attribute("aria-disabled", "true")
 
 
 def test_plots_freeze_scroll_back_and_go_on(page: Page) -> None:

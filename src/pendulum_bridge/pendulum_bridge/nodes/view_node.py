@@ -18,7 +18,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Bool, Float64
+from std_msgs.msg import Bool, Float64, String
 from std_srvs.srv import Trigger
 
 from pendulum_bridge.nodes.trigger_call import call_trigger
@@ -68,6 +68,9 @@ class ViewNode(Node):
         self.board = Board(names.get("rig"), names.get("twin"))
         for key, name in names.items():
             self._follow(key, name)
+        if self._settings.excitation:
+            names["excitation"] = self._settings.excitation
+            self._follow_plan(self._settings.excitation)
         self._listen(DiagnosticArray, topics.DIAGNOSTICS, SAMPLES, self.on_diagnostics)
         self._buttons = {
             button: self._create_button_client(names, key, service)
@@ -178,6 +181,28 @@ class ViewNode(Node):
             LOOK_FOR_PUBLISHERS_S, look, clock=Clock(clock_type=ClockType.STEADY_TIME)
         )
 
+    def _follow_plan(self, name: str) -> None:
+        self._listen(
+            Float64,
+            _join_topic(name, topics.PROGRESS),
+            LATCHED,
+            lambda message: self.board.take_plan(share=message.data),
+        )
+        self._listen(
+            String,
+            _join_topic(name, topics.OUTCOME),
+            LATCHED,
+            lambda message: self.board.take_plan(outcome=message.data),
+        )
+
+        def look() -> None:
+            client = self._buttons["play"]
+            self.board.take_plan(offered=client is not None and client.service_is_ready())
+
+        self.create_timer(
+            LOOK_FOR_PUBLISHERS_S, look, clock=Clock(clock_type=ClockType.STEADY_TIME)
+        )
+
     def _listen(
         self, kind: type, topic: str, quality: QoSProfile, take: Callable[[Any], None]
     ) -> Any:
@@ -207,6 +232,8 @@ BUTTON_SERVICES = {
     "clear_stop": ("rig", topics.CLEAR_STOP),
     "reset": ("rig", topics.RESET),
     "reset_twin": ("twin", topics.RESET),
+    "play": ("excitation", topics.START),
+    "abort": ("excitation", topics.ABORT),
 }
 
 

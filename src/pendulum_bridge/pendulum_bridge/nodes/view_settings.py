@@ -27,6 +27,9 @@ class ViewSettings:
 
     rig: str = make_text_field("/rig", "namespace of the rig, empty for none")
     twin: str = make_text_field("/twin", "namespace of the twin, empty for none")
+    excitation: str = make_text_field(
+        "/excitation", "namespace of excitation_node, whose plan the page plays; empty for none"
+    )
     host: str = make_text_field(
         "127.0.0.1", "address to listen on; with another one, others may stop and reset the rig"
     )
@@ -47,7 +50,8 @@ class ViewSettings:
                 f"twin: expected another namespace than that of the rig, found {self.twin!r} for "
                 "both"
             )
-        for name, value in (("rig", self.rig), ("twin", self.twin)):
+        spaces = {"rig": self.rig, "twin": self.twin, "excitation": self.excitation}
+        for name, value in spaces.items():
             try:
                 validate_namespace(value or "/")
             except InvalidNamespaceException as error:

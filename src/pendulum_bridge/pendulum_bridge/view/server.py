@@ -22,7 +22,7 @@ from pendulum_bridge.view.feed import Feed, keep_ticking
 from pendulum_bridge.view.live import STOP, answer_page
 from pendulum_bridge.view.same_origin import find_refusal
 
-BUTTONS = (STOP, "clear_stop", "reset", "reset_twin")
+BUTTONS = (STOP, "clear_stop", "reset", "reset_twin", "play", "abort")
 KINDS = {"html": "text/html", "css": "text/css", "js": "text/javascript", "svg": "image/svg+xml"}
 MOST_BROWSERS = 32
 LONGEST_QUESTION = 32  # bytes; a question is a number

@@ -1,7 +1,8 @@
 // The buttons, and Space or Escape for stop wherever the focus is; Enter presses the other buttons.
 
-const LONGEST_MS = { stop: 4000, clear_stop: 4000, reset: 65000, reset_twin: 65000 };
-const NAMES = { stop: "Stop", clear_stop: "Clear stop", reset: "Reset rig", reset_twin: "Reset twin" };
+const LONGEST_MS = { stop: 4000, clear_stop: 4000, reset: 65000, reset_twin: 65000, play: 4000, abort: 4000 };
+const NAMES = { stop: "Stop", clear_stop: "Clear stop", reset: "Reset rig", reset_twin: "Reset twin",
+  play: "Play plan", abort: "Abort plan" };
 
 // said({button, name, success, sentence}); success is null while the answer is awaited.
 // stopOverLink(): the stop once more, over the page's open connection, beside a request of its own.

@@ -75,8 +75,12 @@ function warn() {
   }
   warnOfStop(frame.rig ? frame.rig.stopped : null);
   for (const element of document.querySelectorAll("[data-button]")) {
-    element.hidden = !frame[element.dataset.button === "reset_twin" ? "twin" : "rig"];
+    const owner = { reset_twin: "twin", play: "plan", abort: "plan" }[element.dataset.button] ?? "rig";
+    element.hidden = owner === "plan" ? !frame.plan.offered : !frame[owner];
+    if (owner === "plan") setIdle(element, frame.plan.playing === (element.dataset.button === "play"));
   }
+  by("plan").hidden = !frame.plan.offered || !frame.plan.outcome;
+  say(by("plan"), `Plan ${frame.plan.outcome}${frame.plan.playing ? `, ${(100 * frame.plan.share).toFixed(0)} % played` : ""}`);
   setIdle(by("clear-stop"), frame.rig?.stopped === false); // nothing is latched
 }
 
