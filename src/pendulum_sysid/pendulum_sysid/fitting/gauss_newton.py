@@ -197,9 +197,9 @@ def compute_half_widths(solution: Solution, free: tuple[Free, ...], together: in
     """
     if not free:
         return np.empty(0)
-    spread, variance = _compute_spread(solution, free, together)
+    spread, variance, count = _compute_spread(solution, free, together)
     return (
-        stdtrit(max(len(solution.start_states) // together - 1, 1), 0.975)
+        stdtrit(max(count - 1, 1), 0.975)
         * np.sqrt(np.maximum(np.diag(spread), variance))
         * np.array([parameter.size for parameter in free])
     )
@@ -215,7 +215,7 @@ def compute_correlations(
     """
     if not free:
         return np.empty((0, 0))
-    spread, variance = _compute_spread(solution, free, together)
+    spread, variance, _ = _compute_spread(solution, free, together)
     deviation = np.sqrt(np.where(np.isfinite(variance), np.diag(spread), np.nan))
     with np.errstate(all="ignore"):
         return np.asarray(np.clip(spread / np.outer(deviation, deviation), -1.0, 1.0))
@@ -223,10 +223,10 @@ def compute_correlations(
 
 def _compute_spread(
     solution: Solution, free: tuple[Free, ...], together: int
-) -> tuple[Floats, Floats]:
-    """Return the sandwich, and the classical variances; these are infinite where nothing is fixed.
+) -> tuple[Floats, Floats, int]:
+    """Return the sandwich, the classical variances, and how many longer windows there are.
 
-    Both in units of each parameter's size.
+    Both in units of each parameter's size; the variances are infinite where nothing is fixed.
     """
     assert solution.system is not None
     system = solution.system
@@ -243,7 +243,7 @@ def _compute_spread(
     )[..., 0]
     spread = root @ (scaled.T @ scaled) @ root.T
     variance = np.where((vectors**2 @ blind) > 1e-6, np.inf, np.sum(root**2, axis=1))
-    return spread, variance
+    return spread, variance, len(scores)
 
 
 def refine_start_states(
