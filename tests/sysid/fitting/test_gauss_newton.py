@@ -10,7 +10,12 @@ from support.made_recordings import INTECO, made
 
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import HORIZONS, fit
-from pendulum_sysid.fitting.gauss_newton import Solution, compute_half_widths, solve
+from pendulum_sysid.fitting.gauss_newton import (
+    Solution,
+    compute_correlations,
+    compute_half_widths,
+    solve,
+)
 from pendulum_sysid.fitting.linearised import Problem, System, linearise
 from pendulum_sysid.fitting.parameters import Free, list_rig_parameters
 from pendulum_sysid.fitting.split import split_windows
