@@ -14,6 +14,7 @@ WIDTH, HEIGHT = 300, 150  # of a picture, in units of its own
 REACH = 5.0  # errors after, to either side, that a picture shows
 LEAST_MM, LEAST_DEGREES = 1.0, 1.0  # that a picture shows at least
 ARM = 105.0  # length of the drawn pole, units
+LEAST_ENLARGED = 5.0  # times, from which a single degree is drawn as the rule
 
 
 @dataclass(frozen=True)
@@ -126,14 +127,15 @@ def _draw_pole(before: float, after: float) -> str:
     )
     label = f"Error of the pole: {_say(before, '°')} before, {_say(after, '°')} after"
     enlarged = f", angles drawn {scale:.3g} times as large" if scale > 1.05 else ""
-    rule = math.radians(min(scale, 80.0))
+    degrees = 1.0 if scale >= LEAST_ENLARGED else 10.0
+    rule = math.radians(degrees * scale)
     return (
         f'<svg role="img" aria-label="{label}" viewBox="0 0 {WIDTH} {HEIGHT}">'
         f'<path d="M110 20H190" stroke="var(--soft)"/>'
         f'<path d="M150 20V{20 + ARM:g}" stroke="var(--pale)" stroke-width="6"/>{lines}'
         f'<path d="M150 90A70 70 0 0 1 {150 - 70 * math.sin(rule):.2f} '
         f'{20 + 70 * math.cos(rule):.2f}" fill="none" stroke="var(--ink)"/>'
-        f'<text x="60" y="112">1°</text>'
+        f'<text x="{142 - 72 * math.sin(rule):.2f}" y="100" text-anchor="end">{degrees:g}°</text>'
         f"{_write_notes(before * scale > 80, label + enlarged)}</svg>"
     )
 
