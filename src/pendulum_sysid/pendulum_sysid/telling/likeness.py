@@ -39,13 +39,16 @@ def compute_floor_ratio(findings: Findings) -> float:
 def compute_floors(findings: Findings) -> BeforeAfter:
     """Return the errors before and after over that of a perfect model: one scale for a verdict.
 
-    The median window counts, and the remainder that the verdict tells where that is larger.
+    The median window counts, and the remainder that the verdict tells where that is larger; of a
+    recording that does not look like its rig all windows together, where that is larger.
     """
     before, after = (
         runs["held_out"].typical / findings.floor.typical
         for runs in (findings.before, findings.after)
     )
-    return BeforeAfter(float(before), float(max(after, compute_remaining_ratio(findings))))
+    remaining = compute_remaining_ratio(findings)
+    together = compute_floor_ratio(findings) if is_unlike(findings) else 0.0
+    return BeforeAfter(float(before), float(max(after, remaining, together)))
 
 
 def compute_followed_share(runs: WindowRuns) -> float:

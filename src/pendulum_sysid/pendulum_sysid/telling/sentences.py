@@ -10,7 +10,7 @@ from pendulum_sysid.fitting.parameters import list_rig_parameters
 from pendulum_sysid.measuring.naming import write_sentence
 from pendulum_sysid.records import Fit, Outcome
 from pendulum_sysid.telling.likeness import (
-    compute_floor_ratio,
+    compute_floors,
     compute_followed_share,
     is_unlike,
 )
@@ -68,7 +68,7 @@ def write_answer(
 
 def _describe_unlike(findings: Findings) -> str:
     """Return the clause for a recording that even the improved twin does not follow."""
-    ratio = compute_floor_ratio(findings)
+    ratio = compute_floors(findings).after
     far = f"is {format_number(ratio)} times its noise floor" if np.isfinite(ratio) else "diverges"
     share = compute_followed_share(findings.after["held_out"])
     return (
