@@ -1,7 +1,7 @@
 """Take the pictures of report and live page in docs/images, in headless Chromium.
 
-After `make demo`:
-    python docs/screenshots.py --report out/demo/diagnosis/report.html
+After the README's `make demo` and `sysid diagnose ... --out out/mine`:
+    python docs/screenshots.py --report out/mine/report.html
 and, while a rig and a twin are shown by view_node:
     python docs/screenshots.py --page http://127.0.0.1:8077/
 """

@@ -55,7 +55,7 @@ def list_marks(verdict: Verdict) -> tuple[ScaleMark, ...]:
 
 
 def get_floors(fit: FitScores) -> BeforeAfter:
-    """Return the errors before and after in noise floors; scores' own in files of earlier times."""
+    """Return the errors before and after in noise floors; scores' own in older files."""
     if fit.floors is not None:
         return fit.floors
     size = fit.noise_floor or 1.0
