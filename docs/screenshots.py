@@ -33,6 +33,7 @@ PAPER_INCHES, PAPER_DPI = (8.27, 11.69), 96  # A4
 
 
 def main() -> None:
+    """Take the pictures that were asked for."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--report", type=Path, metavar="REPORT.html")
     parser.add_argument("--page", metavar="URL", help="address of a live page")
@@ -73,6 +74,7 @@ def show_page(browser: Browser, url: str, folder: Path) -> None:
 
 
 def open_page(browser: Browser, url: str, viewport: Any, scheme: Any) -> Page:
+    """Open an address in a page of its own."""
     page = browser.new_page(viewport=viewport, color_scheme=scheme)
     page.goto(url)
     return page
