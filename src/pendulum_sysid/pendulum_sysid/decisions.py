@@ -76,6 +76,16 @@ CHIEF_SHARE = 0.5  # of best gain; the rest is about the effect's own variables
 SHAPE_SHARE_OF_REST = 0.25  # of power; of the rest that the shape must take away
 JUDGED_SHARE = 0.1  # of larger share; effects are judged where they show
 
+# Does a recording look like the rig of its twin at all?
+UNLIKE_FLOORS = 10.0  # noise floors; of the improved twin's error: far above
+UNLIKE_LEAST_FOLLOWED = 0.5  # of motion; that an improved twin of the rig follows: real rigs 0.9
+UNNAMED_FLOORS = 3.0  # noise floors; beyond which 'nothing is missing' would be wrong
+
+# When may the improved twin be used without care?
+LIGHT_MOST_FLOORS = 3.0  # noise floors; remainder of a twin that is good for use
+LIGHT_MOST_LOST = 0.02  # of time; in gaps and faults of the data, to take an answer as it is
+LIGHT_MOST_GAPS_A_MINUTE = 10.0  # gaps a minute; ... or so many pieces
+
 # Is dry friction certain although something else has no name?
 STEADY_SHARE = 0.5  # of middle level; below which no part of a curve may surely lie
 STEADY_LEAST_SHARE = 0.3  # of power; of what is missing, for the friction to be a large part

@@ -6,8 +6,6 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.joining import join_recordings
 from pendulum_sysid.errors import UnusableRecording
@@ -23,14 +21,15 @@ from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.gauss_newton import refine_start_states
 from pendulum_sysid.fitting.noise_floor import measure_noise_floor
-from pendulum_sysid.fitting.window_runs import JOINTS, UNITS, WindowRuns, run_windows
+from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
 from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
 from pendulum_sysid.measuring.measure import measure_best_laws
 from pendulum_sysid.measuring.naming import name_curves
 from pendulum_sysid.planning.next_experiment import plan_next_experiment
 from pendulum_sysid.plausibility import refuse_implausible
 from pendulum_sysid.prepare import Prepared, prepare_case, prepare_windows
-from pendulum_sysid.records import Outcome, Overlay, Recording, Split
+from pendulum_sysid.records import Outcome, Recording, Split
+from pendulum_sysid.telling.drawings import collect_drawings, draw_overlays
 from pendulum_sysid.telling.outcome import Findings, decide_outcome, is_above_noise
 from pendulum_sysid.telling.verdict import make_unusable, make_verdict
 from pendulum_sysid.verdict.record import Verdict
@@ -69,7 +68,12 @@ def diagnose_prepared(prepared: Prepared, progress: Progress, began: float) -> V
     findings = measure_rest(findings, prepared.split, progress)
     verdict = make_verdict(findings, recording, time.monotonic() - began)
     overlays = draw_overlays(findings.before["held_out"], findings.after["held_out"])
-    return replace(verdict, trials=answer.trials, overlays=overlays)
+    return replace(
+        verdict,
+        trials=answer.trials,
+        overlays=overlays,
+        drawings=collect_drawings(findings, prepared.split),
+    )
 
 
 def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -> Findings:
@@ -138,19 +142,3 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
 def run_parts(case: Case, split: Split) -> dict[str, WindowRuns]:
     """Return the free runs of the case's twin, keyed "train" and "held_out" as the windows."""
     return {"train": run_windows(case, split.train), "held_out": run_windows(case, split.held_out)}
-
-
-def draw_overlays(before: WindowRuns, after: WindowRuns) -> tuple[Overlay, ...]:
-    """Return the held-out runs of both twins beside what was measured, a channel each."""
-    times = after.begin_s[:, None] + after.period_s * np.arange(after.measured.shape[1])
-    return tuple(
-        Overlay(
-            JOINTS[joint],
-            UNITS[joint],
-            times,
-            after.measured[..., k],
-            before.runs[..., k],
-            after.runs[..., k],
-        )
-        for k, joint in enumerate(after.channels)
-    )

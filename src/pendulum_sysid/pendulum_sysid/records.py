@@ -206,6 +206,8 @@ class Fit:
         noise: (channels,) standard deviation of the sensors' noise, m or rad.
         pieces: into how many pieces each window was cut for this fit (its horizon).
         converged: whether the iteration reached its tolerance.
+        correlations: (free, free) of the errors of the first estimates, -1 to 1, NaN for what is
+            not fixed; empty where nobody asked.
     """
 
     twin: Twin
@@ -221,6 +223,7 @@ class Fit:
     noise: Floats
     pieces: int = 1
     converged: bool = True
+    correlations: Floats = field(default_factory=lambda: np.empty((0, 0)))
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,9 @@ STOP, CLEAR_STOP = "stop", "clear_stop"  # std_srvs/Trigger: the latching emerge
 STOPPED = "stopped"  # std_msgs/Bool, transient local: whether the stop is latched
 # std_msgs/String, transient local: how the plan under way, or the last, stands (excitation_node)
 OUTCOME = "outcome"
+PROGRESS = "progress"  # std_msgs/Float64, transient local: share of the plan that was played
+START, ABORT = "start", "abort"  # std_srvs/Trigger: begin the plan, stop it
+UNDER_WAY = "under way"  # the outcome of a plan that is played now
 PLAYED = "played to its end"  # the outcome of a plan that nothing has stopped
 CLOCK = "/clock"  # rosgraph_msgs/Clock: simulated time, from a twin in lockstep
 DIAGNOSTICS = "/diagnostics"  # diagnostic_msgs/DiagnosticArray, once a second

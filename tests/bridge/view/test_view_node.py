@@ -6,6 +6,7 @@ import math
 import re
 import signal
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from typing import Any
 from urllib.request import urlopen
 
@@ -16,15 +17,21 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue  # n
 from sensor_msgs.msg import JointState  # noqa: E402
 from std_msgs.msg import Bool, Float64  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
+from support.excitation_bench import LONG, written  # noqa: E402
+from support.excitation_bench import make as make_excitation  # noqa: E402
+from support.paths import CONFIG  # noqa: E402
 from support.ros_graph import DEADLINE_S, Graph  # noqa: E402
 
+from pendulum_bridge.excitation.run import Stage  # noqa: E402
 from pendulum_bridge.nodes.trigger_call import call_trigger  # noqa: E402
 from pendulum_bridge.nodes.view_node import ViewNode  # noqa: E402
 from pendulum_bridge.view.samples import Source  # noqa: E402
 from pendulum_bridge.view.server import Answer  # noqa: E402
+from pendulum_twin.emergency_stop import StopAnswer  # noqa: E402
 from pendulum_twin.errors import BadInputError  # noqa: E402
 from pendulum_twin.nodes.messages import to_time  # noqa: E402
-from pendulum_twin.nodes.qos import LATCHED, SAMPLES  # noqa: E402
+from pendulum_twin.nodes.qos import LATCHED, LATEST, SAMPLES  # noqa: E402
+from pendulum_twin.nodes.twin_node import TwinNode  # noqa: E402
 
 MODULE = "pendulum_bridge.nodes.view_node"
 
@@ -213,6 +220,55 @@ def test_wrong_parameters_are_refused_in_a_sentence(
 ) -> None:
     with pytest.raises(BadInputError, match=re.escape(sentence)):
         ros.add(ViewNode, **{"port": 0, **values})
+
+
+def test_clear_stop_needs_no_other_node_once_the_sender_has_ended(
+    ros: Graph, view: ViewNode
+) -> None:
+    ros.add(TwinNode, "/rig", twin=str(CONFIG / "inteco.yaml"))
+    sender = ros.user(namespace="/rig").create_publisher(Float64, "pwm", LATEST)
+    ros.until(sender.get_subscription_count, "the rig")
+    ros.until(view._buttons["clear_stop"].service_is_ready, "the service")
+    sender.publish(Float64(data=0.3))
+    assert pressed(ros, view.press("stop")).success
+    sender.publish(Float64(data=0.3))  # the last command was not 0: silence has to do
+    answer = pressed(ros, view.press("clear_stop"))
+    assert answer == Answer(True, StopAnswer.CLEARED.value)
+
+
+def test_a_plan_is_played_and_aborted_with_the_guards_of_its_node(
+    ros: Graph, view: ViewNode, tmp_path: Path
+) -> None:
+    plan = lambda: view.board.take_snapshot(0.0).plan  # noqa: E731
+    assert pressed(ros, view.press("play")).success is False  # nobody offers it
+    for space in ("/rig", "/twin"):
+        ros.add(TwinNode, space, twin=str(CONFIG / "inteco.yaml"))
+    values = {"start": "service", "exit_when_done": False, "namespace": "/excitation"}
+    node = make_excitation(ros, written(tmp_path, *LONG), **values)
+    ros.until(lambda: plan().offered, "the plan to be offered")
+    assert pressed(ros, view.press("play")) == Answer(True, "the plan begins when all is ready")
+    ros.until(lambda: node._run.stage is Stage.PLAYING and plan().share > 0.0, "the plan")
+    assert plan().outcome == "under way"
+    assert pressed(ros, view.press("abort")) == Answer(True, "the plan is aborted")
+    ros.until(lambda: plan().outcome.startswith("not played to its end: "), "the outcome")
+    assert pressed(ros, view.press("abort")).sentence.startswith("nothing to abort")
+
+
+def test_its_address_stands_on_a_line_of_its_own_and_is_opened(
+    ros: Graph, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    said_to = tmp_path / "opened"
+    browser = tmp_path / "browser"
+    browser.write_text(f'#!/bin/sh\nprintf %s "$1" > {said_to}\n')
+    browser.chmod(0o755)
+    monkeypatch.setenv("BROWSER", f"{browser} %s")
+    program = ros.start(MODULE, "--open", "--ros-args", "-p", "port:=0")
+    line = program.stdout.readline()
+    assert re.fullmatch(r"http://127\.0\.0\.1:\d+/\n", line)
+    ros.until(lambda: said_to.exists() and said_to.read_text() == line.strip(), "the browser")
+    program.send_signal(signal.SIGINT)
+    program.communicate(timeout=DEADLINE_S)
+    assert program.returncode == 0
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

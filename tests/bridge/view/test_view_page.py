@@ -2,7 +2,6 @@
 
 import math
 import re
-import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from threading import Event, Thread
@@ -12,18 +11,25 @@ from typing import Any
 import pytest
 
 rclpy = pytest.importorskip("rclpy")
-sync_api = pytest.importorskip("playwright.sync_api")
+pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Browser, Locator, Page, expect  # noqa: E402
 from rclpy.node import Node  # noqa: E402
-from std_msgs.msg import Bool, Float64  # noqa: E402
+from std_msgs.msg import Bool, Float64, String  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
+from support.chromium import (  # noqa: E402
+    DEADLINE_MS,
+    NEEDS_CHROMIUM,
+    launch_chromium,
+    list_violations,
+)
 from support.paths import CONFIG  # noqa: E402
 from support.ros_graph import Graph, graph  # noqa: E402
 
 from pendulum_bridge.nodes.view_node import ViewNode  # noqa: E402
 from pendulum_bridge.view import server as view  # noqa: E402
 from pendulum_bridge.view.board import Board  # noqa: E402
-from pendulum_bridge.view.feed import Feed  # noqa: E402
+from pendulum_bridge.view.feed import HISTORY_S, Feed  # noqa: E402
+from pendulum_bridge.view.frame import COLUMNS  # noqa: E402
 from pendulum_bridge.view.server import Answer, make_app  # noqa: E402
 from pendulum_bridge.view.serving import Serving, open_listener  # noqa: E402
 from pendulum_twin.health import Health, Level  # noqa: E402
@@ -31,19 +37,7 @@ from pendulum_twin.nodes.diagnostics import publish_health  # noqa: E402
 from pendulum_twin.nodes.qos import LATCHED  # noqa: E402
 from pendulum_twin.nodes.twin_node import TwinNode  # noqa: E402
 
-CHROMIUM = next(
-    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
-)
-OPTIONS = (
-    "--no-sandbox", "--disable-gpu", "--disable-background-networking",
-    "--no-first-run", "--disable-component-update",
-    "--disable-sync",
-)  # fmt: skip
-DEADLINE_MS = 120_000
-
-pytestmark = pytest.mark.skipif(
-    CHROMIUM is None, reason="no chromium on PATH: install Debian's package chromium"
-)
+pytestmark = NEEDS_CHROMIUM
 expect.set_options(timeout=DEADLINE_MS)
 
 
@@ -91,14 +85,37 @@ class Driver(Node):
             )
 
 
+class Player(Node):
+    """Offer to play a plan, and play it for ever."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__("player", **options)
+        self.outcome = self.create_publisher(String, "outcome", LATCHED)
+        self.progress = self.create_publisher(Float64, "progress", LATCHED)
+        for name, outcome in (("start", "under way"), ("abort", "not played to its end: aborted")):
+            self.create_service(
+                Trigger, name, lambda _, answer, outcome=outcome: self.on_call(outcome, answer)
+            )
+
+    def on_call(self, outcome: str, answer: Trigger.Response) -> Trigger.Response:
+        self.progress.publish(Float64(data=0.25))
+        self.outcome.publish(String(data=outcome))
+        answer.success, answer.message = True, f"now {outcome}"
+        return answer
+
+
 class World:
     """The graph, served by a thread: the test's own thread belongs to the browser."""
 
     def __init__(self, ros: Graph) -> None:
         self.rig = ros.add(TwinNode, "/rig", twin=str(CONFIG / "inteco.yaml"))
         self.twin = ros.add(TwinNode, "/twin", twin=str(CONFIG / "inteco.yaml"))
+        for service in list(self.rig.services):  # the driver's stop is meant, and nobody else's
+            if service.srv_name.endswith("stop"):
+                self.rig.destroy_service(service)
         self.driver = ros.add(Driver, "/rig")
         self.view = ros.add(ViewNode, port=0)
+        self.player = ros.add(Player, "/excitation")
         self._ended = Event()
         self._thread = Thread(target=self._serve, args=[ros])
         self._thread.start()
@@ -124,10 +141,8 @@ def world() -> Iterator[World]:
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
-    with sync_api.sync_playwright() as playwright:
-        launched = playwright.chromium.launch(executable_path=CHROMIUM, args=list(OPTIONS))
+    with launch_chromium() as launched:
         yield launched
-        launched.close()
 
 
 # Chromium says so of a connection that ends with its page, before the server has answered.
@@ -250,6 +265,84 @@ def test_stop_by_button_and_by_key_reaches_the_service(world: World, page: Page)
     page.locator("[data-button=reset_twin]").click()
     expect(answer).to_have_attribute("data-success", "true")
     expect(answer).to_contain_text("Reset twin: ")
+
+
+def test_clear_stop_is_greyed_when_nothing_is_latched(world: World, page: Page) -> None:
+    clear = page.locator("[data-button=clear_stop]")
+    expect(clear).to_have_attribute("aria-disabled", "true")
+    clear.click(force=True)
+    world.driver.latch(True)
+    expect(clear).not_to_have_attribute("aria-disabled", "true")
+    assert world.driver.calls == []  # the click on the grey button asked for nothing
+    clear.click()
+    expect(page.locator("#answer")).to_have_text("Clear stop: the stop is cleared")
+    expect(clear).to_have_attribute("aria-disabled", "true")
+
+
+def test_a_plan_is_played_and_aborted(page: Page) -> None:
+    play, abort = (page.locator(f"[data-button={name}]") for name in ("play", "abort"))
+    expect(play).to_be_visible()
+    expect(abort).to_have_attribute("aria-disabled", "true")
+    play.click()
+    expect(page.locator("#plan")).to_have_text("Plan under way, 25 % played")
+    expect(play).to_have_attribute("aria-disabled", "true")
+    abort.click()
+    expect(page.locator("#answer")).to_have_text("Abort plan: now not played to its end: aborted")
+    expect(page.locator("#plan")).to_have_text("Plan not played to its end: aborted")
+    expect(play).not_to_have_attribute("aria-disabled", "true")
+
+
+def test_plots_freeze_scroll_back_and_go_on(page: Page) -> None:
+    plot = page.locator(".plot canvas").first
+    page.get_by_role("button", name="Freeze").click()
+    expect(page.locator("#when")).to_contain_text("frozen")
+    until(page, lambda: page.evaluate("document.body.dataset.time") == "frozen", "the freeze")
+    seen = number(page, "rig.cart_m")
+    until(page, lambda: number(page, "rig.cart_m") != seen, "the rig's card to stay live")
+    back = page.locator("#back")
+    shown = page.locator(".plot output").first
+    frozen = pixels(plot), shown.inner_text()
+    back.fill("3")
+    until(page, lambda: pixels(plot) != frozen[0], "another stretch")
+    expect(page.locator("#when")).to_have_text(re.compile(r"frozen, [\d.]+ s ago"))
+    assert float(page.locator("#when").inner_text().split()[1]) >= 3.0
+    page.get_by_role("button", name="Live").click()
+    expect(page.locator("#when")).to_have_text("live")
+    expect(back).to_have_value("0")
+    until(page, lambda: shown.inner_text() != frozen[1], "the plots to go on")
+
+
+def test_what_is_shown_is_downloaded(page: Page) -> None:
+    page.get_by_role("button", name="Freeze").click()
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Download CSV").click()
+    lines = download.value.path().read_text().splitlines()
+    assert download.value.suggested_filename == "rig_and_twin.csv"
+    assert lines[0] == ",".join(COLUMNS)
+    times = [float(line.split(",")[0]) for line in lines[1:]]
+    assert len(times) > 10 and times == sorted(times) and times[-1] - times[0] <= HISTORY_S
+    assert all(line.count(",") == len(COLUMNS) - 1 for line in lines)
+    page.get_by_role("button", name="Live").click()
+
+
+def test_an_earlier_time_is_fetched_when_a_person_looks_back(world: World, page: Page) -> None:
+    feed = world.view._page.feed
+    oldest = feed._kept[0][0]
+    page.get_by_role("button", name="Freeze").click()
+    page.locator("#back").fill("600")  # before anything was recorded: nothing is drawn there
+    expect(page.locator("#when")).to_contain_text("frozen")
+    page.locator("#back").fill("0")
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Download CSV").click()
+    first = float(download.value.path().read_text().splitlines()[1].split(",")[0])
+    assert first >= oldest
+    page.get_by_role("button", name="Live").click()
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_everybody_can_use_it(page: Page, scheme: Any) -> None:
+    page.emulate_media(color_scheme=scheme)
+    assert list_violations(page) == []
 
 
 def test_a_source_that_dies_is_told(world: World, page: Page) -> None:

@@ -19,10 +19,15 @@ from support.paths import ROOT
 from pendulum_bridge.view import serving
 from pendulum_bridge.view.board import Board
 from pendulum_bridge.view.doorman import MOST_CONNECTIONS, Doorman
-from pendulum_bridge.view.feed import HISTORY_S, RATE_HZ, Feed
+from pendulum_bridge.view.feed import HISTORY_S, KEPT_S, RATE_HZ, Feed
 from pendulum_bridge.view.same_origin import find_refusal, is_loopback
 from pendulum_bridge.view.server import BUTTONS, Answer, Page, make_app
-from pendulum_bridge.view.serving import Serving, format_url, open_listener
+from pendulum_bridge.view.serving import (
+    Serving,
+    format_url,
+    open_listener,
+    open_usual_listener,
+)
 from pendulum_twin.errors import BadInputError
 
 DEADLINE_S = 120.0
@@ -109,6 +114,38 @@ async def test_the_page_and_all_it_needs_come_from_here(
     for path in ("../server.py", "%2e%2e/server.py", "server.py"):
         async with session.get(server.address + path) as answer:
             assert answer.status == 404
+
+
+@served
+async def test_ten_minutes_are_kept_for_the_page_alone(
+    server: Server, session: ClientSession
+) -> None:
+    async with server.page_of(session) as live:
+        first = await ask(live, -1)
+    assert first["kept_s"] == KEPT_S
+    async with session.post(
+        server.address + "history", headers={"Origin": server.origin}
+    ) as answer:
+        kept = await answer.json()
+    assert kept["columns"] == first["columns"]
+    times = [point[0] for point in kept["points"]]
+    assert times == sorted(times) and first["time_s"] in times
+    for headers in ({}, {"Origin": "http://evil.example"}):
+        async with session.post(server.address + "history", headers=headers) as answer:
+            assert answer.status == 403
+    async with session.get(server.address + "history") as answer:
+        assert answer.status == 405
+
+
+def test_the_usual_port_gives_way_and_a_port_of_choice_does_not() -> None:
+    with open_listener("127.0.0.1", 0) as holder:
+        port = holder.getsockname()[1]
+        with open_usual_listener("127.0.0.1", port, usual=port) as other:
+            assert other.getsockname()[1] not in (0, port)
+        with pytest.raises(BadInputError, match=f"found {port} in use"):
+            open_usual_listener("127.0.0.1", port, usual=port + 1)
+    with open_usual_listener("127.0.0.1", port, usual=port) as usual:
+        assert usual.getsockname()[1] == port
 
 
 def test_it_listens_on_loopback_only() -> None:

@@ -10,7 +10,12 @@ from support.made_recordings import INTECO, made
 
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import HORIZONS, fit
-from pendulum_sysid.fitting.gauss_newton import Solution, compute_half_widths, solve
+from pendulum_sysid.fitting.gauss_newton import (
+    Solution,
+    compute_correlations,
+    compute_half_widths,
+    solve,
+)
 from pendulum_sysid.fitting.linearised import Problem, System, linearise
 from pendulum_sysid.fitting.parameters import Free, list_rig_parameters
 from pendulum_sysid.fitting.split import split_windows
@@ -250,3 +255,17 @@ def test_a_direction_that_one_window_alone_fixes_has_the_classical_width() -> No
     system = make_reduced_system(normals, scores)
     found = compute_half_widths(Solution(nothing, nothing, nothing, nothing, True, system), free)
     assert found == pytest.approx(student.ppf(0.975, 5) * np.sqrt([1 / 6, 1 / 4]))
+
+
+def test_parameters_that_the_data_fix_only_together_are_correlated() -> None:
+    """The sum of two parameters is seen in every window, their difference in none but a little."""
+    free = tuple(Free(name, "", (k,), (1.0,), -9.0, 9.0, 1.0) for k, name in enumerate("abc"))
+    together = np.array([[1.0, 0.99, 0.0], [0.99, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    random, scores = np.random.default_rng(5), np.empty((400, 3))
+    scores[:] = random.standard_normal((400, 3)) @ np.linalg.cholesky(together).T
+    system = make_reduced_system(np.array([together] * 400), scores)
+    nothing = np.zeros(3)
+    solution = Solution(nothing, nothing, nothing, nothing, True, system)
+    values = compute_correlations(solution, free)
+    assert np.diag(values) == pytest.approx(1.0)
+    assert values[0, 1] < -0.98 and values[1, 0] == values[0, 1] and abs(values[0, 2]) < 0.2

@@ -10,11 +10,12 @@ import pytest
 from support.hidden_physics import CART_STEP_M, INTECO, POLE_STEP_RAD, make_command, record_hidden
 from support.made_recordings import PERIOD_S, made, without_joint
 
-from pendulum_sysid import pipeline
+from pendulum_sysid import decisions, pipeline
 from pendulum_sysid.finding.detectors import Reading
 from pendulum_sysid.finding.search import Named
 from pendulum_sysid.pipeline import diagnose
 from pendulum_sysid.records import Estimate, Outcome, Recording
+from pendulum_sysid.telling.likeness import compute_floor_ratio, is_unlike
 from pendulum_sysid.telling.outcome import Findings, decide_outcome
 from pendulum_sysid.telling.verdict import make_verdict
 from pendulum_sysid.verdict.record import Verdict
@@ -40,7 +41,7 @@ def assert_as_in_the_contract(found: dict) -> None:
     assert set(found) == {
         "schema", "outcome", "sentence", "location", "missing_physics", "rig_parameters",
         "masking", "fit", "remainder", "data_quality", "next_experiment", "recording", "elapsed_s",
-        "warnings", "perhaps", "sets", "measured_laws",
+        "warnings", "perhaps", "sets", "measured_laws", "unlike_rig",
     }  # fmt: skip
     assert json.loads(json.dumps(found, allow_nan=False)) == found
     assert found["schema"] == "pendulum_verdict/1" and found["outcome"] in {
@@ -258,6 +259,52 @@ def test_friction_that_is_certain_is_kept_where_something_else_has_no_name(
         replace(missed, base=replace(kept.base, choose=40.0)), kept.case.recording, 1.0
     ).to_dict()
     assert named["outcome"] == "named" and "certain" not in named["sentence"]
+
+
+# A recording that does not look like its rig
+
+
+def replace_after(findings: Findings, errors: float) -> Findings:
+    """Return the findings with an improved twin whose held-out errors are so many times larger."""
+    runs = findings.after["held_out"]
+    far = replace(runs, runs=runs.measured + errors * (runs.runs - runs.measured))
+    return replace(findings, after={**findings.after, "held_out": far})
+
+
+def test_a_twin_far_above_its_floor_that_follows_the_motion_is_of_this_rig(
+    friction: tuple[dict, Findings],
+) -> None:
+    kept = replace_after(friction[1], 30.0)
+    assert compute_floor_ratio(kept) > decisions.UNLIKE_FLOORS
+    assert not is_unlike(kept) and not is_unlike(friction[1])
+
+
+def test_a_twin_far_above_its_floor_that_does_not_follow_is_not_of_this_rig(
+    friction: tuple[dict, Findings],
+) -> None:
+    kept = replace_after(friction[1], 3000.0)
+    found = make_verdict(kept, kept.case.recording, 1.0).to_dict()
+    assert_as_in_the_contract(found)
+    assert found["unlike_rig"] and found["sentence"].startswith(
+        "This recording does not look like this rig: the improved twin's error over 1 s is "
+    )
+    assert (
+        "Closest comes, and is not certain: Dry friction holds the cart back"
+        in (found["sentence"])
+    )
+    assert "This part is certain" not in found["sentence"]
+    assert "errors over 1 s change: cart" in found["sentence"]  # they do not fall
+
+
+@pytest.mark.parametrize(("errors", "unlike"), [(1.0, False), (2.0, False), (12.0, True)])
+def test_nothing_is_missing_only_where_the_score_is_near_its_floor(
+    friction: tuple[dict, Findings], errors: float, unlike: bool
+) -> None:
+    kept = replace(replace_after(friction[1], errors), named=(), base=friction[1].best)
+    found = make_verdict(kept, kept.case.recording, 1.0).to_dict()
+    assert found["outcome"] == "nothing_missing" and found["unlike_rig"] == unlike
+    assert ("Nothing is missing" in found["sentence"]) == (not unlike)
+    assert ("does not look like this rig" in found["sentence"]) == unlike
 
 
 # What the catalogue does not hold: a rig of its own equations, with something added

@@ -4,9 +4,9 @@ import pytest
 
 pytest.importorskip("rclpy")
 
-from pendulum_twin.errors import BadInputError  # noqa: E402
-from pendulum_twin.nodes import running  # noqa: E402
-from pendulum_twin.nodes.twin_settings import TwinSettings  # noqa: E402
+from pendulum_twin.errors import BadInputError
+from pendulum_twin.nodes import running
+from pendulum_twin.nodes.twin_settings import TwinSettings
 
 
 @pytest.mark.parametrize(

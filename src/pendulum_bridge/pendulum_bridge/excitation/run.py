@@ -16,7 +16,7 @@ from pendulum_bridge.excitation.playback import (
 from pendulum_bridge.safety.rig_state import RigState
 from pendulum_twin.health import Health, Level
 from pendulum_twin.plans.excitation import Excitation
-from pendulum_twin.topics import PLAYED
+from pendulum_twin.topics import PLAYED, UNDER_WAY
 
 
 class Stage(Enum):
@@ -169,7 +169,7 @@ def describe_outcome(run: Run) -> str:
     """Return how the plan stands, for who records it: played, under way, or why it was stopped."""
     if run.stopped:
         return f"not played to its end: {run.stopped.sentence}"
-    return PLAYED if run.stage is Stage.DONE else "under way"
+    return PLAYED if run.stage is Stage.DONE else UNDER_WAY
 
 
 def make_health(run: Run, plan: Excitation, lacking: str) -> Health:

@@ -92,7 +92,7 @@ class ExcitationNode(Node):
             self._begin()
 
     def _listen(self) -> None:
-        self._progress = self.create_publisher(Float64, "progress", LATCHED)
+        self._progress = self.create_publisher(Float64, topics.PROGRESS, LATCHED)
         self._outcome = self.create_publisher(String, topics.OUTCOME, LATCHED)
         self.create_subscription(
             JointState, self._rig.name_topic(topics.JOINT_STATES), self.on_sample, SAMPLES
@@ -104,8 +104,8 @@ class ExcitationNode(Node):
             Bool, self._rig.name_topic(topics.STOPPED), self.on_emergency, LATCHED
         )
         self.create_subscription(DiagnosticArray, topics.DIAGNOSTICS, self.on_diagnostics, SAMPLES)
-        self.create_service(Trigger, "start", self.on_start)
-        self.create_service(Trigger, "abort", self.on_abort)
+        self.create_service(Trigger, topics.START, self.on_start)
+        self.create_service(Trigger, topics.ABORT, self.on_abort)
         self.create_timer(TICK_S, self.on_tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
         publish_health(
             self,

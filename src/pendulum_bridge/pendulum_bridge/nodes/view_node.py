@@ -6,7 +6,9 @@ thread that spins the node serves ROS, another thread serves the page; the board
 
 from __future__ import annotations
 
+import asyncio
 import sys
+import webbrowser
 from collections.abc import Callable
 from time import monotonic
 from typing import Any
@@ -16,19 +18,20 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Bool, Float64
+from std_msgs.msg import Bool, Float64, String
 from std_srvs.srv import Trigger
 
 from pendulum_bridge.nodes.trigger_call import call_trigger
-from pendulum_bridge.nodes.view_settings import ViewSettings
+from pendulum_bridge.nodes.view_settings import USUAL_PORT, ViewSettings
 from pendulum_bridge.view.board import Board
 from pendulum_bridge.view.doorman import Doorman
 from pendulum_bridge.view.feed import Feed
 from pendulum_bridge.view.same_origin import is_loopback
 from pendulum_bridge.view.samples import NodeHealth, Sample, Word
 from pendulum_bridge.view.server import Answer, Page, make_app
-from pendulum_bridge.view.serving import Serving, format_url, open_listener
+from pendulum_bridge.view.serving import Serving, format_url, open_usual_listener
 from pendulum_twin import topics
+from pendulum_twin.emergency_stop import StopAnswer
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.health import Health, Level
 from pendulum_twin.nodes.diagnostics import publish_health, read_time_ns
@@ -40,6 +43,9 @@ from pendulum_twin.nodes.settings import declare_settings
 ANSWER_WITHIN_S = 3.0
 RESET_WITHIN_S = 60.0  # a swing-down has a deadline of its own
 LOOK_FOR_PUBLISHERS_S = 0.5
+QUIET_WITHIN_S = 1.5  # a stop is cleared once commands end; longer than any command's timeout
+ASK_AGAIN_S = 0.1
+OPEN = "--open"
 
 
 class ViewNode(Node):
@@ -49,7 +55,7 @@ class ViewNode(Node):
         super().__init__("view", **options)
         try:
             self._settings = declare_settings(self, ViewSettings)
-            taken = open_listener(self._settings.host, self._settings.port)
+            taken = open_usual_listener(self._settings.host, self._settings.port, USUAL_PORT)
         except BadInputError:
             super().destroy_node()
             raise
@@ -62,6 +68,9 @@ class ViewNode(Node):
         self.board = Board(names.get("rig"), names.get("twin"))
         for key, name in names.items():
             self._follow(key, name)
+        if self._settings.excitation:
+            names["excitation"] = self._settings.excitation
+            self._follow_plan(self._settings.excitation)
         self._listen(DiagnosticArray, topics.DIAGNOSTICS, SAMPLES, self.on_diagnostics)
         self._buttons = {
             button: self._create_button_client(names, key, service)
@@ -123,9 +132,12 @@ class ViewNode(Node):
         client = self._buttons[button]
         if client is None:
             return Answer(False, f"{button}: the view does not listen to this pendulum")
-        answer = await call_trigger(
-            client, RESET_WITHIN_S if client.srv_name.endswith(topics.RESET) else ANSWER_WITHIN_S
-        )
+        within_s = RESET_WITHIN_S if client.srv_name.endswith(topics.RESET) else ANSWER_WITHIN_S
+        answer = await call_trigger(client, within_s)
+        quiet_by = monotonic() + QUIET_WITHIN_S
+        while answer.sentence == StopAnswer.ZERO_FIRST.value and monotonic() < quiet_by:
+            await asyncio.sleep(ASK_AGAIN_S)  # a sender that has just ended is silent soon
+            answer = await call_trigger(client, within_s)
         self.get_logger().info(f"{client.srv_name} was asked for by the page: {answer.sentence}")
         return answer
 
@@ -169,6 +181,28 @@ class ViewNode(Node):
             LOOK_FOR_PUBLISHERS_S, look, clock=Clock(clock_type=ClockType.STEADY_TIME)
         )
 
+    def _follow_plan(self, name: str) -> None:
+        self._listen(
+            Float64,
+            _join_topic(name, topics.PROGRESS),
+            LATCHED,
+            lambda message: self.board.take_plan(share=message.data),
+        )
+        self._listen(
+            String,
+            _join_topic(name, topics.OUTCOME),
+            LATCHED,
+            lambda message: self.board.take_plan(outcome=message.data),
+        )
+
+        def look() -> None:
+            client = self._buttons["play"]
+            self.board.take_plan(offered=client is not None and client.service_is_ready())
+
+        self.create_timer(
+            LOOK_FOR_PUBLISHERS_S, look, clock=Clock(clock_type=ClockType.STEADY_TIME)
+        )
+
     def _listen(
         self, kind: type, topic: str, quality: QoSProfile, take: Callable[[Any], None]
     ) -> Any:
@@ -198,6 +232,8 @@ BUTTON_SERVICES = {
     "clear_stop": ("rig", topics.CLEAR_STOP),
     "reset": ("rig", topics.RESET),
     "reset_twin": ("twin", topics.RESET),
+    "play": ("excitation", topics.START),
+    "abort": ("excitation", topics.ABORT),
 }
 
 
@@ -205,10 +241,27 @@ def _join_topic(namespace: str, name: str) -> str:
     return f"{namespace.rstrip('/')}/{name}"
 
 
+def make_page_node(is_opened: bool) -> ViewNode:
+    """Make the node, print the address of its page on a line of its own, and open the page."""
+    node = ViewNode()
+    print(node.url, flush=True)
+    if is_opened and not webbrowser.open(node.url):
+        node.get_logger().warning("no browser was found: open the address above by hand")
+    return node
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Run the node, see `running.run`."""
+    arguments = sys.argv if arguments is None else arguments
+    is_opened = OPEN in arguments
+    if is_opened:
+        arguments.remove(OPEN)
     return run(
-        "view_node", "A live page of rig and twin on 127.0.0.1.", ViewSettings, ViewNode, arguments
+        "view_node",
+        f"A live page of rig and twin on 127.0.0.1; {OPEN} opens it in the browser.",
+        ViewSettings,
+        lambda: make_page_node(is_opened),
+        arguments,
     )
 
 

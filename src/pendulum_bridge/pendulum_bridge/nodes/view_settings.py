@@ -16,6 +16,8 @@ from pendulum_twin.nodes.settings import (
     make_whole_field,
 )
 
+USUAL_PORT = 8077
+
 
 @dataclass(frozen=True)
 class ViewSettings:
@@ -31,10 +33,18 @@ class ViewSettings:
 
     rig: str = make_text_field("/rig", "namespace of the rig, empty for none")
     twin: str = make_text_field("/twin", "namespace of the twin, empty for none")
+    excitation: str = make_text_field(
+        "/excitation", "namespace of excitation_node, whose plan the page plays; empty for none"
+    )
     host: str = make_text_field(
         "127.0.0.1", "address to listen on; with another one, others may stop and reset the rig"
     )
-    port: int = make_whole_field(8077, 0, 65535, "TCP port of the page, 0 for any that is free")
+    port: int = make_whole_field(
+        USUAL_PORT,
+        0,
+        65535,
+        "TCP port of the page, 0 for any that is free; where the default is taken, any",
+    )
     rail_half_length_m: float = make_number_field(
         0.9, 0.01, 100.0, "from the middle of the rail to its end, as it is drawn"
     )
@@ -46,7 +56,8 @@ class ViewSettings:
                 f"twin: expected another namespace than that of the rig, found {self.twin!r} for "
                 "both"
             )
-        for name, value in (("rig", self.rig), ("twin", self.twin)):
+        spaces = {"rig": self.rig, "twin": self.twin, "excitation": self.excitation}
+        for name, value in spaces.items():
             try:
                 validate_namespace(value or "/")
             except InvalidNamespaceException as error:

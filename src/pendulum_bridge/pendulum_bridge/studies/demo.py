@@ -115,8 +115,8 @@ def _start_rig(programs: Programs, twin_file: Path, concealing: tuple[object, ..
 
 def _start_view(programs: Programs, twin_file: Path) -> None:
     programs.start("twin_node", *_list_node_arguments("/twin", twin=twin_file))
-    page = programs.start("view_node", *_list_node_arguments("/", port=0))
-    wait_for(page, "serves http", LONGEST_START_S)
+    page = programs.start("view_node", *_list_node_arguments("/"))
+    wait_for(page, "\nhttp://", LONGEST_START_S)  # the address, on a line of its own
     print(page.output.splitlines()[-1], flush=True)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from threading import Lock
 
-from pendulum_bridge.view.samples import NodeHealth, Sample, Snapshot, Source, Word
+from pendulum_bridge.view.samples import NodeHealth, PlanState, Sample, Snapshot, Source, Word
 
 SAMPLES_KEPT = 256  # enough to match stamps at 1 kHz
 NODES_KEPT = 24
@@ -23,6 +23,7 @@ class Board:
         given = {"rig": rig, "twin": twin}
         self._sources = {key: Source(name) for key, name in given.items() if name is not None}
         self._nodes: dict[str, NodeHealth] = {}
+        self._plan = PlanState()
         self._lock = Lock()
 
     def take_sample(self, key: str, sample: Sample) -> None:
@@ -60,6 +61,11 @@ class Board:
             if len(self._nodes) > NODES_KEPT:
                 del self._nodes[min(self._nodes.values(), key=lambda node: node.heard_s).name]
 
+    def take_plan(self, **changes: object) -> None:
+        """Keep what has changed of the plan: see the fields of `PlanState`."""
+        with self._lock:
+            self._plan = replace(self._plan, **changes)  # type: ignore[arg-type]
+
     def take_snapshot(self, now_s: float) -> Snapshot:
         """Return everything at now_s (s, monotonic)."""
         with self._lock:
@@ -67,7 +73,8 @@ class Board:
             nodes = [
                 node for node in self._nodes.values() if now_s - node.heard_s < FORGOTTEN_AFTER_S
             ]
-        return Snapshot(now_s, rig, twin, tuple(sorted(nodes, key=lambda node: node.name)))
+            plan = self._plan
+        return Snapshot(now_s, rig, twin, tuple(sorted(nodes, key=lambda node: node.name)), plan)
 
     def _change(self, key: str, change: Callable[[Source], Source]) -> None:
         with self._lock:

@@ -13,7 +13,8 @@ from pendulum_bridge.view.frame import COLUMNS, make_frame, make_point
 from pendulum_bridge.view.samples import Snapshot
 
 RATE_HZ = 30.0
-HISTORY_S = 15.0
+HISTORY_S = 15.0  # that a page shows, and gets at once
+KEPT_S = 600.0  # that a page may scroll back
 
 
 class Feed:
@@ -32,8 +33,11 @@ class Feed:
         self, look: Callable[[float], Snapshot], fixed: dict[str, Any] | None = None
     ) -> None:
         self._look = look
-        self._fixed = {"history_s": HISTORY_S, "columns": COLUMNS, **(fixed or {})}
+        self._fixed = {
+            "history_s": HISTORY_S, "kept_s": KEPT_S, "columns": COLUMNS, **(fixed or {}),
+        }  # fmt: skip
         self._points: deque[list[float | None]] = deque(maxlen=round(HISTORY_S * RATE_HZ))
+        self._kept: deque[list[float | None]] = deque(maxlen=round(KEPT_S * RATE_HZ))
         self._latest: dict[str, Any] = {}
         self._ticked = asyncio.Event()
         self.number = -1
@@ -41,7 +45,9 @@ class Feed:
     def tick(self, now_s: float) -> None:
         """Make the frame of now_s (s, monotonic)."""
         self._latest = make_frame(self._look(now_s))
-        self._points.append(make_point(self._latest))
+        point = make_point(self._latest)
+        self._points.append(point)
+        self._kept.append(point)
         self.number += 1
         ticked, self._ticked = self._ticked, asyncio.Event()
         ticked.set()
@@ -63,6 +69,11 @@ class Feed:
             {**self._fixed, **self._latest, "number": self.number, "points": points},
             allow_nan=False,
         )
+
+    async def write_history(self) -> str:
+        """Return the points of the last ten minutes as JSON, in a thread: they are many."""
+        points = list(self._kept)
+        return await asyncio.to_thread(json.dumps, {"columns": COLUMNS, "points": points})
 
 
 async def keep_ticking(

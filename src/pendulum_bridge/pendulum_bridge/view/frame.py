@@ -9,6 +9,7 @@ from pendulum_bridge.view.mismatch import Mismatch, find_mismatch
 from pendulum_bridge.view.samples import (
     SILENT_AFTER_S,
     NodeHealth,
+    PlanState,
     Snapshot,
     Source,
     Word,
@@ -16,7 +17,7 @@ from pendulum_bridge.view.samples import (
     compute_silence_s,
     is_fresh,
 )
-from pendulum_twin.topics import JOINT_STATES
+from pendulum_twin.topics import JOINT_STATES, UNDER_WAY
 
 LEVELS = ("ok", "warn", "error", "stale")
 NODE_SILENT_AFTER_S = 3.0  # health comes once a second
@@ -31,7 +32,7 @@ Json = dict[str, Any]
 
 
 def make_frame(now: Snapshot) -> Json:
-    """Return a moment: time, rig, twin, their mismatch, and the health of the nodes.
+    """Return a moment: time, rig, twin, their mismatch, the plan, and the health of the nodes.
 
     Rig, twin or mismatch are None when they are not there.
     """
@@ -45,6 +46,7 @@ def make_frame(now: Snapshot) -> Json:
         "rig": _describe_source(now.rig, now.now_s) if now.rig else None,
         "twin": _describe_source(now.twin, now.now_s) if now.twin else None,
         "mismatch": _describe_mismatch(apart) if apart else None,
+        "plan": _describe_plan(now.plan),
         "nodes": [_describe_node(node, now.now_s) for node in now.nodes],
     }
 
@@ -120,6 +122,15 @@ def _describe_mismatch(apart: Mismatch) -> Json:
         "pole_rad": round_finite(apart.pole_rad),
         "turns": apart.turns,
         "apart_s": round_finite(apart.apart_s),
+    }
+
+
+def _describe_plan(plan: PlanState) -> Json:
+    return {
+        "offered": plan.offered,
+        "playing": plan.offered and plan.outcome == UNDER_WAY,
+        "outcome": plan.outcome,
+        "share": round_finite(plan.share),
     }
 
 

@@ -85,6 +85,20 @@ class NodeHealth:
 
 
 @dataclass(frozen=True)
+class PlanState:
+    """Hold how the plan of an excitation node stands.
+
+    offered: whether a node offers to play a plan now.
+    outcome: the node's sentence about the plan; "" before the first.
+    share: 0 to 1, of the plan that has been played.
+    """
+
+    offered: bool = False
+    outcome: str = ""
+    share: float = 0.0
+
+
+@dataclass(frozen=True)
 class Snapshot:
     """Hold everything at now_s; rig or twin is None when the view does not listen to it."""
 
@@ -92,6 +106,7 @@ class Snapshot:
     rig: Source | None
     twin: Source | None
     nodes: tuple[NodeHealth, ...] = ()
+    plan: PlanState = PlanState()
 
 
 def compute_silence_s(source: Source, now_s: float) -> float | None:

@@ -22,7 +22,7 @@ from pendulum_bridge.view.feed import Feed, keep_ticking
 from pendulum_bridge.view.live import STOP, answer_page
 from pendulum_bridge.view.same_origin import find_refusal
 
-BUTTONS = (STOP, "clear_stop", "reset", "reset_twin")
+BUTTONS = (STOP, "clear_stop", "reset", "reset_twin", "play", "abort")
 KINDS = {"html": "text/html", "css": "text/css", "js": "text/javascript", "svg": "image/svg+xml"}
 MOST_BROWSERS = 32
 LONGEST_QUESTION = 32  # bytes; a question is a number
@@ -83,6 +83,7 @@ def make_app(page: Page) -> web.Application:
     for path, (kind, content) in _read_assets().items():
         app.router.add_get(path, _make_asset_handler(kind, content))
     app.router.add_get("/live", _serve_frames)
+    app.router.add_post("/history", _serve_history)  # a POST says where it comes from
     for button in BUTTONS:
         app.router.add_post(f"/{button}", _press_button)
     app.on_response_prepare.append(_add_headers)
@@ -144,6 +145,11 @@ async def _press_button(request: web.Request) -> web.Response:
         return web.json_response(await _perform(page, button))
     finally:
         page.pending.discard(button)
+
+
+async def _serve_history(request: web.Request) -> web.Response:
+    text = await request.app[PAGE].feed.write_history()
+    return web.json_response(text=text)
 
 
 async def _perform(page: Page, button: str) -> dict[str, Any]:

@@ -38,6 +38,25 @@ def open_listener(host: str, port: int) -> socket.socket:
     return taken
 
 
+def open_usual_listener(host: str, port: int, usual: int) -> socket.socket:
+    """Return a socket on the port, or on any free port where the usual port is taken.
+
+    usual: the port that nobody asked for; any other port that is taken is refused.
+    """
+    if port != usual or not _is_taken(host, port):
+        return open_listener(host, port)
+    return open_listener(host, 0)
+
+
+def _is_taken(host: str, port: int) -> bool:
+    try:
+        open_listener(host, port).close()
+    except BadInputError as error:
+        cause = error.__cause__
+        return isinstance(cause, OSError) and cause.errno == errno.EADDRINUSE
+    return False
+
+
 def format_url(taken: socket.socket) -> str:
     """Return the address of a page served on this socket."""
     host, port = taken.getsockname()[:2]

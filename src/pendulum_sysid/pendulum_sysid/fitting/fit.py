@@ -11,6 +11,7 @@ from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.cross_validation import cross_validate
 from pendulum_sysid.fitting.gauss_newton import (
     Solution,
+    compute_correlations,
     compute_half_widths,
     compute_misfit,
     solve,
@@ -68,6 +69,7 @@ def fit(
         noise=case.noise,
         pieces=pieces,
         converged=solution.converged,
+        correlations=compute_correlations(solution, free, pieces),
     )
 
 

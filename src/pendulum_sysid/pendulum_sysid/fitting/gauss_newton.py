@@ -213,11 +213,39 @@ def compute_half_widths(solution: Solution, free: tuple[Free, ...], together: in
     """
     if not free:
         return np.empty(0)
+    spread, variance, count = _compute_spread(solution, free, together)
+    return (
+        stdtrit(max(count - 1, 1), 0.975)
+        * np.sqrt(np.maximum(np.diag(spread), variance))
+        * np.array([parameter.size for parameter in free])
+    )
+
+
+def compute_correlations(solution: Solution, free: tuple[Free, ...], together: int = 1) -> Floats:
+    """Return how the errors of the free parameters hang together, (parameters, parameters).
+
+    From the spread by which `compute_half_widths` measures; NaN for a parameter that nothing
+    fixes.
+    """
+    if not free:
+        return np.empty((0, 0))
+    spread, variance, _ = _compute_spread(solution, free, together)
+    deviation = np.sqrt(np.where(np.isfinite(variance), np.diag(spread), np.nan))
+    with np.errstate(all="ignore"):
+        return np.asarray(np.clip(spread / np.outer(deviation, deviation), -1.0, 1.0))
+
+
+def _compute_spread(
+    solution: Solution, free: tuple[Free, ...], together: int
+) -> tuple[Floats, Floats, int]:
+    """Return the sandwich, the classical variances, and how many longer windows there are.
+
+    Both in units of each parameter's size; the variances are infinite where nothing is fixed.
+    """
     assert solution.system is not None
     system = solution.system
     scores = system.scores.reshape(-1, together, len(free)).sum(axis=1)
     normals = system.normals.reshape(-1, together, len(free), len(free)).sum(axis=1)
-    count = len(scores)
     values, vectors = np.linalg.eigh(system.normal)
     blind = values < 1e-10 * max(values.max(), 1e-300)
     root = vectors / np.sqrt(np.where(blind, np.inf, values))  # root @ root.T is the inverse
@@ -228,13 +256,8 @@ def compute_half_widths(solution: Solution, free: tuple[Free, ...], together: in
         @ (turned / np.sqrt(1 - weights.clip(0.0, decisions.ONE_WINDOW_SHARE)))[..., None]
     )[..., 0]
     spread = root @ (scaled.T @ scaled) @ root.T
-    variance = np.maximum(np.diag(spread), np.sum(root**2, axis=1))
-    variance = np.where((vectors**2 @ blind) > 1e-6, np.inf, variance)
-    return (
-        stdtrit(max(count - 1, 1), 0.975)
-        * np.sqrt(variance)
-        * np.array([parameter.size for parameter in free])
-    )
+    variance = np.where((vectors**2 @ blind) > 1e-6, np.inf, np.sum(root**2, axis=1))
+    return spread, variance, len(scores)
 
 
 def refine_start_states(

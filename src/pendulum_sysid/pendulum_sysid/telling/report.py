@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
@@ -14,12 +15,23 @@ from markupsafe import Markup
 
 from pendulum_sysid.records import Evidence, Overlay, Trial
 from pendulum_sysid.telling import display, svg, wording
+from pendulum_sysid.telling.error_scale import draw_meaning, get_floors, list_marks
+from pendulum_sysid.telling.evidence_rows import describe_residuals, round_correlations
+from pendulum_sysid.telling.light import judge_light
+from pendulum_sysid.telling.motion_figure import draw_motion
+from pendulum_sysid.telling.plot_specs import specify_residuals, specify_shape
+from pendulum_sysid.telling.report_data import make_data
 from pendulum_sysid.telling.shape_figure import draw_shape
+from pendulum_sysid.telling.steps import list_steps
+from pendulum_sysid.telling.whiskers import list_whiskers
 from pendulum_sysid.telling.window_figures import draw_errors, draw_windows
+from pendulum_sysid.telling.window_list import find_worst, list_largest, list_windows
 from pendulum_sysid.verdict.record import FitScores, Interval, MeasuredLaw, Verdict
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.files import write_atomically
 from pendulum_twin.laws import BY_NAME as LAW_KINDS
+
+Json = dict[str, Any]
 
 TEMPLATE = "report.html.j2"
 FIRST_TRIALS = 12  # rows of the table of trials that are open; the others fold away
@@ -53,20 +65,22 @@ class TrialRow:
 
 @dataclass(frozen=True)
 class EvidenceRow:
-    """Hold one piece of evidence with its picture; the picture is empty for a single number."""
+    """Hold one piece of evidence with its picture, empty for a single number, and its plot."""
 
     variable: str
     finding: str
     share: float
     picture: Markup
+    plot: Json | None
 
 
 @dataclass(frozen=True)
 class LawRow:
-    """Hold a measured law with its picture."""
+    """Hold a measured law with its picture, and the same for the script."""
 
     law: MeasuredLaw
     picture: Markup
+    plot: Json | None
 
 
 @dataclass(frozen=True)
@@ -81,12 +95,17 @@ class Channel:
 
 @dataclass(frozen=True)
 class FitRow:
-    """Hold an error before and after on one group of windows; unit is empty for a score."""
+    """Hold an error, or a fit, before and after on one group of windows.
+
+    unit: empty for an error in noise floors.
+    falls: True for an error, which is to fall; False for a fit, which is to rise.
+    """
 
     words: str
     unit: str
     before: float
     after: float
+    falls: bool = True
 
 
 def write_report(verdict: Verdict, path: str | Path) -> None:
@@ -97,15 +116,41 @@ def write_report(verdict: Verdict, path: str | Path) -> None:
 def render_page(verdict: Verdict) -> str:
     """Return the page of a verdict as HTML."""
     template = _make_environment().get_template(TEMPLATE)
+    windows = list_windows(verdict)
+    light, evidence, laws = (
+        judge_light(verdict),
+        list_evidence_rows(verdict),
+        list_law_rows(verdict),
+    )
+    drawings = verdict.drawings
+    residuals = drawings.residuals if drawings is not None else ()
+    specs = [spec for test in residuals for spec in specify_residuals(test)]
+    shapes = [*(row.plot for row in evidence), *(row.plot for row in laws)]
+    specs += [spec for spec in shapes if spec is not None]
     return template.render(
         verdict=verdict,
+        light=light,
+        steps=list_steps(verdict, light, find_worst(windows)),
+        origin=verdict.origin,
+        windows=windows,
+        listed=list_largest(windows),
+        motion_picture=Markup(draw_motion(drawings.motion, windows)) if drawings else "",
+        left_out=len(drawings.motion.left_out_s) if drawings else 0,
+        breaks=len(drawings.motion.breaks_s) if drawings else 0,
+        residuals=[describe_residuals(test) for test in residuals],
+        whiskers=list_whiskers(verdict),
+        correlations=round_correlations(verdict),
+        floors=get_floors(verdict.fit) if verdict.fit is not None else None,
+        marks=list_marks(verdict),
+        meanings=draw_meaning(verdict),
+        data=Markup(make_data(verdict, windows, specs)),
         outcome=wording.OUTCOMES[verdict.outcome],
         catalogue=BY_NAME,
         wording=wording,
         channels=_draw_channels(verdict),
         fit_rows=list_fit_rows(verdict.fit),
-        evidence=list_evidence_rows(verdict),
-        laws=list_law_rows(verdict),
+        evidence=evidence,
+        laws=laws,
         trials=list_trial_rows(verdict),
         first_trials=FIRST_TRIALS,
     )
@@ -121,8 +166,14 @@ def _make_environment() -> Environment:
         lstrip_blocks=True,
     )
     environment.filters.update(FILTERS)
+    environment.filters["capitalize"] = _capitalise
     environment.globals.update(estimate=display.format_estimate, legend=_draw_legend())
     return environment
+
+
+def _capitalise(text: str) -> str:
+    """Return the text with its first letter large; the others stay as they are."""
+    return text[:1].upper() + text[1:]
 
 
 def list_trial_rows(verdict: Verdict) -> list[TrialRow]:
@@ -154,14 +205,16 @@ def _scale_bar(misfit: float, low: float, high: float) -> float:
 
 
 def list_fit_rows(fit: FitScores | None) -> list[FitRow]:
-    """Return the errors before and after: scores first, then errors in units of their own."""
+    """Return errors before and after in noise floors, then in units of their own, then fits."""
     if fit is None:
         return []
     rows = []
     for name, (words, unit) in wording.FIT_ROWS.items():
         errors = getattr(fit, name)
-        if errors is not None:
-            rows.append(FitRow(words, unit, errors.before, errors.after))
+        if errors is None:
+            continue
+        size = 1.0 if unit or name == "floors" else fit.noise_floor or 1.0
+        rows.append(FitRow(words, unit, errors.before / size, errors.after / size, unit != "%"))
     return rows
 
 
@@ -183,8 +236,9 @@ def _draw_law(law: MeasuredLaw, k: int) -> LawRow:
     values, high = np.array(law.values), np.array(law.high)
     shown = Evidence(law.law, "", 0.0, np.array(law.knots), values, high - values)
     along = _label_axis(kind.along.words, kind.along.unit)
-    picture = draw_shape(shown, f"law-{k}", along, _label_axis(kind.quantity.words, law.unit))
-    return LawRow(law, Markup(picture))
+    labels = along, _label_axis(kind.quantity.words, law.unit)
+    picture = draw_shape(shown, f"law-{k}", *labels)
+    return LawRow(law, Markup(picture), specify_shape(shown, f"law-{k}", *labels))
 
 
 def _draw_evidence(evidence: Evidence, place: str, k: int) -> EvidenceRow:
@@ -195,8 +249,10 @@ def _draw_evidence(evidence: Evidence, place: str, k: int) -> EvidenceRow:
         if evidence.shape_of
         else wording.name_unexplained(place)
     )
-    picture = draw_shape(evidence, f"shape-{k}", _label_axis(*along), shown)
-    return EvidenceRow(name, evidence.finding, evidence.share, Markup(picture))
+    labels = _label_axis(*along), shown
+    picture = draw_shape(evidence, f"shape-{k}", *labels)
+    spec = specify_shape(evidence, f"shape-{k}", *labels)
+    return EvidenceRow(name, evidence.finding, evidence.share, Markup(picture), spec)
 
 
 def _label_axis(name: str, unit: str) -> str:

@@ -9,6 +9,11 @@ from pendulum_sysid.finding.search import Named
 from pendulum_sysid.fitting.parameters import list_rig_parameters
 from pendulum_sysid.measuring.naming import write_sentence
 from pendulum_sysid.records import Fit, Outcome
+from pendulum_sysid.telling.likeness import (
+    compute_floors,
+    compute_followed_share,
+    is_unlike,
+)
 from pendulum_sysid.telling.outcome import (
     Findings,
     compute_remaining_ratio,
@@ -35,6 +40,8 @@ def write_answer(
     steady: dry friction that is certain although something else has no name.
     """
     errors = _describe_errors(findings)
+    if is_unlike(findings):
+        return f"{_describe_unlike(findings)}; {errors}.{_describe_closest(named, findings)}"
     if outcome is Outcome.NOTHING_MISSING:
         return f"Nothing is missing: other parameters of the rig are enough; {errors}."
     if outcome is Outcome.NOT_IN_CATALOGUE:
@@ -57,6 +64,27 @@ def write_answer(
         ratio = format_number(compute_remaining_ratio(findings))
         sentences.append(f"What remains is {ratio} times the noise floor.")
     return " ".join(sentences)
+
+
+def _describe_unlike(findings: Findings) -> str:
+    """Return the clause for a recording that even the improved twin does not follow."""
+    ratio = compute_floors(findings).after
+    far = f"is {format_number(ratio)} times its noise floor" if np.isfinite(ratio) else "diverges"
+    share = compute_followed_share(findings.after["held_out"])
+    return (
+        "This recording does not look like this rig: the improved twin's error over "
+        f"{findings.after['held_out'].seconds:.3g} s {far}, and it follows {share:.0%} of the "
+        "motion"
+    )
+
+
+def _describe_closest(named: tuple[Named, ...], findings: Findings) -> str:
+    """Return what comes closest to an explanation, none of it certain; "" for nothing."""
+    effects = [describe_effect(effect.effect, findings.best) for effect in named]
+    laws = [write_sentence(law) for law in findings.laws]
+    if not effects and not laws:
+        return " Other parameters and the effects of the catalogue do not explain it."
+    return " ".join([" Closest comes, and is not certain:", *effects, *laws])
 
 
 def describe_effect(name: str, fit: Fit) -> str:
@@ -121,7 +149,9 @@ def _describe_errors(findings: Findings) -> str:
         joint, unit = JOINTS[channel]
         old, new = (format_number(runs.rmse[k] * MILLI) for runs in (before, after))
         changes.append(f"{joint} {old} -> {new} {unit}")
-    return f"held-out errors over {after.seconds:.3g} s fall: {', '.join(changes)}"
+    fall = bool(np.all(after.rmse <= before.rmse))
+    verb = "fall" if fall else "change"
+    return f"held-out errors over {after.seconds:.3g} s {verb}: {', '.join(changes)}"
 
 
 def _act_on_same_joint(parameter: str, effect: str) -> bool:

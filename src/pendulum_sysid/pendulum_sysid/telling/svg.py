@@ -14,6 +14,7 @@ from pendulum_twin.arrays import Floats, Ints
 
 POINTS = 160  # most points that a line is drawn with
 INK, SOFT, PALE, ACCENT = "#16191d", "#59636e", "#b4bcc5", "#0b5cad"
+VARIABLES = {INK: "ink", SOFT: "soft", PALE: "pale", ACCENT: "accent"}  # of the page's style sheet
 MEASURED: dict[str, Any] = {"color": PALE, "linewidth": 4.0, "solid_capstyle": "round"}
 BEFORE: dict[str, Any] = {"color": INK, "linewidth": 1.1, "linestyle": (0, (3.5, 2.0))}
 AFTER: dict[str, Any] = {"color": ACCENT, "linewidth": 1.4}
@@ -59,6 +60,8 @@ def render_svg(figure: Figure, key: str, label: str) -> str:
     text = re.sub(r' (?:width|height)="[\d.]+pt"', "", text, count=2)
     text = re.sub(r' d="[^"]*"', _shorten_numbers, text)
     text = re.sub(r"\n\s*", "\n", _make_ids_unique(text, key))
+    for colour, name in VARIABLES.items():  # so that pictures follow a dark page
+        text = text.replace(colour, f"var(--{name}, {colour})")
     return text.replace("<svg", f'<svg role="img" aria-label="{escape(label)}"', 1)
 
 

@@ -13,6 +13,7 @@ from pendulum_sysid.fitting.window_runs import WindowRuns
 from pendulum_sysid.measuring.naming import NamedCurve, write_formula, write_sentence
 from pendulum_sysid.records import Estimate, Fit, Localisation, Outcome, Recording
 from pendulum_sysid.telling.contradictions import describe_contradictions
+from pendulum_sysid.telling.likeness import compute_fit, compute_floors, is_unlike
 from pendulum_sysid.telling.outcome import (
     Findings,
     compute_explained_share,
@@ -90,6 +91,7 @@ def make_verdict(findings: Findings, recording: Recording, elapsed_s: float) -> 
         recording=_describe_recording(recording),
         elapsed_s=elapsed_s,
         measured_laws=tuple(describe_law(law) for law in findings.laws),
+        unlike_rig=is_unlike(findings),
         twin=findings.final.twin,
         localisation=findings.location,
         next_plan=plan,
@@ -223,6 +225,9 @@ def _score_fit(findings: Findings) -> FitScores:
         held_out=held_out,
         held_out_cart_mm=_compare_joint(0, 1e3, before["held_out"], after["held_out"]),
         held_out_pole_rad=_compare_joint(1, 1.0, before["held_out"], after["held_out"]),
+        held_out_cart_fit=_compare_fit(0, before["held_out"], after["held_out"]),
+        held_out_pole_fit=_compare_fit(1, before["held_out"], after["held_out"]),
+        floors=compute_floors(findings),
         noise_floor=float(findings.floor.score),
     )
 
@@ -232,6 +237,11 @@ def _compare_joint(
 ) -> BeforeAfter | None:
     old, new = (runs.of_joint(joint, runs.rmse) for runs in (before, after))
     return None if old is None or new is None else BeforeAfter(old * scale, new * scale)
+
+
+def _compare_fit(joint: int, before: WindowRuns, after: WindowRuns) -> BeforeAfter | None:
+    old, new = (runs.of_joint(joint, compute_fit(runs)) for runs in (before, after))
+    return None if old is None or new is None else BeforeAfter(100.0 * old, 100.0 * new)
 
 
 def describe_law(named: NamedCurve) -> MeasuredLaw:

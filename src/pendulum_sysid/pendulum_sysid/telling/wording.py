@@ -119,10 +119,13 @@ QUALITY: dict[str, str] = {
 }
 
 FIT_ROWS: dict[str, tuple[str, str]] = {  # field of FitScores -> words and unit
-    "train": ("windows that the fit used", ""),
-    "held_out": ("held-out windows, seen by neither", ""),
+    "floors": ("held-out windows, seen by neither: the median window", ""),
+    "held_out": ("held-out windows, all together", ""),
+    "train": ("windows that the fit used, all together", ""),
     "held_out_cart_mm": ("held-out windows, cart", "mm"),
     "held_out_pole_rad": ("held-out windows, pole", "rad"),
+    "held_out_cart_fit": ("fit (NRMSE) on held-out windows, cart", "%"),
+    "held_out_pole_fit": ("fit (NRMSE) on held-out windows, pole", "%"),
 }
 
 DEFINITIONS: tuple[tuple[str, str], ...] = (
@@ -138,13 +141,21 @@ DEFINITIONS: tuple[tuple[str, str], ...] = (
         "nor choosing uses it.",
     ),
     (
-        "Score, misfit",
-        "Root mean square error of the free runs in units of the sensors' noise, cart and pole "
-        "together. 1 is as good as the sensors can show; 10 is ten times their noise.",
+        "Error in noise floors",
+        "Root mean square error of the free runs, cart and pole together in units of their "
+        "sensors' noise, over the error that a perfect model reaches. 1 is perfect. The median "
+        "window is told; over all windows together one window near upright, where errors grow, "
+        "may weigh more than all others.",
     ),
     (
         "Noise floor",
-        "The score that a right model reaches on this recording. Only an excess over it counts.",
+        "The error that a perfect model reaches on this recording, for its start states come from "
+        "noisy samples. The files count it as a score, in units of the sensors' noise.",
+    ),
+    (
+        "Fit (NRMSE)",
+        "100 % minus the error of the runs over the spread of the measurement in each window. "
+        "100 % is perfect, 0 % is no better than the mean of the window.",
     ),
     (
         "Before, after",

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import hashlib
 import sys
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 
 from pendulum_sysid import pipeline
@@ -22,9 +24,11 @@ from pendulum_sysid.telling.report import write_report
 from pendulum_sysid.telling.verdict import NEXT_FILE
 from pendulum_sysid.verbs.recordings import read_recordings
 from pendulum_sysid.verbs.said import ANSWERED, Colour, paint, print_answer, say
+from pendulum_sysid.verdict.drawn import Origin
 from pendulum_sysid.verdict.record import Verdict
 from pendulum_twin.model import load_twin, save_twin
 from pendulum_twin.plans.plan_file import parse_plan, save_plan
+from pendulum_twin.version import __version__
 
 COLOURS = {
     Outcome.NAMED: Colour.GOOD,
@@ -42,13 +46,27 @@ def run(arguments: argparse.Namespace) -> int:
     report = arguments.progress.report
     report(Stage.READING)
     verdict = pipeline.diagnose(read_recordings(arguments.bag, arguments), twin, report)
-    verdict = replace(verdict, command=arguments.shell_line)
+    verdict = replace(verdict, command=arguments.shell_line, origin=describe_origin(arguments))
     report(Stage.WRITING)
     written = write_diagnosis(verdict, arguments.out, arguments.twin)
     unusable = verdict.outcome is Outcome.UNUSABLE
     sentence = paint(verdict.sentence, COLOURS[verdict.outcome], sys.stdout)
     print_answer(arguments, verdict.to_dict, *([] if unusable else [sentence]), *written)
     return say(verdict.sentence) if unusable else ANSWERED
+
+
+def describe_origin(arguments: argparse.Namespace) -> Origin:
+    """Return when and of which files a verdict is made, for its report."""
+    options = {"--state-topic": arguments.state_topic, "--command-topic": arguments.command_topic}
+    return Origin(
+        date=datetime.now(UTC).isoformat(sep=" ", timespec="seconds"),
+        version=__version__,
+        recordings=tuple(str(path) for path in arguments.bag),
+        twin=str(arguments.twin),
+        twin_digest=f"sha256:{hashlib.sha256(arguments.twin.read_bytes()).hexdigest()}",
+        folder=str(arguments.out),
+        topics=tuple(word for name, topic in options.items() if topic for word in (name, topic)),
+    )
 
 
 def write_diagnosis(verdict: Verdict, folder: Path, started_from: Path) -> list[Path]:

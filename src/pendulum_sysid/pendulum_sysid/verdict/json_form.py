@@ -14,8 +14,12 @@ from pendulum_sysid.verdict.record import Verdict
 from pendulum_twin.errors import BadInputError
 
 SCHEMA = "pendulum_verdict/1"
-NOT_IN_FILE = {"command", "twin", "localisation", "trials", "overlays", "next_plan"}
-LEFT_OUT_IF_NONE = {"held_out_cart_mm", "held_out_pole_rad"}  # a joint that was not recorded
+NOT_IN_FILE = {
+    "command", "twin", "localisation", "trials", "overlays", "next_plan", "origin", "drawings",
+}  # fmt: skip
+LEFT_OUT_IF_NONE = {  # a joint that was not recorded
+    "held_out_cart_mm", "held_out_pole_rad", "held_out_cart_fit", "held_out_pole_fit", "floors",
+}  # fmt: skip
 
 
 def encode_verdict(verdict: Verdict) -> dict[str, Any]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from pendulum_sysid.records import Localisation, Outcome, Overlay, QualityFinding, Trial
+from pendulum_sysid.verdict.drawn import Drawings, Origin
 from pendulum_twin.model import Twin
 
 if TYPE_CHECKING:
@@ -168,6 +169,10 @@ class FitScores:
         held_out: score on windows that neither fit nor choice of effects has seen.
         held_out_cart_mm: root mean square error of the cart, mm; None for a cart not recorded.
         held_out_pole_rad: root mean square error of the pole, rad; None for a pole not recorded.
+        held_out_cart_fit, held_out_pole_fit: fit (NRMSE) of the held-out runs in per cent: 100 is
+            perfect, 0 no better than the mean of each window; None for a joint not recorded.
+        floors: error of the held-out windows over that of a perfect model: of the median window,
+            or over all windows with refined starts where that is larger; 1 is perfect.
         noise_floor: score that a perfect model reaches on the held-out windows.
         unit: "score".
     """
@@ -176,6 +181,9 @@ class FitScores:
     held_out: BeforeAfter
     held_out_cart_mm: BeforeAfter | None = None
     held_out_pole_rad: BeforeAfter | None = None
+    held_out_cart_fit: BeforeAfter | None = None
+    held_out_pole_fit: BeforeAfter | None = None
+    floors: BeforeAfter | None = None
     noise_floor: float
     unit: str = "score"
 
@@ -230,7 +238,7 @@ class RecordingFacts:
 class Verdict:
     """Hold the answer of a diagnosis.
 
-    The fields down to measured_laws stand in verdict.json under the same names (`to_dict`). The
+    The fields down to unlike_rig stand in verdict.json under the same names (`to_dict`). The
     others hold what a report shows beside them; `from_dict` leaves them empty.
 
     Attributes:
@@ -250,12 +258,15 @@ class Verdict:
         perhaps: effects of the improved twin that are not sure enough to be named.
         sets: the sets of effects that were tried, the most believed first.
         measured_laws: physics without a name, as curves; the improved twin holds them.
+        unlike_rig: True where even the improved twin does not follow the recording.
         command: shell line that made the verdict; "" from Python.
         twin: the improved twin; None if the recording is unusable.
         localisation: the evidence with its shapes, for the fit of the rig's constants alone.
         trials: the sets of effects that were tried, in order.
         overlays: held-out runs of both twins, one record a joint.
         next_plan: the plan as `pendulum_plan/1` holds it.
+        origin: when and of which files it was made; None from Python.
+        drawings: what a report draws besides; None where nothing was fitted.
     """
 
     outcome: Outcome
@@ -274,12 +285,15 @@ class Verdict:
     perhaps: tuple[MissingEffect, ...] = ()
     sets: tuple[BelievedSet, ...] = ()
     measured_laws: tuple[MeasuredLaw, ...] = ()
+    unlike_rig: bool = False
     command: str = field(default="", repr=False, compare=False)
     twin: Twin | None = field(default=None, repr=False, compare=False)
     localisation: Localisation | None = field(default=None, repr=False, compare=False)
     trials: tuple[Trial, ...] = field(default=(), repr=False, compare=False)
     overlays: tuple[Overlay, ...] = field(default=(), repr=False, compare=False)
     next_plan: dict[str, Any] | None = field(default=None, repr=False, compare=False)
+    origin: Origin | None = field(default=None, repr=False, compare=False)
+    drawings: Drawings | None = field(default=None, repr=False, compare=False)
 
     def to_dict(self) -> dict[str, Any]:
         """Return what verdict.json holds, in JSON's types; None stands for NaN and infinity."""

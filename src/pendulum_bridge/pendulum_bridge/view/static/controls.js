@@ -1,7 +1,8 @@
 // The buttons, and Space or Escape for stop wherever the focus is; Enter presses the other buttons.
 
-const LONGEST_MS = { stop: 4000, clear_stop: 4000, reset: 65000, reset_twin: 65000 };
-const NAMES = { stop: "Stop", clear_stop: "Clear stop", reset: "Reset rig", reset_twin: "Reset twin" };
+const LONGEST_MS = { stop: 4000, clear_stop: 4000, reset: 65000, reset_twin: 65000, play: 4000, abort: 4000 };
+const NAMES = { stop: "Stop", clear_stop: "Clear stop", reset: "Reset rig", reset_twin: "Reset twin",
+  play: "Play plan", abort: "Abort plan" };
 
 // said({button, name, success, sentence}); success is null while the answer is awaited.
 // stopOverLink(): the stop once more, over the page's open connection, beside a request of its own.
@@ -16,7 +17,7 @@ export function control(said, stopOverLink) {
     const request = ask(button);
     const answer = button !== "stop" ? await request
       : await Promise.any([request, stopOverLink()].map(demandSuccess)).catch(() => request);
-    element.ariaDisabled = null;
+    element.ariaDisabled = element.dataset.idle === "true" ? "true" : null;
     said({ button, name, ...answer });
   }
 
@@ -30,6 +31,13 @@ export function control(said, stopOverLink) {
     if (!event.repeat) press(stop);
   }, true);
   window.addEventListener("keyup", (event) => { if (isStop(event)) event.preventDefault(); }, true);
+}
+
+// A button that has nothing to do is greyed and keeps the focus; one whose answer is awaited is left alone.
+export function setIdle(element, idle) {
+  if ((element.dataset.idle === "true") === idle) return;
+  element.dataset.idle = String(idle);
+  element.ariaDisabled = idle ? "true" : null;
 }
 
 async function demandSuccess(asked) {

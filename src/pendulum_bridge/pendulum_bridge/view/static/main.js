@@ -1,11 +1,12 @@
 // The page: frames in, drawings and numbers out.
 
 import { Banners } from "./banners.js";
-import { control } from "./controls.js";
+import { control, setIdle } from "./controls.js";
 import { follow } from "./link.js";
 import { Nodes } from "./nodes.js";
 import { Panel } from "./panel.js";
 import { Plot } from "./plot.js";
+import { Timeline } from "./timeline.js";
 import { DEGREES, made, say, signed, tick } from "./words.js";
 
 const by = (id) => document.getElementById(id);
@@ -37,16 +38,8 @@ const [, , , poleMismatch] = plots;
 const also = made("span", { data: { value: "mismatch.also" } });
 poleMismatch.series[0].item.append(also);
 
-let frame = null, points = [], asked = false;
-
-function keep(latest, first) {
-  if (first) points = [];
-  for (const values of latest.points) {
-    points.push(Object.fromEntries(latest.columns.map((column, k) => [column, values[k]])));
-  }
-  const oldest = latest.time_s - latest.history_s;
-  while (points.length && points[0].time_s < oldest) points.shift();
-}
+let frame = null, asked = false;
+const timeline = new Timeline(soon);
 
 function draw() {
   asked = false;
@@ -54,9 +47,10 @@ function draw() {
   const there = ["rig", "twin"].filter((key) => frame[key]);
   if (there.length === 2) there.push("mismatch");
   for (const panel of panels) panel.draw(frame);
+  const { points, back_s, end_s } = timeline.stretch();
   for (const plot of plots) {
     plot.show(there);
-    plot.draw(points, frame.history_s);
+    plot.draw(points, frame.history_s, end_s, back_s);
   }
   by("plots").toggleAttribute("data-single", there.length < 3);
   say(also, alsoOf(frame.mismatch));
@@ -81,8 +75,13 @@ function warn() {
   }
   warnOfStop(frame.rig ? frame.rig.stopped : null);
   for (const element of document.querySelectorAll("[data-button]")) {
-    element.hidden = !frame[element.dataset.button === "reset_twin" ? "twin" : "rig"];
+    const owner = { reset_twin: "twin", play: "plan", abort: "plan" }[element.dataset.button] ?? "rig";
+    element.hidden = owner === "plan" ? !frame.plan.offered : !frame[owner];
+    if (owner === "plan") setIdle(element, frame.plan.playing === (element.dataset.button === "play"));
   }
+  by("plan").hidden = !frame.plan.offered || !frame.plan.outcome;
+  say(by("plan"), `Plan ${frame.plan.outcome}${frame.plan.playing ? `, ${(100 * frame.plan.share).toFixed(0)} % played` : ""}`);
+  setIdle(by("clear-stop"), frame.rig?.stopped === false); // nothing is latched
 }
 
 function warnOfStop(stopped) {
@@ -93,7 +92,7 @@ function warnOfStop(stopped) {
 }
 
 const stopOverLink = follow((latest, first) => {
-  keep(latest, first);
+  timeline.keep(latest, first);
   frame = latest;
   warn();
   nodes.draw(frame.nodes);

@@ -15,6 +15,7 @@ export class Plot {
     Object.assign(this, { title, unit, scale, digits, jump, series, axis: new AutoRange(narrowest, degrees) });
     this.canvas = made("canvas");
     this.canvas.setAttribute("role", "img");
+    this.canvas.setAttribute("aria-label", `Plot of ${title}`);
     this.legend = made("ul", { className: "legend" });
     for (const each of series) each.output = made("output", { data: { value: each.key } });
     for (const each of series) each.item = each.dashed ? made("li") : made("li", {}, sample(each), each.label, each.output);
@@ -31,18 +32,18 @@ export class Plot {
     this.element.hidden = this.series.every((each) => each.hidden);
   }
 
-  // points: objects with time_s, oldest first. span_s: what the time axis holds.
-  draw(points, span_s) {
+  // points: objects with time_s, oldest first. span_s: what the time axis holds, up to end_s; back_s: how long ago that was.
+  draw(points, span_s, end_s, back_s) {
     const shown = this.series.filter((each) => !each.hidden);
     const last = points.at(-1);
     for (const each of shown) say(each.output, signed(last?.[each.key], this.digits, this.scale));
     const sheet = this.element.hidden ? null : cleared(this.canvas);
-    if (!sheet || !last) return;
+    if (!sheet) return;
     const box = { left: LEFT, right: sheet.width - RIGHT, top: TOP, bottom: sheet.height - BOTTOM };
     const range = this.rangeOf(points, shown, sheet.height);
-    const x = (time_s) => box.right + ((time_s - last.time_s) / span_s) * (box.right - box.left);
+    const x = (time_s) => box.right + ((time_s - end_s) / span_s) * (box.right - box.left);
     const y = (value) => box.bottom - ((value - range.low) / (range.high - range.low)) * (box.bottom - box.top);
-    this.grid(sheet.pen, box, range, x, y, last.time_s, span_s);
+    this.grid(sheet.pen, box, range, x, y, end_s, span_s, back_s);
     sheet.pen.save();
     sheet.pen.beginPath();
     sheet.pen.rect(box.left, box.top - 3, box.right - box.left + RIGHT, box.bottom - box.top + 6);
@@ -65,7 +66,7 @@ export class Plot {
     return this.axis.around(least, most, height < 125 ? 3 : height < 190 ? 4 : 5);
   }
 
-  grid(pen, box, range, x, y, now_s, span_s) {
+  grid(pen, box, range, x, y, end_s, span_s, ago_s) {
     const colours = palette(), digits = digitsOf(range.step);
     pen.lineWidth = 1;
     pen.fillStyle = colours.soft;
@@ -80,10 +81,10 @@ export class Plot {
     pen.textBaseline = "top";
     pen.strokeStyle = colours.hair;
     for (let back_s = 0; back_s <= span_s + 1e-6; back_s += 5) {
-      const column = Math.round(x(now_s - back_s)) + 0.5;
+      const column = Math.round(x(end_s - back_s)) + 0.5;
       line(pen, column, box.top, column, box.bottom);
       pen.textAlign = back_s ? "center" : "right";
-      pen.fillText(back_s ? `−${back_s} s` : "now", back_s ? column : box.right + 2, box.bottom + 6);
+      pen.fillText(ago_s < 0.05 && !back_s ? "now" : `−${tick(back_s + ago_s, ago_s < 0.05 ? 0 : 1)} s`, back_s ? column : box.right + 2, box.bottom + 6);
     }
   }
 

@@ -1,0 +1,92 @@
+"""Take the pictures of report and live page in docs/images, in headless Chromium.
+
+After the README's `make demo` and `sysid diagnose ... --out out/mine`:
+    python docs/screenshots.py --report out/mine/report.html
+and, while a rig and a twin are shown by view_node:
+    python docs/screenshots.py --page http://127.0.0.1:8077/
+"""
+
+import argparse
+import shutil
+from pathlib import Path
+from typing import Any
+
+from PIL import Image
+from playwright.sync_api import Browser, Page, sync_playwright
+
+IMAGES = Path(__file__).parent / "images"
+DESKTOP, PHONE = {"width": 1280, "height": 900}, {"width": 390, "height": 844}
+REPORT = {  # name -> viewport, colours, and the part of the page at the top of the picture
+    "report": (DESKTOP, "light", None),
+    "report_windows": (DESKTOP, "light", "#recording"),
+    "report_evidence": (DESKTOP, "light", "#residuals"),
+    "report_dark": (DESKTOP, "dark", None),
+    "report_phone": (PHONE, "light", None),
+}
+PAGE = {
+    "page": (DESKTOP, "light"),
+    "page_dark": (DESKTOP, "dark"),
+    "page_phone": (PHONE, "light"),
+}
+COLOURS = 128  # of a picture: a quarter of the size, and nobody sees it
+PAPER_INCHES, PAPER_DPI = (8.27, 11.69), 96  # A4
+
+
+def main() -> None:
+    """Take the pictures that were asked for."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--report", type=Path, metavar="REPORT.html")
+    parser.add_argument("--page", metavar="URL", help="address of a live page")
+    parser.add_argument("--out", type=Path, default=IMAGES, help="default: docs/images")
+    arguments = parser.parse_args()
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    chromium = shutil.which("chromium") or shutil.which("google-chrome")
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        if arguments.report:
+            show_report(browser, arguments.report.resolve().as_uri(), arguments.out)
+        if arguments.page:
+            show_page(browser, arguments.page, arguments.out)
+        browser.close()
+
+
+def show_report(browser: Browser, url: str, folder: Path) -> None:
+    """Take a report on a desktop, in the dark, on a phone and on paper."""
+    for name, (viewport, scheme, part) in REPORT.items():
+        page = open_page(browser, url, viewport, scheme)
+        page.wait_for_selector("html[data-ready]")
+        if part:
+            page.locator(part).evaluate("part => part.scrollIntoView()")
+        take(page, folder / f"{name}.png")
+    width, height = (round(PAPER_DPI * inches) for inches in PAPER_INCHES)
+    page = open_page(browser, url, {"width": width, "height": height}, "light")
+    page.emulate_media(media="print")
+    take(page, folder / "report_paper.png")
+
+
+def show_page(browser: Browser, url: str, folder: Path) -> None:
+    """Take the live page once both pendulums have moved for some seconds."""
+    for name, (viewport, scheme) in PAGE.items():
+        page = open_page(browser, url, viewport, scheme)
+        page.wait_for_selector("#rig[data-state=fresh]")
+        page.wait_for_timeout(8000)
+        take(page, folder / f"{name}.png")
+
+
+def open_page(browser: Browser, url: str, viewport: Any, scheme: Any) -> Page:
+    """Open an address in a page of its own."""
+    page = browser.new_page(viewport=viewport, color_scheme=scheme)
+    page.goto(url)
+    return page
+
+
+def take(page: Page, path: Path) -> None:
+    """Save what is in sight, small."""
+    page.screenshot(path=path)
+    page.close()
+    Image.open(path).convert("RGB").quantize(COLOURS).save(path, optimize=True)
+    print(path)
+
+
+if __name__ == "__main__":
+    main()

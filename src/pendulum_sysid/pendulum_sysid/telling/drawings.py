@@ -1,0 +1,92 @@
+"""Collect what a report draws: the whole recording, all windows, what errors still show."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from pendulum_sysid.cleaning.smooth_state import SmoothState
+from pendulum_sysid.fitting.window_runs import JOINTS, UNITS, WindowRuns, run_windows
+from pendulum_sysid.records import Fit, Overlay, Split
+from pendulum_sysid.telling.outcome import Findings
+from pendulum_sysid.telling.residuals import examine_residuals
+from pendulum_sysid.verdict.drawn import Correlations, Drawings, Motion
+from pendulum_twin.signals import Signals
+
+
+def collect_drawings(findings: Findings, split: Split) -> Drawings:
+    """Return what a report draws besides the held-out runs."""
+    case = findings.case
+    before, after = (
+        run_windows(replace(case, twin=twin), split.learn)
+        for twin in (case.twin, findings.final.twin)
+    )
+    at = split.held_out.begin[:, None] + np.arange(split.held_out.samples)
+    residuals = examine_residuals(
+        findings.before["held_out"], findings.after["held_out"], case.signals.command[at]
+    )
+    return Drawings(
+        motion=draw_motion(case.signals, case.state),
+        learned=draw_overlays(before, after),
+        residuals=residuals,
+        correlations=_name_correlations(findings.final, findings.best),
+    )
+
+
+def draw_overlays(before: WindowRuns, after: WindowRuns) -> tuple[Overlay, ...]:
+    """Return the runs of both twins beside what was measured, a channel each."""
+    times = after.begin_s[:, None] + after.period_s * np.arange(after.measured.shape[1])
+    return tuple(
+        Overlay(
+            JOINTS[joint],
+            UNITS[joint],
+            times,
+            after.measured[..., k],
+            before.runs[..., k],
+            after.runs[..., k],
+        )
+        for k, joint in enumerate(after.channels)
+    )
+
+
+def draw_motion(signals: Signals, state: SmoothState) -> Motion:
+    """Return the whole recording; values that the cleaning left out are NaN."""
+    times, period = signals.times_s, signals.period_s
+    cart = pole = velocity = rate = None
+    used = np.ones(len(signals), dtype=bool)
+    if signals.cart is not None:
+        used &= signals.cart_valid
+        cart, velocity = (
+            np.where(signals.cart_valid, values, np.nan)
+            for values in (signals.cart, state.states[:, 2])
+        )
+    if signals.pole is not None:
+        used &= signals.pole_valid
+        pole, rate = (
+            np.where(signals.pole_valid, values, np.nan)
+            for values in (signals.pole, state.states[:, 3])
+        )
+    begins = np.array(signals.stretch_begins[1:], dtype=np.int64)
+    breaks = tuple(
+        (float(times[k - 1]), float(times[k]))
+        for k in begins
+        if times[k] - times[k - 1] > 1.5 * period
+    )
+    return Motion(
+        times,
+        signals.command,
+        cart,
+        velocity,
+        pole,
+        rate,
+        left_out_s=times[~used],
+        breaks_s=breaks,
+    )
+
+
+def _name_correlations(final: Fit, best: Fit) -> Correlations:
+    """Return the correlations of the improved twin, or those of its effects without the laws."""
+    fit = final if len(final.correlations) else best
+    names = tuple(fit.estimates)[: len(fit.correlations)]
+    return Correlations(names, fit.correlations)

@@ -1,0 +1,79 @@
+"""The traffic light of a verdict: whether the improved twin may be used, and why not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pendulum_sysid import decisions
+from pendulum_sysid.records import Outcome
+from pendulum_sysid.telling.display import format_number, format_percent
+from pendulum_sysid.verdict.record import Verdict
+
+RED, AMBER, BLUE = "red", "amber", "blue"
+TITLES = {
+    RED: "Do not use this twin",
+    AMBER: "Use this twin with care",
+    BLUE: "The improved twin is good for use",
+}
+LOST_KINDS = ("gap", "stale", "clipped", "slip")  # faults that take stretches of time away
+
+
+@dataclass(frozen=True)
+class Light:
+    """Hold the colour of the light, its title and the reasons for it, a clause each."""
+
+    colour: str
+    title: str
+    reasons: tuple[str, ...]
+
+
+def judge_light(verdict: Verdict) -> Light:
+    """Return the light: red for what must not be used, amber for doubts, blue for neither."""
+    stops = list_stops(verdict)
+    if stops:
+        return Light(RED, TITLES[RED], stops)
+    doubts = list_doubts(verdict)
+    if doubts:
+        return Light(AMBER, TITLES[AMBER], doubts)
+    return Light(BLUE, TITLES[BLUE], ("little remains, and the data have few gaps",))
+
+
+def list_stops(verdict: Verdict) -> tuple[str, ...]:
+    """Return why the improved twin must not be used; nothing where it may be."""
+    if verdict.outcome is Outcome.UNUSABLE:
+        return ("the recording cannot answer the question",)
+    if verdict.unlike_rig:
+        return ("the recording does not look like this rig",)
+    return ()
+
+
+def list_doubts(verdict: Verdict) -> tuple[str, ...]:
+    """Return what speaks against using the improved twin as it is, a clause each."""
+    doubts = []
+    if verdict.remainder and verdict.remainder.above_noise_floor > decisions.LIGHT_MOST_FLOORS:
+        ratio = format_number(verdict.remainder.above_noise_floor)
+        doubts.append(f"what remains is {ratio} times the noise floor")
+    if verdict.outcome is Outcome.NOT_IN_CATALOGUE:
+        doubts.append("something is missing that has no name")
+    if verdict.outcome is Outcome.AMBIGUOUS:
+        doubts.append("more than one effect explains the recording")
+    lost = compute_lost_share(verdict)
+    if lost > decisions.LIGHT_MOST_LOST:
+        doubts.append(f"gaps and faults take {format_percent(lost)} of the recording")
+    gaps = sum(fault.count for fault in verdict.data_quality if fault.kind == "gap")
+    most = decisions.LIGHT_MOST_GAPS_A_MINUTE * max(verdict.recording.seconds, 1.0) / 60.0
+    if gaps > most:
+        doubts.append(f"the recording has {gaps} gaps")
+    doubts += ["a constant of the twin as given is contradicted"] * bool(verdict.warnings)
+    return tuple(doubts)
+
+
+def compute_lost_share(verdict: Verdict) -> float:
+    """Return the share of time, 0 to 1, in which faults took samples away."""
+    lost = sum(
+        end - begin
+        for fault in verdict.data_quality
+        if fault.kind in LOST_KINDS
+        for begin, end in fault.intervals_s
+    )
+    return min(lost / max(verdict.recording.seconds, 1e-9), 1.0)

@@ -1,0 +1,80 @@
+"""Say whether a recording looks like its rig at all, once the twin has been improved."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pendulum_sysid import decisions
+from pendulum_sysid.fitting.window_runs import WindowRuns
+from pendulum_sysid.telling.outcome import Findings, compute_remaining_ratio
+from pendulum_sysid.verdict.record import BeforeAfter
+from pendulum_twin.arrays import Floats
+
+
+def is_unlike(findings: Findings) -> bool:
+    """Return whether the recording does not look like the rig that the twin describes.
+
+    The improved twin stays far above its noise floor, and besides follows too little of the
+    motion: a precise sensor alone puts a good twin of a real rig tens of floors away. Where
+    nothing was found that could stand for the error, a score above the floor is enough, if the
+    median window shows it, too.
+    """
+    after, floor = findings.after["held_out"], findings.floor
+    if not np.isfinite(after.score):
+        return True
+    ratio, typical = compute_floor_ratio(findings), after.typical / floor.typical
+    far = min(ratio, typical) > decisions.UNLIKE_FLOORS
+    if far and compute_followed_share(after) < decisions.UNLIKE_LEAST_FOLLOWED:
+        return True
+    physics = findings.named or findings.perhaps or findings.certain or findings.laws
+    unexplained = ratio > decisions.UNNAMED_FLOORS and typical > decisions.MISFIT_AT_NOISE
+    return not physics and unexplained
+
+
+def compute_floor_ratio(findings: Findings) -> float:
+    """Return the held-out score of the improved twin over that of a perfect model."""
+    return findings.after["held_out"].score / findings.floor.score
+
+
+def compute_floors(findings: Findings) -> BeforeAfter:
+    """Return the errors before and after over that of a perfect model: one scale for a verdict.
+
+    The median window counts, and the remainder that the verdict tells where that is larger; of a
+    recording that does not look like its rig all windows together, where that is larger.
+    """
+    before, after = (
+        runs["held_out"].typical / findings.floor.typical
+        for runs in (findings.before, findings.after)
+    )
+    remaining = compute_remaining_ratio(findings)
+    together = compute_floor_ratio(findings) if is_unlike(findings) else 0.0
+    return BeforeAfter(float(before), float(max(after, remaining, together)))
+
+
+def compute_followed_share(runs: WindowRuns) -> float:
+    """Return how much of the motion the runs follow, 0 to 1, of the channel that they follow less.
+
+    As a fit (NRMSE), but no window counts as worse than standing still: a single run that diverges
+    decides nothing.
+    """
+    errors, motion = runs.squares, compute_motion(runs)
+    lost = np.minimum(errors, motion).sum(axis=0)
+    return float(np.min(1.0 - np.sqrt(lost / np.maximum(motion.sum(axis=0), 1e-300))))
+
+
+def compute_fit(runs: WindowRuns) -> Floats:
+    """Return the fit of each channel, (channels,): 1 minus the normalised error (NRMSE).
+
+    1 is a perfect run, 0 is no better than the mean of each window; below 0 it is worse. Source:
+    Ljung, System Identification, 2nd edition, and MATLAB's `compare`, which takes one mean.
+    """
+    errors, motion = runs.squares.sum(axis=0), compute_motion(runs).sum(axis=0)
+    return np.asarray(1.0 - np.sqrt(errors / np.maximum(motion, 1e-300)))
+
+
+def compute_motion(runs: WindowRuns) -> Floats:
+    """Return the sum of squares of the measured motion about its mean, (windows, channels)."""
+    counts = np.maximum(runs.counts.sum(axis=1, keepdims=True), 1.0)
+    measured = np.where(runs.counts > 0.0, runs.measured, 0.0)
+    away = np.where(runs.counts > 0.0, measured - measured.sum(axis=1, keepdims=True) / counts, 0)
+    return np.asarray(np.sum(away**2, axis=1))
