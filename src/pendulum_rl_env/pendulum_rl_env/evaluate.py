@@ -19,7 +19,7 @@ from pendulum_rl_env.learning.preset import IN_PROCESS, OVER_TOPICS
 from pendulum_rl_env.posterior import gather_knowledge
 from pendulum_rl_env.scoring import run_episode, summarise
 from pendulum_rl_env.task import Task
-from pendulum_rl_env.video import save_video
+from pendulum_rl_env.video import check_video_path, save_video
 from pendulum_twin.command_line import add_version, make_whole_reader, run_command
 from pendulum_twin.errors import BadInputError
 
@@ -31,6 +31,8 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _evaluate(options: argparse.Namespace) -> str:
+    if options.video is not None:
+        check_video_path(options.video)
     policy = make_policy(load_policy(options.policy, trust=options.trust))
     env = _make_environment(options)
     try:
@@ -101,8 +103,8 @@ def _parse_options(arguments: list[str] | None) -> argparse.Namespace:
     add("--episodes", type=count, default=20, metavar="N", help="how many (20)")
     add("--seed", type=int, default=0, help="of the first episode (0); a twin alone draws nothing")
     add("--step-s", type=float, default=0.03, metavar="S", help="from command to command (0.03)")
-    video = "also write the first episode as an animation"
-    add("--video", type=Path, metavar="FILE.gif", help=video)
+    video = "also write the first episode as a video"
+    add("--video", type=Path, metavar="FILE.mp4|FILE.gif", help=video)
     add("--json", action="store_true", help="print one JSON object")
     return parser.parse_args(arguments)
 

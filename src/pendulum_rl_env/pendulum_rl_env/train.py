@@ -1,7 +1,7 @@
 """Train a policy in the twin, or on a rig over topics, from a preset.
 
-Writes `policy.zip` and `result.json`. Ctrl-C saves what is learned so far; `--resume` continues
-from the last checkpoint.
+Writes `policy.zip`, `result.json` and `curves.png`. Ctrl-C saves what is learned so far;
+`--resume` continues from the last checkpoint.
 """
 
 from __future__ import annotations
@@ -30,6 +30,8 @@ from pendulum_rl_env.learning.callbacks import (  # noqa: E402
     keep_checkpoint,
     make_callbacks,
 )
+from pendulum_rl_env.learning.curves import draw_curves  # noqa: E402
+from pendulum_rl_env.learning.export import export  # noqa: E402
 from pendulum_rl_env.learning.fleet_vec_env import FleetVecEnv  # noqa: E402
 from pendulum_rl_env.learning.learner import as_off_policy, make_learner  # noqa: E402
 from pendulum_rl_env.learning.on_rig import learn_on_rig  # noqa: E402
@@ -81,6 +83,12 @@ def _train(options: argparse.Namespace) -> int:
     finally:
         training.close()
         evaluation.close()
+    if options.onnx:
+        export(
+            load_policy(options.out / "policy.zip"),
+            Task(step_s=options.step_s),
+            options.out / "policy.onnx",
+        )
     return _report(options, result)
 
 
@@ -153,6 +161,7 @@ def _save(model: BaseAlgorithm, out: Path, result: Result) -> None:
     if not (out / "policy.zip").exists():
         save_policy(model, out / "policy.zip")
     result.save(out / "result.json")
+    draw_curves(result, out / "curves.png")
 
 
 def _prepare_folder(options: argparse.Namespace) -> Path | None:
@@ -271,7 +280,12 @@ def _parse_options(arguments: list[str] | None) -> argparse.Namespace:
     add("--step-s", type=float, default=0.03, metavar="S", help="from command to command (0.03)")
     add("--env", default=IN_PROCESS, help=f"another environment's id ({IN_PROCESS})")
     add("--resume", action="store_true", help="go on from the last checkpoint in --out")
-    return parser.parse_args(arguments)
+    onnx = "also write policy.onnx: measured state in, PWM fraction out"
+    add("--onnx", action="store_true", help=onnx)
+    options = parser.parse_args(arguments)
+    if options.onnx and options.env not in (IN_PROCESS, OVER_TOPICS):
+        parser.error(f"--onnx: expected the task of {IN_PROCESS}, found --env {options.env}")
+    return options
 
 
 if __name__ == "__main__":
