@@ -16,6 +16,7 @@ import gymnasium as gym
 from pendulum_rl_env.in_process import load_learnable_twin
 from pendulum_rl_env.learning.policies import load_policy, make_policy
 from pendulum_rl_env.learning.preset import IN_PROCESS, OVER_TOPICS
+from pendulum_rl_env.optimum_file import read_best_reward
 from pendulum_rl_env.posterior import gather_knowledge
 from pendulum_rl_env.scoring import run_episode, summarise
 from pendulum_rl_env.task import Task
@@ -33,6 +34,8 @@ def main(arguments: list[str] | None = None) -> int:
 def _evaluate(options: argparse.Namespace) -> str:
     if options.video is not None:
         check_video_path(options.video)
+    steps = Task.make_for_step(options.step_s).steps
+    best = None if options.optimum is None else read_best_reward(options.optimum, steps)
     policy = make_policy(load_policy(options.policy, trust=options.trust))
     env = _make_environment(options)
     try:
@@ -51,7 +54,9 @@ def _evaluate(options: argparse.Namespace) -> str:
         env.close()
     if options.video is not None:
         save_video(episodes[0], env.unwrapped.task, options.video)  # type: ignore[attr-defined]
-    summary = summarise(episodes, Task.make_for_step(options.step_s).steps)
+    summary = summarise(episodes, steps)
+    if best is not None:
+        summary["share_of_optimum"] = summary["mean_reward"] / best
     return json.dumps(summary, indent=2) if options.json else format_summary(summary)
 
 
@@ -62,6 +67,8 @@ def format_summary(summary: dict[str, Any]) -> str:
         f"{summary['episodes']} episodes: mean reward {mean:.1f}, minimum {minimum:.1f}: "
         f"{summary['words']}"
     ]
+    if "share_of_optimum" in summary:
+        lines.append(f"  {100 * summary['share_of_optimum']:.1f} % of the optimum")
     for row in summary["slices"]:
         low = "below" if row["from"] is None else f"{row['from']:g} to"
         high = "more" if row["to"] is None else f"{row['to']:g}"
@@ -100,6 +107,8 @@ def _parse_options(arguments: list[str] | None) -> argparse.Namespace:
     rig = "the rig of this namespace, over topics, in real time"
     where.add_argument("--rig", metavar="NAMESPACE", help=rig)
     add("--verdict", type=Path, help="verdict.json: measure as finely as that recording's rig did")
+    optimum = "what `studies.optimum` has written: give the mean as a share of it, too"
+    add("--optimum", type=Path, metavar="FILE.json", help=optimum)
     add("--episodes", type=count, default=20, metavar="N", help="how many (20)")
     add("--seed", type=int, default=0, help="of the first episode (0); a twin alone draws nothing")
     add("--step-s", type=float, default=0.03, metavar="S", help="from command to command (0.03)")
