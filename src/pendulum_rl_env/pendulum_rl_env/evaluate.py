@@ -14,7 +14,7 @@ from typing import Any
 import gymnasium as gym
 
 from pendulum_rl_env.in_process import load_learnable_twin
-from pendulum_rl_env.learning.policies import load_policy, make_policy
+from pendulum_rl_env.learning.policies import load_policy, make_policy, show_history
 from pendulum_rl_env.learning.preset import IN_PROCESS, OVER_TOPICS
 from pendulum_rl_env.optimum_file import read_best_reward
 from pendulum_rl_env.posterior import gather_knowledge
@@ -36,13 +36,10 @@ def _evaluate(options: argparse.Namespace) -> str:
         check_video_path(options.video)
     steps = Task.make_for_step(options.step_s).steps
     best = None if options.optimum is None else read_best_reward(options.optimum, steps)
-    policy = make_policy(load_policy(options.policy, trust=options.trust))
-    env = _make_environment(options)
+    model = load_policy(options.policy, trust=options.trust)
+    policy = make_policy(model)
+    env = show_history(_make_environment(options), model)
     try:
-        if env.observation_space.shape != (5,):
-            raise BadInputError(
-                f"{options.policy}: expected a policy of {IN_PROCESS}, found another task's"
-            )
         episodes = [run_episode(env, policy, options.seed + k) for k in range(options.episodes)]
     except BadInputError:
         raise
