@@ -1,4 +1,4 @@
-"""Show a policy its last samples and commands: where a delay hides what a command does, it needs them.
+"""Show a policy its last samples and commands, which it needs where a delay hides their effect.
 
 An observation with history is the observation now, then for each of the last periods, the latest
 first, the observation before it and the action (-1 to 1) of it.

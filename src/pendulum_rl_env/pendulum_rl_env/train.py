@@ -30,6 +30,7 @@ from pendulum_rl_env.learning.callbacks import (  # noqa: E402
     Progress,
     keep_checkpoint,
     make_callbacks,
+    note_evaluation,
 )
 from pendulum_rl_env.learning.cloning import clone, demonstrate  # noqa: E402
 from pendulum_rl_env.learning.curves import draw_curves  # noqa: E402
@@ -37,7 +38,7 @@ from pendulum_rl_env.learning.export import export  # noqa: E402
 from pendulum_rl_env.learning.fleet_vec_env import FleetVecEnv  # noqa: E402
 from pendulum_rl_env.learning.history_vec_env import HistoryVecEnv  # noqa: E402
 from pendulum_rl_env.learning.learner import as_off_policy, make_learner  # noqa: E402
-from pendulum_rl_env.learning.on_rig import learn_on_rig  # noqa: E402
+from pendulum_rl_env.learning.on_rig import evaluate_mean_reward, learn_on_rig  # noqa: E402
 from pendulum_rl_env.learning.policies import load_policy, save_policy  # noqa: E402
 from pendulum_rl_env.learning.preset import (  # noqa: E402
     IN_PROCESS,
@@ -129,6 +130,11 @@ def _run_learning(
         every, episodes = preset.evaluate_every, RIG_EVALUATION_EPISODES
         learn_on_rig(model, total, every, episodes, result, out, until, measure_s, progress)
         return
+    if first == 0 and (preset.demonstrations or options.init is not None):
+        mean = evaluate_mean_reward(model, evaluation, EVALUATION_EPISODES)
+        note_evaluation(model, mean, result, out, measure_s())
+        if until is not None and mean >= until:
+            return
     milestones = Milestones(result, out, until, measure_s)
     model.learn(
         max(total - first, 1),

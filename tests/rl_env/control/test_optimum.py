@@ -1,4 +1,4 @@
-"""Plans are differentiated and improved on the twin's own kernel, and replayed by the environment."""
+"""Plans are differentiated and improved on the kernel, and replayed by the environment."""
 
 import json
 

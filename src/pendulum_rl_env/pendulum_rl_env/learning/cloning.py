@@ -30,7 +30,7 @@ EPISODES = 32  # that are demonstrated, in all the twins in turn
 MOST_TWINS = 16
 NOISE_SHARE, NOISE_PERIODS = 0.25, 5  # of the PWM limit, and periods for which it stays the same
 ASIDE_RAD = 0.1  # at most, from hanging, where a demonstration begins
-EPOCHS, BATCH, LEARNING_RATE = 40, 512, 1e-3
+EPOCHS, BATCH, LEARNING_RATE = 60, 512, 1e-3
 VALUE_SHARE = 0.5  # of the value's error in the loss
 LOG_STD = -1.5  # of the actions that are explored afterwards, in units of full PWM
 
@@ -138,6 +138,8 @@ def clone(model: PPO, shown: Demonstrations, seed: int) -> float:
     policy = model.policy
     optimiser = torch.optim.Adam(policy.parameters(), lr=LEARNING_RATE)
     policy.set_training_mode(True)
+    with torch.no_grad():
+        policy.value_net.bias.fill_(float(returns.mean()))  # far from where it would begin
     error = 0.0
     for epoch in range(EPOCHS):
         for group in optimiser.param_groups:

@@ -1,8 +1,8 @@
 """Controllers beside each other on a twin: classical, predictive, learned, and the optimum.
 
 Each is designed from the twin, and runs on the twin and on twins that are not quite it (drive 5 %,
-inertia 3 %, start up to 0.08 rad off hanging), with encoders as coarse as a rig's. Run as `python -m
-pendulum_rl_env.studies.controllers --twin TWIN [--policy POLICY.zip]`.
+inertia 3 %, start up to 0.08 rad off hanging), with encoders as coarse as a rig's. Run as
+`python -m pendulum_rl_env.studies.controllers --twin TWIN [--policy POLICY.zip]`.
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 
-from pendulum_rl_env.control.classical import make_plant
 from pendulum_rl_env.control.design import (
     PERTURBATIONS,
     Controller,
@@ -25,10 +24,10 @@ from pendulum_rl_env.control.design import (
     make_perturbed_rig,
     run_controller,
 )
-from pendulum_rl_env.control.optimum import find_optimum
 from pendulum_rl_env.control.predictive import design_predictive
 from pendulum_rl_env.in_process import load_learnable_twin
 from pendulum_rl_env.learning.policies import load_controller
+from pendulum_rl_env.optimum_file import read_best_reward
 from pendulum_rl_env.task import Task
 from pendulum_twin.arrays import Floats
 from pendulum_twin.command_line import run_command
@@ -72,7 +71,7 @@ def _study(options: argparse.Namespace) -> None:
     for number, policy in enumerate(options.policy):
         name = "policy" if len(options.policy) == 1 else f"policy {number}"
         makers[name] = lambda twin, task, file=policy: load_controller(file, task)
-    best = find_optimum(make_plant(twin, task)).reward if options.optimum else None
+    best = None if options.optimum is None else read_best_reward(options.optimum, task.steps)
     rows = [_try_controller(name, make, twin, task) for name, make in makers.items()]
     if options.out is not None:
         content = {"twin": twin.name, "optimum": best, "rows": rows}
@@ -131,7 +130,8 @@ def _parse_options(arguments: list[str] | None) -> argparse.Namespace:
     add("--controllers", nargs="*", choices=list(DESIGNS), default=list(DESIGNS), help=kinds)
     policy = "what `train` has written, beside them; may stand several times"
     add("--policy", type=Path, action="append", default=[], metavar="POLICY.zip", help=policy)
-    add("--optimum", action="store_true", help="also the largest reward possible (minutes)")
+    optimum = "what `studies.optimum` has written for this twin: give rewards as a share of it"
+    add("--optimum", type=Path, metavar="FILE.json", help=optimum)
     add("--out", type=Path, metavar="FILE.json", help="where the figures are written (nowhere)")
     return parser.parse_args(arguments)
 
