@@ -88,7 +88,7 @@ def _save_mp4(pictures: list[NDArray[np.uint8]], step_s: float, path: Path) -> N
 
 def _import_encoder(path: Path):  # type: ignore[no-untyped-def]
     try:
-        import imageio_ffmpeg
+        import imageio_ffmpeg  # type: ignore[import-untyped]
     except ImportError as error:
         raise BadInputError(
             f"{path}: expected imageio-ffmpeg for MP4, found it not installed: pip install "

@@ -35,7 +35,9 @@ ROUNDNESS = 0.3  # of the reward's corners
 WEIGHT = 1e-2  # of the square of a change of command
 NEAR = np.array([0.1, 0.2, 0.5, 2.0])  # m, rad, m/s, rad/s; distances that count alike
 DRIVE_SHARE, LIMIT_SHARE = 0.85, 0.85  # of the task's, that the best episode may use
-SHARES = 2.0 ** -np.arange(8)  # of a change of plan that are tried at once
+SHARES: Floats = 2.0 ** -np.arange(
+    8, dtype=np.float64
+)  # of a change of plan that are tried at once
 PATIENCE = 1.0  # by which another place of the episode has to be nearer than the next in turn
 
 

@@ -19,7 +19,9 @@ from pendulum_twin.machine_code import make_cached_compiler
 from pendulum_twin.model import Twin
 
 STATE_STEP, COMMAND_STEP = 1e-4, 1e-3  # m, rad, m/s, rad/s; and PWM fraction: of differences
-STEP_SHARES = 2.0 ** -np.arange(live.kernel.WIDTH)  # of a change of plan that are tried at once
+STEP_SHARES: Floats = 2.0 ** -np.arange(
+    live.kernel.WIDTH, dtype=np.float64
+)  # of a change of plan that are tried at once
 
 compiled = make_cached_compiler(Path(__file__))
 

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 from stable_baselines3 import PPO
+from torch.distributions import Normal
 from torch.nn.functional import mse_loss
 
 from pendulum_rl_env.control.classical import Classical, Tuning, make_plant
@@ -146,9 +147,10 @@ def clone(model: PPO, shown: Demonstrations, seed: int) -> float:
             group["lr"] = LEARNING_RATE * (1.0 - epoch / EPOCHS)
         errors = []
         for rows in torch.randperm(len(returns), generator=generator).split(BATCH):
-            mean = policy.get_distribution(observations[rows]).distribution.mean
+            chosen = policy.get_distribution(observations[rows]).distribution
+            assert isinstance(chosen, Normal)
             value = policy.predict_values(observations[rows])[:, 0]
-            off = mse_loss(mean, actions[rows])
+            off = mse_loss(chosen.mean, actions[rows])
             loss = off + VALUE_SHARE * mse_loss(value / scale, returns[rows] / scale)
             optimiser.zero_grad()
             loss.backward()  # type: ignore[no-untyped-call]

@@ -23,7 +23,9 @@ class HistoryVecEnv(VecEnvWrapper):
 
     def reset(self) -> Any:
         """Begin every episode anew."""
-        self._history.begin(slice(None), self.venv.reset())
+        seen = self.venv.reset()
+        assert isinstance(seen, np.ndarray)
+        self._history.begin(slice(None), seen)
         return self._history.show()
 
     def step_async(self, actions: Any) -> None:

@@ -12,6 +12,7 @@ import json
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -70,13 +71,18 @@ def _study(options: argparse.Namespace) -> None:
     makers = {name: DESIGNS[name] for name in options.controllers}
     for number, policy in enumerate(options.policy):
         name = "policy" if len(options.policy) == 1 else f"policy {number}"
-        makers[name] = lambda twin, task, file=policy: load_controller(file, task)
+        makers[name] = partial(_load_policy, policy)
     best = None if options.optimum is None else read_best_reward(options.optimum, task.steps)
     rows = [_try_controller(name, make, twin, task) for name, make in makers.items()]
     if options.out is not None:
         content = {"twin": twin.name, "optimum": best, "rows": rows}
         write_atomically(options.out, json.dumps(content, indent=2) + "\n")
     print(format_table(rows, best))
+
+
+def _load_policy(policy: Path, twin: Twin, task: Task) -> Controller:
+    """Return a learned policy as a controller; the twin has no say in it."""
+    return load_controller(policy, task)
 
 
 def _try_controller(
