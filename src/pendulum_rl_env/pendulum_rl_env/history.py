@@ -49,9 +49,9 @@ class History:
 def extend_space(space: gym.Space[Any], length: int) -> gym.spaces.Box:
     """Return the space of observations with history; actions go from -1 to 1."""
     assert isinstance(space, gym.spaces.Box)
-    one = np.ones(1, dtype=np.float32)
+    full = np.ones(1, dtype=np.float32)
     low, high = (
-        np.concatenate([bound, *[bound, sign * one] * length])
+        np.concatenate([bound, *[bound, sign * full] * length])
         for bound, sign in ((space.low, -1), (space.high, 1))
     )
     return gym.spaces.Box(low, high, dtype=np.float32)

@@ -91,7 +91,7 @@ def _follow_plans(code, kinds, lanes, timing, plan, way, gains, shares, limit, o
     planned, reference = plan
     commands, true, shown, memory, done = out
     n, m = len(planned), gains.shape[1] - 4
-    held = np.empty(len(shares))
+    applied = np.empty(len(shares))
     for k in range(n):
         for i in range(len(shares)):
             u = planned[k] + shares[i] * way[k]
@@ -99,9 +99,9 @@ def _follow_plans(code, kinds, lanes, timing, plan, way, gains, shares, limit, o
                 u += gains[k, j] * (lanes.true[i, j] - reference[k, j])
             for j in range(min(m, k)):
                 u += gains[k, 4 + j] * (commands[i, k - 1 - j] - planned[k - 1 - j])
-            held[i] = min(max(u, -limit), limit)
-            commands[i, k] = held[i]
-        live.advance_lanes(code, kinds, lanes, timing, held)
+            applied[i] = min(max(u, -limit), limit)
+            commands[i, k] = applied[i]
+        live.advance_lanes(code, kinds, lanes, timing, applied)
         for i in range(len(shares)):
             true[i, k + 1] = lanes.true[i]
             shown[i, k + 1] = lanes.shown[i]

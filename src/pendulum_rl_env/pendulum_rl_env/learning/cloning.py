@@ -108,14 +108,14 @@ def _run_episode(
             is_quiet = (k // 64) % 2  # half of the time the expert has its way
             noise = 0.0 if is_quiet else NOISE_SHARE * task.pwm_limit * random.standard_normal()
         wanted = expert(state)
-        held = min(max(wanted + noise, -task.pwm_limit), task.pwm_limit)
-        expert.note_command(held)
+        applied = min(max(wanted + noise, -task.pwm_limit), task.pwm_limit)
+        expert.note_command(applied)
         observations.append(past.show()[0])
         actions.append([wanted / task.pwm_limit])
-        state = rig.exchange(held).state
+        state = rig.exchange(applied).state
         reward, end = compute_reward_and_end(*state.tolist(), task.limits, task.penalties)
         rewards.append(reward)
-        action = np.array([[held / task.pwm_limit]], dtype=np.float32)
+        action = np.array([[applied / task.pwm_limit]], dtype=np.float32)
         past.append(action, make_observation(state, task)[None])
         if end:
             break
