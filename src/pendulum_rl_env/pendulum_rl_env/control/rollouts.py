@@ -86,7 +86,9 @@ class Slopes:
 
 
 @compiled
-def _follow_plans(code, kinds, lanes, timing, plan, way, gains, shares, limit, out):  # type: ignore[no-untyped-def]
+def _follow_plans(  # type: ignore[no-untyped-def]
+    code, kinds, lanes, timing, plan, way, gains, shares, limit, out
+):
     """Run lane i by the commands of the plan, shares[i] of their change, and feedback."""
     planned, reference = plan
     commands, true, shown, memory, done = out

@@ -69,7 +69,9 @@ def count_reward(run: Run, task: Task) -> float:
 
 
 @compiled
-def _sweep_back(state, command, planned, gradient, hessian, last, weight, limit, out):  # type: ignore[no-untyped-def]
+def _sweep_back(  # type: ignore[no-untyped-def]
+    state, command, planned, gradient, hessian, last, weight, limit, out
+):
     """Fill way, gains and values from the last period to the first; costs are minimised."""
     way, gains, gradients, hessians = out
     n, m = command.shape[0], command.shape[1] - 1
