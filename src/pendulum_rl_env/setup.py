@@ -39,6 +39,7 @@ setup(
             "tensorboard",
             "torch",
         ],
+        "video": ["imageio-ffmpeg", "moviepy", "pygame"],
     },
     entry_points={
         "console_scripts": [f"{name} = {function}" for name, function in EXECUTABLES.items()],

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pendulum_rl_env.noise import NoiseFilter
-from pendulum_rl_env.picture import draw_picture
+from pendulum_rl_env.rendering import RENDER_MODES, Renderer
 from pendulum_rl_env.reward import compute_reward
 from pendulum_rl_env.task import End, Task, find_end, make_observation
 from pendulum_rl_env.transport import Transport
@@ -36,10 +36,10 @@ class PendulumEnv(gym.Env[Observation, Observation]):
     noise_dropped: samples rejected as noise so far.
     applied_pwm: command after the limit.
 
-    render_mode: "rgb_array" for pictures of cart and pole.
+    render_mode: "rgb_array" for pictures of cart and pole, "human" for a window.
     """
 
-    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 33}  # noqa: RUF012
+    metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": 33}  # noqa: RUF012
 
     def __init__(
         self, transport: Transport, task: Task | None = None, render_mode: str | None = None
@@ -55,6 +55,8 @@ class PendulumEnv(gym.Env[Observation, Observation]):
         )
         self._noise = NoiseFilter(self.task)
         self._state = np.array([0.0, np.pi, 0.0, 0.0])
+        self._steps = 0
+        self._renderer = Renderer(render_mode, self.task.x_limit_m, self.task.step_s)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -62,7 +64,8 @@ class PendulumEnv(gym.Env[Observation, Observation]):
         """Bring the pendulum to hang at rest in the middle; raise NoAnswerError on a failure."""
         super().reset(seed=seed)
         sample = self._noise.start(self.transport.reset())
-        self._state = sample.state
+        self._state, self._steps = sample.state, 0
+        self._renderer.follow(self._state, 0.0)
         info = self._make_info(sample.info, End.NONE, 0.0)
         return make_observation(self._state, self.task), info
 
@@ -80,6 +83,8 @@ class PendulumEnv(gym.Env[Observation, Observation]):
         command = float(np.clip(wanted, -limit, limit))
         sample = self.transport.exchange(command)
         self._state = self._noise.select(sample).state
+        self._steps += 1
+        self._renderer.follow(self._state, self._steps * self.task.step_s)
         end = find_end(self._state, self.task)
         return (
             make_observation(self._state, self.task),
@@ -90,13 +95,12 @@ class PendulumEnv(gym.Env[Observation, Observation]):
         )
 
     def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
-        """Return a picture of cart and pole, (height, width, 3)."""
-        if self.render_mode != "rgb_array":
-            return None
-        return draw_picture(self._state, self.task.x_limit_m)
+        """Return a picture of cart and pole, (height, width, 3), or show it in the window."""
+        return self._renderer.render(self._state, self._steps * self.task.step_s)
 
     def close(self) -> None:
-        """Close the transport."""
+        """Close the transport, and the window if there is a window."""
+        self._renderer.close()
         self.transport.close()
 
     def _make_info(self, exchange: Mapping[str, float], end: End, command: float) -> dict:

@@ -13,13 +13,14 @@ from typing import Any
 import gymnasium as gym
 
 from pendulum_rl_env.in_process import load_learnable_twin
-from pendulum_rl_env.learning.policies import load_policy, make_policy
+from pendulum_rl_env.learning.policies import load_policy, make_policy, show_history
 from pendulum_rl_env.learning.preset import IN_PROCESS, OVER_TOPICS
+from pendulum_rl_env.optimum_file import read_best_reward
 from pendulum_rl_env.options import parse_evaluate_options
 from pendulum_rl_env.posterior import gather_knowledge
 from pendulum_rl_env.scoring import run_episode, summarise
 from pendulum_rl_env.task import Task
-from pendulum_rl_env.video import save_video
+from pendulum_rl_env.video import check_video_path, save_video
 from pendulum_twin.command_line import run_command
 from pendulum_twin.errors import BadInputError
 
@@ -31,13 +32,14 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _evaluate(options: argparse.Namespace) -> str:
-    policy = make_policy(load_policy(options.policy, trust=options.trust))
-    env = _make_environment(options)
+    if options.video is not None:
+        check_video_path(options.video)
+    steps = Task.make_for_step(options.step_s).steps
+    best = None if options.optimum is None else read_best_reward(options.optimum, steps)
+    model = load_policy(options.policy, trust=options.trust)
+    policy = make_policy(model)
+    env = show_history(_make_environment(options), model)
     try:
-        if env.observation_space.shape != (5,):
-            raise BadInputError(
-                f"{options.policy}: expected a policy of {IN_PROCESS}, found another task's"
-            )
         episodes = [run_episode(env, policy, options.seed + k) for k in range(options.episodes)]
     except BadInputError:
         raise
@@ -49,7 +51,9 @@ def _evaluate(options: argparse.Namespace) -> str:
         env.close()
     if options.video is not None:
         save_video(episodes[0], env.unwrapped.task, options.video)  # type: ignore[attr-defined]
-    summary = summarise(episodes, Task.make_for_step(options.step_s).steps)
+    summary = summarise(episodes, steps)
+    if best is not None:
+        summary["share_of_optimum"] = summary["mean_reward"] / best
     if options.json:
         return json.dumps(summary, indent=2)
     video = [] if options.video is None else [str(options.video)]
@@ -63,6 +67,8 @@ def format_summary(summary: dict[str, Any]) -> str:
         f"{summary['episodes']} episodes: mean reward {mean:.1f}, minimum {minimum:.1f}: "
         f"{summary['words']}"
     ]
+    if "share_of_optimum" in summary:
+        lines.append(f"  {100 * summary['share_of_optimum']:.1f} % of the optimum")
     for row in summary["slices"]:
         low = "below" if row["from"] is None else f"{row['from']:g} to"
         high = "more" if row["to"] is None else f"{row['to']:g}"

@@ -16,6 +16,7 @@ from pendulum_rl_env.arithmetic import compiled
 from pendulum_rl_env.kernel_transport import count_samples
 from pendulum_rl_env.reward import compute_reward_and_end
 from pendulum_rl_env.task import Task
+from pendulum_rl_env.waiting import announce_compiling
 from pendulum_twin import lanes as live
 from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.encoders import EXACT, Encoders
@@ -147,6 +148,9 @@ class Fleet:
             self.task.limits, self.task.penalties, limit, self.task.steps, self.task.bounds, spread
         )
         self.course = _make_course(count)
+        with announce_compiling("pendulum_rl_env"):
+            self.reset(seed)
+            self.step(np.zeros(count))
         self.reset(seed)
 
     def reset(self, seed: int | None = None) -> NDArray[np.float32]:

@@ -70,7 +70,7 @@ def make_twin_env(
     twin: see `load_learnable_twin`.
     step_s: s; from command to command.
     encoders: how finely positions are measured.
-    render_mode: "rgb_array" for pictures.
+    render_mode: "rgb_array" for pictures, "human" for a window.
     """
     transport = KernelTransport(load_learnable_twin(twin), step_s, encoders)
     return scale_actions(PendulumEnv(transport, Task(step_s=step_s), render_mode))

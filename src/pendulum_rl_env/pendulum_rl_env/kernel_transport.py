@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from pendulum_rl_env.transport import Sample
+from pendulum_rl_env.waiting import announce_compiling
 from pendulum_twin import lanes
 from pendulum_twin.encoders import EXACT, Encoders
 from pendulum_twin.model import Twin
@@ -35,6 +36,9 @@ class KernelTransport:
         self._code = lanes.select_lane_code(self._kinds, 1)
         self._command = np.zeros(1)
         self._steps = 0
+        self.reset()
+        with announce_compiling("pendulum_rl_env"):
+            self.exchange(0.0)  # a first call compiles, which is not to happen within an episode
         self.reset()
 
     def reset(self) -> Sample:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from pendulum_rl_env.names import IN_PROCESS, PRESETS
+from pendulum_rl_env.names import IN_PROCESS, OVER_TOPICS, PRESETS
 from pendulum_twin.command_line import make_whole_reader
 from pendulum_twin.parser import Parser, add_common_options, complete, offer
 
@@ -49,8 +49,13 @@ def parse_train_options(arguments: list[str] | None) -> argparse.Namespace:
     add("--step-s", type=float, default=0.03, metavar="S", help="from command to command")
     add("--env", default=IN_PROCESS, help="another environment's id")
     add("--resume", action="store_true", help="go on from the last checkpoint in --out")
+    onnx = "also write policy.onnx: measured state in, PWM fraction out"
+    add("--onnx", action="store_true", help=onnx)
     complete(parser)
-    return parser.parse_args(arguments)
+    options = parser.parse_args(arguments)
+    if options.onnx and options.env not in (IN_PROCESS, OVER_TOPICS):
+        parser.error(f"--onnx: expected the task of {IN_PROCESS}, found --env {options.env}")
+    return options
 
 
 def parse_evaluate_options(arguments: list[str] | None) -> argparse.Namespace:
@@ -61,7 +66,7 @@ def parse_evaluate_options(arguments: list[str] | None) -> argparse.Namespace:
         "twin or on a rig. A rig is reached over topics, in real time.",
         examples=(
             "evaluate --policy out/policy/policy.zip --twin out/mine/twin.yaml",
-            "evaluate --policy policy.zip --twin twin.yaml --episodes 1 --video episode.gif",
+            "evaluate --policy policy.zip --twin twin.yaml --episodes 1 --video episode.mp4",
             "evaluate --policy policy.zip --rig rig --episodes 3 --json",
         ),
     )
@@ -79,11 +84,13 @@ def parse_evaluate_options(arguments: list[str] | None) -> argparse.Namespace:
     rig = "the rig of this namespace, over topics, in real time"
     where.add_argument("--rig", metavar="NAMESPACE", help=rig)
     add("--verdict", type=Path, help="verdict.json: measure as finely as that recording's rig did")
+    optimum = "what `studies.optimum` has written: give the mean as a share of it, too"
+    add("--optimum", type=Path, metavar="FILE.json", help=optimum)
     add("--episodes", type=count, default=20, metavar="N", help="how many")
     add("--seed", type=int, default=0, help="of the first episode; a twin alone draws nothing")
     add("--step-s", type=float, default=0.03, metavar="S", help="from command to command")
-    video = "also write the first episode as an animation"
-    add("--video", type=Path, metavar="FILE.gif", help=video)
+    video = "also write the first episode as a video"
+    add("--video", type=Path, metavar="FILE.mp4|FILE.gif", help=video)
     add("--json", action="store_true", help="print one JSON object")
     complete(parser)
     return parser.parse_args(arguments)

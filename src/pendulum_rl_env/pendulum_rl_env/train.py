@@ -1,7 +1,7 @@
 """Train a policy in the twin, or on a rig over topics, from a preset.
 
-Writes `policy.zip` and `result.json`. Ctrl-C saves what is learned so far; `--resume` continues
-from the last checkpoint.
+Writes `policy.zip`, `result.json` and `curves.png`. Ctrl-C saves what is learned so far;
+`--resume` continues from the last checkpoint.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from dataclasses import replace  # noqa: E402
 from pathlib import Path  # noqa: E402
 
 import gymnasium as gym  # noqa: E402
+from stable_baselines3 import PPO  # noqa: E402
 from stable_baselines3.common.base_class import BaseAlgorithm  # noqa: E402
 from stable_baselines3.common.monitor import Monitor  # noqa: E402
 from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv  # noqa: E402
@@ -29,10 +30,15 @@ from pendulum_rl_env.learning.callbacks import (  # noqa: E402
     Progress,
     keep_checkpoint,
     make_callbacks,
+    note_evaluation,
 )
+from pendulum_rl_env.learning.cloning import clone, demonstrate  # noqa: E402
+from pendulum_rl_env.learning.curves import draw_curves  # noqa: E402
+from pendulum_rl_env.learning.export import export  # noqa: E402
 from pendulum_rl_env.learning.fleet_vec_env import FleetVecEnv  # noqa: E402
+from pendulum_rl_env.learning.history_vec_env import HistoryVecEnv  # noqa: E402
 from pendulum_rl_env.learning.learner import as_off_policy, make_learner  # noqa: E402
-from pendulum_rl_env.learning.on_rig import learn_on_rig  # noqa: E402
+from pendulum_rl_env.learning.on_rig import evaluate_mean_reward, learn_on_rig  # noqa: E402
 from pendulum_rl_env.learning.policies import load_policy, save_policy  # noqa: E402
 from pendulum_rl_env.learning.preset import (  # noqa: E402
     IN_PROCESS,
@@ -44,7 +50,7 @@ from pendulum_rl_env.learning.replay_file import load_replay, save_replay  # noq
 from pendulum_rl_env.learning.result import Result  # noqa: E402
 from pendulum_rl_env.learning.tensors import collect_tensors, put_tensors  # noqa: E402
 from pendulum_rl_env.options import parse_train_options  # noqa: E402
-from pendulum_rl_env.posterior import gather_knowledge  # noqa: E402
+from pendulum_rl_env.posterior import Knowledge, gather_knowledge  # noqa: E402
 from pendulum_rl_env.task import Task  # noqa: E402
 from pendulum_twin.command_line import run_command  # noqa: E402
 from pendulum_twin.errors import BadInputError  # noqa: E402
@@ -77,10 +83,18 @@ def _train(options: argparse.Namespace) -> int:
     training, evaluation = _make_environments(options, preset)
     try:
         model = _make_model(options, preset, training, checkpoint)
+        if preset.demonstrations and checkpoint is None and options.init is None:
+            _copy_controller(model, options, preset)
         result = _learn(options, preset, model, evaluation)
     finally:
         training.close()
         evaluation.close()
+    if options.onnx:
+        export(
+            load_policy(options.out / "policy.zip"),
+            Task(step_s=options.step_s),
+            options.out / "policy.onnx",
+        )
     return _report(options, result)
 
 
@@ -116,6 +130,11 @@ def _run_learning(
         every, episodes = preset.evaluate_every, RIG_EVALUATION_EPISODES
         learn_on_rig(model, total, every, episodes, result, out, until, measure_s, progress)
         return
+    if first == 0 and (preset.demonstrations or options.init is not None):
+        mean = evaluate_mean_reward(model, evaluation, EVALUATION_EPISODES)
+        note_evaluation(model, mean, result, out, measure_s())
+        if until is not None and mean >= until:
+            return
     milestones = Milestones(result, out, until, measure_s)
     model.learn(
         max(total - first, 1),
@@ -153,6 +172,7 @@ def _save(model: BaseAlgorithm, out: Path, result: Result) -> None:
     if not (out / "policy.zip").exists():
         save_policy(model, out / "policy.zip")
     result.save(out / "result.json")
+    draw_curves(result, out / "curves.png")
 
 
 def _prepare_folder(options: argparse.Namespace) -> Path | None:
@@ -199,6 +219,30 @@ def _make_model(
     return model
 
 
+def _copy_controller(model: BaseAlgorithm, options: argparse.Namespace, preset: Preset) -> None:
+    """Teach the learner what classical controllers do in the twins that it will meet."""
+    if options.env != IN_PROCESS or options.rig is not None or not isinstance(model, PPO):
+        raise BadInputError(
+            f"preset {options.preset}: expected a twin to demonstrate in, found a rig or --env "
+            f"{options.env}: choose another preset, or --init"
+        )
+    knowledge = _gather_knowledge(options)
+    task = Task.make_for_step(options.step_s)
+    shown = demonstrate(
+        knowledge.twins, task, knowledge.encoders, preset.history, model.gamma, options.seed
+    )
+    error = clone(model, shown, options.seed)
+    _print_progress(
+        f"{len(shown.rewards)} demonstrations of the classical controller, disturbed: mean reward "
+        f"{shown.rewards.mean():.0f}; copied to {error:.2f} of full PWM"
+    )
+
+
+def _gather_knowledge(options: argparse.Namespace) -> Knowledge:
+    twin = load_learnable_twin(options.twin)
+    return gather_knowledge(twin, options.verdict, options.draws, options.seed)
+
+
 def _take_weights(model: BaseAlgorithm, saved: BaseAlgorithm, origin: Path, preset: str) -> None:
     """Copy the weights of a saved policy; raise BadInputError when it is of another kind."""
     if type(saved) is not type(model):
@@ -215,6 +259,15 @@ def _take_weights(model: BaseAlgorithm, saved: BaseAlgorithm, origin: Path, pres
 
 
 def _make_environments(options: argparse.Namespace, preset: Preset) -> tuple[VecEnv, VecEnv]:
+    """Return where to learn and where to evaluate, with the history that the preset asks for."""
+    training, evaluation = _make_plain_environments(options, preset)
+    if not preset.history:
+        return training, evaluation
+    shown = HistoryVecEnv(training, preset.history)
+    return shown, shown if evaluation is training else HistoryVecEnv(evaluation, preset.history)
+
+
+def _make_plain_environments(options: argparse.Namespace, preset: Preset) -> tuple[VecEnv, VecEnv]:
     """Return where to learn and where to evaluate: two fleets, or twice the one rig."""
     if options.rig is not None:
         topics = {"namespace": options.rig, "step_s": options.step_s}
@@ -226,8 +279,7 @@ def _make_environments(options: argparse.Namespace, preset: Preset) -> tuple[Vec
         training.seed(options.seed)
         evaluation.seed(options.seed + EVALUATION_SEED_OFFSET)
         return training, evaluation
-    twin = load_learnable_twin(options.twin)
-    knowledge = gather_knowledge(twin, options.verdict, options.draws, options.seed)
+    knowledge = _gather_knowledge(options)
     task, encoders = Task.make_for_step(options.step_s), knowledge.encoders
     count, spread = preset.environments, preset.start_spread
     fleet = Fleet(knowledge.twins, count, task, encoders, spread, options.seed)

@@ -140,6 +140,16 @@ class Classical:
         self._steps += 1
         return self._command
 
+    def note_command(self, applied: float) -> None:
+        """Take note that another command was applied in place of the last."""
+        if applied == self._command:
+            return
+        t_s = (self._steps - 1) * self._task.step_s
+        if len(self._past):
+            change = self._drive.compute_drive(applied, t_s)
+            self._past[0] += change - self._drive.compute_drive(self._command, t_s)
+        self._command = applied
+
     def _swing_up(self, later: Floats, at: Upright) -> float:
         """Return the drive of the swing-up at the predicted state."""
         push = compute_acceleration(

@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import product
-from typing import Any
+from typing import Any, Protocol
 
 from pendulum_rl_env.control.classical import Classical, Plant, Tuning, make_plant
 from pendulum_rl_env.control.swing_up import SwingUp
@@ -19,6 +19,7 @@ from pendulum_rl_env.kernel_transport import KernelTransport
 from pendulum_rl_env.reward import compute_reward_and_end
 from pendulum_rl_env.task import Task
 from pendulum_rl_env.transport import Transport
+from pendulum_twin.arrays import Floats
 from pendulum_twin.encoders import Encoders
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin
@@ -37,10 +38,22 @@ ROUNDS = 2  # through all numbers
 Change = Callable[[Tuning], Tuning]
 
 
+class Controller(Protocol):
+    """Give a PWM fraction for a measured state, once a period; `reset` before each episode."""
+
+    def reset(self) -> None:
+        """Begin an episode."""
+        ...
+
+    def __call__(self, measured: Floats) -> float:
+        """Return the PWM fraction to hold until the next sample; measured: (4,) x, th, v, w."""
+        ...
+
+
 def design_controller(twin: Twin, task: Task) -> Classical:
     """Return the best controller found; raise BadInputError when the twin cannot be balanced."""
     plant = make_plant(twin, task)
-    rigs = [_make_perturbed_rig(plant.twin, task, *changes) for changes in PERTURBATIONS]
+    rigs = [make_perturbed_rig(plant.twin, task, *changes) for changes in PERTURBATIONS]
     swings = {
         tuning: _rate_tuning(plant, tuning, rigs[:1])
         for tuning in (Tuning(swing=swing) for swing in _list_swing_ups())
@@ -56,7 +69,7 @@ def design_controller(twin: Twin, task: Task) -> Classical:
     return Classical(plant, max(ratings, key=lambda tuning: ratings[tuning]))
 
 
-def run_controller(rig: Transport, controller: Classical, task: Task) -> float:
+def run_controller(rig: Transport, controller: Controller, task: Task) -> float:
     """Run one episode from hanging at rest and return its sum of rewards."""
     controller.reset()
     state, total = rig.reset().state, 0.0
@@ -79,9 +92,10 @@ def _rate_tuning(plant: Plant, tuning: Tuning, rigs: Sequence[Transport]) -> flo
     return 0.5 * (sum(rewards) / len(rewards) + min(rewards))
 
 
-def _make_perturbed_rig(
+def make_perturbed_rig(
     twin: Twin, task: Task, force: float, inertia: float, aside_rad: float
 ) -> KernelTransport:
+    """Return a twin with coarse encoders that is not quite the twin; see `PERTURBATIONS`."""
     rig = replace(
         twin.rig,
         force_per_pwm_n=(twin.rig.force_per_pwm_n or 0.0) * force,

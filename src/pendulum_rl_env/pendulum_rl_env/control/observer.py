@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from pendulum_rl_env.control.rollouts import Snapshot
 from pendulum_rl_env.kernel_transport import count_samples
 from pendulum_twin import lanes
 from pendulum_twin.arrays import Floats
@@ -70,6 +71,13 @@ class Observer:
             self._code, self._kinds, self._ahead, self._later, np.array([command])
         )
         return self._ahead.true[0].copy()
+
+    def make_snapshot(self) -> Snapshot:
+        """Return the twin as it is believed to be now, with all that its drive remembers."""
+        lanes = self._lanes
+        return Snapshot(
+            lanes.true[0].copy(), lanes.shown[0].copy(), lanes.memory[0].copy(), int(lanes.done[0])
+        )
 
     def _begin(self, measured: Floats) -> Floats:
         """Start at the measured state, with a drive that has been still for long."""

@@ -10,10 +10,12 @@ from typing import Any
 from zipfile import ZipFile
 
 import gymnasium as gym
+import numpy as np
 import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv
 
+from pendulum_rl_env.history import History, HistoryObservation, count_periods
 from pendulum_rl_env.learning.algorithms import ALGORITHMS, list_settings
 from pendulum_rl_env.learning.policy_file import (
     UNREADABLE,
@@ -22,6 +24,8 @@ from pendulum_rl_env.learning.policy_file import (
     write_policy_file,
 )
 from pendulum_rl_env.learning.tensors import collect_tensors, put_tensors
+from pendulum_rl_env.task import Task, make_observation
+from pendulum_twin.arrays import Floats
 from pendulum_twin.errors import BadInputError
 
 BY_MODULE = {  # stable-baselines3's files name the module of the policy's class
@@ -132,3 +136,56 @@ class _Spaces(gym.Env[Any, Any]):
 def make_policy(model: BaseAlgorithm) -> Callable[[Any], Any]:
     """Return the deterministic policy: observation (5,) to action (1,) within +-1, or an index."""
     return lambda observation: model.predict(observation, deterministic=True)[0]
+
+
+def show_history(env: gym.Env[Any, Any], model: BaseAlgorithm) -> gym.Env[Any, Any]:
+    """Return the environment with observations as the policy expects them: with its history.
+
+    Raises BadInputError when no history of the environment's observations has this size.
+    """
+    shape, here = model.observation_space.shape, env.observation_space.shape
+    length = count_periods(shape[0], here[0]) if shape and here else None
+    if length is None:
+        raise BadInputError(
+            f"expected a policy for observations {here}, alone or with history, found {shape}"
+        )
+    return HistoryObservation(env, length) if length else env
+
+
+class PolicyController:
+    """Give a PWM fraction for a measured state by a learned policy; `reset` before each episode.
+
+    model: the learner.
+    task: its task.
+    """
+
+    def __init__(self, model: BaseAlgorithm, task: Task) -> None:
+        assert model.observation_space.shape is not None
+        length = count_periods(model.observation_space.shape[0], 5)
+        if length is None:
+            raise BadInputError(
+                "expected a policy for observations (5,), alone or with history, found "
+                f"{model.observation_space.shape}"
+            )
+        self._choose, self._task = make_policy(model), task
+        self._history = History(1, 5, length)
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin an episode."""
+        self._action: Any = None
+
+    def __call__(self, measured: Floats) -> float:
+        """Return the PWM fraction to hold until the next sample; measured: (4,) x, th, v, w."""
+        seen = make_observation(measured, self._task)[None]
+        if self._action is None:
+            self._history.begin(slice(None), seen)
+        else:
+            self._history.append(self._action[None], seen)
+        self._action = self._choose(self._history.show()[0])
+        return self._task.pwm_limit * float(np.clip(self._action[0], -1.0, 1.0))
+
+
+def load_controller(path: Path, task: Task) -> PolicyController:
+    """Return the policy in a file that `train` has written, as a controller."""
+    return PolicyController(load_policy(path), task)

@@ -14,6 +14,7 @@ from pendulum_twin.errors import BadInputError
 from pendulum_twin.rig import check_number, describe_unknown_key
 from pendulum_twin.strict_yaml import parse_yaml
 
+MOST_HISTORY = 100
 REQUIRED_KEYS = 6  # the first fields of `Preset`, which have no default
 
 
@@ -29,6 +30,8 @@ class Preset:
     evaluate_every: timesteps from evaluation to evaluation.
     falling: whether the learning rate falls to 0.
     start_spread: share of episodes that begin anywhere, see `Fleet`.
+    history: past samples and actions that the policy sees, see `history.py`.
+    demonstrations: whether a classical controller is copied first, see `learning/cloning.py`.
     settings: further arguments of the algorithm.
 
     Raises BadInputError, naming the key, for a value that cannot be.
@@ -42,6 +45,8 @@ class Preset:
     evaluate_every: int
     falling: bool = False
     start_spread: float = 0.0
+    history: int = 0
+    demonstrations: bool = False
     settings: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -53,6 +58,11 @@ class Preset:
             check_number(name, getattr(self, name), 1, 1e9)
         check_number("learning_rate", self.learning_rate, 1e-7, 1.0)
         check_number("start_spread", self.start_spread, 0.0, 1.0)
+        check_number("history", self.history, 0, MOST_HISTORY)
+        if self.demonstrations and self.algorithm != "ppo":
+            raise BadInputError(
+                f"demonstrations: expected algorithm ppo, which can copy, found {self.algorithm}"
+            )
         object.__setattr__(self, "layers", tuple(self.layers))
         object.__setattr__(self, "settings", dict(self.settings))
         known = list_settings(self.algorithm)

@@ -25,7 +25,8 @@ def make_ros_env(
     """Return `InvertedPendulumRos-v0`: the rig, or the twin, of a namespace.
 
     Actions are scaled as in `InvertedPendulum-v0`, so policies carry over. Close it in a
-    `finally`. Arguments: see `TopicTransport`; render_mode "rgb_array" for pictures.
+    `finally`. Arguments: see `TopicTransport`; render_mode "rgb_array" for pictures, "human" for a
+    window.
     """
     task = Task(step_s=step_s)
     compute_reward(np.array(HANGING), task)  # compiles it; within a step there is no time

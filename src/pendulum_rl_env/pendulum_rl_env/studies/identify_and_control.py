@@ -16,7 +16,7 @@ import gymnasium as gym
 
 from pendulum_rl_env.in_process import scale_actions
 from pendulum_rl_env.learning.export import export
-from pendulum_rl_env.learning.policies import load_policy, make_policy
+from pendulum_rl_env.learning.policies import load_policy, make_policy, show_history
 from pendulum_rl_env.scoring import Episode, describe_reward, run_episode
 from pendulum_rl_env.studies import stages
 from pendulum_rl_env.studies.stages import ConcealedRig
@@ -70,10 +70,11 @@ def _show_on_rig(rig: ConcealedRig, policy: Path, out: Path) -> None:
 
 def run_on_rig(rig: ConcealedRig, policy: Path) -> Episode:
     """Run an episode on the rig from hanging at rest; the emulated rig repeats bit by bit."""
-    task = Task()
-    env = gym.wrappers.TimeLimit(scale_actions(rig.make_env(task)), task.steps)
+    task, model = Task(), load_policy(policy)
+    plain = gym.wrappers.TimeLimit(scale_actions(rig.make_env(task)), task.steps)
+    env = show_history(plain, model)
     try:
-        return run_episode(env, make_policy(load_policy(policy)))
+        return run_episode(env, make_policy(model))
     finally:
         env.close()
 

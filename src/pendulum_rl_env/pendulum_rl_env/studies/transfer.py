@@ -21,18 +21,21 @@ from typing import Any
 
 import numpy as np
 
-from pendulum_rl_env.control.design import design_controller, run_controller
+from pendulum_rl_env.control.classical import make_plant
+from pendulum_rl_env.control.design import Controller, design_controller, run_controller
+from pendulum_rl_env.control.optimum import find_optimum
+from pendulum_rl_env.control.predictive import design_predictive
 from pendulum_rl_env.scoring import describe_reward
 from pendulum_rl_env.studies import stages
 from pendulum_rl_env.studies.identify_and_control import run_on_rig
 from pendulum_rl_env.studies.on_concealed import fine_tune, learn_from_scratch
 from pendulum_rl_env.studies.stages import ConcealedRig, Diagnosis
-from pendulum_rl_env.studies.transfer_report import format_table, plot_rewards
+from pendulum_rl_env.studies.transfer_report import DEFAULT_ROWS, ROWS, format_table, plot_rewards
 from pendulum_rl_env.studies.workers import add_engine_options, run_study
 from pendulum_rl_env.task import Task
 from pendulum_twin.command_line import run_command
 from pendulum_twin.files import write_atomically
-from pendulum_twin.model import load_twin
+from pendulum_twin.model import Twin, load_twin
 
 SCHEMA = "pendulum_transfer/1"
 THESIS_REWARD = 423.0  # of the thesis's policy on its rig, after 130,000 steps there
@@ -54,7 +57,10 @@ def _study(options: argparse.Namespace) -> None:
     load_twin(options.twin)
     options.out, options.twin = options.out.absolute(), options.twin.absolute()
     rigs = run_study(
-        partial(study_rig, options=options), range(options.rigs), options, _report_rig
+        partial(study_rig, options=options),
+        range(options.first, options.first + options.rigs),
+        options,
+        _report_rig,
     )
     study = {
         "schema": SCHEMA,
@@ -130,12 +136,21 @@ def _list_controllers(
         steps = options.scratch_steps
         return [learn_from_scratch(rig, s, steps, rig.folder / f"scratch_{s}") for s in seeds]
 
-    controllers: dict[str, Rewards] = {
+    def run_taught() -> list[float]:
+        taught = ["--preset", "taught", "--verdict", str(diagnosis.file)]
+        policies = train(diagnosis.twin, "taught", taught)
+        return [run_on_rig(rig, policy).reward for policy in policies]
+
+    known: dict[str, Rewards] = {
         "nominal": run_nominal,
         "identified": run_identified,
         "fine_tuned": run_fine_tuned,
-        "classical": lambda: [run_classical_on_rig(rig, diagnosis.twin)],
+        "taught": run_taught,
+        "classical": lambda: [_run_design_on_rig(rig, diagnosis.twin, design_controller)],
+        "predictive": lambda: [_run_design_on_rig(rig, diagnosis.twin, design_predictive)],
+        "optimum": lambda: [_find_best_reward(diagnosis.twin)],
     }
+    controllers = {name: known[name] for name in known if name in options.controllers}
     if number < options.scratch_rigs:
         controllers["scratch"] = run_scratch
     return controllers
@@ -149,15 +164,22 @@ def _fine_tune_if_short(rig: ConcealedRig, policy: Path, steps: int) -> float:
     return fine_tune(policy, rig, steps, policy.parent / "fine")
 
 
-def run_classical_on_rig(rig: ConcealedRig, twin: Path) -> float:
-    """Return the reward on the rig of the classical controller that is designed from a twin."""
+def _run_design_on_rig(
+    rig: ConcealedRig, twin: Path, design: Callable[[Twin, Task], Controller]
+) -> float:
+    """Return the reward on the rig of a controller that is designed from a twin."""
     task = Task()
-    controller = design_controller(load_twin(twin), task)
+    controller = design(load_twin(twin), task)
     env = rig.make_env(task)
     try:
         return run_controller(env.transport, controller, task)
     finally:
         env.close()
+
+
+def _find_best_reward(twin: Path) -> float:
+    """Return the largest reward that commands earn in a twin itself."""
+    return find_optimum(make_plant(load_twin(twin), Task()), starts=2).reward
 
 
 def _open_seal(rig: ConcealedRig) -> Any:
@@ -171,6 +193,10 @@ def _parse_options(arguments: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="transfer", description=summary)
     add = parser.add_argument
     add("--rigs", type=int, default=10, metavar="N", help="how many concealed rigs (10)")
+    add("--first", type=int, default=0, metavar="K", help="number of the first rig (0)")
+    kinds = f"which are tried ({' '.join(DEFAULT_ROWS)})"
+    choices = [name for name in ROWS if name != "scratch"]
+    add("--controllers", nargs="+", choices=choices, default=DEFAULT_ROWS, help=kinds)
     add("--seed", type=int, required=True, help="what they are drawn from")
     out = "folder for everything; a second run goes on from what is there"
     add("--out", type=Path, required=True, help=out)

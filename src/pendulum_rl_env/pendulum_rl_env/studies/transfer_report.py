@@ -15,9 +15,13 @@ ROWS = {
     "nominal": "nominal twin, no step on the rig",
     "identified": "identified twin, no step on the rig",
     "fine_tuned": "the same, trained on the rig where it fell short",
+    "taught": "identified twin, classical demonstrations and history (preset taught)",
     "classical": "swing-up by energy and LQR, from the identified twin",
+    "predictive": "predictive control (MPC), from the identified twin",
+    "optimum": "optimum of the identified twin, in this twin itself",
     "scratch": "from nothing, every step on the rig (preset frugal)",
 }
+DEFAULT_ROWS = ("nominal", "identified", "fine_tuned", "classical")
 BOOTSTRAP_DRAWS = 10_000
 
 
