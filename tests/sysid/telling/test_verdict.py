@@ -247,7 +247,7 @@ def test_friction_that_is_certain_is_kept_where_something_else_has_no_name(
     missed = replace(kept, base=replace(kept.base, choose=25.0), best=far, certain=(CERTAIN,))
     found = make_verdict(missed, kept.case.recording, 1.0).to_dict()
     assert_as_in_the_contract(found)
-    assert found["outcome"] == "not_in_catalogue"
+    assert found["outcome"] == "not_in_catalogue" and found["perhaps"] == []
     (one,) = found["missing_physics"]
     assert (
         one["effect"] == "cart_coulomb_friction" and one["parameters"]["level_n"]["value"] == 0.34

@@ -61,6 +61,7 @@ def make_verdict(findings: Findings, recording: Recording, elapsed_s: float) -> 
     named = list_told(findings)
     names = {effect.effect for effect in named}
     certain = tuple(describe_certain(r) for r in findings.certain if r.effect not in names)
+    names |= {effect.effect for effect in certain}
     others = tuple(
         effect
         for effect in (*findings.named, *findings.perhaps)
