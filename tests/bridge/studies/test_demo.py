@@ -5,6 +5,7 @@ import os
 import shutil
 import signal
 import subprocess
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -95,6 +96,12 @@ def test_earlier_demos_are_kept_under_their_seeds(tmp_path: Path) -> None:
     assert not out.exists()
 
 
+def leave_make() -> dict[str, str]:
+    """Return the environment without what a make around this test run has put there."""
+    left_out = {"ROS_DISTRO", "MAKELEVEL", "MAKEFLAGS", "MFLAGS", "ARGS"}
+    return {name: value for name, value in os.environ.items() if name not in left_out}
+
+
 INTERRUPTED = """#!/bin/bash
 trap 'echo "demo: interrupted" >&2; exit 130' INT
 echo runs
@@ -111,17 +118,22 @@ def test_after_ctrl_c_make_has_nothing_to_add(tmp_path: Path) -> None:
     made = subprocess.Popen(
         command,
         cwd=ROOT,
-        env={k: v for k, v in os.environ.items() if k != "ROS_DISTRO"},
+        env=leave_make(),
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
     )
-    assert made.stdout is not None
-    assert made.stdout.readline() == "runs\n"
-    os.killpg(made.pid, signal.SIGINT)  # as a terminal does
-    _, said = made.communicate(timeout=60)
-    assert said == "demo: interrupted\n"
+    try:
+        assert made.stdout is not None
+        assert made.stdout.readline() == "runs\n"
+        os.killpg(made.pid, signal.SIGINT)  # as a terminal does
+        _, said = made.communicate(timeout=60)
+        assert said == "demo: interrupted\n"
+    finally:
+        with suppress(ProcessLookupError):
+            os.killpg(made.pid, signal.SIGKILL)
+        made.wait()
 
 
 @pytest.mark.skipif(shutil.which("make") is None, reason="needs make")
@@ -130,6 +142,5 @@ def test_a_demo_that_fails_is_an_error_of_make(tmp_path: Path) -> None:
     python.write_text("#!/bin/bash\nexit 1\n")
     python.chmod(0o755)
     command = ["make", f"BIN={tmp_path}", "-o", ".venv/.installed-wheels", "demo"]
-    environment = {k: v for k, v in os.environ.items() if k != "ROS_DISTRO"}
-    made = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, check=False)
+    made = subprocess.run(command, cwd=ROOT, env=leave_make(), capture_output=True, check=False)
     assert made.returncode == 2

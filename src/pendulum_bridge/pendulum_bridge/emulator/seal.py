@@ -44,13 +44,14 @@ class Concealed:
 def write_seal(concealed: Concealed, path: str | Path) -> None:
     """Write the seal whole or not at all."""
     effects = {name: dict(values) for name, values in concealed.effects.items()}
-    content = {
+    content: dict[str, object] = {
         "schema": SCHEMA,
         "effects": effects,
         "unlisted": _describe_all(concealed.unlisted),
-        "rest": _describe_all(concealed.rest),
         "rig": concealed.rig.to_mapping(),
     }
+    if concealed.rest:
+        content["rest"] = _describe_all(concealed.rest)
     write_atomically(path, json.dumps(content, indent=2) + "\n")
 
 
