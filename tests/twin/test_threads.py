@@ -1,9 +1,8 @@
 """Lanes shared among threads: every lane once, and the same bits as by one thread."""
 
-import os
-
 import numpy as np
 import pytest
+from numba.core import config
 from support.paths import CONFIG
 
 from pendulum_twin import kernel, threads
@@ -15,7 +14,7 @@ from pendulum_twin.parameter_vector import make_theta
 @pytest.mark.parametrize("lanes", [1, 15, 16, 17, 33, 100])
 @pytest.mark.parametrize("cores", [1, 2, 3, 64])
 def test_every_lane_is_in_one_part(lanes: int, cores: int, monkeypatch) -> None:
-    monkeypatch.setattr(os, "sched_getaffinity", lambda process: set(range(cores)))
+    monkeypatch.setattr(config, "NUMBA_NUM_THREADS", cores)
     parts: list[slice] = []
     threads.share_among_threads(parts.append, lanes, threads.LEAST_STEPS)
     taken = sorted(k for part in parts for k in range(lanes)[part])
@@ -25,7 +24,7 @@ def test_every_lane_is_in_one_part(lanes: int, cores: int, monkeypatch) -> None:
 
 
 def test_little_work_stays_in_the_calling_thread(monkeypatch) -> None:
-    monkeypatch.setattr(os, "sched_getaffinity", lambda process: set(range(8)))
+    monkeypatch.setattr(config, "NUMBA_NUM_THREADS", 8)
     parts: list[slice] = []
     threads.share_among_threads(parts.append, 64, threads.LEAST_STEPS // 64)
     assert parts == [slice(0, 64)]
@@ -40,7 +39,7 @@ def test_the_same_bits_whatever_the_number_of_threads(monkeypatch) -> None:
     zeros = np.zeros(lanes, dtype=np.int64)
     runs = []
     for cores in (1, 3):
-        monkeypatch.setattr(os, "sched_getaffinity", lambda process, n=cores: set(range(n)))
+        monkeypatch.setattr(config, "NUMBA_NUM_THREADS", cores)
         out = np.empty((lanes, samples, 4))
         run_mechanics(drives, zeros, zeros, zeros, starts, theta, 1e-3, sub, out)
         runs.append(out)

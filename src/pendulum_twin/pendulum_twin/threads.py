@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from threading import Thread
+
+from numba.core import config
 
 from pendulum_twin import kernel
 
@@ -18,9 +19,10 @@ def share_among_threads(work: Callable[[slice], None], lanes: int, steps: int) -
     work: takes a part of the lanes; releases the interpreter's lock, and raises nothing.
     steps: of integration in a lane.
 
-    Threads are made for each call: a pool of threads would not survive a fork.
+    NUMBA_NUM_THREADS bounds the number of threads, by default the number of cores. Threads are
+    made for each call: a pool of threads would not survive a fork.
     """
-    cores = min(len(os.sched_getaffinity(0)), MOST_THREADS)
+    cores = min(config.NUMBA_NUM_THREADS, MOST_THREADS)
     blocks = -(-lanes // kernel.WIDTH)
     count = max(min(cores, blocks, lanes * steps // LEAST_STEPS), 1)
     size = -(-blocks // count) * kernel.WIDTH
