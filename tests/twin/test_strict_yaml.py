@@ -50,7 +50,8 @@ def test_every_number_that_python_or_c_prints_is_read(number: float) -> None:
 def test_what_is_no_decimal_number_is_text(text: str, tmp_path: Path) -> None:
     assert read_value(text) == text.strip("'")
     (tmp_path / "twin.yaml").write_text(TWIN_TEXT.replace("0.5723", text))
-    with pytest.raises(BadInputError, match=r"twin\.yaml: cart_mass_kg: expected a number, found"):
+    said = r"twin\.yaml: line \d+: cart_mass_kg: expected a number, found"
+    with pytest.raises(BadInputError, match=said):
         load_twin(tmp_path / "twin.yaml")
 
 

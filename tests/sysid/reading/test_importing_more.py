@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
 from rosbags.rosbag1 import Writer
@@ -72,6 +71,7 @@ def test_files_of_two_clocks_are_refused(tmp_path: Path) -> None:
 
 def test_the_columns_of_matlab_7_3(tmp_path: Path) -> None:
     """MATLAB writes a vector as a matrix of one row, its axes in reverse, and a group a struct."""
+    h5py = pytest.importorskip("h5py")
     with h5py.File(tmp_path / "log.mat", "w", userblock_size=512) as file:
         file["t"], file["u"] = TIMES[:, None], np.zeros((1, 400))
         file["log/x"], file["theta"] = X[None], np.column_stack([TH, TH]).T
