@@ -18,8 +18,6 @@ import pendulum_sysid as ps
 from pendulum_sysid.api import make_recording
 from pendulum_twin.errors import BadInputError
 
-pytestmark = pytest.mark.xdist_group("public_api")
-
 
 def list_examples() -> Iterator[tuple[str, str]]:
     """Yield names and docstrings: the package first, whose names the others go on from."""

@@ -14,8 +14,6 @@ from pendulum_sysid.cli import main
 from pendulum_twin.model import Twin, load_twin, save_twin
 from pendulum_twin.rig import Rig
 
-pytestmark = pytest.mark.xdist_group("real_rigs")
-
 QUANSER_COLUMNS = (
     "--time", "t", "--command", "u_applied", "--cart", "x", "--pole", "theta",
     "--pole-zero", "down",

@@ -13,8 +13,6 @@ import pytest
 import pendulum_twin
 from pendulum_twin.machine_code_files import CheckedFiles, DamagedFileError
 
-pytestmark = pytest.mark.xdist_group("machine_code")
-
 SOURCE = Path(pendulum_twin.__file__).parents[1]
 PROGRAM = """
 import numpy as np

@@ -21,8 +21,6 @@ from pendulum_rl_env.learning.preset import IN_PROCESS, PRESETS, load_preset
 from pendulum_rl_env.task import Task, make_observation
 from pendulum_twin.errors import BadInputError
 
-pytestmark = pytest.mark.xdist_group("training")
-
 TWIN = str(CONFIG / "inteco.yaml")
 SMALL = """
 pendulum_rl_env/InvertedPendulum-v0:

@@ -17,8 +17,6 @@ from pendulum_sysid.fleet import engine as engine_module
 from pendulum_sysid.fleet.engine import Engine, SchedulerLost, open_client, run_tasks
 from pendulum_twin.errors import BadInputError
 
-pytestmark = pytest.mark.xdist_group("engine")
-
 DEADLINE_S = 120.0
 
 

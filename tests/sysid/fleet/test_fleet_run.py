@@ -18,8 +18,6 @@ from pendulum_sysid.fleet import run as run_module
 from pendulum_sysid.fleet.places import Place
 from pendulum_sysid.fleet.store import Store
 
-pytestmark = pytest.mark.xdist_group("fleet_run")
-
 DEADLINE_S = 240.0
 BY_CHANCE = ["written_at", "batch", "cpu_s"]  # columns that differ from run to run
 

@@ -26,8 +26,6 @@ from pendulum_sysid.studies.proof.rivals.ground import Ground
 from pendulum_sysid.studies.proof.workers import examine_trials
 from pendulum_twin.errors import BadInputError
 
-pytestmark = pytest.mark.xdist_group("prove_run")
-
 COULOMB = {"cart_coulomb_friction": {"level_n": 0.5}}
 DEADLINE_S = 300.0
 

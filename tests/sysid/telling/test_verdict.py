@@ -26,8 +26,6 @@ from pendulum_twin.model import Twin, parse_twin
 from pendulum_twin.rig import UNITS
 from pendulum_twin.signals import Signals
 
-pytestmark = pytest.mark.xdist_group("verdict")
-
 COULOMB = {"cart_coulomb_friction": {"level_n": 0.5}}
 CERTAIN = Reading("cart_coulomb_friction", (0.34,), {"level_n": Estimate(0.34, 0.2, 0.6)})
 
