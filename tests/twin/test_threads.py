@@ -11,7 +11,7 @@ from pendulum_twin.model import load_twin
 from pendulum_twin.parameter_vector import make_theta
 
 
-@pytest.mark.parametrize("lanes", [1, 15, 16, 17, 33, 100])
+@pytest.mark.parametrize("lanes", [0, 1, 15, 16, 17, 33, 100])
 @pytest.mark.parametrize("cores", [1, 2, 3, 64])
 def test_every_lane_is_in_one_part(lanes: int, cores: int, monkeypatch) -> None:
     monkeypatch.setattr(config, "NUMBA_NUM_THREADS", cores)

@@ -39,7 +39,10 @@ class PendulumEnv(gym.Env[Observation, Observation]):
     render_mode: "rgb_array" for pictures of cart and pole, "human" for a window.
     """
 
-    metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": 33}  # noqa: RUF012
+    metadata: dict[str, Any] = {  # noqa: RUF012
+        "render_modes": list(RENDER_MODES),
+        "render_fps": 33,
+    }
 
     def __init__(
         self, transport: Transport, task: Task | None = None, render_mode: str | None = None

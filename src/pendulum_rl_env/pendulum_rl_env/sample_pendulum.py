@@ -44,7 +44,8 @@ class SamplePendulum(gym.Env[Observation, int]):
         self.render_mode = render_mode
         high = np.array([1.0, 1.0, RATE_LIMIT_RAD_S], dtype=np.float32)
         self.observation_space = gym.spaces.Box(-high, high, dtype=np.float32)
-        self.action_space: gym.spaces.Discrete = gym.spaces.Discrete(len(TORQUES_N_M))  # type: ignore[assignment]
+        torques = gym.spaces.Discrete(len(TORQUES_N_M))
+        self.action_space: gym.spaces.Discrete = torques  # type: ignore[assignment]
         self._th, self._w, self._steps = math.pi, 0.0, 0
         self._renderer = Renderer(render_mode, SHOWN_HALF_RAIL_M, STEP_S)
 

@@ -26,7 +26,10 @@ class PendulumVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
     final_info: episode's r (summed reward) and l (steps), and end (number of the `End`).
     """
 
-    metadata: dict[str, Any] = {"autoreset_mode": AutoresetMode.SAME_STEP, "render_modes": []}  # noqa: RUF012
+    metadata: dict[str, Any] = {  # noqa: RUF012
+        "autoreset_mode": AutoresetMode.SAME_STEP,
+        "render_modes": [],
+    }
 
     def __init__(self, fleet: Fleet) -> None:
         self.fleet, self.num_envs = fleet, fleet.count

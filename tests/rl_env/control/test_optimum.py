@@ -10,7 +10,7 @@ from pendulum_rl_env.control.classical import make_plant
 from pendulum_rl_env.control.optimum import find_optimum
 from pendulum_rl_env.control.rollouts import STEP_SHARES, TwinRunner
 from pendulum_rl_env.control.smooth_reward import compute_smooth_reward
-from pendulum_rl_env.control.trajectory import count_reward
+from pendulum_rl_env.control.trajectory import sum_rewards
 from pendulum_rl_env.optimum_file import read_best_reward
 from pendulum_rl_env.reward import compute_reward
 from pendulum_rl_env.studies import optimum as study
@@ -87,7 +87,7 @@ def test_the_environment_pays_for_the_plan_what_was_promised(twin: Twin) -> None
             other = optimum.run.commands.copy()
             other[k] = np.clip(other[k] + change, -0.5, 0.5)
             run = runner.run(other, runner.hang())
-            assert count_reward(run, TASK) < optimum.reward + 0.02
+            assert sum_rewards(run, TASK) < optimum.reward + 0.02
 
 
 def test_the_command_writes_what_evaluate_reads(tmp_path, capsys, monkeypatch) -> None:

@@ -91,6 +91,20 @@ def test_parameters_are_found_from_far(power: int) -> None:
     )
 
 
+def test_a_fit_ends_with_the_normal_equations_of_where_it_ends(
+    near: Case, problem: Problem, free: tuple[Free, ...]
+) -> None:
+    solution = solve(problem, make_theta(near.twin), free)
+    assert solution.converged and solution.system is not None
+    fresh = linearise(problem, solution.theta, solution.start_states, free, solution.power)
+    scale = np.sqrt(np.diag(fresh.normal))  # of a change of one deviation
+    kept = solution.system
+    assert np.all(np.abs(kept.normal - fresh.normal) < 0.02 * np.outer(scale, scale))
+    assert np.all(np.abs(kept.gradient - fresh.gradient) < 0.05 * scale)
+    spread = np.abs(kept.scores - fresh.scores).max(axis=0)
+    assert np.all(spread < 0.05 * np.abs(fresh.scores).max(axis=0))
+
+
 def residuals(problem: Problem, theta: Floats, starts: Floats, power: Floats) -> Floats:
     """Return all residuals of a fit in one vector: errors of runs, then moves of starts."""
     windows = problem.windows

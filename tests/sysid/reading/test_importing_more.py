@@ -44,12 +44,21 @@ def test_rows_that_belong_to_no_run_are_left_out(tmp_path: Path) -> None:
     assert [i.rows for i in import_segments(file, tmp_path / "out", columns).values()] == [300]
 
 
+def test_a_run_that_cannot_be_read_leaves_nothing_behind(tmp_path: Path) -> None:
+    run = np.repeat([1.0, 2.0], [399, 1])  # the second run has a single row
+    file = write(tmp_path / "runs.csv", t=TIMES, u=0 * X, x=X, theta=TH, run=run)
+    columns = Columns("t", "u", "x", "theta", segment="run")
+    with pytest.raises(WrongUse, match="expected rows"):
+        import_segments(file, tmp_path / "out", columns)
+    assert not (tmp_path / "out").exists()
+
+
 @pytest.mark.parametrize("epoch_s", [0.0, 1.7e9])
 def test_commands_may_stand_in_another_file(epoch_s: float, tmp_path: Path) -> None:
     """The command before the first sample holds when the samples begin."""
-    sent = np.array([-0.7, -0.2, 0.5, 1.25])
+    sent = np.array([-0.7, -0.2, 0.5, 1.25, 9.0])
     state = write(tmp_path / "state.csv", t=TIMES + epoch_s, x=X, theta=TH)
-    command = write(tmp_path / "command.csv", sent=sent + epoch_s, u=np.arange(4) / 10)
+    command = write(tmp_path / "command.csv", sent=sent + epoch_s, u=np.arange(5) / 10)
     columns = Columns("t", "u", "x", "theta", join=command, join_time="sent")
     import_csv(state, tmp_path / "bag", columns)
     raw = read_bag(tmp_path / "bag")
@@ -118,5 +127,9 @@ def test_what_is_no_bag_of_ros_1_is_refused_and_nothing_is_left(tmp_path: Path, 
     assert main(["import", str(tmp_path / "old.bag"), "--out", str(tmp_path / "new")]) == 1
     assert "expected a bag of ROS 1" in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["old.bag"]
+    table = write(tmp_path / "file.csv", t=TIMES, x=X)
+    mixed = ["import", str(tmp_path / "old.bag"), str(table), "--time", "t", "--cart", "x"]
+    assert main([*mixed, "--command", "x", "--out", str(tmp_path / "both")]) == 1
+    assert "found a bag of ROS 1" in capsys.readouterr().err
     assert main(["check", str(tmp_path / "old.bag"), "--twin", str(CONFIG / "inteco.yaml")]) == 1
     assert "sysid import" in capsys.readouterr().err

@@ -17,7 +17,7 @@ from pendulum_rl_env.control.classical import Classical, Plant, Tuning
 from pendulum_rl_env.control.design import run_controller
 from pendulum_rl_env.control.rollouts import Run, TwinRunner
 from pendulum_rl_env.control.swing_up import SwingUp
-from pendulum_rl_env.control.trajectory import Policy, compute_policy, count_reward, improve_plan
+from pendulum_rl_env.control.trajectory import Policy, compute_policy, improve_plan, sum_rewards
 from pendulum_rl_env.kernel_transport import KernelTransport
 from pendulum_rl_env.transport import Sample
 from pendulum_twin.arrays import Floats
@@ -90,12 +90,12 @@ def find_optimum(
     best, ends = chosen[0], []
     for run in chosen:
         improved = _improve(runner, run, plant)
-        ends.append(count_reward(improved, task))
-        say(f"a start of {count_reward(run, task):.1f} ends at {ends[-1]:.2f}")
+        ends.append(sum_rewards(improved, task))
+        say(f"a start of {sum_rewards(run, task):.1f} ends at {ends[-1]:.2f}")
         if ends[-1] >= max(ends):
             best = improved
-    rewards = tuple(count_reward(run, task) for run in chosen)
-    return Optimum(best, count_reward(best, task), rewards, tuple(ends))
+    rewards = tuple(sum_rewards(run, task) for run in chosen)
+    return Optimum(best, sum_rewards(best, task), rewards, tuple(ends))
 
 
 def compute_feedback(plant: Plant, runner: TwinRunner, run: Run, roundness: float) -> Policy:
@@ -110,7 +110,7 @@ def _improve(runner: TwinRunner, run: Run, plant: Plant) -> Run:
         better, run = improve_plan(
             runner, run, plant.task, count_remembered(plant), roundness, ROUNDS
         )
-        best = max(best, better, key=lambda plan: count_reward(plan, plant.task))
+        best = max(best, better, key=lambda plan: sum_rewards(plan, plant.task))
     return best
 
 
@@ -124,7 +124,7 @@ def _choose_starts(plant: Plant, runner: TwinRunner, count: int) -> list[Run]:
         padded = np.zeros(plant.task.steps)
         padded[: len(recorder.commands)] = recorder.commands
         runs.append(runner.run(padded, runner.hang()))
-    runs.sort(key=lambda run: -count_reward(run, plant.task))
+    runs.sort(key=lambda run: -sum_rewards(run, plant.task))
     chosen: list[Run] = []
     for run in runs:
         if all(_differ(run, other, plant.task.step_s) for other in chosen):

@@ -57,7 +57,7 @@ class Policy:
         return Value(self.gradients[k], self.hessians[k])
 
 
-def count_reward(run: Run, task: Task) -> float:
+def sum_rewards(run: Run, task: Task) -> float:
     """Return what the environment pays for a run, with the penalty where it ends early."""
     total = 0.0
     for x, th, v, w in run.shown[1:].tolist():
@@ -171,7 +171,7 @@ def improve_plan(
     rounds: changes of plan that are tried, at most.
     Others: see `compute_policy`.
     """
-    best, best_reward = run, count_reward(run, task)
+    best, best_reward = run, sum_rewards(run, task)
     now = _sum_smooth(run, task, roundness)
     start = run.make_snapshot(0)
     for _ in range(rounds):
@@ -179,7 +179,7 @@ def improve_plan(
         tried = runner.follow(run.commands, run.true, policy.way, policy.gains, start)
         sums = [_sum_smooth(other, task, roundness) for other in tried]
         for other in tried:
-            reward = count_reward(other, task)
+            reward = sum_rewards(other, task)
             if reward > best_reward:
                 best, best_reward = other, reward
         k = int(np.argmax(sums))

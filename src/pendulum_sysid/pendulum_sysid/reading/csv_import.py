@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,10 +14,10 @@ from pendulum_sysid import decisions
 from pendulum_sysid.errors import FileError, WrongUse
 from pendulum_sysid.reading.array_table import ARRAY_SUFFIXES, read_array_table
 from pendulum_sysid.reading.bag import write_bag
-from pendulum_sysid.reading.bag_files import is_data_file
+from pendulum_sysid.reading.bag_files import ROS1_SUFFIX, is_data_file
 from pendulum_sysid.reading.csv_table import read_csv_table
 from pendulum_sysid.reading.table import Table
-from pendulum_twin.arrays import Floats, Mask
+from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.errors import BadInputError
 
 ZEROS = {"up": 0.0, "down": math.pi}  # where the file's angle is 0 -> what it is called here
@@ -99,10 +101,9 @@ def import_csv(csv: str | Path, out: str | Path, columns: Columns) -> Imported:
     when options do not fit it.
     """
     _check_columns(columns)
-    try:
-        return _import_table(_read_table(Path(csv)), out, columns)
-    except BadInputError as error:
-        raise type(error)(f"{csv}: {error}") from error
+    with _name_file(csv):
+        content = _read_content(_read_table(Path(csv)), columns)
+    return _write(content, out)
 
 
 def import_segments(csv: str | Path, folder: Path, columns: Columns) -> dict[Path, Imported]:
@@ -112,21 +113,46 @@ def import_segments(csv: str | Path, folder: Path, columns: Columns) -> dict[Pat
     `import_csv`, before anything is written where a run cannot be read.
     """
     _check_columns(columns)
-    imported: dict[Path, Imported] = {}
-    try:
+    contents: dict[Path, Content] = {}
+    with _name_file(csv):
         for value, table in _read_table(Path(csv)).split(columns.segment or "", "--segment"):
             out = folder / f"{value:g}"
-            if out in imported:
+            if out in contents:
                 out = folder / f"{value:g}_line_{table.lines[0]}"
-            imported[out] = _import_table(table, out, columns)
+            contents[out] = _read_content(table, columns)
+    return {out: _write(content, out) for out, content in contents.items()}
+
+
+@contextmanager
+def _name_file(file: str | Path) -> Iterator[None]:
+    """Put the name of a file before what is said of it."""
+    try:
+        yield
     except BadInputError as error:
-        raise type(error)(f"{csv}: {error}") from error
-    return imported
+        raise type(error)(f"{file}: {error}") from error
 
 
-def _import_table(table: Table, out: str | Path, columns: Columns) -> Imported:
+@dataclass(frozen=True)
+class Content:
+    """Hold what a recording is written from.
+
+    stamps_ns: (n,) sampling times, ns from the first.
+    joints: joint -> (n,) positions, m or rad.
+    velocities: joint -> (n,) m/s or rad/s; empty for none.
+    command: (m,) commands; None for none.
+    sent_ns: (m,) when they were sent; None for at the samples.
+    """
+
+    stamps_ns: Ints
+    joints: dict[str, Floats]
+    velocities: dict[str, Floats]
+    command: Floats | None
+    sent_ns: Ints | None
+
+
+def _read_content(table: Table, columns: Columns) -> Content:
     stamps_ns, chosen, begin_s = _read_times(table, columns)
-    sent_ns: np.ndarray | None = None
+    sent_ns: Ints | None = None
     if columns.join is None:
         command = _read_channel(table, columns.command, "--command", chosen)
     else:
@@ -137,8 +163,19 @@ def _import_table(table: Table, out: str | Path, columns: Columns) -> Imported:
         command = command * COMMAND_UNITS[columns.command_unit]
     if velocities:
         velocities = {j: velocities.get(j, np.full(len(stamps_ns), np.nan)) for j in joints}
-    write_bag(out, stamps_ns, joints, command, velocities=velocities, command_times_ns=sent_ns)
-    return _describe(stamps_ns, joints, command)
+    return Content(stamps_ns, joints, velocities, command, sent_ns)
+
+
+def _write(content: Content, out: str | Path) -> Imported:
+    write_bag(
+        out,
+        content.stamps_ns,
+        content.joints,
+        content.command,
+        velocities=content.velocities,
+        command_times_ns=content.sent_ns,
+    )
+    return _describe(content.stamps_ns, content.joints, content.command)
 
 
 def _check_columns(columns: Columns) -> None:
@@ -170,6 +207,11 @@ def _check_columns(columns: Columns) -> None:
 
 
 def _read_table(path: Path) -> Table:
+    if path.is_file() and path.suffix.lower() == ROS1_SUFFIX:
+        raise FileError(
+            "expected a CSV, .mat, .npz or .parquet file, found a bag of ROS 1: import it by "
+            "itself, without columns"
+        )
     if path.is_dir() or is_data_file(path):
         raise FileError(
             "expected a CSV, .mat, .npz or .parquet file, found a recording: nothing is to be "
@@ -178,7 +220,7 @@ def _read_table(path: Path) -> Table:
     return read_array_table(path) if path.suffix in ARRAY_SUFFIXES else read_csv_table(path)
 
 
-def _read_times(table: Table, columns: Columns) -> tuple[np.ndarray, Mask, float]:
+def _read_times(table: Table, columns: Columns) -> tuple[Ints, Mask, float]:
     """Return the sampling times in ns from the first one taken, and which rows are taken.
 
     The third is the time of the first row taken by the file's clock, s.
@@ -206,22 +248,22 @@ def _read_times(table: Table, columns: Columns) -> tuple[np.ndarray, Mask, float
     return stamps_ns, chosen, begin_s + float(taken[0] - times[0])
 
 
-def _read_joined(columns: Columns, begin_s: float, last_ns: int) -> tuple[np.ndarray, Floats]:
+def _read_joined(columns: Columns, begin_s: float, last_ns: int) -> tuple[Ints, Floats]:
     """Return when the commands of another file were sent, ns from begin_s, and the commands.
 
     begin_s: time of the first sample by the clock of both files, s.
     last_ns: time of the last sample, ns from there.
 
     A command holds until the next: the last before the first sample counts as sent with it.
+    Commands after the last sample are left out.
     """
-    table, name = _read_table(Path(columns.join or "")), columns.join_time or columns.time or ""
-    try:
+    file, name = Path(columns.join or ""), columns.join_time or columns.time or ""
+    with _name_file(file):
+        table = _read_table(file)
         if not table.lines:
             raise FileError("expected rows of commands, found none: export the file again")
         times, first_s = _read_seconds(table, name, columns.time_unit, "--join-time")
         command = table.get_column(columns.command or "", "--command")
-    except BadInputError as error:
-        raise type(error)(f"{columns.join}: {error}") from error
     known = np.isfinite(command)
     sent_ns = np.rint((times[known] + (first_s - begin_s)) * 1e9).astype(np.int64)
     command = command[known]
@@ -231,7 +273,8 @@ def _read_joined(columns: Columns, begin_s: float, last_ns: int) -> tuple[np.nda
             f"{abs(first_s - begin_s):.6g} s apart: are both times of one clock?"
         )
     first = max(int(np.searchsorted(sent_ns, 0, side="right")) - 1, 0)
-    return np.maximum(sent_ns[first:], 0), command[first:]
+    after = int(np.searchsorted(sent_ns, last_ns, side="right"))
+    return np.maximum(sent_ns[first:after], 0), command[first:after]
 
 
 def _read_seconds(
@@ -305,9 +348,7 @@ def _read_channel(table: Table, name: str | None, option: str, chosen: Mask) -> 
     return values
 
 
-def _describe(
-    stamps_ns: np.ndarray, joints: dict[str, Floats], command: Floats | None
-) -> Imported:
+def _describe(stamps_ns: Ints, joints: dict[str, Floats], command: Floats | None) -> Imported:
     channels = joints if command is None else {"command": command, **joints}
     ranges = {
         name: (float(np.nanmin(values)), float(np.nanmax(values)))

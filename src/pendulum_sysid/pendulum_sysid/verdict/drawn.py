@@ -22,6 +22,7 @@ class Origin:
         twin_digest: "sha256:..." of that file.
         folder: of the report and of the files beside it, as it was given.
         topics: further options that reading these recordings needs, as on the command line.
+        held: names of constants that no fit changes.
     """
 
     date: str
@@ -31,6 +32,7 @@ class Origin:
     twin_digest: str
     folder: str
     topics: tuple[str, ...] = ()
+    held: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
