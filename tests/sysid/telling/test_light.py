@@ -64,7 +64,7 @@ def test_a_twin_that_is_not_this_rig_is_not_used() -> None:
 
 def test_options_and_odd_names_stand_in_the_commands() -> None:
     topics = ("--command-topic", "/rig/applied_pwm")
-    origin = replace(ORIGIN, topics=topics, held=("cart_mass_kg", "gravity"), folder="my out")
+    origin = replace(ORIGIN, topics=topics, constants=("cart_mass_kg", "gravity"), folder="my out")
     commands = list_commands(replace(make_named(), origin=origin))
     assert "train --twin 'my out/twin.yaml'" in commands[1]
     assert "--command-topic /rig/applied_pwm" in commands[4] and "'my out_next'" in commands[4]

@@ -85,7 +85,7 @@ def _play(verdict: Verdict) -> tuple[Step, ...]:
         "-p listeners:=2"
     )
     words = ["sysid", "diagnose", *origin.recordings, NEXT_RECORDING, *origin.topics]
-    words += ["--hold", ",".join(origin.held)] if origin.held else []
+    words += ["--hold", ",".join(origin.constants)] if origin.constants else []
     both = shlex.join([*words, "--twin", origin.twin, "--out", f"{origin.folder}_next"])
     return (Step(sentence, (record, play, both)),)
 

@@ -66,7 +66,7 @@ def describe_origin(arguments: argparse.Namespace) -> Origin:
         twin_digest=f"sha256:{hashlib.sha256(arguments.twin.read_bytes()).hexdigest()}",
         folder=str(arguments.out),
         topics=tuple(word for name, topic in options.items() if topic for word in (name, topic)),
-        held=tuple(arguments.hold),
+        constants=tuple(arguments.hold),
     )
 
 

@@ -22,7 +22,7 @@ class Origin:
         twin_digest: "sha256:..." of that file.
         folder: of the report and of the files beside it, as it was given.
         topics: further options that reading these recordings needs, as on the command line.
-        held: names of constants that no fit changes.
+        constants: names of the constants that no fit changes (`--hold`).
     """
 
     date: str
@@ -32,7 +32,7 @@ class Origin:
     twin_digest: str
     folder: str
     topics: tuple[str, ...] = ()
-    held: tuple[str, ...] = ()
+    constants: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
