@@ -17,7 +17,8 @@ import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from threading import Event
+
+from pendulum_twin.stop_request import StopRequest
 
 LOOK_S = 0.1  # from one look for a signal or for the child's progress to the next
 MODULE = "pendulum_twin.compile_ahead"
@@ -25,7 +26,7 @@ SECONDS = 15  # on a desktop of 2024, one core
 ALL = "--all"
 
 
-def prepare_kernel(name: str, stopped: Event) -> bool:
+def prepare_kernel(name: str, stopped: StopRequest) -> bool:
     """Compile what a live twin needs, unless that was done before; return False when interrupted.
 
     name: of the program, before its messages on stderr.
@@ -49,7 +50,7 @@ def prepare_kernel(name: str, stopped: Event) -> bool:
             child.stdout.close()
 
 
-def _follow(child: subprocess.Popen[bytes], name: str, stopped: Event) -> bool:
+def _follow(child: subprocess.Popen[bytes], name: str, stopped: StopRequest) -> bool:
     """Show the child's progress until it ends; return False when `stopped` is set before."""
     assert child.stdout is not None
     output = child.stdout.fileno()

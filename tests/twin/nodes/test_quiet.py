@@ -25,7 +25,7 @@ def test_quiet_raises_the_level_of_the_log(
         raise BadInputError("no graph in this test")
 
     monkeypatch.setattr(running.rclpy, "init", note)
-    monkeypatch.setattr(running, "_catch_signals", lambda: None)
+    monkeypatch.setattr(running, "catch_stop_signals", lambda: None)
     words = ["twin_node", *options, "--ros-args", "-p", "twin:=rig.yaml"]
     assert running.run("twin_node", "A twin.", TwinSettings, lambda: None, words) == 1
     assert given == [[*words, *more]]

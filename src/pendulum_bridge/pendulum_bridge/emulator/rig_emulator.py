@@ -9,12 +9,10 @@ from __future__ import annotations
 
 import argparse
 import os
-import signal
 import sys
 import time
 from contextlib import closing
 from pathlib import Path
-from threading import Event
 
 from pendulum_bridge.emulator.conceal import BY_NAME, draw_concealed
 from pendulum_bridge.emulator.live_rig import LiveRig
@@ -33,6 +31,7 @@ from pendulum_twin.command_line import (
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import load_twin
 from pendulum_twin.parser import Parser, add_common_options, complete
+from pendulum_twin.stop_request import StopRequest, catch_stop_signals, ignore_stop_signals
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -40,7 +39,7 @@ def main(arguments: list[str] | None = None) -> int:
 
     Returns 1 with a sentence on stderr when the rig cannot be served; exits with 2 for wrong use.
     """
-    stopped = _watch_signals()
+    stopped = catch_stop_signals()
     options = parse_options(arguments)
     try:
         run(options, stopped)
@@ -49,11 +48,11 @@ def main(arguments: list[str] | None = None) -> int:
         return 1
     finally:
         if arguments is None:  # the program ends: a second Ctrl-C must not change how
-            _ignore_signals()
+            ignore_stop_signals()
     return 0
 
 
-def run(options: argparse.Namespace, stopped: Event) -> None:
+def run(options: argparse.Namespace, stopped: StopRequest) -> None:
     """Serve as the options say until `stopped` is set.
 
     Raises BadInputError or OSError when the rig cannot be served.
@@ -113,21 +112,9 @@ def _choose_concealed(options: argparse.Namespace) -> Concealed:
     return Concealed(twin.effects, twin.rig)
 
 
-def _make_end_check(stopped: Event, seconds: float | None) -> Ended:
+def _make_end_check(stopped: StopRequest, seconds: float | None) -> Ended:
     end = None if seconds is None else time.monotonic() + seconds
     return lambda: stopped.is_set() or (end is not None and time.monotonic() >= end)
-
-
-def _watch_signals() -> Event:
-    stopped = Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stopped.set())
-    return stopped
-
-
-def _ignore_signals() -> None:
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, signal.SIG_IGN)
 
 
 def _ignore(line: str) -> None:

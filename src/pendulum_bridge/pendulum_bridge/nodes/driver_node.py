@@ -42,6 +42,7 @@ from pendulum_twin.nodes.guard import guard_method
 from pendulum_twin.nodes.qos import LATEST
 from pendulum_twin.nodes.running import run
 from pendulum_twin.nodes.settings import declare_settings, watch_settings
+from pendulum_twin.stop_request import StopRequest
 
 LONGEST_WAIT_S = 0.05  # until a signal, or the end of the parent, is seen
 # turns of the executor, a tenth of LONGEST_WAIT_S each, for answers to waiting callers
@@ -279,7 +280,7 @@ def fill_answer(reason: Reason, response: Trigger.Response, success: bool) -> Tr
     return response
 
 
-def serve(node: DriverNode, stopped: Event) -> None:
+def serve(node: DriverNode, stopped: StopRequest) -> None:
     """Serve the node until stopped is set, or its parent has ended; then answer waiting callers.
 
     With the setting autostart the node configures and activates itself first. The end of the

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 import sys
-from threading import Event
 from time import monotonic
 from typing import Any
 
@@ -54,6 +53,7 @@ from pendulum_twin.plans.excitation import make_standard_plan
 from pendulum_twin.plans.plan_file import load_plan
 from pendulum_twin.plans.waveforms import Envelope, make_envelope
 from pendulum_twin.standstill import NAMED_S, describe_standstill
+from pendulum_twin.stop_request import StopRequest
 
 TICK_S = 0.05
 PROGRESS_S, LOG_S = 0.5, 5.0  # time between messages of progress, and between lines of the log
@@ -335,7 +335,7 @@ def _read_state(message: JointState) -> RigState:
     return RigState(*from_joint_state(message).tolist())
 
 
-def serve(node: ExcitationNode, stopped: Event) -> str | None:
+def serve(node: ExcitationNode, stopped: StopRequest) -> str | None:
     """Serve the node until it is done or stopped is set.
 
     Returns why the plan was not played to its end; None when it was.

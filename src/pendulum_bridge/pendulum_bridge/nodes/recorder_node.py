@@ -9,7 +9,6 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
-from threading import Event
 from typing import Any
 
 from rclpy.clock import Clock, ClockType
@@ -29,6 +28,7 @@ from pendulum_twin.nodes.diagnostics import publish_health
 from pendulum_twin.nodes.qos import LATCHED
 from pendulum_twin.nodes.running import run, spin
 from pendulum_twin.nodes.settings import declare_settings
+from pendulum_twin.stop_request import StopRequest
 
 DRAIN_S = 0.05
 LOOK_S = 0.1  # time between looks for new topics
@@ -145,7 +145,7 @@ def _create_bag(settings: RecorderSettings) -> Bag:
     )
 
 
-def record(node: RecorderNode, stopped: Event) -> None:
+def record(node: RecorderNode, stopped: StopRequest) -> None:
     """Serve the recorder until stopped is set or it has ended.
 
     Raises BadInputError if it failed.

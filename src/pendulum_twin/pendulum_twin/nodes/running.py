@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 from collections.abc import Callable
-from threading import Event
 from typing import Any
 
 import rclpy
@@ -19,11 +17,12 @@ from pendulum_twin.errors import BadInputError
 from pendulum_twin.nodes.overrides import check_parameter_files
 from pendulum_twin.nodes.settings import describe_settings
 from pendulum_twin.parser import Parser, add_common_options, complete
+from pendulum_twin.stop_request import StopRequest, catch_stop_signals, ignore_stop_signals
 
 LONGEST_WAIT_S = 0.2  # until a signal is seen
 
 
-def spin(node: Node, stopped: Event, over: Callable[[], bool] = lambda: False) -> None:
+def spin(node: Node, stopped: StopRequest, over: Callable[[], bool] = lambda: False) -> None:
     """Serve a node's callbacks until it is stopped or done.
 
     stopped: ends it when it is set.
@@ -44,8 +43,8 @@ def run[N: Node](
     settings: type[Any],
     make: Callable[[], N],
     arguments: list[str] | None = None,
-    serve: Callable[[N, Event], str | None] = spin,
-    prepare: Callable[[str, Event], bool] = lambda name, stopped: True,
+    serve: Callable[[N, StopRequest], str | None] = spin,
+    prepare: Callable[[str, StopRequest], bool] = lambda name, stopped: True,
 ) -> int:
     """Make a node and serve it until SIGINT or SIGTERM, or until `serve` ends by itself.
 
@@ -67,7 +66,8 @@ def run[N: Node](
         parser = make_node_parser(name, description, settings)
         complete(parser)
         options = parser.parse_args(remove_ros_args(arguments)[1:])
-        stopped = _catch_signals()
+        # rclpy's own handlers would raise in the middle of a callback, or of the start
+        stopped = catch_stop_signals()
         if not prepare(name, stopped):
             return 0
         quieting = ["--ros-args", "--log-level", "warn"] if options.quiet else []
@@ -90,22 +90,10 @@ def run[N: Node](
     finally:
         rclpy.try_shutdown()
         if arguments is sys.argv:  # the program ends: a second Ctrl-C must not change how
-            for number in (signal.SIGINT, signal.SIGTERM):
-                signal.signal(number, signal.SIG_IGN)
+            ignore_stop_signals()
     if failure is not None:
         print(f"{name}: {failure}", file=sys.stderr)
     return 0 if failure is None else 1
-
-
-def _catch_signals() -> Event:
-    """Return the event that SIGINT and SIGTERM set.
-
-    rclpy's own handlers would raise in the middle of whatever the node does, start-up included.
-    """
-    stopped = Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stopped.set())
-    return stopped
 
 
 def make_node_parser(name: str, description: str, settings: type[Any]) -> Parser:

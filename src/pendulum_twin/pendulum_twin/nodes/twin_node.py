@@ -30,7 +30,7 @@ from __future__ import annotations
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
-from threading import Event, Lock
+from threading import Lock
 from typing import Any
 
 from rclpy.clock import Clock, ClockType
@@ -58,6 +58,7 @@ from pendulum_twin.nodes.twin_settings import TwinSettings
 from pendulum_twin.paces import Lockstep, RealTime
 from pendulum_twin.reset_answer import format_answer
 from pendulum_twin.steady_time import SteadyTime
+from pendulum_twin.stop_request import StopRequest
 from pendulum_twin.twin_health import TwinFigures, TwinHealth
 
 RESET_STOPPED = (
@@ -247,7 +248,7 @@ class TwinNode(Node):
         return self._steady.read_ns() if self._steady else int(self.get_clock().now().nanoseconds)
 
 
-def serve(node: TwinNode, stopped: Event) -> None:
+def serve(node: TwinNode, stopped: StopRequest) -> None:
     """Serve the node until stopped is set; in lockstep the commands have this thread."""
     if not node.lockstep:
         spin(node, stopped)
