@@ -29,6 +29,7 @@ SIGN_MISFIT_RATIO = 1.2  # ratio; least gain of misfit by a sign that is turned
 
 # How widely is the catalogue searched?
 CANDIDATES_REFITTED = 5  # fits; what is hidden ranks fifth at worst (test_propose); measured
+PROPOSAL_LEAST_NATS = 4.0  # nats; a fifth of the gain that the surest leads need; time
 MOST_EFFECTS_ADDED = 5  # effects; more than concealed anywhere; bounds the time
 RIVALS_REFITTED = 3  # fits; effects that are tried in the place of each name
 OTHER_BEGINNINGS = 2  # searches; that are tried where the first leaves more than noise

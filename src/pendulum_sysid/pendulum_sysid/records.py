@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,6 +24,9 @@ class Outcome(Enum):
     UNUSABLE = "unusable"  # the recording cannot answer the question
 
 
+type FaultKind = Literal["spike", "gap", "jitter", "wrap", "stale", "clipped", "slip"]
+
+
 @dataclass(frozen=True)
 class QualityFinding:
     """Say what is wrong with the data of a recording.
@@ -35,7 +38,7 @@ class QualityFinding:
         note: what the kind alone does not say, in words; empty for nothing.
     """
 
-    kind: str  # spike | gap | jitter | wrap | stale | clipped | slip
+    kind: FaultKind
     count: int
     intervals_s: tuple[tuple[float, float], ...] = ()
     note: str = ""

@@ -8,7 +8,7 @@ import pytest
 from support.hidden_physics import HIDDEN, INTECO, record_hidden
 
 from pendulum_sysid import decisions
-from pendulum_sysid.finding.growth import list_simplest
+from pendulum_sysid.finding.growth import find_steps, grow_set, list_simplest
 from pendulum_sysid.finding.journal import Search
 from pendulum_sysid.finding.pole_alone import PoleAnswer
 from pendulum_sysid.finding.propose import propose
@@ -64,6 +64,29 @@ def test_a_first_step_that_leaves_more_than_noise_is_exchanged_for_another() -> 
     end = begin_otherwise(search, base, [broad, dry], Explanation(broad, None))
     assert set(end.fit.effects) == {"cart_coulomb_friction", "rail_friction_patch"}
     assert broad.choose > 2.0 and end.fit.choose < 1.2
+
+
+def test_a_search_that_comes_back_to_another_grows_no_further() -> None:
+    search, base = search_tilt()
+    tilt = take_steps(search, base, ("rail_tilt",))["rail_tilt"]
+    noted = len(search.journal.trials)
+    assert grow_set(search, tilt, known=tilt) is tilt
+    assert len(search.journal.trials) == noted
+    grown = grow_set(search, base, known=tilt)
+    assert grown.effects == ("rail_tilt",)
+
+
+def test_a_proposal_that_promises_next_to_nothing_is_not_fitted() -> None:
+    search, base = search_tilt()
+    tilt = take_steps(search, base, ("rail_tilt",))["rail_tilt"]
+    for fit_so_far, is_complete in ((base, False), (tilt, True)):
+        noted = len(search.journal.trials)
+        find_steps(search, fit_so_far)
+        tried = {trial.effects[-1] for trial in search.journal.trials[noted:]}
+        proposals = propose(search.case, search.split, fit_so_far)[: decisions.CANDIDATES_REFITTED]
+        worth = {p.effect for p in proposals if p.gain >= decisions.PROPOSAL_LEAST_NATS}
+        assert tried == worth
+        assert len(worth) < len(proposals) if is_complete else worth
 
 
 def test_what_the_pole_said_by_itself_is_taken_back() -> None:

@@ -3,12 +3,13 @@
 import ast
 from dataclasses import fields
 from pathlib import Path
+from typing import get_args
 
 from support.made_recordings import INTECO
 
 from pendulum_sysid.finding import localisation
 from pendulum_sysid.fitting.parameters import list_rig_parameters
-from pendulum_sysid.records import Outcome
+from pendulum_sysid.records import FaultKind, Outcome
 from pendulum_sysid.telling import wording
 from pendulum_sysid.verdict.record import FitScores
 from pendulum_twin.effects.effect import Place
@@ -28,8 +29,9 @@ def test_every_variable_is_one_that_the_localisation_asks_about() -> None:
     assert set(wording.VARIABLES) <= list_strings(Path(localisation.__file__).parent)
 
 
-def test_every_kind_of_fault_is_one_that_the_cleaning_reports() -> None:
+def test_every_kind_of_fault_that_the_cleaning_reports_has_words() -> None:
     cleaning = Path(localisation.__file__).parents[2] / "cleaning"
+    assert set(wording.QUALITY) == set(get_args(FaultKind.__value__))
     assert set(wording.QUALITY) <= list_strings(cleaning)
 
 

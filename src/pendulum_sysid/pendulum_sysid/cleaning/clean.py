@@ -41,7 +41,7 @@ from pendulum_sysid.cleaning.velocity_spikes import detect_velocity_spikes
 from pendulum_sysid.cleaning.wraps import detect_wraps
 from pendulum_sysid.errors import UnusableRecording
 from pendulum_sysid.reading.raw import JOINTS, RawRecording
-from pendulum_sysid.records import QualityFinding, Recording
+from pendulum_sysid.records import FaultKind, QualityFinding, Recording
 from pendulum_twin.arrays import Floats, Mask
 from pendulum_twin.signals import Signals
 
@@ -221,8 +221,8 @@ def _resample_velocities(samples: Samples, signals: Signals) -> Floats | None:
 
 def _list_findings(faults: Iterable[Fault], period_s: float) -> tuple[QualityFinding, ...]:
     """Return one finding a kind; faults of several sensors at one time count once."""
-    intervals: dict[str, list[Interval]] = {}
-    notes: dict[str, list[str]] = {}
+    intervals: dict[FaultKind, list[Interval]] = {}
+    notes: dict[FaultKind, list[str]] = {}
     for fault in faults:
         intervals.setdefault(fault.kind, []).extend(fault.intervals_s)
         notes.setdefault(fault.kind, []).extend([fault.note] if fault.note else [])

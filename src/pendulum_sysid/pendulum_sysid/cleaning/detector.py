@@ -13,6 +13,7 @@ import numpy as np
 from pendulum_sysid.cleaning.clock import Rate
 from pendulum_sysid.cleaning.jumps import Places
 from pendulum_sysid.reading.raw import RawRecording
+from pendulum_sysid.records import FaultKind
 from pendulum_twin.arrays import Floats, Mask
 
 Interval = tuple[float, float]
@@ -27,7 +28,7 @@ class Fault:
     note: what the kind alone does not say, in words; empty for nothing.
     """
 
-    kind: str
+    kind: FaultKind
     intervals_s: tuple[Interval, ...]
     note: str = ""
 

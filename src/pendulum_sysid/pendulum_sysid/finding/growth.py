@@ -9,21 +9,31 @@ from collections.abc import Sequence
 
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.journal import Search
-from pendulum_sysid.finding.judge import choose_simplest, is_needed
+from pendulum_sysid.finding.judge import choose_simplest, compute_lead, is_needed
 from pendulum_sysid.finding.propose import propose
 from pendulum_sysid.records import Fit
 from pendulum_twin.effects import BY_NAME
 
 
-def grow_set(search: Search, base: Fit) -> Fit:
-    """Return the base with effects added one by one, as long as a step is really ahead."""
+def grow_set(search: Search, base: Fit, known: Fit | None = None) -> Fit:
+    """Return the base with effects added one by one, as long as a step is really ahead.
+
+    known: where another search ended. A set that comes to hold all of its effects, and is no
+        better, has come back to it, and grows no further.
+    """
     best = base
     while len(best.effects) < len(base.effects) + decisions.MOST_EFFECTS_ADDED:
+        if known is not None and _comes_back(best, known):
+            break
         steps = find_steps(search, best)
         if not steps:
             break
         best = steps[0]
     return best
+
+
+def _comes_back(fit: Fit, known: Fit) -> bool:
+    return set(fit.effects) >= set(known.effects) and not compute_lead(fit, known).is_real
 
 
 def find_steps(search: Search, best: Fit) -> list[Fit]:
@@ -33,7 +43,11 @@ def find_steps(search: Search, best: Fit) -> list[Fit]:
         "asking what is missing"
     )
     proposals = propose(search.case, search.split, best)[: decisions.CANDIDATES_REFITTED]
-    fits = [search.fit_effects(p.effects, best, p.theta) for p in proposals]
+    fits = [
+        search.fit_effects(proposal.effects, best, proposal.theta)
+        for proposal in proposals
+        if proposal.gain >= decisions.PROPOSAL_LEAST_NATS
+    ]
     good = [candidate for candidate in fits if is_needed(candidate, best, candidate.effects[-1])]
     kept = choose_simplest(good) if good else None
     for candidate in fits:

@@ -136,7 +136,7 @@ def begin_otherwise(
         else list_simplest(steps, steps[:1])
     )
     for step in others[: decisions.OTHER_BEGINNINGS]:
-        other = grow_set(search, step)
+        other = grow_set(search, step, explanation.fit)
         if other.choose <= at_noise and compute_lead(other, explanation.fit).is_real:
             return Explanation(prune_set(search, base.effects, other), None)
     return explanation

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pendulum_sysid.records import Outcome
+from pendulum_sysid.records import FaultKind, Outcome
 
 
 @dataclass(frozen=True)
@@ -109,13 +109,14 @@ RIG_PARAMETERS: dict[str, str] = {
     "pole_viscous_n_m_s": "viscous friction of the pole",
 }
 
-QUALITY: dict[str, str] = {
+QUALITY: dict[FaultKind, str] = {
     "spike": "single samples far off their neighbours; left out",
     "gap": "samples missing; nothing is carried across",
     "jitter": "stamps not evenly spaced",
     "wrap": "jumps of the angle by a full turn; unwrapped",
     "stale": "the same value repeated while the rig moved; left out",
     "clipped": "values stuck at a limit",
+    "slip": "jumps of the cart's reading that no force explains; left out",
 }
 
 FIT_ROWS: dict[str, tuple[str, str]] = {  # field of FitScores -> words and unit
