@@ -16,7 +16,7 @@ from pendulum_sysid.fitting.parameters import Free
 from pendulum_sysid.fitting.windows import gather, list_channels
 from pendulum_sysid.records import Windows
 from pendulum_twin import kernel
-from pendulum_twin.arrays import Floats, Ints
+from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.free_runs import run_drive, run_driven
 from pendulum_twin.signals import Signals
 
@@ -51,10 +51,8 @@ def compute_errors(problem: Problem, theta: Floats, start_states: Floats) -> Flo
     theta: (SIZE,) of the twin.
     start_states: (windows, 4) x (m), th (rad), v (m/s), w (rad/s).
     """
-    drives = run_drive(problem.signals, theta[None])
-    return _compute_errors_of_part(
-        problem, drives, theta[None], np.zeros(1, dtype=np.int64), start_states[None], slice(None)
-    )[0]
+    first = np.zeros(len(start_states), dtype=np.int64)
+    return compute_errors_by_set(problem, theta[None], first, start_states)
 
 
 def compute_errors_by_set(
@@ -66,36 +64,33 @@ def compute_errors_by_set(
     set_of: (windows,) index of each window's set.
     start_states: (windows, 4) x (m), th (rad), v (m/s), w (rad/s).
     """
-    signals, windows = problem.signals, problem.windows
-    drives = run_drive(signals, theta)
-    runs = run_driven(signals, drives, theta, set_of, windows.begin, start_states, windows.samples)
-    measured, counts = gather(signals, windows.begin, windows.samples)
-    return (measured - runs[..., list(list_channels(signals))]) * counts
+    drives = run_drive(problem.signals, theta)
+    every = np.arange(len(start_states))
+    return _compute_errors_of_runs(problem, drives, theta, set_of, every, start_states)
 
 
-def _compute_errors_of_part(
+def _compute_errors_of_runs(
     problem: Problem,
     drives: tuple[Floats, Ints],
     theta: Floats,
     set_of: Ints,
+    window_of: Ints,
     start_states: Floats,
-    part: slice,
 ) -> Floats:
-    """Return measured minus run, (lanes, windows, samples, channels), of the windows in a part.
+    """Return measured minus run, (runs, samples, channels).
 
     drives: what command and drive make of the recording, for each set (`run_drive`).
     theta: (sets, SIZE) parameter vectors.
-    set_of: (lanes,) index of each lane's set.
-    start_states: (lanes, windows, 4) of the windows in the part.
+    set_of, window_of: (runs,) indices of each run's set and window.
+    start_states: (runs, 4) x (m), th (rad), v (m/s), w (rad/s).
     """
-    signals, begin, samples = problem.signals, problem.windows.begin[part], problem.windows.samples
-    lanes, count = start_states.shape[:2]
-    at, own = np.tile(begin, lanes), np.repeat(set_of, count)
-    runs = run_driven(signals, drives, theta, own, at, start_states.reshape(-1, 4), samples)
+    signals, samples = problem.signals, problem.windows.samples
+    begin = problem.windows.begin
+    runs = run_driven(signals, drives, theta, set_of, begin[window_of], start_states, samples)
     measured, counts = gather(signals, begin, samples)
-    return (
-        measured - runs[..., list(list_channels(signals))].reshape(lanes, *measured.shape)
-    ) * counts
+    errors: Floats = measured[window_of] - runs[..., list(list_channels(signals))]
+    errors *= counts[window_of]
+    return errors
 
 
 @dataclass(frozen=True)
@@ -160,7 +155,10 @@ def linearise(
     pieces = [
         slice(a, min(a + size, len(start_states))) for a in range(0, len(start_states), size)
     ]
-    off = _compute_all_errors(problem, sets, start_states, pieces)
+    acting = np.ones((len(sets), len(start_states)), dtype=bool)
+    for row, parameter in zip(acting[1 : 1 + len(free)], free, strict=True):
+        row[:] = _list_acting(problem.windows, parameter)
+    off = _compute_all_errors(problem, sets, start_states, pieces, acting)
     off /= np.sqrt(power)
     systems = [_assemble_part(problem, off[:, part], scale, start_states, part) for part in pieces]
 
@@ -180,15 +178,27 @@ def linearise(
     )
 
 
+def _list_acting(windows: Windows, parameter: Free) -> Mask:
+    """Return in which windows a parameter may act, (windows,)."""
+    if parameter.acts is None:
+        return np.ones(len(windows.begin), dtype=bool)
+    so_far = np.concatenate([[0], np.cumsum(parameter.acts)])
+    return so_far[windows.begin + windows.samples] > so_far[windows.begin]
+
+
 def _compute_all_errors(
-    problem: Problem, sets: Floats, start_states: Floats, pieces: list[slice]
+    problem: Problem, sets: Floats, start_states: Floats, pieces: list[slice], acting: Mask
 ) -> Floats:
     """Return measured minus run, (sets + starts that are varied, windows, samples, channels).
 
     First each parameter vector from the given starts, then the first set from starts one deviation
     off along each entry.
+
+    acting: (sets, windows) where a set's runs differ from those of the first set; the others are
+        not made.
     """
     varied = list_varied(problem)
+    acting = np.concatenate([acting, np.ones((len(varied), len(start_states)), dtype=bool)])
     moves = np.zeros((len(sets) + len(varied), 4))
     moves[np.arange(len(sets), len(moves)), varied] = problem.deviations[varied]
     set_of = np.array([*range(len(sets)), *([0] * len(varied))])
@@ -204,11 +214,18 @@ def _compute_all_errors(
         drives = run_drive(problem.signals, sets[sharing])
         lanes = np.flatnonzero(np.isin(set_of, sharing))
         for part in pieces:
-            starts = start_states[part] + moves[lanes, None]
-            own = set_of[lanes] - sharing[0]
-            all_errors[lanes, part] = _compute_errors_of_part(
-                problem, drives, sets[sharing], own, starts, part
+            lane, window = np.nonzero(acting[lanes, part])
+            lane, window = lanes[lane], window + part.start
+            all_errors[lane, window] = _compute_errors_of_runs(
+                problem,
+                drives,
+                sets[sharing],
+                set_of[lane] - sharing[0],
+                window,
+                start_states[window] + moves[lane],
             )
+    for errors, acts in zip(all_errors, acting, strict=True):
+        errors[~acts] = all_errors[0, ~acts]
     return all_errors
 
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_sysid.errors import WrongUse
-from pendulum_twin.arrays import Floats
+from pendulum_twin.arrays import Floats, Mask
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Effect, Parameter, Scale
 from pendulum_twin.model import Twin
@@ -47,6 +47,8 @@ class Free:
     offset: what is added to factor * value, in the unit of theta's entry.
     believed, spread: mean and standard deviation of what is believed of the value beforehand;
         infinite spread for a value that is a mere guess.
+    acts: (samples,) where the value may act; runs that keep away from there do not depend on it.
+        None for everywhere.
     """
 
     name: str
@@ -59,6 +61,7 @@ class Free:
     offset: float = 0.0
     believed: float = 0.0
     spread: float = np.inf
+    acts: Mask | None = field(default=None, compare=False, repr=False)
 
     @property
     def belief(self) -> float:

@@ -11,7 +11,7 @@ from pendulum_sysid import decisions
 from pendulum_sysid.finding.localisation.balance import Motion, compute_motion
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.parameters import Free, Scales
-from pendulum_twin.arrays import Floats, Ints
+from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.effects import BY_NAME as EFFECTS
 from pendulum_twin.effects.effect import Form, Place
 from pendulum_twin.laws import KINDS
@@ -20,6 +20,9 @@ from pendulum_twin.laws.law import Law, spread_turn
 from pendulum_twin.model import MOST_LAWS
 from pendulum_twin.parameter_vector import KIND, LAW_SIZE, LAWS, VALUES, put_law
 
+# Knots to either side of a place whose values a run there may feel: two make the curve, and a run
+# strays by less than a third from what was recorded.
+REACH = 3
 LEAST_GAIN = -0.9  # a drive keeps a tenth of its force wherever it is
 
 
@@ -44,6 +47,21 @@ class Curve:
     def spacing(self) -> float:
         """Return the distance between two knots."""
         return float(self.knots[1] - self.knots[0])
+
+    @cached_property
+    def acts(self) -> Mask | None:
+        """Return at which samples each value may act, (n, k); None for all values at all samples.
+
+        A command goes on acting after it has passed: command and drive have memories.
+        """
+        if self.kind.variable is Variable.COMMAND:
+            return None
+        count = len(self.knots)
+        z = ((self.seen - self.knots[0]) / self.spacing)[:, None]
+        if self.kind.is_periodic:
+            apart = np.mod(z - np.arange(count), count)
+            return np.minimum(apart, count - apart) < REACH
+        return np.abs(np.clip(z, 0, count - 1) - np.arange(count)) < REACH
 
     @cached_property
     def visits(self) -> Floats:
@@ -91,6 +109,7 @@ class Curve:
                 self.low,
                 high,
                 self.size,
+                acts=None if self.acts is None else self.acts[:, k],
             )
             for k in range(len(self.knots))
         )

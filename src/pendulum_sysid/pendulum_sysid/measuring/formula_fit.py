@@ -22,7 +22,7 @@ from pendulum_sysid.measuring.curve import Curve, find_slot
 from pendulum_sysid.measuring.penalised_fit import make_estimates, minimise
 from pendulum_sysid.measuring.shapes import FittedShape, Shape
 from pendulum_sysid.records import Fit, Split
-from pendulum_twin.arrays import Floats
+from pendulum_twin.arrays import Floats, Mask
 from pendulum_twin.laws.law import MOST_KNOTS, spread_turn
 from pendulum_twin.parameter_vector import LAW_SIZE, LAWS, VALUES
 
@@ -50,6 +50,7 @@ class ShapeParameter:
     low: float = -np.inf
     high: float = np.inf
     belief: float = 0.0
+    acts: Mask | None = None
 
     def compute_pull(self, theta: Floats) -> float:
         """Return 0: nothing is believed of a formula beforehand."""

@@ -53,11 +53,13 @@ def measure_best_laws(
 ) -> LawFit | None:
     """Return the fit with measured laws from the first start that leaves noise, or the best.
 
-    starts: fits without laws, the simplest first.
+    starts: fits without laws, the simplest first. A start whose first law explains less than the
+        effects of the last start is given up.
     """
     best: LawFit | None = None
+    named = _begin(case, split, starts[-1]).fit
     for start in {start.effects: start for start in starts}.values():
-        law_fit = measure_laws(case, split, start, report)
+        law_fit = measure_laws(case, split, start, report, named.choose)
         if law_fit is None:
             continue
         if best is None or compute_lead(law_fit.fit, best.fit).is_real:
@@ -66,14 +68,16 @@ def measure_best_laws(
             break
     if best is None:
         return None
-    without = _begin(case, split, starts[-1]).fit
-    return best if compute_lead(best.fit, without).is_real else None
+    return best if compute_lead(best.fit, named).is_real else None
 
 
-def measure_laws(case: Case, split: Split, start: Fit, report: Progress) -> LawFit | None:
+def measure_laws(
+    case: Case, split: Split, start: Fit, report: Progress, most: float = np.inf
+) -> LawFit | None:
     """Return the fit with measured laws beside the effects of a fit; None where no law helps.
 
     start: the fit with the effects that were named so far, and no laws.
+    most: misfit, in units of noise, that the first law may leave for a second law to be measured.
     """
     law_fit = _begin(case, split, start)
     while len(law_fit.curves) < decisions.LAWS_MEASURED:
@@ -81,6 +85,8 @@ def measure_laws(case: Case, split: Split, start: Fit, report: Progress) -> LawF
         if longer is None:
             break
         law_fit = longer
+        if law_fit.fit.choose > most:
+            break
         # a sharp edge needs its formula to end at the noise: no second law may mend it
         if name_curves(case, split, law_fit)[0].choose <= decisions.MISFIT_AT_NOISE:
             break
