@@ -4,6 +4,7 @@ import json
 import math
 import os
 import re
+import shlex
 import subprocess
 import sys
 import webbrowser
@@ -17,10 +18,12 @@ from support.made_recordings import INTECO, ROOT, made, made_bag, without_joint
 from pendulum_sysid.cli import main
 from pendulum_sysid.records import Outcome
 from pendulum_sysid.verbs import recordings
-from pendulum_sysid.verbs.diagnose import write_diagnosis
+from pendulum_sysid.verbs.diagnose import describe_origin, write_diagnosis
+from pendulum_sysid.verbs.options import make_parser
 from pendulum_sysid.verdict.record import BeforeAfter, FitScores, RecordingFacts, Verdict
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.model import Twin, load_twin, save_twin
+from pendulum_twin.user_effects import take_effects_option
 
 REAL = ROOT.parent / "shared" / "data" / "inteco_rig"
 TWIN = str(ROOT / "config" / "inteco.yaml")
@@ -447,6 +450,19 @@ def test_a_diagnosis_is_written(tmp_path: Path) -> None:
     assert content["fit"]["train"]["before"] is None and content["sentence"] == "Found."
     assert load_twin(folder / "twin.yaml") == INTECO
     assert {path.name for path in folder.iterdir()} == {path.name for path in written}
+
+
+def test_a_diagnosis_remembers_the_effects_of_its_user(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "twin.yaml").write_text("")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PENDULUM_EFFECTS", "")
+    line = "diagnose run --effects mine --twin twin.yaml --out out --effects /theirs"
+    arguments = make_parser().parse_args(take_effects_option(shlex.split(line)))
+    assert describe_origin(arguments).effects == ("mine", "/theirs")
+    monkeypatch.setenv("PENDULUM_EFFECTS", "")
+    assert describe_origin(arguments).effects == ()
 
 
 def test_no_twin_of_an_earlier_diagnosis_stays(tmp_path: Path) -> None:
