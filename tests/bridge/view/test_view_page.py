@@ -307,6 +307,7 @@ def test_a_recording_ends_in_a_verdict_beside_the_plots(world: World, page: Page
     expect(record).to_be_visible()
     expect(end).to_have_attribute("aria-disabled", "true")
     record.click()
+    expect(page.locator("#answer")).to_have_text(re.compile("^Record: recording 20"))
     expect(row).to_have_attribute("data-stage", "recording")
     expect(record).to_have_attribute("aria-disabled", "true")
     expect(row.locator(".level")).to_contain_text("recording, ")

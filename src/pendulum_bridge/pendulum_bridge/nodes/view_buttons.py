@@ -14,7 +14,7 @@ from pendulum_bridge.nodes.trigger_call import call_trigger
 from pendulum_bridge.view.board import Board
 from pendulum_bridge.view.live import END_RECORDING, RECORD
 from pendulum_bridge.view.recordings import Recordings
-from pendulum_bridge.view.samples import is_fresh
+from pendulum_bridge.view.samples import compute_silence_s
 from pendulum_bridge.view.server import Answer
 from pendulum_twin import topics
 from pendulum_twin.emergency_stop import StopAnswer
@@ -24,6 +24,7 @@ ANSWER_WITHIN_S = 3.0
 RESET_WITHIN_S = 60.0  # a swing-down has a deadline of its own
 QUIET_WITHIN_S = 1.5  # a stop is cleared once commands end; longer than any command's timeout
 ASK_AGAIN_S = 0.1
+SILENT_FOR_LONG_S = 5.0  # a busy computer may stand still for a moment
 SERVICES = {
     "stop": ("rig", topics.STOP),
     "clear_stop": ("rig", topics.CLEAR_STOP),
@@ -92,7 +93,8 @@ class Buttons:
         """Raise BadInputError when what is to be recorded is silent."""
         now = self._board.take_snapshot(monotonic())
         source = now.rig or now.twin
-        if not is_fresh(source, now.now_s):
+        silence_s = compute_silence_s(source, now.now_s) if source else None
+        if silence_s is None or silence_s > SILENT_FOR_LONG_S:
             name = source.namespace if source else "rig and twin"
             raise BadInputError(f"{name}: expected samples to record, found silence")
 
