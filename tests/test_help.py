@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterator
 
 import pytest
+from support.paths import SRC
 from support.programs import list_executables
 
 from pendulum_sysid.verbs.options import make_parser
@@ -17,7 +18,11 @@ STUDIES = {
     "demo": "pendulum_bridge.studies.demo",
     "trials": "pendulum_bridge.studies.trials",
     "stepped_rig": "pendulum_bridge.stepped_rig",
+    "ablation": "pendulum_sysid.studies.ablation.__main__",
 }
+LEARNING = (
+    "controllers", "identify_and_control", "optimum", "sample_times", "transfer", "tune",
+)  # fmt: skip
 WITHOUT_QUIET = {"stepped_rig"}  # says nothing but samples
 
 
@@ -31,6 +36,10 @@ def print_help(name: str, *arguments: str) -> str:
         module, function = EXECUTABLES[name].split(":")
         call = f"from {module} import {function}; sys.exit({function}())"
     words = [sys.executable, "-c", f"import sys; {call}", *arguments]
+    return run_python(*words)
+
+
+def run_python(*words: str) -> str:
     done = subprocess.run(words, capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr
     return done.stdout
@@ -38,7 +47,27 @@ def print_help(name: str, *arguments: str) -> str:
 
 @pytest.mark.parametrize("name", sorted({*EXECUTABLES, *STUDIES}))
 def test_every_program_says_examples_and_common_options(name: str) -> None:
-    said = print_help(name, "--help")
+    check_help(name, print_help(name, "--help"))
+
+
+def test_every_study_of_learning_says_the_same() -> None:
+    """All in one process: each would import torch by itself, which takes seconds."""
+    program = """
+import contextlib, importlib, sys
+for name in sys.argv[1:]:
+    print(f"<study {name}>")
+    with contextlib.suppress(SystemExit):
+        importlib.import_module(f"pendulum_rl_env.studies.{name}").main(["--help"])
+"""
+    said = run_python(sys.executable, "-c", program, *LEARNING).split("<study ")[1:]
+    helps = dict(text.split(">\n", 1) for text in said)
+    assert tuple(helps) == LEARNING
+    for name, text in helps.items():
+        check_help(name, text)
+        assert "default" in text
+
+
+def check_help(name: str, said: str) -> None:
     assert "\nexamples:\n  " in said, said
     assert "--version" in said and ("--quiet" in said or name in WITHOUT_QUIET)
     examples = said.split("\nexamples:\n")[1].splitlines()
@@ -89,3 +118,9 @@ def test_every_verb_that_answers_has_json() -> None:
 def test_a_number_that_stands_for_a_default_is_not_written_twice() -> None:
     for name, verb in VERBS.items():
         assert not re.search(r"default[^)]*\).{0,3}\(default", verb.format_help()), name
+
+
+def test_no_program_makes_a_parser_of_its_own() -> None:
+    texts = {path: path.read_text() for path in SRC.glob("*/pendulum_*/**/*.py")}
+    assert len(texts) > 300
+    assert [path for path, text in texts.items() if "argparse.ArgumentParser(" in text] == []

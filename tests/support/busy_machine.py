@@ -8,9 +8,11 @@ import numpy as np
 from pendulum_bridge.driver.driver import OLD_PERIODS, WAIT_S
 from pendulum_bridge.emulator.schedule import LONGEST_BACKLOG_S
 from pendulum_bridge.emulator.sensors import Encoders, Sensors
-from pendulum_bridge.safety.decide import Rules, begin_reset, decide, make_safety
+from pendulum_bridge.safety.decide import decide
+from pendulum_bridge.safety.events import begin_reset
 from pendulum_bridge.safety.reasons import Reason
 from pendulum_bridge.safety.rig_state import RigState
+from pendulum_bridge.safety.state import Rules, make_safety
 from pendulum_twin.stepper import Stepper
 from support.guarded_rigs import PERIOD_S
 

@@ -4,9 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from pendulum_bridge.safety.decide import Decision, Rules, Safety, begin_reset, decide, make_safety
+from pendulum_bridge.safety.decide import Decision, decide
+from pendulum_bridge.safety.events import begin_reset
 from pendulum_bridge.safety.reasons import Reason
 from pendulum_bridge.safety.rig_state import RigState
+from pendulum_bridge.safety.state import Rules, Safety, make_safety
 from pendulum_twin.model import Twin
 from pendulum_twin.rig import Rig
 from pendulum_twin.stepper import Stepper

@@ -17,14 +17,10 @@ from collections.abc import Callable  # noqa: E402
 from dataclasses import replace  # noqa: E402
 from pathlib import Path  # noqa: E402
 
-import gymnasium as gym  # noqa: E402
 from stable_baselines3 import PPO  # noqa: E402
 from stable_baselines3.common.base_class import BaseAlgorithm  # noqa: E402
-from stable_baselines3.common.monitor import Monitor  # noqa: E402
-from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv  # noqa: E402
+from stable_baselines3.common.vec_env import VecEnv  # noqa: E402
 
-from pendulum_rl_env.fleet import Fleet  # noqa: E402
-from pendulum_rl_env.in_process import load_learnable_twin  # noqa: E402
 from pendulum_rl_env.learning.callbacks import (  # noqa: E402
     Milestones,
     Progress,
@@ -34,15 +30,17 @@ from pendulum_rl_env.learning.callbacks import (  # noqa: E402
 )
 from pendulum_rl_env.learning.cloning import clone, demonstrate  # noqa: E402
 from pendulum_rl_env.learning.curves import draw_curves  # noqa: E402
+from pendulum_rl_env.learning.environments import (  # noqa: E402
+    EVALUATION_EPISODES,
+    gather_training_knowledge,
+    make_environments,
+)
 from pendulum_rl_env.learning.export import export  # noqa: E402
-from pendulum_rl_env.learning.fleet_vec_env import FleetVecEnv  # noqa: E402
-from pendulum_rl_env.learning.history_vec_env import HistoryVecEnv  # noqa: E402
 from pendulum_rl_env.learning.learner import as_off_policy, make_learner  # noqa: E402
 from pendulum_rl_env.learning.on_rig import evaluate_mean_reward, learn_on_rig  # noqa: E402
 from pendulum_rl_env.learning.policies import load_policy, save_policy  # noqa: E402
 from pendulum_rl_env.learning.preset import (  # noqa: E402
     IN_PROCESS,
-    OVER_TOPICS,
     Preset,
     load_preset,
 )
@@ -50,14 +48,11 @@ from pendulum_rl_env.learning.replay_file import load_replay, save_replay  # noq
 from pendulum_rl_env.learning.result import Result  # noqa: E402
 from pendulum_rl_env.learning.tensors import collect_tensors, put_tensors  # noqa: E402
 from pendulum_rl_env.options import parse_train_options  # noqa: E402
-from pendulum_rl_env.posterior import Knowledge, gather_knowledge  # noqa: E402
 from pendulum_rl_env.task import Task  # noqa: E402
 from pendulum_twin.command_line import run_command  # noqa: E402
 from pendulum_twin.errors import BadInputError  # noqa: E402
 
-EVALUATION_EPISODES = 20
 RIG_EVALUATION_EPISODES = 3  # each takes 15 s and a reset
-EVALUATION_SEED_OFFSET = 10**6  # from the seed of the training to that of the evaluation
 REPLAY_FILE = "replay.npz"
 CHECKPOINT_NUMBER = re.compile(r"policy_(\d+)_steps")
 
@@ -80,7 +75,7 @@ def _train(options: argparse.Namespace) -> int:
     if options.rig is not None:
         preset = replace(preset, environments=1)
     checkpoint = _prepare_folder(options)
-    training, evaluation = _make_environments(options, preset)
+    training, evaluation = make_environments(options, preset)
     try:
         model = _make_model(options, preset, training, checkpoint)
         if preset.demonstrations and checkpoint is None and options.init is None:
@@ -226,7 +221,7 @@ def _copy_controller(model: BaseAlgorithm, options: argparse.Namespace, preset: 
             f"preset {options.preset}: expected a twin to demonstrate in, found a rig or --env "
             f"{options.env}: choose another preset, or --init"
         )
-    knowledge = _gather_knowledge(options)
+    knowledge = gather_training_knowledge(options)
     task = Task.make_for_step(options.step_s)
     shown = demonstrate(
         knowledge.twins, task, knowledge.encoders, preset.history, model.gamma, options.seed
@@ -236,11 +231,6 @@ def _copy_controller(model: BaseAlgorithm, options: argparse.Namespace, preset: 
         f"{len(shown.rewards)} demonstrations of the classical controller, disturbed: mean reward "
         f"{shown.rewards.mean():.0f}; copied to {error:.2f} of full PWM"
     )
-
-
-def _gather_knowledge(options: argparse.Namespace) -> Knowledge:
-    twin = load_learnable_twin(options.twin)
-    return gather_knowledge(twin, options.verdict, options.draws, options.seed)
 
 
 def _take_weights(model: BaseAlgorithm, saved: BaseAlgorithm, origin: Path, preset: str) -> None:
@@ -256,35 +246,6 @@ def _take_weights(model: BaseAlgorithm, saved: BaseAlgorithm, origin: Path, pres
         raise BadInputError(
             f"{origin}: expected the layers of preset {preset}, found others: {error}"
         ) from error
-
-
-def _make_environments(options: argparse.Namespace, preset: Preset) -> tuple[VecEnv, VecEnv]:
-    """Return where to learn and where to evaluate, with the history that the preset asks for."""
-    training, evaluation = _make_plain_environments(options, preset)
-    if not preset.history:
-        return training, evaluation
-    shown = HistoryVecEnv(training, preset.history)
-    return shown, shown if evaluation is training else HistoryVecEnv(evaluation, preset.history)
-
-
-def _make_plain_environments(options: argparse.Namespace, preset: Preset) -> tuple[VecEnv, VecEnv]:
-    """Return where to learn and where to evaluate: two fleets, or twice the one rig."""
-    if options.rig is not None:
-        topics = {"namespace": options.rig, "step_s": options.step_s}
-        rig = DummyVecEnv([lambda: Monitor(gym.make(OVER_TOPICS, **topics))])
-        return rig, rig
-    if options.env != IN_PROCESS:
-        make: list[Callable[[], gym.Env]] = [lambda: Monitor(gym.make(options.env))]
-        training, evaluation = DummyVecEnv(make * preset.environments), DummyVecEnv(make)
-        training.seed(options.seed)
-        evaluation.seed(options.seed + EVALUATION_SEED_OFFSET)
-        return training, evaluation
-    knowledge = _gather_knowledge(options)
-    task, encoders = Task.make_for_step(options.step_s), knowledge.encoders
-    count, spread = preset.environments, preset.start_spread
-    fleet = Fleet(knowledge.twins, count, task, encoders, spread, options.seed)
-    best = Fleet(knowledge.twins[:1], EVALUATION_EPISODES, task, encoders, 0.0, options.seed)
-    return FleetVecEnv(fleet), FleetVecEnv(best)
 
 
 def _make_stopwatch(started_s: float) -> Callable[[], float]:

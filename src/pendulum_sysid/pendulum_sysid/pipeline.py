@@ -26,7 +26,7 @@ from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
 from pendulum_sysid.measuring.measure import measure_best_laws
 from pendulum_sysid.measuring.naming import name_curves
 from pendulum_sysid.planning.next_experiment import plan_next_experiment
-from pendulum_sysid.plausibility import refuse_implausible
+from pendulum_sysid.plausibility.ask import refuse_implausible
 from pendulum_sysid.prepare import Prepared, prepare_case, prepare_windows
 from pendulum_sysid.records import Outcome, Recording, Split
 from pendulum_sysid.telling.drawings import collect_drawings, draw_overlays

@@ -298,6 +298,8 @@ class Comparison:
         cart_rmse_m: root mean square error of the cart, m; None without a cart.
         pole_rmse_rad: root mean square error of the pole, rad; None without a pole.
         score: root mean square of both errors, each in units of its sensor's noise.
+        noise_floor: the score that the twin would reach if it were perfect; None where its runs
+            diverge.
         thesis_rmse: equation 29 of the thesis over one free run of the whole recording.
     """
 
@@ -306,6 +308,7 @@ class Comparison:
     cart_rmse_m: float | None
     pole_rmse_rad: float | None
     score: float
+    noise_floor: float | None
     thesis_rmse: float
 
 

@@ -27,13 +27,18 @@ GROUP = "pendulum_twin.effects"
 OPTION = "--effects"
 
 
+def list_effect_folders() -> list[str]:
+    """Return the user's folders, in the order in which they are read."""
+    return [folder for folder in os.environ.get(VARIABLE, "").split(os.pathsep) if folder]
+
+
 def list_effect_files() -> list[Path]:
     """Return the files of the user's folders, in the order in which they are read.
 
     Raises BadInputError for a folder that is not there or holds no effect.
     """
     files: list[Path] = []
-    for folder in filter(None, os.environ.get(VARIABLE, "").split(os.pathsep)):
+    for folder in list_effect_folders():
         own = sorted(path for path in Path(folder).glob("*.py") if path.name[0] not in "_.")
         if not own:
             raise BadInputError(

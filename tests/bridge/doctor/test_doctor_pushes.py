@@ -20,8 +20,8 @@ from pendulum_bridge.doctor.pushes import (
     plan_pushes,
     plan_reset_watch,
 )
-from pendulum_bridge.safety.decide import make_rules
 from pendulum_bridge.safety.rig_state import RigState
+from pendulum_bridge.safety.state import make_rules
 from pendulum_bridge.wire.protocol import Command, Sample
 from pendulum_twin.model import Twin
 

@@ -11,10 +11,10 @@ import pytest
 
 from pendulum_bridge.driver import driver as module
 from pendulum_bridge.driver.driver import DECISIONS_BETWEEN, LAST_WORDS, Driver
-from pendulum_bridge.safety.decide import make_rules
 from pendulum_bridge.safety.limits import Limits
 from pendulum_bridge.safety.reasons import Reason
 from pendulum_bridge.safety.rig_state import RigState
+from pendulum_bridge.safety.state import make_rules
 from pendulum_bridge.wire.link import Arrival, Counts
 from pendulum_bridge.wire.protocol import Command, Sample
 from pendulum_twin.errors import BadInputError

@@ -8,7 +8,7 @@ from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed, open_seal, write_seal
 from pendulum_bridge.emulator.sensors import Encoders
 from pendulum_bridge.emulator.session import play_plan
-from pendulum_bridge.emulator.unlisted import BY_NAME
+from pendulum_bridge.emulator.unlisted.table import BY_NAME
 from pendulum_twin.plans.excitation import make_standard_plan
 from pendulum_twin.plans.waveforms import make_envelope
 from pendulum_twin.rig import Rig

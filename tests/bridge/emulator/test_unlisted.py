@@ -10,7 +10,7 @@ from pendulum_bridge.emulator.conceal import conceal_effects, draw_sizes
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed, open_seal, write_seal
 from pendulum_bridge.emulator.sensors import Encoders
-from pendulum_bridge.emulator.unlisted import BY_NAME, TABLE, Unlisted
+from pendulum_bridge.emulator.unlisted.table import BY_NAME, TABLE, Unlisted
 from pendulum_twin.effects import BY_NAME as CATALOGUE
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.rig import Rig

@@ -9,10 +9,10 @@ from support.busy_machine import draw_standstills, reset_on_busy_machine
 from support.guarded_rigs import PERIOD_S, stepper, varied
 from support.paths import CONFIG
 
-from pendulum_bridge.safety.decide import make_rules
 from pendulum_bridge.safety.encoder_check import Encoders, check_sample, make_encoder_check
 from pendulum_bridge.safety.reasons import Reason
 from pendulum_bridge.safety.rig_state import RigState
+from pendulum_bridge.safety.state import make_rules
 from pendulum_twin.model import load_twin
 
 NOMINAL = load_twin(CONFIG / "inteco.yaml").rig

@@ -9,7 +9,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from support.guarded_rigs import PERIOD_S, reset_run, seen, settled, stepper, varied
 
-from pendulum_bridge.safety.decide import begin_reset, decide, make_rules
+from pendulum_bridge.safety.decide import decide
+from pendulum_bridge.safety.events import begin_reset
 from pendulum_bridge.safety.reasons import Reason
 from pendulum_bridge.safety.reset import (
     Reset,
@@ -23,6 +24,7 @@ from pendulum_bridge.safety.reset import (
     swing_on,
 )
 from pendulum_bridge.safety.rig_state import RigState
+from pendulum_bridge.safety.state import make_rules
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.rig import Rig
 

@@ -8,21 +8,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.guarded_rigs import PERIOD_S, seen, settled, stepper
 
-from pendulum_bridge.safety.decide import (
-    Rules,
+from pendulum_bridge.safety.decide import decide
+from pendulum_bridge.safety.events import (
     begin_reset,
     clear_stop,
-    decide,
     fail_safe,
     hear_writer,
-    make_rules,
-    make_safety,
     press_stop,
     take_command,
 )
 from pendulum_bridge.safety.limits import Limits
 from pendulum_bridge.safety.reasons import Level, Reason
 from pendulum_bridge.safety.rig_state import RigState
+from pendulum_bridge.safety.state import Rules, make_rules, make_safety
 from pendulum_twin.rig import Rig
 
 MIDDLE = RigState(0.0, math.pi, 0.0, 0.0)

@@ -10,7 +10,7 @@ from rosbags.highlevel import AnyReader
 from pendulum_bridge.emulator.conceal import TABLE
 from pendulum_bridge.emulator.rest import COUNT
 from pendulum_bridge.emulator.seal import open_seal
-from pendulum_bridge.emulator.unlisted import TABLE as UNLISTED
+from pendulum_bridge.emulator.unlisted.table import TABLE as UNLISTED
 from pendulum_bridge.studies import trials
 from pendulum_bridge.studies.trial.mix import (
     EFFECTS_OF_KIND,

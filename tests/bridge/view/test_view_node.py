@@ -6,14 +6,17 @@ import math
 import re
 import signal
 from concurrent.futures import ThreadPoolExecutor
+from html import unescape
 from pathlib import Path
+from time import monotonic
 from typing import Any
-from urllib.request import urlopen
+from urllib.request import Request, urlopen
 
 import pytest
 
 rclpy = pytest.importorskip("rclpy")
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue  # noqa: E402
+from rclpy.node import Node  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from std_msgs.msg import Bool, Float64  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
@@ -25,7 +28,8 @@ from support.ros_graph import DEADLINE_S, Graph  # noqa: E402
 from pendulum_bridge.excitation.run import Stage  # noqa: E402
 from pendulum_bridge.nodes.trigger_call import call_trigger  # noqa: E402
 from pendulum_bridge.nodes.view_node import ViewNode  # noqa: E402
-from pendulum_bridge.view.samples import Source  # noqa: E402
+from pendulum_bridge.view.samples import Source, is_fresh  # noqa: E402
+from pendulum_bridge.view.samples import Stage as Recorded  # noqa: E402
 from pendulum_bridge.view.server import Answer  # noqa: E402
 from pendulum_twin.emergency_stop import StopAnswer  # noqa: E402
 from pendulum_twin.errors import BadInputError  # noqa: E402
@@ -170,13 +174,13 @@ def test_a_button_calls_its_service_and_says_what_it_said(
         return response
 
     user.create_service(Trigger, service, on_call)
-    ros.until(view._buttons[button].service_is_ready, service)
-    assert pressed(ros, view.press(button)) == Answer(False, f"no {service} today")
+    ros.until(lambda: view.buttons.is_offered(button), service)
+    assert pressed(ros, view.buttons.press(button)) == Answer(False, f"no {service} today")
     assert calls == [service]
 
 
 def test_a_button_without_a_service_says_so(ros: Graph, view: ViewNode) -> None:
-    answer = pressed(ros, view.press("stop"))
+    answer = pressed(ros, view.buttons.press("stop"))
     assert answer == Answer(False, "/rig/stop: nobody offers this service: is the node running?")
 
 
@@ -194,7 +198,7 @@ def test_a_service_that_never_answers_is_given_up(ros: Graph) -> None:
 def test_without_a_twin_there_is_only_the_rig(ros: Graph) -> None:
     view = ros.add(ViewNode, port=0, twin="", rig="/lab/rig")
     assert view.board.take_snapshot(0.0).twin is None and heard(view).namespace == "/lab/rig"
-    assert pressed(ros, view.press("reset_twin")).success is False
+    assert pressed(ros, view.buttons.press("reset_twin")).success is False
 
 
 @pytest.mark.parametrize(
@@ -207,6 +211,7 @@ def test_without_a_twin_there_is_only_the_rig(ros: Graph) -> None:
         ({"rig": "no namespace"}, "rig: expected a namespace such as /rig, found 'no namespace'"),
         ({"port": 70000}, "port: expected a whole number from 0 to 65535, found 70000"),
         ({"port": "http"}, "port: expected a whole number from 0 to 65535, found 'http'"),
+        ({"twin_file": "none.yaml"}, "none.yaml"),
         ({"host": ""}, "host: expected an address of this machine, found none"),
         ({"host": "192.0.2.1"}, "host: expected an address of this machine, found '192.0.2.1'"),
         (
@@ -228,11 +233,11 @@ def test_clear_stop_needs_no_other_node_once_the_sender_has_ended(
     ros.add(TwinNode, "/rig", twin=str(CONFIG / "inteco.yaml"))
     sender = ros.user(namespace="/rig").create_publisher(Float64, "pwm", LATEST)
     ros.until(sender.get_subscription_count, "the rig")
-    ros.until(view._buttons["clear_stop"].service_is_ready, "the service")
+    ros.until(lambda: view.buttons.is_offered("clear_stop"), "the service")
     sender.publish(Float64(data=0.3))
-    assert pressed(ros, view.press("stop")).success
+    assert pressed(ros, view.buttons.press("stop")).success
     sender.publish(Float64(data=0.3))  # the last command was not 0: silence has to do
-    answer = pressed(ros, view.press("clear_stop"))
+    answer = pressed(ros, view.buttons.press("clear_stop"))
     assert answer == Answer(True, StopAnswer.CLEARED.value)
 
 
@@ -240,18 +245,100 @@ def test_a_plan_is_played_and_aborted_with_the_guards_of_its_node(
     ros: Graph, view: ViewNode, tmp_path: Path
 ) -> None:
     plan = lambda: view.board.take_snapshot(0.0).plan  # noqa: E731
-    assert pressed(ros, view.press("play")).success is False  # nobody offers it
+    assert pressed(ros, view.buttons.press("play")).success is False  # nobody offers it
     for space in ("/rig", "/twin"):
         ros.add(TwinNode, space, twin=str(CONFIG / "inteco.yaml"))
     values = {"start": "service", "exit_when_done": False, "namespace": "/excitation"}
     node = make_excitation(ros, written(tmp_path, *LONG), **values)
     ros.until(lambda: plan().offered, "the plan to be offered")
-    assert pressed(ros, view.press("play")) == Answer(True, "the plan begins when all is ready")
+    assert pressed(ros, view.buttons.press("play")) == Answer(
+        True, "the plan begins when all is ready"
+    )
     ros.until(lambda: node._run.stage is Stage.PLAYING and plan().share > 0.0, "the plan")
     assert plan().outcome == "under way"
-    assert pressed(ros, view.press("abort")) == Answer(True, "the plan is aborted")
+    assert pressed(ros, view.buttons.press("abort")) == Answer(True, "the plan is aborted")
     ros.until(lambda: plan().outcome.startswith("not played to its end: "), "the outcome")
-    assert pressed(ros, view.press("abort")).sentence.startswith("nothing to abort")
+    assert pressed(ros, view.buttons.press("abort")).sentence.startswith("nothing to abort")
+
+
+def fetch(view: ViewNode, path: str) -> tuple[str, Any]:
+    with urlopen(view.url + path, timeout=DEADLINE_S) as answer:
+        return answer.read().decode(), answer.headers
+
+
+def post(ros: Graph, view: ViewNode, button: str) -> Answer:
+    """Press a button of the page as a browser does; the nodes are served here."""
+    headers = {"Origin": view.url.rstrip("/")}
+    request = Request(view.url + button, method="POST", headers=headers)
+    with ThreadPoolExecutor(1) as pool:
+        future = pool.submit(urlopen, request, timeout=DEADLINE_S)
+        ros.until(future.done, "the answer")
+    with future.result() as answer:
+        return Answer(**json.load(answer))
+
+
+class Rig(Node):
+    """Publish samples 10 ms apart by their stamps, and the command, while there are any left."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__("rig", **options)
+        self.samples = self.create_publisher(JointState, "joint_states", SAMPLES)
+        self.applied = self.create_publisher(Float64, "applied_pwm", SAMPLES)
+        self.begin(0)
+        self.create_timer(0.01, self.on_timer)
+
+    def begin(self, count: int) -> None:
+        self._stamp_ns, self.left = self.get_clock().now().nanoseconds, count
+
+    def on_timer(self) -> None:
+        if self.left:
+            self.left -= 1
+            self._stamp_ns += 10**7
+            self.applied.publish(Float64(data=0.1))
+            self.samples.publish(state(0.001 * (self.left % 7), self._stamp_ns))
+
+
+def test_a_recording_of_the_rig_ends_in_a_verdict_that_the_page_serves(
+    ros: Graph, tmp_path: Path
+) -> None:
+    """Recorder and `sysid` are real; 2.3 s are too short, and a verdict says so."""
+    twin_file, folder = str(CONFIG / "inteco.yaml"), tmp_path / "my recordings"
+    view = ros.add(
+        ViewNode, port=0, twin="", rig="/lab/rig", recordings=str(folder), twin_file=twin_file
+    )
+    newest = lambda: (view.board.take_snapshot(0.0).recordings or [None])[0]  # noqa: E731
+    health = lambda: {  # noqa: E731
+        node.name: node.figures for node in view.board.take_snapshot(monotonic()).nodes
+    }.get("/view/recorder", {})
+    ros.until(lambda: view.buttons.recordings, "the page")
+    silent = post(ros, view, "record")
+    assert silent == Answer(False, "/lab/rig: expected samples to record, found silence")
+    rig = ros.add(Rig, "/lab/rig")
+    rig.begin(10**9)
+    ros.until(lambda: is_fresh(heard(view), monotonic()), "samples")
+    assert post(ros, view, "record").success
+    rig.begin(0)
+    ros.until(lambda: newest().stage is Recorded.RECORDING, "the recorder")
+    publishers = rig.samples, rig.applied
+    ros.until(lambda: all(p.get_subscription_count() == 2 for p in publishers), "it to listen")
+    rig.begin(230)
+    ros.until(lambda: int(health().get("messages", 0)) >= 460, "the recorder's own word")
+    assert post(ros, view, "end_recording").success
+    ros.until(lambda: newest().stage.over, "the verdict")
+    assert (newest().stage, newest().outcome) == (Recorded.DONE, "unusable"), newest()
+    place = f"recordings/{newest().name}"
+    report, headers = fetch(view, f"{place}/report.html")
+    assert newest().sentence in unescape(report)
+    assert headers["Content-Security-Policy"].startswith("sandbox ")
+    verdict = json.loads(fetch(view, f"{place}/verdict.json")[0])
+    assert verdict["sentence"] == newest().sentence
+
+
+def test_without_a_folder_nothing_is_recorded(ros: Graph) -> None:
+    view = ros.add(ViewNode, port=0, recordings="")
+    assert view.board.take_snapshot(0.0).recordings is None
+    answer = post(ros, view, "record")
+    assert answer == Answer(False, "record: the view has no folder for recordings")
 
 
 def test_its_address_stands_on_a_line_of_its_own_and_is_opened(

@@ -4,9 +4,11 @@ import math
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from threading import Event, Thread
 from time import monotonic
 from typing import Any
+from unittest import mock
 
 import pytest
 
@@ -22,6 +24,7 @@ from support.chromium import (  # noqa: E402
     launch_chromium,
     list_violations,
 )
+from support.page_programs import let_diagnoses_end, make_fake_programs  # noqa: E402
 from support.paths import CONFIG  # noqa: E402
 from support.ros_graph import Graph, graph  # noqa: E402
 
@@ -105,16 +108,22 @@ class Player(Node):
 
 
 class World:
-    """The graph, served by a thread: the test's own thread belongs to the browser."""
+    """The graph, served by a thread: the test's own thread belongs to the browser.
 
-    def __init__(self, ros: Graph) -> None:
+    folder: gets recordings, which quick programs make in place of recorder and `sysid`.
+    """
+
+    def __init__(self, ros: Graph, folder: Path) -> None:
+        self.folder = folder
         self.rig = ros.add(TwinNode, "/rig", twin=str(CONFIG / "inteco.yaml"))
         self.twin = ros.add(TwinNode, "/twin", twin=str(CONFIG / "inteco.yaml"))
         for service in list(self.rig.services):  # the driver's stop is meant, and nobody else's
             if service.srv_name.endswith("stop"):
                 self.rig.destroy_service(service)
         self.driver = ros.add(Driver, "/rig")
-        self.view = ros.add(ViewNode, port=0)
+        programs = "pendulum_bridge.nodes.view_node.make_programs"
+        with mock.patch(programs, lambda node, settings: make_fake_programs()):
+            self.view = ros.add(ViewNode, port=0, recordings=str(folder))
         self.player = ros.add(Player, "/excitation")
         self._ended = Event()
         self._thread = Thread(target=self._serve, args=[ros])
@@ -130,9 +139,9 @@ class World:
 
 
 @pytest.fixture(scope="module")
-def world() -> Iterator[World]:
+def world(tmp_path_factory: pytest.TempPathFactory) -> Iterator[World]:
     with graph() as ros:
-        made = World(ros)
+        made = World(ros, tmp_path_factory.mktemp("recordings"))
         try:
             yield made
         finally:
@@ -290,6 +299,43 @@ def test_a_plan_is_played_and_aborted(page: Page) -> None:
     expect(page.locator("#answer")).to_have_text("Abort plan: now not played to its end: aborted")
     expect(page.locator("#plan")).to_have_text("Plan not played to its end: aborted")
     expect(play).not_to_have_attribute("aria-disabled", "true")
+
+
+def test_a_recording_ends_in_a_verdict_beside_the_plots(world: World, page: Page) -> None:
+    record, end = (page.locator(f"[data-button={name}]") for name in ("record", "end_recording"))
+    row = page.locator("[data-recording]").first
+    expect(record).to_be_visible()
+    expect(end).to_have_attribute("aria-disabled", "true")
+    record.click()
+    expect(page.locator("#answer")).to_have_text(re.compile("^Record: recording 20"))
+    expect(row).to_have_attribute("data-stage", "recording")
+    expect(record).to_have_attribute("aria-disabled", "true")
+    expect(row.locator(".level")).to_contain_text("recording, ")
+    end.click()
+    expect(row).to_have_attribute("data-stage", "diagnosing")
+    expect(row.locator("progress")).to_have_js_property("value", 0.4)
+    expect(row.locator(".sentence")).to_contain_text("growing the set")
+    # a diagnosis that does not end holds up neither the stop nor the frames nor a recording
+    seen = number(page, "rig.cart_m")
+    until(page, lambda: number(page, "rig.cart_m") != seen, "the rig to move on")
+    page.keyboard.press("Escape")
+    expect(page.locator("#latch")).to_have_text("stop latched")
+    expect(record).not_to_have_attribute("aria-disabled", "true")
+    assert list_violations(page) == []
+    let_diagnoses_end(world.folder)
+    expect(row.locator(".level")).to_have_text("verdict: named")
+    expect(row.locator(".sentence")).to_have_text("Dry friction <b>holds</b>, nice 19.")
+    expect(page.locator("#recordings [role=status]")).to_contain_text("verdict: named. Dry fric")
+    assert list_violations(page) == []
+    calls = len(world.driver.calls)
+    with page.context.expect_page() as opening:
+        row.get_by_role("link", name="Report").click()
+    report = opening.value
+    expect(report.locator("h1")).to_have_text("The report")
+    # its script asked for a stop; its origin is not the page's
+    expect(report).to_have_title(re.compile("Failed to fetch|refused. Origin"))
+    assert report.evaluate("window.opener") is None and len(world.driver.calls) == calls
+    report.close()
 
 
 def test_plots_freeze_scroll_back_and_go_on(page: Page) -> None:

@@ -8,6 +8,7 @@ import socket
 from collections.abc import AsyncIterator, Callable, Coroutine, Iterator
 from contextlib import asynccontextmanager, contextmanager
 from functools import wraps
+from pathlib import Path
 from threading import Event
 from time import monotonic
 from typing import Any
@@ -79,18 +80,24 @@ def served(
 
     @wraps(test)
     def run() -> None:
-        async def client() -> None:
-            async with ClientSession() as session:
-                await asyncio.wait_for(test(server, session), 2 * DEADLINE_S)
-
-        server = Server()
-        try:
-            asyncio.run(client())
-        finally:
-            server.serving.close()
+        run_served(test)
 
     del run.__wrapped__  # type: ignore[attr-defined]  # its arguments are no fixtures
     return run
+
+
+def run_served(
+    test: Callable[[Server, ClientSession], Coroutine[Any, Any, None]], **options: Any
+) -> None:
+    async def client() -> None:
+        async with ClientSession() as session:
+            await asyncio.wait_for(test(server, session), 2 * DEADLINE_S)
+
+    server = Server(**options)
+    try:
+        asyncio.run(client())
+    finally:
+        server.serving.close()
 
 
 async def ask(live: ClientWebSocketResponse, after: int) -> dict[str, Any]:
@@ -204,6 +211,30 @@ async def test_foreign_pages_and_foreign_names_press_nothing(
     ) as answer:
         assert answer.status == 403 and "Access-Control-Allow-Origin" not in answer.headers
     assert server.pressed == []
+
+
+def test_a_report_is_served_apart_from_the_page(tmp_path: Path) -> None:
+    (tmp_path / "report.html").write_text("<h1>named</h1>")
+    (tmp_path / "twin.yaml").write_text("name: <b>rig</b>")
+    offered = {("monday", file): tmp_path / file for file in ("report.html", "twin.yaml", "gone")}
+
+    async def test(server: Server, session: ClientSession) -> None:
+        place = server.address + "recordings/monday/"
+        for file, kind in (("report.html", "text/html"), ("twin.yaml", "text/plain")):
+            async with session.get(place + file) as answer:
+                assert answer.status == 200 and answer.content_type == kind
+                assert await answer.text() == (tmp_path / file).read_text()
+                policy = answer.headers["Content-Security-Policy"]
+                assert policy.startswith("sandbox allow-scripts") and "same-origin" not in policy
+                assert answer.headers["X-Content-Type-Options"] == "nosniff"
+        for path in ("verdict.json", "gone", "../monday/report.html/x", "%2e%2e%2fserver.py"):
+            async with session.get(place + path) as answer:
+                assert answer.status == 404
+        headers = {"Host": "evil.example"}
+        async with session.get(place + "report.html", headers=headers) as answer:
+            assert answer.status == 403
+
+    run_served(test, find_file=lambda name, file: offered.get((name, file)))
 
 
 @served

@@ -59,6 +59,7 @@ def test_smoothed_starts_cost_the_true_twin_little_and_a_wrong_one_loses(
     )
     assert true.seconds == 1.0 and true.count == 38  # 20 s, every 0.5 s
     assert 1.0 < true.score < 10.0
+    assert true.noise_floor == pytest.approx(true.score, rel=0.3)  # the true twin is at its floor
     assert wrong.score > 10.0 * true.score
     assert wrong.cart_rmse_m > 10.0 * true.cart_rmse_m
 
@@ -128,6 +129,7 @@ def test_a_recording_of_one_joint(recording: Recording, gone: str, left: str) ->
 def test_a_run_that_diverges_is_infinite_and_nothing_else_breaks(recording: Recording) -> None:
     found = compare(prepare_case([recording], FALLS_APART))
     assert found.score == found.thesis_rmse == found.cart_rmse_m == np.inf
+    assert found.noise_floor is None
 
 
 def test_a_recording_too_short_is_refused() -> None:

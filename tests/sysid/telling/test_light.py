@@ -71,6 +71,16 @@ def test_options_and_odd_names_stand_in_the_commands() -> None:
     assert "--hold cart_mass_kg,gravity" in commands[4]
 
 
+def test_effects_of_the_users_own_stand_in_every_command_that_reads_a_twin() -> None:
+    origin = replace(ORIGIN, effects=("my effects", "learned"))
+    for verdict in (make_named(), replace(make_named(), unlike_rig=True)):
+        for command in list_commands(replace(verdict, origin=origin)):
+            if command.startswith("sysid "):
+                assert "--effects 'my effects' --effects learned --twin" in command
+            elif "recorder_node" not in command:  # it keeps the plan and reads no twin
+                assert command.startswith("PENDULUM_EFFECTS='my effects:learned' ")
+
+
 def test_without_files_the_steps_have_no_commands() -> None:
     verdict = replace(make_named(), origin=None)
     assert list_commands(verdict) == []

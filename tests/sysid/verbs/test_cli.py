@@ -3,6 +3,8 @@
 import json
 import math
 import os
+import re
+import shlex
 import subprocess
 import sys
 import webbrowser
@@ -16,10 +18,12 @@ from support.made_recordings import INTECO, ROOT, made, made_bag, without_joint
 from pendulum_sysid.cli import main
 from pendulum_sysid.records import Outcome
 from pendulum_sysid.verbs import recordings
-from pendulum_sysid.verbs.diagnose import write_diagnosis
+from pendulum_sysid.verbs.diagnose import describe_origin, write_diagnosis
+from pendulum_sysid.verbs.options import make_parser
 from pendulum_sysid.verdict.record import BeforeAfter, FitScores, RecordingFacts, Verdict
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.model import Twin, load_twin, save_twin
+from pendulum_twin.user_effects import take_effects_option
 
 REAL = ROOT.parent / "shared" / "data" / "inteco_rig"
 TWIN = str(ROOT / "config" / "inteco.yaml")
@@ -217,7 +221,7 @@ def test_a_reader_that_leaves_is_no_traceback() -> None:
 def test_replay_prints_one_json_object(
     capsys: pytest.CaptureFixture[str], bag: str, wrong: str
 ) -> None:
-    scores = []
+    scores, floors = [], []
     for twin in (TWIN, wrong):
         assert main(["replay", bag, "--twin", twin, "--json"]) == 0
         found = json.loads(capsys.readouterr().out)
@@ -228,11 +232,13 @@ def test_replay_prints_one_json_object(
             "cart_rmse_m",
             "pole_rmse_rad",
             "score",
+            "noise_floor",
         ]
         assert list(found["whole"]) == ["thesis_rmse"]
         assert found["windows"]["seconds"] == 1.0 and found["windows"]["count"] == 22
         scores.append(found["windows"]["score"])
-    assert scores[1] > 10 * scores[0]
+        floors.append(found["windows"]["noise_floor"])
+    assert scores[1] > 10 * scores[0] > 5 * floors[0] > 5.0
 
 
 def test_replay_of_a_pole_alone(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -249,7 +255,8 @@ def test_a_run_that_diverges_is_null_with_a_sentence(
     save_twin(stiff, tmp_path / "twin.yaml")
     assert main(["replay", bag, "--twin", str(tmp_path / "twin.yaml"), "--json"]) == 0
     said = capsys.readouterr()
-    assert json.loads(said.out)["windows"]["score"] is None
+    windows = json.loads(said.out)["windows"]
+    assert windows["score"] is None and windows["noise_floor"] is None
     assert "a run of this twin diverged" in said.err and said.err.count("\n") == 1
 
 
@@ -258,7 +265,8 @@ def test_replay_for_a_person(capsys: pytest.CaptureFixture[str], bag: str) -> No
     lines = capsys.readouterr().out.splitlines()
     assert lines[0] == "22 windows of 1 s"
     assert [line.split("  ")[0] for line in lines[2:]] == [
-        "windows, cart RMSE", "windows, pole RMSE", "windows, score", "whole run, equation 29",
+        "windows, cart RMSE", "windows, pole RMSE", "windows, score",
+        "windows, noise floor of the score", "whole run, equation 29",
     ]  # fmt: skip
 
 
@@ -267,7 +275,10 @@ def test_compare_says_which_is_better_and_draws(
 ) -> None:
     plot = tmp_path / "new" / "plot.png"
     assert main(["compare", bag, "--twin", wrong, "--twin", TWIN, "--out", str(plot)]) == 0
-    assert f"{TWIN} is the better one in 22 windows of 22" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert f"{TWIN} is the better one in 22 windows of 22" in said
+    floors = next(line for line in said.splitlines() if "noise floor" in line)
+    assert [float(floor) > 1.0 for floor in re.findall(r"\d[\d.]*", floors)] == [True, True]
     assert plot.read_bytes().startswith(b"\x89PNG")
 
 
@@ -284,6 +295,8 @@ def test_fit_finds_the_force_again(
     assert row[1] == "16" and row[-2:] == ["N", "yes"]
     score = next(line for line in said.splitlines() if line.startswith("score")).split()
     assert float(score[2]) < 0.1 * float(score[1])
+    floor = next(line for line in said.splitlines() if line.startswith("noise floor")).split()
+    assert 1.0 < float(floor[-5]) < 2.0 * float(score[2])
 
 
 def test_fit_by_the_thesis(capsys: pytest.CaptureFixture[str], tmp_path: Path, bag: str) -> None:
@@ -437,6 +450,19 @@ def test_a_diagnosis_is_written(tmp_path: Path) -> None:
     assert content["fit"]["train"]["before"] is None and content["sentence"] == "Found."
     assert load_twin(folder / "twin.yaml") == INTECO
     assert {path.name for path in folder.iterdir()} == {path.name for path in written}
+
+
+def test_a_diagnosis_remembers_the_effects_of_its_user(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "twin.yaml").write_text("")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PENDULUM_EFFECTS", "")
+    line = "diagnose run --effects mine --twin twin.yaml --out out --effects /theirs"
+    arguments = make_parser().parse_args(take_effects_option(shlex.split(line)))
+    assert describe_origin(arguments).effects == ("mine", "/theirs")
+    monkeypatch.setenv("PENDULUM_EFFECTS", "")
+    assert describe_origin(arguments).effects == ()
 
 
 def test_no_twin_of_an_earlier_diagnosis_stays(tmp_path: Path) -> None:

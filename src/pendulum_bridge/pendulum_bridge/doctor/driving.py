@@ -9,9 +9,10 @@ import numpy as np
 from pendulum_bridge.doctor.pushes import Moment, Plan
 from pendulum_bridge.doctor.track import Track
 from pendulum_bridge.doctor.wire import Heard, Wire
-from pendulum_bridge.safety.decide import Rules, Safety, decide, make_safety
+from pendulum_bridge.safety.decide import decide
 from pendulum_bridge.safety.reasons import Reason
 from pendulum_bridge.safety.rig_state import RigState
+from pendulum_bridge.safety.state import Rules, Safety, make_safety
 from pendulum_bridge.wire.protocol import Command, Sample
 from pendulum_twin.errors import BadInputError
 

@@ -33,9 +33,9 @@ from pendulum_bridge.doctor.resting import CART, AtRest
 from pendulum_bridge.doctor.track import Grid, resample
 from pendulum_bridge.doctor.wire import Wire
 from pendulum_bridge.doctor.zeros import check_rail
-from pendulum_bridge.safety.decide import Rules, make_rules
 from pendulum_bridge.safety.limits import Limits
 from pendulum_bridge.safety.signs import find_ways
+from pendulum_bridge.safety.state import Rules, make_rules
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin
 from pendulum_twin.rig import Rig

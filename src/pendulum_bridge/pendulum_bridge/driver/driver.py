@@ -17,10 +17,11 @@ from pendulum_bridge.driver.arrival_clock import MOST_LOST, ArrivalClock
 from pendulum_bridge.driver.health import Report, make_health, pick_worse
 from pendulum_bridge.driver.last_word import LastWord
 from pendulum_bridge.driver.latency import Latency
-from pendulum_bridge.safety import decide as policy
-from pendulum_bridge.safety.decide import Rules, decide
+from pendulum_bridge.safety import events
+from pendulum_bridge.safety.decide import decide
 from pendulum_bridge.safety.reasons import Reason
 from pendulum_bridge.safety.rig_state import RigState
+from pendulum_bridge.safety.state import Counts, Rules, make_safety
 from pendulum_bridge.wire.link import Arrival, Link
 from pendulum_bridge.wire.protocol import Command
 from pendulum_twin.errors import BadInputError
@@ -78,7 +79,7 @@ class Driver:
         self._link, self._rules, self._outlet, self._last_word = link, rules, outlet, last_word
         self._clock = ArrivalClock(1 / rules.period_s, 0 if lossless else MOST_LOST)
         self._lock = Lock()
-        self._safety = replace(policy.make_safety(self._now()), active=active)
+        self._safety = replace(make_safety(self._now()), active=active)
         self._since_sample = 0  # decisions on commands since the last sample
         self._listeners: list[Listener] = []  # they wait for the end of a reset
         self._closed = False
@@ -96,7 +97,7 @@ class Driver:
         return self._safety.stop.latched
 
     @property
-    def counts(self) -> policy.Counts:
+    def counts(self) -> Counts:
         """What was refused so far."""
         return self._safety.counts
 
@@ -134,7 +135,7 @@ class Driver:
         with self._lock:
             self._commands += 1
             ago_s = 0.0 if sent_ns is None else 1e-9 * (time.time_ns() - sent_ns)
-            self._safety, refused = policy.take_command(pwm, self._safety, self._now(), ago_s)
+            self._safety, refused = events.take_command(pwm, self._safety, self._now(), ago_s)
             self._note(refused)
             if self._since_sample < DECISIONS_BETWEEN:
                 self._since_sample += 1
@@ -146,12 +147,12 @@ class Driver:
     def hear_writer(self, number: int) -> None:
         """Note a message with this number of some writer of commands, to detect two writers."""
         with self._lock:
-            self._safety = policy.hear_writer(number, self._now(), self._safety)
+            self._safety = events.hear_writer(number, self._now(), self._safety)
 
     def stop(self) -> Reason:
         """Latch the emergency stop; PWM 0 is sent before this returns."""
         with self._lock:
-            self._safety, ended = policy.press_stop(self._safety)
+            self._safety, ended = events.press_stop(self._safety)
             self._decide(None)
             self._end_reset(ended)
             self._outlet.publish_stopped(True)
@@ -160,19 +161,19 @@ class Driver:
     def clear_stop(self) -> Reason:
         """Clear the emergency stop, or return why it stays."""
         with self._lock:
-            self._safety, reason = policy.clear_stop(self._safety, self._rules)
+            self._safety, reason = events.clear_stop(self._safety, self._rules)
             self._outlet.publish_stopped(self._safety.stop.latched)
             return reason
 
     def activate(self) -> None:
         """Accept commands and resets from now on."""
         with self._lock:
-            self._safety = policy.activate(self._safety)
+            self._safety = events.activate(self._safety)
 
     def deactivate(self) -> None:
         """Send PWM 0 before this returns, and nothing else until `activate`."""
         with self._lock:
-            self._safety, ended = policy.deactivate(self._safety)
+            self._safety, ended = events.deactivate(self._safety)
             self._decide(None)
             self._end_reset(ended)
 
@@ -182,7 +183,7 @@ class Driver:
         listener: gets how the reset ended, from another thread, or at once why it cannot begin.
         """
         with self._lock:
-            self._safety, reason = policy.begin_reset(self._now(), self._safety, self._rules)
+            self._safety, reason = events.begin_reset(self._now(), self._safety, self._rules)
             if self._closed:
                 reason = Reason.RESET_ENDED
             if reason is Reason.RESETTING:
@@ -198,7 +199,7 @@ class Driver:
     def fail_safe(self) -> None:
         """Send PWM 0 and forget command and reset, after a failure of the caller."""
         with self._lock:
-            self._safety, ended = policy.fail_safe(self._safety)
+            self._safety, ended = events.fail_safe(self._safety)
             self._fault = Reason.FAILED.sentence
             self._send_zero()
             self._end_reset(ended)
@@ -226,7 +227,7 @@ class Driver:
                 received - before,
                 now - since_s,
                 1 / self._rules.period_s,
-                self._standstill_s if self._standstill_s > policy.STANDSTILL_S else 0.0,
+                self._standstill_s if self._standstill_s > events.STANDSTILL_S else 0.0,
             )
             self._worst, self._fault, self._standstill_s = None, "", 0.0
             figures = self._collect_figures()
@@ -289,12 +290,12 @@ class Driver:
             return
         now_s = self._now()
         self._standstill_s = max(self._standstill_s, now_s - self._decided_s)
-        safety = policy.note_last_word(self._safety, self._last_word.running)
+        safety = events.note_last_word(self._safety, self._last_word.running)
         decision = decide(None, sample, now_s, safety, self._rules, ago_s, self._skipped)
         if sample is not None:
             self._skipped = 0
         ended = decision.reset_ended
-        if self._now() - now_s > policy.STANDSTILL_S:  # the process was stopped (SIGSTOP)
+        if self._now() - now_s > events.STANDSTILL_S:  # the process was stopped (SIGSTOP)
             decision = decide(None, None, self._now(), decision.safety, self._rules)
         self._safety, self._decided_s = decision.safety, self._now()
         self._standstill_s = max(self._standstill_s, self._decided_s - now_s)

@@ -14,7 +14,7 @@ from typing import Protocol
 import numpy as np
 
 from pendulum_bridge.emulator.seal import Concealed
-from pendulum_bridge.emulator.unlisted import BY_NAME as UNLISTED
+from pendulum_bridge.emulator.unlisted.table import BY_NAME as UNLISTED
 from pendulum_twin.effects import BY_NAME as EFFECTS
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.rig import Rig

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 from pendulum_bridge.emulator.friction import Law, Level, make_dry_level
 from pendulum_bridge.emulator.seal import Concealed
-from pendulum_bridge.emulator.unlisted import BY_NAME, Extra, Gain, Pace, Shown
+from pendulum_bridge.emulator.unlisted.extra import Extra, Gain, Pace, Shown
+from pendulum_bridge.emulator.unlisted.table import BY_NAME
 from pendulum_twin.rig import Rig
 
 

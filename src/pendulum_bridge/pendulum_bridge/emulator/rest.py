@@ -12,7 +12,7 @@ from collections.abc import Collection
 import numpy as np
 
 from pendulum_bridge.emulator.conceal import draw_sizes
-from pendulum_bridge.emulator.unlisted import BY_NAME
+from pendulum_bridge.emulator.unlisted.table import BY_NAME
 
 COUNT = 5  # pieces of a rest
 # Times the sizes of `unlisted`: together they leave a median of 12 noise floors to the true model;

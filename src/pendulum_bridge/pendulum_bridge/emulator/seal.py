@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from pendulum_bridge.emulator.unlisted import BY_NAME, check_parameters
+from pendulum_bridge.emulator.unlisted.table import BY_NAME, check_parameters
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.files import read_json_object, write_atomically
 from pendulum_twin.model import Twin

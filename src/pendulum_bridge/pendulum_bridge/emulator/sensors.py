@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pendulum_bridge.emulator.unlisted import Shown
+from pendulum_bridge.emulator.unlisted.extra import Shown
 from pendulum_twin.arrays import Floats
 
 Effects = Mapping[str, Mapping[str, float]]

@@ -6,9 +6,9 @@ from pendulum_bridge.driver.driver import Driver
 from pendulum_bridge.driver.last_word import LastWord
 from pendulum_bridge.nodes.driver_outlet import DriverOutlet
 from pendulum_bridge.nodes.driver_settings import DriverSettings
-from pendulum_bridge.safety.decide import Rules, make_rules
 from pendulum_bridge.safety.limits import Limits
 from pendulum_bridge.safety.signs import find_ways
+from pendulum_bridge.safety.state import Rules, make_rules
 from pendulum_bridge.safety.watchdog import Timeouts
 from pendulum_bridge.wire.link import Link
 from pendulum_bridge.wire.protocol import Command

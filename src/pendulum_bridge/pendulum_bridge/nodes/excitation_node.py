@@ -15,10 +15,9 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.clock import Clock, ClockType
-from rclpy.duration import Duration
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Bool, Float64, String
+from std_msgs.msg import Bool, Float64
 from std_srvs.srv import Trigger
 
 from pendulum_bridge.excitation.guard import Bounds, Stopped, StopReason
@@ -26,8 +25,6 @@ from pendulum_bridge.excitation.run import (
     Run,
     Stage,
     begin_looking,
-    compute_share,
-    describe_outcome,
     describe_progress,
     enter_stage,
     find_silence,
@@ -35,8 +32,9 @@ from pendulum_bridge.excitation.run import (
     stop_run,
     take_sample,
 )
+from pendulum_bridge.nodes.excitation_reports import Reports
 from pendulum_bridge.nodes.excitation_settings import AUTO, ExcitationSettings
-from pendulum_bridge.nodes.pendulum_client import DELIVERY_S, PendulumClient
+from pendulum_bridge.nodes.pendulum_client import PendulumClient
 from pendulum_bridge.nodes.reset_sequence import ResetSequence
 from pendulum_bridge.safety.rig_state import RigState
 from pendulum_twin import topics
@@ -45,7 +43,7 @@ from pendulum_twin.health import Level
 from pendulum_twin.model import load_twin
 from pendulum_twin.nodes.diagnostics import publish_health
 from pendulum_twin.nodes.guard import guard_method
-from pendulum_twin.nodes.messages import from_joint_state, from_time, to_float
+from pendulum_twin.nodes.messages import from_joint_state, from_time
 from pendulum_twin.nodes.qos import LATCHED, SAMPLES
 from pendulum_twin.nodes.running import run, spin
 from pendulum_twin.nodes.settings import declare_settings
@@ -56,7 +54,6 @@ from pendulum_twin.standstill import NAMED_S, describe_standstill
 from pendulum_twin.stop_request import StopRequest
 
 TICK_S = 0.05
-PROGRESS_S, LOG_S = 0.5, 5.0  # time between messages of progress, and between lines of the log
 STANDSTILL_COUNTS_S = 5.0  # an older standstill explains nothing
 STALE_REPORT_S = 1.0  # a report so soon after the start may be about the time before
 
@@ -85,15 +82,14 @@ class ExcitationNode(Node):
         self._applied: float | None = None
         self._emergency = False
         self._resetting = ResetSequence((), 0.0)
-        self._ticked_s = self._reported_s = self._said_s = monotonic()
+        self._ticked_s = monotonic()
         self._stood_still = (-math.inf, 0.0)  # when the last standstill ended, and its length, s
         self._listen()
         if settings.start == AUTO:
             self._begin()
 
     def _listen(self) -> None:
-        self._progress = self.create_publisher(Float64, topics.PROGRESS, LATCHED)
-        self._outcome = self.create_publisher(String, topics.OUTCOME, LATCHED)
+        self._reports = Reports(self, self._plan, not self._settings.exit_when_done)
         self.create_subscription(
             JointState, self._rig.name_topic(topics.JOINT_STATES), self.on_sample, SAMPLES
         )
@@ -136,7 +132,7 @@ class ExcitationNode(Node):
                 self._send(0.0)
             for pendulum in self._pendulums:
                 pendulum.deliver()
-            self._outcome.wait_for_all_acked(Duration(seconds=DELIVERY_S))
+            self._reports.deliver()
         super().destroy_node()
 
     @guard_method
@@ -161,7 +157,7 @@ class ExcitationNode(Node):
             self._send(step.command)
         self._run = step.run
         if self._run.stage is not before:
-            self._announce_stage()
+            self._reports.announce(self._run)
 
     @guard_method
     def on_applied(self, message: Float64) -> None:
@@ -230,7 +226,7 @@ class ExcitationNode(Node):
         elif not late and (silence := find_silence(now, self._run, self._bounds)):
             self._stop(silence.reason, silence.detail + self._tell_standstill(now))
         if self._run.stage is Stage.PLAYING:
-            self._report(now)
+            self._reports.report(self._run, now)
 
     def _tell_standstill(self, now: float) -> str:
         """Return that this computer stood still lately, to follow a detail; else nothing."""
@@ -241,7 +237,7 @@ class ExcitationNode(Node):
     def _begin(self) -> None:
         self._run = enter_stage(Stage.WAITING, monotonic(), Run())
         self._applied = None
-        self._announce_stage()
+        self._reports.announce(self._run)
 
     def _wait(self, now: float) -> None:
         if self._emergency:
@@ -250,7 +246,7 @@ class ExcitationNode(Node):
             pendulums = self._pendulums if self._settings.reset_first else ()
             self._resetting = ResetSequence(pendulums, self._settings.reset_timeout_s)
             self._run = enter_stage(Stage.RESETTING, now, self._run)
-            self._announce_stage()
+            self._reports.announce(self._run)
         elif now - self._run.since_s > self._settings.ready_timeout_s:
             self._stop(
                 StopReason.NOT_READY, f"{lacking}, after {self._settings.ready_timeout_s:g} s"
@@ -281,35 +277,17 @@ class ExcitationNode(Node):
             self._stop(StopReason.RESET_FAILED, self._resetting.failure)
         else:
             self._run = begin_looking(now, self._run)
-            self._announce_stage()
+            self._reports.announce(self._run)
 
     def _stop(self, reason: StopReason, detail: str = "") -> None:
         if self._run.stage.commanding:
             self._send(0.0)
         self._run = stop_run(Stopped(reason, detail), monotonic(), self._run)
-        self._announce_stage()
+        self._reports.announce(self._run)
 
     def _send(self, pwm: float) -> None:
         for pendulum in self._pendulums:
             pendulum.send(pwm)
-
-    def _announce_stage(self) -> None:
-        """Publish the progress and log that another stage has begun."""
-        self._reported_s = self._said_s = monotonic()
-        self._progress.publish(to_float(compute_share(self._run, self._plan)))
-        self._outcome.publish(String(data=describe_outcome(self._run)))
-        if self._run.stopped is None:
-            self.get_logger().info(self._where)
-        elif not self._settings.exit_when_done:  # otherwise the program says it at its end
-            self.get_logger().error(self._run.stopped.sentence)
-
-    def _report(self, now: float) -> None:
-        if now - self._reported_s >= PROGRESS_S:
-            self._reported_s = now
-            self._progress.publish(to_float(compute_share(self._run, self._plan)))
-        if now - self._said_s >= LOG_S:
-            self._said_s = now
-            self.get_logger().info(self._where)
 
     @property
     def _where(self) -> str:

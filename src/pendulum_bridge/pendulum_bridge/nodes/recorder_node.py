@@ -15,6 +15,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from std_msgs.msg import String
 
+from pendulum_bridge.driver.parent import Parent
 from pendulum_bridge.nodes.raw_topics import RawTopics
 from pendulum_bridge.nodes.recorder_settings import RecorderSettings
 from pendulum_bridge.recording.command_latency import read_command_latency
@@ -49,7 +50,7 @@ class RecorderNode(Node):
         self._session: Session | None = None
         self.when_ended: Callable[[], None] = lambda: None
         try:
-            settings = declare_settings(self, RecorderSettings)
+            self.settings = settings = declare_settings(self, RecorderSettings)
             self._topics = RawTopics(self, settings.topics)
             self._session = Session(_create_bag(settings), settings.seconds, time.monotonic())
         except BadInputError:
@@ -146,12 +147,15 @@ def _create_bag(settings: RecorderSettings) -> Bag:
 
 
 def record(node: RecorderNode, stopped: StopRequest) -> None:
-    """Serve the recorder until stopped is set or it has ended.
+    """Serve the recorder until stopped is set, it has ended, or its parent has.
+
+    The end of the parent counts only with the setting end_with_parent.
 
     Raises BadInputError if it failed.
     """
     node.when_ended = stopped.set
-    spin(node, stopped)
+    parent = Parent() if node.settings.end_with_parent else None
+    spin(node, stopped, lambda: parent is not None and parent.ended)
     node.finish()
 
 

@@ -9,6 +9,7 @@ from pendulum_twin.bags.mcap_file import COMPRESSIONS
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.nodes.settings import (
     check_settings,
+    make_flag_field,
     make_list_field,
     make_number_field,
     make_text_field,
@@ -51,6 +52,9 @@ class RecorderSettings:
     )
     doctor: str = make_text_field(
         "", "the doctor's report (rig_doctor --move --json), a file to keep with the recording"
+    )
+    end_with_parent: bool = make_flag_field(
+        False, "end the recording when the program that started the node has ended"
     )
     note: str = make_text_field("", "a remark to keep with the recording")
 

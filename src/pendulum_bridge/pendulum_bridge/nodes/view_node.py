@@ -1,50 +1,49 @@
 """A page in the browser: rig and twin side by side, drawn live, with a stop button.
 
-The node listens and sends no command by itself; only a button's service call changes anything. The
-thread that spins the node serves ROS, another thread serves the page; the board lies between them.
+The node listens and sends no command by itself; only a button changes anything. The thread that
+spins the node serves ROS, another thread serves the page; the board lies between them. A recorder
+and a diagnosis that a button asks for are processes of their own.
 """
 
 from __future__ import annotations
 
-import asyncio
 import sys
 import webbrowser
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable
+from pathlib import Path
 from time import monotonic
 from typing import Any
 
+from aiohttp import web
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, Float64, String
-from std_srvs.srv import Trigger
 
-from pendulum_bridge.nodes.trigger_call import call_trigger
+from pendulum_bridge.nodes.view_buttons import Buttons, join_topic
+from pendulum_bridge.nodes.view_programs import make_programs
 from pendulum_bridge.nodes.view_settings import USUAL_PORT, ViewSettings
 from pendulum_bridge.view.board import Board
 from pendulum_bridge.view.doorman import Doorman
 from pendulum_bridge.view.feed import Feed
+from pendulum_bridge.view.recordings import Recordings
 from pendulum_bridge.view.same_origin import is_loopback
 from pendulum_bridge.view.samples import NodeHealth, Sample, Word
-from pendulum_bridge.view.server import Answer, Page, make_app
+from pendulum_bridge.view.server import Page, make_app
 from pendulum_bridge.view.serving import Serving, format_url, open_usual_listener
 from pendulum_twin import topics
-from pendulum_twin.emergency_stop import StopAnswer
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.health import Health, Level
+from pendulum_twin.model import load_twin
 from pendulum_twin.nodes.diagnostics import publish_health, read_time_ns
 from pendulum_twin.nodes.messages import from_joint_state, from_time
 from pendulum_twin.nodes.qos import LATCHED, LATEST, SAMPLES
 from pendulum_twin.nodes.running import run
 from pendulum_twin.nodes.settings import declare_settings
 
-ANSWER_WITHIN_S = 3.0
-RESET_WITHIN_S = 60.0  # a swing-down has a deadline of its own
 LOOK_FOR_PUBLISHERS_S = 0.5
-QUIET_WITHIN_S = 1.5  # a stop is cleared once commands end; longer than any command's timeout
-ASK_AGAIN_S = 0.1
 OPEN = "--open"
 
 
@@ -55,6 +54,8 @@ class ViewNode(Node):
         super().__init__("view", **options)
         try:
             self._settings = declare_settings(self, ViewSettings)
+            if self._settings.twin_file:
+                load_twin(self._settings.twin_file)  # now, and not after the first recording
             taken = open_usual_listener(self._settings.host, self._settings.port, USUAL_PORT)
         except BadInputError:
             super().destroy_node()
@@ -72,12 +73,10 @@ class ViewNode(Node):
             names["excitation"] = self._settings.excitation
             self._follow_plan(self._settings.excitation)
         self._listen(DiagnosticArray, topics.DIAGNOSTICS, SAMPLES, self.on_diagnostics)
-        self._buttons = {
-            button: self._create_button_client(names, key, service)
-            for button, (key, service) in BUTTON_SERVICES.items()
-        }
+        self.buttons = Buttons(self, names, self.board)
         self.url = format_url(taken)
         self._page: Page | None = None
+        self._programs = make_programs(self, self._settings)
         self._serving = Serving(taken, self._make_page_app, self._fail)
         publish_health(self, str, self.health)
         self.get_logger().info(f"serves {self.url}")
@@ -127,20 +126,6 @@ class ViewNode(Node):
             return Health(Level.ERROR, self._failure)
         return Health(Level.OK, f"serves {self.url}", figures)
 
-    async def press(self, button: str) -> Answer:
-        """Call the service of a button and return its answer."""
-        client = self._buttons[button]
-        if client is None:
-            return Answer(False, f"{button}: the view does not listen to this pendulum")
-        within_s = RESET_WITHIN_S if client.srv_name.endswith(topics.RESET) else ANSWER_WITHIN_S
-        answer = await call_trigger(client, within_s)
-        quiet_by = monotonic() + QUIET_WITHIN_S
-        while answer.sentence == StopAnswer.ZERO_FIRST.value and monotonic() < quiet_by:
-            await asyncio.sleep(ASK_AGAIN_S)  # a sender that has just ended is silent soon
-            answer = await call_trigger(client, within_s)
-        self.get_logger().info(f"{client.srv_name} was asked for by the page: {answer.sentence}")
-        return answer
-
     def destroy_node(self) -> None:
         """End the page first: its buttons use this node."""
         self._serving.close()
@@ -149,8 +134,22 @@ class ViewNode(Node):
     def _make_page_app(self) -> tuple[Any, Doorman]:
         fixed = {"rail_half_length_m": self._settings.rail_half_length_m}
         feed = Feed(self.board.take_snapshot, fixed)
-        self._page = Page(self._settings.host, feed, self.press, monotonic, self._complain)
-        return make_app(self._page), self._page.doorman
+        self._page = Page(self._settings.host, feed, self.buttons.press, monotonic, self._complain)
+        if not self._settings.recordings:
+            return make_app(self._page), self._page.doorman
+        recordings = Recordings(
+            Path(self._settings.recordings), self._programs, self.board.take_recordings, monotonic
+        )
+        self.board.take_recordings(())
+        self.buttons.recordings, self._page.find_file = recordings, recordings.find_file
+        app = make_app(self._page)
+
+        async def close_recordings(app: web.Application) -> AsyncIterator[None]:
+            yield
+            await recordings.close()
+
+        app.cleanup_ctx.append(close_recordings)
+        return app, self._page.doorman
 
     def _follow(self, key: str, name: str) -> None:
         def word(take: Callable[[str, Word], None]) -> Callable[[Float64], None]:
@@ -158,17 +157,17 @@ class ViewNode(Node):
 
         self._listen(
             JointState,
-            _join_topic(name, topics.JOINT_STATES),
+            join_topic(name, topics.JOINT_STATES),
             SAMPLES,
             lambda message: self.on_sample(key, message),
         )
-        self._listen(Float64, _join_topic(name, topics.PWM), LATEST, word(self.board.take_pwm))
+        self._listen(Float64, join_topic(name, topics.PWM), LATEST, word(self.board.take_pwm))
         self._listen(
-            Float64, _join_topic(name, topics.APPLIED_PWM), SAMPLES, word(self.board.take_applied)
+            Float64, join_topic(name, topics.APPLIED_PWM), SAMPLES, word(self.board.take_applied)
         )
         stopped = self._listen(
             Bool,
-            _join_topic(name, topics.STOPPED),
+            join_topic(name, topics.STOPPED),
             LATCHED,
             lambda said: self.board.take_stopped(key, said.data),
         )
@@ -184,20 +183,19 @@ class ViewNode(Node):
     def _follow_plan(self, name: str) -> None:
         self._listen(
             Float64,
-            _join_topic(name, topics.PROGRESS),
+            join_topic(name, topics.PROGRESS),
             LATCHED,
             lambda message: self.board.take_plan(share=message.data),
         )
         self._listen(
             String,
-            _join_topic(name, topics.OUTCOME),
+            join_topic(name, topics.OUTCOME),
             LATCHED,
             lambda message: self.board.take_plan(outcome=message.data),
         )
 
         def look() -> None:
-            client = self._buttons["play"]
-            self.board.take_plan(offered=client is not None and client.service_is_ready())
+            self.board.take_plan(offered=self.buttons.is_offered("play"))
 
         self.create_timer(
             LOOK_FOR_PUBLISHERS_S, look, clock=Clock(clock_type=ClockType.STEADY_TIME)
@@ -214,31 +212,12 @@ class ViewNode(Node):
 
         return self.create_subscription(kind, topic, taken, quality)
 
-    def _create_button_client(self, names: dict[str, str], key: str, service: str) -> Any:
-        return (
-            self.create_client(Trigger, _join_topic(names[key], service)) if key in names else None
-        )
-
     def _fail(self, sentence: str) -> None:
         self._failure = sentence
         self._complain(sentence)
 
     def _complain(self, sentence: str) -> None:
         self.get_logger().error(sentence, throttle_duration_sec=1.0)
-
-
-BUTTON_SERVICES = {
-    "stop": ("rig", topics.STOP),
-    "clear_stop": ("rig", topics.CLEAR_STOP),
-    "reset": ("rig", topics.RESET),
-    "reset_twin": ("twin", topics.RESET),
-    "play": ("excitation", topics.START),
-    "abort": ("excitation", topics.ABORT),
-}
-
-
-def _join_topic(namespace: str, name: str) -> str:
-    return f"{namespace.rstrip('/')}/{name}"
 
 
 def make_page_node(is_opened: bool) -> ViewNode:

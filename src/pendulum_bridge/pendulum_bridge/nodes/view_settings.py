@@ -29,12 +29,19 @@ class ViewSettings:
     EXAMPLES: ClassVar[tuple[str, ...]] = (
         "view_node",
         "view_node --ros-args -p rig:=/rig -p twin:=/twin -p port:=8077",
+        "view_node --open --ros-args -p twin_file:=config/inteco.yaml -p recordings:=recordings",
     )
 
     rig: str = make_text_field("/rig", "namespace of the rig, empty for none")
     twin: str = make_text_field("/twin", "namespace of the twin, empty for none")
     excitation: str = make_text_field(
         "/excitation", "namespace of excitation_node, whose plan the page plays; empty for none"
+    )
+    recordings: str = make_text_field(
+        "recordings", "folder in which the page makes recordings; empty for none"
+    )
+    twin_file: str = make_text_field(
+        "", "the rig's twin file, with which its recordings are diagnosed; empty for no diagnosis"
     )
     host: str = make_text_field(
         "127.0.0.1", "address to listen on; with another one, others may stop and reset the rig"

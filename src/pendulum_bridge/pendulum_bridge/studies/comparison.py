@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from pendulum_bridge.emulator.seal import Concealed
-from pendulum_bridge.emulator.unlisted import BY_NAME as UNLISTED
+from pendulum_bridge.emulator.unlisted.table import BY_NAME as UNLISTED
 from pendulum_sysid.studies.proof.answers import read_answer
 from pendulum_sysid.studies.proof.names import judge_names
 from pendulum_sysid.studies.proof.records import (

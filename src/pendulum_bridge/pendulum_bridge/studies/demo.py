@@ -115,7 +115,7 @@ def _start_rig(programs: Programs, twin_file: Path, concealing: tuple[object, ..
 
 def _start_view(programs: Programs, twin_file: Path) -> None:
     programs.start("twin_node", *_list_node_arguments("/twin", twin=twin_file))
-    page = programs.start("view_node", *_list_node_arguments("/"))
+    page = programs.start("view_node", *_list_node_arguments("/", recordings=""))
     wait_for(page, "\nhttp://", LONGEST_START_S)  # the address, on a line of its own
     print(page.output.splitlines()[-1], flush=True)
 

@@ -23,7 +23,7 @@ from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import write_seal
 from pendulum_bridge.emulator.sensors import Encoders
 from pendulum_bridge.emulator.session import play_plan, record_rig
-from pendulum_bridge.emulator.unlisted import BY_NAME as UNLISTED
+from pendulum_bridge.emulator.unlisted.table import BY_NAME as UNLISTED
 from pendulum_bridge.recording.bag_writer import Log, write_bag
 from pendulum_bridge.studies.trial.controller import Controller, make_tuning
 from pendulum_bridge.studies.trial.mix import USUAL_SHARES, parse_shares

@@ -6,7 +6,15 @@ from collections.abc import Callable
 from dataclasses import replace
 from threading import Lock
 
-from pendulum_bridge.view.samples import NodeHealth, PlanState, Sample, Snapshot, Source, Word
+from pendulum_bridge.view.samples import (
+    NodeHealth,
+    PlanState,
+    RecordingState,
+    Sample,
+    Snapshot,
+    Source,
+    Word,
+)
 
 SAMPLES_KEPT = 256  # enough to match stamps at 1 kHz
 NODES_KEPT = 24
@@ -24,6 +32,7 @@ class Board:
         self._sources = {key: Source(name) for key, name in given.items() if name is not None}
         self._nodes: dict[str, NodeHealth] = {}
         self._plan = PlanState()
+        self._recordings: tuple[RecordingState, ...] | None = None
         self._lock = Lock()
 
     def take_sample(self, key: str, sample: Sample) -> None:
@@ -66,6 +75,11 @@ class Board:
         with self._lock:
             self._plan = replace(self._plan, **changes)  # type: ignore[arg-type]
 
+    def take_recordings(self, recordings: tuple[RecordingState, ...]) -> None:
+        """Keep the recordings made from the page, the newest first."""
+        with self._lock:
+            self._recordings = recordings
+
     def take_snapshot(self, now_s: float) -> Snapshot:
         """Return everything at now_s (s, monotonic)."""
         with self._lock:
@@ -73,8 +87,9 @@ class Board:
             nodes = [
                 node for node in self._nodes.values() if now_s - node.heard_s < FORGOTTEN_AFTER_S
             ]
-            plan = self._plan
-        return Snapshot(now_s, rig, twin, tuple(sorted(nodes, key=lambda node: node.name)), plan)
+            plan, recordings = self._plan, self._recordings
+        listed = tuple(sorted(nodes, key=lambda node: node.name))
+        return Snapshot(now_s, rig, twin, listed, plan, recordings)
 
     def _change(self, key: str, change: Callable[[Source], Source]) -> None:
         with self._lock:

@@ -10,8 +10,10 @@ from pendulum_bridge.view.samples import (
     SILENT_AFTER_S,
     NodeHealth,
     PlanState,
+    RecordingState,
     Snapshot,
     Source,
+    Stage,
     Word,
     compute_period_ns,
     compute_silence_s,
@@ -32,9 +34,9 @@ Json = dict[str, Any]
 
 
 def make_frame(now: Snapshot) -> Json:
-    """Return a moment: time, rig, twin, their mismatch, the plan, and the health of the nodes.
+    """Return a moment: time, rig, twin, their mismatch, plan, recordings, and nodes' health.
 
-    Rig, twin or mismatch are None when they are not there.
+    Rig, twin, mismatch or recordings are None when they are not there.
     """
     apart = (
         find_mismatch(now.rig.samples, now.twin.samples)
@@ -47,6 +49,9 @@ def make_frame(now: Snapshot) -> Json:
         "twin": _describe_source(now.twin, now.now_s) if now.twin else None,
         "mismatch": _describe_mismatch(apart) if apart else None,
         "plan": _describe_plan(now.plan),
+        "recordings": None
+        if now.recordings is None
+        else [_describe_recording(each, now.now_s) for each in now.recordings],
         "nodes": [_describe_node(node, now.now_s) for node in now.nodes],
     }
 
@@ -131,6 +136,19 @@ def _describe_plan(plan: PlanState) -> Json:
         "playing": plan.offered and plan.outcome == UNDER_WAY,
         "outcome": plan.outcome,
         "share": round_finite(plan.share),
+    }
+
+
+def _describe_recording(recording: RecordingState, now_s: float) -> Json:
+    records = recording.stage is Stage.RECORDING
+    return {
+        "name": recording.name,
+        "stage": recording.stage.value,
+        "seconds": round_finite(max(now_s - recording.began_s, 0.0)) if records else None,
+        "sentence": recording.sentence,
+        "share": round_finite(recording.share),
+        "outcome": recording.outcome,
+        "files": recording.files,
     }
 
 

@@ -19,6 +19,7 @@ from aiohttp import WSCloseCode, WSMsgType, web
 from pendulum_bridge.view.feed import Feed
 
 STOP = "stop"
+RECORD, END_RECORDING = "record", "end_recording"
 MOST_QUESTIONS = 16  # of frames, kept for a page that asks faster than frames come
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from enum import Enum
 from itertools import pairwise
 from statistics import median
 
@@ -98,15 +99,58 @@ class PlanState:
     share: float = 0.0
 
 
+class Stage(Enum):
+    """How far a recording made from the page has come."""
+
+    STARTING = "starting"
+    RECORDING = "recording"
+    CLOSING = "closing"
+    WAITING = "waiting"  # for the diagnosis of an earlier recording
+    DIAGNOSING = "diagnosing"
+    DONE = "done"
+    KEPT = "kept"  # without a diagnosis
+    FAILED = "failed"
+
+    @property
+    def over(self) -> bool:
+        """Whether no program works on the recording any more."""
+        return self in (Stage.DONE, Stage.KEPT, Stage.FAILED)
+
+
+@dataclass(frozen=True)
+class RecordingState:
+    """Hold how a recording made from the page stands.
+
+    name: of its folder.
+    began_s: s; when the recorder began to record, or was started.
+    sentence: the last line of its diagnosis, then the verdict's sentence, or why it failed.
+    share: 0 to 1, of its diagnosis.
+    outcome: of the verdict; "" before.
+    files: of its diagnosis, that the page serves.
+    """
+
+    name: str
+    stage: Stage
+    began_s: float
+    sentence: str = ""
+    share: float = 0.0
+    outcome: str = ""
+    files: tuple[str, ...] = ()
+
+
 @dataclass(frozen=True)
 class Snapshot:
-    """Hold everything at now_s; rig or twin is None when the view does not listen to it."""
+    """Hold everything at now_s; rig or twin is None when the view does not listen to it.
+
+    recordings: made from the page, the newest first; None where the page makes none.
+    """
 
     now_s: float
     rig: Source | None
     twin: Source | None
     nodes: tuple[NodeHealth, ...] = ()
     plan: PlanState = PlanState()
+    recordings: tuple[RecordingState, ...] | None = None
 
 
 def compute_silence_s(source: Source, now_s: float) -> float | None:

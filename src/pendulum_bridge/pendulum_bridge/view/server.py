@@ -12,6 +12,7 @@ from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
 from aiohttp import WSCloseCode, web
@@ -19,10 +20,11 @@ from aiohttp.typedefs import Handler
 
 from pendulum_bridge.view.doorman import Doorman
 from pendulum_bridge.view.feed import Feed, keep_ticking
-from pendulum_bridge.view.live import STOP, answer_page
+from pendulum_bridge.view.live import END_RECORDING, RECORD, STOP, answer_page
+from pendulum_bridge.view.reports import PLACE, make_file_handler
 from pendulum_bridge.view.same_origin import find_refusal
 
-BUTTONS = (STOP, "clear_stop", "reset", "reset_twin", "play", "abort")
+BUTTONS = (STOP, "clear_stop", "reset", "reset_twin", "play", "abort", RECORD, END_RECORDING)
 KINDS = {"html": "text/html", "css": "text/css", "js": "text/javascript", "svg": "image/svg+xml"}
 MOST_BROWSERS = 32
 LONGEST_QUESTION = 32  # bytes; a question is a number
@@ -55,6 +57,7 @@ class Page:
     press: performs a button and returns its answer.
     clock: s; the clock of the feed.
     complain: reports a failure to a person.
+    find_file: returns a file of a recording's diagnosis, by the names of both; None for no such.
     heartbeat_s: s; a browser that does not answer for so long is disconnected.
     browsers: the open connections.
     pending: buttons whose answer is awaited; each at most once, as a browser opens six requests at
@@ -67,6 +70,7 @@ class Page:
     press: Callable[[str], Awaitable[Answer]]
     clock: Callable[[], float]
     complain: Callable[[str], None]
+    find_file: Callable[[str, str], Path | None] = lambda name, file: None
     heartbeat_s: float = 10.0
     browsers: set[web.WebSocketResponse] = field(default_factory=set)
     pending: set[str] = field(default_factory=set)
@@ -83,6 +87,7 @@ def make_app(page: Page) -> web.Application:
     for path, (kind, content) in _read_assets().items():
         app.router.add_get(path, _make_asset_handler(kind, content))
     app.router.add_get("/live", _serve_frames)
+    app.router.add_get(PLACE, make_file_handler(page.find_file))
     app.router.add_post("/history", _serve_history)  # a POST says where it comes from
     for button in BUTTONS:
         app.router.add_post(f"/{button}", _press_button)
@@ -131,7 +136,8 @@ async def _check_request(request: web.Request, handler: Handler) -> web.StreamRe
 
 
 async def _add_headers(request: web.Request, response: web.StreamResponse) -> None:
-    response.headers.update(HEADERS)
+    for name, value in HEADERS.items():
+        response.headers.setdefault(name, value)
 
 
 async def _press_button(request: web.Request) -> web.Response:

@@ -1,8 +1,7 @@
 """Controllers beside each other on a twin: classical, predictive, learned, and the optimum.
 
 Each is designed from the twin, and runs on the twin and on twins that are not quite it (drive 5 %,
-inertia 3 %, start up to 0.08 rad off hanging), with encoders as coarse as a rig's. Run as
-`python -m pendulum_rl_env.studies.controllers --twin TWIN [--policy POLICY.zip]`.
+inertia 3 %, start up to 0.08 rad off hanging), with encoders as coarse as a rig's.
 """
 
 from __future__ import annotations
@@ -34,6 +33,7 @@ from pendulum_twin.arrays import Floats
 from pendulum_twin.command_line import run_command
 from pendulum_twin.files import write_atomically
 from pendulum_twin.model import Twin
+from pendulum_twin.parser import Parser, add_common_options, complete
 
 DESIGNS: dict[str, Callable[[Twin, Task], Controller]] = {
     "classical": design_controller,
@@ -58,6 +58,9 @@ class _Timed:
         command = self._controller(measured)
         self.seconds.append(time.perf_counter() - begin_s)
         return command
+
+
+RUN = "python -m pendulum_rl_env.studies.controllers"
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -128,17 +131,30 @@ def format_table(rows: list[Row], best: float | None) -> str:
 
 
 def _parse_options(arguments: list[str] | None) -> argparse.Namespace:
-    summary = " ".join((__doc__ or "").split())
-    parser = argparse.ArgumentParser(prog="controllers", description=summary)
+    parser = Parser(
+        prog="controllers",
+        description=__doc__,
+        examples=(
+            f"{RUN} --twin config/inteco.yaml --policy out/policy/policy.zip",
+            f"{RUN} --controllers classical --out out/controllers.json",
+        ),
+    )
+    add_common_options(parser)
     add = parser.add_argument
-    add("--twin", type=Path, help="twin file (without one: the INTECO rig)")
-    kinds = f"which are designed ({' '.join(DESIGNS)})"
+    add("--twin", type=Path, help="twin file (default: the INTECO rig)")
+    kinds = f"which are designed (default: {' '.join(DESIGNS)})"
     add("--controllers", nargs="*", choices=list(DESIGNS), default=list(DESIGNS), help=kinds)
     policy = "what `train` has written, beside them; may stand several times"
     add("--policy", type=Path, action="append", default=[], metavar="POLICY.zip", help=policy)
     optimum = "what `studies.optimum` has written for this twin: give rewards as a share of it"
     add("--optimum", type=Path, metavar="FILE.json", help=optimum)
-    add("--out", type=Path, metavar="FILE.json", help="where the figures are written (nowhere)")
+    add(
+        "--out",
+        type=Path,
+        metavar="FILE.json",
+        help="where the figures are written (default: nowhere)",
+    )
+    complete(parser)
     return parser.parse_args(arguments)
 
 

@@ -1,8 +1,7 @@
 """From an unknown rig to a controlled rig, in one command.
 
 A minute of excitation, a diagnosis, a policy trained in the identified twin, and an episode on the
-rig, which has seen no training step. The rig is emulated, with physics concealed by the seed. Run
-as `python -m pendulum_rl_env.studies.identify_and_control --seed S --out DIR`.
+rig, which has seen no training step. The rig is emulated, with physics concealed by the seed.
 """
 
 from __future__ import annotations
@@ -24,8 +23,11 @@ from pendulum_rl_env.task import Task
 from pendulum_rl_env.video import save_video
 from pendulum_twin.command_line import run_command
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.parser import Parser, add_common_options, complete
 
 KINDS = "single:1,pair:1"
+
+RUN = "python -m pendulum_rl_env.studies.identify_and_control"
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -39,19 +41,22 @@ def _identify_and_control(options: argparse.Namespace) -> None:
     out: Path = options.out
     if out.exists() and any(out.iterdir()):
         raise BadInputError(f"{out}: expected an empty folder, or none: give another --out")
-    _say(
+    report = (lambda _: None) if options.quiet else _say
+    report(
         "Recording a minute of excitation from a rig with something concealed "
         f"(seed {options.seed}) ..."
     )
     rig = stages.conceal(out, 0, options.seed, options.kinds, options.twin)
-    _say("Diagnosing ...")
+    report("Diagnosing ...")
     diagnosis = stages.diagnose(rig, out / "diagnosis")
-    _say(f"  {diagnosis.verdict['sentence']}")
-    _say("Training in the identified twin (about a minute on two idle cores) ...")
+    report(f"  {diagnosis.verdict['sentence']}")
+    report("Training in the identified twin (about a minute on two idle cores) ...")
     how = ["--preset", options.preset, "--verdict", str(diagnosis.file)]
     policy = stages.train_until_good(diagnosis.twin, out / "policy", options.seed, how)
     result = json.loads((policy.parent / "result.json").read_text(encoding="utf-8"))
-    _say(f"  in the twin: mean reward {result['best_mean_reward']:.0f}, {result['wall_s']:.0f} s")
+    report(
+        f"  in the twin: mean reward {result['best_mean_reward']:.0f}, {result['wall_s']:.0f} s"
+    )
     _show_on_rig(rig, policy, out)
 
 
@@ -84,18 +89,24 @@ def _say(line: str) -> None:
 
 
 def _parse_options(arguments: list[str] | None) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="identify_and_control", description=" ".join((__doc__ or "").split())
+    parser = Parser(
+        prog="identify_and_control",
+        description=__doc__,
+        examples=(
+            f"{RUN} --seed 3 --out out/control",
+            f"{RUN} --seed 3 --kinds pair:1 --preset taught --out out/pair",
+        ),
     )
+    add_common_options(parser)
     add = parser.add_argument
     add("--seed", type=int, required=True, help="of what is concealed, and of the training")
     out = "folder for recording, seal, diagnosis, policy and episode"
     add("--out", type=Path, required=True, help=out)
-    kinds = f"how many effects are concealed ({KINDS})"
+    kinds = "how many effects are concealed, with the share of each kind"
     add("--kinds", default=KINDS, metavar="KIND:SHARE,...", help=kinds)
-    nominal = Path("config/inteco.yaml")
-    add("--twin", type=Path, default=nominal, help=f"the nominal rig ({nominal})")
-    add("--preset", default="fast", help="how the policy is trained (fast)")
+    add("--twin", type=Path, default=Path("config/inteco.yaml"), help="the nominal rig")
+    add("--preset", default="fast", help="how the policy is trained")
+    complete(parser)
     return parser.parse_args(arguments)
 
 

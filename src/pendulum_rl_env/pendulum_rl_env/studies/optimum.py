@@ -1,8 +1,7 @@
 """The largest reward that the task pays on a twin, by trajectory optimisation on its own kernel.
 
 The optimal commands are replayed through the environment, which pays the reward that is reported.
-Run as `python -m pendulum_rl_env.studies.optimum --twin TWIN --out FILE.json`; `evaluate
---optimum FILE.json` then gives rewards as a share of it.
+`evaluate --optimum FILE.json` then gives rewards as a share of it.
 """
 
 from __future__ import annotations
@@ -29,6 +28,9 @@ from pendulum_twin.arrays import Floats
 from pendulum_twin.command_line import make_whole_reader, run_command
 from pendulum_twin.files import write_atomically
 from pendulum_twin.model import Twin
+from pendulum_twin.parser import Parser, add_common_options, complete
+
+RUN = "python -m pendulum_rl_env.studies.optimum"
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -43,7 +45,7 @@ def _search(options: argparse.Namespace) -> None:
     started_s = time.monotonic()
     task = Task.make_for_step(options.step_s)
     plant = make_plant(load_learnable_twin(options.twin), task)
-    optimum = find_optimum(plant, options.starts, _say)
+    optimum = find_optimum(plant, options.starts, (lambda _: None) if options.quiet else _say)
     episode = replay_commands(plant.twin, optimum.run.commands, task)
     facts = describe_optimum(plant, optimum, episode)
     facts["elapsed_s"] = round(time.monotonic() - started_s, 1)
@@ -111,15 +113,28 @@ def _say(line: str) -> None:
 
 
 def _parse_options(arguments: list[str] | None) -> argparse.Namespace:
-    summary = " ".join((__doc__ or "").split())
-    parser = argparse.ArgumentParser(prog="optimum", description=summary)
+    parser = Parser(
+        prog="optimum",
+        description=__doc__,
+        examples=(
+            f"{RUN} --twin config/inteco.yaml --out out/optimum.json",
+            f"{RUN} --starts 8 --video out/optimum.gif",
+        ),
+    )
+    add_common_options(parser)
     add = parser.add_argument
-    add("--twin", type=Path, help="twin file (without one: the INTECO rig)")
-    add("--out", type=Path, metavar="FILE.json", help="where the plan is written (nowhere)")
-    starts = "how many different swing-ups are improved (4)"
+    add("--twin", type=Path, help="twin file (default: the INTECO rig)")
+    add(
+        "--out",
+        type=Path,
+        metavar="FILE.json",
+        help="where the plan is written (default: nowhere)",
+    )
+    starts = "how many different swing-ups are improved"
     add("--starts", type=make_whole_reader(1), default=4, metavar="N", help=starts)
-    add("--step-s", type=float, default=0.03, metavar="S", help="from command to command (0.03)")
+    add("--step-s", type=float, default=0.03, metavar="S", help="from command to command")
     add("--video", type=Path, metavar="FILE.mp4|FILE.gif", help="also write the episode as video")
+    complete(parser)
     return parser.parse_args(arguments)
 
 

@@ -1,7 +1,6 @@
 """The thesis's study of sample times (table 3): the same training with several sample times.
 
-An episode lasts 15.36 s with each of them, so rewards are given a step. Run as `python -m
-pendulum_rl_env.studies.sample_times --twin TWIN --out DIR --step-s 0.01 0.02 0.03 0.05 0.1`.
+An episode lasts 15.36 s with each of them, so rewards are given a step.
 """
 
 from __future__ import annotations
@@ -22,8 +21,11 @@ from pendulum_rl_env.task import EPISODE_S, Task
 from pendulum_twin.command_line import run_command
 from pendulum_twin.files import write_atomically
 from pendulum_twin.model import load_twin
+from pendulum_twin.parser import Parser, add_common_options, complete
 
 SHORTEST_STEP_S, LONGEST_STEP_S = 0.005, 0.5 * EPISODE_S
+
+RUN = "python -m pendulum_rl_env.studies.sample_times"
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -91,20 +93,27 @@ def _format_table(rows: list[dict[str, Any]]) -> str:
 
 
 def _parse_options(arguments: list[str] | None) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="sample_times", description=" ".join((__doc__ or "").split())
+    parser = Parser(
+        prog="sample_times",
+        description=__doc__,
+        examples=(
+            f"{RUN} --twin config/inteco.yaml --out out/sample_times",
+            f"{RUN} --step-s 0.02 0.03 --seeds 5 --out out/sample_times",
+        ),
     )
+    add_common_options(parser)
     add, twin = parser.add_argument, Path("config/inteco.yaml")
-    add("--twin", type=Path, default=twin, help=f"twin file ({twin})")
+    add("--twin", type=Path, default=twin, help="twin file")
     out = "folder for the trainings; a second run goes on from what is there"
     add("--out", type=Path, required=True, help=out)
     steps_s = [0.01, 0.02, 0.03, 0.05, 0.1]
     add("--step-s", type=float, nargs="+", default=steps_s, help="sample times, s")
-    add("--seed", type=int, default=0, help="of the first training (0)")
-    add("--seeds", type=int, default=3, metavar="N", help="trainings a sample time (3)")
-    add("--preset", default="fast", help="how to train (fast)")
-    add("--timesteps", type=int, help="of each training (the preset's)")
+    add("--seed", type=int, default=0, help="of the first training")
+    add("--seeds", type=int, default=3, metavar="N", help="trainings a sample time")
+    add("--preset", default="fast", help="how to train")
+    add("--timesteps", type=int, help="of each training (default: the preset's)")
     add_engine_options(parser, "trainings")
+    complete(parser)
     options = parser.parse_args(arguments)
     for step_s in options.step_s:
         if not SHORTEST_STEP_S <= step_s <= LONGEST_STEP_S:

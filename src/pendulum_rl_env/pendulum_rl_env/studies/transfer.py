@@ -4,9 +4,8 @@ Every rig has physics concealed and wrong constants in its nominal twin. A minut
 recorded and diagnosed. Policies are trained in the nominal and in the identified twin, and a
 classical controller is designed from the identified twin; all run on the rig (MuJoCo, stepped
 directly), with no training step there. Where the policy of the identified twin falls short, it is
-trained on the rig for a little longer. On some rigs a policy is also learned from nothing. Run as
-`python -m pendulum_rl_env.studies.transfer --rigs 10 --seed S --out DIR`; a second run continues
-from what is there.
+trained on the rig for a little longer. On some rigs a policy is also learned from nothing. A
+second run continues from what is there.
 """
 
 from __future__ import annotations
@@ -36,6 +35,7 @@ from pendulum_rl_env.task import Task
 from pendulum_twin.command_line import run_command
 from pendulum_twin.files import write_atomically
 from pendulum_twin.model import Twin, load_twin
+from pendulum_twin.parser import Parser, add_common_options, complete
 
 SCHEMA = "pendulum_transfer/1"
 THESIS_REWARD = 423.0  # of the thesis's policy on its rig, after 130,000 steps there
@@ -44,6 +44,8 @@ FINE_STEPS = 10_000
 
 Row = dict[str, Any]
 Rewards = Callable[[], list[float]]
+
+RUN = "python -m pendulum_rl_env.studies.transfer"
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -60,7 +62,7 @@ def _study(options: argparse.Namespace) -> None:
         partial(study_rig, options=options),
         range(options.first, options.first + options.rigs),
         options,
-        _report_rig,
+        (lambda number, row: None) if options.quiet else _report_rig,
     )
     study = {
         "schema": SCHEMA,
@@ -189,35 +191,42 @@ def _open_seal(rig: ConcealedRig) -> Any:
 
 
 def _parse_options(arguments: list[str] | None) -> argparse.Namespace:
-    summary = " ".join((__doc__ or "").split("\n\n")[0].split())
-    parser = argparse.ArgumentParser(prog="transfer", description=summary)
+    parser = Parser(
+        prog="transfer",
+        description=__doc__,
+        examples=(
+            f"{RUN} --rigs 10 --seed 11 --out out/transfer",
+            f"{RUN} --rigs 1 --first 9 --seed 11 --controllers identified classical --out out/one",
+        ),
+    )
+    add_common_options(parser)
     add = parser.add_argument
-    add("--rigs", type=int, default=10, metavar="N", help="how many concealed rigs (10)")
-    add("--first", type=int, default=0, metavar="K", help="number of the first rig (0)")
-    kinds = f"which are tried ({' '.join(DEFAULT_ROWS)})"
+    add("--rigs", type=int, default=10, metavar="N", help="how many concealed rigs")
+    add("--first", type=int, default=0, metavar="K", help="number of the first rig")
+    kinds = f"which are tried (default: {' '.join(DEFAULT_ROWS)})"
     choices = [name for name in ROWS if name != "scratch"]
     add("--controllers", nargs="+", choices=choices, default=DEFAULT_ROWS, help=kinds)
     add("--seed", type=int, required=True, help="what they are drawn from")
     out = "folder for everything; a second run goes on from what is there"
     add("--out", type=Path, required=True, help=out)
-    kinds = f"how many effects are concealed ({KINDS})"
+    kinds = "how many effects are concealed, with the share of each kind"
     add("--kinds", default=KINDS, metavar="KIND:SHARE,...", help=kinds)
-    nominal = Path("config/inteco.yaml")
-    add("--twin", type=Path, default=nominal, help=f"the nominal rig ({nominal})")
-    add("--preset", default="fast", help="how policies are trained (fast)")
-    add("--timesteps", type=int, help="of each training (the preset's)")
-    add("--train-seed", type=int, default=0, help="of the first training on a twin (0)")
-    seeds = "trainings a twin, with seeds counting up (1)"
+    add("--twin", type=Path, default=Path("config/inteco.yaml"), help="the nominal rig")
+    add("--preset", default="fast", help="how policies are trained")
+    add("--timesteps", type=int, help="of each training (default: the preset's)")
+    add("--train-seed", type=int, default=0, help="of the first training on a twin")
+    seeds = "trainings a twin, with seeds counting up"
     add("--train-seeds", type=int, default=1, metavar="N", help=seeds)
-    fine = f"training steps on the rig where a policy falls short ({FINE_STEPS})"
+    fine = "training steps on the rig where a policy falls short"
     add("--fine-steps", type=int, default=FINE_STEPS, help=fine)
-    scratch = "also learn from nothing on the first N rigs (0): minutes each"
+    scratch = "also learn from nothing on the first N rigs: minutes each"
     add("--scratch-rigs", type=int, default=0, metavar="N", help=scratch)
-    steps = "steps on the rig, at most, when learning from nothing (50000)"
+    steps = "steps on the rig, at most, when learning from nothing"
     add("--scratch-steps", type=int, default=50_000, help=steps)
-    most = f"trainings of a policy, at most, until one is good ({stages.MOST_TRAININGS})"
+    most = "trainings of a policy, at most, until a policy is good"
     add("--trainings", type=int, default=stages.MOST_TRAININGS, metavar="N", help=most)
     add_engine_options(parser, "rigs")
+    complete(parser)
     return parser.parse_args(arguments)
 
 

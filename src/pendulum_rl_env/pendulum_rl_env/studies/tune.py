@@ -1,7 +1,6 @@
 """Search better settings of a preset with Optuna; the study is kept on the disk and resumed.
 
-Run as `python -m pendulum_rl_env.studies.tune --preset fast --out DIR --trials N`; the best
-settings are written as a preset file.
+The best settings are written as a preset file.
 """
 
 from __future__ import annotations
@@ -28,8 +27,11 @@ from pendulum_twin.command_line import make_whole_reader, run_command
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.files import write_atomically
 from pendulum_twin.model import Twin
+from pendulum_twin.parser import Parser, add_common_options, complete
 
 EVALUATIONS = 8  # of a trial; each may end it, when other trials were better by then
+
+RUN = "python -m pendulum_rl_env.studies.tune"
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -132,15 +134,24 @@ def _train_and_rate(
 
 
 def _parse_options(arguments: list[str] | None) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="tune", description=" ".join((__doc__ or "").split()))
+    parser = Parser(
+        prog="tune",
+        description=__doc__,
+        examples=(
+            f"{RUN} --preset fast --out out/tuned --trials 30",
+            f"{RUN} --twin out/mine/twin.yaml --timesteps 200000 --out out/tuned",
+        ),
+    )
+    add_common_options(parser)
     add, count = parser.add_argument, make_whole_reader(1)
-    add("--preset", default="fast", help="where to begin (fast)")
-    add("--twin", type=Path, help="twin file to learn on (without one: the INTECO rig)")
+    add("--preset", default="fast", help="where to begin")
+    add("--twin", type=Path, help="twin file to learn on (default: the INTECO rig)")
     add("--out", type=Path, required=True, help="folder of the study")
-    add("--trials", type=count, default=20, metavar="N", help="how many more (20)")
-    add("--timesteps", type=count, help="of each training (the preset's)")
-    add("--seed", type=int, default=0, help="of the search and the trainings (0)")
+    add("--trials", type=count, default=20, metavar="N", help="how many more")
+    add("--timesteps", type=count, help="of each training (default: the preset's)")
+    add("--seed", type=int, default=0, help="of the search and the trainings")
     add_engine_options(parser, "trials")
+    complete(parser)
     return parser.parse_args(arguments)
 
 

@@ -33,7 +33,7 @@ def add_engine_options(parser: argparse.ArgumentParser, what: str) -> None:
         type=make_whole_reader(1),
         default=2,
         metavar="P",
-        help=f"{what} at a time (2)",
+        help=f"{what} at a time",
     )
     address = "address of a Dask cluster in place of a local one; it shares the folder"
     parser.add_argument("--scheduler", metavar="ADDRESS", help=address)

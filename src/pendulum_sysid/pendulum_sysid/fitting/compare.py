@@ -8,10 +8,11 @@ import numpy as np
 
 from pendulum_sysid.errors import UnusableRecording
 from pendulum_sysid.fitting.case import Case, change_twin
+from pendulum_sysid.fitting.noise_floor import measure_noise_floor
 from pendulum_sysid.fitting.whole_run import compute_equation_29, run_whole
 from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
 from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
-from pendulum_sysid.records import Comparison
+from pendulum_sysid.records import Comparison, Windows
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
 
@@ -39,17 +40,22 @@ def compare(case: Case) -> Comparison:
     samples that are not valid do not count. A run that diverges makes its errors infinite. Raises
     UnusableRecording when the recording holds no usable window.
     """
-    return _make_comparison(case, _replay(case))
+    windows = _cut(case)
+    return _make_comparison(case, windows, run_windows(case, windows))
 
 
 def compare_two(case: Case, twin: Twin) -> Pair:
     """Compare the case's twin with another on the same windows; raises what `compare` does."""
     cases = case, change_twin(case, twin)
-    runs = _replay(cases[0]), _replay(cases[1])
-    return Pair((_make_comparison(cases[0], runs[0]), _make_comparison(cases[1], runs[1])), runs)
+    windows = _cut(case)
+    runs = run_windows(cases[0], windows), run_windows(cases[1], windows)
+    first, second = (
+        _make_comparison(each, windows, ran) for each, ran in zip(cases, runs, strict=True)
+    )
+    return Pair((first, second), runs)
 
 
-def _replay(case: Case) -> WindowRuns:
+def _cut(case: Case) -> Windows:
     windows = cut_windows(case.signals, case.state, EVERY_S)
     if not len(windows):
         raise UnusableRecording(
@@ -57,16 +63,19 @@ def _replay(case: Case) -> WindowRuns:
             "found none in "
             f"{case.signals.seconds:.3g} s: record longer"
         )
-    return run_windows(case, windows)
+    return windows
 
 
-def _make_comparison(case: Case, runs: WindowRuns) -> Comparison:
-    whole = run_whole(case.signals, case.state.states, make_theta(case.twin))
+def _make_comparison(case: Case, windows: Windows, runs: WindowRuns) -> Comparison:
+    theta = make_theta(case.twin)
+    whole = run_whole(case.signals, case.state.states, theta)
+    is_finite = np.isfinite(runs.score)
     return Comparison(
         seconds=WINDOW_S,
         count=len(runs),
         cart_rmse_m=runs.of_joint(0, runs.rmse),
         pole_rmse_rad=runs.of_joint(1, runs.rmse),
         score=runs.score,
+        noise_floor=measure_noise_floor(case, theta, windows).score if is_finite else None,
         thesis_rmse=compute_equation_29(case.signals, whole),
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 from dataclasses import dataclass
 from pathlib import PurePosixPath
@@ -11,6 +12,7 @@ from pendulum_sysid.telling.light import BLUE, Light
 from pendulum_sysid.telling.window_list import WindowRow
 from pendulum_sysid.verdict.drawn import Origin
 from pendulum_sysid.verdict.record import Verdict
+from pendulum_twin.user_effects import OPTION, VARIABLE
 
 NEXT_RECORDING = "next_recording"
 
@@ -47,7 +49,7 @@ def _check(origin: Origin | None) -> Step:
     sentence = "Check that the recording and the twin file belong to the same rig."
     if origin is None:
         return Step(sentence)
-    words = ["sysid", "check", *origin.recordings, *origin.topics, "--twin", origin.twin]
+    words = ["sysid", "check", *origin.recordings, *_list_options(origin), "--twin", origin.twin]
     return Step(sentence, (shlex.join(words),))
 
 
@@ -56,13 +58,15 @@ def _use(verdict: Verdict, light: Light) -> tuple[Step, ...]:
     sentence = f"Use the improved twin in place of the twin as given{care}."
     if verdict.origin is None:
         return (Step(sentence),)
+    known = _set_variable(verdict.origin)
     twin, said = (_join(verdict.origin, name) for name in ("twin.yaml", "verdict.json"))
     return (
         Step(
             sentence,
             (
-                f"twin_node --ros-args -p {shlex.quote(f'twin:={twin}')}",
-                shlex.join(["train", "--twin", twin, "--verdict", said, "--out", "policy"]),
+                f"{known}twin_node --ros-args -p {shlex.quote(f'twin:={twin}')}",
+                known
+                + shlex.join(["train", "--twin", twin, "--verdict", said, "--out", "policy"]),
             ),
         ),
     )
@@ -81,10 +85,10 @@ def _play(verdict: Verdict) -> tuple[Step, ...]:
     record = f"recorder_node --ros-args -p out:={NEXT_RECORDING} -p {shlex.quote(f'plan:={plan}')}"
     twin_file = shlex.quote(f"twin_file:={origin.twin}")
     play = (
-        f"excitation_node --ros-args -p {shlex.quote(f'plan:={plan}')} -p {twin_file} "
-        "-p listeners:=2"
+        f"{_set_variable(origin)}excitation_node --ros-args "
+        f"-p {shlex.quote(f'plan:={plan}')} -p {twin_file} -p listeners:=2"
     )
-    words = ["sysid", "diagnose", *origin.recordings, NEXT_RECORDING, *origin.topics]
+    words = ["sysid", "diagnose", *origin.recordings, NEXT_RECORDING, *_list_options(origin)]
     words += ["--hold", ",".join(origin.constants)] if origin.constants else []
     both = shlex.join([*words, "--twin", origin.twin, "--out", f"{origin.folder}_next"])
     return (Step(sentence, (record, play, both)),)
@@ -104,8 +108,22 @@ def _judge(origin: Origin | None) -> tuple[Step, ...]:
     sentence = "Judge both twins on a recording that this diagnosis has not seen."
     if origin is None:
         return (Step(sentence),)
-    words = ["sysid", "compare", "another_recording", *origin.topics, "--twin", origin.twin]
-    return (Step(sentence, (shlex.join([*words, "--twin", _join(origin, "twin.yaml")]),)),)
+    words = ["sysid", "compare", "another_recording", *_list_options(origin)]
+    twins = ["--twin", origin.twin, "--twin", _join(origin, "twin.yaml")]
+    return (Step(sentence, (shlex.join([*words, *twins]),)),)
+
+
+def _list_options(origin: Origin) -> list[str]:
+    """Return the options with which `sysid` reads these recordings and twins again."""
+    folders = [word for folder in origin.effects for word in (OPTION, folder)]
+    return [*origin.topics, *folders]
+
+
+def _set_variable(origin: Origin) -> str:
+    """Return what stands before a command of another program, so that it knows the effects."""
+    if not origin.effects:
+        return ""
+    return f"{VARIABLE}={shlex.quote(os.pathsep.join(origin.effects))} "
 
 
 def _join(origin: Origin, name: str) -> str:

@@ -37,6 +37,7 @@ def make_comparison_rows(comparisons: Sequence[Comparison]) -> list[Row]:
         ("windows, cart RMSE", [c.cart_rmse_m for c in comparisons], "m"),
         ("windows, pole RMSE", [c.pole_rmse_rad for c in comparisons], "rad"),
         ("windows, score", [c.score for c in comparisons], SCORE_UNIT),
+        ("windows, noise floor of the score", [c.noise_floor for c in comparisons], SCORE_UNIT),
         ("whole run, equation 29", [c.thesis_rmse for c in comparisons], ""),
     )
     return [
@@ -46,8 +47,13 @@ def make_comparison_rows(comparisons: Sequence[Comparison]) -> list[Row]:
     ]
 
 
-def make_held_out_rows(before: WindowRuns, after: WindowRuns) -> list[Row]:
-    """Return one row a joint and one of the score: name, before, after, unit."""
+def make_held_out_rows(
+    before: WindowRuns, after: WindowRuns, floors: tuple[float, float]
+) -> list[Row]:
+    """Return a row a joint, the score and its noise floor: name, before, after, unit.
+
+    floors: the scores that the twins before and after would reach if they were perfect.
+    """
     joints = [
         (f"{JOINTS[joint]} RMSE", format_number(old), format_number(new), RUN_UNITS[joint])
         for joint, old, new in zip(before.channels, before.rmse, after.rmse, strict=True)
@@ -55,6 +61,7 @@ def make_held_out_rows(before: WindowRuns, after: WindowRuns) -> list[Row]:
     return [
         *joints,
         ("score", format_number(before.score), format_number(after.score), SCORE_UNIT),
+        ("noise floor of the score", *(format_number(floor) for floor in floors), SCORE_UNIT),
     ]
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 
 from pendulum_sysid.finding.stages import Stage
-from pendulum_sysid.plausibility import Answer, Check, check_plausibility
+from pendulum_sysid.plausibility.answers import Answer, Check
+from pendulum_sysid.plausibility.ask import check_plausibility
 from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.telling.tables import format_table
 from pendulum_sysid.verbs.recordings import read_recordings

@@ -28,6 +28,7 @@ from pendulum_sysid.verdict.drawn import Origin
 from pendulum_sysid.verdict.record import Verdict
 from pendulum_twin.model import load_twin, save_twin
 from pendulum_twin.plans.plan_file import parse_plan, save_plan
+from pendulum_twin.user_effects import list_effect_folders
 from pendulum_twin.version import __version__
 
 COLOURS = {
@@ -67,7 +68,14 @@ def describe_origin(arguments: argparse.Namespace) -> Origin:
         folder=str(arguments.out),
         topics=tuple(word for name, topic in options.items() if topic for word in (name, topic)),
         constants=tuple(arguments.hold),
+        effects=tuple(_shorten(folder) for folder in list_effect_folders()),
     )
+
+
+def _shorten(folder: str) -> str:
+    """Return a path as a command in this folder needs it: relative where it lies below."""
+    path = Path(folder)
+    return str(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path)
 
 
 def write_diagnosis(verdict: Verdict, folder: Path, started_from: Path) -> list[Path]:

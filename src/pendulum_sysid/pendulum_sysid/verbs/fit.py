@@ -8,12 +8,14 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from pendulum_sysid.finding.stages import Stage
+from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import fit_own_parameters
+from pendulum_sysid.fitting.noise_floor import measure_noise_floor
 from pendulum_sysid.fitting.parameters import hold_constants
 from pendulum_sysid.fitting.thesis_fit import MOST_EVALUATIONS, fit_as_thesis
 from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
 from pendulum_sysid.prepare import prepare, prepare_case
-from pendulum_sysid.records import Recording
+from pendulum_sysid.records import Recording, Windows
 from pendulum_sysid.telling.output_files import check_file, name_write_errors
 from pendulum_sysid.telling.tables import (
     ESTIMATES,
@@ -26,6 +28,7 @@ from pendulum_sysid.telling.tables import (
 from pendulum_sysid.verbs.recordings import read_recordings
 from pendulum_sysid.verbs.said import ANSWERED, print_answer, say
 from pendulum_twin.model import Twin, load_twin, save_twin
+from pendulum_twin.parameter_vector import make_theta
 
 Progress = Callable[[str], None]
 
@@ -75,10 +78,9 @@ def fit_by_windows(bags: list[Recording], twin: Twin, report: Progress) -> Fitte
     case, windows = prepared.case, prepared.split
     report(f"fitting {len(windows.learn)} windows")
     result = fit_own_parameters(case, windows)
-    before, after = (
-        run_windows(replace(case, twin=twin), windows.held_out)
-        for twin in (case.twin, result.twin)
-    )
+    cases = case, replace(case, twin=result.twin)
+    before, after = (run_windows(each, windows.held_out) for each in cases)
+    floors = _measure_floor(cases[0], windows.held_out), _measure_floor(cases[1], windows.held_out)
     if not result.converged:
         say(
             "the fit stopped before it had settled: more may be gained by fitting again from its "
@@ -91,11 +93,12 @@ def fit_by_windows(bags: list[Recording], twin: Twin, report: Progress) -> Fitte
             "ask sysid diagnose",
             ANSWERED,
         )
+    rows = make_held_out_rows(before, after, floors)
     text = "\n".join(
         (
             format_table(ESTIMATES, make_estimate_rows(case.twin, result)),
             f"\n{len(windows.held_out)} held-out windows, which the fit has not seen",
-            format_table(("", "before", "after", "unit"), make_held_out_rows(before, after)),
+            format_table(("", "before", "after", "unit"), rows),
         )
     )
     estimates = {
@@ -104,19 +107,24 @@ def fit_by_windows(bags: list[Recording], twin: Twin, report: Progress) -> Fitte
     }
     held_out = {
         "windows": len(windows.held_out),
-        "before": _map_runs(before),
-        "after": _map_runs(after),
+        "before": _map_runs(before, floors[0]),
+        "after": _map_runs(after, floors[1]),
     }
     mapping = {"converged": result.converged, "parameters": estimates, "held_out": held_out}
     return Fitted(result.twin, text, mapping)
 
 
-def _map_runs(runs: WindowRuns) -> dict[str, float | None]:
+def _measure_floor(case: Case, windows: Windows) -> float:
+    return measure_noise_floor(case, make_theta(case.twin), windows).score
+
+
+def _map_runs(runs: WindowRuns, floor: float) -> dict[str, float | None]:
     """Return the errors of free runs by the keys of `sysid replay --json`."""
     return {
         "cart_rmse_m": runs.of_joint(0, runs.rmse),
         "pole_rmse_rad": runs.of_joint(1, runs.rmse),
         "score": runs.score,
+        "noise_floor": floor,
     }
 
 

@@ -41,6 +41,7 @@ def make_mapping(comparison: Comparison) -> dict[str, Any]:
         "cart_rmse_m": comparison.cart_rmse_m,
         "pole_rmse_rad": comparison.pole_rmse_rad,
         "score": comparison.score,
+        "noise_floor": comparison.noise_floor,
     }
     return {"windows": windows, "whole": {"thesis_rmse": comparison.thesis_rmse}}
 

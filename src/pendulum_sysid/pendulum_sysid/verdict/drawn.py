@@ -23,6 +23,7 @@ class Origin:
         folder: of the report and of the files beside it, as it was given.
         topics: further options that reading these recordings needs, as on the command line.
         constants: names of the constants that no fit changes (`--hold`).
+        effects: folders with effects of the user's own (`--effects`).
     """
 
     date: str
@@ -33,6 +34,7 @@ class Origin:
     folder: str
     topics: tuple[str, ...] = ()
     constants: tuple[str, ...] = ()
+    effects: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import numpy as np
 from pendulum_bridge.emulator.conceal import TABLE, complete_set, conceal_effects
 from pendulum_bridge.emulator.rest import draw_rest
 from pendulum_bridge.emulator.seal import Concealed
-from pendulum_bridge.emulator.unlisted import BY_NAME as UNLISTED
+from pendulum_bridge.emulator.unlisted.table import BY_NAME as UNLISTED
 from pendulum_bridge.studies.trial.mix import EFFECTS_OF_KIND, find_kind
 from pendulum_twin.rig import Rig
 

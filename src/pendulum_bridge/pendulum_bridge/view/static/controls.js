@@ -1,8 +1,9 @@
 // The buttons, and Space or Escape for stop wherever the focus is; Enter presses the other buttons.
 
-const LONGEST_MS = { stop: 4000, clear_stop: 4000, reset: 65000, reset_twin: 65000, play: 4000, abort: 4000 };
+const LONGEST_MS = { stop: 4000, clear_stop: 4000, reset: 65000, reset_twin: 65000, play: 4000, abort: 4000,
+  record: 4000, end_recording: 4000 };
 const NAMES = { stop: "Stop", clear_stop: "Clear stop", reset: "Reset rig", reset_twin: "Reset twin",
-  play: "Play plan", abort: "Abort plan" };
+  play: "Play plan", abort: "Abort plan", record: "Record", end_recording: "End recording" };
 
 // said({button, name, success, sentence}); success is null while the answer is awaited.
 // stopOverLink(): the stop once more, over the page's open connection, beside a request of its own.

@@ -6,12 +6,14 @@ import { follow } from "./link.js";
 import { Nodes } from "./nodes.js";
 import { Panel } from "./panel.js";
 import { Plot } from "./plot.js";
+import { Recordings } from "./recordings.js";
 import { Timeline } from "./timeline.js";
 import { DEGREES, made, say, signed, tick } from "./words.js";
 
 const by = (id) => document.getElementById(id);
 const banners = new Banners(by("banners"));
 const nodes = new Nodes(by("nodes"));
+const recordings = new Recordings(by("recordings"));
 const panels = [new Panel(by("rig"), "twin", ", dashed: the twin"), new Panel(by("twin"), null, "")];
 
 const both = (column) => ["rig", "twin"].map((source) =>
@@ -75,7 +77,8 @@ function warn() {
   }
   warnOfStop(frame.rig ? frame.rig.stopped : null);
   for (const element of document.querySelectorAll("[data-button]")) {
-    const owner = { reset_twin: "twin", play: "plan", abort: "plan" }[element.dataset.button] ?? "rig";
+    const owner = { reset_twin: "twin", play: "plan", abort: "plan", record: "", end_recording: "" }[element.dataset.button] ?? "rig";
+    if (!owner) continue; // those of recordings are drawn with them
     element.hidden = owner === "plan" ? !frame.plan.offered : !frame[owner];
     if (owner === "plan") setIdle(element, frame.plan.playing === (element.dataset.button === "play"));
   }
@@ -96,6 +99,7 @@ const stopOverLink = follow((latest, first) => {
   frame = latest;
   warn();
   nodes.draw(frame.nodes);
+  recordings.draw(frame.recordings);
   soon();
 }, (state) => {
   document.body.dataset.link = state;

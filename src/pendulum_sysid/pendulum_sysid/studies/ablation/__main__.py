@@ -1,9 +1,8 @@
 """Run the study of the decisions on kept trials.
 
-Usage: python -m pendulum_sysid.studies.ablation --trials FOLDER --out docs/decisions.md
-
-FOLDER holds trials as `sysid prove` leaves them. What was tried is kept in a file, so that a run
-that was interrupted goes on from there; delete the file (`--kept`) to start anew.
+The folder of `--trials` holds trials as `sysid prove` leaves them. What was tried is kept in a
+file, so that a run that was interrupted goes on from there; delete the file (`--kept`) to start
+anew.
 """
 
 from __future__ import annotations
@@ -17,6 +16,8 @@ from pathlib import Path
 from pendulum_sysid.studies.ablation.decision_list import list_decisions
 from pendulum_sysid.studies.ablation.table import list_idle, render_table
 from pendulum_sysid.studies.ablation.variation import read_tried, vary_decisions
+from pendulum_twin.command_line import make_whole_reader
+from pendulum_twin.parser import Parser, add_common_options, complete
 
 # Of the proof with seed 1: every kind twice, every outcome; hard trials are 14, 45 (three effects)
 # and 4, 44 (not in the catalogue), and 46 has the friction of a real rig.
@@ -33,7 +34,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         futures = {pool.submit(vary_decisions, f, chosen, given.kept): f for f in folders}
         for future in as_completed(futures):
             future.result()
-            print(f"{futures[future].name} done", file=sys.stderr, flush=True)
+            if not given.quiet:
+                print(f"{futures[future].name} done", file=sys.stderr, flush=True)
             given.out.write_text(render_table(chosen, read_tried(given.kept)), encoding="utf-8")
     idle = list_idle(chosen, read_tried(given.kept))
     print(f"{given.out}: {len(chosen)} decisions, {len(idle)} of them change no verdict")
@@ -43,15 +45,23 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def parse_arguments(arguments: Sequence[str] | None) -> argparse.Namespace:
     """Return the options of the command line."""
-    parser = argparse.ArgumentParser(prog="pendulum_sysid.studies.ablation", description=__doc__)
+    parser = Parser(
+        prog="ablation",
+        description=__doc__,
+        examples=(
+            "python -m pendulum_sysid.studies.ablation --trials out/proof --out docs/decisions.md",
+        ),
+    )
+    add_common_options(parser)
     parser.add_argument("--trials", type=Path, required=True, help="folder of kept trials")
     parser.add_argument("--out", type=Path, required=True, help="the page to write, in Markdown")
-    parser.add_argument(
-        "--kept", type=Path, default=Path("out/ablation.jsonl"), help="what was tried"
-    )
-    parser.add_argument("--numbers", type=int, nargs="+", default=TRIALS, help="of the trials")
-    parser.add_argument("--only", nargs="+", default=(), help="decisions to vary; default all")
-    parser.add_argument("--processes", type=int, default=2)
+    kept = Path("out/ablation.jsonl")
+    parser.add_argument("--kept", type=Path, default=kept, help="what was tried")
+    whole = make_whole_reader()
+    parser.add_argument("--numbers", type=whole, nargs="+", default=TRIALS, help="of the trials")
+    parser.add_argument("--only", nargs="+", default=(), help="decisions to vary (default: all)")
+    parser.add_argument("--processes", type=make_whole_reader(1), default=2, help="side by side")
+    complete(parser)
     return parser.parse_args(arguments)
 
 

@@ -10,7 +10,8 @@ from support.made_recordings import INTECO, PERIOD_S, made, without_joint
 
 from pendulum_sysid import pipeline
 from pendulum_sysid.finding.stages import Stage
-from pendulum_sysid.plausibility import Answer, Check, check_plausibility
+from pendulum_sysid.plausibility.answers import Answer, Check
+from pendulum_sysid.plausibility.ask import check_plausibility
 from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.records import Outcome, Recording
 from pendulum_twin.arrays import Floats

@@ -1,0 +1,1 @@
+"""Ask before any search whether a recording can be one of its twin's rig."""

@@ -1,0 +1,66 @@
+"""Whether the times count seconds: by the rate of the samples, and by the pole's swing."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pendulum_sysid import decisions
+from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.plausibility.answers import Answer, Check
+from pendulum_sysid.plausibility.balances import PoleBalance
+from pendulum_sysid.plausibility.units import (
+    TIME_UNITS,
+    advise_option,
+    compute_own_gravity,
+    is_near,
+    pick_unit,
+)
+from pendulum_twin.signals import Signals
+
+
+def check_rate(signals: Signals) -> Check:
+    """Ask whether samples come at a rate that a rig can have."""
+    rate_hz, question = 1.0 / signals.period_s, "Do the times count seconds?"
+    lowest, highest = decisions.LOWEST_RATE_HZ, decisions.HIGHEST_RATE_HZ
+    expected = f"{lowest:g} to {highest:g} samples a second"
+    observed = f"{rate_hz:.4g} in {signals.seconds:.4g} s"
+    if lowest <= rate_hz <= highest:
+        return Check(question, Answer.YES, expected, observed)
+    units = [
+        unit
+        for unit, count in TIME_UNITS.items()
+        if decisions.USUAL_LEAST_RATE_HZ <= rate_hz * count <= highest
+    ]
+    advice = advise_option(units[0], "or --rate HZ for numbered rows") if units else ""
+    return Check(
+        question, Answer.NO, expected, observed, advice or "check the column of the times"
+    )
+
+
+def check_frequency(case: Case, balance: PoleBalance) -> Check | None:
+    """Ask whether the hanging pole swings at its own frequency."""
+    if balance.explained < decisions.BALANCE_SURE or not _swings_widely(case):
+        return None
+    own, observed = (math.sqrt(k) / math.tau for k in (compute_own_gravity(case), balance.gravity))
+    question = "Does the hanging pole swing at its own frequency?"
+    words = f"about {own:.3g} Hz by the twin file", f"{observed:.3g} Hz"
+    if is_near(balance, case, decisions.FREQUENCY_FACTOR):
+        return Check(question, Answer.YES, *words)
+    option = pick_unit(own / observed, TIME_UNITS)
+    if option is not None:
+        return Check(question, Answer.NO, *words, advise_option(option))
+    advice = (
+        "check the unit of the times, com_distance_m (of cart and pole together) and "
+        "pole_inertia_kg_m2 (about the axis) of the twin file"
+    )
+    return Check(question, Answer.DOUBT, *words, advice)
+
+
+def _swings_widely(case: Case) -> bool:
+    """Tell whether the pole swings so far that a controller and noise cannot pass for gravity."""
+    signals = case.signals
+    if signals.pole is None or not signals.pole_valid.any():
+        return False
+    return float(np.ptp(signals.pole[signals.pole_valid])) >= decisions.WIDE_SWING_RAD
