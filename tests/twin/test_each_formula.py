@@ -230,6 +230,19 @@ def test_pole_imbalance():
     np.testing.assert_allclose(states, np.tile([0.0, np.pi - 0.1, 0.0, 0.0], (300, 1)), atol=1e-12)
 
 
+def test_eccentric_encoder():
+    """The shown angle of every true angle, and its derivative times the true rate."""
+    off = {"eccentric_encoder": {"sine_rad": 0.1, "cosine_rad": -0.05}}
+    true = run(THESIS, COMMAND, {}, START)
+    th, w = true[:, 1], true[:, 3]
+    begin = (START[0], th[0] + 0.1 * np.sin(th[0]) - 0.05 * np.cos(th[0]))
+    slope = 1.0 + 0.1 * np.cos(th) + 0.05 * np.sin(th)
+    shown = run(THESIS, COMMAND, off, (*begin, START[2], START[3] * slope[0]))
+    np.testing.assert_allclose(shown[:, 1], th + 0.1 * np.sin(th) - 0.05 * np.cos(th), atol=1e-10)
+    np.testing.assert_allclose(shown[:, 3], w * slope, atol=1e-9)
+    np.testing.assert_allclose(shown[:, [0, 2]], true[:, [0, 2]], atol=1e-11)
+
+
 def test_encoder_slip():
     slipped = run(THESIS, COMMAND, {"encoder_slip": {"angle_rad": 0.2, "time_s": 1.0}}, START)
     true = run(THESIS, COMMAND, {}, START)

@@ -25,7 +25,11 @@ def move(effects):
     return recording(COMMAND, PERIOD_S), states, accelerations
 
 
-@pytest.mark.parametrize("effects", [{}, DRAG], ids=["base model", "drag and spring"])
+@pytest.mark.parametrize(
+    "effects",
+    [{}, DRAG, {"eccentric_encoder": {"sine_rad": 0.1, "cosine_rad": 0.1}}],
+    ids=["base model", "drag and spring", "a sensor whose error bends"],
+)
 def test_a_twins_own_motion_lacks_nothing(effects):
     signals, states, accelerations = move(effects)
     theta = make_theta(Twin("test", THESIS, effects))

@@ -14,7 +14,7 @@ from typing import Any
 
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Effect, Form, Place
-from pendulum_twin.equations import compile_inner, exp, sin_cos
+from pendulum_twin.equations import compile_inner, exp, sin_cos, sin_cos_of_array
 from pendulum_twin.parameter_vector import BASE, SLOTS
 
 # Where the text finds number {word} of theta: of lane i in a block of lanes, or of a lane alone.
@@ -53,7 +53,8 @@ def _compile(
 def _compile_law(effect: Effect) -> Callable[..., Any]:
     """Return the compiled law; it calls compiled functions in place of the plain ones."""
     law = effect.law
-    names = {**law.__globals__, "exp": exp, "sin_cos": sin_cos}
+    compiled = {"exp": exp, "sin_cos": sin_cos, "sin_cos_of_array": sin_cos_of_array}
+    names = {**law.__globals__, **compiled}
     return compile_inner(FunctionType(law.__code__, names, law.__name__))
 
 

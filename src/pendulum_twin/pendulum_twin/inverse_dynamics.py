@@ -30,6 +30,8 @@ from pendulum_twin.signals import Signals
 # Of the root mean square speed: below it the cart counts as standing, where dry friction takes any
 # value.
 STANDING_SPEED_SHARE = 0.03
+# s; half of the way along the motion over which the bend of a sensor's error is taken
+PROBED_S = 1e-3
 
 
 @kernel.compile_cached
@@ -69,10 +71,7 @@ def compute_missing_force(
     A sample does not count where it is not valid or where the cart hardly moves.
     """
     true = undo_sensors(states[None], theta[None], signals.clock_s)[0]
-    turned = np.concatenate([states[:, :2], accelerations], axis=1)
-    a, b = undo_sensors(turned[None], theta[None], signals.clock_s)[0][:, 2:].T / compute_paces(
-        theta
-    )
+    a, b = _undo_accelerations(signals, states, accelerations, theta).T / compute_paces(theta)
     _, th, v, w = true.T
     coupling = theta[COUPLING]
     sine, cosine = np.sin(th), np.cos(th)
@@ -95,6 +94,23 @@ def compute_missing_force(
     if signals.pole is not None:
         usable &= signals.pole_valid
     return np.stack([force, torque], axis=1), usable
+
+
+def _undo_accelerations(
+    signals: Signals, states: Floats, accelerations: Floats, theta: Floats
+) -> Floats:
+    """Return the accelerations (n, 2) behind measured ones, the clock's pace left alone.
+
+    Where a sensor's error bends with the position, velocities alone are seen as an acceleration.
+    """
+
+    def undo_rates(moved: Floats, rates: Floats) -> Floats:
+        turned = np.concatenate([moved, rates], axis=1)
+        return undo_sensors(turned[None], theta[None], signals.clock_s)[0][:, 2:]
+
+    places, rates = states[:, :2], states[:, 2:]
+    after, before = (undo_rates(places + s * rates, rates) for s in (PROBED_S, -PROBED_S))
+    return undo_rates(places, accelerations) + (after - before) / (2.0 * PROBED_S)
 
 
 def _average_drive(signals: Signals, theta: Floats) -> Floats:

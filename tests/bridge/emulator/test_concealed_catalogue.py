@@ -141,6 +141,19 @@ def test_slips_and_scales_change_what_is_shown() -> None:
     )  # in the chain's order
 
 
+@pytest.mark.parametrize("angle", [0.0, 1.0, 3.0, 4.5])
+def test_an_eccentric_disc_reads_ahead_by_its_offset_across_the_line_of_sight(
+    angle: float,
+) -> None:
+    """A disc of radius 1 whose centre lies (0.06, 0.03) beside its axis, read from one side."""
+    disc = {"eccentric_encoder": {"sine_rad": 0.06, "cosine_rad": 0.03}}
+    state = np.array([0.2, angle, 0.0, 0.0])
+    across = np.imag((0.06 + 0.03j) * np.exp(1j * angle))
+    assert distort_positions(state, disc) == pytest.approx((0.2, angle + across))
+    half_turn = distort_positions(np.array([0.2, angle + np.pi, 0.0, 0.0]), disc)[1]
+    assert half_turn == pytest.approx(angle + np.pi - across)
+
+
 def test_a_slip_comes_at_its_time_by_the_stamps() -> None:
     sensors = Sensors(EXACT, {"encoder_slip": {"angle_rad": 0.1, "time_s": 0.045}}, 0.01)
     assert [sensors.measure(STATE)[1] for _ in range(8)] == pytest.approx([3.0] * 5 + [3.1] * 3)

@@ -66,6 +66,7 @@ SENSORS = {
     "cart_sign_inverted": {},
     "angle_sign_inverted": {},
     "angle_offset": {"angle_rad": 0.1},
+    "eccentric_encoder": {"sine_rad": 0.05, "cosine_rad": -0.1},
     "angle_scale": {"ratio": 0.05},
     "position_scale": {"ratio": -0.1},
     "velocity_filter": {"time_constant_s": 0.08},

@@ -21,7 +21,7 @@ SHARE = 0.1
 # What every rig has a little of: its encoders and pulleys are not quite round, its supply gives
 # way, cables and guides drag, grease warms up.
 EVERYDAY = (
-    "encoder_eccentricity",
+    "wobbling_disc",
     "pulley_runout",
     "worn_pulley",
     "gain_along_rail",

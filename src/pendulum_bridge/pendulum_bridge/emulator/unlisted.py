@@ -135,11 +135,6 @@ def make_bearing_hysteresis(rig: Rig, n_m_per_rad: float, width_rad: float) -> E
     return Extra(twist=twist)
 
 
-def make_encoder_eccentricity(rig: Rig, amplitude_rad: float, phase_rad: float) -> Extra:
-    """Show an angle that runs ahead and behind once a turn."""
-    return Extra(shown=lambda t, x, th: (x, th + amplitude_rad * math.sin(th + phase_rad)))
-
-
 def make_pulley_runout(rig: Rig, amplitude_m: float, period_m: float, phase_rad: float) -> Extra:
     """Show a position that runs ahead and behind along the rail."""
     return Extra(
@@ -340,13 +335,6 @@ TABLE: tuple[Unlisted, ...] = (
         ("pole_angle", "pole_rate"),
         {"n_m_per_rad": (0.008, 0.02), "width_rad": (0.3, 0.6)},
         shapes=("width_rad",),
-    ),
-    Unlisted(
-        make_encoder_eccentricity,
-        "sensor",
-        ("pole_angle",),
-        {"amplitude_rad": (0.04, 0.12), **PHASE_SIZES},
-        shapes=WAVE_SHAPES,
     ),
     Unlisted(
         make_pulley_runout,

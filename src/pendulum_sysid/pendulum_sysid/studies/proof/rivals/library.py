@@ -184,6 +184,8 @@ def list_pole_terms(along: Motion) -> list[tuple[str, Floats]]:
         ("pole_quadratic_drag", w * np.abs(w)),
         ("pole_spring", hanging),
         ("angle_offset", np.cos(th)),
+        ("eccentric_encoder", np.sin(2.0 * th)),
+        ("eccentric_encoder", np.cos(2.0 * th)),
         ("angle_scale", hanging * np.cos(th)),
     ]
 
