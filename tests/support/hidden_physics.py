@@ -25,6 +25,7 @@ HIDDEN: dict[str, dict[str, float]] = {
     "gain_drift": {"per_s": -0.002},
     "motor_lag": {"time_constant_s": 0.04},
     "belt_backlash": {"gap_m": 0.002},
+    "force_ripple": {"ratio": 0.12, "period_m": 0.11, "phase_rad": 0.7},
     "cart_coulomb_friction": {"level_n": 0.5},
     "cart_stribeck_friction": {"level_n": 0.4, "static_n": 0.4, "velocity_m_s": 0.08},
     "cart_saturating_friction": {"viscous_n_s_m": 1.5, "level_n": 0.2, "limit_n": 0.6},

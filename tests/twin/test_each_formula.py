@@ -168,6 +168,22 @@ def test_cogging():
         assert force == pytest.approx(0.4 * np.sin(2 * np.pi * x / 0.05 + 0.3), abs=1e-6)
 
 
+@pytest.mark.parametrize("x", [0.0, 0.013, -0.2])
+def test_force_ripple(x):
+    """The command's force is multiplied; without a command nothing is there."""
+    ripple = {"force_ripple": {"ratio": 0.2, "period_m": 0.05, "phase_rad": 0.3}}
+    factor = 1.0 + 0.2 * np.sin(2 * np.pi * x / 0.05 + 0.3)
+    step_s = 1e-5
+    commands = np.array([0.4, 0.4])
+    moved, plain = (
+        run(SLIDING_CART, commands, effects, (x, 0.0, 0.0, 0.0), step_s)[1, 2]
+        for effects in (ripple, {})
+    )
+    assert moved / plain == pytest.approx(factor, abs=1e-5)
+    still = run(SLIDING_CART, 0.0 * commands, ripple, (x, 0.0, 0.1, 0.0), step_s)
+    assert np.array_equal(still, run(SLIDING_CART, 0.0 * commands, {}, (x, 0.0, 0.1, 0.0), step_s))
+
+
 def test_pole_spring():
     p = POLE_ALONE
     weight = p.pole_mass_kg * p.com_distance_m * 9.81

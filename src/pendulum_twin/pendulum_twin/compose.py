@@ -20,6 +20,7 @@ from pendulum_twin.parameter_vector import BASE, SLOTS
 # Where the text finds number {word} of theta: of lane i in a block of lanes, or of a lane alone.
 LANE = "p[{word} * width + i]"
 ALONE = "p[{word}]"
+HELD_FORMS = (Form.GAIN, Form.TIMED_FORCE, Form.TIMED_DRY)  # that act evenly over a step
 TRANSCENDENTAL = {"exp", "sin", "cos", "sin_cos", "tanh"}
 
 
@@ -31,8 +32,8 @@ def _list_arguments(effect: Effect, where: str) -> list[str]:
 
 
 def is_costly(effect: Effect) -> bool:
-    """Return whether the law calls a transcendental function; kernels exist without such laws."""
-    return not TRANSCENDENTAL.isdisjoint(effect.law.__code__.co_names)
+    """Return whether only kernels with all laws hold the law: others are of plain arithmetic."""
+    return effect.form in HELD_FORMS or not TRANSCENDENTAL.isdisjoint(effect.law.__code__.co_names)
 
 
 def _list_effects(form: Form, places: tuple[Place, ...]) -> list[tuple[int, Effect]]:
@@ -133,6 +134,22 @@ def compose_forces(place: Place) -> Callable[..., Any]:
             e, f"total += {e.name}({', '.join(['x', 'v', 'th', 'w', *_list_arguments(e, LANE)])})"
         )
     return _compile("total", "x, v, th, w, p, i, width, laws", [*lines, "return total"], effects)
+
+
+def compose_held() -> Callable[..., Any]:
+    """Return hold(x, t, p, i, width): what acts evenly over a step of lane i.
+
+    Gain on the drive's force; force on the cart, N; what is added to the cart's dry friction, N.
+    """
+    added = {Form.GAIN: "gain *= ", Form.TIMED_FORCE: "force += ", Form.TIMED_DRY: "dry += "}
+    lines, effects = ["gain, force, dry = 1.0, 0.0, 0.0"], []
+    for form, add in added.items():
+        for pair in _list_effects(form, tuple(Place)):
+            first = "x" if form is Form.GAIN else "t"
+            arguments = ", ".join([first, *_list_arguments(pair[1], LANE)])
+            lines.append(f"{add}{pair[1].name}({arguments})")
+            effects.append(pair)
+    return _compile("hold", "x, t, p, i, width", [*lines, "return gain, force, dry"], effects)
 
 
 def compose_dry_level(place: Place) -> Callable[..., Any]:

@@ -14,6 +14,7 @@ from pendulum_twin.motion import (
     add_pole_torques,
     compute_cart_level,
     compute_pole_level,
+    sum_held_effects,
 )
 from pendulum_twin.parameter_vector import (
     CART_VISCOUS,
@@ -35,9 +36,19 @@ PROBED_S = 1e-3
 
 
 @kernel.compile_cached
+def _fill_gains(x, t, p, out):  # type: ignore[no-untyped-def]
+    for n in range(len(x)):
+        out[n] *= sum_held_effects(x[n], t[n], p, 0, 1)[0]
+
+
+@kernel.compile_cached
 def _fill_laws(x, th, v, w, t, p, out):  # type: ignore[no-untyped-def]
     for n in range(len(x)):
-        applied = sum_measured_laws(p, x[n], v[n], th[n], w[n], t[n], 0.0)[1:]
+        push, turn, cart_dry, pole_dry = sum_measured_laws(p, x[n], v[n], th[n], w[n], t[n], 0.0)[
+            1:
+        ]
+        _, force, dry = sum_held_effects(x[n], t[n], p, 0, 1)
+        applied = push + force, turn, cart_dry + dry, pole_dry
         cart_way, pole_way = np.sign(v[n]), np.sign(w[n])
         out[n, 0] = applied[0] + add_cart_forces(x[n], v[n], th[n], w[n], p, 0, 1, ALL_LAWS)
         level = compute_cart_level(abs(v[n]), x[n], cart_way, applied, p, 0, 1, ALL_LAWS)
@@ -85,7 +96,9 @@ def compute_missing_force(
     gain = np.empty((len(true), 5))
     clock_s = signals.clock_s * float(compute_paces(theta))
     fill_measured_laws(np.ascontiguousarray(true), clock_s, theta, gain)
-    force -= theta[FORCE_PER_PWM] * _average_drive(signals, theta) * gain[:, 0]
+    gains = gain[:, 0].copy()
+    _fill_gains(np.ascontiguousarray(true[:, 0]), clock_s, theta, gains)
+    force -= theta[FORCE_PER_PWM] * _average_drive(signals, theta) * gains
     torque = theta[INERTIA] * b - coupling * cosine * a - theta[MOMENT] * theta[GRAVITY] * sine
     torque += theta[POLE_VISCOUS] * w - laws[:, 1]
     usable = np.ones(len(signals), dtype=bool)

@@ -113,6 +113,16 @@ def test_cogging_stores_what_it_takes(apart: Rig) -> None:
     )
 
 
+@pytest.mark.parametrize("x", [0.0, 0.02, -0.05])
+def test_a_ripple_multiplies_the_command_s_force(x: float, apart: Rig) -> None:
+    effects = {"force_ripple": {"ratio": 0.2, "period_m": 0.08, "phase_rad": 0.7}}
+    begin = (x, math.pi, 0.0, 0.0)
+    factor = 1 + 0.2 * math.sin(math.tau * x / 0.08 + 0.7)
+    pushed = driven(apart, effects, 0.01, 0.1, begin).truth
+    assert pushed[2] == pytest.approx(0.01 * 0.1 * FORCE * factor / MASS, rel=1e-2)
+    assert driven(apart, effects, 0.1, 0.0, begin).truth[2] == 0.0
+
+
 def test_an_unbalanced_pole_hangs_beside_its_line(nominal: Rig) -> None:
     still = driven(nominal, {"pole_imbalance": {"angle_rad": 0.1}}, 1.0)
     assert still.sample == pytest.approx([0.0, math.pi - 0.1, 0.0, 0.0], abs=1e-9)

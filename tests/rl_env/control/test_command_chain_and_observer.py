@@ -53,6 +53,7 @@ def test_the_drive_for_an_acceleration_gives_it(state: tuple[float, ...]) -> Non
     effects = {
         "cart_coulomb_friction": {"level_n": 1.0},
         "cogging": {"amplitude_n": 0.5, "period_m": 0.1, "phase_rad": 0.3},
+        "force_ripple": {"ratio": 0.3, "period_m": 0.15, "phase_rad": 0.3},
         "rail_tilt": {"angle_rad": 0.02},
         "pole_spring": {"n_m_per_rad": 0.005},
     }

@@ -128,6 +128,12 @@ TABLE: tuple[Concealable, ...] = (
         {"sine_rad": (-0.1, 0.1), "cosine_rad": (0.03, 0.1)},
         both_ways=True,
     ),
+    Concealable(
+        "force_ripple",
+        "force ripple",
+        {"ratio": (0.1, 0.3), "period_m": (0.06, 0.2), "phase_rad": (-3.0, 3.0)},
+        shapes=("period_m", "phase_rad"),
+    ),
 )
 # Entries that were there first: a seed orders them by a single draw. Later entries are put between
 # them, each by a draw of its own, so that most seeds conceal what they always concealed.

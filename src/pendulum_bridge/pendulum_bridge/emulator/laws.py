@@ -82,6 +82,15 @@ def make_cogging(rig: Rig, amplitude_n: float, period_m: float, phase_rad: float
     )
 
 
+def make_force_ripple(rig: Rig, ratio: float, period_m: float, phase_rad: float) -> Extra:
+    """Return a gain that goes up and down along the rail: a pulley that is worn."""
+    return Extra(
+        gain=lambda u, t, x, th, v, w: (
+            u * (1 + ratio * math.sin(math.tau * x / period_m + phase_rad))
+        )
+    )
+
+
 def make_sample_period_error(rig: Rig, ratio: float) -> Extra:
     """Return a pace at which less time passes from sample to sample than the stamps say."""
     return Extra(pace=lambda t: 1 / (1 + ratio))
@@ -90,5 +99,6 @@ def make_sample_period_error(rig: Rig, ratio: float) -> Extra:
 LISTED: dict[str, Callable[..., Extra]] = {
     "rail_tilt": make_rail_tilt,
     "cogging": make_cogging,
+    "force_ripple": make_force_ripple,
     "sample_period_error": make_sample_period_error,
 }

@@ -150,15 +150,6 @@ def make_clock_wander(rig: Rig, ratio: float, period_s: float, phase_rad: float)
     return Extra(pace=lambda t: 1 + ratio * math.sin(math.tau * t / period_s + phase_rad))
 
 
-def make_worn_pulley(rig: Rig, ratio: float, period_m: float, phase_rad: float) -> Extra:
-    """Let the gain go up and down along the rail."""
-    return Extra(
-        gain=lambda u, t, x, th, v, w: (
-            u * (1 + ratio * math.sin(math.tau * x / period_m + phase_rad))
-        )
-    )
-
-
 def make_stepped_amplifier(rig: Rig, step: float) -> Extra:
     """Round the command to the nearest step."""
     return Extra(gain=lambda u, t, x, th, v, w: step * round(u / step) if step else u)
@@ -348,13 +339,6 @@ TABLE: tuple[Unlisted, ...] = (
         "clock",
         ("time",),
         {"ratio": (0.05, 0.12), "period_s": (8.0, 20.0), **PHASE_SIZES},
-        shapes=WAVE_SHAPES,
-    ),
-    Unlisted(
-        make_worn_pulley,
-        "drive",
-        ("command", "cart_position"),
-        {"ratio": (0.15, 0.35), "period_m": (0.2, 0.4), **PHASE_SIZES},
         shapes=WAVE_SHAPES,
     ),
     Unlisted(make_stepped_amplifier, "command", ("command",), {"step": (0.04, 0.08)}),

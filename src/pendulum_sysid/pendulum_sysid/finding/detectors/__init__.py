@@ -5,6 +5,7 @@ from __future__ import annotations
 from pendulum_sysid.finding.detectors import (
     angle_scale,
     encoder_slip,
+    force_ripple,
     steady_friction,
     velocity_filter,
 )
@@ -16,6 +17,7 @@ from pendulum_twin.effects.effect import Effect
 DETECTORS: tuple[Detector, ...] = (
     encoder_slip.DETECTOR,
     angle_scale.DETECTOR,
+    force_ripple.DETECTOR,
     velocity_filter.DETECTOR,
     steady_friction.DETECTOR,
 )

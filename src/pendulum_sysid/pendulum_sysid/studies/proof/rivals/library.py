@@ -168,7 +168,8 @@ def list_cart_terms(along: Motion, period_s: float) -> list[tuple[str, Floats]]:
     ]
     for f in PERIODS:
         angle = 2 * np.pi * x / (f * travel)
-        terms += [("cogging", np.sin(angle)), ("cogging", np.cos(angle))]
+        for wave in (np.sin(angle), np.cos(angle)):
+            terms += [("cogging", wave), ("force_ripple", u * wave)]
     return terms
 
 
