@@ -51,7 +51,13 @@ OVER_POSITION = (
     "position_scale",
 )
 OVER_RATE = ("pole_coulomb_friction", "pole_quadratic_drag")
-OVER_TIME = ("gain_drift", "encoder_slip", "stale_start", "sample_period_error", "velocity_filter")
+OVER_TIME = (
+    "gain_drift",
+    "encoder_slip",
+    "stale_start",
+    "sample_period_error",
+    "velocity_filter",
+)
 HEAD = """# The catalogue
 
 <!-- written by `python docs/draw_signatures.py` -->

@@ -21,6 +21,7 @@ HIDDEN: dict[str, dict[str, float]] = {
     "input_delay": {"delay_s": 0.023},
     "input_dead_zone": {"width": 0.04},
     "input_saturation": {"limit": 0.35},
+    "soft_saturation": {"limit": 0.6},
     "gain_asymmetry": {"ratio": 0.06},
     "gain_drift": {"per_s": -0.002},
     "motor_lag": {"time_constant_s": 0.04},

@@ -184,6 +184,10 @@ def test_force_ripple(x):
     assert np.array_equal(still, run(SLIDING_CART, 0.0 * commands, {}, (x, 0.0, 0.1, 0.0), step_s))
 
 
+def test_soft_saturation():
+    check_same_motion({"soft_saturation": {"limit": 0.3}}, 0.3 * np.tanh(COMMAND / 0.3))
+
+
 def test_pole_spring():
     p = POLE_ALONE
     weight = p.pole_mass_kg * p.com_distance_m * 9.81

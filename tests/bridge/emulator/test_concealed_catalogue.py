@@ -123,6 +123,14 @@ def test_a_ripple_multiplies_the_command_s_force(x: float, apart: Rig) -> None:
     assert driven(apart, effects, 0.1, 0.0, begin).truth[2] == 0.0
 
 
+def test_a_drive_that_bends_gives_small_commands_whole_and_no_more_than_its_limit() -> None:
+    stage = make_drive({"soft_saturation": {"limit": 0.4}}, 0.01)
+    assert stage(0.001) == pytest.approx(0.001, rel=1e-5)
+    assert [stage(u) for u in (0.4, -0.4, 40.0)] == pytest.approx(
+        [0.4 * math.tanh(1.0), -0.4 * math.tanh(1.0), 0.4]
+    )
+
+
 def test_an_unbalanced_pole_hangs_beside_its_line(nominal: Rig) -> None:
     still = driven(nominal, {"pole_imbalance": {"angle_rad": 0.1}}, 1.0)
     assert still.sample == pytest.approx([0.0, math.pi - 0.1, 0.0, 0.0], abs=1e-9)

@@ -94,7 +94,6 @@ def accelerations(
             0.5,
             1.2 * 0.1 * FORCE,
         ),
-        ("soft_amplifier", {"share": 0.4}, (0, 0, 0, 0), -0.5, 0, -0.6 * 0.5 * FORCE),
         ("warming_friction", {"n_per_s": 2.0}, (0, 0, 1.0, 0), 0.0, 0.4, -0.8),
         ("half_rail_friction", {"level_n": 0.7, "from_m": 0.1}, (0.2, 0, -1.0, 0), 0.0, 0, 0.7),
         ("half_rail_friction", {"level_n": 0.7, "from_m": 0.1}, (0.05, 0, -1.0, 0), 0.0, 0, 0.0),

@@ -24,6 +24,14 @@ CHAIN = {
 }
 
 
+@pytest.mark.parametrize("drive", [0.2, -0.1, 0.01, 0.0])
+def test_a_drive_that_bends_is_asked_for_more(drive: float) -> None:
+    bent = Twin("made", RIG, {"soft_saturation": {"limit": 0.3}})
+    chain = make_static_drive(bent, 0.5)
+    assert chain.compute_drive(chain.compute_pwm(drive)) == pytest.approx(drive, abs=1e-12)
+    assert chain.compute_pwm(9.0) == 0.5
+
+
 @pytest.mark.parametrize("drive", [0.2, -0.2, 0.01, -1e-6, 0.0])
 def test_a_drive_that_can_be_had_is_had(drive: float) -> None:
     chain = make_static_drive(Twin("made", RIG, CHAIN), 0.5)

@@ -147,8 +147,8 @@ UNLISTED = {
         {"command*cart_velocity"},
         {"cart_quadratic_drag": {"n_s2_m2": 0.5}},
     ),
-    "soft_amplifier": Unlisted(
-        {"share": 0.35}, "command", {"command"}, {"input_saturation": {"limit": 0.35}}
+    "soft_saturation": Unlisted(
+        {"limit": 0.45}, "command", {"command"}, {"input_saturation": {"limit": 0.35}}
     ),
     "bearing_notch": Unlisted(
         {"torque_n_m": 0.01, "phase_rad": 0.5},
@@ -200,7 +200,7 @@ def test_its_nearest_name_is_doubted(name: str) -> None:
 
 @pytest.mark.parametrize(
     "name",
-    ["warming_friction", "half_rail_friction", "drag_chain", "soft_amplifier", "stirred_air"],
+    ["warming_friction", "half_rail_friction", "drag_chain", "soft_saturation", "stirred_air"],
 )
 def test_a_name_that_explains_most_of_it_is_doubted_by_its_shape(name: str) -> None:
     assert diagnose_unlisted(name).doubted >= set(UNLISTED[name].nearest)

@@ -67,12 +67,6 @@ def make_supply_ripple(rig: Rig, ratio: float, frequency_hz: float, phase_rad: f
     )
 
 
-def make_soft_amplifier(rig: Rig, share: float) -> Extra:
-    """Make large commands weaker smoothly, the largest by a share."""
-    limit = rig.pwm_limit or 1.0
-    return Extra(gain=lambda u, t, x, th, v, w: u * (1 - share * (u / limit) ** 2))
-
-
 def make_warming_friction(rig: Rig, n_per_s: float) -> Extra:
     """Let the cart's dry friction grow with time from nothing."""
     return Extra(level=lambda t, x, th, v, w: n_per_s * t)
@@ -286,7 +280,6 @@ TABLE: tuple[Unlisted, ...] = (
         {"ratio": (0.1, 0.3), "frequency_hz": (0.1, 0.3), **PHASE_SIZES},
         shapes=WAVE_SHAPES,
     ),
-    Unlisted(make_soft_amplifier, "command", ("command",), {"share": (0.25, 0.5)}),
     Unlisted(make_warming_friction, "cart", ("time", "cart_velocity"), {"n_per_s": (0.012, 0.03)}),
     Unlisted(
         make_half_rail_friction,

@@ -36,6 +36,7 @@ from pendulum_twin.signals import Signals
 DELAYS_S = (0.01, 0.03)
 LAGS_S = (0.02, 0.08)
 LIMITS = (0.5, 0.75)  # of the largest command
+BENDS = (1.0, 1.5)  # of the largest command
 STRIBECK_SPEEDS = (0.1, 0.4)  # of the root mean square speed
 PLACES = (-0.6, -0.2, 0.2, 0.6)  # of the travel
 PERIODS = (0.1, 0.2, 0.4, 0.8)  # of the travel
@@ -151,6 +152,7 @@ def list_cart_terms(along: Motion, period_s: float) -> list[tuple[str, Floats]]:
             ("input_saturation", np.sign(u) * np.maximum(np.abs(u) - f * most, 0.0))
             for f in LIMITS
         ),
+        *(("soft_saturation", f * most * np.tanh(u / (f * most)) - u) for f in BENDS),
         ("gain_asymmetry", np.abs(u)),
         ("gain_drift", u * along.t),
         ("cart_coulomb_friction", sign),
