@@ -184,6 +184,14 @@ def test_force_ripple(x):
     assert np.array_equal(still, run(SLIDING_CART, 0.0 * commands, {}, (x, 0.0, 0.1, 0.0), step_s))
 
 
+def test_periodic_force():
+    """A free cart moves by the force's second integral over time."""
+    shaken = {"periodic_force": {"amplitude_n": 0.4, "frequency_hz": 2.0, "phase_rad": 0.3}}
+    states, rate = run(SLIDING_CART, REST, shaken), 2 * np.pi * 2.0
+    gained = 0.4 * (np.cos(0.3) - np.cos(rate * T + 0.3)) / (rate * MASS)
+    np.testing.assert_allclose(states[:, V], gained, atol=1e-6)
+
+
 def test_soft_saturation():
     check_same_motion({"soft_saturation": {"limit": 0.3}}, 0.3 * np.tanh(COMMAND / 0.3))
 

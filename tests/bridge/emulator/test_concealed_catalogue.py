@@ -123,6 +123,14 @@ def test_a_ripple_multiplies_the_command_s_force(x: float, apart: Rig) -> None:
     assert driven(apart, effects, 0.1, 0.0, begin).truth[2] == 0.0
 
 
+def test_a_vibration_pushes_a_cart_that_is_left_alone(apart: Rig) -> None:
+    """From rest, the velocity is the integral of the force over time."""
+    effects = {"periodic_force": {"amplitude_n": 0.5, "frequency_hz": 5.0, "phase_rad": 0.0}}
+    for seconds in (0.1, 0.13, 0.2):
+        pushed = 0.5 * (1 - math.cos(math.tau * 5.0 * seconds)) / (math.tau * 5.0 * MASS)
+        assert driven(apart, effects, seconds).truth[2] == pytest.approx(pushed, abs=1e-6)
+
+
 def test_a_drive_that_bends_gives_small_commands_whole_and_no_more_than_its_limit() -> None:
     stage = make_drive({"soft_saturation": {"limit": 0.4}}, 0.01)
     assert stage(0.001) == pytest.approx(0.001, rel=1e-5)

@@ -132,7 +132,7 @@ UNLISTED = {
         {"cart_velocity*cart_position"},
         {"cart_quadratic_drag": {"n_s2_m2": 0.2}},
     ),
-    "table_vibration": Unlisted(
+    "periodic_force": Unlisted(
         {"amplitude_n": 0.5, "frequency_hz": 5.3, "phase_rad": 0.4},
         "cart",
         {"frequency"},
@@ -227,7 +227,7 @@ def test_the_measured_shape_of_an_eccentric_encoder_is_its_error() -> None:
 
 
 def test_a_vibration_is_measured() -> None:
-    finding = diagnose_unlisted("table_vibration").location.evidence[0].finding
+    finding = diagnose_unlisted("periodic_force").location.evidence[0].finding
     assert "5.3 Hz" in finding
     assert float(finding.split("amplitude ")[1].split()[0]) == pytest.approx(0.5, rel=0.05)
 
@@ -273,5 +273,5 @@ def test_a_second_thing_that_is_missing_speaks_against_no_right_name() -> None:
     """Friction is named, a vibration is not: the friction stands, whatever remains."""
     friction = {"cart_coulomb_friction": {"level_n": 0.8}}
     vibration = {"amplitude_n": 0.4, "frequency_hz": 5.3, "phase_rad": 0.4}
-    recording = record_rig(friction, {"table_vibration": vibration})
+    recording = record_rig({**friction, "periodic_force": vibration}, {})
     assert diagnose_as(recording, friction).doubted == set()

@@ -134,6 +134,12 @@ TABLE: tuple[Concealable, ...] = (
         {"ratio": (0.1, 0.3), "period_m": (0.06, 0.2), "phase_rad": (-3.0, 3.0)},
         shapes=("period_m", "phase_rad"),
     ),
+    Concealable(
+        "periodic_force",
+        "vibration",
+        {"amplitude_n": (0.3, 0.8), "frequency_hz": (2.0, 8.0), "phase_rad": (-3.0, 3.0)},
+        shapes=("frequency_hz", "phase_rad"),
+    ),
     Concealable("soft_saturation", "saturation", {"limit": (0.35, 0.6)}, neutral=2.0),
 )
 # Entries that were there first: a seed orders them by a single draw. Later entries are put between

@@ -91,6 +91,15 @@ def make_force_ripple(rig: Rig, ratio: float, period_m: float, phase_rad: float)
     )
 
 
+def make_periodic_force(
+    rig: Rig, amplitude_n: float, frequency_hz: float, phase_rad: float
+) -> Extra:
+    """Return a push on the cart that is a sine of the time: a table that vibrates."""
+    return Extra(
+        push=lambda t, x, th, v, w: amplitude_n * math.sin(math.tau * frequency_hz * t + phase_rad)
+    )
+
+
 def make_sample_period_error(rig: Rig, ratio: float) -> Extra:
     """Return a pace at which less time passes from sample to sample than the stamps say."""
     return Extra(pace=lambda t: 1 / (1 + ratio))
@@ -100,5 +109,6 @@ LISTED: dict[str, Callable[..., Extra]] = {
     "rail_tilt": make_rail_tilt,
     "cogging": make_cogging,
     "force_ripple": make_force_ripple,
+    "periodic_force": make_periodic_force,
     "sample_period_error": make_sample_period_error,
 }

@@ -83,15 +83,6 @@ def make_load_friction(rig: Rig, share: float) -> Extra:
     return Extra(level=lambda t, x, th, v, w: share * moment * w * w)
 
 
-def make_table_vibration(
-    rig: Rig, amplitude_n: float, frequency_hz: float, phase_rad: float
-) -> Extra:
-    """Push the cart with a sine in time."""
-    return Extra(
-        push=lambda t, x, th, v, w: amplitude_n * math.sin(math.tau * frequency_hz * t + phase_rad)
-    )
-
-
 def make_drag_chain(rig: Rig, n_per_m3: float) -> Extra:
     """Pull the cart back with the cube of its distance from the middle."""
     return Extra(push=lambda t, x, th, v, w: -n_per_m3 * x**3)
@@ -289,13 +280,6 @@ TABLE: tuple[Unlisted, ...] = (
         shapes=("from_m",),
     ),
     Unlisted(make_load_friction, "cart", ("pole_rate", "cart_velocity"), {"share": (0.5, 1.2)}),
-    Unlisted(
-        make_table_vibration,
-        "cart",
-        ("time", "frequency"),
-        {"amplitude_n": (0.4, 1.0), "frequency_hz": (2.0, 8.0), **PHASE_SIZES},
-        shapes=WAVE_SHAPES,
-    ),
     Unlisted(make_drag_chain, "cart", ("cart_position",), {"n_per_m3": (10.0, 30.0)}),
     Unlisted(
         make_hanging_cable,

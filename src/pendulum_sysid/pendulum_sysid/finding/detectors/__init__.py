@@ -6,6 +6,7 @@ from pendulum_sysid.finding.detectors import (
     angle_scale,
     encoder_slip,
     force_ripple,
+    periodic_force,
     steady_friction,
     velocity_filter,
 )
@@ -18,6 +19,7 @@ DETECTORS: tuple[Detector, ...] = (
     encoder_slip.DETECTOR,
     angle_scale.DETECTOR,
     force_ripple.DETECTOR,
+    periodic_force.DETECTOR,
     velocity_filter.DETECTOR,
     steady_friction.DETECTOR,
 )
