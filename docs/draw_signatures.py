@@ -53,6 +53,7 @@ OVER_POSITION = (
 OVER_RATE = ("pole_coulomb_friction", "pole_quadratic_drag")
 OVER_TIME = (
     "gain_drift",
+    "friction_warming",
     "periodic_force",
     "encoder_slip",
     "stale_start",

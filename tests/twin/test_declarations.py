@@ -43,6 +43,8 @@ def test_timed_effects_and_no_others_depend_on_the_time(effect):
         early, late = (tuple(call_law(effect, STATE, t)) for t in (0.0, 100.0))
     elif effect.form is Form.TIMED_FORCE:
         early, late = (effect.law(t, *choose_values(effect)) for t in (0.0, np.e))
+    elif effect.form is Form.TIMED_FRICTION:
+        early, late = (effect.law(t, *choose_values(effect)) for t in (0.0, 100.0))
     else:
         early, late = 0.0, 0.0  # the other forms are not given the time
     assert effect.timed == (early != late)

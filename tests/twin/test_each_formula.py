@@ -192,6 +192,25 @@ def test_periodic_force():
     np.testing.assert_allclose(states[:, V], gained, atol=1e-6)
 
 
+def test_friction_warming():
+    """Without a command a sliding cart is braked by what has not warmed away yet."""
+    grease = {"level_n": 0.1, "viscous_n_s_m": 0.0, "time_constant_s": 1.5}
+    states = run(SLIDING_CART, REST, {"friction_warming": grease}, (0.0, 0.0, 5.0, 0.0))
+    lost = 0.1 * 1.5 * (1.0 - np.exp(-T / 1.5)) / MASS
+    np.testing.assert_allclose(states[:, V], 5.0 - lost, atol=1e-6)
+    grease = {"level_n": 0.0, "viscous_n_s_m": 0.3, "time_constant_s": 1.5}
+    states = run(SLIDING_CART, REST, {"friction_warming": grease}, (0.0, 0.0, 5.0, 0.0))
+    braked = 0.3 * 1.5 * (1.0 - np.exp(-T / 1.5)) / MASS
+    np.testing.assert_allclose(states[:, V], 5.0 * np.exp(-braked), rtol=1e-6)
+
+
+def test_friction_that_has_not_warmed_away_holds_the_cart():
+    grease = {"level_n": 1.0, "viscous_n_s_m": 0.0, "time_constant_s": 1.5}
+    push = 0.5 / GAIN  # less than is left until 1.5 ln 2 = 1.04 s
+    states = run(SLIDING_CART, REST + push, {"friction_warming": grease})
+    assert np.all(states[T < 1.03, X] == 0.0) and states[-1, X] > 0.0
+
+
 def test_soft_saturation():
     check_same_motion({"soft_saturation": {"limit": 0.3}}, 0.3 * np.tanh(COMMAND / 0.3))
 

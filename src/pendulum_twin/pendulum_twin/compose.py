@@ -20,7 +20,7 @@ from pendulum_twin.parameter_vector import BASE, SLOTS
 # Where the text finds number {word} of theta: of lane i in a block of lanes, or of a lane alone.
 LANE = "p[{word} * width + i]"
 ALONE = "p[{word}]"
-HELD_FORMS = (Form.GAIN, Form.TIMED_FORCE, Form.TIMED_DRY)  # that act evenly over a step
+HELD_FORMS = (Form.GAIN, Form.TIMED_FORCE, Form.TIMED_FRICTION)  # that act evenly over a step
 TRANSCENDENTAL = {"exp", "sin", "cos", "sin_cos", "tanh"}
 
 
@@ -139,17 +139,21 @@ def compose_forces(place: Place) -> Callable[..., Any]:
 def compose_held() -> Callable[..., Any]:
     """Return hold(x, t, p, i, width): what acts evenly over a step of lane i.
 
-    Gain on the drive's force; force on the cart, N; what is added to the cart's dry friction, N.
+    Gain on the drive's force; force on the cart, N; what is added to the cart's dry friction, N,
+    and to its viscous friction, N s/m.
     """
-    added = {Form.GAIN: "gain *= ", Form.TIMED_FORCE: "force += ", Form.TIMED_DRY: "dry += "}
-    lines, effects = ["gain, force, dry = 1.0, 0.0, 0.0"], []
-    for form, add in added.items():
+    added = {
+        Form.GAIN: "gain *= {}(x, {})",
+        Form.TIMED_FORCE: "force += {}(t, {})",
+        Form.TIMED_FRICTION: "level, drag = {}(t, {}); dry += level; viscous += drag",
+    }
+    lines, effects = ["gain, force, dry, viscous = 1.0, 0.0, 0.0, 0.0"], []
+    for form, line in added.items():
         for pair in _list_effects(form, tuple(Place)):
-            first = "x" if form is Form.GAIN else "t"
-            arguments = ", ".join([first, *_list_arguments(pair[1], LANE)])
-            lines.append(f"{add}{pair[1].name}({arguments})")
+            lines.append(line.format(pair[1].name, ", ".join(_list_arguments(pair[1], LANE))))
             effects.append(pair)
-    return _compile("hold", "x, t, p, i, width", [*lines, "return gain, force, dry"], effects)
+    lines.append("return gain, force, dry, viscous")
+    return _compile("hold", "x, t, p, i, width", lines, effects)
 
 
 def compose_dry_level(place: Place) -> Callable[..., Any]:

@@ -47,8 +47,8 @@ def _fill_laws(x, th, v, w, t, p, out):  # type: ignore[no-untyped-def]
         push, turn, cart_dry, pole_dry = sum_measured_laws(p, x[n], v[n], th[n], w[n], t[n], 0.0)[
             1:
         ]
-        _, force, dry = sum_held_effects(x[n], t[n], p, 0, 1)
-        applied = push + force, turn, cart_dry + dry, pole_dry
+        _, force, dry, drag = sum_held_effects(x[n], t[n], p, 0, 1)
+        applied = push + force - drag * v[n], turn, cart_dry + dry, pole_dry
         cart_way, pole_way = np.sign(v[n]), np.sign(w[n])
         out[n, 0] = applied[0] + add_cart_forces(x[n], v[n], th[n], w[n], p, 0, 1, ALL_LAWS)
         level = compute_cart_level(abs(v[n]), x[n], cart_way, applied, p, 0, 1, ALL_LAWS)

@@ -131,6 +131,18 @@ def test_a_vibration_pushes_a_cart_that_is_left_alone(apart: Rig) -> None:
         assert driven(apart, effects, seconds).truth[2] == pytest.approx(pushed, abs=1e-6)
 
 
+def test_friction_that_warms_away_brakes_less_and_less(apart: Rig) -> None:
+    """Dry: level tau (1 - exp(-t/tau)) / m is lost; viscous: an exponent of the same integral."""
+    begin = (0.0, math.pi, 2.0, 0.0)
+    warm_s = 0.5 * (1 - math.exp(-1.0 / 0.5))
+    sizes = {"level_n": 0.4, "viscous_n_s_m": 0.0, "time_constant_s": 0.5}
+    dry = driven(apart, {"friction_warming": sizes}, 1.0, start=begin).truth
+    assert dry[2] == pytest.approx(2.0 - 0.4 * warm_s / MASS, abs=1e-5)
+    sizes = {"level_n": 0.0, "viscous_n_s_m": 1.5, "time_constant_s": 0.5}
+    wet = driven(apart, {"friction_warming": sizes}, 1.0, start=begin).truth
+    assert wet[2] == pytest.approx(2.0 * math.exp(-1.5 * warm_s / MASS), abs=1e-4)
+
+
 def test_a_drive_that_bends_gives_small_commands_whole_and_no_more_than_its_limit() -> None:
     stage = make_drive({"soft_saturation": {"limit": 0.4}}, 0.01)
     assert stage(0.001) == pytest.approx(0.001, rel=1e-5)

@@ -141,6 +141,12 @@ TABLE: tuple[Concealable, ...] = (
         shapes=("frequency_hz", "phase_rad"),
     ),
     Concealable("soft_saturation", "saturation", {"limit": (0.35, 0.6)}, neutral=2.0),
+    Concealable(
+        "friction_warming",
+        "warming",
+        {"level_n": (0.3, 0.8), "viscous_n_s_m": (1.0, 3.0), "time_constant_s": (8.0, 20.0)},
+        shapes=("time_constant_s",),
+    ),
 )
 # Entries that were there first: a seed orders them by a single draw. Later entries are put between
 # them, each by a draw of its own, so that most seeds conceal what they always concealed.

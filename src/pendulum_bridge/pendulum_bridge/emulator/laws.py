@@ -100,6 +100,20 @@ def make_periodic_force(
     )
 
 
+def make_friction_warming(
+    rig: Rig, level_n: float, viscous_n_s_m: float, time_constant_s: float
+) -> Extra:
+    """Return friction that is less and less as time goes on: grease that warms up."""
+
+    def get_cold_share(t: float) -> float:
+        return math.exp(-t / time_constant_s)
+
+    return Extra(
+        push=lambda t, x, th, v, w: -viscous_n_s_m * get_cold_share(t) * v,
+        level=lambda t, x, th, v, w: level_n * get_cold_share(t),
+    )
+
+
 def make_sample_period_error(rig: Rig, ratio: float) -> Extra:
     """Return a pace at which less time passes from sample to sample than the stamps say."""
     return Extra(pace=lambda t: 1 / (1 + ratio))
@@ -110,5 +124,6 @@ LISTED: dict[str, Callable[..., Extra]] = {
     "cogging": make_cogging,
     "force_ripple": make_force_ripple,
     "periodic_force": make_periodic_force,
+    "friction_warming": make_friction_warming,
     "sample_period_error": make_sample_period_error,
 }

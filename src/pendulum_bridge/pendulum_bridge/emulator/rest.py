@@ -31,7 +31,7 @@ EVERYDAY = (
     "leaning_guide",
     "dragged_cable",
     "hanging_cable",
-    "warming_grease",
+    "recovering_battery",
     "bearing_notch",
     "oily_bearing",
 )

@@ -145,11 +145,6 @@ def make_recovering_battery(rig: Rig, share: float, time_s: float) -> Extra:
     return Extra(gain=lambda u, t, x, th, v, w: u * (1 - share * math.exp(-t / time_s)))
 
 
-def make_warming_grease(rig: Rig, n_s_per_m: float, time_s: float) -> Extra:
-    """Brake the cart in proportion to its speed, less and less as time goes on."""
-    return Extra(push=lambda t, x, th, v, w: -n_s_per_m * math.exp(-t / time_s) * v)
-
-
 def make_magnetic_brake(rig: Rig, n_s_per_m: float, centre_m: float, width_m: float) -> Extra:
     """Brake the cart in proportion to its speed near one place: an eddy brake."""
     return Extra(
@@ -324,13 +319,6 @@ TABLE: tuple[Unlisted, ...] = (
         "command",
         ("command", "time"),
         {"share": (0.2, 0.4), "time_s": (8.0, 20.0)},
-        shapes=("time_s",),
-    ),
-    Unlisted(
-        make_warming_grease,
-        "cart",
-        ("time", "cart_velocity"),
-        {"n_s_per_m": (1.5, 3.0), "time_s": (8.0, 20.0)},
         shapes=("time_s",),
     ),
     Unlisted(

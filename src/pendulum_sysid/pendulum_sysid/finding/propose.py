@@ -34,7 +34,7 @@ SEARCHED_FORMS = (
     Form.FORCE,
     Form.TIMED_FORCE,
     Form.DRY,
-    Form.TIMED_DRY,
+    Form.TIMED_FRICTION,
     Form.DRY_RATIO,
     Form.MEASURE,
 )

@@ -43,9 +43,9 @@ class Form(Enum):
     GAIN = "gain"
     # force on the cart in N, held over a step: law(t, *parameters) -> force
     TIMED_FORCE = "timed_force"
-    # level of the cart's dry friction in N, at least 0, held over a step:
-    # law(t, *parameters) -> level
-    TIMED_DRY = "timed_dry"
+    # level of dry friction in N, at least 0, and viscous friction in N s/m of the cart, held over
+    # a step: law(t, *parameters) -> level, viscous
+    TIMED_FRICTION = "timed_friction"
     # whether the whole state stands still: law(force, v, w, *parameters) -> bool
     HOLD = "hold"
     # true state to measured state: law(x, v, th, w, t, *parameters) -> (x, v, th, w)

@@ -37,6 +37,7 @@ DELAYS_S = (0.01, 0.03)
 LAGS_S = (0.02, 0.08)
 LIMITS = (0.5, 0.75)  # of the largest command
 BENDS = (1.0, 1.5)  # of the largest command
+WARMING_S = (10.0,)
 STRIBECK_SPEEDS = (0.1, 0.4)  # of the root mean square speed
 PLACES = (-0.6, -0.2, 0.2, 0.6)  # of the travel
 PERIODS = (0.1, 0.2, 0.4, 0.8)  # of the travel
@@ -160,6 +161,7 @@ def list_cart_terms(along: Motion, period_s: float) -> list[tuple[str, Floats]]:
             ("cart_stribeck_friction", sign * np.exp(-((speed / (f * typical)) ** 2)))
             for f in STRIBECK_SPEEDS
         ),
+        *(("friction_warming", c * np.exp(-along.t / s)) for c in (sign, v) for s in WARMING_S),
         ("cart_quadratic_drag", v * speed),
         ("rail_tilt", np.ones_like(x)),
         ("rail_spring", x),
