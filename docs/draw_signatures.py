@@ -42,9 +42,24 @@ SIZES = {
     "cart_friction_asymmetry": {"ratio": 0.4},
 }
 BESIDE = {"cart_friction_asymmetry": {"cart_coulomb_friction": {"level_n": 1.0}}}
-OVER_POSITION = ("rail_spring", "rail_friction_patch", "cogging", "rail_tilt", "position_scale")
+OVER_POSITION = (
+    "force_ripple",
+    "rail_spring",
+    "rail_friction_patch",
+    "cogging",
+    "rail_tilt",
+    "position_scale",
+)
 OVER_RATE = ("pole_coulomb_friction", "pole_quadratic_drag")
-OVER_TIME = ("gain_drift", "encoder_slip", "stale_start", "sample_period_error", "velocity_filter")
+OVER_TIME = (
+    "gain_drift",
+    "friction_warming",
+    "periodic_force",
+    "encoder_slip",
+    "stale_start",
+    "sample_period_error",
+    "velocity_filter",
+)
 HEAD = """# The catalogue
 
 <!-- written by `python docs/draw_signatures.py` -->

@@ -27,7 +27,9 @@ def call_filter(effect: Effect, u: float, t: float) -> float:
 
 
 def call_law(effect: Effect, state: tuple[float, ...], t: float = 0.0) -> np.ndarray:
-    """Return what a law of force or of measuring gives for x, v, th, w."""
+    """Return what a law of force, gain or of measuring gives for x, v, th, w."""
+    if effect.form is Form.GAIN:
+        return np.atleast_1d(effect.law(state[0], *choose_values(effect)))
     constants = [CONSTANTS[name] for name in effect.constants]
     times = [t] if effect.form is Form.MEASURE else []
     return np.atleast_1d(effect.law(*state, *times, *constants, *choose_values(effect)))
@@ -39,6 +41,10 @@ def test_timed_effects_and_no_others_depend_on_the_time(effect):
         early, late = (call_filter(effect, 0.3, t) for t in (0.0, 100.0))
     elif effect.form is Form.MEASURE:
         early, late = (tuple(call_law(effect, STATE, t)) for t in (0.0, 100.0))
+    elif effect.form is Form.TIMED_FORCE:
+        early, late = (effect.law(t, *choose_values(effect)) for t in (0.0, np.e))
+    elif effect.form is Form.TIMED_FRICTION:
+        early, late = (effect.law(t, *choose_values(effect)) for t in (0.0, 100.0))
     else:
         early, late = 0.0, 0.0  # the other forms are not given the time
     assert effect.timed == (early != late)

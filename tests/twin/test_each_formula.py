@@ -168,6 +168,53 @@ def test_cogging():
         assert force == pytest.approx(0.4 * np.sin(2 * np.pi * x / 0.05 + 0.3), abs=1e-6)
 
 
+@pytest.mark.parametrize("x", [0.0, 0.013, -0.2])
+def test_force_ripple(x):
+    """The command's force is multiplied; without a command nothing is there."""
+    ripple = {"force_ripple": {"ratio": 0.2, "period_m": 0.05, "phase_rad": 0.3}}
+    factor = 1.0 + 0.2 * np.sin(2 * np.pi * x / 0.05 + 0.3)
+    step_s = 1e-5
+    commands = np.array([0.4, 0.4])
+    moved, plain = (
+        run(SLIDING_CART, commands, effects, (x, 0.0, 0.0, 0.0), step_s)[1, 2]
+        for effects in (ripple, {})
+    )
+    assert moved / plain == pytest.approx(factor, abs=1e-5)
+    still = run(SLIDING_CART, 0.0 * commands, ripple, (x, 0.0, 0.1, 0.0), step_s)
+    assert np.array_equal(still, run(SLIDING_CART, 0.0 * commands, {}, (x, 0.0, 0.1, 0.0), step_s))
+
+
+def test_periodic_force():
+    """A free cart moves by the force's second integral over time."""
+    shaken = {"periodic_force": {"amplitude_n": 0.4, "frequency_hz": 2.0, "phase_rad": 0.3}}
+    states, rate = run(SLIDING_CART, REST, shaken), 2 * np.pi * 2.0
+    gained = 0.4 * (np.cos(0.3) - np.cos(rate * T + 0.3)) / (rate * MASS)
+    np.testing.assert_allclose(states[:, V], gained, atol=1e-6)
+
+
+def test_friction_warming():
+    """Without a command a sliding cart is braked by what has not warmed away yet."""
+    grease = {"level_n": 0.1, "viscous_n_s_m": 0.0, "time_constant_s": 1.5}
+    states = run(SLIDING_CART, REST, {"friction_warming": grease}, (0.0, 0.0, 5.0, 0.0))
+    lost = 0.1 * 1.5 * (1.0 - np.exp(-T / 1.5)) / MASS
+    np.testing.assert_allclose(states[:, V], 5.0 - lost, atol=1e-6)
+    grease = {"level_n": 0.0, "viscous_n_s_m": 0.3, "time_constant_s": 1.5}
+    states = run(SLIDING_CART, REST, {"friction_warming": grease}, (0.0, 0.0, 5.0, 0.0))
+    braked = 0.3 * 1.5 * (1.0 - np.exp(-T / 1.5)) / MASS
+    np.testing.assert_allclose(states[:, V], 5.0 * np.exp(-braked), rtol=1e-6)
+
+
+def test_friction_that_has_not_warmed_away_holds_the_cart():
+    grease = {"level_n": 1.0, "viscous_n_s_m": 0.0, "time_constant_s": 1.5}
+    push = 0.5 / GAIN  # less than is left until 1.5 ln 2 = 1.04 s
+    states = run(SLIDING_CART, REST + push, {"friction_warming": grease})
+    assert np.all(states[T < 1.03, X] == 0.0) and states[-1, X] > 0.0
+
+
+def test_soft_saturation():
+    check_same_motion({"soft_saturation": {"limit": 0.3}}, 0.3 * np.tanh(COMMAND / 0.3))
+
+
 def test_pole_spring():
     p = POLE_ALONE
     weight = p.pole_mass_kg * p.com_distance_m * 9.81
@@ -228,6 +275,19 @@ def test_pole_imbalance():
         THESIS, REST, {"pole_imbalance": {"angle_rad": 0.1}}, (0.0, np.pi - 0.1, 0.0, 0.0)
     )
     np.testing.assert_allclose(states, np.tile([0.0, np.pi - 0.1, 0.0, 0.0], (300, 1)), atol=1e-12)
+
+
+def test_eccentric_encoder():
+    """The shown angle of every true angle, and its derivative times the true rate."""
+    off = {"eccentric_encoder": {"sine_rad": 0.1, "cosine_rad": -0.05}}
+    true = run(THESIS, COMMAND, {}, START)
+    th, w = true[:, 1], true[:, 3]
+    begin = (START[0], th[0] + 0.1 * np.sin(th[0]) - 0.05 * np.cos(th[0]))
+    slope = 1.0 + 0.1 * np.cos(th) + 0.05 * np.sin(th)
+    shown = run(THESIS, COMMAND, off, (*begin, START[2], START[3] * slope[0]))
+    np.testing.assert_allclose(shown[:, 1], th + 0.1 * np.sin(th) - 0.05 * np.cos(th), atol=1e-10)
+    np.testing.assert_allclose(shown[:, 3], w * slope, atol=1e-9)
+    np.testing.assert_allclose(shown[:, [0, 2]], true[:, [0, 2]], atol=1e-11)
 
 
 def test_encoder_slip():

@@ -13,6 +13,7 @@ from pendulum_twin.equations import (
     compute_pole_weight,
     exp,
     sin_cos,
+    sin_cos_of_array,
     solve_accelerations,
 )
 
@@ -114,3 +115,19 @@ def test_exponential_of_zero_is_one_and_beyond_its_range_stays_finite():
     assert unit == 1.0
     assert 0.0 < small < 1e-300
     assert 1e300 < large < np.inf
+
+
+def test_sine_and_cosine_of_arrays_and_of_compiled_numbers_are_the_same_bits():
+    angles = np.random.default_rng(3).uniform(-1e5, 1e5, 20_000)
+
+    @numba.njit
+    def compute_singly(numbers, out):
+        for n in range(len(numbers)):
+            out[n, 0], out[n, 1] = sin_cos_of_array(numbers[n])
+
+    singly = np.empty((len(angles), 2))
+    compute_singly(angles, singly)
+    sine, cosine = sin_cos_of_array.py_func(angles)
+    assert np.array_equal(np.stack([sine, cosine], axis=1), singly)
+    assert np.max(np.abs(sine - np.sin(angles.astype(np.longdouble)))) < 3e-16
+    assert np.max(np.abs(cosine - np.cos(angles.astype(np.longdouble)))) < 3e-16

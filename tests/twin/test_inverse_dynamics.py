@@ -15,6 +15,7 @@ T = PERIOD_S * np.arange(1000)
 COMMAND = 0.3 * np.sin(4.0 * T) + 0.1 * np.sin(11.0 * T)
 START = (0.0, 2.5, 0.1, 0.0)
 DRAG = {"cart_quadratic_drag": {"n_s2_m2": 3.0}, "pole_spring": {"n_m_per_rad": 0.01}}
+RIPPLE = {"force_ripple": {"ratio": 0.2, "period_m": 0.3, "phase_rad": 0.5}}
 INSIDE = slice(5, -5)  # where accelerations are central differences
 
 
@@ -25,7 +26,11 @@ def move(effects):
     return recording(COMMAND, PERIOD_S), states, accelerations
 
 
-@pytest.mark.parametrize("effects", [{}, DRAG], ids=["base model", "drag and spring"])
+@pytest.mark.parametrize(
+    "effects",
+    [{}, DRAG, {"eccentric_encoder": {"sine_rad": 0.1, "cosine_rad": 0.1}}, RIPPLE],
+    ids=["base model", "drag and spring", "a sensor whose error bends", "a gain along the rail"],
+)
 def test_a_twins_own_motion_lacks_nothing(effects):
     signals, states, accelerations = move(effects)
     theta = make_theta(Twin("test", THESIS, effects))

@@ -14,12 +14,13 @@ from typing import Any
 
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Effect, Form, Place
-from pendulum_twin.equations import compile_inner, exp, sin_cos
+from pendulum_twin.equations import compile_inner, exp, sin_cos, sin_cos_of_array
 from pendulum_twin.parameter_vector import BASE, SLOTS
 
 # Where the text finds number {word} of theta: of lane i in a block of lanes, or of a lane alone.
 LANE = "p[{word} * width + i]"
 ALONE = "p[{word}]"
+HELD_FORMS = (Form.GAIN, Form.TIMED_FORCE, Form.TIMED_FRICTION)  # that act evenly over a step
 TRANSCENDENTAL = {"exp", "sin", "cos", "sin_cos", "tanh"}
 
 
@@ -31,8 +32,8 @@ def _list_arguments(effect: Effect, where: str) -> list[str]:
 
 
 def is_costly(effect: Effect) -> bool:
-    """Return whether the law calls a transcendental function; kernels exist without such laws."""
-    return not TRANSCENDENTAL.isdisjoint(effect.law.__code__.co_names)
+    """Return whether only kernels with all laws hold the law: others are of plain arithmetic."""
+    return effect.form in HELD_FORMS or not TRANSCENDENTAL.isdisjoint(effect.law.__code__.co_names)
 
 
 def _list_effects(form: Form, places: tuple[Place, ...]) -> list[tuple[int, Effect]]:
@@ -53,7 +54,8 @@ def _compile(
 def _compile_law(effect: Effect) -> Callable[..., Any]:
     """Return the compiled law; it calls compiled functions in place of the plain ones."""
     law = effect.law
-    names = {**law.__globals__, "exp": exp, "sin_cos": sin_cos}
+    compiled = {"exp": exp, "sin_cos": sin_cos, "sin_cos_of_array": sin_cos_of_array}
+    names = {**law.__globals__, **compiled}
     return compile_inner(FunctionType(law.__code__, names, law.__name__))
 
 
@@ -132,6 +134,26 @@ def compose_forces(place: Place) -> Callable[..., Any]:
             e, f"total += {e.name}({', '.join(['x', 'v', 'th', 'w', *_list_arguments(e, LANE)])})"
         )
     return _compile("total", "x, v, th, w, p, i, width, laws", [*lines, "return total"], effects)
+
+
+def compose_held() -> Callable[..., Any]:
+    """Return hold(x, t, p, i, width): what acts evenly over a step of lane i.
+
+    Gain on the drive's force; force on the cart, N; what is added to the cart's dry friction, N,
+    and to its viscous friction, N s/m.
+    """
+    added = {
+        Form.GAIN: "gain *= {}(x, {})",
+        Form.TIMED_FORCE: "force += {}(t, {})",
+        Form.TIMED_FRICTION: "level, drag = {}(t, {}); dry += level; viscous += drag",
+    }
+    lines, effects = ["gain, force, dry, viscous = 1.0, 0.0, 0.0, 0.0"], []
+    for form, line in added.items():
+        for pair in _list_effects(form, tuple(Place)):
+            lines.append(line.format(pair[1].name, ", ".join(_list_arguments(pair[1], LANE))))
+            effects.append(pair)
+    lines.append("return gain, force, dry, viscous")
+    return _compile("hold", "x, t, p, i, width", lines, effects)
 
 
 def compose_dry_level(place: Place) -> Callable[..., Any]:

@@ -49,6 +49,26 @@ def sin_cos(angle: float) -> tuple[float, float]:
     return sine, cosine
 
 
+def sin_cos_of_array(angle):  # type: ignore[no-untyped-def]
+    """Return sine and cosine of a number or an array, for laws of sensors.
+
+    The quadrant is chosen by arithmetic, so that arrays and compiled numbers give the same bits.
+    """
+    turns = np.floor(angle * HALF_PI_INVERSE + 0.5)
+    r = (angle - turns * HALF_PI_HIGH) - turns * HALF_PI_LOW
+    q = r * r
+    q2 = q * q
+    q4 = q2 * q2
+    s = r + r * q * ((S1 + q * S2) + q2 * (S3 + q * S4) + q4 * (S5 + q * S6))
+    c = (1.0 - 0.5 * q) + q2 * ((C1 + q * C2) + q2 * (C3 + q * C4) + q4 * (C5 + q * C6))
+    quadrant = turns - 4.0 * np.floor(turns * 0.25)
+    odd = quadrant - 2.0 * np.floor(quadrant * 0.5)
+    upper = np.floor(quadrant * 0.5)
+    sine = (1.0 - 2.0 * upper) * (odd * c + (1.0 - odd) * s)
+    cosine = (1.0 - 2.0 * (odd + upper - 2.0 * odd * upper)) * (odd * s + (1.0 - odd) * c)
+    return sine, cosine
+
+
 def exp(power: float) -> float:
     """Return e to a power, to 4e-16 relative; powers are clipped to -708 to 709.
 

@@ -24,6 +24,7 @@ compile_inner = numba.njit(
 )
 
 sin_cos = compile_inline(elementary.sin_cos)
+sin_cos_of_array = compile_inline(elementary.sin_cos_of_array)
 exp = compile_inline(elementary.exp)
 
 

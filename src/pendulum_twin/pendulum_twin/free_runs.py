@@ -30,10 +30,13 @@ from pendulum_twin.threads import share_among_threads
 
 # Masks over the catalogue: effects of the mechanics, costly laws, laws that can hold a joint.
 _MECHANICAL = np.array(
-    [e.form in (Form.FORCE, Form.DRY, Form.DRY_RATIO, Form.HOLD) for e in CATALOGUE]
+    [
+        e.form in (Form.FORCE, Form.DRY, Form.DRY_RATIO, Form.HOLD, *compose.HELD_FORMS)
+        for e in CATALOGUE
+    ]
 )
 _COSTLY = np.array([compose.is_costly(e) for e in CATALOGUE])
-_STICKING = np.array([e.form in (Form.DRY, Form.HOLD) for e in CATALOGUE])
+_STICKING = np.array([e.form in (Form.DRY, Form.HOLD, Form.TIMED_FRICTION) for e in CATALOGUE])
 _MEASURING = [(k, e) for k, e in enumerate(CATALOGUE) if e.form is Form.MEASURE]
 _FILTERING = [(k, e) for k, e in enumerate(CATALOGUE) if e.form in (Form.FILTER, Form.CLOCK)]
 _REPORTING = [(k, e) for k, e in enumerate(CATALOGUE) if e.form is Form.REPORT]

@@ -14,6 +14,7 @@ from pendulum_twin.motion import (
     add_pole_torques,
     compute_cart_level,
     compute_pole_level,
+    sum_held_effects,
 )
 from pendulum_twin.parameter_vector import (
     CART_VISCOUS,
@@ -30,12 +31,24 @@ from pendulum_twin.signals import Signals
 # Of the root mean square speed: below it the cart counts as standing, where dry friction takes any
 # value.
 STANDING_SPEED_SHARE = 0.03
+# s; half of the way along the motion over which the bend of a sensor's error is taken
+PROBED_S = 1e-3
+
+
+@kernel.compile_cached
+def _fill_gains(x, t, p, out):  # type: ignore[no-untyped-def]
+    for n in range(len(x)):
+        out[n] *= sum_held_effects(x[n], t[n], p, 0, 1)[0]
 
 
 @kernel.compile_cached
 def _fill_laws(x, th, v, w, t, p, out):  # type: ignore[no-untyped-def]
     for n in range(len(x)):
-        applied = sum_measured_laws(p, x[n], v[n], th[n], w[n], t[n], 0.0)[1:]
+        push, turn, cart_dry, pole_dry = sum_measured_laws(p, x[n], v[n], th[n], w[n], t[n], 0.0)[
+            1:
+        ]
+        _, force, dry, drag = sum_held_effects(x[n], t[n], p, 0, 1)
+        applied = push + force - drag * v[n], turn, cart_dry + dry, pole_dry
         cart_way, pole_way = np.sign(v[n]), np.sign(w[n])
         out[n, 0] = applied[0] + add_cart_forces(x[n], v[n], th[n], w[n], p, 0, 1, ALL_LAWS)
         level = compute_cart_level(abs(v[n]), x[n], cart_way, applied, p, 0, 1, ALL_LAWS)
@@ -69,10 +82,7 @@ def compute_missing_force(
     A sample does not count where it is not valid or where the cart hardly moves.
     """
     true = undo_sensors(states[None], theta[None], signals.clock_s)[0]
-    turned = np.concatenate([states[:, :2], accelerations], axis=1)
-    a, b = undo_sensors(turned[None], theta[None], signals.clock_s)[0][:, 2:].T / compute_paces(
-        theta
-    )
+    a, b = _undo_accelerations(signals, states, accelerations, theta).T / compute_paces(theta)
     _, th, v, w = true.T
     coupling = theta[COUPLING]
     sine, cosine = np.sin(th), np.cos(th)
@@ -86,7 +96,9 @@ def compute_missing_force(
     gain = np.empty((len(true), 5))
     clock_s = signals.clock_s * float(compute_paces(theta))
     fill_measured_laws(np.ascontiguousarray(true), clock_s, theta, gain)
-    force -= theta[FORCE_PER_PWM] * _average_drive(signals, theta) * gain[:, 0]
+    gains = gain[:, 0].copy()
+    _fill_gains(np.ascontiguousarray(true[:, 0]), clock_s, theta, gains)
+    force -= theta[FORCE_PER_PWM] * _average_drive(signals, theta) * gains
     torque = theta[INERTIA] * b - coupling * cosine * a - theta[MOMENT] * theta[GRAVITY] * sine
     torque += theta[POLE_VISCOUS] * w - laws[:, 1]
     usable = np.ones(len(signals), dtype=bool)
@@ -95,6 +107,23 @@ def compute_missing_force(
     if signals.pole is not None:
         usable &= signals.pole_valid
     return np.stack([force, torque], axis=1), usable
+
+
+def _undo_accelerations(
+    signals: Signals, states: Floats, accelerations: Floats, theta: Floats
+) -> Floats:
+    """Return the accelerations (n, 2) behind measured ones, the clock's pace left alone.
+
+    Where a sensor's error bends with the position, velocities alone are seen as an acceleration.
+    """
+
+    def undo_rates(moved: Floats, rates: Floats) -> Floats:
+        turned = np.concatenate([moved, rates], axis=1)
+        return undo_sensors(turned[None], theta[None], signals.clock_s)[0][:, 2:]
+
+    places, rates = states[:, :2], states[:, 2:]
+    after, before = (undo_rates(places + s * rates, rates) for s in (PROBED_S, -PROBED_S))
+    return undo_rates(places, accelerations) + (after - before) / (2.0 * PROBED_S)
 
 
 def _average_drive(signals: Signals, theta: Floats) -> Floats:

@@ -20,8 +20,8 @@ from pendulum_twin import compose
 from pendulum_twin.equations import compile_inner
 from pendulum_twin.law_curves import bend_commands, sum_measured_laws
 from pendulum_twin.machine_code import compile_cached
-from pendulum_twin.motion import MOVING, advance_step
-from pendulum_twin.parameter_vector import FORCE_PER_PWM, LAWS
+from pendulum_twin.motion import MOVING, advance_step, sum_held_effects
+from pendulum_twin.parameter_vector import CART_VISCOUS, FORCE_PER_PWM, LAWS
 from pendulum_twin.stick_slip import compute_margins, cut_step, find_modes, get_sign
 
 WIDTH = 16
@@ -169,10 +169,26 @@ def _end_step(lanes, laws, p, resting):
 
 
 @compile_inner
-def _hold_measured_laws(theta, p, i, width, step):
+def _hold_effects(p, i, width, step, viscous):
+    """Set what effects of lane i do evenly over its next step, in the middle of the step.
+
+    step: substeps since the recording began.
+    viscous: N s/m; the cart's viscous friction without effects.
+    """
+    h = p[H * width + i]
+    x = p[X * width + i] + 0.5 * h * p[V * width + i]
+    gain, force, dry, drag = sum_held_effects(x, (step + 0.5) * h, p, i, width)
+    p[FORCE * width + i] = p[FORCE * width + i] * gain + force
+    p[CART_DRY * width + i] = dry
+    p[CART_VISCOUS * width + i] = viscous + drag
+
+
+@compile_inner
+def _hold_measured_laws(theta, p, i, width, step, held_dry):
     """Add the measured laws of lane i to what acts evenly over its next step.
 
     step: substeps since the recording began.
+    held_dry: N; what effects add to the cart's dry friction over the step.
 
     The laws are taken in the middle of the step as its first velocities lead there: of second
     order in the step, and a force along the rail keeps the energy.
@@ -182,7 +198,7 @@ def _hold_measured_laws(theta, p, i, width, step):
     gain, force, torque, cart_dry, pole_dry = sum_measured_laws(
         theta, x + 0.5 * h * v, v, th + 0.5 * h * w, w, (step + 0.5) * h, h
     )
-    applied = p[FORCE * width + i] * gain + force, torque, cart_dry, pole_dry
+    applied = p[FORCE * width + i] * gain + force, torque, held_dry + cart_dry, pole_dry
     _put_four(p, FORCE, i, width, applied)
 
 
@@ -221,11 +237,13 @@ def integrate_lanes(
     count, samples = out.shape[0], out.shape[1]
     p = np.empty(ROWS * width)
     row, at = np.empty(width, dtype=np.int64), np.empty(width, dtype=np.int64)
+    first_of, viscous_of = np.empty(width), np.empty(width)
     for first in range(0, count, width):
         for i in range(width):
             # a block that is not full is filled up with its last lane
             lane = min(first + i, count - 1)
-            row[i], at[i] = drive_of[lane], begin[lane]
+            row[i], at[i], first_of[i] = drive_of[lane], begin[lane], first_step[lane]
+            viscous_of[i] = theta[lane, CART_VISCOUS]
             for k in range(LAWS):
                 p[k * width + i] = theta[lane, k]
             for k in range(4):
@@ -242,11 +260,16 @@ def integrate_lanes(
             for j in range(sub):
                 for i in range(width):
                     p[FORCE * width + i] = drives[row[i], at[i] + j] * p[FORCE_PER_PWM * width + i]
+                costly = laws is not None and len(laws) > 1
+                if costly:
+                    for i in range(width):
+                        _hold_effects(p, i, width, first_of[i] + (n * sub + j), viscous_of[i])
                 if measured is not None:
                     for i in range(width):
                         lane = min(first + i, count - 1)
                         step = first_step[lane] + n * sub + j
-                        _hold_measured_laws(theta[lane], p, i, width, step)
+                        held_dry = p[CART_DRY * width + i] if costly else 0.0
+                        _hold_measured_laws(theta[lane], p, i, width, step, held_dry)
                 _advance(lanes, laws, dry, p)
             for i in range(width):
                 at[i] += sub

@@ -113,6 +113,44 @@ def test_cogging_stores_what_it_takes(apart: Rig) -> None:
     )
 
 
+@pytest.mark.parametrize("x", [0.0, 0.02, -0.05])
+def test_a_ripple_multiplies_the_command_s_force(x: float, apart: Rig) -> None:
+    effects = {"force_ripple": {"ratio": 0.2, "period_m": 0.08, "phase_rad": 0.7}}
+    begin = (x, math.pi, 0.0, 0.0)
+    factor = 1 + 0.2 * math.sin(math.tau * x / 0.08 + 0.7)
+    pushed = driven(apart, effects, 0.01, 0.1, begin).truth
+    assert pushed[2] == pytest.approx(0.01 * 0.1 * FORCE * factor / MASS, rel=1e-2)
+    assert driven(apart, effects, 0.1, 0.0, begin).truth[2] == 0.0
+
+
+def test_a_vibration_pushes_a_cart_that_is_left_alone(apart: Rig) -> None:
+    """From rest, the velocity is the integral of the force over time."""
+    effects = {"periodic_force": {"amplitude_n": 0.5, "frequency_hz": 5.0, "phase_rad": 0.0}}
+    for seconds in (0.1, 0.13, 0.2):
+        pushed = 0.5 * (1 - math.cos(math.tau * 5.0 * seconds)) / (math.tau * 5.0 * MASS)
+        assert driven(apart, effects, seconds).truth[2] == pytest.approx(pushed, abs=1e-6)
+
+
+def test_friction_that_warms_away_brakes_less_and_less(apart: Rig) -> None:
+    """Dry: level tau (1 - exp(-t/tau)) / m is lost; viscous: an exponent of the same integral."""
+    begin = (0.0, math.pi, 2.0, 0.0)
+    warm_s = 0.5 * (1 - math.exp(-1.0 / 0.5))
+    sizes = {"level_n": 0.4, "viscous_n_s_m": 0.0, "time_constant_s": 0.5}
+    dry = driven(apart, {"friction_warming": sizes}, 1.0, start=begin).truth
+    assert dry[2] == pytest.approx(2.0 - 0.4 * warm_s / MASS, abs=1e-5)
+    sizes = {"level_n": 0.0, "viscous_n_s_m": 1.5, "time_constant_s": 0.5}
+    wet = driven(apart, {"friction_warming": sizes}, 1.0, start=begin).truth
+    assert wet[2] == pytest.approx(2.0 * math.exp(-1.5 * warm_s / MASS), abs=1e-4)
+
+
+def test_a_drive_that_bends_gives_small_commands_whole_and_no_more_than_its_limit() -> None:
+    stage = make_drive({"soft_saturation": {"limit": 0.4}}, 0.01)
+    assert stage(0.001) == pytest.approx(0.001, rel=1e-5)
+    assert [stage(u) for u in (0.4, -0.4, 40.0)] == pytest.approx(
+        [0.4 * math.tanh(1.0), -0.4 * math.tanh(1.0), 0.4]
+    )
+
+
 def test_an_unbalanced_pole_hangs_beside_its_line(nominal: Rig) -> None:
     still = driven(nominal, {"pole_imbalance": {"angle_rad": 0.1}}, 1.0)
     assert still.sample == pytest.approx([0.0, math.pi - 0.1, 0.0, 0.0], abs=1e-9)
@@ -139,6 +177,19 @@ def test_slips_and_scales_change_what_is_shown() -> None:
     assert distort_positions(STATE, both)[1] == pytest.approx(
         math.tau - 3.1 * 1.1
     )  # in the chain's order
+
+
+@pytest.mark.parametrize("angle", [0.0, 1.0, 3.0, 4.5])
+def test_an_eccentric_disc_reads_ahead_by_its_offset_across_the_line_of_sight(
+    angle: float,
+) -> None:
+    """A disc of radius 1 whose centre lies (0.06, 0.03) beside its axis, read from one side."""
+    disc = {"eccentric_encoder": {"sine_rad": 0.06, "cosine_rad": 0.03}}
+    state = np.array([0.2, angle, 0.0, 0.0])
+    across = np.imag((0.06 + 0.03j) * np.exp(1j * angle))
+    assert distort_positions(state, disc) == pytest.approx((0.2, angle + across))
+    half_turn = distort_positions(np.array([0.2, angle + np.pi, 0.0, 0.0]), disc)[1]
+    assert half_turn == pytest.approx(angle + np.pi - across)
 
 
 def test_a_slip_comes_at_its_time_by_the_stamps() -> None:

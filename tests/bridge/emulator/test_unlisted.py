@@ -94,18 +94,9 @@ def accelerations(
             0.5,
             1.2 * 0.1 * FORCE,
         ),
-        ("soft_amplifier", {"share": 0.4}, (0, 0, 0, 0), -0.5, 0, -0.6 * 0.5 * FORCE),
         ("warming_friction", {"n_per_s": 2.0}, (0, 0, 1.0, 0), 0.0, 0.4, -0.8),
         ("half_rail_friction", {"level_n": 0.7, "from_m": 0.1}, (0.2, 0, -1.0, 0), 0.0, 0, 0.7),
         ("half_rail_friction", {"level_n": 0.7, "from_m": 0.1}, (0.05, 0, -1.0, 0), 0.0, 0, 0.0),
-        (
-            "table_vibration",
-            {"amplitude_n": 0.5, "frequency_hz": 5.0, "phase_rad": 0.0},
-            (0, 0, 0, 0),
-            0.0,
-            0.05,
-            0.5,
-        ),
         ("drag_chain", {"n_per_m3": 20.0}, (-0.5, 0, 0, 0), 0.0, 0, 2.5),
         ("hanging_cable", {"n_s_per_m2": 2.0}, (0.3, 0, 1.5, 0), 0.0, 0, -0.9),
     ],
@@ -149,11 +140,9 @@ def test_hysteresis_springs_back_and_then_drags(nominal: Rig) -> None:
 
 
 def test_sensors_run_ahead_and_behind(apart: Rig) -> None:
-    eccentric = {"encoder_eccentricity": {"amplitude_rad": 0.05, "phase_rad": 0.3}}
-    still = EmulatedRig(
-        Concealed({}, apart, eccentric), encoders=EXACT, start=(0.1, 2.0, 0.0, 0.0)
-    )
-    assert still.sample[:2] == pytest.approx([0.1, 2.0 + 0.05 * math.sin(2.3)])
+    wobbling = {"wobbling_disc": {"amplitude_rad": 0.05, "phase_rad": 0.3}}
+    still = EmulatedRig(Concealed({}, apart, wobbling), encoders=EXACT, start=(0.1, 2.0, 0.0, 0.0))
+    assert still.sample[:2] == pytest.approx([0.1, 2.0 + 0.05 * math.sin(4.3)])
     runout = {"pulley_runout": {"amplitude_m": 0.004, "period_m": 0.2, "phase_rad": 0.0}}
     still = EmulatedRig(Concealed({}, apart, runout), encoders=EXACT, start=(0.25, 2.0, 0.0, 0.0))
     assert still.sample[:2] == pytest.approx([0.254, 2.0])

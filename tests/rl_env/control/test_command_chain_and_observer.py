@@ -24,6 +24,14 @@ CHAIN = {
 }
 
 
+@pytest.mark.parametrize("drive", [0.2, -0.1, 0.01, 0.0])
+def test_a_drive_that_bends_is_asked_for_more(drive: float) -> None:
+    bent = Twin("made", RIG, {"soft_saturation": {"limit": 0.3}})
+    chain = make_static_drive(bent, 0.5)
+    assert chain.compute_drive(chain.compute_pwm(drive)) == pytest.approx(drive, abs=1e-12)
+    assert chain.compute_pwm(9.0) == 0.5
+
+
 @pytest.mark.parametrize("drive", [0.2, -0.2, 0.01, -1e-6, 0.0])
 def test_a_drive_that_can_be_had_is_had(drive: float) -> None:
     chain = make_static_drive(Twin("made", RIG, CHAIN), 0.5)
@@ -53,6 +61,7 @@ def test_the_drive_for_an_acceleration_gives_it(state: tuple[float, ...]) -> Non
     effects = {
         "cart_coulomb_friction": {"level_n": 1.0},
         "cogging": {"amplitude_n": 0.5, "period_m": 0.1, "phase_rad": 0.3},
+        "force_ripple": {"ratio": 0.3, "period_m": 0.15, "phase_rad": 0.3},
         "rail_tilt": {"angle_rad": 0.02},
         "pole_spring": {"n_m_per_rad": 0.005},
     }
@@ -66,6 +75,7 @@ SENSORS = {
     "cart_sign_inverted": {},
     "angle_sign_inverted": {},
     "angle_offset": {"angle_rad": 0.1},
+    "eccentric_encoder": {"sine_rad": 0.05, "cosine_rad": -0.1},
     "angle_scale": {"ratio": 0.05},
     "position_scale": {"ratio": -0.1},
     "velocity_filter": {"time_constant_s": 0.08},

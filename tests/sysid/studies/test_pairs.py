@@ -76,7 +76,7 @@ def test_shares_are_counted_over_all_pairs() -> None:
 
 
 def test_where_a_rest_is_always_on_it_may_be_said_and_not_be_named() -> None:
-    rest = (UnlistedEffect("worn_pulley", "drive", ("command", "cart_position")),)
+    rest = (UnlistedEffect("gain_along_rail", "drive", ("command", "cart_position")),)
     nothing, one = replace(make_seal(), rest=rest), replace(TRUTH, rest=rest)
     unexplained = make_answer(outcome="not_in_catalogue")
     assert judge_names(nothing, unexplained).outcome is NamesOutcome.RIGHT

@@ -122,7 +122,35 @@ TABLE: tuple[Concealable, ...] = (
     Concealable("velocity_filter", "velocities", {"time_constant_s": (0.02, 0.08)}),
     Concealable("sample_period_error", "pace", {"ratio": (0.02, 0.06)}, both_ways=True),
     Concealable("stale_start", "beginning", {"seconds": (0.5, 2.0)}),
+    Concealable(
+        "eccentric_encoder",
+        "encoder disc",
+        {"sine_rad": (-0.1, 0.1), "cosine_rad": (0.03, 0.1)},
+        both_ways=True,
+    ),
+    Concealable(
+        "force_ripple",
+        "force ripple",
+        {"ratio": (0.1, 0.3), "period_m": (0.06, 0.2), "phase_rad": (-3.0, 3.0)},
+        shapes=("period_m", "phase_rad"),
+    ),
+    Concealable(
+        "periodic_force",
+        "vibration",
+        {"amplitude_n": (0.3, 0.8), "frequency_hz": (2.0, 8.0), "phase_rad": (-3.0, 3.0)},
+        shapes=("frequency_hz", "phase_rad"),
+    ),
+    Concealable("soft_saturation", "saturation", {"limit": (0.35, 0.6)}, neutral=2.0),
+    Concealable(
+        "friction_warming",
+        "warming",
+        {"level_n": (0.3, 0.8), "viscous_n_s_m": (1.0, 3.0), "time_constant_s": (8.0, 20.0)},
+        shapes=("time_constant_s",),
+    ),
 )
+# Entries that were there first: a seed orders them by a single draw. Later entries are put between
+# them, each by a draw of its own, so that most seeds conceal what they always concealed.
+FIRST_ENTRIES = 31
 BY_NAME = {entry.name: entry for entry in TABLE}
 
 # The constants of which the nominal values are wrong. The cart's mass is right: motion alone shows
@@ -165,10 +193,19 @@ def complete_set(
     random = np.random.default_rng(seed)
     chosen = [BY_NAME[name] for name in names]
     candidates = _list_candidates(live)
-    order = [TABLE[k] for k in random.permutation(len(TABLE)) if TABLE[k] in candidates]
+    order = [entry for entry in _order_table(random, seed) if entry in candidates]
     while len(chosen) < count:
         chosen.append(next(entry for entry in order if _is_compatible(entry, chosen, count)))
     return tuple(entry.name for entry in chosen)
+
+
+def _order_table(random: np.random.Generator, seed: int) -> list[Concealable]:
+    """Return the table in the order in which a seed takes from it; every order is as likely."""
+    order = [TABLE[k] for k in random.permutation(FIRST_ENTRIES)]
+    for k, entry in enumerate(TABLE[FIRST_ENTRIES:], FIRST_ENTRIES):
+        place = np.random.default_rng([seed, 3, k]).integers(0, k + 1)
+        order.insert(int(place), entry)
+    return order
 
 
 def _list_candidates(live: bool) -> list[Concealable]:

@@ -46,6 +46,16 @@ def make_saturation(step_s: float, limit: float) -> Stage:
     return lambda u: math.copysign(min(abs(u), limit), u)
 
 
+def make_bend(step_s: float, limit: float) -> Stage:
+    """Return a stage that bends the command towards +-limit."""
+
+    def stage(u: float) -> float:
+        grown = math.exp(-2 * abs(u) / limit)
+        return math.copysign(limit * (1 - grown) / (1 + grown), u)
+
+    return stage
+
+
 def make_asymmetry(step_s: float, ratio: float) -> Stage:
     """Return a stage that makes positive commands stronger by ratio, negative weaker."""
     return lambda u: u + ratio * abs(u)
@@ -120,6 +130,7 @@ STAGES: dict[str, Callable[..., Stage]] = {
     "input_delay": make_delay,
     "input_dead_zone": make_dead_zone,
     "input_saturation": make_saturation,
+    "soft_saturation": make_bend,
     "gain_asymmetry": make_asymmetry,
     "gain_drift": make_drift,
     "motor_lag": make_lag,

@@ -83,6 +83,38 @@ def make_cogging(rig: Rig, amplitude_n: float, period_m: float, phase_rad: float
     )
 
 
+def make_force_ripple(rig: Rig, ratio: float, period_m: float, phase_rad: float) -> Extra:
+    """Return a gain that goes up and down along the rail: a pulley that is worn."""
+    return Extra(
+        gain=lambda u, t, x, th, v, w: (
+            u * (1 + ratio * math.sin(math.tau * x / period_m + phase_rad))
+        )
+    )
+
+
+def make_periodic_force(
+    rig: Rig, amplitude_n: float, frequency_hz: float, phase_rad: float
+) -> Extra:
+    """Return a push on the cart that is a sine of the time: a table that vibrates."""
+    return Extra(
+        push=lambda t, x, th, v, w: amplitude_n * math.sin(math.tau * frequency_hz * t + phase_rad)
+    )
+
+
+def make_friction_warming(
+    rig: Rig, level_n: float, viscous_n_s_m: float, time_constant_s: float
+) -> Extra:
+    """Return friction that is less and less as time goes on: grease that warms up."""
+
+    def get_cold_share(t: float) -> float:
+        return math.exp(-t / time_constant_s)
+
+    return Extra(
+        push=lambda t, x, th, v, w: -viscous_n_s_m * get_cold_share(t) * v,
+        level=lambda t, x, th, v, w: level_n * get_cold_share(t),
+    )
+
+
 def make_sample_period_error(rig: Rig, ratio: float) -> Extra:
     """Return a pace at which less time passes from sample to sample than the stamps say."""
     return Extra(pace=lambda t: 1 / (1 + ratio))
@@ -91,5 +123,8 @@ def make_sample_period_error(rig: Rig, ratio: float) -> Extra:
 LISTED: dict[str, Callable[..., Extra]] = {
     "rail_tilt": make_rail_tilt,
     "cogging": make_cogging,
+    "force_ripple": make_force_ripple,
+    "periodic_force": make_periodic_force,
+    "friction_warming": make_friction_warming,
     "sample_period_error": make_sample_period_error,
 }

@@ -21,9 +21,9 @@ SHARE = 0.1
 # What every rig has a little of: its encoders and pulleys are not quite round, its supply gives
 # way, cables and guides drag, grease warms up.
 EVERYDAY = (
-    "encoder_eccentricity",
+    "wobbling_disc",
     "pulley_runout",
-    "worn_pulley",
+    "magnetic_brake",
     "gain_along_rail",
     "gain_falling_with_speed",
     "supply_ripple",
@@ -31,7 +31,7 @@ EVERYDAY = (
     "leaning_guide",
     "dragged_cable",
     "hanging_cable",
-    "warming_grease",
+    "recovering_battery",
     "bearing_notch",
     "oily_bearing",
 )

@@ -48,6 +48,7 @@ def distort_positions(
     cart, pole = float(state[0]), float(state[1])
     pole -= effects.get("pole_imbalance", {}).get("angle_rad", 0.0)
     pole += effects.get("angle_offset", {}).get("angle_rad", 0.0)
+    pole += _read_ahead(pole, **effects.get("eccentric_encoder", {}))
     slip = effects.get("encoder_slip")
     if slip and stamp_s >= slip["time_s"]:
         pole += slip["angle_rad"]
@@ -58,6 +59,15 @@ def distort_positions(
     if "angle_sign_inverted" in effects:
         pole = 2 * math.pi - pole
     return cart, pole
+
+
+def _read_ahead(pole_rad: float, sine_rad: float = 0.0, cosine_rad: float = 0.0) -> float:
+    """Return by how much a disc that is off its axis reads ahead, rad.
+
+    Its centre lies hypot(sine_rad, cosine_rad) of its radius beside the axis.
+    """
+    off = math.hypot(sine_rad, cosine_rad)
+    return off * math.sin(pole_rad + math.atan2(cosine_rad, sine_rad))
 
 
 class Sensors:

@@ -106,7 +106,7 @@ class Classical:
         self.tuning = tuning
         self._twin, self._task = twin, plant.task
         self._drive = make_static_drive(twin, plant.task.pwm_limit)
-        self._theta = make_theta(twin)
+        self._theta = make_theta(twin.drop_timed_effects())
         self._smooth_theta = make_theta(keep_smooth_effects(twin))
         self._push_per_drive = float(self._theta[FORCE_PER_PWM] / self._theta[MASS])  # m/s^2
         self._strongest = REACH_SHARE * self._drive.reach * self._push_per_drive

@@ -28,7 +28,16 @@ from pendulum_twin.inverse_dynamics import compute_missing_force, evaluate_laws
 from pendulum_twin.parameter_vector import SLOTS, get_neutral_values
 
 # The forms of effects that the motion shows.
-SEARCHED_FORMS = (Form.FILTER, Form.FORCE, Form.DRY, Form.DRY_RATIO, Form.MEASURE)
+SEARCHED_FORMS = (
+    Form.FILTER,
+    Form.GAIN,
+    Form.FORCE,
+    Form.TIMED_FORCE,
+    Form.DRY,
+    Form.TIMED_FRICTION,
+    Form.DRY_RATIO,
+    Form.MEASURE,
+)
 
 SHAPE_SAMPLES = 3000  # that shapes of laws are compared at: a minute at 100 Hz has twice as many
 

@@ -39,6 +39,13 @@ class Form(Enum):
     DRY = "dry"
     # factor on the dry friction of its joint: law(direction, *parameters) -> factor
     DRY_RATIO = "dry_ratio"
+    # factor on the force of the drive, held over a step: law(x, *parameters) -> factor
+    GAIN = "gain"
+    # force on the cart in N, held over a step: law(t, *parameters) -> force
+    TIMED_FORCE = "timed_force"
+    # level of dry friction in N, at least 0, and viscous friction in N s/m of the cart, held over
+    # a step: law(t, *parameters) -> level, viscous
+    TIMED_FRICTION = "timed_friction"
     # whether the whole state stands still: law(force, v, w, *parameters) -> bool
     HOLD = "hold"
     # true state to measured state: law(x, v, th, w, t, *parameters) -> (x, v, th, w)

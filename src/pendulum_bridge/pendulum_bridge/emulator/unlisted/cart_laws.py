@@ -29,15 +29,6 @@ def make_load_friction(rig: Rig, share: float) -> Extra:
     return Extra(level=lambda t, x, th, v, w: share * moment * w * w)
 
 
-def make_table_vibration(
-    rig: Rig, amplitude_n: float, frequency_hz: float, phase_rad: float
-) -> Extra:
-    """Push the cart with a sine in time."""
-    return Extra(
-        push=lambda t, x, th, v, w: amplitude_n * math.sin(math.tau * frequency_hz * t + phase_rad)
-    )
-
-
 def make_drag_chain(rig: Rig, n_per_m3: float) -> Extra:
     """Pull the cart back with the cube of its distance from the middle."""
     return Extra(push=lambda t, x, th, v, w: -n_per_m3 * x**3)
@@ -46,11 +37,6 @@ def make_drag_chain(rig: Rig, n_per_m3: float) -> Extra:
 def make_hanging_cable(rig: Rig, n_s_per_m2: float) -> Extra:
     """Brake the cart in proportion to speed and position, so drive it on the other side."""
     return Extra(push=lambda t, x, th, v, w: -n_s_per_m2 * x * v)
-
-
-def make_warming_grease(rig: Rig, n_s_per_m: float, time_s: float) -> Extra:
-    """Brake the cart in proportion to its speed, less and less as time goes on."""
-    return Extra(push=lambda t, x, th, v, w: -n_s_per_m * math.exp(-t / time_s) * v)
 
 
 def make_magnetic_brake(rig: Rig, n_s_per_m: float, centre_m: float, width_m: float) -> Extra:

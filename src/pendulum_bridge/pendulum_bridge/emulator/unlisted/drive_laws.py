@@ -30,21 +30,6 @@ def make_supply_ripple(rig: Rig, ratio: float, frequency_hz: float, phase_rad: f
     )
 
 
-def make_soft_amplifier(rig: Rig, share: float) -> Extra:
-    """Make large commands weaker smoothly, the largest by a share."""
-    limit = rig.pwm_limit or 1.0
-    return Extra(gain=lambda u, t, x, th, v, w: u * (1 - share * (u / limit) ** 2))
-
-
-def make_worn_pulley(rig: Rig, ratio: float, period_m: float, phase_rad: float) -> Extra:
-    """Let the gain go up and down along the rail."""
-    return Extra(
-        gain=lambda u, t, x, th, v, w: (
-            u * (1 + ratio * math.sin(math.tau * x / period_m + phase_rad))
-        )
-    )
-
-
 def make_stepped_amplifier(rig: Rig, step: float) -> Extra:
     """Round the command to the nearest step."""
     return Extra(gain=lambda u, t, x, th, v, w: step * round(u / step) if step else u)

@@ -48,6 +48,11 @@ def make_pole_magnet(rig: Rig, torque_n_m: float, angle_rad: float) -> Extra:
     return Extra(twist=twist)
 
 
+def make_taut_cable(rig: Rig, n_m_per_m: float) -> Extra:
+    """Turn the pole in proportion to the cart's way: a cable that the pole drags."""
+    return Extra(twist=lambda t, x, th, v, w: -n_m_per_m * x)
+
+
 def make_oily_bearing(rig: Rig, n_m_s: float) -> Extra:
     """Brake the pole in proportion to its rate, most above the cart and not at all below."""
     return Extra(twist=lambda t, x, th, v, w: -n_m_s * (1 + math.cos(th)) * w)

@@ -11,11 +11,6 @@ from pendulum_bridge.emulator.unlisted.extra import Extra
 from pendulum_twin.rig import Rig
 
 
-def make_encoder_eccentricity(rig: Rig, amplitude_rad: float, phase_rad: float) -> Extra:
-    """Show an angle that runs ahead and behind once a turn."""
-    return Extra(shown=lambda t, x, th: (x, th + amplitude_rad * math.sin(th + phase_rad)))
-
-
 def make_pulley_runout(rig: Rig, amplitude_m: float, period_m: float, phase_rad: float) -> Extra:
     """Show a position that runs ahead and behind along the rail."""
     return Extra(

@@ -18,18 +18,14 @@ from pendulum_bridge.emulator.unlisted.cart_laws import (
     make_leaning_guide,
     make_load_friction,
     make_magnetic_brake,
-    make_table_vibration,
     make_warming_friction,
-    make_warming_grease,
 )
 from pendulum_bridge.emulator.unlisted.drive_laws import (
     make_gain_along_rail,
     make_gain_falling_with_speed,
     make_recovering_battery,
-    make_soft_amplifier,
     make_stepped_amplifier,
     make_supply_ripple,
-    make_worn_pulley,
 )
 from pendulum_bridge.emulator.unlisted.extra import Extra
 from pendulum_bridge.emulator.unlisted.pole_laws import (
@@ -39,11 +35,11 @@ from pendulum_bridge.emulator.unlisted.pole_laws import (
     make_oily_bearing,
     make_pole_magnet,
     make_stirred_air,
+    make_taut_cable,
 )
 from pendulum_bridge.emulator.unlisted.sensor_laws import (
     make_bent_rack,
     make_clock_wander,
-    make_encoder_eccentricity,
     make_pulley_runout,
     make_wobbling_disc,
 )
@@ -104,7 +100,6 @@ TABLE: tuple[Unlisted, ...] = (
         {"ratio": (0.1, 0.3), "frequency_hz": (0.1, 0.3), **PHASE_SIZES},
         shapes=WAVE_SHAPES,
     ),
-    Unlisted(make_soft_amplifier, "command", ("command",), {"share": (0.25, 0.5)}),
     Unlisted(make_warming_friction, "cart", ("time", "cart_velocity"), {"n_per_s": (0.012, 0.03)}),
     Unlisted(
         make_half_rail_friction,
@@ -114,13 +109,6 @@ TABLE: tuple[Unlisted, ...] = (
         shapes=("from_m",),
     ),
     Unlisted(make_load_friction, "cart", ("pole_rate", "cart_velocity"), {"share": (0.5, 1.2)}),
-    Unlisted(
-        make_table_vibration,
-        "cart",
-        ("time", "frequency"),
-        {"amplitude_n": (0.4, 1.0), "frequency_hz": (2.0, 8.0), **PHASE_SIZES},
-        shapes=WAVE_SHAPES,
-    ),
     Unlisted(make_drag_chain, "cart", ("cart_position",), {"n_per_m3": (10.0, 30.0)}),
     Unlisted(
         make_hanging_cable,
@@ -146,13 +134,6 @@ TABLE: tuple[Unlisted, ...] = (
         shapes=("width_rad",),
     ),
     Unlisted(
-        make_encoder_eccentricity,
-        "sensor",
-        ("pole_angle",),
-        {"amplitude_rad": (0.04, 0.12), **PHASE_SIZES},
-        shapes=WAVE_SHAPES,
-    ),
-    Unlisted(
         make_pulley_runout,
         "sensor",
         ("cart_position",),
@@ -166,26 +147,12 @@ TABLE: tuple[Unlisted, ...] = (
         {"ratio": (0.05, 0.12), "period_s": (8.0, 20.0), **PHASE_SIZES},
         shapes=WAVE_SHAPES,
     ),
-    Unlisted(
-        make_worn_pulley,
-        "drive",
-        ("command", "cart_position"),
-        {"ratio": (0.15, 0.35), "period_m": (0.2, 0.4), **PHASE_SIZES},
-        shapes=WAVE_SHAPES,
-    ),
     Unlisted(make_stepped_amplifier, "command", ("command",), {"step": (0.04, 0.08)}),
     Unlisted(
         make_recovering_battery,
         "command",
         ("command", "time"),
         {"share": (0.2, 0.4), "time_s": (8.0, 20.0)},
-        shapes=("time_s",),
-    ),
-    Unlisted(
-        make_warming_grease,
-        "cart",
-        ("time", "cart_velocity"),
-        {"n_s_per_m": (1.5, 3.0), "time_s": (8.0, 20.0)},
         shapes=("time_s",),
     ),
     Unlisted(
@@ -217,6 +184,7 @@ TABLE: tuple[Unlisted, ...] = (
         {"torque_n_m": (0.01, 0.03), "angle_rad": (2.2, 4.0)},
         shapes=("angle_rad",),
     ),
+    Unlisted(make_taut_cable, "pole", ("cart_position",), {"n_m_per_m": (0.03, 0.08)}, True),
     Unlisted(make_oily_bearing, "pole", ("pole_angle", "pole_rate"), {"n_m_s": (2.5e-3, 6e-3)}),
     Unlisted(make_bent_rack, "sensor", ("cart_position",), {"per_m": (0.08, 0.2)}, both_ways=True),
     Unlisted(

@@ -5,6 +5,8 @@ from __future__ import annotations
 from pendulum_sysid.finding.detectors import (
     angle_scale,
     encoder_slip,
+    force_ripple,
+    periodic_force,
     steady_friction,
     velocity_filter,
 )
@@ -16,6 +18,8 @@ from pendulum_twin.effects.effect import Effect
 DETECTORS: tuple[Detector, ...] = (
     encoder_slip.DETECTOR,
     angle_scale.DETECTOR,
+    force_ripple.DETECTOR,
+    periodic_force.DETECTOR,
     velocity_filter.DETECTOR,
     steady_friction.DETECTOR,
 )

@@ -36,6 +36,8 @@ from pendulum_twin.signals import Signals
 DELAYS_S = (0.01, 0.03)
 LAGS_S = (0.02, 0.08)
 LIMITS = (0.5, 0.75)  # of the largest command
+BENDS = (1.0, 1.5)  # of the largest command
+WARMING_S = (10.0,)
 STRIBECK_SPEEDS = (0.1, 0.4)  # of the root mean square speed
 PLACES = (-0.6, -0.2, 0.2, 0.6)  # of the travel
 PERIODS = (0.1, 0.2, 0.4, 0.8)  # of the travel
@@ -151,6 +153,7 @@ def list_cart_terms(along: Motion, period_s: float) -> list[tuple[str, Floats]]:
             ("input_saturation", np.sign(u) * np.maximum(np.abs(u) - f * most, 0.0))
             for f in LIMITS
         ),
+        *(("soft_saturation", f * most * np.tanh(u / (f * most)) - u) for f in BENDS),
         ("gain_asymmetry", np.abs(u)),
         ("gain_drift", u * along.t),
         ("cart_coulomb_friction", sign),
@@ -158,6 +161,7 @@ def list_cart_terms(along: Motion, period_s: float) -> list[tuple[str, Floats]]:
             ("cart_stribeck_friction", sign * np.exp(-((speed / (f * typical)) ** 2)))
             for f in STRIBECK_SPEEDS
         ),
+        *(("friction_warming", c * np.exp(-along.t / s)) for c in (sign, v) for s in WARMING_S),
         ("cart_quadratic_drag", v * speed),
         ("rail_tilt", np.ones_like(x)),
         ("rail_spring", x),
@@ -168,7 +172,8 @@ def list_cart_terms(along: Motion, period_s: float) -> list[tuple[str, Floats]]:
     ]
     for f in PERIODS:
         angle = 2 * np.pi * x / (f * travel)
-        terms += [("cogging", np.sin(angle)), ("cogging", np.cos(angle))]
+        for wave in (np.sin(angle), np.cos(angle)):
+            terms += [("cogging", wave), ("force_ripple", u * wave)]
     return terms
 
 
@@ -184,6 +189,8 @@ def list_pole_terms(along: Motion) -> list[tuple[str, Floats]]:
         ("pole_quadratic_drag", w * np.abs(w)),
         ("pole_spring", hanging),
         ("angle_offset", np.cos(th)),
+        ("eccentric_encoder", np.sin(2.0 * th)),
+        ("eccentric_encoder", np.cos(2.0 * th)),
         ("angle_scale", hanging * np.cos(th)),
     ]
 

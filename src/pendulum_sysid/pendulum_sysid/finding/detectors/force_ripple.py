@@ -1,0 +1,38 @@
+"""Find the period of a ripple of the force per command along the rail."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pendulum_sysid.finding.detectors.detector import Detector, Reading, Use
+from pendulum_sysid.finding.detectors.force_waves import find_wave
+from pendulum_sysid.finding.localisation.balance import FORCE, compute_motion, make_balances
+from pendulum_sysid.finding.localisation.thinning import thin_out
+from pendulum_sysid.fitting.case import Case
+from pendulum_twin.arrays import Floats
+from pendulum_twin.effects import force_ripple
+from pendulum_twin.parameter_vector import FORCE_PER_PWM
+
+EFFECT = force_ripple.EFFECT
+WAVES = np.arange(2.0, 66.0, 0.25)  # over the travel: the range of the effect's period
+
+
+def read_ripple(case: Case, theta: Floats) -> tuple[Reading, ...]:
+    """Return the ripple that explains most of the cart's missing force; none without a cart.
+
+    theta: (SIZE,) of the twin fitted so far.
+    """
+    case = thin_out(case)
+    balances = [b for b in make_balances(case, theta) if b.equation == FORCE]
+    here = compute_motion(case, theta)
+    travel = float(np.ptp(here.x))
+    if not balances or travel <= 0.0:
+        return ()
+    wave = find_wave(
+        balances[0], theta[FORCE_PER_PWM] * here.u, here.x, 2.0 * np.pi * WAVES / travel
+    )
+    ratio = min(wave.amplitude, EFFECT.parameters[0].high)
+    return (Reading(EFFECT.name, (ratio, 2.0 * np.pi / wave.wavenumber, wave.phase)),)
+
+
+DETECTOR = Detector(EFFECT, Use.START, read_ripple)

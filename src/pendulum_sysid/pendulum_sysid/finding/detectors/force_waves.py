@@ -1,0 +1,60 @@
+"""Fit waves to the force that the cart lacks: which period explains most, how large, what phase.
+
+A run knows nothing of a period that is far off, so no small step leads to the right period. The
+balance of the force judges every period at once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pendulum_sysid.finding.localisation.balance import Balance
+from pendulum_twin.arrays import Floats
+
+MOST_ROWS = 5000
+
+
+@dataclass(frozen=True)
+class Wave:
+    """Hold a wave factor * amplitude * sin(wavenumber * value + phase).
+
+    wavenumber: rad per unit of the values.
+    amplitude: N per unit of the factor.
+    phase: rad.
+    """
+
+    wavenumber: float
+    amplitude: float
+    phase: float
+
+
+def find_wave(balance: Balance, factor: Floats, values: Floats, tried: Floats) -> Wave:
+    """Return the wave that explains most of a missing force, beside the twin's own constants.
+
+    factor: (n,) along the recording, by which the wave is multiplied.
+    values: (n,) over which it is a wave.
+    tried: wavenumbers, rad per unit of the values.
+    """
+    rows = slice(None, None, -(-len(balance.lacking) // MOST_ROWS))
+    own = np.linalg.qr(balance.turned[rows])[0]
+    lacking = _take_out(own, balance.lacking[rows])
+    best, gain = Wave(float(tried[0]), 0.0, 0.0), -1.0
+    for wavenumber in tried.tolist():
+        phase = wavenumber * values
+        columns = factor[:, None] * np.stack([np.sin(phase), np.cos(phase)], axis=1)
+        filtered = _take_out(own, balance.sieve(columns)[rows])
+        weights = np.linalg.lstsq(filtered, lacking, rcond=None)[0]
+        explained = float(lacking @ filtered @ weights)
+        if explained > gain:
+            sine, cosine = weights.tolist()
+            gain = explained
+            best = Wave(wavenumber, float(np.hypot(sine, cosine)), float(np.arctan2(cosine, sine)))
+    return best
+
+
+def _take_out(basis: Floats, columns: Floats) -> Floats:
+    """Return columns (rows, ...) without what an orthonormal basis (rows, k) explains."""
+    rest: Floats = columns - basis @ (basis.T @ columns)
+    return rest

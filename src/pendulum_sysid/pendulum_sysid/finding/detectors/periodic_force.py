@@ -1,0 +1,40 @@
+"""Find the frequency of a force on the cart that is periodic in time."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pendulum_sysid.finding.detectors.detector import Detector, Reading, Use
+from pendulum_sysid.finding.detectors.force_waves import find_wave
+from pendulum_sysid.finding.localisation.balance import FORCE, make_balances
+from pendulum_sysid.finding.localisation.table import Table
+from pendulum_sysid.finding.localisation.thinning import thin_out
+from pendulum_sysid.finding.localisation.waves import find_vibration_hz
+from pendulum_sysid.fitting.case import Case
+from pendulum_twin.arrays import Floats
+from pendulum_twin.effects import periodic_force
+from pendulum_twin.free_runs import compute_paces
+
+EFFECT = periodic_force.EFFECT
+AROUND = np.linspace(-1.0, 1.0, 9)  # of the spectrum's resolution, to either side of its peak
+
+
+def read_vibration(case: Case, theta: Floats) -> tuple[Reading, ...]:
+    """Return the clearest line of the cart's missing force; none where no line stands out.
+
+    theta: (SIZE,) of the twin fitted so far.
+    """
+    case = thin_out(case)
+    balances = [b for b in make_balances(case, theta) if b.equation == FORCE]
+    if not balances:
+        return ()
+    hertz = find_vibration_hz(balances[0], Table(balances[0], []).compute_residual(()))
+    if hertz is None:
+        return ()
+    pace, clock_s = float(compute_paces(theta)), case.signals.clock_s
+    tried = 2.0 * np.pi * (hertz + AROUND / case.signals.seconds) / pace
+    wave = find_wave(balances[0], np.ones_like(clock_s), clock_s * pace, tried)
+    return (Reading(EFFECT.name, (wave.amplitude, wave.wavenumber / (2.0 * np.pi), wave.phase)),)
+
+
+DETECTOR = Detector(EFFECT, Use.START, read_vibration)
