@@ -66,6 +66,19 @@ def test_a_formula_takes_the_place_of_its_curve():
     assert "x^3" in write_formula(named) and "force on the cart in N" in write_formula(named)
 
 
+def test_a_formula_that_the_recording_does_not_fix_is_none():
+    """A bump narrower than a knot's distance may be as high as it likes."""
+    law = Law(tuple(AT), tuple(0.15 * np.sin(2 * np.pi * AT / 0.6)))
+    case, split = prepare_with({"drive_gain_along_rail": law})
+    held = measure_laws(case, split, fit_own_parameters(case, split), lambda line: None)
+    fit, (named,) = name_curves(case, split, held)
+    force = fit.estimates["force_per_pwm_n"]
+    assert force.identifiable and force.high - force.low < 0.02 * force.value
+    if named.shape is not None:
+        sure = np.abs(named.shape.values) > 1.96 * named.shape.deviations
+        assert sure[1 : len(named.shape.shape.factors)].any()
+
+
 def test_nothing_is_measured_where_nothing_is_missing():
     case, split = prepare_with({})
     start = fit_own_parameters(case, split)

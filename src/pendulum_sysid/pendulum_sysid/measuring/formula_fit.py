@@ -26,6 +26,7 @@ from pendulum_twin.arrays import Floats, Mask
 from pendulum_twin.laws.law import MOST_KNOTS, spread_turn
 from pendulum_twin.parameter_vector import LAW_SIZE, LAWS, VALUES
 
+GAUGE_WEIGHT = 1e4  # a hundredth of a formula's height in its mean counts as a deviation
 FORMULA_KNOTS = 56  # the others of a law's slot hold the formula's parameters
 
 
@@ -111,7 +112,9 @@ def fit_formula(
     parameters[0].put(theta, float(values[0]))
     rig = list_free_parameters(case.twin, fit.effects, case.scales)
     free: tuple[Free, ...] = (*rig, *parameters)  # type: ignore[arg-type]
-    weak = block_diag(np.zeros((len(rig), len(rig))), 1e-6 * np.eye(len(values)))
+    sizes = np.array([parameter.size for parameter in parameters])
+    own = 1e-6 * np.eye(len(values)) + _hold_gauge(finer, fitted, sizes, height)
+    weak = block_diag(np.zeros((len(rig), len(rig))), own)
     problem = case.problem(shorten_windows(case.state, split.learn, fit.pieces))
     solved = minimise(problem, theta, free, weak, fit.start_states, wanted)
     covariance = np.linalg.pinv(solved.system.normal + weak, rcond=1e-14, hermitian=True)
@@ -121,7 +124,6 @@ def fit_formula(
     clean = solved.theta.copy()
     clean[begin : begin + len(values)] = 0.0
     inflated = decisions.LAW_FIRST_INFLATION
-    sizes = np.array([parameter.size for parameter in parameters])
     deviations = np.sqrt(np.maximum(np.diag(covariance)[len(rig) :], 0.0) * inflated) * sizes
     result = replace(
         fit,
@@ -136,3 +138,21 @@ def fit_formula(
     )
     named = replace(fitted, values=numbers, deviations=deviations, curve=finer.get_values(clean))
     return result, named, finer
+
+
+def _hold_gauge(curve: Curve, fitted: FittedShape, sizes: Floats, height: float) -> Floats:
+    """Return the penalty, (parameters, parameters), on a formula's share of the drive's constant.
+
+    Without it the drive's constant and the mean of a gain make the same twin many times over.
+
+    sizes: (parameters,) the formula's parameters are in units of these.
+    height: of the formula, in the unit of the law's quantity.
+    """
+    penalty = np.zeros((len(sizes), len(sizes)))
+    if curve.gauge is None:
+        return penalty
+    factors = len(fitted.shape.factors)
+    columns = fitted.shape.columns(curve.knots, *fitted.values[factors:])
+    share = curve.gauge @ columns * sizes[:factors] / height
+    penalty[:factors, :factors] = GAUGE_WEIGHT * np.outer(share, share)
+    return penalty

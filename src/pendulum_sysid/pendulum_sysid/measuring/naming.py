@@ -70,11 +70,19 @@ def _try_shapes(
     for shape in ranked[: decisions.SHAPES_TRIED]:
         formula, named, finer = fit_formula(case, split, fit, curve, shape, FORMULA_ITERATIONS)
         as_good = formula.choose <= decisions.SHAPE_AS_GOOD * fit.choose
-        if as_good or formula.choose <= decisions.MISFIT_AT_NOISE:
+        if (as_good or formula.choose <= decisions.MISFIT_AT_NOISE) and _is_certain(named):
             tried.append((formula, finer, named))
     if not tried:
         return fit, curve, None
     return min(tried, key=lambda trial: trial[0].choose)
+
+
+def _is_certain(shape: FittedShape) -> bool:
+    """Return whether the interval of a factor leaves out 0; of the offset only where it is all."""
+    factors = shape.shape.factors
+    sure = np.abs(shape.values) > decisions.INTERVAL_DEVIATIONS * shape.deviations
+    asked = range(len(factors)) if len(factors) == 1 else range(1, len(factors))
+    return any(sure[k] for k in asked)
 
 
 def write_formula(named: NamedCurve) -> str:
