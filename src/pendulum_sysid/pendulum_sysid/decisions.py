@@ -216,6 +216,7 @@ SLIP_VELOCITY_RATIO = 10.0  # median departures; of the reading's velocity from 
 SLIP_LEAST_M = 0.004  # m; a shorter slip is left to the fit: a stronger push looks alike
 SLIP_LONGEST_S = 0.5  # s; longer departures are motion
 SLIP_DRIFT_S = 2.0  # s; over which the balance may drift: constants are wrong
+SLIP_STAND_S = 0.05  # s; a cart that stands so long is held: one that turns round is not
 SLIP_MARGIN_S = 0.1  # s; beside a slip, left out with it: smoothing spreads it
 SLIP_TRIMMED = 0.05  # of rows; the worst explained: slips, too
 MOST_SLIPS = 4  # slips; what happens more often is physics

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.degraded import make_raw
+from support.hidden_physics import record_hidden
 from support.made_recordings import INTECO, made
 
 from pendulum_sysid.cleaning.causality import check_causality, measure_lead
@@ -51,6 +52,15 @@ def test_a_slip_is_found_and_left_out(distance_m: float) -> None:
 @pytest.mark.parametrize("twin", [INTECO, STICKY], ids=["bare", "sticky"])
 def test_a_rig_that_does_not_slip_is_left_alone(twin: Twin) -> None:
     signals = made(twin, 30.0, amplitude=0.3).signals
+    assert find_slips(signals, smooth_state(signals)) == []
+
+
+@pytest.mark.parametrize(("level_n", "static_n", "seed"), [(0.9, 1.1, 2), (1.5, 1.6, 3)])
+def test_a_cart_that_sticks_and_breaks_away_does_not_slip(
+    level_n: float, static_n: float, seed: int
+) -> None:
+    sizes = {"level_n": level_n, "static_n": static_n, "velocity_m_s": 0.05}
+    signals = record_hidden({"cart_stribeck_friction": sizes}, seed, 20.0)[0].signals
     assert find_slips(signals, smooth_state(signals)) == []
 
 

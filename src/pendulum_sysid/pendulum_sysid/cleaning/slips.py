@@ -19,7 +19,7 @@ from pendulum_sysid.cleaning.clock import find_runs
 from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_sysid.cleaning.stale_start import compute_slow_speed, list_brakes
 from pendulum_sysid.records import QualityFinding, Recording
-from pendulum_twin.arrays import Floats
+from pendulum_twin.arrays import Floats, Mask
 from pendulum_twin.signals import Signals
 
 STEP_S = 0.01  # s; over which velocities are taken
@@ -71,13 +71,28 @@ def find_slips(signals: Signals, state: SmoothState) -> list[Slip]:
     if departing is None or not np.any(departing):
         return []
     usual = 1.4826 * float(np.median(np.abs(departing[departing != 0.0])))
+    standing = _find_standing(signals, state)
+    reach = max(round(decisions.SLIP_LONGEST_S / signals.period_s), 1)
     slips = []
     for first, stop in find_runs(np.abs(departing) > decisions.SLIP_VELOCITY_RATIO * usual):
         distance_m = float(np.sum(departing[first:stop])) * signals.period_s
         brief = (stop - first) * signals.period_s < decisions.SLIP_LONGEST_S
-        if brief and abs(distance_m) > decisions.SLIP_LEAST_M:
+        # a cart that stands before and after has broken away and sticks again
+        rolls = not (
+            standing[max(first - reach, 0) : first].any() and standing[stop : stop + reach].any()
+        )
+        if brief and rolls and abs(distance_m) > decisions.SLIP_LEAST_M:
             slips.append(Slip(first, stop, distance_m))
     return slips if len(slips) <= decisions.MOST_SLIPS else []
+
+
+def _find_standing(signals: Signals, state: SmoothState) -> Mask:
+    """Return at which samples the cart stands for longer than it takes to turn round, (n,)."""
+    standing = np.abs(state.states[:, 2]) <= compute_slow_speed(state)
+    for first, stop in find_runs(standing):
+        if (stop - first) * signals.period_s < decisions.SLIP_STAND_S:
+            standing[first:stop] = False
+    return standing
 
 
 def _compute_departing_velocity(signals: Signals, state: SmoothState) -> Floats | None:
