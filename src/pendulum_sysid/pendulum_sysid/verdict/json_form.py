@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import MISSING, fields, is_dataclass
 from enum import Enum
 from functools import cache
-from typing import Any, Union, get_args, get_origin, get_type_hints
+from typing import Any, Literal, TypeAliasType, Union, get_args, get_origin, get_type_hints
 
 from pendulum_sysid.verdict.record import Verdict
 from pendulum_twin.errors import BadInputError
@@ -60,6 +60,8 @@ def _encode(value: Any) -> Any:
 
 def _decode(kind: Any, value: Any, key: str) -> Any:
     """Return the JSON value as an object of the annotated type; `key` names it in an error."""
+    if isinstance(kind, TypeAliasType):
+        return _decode(kind.__value__, value, key)
     origin, arguments = get_origin(kind), get_args(kind)
     if origin in (Union, types.UnionType):  # the record holds X | None only
         return None if value is None else _decode(arguments[0], value, key)
@@ -74,6 +76,8 @@ def _decode(kind: Any, value: Any, key: str) -> Any:
         return {str(n): _decode(arguments[1], item, f"{key}.{n}") for n, item in value.items()}
     if isinstance(kind, type) and issubclass(kind, Enum) and value in {e.value for e in kind}:
         return kind(value)
+    if origin is Literal and value in arguments:
+        return value
     if kind is float and (value is None or _is_number(value)):
         return math.nan if value is None else float(value)
     if kind in (str, bool, int) and type(value) is kind:
