@@ -81,8 +81,8 @@ def _is_certain(shape: FittedShape) -> bool:
     """Return whether the interval of a factor leaves out 0; of the offset only where it is all."""
     factors = shape.shape.factors
     sure = np.abs(shape.values) > decisions.INTERVAL_DEVIATIONS * shape.deviations
-    asked = range(len(factors)) if len(factors) == 1 else range(1, len(factors))
-    return any(sure[k] for k in asked)
+    first = 0 if len(factors) == 1 else 1
+    return bool(np.any(sure[first : len(factors)]))
 
 
 def write_formula(named: NamedCurve) -> str:
