@@ -138,7 +138,8 @@ def test_a_cart_alone(emps: Diagnosed) -> None:
     ]
     level = friction["parameters"]["level_n"]
     assert 18.0 < level["value"] < 27.0 and level["unit"] == "N"
-    assert friction["cannot_be_told_from"] == []
+    other_laws = {"cart_stribeck_friction", "cart_saturating_friction"}
+    assert set(friction["cannot_be_told_from"]) <= other_laws  # of dry friction
     cart = emps.get_held_out("cart_mm")
     assert cart["after"] < 0.1 * cart["before"]
 

@@ -58,14 +58,16 @@ def test_what_needs_another_beside_it_has_it(count: int, nominal: Rig) -> None:
             assert len(names) == count and set(names) & set(first.beside)
 
 
-def test_a_live_rig_has_nothing_that_counts_from_a_recordings_beginning(nominal: Rig) -> None:
+def test_a_live_rig_comes_to_rest_and_counts_nothing_from_a_recordings_beginning(
+    nominal: Rig,
+) -> None:
     drawn = {
         name for seed in range(300) for name in draw_concealed(seed, 2, nominal, live=True).effects
     }
-    assert (
-        drawn == {effect.name for effect in TABLE if not effect.is_of_recording}
-        and "stale_start" not in drawn
-    )
+    assert drawn == {
+        effect.name for effect in TABLE if effect.rests and not effect.is_of_recording
+    }
+    assert not {"stale_start", "periodic_force"} & drawn
 
 
 def test_a_size_factor_brings_sizes_towards_neutral_and_leaves_the_rest(nominal: Rig) -> None:

@@ -34,6 +34,7 @@ class Concealable:
     shapes: parameters that say where or how, not how much; sign and size factor leave them alone.
     neutral: the size at which the effect vanishes.
     beside: effects of which one must be there for this effect to mean anything.
+    rests: whether a rig with the effect can come to rest, as a live rig has to.
     """
 
     name: str
@@ -43,6 +44,7 @@ class Concealable:
     shapes: tuple[str, ...] = ()
     neutral: float = 0.0
     beside: tuple[str, ...] = ()
+    rests: bool = True
 
     @property
     def is_of_recording(self) -> bool:
@@ -139,6 +141,7 @@ TABLE: tuple[Concealable, ...] = (
         "vibration",
         {"amplitude_n": (0.3, 0.8), "frequency_hz": (2.0, 8.0), "phase_rad": (-3.0, 3.0)},
         shapes=("frequency_hz", "phase_rad"),
+        rests=False,
     ),
     Concealable("soft_saturation", "saturation", {"limit": (0.35, 0.6)}, neutral=2.0),
     Concealable(
@@ -209,7 +212,7 @@ def _order_table(random: np.random.Generator, seed: int) -> list[Concealable]:
 
 
 def _list_candidates(live: bool) -> list[Concealable]:
-    return [entry for entry in TABLE if not (live and entry.is_of_recording)]
+    return [entry for entry in TABLE if not live or (entry.rests and not entry.is_of_recording)]
 
 
 def _is_compatible(candidate: Concealable, chosen: Sequence[Concealable], count: int) -> bool:
