@@ -18,8 +18,8 @@ from pendulum_twin.effects import BY_NAME
 def grow_set(search: Search, base: Fit, known: Fit | None = None) -> Fit:
     """Return the base with effects added one by one, as long as a step is really ahead.
 
-    known: where another search ended. A set that comes to hold all of its effects, and is no
-        better, has come back to it, and grows no further.
+    known: the fit at which another search ended; None for none. A set that holds all effects of
+        that fit, and is no better, grows no further.
     """
     best = base
     while len(best.effects) < len(base.effects) + decisions.MOST_EFFECTS_ADDED:

@@ -1,6 +1,6 @@
 """The disc of the pole's encoder is off its axis: the angle runs ahead and behind once a turn.
 
-An error that is the same at all angles is not part of it: that is `angle_offset`.
+An error that is the same at all angles is not part of the effect: `angle_offset` holds it.
 """
 
 from pendulum_twin.effects.effect import Effect, Form, Parameter, Place

@@ -1,7 +1,7 @@
 """The cart's friction falls while the rig warms up: grease that is stiff at first.
 
-What it falls to is not part of it: that are the viscous friction of the cart and
-`cart_coulomb_friction`.
+The friction of the warm rig is not part of the effect: `cart_viscous_n_s_m` and
+`cart_coulomb_friction` hold it.
 """
 
 from pendulum_twin.effects.effect import Effect, Form, Parameter, Place, Scale
