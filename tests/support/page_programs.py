@@ -7,13 +7,14 @@ from pathlib import Path
 from pendulum_bridge.view.recordings import Programs
 
 READY = "recording to "
-# It writes a file where a recorder would write a bag, and ends on SIGINT.
+# It writes a file where a recorder would write a bag, and ends on SIGINT, which is blocked before
+# it says that it is ready: a signal between that line and the wait is kept for the wait.
 RECORD = """
 import pathlib, signal, sys
 folder = pathlib.Path(sys.argv[1]); folder.mkdir(parents=True)
-signal.signal(signal.SIGINT, lambda *_: None)
+signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
 print("recording to", folder, flush=True)
-signal.pause()
+signal.sigwait({signal.SIGINT})
 (folder / "bag").write_text("whole")
 """
 # It says how far it is, waits for a file `go` beside the recordings, and writes a verdict with a
