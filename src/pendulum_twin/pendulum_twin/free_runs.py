@@ -316,7 +316,8 @@ def pass_through_sensors(
     for effect in effects:
         slot = SLOTS[effect.name]
         columns = (theta[:, k].reshape(_make_lane_shape(x)) for k in range(slot.start, slot.stop))
-        x, v, th, w = effect.law(x, v, th, w, t, *columns)
+        with np.errstate(over="ignore", invalid="ignore"):  # a run that ran away shows no number
+            x, v, th, w = effect.law(x, v, th, w, t, *columns)
     return np.stack([x, th, v, w], axis=-1)
 
 

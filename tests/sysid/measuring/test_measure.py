@@ -79,6 +79,26 @@ def test_a_formula_that_the_recording_does_not_fix_is_none():
         assert sure[1 : len(named.shape.shape.factors)].any()
 
 
+CLOCK = np.linspace(0.0, 30.0, 31)
+WANDERING = 0.15 * np.random.default_rng(5).standard_normal(31)
+RECOVERING = -0.3 * np.exp(-CLOCK / 8.0)
+
+
+@pytest.mark.parametrize(
+    ("gain", "shape"), [(RECOVERING, "exponential"), (WANDERING, None)], ids=["back", "wanders"]
+)
+def test_a_curve_over_time_needs_a_formula_to_be_of_the_rig(gain, shape):
+    """A drive that recovers may do so again; the wandering of a minute is not that of the next."""
+    case, split = prepare_with({"drive_gain_over_time": Law(tuple(CLOCK), tuple(gain))})
+    start = fit_own_parameters(case, split)
+    ranked = rank_curves(case, split, LawFit(start, (), (), (), (), 4.0))
+    assert ranked[0].curve.kind.name == "drive_gain_over_time"
+    held = measure_laws(case, split, start, lambda line: None)
+    laws = name_curves(case, split, held)[1] if held is not None else ()
+    over_time = [n for n in laws if n.curve.kind.name == "drive_gain_over_time"]
+    assert [n.shape and n.shape.shape.name for n in over_time] == ([shape] if shape else [])
+
+
 def test_nothing_is_measured_where_nothing_is_missing():
     case, split = prepare_with({})
     start = fit_own_parameters(case, split)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pendulum_sysid.measuring.shapes import rank_shapes
+from pendulum_sysid.measuring.shapes import SHAPES, TURN_SHAPES, rank_shapes
 
 X = np.linspace(-0.4, 0.4, 20)
 TURN = np.arange(20) * 2 * np.pi / 20
@@ -25,10 +25,24 @@ def test_a_shape_is_told_from_the_others(name):
     x, y, sizes = CASES[name]
     deviation = 0.01 * np.ptp(y)
     noisy = y + deviation * np.random.default_rng(1).normal(size=20)
-    best = rank_shapes("turn" in name, x, noisy, deviation**2 * np.eye(20))[0]
+    shapes = TURN_SHAPES if "turn" in name else SHAPES
+    best = rank_shapes(shapes, x, noisy, deviation**2 * np.eye(20))[0]
     assert best.shape.name == name
     found = dict(zip(best.names, zip(best.values, best.deviations, strict=True), strict=True))
     for key, size in sizes.items():
         value, doubt = found[key]
         assert abs(value - size) < 4 * doubt + 1e-9, (key, value, doubt)
         assert doubt < 0.2 * abs(size)
+
+
+@pytest.mark.parametrize("shape", (*SHAPES, *TURN_SHAPES), ids=lambda shape: shape.name)
+def test_a_shape_is_finite_whatever_its_parameters(shape):
+    x = np.linspace(-0.4, 0.4, 21)  # 0 is among the places, and 0 / 0 no number
+    for more in (0.0, 1e-300, -1.0, 1e300):
+        assert np.isfinite(shape.draw_columns(x, [more] * len(shape.more))).all()
+
+
+def test_a_sharp_edge_is_fitted_by_finite_numbers():
+    x = np.linspace(-0.4, 0.4, 21)
+    for fitted in rank_shapes(SHAPES, x, np.sign(x), 1e-6 * np.eye(21)):
+        assert np.isfinite([*fitted.values, *fitted.curve, fitted.misfit]).all(), fitted.shape.name

@@ -67,9 +67,8 @@ class ShapeParameter:
         begin = self.at + count
         theta[begin + self.k] = value
         numbers = theta[begin : begin + factors + len(self.shape.more)]
-        with np.errstate(all="ignore"):
-            columns = self.shape.columns(np.array(self.knots), *numbers[factors:])
-        values = np.nan_to_num(columns @ numbers[:factors])
+        columns = self.shape.draw_columns(np.array(self.knots), numbers[factors:])
+        values = columns @ numbers[:factors]
         theta[self.at : self.at + count] = np.maximum(values, self.lowest)
 
 
@@ -152,7 +151,7 @@ def _hold_gauge(curve: Curve, fitted: FittedShape, sizes: Floats, height: float)
     if curve.gauge is None:
         return penalty
     factors = len(fitted.shape.factors)
-    columns = fitted.shape.columns(curve.knots, *fitted.values[factors:])
+    columns = fitted.shape.draw_columns(curve.knots, fitted.values[factors:])
     share = curve.gauge @ columns * sizes[:factors] / height
     penalty[:factors, :factors] = GAUGE_WEIGHT * np.outer(share, share)
     return penalty

@@ -31,6 +31,7 @@ from pendulum_sysid.measuring.smoothness import (
 )
 from pendulum_sysid.records import Fit, Split
 from pendulum_twin.arrays import Floats
+from pendulum_twin.laws.kind import Variable
 
 Progress = Callable[[str], None]
 
@@ -127,11 +128,26 @@ def _is_kept(case: Case, split: Split, longer: LawFit, law_fit: LawFit) -> bool:
     """Return whether the last law is surely worth its place, over both horizons."""
     if longer.lead is None or not longer.lead.is_real:
         return False
+    if not _is_of_rig(case, split, longer):
+        return False
     whole = [
         refine_start_states(case.problem(split.learn), fit.theta).misfit(case.noise)
         for fit in (longer.fit, law_fit.fit)
     ]
     return whole[0] < whole[1]
+
+
+def _is_of_rig(case: Case, split: Split, law_fit: LawFit) -> bool:
+    """Return whether every curve over time has a formula.
+
+    A free curve over time takes whatever one recording leaves, instant by instant, and would be
+    played back in the next; a formula over time (a rig that warms up) may hold there again.
+    """
+    over_time = [k for k, c in enumerate(law_fit.curves) if c.kind.variable is Variable.TIME]
+    if not over_time:
+        return True
+    _, named = name_curves(case, split, law_fit)
+    return all(named[k].shape is not None for k in over_time)
 
 
 def _fit_longer(case: Case, split: Split, law_fit: LawFit, candidate: Ranked) -> LawFit:

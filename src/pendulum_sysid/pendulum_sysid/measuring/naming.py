@@ -11,9 +11,17 @@ from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.measuring.curve import Curve
 from pendulum_sysid.measuring.formula_fit import fit_formula
 from pendulum_sysid.measuring.penalised_fit import LawFit
-from pendulum_sysid.measuring.shapes import FittedShape, rank_shapes
+from pendulum_sysid.measuring.shapes import (
+    SHAPES,
+    TIME_SHAPES,
+    TURN_SHAPES,
+    FittedShape,
+    Shape,
+    rank_shapes,
+)
 from pendulum_sysid.records import Fit, Split
 from pendulum_twin.arrays import Floats
+from pendulum_twin.laws.kind import LawKind, Variable
 from pendulum_twin.laws.law import make_curve_matrix
 
 FORMULA_ITERATIONS = 8
@@ -65,16 +73,26 @@ def _try_shapes(
 ) -> tuple[Fit, Curve, FittedShape | None]:
     """Return the fit, curve and shape of the first shape that runs cannot tell from the curve."""
     slack = (decisions.SHAPE_SLACK * float(np.ptp(values))) ** 2 * np.eye(len(values))
-    ranked = rank_shapes(curve.kind.is_periodic, curve.knots, values, covariance + slack)
+    ranked = rank_shapes(select_shapes(curve.kind), curve.knots, values, covariance + slack)
     tried = []
     for shape in ranked[: decisions.SHAPES_TRIED]:
-        formula, named, finer = fit_formula(case, split, fit, curve, shape, FORMULA_ITERATIONS)
+        try:
+            formula, named, finer = fit_formula(case, split, fit, curve, shape, FORMULA_ITERATIONS)
+        except np.linalg.LinAlgError:  # its runs fix no step
+            continue
         as_good = formula.choose <= decisions.SHAPE_AS_GOOD * fit.choose
         if (as_good or formula.choose <= decisions.MISFIT_AT_NOISE) and _is_certain(named):
             tried.append((formula, finer, named))
     if not tried:
         return fit, curve, None
     return min(tried, key=lambda trial: trial[0].choose)
+
+
+def select_shapes(kind: LawKind) -> tuple[Shape, ...]:
+    """Return the shapes that a curve of a kind may have."""
+    if kind.is_periodic:
+        return TURN_SHAPES
+    return TIME_SHAPES if kind.variable is Variable.TIME else SHAPES
 
 
 def _is_certain(shape: FittedShape) -> bool:

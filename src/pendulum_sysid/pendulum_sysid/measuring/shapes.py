@@ -7,7 +7,7 @@ start is refined.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -40,6 +40,11 @@ class Shape:
     more: tuple[str, ...] = ()
     starts: Callable[[float, float], tuple[tuple[float, ...], ...]] = lambda low, span: ()
     words: str = ""
+
+    def draw_columns(self, x: Floats, more: Sequence[float] | Floats) -> Floats:
+        """Return the columns (n, factors) at places (n,); finite for all parameters."""
+        with np.errstate(all="ignore"):
+            return np.nan_to_num(self.columns(x, *more), nan=0.0, posinf=1e6, neginf=-1e6)
 
 
 def _stack(*columns: Floats) -> Floats:
@@ -163,6 +168,8 @@ def _make_turn_shape(harmonic: int) -> Shape:
 
 
 TURN_SHAPES: tuple[Shape, ...] = (SHAPES[0], *(_make_turn_shape(k) for k in (1, 2, 3, 4)))
+# An event at an instant happens in a recording; the rig does not repeat it in the next.
+TIME_SHAPES: tuple[Shape, ...] = tuple(s for s in SHAPES if s.name not in ("bump", "step"))
 
 
 @dataclass(frozen=True)
@@ -212,7 +219,7 @@ def fit_shape(shape: Shape, x: Floats, y: Floats, root: Floats) -> FittedShape:
         more = refined.x * scale
     factors, off = _solve(shape, x, y, root, more)
     values = np.concatenate([factors, more])
-    curve = shape.columns(x, *more) @ factors
+    curve = shape.draw_columns(x, more) @ factors
     return FittedShape(
         shape,
         values,
@@ -223,12 +230,10 @@ def fit_shape(shape: Shape, x: Floats, y: Floats, root: Floats) -> FittedShape:
 
 
 def _solve(
-    shape: Shape, x: Floats, y: Floats, root: Floats, more: tuple[float, ...] | Floats
+    shape: Shape, x: Floats, y: Floats, root: Floats, more: Sequence[float] | Floats
 ) -> tuple[Floats, Floats]:
     """Return the factors and what they leave, in units of uncertainty."""
-    with np.errstate(all="ignore"):
-        columns = np.nan_to_num(shape.columns(x, *more), nan=0.0, posinf=1e6, neginf=-1e6)
-    weighted = root @ columns
+    weighted = root @ shape.draw_columns(x, more)
     factors = np.linalg.lstsq(weighted, root @ y, rcond=1e-12)[0]
     return factors, root @ y - weighted @ factors
 
@@ -239,8 +244,7 @@ def _compute_deviations(
     count = len(shape.factors)
 
     def draw(values: Floats) -> Floats:
-        with np.errstate(all="ignore"):
-            return np.nan_to_num(shape.columns(x, *values[count:]) @ values[:count])
+        return np.asarray(shape.draw_columns(x, values[count:]) @ values[:count])
 
     slopes = np.empty((len(x), len(values)))
     for k, value in enumerate(values):
@@ -254,14 +258,15 @@ def _compute_deviations(
     return np.sqrt(np.maximum(np.diag(spread), 0.0) * wider)
 
 
-def rank_shapes(periodic: bool, x: Floats, y: Floats, covariance: Floats) -> list[FittedShape]:
-    """Return all shapes fitted to a curve, the most believable first.
+def rank_shapes(
+    shapes: Sequence[Shape], x: Floats, y: Floats, covariance: Floats
+) -> list[FittedShape]:
+    """Return the shapes fitted to a curve, the most believable first.
 
     covariance: (knots, knots) of y.
     """
     power, along = np.linalg.eigh(covariance)
     kept = power > 1e-10 * power[-1]
     root = (along[:, kept] / np.sqrt(power[kept])).T
-    shapes = TURN_SHAPES if periodic else SHAPES
     fitted = [fit_shape(shape, x, y, root) for shape in shapes if len(x) > len(shape.factors) + 2]
     return sorted(fitted, key=lambda shape: shape.cost)
