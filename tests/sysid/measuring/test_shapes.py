@@ -6,6 +6,7 @@ import pytest
 from pendulum_sysid.measuring.shapes import SHAPES, TURN_SHAPES, rank_shapes
 
 X = np.linspace(-0.4, 0.4, 20)
+CLOCK = np.linspace(0.0, 60.0, 61)
 TURN = np.arange(20) * 2 * np.pi / 20
 CASES = {
     "cube": (X, -20.0 * X**3, {"factor": -20.0}),
@@ -14,6 +15,7 @@ CASES = {
     "size": (X, 1.0 - 1.5 * np.abs(X), {"factor": -1.5}),
     "bump": (X, 0.2 + np.exp(-(((X - 0.1) / 0.12) ** 2)), {"centre": 0.1, "width": 0.12}),
     "wave": (X, 0.5 * np.sin(2 * np.pi * X / 0.23), {"period": 0.23, "sine": 0.5}),
+    "wave, many": (CLOCK, 0.3 * np.sin(0.27 * 2 * np.pi * CLOCK + 1.0), {"period": 1 / 0.27}),
     "saturation": (X, 0.7 * np.tanh(X / 0.1), {"width": 0.1, "factor": 0.7}),
     "exponential": (X + 0.4, 1.0 - np.exp(-(X + 0.4) / 0.2), {"length": 0.2, "factor": -1.0}),
     "wave of a turn, 3 times": (TURN, 0.01 * np.sin(3 * TURN + 1.0), {"sine": 0.01 * np.cos(1.0)}),
@@ -24,10 +26,10 @@ CASES = {
 def test_a_shape_is_told_from_the_others(name):
     x, y, sizes = CASES[name]
     deviation = 0.01 * np.ptp(y)
-    noisy = y + deviation * np.random.default_rng(1).normal(size=20)
+    noisy = y + deviation * np.random.default_rng(1).normal(size=len(x))
     shapes = TURN_SHAPES if "turn" in name else SHAPES
-    best = rank_shapes(shapes, x, noisy, deviation**2 * np.eye(20))[0]
-    assert best.shape.name == name
+    best = rank_shapes(shapes, x, noisy, deviation**2 * np.eye(len(x)))[0]
+    assert best.shape.name == name.removesuffix(", many")
     found = dict(zip(best.names, zip(best.values, best.deviations, strict=True), strict=True))
     for key, size in sizes.items():
         value, doubt = found[key]

@@ -16,6 +16,8 @@ from scipy.optimize import least_squares
 
 from pendulum_twin.arrays import Floats
 
+LARGEST = 1e6  # of a column; an exponential beyond it is no curve between knots
+
 # From places (n,) and the parameters that say where or how, to columns (n, k).
 Columns = Callable[..., Floats]
 
@@ -29,7 +31,7 @@ class Shape:
     columns: makes the columns.
     factors: names of their factors.
     more: names of the other parameters.
-    starts: of each of these, in units of the variable's range; made from (lowest, range).
+    starts: of each of these; made from the lowest place, the range and the number of places.
     words: what the curve does, for a person, with the parameters in braces.
     """
 
@@ -38,13 +40,14 @@ class Shape:
     columns: Columns
     factors: tuple[str, ...]
     more: tuple[str, ...] = ()
-    starts: Callable[[float, float], tuple[tuple[float, ...], ...]] = lambda low, span: ()
+    starts: Callable[[float, float, int], tuple[tuple[float, ...], ...]] = lambda *_: ()
     words: str = ""
 
     def draw_columns(self, x: Floats, more: Sequence[float] | Floats) -> Floats:
-        """Return the columns (n, factors) at places (n,); finite for all parameters."""
+        """Return the columns (n, factors) at places (n,); bounded for all parameters."""
         with np.errstate(all="ignore"):
-            return np.nan_to_num(self.columns(x, *more), nan=0.0, posinf=1e6, neginf=-1e6)
+            columns = np.nan_to_num(self.columns(x, *more), nan=0.0)
+        return np.clip(columns, -LARGEST, LARGEST)
 
 
 def _stack(*columns: Floats) -> Floats:
@@ -57,6 +60,11 @@ def _ones(x: Floats) -> Floats:
 
 def _grid_centres(low: float, span: float) -> tuple[float, ...]:
     return tuple(low + span * np.linspace(0.05, 0.95, 13))
+
+
+def _grid_periods(span: float, count: int) -> tuple[float, ...]:
+    """Return periods half a wave in the range apart, down to two and a half places a wave."""
+    return tuple(span / np.arange(0.5, max(count / 2.5, 1.0), 0.5))
 
 
 SHAPES: tuple[Shape, ...] = (
@@ -109,7 +117,7 @@ SHAPES: tuple[Shape, ...] = (
         lambda x, length: _stack(_ones(x), np.exp(-(x - x.min()) / length)),
         ("offset", "factor"),
         ("length",),
-        lambda low, span: (tuple(span * np.array([0.1, 0.3, 1.0, -0.3, -1.0])),),
+        lambda low, span, count: (tuple(span * np.array([0.1, 0.3, 1.0, -0.3, -1.0])),),
         words="tends to {offset}, {factor} away at first, over {length}",
     ),
     Shape(
@@ -118,7 +126,10 @@ SHAPES: tuple[Shape, ...] = (
         lambda x, centre, width: _stack(_ones(x), np.exp(-(((x - centre) / width) ** 2))),
         ("offset", "factor"),
         ("centre", "width"),
-        lambda low, span: (_grid_centres(low, span), tuple(span * np.array([0.05, 0.12, 0.3]))),
+        lambda low, span, count: (
+            _grid_centres(low, span),
+            tuple(span * np.array([0.05, 0.12, 0.3])),
+        ),
         words="is {offset}, and {factor} more near {centre}, over {width} to either side",
     ),
     Shape(
@@ -129,7 +140,7 @@ SHAPES: tuple[Shape, ...] = (
         ),
         ("offset", "factor"),
         ("place", "width"),
-        lambda low, span: (_grid_centres(low, span), tuple(span * np.array([0.005, 0.03]))),
+        lambda low, span, count: (_grid_centres(low, span), tuple(span * np.array([0.005, 0.03]))),
         words="is {offset} before {place} and {factor} more behind it",
     ),
     Shape(
@@ -138,7 +149,7 @@ SHAPES: tuple[Shape, ...] = (
         lambda x, width: _stack(_ones(x), np.tanh(x / width)),
         ("offset", "factor"),
         ("width",),
-        lambda low, span: (tuple(span * np.array([0.03, 0.1, 0.3])),),
+        lambda low, span, count: (tuple(span * np.array([0.03, 0.1, 0.3])),),
         words="is {offset}, and rises by {factor} to either side, within {width}",
     ),
     Shape(
@@ -149,7 +160,7 @@ SHAPES: tuple[Shape, ...] = (
         ),
         ("offset", "sine", "cosine"),
         ("period",),
-        lambda low, span: (tuple(1.9 * span / 1.12 ** np.arange(28)),),
+        lambda low, span, count: (_grid_periods(span, count),),
         words="repeats every {period} ({sine} of the sine, {cosine} of the cosine) about {offset}",
     ),
 )
@@ -207,7 +218,7 @@ def fit_shape(shape: Shape, x: Floats, y: Floats, root: Floats) -> FittedShape:
     """
     low, span = float(x.min()), float(np.ptp(x))
     best: tuple[float, tuple[float, ...]] = (np.inf, ())
-    for start in product(*shape.starts(low, span)):
+    for start in product(*shape.starts(low, span, len(x))):
         misfit = float(np.sum(_solve(shape, x, y, root, start)[1] ** 2))
         best = min(best, (misfit, start), key=lambda pair: pair[0])
     more = np.array(best[1])
