@@ -4,16 +4,23 @@ Each rig is diagnosed once a session. The recordings are not part of the reposit
 """
 
 import json
-from dataclasses import dataclass
+import subprocess
+import sys
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from pendulum_sysid.api import read_recording
 from pendulum_sysid.cli import main
+from pendulum_sysid.finding.detectors.steady_friction import read_friction
+from pendulum_sysid.fitting.fit import fit_own_parameters
+from pendulum_sysid.prepare import prepare
 from pendulum_twin.model import Twin, load_twin, save_twin
 from pendulum_twin.rig import Rig
 
+ROOT = Path(__file__).parents[2]
 QUANSER_COLUMNS = (
     "--time", "t", "--command", "u_applied", "--cart", "x", "--pole", "theta",
     "--pole-zero", "down",
@@ -107,6 +114,23 @@ def test_the_improved_twin_follows_the_thesis_s_rig(inteco: Diagnosed) -> None:
     assert inteco.verdict["remainder"]["above_noise_floor"] > 2
     beginning = "cart_viscous_n_s_m had absorbed the missing"
     assert any(line.startswith(beginning) for line in inteco.verdict["masking"])
+
+
+def test_a_half_without_a_name_still_shows_the_dry_friction(
+    shared_data: Path, tmp_path: Path
+) -> None:
+    """What else is missing is larger than the friction, and takes nothing from its certainty."""
+    folder = shared_data / "inteco_rig"
+    cut = [ROOT / "docs" / "cut_recording.py", folder / "open_loop_0_60s", tmp_path / "part"]
+    subprocess.run([sys.executable, *map(str, [*cut, 30, 60])], check=True)
+    given = load_twin(folder / "twin.yaml")
+    counted = replace(given, effects={"cart_sign_inverted": {}})
+    recording = read_recording(tmp_path / "part")
+    prepared = prepare([recording], counted)
+    base = fit_own_parameters(prepared.case, prepared.split)
+    (reading,) = read_friction(prepared.case, base.theta)
+    level = reading.estimates["level_n"]
+    assert level.low < 0.47 < level.high  # as the first half and the whole have it
 
 
 def test_faults_in_the_thesis_s_recording_are_reported(inteco: Diagnosed) -> None:

@@ -89,7 +89,6 @@ LIGHT_MOST_GAPS_A_MINUTE = 10.0  # gaps a minute; ... or so many pieces
 
 # Is dry friction certain although something else has no name?
 STEADY_SHARE = 0.5  # of middle level; below which no part of a curve may surely lie
-STEADY_LEAST_SHARE = 0.3  # of power; of what is missing, for the friction to be a large part
 STEADY_LEAST_CURVES = 3  # curves; of moving variables, to speak of everywhere
 CERTAIN_CONFIDENCE = 0.99  # probability; stated: it was surely there in every curve
 

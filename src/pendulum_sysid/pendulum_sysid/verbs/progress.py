@@ -16,6 +16,8 @@ from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.verbs.said import CLEAR_LINE, Colour, is_terminal, paint
 
 SILENCE_S = 2.0  # longest without a line where stderr is no terminal; 3 on a busy computer
+SILENCE_SHARE = 0.05  # of the time so far: a proof of hours does not fill its log
+LONGEST_SILENCE_S = 60.0
 START_S = 2.75  # longest until the first line: what ends sooner says its one sentence only
 REDRAW_S = 0.25  # from one state of the last line to the next on a terminal
 STARTING = "starting"
@@ -174,8 +176,10 @@ class Progress:
         """Return whether a line is due where nothing is drawn; never before a stage begins."""
         if self._step is STARTING:
             return False
-        longest = SILENCE_S if self._has_spoken else START_S
-        return time.monotonic() - self._spoken > longest - REDRAW_S
+        now = time.monotonic()
+        grown = min(SILENCE_SHARE * (now - self._began), LONGEST_SILENCE_S)
+        longest = max(SILENCE_S, grown) if self._has_spoken else START_S
+        return now - self._spoken > longest - REDRAW_S
 
     def _draw(self) -> None:
         self._turns += 1
