@@ -144,9 +144,8 @@ class Events:
             level=DiagnosticStatus.ERROR, name="/rig/driver", message="the rig burns"
         )
         diagnostics = bench.user.create_publisher(DiagnosticArray, "/diagnostics", SAMPLES)
-        seen = len(bench.carts)  # for a second after the start it is not believed
-        bench.ros.until(lambda: len(bench.carts) > seen + 120, "a while")
-        diagnostics.publish(DiagnosticArray(status=[status]))
+        bad = DiagnosticArray(status=[status])  # for a second after the start it is not believed
+        bench.ros.until(lambda: diagnostics.publish(bad) or node.over, "the end")
 
     @staticmethod
     def not_a_number(bench: Bench, node: ExcitationNode) -> None:
