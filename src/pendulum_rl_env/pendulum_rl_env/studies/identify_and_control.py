@@ -15,7 +15,7 @@ import gymnasium as gym
 
 from pendulum_rl_env.in_process import scale_actions
 from pendulum_rl_env.learning.export import export
-from pendulum_rl_env.learning.policies import load_policy, make_policy, show_history
+from pendulum_rl_env.learning.policies import load_policy, make_policy, prepare_env
 from pendulum_rl_env.scoring import Episode, describe_reward, run_episode
 from pendulum_rl_env.studies import stages
 from pendulum_rl_env.studies.stages import ConcealedRig
@@ -77,7 +77,7 @@ def run_on_rig(rig: ConcealedRig, policy: Path) -> Episode:
     """Run an episode on the rig from hanging at rest; the emulated rig repeats bit by bit."""
     task, model = Task(), load_policy(policy)
     plain = gym.wrappers.TimeLimit(scale_actions(rig.make_env(task)), task.steps)
-    env = show_history(plain, model)
+    env = prepare_env(plain, model)
     try:
         return run_episode(env, make_policy(model))
     finally:
@@ -94,7 +94,7 @@ def _parse_options(arguments: list[str] | None) -> argparse.Namespace:
         description=__doc__,
         examples=(
             f"{RUN} --seed 3 --out out/control",
-            f"{RUN} --seed 3 --kinds pair:1 --preset taught --out out/pair",
+            f"{RUN} --seed 3 --kinds pair:1 --preset residual --out out/pair",
         ),
     )
     add_common_options(parser)
