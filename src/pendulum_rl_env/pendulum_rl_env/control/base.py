@@ -16,8 +16,10 @@ from pendulum_rl_env.task import Task
 from pendulum_twin.arrays import Floats
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin, parse_twin
+from pendulum_twin.rig import check_number
 
 MOST_PLANNED = 10_000  # commands
+STEP_RANGE_S = (0.001, 1.0)  # s, of `Task`
 WEIGHTS = 5  # of a tuning
 PAST_COMMANDS = 100  # that a plan's feedback may hold
 
@@ -73,7 +75,7 @@ def parse_base(mapping: Mapping[str, Any]) -> Base:
     numbers = {key: _check_number(value) for key, value in tuning.items()}
     return Base(
         parse_twin(mapping["twin"]),
-        _check_number(mapping["step_s"]),
+        check_number("step_s", mapping["step_s"], *STEP_RANGE_S),
         Tuning(weights=tuple(weights.tolist()), swing=SwingUp(**swing), **numbers),
         None if mapping["plan"] is None else _parse_plan(mapping["plan"]),
     )

@@ -49,11 +49,10 @@ class Plan:
     def correct_command(self, k: int, state: Floats, past: Sequence[float]) -> float:
         """Return command k for a true state and the past commands, the newest first."""
         m = self.gains.shape[1] - 4
-        before = [*self.commands[max(k - m, 0) : k][::-1], *[0.0] * m][:m]
-        away = np.concatenate(
-            [state - self.states[k], np.subtract([*past, *[0.0] * m][:m], before)]
-        )
-        return float(self.commands[k] + self.gains[k] @ away)
+        planned = [*self.commands[:k][::-1], *[0.0] * m][:m]
+        away = np.subtract([*past, *[0.0] * m][:m], planned)
+        distances = np.concatenate([state - self.states[k], away])
+        return float(self.commands[k] + self.gains[k] @ distances)
 
 
 class Planned:
@@ -152,11 +151,8 @@ def compute_gains(slopes: Slopes, command_weight: float) -> Floats:
         a[5:, 4:-1], b[4] = np.eye(m - 1), 1.0
     gains, ahead = np.zeros((n, 4 + m)), weights
     for k in reversed(range(n)):
-        a[:4, :4], a[:4, 4:], b[:4] = (
-            slopes.state[k],
-            slopes.command[k, 1:].T,
-            slopes.command[k, 0],
-        )
+        a[:4, :4], a[:4, 4:] = slopes.state[k], slopes.command[k, 1:].T
+        b[:4] = slopes.command[k, 0]
         gains[k] = -(b @ ahead @ a) / (command_weight + b @ ahead @ b)
         ahead = weights + a.T @ ahead @ (a + np.outer(b, gains[k]))
     return gains

@@ -1,8 +1,8 @@
 """Read and write `policy.zip`: numbers and names, nothing that runs as code when it is read.
 
-The zip holds `policy.json` (algorithm, layers, spaces, settings, what it corrects) and `weights.safetensors` (every
-tensor by its name). stable-baselines3's own files hold pickles, which run as code; those are read
-only for a caller who trusts them, see `policies.py`.
+The zip holds `policy.json` (algorithm, layers, spaces, settings, what the policy corrects) and
+`weights.safetensors` (every tensor by its name). stable-baselines3's own files hold pickles, which
+run as code; those are read only for a caller who trusts them, see `policies.py`.
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ def read_policy_file(path: Path) -> PolicyFile | None:
             facts = json.loads(_unpack(archive, FACTS))
             tensors = unpack_tensors(_unpack(archive, WEIGHTS))
         return _parse_facts(facts, tensors)
-    except UNREADABLE as error:
+    except (BadInputError, *UNREADABLE) as error:
         raise BadInputError(
             f"{path}: expected a policy that `train` has written, found none in it ({error})"
         ) from error

@@ -15,7 +15,12 @@ import gymnasium as gym
 
 from pendulum_rl_env.in_process import scale_actions
 from pendulum_rl_env.learning.export import export
-from pendulum_rl_env.learning.policies import load_policy, make_policy, prepare_env
+from pendulum_rl_env.learning.policies import (
+    get_correction,
+    load_policy,
+    make_policy,
+    prepare_env,
+)
 from pendulum_rl_env.scoring import Episode, describe_reward, run_episode
 from pendulum_rl_env.studies import stages
 from pendulum_rl_env.studies.stages import ConcealedRig
@@ -62,8 +67,11 @@ def _identify_and_control(options: argparse.Namespace) -> None:
 
 def _show_on_rig(rig: ConcealedRig, policy: Path, out: Path) -> None:
     """Run an episode on the rig, write policy and animation, and say where everything is."""
-    episode, network, video = run_on_rig(rig, policy), out / "policy.onnx", out / "episode.gif"
-    export(load_policy(policy), Task(), network)
+    episode, network, video = run_on_rig(rig, policy), policy, out / "episode.gif"
+    model = load_policy(policy)
+    if get_correction(model) is None:
+        network = out / "policy.onnx"
+        export(model, Task(), network)
     save_video(episode, Task(), video)
     _say(
         f"On the rig, with no training step there: reward {episode.reward:.0f}: "
