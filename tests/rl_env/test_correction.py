@@ -21,7 +21,7 @@ NOTHING = np.zeros(1, dtype=np.float32)
 
 def test_no_correction_is_the_controller_itself() -> None:
     wanted = run_controller(
-        KernelTransport(INTECO, TASK.step_s), CORRECTION.base.make_controller(), TASK
+        KernelTransport(INTECO, TASK.step_s), CORRECTION.base.make_controllers(1)[0], TASK
     )
     env = gym.wrappers.TimeLimit(CorrectedEnv(make_twin_env(), CORRECTION), TASK.steps)
     for _ in range(2):  # a second episode remembers nothing of the first

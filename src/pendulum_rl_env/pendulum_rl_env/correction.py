@@ -54,7 +54,7 @@ class Corrector:
 
     def __init__(self, correction: Correction, count: int) -> None:
         task = correction.base.task
-        self._controllers = [correction.base.make_controller() for _ in range(count)]
+        self._controllers = correction.base.make_controllers(count)
         self._bound, self._limit = correction.bound * task.pwm_limit, task.pwm_limit
         self._scale = USUAL_SHARE * np.array(task.limits)
         self._commands = np.zeros(count)
@@ -130,7 +130,7 @@ class CorrectedEnv(gym.Wrapper[Any, Any, Any, Any]):
     def step(self, action: Any) -> tuple[Observations, Any, bool, bool, dict[str, Any]]:
         """Hold a corrected command for a period."""
         command = self._corrector.choose_commands(action)
-        held = (command / self._limit).astype(np.float32)
-        _, reward, terminated, truncated, info = self.env.step(held)
+        scaled = (command / self._limit).astype(np.float32)
+        _, reward, terminated, truncated, info = self.env.step(scaled)
         self._corrector.follow([0], info["state"][None])
         return self._corrector.show()[0], reward, terminated, truncated, info

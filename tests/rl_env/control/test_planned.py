@@ -48,7 +48,7 @@ def test_a_plan_is_corrected_by_state_and_past_commands() -> None:
 
 
 def test_it_earns_more_than_the_classical_controller_with_a_delay(base: Base) -> None:
-    plain, better = Classical(make_plant(LATE, TASK), Tuning()), base.make_controller()
+    plain, better = Classical(make_plant(LATE, TASK), Tuning()), base.make_controllers(1)[0]
     for changes in PERTURBATIONS[:3]:
         rig = make_perturbed_rig(LATE, TASK, *changes)
         rewards = [run_controller(rig, c, TASK) for c in (plain, better, better)]
@@ -81,7 +81,7 @@ def test_a_file_holds_all_of_it(base: Base) -> None:
     again = parse_base(json.loads(json.dumps(base.to_mapping())))
     assert again.twin == LATE and again.tuning == base.tuning
     measured, controllers = np.array([0.1, 3.0, 0.2, 0.5]), [base, again]
-    assert len({controller.make_controller()(measured) for controller in controllers}) == 1
+    assert len({controller.make_controllers(1)[0](measured) for controller in controllers}) == 1
     plain = Base(INTECO, 0.02, Tuning(catch=2.0), None)
     assert parse_base(json.loads(json.dumps(plain.to_mapping()))) == plain
 

@@ -54,7 +54,7 @@ def test_many_pendulums_earn_what_their_controllers_earn() -> None:
     fleet = Fleet([INTECO, WEAK], 6, TASK, seed=3)
     env = CorrectedVecEnv(FleetVecEnv(fleet), Correction(BASE, 0.5), fixed_seed=3)
     known = [
-        run_controller(KernelTransport(twin, TASK.step_s), BASE.make_controller(), TASK)
+        run_controller(KernelTransport(twin, TASK.step_s), BASE.make_controllers(1)[0], TASK)
         for twin in (INTECO, WEAK)
     ]
     assert abs(known[0] - known[1]) > 0.1
@@ -95,7 +95,7 @@ def test_its_file_is_evaluated_and_used_as_a_controller(training: Path, capsys) 
     mean = json.loads(capsys.readouterr().out)["mean_reward"]
     rig = KernelTransport(INTECO, TASK.step_s)
     controller = load_controller(file, TASK)
-    wanted = run_controller(rig, BASE.make_controller(), TASK)
+    wanted = run_controller(rig, BASE.make_controllers(1)[0], TASK)
     assert mean == pytest.approx(wanted, abs=0.01)
     for _ in range(2):
         assert run_controller(rig, controller, TASK) == pytest.approx(wanted)

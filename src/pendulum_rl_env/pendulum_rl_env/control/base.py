@@ -43,9 +43,13 @@ class Base:
         """Return the task that it was designed for."""
         return Task.make_for_step(self.step_s)
 
-    def make_controller(self) -> Planned:
-        """Return the controller; raise BadInputError when nothing can balance its twin."""
-        return Planned(make_plant(self.twin, self.task), self.tuning, self.plan)
+    def make_controllers(self, count: int) -> list[Planned]:
+        """Return controllers of so many pendulums, which share what does not change.
+
+        Raises BadInputError when nothing can balance the twin.
+        """
+        plant = make_plant(self.twin, self.task)
+        return [Planned(plant, self.tuning, self.plan) for _ in range(count)]
 
     def to_mapping(self) -> dict[str, Any]:
         """Return the controller as JSON holds it."""

@@ -20,7 +20,7 @@ class CorrectingPolicy(ActorCriticPolicy):
     """
 
     def __init__(self, *spaces: Any, correction: Correction, **settings: Any) -> None:
-        super().__init__(*spaces, log_std_init=LOG_STD, **settings)
+        super().__init__(*spaces, **{"log_std_init": LOG_STD, **settings})
         self.correction = correction
         with torch.no_grad():
             for parameter in self.action_net.parameters():
