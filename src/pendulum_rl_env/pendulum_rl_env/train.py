@@ -97,6 +97,8 @@ def _learn(
 ) -> Result:
     """Learn until the end or Ctrl-C, save, and return the result."""
     result = Result(options.env, options.preset, preset.algorithm, options.seed)
+    if options.resume:
+        result.go_on(options.out / "result.json")
     measure_s = _make_stopwatch(options.started_s)
     first, start_s = model.num_timesteps, measure_s()
     try:

@@ -113,10 +113,14 @@ def test_it_goes_on_from_its_checkpoint_with_the_same_controller(
     monkeypatch.setattr(train, "design_base", refuse)
     small, out = training.parent / "small.yaml", training
     command = ["--twin", TWIN, "--preset", str(small), "--out", str(out), "--quiet", "--resume"]
-    before = (out / "policy.zip").read_bytes()
+    before = json.loads((out / "result.json").read_text(encoding="utf-8"))
+    policy = (out / "policy.zip").read_bytes()
     assert train.main([*command, "--timesteps", "1536"]) == 0
     assert load_policy(out / "checkpoints" / "policy_1536_steps.zip").num_timesteps == 1536
-    assert before != b""
+    after = json.loads((out / "result.json").read_text(encoding="utf-8"))
+    rows = after["evaluations"]
+    assert rows[:3] == before["evaluations"] and [row["steps"] for row in rows[3:]] == [1536]
+    assert (out / "policy.zip").read_bytes() == policy  # it was the best, and still is
 
 
 @pytest.mark.parametrize(
