@@ -55,7 +55,7 @@ def _identify_and_control(options: argparse.Namespace) -> None:
     report("Diagnosing ...")
     diagnosis = stages.diagnose(rig, out / "diagnosis")
     report(f"  {diagnosis.verdict['sentence']}")
-    report("Training in the identified twin (about a minute on two idle cores) ...")
+    report("Training in the identified twin (a minute or two on two idle cores) ...")
     how = ["--preset", options.preset, "--verdict", str(diagnosis.file)]
     policy = stages.train_until_good(diagnosis.twin, out / "policy", options.seed, how)
     result = json.loads((policy.parent / "result.json").read_text(encoding="utf-8"))
