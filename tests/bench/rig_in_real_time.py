@@ -28,7 +28,7 @@ sys.path[:0] = [str(TESTS)]
 from support.ros_graph import free_domain  # noqa: E402
 from support.running_emulator import TWIN, free_ports  # noqa: E402
 
-from pendulum_bridge.programs import Programs, wait_for  # noqa: E402
+from pendulum_bridge.studies.programs import Programs, wait_for  # noqa: E402
 from pendulum_rl_env.nodes.ros_env import make_ros_env  # noqa: E402
 
 STEPS = 512

@@ -13,7 +13,7 @@ from typing import Any
 import gymnasium as gym
 
 from pendulum_rl_env.in_process import load_learnable_twin
-from pendulum_rl_env.learning.policies import load_policy, make_policy, show_history
+from pendulum_rl_env.learning.policies import load_policy, make_policy, prepare_env
 from pendulum_rl_env.learning.preset import IN_PROCESS, OVER_TOPICS
 from pendulum_rl_env.optimum_file import read_best_reward
 from pendulum_rl_env.options import parse_evaluate_options
@@ -38,7 +38,7 @@ def _evaluate(options: argparse.Namespace) -> str:
     best = None if options.optimum is None else read_best_reward(options.optimum, steps)
     model = load_policy(options.policy, trust=options.trust)
     policy = make_policy(model)
-    env = show_history(_make_environment(options), model)
+    env = prepare_env(_make_environment(options), model)
     try:
         episodes = [run_episode(env, policy, options.seed + k) for k in range(options.episodes)]
     except BadInputError:

@@ -31,6 +31,7 @@ class Course(NamedTuple):
 
     seen: (n, 5) observations now, after a reset where an episode is over.
     last: (n, 5) observations at the end of the step, before a reset.
+    measured: (n, 4) measured states at the end of the step, before a reset.
     reward: (n,) of this step.
     end: (n,) number of the `End` of this step.
     truncated: (n,) whether the episode reached its last step.
@@ -42,6 +43,7 @@ class Course(NamedTuple):
 
     seen: NDArray[np.float32]
     last: NDArray[np.float32]
+    measured: Floats
     reward: Floats
     end: Ints
     truncated: Mask
@@ -112,6 +114,7 @@ def step_all(code, kinds, lanes, timing, course, rules, random, commands):
         course.truncated[i] = (end == 0) & (course.age[i] >= rules.steps)
         _observe(lanes.shown[i], rules.bounds, course.seen[i])
         course.last[i] = course.seen[i]
+        course.measured[i] = lanes.shown[i]
         if (end != 0) | course.truncated[i]:
             _start(kinds, lanes, timing, course, rules, random, i)
 
@@ -163,6 +166,11 @@ class Fleet:
         start_all(self._kinds, self._lanes, self._timing, self.course, self._rules, self._random)
         return self.course.seen
 
+    @property
+    def measured(self) -> Floats:
+        """Return the measured states now, (count, 4), after a reset where an episode is over."""
+        return self._lanes.shown
+
     def step(self, commands: Floats) -> Course:
         """Hold commands (PWM fractions, (count,)) for a period and return the episodes."""
         step_all(
@@ -182,6 +190,7 @@ def _make_course(count: int) -> Course:
     return Course(
         seen=np.zeros((count, 5), dtype=np.float32),
         last=np.zeros((count, 5), dtype=np.float32),
+        measured=np.zeros((count, 4)),
         reward=np.zeros(count),
         end=np.zeros(count, dtype=np.int64),
         truncated=np.zeros(count, dtype=np.bool_),

@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-PRESETS = ("fast", "frugal", "taught", "thesis")
+PRESETS = ("fast", "frugal", "residual", "thesis")
 IN_PROCESS = "pendulum_rl_env/InvertedPendulum-v0"
 OVER_TOPICS = "pendulum_rl_env/InvertedPendulumRos-v0"

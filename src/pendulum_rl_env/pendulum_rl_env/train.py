@@ -17,10 +17,12 @@ from collections.abc import Callable  # noqa: E402
 from dataclasses import replace  # noqa: E402
 from pathlib import Path  # noqa: E402
 
-from stable_baselines3 import PPO  # noqa: E402
 from stable_baselines3.common.base_class import BaseAlgorithm  # noqa: E402
 from stable_baselines3.common.vec_env import VecEnv  # noqa: E402
 
+from pendulum_rl_env.control.base import design_base  # noqa: E402
+from pendulum_rl_env.correction import Correction  # noqa: E402
+from pendulum_rl_env.in_process import load_learnable_twin  # noqa: E402
 from pendulum_rl_env.learning.callbacks import (  # noqa: E402
     Milestones,
     Progress,
@@ -28,17 +30,15 @@ from pendulum_rl_env.learning.callbacks import (  # noqa: E402
     make_callbacks,
     note_evaluation,
 )
-from pendulum_rl_env.learning.cloning import clone, demonstrate  # noqa: E402
 from pendulum_rl_env.learning.curves import draw_curves  # noqa: E402
 from pendulum_rl_env.learning.environments import (  # noqa: E402
     EVALUATION_EPISODES,
-    gather_training_knowledge,
     make_environments,
 )
 from pendulum_rl_env.learning.export import export  # noqa: E402
 from pendulum_rl_env.learning.learner import as_off_policy, make_learner  # noqa: E402
 from pendulum_rl_env.learning.on_rig import evaluate_mean_reward, learn_on_rig  # noqa: E402
-from pendulum_rl_env.learning.policies import load_policy, save_policy  # noqa: E402
+from pendulum_rl_env.learning.policies import get_correction, load_policy, save_policy  # noqa: E402
 from pendulum_rl_env.learning.preset import (  # noqa: E402
     IN_PROCESS,
     Preset,
@@ -75,11 +75,10 @@ def _train(options: argparse.Namespace) -> int:
     if options.rig is not None:
         preset = replace(preset, environments=1)
     checkpoint = _prepare_folder(options)
-    training, evaluation = make_environments(options, preset)
+    correction = _find_correction(options, preset, checkpoint) if preset.correction else None
+    training, evaluation = make_environments(options, preset, correction)
     try:
-        model = _make_model(options, preset, training, checkpoint)
-        if preset.demonstrations and checkpoint is None and options.init is None:
-            _copy_controller(model, options, preset)
+        model = _make_model(options, preset, training, checkpoint, correction)
         result = _learn(options, preset, model, evaluation)
     finally:
         training.close()
@@ -98,6 +97,8 @@ def _learn(
 ) -> Result:
     """Learn until the end or Ctrl-C, save, and return the result."""
     result = Result(options.env, options.preset, preset.algorithm, options.seed)
+    if options.resume:
+        result.go_on(options.out / "result.json")
     measure_s = _make_stopwatch(options.started_s)
     first, start_s = model.num_timesteps, measure_s()
     try:
@@ -125,7 +126,7 @@ def _run_learning(
         every, episodes = preset.evaluate_every, RIG_EVALUATION_EPISODES
         learn_on_rig(model, total, every, episodes, result, out, until, measure_s, progress)
         return
-    if first == 0 and (preset.demonstrations or options.init is not None):
+    if first == 0 and (preset.correction or options.init is not None):
         mean = evaluate_mean_reward(model, evaluation, EVALUATION_EPISODES)
         note_evaluation(model, mean, result, out, measure_s())
         if until is not None and mean >= until:
@@ -198,10 +199,14 @@ def _prepare_folder(options: argparse.Namespace) -> Path | None:
 
 
 def _make_model(
-    options: argparse.Namespace, preset: Preset, training: VecEnv, checkpoint: Path | None
+    options: argparse.Namespace,
+    preset: Preset,
+    training: VecEnv,
+    checkpoint: Path | None,
+    correction: Correction | None,
 ) -> BaseAlgorithm:
     """Return a new learner, with the weights of a checkpoint or of `--init` if there is one."""
-    model = make_learner(preset, training, options.seed, options.out / "tensorboard")
+    model = make_learner(preset, training, options.seed, options.out / "tensorboard", correction)
     origin = checkpoint or options.init
     off_policy = as_off_policy(model)
     if origin is not None:
@@ -214,23 +219,30 @@ def _make_model(
     return model
 
 
-def _copy_controller(model: BaseAlgorithm, options: argparse.Namespace, preset: Preset) -> None:
-    """Teach the learner what classical controllers do in the twins that it will meet."""
-    if options.env != IN_PROCESS or options.rig is not None or not isinstance(model, PPO):
+def _find_correction(
+    options: argparse.Namespace, preset: Preset, checkpoint: Path | None
+) -> Correction:
+    """Return what the policy is to correct: the checkpoint's controller, or a designed one.
+
+    Raises BadInputError where no controller can be designed, or the policy cannot be written.
+    """
+    if options.env != IN_PROCESS or options.rig is not None:
         raise BadInputError(
-            f"preset {options.preset}: expected a twin to demonstrate in, found a rig or --env "
-            f"{options.env}: choose another preset, or --init"
+            f"preset {options.preset}: expected a twin to design a controller for, found a rig or "
+            f"--env {options.env}: choose another preset"
         )
-    knowledge = gather_training_knowledge(options)
-    task = Task.make_for_step(options.step_s)
-    shown = demonstrate(
-        knowledge.twins, task, knowledge.encoders, preset.history, model.gamma, options.seed
-    )
-    error = clone(model, shown, options.seed)
-    _print_progress(
-        f"{len(shown.rewards)} demonstrations of the classical controller, disturbed: mean reward "
-        f"{shown.rewards.mean():.0f}; copied to {error:.2f} of full PWM"
-    )
+    if options.onnx:
+        raise BadInputError(
+            f"preset {options.preset}: expected no --onnx: the policy corrects a controller that "
+            "runs the twin itself, which is no graph of tensors; policy.zip holds both"
+        )
+    if checkpoint is not None:
+        correction = get_correction(load_policy(checkpoint))
+        if correction is not None:
+            return correction
+    twin, task = load_learnable_twin(options.twin), Task.make_for_step(options.step_s)
+    _print_progress("designing the controller that the policy corrects ...")
+    return Correction(design_base(twin, task), preset.correction)
 
 
 def _take_weights(model: BaseAlgorithm, saved: BaseAlgorithm, origin: Path, preset: str) -> None:

@@ -169,7 +169,7 @@ def test_ctrl_c_saves_and_says_how_to_go_on(tmp_path: Path) -> None:
     [
         (["--twin", "nowhere.yaml"], "nowhere.yaml"),
         (["--init", "nowhere.zip"], "nowhere.zip: expected a policy"),
-        (["--preset", "nowhere.yaml"], "--preset: expected fast, frugal, taught, thesis"),
+        (["--preset", "nowhere.yaml"], "--preset: expected fast, frugal, residual, thesis"),
         (["--resume"], "expected checkpoints to go on from"),
         (["--verdict", "nowhere.json"], "nowhere.json: expected a verdict"),
         (["--step-s", "0"], "step_s"),
@@ -248,9 +248,9 @@ def test_onnx_gives_the_policys_own_commands_scaling_inside(tmp_path: Path, how:
 @pytest.mark.parametrize("name", PRESETS)
 @pytest.mark.parametrize("environment", [IN_PROCESS, "pendulum_rl_env/SamplePendulum-v0"])
 def test_presets_are_whole(name: str, environment: str) -> None:
-    if name == "taught" and environment != IN_PROCESS:
+    if name == "residual" and environment != IN_PROCESS:
         with pytest.raises(BadInputError, match="expected settings under the key"):
-            load_preset(name, environment)  # there is no controller to copy
+            load_preset(name, environment)  # there is no controller to correct
         return
     assert load_preset(name, environment).timesteps > 0
 

@@ -99,6 +99,8 @@ class Classical:
 
     plant: the twin, its task and its linear map.
     tuning: what the design has chosen.
+    state, later: (4,) true x, th, v, w at the last measurement, and where the command meets it.
+    is_balancing: whether the regulator gave the last command.
     """
 
     def __init__(self, plant: Plant, tuning: Tuning) -> None:
@@ -119,17 +121,18 @@ class Classical:
         """Begin an episode."""
         self._observer.reset()
         self._past = np.zeros(len(self._gains) - 5)
-        self._command, self._is_balancing, self._steps, self._sum_of_x = 0.0, False, 0, 0.0
+        self._command, self.is_balancing, self._steps, self._sum_of_x = 0.0, False, 0, 0.0
+        self.state = self.later = np.zeros(4)
 
     def __call__(self, measured: Floats) -> float:
         """Return the PWM fraction to hold until the next sample; measured: (4,) x, th, v, w."""
-        state = self._observer.correct(measured, self._command)
-        later = self._observer.predict(self._command)
+        self.state = state = self._observer.correct(measured, self._command)
+        self.later = later = self._observer.predict(self._command)
         at = self._find_nearest_upright(float(state[1]))
         distances = np.concatenate([state - at.state, [self._sum_of_x], self._past])
         wanted = at.drive - float(self._gains @ distances)
-        self._is_balancing = self._may_balance(float(state[1]) - at.angle_rad, wanted)
-        if self._is_balancing:
+        self.is_balancing = self._may_balance(float(state[1]) - at.angle_rad, wanted)
+        if self.is_balancing:
             self._add_up(state)
             drive, extra = wanted, self._compute_extra(wanted, later)
         else:
@@ -150,6 +153,15 @@ class Classical:
             self._past[0] += change - self._drive.compute_drive(self._command, t_s)
         self._command = applied
 
+    def take_over(self, applied: float) -> None:
+        """Take note that another controller gave the last command; the regulator lets go."""
+        self.note_command(applied)
+        self.is_balancing, self._sum_of_x = False, 0.0
+
+    def give_back(self) -> None:
+        """Give the pole to the regulator, however hard it will have to push at first."""
+        self.is_balancing = True
+
     def _swing_up(self, later: Floats, at: Upright) -> float:
         """Return the drive of the swing-up at the predicted state."""
         push = compute_acceleration(
@@ -164,7 +176,7 @@ class Classical:
 
     def _may_balance(self, angle: float, wanted: float) -> bool:
         """Tell whether the regulator keeps or takes the pole: angle from upright, rad; drive."""
-        if self._is_balancing:
+        if self.is_balancing:
             return abs(angle) < RELEASE_ANGLE_RAD
         return abs(angle) < CATCH_ANGLE_RAD and abs(wanted) < self.tuning.catch * self._drive.reach
 

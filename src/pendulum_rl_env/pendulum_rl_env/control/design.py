@@ -88,7 +88,12 @@ def _rate_tuning(plant: Plant, tuning: Tuning, rigs: Sequence[Transport]) -> flo
         controller = Classical(plant, tuning)
     except BadInputError:
         return -math.inf
-    rewards = [run_controller(rig, controller, plant.task) for rig in rigs]
+    return rate_controller(controller, rigs, plant.task)
+
+
+def rate_controller(controller: Controller, rigs: Sequence[Transport], task: Task) -> float:
+    """Return half the mean and half the minimum of the rewards on the rigs."""
+    rewards = [run_controller(rig, controller, task) for rig in rigs]
     return 0.5 * (sum(rewards) / len(rewards) + min(rewards))
 
 
@@ -96,13 +101,18 @@ def make_perturbed_rig(
     twin: Twin, task: Task, force: float, inertia: float, aside_rad: float
 ) -> KernelTransport:
     """Return a twin with coarse encoders that is not quite the twin; see `PERTURBATIONS`."""
+    perturbed = perturb_twin(twin, force, inertia)
+    return KernelTransport(perturbed, task.step_s, TYPICAL_ENCODERS, aside_rad)
+
+
+def perturb_twin(twin: Twin, force: float, inertia: float) -> Twin:
+    """Return a twin whose drive and pole's inertia are these factors of the twin's."""
     rig = replace(
         twin.rig,
         force_per_pwm_n=(twin.rig.force_per_pwm_n or 0.0) * force,
         pole_inertia_kg_m2=(twin.rig.pole_inertia_kg_m2 or 0.0) * inertia,
     )
-    perturbed = replace(twin, rig=rig)
-    return KernelTransport(perturbed, task.step_s, TYPICAL_ENCODERS, aside_rad)
+    return replace(twin, rig=rig)
 
 
 def _list_swing_ups() -> Iterator[SwingUp]:

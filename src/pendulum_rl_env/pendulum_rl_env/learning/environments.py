@@ -3,35 +3,43 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import gymnasium as gym
+import numpy as np
 from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv
 
+from pendulum_rl_env.control.design import TYPICAL_ENCODERS, perturb_twin
+from pendulum_rl_env.correction import Correction
 from pendulum_rl_env.fleet import Fleet
 from pendulum_rl_env.in_process import load_learnable_twin
+from pendulum_rl_env.learning.corrected_vec_env import CorrectedVecEnv
 from pendulum_rl_env.learning.fleet_vec_env import FleetVecEnv
-from pendulum_rl_env.learning.history_vec_env import HistoryVecEnv
 from pendulum_rl_env.learning.preset import IN_PROCESS, OVER_TOPICS, Preset
 from pendulum_rl_env.posterior import Knowledge, gather_knowledge
 from pendulum_rl_env.task import Task
+from pendulum_twin.errors import BadInputError
+from pendulum_twin.model import Twin
 
 EVALUATION_EPISODES = 20
 EVALUATION_SEED_OFFSET = 10**6  # from the seed of the training to that of the evaluation
 
-
-def make_environments(options: argparse.Namespace, preset: Preset) -> tuple[VecEnv, VecEnv]:
-    """Return where to learn and where to evaluate, with the history that the preset asks for."""
-    training, evaluation = _make_plain_environments(options, preset)
-    if not preset.history:
-        return training, evaluation
-    shown = HistoryVecEnv(training, preset.history)
-    return shown, shown if evaluation is training else HistoryVecEnv(evaluation, preset.history)
+PERTURBED_TWINS = 64  # on which corrections are learned
+DRIVE_ERROR, INERTIA_ERROR = 0.05, 0.03  # at most, of these twins, as of `design.PERTURBATIONS`
+REWARD_AT_REST = 1.0  # of a step upright at rest in the middle
 
 
-def _make_plain_environments(options: argparse.Namespace, preset: Preset) -> tuple[VecEnv, VecEnv]:
-    """Return where to learn and where to evaluate: two fleets, or twice the one rig."""
+def make_environments(
+    options: argparse.Namespace, preset: Preset, correction: Correction | None = None
+) -> tuple[VecEnv, VecEnv]:
+    """Return where to learn and where to evaluate: two fleets, or twice the one rig.
+
+    correction: what the policy corrects; None when the command is all its own.
+    """
+    if correction is not None:
+        return _make_corrected_environments(options, preset, correction)
     if options.rig is not None:
         topics = {"namespace": options.rig, "step_s": options.step_s}
         rig = DummyVecEnv([lambda: Monitor(gym.make(OVER_TOPICS, **topics))])
@@ -45,9 +53,45 @@ def _make_plain_environments(options: argparse.Namespace, preset: Preset) -> tup
     knowledge = gather_training_knowledge(options)
     task, encoders = Task.make_for_step(options.step_s), knowledge.encoders
     count, spread = preset.environments, preset.start_spread
-    fleet = Fleet(knowledge.twins, count, task, encoders, spread, options.seed)
+    short = replace(task, steps=preset.episode_steps or task.steps)
+    fleet = Fleet(knowledge.twins, count, short, encoders, spread, options.seed)
     best = Fleet(knowledge.twins[:1], EVALUATION_EPISODES, task, encoders, 0.0, options.seed)
     return FleetVecEnv(fleet), FleetVecEnv(best)
+
+
+def _make_corrected_environments(
+    options: argparse.Namespace, preset: Preset, correction: Correction
+) -> tuple[VecEnv, VecEnv]:
+    """Return fleets of twins that are not quite the twin, always the same at an evaluation."""
+    knowledge = gather_training_knowledge(options)
+    encoders = TYPICAL_ENCODERS if options.verdict is None else knowledge.encoders
+    twins = _perturb_twins(knowledge.twins, PERTURBED_TWINS, options.seed)
+    other_seed = options.seed + EVALUATION_SEED_OFFSET
+    others = _perturb_twins(knowledge.twins, EVALUATION_EPISODES, other_seed)
+    task = Task.make_for_step(options.step_s)
+    short = replace(task, steps=preset.episode_steps or task.steps)
+    spread = preset.start_spread
+    fleet = Fleet(twins, preset.environments, short, encoders, spread, options.seed)
+    best = Fleet(others, EVALUATION_EPISODES, task, encoders, 0.0, other_seed)
+    return (
+        CorrectedVecEnv(FleetVecEnv(fleet), correction, deduction=REWARD_AT_REST),
+        CorrectedVecEnv(FleetVecEnv(best), correction, fixed_seed=other_seed),
+    )
+
+
+def _perturb_twins(twins: Sequence[Twin], count: int, seed: int) -> list[Twin]:
+    """Return so many twins whose drive and inertia are a little off, in turn of those given."""
+    random = np.random.default_rng(seed)
+    perturbed = []
+    for number in range(count):
+        twin = twins[number % len(twins)]
+        force = 1.0 + DRIVE_ERROR * random.uniform(-1.0, 1.0)
+        inertia = 1.0 + INERTIA_ERROR * random.uniform(-1.0, 1.0)
+        try:
+            perturbed.append(perturb_twin(twin, force, inertia))
+        except BadInputError:  # no bodies have this inertia together
+            perturbed.append(perturb_twin(twin, force, 1.0))
+    return perturbed
 
 
 def gather_training_knowledge(options: argparse.Namespace) -> Knowledge:

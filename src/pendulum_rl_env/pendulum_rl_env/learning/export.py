@@ -10,6 +10,7 @@ import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
 from torch import Tensor, nn
 
+from pendulum_rl_env.learning.correcting_policy import CorrectingPolicy
 from pendulum_rl_env.task import Task
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.files import write_atomically
@@ -45,6 +46,11 @@ def export(model: BaseAlgorithm, task: Task, path: Path) -> None:
 
     Raises BadInputError for another task's policy, or when the file cannot be written.
     """
+    if isinstance(model.policy, CorrectingPolicy):
+        raise BadInputError(
+            "expected a policy whose command is all its own, found a policy that corrects a "
+            "controller, which runs the twin itself and is no graph of tensors: use policy.zip"
+        )
     if model.observation_space.shape != (5,):
         raise BadInputError(
             f"expected a policy for observations (5,), found {model.observation_space.shape}"

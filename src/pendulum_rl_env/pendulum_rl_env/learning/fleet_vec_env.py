@@ -9,6 +9,7 @@ import numpy as np
 from stable_baselines3.common.vec_env.base_vec_env import VecEnv, VecEnvIndices, VecEnvStepReturn
 
 from pendulum_rl_env.fleet import Fleet
+from pendulum_twin.arrays import Floats
 
 
 class FleetVecEnv(VecEnv):
@@ -33,6 +34,16 @@ class FleetVecEnv(VecEnv):
         self._reset_seeds()
         self._reset_options()
         return self._fleet.reset(seed).copy()
+
+    @property
+    def measured(self) -> Floats:
+        """Return the measured states now, (n, 4), after a reset where an episode is over."""
+        return self._fleet.measured
+
+    @property
+    def last_measured(self) -> Floats:
+        """Return the measured states at the end of the last step, (n, 4), before a reset."""
+        return self._fleet.course.measured
 
     def step_async(self, actions: Any) -> None:
         """Keep the actions for `step_wait`."""

@@ -4,37 +4,51 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 from stable_baselines3.common.vec_env import VecEnv
 
+from pendulum_rl_env.correction import Correction
 from pendulum_rl_env.learning.algorithms import ALGORITHMS
+from pendulum_rl_env.learning.correcting_policy import CorrectingPolicy
 from pendulum_rl_env.learning.preset import Preset
 from pendulum_twin.errors import BadInputError
 
 
-def make_learner(preset: Preset, env: VecEnv, seed: int, logs: Path | None) -> BaseAlgorithm:
+def make_learner(
+    preset: Preset,
+    env: VecEnv,
+    seed: int,
+    logs: Path | None,
+    correction: Correction | None = None,
+) -> BaseAlgorithm:
     """Return a new learner.
 
     preset: algorithm, layers and settings.
     env: where it learns.
     seed: of its weights and its exploration.
     logs: folder for TensorBoard; None for no logs.
+    correction: what the policy corrects; None when the command is all its own.
 
     Raises BadInputError when the algorithm refuses a setting or the environment.
     """
     torch.set_num_threads(1)  # networks of 64 units are too small to share
     rate = preset.learning_rate
+    policy: str | type[CorrectingPolicy] = "MlpPolicy"
+    policy_settings: dict[str, Any] = {"net_arch": list(preset.layers)}
+    if correction is not None:
+        policy, policy_settings["correction"] = CorrectingPolicy, correction
     try:
         return ALGORITHMS[preset.algorithm](
-            "MlpPolicy",
+            policy,
             env,
             learning_rate=_make_falling_rate(rate) if preset.falling else rate,
             seed=seed,
             device="cpu",
-            policy_kwargs={"net_arch": list(preset.layers)},
+            policy_kwargs=policy_settings,
             tensorboard_log=None if logs is None else str(logs),
             **preset.settings,
         )

@@ -15,8 +15,9 @@ import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv
 
-from pendulum_rl_env.history import History, HistoryObservation, count_periods
+from pendulum_rl_env.correction import CorrectedEnv, Correction, Corrector
 from pendulum_rl_env.learning.algorithms import ALGORITHMS, list_settings
+from pendulum_rl_env.learning.correcting_policy import CorrectingPolicy
 from pendulum_rl_env.learning.policy_file import (
     UNREADABLE,
     PolicyFile,
@@ -49,8 +50,15 @@ def save_policy(model: BaseAlgorithm, path: Path) -> None:
         {name: value for name, value in settings.items() if isinstance(value, int | float | str)},
         model.num_timesteps,
         collect_tensors(model),
+        get_correction(model),
     )
     write_policy_file(content, path)
+
+
+def get_correction(model: BaseAlgorithm) -> Correction | None:
+    """Return what the learner's policy corrects; None when the command is all its own."""
+    policy = model.policy
+    return policy.correction if isinstance(policy, CorrectingPolicy) else None
 
 
 def load_policy(
@@ -92,14 +100,18 @@ def _build_learner(
     where = env or DummyVecEnv([lambda: _Spaces(content.observation_space, content.action_space)])
     if env is None:
         given |= {name: value for name, value in SMALL.items() if name in known}
+    policy: str | type[CorrectingPolicy] = "MlpPolicy"
+    policy_settings: dict[str, Any] = {"net_arch": list(content.layers)}
+    if content.correction is not None:
+        policy, policy_settings["correction"] = CorrectingPolicy, content.correction
     try:
         with warnings.catch_warnings():  # about sizes of batches, of a learner that never learns
             warnings.simplefilter("ignore")
             model = ALGORITHMS[content.algorithm](
-                "MlpPolicy",
+                policy,
                 where,
                 device="cpu",
-                policy_kwargs={"net_arch": list(content.layers)},
+                policy_kwargs=policy_settings,
                 **{**given, **(settings or {})},
             )
         put_tensors(model, content.tensors)
@@ -138,18 +150,20 @@ def make_policy(model: BaseAlgorithm) -> Callable[[Any], Any]:
     return lambda observation: model.predict(observation, deterministic=True)[0]
 
 
-def show_history(env: gym.Env[Any, Any], model: BaseAlgorithm) -> gym.Env[Any, Any]:
-    """Return the environment with observations as the policy expects them: with its history.
+def prepare_env(env: gym.Env[Any, Any], model: BaseAlgorithm) -> gym.Env[Any, Any]:
+    """Return the environment as the policy expects it: with the controller that it corrects.
 
-    Raises BadInputError when no history of the environment's observations has this size.
+    Raises BadInputError when the observations are not the policy's.
     """
-    shape, here = model.observation_space.shape, env.observation_space.shape
-    length = count_periods(shape[0], here[0]) if shape and here else None
-    if length is None:
+    correction = get_correction(model)
+    if correction is not None:
+        return CorrectedEnv(env, correction)
+    if model.observation_space.shape != env.observation_space.shape:
         raise BadInputError(
-            f"expected a policy for observations {here}, alone or with history, found {shape}"
+            f"expected a policy for observations {env.observation_space.shape}, found "
+            f"{model.observation_space.shape}"
         )
-    return HistoryObservation(env, length) if length else env
+    return env
 
 
 class PolicyController:
@@ -160,32 +174,51 @@ class PolicyController:
     """
 
     def __init__(self, model: BaseAlgorithm, task: Task) -> None:
-        assert model.observation_space.shape is not None
-        length = count_periods(model.observation_space.shape[0], 5)
-        if length is None:
+        if model.observation_space.shape != (5,):
             raise BadInputError(
-                "expected a policy for observations (5,), alone or with history, found "
-                f"{model.observation_space.shape}"
+                f"expected a policy for observations (5,), found {model.observation_space.shape}"
             )
         self._choose, self._task = make_policy(model), task
-        self._history = History(1, 5, length)
+
+    def reset(self) -> None:
+        """Begin an episode: the policy remembers nothing."""
+
+    def __call__(self, measured: Floats) -> float:
+        """Return the PWM fraction to hold until the next sample; measured: (4,) x, th, v, w."""
+        action = self._choose(make_observation(measured, self._task))
+        return self._task.pwm_limit * float(np.clip(action[0], -1.0, 1.0))
+
+
+class CorrectingController:
+    """Give a PWM fraction for a measured state by a controller and its learned correction.
+
+    model: the learner.
+    correction: what it corrects.
+    """
+
+    def __init__(self, model: BaseAlgorithm, correction: Correction) -> None:
+        self._choose, self._corrector = make_policy(model), Corrector(correction, 1)
         self.reset()
 
     def reset(self) -> None:
         """Begin an episode."""
-        self._action: Any = None
+        self._has_begun = False
 
     def __call__(self, measured: Floats) -> float:
         """Return the PWM fraction to hold until the next sample; measured: (4,) x, th, v, w."""
-        seen = make_observation(measured, self._task)[None]
-        if self._action is None:
-            self._history.begin(slice(None), seen)
+        if self._has_begun:
+            self._corrector.follow([0], measured[None])
         else:
-            self._history.append(self._action[None], seen)
-        self._action = self._choose(self._history.show()[0])
-        return self._task.pwm_limit * float(np.clip(self._action[0], -1.0, 1.0))
+            self._corrector.begin([0], measured[None])
+        self._has_begun = True
+        action = self._choose(self._corrector.show()[0])
+        return float(self._corrector.choose_commands(action)[0])
 
 
-def load_controller(path: Path, task: Task) -> PolicyController:
+def load_controller(path: Path, task: Task) -> PolicyController | CorrectingController:
     """Return the policy in a file that `train` has written, as a controller."""
-    return PolicyController(load_policy(path), task)
+    model = load_policy(path)
+    correction = get_correction(model)
+    if correction is None:
+        return PolicyController(model, task)
+    return CorrectingController(model, correction)

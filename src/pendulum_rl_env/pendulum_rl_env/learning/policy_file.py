@@ -1,8 +1,8 @@
 """Read and write `policy.zip`: numbers and names, nothing that runs as code when it is read.
 
-The zip holds `policy.json` (algorithm, layers, spaces, settings) and `weights.safetensors` (every
-tensor by its name). stable-baselines3's own files hold pickles, which run as code; those are read
-only for a caller who trusts them, see `policies.py`.
+The zip holds `policy.json` (algorithm, layers, spaces, settings, what the policy corrects) and
+`weights.safetensors` (every tensor by its name). stable-baselines3's own files hold pickles, which
+run as code; those are read only for a caller who trusts them, see `policies.py`.
 """
 
 from __future__ import annotations
@@ -25,9 +25,13 @@ from safetensors.torch import load as unpack_tensors
 from safetensors.torch import save as pack_tensors
 from torch import Tensor
 
+from pendulum_rl_env.control.base import parse_base
+from pendulum_rl_env.correction import Correction
 from pendulum_rl_env.learning.algorithms import ALGORITHMS
+from pendulum_rl_env.learning.preset import LARGEST_CORRECTION
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.files import write_atomically
+from pendulum_twin.rig import check_number
 
 SCHEMA = "pendulum_policy/1"
 FACTS, WEIGHTS = "policy.json", "weights.safetensors"
@@ -50,6 +54,7 @@ class PolicyFile:
     settings: further arguments of the algorithm: numbers, words and truth values.
     timesteps: of training so far.
     tensors: of networks and optimisers, by name.
+    correction: what the policy corrects; None when the command is all its own.
     """
 
     algorithm: str
@@ -59,6 +64,7 @@ class PolicyFile:
     settings: Mapping[str, Any]
     timesteps: int
     tensors: Mapping[str, Tensor]
+    correction: Correction | None = None
 
 
 def write_policy_file(content: PolicyFile, path: Path) -> None:
@@ -72,6 +78,9 @@ def write_policy_file(content: PolicyFile, path: Path) -> None:
         "settings": dict(content.settings),
         "timesteps": content.timesteps,
     }
+    if content.correction is not None:
+        base, bound = content.correction.base, content.correction.bound
+        facts["correction"] = {"bound": bound, "base": base.to_mapping()}
     tensors = {name: t.detach().clone().contiguous() for name, t in content.tensors.items()}
     packed = io.BytesIO()
     with ZipFile(packed, "w") as archive:
@@ -93,7 +102,7 @@ def read_policy_file(path: Path) -> PolicyFile | None:
             facts = json.loads(_unpack(archive, FACTS))
             tensors = unpack_tensors(_unpack(archive, WEIGHTS))
         return _parse_facts(facts, tensors)
-    except UNREADABLE as error:
+    except (BadInputError, *UNREADABLE) as error:
         raise BadInputError(
             f"{path}: expected a policy that `train` has written, found none in it ({error})"
         ) from error
@@ -128,7 +137,14 @@ def _parse_facts(facts: dict[str, Any], tensors: dict[str, Tensor]) -> PolicyFil
         facts["settings"],
         int(facts["timesteps"]),
         tensors,
+        _parse_correction(facts["correction"]) if "correction" in facts else None,
     )
+
+
+def _parse_correction(fact: dict[str, Any]) -> Correction:
+    bound = float(fact["bound"])
+    check_number("bound", bound, 0.0, LARGEST_CORRECTION)
+    return Correction(parse_base(fact["base"]), bound)
 
 
 def _describe_space(space: spaces.Space[Any]) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from pendulum_twin.errors import BadInputError
 from pendulum_twin.rig import check_number, describe_unknown_key
 from pendulum_twin.strict_yaml import parse_yaml
 
-MOST_HISTORY = 100
+LARGEST_CORRECTION = 2.0  # of the PWM limit: it turns any command round
 REQUIRED_KEYS = 6  # the first fields of `Preset`, which have no default
 
 
@@ -30,8 +30,9 @@ class Preset:
     evaluate_every: timesteps from evaluation to evaluation.
     falling: whether the learning rate falls to 0.
     start_spread: share of episodes that begin anywhere, see `Fleet`.
-    history: past samples and actions that the policy sees, see `history.py`.
-    demonstrations: whether a classical controller is copied first, see `learning/cloning.py`.
+    correction: largest correction of a designed controller's command, a share of the PWM limit,
+        see `correction.py`; 0 leaves the whole command to the policy.
+    episode_steps: of an episode in training; 0 for the task's own.
     settings: further arguments of the algorithm.
 
     Raises BadInputError, naming the key, for a value that cannot be.
@@ -45,8 +46,8 @@ class Preset:
     evaluate_every: int
     falling: bool = False
     start_spread: float = 0.0
-    history: int = 0
-    demonstrations: bool = False
+    correction: float = 0.0
+    episode_steps: int = 0
     settings: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -58,10 +59,11 @@ class Preset:
             check_number(name, getattr(self, name), 1, 1e9)
         check_number("learning_rate", self.learning_rate, 1e-7, 1.0)
         check_number("start_spread", self.start_spread, 0.0, 1.0)
-        check_number("history", self.history, 0, MOST_HISTORY)
-        if self.demonstrations and self.algorithm != "ppo":
+        check_number("correction", self.correction, 0.0, LARGEST_CORRECTION)
+        check_number("episode_steps", self.episode_steps, 0, 1e6)
+        if self.correction and self.algorithm != "ppo":
             raise BadInputError(
-                f"demonstrations: expected algorithm ppo, which can copy, found {self.algorithm}"
+                f"correction: expected algorithm ppo, which can begin at 0, found {self.algorithm}"
             )
         object.__setattr__(self, "layers", tuple(self.layers))
         object.__setattr__(self, "settings", dict(self.settings))

@@ -6,7 +6,8 @@ import json
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
-from pendulum_twin.files import write_atomically
+from pendulum_twin.errors import BadInputError
+from pendulum_twin.files import read_json_object, write_atomically
 
 SOLVED_MEAN_REWARD = 400.0  # of an evaluation; the thesis: training may end above it
 SCHEMA = "pendulum_training/1"
@@ -50,6 +51,23 @@ class Result:
             self.best_mean_reward = mean
             return True
         return False
+
+    def go_on(self, path: Path) -> None:
+        """Take over the evaluations of an earlier run of the training, if its file is there.
+
+        Raises BadInputError when the file is no result of a training.
+        """
+        if not path.exists():
+            return
+        earlier = read_json_object(path, SCHEMA, "a training's result")
+        try:
+            for row in earlier["evaluations"]:
+                self.note(int(row["steps"]), float(row["wall_s"]), float(row["mean_reward"]))
+        except (KeyError, TypeError, ValueError) as error:
+            raise BadInputError(
+                f"{path}: expected evaluations with steps, wall_s and mean_reward, found "
+                f"{error!r} missing or odd: remove the file to go on without them"
+            ) from error
 
     def save(self, path: Path) -> None:
         """Write the result as JSON, whole or not at all."""

@@ -24,6 +24,7 @@ from pendulum_rl_env.control.design import (
     make_perturbed_rig,
     run_controller,
 )
+from pendulum_rl_env.control.planned import design_planned
 from pendulum_rl_env.control.predictive import design_predictive
 from pendulum_rl_env.in_process import load_learnable_twin
 from pendulum_rl_env.learning.policies import load_controller
@@ -37,6 +38,7 @@ from pendulum_twin.parser import Parser, add_common_options, complete
 
 DESIGNS: dict[str, Callable[[Twin, Task], Controller]] = {
     "classical": design_controller,
+    "planned": design_planned,
     "predictive": design_predictive,
 }
 

@@ -15,7 +15,12 @@ import gymnasium as gym
 
 from pendulum_rl_env.in_process import scale_actions
 from pendulum_rl_env.learning.export import export
-from pendulum_rl_env.learning.policies import load_policy, make_policy, show_history
+from pendulum_rl_env.learning.policies import (
+    get_correction,
+    load_policy,
+    make_policy,
+    prepare_env,
+)
 from pendulum_rl_env.scoring import Episode, describe_reward, run_episode
 from pendulum_rl_env.studies import stages
 from pendulum_rl_env.studies.stages import ConcealedRig
@@ -50,7 +55,7 @@ def _identify_and_control(options: argparse.Namespace) -> None:
     report("Diagnosing ...")
     diagnosis = stages.diagnose(rig, out / "diagnosis")
     report(f"  {diagnosis.verdict['sentence']}")
-    report("Training in the identified twin (about a minute on two idle cores) ...")
+    report("Training in the identified twin (a minute or two on two idle cores) ...")
     how = ["--preset", options.preset, "--verdict", str(diagnosis.file)]
     policy = stages.train_until_good(diagnosis.twin, out / "policy", options.seed, how)
     result = json.loads((policy.parent / "result.json").read_text(encoding="utf-8"))
@@ -62,8 +67,11 @@ def _identify_and_control(options: argparse.Namespace) -> None:
 
 def _show_on_rig(rig: ConcealedRig, policy: Path, out: Path) -> None:
     """Run an episode on the rig, write policy and animation, and say where everything is."""
-    episode, network, video = run_on_rig(rig, policy), out / "policy.onnx", out / "episode.gif"
-    export(load_policy(policy), Task(), network)
+    episode, network, video = run_on_rig(rig, policy), policy, out / "episode.gif"
+    model = load_policy(policy)
+    if get_correction(model) is None:
+        network = out / "policy.onnx"
+        export(model, Task(), network)
     save_video(episode, Task(), video)
     _say(
         f"On the rig, with no training step there: reward {episode.reward:.0f}: "
@@ -77,7 +85,7 @@ def run_on_rig(rig: ConcealedRig, policy: Path) -> Episode:
     """Run an episode on the rig from hanging at rest; the emulated rig repeats bit by bit."""
     task, model = Task(), load_policy(policy)
     plain = gym.wrappers.TimeLimit(scale_actions(rig.make_env(task)), task.steps)
-    env = show_history(plain, model)
+    env = prepare_env(plain, model)
     try:
         return run_episode(env, make_policy(model))
     finally:
@@ -94,7 +102,7 @@ def _parse_options(arguments: list[str] | None) -> argparse.Namespace:
         description=__doc__,
         examples=(
             f"{RUN} --seed 3 --out out/control",
-            f"{RUN} --seed 3 --kinds pair:1 --preset taught --out out/pair",
+            f"{RUN} --seed 3 --kinds pair:1 --preset residual --out out/pair",
         ),
     )
     add_common_options(parser)

@@ -14,7 +14,7 @@ from pendulum_rl_env.in_process import scale_actions
 from pendulum_rl_env.learning.callbacks import Progress
 from pendulum_rl_env.learning.learner import make_learner
 from pendulum_rl_env.learning.on_rig import learn_on_rig
-from pendulum_rl_env.learning.policies import load_policy, make_policy, save_policy
+from pendulum_rl_env.learning.policies import load_policy, make_policy, prepare_env, save_policy
 from pendulum_rl_env.learning.preset import IN_PROCESS, load_preset
 from pendulum_rl_env.learning.result import SOLVED_MEAN_REWARD, Result
 from pendulum_rl_env.scoring import run_episode
@@ -52,7 +52,8 @@ def fine_tune(policy: Path, rig: ConcealedRig, steps: int, out: Path) -> float:
             f"{policy}: expected a policy of PPO to fine-tune, found one of "
             f"{type(before).__name__}"
         )
-    training, evaluation = DummyVecEnv([lambda: _make_env(rig)]), _make_env(rig)
+    training = DummyVecEnv([lambda: prepare_env(_make_env(rig), before)])
+    evaluation = prepare_env(_make_env(rig), before)
     try:
         model = load_policy(policy, env=training, settings=SETTINGS)
         assert isinstance(model, PPO)

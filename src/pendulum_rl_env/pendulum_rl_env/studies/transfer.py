@@ -23,6 +23,7 @@ import numpy as np
 from pendulum_rl_env.control.classical import make_plant
 from pendulum_rl_env.control.design import Controller, design_controller, run_controller
 from pendulum_rl_env.control.optimum import find_optimum
+from pendulum_rl_env.control.planned import design_planned
 from pendulum_rl_env.control.predictive import design_predictive
 from pendulum_rl_env.scoring import describe_reward
 from pendulum_rl_env.studies import stages
@@ -138,16 +139,17 @@ def _list_controllers(
         steps = options.scratch_steps
         return [learn_from_scratch(rig, s, steps, rig.folder / f"scratch_{s}") for s in seeds]
 
-    def run_taught() -> list[float]:
-        taught = ["--preset", "taught", "--verdict", str(diagnosis.file)]
-        policies = train(diagnosis.twin, "taught", taught)
+    def run_residual() -> list[float]:
+        residual = ["--preset", "residual", "--verdict", str(diagnosis.file)]
+        policies = train(diagnosis.twin, "residual", residual)
         return [run_on_rig(rig, policy).reward for policy in policies]
 
     known: dict[str, Rewards] = {
         "nominal": run_nominal,
         "identified": run_identified,
         "fine_tuned": run_fine_tuned,
-        "taught": run_taught,
+        "residual": run_residual,
+        "planned": lambda: [_run_design_on_rig(rig, diagnosis.twin, design_planned)],
         "classical": lambda: [_run_design_on_rig(rig, diagnosis.twin, design_controller)],
         "predictive": lambda: [_run_design_on_rig(rig, diagnosis.twin, design_predictive)],
         "optimum": lambda: [_find_best_reward(diagnosis.twin)],
