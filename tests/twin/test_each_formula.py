@@ -192,6 +192,33 @@ def test_periodic_force():
     np.testing.assert_allclose(states[:, V], gained, atol=1e-6)
 
 
+def test_presliding_friction_bends_before_it_slips():
+    """Below its level the cart comes to rest where spring and push balance; beyond, it slides."""
+    level_n, distance_m = 0.8, 0.004
+    friction = {"cart_presliding_friction": {"level_n": level_n, "distance_m": distance_m}}
+    damped = replace(SLIDING_CART, cart_viscous_n_s_m=30.0)
+    pushed = np.full(300, 0.5 * level_n / GAIN)
+    states = run(damped, pushed, friction)
+    assert states[-1, X] == pytest.approx(distance_m * np.log(2.0), rel=1e-3)
+    assert abs(states[-1, V]) < 1e-6
+    # let go, the contact springs back, and keeps a part of the way
+    back = run(damped, np.where(T < 2.0, pushed, 0.0), friction)[-1, X]
+    # dF/dx on the way back is (level - F) / distance: from -level/2 to 0
+    assert back == pytest.approx(distance_m * (np.log(2.0) - np.log(1.5)), rel=5e-3)
+    # far from any reversal it is dry friction of that level
+    sliding = run(SLIDING_CART, np.full(300, 2.0 * level_n / GAIN), friction)
+    assert np.diff(sliding[-20:, V]) / 0.01 == pytest.approx(level_n / MASS, rel=1e-6)
+
+
+def test_stiff_presliding_friction_is_bounded():
+    """The stiffest contact of the range stays within its level."""
+    friction = {"cart_presliding_friction": {"level_n": 5.0, "distance_m": 1e-5}}
+    states = run(THESIS, COMMAND, friction, START)
+    free = run(THESIS, COMMAND, {}, START)
+    assert np.all(np.isfinite(states))
+    assert np.max(np.abs(states[:, X])) < np.max(np.abs(free[:, X])) + 0.1
+
+
 def test_friction_warming():
     """Without a command a sliding cart is braked by what has not warmed away yet."""
     grease = {"level_n": 0.1, "viscous_n_s_m": 0.0, "time_constant_s": 1.5}

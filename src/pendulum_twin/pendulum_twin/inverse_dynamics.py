@@ -26,6 +26,7 @@ from pendulum_twin.parameter_vector import (
     MOMENT,
     POLE_VISCOUS,
 )
+from pendulum_twin.path_forces import follow_recorded_path
 from pendulum_twin.signals import Signals
 
 # Of the root mean square speed: below it the cart counts as standing, where dry friction takes any
@@ -67,6 +68,7 @@ def evaluate_laws(signals: Signals, states: Floats, theta: Floats) -> Floats:
     out = np.empty((len(states), 2))
     columns = (np.ascontiguousarray(true[:, k]) for k in range(4))
     _fill_laws(*columns, signals.clock_s * float(compute_paces(theta)), theta, out)
+    out[:, 0] += follow_recorded_path(signals, true[:, 0], theta).sum(axis=1)
     return out
 
 

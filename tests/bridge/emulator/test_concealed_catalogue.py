@@ -143,6 +143,16 @@ def test_friction_that_warms_away_brakes_less_and_less(apart: Rig) -> None:
     assert wet[2] == pytest.approx(2.0 * math.exp(-1.5 * warm_s / MASS), abs=1e-4)
 
 
+def test_bristles_bend_before_they_slip(apart: Rig) -> None:
+    """Half of the level bends them by the logarithm of 2; beyond the level the cart slides."""
+    effects = {"cart_presliding_friction": {"level_n": 0.8, "distance_m": 0.004}}
+    held = driven(replace(apart, cart_viscous_n_s_m=30.0), effects, 3.0, 0.4 / FORCE).truth
+    assert held[0] == pytest.approx(0.004 * math.log(2), rel=1e-3) and abs(held[2]) < 1e-6
+    sliding = driven(apart, effects, 1.0, 1.6 / FORCE), driven(apart, effects, 1.1, 1.6 / FORCE)
+    slow, fast = (emulator.truth[2] for emulator in sliding)
+    assert (fast - slow) / 0.1 == pytest.approx(0.8 / MASS, rel=1e-4)
+
+
 def test_a_drive_that_bends_gives_small_commands_whole_and_no_more_than_its_limit() -> None:
     stage = make_drive({"soft_saturation": {"limit": 0.4}}, 0.01)
     assert stage(0.001) == pytest.approx(0.001, rel=1e-5)

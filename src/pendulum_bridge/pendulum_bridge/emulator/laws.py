@@ -115,6 +115,25 @@ def make_friction_warming(
     )
 
 
+def make_cart_presliding_friction(rig: Rig, level_n: float, distance_m: float) -> Extra:
+    """Return the push of bristles that bend by distance_m at most before they slip.
+
+    dz = dx - |dx| z / distance_m, by the trapezoidal rule over the way of each step.
+    """
+    bent = 0.0
+    last: float | None = None
+
+    def push(t: float, x: float, th: float, v: float, w: float) -> float:
+        nonlocal bent, last
+        way = 0.0 if last is None else x - last
+        half = 0.5 * abs(way) / distance_m
+        bent = (bent * (1 - half) + way) / (1 + half)
+        bent, last = min(max(bent, -distance_m), distance_m), x
+        return -level_n * bent / distance_m
+
+    return Extra(push=push)
+
+
 def make_sample_period_error(rig: Rig, ratio: float) -> Extra:
     """Return a pace at which less time passes from sample to sample than the stamps say."""
     return Extra(pace=lambda t: 1 / (1 + ratio))
@@ -126,5 +145,6 @@ LISTED: dict[str, Callable[..., Extra]] = {
     "force_ripple": make_force_ripple,
     "periodic_force": make_periodic_force,
     "friction_warming": make_friction_warming,
+    "cart_presliding_friction": make_cart_presliding_friction,
     "sample_period_error": make_sample_period_error,
 }

@@ -37,7 +37,7 @@ def read_friction(case: Case, theta: Floats) -> tuple[Reading, ...]:
     theta: (SIZE,) of the twin with parameters alone.
     """
     laws = [BY_NAME[name] for name in case.twin.effects]
-    if any(law.form is Form.DRY and law.place is Place.CART for law in laws):
+    if any(law.form in (Form.DRY, Form.PATH_FORCE) and law.place is Place.CART for law in laws):
         return ()
     level = measure_friction(case, theta)
     if level is None:
