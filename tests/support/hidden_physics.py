@@ -31,6 +31,7 @@ HIDDEN: dict[str, dict[str, float]] = {
     "cart_stribeck_friction": {"level_n": 0.4, "static_n": 0.4, "velocity_m_s": 0.08},
     "cart_saturating_friction": {"viscous_n_s_m": 1.5, "level_n": 0.2, "limit_n": 0.6},
     "cart_presliding_friction": {"level_n": 0.5, "distance_m": 0.004},
+    "cart_load_friction": {"coefficient": 0.07},
     "friction_warming": {"level_n": 0.4, "viscous_n_s_m": 1.5, "time_constant_s": 12.0},
     "cart_quadratic_drag": {"n_s2_m2": 1.0},
     "rail_tilt": {"angle_rad": 0.008},

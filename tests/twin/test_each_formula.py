@@ -219,6 +219,29 @@ def test_stiff_presliding_friction_is_bounded():
     assert np.max(np.abs(states[:, X])) < np.max(np.abs(free[:, X])) + 0.1
 
 
+@pytest.mark.parametrize(("th", "w"), [(np.pi, 0.0), (np.pi, 12.0), (0.0, 12.0), (1.0, -5.0)])
+def test_load_friction(th, w):
+    """A pole that hangs and whirls presses, one that whirls upright lifts."""
+    friction, state = {"cart_load_friction": {"coefficient": 0.1}}, (0.0, th, 1.0, w)
+    held, free = (compute_acceleration(e, state, rig=THESIS) for e in (friction, {}))
+    mass, moment = THESIS.total_mass_kg, THESIS.total_mass_kg * THESIS.com_distance_m
+    turning = moment * 9.81 * np.sin(th) / THESIS.pole_inertia_kg_m2
+    load = mass * 9.81 - moment * (w**2 * np.cos(th) + turning * np.sin(th))
+    # the pole is moved along, which makes the cart lighter
+    lighter = mass - (moment * np.cos(th)) ** 2 / THESIS.pole_inertia_kg_m2
+    assert (held - free)[0] * lighter == pytest.approx(-0.1 * load, rel=2e-3)
+
+
+def test_load_friction_holds_a_cart_on_which_the_pole_hangs():
+    push_n = 0.09 * THESIS.total_mass_kg * 9.81
+    states = run(
+        THESIS,
+        np.full(100, push_n / THESIS.force_per_pwm_n),
+        {"cart_load_friction": {"coefficient": 0.1}},
+    )
+    assert not np.any(states[:, [X, V]])
+
+
 def test_friction_warming():
     """Without a command a sliding cart is braked by what has not warmed away yet."""
     grease = {"level_n": 0.1, "viscous_n_s_m": 0.0, "time_constant_s": 1.5}

@@ -21,7 +21,13 @@ from pendulum_twin.parameter_vector import BASE, SLOTS
 LANE = "p[{word} * width + i]"
 ALONE = "p[{word}]"
 # Forms of what acts evenly over a step.
-HELD_FORMS = (Form.GAIN, Form.TIMED_FORCE, Form.TIMED_FRICTION, Form.PATH_FORCE)
+HELD_FORMS = (
+    Form.GAIN,
+    Form.TIMED_FORCE,
+    Form.TIMED_FRICTION,
+    Form.STATE_FRICTION,
+    Form.PATH_FORCE,
+)
 PATHS = sum(effect.form is Form.PATH_FORCE for effect in CATALOGUE)
 TRANSCENDENTAL = {"exp", "sin", "cos", "sin_cos", "tanh"}
 
@@ -139,7 +145,7 @@ def compose_forces(place: Place) -> Callable[..., Any]:
 
 
 def compose_held() -> Callable[..., Any]:
-    """Return hold(x, t, p, i, width): what acts evenly over a step of lane i.
+    """Return hold(x, th, w, t, p, i, width): what acts evenly over a step of lane i.
 
     Gain on the drive's force; force on the cart, N; what is added to the cart's dry friction, N,
     and to its viscous friction, N s/m.
@@ -148,6 +154,7 @@ def compose_held() -> Callable[..., Any]:
         Form.GAIN: "gain *= {}(x, {})",
         Form.TIMED_FORCE: "force += {}(t, {})",
         Form.TIMED_FRICTION: "level, drag = {}(t, {}); dry += level; viscous += drag",
+        Form.STATE_FRICTION: "dry += {}(th, w, {})",
     }
     lines, effects = ["gain, force, dry, viscous = 1.0, 0.0, 0.0, 0.0"], []
     for form, line in added.items():
@@ -155,7 +162,7 @@ def compose_held() -> Callable[..., Any]:
             lines.append(line.format(pair[1].name, ", ".join(_list_arguments(pair[1], LANE))))
             effects.append(pair)
     lines.append("return gain, force, dry, viscous")
-    return _compile("hold", "x, t, p, i, width", lines, effects)
+    return _compile("hold", "x, th, w, t, p, i, width", lines, effects)
 
 
 def compose_path_forces() -> Callable[..., Any]:

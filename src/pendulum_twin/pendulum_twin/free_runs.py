@@ -38,7 +38,9 @@ _MECHANICAL = np.array(
     ]
 )
 _COSTLY = np.array([compose.is_costly(e) for e in CATALOGUE])
-_STICKING = np.array([e.form in (Form.DRY, Form.HOLD, Form.TIMED_FRICTION) for e in CATALOGUE])
+_STICKING = np.array(
+    [e.form in (Form.DRY, Form.HOLD, Form.TIMED_FRICTION, Form.STATE_FRICTION) for e in CATALOGUE]
+)
 _MEASURING = [(k, e) for k, e in enumerate(CATALOGUE) if e.form is Form.MEASURE]
 _FILTERING = [(k, e) for k, e in enumerate(CATALOGUE) if e.form in (Form.FILTER, Form.CLOCK)]
 _REPORTING = [(k, e) for k, e in enumerate(CATALOGUE) if e.form is Form.REPORT]

@@ -183,9 +183,10 @@ def _hold_effects(p, i, width, step, viscous):
     viscous: N s/m; the cart's viscous friction without effects.
     """
     h = p[H * width + i]
-    half_way = 0.5 * h * p[V * width + i]
-    x = p[X * width + i] + half_way
-    gain, force, dry, drag = sum_held_effects(x, (step + 0.5) * h, p, i, width)
+    x, th, v, w = _get_four(p, X, i, width)
+    half_way = 0.5 * h * v
+    x, th = x + half_way, th + 0.5 * h * w
+    gain, force, dry, drag = sum_held_effects(x, th, w, (step + 0.5) * h, p, i, width)
     force += sum_path_forces(PATH, half_way, p, i, width)
     p[FORCE * width + i] = p[FORCE * width + i] * gain + force
     p[X_BEFORE * width + i] = p[X * width + i]

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from pendulum_bridge.emulator.drive import make_drive
+from pendulum_bridge.emulator.laws import make_cart_load_friction
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.emulator.sensors import Encoders, Sensors, distort_positions
@@ -141,6 +142,18 @@ def test_friction_that_warms_away_brakes_less_and_less(apart: Rig) -> None:
     sizes = {"level_n": 0.0, "viscous_n_s_m": 1.5, "time_constant_s": 0.5}
     wet = driven(apart, {"friction_warming": sizes}, 1.0, start=begin).truth
     assert wet[2] == pytest.approx(2.0 * math.exp(-1.5 * warm_s / MASS), abs=1e-4)
+
+
+@pytest.mark.parametrize(("th", "w"), [(math.pi, 0.0), (math.pi, 12.0), (0.0, 12.0)])
+def test_a_whirling_pole_presses_where_it_hangs_and_lifts_where_it_stands(
+    th: float, w: float, nominal: Rig
+) -> None:
+    level = make_cart_load_friction(nominal, 0.1).level
+    moment, step_s = nominal.total_mass_kg * (nominal.com_distance_m or 0.0), 1e-4
+    assert level is not None
+    level(0.0, 0.0, th, 0.0, w)
+    load = nominal.total_mass_kg * 9.81 - moment * w * w * math.cos(th)
+    assert level(step_s, 0.0, th + step_s * w, 0.0, w) == pytest.approx(0.1 * load, rel=2e-3)
 
 
 def test_bristles_bend_before_they_slip(apart: Rig) -> None:

@@ -127,9 +127,10 @@ def test_torques_on_the_pole(name, parameters, start, torque_n_m, apart: Rig) ->
     assert change * INERTIA == pytest.approx(torque_n_m, rel=5e-3, abs=1e-6) and abs(pushed) < 1e-6
 
 
-def test_friction_under_load_grows_with_the_poles_rate(nominal: Rig) -> None:
-    level = BY_NAME["load_friction"].make(nominal, share=0.5).level
-    assert level is not None and level(0, 0, 0, 1.0, 10.0) == pytest.approx(0.5 * MOMENT * 100)
+def test_a_cart_is_fanned_by_the_pole_and_by_nothing_else(nominal: Rig) -> None:
+    push = BY_NAME["fanned_cart"].make(nominal, n_s2_per_m=0.5).push
+    assert push is not None and push(0, 0, 0, 0.4, -10.0) == pytest.approx(-2.0)
+    assert push(0, 0, 0, 0.4, 0.0) == push(0, 0, 0, 0.0, 10.0) == 0.0
 
 
 def test_hysteresis_springs_back_and_then_drags(nominal: Rig) -> None:

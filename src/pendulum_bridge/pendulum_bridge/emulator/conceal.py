@@ -150,14 +150,13 @@ TABLE: tuple[Concealable, ...] = (
         {"level_n": (0.3, 0.8), "viscous_n_s_m": (1.0, 3.0), "time_constant_s": (8.0, 20.0)},
         shapes=("time_constant_s",),
     ),
-    # bristles without damping let the cart tremble for longer than a swing-down waits
     Concealable(
         "cart_presliding_friction",
         "cart friction",
         {"level_n": (0.25, 0.8), "distance_m": (0.002, 0.006)},
         shapes=("distance_m",),
-        rests=False,
     ),
+    Concealable("cart_load_friction", "cart friction", {"coefficient": (0.04, 0.12)}),
 )
 # Entries that were there first: a seed orders them by a single draw. Later entries are put between
 # them, each by a draw of its own, so that most seeds conceal what they always concealed.

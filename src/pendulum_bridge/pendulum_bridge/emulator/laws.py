@@ -115,6 +115,25 @@ def make_friction_warming(
     )
 
 
+def make_cart_load_friction(rig: Rig, coefficient: float) -> Extra:
+    """Return dry friction by the load on the guide: the weight, less what lifts the pole.
+
+    The pole's centre of mass goes up and down; its speed is differentiated from step to step.
+    """
+    moment = rig.total_mass_kg * (rig.com_distance_m or 0.0)
+    rising, lifting_n, last_s = 0.0, 0.0, -1.0
+
+    def level(t: float, x: float, th: float, v: float, w: float) -> float:
+        nonlocal rising, lifting_n, last_s
+        now = -moment * math.sin(th) * w
+        if last_s >= 0.0 and t > last_s:
+            lifting_n = (now - rising) / (t - last_s)
+        rising, last_s = now, t
+        return coefficient * abs(rig.total_mass_kg * rig.gravity_m_s2 + lifting_n)
+
+    return Extra(level=level)
+
+
 def make_cart_presliding_friction(rig: Rig, level_n: float, distance_m: float) -> Extra:
     """Return the push of bristles that bend by distance_m at most before they slip.
 
@@ -145,6 +164,7 @@ LISTED: dict[str, Callable[..., Extra]] = {
     "force_ripple": make_force_ripple,
     "periodic_force": make_periodic_force,
     "friction_warming": make_friction_warming,
+    "cart_load_friction": make_cart_load_friction,
     "cart_presliding_friction": make_cart_presliding_friction,
     "sample_period_error": make_sample_period_error,
 }

@@ -27,7 +27,7 @@ EVERYDAY = (
     "gain_along_rail",
     "gain_falling_with_speed",
     "supply_ripple",
-    "load_friction",
+    "fanned_cart",
     "leaning_guide",
     "dragged_cable",
     "hanging_cable",

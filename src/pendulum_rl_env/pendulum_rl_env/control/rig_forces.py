@@ -44,7 +44,7 @@ class Forces(NamedTuple):
 @compiled
 def _sum_forces(x, th, v, w, way, theta):  # type: ignore[no-untyped-def]
     gain, force, torque, cart_dry, pole_dry = sum_measured_laws(theta, x, v, th, w, 0.0, 0.0)
-    held_gain, held_force, held_dry, drag = sum_held_effects(x, 0.0, theta, 0, 1)
+    held_gain, held_force, held_dry, drag = sum_held_effects(x, th, w, 0.0, theta, 0, 1)
     gain *= held_gain
     applied = force + held_force - drag * v, torque, cart_dry + held_dry, pole_dry
     push, turn, coupling = sum_forces((x, th, v, w), applied, theta, 0, 1, ALL_LAWS)

@@ -49,6 +49,9 @@ class Form(Enum):
     # force on the cart in N that follows its path, held over a step; 0 where the path begins:
     # law(force, move, *parameters) -> force after a move of so many m
     PATH_FORCE = "path_force"
+    # level of dry friction of the cart in N, at least 0, held over a step:
+    # law(th, w, *constants, *parameters) -> level
+    STATE_FRICTION = "state_friction"
     # whether the whole state stands still: law(force, v, w, *parameters) -> bool
     HOLD = "hold"
     # true state to measured state: law(x, v, th, w, t, *parameters) -> (x, v, th, w)

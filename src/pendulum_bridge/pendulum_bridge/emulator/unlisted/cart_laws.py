@@ -23,10 +23,9 @@ def make_half_rail_friction(rig: Rig, level_n: float, from_m: float) -> Extra:
     return Extra(level=lambda t, x, th, v, w: level_n if x > from_m else 0.0)
 
 
-def make_load_friction(rig: Rig, share: float) -> Extra:
-    """Add dry friction in proportion to the pole's centrifugal force on its bearing."""
-    moment = rig.total_mass_kg * (rig.com_distance_m or 0.0)
-    return Extra(level=lambda t, x, th, v, w: share * moment * w * w)
+def make_fanned_cart(rig: Rig, n_s2_per_m: float) -> Extra:
+    """Brake the cart in proportion to its speed and to the pole's rate: by air that it stirs."""
+    return Extra(push=lambda t, x, th, v, w: -n_s2_per_m * abs(w) * v)
 
 
 def make_drag_chain(rig: Rig, n_per_m3: float) -> Extra:

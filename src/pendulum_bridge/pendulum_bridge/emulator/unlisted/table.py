@@ -13,10 +13,10 @@ from pendulum_bridge.emulator.unlisted.cart_laws import (
     make_drag_chain,
     make_dragged_cable,
     make_draught,
+    make_fanned_cart,
     make_half_rail_friction,
     make_hanging_cable,
     make_leaning_guide,
-    make_load_friction,
     make_magnetic_brake,
     make_warming_friction,
 )
@@ -108,7 +108,7 @@ TABLE: tuple[Unlisted, ...] = (
         {"level_n": (0.5, 1.2), "from_m": (-0.1, 0.1)},
         shapes=("from_m",),
     ),
-    Unlisted(make_load_friction, "cart", ("pole_rate", "cart_velocity"), {"share": (0.5, 1.2)}),
+    Unlisted(make_fanned_cart, "cart", ("pole_rate", "cart_velocity"), {"n_s2_per_m": (0.3, 0.8)}),
     Unlisted(make_drag_chain, "cart", ("cart_position",), {"n_per_m3": (10.0, 30.0)}),
     Unlisted(
         make_hanging_cable,
