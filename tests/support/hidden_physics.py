@@ -20,6 +20,7 @@ HIDDEN: dict[str, dict[str, float]] = {
     "input_sign_inverted": {},
     "input_delay": {"delay_s": 0.023},
     "input_dead_zone": {"width": 0.04},
+    "coarse_command": {"step": 0.05},
     "input_saturation": {"limit": 0.35},
     "soft_saturation": {"limit": 0.6},
     "gain_asymmetry": {"ratio": 0.06},

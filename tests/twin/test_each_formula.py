@@ -67,6 +67,12 @@ def test_input_saturation():
     check_same_motion({"input_saturation": {"limit": 0.2}}, np.clip(COMMAND, -0.2, 0.2))
 
 
+def test_coarse_command():
+    steps = np.floor(COMMAND / 0.07 + 0.5)
+    assert len(np.unique(steps)) > 5
+    check_same_motion({"coarse_command": {"step": 0.07}}, 0.07 * steps)
+
+
 def test_gain_asymmetry():
     check_same_motion(
         {"gain_asymmetry": {"ratio": 0.1}}, np.where(COMMAND > 0, 1.1, 0.9) * COMMAND

@@ -174,6 +174,13 @@ def test_a_drive_that_bends_gives_small_commands_whole_and_no_more_than_its_limi
     )
 
 
+def test_a_drive_that_counts_gives_whole_steps() -> None:
+    stage = make_drive({"coarse_command": {"step": 0.05}}, 0.01)
+    assert [stage(u) for u in (0.02, 0.03, -0.07, -0.08, 0.5)] == pytest.approx(
+        [0.0, 0.05, -0.05, -0.1, 0.5]
+    )
+
+
 def test_an_unbalanced_pole_hangs_beside_its_line(nominal: Rig) -> None:
     still = driven(nominal, {"pole_imbalance": {"angle_rad": 0.1}}, 1.0)
     assert still.sample == pytest.approx([0.0, math.pi - 0.1, 0.0, 0.0], abs=1e-9)

@@ -157,6 +157,7 @@ TABLE: tuple[Concealable, ...] = (
         shapes=("distance_m",),
     ),
     Concealable("cart_load_friction", "cart friction", {"coefficient": (0.04, 0.12)}),
+    Concealable("coarse_command", "command steps", {"step": (0.04, 0.08)}),
 )
 # Entries that were there first: a seed orders them by a single draw. Later entries are put between
 # them, each by a draw of its own, so that most seeds conceal what they always concealed.

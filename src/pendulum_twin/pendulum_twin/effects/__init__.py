@@ -19,6 +19,7 @@ from pendulum_twin.effects import (
     cart_saturating_friction,
     cart_sign_inverted,
     cart_stribeck_friction,
+    coarse_command,
     cogging,
     eccentric_encoder,
     encoder_slip,
@@ -53,6 +54,7 @@ from pendulum_twin.user_effects import load_or_stop
 BUILT_IN: tuple[Effect, ...] = (
     input_sign_inverted.EFFECT,
     input_delay.EFFECT,
+    coarse_command.EFFECT,
     input_dead_zone.EFFECT,
     input_saturation.EFFECT,
     soft_saturation.EFFECT,

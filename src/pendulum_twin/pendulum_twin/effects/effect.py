@@ -96,6 +96,7 @@ class Parameter:
     least: distance from neutral below which a size means nothing, for the simulation is no finer.
     rounding: the same in standard deviations of the pole's sensor: an encoder's zero lies anywhere
         within a step of its counts.
+    jumps: share of its value to which a fit tells the parameter, because a run jumps with it.
     located: True for an instant that is read off the recording, to a sample, and not fitted: a
         run jumps with it.
     delays: True for a time, s, by which the motion follows the command later.
@@ -116,6 +117,7 @@ class Parameter:
     fewest: float = -math.inf
     least: float = 0.0
     rounding: float = 0.0
+    jumps: float = 0.0
     located: bool = False
     delays: bool = False
     holds: bool = False

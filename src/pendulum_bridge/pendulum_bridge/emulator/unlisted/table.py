@@ -21,10 +21,10 @@ from pendulum_bridge.emulator.unlisted.cart_laws import (
     make_warming_friction,
 )
 from pendulum_bridge.emulator.unlisted.drive_laws import (
+    make_crossover_amplifier,
     make_gain_along_rail,
     make_gain_falling_with_speed,
     make_recovering_battery,
-    make_stepped_amplifier,
     make_supply_ripple,
 )
 from pendulum_bridge.emulator.unlisted.extra import Extra
@@ -147,7 +147,13 @@ TABLE: tuple[Unlisted, ...] = (
         {"ratio": (0.05, 0.12), "period_s": (8.0, 20.0), **PHASE_SIZES},
         shapes=WAVE_SHAPES,
     ),
-    Unlisted(make_stepped_amplifier, "command", ("command",), {"step": (0.04, 0.08)}),
+    Unlisted(
+        make_crossover_amplifier,
+        "command",
+        ("command",),
+        {"share": (0.5, 0.8), "width": (0.1, 0.2)},
+        shapes=("width",),
+    ),
     Unlisted(
         make_recovering_battery,
         "command",

@@ -39,12 +39,12 @@ def find_wave(balance: Balance, factor: Floats, values: Floats, tried: Floats) -
     """
     rows = slice(None, None, -(-len(balance.lacking) // MOST_ROWS))
     own = np.linalg.qr(balance.turned[rows])[0]
-    lacking = _take_out(own, balance.lacking[rows])
+    lacking = take_out(own, balance.lacking[rows])
     best, gain = Wave(float(tried[0]), 0.0, 0.0), -1.0
     for wavenumber in tried.tolist():
         phase = wavenumber * values
         columns = factor[:, None] * np.stack([np.sin(phase), np.cos(phase)], axis=1)
-        filtered = _take_out(own, balance.sieve(columns)[rows])
+        filtered = take_out(own, balance.sieve(columns)[rows])
         weights = np.linalg.lstsq(filtered, lacking, rcond=None)[0]
         explained = float(lacking @ filtered @ weights)
         if explained > gain:
@@ -54,7 +54,7 @@ def find_wave(balance: Balance, factor: Floats, values: Floats, tried: Floats) -
     return best
 
 
-def _take_out(basis: Floats, columns: Floats) -> Floats:
+def take_out(basis: Floats, columns: Floats) -> Floats:
     """Return columns (rows, ...) without what an orthonormal basis (rows, k) explains."""
     rest: Floats = columns - basis @ (basis.T @ columns)
     return rest
