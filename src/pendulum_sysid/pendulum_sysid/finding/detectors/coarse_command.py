@@ -52,11 +52,14 @@ def read_step(case: Case, theta: Floats) -> tuple[Reading, ...]:
 def _compute_rounding(case: Case, theta: Floats, step: float) -> Floats:
     """Return what the rounding adds to the command around each sample, (n,)."""
     command, period_s = case.signals.command, case.signals.period_s
-    added = step * np.floor(command / step + 0.5) - command  # the effect's law, of an array
+    added: Floats = (
+        step * np.floor(command / step + 0.5) - command
+    )  # the effect's law, of an array
     late = sum(float(theta[SLOTS[name].start]) for name in ("input_delay", "motor_lag"))
-    at = np.arange(len(added)) - late / period_s
+    at: Floats = np.arange(len(added), dtype=np.float64) - late / period_s
     # the mean of the periods before and after a sample, as late as the twin's command
-    return 0.5 * (_take_held(added, at) + _take_held(added, at - 1.0))
+    around: Floats = 0.5 * (_take_held(added, at) + _take_held(added, at - 1.0))
+    return around
 
 
 def _take_held(values: Floats, at: Floats) -> Floats:
