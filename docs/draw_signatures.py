@@ -46,6 +46,7 @@ OVER_POSITION = (
     "force_ripple",
     "rail_spring",
     "rail_friction_patch",
+    "rail_drag_patch",
     "cogging",
     "rail_tilt",
     "position_scale",

@@ -38,6 +38,7 @@ HIDDEN: dict[str, dict[str, float]] = {
     "rail_tilt": {"angle_rad": 0.008},
     "rail_spring": {"n_per_m": 1.0, "centre_m": 0.1},
     "rail_friction_patch": {"level_n": 0.8, "centre_m": 0.05, "width_m": 0.05},
+    "rail_drag_patch": {"n_s_per_m": 4.0, "centre_m": 0.05, "width_m": 0.08},
     "cogging": {"amplitude_n": 0.3, "period_m": 0.12, "phase_rad": 1.0},
     "periodic_force": {"amplitude_n": 0.3, "frequency_hz": 4.3, "phase_rad": 0.7},
     "pole_coulomb_friction": {"level_n_m": 0.001},

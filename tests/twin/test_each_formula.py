@@ -325,6 +325,13 @@ def test_rail_friction_patch():
         )
 
 
+@pytest.mark.parametrize(("x", "v"), [(0.2, 1.0), (0.3, -0.5), (0.9, 1.0)])
+def test_rail_drag_patch(x, v):
+    patch = {"rail_drag_patch": {"n_s_per_m": 3.0, "centre_m": 0.2, "width_m": 0.1}}
+    force = MASS * compute_acceleration(patch, (x, np.pi, v, 0.0))[0]
+    assert force == pytest.approx(-3.0 * v * np.exp(-(((x - 0.2) / 0.1) ** 2)), abs=1e-3)
+
+
 def test_pole_imbalance():
     """The twin's angle is that of the centre of mass, which hangs straight down."""
     states = run(

@@ -156,6 +156,14 @@ def test_a_whirling_pole_presses_where_it_hangs_and_lifts_where_it_stands(
     assert level(step_s, 0.0, th + step_s * w, 0.0, w) == pytest.approx(0.1 * load, rel=2e-3)
 
 
+@pytest.mark.parametrize("x", [0.05, 0.1, -0.2])
+def test_a_brake_beside_the_rail_takes_speed_where_it_is(x: float, apart: Rig) -> None:
+    effects = {"rail_drag_patch": {"n_s_per_m": 4.0, "centre_m": 0.05, "width_m": 0.1}}
+    braked = driven(apart, effects, 0.01, start=(x, math.pi, 0.3, 0.0)).truth[2] - 0.3
+    lost = 0.01 * 0.3 * 4.0 * math.exp(-(((x + 0.0015 - 0.05) / 0.1) ** 2)) / MASS
+    assert braked == pytest.approx(-lost, rel=5e-2, abs=1e-6)
+
+
 def test_bristles_bend_before_they_slip(apart: Rig) -> None:
     """Half of the level bends them by the logarithm of 2; beyond the level the cart slides."""
     effects = {"cart_presliding_friction": {"level_n": 0.8, "distance_m": 0.004}}

@@ -106,6 +106,8 @@ def accelerations(
         ("half_rail_friction", {"level_n": 0.7, "from_m": 0.1}, (0.2, 0, -1.0, 0), 0.0, 0, 0.7),
         ("half_rail_friction", {"level_n": 0.7, "from_m": 0.1}, (0.05, 0, -1.0, 0), 0.0, 0, 0.0),
         ("drag_chain", {"n_per_m3": 20.0}, (-0.5, 0, 0, 0), 0.0, 0, 2.5),
+        ("outward_brake", {"n_s_per_m": 2.0}, (-0.3, 0, -1.0, 0), 0.0, 0, 2.0),
+        ("outward_brake", {"n_s_per_m": 2.0}, (-0.3, 0, 1.0, 0), 0.0, 0, 0.0),
         ("hanging_cable", {"n_s_per_m2": 2.0}, (0.3, 0, 1.5, 0), 0.0, 0, -0.9),
     ],
 )

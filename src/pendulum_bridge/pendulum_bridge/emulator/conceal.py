@@ -158,6 +158,12 @@ TABLE: tuple[Concealable, ...] = (
     ),
     Concealable("cart_load_friction", "cart friction", {"coefficient": (0.04, 0.12)}),
     Concealable("coarse_command", "command steps", {"step": (0.04, 0.08)}),
+    Concealable(
+        "rail_drag_patch",
+        "drag patch",
+        {"n_s_per_m": (3.0, 8.0), "centre_m": (-0.1, 0.1), "width_m": (0.05, 0.12)},
+        shapes=("centre_m", "width_m"),
+    ),
 )
 # Entries that were there first: a seed orders them by a single draw. Later entries are put between
 # them, each by a draw of its own, so that most seeds conceal what they always concealed.

@@ -115,6 +115,15 @@ def make_friction_warming(
     )
 
 
+def make_rail_drag_patch(rig: Rig, n_s_per_m: float, centre_m: float, width_m: float) -> Extra:
+    """Return a brake near one place whose drag grows with the speed: magnets beside the rail."""
+
+    def push(t: float, x: float, th: float, v: float, w: float) -> float:
+        return -n_s_per_m * v / math.exp(((x - centre_m) / width_m) ** 2)
+
+    return Extra(push=push)
+
+
 def make_cart_load_friction(rig: Rig, coefficient: float) -> Extra:
     """Return dry friction by the load on the guide: the weight, less what lifts the pole.
 
@@ -164,6 +173,7 @@ LISTED: dict[str, Callable[..., Extra]] = {
     "force_ripple": make_force_ripple,
     "periodic_force": make_periodic_force,
     "friction_warming": make_friction_warming,
+    "rail_drag_patch": make_rail_drag_patch,
     "cart_load_friction": make_cart_load_friction,
     "cart_presliding_friction": make_cart_presliding_friction,
     "sample_period_error": make_sample_period_error,

@@ -23,7 +23,7 @@ SHARE = 0.1
 EVERYDAY = (
     "wobbling_disc",
     "pulley_runout",
-    "magnetic_brake",
+    "outward_brake",
     "gain_along_rail",
     "gain_falling_with_speed",
     "supply_ripple",

@@ -38,11 +38,9 @@ def make_hanging_cable(rig: Rig, n_s_per_m2: float) -> Extra:
     return Extra(push=lambda t, x, th, v, w: -n_s_per_m2 * x * v)
 
 
-def make_magnetic_brake(rig: Rig, n_s_per_m: float, centre_m: float, width_m: float) -> Extra:
-    """Brake the cart in proportion to its speed near one place: an eddy brake."""
-    return Extra(
-        push=lambda t, x, th, v, w: -n_s_per_m * math.exp(-(((x - centre_m) / width_m) ** 2)) * v
-    )
+def make_outward_brake(rig: Rig, n_s_per_m: float) -> Extra:
+    """Brake the cart in proportion to its speed while it goes away from the middle."""
+    return Extra(push=lambda t, x, th, v, w: -n_s_per_m * v if x * v > 0.0 else 0.0)
 
 
 def make_dragged_cable(rig: Rig, n_per_m: float, width_m: float) -> Extra:

@@ -17,7 +17,7 @@ from pendulum_bridge.emulator.unlisted.cart_laws import (
     make_half_rail_friction,
     make_hanging_cable,
     make_leaning_guide,
-    make_magnetic_brake,
+    make_outward_brake,
     make_warming_friction,
 )
 from pendulum_bridge.emulator.unlisted.drive_laws import (
@@ -162,11 +162,10 @@ TABLE: tuple[Unlisted, ...] = (
         shapes=("time_s",),
     ),
     Unlisted(
-        make_magnetic_brake,
+        make_outward_brake,
         "cart",
         ("cart_position", "cart_velocity"),
-        {"n_s_per_m": (3.0, 8.0), "centre_m": (-0.1, 0.1), "width_m": (0.05, 0.12)},
-        shapes=("centre_m", "width_m"),
+        {"n_s_per_m": (0.8, 2.0)},
     ),
     Unlisted(
         make_dragged_cable,

@@ -168,7 +168,8 @@ def list_cart_terms(along: Motion, period_s: float) -> list[tuple[str, Floats]]:
         ("rail_tilt", np.ones_like(x)),
         ("rail_spring", x),
         *(
-            ("rail_friction_patch", sign * np.exp(-(((x - middle) / travel - f) ** 2) / 0.3**2))
+            (name, column * np.exp(-(((x - middle) / travel - f) ** 2) / 0.3**2))
+            for name, column in (("rail_friction_patch", sign), ("rail_drag_patch", v))
             for f in PLACES
         ),
     ]
