@@ -46,6 +46,7 @@ HIDDEN: dict[str, dict[str, float]] = {
     "pole_spring": {"n_m_per_rad": 0.002},
     "angle_offset": {"angle_rad": 0.03},
     "eccentric_encoder": {"sine_rad": 0.03, "cosine_rad": -0.02},
+    "eccentric_pulley": {"ratio": 0.1, "period_m": 0.2, "phase_rad": 0.7},
     "encoder_slip": {"angle_rad": 0.05, "time_s": 17.295},
     "angle_scale": {"ratio": 0.02},
     "position_scale": {"ratio": -0.03},

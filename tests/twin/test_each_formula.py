@@ -353,6 +353,21 @@ def test_eccentric_encoder():
     np.testing.assert_allclose(shown[:, [0, 2]], true[:, [0, 2]], atol=1e-11)
 
 
+def test_eccentric_pulley():
+    pulley = {"eccentric_pulley": {"ratio": 0.2, "period_m": 0.15, "phase_rad": 0.4}}
+    true = run(THESIS, COMMAND, {}, START)
+    turn = 2 * np.pi / 0.15
+
+    def show(states):
+        shown = states.copy()
+        shown[:, X] += 0.2 / turn * np.sin(turn * states[:, X] + 0.4)
+        shown[:, V] *= 1.0 + 0.2 * np.cos(turn * states[:, X] + 0.4)
+        return shown
+
+    start = tuple(show(np.array([START]))[0])
+    np.testing.assert_allclose(run(THESIS, COMMAND, pulley, start), show(true), atol=1e-9)
+
+
 def test_encoder_slip():
     slipped = run(THESIS, COMMAND, {"encoder_slip": {"angle_rad": 0.2, "time_s": 1.0}}, START)
     true = run(THESIS, COMMAND, {}, START)

@@ -189,6 +189,13 @@ def test_a_drive_that_counts_gives_whole_steps() -> None:
     )
 
 
+def test_a_pulley_off_its_axis_reads_ahead_and_behind_once_a_turn(apart: Rig) -> None:
+    effects = {"eccentric_pulley": {"ratio": 0.2, "period_m": 0.2, "phase_rad": 0.0}}
+    for x, ahead in ((0.05, 0.2), (0.15, -0.2), (0.2, 0.0), (0.25, 0.2)):
+        shown = driven(apart, effects, 0.0, start=(x, math.pi, 0.0, 0.0)).sample[0]
+        assert shown == pytest.approx(x + ahead * 0.2 / math.tau)
+
+
 def test_an_unbalanced_pole_hangs_beside_its_line(nominal: Rig) -> None:
     still = driven(nominal, {"pole_imbalance": {"angle_rad": 0.1}}, 1.0)
     assert still.sample == pytest.approx([0.0, math.pi - 0.1, 0.0, 0.0], abs=1e-9)

@@ -154,9 +154,9 @@ def test_sensors_run_ahead_and_behind(apart: Rig) -> None:
     wobbling = {"wobbling_disc": {"amplitude_rad": 0.05, "phase_rad": 0.3}}
     still = EmulatedRig(Concealed({}, apart, wobbling), encoders=EXACT, start=(0.1, 2.0, 0.0, 0.0))
     assert still.sample[:2] == pytest.approx([0.1, 2.0 + 0.05 * math.sin(4.3)])
-    runout = {"pulley_runout": {"amplitude_m": 0.004, "period_m": 0.2, "phase_rad": 0.0}}
-    still = EmulatedRig(Concealed({}, apart, runout), encoders=EXACT, start=(0.25, 2.0, 0.0, 0.0))
-    assert still.sample[:2] == pytest.approx([0.254, 2.0])
+    kinked = {"kinked_tape": {"per_m": 0.1, "from_m": 0.05}}
+    still = EmulatedRig(Concealed({}, apart, kinked), encoders=EXACT, start=(0.25, 2.0, 0.0, 0.0))
+    assert still.sample[:2] == pytest.approx([0.27, 2.0])
 
 
 def test_a_wandering_clock_comes_back(apart: Rig) -> None:

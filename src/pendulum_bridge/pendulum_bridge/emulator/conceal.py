@@ -164,6 +164,12 @@ TABLE: tuple[Concealable, ...] = (
         {"n_s_per_m": (3.0, 8.0), "centre_m": (-0.1, 0.1), "width_m": (0.05, 0.12)},
         shapes=("centre_m", "width_m"),
     ),
+    Concealable(
+        "eccentric_pulley",
+        "pulley",
+        {"ratio": (0.06, 0.2), "period_m": (0.06, 0.15), "phase_rad": (-3.0, 3.0)},
+        shapes=("period_m", "phase_rad"),
+    ),
 )
 # Entries that were there first: a seed orders them by a single draw. Later entries are put between
 # them, each by a draw of its own, so that most seeds conceal what they always concealed.

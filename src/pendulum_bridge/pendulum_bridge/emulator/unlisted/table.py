@@ -40,7 +40,7 @@ from pendulum_bridge.emulator.unlisted.pole_laws import (
 from pendulum_bridge.emulator.unlisted.sensor_laws import (
     make_bent_rack,
     make_clock_wander,
-    make_pulley_runout,
+    make_kinked_tape,
     make_wobbling_disc,
 )
 from pendulum_twin.errors import BadInputError
@@ -134,11 +134,12 @@ TABLE: tuple[Unlisted, ...] = (
         shapes=("width_rad",),
     ),
     Unlisted(
-        make_pulley_runout,
+        make_kinked_tape,
         "sensor",
         ("cart_position",),
-        {"amplitude_m": (0.003, 0.008), "period_m": (0.15, 0.3), **PHASE_SIZES},
-        shapes=WAVE_SHAPES,
+        {"per_m": (0.06, 0.15), "from_m": (-0.05, 0.05)},
+        both_ways=True,
+        shapes=("from_m",),
     ),
     Unlisted(
         make_clock_wander,
