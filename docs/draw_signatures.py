@@ -46,9 +46,11 @@ OVER_POSITION = (
     "force_ripple",
     "rail_spring",
     "rail_friction_patch",
+    "rail_drag_patch",
     "cogging",
     "rail_tilt",
     "position_scale",
+    "eccentric_pulley",
 )
 OVER_RATE = ("pole_coulomb_friction", "pole_quadratic_drag")
 OVER_TIME = (
@@ -112,7 +114,7 @@ def draw(effect: Effect, base: Twin) -> None:
     (grey, t, command), (blue, _, _) = run(without), run(with_it)
     force, counts = measure_force(blue, command, without)
     joint = 1 if effect.place in (Place.POLE, Place.SENSOR) else 0
-    if effect.name in ("cart_sign_inverted", "position_scale", "sensor_delay"):
+    if effect.name in ("cart_sign_inverted", "position_scale", "eccentric_pulley", "sensor_delay"):
         joint = 0
     variable, label = choose_variable(effect, blue, t, command)
     figure, (left, middle, right) = plt.subplots(1, 3, figsize=(9.6, 2.3), layout="constrained")

@@ -67,6 +67,12 @@ def test_input_saturation():
     check_same_motion({"input_saturation": {"limit": 0.2}}, np.clip(COMMAND, -0.2, 0.2))
 
 
+def test_coarse_command():
+    steps = np.floor(COMMAND / 0.07 + 0.5)
+    assert len(np.unique(steps)) > 5
+    check_same_motion({"coarse_command": {"step": 0.07}}, 0.07 * steps)
+
+
 def test_gain_asymmetry():
     check_same_motion(
         {"gain_asymmetry": {"ratio": 0.1}}, np.where(COMMAND > 0, 1.1, 0.9) * COMMAND
@@ -192,6 +198,56 @@ def test_periodic_force():
     np.testing.assert_allclose(states[:, V], gained, atol=1e-6)
 
 
+def test_presliding_friction_bends_before_it_slips():
+    """Below its level the cart comes to rest where spring and push balance; beyond, it slides."""
+    level_n, distance_m = 0.8, 0.004
+    friction = {"cart_presliding_friction": {"level_n": level_n, "distance_m": distance_m}}
+    damped = replace(SLIDING_CART, cart_viscous_n_s_m=30.0)
+    pushed = np.full(300, 0.5 * level_n / GAIN)
+    states = run(damped, pushed, friction)
+    assert states[-1, X] == pytest.approx(distance_m * np.log(2.0), rel=1e-3)
+    assert abs(states[-1, V]) < 1e-6
+    # let go, the contact springs back, and keeps a part of the way
+    back = run(damped, np.where(T < 2.0, pushed, 0.0), friction)[-1, X]
+    # dF/dx on the way back is (level - F) / distance: from -level/2 to 0
+    assert back == pytest.approx(distance_m * (np.log(2.0) - np.log(1.5)), rel=5e-3)
+    # far from any reversal it is dry friction of that level
+    sliding = run(SLIDING_CART, np.full(300, 2.0 * level_n / GAIN), friction)
+    assert np.diff(sliding[-20:, V]) / 0.01 == pytest.approx(level_n / MASS, rel=1e-6)
+
+
+def test_stiff_presliding_friction_is_bounded():
+    """The stiffest contact of the range stays within its level."""
+    friction = {"cart_presliding_friction": {"level_n": 5.0, "distance_m": 1e-5}}
+    states = run(THESIS, COMMAND, friction, START)
+    free = run(THESIS, COMMAND, {}, START)
+    assert np.all(np.isfinite(states))
+    assert np.max(np.abs(states[:, X])) < np.max(np.abs(free[:, X])) + 0.1
+
+
+@pytest.mark.parametrize(("th", "w"), [(np.pi, 0.0), (np.pi, 12.0), (0.0, 12.0), (1.0, -5.0)])
+def test_load_friction(th, w):
+    """A pole that hangs and whirls presses, one that whirls upright lifts."""
+    friction, state = {"cart_load_friction": {"coefficient": 0.1}}, (0.0, th, 1.0, w)
+    held, free = (compute_acceleration(e, state, rig=THESIS) for e in (friction, {}))
+    mass, moment = THESIS.total_mass_kg, THESIS.total_mass_kg * THESIS.com_distance_m
+    turning = moment * 9.81 * np.sin(th) / THESIS.pole_inertia_kg_m2
+    load = mass * 9.81 - moment * (w**2 * np.cos(th) + turning * np.sin(th))
+    # the pole is moved along, which makes the cart lighter
+    lighter = mass - (moment * np.cos(th)) ** 2 / THESIS.pole_inertia_kg_m2
+    assert (held - free)[0] * lighter == pytest.approx(-0.1 * load, rel=2e-3)
+
+
+def test_load_friction_holds_a_cart_on_which_the_pole_hangs():
+    push_n = 0.09 * THESIS.total_mass_kg * 9.81
+    states = run(
+        THESIS,
+        np.full(100, push_n / THESIS.force_per_pwm_n),
+        {"cart_load_friction": {"coefficient": 0.1}},
+    )
+    assert not np.any(states[:, [X, V]])
+
+
 def test_friction_warming():
     """Without a command a sliding cart is braked by what has not warmed away yet."""
     grease = {"level_n": 0.1, "viscous_n_s_m": 0.0, "time_constant_s": 1.5}
@@ -269,6 +325,13 @@ def test_rail_friction_patch():
         )
 
 
+@pytest.mark.parametrize(("x", "v"), [(0.2, 1.0), (0.3, -0.5), (0.9, 1.0)])
+def test_rail_drag_patch(x, v):
+    patch = {"rail_drag_patch": {"n_s_per_m": 3.0, "centre_m": 0.2, "width_m": 0.1}}
+    force = MASS * compute_acceleration(patch, (x, np.pi, v, 0.0))[0]
+    assert force == pytest.approx(-3.0 * v * np.exp(-(((x - 0.2) / 0.1) ** 2)), abs=1e-3)
+
+
 def test_pole_imbalance():
     """The twin's angle is that of the centre of mass, which hangs straight down."""
     states = run(
@@ -288,6 +351,21 @@ def test_eccentric_encoder():
     np.testing.assert_allclose(shown[:, 1], th + 0.1 * np.sin(th) - 0.05 * np.cos(th), atol=1e-10)
     np.testing.assert_allclose(shown[:, 3], w * slope, atol=1e-9)
     np.testing.assert_allclose(shown[:, [0, 2]], true[:, [0, 2]], atol=1e-11)
+
+
+def test_eccentric_pulley():
+    pulley = {"eccentric_pulley": {"ratio": 0.2, "period_m": 0.15, "phase_rad": 0.4}}
+    true = run(THESIS, COMMAND, {}, START)
+    turn = 2 * np.pi / 0.15
+
+    def show(states):
+        shown = states.copy()
+        shown[:, X] += 0.2 / turn * np.sin(turn * states[:, X] + 0.4)
+        shown[:, V] *= 1.0 + 0.2 * np.cos(turn * states[:, X] + 0.4)
+        return shown
+
+    start = tuple(show(np.array([START]))[0])
+    np.testing.assert_allclose(run(THESIS, COMMAND, pulley, start), show(true), atol=1e-9)
 
 
 def test_encoder_slip():

@@ -16,6 +16,8 @@ COMMAND = 0.3 * np.sin(4.0 * T) + 0.1 * np.sin(11.0 * T)
 START = (0.0, 2.5, 0.1, 0.0)
 DRAG = {"cart_quadratic_drag": {"n_s2_m2": 3.0}, "pole_spring": {"n_m_per_rad": 0.01}}
 RIPPLE = {"force_ripple": {"ratio": 0.2, "period_m": 0.3, "phase_rad": 0.5}}
+PRESLIDING = {"cart_presliding_friction": {"level_n": 0.5, "distance_m": 0.02}}
+LOAD = {"cart_load_friction": {"coefficient": 0.01}}  # too weak to hold the cart
 INSIDE = slice(5, -5)  # where accelerations are central differences
 
 
@@ -26,10 +28,11 @@ def move(effects):
     return recording(COMMAND, PERIOD_S), states, accelerations
 
 
+WOBBLE = {"eccentric_encoder": {"sine_rad": 0.1, "cosine_rad": 0.1}}
+
+
 @pytest.mark.parametrize(
-    "effects",
-    [{}, DRAG, {"eccentric_encoder": {"sine_rad": 0.1, "cosine_rad": 0.1}}, RIPPLE],
-    ids=["base model", "drag and spring", "a sensor whose error bends", "a gain along the rail"],
+    "effects", [{}, DRAG, WOBBLE, RIPPLE, PRESLIDING, LOAD], ids=lambda effects: "+".join(effects)
 )
 def test_a_twins_own_motion_lacks_nothing(effects):
     signals, states, accelerations = move(effects)

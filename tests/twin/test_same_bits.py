@@ -7,6 +7,7 @@ import pytest
 from support.twin_rigs import CART_ALONE, POLE_ALONE, THESIS, recording, run, wild_command
 
 from pendulum_twin import kernel
+from pendulum_twin.compose import PATHS
 from pendulum_twin.free_runs import run_drive, run_freely, run_mechanics
 from pendulum_twin.model import Twin
 from pendulum_twin.motion import ALL_LAWS, NO_LAWS, PLAIN_LAWS
@@ -37,6 +38,7 @@ TWINS = {
             "motor_lag": {"time_constant_s": 0.03},
             "cart_stribeck_friction": {"level_n": 0.8, "static_n": 0.4, "velocity_m_s": 0.05},
             "cart_friction_asymmetry": {"ratio": 0.1},
+            "cart_presliding_friction": {"level_n": 0.4, "distance_m": 0.003},
             "cogging": {"amplitude_n": 0.3, "period_m": 0.04, "phase_rad": 1.0},
             "pole_coulomb_friction": {"level_n_m": 0.002},
             "angle_offset": {"angle_rad": 0.05},
@@ -134,6 +136,7 @@ def run_lanes(theta, width, laws, dry):
         zeros,
         zeros,
         starts,
+        np.zeros((3, PATHS)),
         np.tile(theta, (3, 1)),
         1e-3,
         10,

@@ -110,6 +110,7 @@ def _list_fitting_units() -> list[Callable[[], object]]:
     import numpy as np
 
     from pendulum_twin import kernel
+    from pendulum_twin.compose import PATHS
     from pendulum_twin.motion import ALL_LAWS, NO_LAWS, PLAIN_LAWS
     from pendulum_twin.parameter_vector import NEUTRAL
 
@@ -118,9 +119,23 @@ def _list_fitting_units() -> list[Callable[[], object]]:
         theta[:, :4] = 1.0
         first = np.zeros(kernel.WIDTH, dtype=np.int64)
         states, out = np.zeros((kernel.WIDTH, 4)), np.empty((kernel.WIDTH, 2, 4))
+        paths = np.zeros((kernel.WIDTH, PATHS))
         block, drives = (0,) * kernel.WIDTH, np.zeros((1, 10))
         return kernel.integrate_lanes(
-            block, laws, False, None, drives, first, first, first, states, theta, 1e-3, 10, out
+            block,
+            laws,
+            False,
+            None,
+            drives,
+            first,
+            first,
+            first,
+            states,
+            paths,
+            theta,
+            1e-3,
+            10,
+            out,
         )
 
     return [partial(run, laws) for laws in (NO_LAWS, PLAIN_LAWS, ALL_LAWS)]

@@ -20,7 +20,15 @@ from pendulum_twin.parameter_vector import BASE, SLOTS
 # Where the text finds number {word} of theta: of lane i in a block of lanes, or of a lane alone.
 LANE = "p[{word} * width + i]"
 ALONE = "p[{word}]"
-HELD_FORMS = (Form.GAIN, Form.TIMED_FORCE, Form.TIMED_FRICTION)  # that act evenly over a step
+# Forms of what acts evenly over a step.
+HELD_FORMS = (
+    Form.GAIN,
+    Form.TIMED_FORCE,
+    Form.TIMED_FRICTION,
+    Form.STATE_FRICTION,
+    Form.PATH_FORCE,
+)
+PATHS = sum(effect.form is Form.PATH_FORCE for effect in CATALOGUE)
 TRANSCENDENTAL = {"exp", "sin", "cos", "sin_cos", "tanh"}
 
 
@@ -137,7 +145,7 @@ def compose_forces(place: Place) -> Callable[..., Any]:
 
 
 def compose_held() -> Callable[..., Any]:
-    """Return hold(x, t, p, i, width): what acts evenly over a step of lane i.
+    """Return hold(x, th, w, t, p, i, width): what acts evenly over a step of lane i.
 
     Gain on the drive's force; force on the cart, N; what is added to the cart's dry friction, N,
     and to its viscous friction, N s/m.
@@ -146,6 +154,7 @@ def compose_held() -> Callable[..., Any]:
         Form.GAIN: "gain *= {}(x, {})",
         Form.TIMED_FORCE: "force += {}(t, {})",
         Form.TIMED_FRICTION: "level, drag = {}(t, {}); dry += level; viscous += drag",
+        Form.STATE_FRICTION: "dry += {}(th, w, {})",
     }
     lines, effects = ["gain, force, dry, viscous = 1.0, 0.0, 0.0, 0.0"], []
     for form, line in added.items():
@@ -153,7 +162,36 @@ def compose_held() -> Callable[..., Any]:
             lines.append(line.format(pair[1].name, ", ".join(_list_arguments(pair[1], LANE))))
             effects.append(pair)
     lines.append("return gain, force, dry, viscous")
-    return _compile("hold", "x, t, p, i, width", lines, effects)
+    return _compile("hold", "x, th, w, t, p, i, width", lines, effects)
+
+
+def compose_path_forces() -> Callable[..., Any]:
+    """Return total(first, move, p, i, width): forces on the cart after a move, m, of lane i, N.
+
+    first: row of the first force that follows the path; the others lie below it.
+    """
+    effects = _list_effects(Form.PATH_FORCE, tuple(Place))
+    lines = ["total = 0.0", *(f"total += {call}" for call in _call_path_laws(effects))]
+    return _compile("total", "first, move, p, i, width", [*lines, "return total"], effects)
+
+
+def compose_path_following() -> Callable[..., Any]:
+    """Return follow(first, move, p, i, width), which puts the forces after a move into p."""
+    effects = _list_effects(Form.PATH_FORCE, tuple(Place))
+    lines = [
+        f"p[(first + {k}) * width + i] = {call}" for k, call in enumerate(_call_path_laws(effects))
+    ]
+    return _compile("follow", "first, move, p, i, width", ["pass", *lines], effects)
+
+
+def _call_path_laws(effects: list[tuple[int, Effect]]) -> list[str]:
+    """Return the text of a call of each law, from the force that its row of p holds."""
+    calls = []
+    for k, (_, effect) in enumerate(effects):
+        kept = f"p[(first + {k}) * width + i]"
+        arguments = ", ".join([kept, "move", *_list_arguments(effect, LANE)])
+        calls.append(f"{effect.name}({arguments})")
+    return calls
 
 
 def compose_dry_level(place: Place) -> Callable[..., Any]:

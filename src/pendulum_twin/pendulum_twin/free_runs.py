@@ -13,6 +13,7 @@ import numpy as np
 
 from pendulum_twin import compose, kernel
 from pendulum_twin.arrays import Floats, Ints
+from pendulum_twin.compose import PATHS
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Effect, Form
 from pendulum_twin.law_curves import convert_positions
@@ -25,6 +26,7 @@ from pendulum_twin.parameter_vector import (
     find_active_effects,
     list_law_kinds,
 )
+from pendulum_twin.path_forces import follow_recorded_path, have_path_forces
 from pendulum_twin.signals import Signals
 from pendulum_twin.threads import share_among_threads
 
@@ -36,7 +38,9 @@ _MECHANICAL = np.array(
     ]
 )
 _COSTLY = np.array([compose.is_costly(e) for e in CATALOGUE])
-_STICKING = np.array([e.form in (Form.DRY, Form.HOLD, Form.TIMED_FRICTION) for e in CATALOGUE])
+_STICKING = np.array(
+    [e.form in (Form.DRY, Form.HOLD, Form.TIMED_FRICTION, Form.STATE_FRICTION) for e in CATALOGUE]
+)
 _MEASURING = [(k, e) for k, e in enumerate(CATALOGUE) if e.form is Form.MEASURE]
 _FILTERING = [(k, e) for k, e in enumerate(CATALOGUE) if e.form in (Form.FILTER, Form.CLOCK)]
 _REPORTING = [(k, e) for k, e in enumerate(CATALOGUE) if e.form is Form.REPORT]
@@ -91,10 +95,29 @@ def run_driven(
         sub,
         true,
         theta,
+        find_path_forces(signals, theta, set_of, begin),
     )
     times = t[:, None] + signals.period_s * np.arange(samples)
     shown = apply_sensors(true, lane_theta, times, theta)
     return apply_reporting(shown, lane_theta, signals.period_s, theta)
+
+
+def find_path_forces(signals: Signals, theta: Floats, set_of: Ints, begin: Ints) -> Floats:
+    """Return the forces on the cart (N) that follow its path, (runs, PATHS), where runs begin.
+
+    The path is the recorded path until there; a recording begins without force.
+    """
+    out = np.zeros((len(begin), PATHS))
+    if signals.cart is None:
+        return out
+    states = np.zeros((1, len(signals), 4))
+    states[0, :, 0] = signals.cart
+    for k in np.flatnonzero([have_path_forces(twin) for twin in theta]):
+        true = undo_sensors(states, theta[[k]], signals.clock_s)
+        out[set_of == k] = follow_recorded_path(signals, true[0, :, 0], theta[k])[
+            begin[set_of == k]
+        ]
+    return out
 
 
 def run_drive(signals: Signals, theta: Floats) -> tuple[Floats, Ints]:
@@ -171,14 +194,18 @@ def run_mechanics(
     sub: int,
     out: Floats,
     sets: Floats | None = None,
+    path_forces: Floats | None = None,
 ) -> None:
     """Call `kernel.integrate_lanes` with the least code that holds the effects of the lanes.
 
     Lanes are independent: several threads share the blocks of lanes where the work is worth it.
 
     sets: (sets, SIZE) the different twins among the lanes; None where they are not known.
+    path_forces: (lanes, PATHS) N, forces on the cart that follow its path, at the start;
+        afterwards at the end. None: the path begins at the start.
     """
     code = select_kernel_code(theta if sets is None else sets)
+    following = np.zeros((len(theta), PATHS)) if path_forces is None else path_forces
     drives, start_states, theta = map(np.ascontiguousarray, (drives, start_states, theta))
 
     def integrate(part: slice) -> None:
@@ -190,6 +217,7 @@ def run_mechanics(
             begin[part],
             first_step[part],
             start_states[part],
+            following[part],
             theta[part],
             h,
             sub,

@@ -26,6 +26,7 @@ from pendulum_twin.parameter_vector import (
     MOMENT,
     POLE_VISCOUS,
 )
+from pendulum_twin.path_forces import follow_recorded_path
 from pendulum_twin.signals import Signals
 
 # Of the root mean square speed: below it the cart counts as standing, where dry friction takes any
@@ -38,7 +39,7 @@ PROBED_S = 1e-3
 @kernel.compile_cached
 def _fill_gains(x, t, p, out):  # type: ignore[no-untyped-def]
     for n in range(len(x)):
-        out[n] *= sum_held_effects(x[n], t[n], p, 0, 1)[0]
+        out[n] *= sum_held_effects(x[n], 0.0, 0.0, t[n], p, 0, 1)[0]
 
 
 @kernel.compile_cached
@@ -47,7 +48,7 @@ def _fill_laws(x, th, v, w, t, p, out):  # type: ignore[no-untyped-def]
         push, turn, cart_dry, pole_dry = sum_measured_laws(p, x[n], v[n], th[n], w[n], t[n], 0.0)[
             1:
         ]
-        _, force, dry, drag = sum_held_effects(x[n], t[n], p, 0, 1)
+        _, force, dry, drag = sum_held_effects(x[n], th[n], w[n], t[n], p, 0, 1)
         applied = push + force - drag * v[n], turn, cart_dry + dry, pole_dry
         cart_way, pole_way = np.sign(v[n]), np.sign(w[n])
         out[n, 0] = applied[0] + add_cart_forces(x[n], v[n], th[n], w[n], p, 0, 1, ALL_LAWS)
@@ -67,6 +68,7 @@ def evaluate_laws(signals: Signals, states: Floats, theta: Floats) -> Floats:
     out = np.empty((len(states), 2))
     columns = (np.ascontiguousarray(true[:, k]) for k in range(4))
     _fill_laws(*columns, signals.clock_s * float(compute_paces(theta)), theta, out)
+    out[:, 0] += follow_recorded_path(signals, true[:, 0], theta).sum(axis=1)
     return out
 
 

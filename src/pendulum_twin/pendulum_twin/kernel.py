@@ -20,7 +20,13 @@ from pendulum_twin import compose
 from pendulum_twin.equations import compile_inner
 from pendulum_twin.law_curves import bend_commands, sum_measured_laws
 from pendulum_twin.machine_code import compile_cached
-from pendulum_twin.motion import MOVING, advance_step, sum_held_effects
+from pendulum_twin.motion import (
+    MOVING,
+    advance_step,
+    follow_path,
+    sum_held_effects,
+    sum_path_forces,
+)
 from pendulum_twin.parameter_vector import CART_VISCOUS, FORCE_PER_PWM, LAWS
 from pendulum_twin.stick_slip import compute_margins, cut_step, find_modes, get_sign
 
@@ -28,7 +34,7 @@ WIDTH = 16
 LONGEST_STEP_S = 1e-3
 
 # A block holds theta without its measured laws, whose curves each lane reads from its own theta.
-ROWS = LAWS + 18
+ROWS = LAWS + 18 + compose.PATHS
 X, TH, V, W = range(LAWS, LAWS + 4)
 # the state at the begin of the step
 X_BEFORE, TH_BEFORE, V_BEFORE, W_BEFORE = range(LAWS + 4, LAWS + 8)
@@ -37,6 +43,7 @@ CART_WAY, POLE_WAY, CART_FREE, POLE_FREE = range(LAWS + 8, LAWS + 12)  # the mod
 FORCE, TORQUE, CART_DRY, POLE_DRY = range(LAWS + 12, LAWS + 16)
 ENDED = LAWS + 16  # 1 where a mode has ended within the step
 H = LAWS + 17  # the step, s
+PATH = LAWS + 18  # forces on the cart that follow its path, N
 
 apply_command_filters = compose.compose_filters(of_command=True)
 apply_drive_filters = compose.compose_filters(of_command=False)
@@ -176,9 +183,13 @@ def _hold_effects(p, i, width, step, viscous):
     viscous: N s/m; the cart's viscous friction without effects.
     """
     h = p[H * width + i]
-    x = p[X * width + i] + 0.5 * h * p[V * width + i]
-    gain, force, dry, drag = sum_held_effects(x, (step + 0.5) * h, p, i, width)
+    x, th, v, w = _get_four(p, X, i, width)
+    half_way = 0.5 * h * v
+    x, th = x + half_way, th + 0.5 * h * w
+    gain, force, dry, drag = sum_held_effects(x, th, w, (step + 0.5) * h, p, i, width)
+    force += sum_path_forces(PATH, half_way, p, i, width)
     p[FORCE * width + i] = p[FORCE * width + i] * gain + force
+    p[X_BEFORE * width + i] = p[X * width + i]
     p[CART_DRY * width + i] = dry
     p[CART_VISCOUS * width + i] = viscous + drag
 
@@ -213,6 +224,7 @@ def integrate_lanes(
     begin,
     first_step,
     start_states,
+    path_forces,
     theta,
     h,
     sub,
@@ -229,6 +241,8 @@ def integrate_lanes(
     begin: (lanes,) step of that row at which each lane starts.
     first_step: (lanes,) substeps since the recording began, at each lane's start.
     start_states: (lanes, 4) x, th, v, w.
+    path_forces: (lanes, PATHS) N, forces on the cart that follow its path, at the start;
+        afterwards at the end.
     theta: (lanes, SIZE).
     h: s by the stamps, a substep; sub: substeps a sample.
     out: (lanes, samples, 4); the first sample is the start state.
@@ -248,6 +262,8 @@ def integrate_lanes(
                 p[k * width + i] = theta[lane, k]
             for k in range(4):
                 p[(X + k) * width + i] = start_states[lane, k]
+            for k in range(path_forces.shape[1]):
+                p[(PATH + k) * width + i] = path_forces[lane, k]
             _put_four(p, CART_WAY, i, width, MOVING)
             _put_four(p, FORCE, i, width, (0.0, 0.0, 0.0, 0.0))
             p[H * width + i] = h * compute_pace(p, i, width)
@@ -271,5 +287,11 @@ def integrate_lanes(
                         held_dry = p[CART_DRY * width + i] if costly else 0.0
                         _hold_measured_laws(theta[lane], p, i, width, step, held_dry)
                 _advance(lanes, laws, dry, p)
+                if costly:
+                    for i in range(width):
+                        follow_path(PATH, p[X * width + i] - p[X_BEFORE * width + i], p, i, width)
             for i in range(width):
                 at[i] += sub
+        for i in range(min(width, count - first)):
+            for k in range(path_forces.shape[1]):
+                path_forces[first + i, k] = p[(PATH + k) * width + i]

@@ -54,6 +54,7 @@ class Lanes(NamedTuple):
     memory: (lanes, ...) of command and drive.
     done: (lanes,) substeps done.
     true: (lanes, 4) true state.
+    path_forces: (lanes, PATHS) N, forces on the cart that follow its path.
     shown: (lanes, 4) measured state.
     drives: (lanes, substeps) room for a period of drive.
     out: (lanes, samples + 1, 4) room for a period of states.
@@ -66,6 +67,7 @@ class Lanes(NamedTuple):
     memory: Floats
     done: Ints
     true: Floats
+    path_forces: Floats
     shown: Floats
     drives: Floats
     out: Floats
@@ -120,6 +122,7 @@ def make_lanes(kinds: Kinds, timing: Timing, count: int) -> Lanes:
         memory=np.zeros((count, max(1, int(kinds.offsets[:, -1].max())))),
         done=np.zeros(count, dtype=np.int64),
         true=np.tile(np.array(HANGING), (count, 1)),
+        path_forces=np.zeros((count, compose.PATHS)),
         shown=np.tile(np.array(HANGING), (count, 1)),
         drives=np.zeros((count, substeps)),
         out=np.zeros((count, timing.samples + 1, 4)),
@@ -168,6 +171,7 @@ def begin_lane(kinds, lanes, timing, i, kind, away):
     lanes.kind[i] = kind
     lanes.theta[i] = kinds.theta[kind]
     lanes.memory[i] = 0.0
+    lanes.path_forces[i] = 0.0
     lanes.done[i] = 0
     lanes.commands[:] = 0.0
     h = timing.sample_s / timing.sub * kinds.paces[kind]
@@ -222,6 +226,7 @@ def advance_lanes(code, kinds, lanes, timing, commands):
         lanes.zero,
         lanes.done,
         lanes.true,
+        lanes.path_forces,
         lanes.theta,
         h,
         sub,

@@ -9,6 +9,7 @@ import numpy as np
 
 from pendulum_twin import kernel
 from pendulum_twin.arrays import Floats
+from pendulum_twin.compose import PATHS
 from pendulum_twin.free_runs import (
     RATES,
     apply_sensors,
@@ -73,6 +74,7 @@ class Stepper:
         """Start again from a measured state; of earlier commands only `before` is left."""
         state = self._rest if state is None else state
         self._memory = np.zeros(self._offsets[-1])
+        self._path_forces = np.zeros((1, PATHS))
         self._steps = 0
         self.impact: Impact | None = None
         if before is not None:
@@ -100,6 +102,7 @@ class Stepper:
             self._zero,
             np.array([self._steps]),
             self._true,
+            self._path_forces,
             self._theta,
             self._h,
             self._sub,

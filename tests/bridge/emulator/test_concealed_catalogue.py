@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from pendulum_bridge.emulator.drive import make_drive
+from pendulum_bridge.emulator.laws import make_cart_load_friction
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.emulator.sensors import Encoders, Sensors, distort_positions
@@ -143,12 +144,56 @@ def test_friction_that_warms_away_brakes_less_and_less(apart: Rig) -> None:
     assert wet[2] == pytest.approx(2.0 * math.exp(-1.5 * warm_s / MASS), abs=1e-4)
 
 
+@pytest.mark.parametrize(("th", "w"), [(math.pi, 0.0), (math.pi, 12.0), (0.0, 12.0)])
+def test_a_whirling_pole_presses_where_it_hangs_and_lifts_where_it_stands(
+    th: float, w: float, nominal: Rig
+) -> None:
+    level = make_cart_load_friction(nominal, 0.1).level
+    moment, step_s = nominal.total_mass_kg * (nominal.com_distance_m or 0.0), 1e-4
+    assert level is not None
+    level(0.0, 0.0, th, 0.0, w)
+    load = nominal.total_mass_kg * 9.81 - moment * w * w * math.cos(th)
+    assert level(step_s, 0.0, th + step_s * w, 0.0, w) == pytest.approx(0.1 * load, rel=2e-3)
+
+
+@pytest.mark.parametrize("x", [0.05, 0.1, -0.2])
+def test_a_brake_beside_the_rail_takes_speed_where_it_is(x: float, apart: Rig) -> None:
+    effects = {"rail_drag_patch": {"n_s_per_m": 4.0, "centre_m": 0.05, "width_m": 0.1}}
+    braked = driven(apart, effects, 0.01, start=(x, math.pi, 0.3, 0.0)).truth[2] - 0.3
+    lost = 0.01 * 0.3 * 4.0 * math.exp(-(((x + 0.0015 - 0.05) / 0.1) ** 2)) / MASS
+    assert braked == pytest.approx(-lost, rel=5e-2, abs=1e-6)
+
+
+def test_bristles_bend_before_they_slip(apart: Rig) -> None:
+    """Half of the level bends them by the logarithm of 2; beyond the level the cart slides."""
+    effects = {"cart_presliding_friction": {"level_n": 0.8, "distance_m": 0.004}}
+    held = driven(replace(apart, cart_viscous_n_s_m=30.0), effects, 3.0, 0.4 / FORCE).truth
+    assert held[0] == pytest.approx(0.004 * math.log(2), rel=1e-3) and abs(held[2]) < 1e-6
+    sliding = driven(apart, effects, 1.0, 1.6 / FORCE), driven(apart, effects, 1.1, 1.6 / FORCE)
+    slow, fast = (emulator.truth[2] for emulator in sliding)
+    assert (fast - slow) / 0.1 == pytest.approx(0.8 / MASS, rel=1e-4)
+
+
 def test_a_drive_that_bends_gives_small_commands_whole_and_no_more_than_its_limit() -> None:
     stage = make_drive({"soft_saturation": {"limit": 0.4}}, 0.01)
     assert stage(0.001) == pytest.approx(0.001, rel=1e-5)
     assert [stage(u) for u in (0.4, -0.4, 40.0)] == pytest.approx(
         [0.4 * math.tanh(1.0), -0.4 * math.tanh(1.0), 0.4]
     )
+
+
+def test_a_drive_that_counts_gives_whole_steps() -> None:
+    stage = make_drive({"coarse_command": {"step": 0.05}}, 0.01)
+    assert [stage(u) for u in (0.02, 0.03, -0.07, -0.08, 0.5)] == pytest.approx(
+        [0.0, 0.05, -0.05, -0.1, 0.5]
+    )
+
+
+def test_a_pulley_off_its_axis_reads_ahead_and_behind_once_a_turn(apart: Rig) -> None:
+    effects = {"eccentric_pulley": {"ratio": 0.2, "period_m": 0.2, "phase_rad": 0.0}}
+    for x, ahead in ((0.05, 0.2), (0.15, -0.2), (0.2, 0.0), (0.25, 0.2)):
+        shown = driven(apart, effects, 0.0, start=(x, math.pi, 0.0, 0.0)).sample[0]
+        assert shown == pytest.approx(x + ahead * 0.2 / math.tau)
 
 
 def test_an_unbalanced_pole_hangs_beside_its_line(nominal: Rig) -> None:

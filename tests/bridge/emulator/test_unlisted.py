@@ -94,10 +94,20 @@ def accelerations(
             0.5,
             1.2 * 0.1 * FORCE,
         ),
+        (
+            "crossover_amplifier",
+            {"share": 0.5, "width": 0.1},
+            (0, 0, 0, 0),
+            0.1,
+            0,
+            (1 - 0.5 / math.e) * 0.1 * FORCE,
+        ),
         ("warming_friction", {"n_per_s": 2.0}, (0, 0, 1.0, 0), 0.0, 0.4, -0.8),
         ("half_rail_friction", {"level_n": 0.7, "from_m": 0.1}, (0.2, 0, -1.0, 0), 0.0, 0, 0.7),
         ("half_rail_friction", {"level_n": 0.7, "from_m": 0.1}, (0.05, 0, -1.0, 0), 0.0, 0, 0.0),
         ("drag_chain", {"n_per_m3": 20.0}, (-0.5, 0, 0, 0), 0.0, 0, 2.5),
+        ("outward_brake", {"n_s_per_m": 2.0}, (-0.3, 0, -1.0, 0), 0.0, 0, 2.0),
+        ("outward_brake", {"n_s_per_m": 2.0}, (-0.3, 0, 1.0, 0), 0.0, 0, 0.0),
         ("hanging_cable", {"n_s_per_m2": 2.0}, (0.3, 0, 1.5, 0), 0.0, 0, -0.9),
     ],
 )
@@ -127,9 +137,10 @@ def test_torques_on_the_pole(name, parameters, start, torque_n_m, apart: Rig) ->
     assert change * INERTIA == pytest.approx(torque_n_m, rel=5e-3, abs=1e-6) and abs(pushed) < 1e-6
 
 
-def test_friction_under_load_grows_with_the_poles_rate(nominal: Rig) -> None:
-    level = BY_NAME["load_friction"].make(nominal, share=0.5).level
-    assert level is not None and level(0, 0, 0, 1.0, 10.0) == pytest.approx(0.5 * MOMENT * 100)
+def test_a_cart_is_fanned_by_the_pole_and_by_nothing_else(nominal: Rig) -> None:
+    push = BY_NAME["fanned_cart"].make(nominal, n_s2_per_m=0.5).push
+    assert push is not None and push(0, 0, 0, 0.4, -10.0) == pytest.approx(-2.0)
+    assert push(0, 0, 0, 0.4, 0.0) == push(0, 0, 0, 0.0, 10.0) == 0.0
 
 
 def test_hysteresis_springs_back_and_then_drags(nominal: Rig) -> None:
@@ -143,9 +154,9 @@ def test_sensors_run_ahead_and_behind(apart: Rig) -> None:
     wobbling = {"wobbling_disc": {"amplitude_rad": 0.05, "phase_rad": 0.3}}
     still = EmulatedRig(Concealed({}, apart, wobbling), encoders=EXACT, start=(0.1, 2.0, 0.0, 0.0))
     assert still.sample[:2] == pytest.approx([0.1, 2.0 + 0.05 * math.sin(4.3)])
-    runout = {"pulley_runout": {"amplitude_m": 0.004, "period_m": 0.2, "phase_rad": 0.0}}
-    still = EmulatedRig(Concealed({}, apart, runout), encoders=EXACT, start=(0.25, 2.0, 0.0, 0.0))
-    assert still.sample[:2] == pytest.approx([0.254, 2.0])
+    kinked = {"kinked_tape": {"per_m": 0.1, "from_m": 0.05}}
+    still = EmulatedRig(Concealed({}, apart, kinked), encoders=EXACT, start=(0.25, 2.0, 0.0, 0.0))
+    assert still.sample[:2] == pytest.approx([0.27, 2.0])
 
 
 def test_a_wandering_clock_comes_back(apart: Rig) -> None:

@@ -150,6 +150,26 @@ TABLE: tuple[Concealable, ...] = (
         {"level_n": (0.3, 0.8), "viscous_n_s_m": (1.0, 3.0), "time_constant_s": (8.0, 20.0)},
         shapes=("time_constant_s",),
     ),
+    Concealable(
+        "cart_presliding_friction",
+        "cart friction",
+        {"level_n": (0.25, 0.8), "distance_m": (0.002, 0.006)},
+        shapes=("distance_m",),
+    ),
+    Concealable("cart_load_friction", "cart friction", {"coefficient": (0.04, 0.12)}),
+    Concealable("coarse_command", "command steps", {"step": (0.04, 0.08)}),
+    Concealable(
+        "rail_drag_patch",
+        "drag patch",
+        {"n_s_per_m": (3.0, 8.0), "centre_m": (-0.1, 0.1), "width_m": (0.05, 0.12)},
+        shapes=("centre_m", "width_m"),
+    ),
+    Concealable(
+        "eccentric_pulley",
+        "pulley",
+        {"ratio": (0.06, 0.2), "period_m": (0.06, 0.15), "phase_rad": (-3.0, 3.0)},
+        shapes=("period_m", "phase_rad"),
+    ),
 )
 # Entries that were there first: a seed orders them by a single draw. Later entries are put between
 # them, each by a draw of its own, so that most seeds conceal what they always concealed.

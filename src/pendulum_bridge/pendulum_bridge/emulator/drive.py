@@ -56,6 +56,16 @@ def make_bend(step_s: float, limit: float) -> Stage:
     return stage
 
 
+def make_counter(step_s: float, step: float) -> Stage:
+    """Return a stage that counts whole steps of the command, and half a step as a whole step."""
+
+    def stage(u: float) -> float:
+        whole, rest = divmod(abs(u), step)
+        return math.copysign(step * (whole + (rest >= 0.5 * step)), u)
+
+    return stage if step else lambda u: u
+
+
 def make_asymmetry(step_s: float, ratio: float) -> Stage:
     """Return a stage that makes positive commands stronger by ratio, negative weaker."""
     return lambda u: u + ratio * abs(u)
@@ -128,6 +138,7 @@ def _compute_crossing_time(way: float, speed: float, acceleration: float, step_s
 STAGES: dict[str, Callable[..., Stage]] = {
     "input_sign_inverted": make_inversion,
     "input_delay": make_delay,
+    "coarse_command": make_counter,
     "input_dead_zone": make_dead_zone,
     "input_saturation": make_saturation,
     "soft_saturation": make_bend,

@@ -115,6 +115,53 @@ def make_friction_warming(
     )
 
 
+def make_rail_drag_patch(rig: Rig, n_s_per_m: float, centre_m: float, width_m: float) -> Extra:
+    """Return a brake near one place whose drag grows with the speed: magnets beside the rail."""
+
+    def push(t: float, x: float, th: float, v: float, w: float) -> float:
+        return -n_s_per_m * v / math.exp(((x - centre_m) / width_m) ** 2)
+
+    return Extra(push=push)
+
+
+def make_cart_load_friction(rig: Rig, coefficient: float) -> Extra:
+    """Return dry friction by the load on the guide: the weight, less what lifts the pole.
+
+    The pole's centre of mass goes up and down; its speed is differentiated from step to step.
+    """
+    moment = rig.total_mass_kg * (rig.com_distance_m or 0.0)
+    rising, lifting_n, last_s = 0.0, 0.0, -1.0
+
+    def level(t: float, x: float, th: float, v: float, w: float) -> float:
+        nonlocal rising, lifting_n, last_s
+        now = -moment * math.sin(th) * w
+        if last_s >= 0.0 and t > last_s:
+            lifting_n = (now - rising) / (t - last_s)
+        rising, last_s = now, t
+        return coefficient * abs(rig.total_mass_kg * rig.gravity_m_s2 + lifting_n)
+
+    return Extra(level=level)
+
+
+def make_cart_presliding_friction(rig: Rig, level_n: float, distance_m: float) -> Extra:
+    """Return the push of bristles that bend by distance_m at most before they slip.
+
+    dz = dx - |dx| z / distance_m, by the trapezoidal rule over the way of each step.
+    """
+    bent = 0.0
+    last: float | None = None
+
+    def push(t: float, x: float, th: float, v: float, w: float) -> float:
+        nonlocal bent, last
+        way = 0.0 if last is None else x - last
+        half = 0.5 * abs(way) / distance_m
+        bent = (bent * (1 - half) + way) / (1 + half)
+        bent, last = min(max(bent, -distance_m), distance_m), x
+        return -level_n * bent / distance_m
+
+    return Extra(push=push)
+
+
 def make_sample_period_error(rig: Rig, ratio: float) -> Extra:
     """Return a pace at which less time passes from sample to sample than the stamps say."""
     return Extra(pace=lambda t: 1 / (1 + ratio))
@@ -126,5 +173,8 @@ LISTED: dict[str, Callable[..., Extra]] = {
     "force_ripple": make_force_ripple,
     "periodic_force": make_periodic_force,
     "friction_warming": make_friction_warming,
+    "rail_drag_patch": make_rail_drag_patch,
+    "cart_load_friction": make_cart_load_friction,
+    "cart_presliding_friction": make_cart_presliding_friction,
     "sample_period_error": make_sample_period_error,
 }

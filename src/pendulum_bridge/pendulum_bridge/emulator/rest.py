@@ -18,16 +18,16 @@ COUNT = 5  # pieces of a rest
 # Times the sizes of `unlisted`: together they leave a median of 12 noise floors to the true model;
 # measured on 8 rigs (4 to 23).
 SHARE = 0.1
-# What every rig has a little of: its encoders and pulleys are not quite round, its supply gives
+# What every rig has a little of: its encoders and racks are not quite round, its supply gives
 # way, cables and guides drag, grease warms up.
 EVERYDAY = (
     "wobbling_disc",
-    "pulley_runout",
-    "magnetic_brake",
+    "bent_rack",
+    "outward_brake",
     "gain_along_rail",
     "gain_falling_with_speed",
     "supply_ripple",
-    "load_friction",
+    "fanned_cart",
     "leaning_guide",
     "dragged_cable",
     "hanging_cable",

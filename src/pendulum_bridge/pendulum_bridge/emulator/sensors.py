@@ -53,6 +53,7 @@ def distort_positions(
     if slip and stamp_s >= slip["time_s"]:
         pole += slip["angle_rad"]
     pole += pole * effects.get("angle_scale", {}).get("ratio", 0.0)
+    cart += _read_pulley_ahead(cart, **effects.get("eccentric_pulley", {}))
     cart += cart * effects.get("position_scale", {}).get("ratio", 0.0)
     if "cart_sign_inverted" in effects:
         cart = -cart
@@ -68,6 +69,17 @@ def _read_ahead(pole_rad: float, sine_rad: float = 0.0, cosine_rad: float = 0.0)
     """
     off = math.hypot(sine_rad, cosine_rad)
     return off * math.sin(pole_rad + math.atan2(cosine_rad, sine_rad))
+
+
+def _read_pulley_ahead(
+    cart_m: float, ratio: float = 0.0, period_m: float = 1.0, phase_rad: float = 0.0
+) -> float:
+    """Return by how much a pulley that is off its axis reads ahead, m.
+
+    A belt of its circumference, period_m, turns it; it is off by ratio of its radius.
+    """
+    radius_m = period_m / math.tau
+    return ratio * radius_m * math.sin(cart_m / radius_m + phase_rad)
 
 
 class Sensors:

@@ -27,6 +27,7 @@ HOLDING_FRICTIONS = (  # effect and parameter of the friction that holds a cart 
     ("cart_stribeck_friction", "level_n"),
     ("cart_stribeck_friction", "static_n"),
     ("cart_saturating_friction", "level_n"),
+    ("cart_presliding_friction", "level_n"),
 )
 SIGN_WIDTH_M_S = 0.01  # wanted velocity over which the command against friction changes sign
 
@@ -104,6 +105,8 @@ def make_tuning(rig: Rig, effects: Mapping[str, Mapping[str, float]]) -> Tuning:
     twist = effects.get("pole_spring", {}).get("n_m_per_rad", 0.0)
     sticking = effects.get("pole_coulomb_friction", {}).get("level_n_m", 0.0)
     dry = sum(effects.get(name, {}).get(key, 0.0) for name, key in HOLDING_FRICTIONS)
+    by_load = effects.get("cart_load_friction", {}).get("coefficient", 0.0)
+    dry += by_load * rig.total_mass_kg * rig.gravity_m_s2
     return Tuning(
         per_m_s2=mass / force,
         viscous_per_s=(rig.cart_viscous_n_s_m or 0.0) / mass,

@@ -8,10 +8,18 @@ from typing import NamedTuple
 from pendulum_twin.arrays import Floats
 from pendulum_twin.law_curves import sum_measured_laws
 from pendulum_twin.machine_code import make_cached_compiler
-from pendulum_twin.motion import ALL_LAWS, compute_cart_level, sum_forces, sum_held_effects
+from pendulum_twin.motion import (
+    ALL_LAWS,
+    compute_cart_level,
+    sum_forces,
+    sum_held_effects,
+    sum_path_forces,
+)
 from pendulum_twin.parameter_vector import FORCE_PER_PWM, INERTIA, MASS
 
 LEAST_GAIN = 0.1  # of the twin's; a place where the drive hardly acts is not asked for more
+
+FAR_M = 1e3  # after such a way, the friction that follows the path is that of slipping
 
 compiled = make_cached_compiler(Path(__file__))
 
@@ -36,11 +44,13 @@ class Forces(NamedTuple):
 @compiled
 def _sum_forces(x, th, v, w, way, theta):  # type: ignore[no-untyped-def]
     gain, force, torque, cart_dry, pole_dry = sum_measured_laws(theta, x, v, th, w, 0.0, 0.0)
-    held_gain, held_force, held_dry, drag = sum_held_effects(x, 0.0, theta, 0, 1)
+    held_gain, held_force, held_dry, drag = sum_held_effects(x, th, w, 0.0, theta, 0, 1)
     gain *= held_gain
     applied = force + held_force - drag * v, torque, cart_dry + held_dry, pole_dry
     push, turn, coupling = sum_forces((x, th, v, w), applied, theta, 0, 1, ALL_LAWS)
     level = compute_cart_level(abs(v), x, way, applied, theta, 0, 1, ALL_LAWS)
+    # whatever force there was before (here the first number of theta)
+    level -= way * sum_path_forces(0, way * FAR_M, theta, 0, 1)
     return push, level, turn, coupling, gain
 
 

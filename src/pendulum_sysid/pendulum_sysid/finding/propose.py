@@ -35,6 +35,8 @@ SEARCHED_FORMS = (
     Form.TIMED_FORCE,
     Form.DRY,
     Form.TIMED_FRICTION,
+    Form.STATE_FRICTION,
+    Form.PATH_FORCE,
     Form.DRY_RATIO,
     Form.MEASURE,
 )

@@ -30,6 +30,7 @@ from pendulum_twin.parameter_vector import SLOTS, make_theta
 from pendulum_twin.signals import Signals
 
 DELAYS = {f"{e.name}.{p.name}" for e in CATALOGUE for p in e.parameters if p.delays}
+JUMPS = {f"{e.name}.{p.name}": p.jumps for e in CATALOGUE for p in e.parameters if p.jumps}
 HORIZONS = (4, 1)  # pieces of a window: 0.25 s and 1 s
 
 
@@ -56,7 +57,7 @@ def fit(
         twin=make_twin(case.twin, solution.theta, effects, list_rig_parameters(case.twin)),
         effects=effects,
         estimates={
-            **_widen_delays(_make_estimates(solution, free, pieces), case),
+            **_widen_jumps(_widen_delays(_make_estimates(solution, free, pieces), case)),
             **_estimate_located(case, effects, solution.theta),
         },
         theta=solution.theta,
@@ -92,6 +93,20 @@ def _widen_delays(estimates: dict[str, Estimate], case: Case) -> dict[str, Estim
     half = max(case.recording.timing_spread_s / 2.0, decisions.INTERVAL_DEVIATIONS * scatter_s)
     return {
         name: replace(e, low=e.low - half, high=e.high + half) if name in DELAYS else e
+        for name, e in estimates.items()
+    }
+
+
+def _widen_jumps(estimates: dict[str, Estimate]) -> dict[str, Estimate]:
+    """Return the estimates, none finer than a run that jumps with the parameter can tell."""
+    return {
+        name: replace(
+            e,
+            low=min(e.low, e.value * (1.0 - JUMPS[name])),
+            high=max(e.high, e.value * (1.0 + JUMPS[name])),
+        )
+        if name in JUMPS
+        else e
         for name, e in estimates.items()
     }
 

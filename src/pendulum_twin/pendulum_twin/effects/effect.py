@@ -46,6 +46,12 @@ class Form(Enum):
     # level of dry friction in N, at least 0, and viscous friction in N s/m of the cart, held over
     # a step: law(t, *parameters) -> level, viscous
     TIMED_FRICTION = "timed_friction"
+    # force on the cart in N that follows its path, held over a step; 0 where the path begins:
+    # law(force, move, *parameters) -> force after a move of so many m
+    PATH_FORCE = "path_force"
+    # level of dry friction of the cart in N, at least 0, held over a step:
+    # law(th, w, *constants, *parameters) -> level
+    STATE_FRICTION = "state_friction"
     # whether the whole state stands still: law(force, v, w, *parameters) -> bool
     HOLD = "hold"
     # true state to measured state: law(x, v, th, w, t, *parameters) -> (x, v, th, w)
@@ -90,6 +96,7 @@ class Parameter:
     least: distance from neutral below which a size means nothing, for the simulation is no finer.
     rounding: the same in standard deviations of the pole's sensor: an encoder's zero lies anywhere
         within a step of its counts.
+    jumps: share of its value to which a fit tells the parameter, because a run jumps with it.
     located: True for an instant that is read off the recording, to a sample, and not fitted: a
         run jumps with it.
     delays: True for a time, s, by which the motion follows the command later.
@@ -110,6 +117,7 @@ class Parameter:
     fewest: float = -math.inf
     least: float = 0.0
     rounding: float = 0.0
+    jumps: float = 0.0
     located: bool = False
     delays: bool = False
     holds: bool = False

@@ -80,6 +80,10 @@ def test_the_entry_leaves_open_which_law_of_dry_friction_it_is() -> None:
     parameter = entry.parameters["level_n"]
     assert (parameter.value, parameter.low, parameter.high) == (0.34, 0.2, 0.6)
     assert parameter.unit == "N"
-    others = {"cart_stribeck_friction", "cart_saturating_friction"}
+    others = {
+        "cart_stribeck_friction",
+        "cart_saturating_friction",
+        "cart_presliding_friction",
+    }
     assert set(entry.cannot_be_told_from) == others
     assert entry.sentence == BY_NAME["cart_coulomb_friction"].sentence.format(level_n="0.34 N")

@@ -23,10 +23,9 @@ def make_half_rail_friction(rig: Rig, level_n: float, from_m: float) -> Extra:
     return Extra(level=lambda t, x, th, v, w: level_n if x > from_m else 0.0)
 
 
-def make_load_friction(rig: Rig, share: float) -> Extra:
-    """Add dry friction in proportion to the pole's centrifugal force on its bearing."""
-    moment = rig.total_mass_kg * (rig.com_distance_m or 0.0)
-    return Extra(level=lambda t, x, th, v, w: share * moment * w * w)
+def make_fanned_cart(rig: Rig, n_s2_per_m: float) -> Extra:
+    """Brake the cart in proportion to its speed and to the pole's rate: by air that it stirs."""
+    return Extra(push=lambda t, x, th, v, w: -n_s2_per_m * abs(w) * v)
 
 
 def make_drag_chain(rig: Rig, n_per_m3: float) -> Extra:
@@ -39,11 +38,9 @@ def make_hanging_cable(rig: Rig, n_s_per_m2: float) -> Extra:
     return Extra(push=lambda t, x, th, v, w: -n_s_per_m2 * x * v)
 
 
-def make_magnetic_brake(rig: Rig, n_s_per_m: float, centre_m: float, width_m: float) -> Extra:
-    """Brake the cart in proportion to its speed near one place: an eddy brake."""
-    return Extra(
-        push=lambda t, x, th, v, w: -n_s_per_m * math.exp(-(((x - centre_m) / width_m) ** 2)) * v
-    )
+def make_outward_brake(rig: Rig, n_s_per_m: float) -> Extra:
+    """Brake the cart in proportion to its speed while it goes away from the middle."""
+    return Extra(push=lambda t, x, th, v, w: -n_s_per_m * v if x * v > 0.0 else 0.0)
 
 
 def make_dragged_cable(rig: Rig, n_per_m: float, width_m: float) -> Extra:

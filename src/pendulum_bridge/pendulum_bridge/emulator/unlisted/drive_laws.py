@@ -30,9 +30,9 @@ def make_supply_ripple(rig: Rig, ratio: float, frequency_hz: float, phase_rad: f
     )
 
 
-def make_stepped_amplifier(rig: Rig, step: float) -> Extra:
-    """Round the command to the nearest step."""
-    return Extra(gain=lambda u, t, x, th, v, w: step * round(u / step) if step else u)
+def make_crossover_amplifier(rig: Rig, share: float, width: float) -> Extra:
+    """Take a share of small commands away: the halves of an output stage that barely meet."""
+    return Extra(gain=lambda u, t, x, th, v, w: u * (1 - share * math.exp(-((u / width) ** 2))))
 
 
 def make_recovering_battery(rig: Rig, share: float, time_s: float) -> Extra:

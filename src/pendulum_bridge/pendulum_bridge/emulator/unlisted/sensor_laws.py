@@ -11,14 +11,9 @@ from pendulum_bridge.emulator.unlisted.extra import Extra
 from pendulum_twin.rig import Rig
 
 
-def make_pulley_runout(rig: Rig, amplitude_m: float, period_m: float, phase_rad: float) -> Extra:
-    """Show a position that runs ahead and behind along the rail."""
-    return Extra(
-        shown=lambda t, x, th: (
-            x + amplitude_m * math.sin(math.tau * x / period_m + phase_rad),
-            th,
-        )
-    )
+def make_kinked_tape(rig: Rig, per_m: float, from_m: float) -> Extra:
+    """Show a position whose scale is another on one part of the rail: a tape with a joint."""
+    return Extra(shown=lambda t, x, th: (x + per_m * max(x - from_m, 0.0), th))
 
 
 def make_clock_wander(rig: Rig, ratio: float, period_s: float, phase_rad: float) -> Extra:

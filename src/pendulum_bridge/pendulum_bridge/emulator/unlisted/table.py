@@ -13,18 +13,18 @@ from pendulum_bridge.emulator.unlisted.cart_laws import (
     make_drag_chain,
     make_dragged_cable,
     make_draught,
+    make_fanned_cart,
     make_half_rail_friction,
     make_hanging_cable,
     make_leaning_guide,
-    make_load_friction,
-    make_magnetic_brake,
+    make_outward_brake,
     make_warming_friction,
 )
 from pendulum_bridge.emulator.unlisted.drive_laws import (
+    make_crossover_amplifier,
     make_gain_along_rail,
     make_gain_falling_with_speed,
     make_recovering_battery,
-    make_stepped_amplifier,
     make_supply_ripple,
 )
 from pendulum_bridge.emulator.unlisted.extra import Extra
@@ -40,7 +40,7 @@ from pendulum_bridge.emulator.unlisted.pole_laws import (
 from pendulum_bridge.emulator.unlisted.sensor_laws import (
     make_bent_rack,
     make_clock_wander,
-    make_pulley_runout,
+    make_kinked_tape,
     make_wobbling_disc,
 )
 from pendulum_twin.errors import BadInputError
@@ -108,7 +108,7 @@ TABLE: tuple[Unlisted, ...] = (
         {"level_n": (0.5, 1.2), "from_m": (-0.1, 0.1)},
         shapes=("from_m",),
     ),
-    Unlisted(make_load_friction, "cart", ("pole_rate", "cart_velocity"), {"share": (0.5, 1.2)}),
+    Unlisted(make_fanned_cart, "cart", ("pole_rate", "cart_velocity"), {"n_s2_per_m": (0.3, 0.8)}),
     Unlisted(make_drag_chain, "cart", ("cart_position",), {"n_per_m3": (10.0, 30.0)}),
     Unlisted(
         make_hanging_cable,
@@ -134,11 +134,12 @@ TABLE: tuple[Unlisted, ...] = (
         shapes=("width_rad",),
     ),
     Unlisted(
-        make_pulley_runout,
+        make_kinked_tape,
         "sensor",
         ("cart_position",),
-        {"amplitude_m": (0.003, 0.008), "period_m": (0.15, 0.3), **PHASE_SIZES},
-        shapes=WAVE_SHAPES,
+        {"per_m": (0.06, 0.15), "from_m": (-0.05, 0.05)},
+        both_ways=True,
+        shapes=("from_m",),
     ),
     Unlisted(
         make_clock_wander,
@@ -147,7 +148,13 @@ TABLE: tuple[Unlisted, ...] = (
         {"ratio": (0.05, 0.12), "period_s": (8.0, 20.0), **PHASE_SIZES},
         shapes=WAVE_SHAPES,
     ),
-    Unlisted(make_stepped_amplifier, "command", ("command",), {"step": (0.04, 0.08)}),
+    Unlisted(
+        make_crossover_amplifier,
+        "command",
+        ("command",),
+        {"share": (0.5, 0.8), "width": (0.1, 0.2)},
+        shapes=("width",),
+    ),
     Unlisted(
         make_recovering_battery,
         "command",
@@ -156,11 +163,10 @@ TABLE: tuple[Unlisted, ...] = (
         shapes=("time_s",),
     ),
     Unlisted(
-        make_magnetic_brake,
+        make_outward_brake,
         "cart",
         ("cart_position", "cart_velocity"),
-        {"n_s_per_m": (3.0, 8.0), "centre_m": (-0.1, 0.1), "width_m": (0.05, 0.12)},
-        shapes=("centre_m", "width_m"),
+        {"n_s_per_m": (0.8, 2.0)},
     ),
     Unlisted(
         make_dragged_cable,

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pendulum_sysid.finding.detectors import (
     angle_scale,
+    coarse_command,
+    eccentric_pulley,
     encoder_slip,
     force_ripple,
     periodic_force,
@@ -19,6 +21,8 @@ DETECTORS: tuple[Detector, ...] = (
     encoder_slip.DETECTOR,
     angle_scale.DETECTOR,
     force_ripple.DETECTOR,
+    coarse_command.DETECTOR,
+    eccentric_pulley.DETECTOR,
     periodic_force.DETECTOR,
     velocity_filter.DETECTOR,
     steady_friction.DETECTOR,

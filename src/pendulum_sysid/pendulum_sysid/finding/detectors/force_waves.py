@@ -6,6 +6,7 @@ balance of the force judges every period at once.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,14 +38,27 @@ def find_wave(balance: Balance, factor: Floats, values: Floats, tried: Floats) -
     values: (n,) over which it is a wave.
     tried: wavenumbers, rad per unit of the values.
     """
+
+    def make_columns(wavenumber: float) -> Floats:
+        phase = wavenumber * values
+        columns: Floats = factor[:, None] * np.stack([np.sin(phase), np.cos(phase)], axis=1)
+        return columns
+
+    return fit_waves(balance, make_columns, tried)
+
+
+def fit_waves(balance: Balance, make_columns: Callable[[float], Floats], tried: Floats) -> Wave:
+    """Return the wave whose columns explain most of a missing force, beside the twin's constants.
+
+    make_columns: wavenumber -> (n, 2) force of a sine and of a cosine of amplitude 1, N.
+    tried: wavenumbers.
+    """
     rows = slice(None, None, -(-len(balance.lacking) // MOST_ROWS))
     own = np.linalg.qr(balance.turned[rows])[0]
-    lacking = _take_out(own, balance.lacking[rows])
+    lacking = take_out(own, balance.lacking[rows])
     best, gain = Wave(float(tried[0]), 0.0, 0.0), -1.0
     for wavenumber in tried.tolist():
-        phase = wavenumber * values
-        columns = factor[:, None] * np.stack([np.sin(phase), np.cos(phase)], axis=1)
-        filtered = _take_out(own, balance.sieve(columns)[rows])
+        filtered = take_out(own, balance.sieve(make_columns(wavenumber))[rows])
         weights = np.linalg.lstsq(filtered, lacking, rcond=None)[0]
         explained = float(lacking @ filtered @ weights)
         if explained > gain:
@@ -54,7 +68,7 @@ def find_wave(balance: Balance, factor: Floats, values: Floats, tried: Floats) -
     return best
 
 
-def _take_out(basis: Floats, columns: Floats) -> Floats:
+def take_out(basis: Floats, columns: Floats) -> Floats:
     """Return columns (rows, ...) without what an orthonormal basis (rows, k) explains."""
     rest: Floats = columns - basis @ (basis.T @ columns)
     return rest

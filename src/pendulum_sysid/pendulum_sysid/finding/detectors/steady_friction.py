@@ -28,6 +28,7 @@ from pendulum_twin.effects.effect import Form, Place
 
 EFFECT = cart_coulomb_friction.EFFECT
 PRODUCT = "cart_direction*"  # of the questions that measure the level along a variable
+FRICTION_FORMS = (Form.DRY, Form.PATH_FORCE, Form.STATE_FRICTION)
 BESIDE = ("command", "cart_position")  # curves of the force that may take their part first
 
 
@@ -37,7 +38,7 @@ def read_friction(case: Case, theta: Floats) -> tuple[Reading, ...]:
     theta: (SIZE,) of the twin with parameters alone.
     """
     laws = [BY_NAME[name] for name in case.twin.effects]
-    if any(law.form is Form.DRY and law.place is Place.CART for law in laws):
+    if any(law.form in FRICTION_FORMS and law.place is Place.CART for law in laws):
         return ()
     level = measure_friction(case, theta)
     if level is None:

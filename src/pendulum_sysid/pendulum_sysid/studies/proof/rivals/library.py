@@ -37,6 +37,7 @@ DELAYS_S = (0.01, 0.03)
 LAGS_S = (0.02, 0.08)
 LIMITS = (0.5, 0.75)  # of the largest command
 BENDS = (1.0, 1.5)  # of the largest command
+COARSE = (0.1, 0.2)  # of the largest command
 WARMING_S = (10.0,)
 STRIBECK_SPEEDS = (0.1, 0.4)  # of the root mean square speed
 PLACES = (-0.6, -0.2, 0.2, 0.6)  # of the travel
@@ -154,6 +155,7 @@ def list_cart_terms(along: Motion, period_s: float) -> list[tuple[str, Floats]]:
             for f in LIMITS
         ),
         *(("soft_saturation", f * most * np.tanh(u / (f * most)) - u) for f in BENDS),
+        *(("coarse_command", f * most * np.round(u / (f * most)) - u) for f in COARSE),
         ("gain_asymmetry", np.abs(u)),
         ("gain_drift", u * along.t),
         ("cart_coulomb_friction", sign),
@@ -166,7 +168,8 @@ def list_cart_terms(along: Motion, period_s: float) -> list[tuple[str, Floats]]:
         ("rail_tilt", np.ones_like(x)),
         ("rail_spring", x),
         *(
-            ("rail_friction_patch", sign * np.exp(-(((x - middle) / travel - f) ** 2) / 0.3**2))
+            (name, column * np.exp(-(((x - middle) / travel - f) ** 2) / 0.3**2))
+            for name, column in (("rail_friction_patch", sign), ("rail_drag_patch", v))
             for f in PLACES
         ),
     ]

@@ -1,0 +1,75 @@
+"""Find the step of a drive that knows few steps of the command.
+
+A run knows nothing of a step that is far off: each command is then rounded to another side. The
+balance of the force judges every step at once.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pendulum_sysid.finding.detectors.detector import Detector, Reading, Use
+from pendulum_sysid.finding.detectors.force_waves import take_out
+from pendulum_sysid.finding.localisation.balance import FORCE, make_balances
+from pendulum_sysid.finding.localisation.thinning import thin_out
+from pendulum_sysid.fitting.case import Case
+from pendulum_twin.arrays import Floats
+from pendulum_twin.effects import coarse_command
+from pendulum_twin.parameter_vector import FORCE_PER_PWM, SLOTS
+
+EFFECT = coarse_command.EFFECT
+# Of the largest command: from 40 steps to either side, which the encoders hardly see, to one.
+STEPS = np.geomspace(0.025, 1.0, 400)
+AROUND = np.linspace(-0.01, 0.01, 101)  # of a step, to either side of the best of these
+
+
+def read_step(case: Case, theta: Floats) -> tuple[Reading, ...]:
+    """Return the step that explains most of the cart's missing force; none without a command.
+
+    theta: (SIZE,) of the twin fitted so far.
+    """
+    case = thin_out(case)
+    balances = [b for b in make_balances(case, theta) if b.equation == FORCE]
+    most = float(np.max(np.abs(case.signals.command), initial=0.0))
+    if not balances or most <= 0.0:
+        return ()
+    balance, force_n = balances[0], float(theta[FORCE_PER_PWM])
+    own = np.linalg.qr(balance.turned)[0]
+    lacking = take_out(own, balance.lacking)
+
+    def explain(step: float) -> float:
+        """Return how much of the missing force the rounding to a step explains."""
+        column = force_n * _compute_rounding(case, theta, step)
+        rounding = take_out(own, balance.sieve(column))
+        likeness, size = float(lacking @ rounding), float(rounding @ rounding)
+        return max(likeness, 0.0) ** 2 / size if size > 0.0 else 0.0
+
+    best = max((most * STEPS).tolist(), key=explain)
+    best = max((best * (1.0 + AROUND)).tolist(), key=explain)
+    return (Reading(EFFECT.name, (best,)),)
+
+
+def _compute_rounding(case: Case, theta: Floats, step: float) -> Floats:
+    """Return what the rounding adds to the command around each sample, (n,)."""
+    command, period_s = case.signals.command, case.signals.period_s
+    added: Floats = (
+        step * np.floor(command / step + 0.5) - command
+    )  # the effect's law, of an array
+    late = sum(float(theta[SLOTS[name].start]) for name in ("input_delay", "motor_lag"))
+    at: Floats = np.arange(len(added), dtype=np.float64) - late / period_s
+    # the mean of the periods before and after a sample, as late as the twin's command
+    around: Floats = 0.5 * (_take_held(added, at) + _take_held(added, at - 1.0))
+    return around
+
+
+def _take_held(values: Floats, at: Floats) -> Floats:
+    """Return the mean over a period of values (n,) that are held, from places (n,) on."""
+    inside = np.clip(at, 0.0, len(values) - 1.0)
+    first = np.floor(inside).astype(np.int64)
+    part = inside - first
+    after = np.minimum(first + 1, len(values) - 1)
+    mean: Floats = (1.0 - part) * values[first] + part * values[after]
+    return mean
+
+
+DETECTOR = Detector(EFFECT, Use.START, read_step)
