@@ -119,6 +119,19 @@ def test_a_constant_law_of_force_is_a_tilt():
     np.testing.assert_allclose(pushed[:, 0], tilted[:, 0], atol=2e-4)
 
 
+def test_a_gain_multiplies_the_drive_s_force_alone():
+    """A shaking bench pushes as much as before where the drive is stronger."""
+    shaken = replace(
+        THESIS,
+        effects={"periodic_force": {"amplitude_n": 0.4, "frequency_hz": 2.0, "phase_rad": 0.5}},
+    )
+    law = Law((-0.5, 0.5), (0.6, 0.6))
+    both = replace(shaken, measured_laws={"drive_gain_along_rail": law})
+    still = np.zeros_like(COMMAND)
+    np.testing.assert_allclose(run(both, still, START), run(shaken, still, START), atol=1e-12)
+    assert not np.allclose(run(both, COMMAND, START), run(shaken, COMMAND, START), atol=1e-3)
+
+
 def test_a_law_of_constant_dry_friction_is_coulomb_friction():
     law = Law((-0.2, 0.0, 0.2), (0.5,) * 3)
     held = run(hold(BY_NAME["cart_dry_friction_along_rail"], law), COMMAND, START)
