@@ -43,7 +43,7 @@ CART_WAY, POLE_WAY, CART_FREE, POLE_FREE = range(LAWS + 8, LAWS + 12)  # the mod
 FORCE, TORQUE, CART_DRY, POLE_DRY = range(LAWS + 12, LAWS + 16)
 ENDED = LAWS + 16  # 1 where a mode has ended within the step
 H = LAWS + 17  # the step, s
-HELD = LAWS + 18  # N, the part of the force that effects add to the drive's
+PUSHED = LAWS + 18  # N, the part of the force that effects add to the drive's
 PATH = LAWS + 19  # forces on the cart that follow its path, N
 
 apply_command_filters = compose.compose_filters(of_command=True)
@@ -190,18 +190,18 @@ def _hold_effects(p, i, width, step, viscous):
     gain, force, dry, drag = sum_held_effects(x, th, w, (step + 0.5) * h, p, i, width)
     force += sum_path_forces(PATH, half_way, p, i, width)
     p[FORCE * width + i] = p[FORCE * width + i] * gain + force
-    p[HELD * width + i] = force
+    p[PUSHED * width + i] = force
     p[X_BEFORE * width + i] = p[X * width + i]
     p[CART_DRY * width + i] = dry
     p[CART_VISCOUS * width + i] = viscous + drag
 
 
 @compile_inner
-def _hold_measured_laws(theta, p, i, width, step, held, held_dry):
+def _hold_measured_laws(theta, p, i, width, step, pushed, held_dry):
     """Add the measured laws of lane i to what acts evenly over its next step.
 
     step: substeps since the recording began.
-    held: N; what effects add to the drive's force over the step.
+    pushed: N; what effects add to the drive's force over the step.
     held_dry: N; what effects add to the cart's dry friction over the step.
 
     The laws are taken in the middle of the step as its first velocities lead there: of second
@@ -212,8 +212,8 @@ def _hold_measured_laws(theta, p, i, width, step, held, held_dry):
     gain, force, torque, cart_dry, pole_dry = sum_measured_laws(
         theta, x + 0.5 * h * v, v, th + 0.5 * h * w, w, (step + 0.5) * h, h
     )
-    drive = p[FORCE * width + i] - held
-    applied = drive * gain + held + force, torque, held_dry + cart_dry, pole_dry
+    drive = p[FORCE * width + i] - pushed
+    applied = drive * gain + pushed + force, torque, held_dry + cart_dry, pole_dry
     _put_four(p, FORCE, i, width, applied)
 
 
@@ -288,9 +288,9 @@ def integrate_lanes(
                     for i in range(width):
                         lane = min(first + i, count - 1)
                         step = first_step[lane] + n * sub + j
-                        held = p[HELD * width + i] if costly else 0.0
+                        pushed = p[PUSHED * width + i] if costly else 0.0
                         held_dry = p[CART_DRY * width + i] if costly else 0.0
-                        _hold_measured_laws(theta[lane], p, i, width, step, held, held_dry)
+                        _hold_measured_laws(theta[lane], p, i, width, step, pushed, held_dry)
                 _advance(lanes, laws, dry, p)
                 if costly:
                     for i in range(width):
