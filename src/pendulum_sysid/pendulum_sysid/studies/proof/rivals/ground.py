@@ -41,8 +41,8 @@ def make_ground(case: Case, split: Split) -> Ground:
 def list_terms(ground: Ground) -> tuple[Effect, ...]:
     """Return the effects that a fit of this rig's positions can hold beside the base.
 
-    Left out are effects for which another effect stands, and effects with a time that is read off
-    the recording, which no fit moves.
+    Left out are effects for which another effect stands, and effects with a parameter that no fit
+    moves: a time that is read off the recording, a step whose change makes the runs jump.
     """
     rig = ground.case.twin.rig
     places = {Place.CLOCK} | ({Place.COMMAND, Place.DRIVE, Place.CART} if rig.has_cart else set())
@@ -57,7 +57,7 @@ def list_terms(ground: Ground) -> tuple[Effect, ...]:
         and effect.form is not Form.REPORT
         and effect.shows_as is None
         and effect.name not in ground.base.effects
-        and not any(p.located for p in effect.parameters)
+        and not any(p.located or p.jumps for p in effect.parameters)
     )
 
 
