@@ -38,7 +38,11 @@ from pendulum_rl_env.learning.environments import (  # noqa: E402
 from pendulum_rl_env.learning.export import export  # noqa: E402
 from pendulum_rl_env.learning.learner import as_off_policy, make_learner  # noqa: E402
 from pendulum_rl_env.learning.on_rig import evaluate_mean_reward, learn_on_rig  # noqa: E402
-from pendulum_rl_env.learning.policies import get_correction, load_policy, save_policy  # noqa: E402
+from pendulum_rl_env.learning.policies import (  # noqa: E402
+    get_correction,
+    load_policy,
+    save_policy,
+)
 from pendulum_rl_env.learning.preset import (  # noqa: E402
     IN_PROCESS,
     Preset,

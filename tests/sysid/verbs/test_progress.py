@@ -132,6 +132,21 @@ def test_silence_is_broken_by_plain_lines(monkeypatch: pytest.MonkeyPatch) -> No
     assert written.getvalue().count("asking what is missing") >= 4
 
 
+@pytest.mark.parametrize(("line", "is_due"), [(Stage.GROWING, True), ("3/600 rigs", False)])
+def test_a_diagnosis_is_never_silent_for_long_and_a_study_of_hours_may_be(
+    line: str, is_due: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    clock = Clock()
+    monkeypatch.setattr(progress.time, "monotonic", clock)
+    shown = Progress(io.StringIO(), quiet=False)
+    clock.now += 3600.0
+    shown.report(line)
+    clock.now += progress.SILENCE_S
+    assert shown._is_silent_for_long() is is_due
+    clock.now += progress.LONGEST_SILENCE_S
+    assert shown._is_silent_for_long()
+
+
 def test_nothing_is_said_of_a_command_that_has_no_stages(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(progress, "START_S", 0.0)
     monkeypatch.setattr(progress, "SILENCE_S", 0.0)

@@ -16,8 +16,8 @@ from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.verbs.said import CLEAR_LINE, Colour, is_terminal, paint
 
 SILENCE_S = 2.0  # longest without a line where stderr is no terminal; 3 on a busy computer
-SILENCE_SHARE = 0.05  # of the time so far: a proof of hours does not fill its log
-LONGEST_SILENCE_S = 60.0
+SILENCE_SHARE = 0.05  # of the time so far, in a study: hours do not fill its log
+LONGEST_SILENCE_S = 60.0  # in a study
 START_S = 2.75  # longest until the first line: what ends sooner says its one sentence only
 REDRAW_S = 0.25  # from one state of the last line to the next on a terminal
 STARTING = "starting"
@@ -177,8 +177,9 @@ class Progress:
         if self._step is STARTING:
             return False
         now = time.monotonic()
-        grown = min(SILENCE_SHARE * (now - self._began), LONGEST_SILENCE_S)
-        longest = max(SILENCE_S, grown) if self._has_spoken else START_S
+        longest = SILENCE_S if self._has_spoken else START_S
+        if self._course.share is None:  # a study: only a diagnosis has stages
+            longest = max(longest, min(SILENCE_SHARE * (now - self._began), LONGEST_SILENCE_S))
         return now - self._spoken > longest - REDRAW_S
 
     def _draw(self) -> None:
