@@ -31,6 +31,7 @@ class StopReason(Enum):
     SAMPLES_MISSING = "The rig's samples are missing"
     SAMPLE_MALFORMED = "A sample could not be read"
     RATE_WRONG = "The rig's samples do not come at the rate of the plan"
+    PUSH_UNEVEN = "The first push was not sent evenly, so it cannot show the cart's direction"
     NOT_READY = "The plan could not begin"
     RESET_FAILED = "The reset before the plan failed"
     ABORTED = "The plan was aborted by request"

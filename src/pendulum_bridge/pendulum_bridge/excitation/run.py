@@ -13,6 +13,7 @@ from pendulum_bridge.excitation.playback import (
     is_rate_fitting,
     measure_rate,
 )
+from pendulum_bridge.excitation.push import MOST_PUSHES, Push, is_even, send_push
 from pendulum_bridge.safety.rig_state import RigState
 from pendulum_twin.health import Health, Level
 from pendulum_twin.plans.excitation import Excitation
@@ -50,6 +51,8 @@ class Run:
     sampled_s: s, monotonic; when the last sample came; None before the first.
     stamps_ns: ns; stamps of the samples that show the rate.
     performance: the state of the plan being played.
+    push: the plan's first push as it was sent.
+    pushes: uneven pushes before it.
     stopped: why the run ended before its end; None when it did not.
     """
 
@@ -58,6 +61,8 @@ class Run:
     sampled_s: float | None = None
     stamps_ns: tuple[int, ...] = ()
     performance: Performance = Performance()  # noqa: RUF009 (frozen)
+    push: Push = Push()  # noqa: RUF009 (frozen)
+    pushes: int = 0
     stopped: Stopped | None = None
 
 
@@ -109,12 +114,25 @@ def take_sample(
     if run.stage is not Stage.PLAYING:
         return Step(run)
     move = perform(stamp_ns, state, applied, run.performance, plan, bounds)
+    if move.command is not None and run.performance.playback.way is None:
+        run = replace(run, push=send_push(move.command, now_s, stamp_ns / 1e9, run.push))
+        if move.performance.playback.way is not None and not is_even(run.push, plan):
+            return Step(_push_again(now_s, run), 0.0)
     run = replace(run, performance=move.performance)
     if move.stopped:
         run = stop_run(move.stopped, now_s, run)
     elif move.done:
         run = enter_stage(Stage.DONE, now_s, run)
     return Step(run, move.command)
+
+
+def _push_again(now_s: float, run: Run) -> Run:
+    """Return the run after an uneven push: it looks at the rate, and begins the plan anew."""
+    pushes = run.pushes + 1
+    if pushes == MOST_PUSHES:
+        detail = f"{pushes} times: this computer is too busy to drive a rig"
+        return stop_run(Stopped(StopReason.PUSH_UNEVEN, detail), now_s, run)
+    return begin_looking(now_s, Run(pushes=pushes))
 
 
 def _look_at_rate(stamp_ns: int, now_s: float, run: Run, plan: Excitation) -> Run:
@@ -182,6 +200,7 @@ def make_health(run: Run, plan: Excitation, lacking: str) -> Health:
         "share_played": compute_share(run, plan),
         "samples_lost": playback.lost,
         "samples_old": playback.old,
+        "uneven_pushes": run.pushes,
         "overruled_s": run.performance.watch.overruled_s,
     }
     if run.stopped:
