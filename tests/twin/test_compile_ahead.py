@@ -9,6 +9,7 @@ pytest.importorskip("rclpy")
 from support.ros_graph import Graph
 
 from pendulum_twin import compile_ahead
+from pendulum_twin.motion import LAW_SETS
 
 MODULE = "pendulum_twin.nodes.twin_node"
 
@@ -18,7 +19,7 @@ def test_a_cold_start_can_be_interrupted(ros: Graph, monkeypatch, tmp_path, numb
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     node = ros.start(MODULE, "--ros-args", "-p", "twin:=anything.yaml")
     assert node.stderr.readline() == "twin_node: compiling the twin once (about 15 s)\n"
-    assert node.stderr.readline() == "twin_node: compiling for live: 1 of 4\n"
+    assert node.stderr.readline() == f"twin_node: compiling for live: 1 of {1 + len(LAW_SETS)}\n"
     node.send_signal(number)
     _, said = node.communicate(timeout=60)
     assert node.returncode == 0 and "Traceback" not in said

@@ -10,7 +10,7 @@ from pendulum_twin import kernel
 from pendulum_twin.compose import PATHS
 from pendulum_twin.free_runs import run_drive, run_freely, run_mechanics
 from pendulum_twin.model import Twin
-from pendulum_twin.motion import ALL_LAWS, NO_LAWS, PLAIN_LAWS
+from pendulum_twin.motion import HELD_LAWS, LAW_SETS, NO_LAWS, PLAIN_LAWS
 from pendulum_twin.parameter_vector import make_theta
 from pendulum_twin.signals import join_signals
 from pendulum_twin.stepper import Stepper
@@ -28,6 +28,13 @@ TWINS = {
     "dry": (
         THESIS,
         {"cart_coulomb_friction": {"level_n": 1.2}, "pole_coulomb_friction": {"level_n_m": 0.003}},
+    ),
+    "held": (
+        THESIS,
+        {
+            "cart_presliding_friction": {"level_n": 0.4, "distance_m": 0.003},
+            "periodic_force": {"amplitude_n": 0.3, "frequency_hz": 1.7, "phase_rad": 1.0},
+        },
     ),
     "all at once": (
         THESIS,
@@ -146,7 +153,7 @@ def run_lanes(theta, width, laws, dry):
 
 
 @pytest.mark.parametrize("width", [1, kernel.WIDTH])
-@pytest.mark.parametrize("laws", [NO_LAWS, PLAIN_LAWS, ALL_LAWS], ids=["none", "plain", "all"])
+@pytest.mark.parametrize("laws", LAW_SETS, ids=["none", "plain", "held", "all"])
 @pytest.mark.parametrize("dry", [False, True])
 def test_laws_that_are_off_add_exactly_nothing(width, laws, dry):
     assert np.array_equal(
@@ -155,12 +162,14 @@ def test_laws_that_are_off_add_exactly_nothing(width, laws, dry):
     )
 
 
-@pytest.mark.parametrize("name", ["plain laws", "dry", "thesis"])
-def test_costly_laws_that_are_off_add_exactly_nothing(name):
-    assert np.array_equal(
-        run_lanes(choose_theta(name), 16, ALL_LAWS, True),
-        run_lanes(choose_theta(name), 16, PLAIN_LAWS, True),
-    )
+@pytest.mark.parametrize(
+    ("name", "least"),
+    [("plain laws", PLAIN_LAWS), ("dry", PLAIN_LAWS), ("thesis", PLAIN_LAWS), ("held", HELD_LAWS)],
+)
+def test_costly_laws_that_are_off_add_exactly_nothing(name, least):
+    least_code = run_lanes(choose_theta(name), 16, least, True)
+    for laws in LAW_SETS[LAW_SETS.index(least) + 1 :]:
+        assert np.array_equal(run_lanes(choose_theta(name), 16, laws, True), least_code)
 
 
 def test_run_mechanics_begins_where_it_is_told():

@@ -36,6 +36,7 @@ OTHER_BEGINNINGS = 2  # searches; that are tried where the first leaves more tha
 PROBES_UNTHINNED = 8  # probes; more are thinned out by the missing force: time
 PROBES_KEPT = 3  # probes; of an effect with many places or periods
 LARGEST_STEP = 10.0  # typical sizes; reach of the linearised step
+STEPS_A_START = 5  # iterations; from each start, before the best of several goes on: time
 STARTS_REFITTED = 3  # fits; of an effect with a place, a period or a limit
 ALIKE_PROBES = 0.7  # correlation; probes closer than this start the same fit
 

@@ -88,7 +88,7 @@ def _find_mark(what: str) -> Path | None:
 def _list_live_units() -> list[Callable[[], object]]:
     """Return what a live twin calls, a call for each piece of machine code."""
     from pendulum_twin.model import Twin
-    from pendulum_twin.motion import ALL_LAWS, NO_LAWS, PLAIN_LAWS
+    from pendulum_twin.motion import LAW_SETS
     from pendulum_twin.rig import Rig
     from pendulum_twin.stepper import Stepper
 
@@ -101,7 +101,7 @@ def _list_live_units() -> list[Callable[[], object]]:
 
     return [
         partial(Stepper, twin, 0.01),
-        *(partial(step, laws) for laws in (NO_LAWS, PLAIN_LAWS, ALL_LAWS)),
+        *(partial(step, laws) for laws in LAW_SETS),
     ]
 
 
@@ -111,7 +111,7 @@ def _list_fitting_units() -> list[Callable[[], object]]:
 
     from pendulum_twin import kernel
     from pendulum_twin.compose import PATHS
-    from pendulum_twin.motion import ALL_LAWS, NO_LAWS, PLAIN_LAWS
+    from pendulum_twin.motion import LAW_SETS
     from pendulum_twin.parameter_vector import NEUTRAL
 
     def run(laws: tuple[int, ...] | None) -> object:
@@ -138,7 +138,7 @@ def _list_fitting_units() -> list[Callable[[], object]]:
             out,
         )
 
-    return [partial(run, laws) for laws in (NO_LAWS, PLAIN_LAWS, ALL_LAWS)]
+    return [partial(run, laws) for laws in LAW_SETS]
 
 
 def main() -> int:

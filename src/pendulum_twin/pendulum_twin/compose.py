@@ -40,8 +40,12 @@ def _list_arguments(effect: Effect, where: str) -> list[str]:
 
 
 def is_costly(effect: Effect) -> bool:
-    """Return whether only kernels with all laws hold the law: others are of plain arithmetic."""
-    return effect.form in HELD_FORMS or not TRANSCENDENTAL.isdisjoint(effect.law.__code__.co_names)
+    """Return whether only kernels with all laws hold the law.
+
+    Others are of plain arithmetic, or act evenly over a step and so are taken once a step.
+    """
+    costs = not TRANSCENDENTAL.isdisjoint(effect.law.__code__.co_names)
+    return costs and effect.form not in HELD_FORMS
 
 
 def _list_effects(form: Form, places: tuple[Place, ...]) -> list[tuple[int, Effect]]:
@@ -216,7 +220,7 @@ def compose_dry_level(place: Place) -> Callable[..., Any]:
 
 def _guard_costly(effect: Effect, line: str) -> list[str]:
     """Return a line that calls a law, under the condition that costly laws are compiled in."""
-    return ["if len(laws) > 1:", f"    {line}"] if is_costly(effect) else [line]
+    return ["if len(laws) > 2:", f"    {line}"] if is_costly(effect) else [line]
 
 
 def compose_holds() -> Callable[..., Any]:

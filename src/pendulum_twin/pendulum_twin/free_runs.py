@@ -18,7 +18,7 @@ from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Effect, Form
 from pendulum_twin.law_curves import convert_positions
 from pendulum_twin.laws.kind import Role
-from pendulum_twin.motion import ALL_LAWS, NO_LAWS, PLAIN_LAWS
+from pendulum_twin.motion import ALL_LAWS, HELD_LAWS, NO_LAWS, PLAIN_LAWS
 from pendulum_twin.parameter_vector import (
     BASE,
     LAWS,
@@ -30,13 +30,15 @@ from pendulum_twin.path_forces import follow_recorded_path, have_path_forces
 from pendulum_twin.signals import Signals
 from pendulum_twin.threads import share_among_threads
 
-# Masks over the catalogue: effects of the mechanics, costly laws, laws that can hold a joint.
+# Masks over the catalogue: effects of the mechanics, laws that act evenly over a step, costly
+# laws, laws that can hold a joint.
 _MECHANICAL = np.array(
     [
         e.form in (Form.FORCE, Form.DRY, Form.DRY_RATIO, Form.HOLD, *compose.HELD_FORMS)
         for e in CATALOGUE
     ]
 )
+_HOLDING = np.array([e.form in compose.HELD_FORMS for e in CATALOGUE])
 _COSTLY = np.array([compose.is_costly(e) for e in CATALOGUE])
 _STICKING = np.array(
     [e.form in (Form.DRY, Form.HOLD, Form.TIMED_FRICTION, Form.STATE_FRICTION) for e in CATALOGUE]
@@ -241,8 +243,9 @@ def select_kernel_code(
     measured = (0,) if sticks or not roles.isdisjoint(_HELD) else None
     if not np.any(on & _MECHANICAL):
         return PLAIN_LAWS if sticks else NO_LAWS, dry, measured
-    laws = ALL_LAWS if np.any(on & _MECHANICAL & _COSTLY) else PLAIN_LAWS
-    return laws, dry, measured
+    if np.any(on & _MECHANICAL & _COSTLY):
+        return ALL_LAWS, dry, measured
+    return HELD_LAWS if np.any(on & _HOLDING) else PLAIN_LAWS, dry, measured
 
 
 def apply_sensors(states: Floats, theta: Floats, t: Floats, sets: Floats | None = None) -> Floats:

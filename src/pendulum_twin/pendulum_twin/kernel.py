@@ -280,19 +280,19 @@ def integrate_lanes(
             for j in range(sub):
                 for i in range(width):
                     p[FORCE * width + i] = drives[row[i], at[i] + j] * p[FORCE_PER_PWM * width + i]
-                costly = laws is not None and len(laws) > 1
-                if costly:
+                evenly = laws is not None and len(laws) > 1
+                if evenly:
                     for i in range(width):
                         _hold_effects(p, i, width, first_of[i] + (n * sub + j), viscous_of[i])
                 if measured is not None:
                     for i in range(width):
                         lane = min(first + i, count - 1)
                         step = first_step[lane] + n * sub + j
-                        pushed = p[PUSHED * width + i] if costly else 0.0
-                        held_dry = p[CART_DRY * width + i] if costly else 0.0
+                        pushed = p[PUSHED * width + i] if evenly else 0.0
+                        held_dry = p[CART_DRY * width + i] if evenly else 0.0
                         _hold_measured_laws(theta[lane], p, i, width, step, pushed, held_dry)
                 _advance(lanes, laws, dry, p)
-                if costly:
+                if evenly:
                     for i in range(width):
                         follow_path(PATH, p[X * width + i] - p[X_BEFORE * width + i], p, i, width)
             for i in range(width):

@@ -13,7 +13,8 @@ modes: cart_way, pole_way, cart_free, pole_free. A way is the direction in which
     1, -1 or 0; free is 0 for a joint that sticks and 1 for a joint that moves.
 p, i, width: the block, the lane in it, and how many lanes it has.
 laws: says by its type which laws are compiled in: None for none, a tuple of one for those of plain
-    arithmetic, a tuple of two for all. A law that is compiled in and neutral adds exactly nothing.
+    arithmetic, of two for those that act evenly over a step as well, of three for all. A law that
+    is compiled in and neutral adds exactly nothing.
 h: s, the step.
 """
 
@@ -38,7 +39,8 @@ from pendulum_twin.parameter_vector import (
     POLE_VISCOUS,
 )
 
-NO_LAWS, PLAIN_LAWS, ALL_LAWS = None, (0,), (0, 0)
+NO_LAWS, PLAIN_LAWS, HELD_LAWS, ALL_LAWS = None, (0,), (0, 0), (0, 0, 0)
+LAW_SETS = (NO_LAWS, PLAIN_LAWS, HELD_LAWS, ALL_LAWS)
 MOVING = (0.0, 0.0, 1.0, 1.0)  # modes without dry friction
 
 add_cart_forces = compose.compose_forces(Place.CART)

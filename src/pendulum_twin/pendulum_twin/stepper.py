@@ -21,7 +21,7 @@ from pendulum_twin.free_runs import (
     undo_sensors,
 )
 from pendulum_twin.model import Twin
-from pendulum_twin.motion import ALL_LAWS, NO_LAWS, PLAIN_LAWS
+from pendulum_twin.motion import LAW_SETS
 from pendulum_twin.parameter_vector import find_active_effects, make_theta
 from pendulum_twin.rail_ends import Impact, stop_cart
 
@@ -139,5 +139,5 @@ class Stepper:
 def compile_for_any_effect(twin: Twin, period_s: float) -> None:
     """Compile all that a stepper of any twin can need, so that no run stands still to compile."""
     stepper = Stepper(twin, period_s)
-    for stepper._laws, stepper._measured in product((NO_LAWS, PLAIN_LAWS, ALL_LAWS), (None, (0,))):
+    for stepper._laws, stepper._measured in product(LAW_SETS, (None, (0,))):
         stepper.step(0.0)

@@ -8,16 +8,23 @@ import pytest
 from support.hidden_physics import HIDDEN, INTECO, record_hidden
 
 from pendulum_sysid import decisions
-from pendulum_sysid.finding.growth import find_steps, grow_set, list_simplest
+from pendulum_sysid.finding.growth import (
+    find_steps,
+    grow_set,
+    list_contained,
+    list_simplest,
+    order_proposals,
+)
 from pendulum_sysid.finding.journal import Search
 from pendulum_sysid.finding.pole_alone import PoleAnswer
-from pendulum_sysid.finding.propose import propose
+from pendulum_sysid.finding.propose import Proposal, propose
 from pendulum_sysid.finding.search import Explanation, begin_otherwise
 from pendulum_sysid.finding.signs import fit_parameters_alone, settle_sign
 from pendulum_sysid.fitting.fit import HORIZONS, fit
 from pendulum_sysid.fitting.split import split_windows
 from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.records import Fit, Recording
+from pendulum_twin.effects import BY_NAME
 from pendulum_twin.parameter_vector import SLOTS, make_theta
 
 PATCH = {"rail_friction_patch": {"level_n": 0.9, "centre_m": 0.05, "width_m": 0.07}}
@@ -85,8 +92,37 @@ def test_a_proposal_that_promises_next_to_nothing_is_not_fitted() -> None:
         tried = {trial.effects[-1] for trial in search.journal.trials[noted:]}
         proposals = propose(search.case, search.split, fit_so_far)[: decisions.CANDIDATES_REFITTED]
         worth = {p.effect for p in proposals if p.gain >= decisions.PROPOSAL_LEAST_NATS}
-        assert tried == worth
+        waiting = worth - tried
+        assert tried <= worth and all(set(BY_NAME[name].simpler) & tried for name in waiting)
         assert len(worth) < len(proposals) if is_complete else worth
+
+
+def make_proposals(**gains: float) -> list[Proposal]:
+    return [Proposal(name, (name,), np.zeros((1, 1)), gain) for name, gain in gains.items()]
+
+
+def test_an_effect_waits_for_the_simpler_effect_that_promises_as_much() -> None:
+    proposals = make_proposals(
+        cart_presliding_friction=100.0, cart_coulomb_friction=99.0, rail_tilt=3.0
+    )
+    presliding = proposals[0]
+    assert list_contained(presliding, proposals) == ["cart_coulomb_friction"]
+    ordered = [proposal.effect for proposal in order_proposals(proposals)]
+    assert ordered == ["cart_coulomb_friction", "cart_presliding_friction"]
+    more = make_proposals(cart_presliding_friction=110.0, cart_coulomb_friction=99.0)
+    assert list_contained(more[0], more) == []
+    assert order_proposals(more)[0].effect == "cart_presliding_friction"
+
+
+def test_the_best_of_several_starts_goes_on_alone() -> None:
+    search = search_hidden(PATCH, 3)
+    base = fit_parameters_alone(search)
+    thetas = np.tile(base.theta, (3, 1))
+    for theta, centre_m in zip(thetas, (-0.2, 0.06, 0.3), strict=True):
+        theta[SLOTS["rail_friction_patch"]] = (0.5, centre_m, 0.1)
+    several = search.fit_effects(("rail_friction_patch",), base, thetas)
+    alone = search.fit_effects(("rail_friction_patch",), base, thetas[1])
+    assert several.train == pytest.approx(alone.train, rel=1e-3) and several.train < 1.2
 
 
 def test_what_the_pole_said_by_itself_is_taken_back() -> None:

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.journal import Search
 from pendulum_sysid.finding.judge import choose_simplest, compute_lead, is_needed
-from pendulum_sysid.finding.propose import propose
+from pendulum_sysid.finding.propose import Proposal, propose
 from pendulum_sysid.records import Fit
 from pendulum_twin.effects import BY_NAME
 
@@ -43,17 +43,36 @@ def find_steps(search: Search, best: Fit) -> list[Fit]:
         "asking what is missing"
     )
     proposals = propose(search.case, search.split, best)[: decisions.CANDIDATES_REFITTED]
-    fits = [
-        search.fit_effects(proposal.effects, best, proposal.theta)
-        for proposal in proposals
-        if proposal.gain >= decisions.PROPOSAL_LEAST_NATS
-    ]
-    good = [candidate for candidate in fits if is_needed(candidate, best, candidate.effects[-1])]
+    fits: list[Fit] = []
+    good: list[Fit] = []
+    for proposal in order_proposals(proposals):
+        if any(step.effects[-1] in list_contained(proposal, proposals) for step in good):
+            continue
+        fits.append(search.fit_effects(proposal.effects, best, proposal.theta))
+        if is_needed(fits[-1], best, proposal.effect):
+            good.append(fits[-1])
     kept = choose_simplest(good) if good else None
     for candidate in fits:
         better = "no better than the one kept" if candidate in good else "not needed"
         search.journal.note(candidate, "kept" if candidate is kept else better)
     return sorted(good, key=lambda candidate: (candidate is not kept, candidate.choose))
+
+
+def order_proposals(proposals: Sequence[Proposal]) -> list[Proposal]:
+    """Return the proposals that promise enough, those that contain others of them last."""
+    enough = [p for p in proposals if p.gain >= decisions.PROPOSAL_LEAST_NATS]
+    return sorted(enough, key=lambda proposal: bool(list_contained(proposal, enough)))
+
+
+def list_contained(proposal: Proposal, proposals: Sequence[Proposal]) -> list[str]:
+    """Return the proposed effects that a proposal contains and promises no more than.
+
+    Where such an effect is a step ahead, the proposal waits: it is asked again, as an effect in
+    the place of the simpler effect, from there.
+    """
+    simpler = BY_NAME[proposal.effect].simpler
+    least = decisions.PROPOSAL_LEAST_NATS
+    return [p.effect for p in proposals if p.effect in simpler and proposal.gain < p.gain + least]
 
 
 def list_simplest(steps: Sequence[Fit], taken: Sequence[Fit] = ()) -> list[Fit]:

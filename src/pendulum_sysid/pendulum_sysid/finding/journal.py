@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pendulum_sysid.fitting.case import Case
-from pendulum_sysid.fitting.fit import fit
+from pendulum_sysid.fitting.fit import begin_fit, fit
 from pendulum_sysid.fitting.windows import WINDOW_S
 from pendulum_sysid.records import Fit, Split, Trial
 from pendulum_twin.arrays import Floats
@@ -61,11 +61,13 @@ class Search:
         start: the fit whose start states of windows are taken over.
         theta: (SIZE,) or (starts, SIZE) parameter vectors to start from.
         """
-        fits = [
-            fit(self.case, self.split, effects, vector, start.pieces, start.start_states)
-            for vector in np.atleast_2d(theta)
-        ]
-        return min(fits, key=lambda candidate: candidate.train)
+        thetas, start_states = np.atleast_2d(theta), start.start_states
+        vector = thetas[0]
+        if len(thetas) > 1:
+            vector, start_states = begin_fit(
+                self.case, self.split, effects, thetas, start.pieces, start_states
+            )
+        return fit(self.case, self.split, effects, vector, start.pieces, start_states)
 
     def fit_over_horizon(self, known: Fit, pieces: int) -> Fit:
         """Return the same set of effects fitted with every window cut into so many pieces."""

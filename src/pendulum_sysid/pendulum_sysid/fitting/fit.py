@@ -11,6 +11,7 @@ from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.cross_validation import cross_validate
 from pendulum_sysid.fitting.gauss_newton import (
     Solution,
+    complete_system,
     compute_correlations,
     compute_half_widths,
     compute_misfit,
@@ -51,7 +52,7 @@ def fit(
     """
     free = list_free_parameters(case.twin, effects, case.scales)
     problem = case.problem(shorten_windows(case.state, split.learn, pieces))
-    solution = solve(problem, theta, free, start_states)
+    solution = complete_system(problem, solve(problem, theta, free, start_states), free)
     left_out = cross_validate(problem, solution, free, pieces)
     return Fit(
         twin=make_twin(case.twin, solution.theta, effects, list_rig_parameters(case.twin)),
@@ -72,6 +73,29 @@ def fit(
         converged=solution.converged,
         correlations=compute_correlations(solution, free, pieces),
     )
+
+
+def begin_fit(
+    case: Case,
+    split: Split,
+    effects: tuple[str, ...],
+    thetas: Floats,
+    pieces: int = 1,
+    start_states: Floats | None = None,
+) -> tuple[Floats, Floats]:
+    """Return theta and start states of the fit that is ahead after a few steps from each start.
+
+    A start from which a fit goes on to the same place, or to a worse place, shows so early.
+
+    thetas: (starts, SIZE) parameter vectors.
+    """
+    free = list_free_parameters(case.twin, effects, case.scales)
+    problem = case.problem(shorten_windows(case.state, split.learn, pieces))
+    begun = [
+        solve(problem, theta, free, start_states, decisions.STEPS_A_START) for theta in thetas
+    ]
+    ahead = min(begun, key=lambda solution: solution.misfit(case.noise))
+    return ahead.theta, ahead.start_states
 
 
 def fit_own_parameters(case: Case, split: Split) -> Fit:

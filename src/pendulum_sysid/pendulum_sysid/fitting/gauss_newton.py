@@ -36,7 +36,8 @@ class Solution:
     start_states: (windows, 4) fitted start states x, th, v, w.
     squares, counts: (windows, channels) sum of squared errors (m^2, rad^2), and samples.
     converged: whether the last step gained hardly anything.
-    system: the normal equations there; None where no parameter was free.
+    system: the normal equations there; None where no parameter was free, and before
+        `complete_system` where the iterations ended first.
     """
 
     theta: Floats
@@ -142,10 +143,15 @@ def solve(
         damping = max(damping * 0.1, 1e-9)
         if gain < CONVERGED:
             return conclude(True, shift_system(system, free, before, theta))
-    if not free:
-        return conclude(False, None)
-    power = compute_power(squares, counts)
-    return conclude(False, linearise(problem, theta, starts, free, power))
+    return conclude(False, None)
+
+
+def complete_system(problem: Problem, solution: Solution, free: tuple[Free, ...]) -> Solution:
+    """Return the solution with the normal equations at its end."""
+    if not free or solution.system is not None:
+        return solution
+    theta, starts = solution.theta, solution.start_states
+    return replace(solution, system=linearise(problem, theta, starts, free, solution.power))
 
 
 def shift_system(system: System, free: tuple[Free, ...], before: Floats, after: Floats) -> System:
