@@ -88,8 +88,8 @@ LIGHT_MOST_FLOORS = 3.0  # noise floors; remainder of a twin that is good for us
 LIGHT_MOST_LOST = 0.02  # of time; in gaps and faults of the data, to take an answer as it is
 LIGHT_MOST_GAPS_A_MINUTE = 10.0  # gaps a minute; ... or so many pieces
 
-# Is dry friction certain although something else has no name?
-STEADY_SHARE = 0.5  # of middle level; below which no part of a curve may surely lie
+# Is an effect there everywhere, so that it is certain although something else has no name?
+STEADY_SHARE = 0.5  # of size; below which no environment, and no part of a curve, may lie
 STEADY_LEAST_CURVES = 3  # curves; of moving variables, to speak of everywhere
 CERTAIN_CONFIDENCE = 0.99  # probability; stated: it was surely there in every curve
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.detectors import Use, read_effects
+from pendulum_sysid.finding.environments import Steadiness, measure_steadiness
 from pendulum_sysid.finding.journal import Search
 from pendulum_sysid.finding.judge import Lead, compute_lead, is_needed
 from pendulum_sysid.finding.pole_alone import PoleAnswer
@@ -32,6 +33,8 @@ class Named:
     inseparable_from: effects that do as well in its place on this recording.
     replication: in how many parts of the recordings the effect is found again; None for an effect
         that is not asked for again.
+    steadiness: its size in environments in which the rig moves otherwise; None where the fit ends
+        at the noise, and for an effect without a size.
     weight: how much the effect is believed, 0 to 1, over all sets that were tried; None for an
         effect that no search tries.
     """
@@ -40,12 +43,19 @@ class Named:
     lead: Lead
     inseparable_from: tuple[str, ...] = ()
     replication: Replication | None = None
+    steadiness: Steadiness | None = None
     weight: float | None = None
 
     @property
     def is_lasting(self) -> bool:
-        """Return whether the effect is found again in the parts that could show it."""
-        return self.replication is None or self.replication.is_lasting
+        """Return whether the effect is found again, at the same size, wherever it could show."""
+        lasting = self.replication is None or self.replication.is_lasting
+        return lasting and not (self.steadiness is not None and self.steadiness.is_contradicted)
+
+    @property
+    def is_steady(self) -> bool:
+        """Return whether the effect is surely there wherever it could show."""
+        return self.steadiness is not None and self.steadiness.is_steady
 
 
 def name_effects(
@@ -113,12 +123,19 @@ def add_ties(named: Iterable[Named], ties: Iterable[Tie]) -> tuple[Named, ...]:
 def add_replications(
     search: Search, best: Fit, named: Iterable[Named], sets: Sequence[WeighedSet]
 ) -> tuple[Named, ...]:
-    """Return the names with how often each is found again, and how much it is believed."""
+    """Return the names with how often each is found again, and how much it is believed.
+
+    A fit above the noise lacks something, and a name may stand for what it lacks: its size is
+    asked in environments, too.
+    """
     replications = replicate_effects(search.case, search.split, best)
+    above = best.choose > decisions.MISFIT_AT_NOISE
+    steadiness = measure_steadiness(search.case, search.split, best) if above else {}
     return tuple(
         replace(
             effect,
             replication=replications.get(effect.effect),
+            steadiness=steadiness.get(effect.effect),
             weight=weigh_effect(sets, effect.effect),
         )
         for effect in named

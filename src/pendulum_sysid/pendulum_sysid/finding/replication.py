@@ -140,7 +140,7 @@ def estimate_blocks(case: Case, split: Split, fit: Fit, blocks: int) -> dict[str
         (part[:, None] * fit.pieces + np.arange(fit.pieces)).reshape(-1)
         for part in np.array_split(np.arange(whole), min(blocks, whole))
     ]
-    steps, deviations = zip(*(_estimate(system, p, fit, free) for p in parts), strict=True)
+    steps, deviations = zip(*(estimate_part(system, p, fit, free) for p in parts), strict=True)
     return {
         parameter.name: BlockEstimates(
             np.array([parameter.get(fit.theta) + step[k] * parameter.size for step in steps]),
@@ -150,10 +150,13 @@ def estimate_blocks(case: Case, split: Split, fit: Fit, blocks: int) -> dict[str
     }
 
 
-def _estimate(
+def estimate_part(
     system: System, part: Ints, fit: Fit, free: tuple[Free, ...]
 ) -> tuple[Floats, Floats]:
-    """Return the step of a block's windows alone, in sizes, and its standard deviations."""
+    """Return the step of a part of the windows alone, in sizes, and its standard deviations.
+
+    part: of the windows, whole windows in their pieces, as indices into the system.
+    """
     own = replace(system, normals=system.normals[part], scores=system.scores[part])
     step = np.linalg.lstsq(own.normal, own.gradient, rcond=1e-10)[0]
     windows = len(part) // fit.pieces

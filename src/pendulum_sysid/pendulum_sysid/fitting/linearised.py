@@ -7,7 +7,8 @@ Anal. 10 (1973) 413): the remainder is in the parameters alone.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -120,6 +121,18 @@ class System:
     varied: list[int]
     beliefs: Floats | float = 0.0
     pulls: Floats | float = 0.0
+
+    def pick(self, columns: Sequence[int]) -> System:
+        """Return the system with these columns; the other parameters stay where they are."""
+        count = self.normals.shape[1]
+        return replace(
+            self,
+            normals=self.normals[:, columns][:, :, columns],
+            scores=self.scores[:, columns],
+            cross=self.cross[..., columns],
+            beliefs=np.broadcast_to(self.beliefs, count)[columns],
+            pulls=np.broadcast_to(self.pulls, count)[columns],
+        )
 
     @cached_property
     def normal(self) -> Floats:

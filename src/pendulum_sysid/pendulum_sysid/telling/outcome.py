@@ -97,8 +97,9 @@ def list_told(findings: Findings) -> tuple[Named, ...]:
     """Return the named effects that the verdict tells.
 
     Where something else has no name, an effect of the motion is told only if its law has the shape
-    that is seen, at another place than what has no name, and if most of the error that is left
-    without it is its own.
+    that is seen, and if either its size is the same wherever it could show (and no detector has
+    measured it beside what has no name), or it acts at another place than what has no name and
+    most of the error that is left without it is its own.
     """
     if decide_outcome(findings) is not Outcome.NOT_IN_CATALOGUE:
         return findings.named
@@ -106,11 +107,13 @@ def list_told(findings: Findings) -> tuple[Named, ...]:
     places = {BY_NAME[name].place for name in doubtful} | {
         Place(misfit.place) for misfit in findings.misfits
     }
+    certain = {reading.effect for reading in findings.certain}
     alone = explains_too_little(findings)
     return tuple(
         effect
         for effect in findings.named
         if not is_motion_effect(effect.effect)
+        or (effect.is_steady and effect.effect not in doubtful | certain)
         or (
             not alone
             and BY_NAME[effect.effect].place not in places
