@@ -39,6 +39,7 @@ SIZES = {
         "pole_velocity_rad_s": 0.1,
     },
     "encoder_slip": {"angle_rad": 0.3, "time_s": 6.0},
+    "load_put_on": {"load_kg": 0.25, "time_s": 6.0},
     "cart_friction_asymmetry": {"ratio": 0.4},
 }
 BESIDE = {"cart_friction_asymmetry": {"cart_coulomb_friction": {"level_n": 1.0}}}
@@ -56,6 +57,7 @@ OVER_RATE = ("pole_coulomb_friction", "pole_quadratic_drag")
 OVER_TIME = (
     "gain_drift",
     "friction_warming",
+    "load_put_on",
     "periodic_force",
     "encoder_slip",
     "stale_start",

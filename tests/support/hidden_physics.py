@@ -35,6 +35,7 @@ HIDDEN: dict[str, dict[str, float]] = {
     "cart_load_friction": {"coefficient": 0.07},
     "friction_warming": {"level_n": 0.4, "viscous_n_s_m": 1.5, "time_constant_s": 12.0},
     "cart_quadratic_drag": {"n_s2_m2": 1.0},
+    "load_put_on": {"load_kg": 0.1, "time_s": 17.3},
     "rail_tilt": {"angle_rad": 0.008},
     "rail_spring": {"n_per_m": 1.0, "centre_m": 0.1},
     "rail_friction_patch": {"level_n": 0.8, "centre_m": 0.05, "width_m": 0.05},

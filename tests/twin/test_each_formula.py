@@ -332,6 +332,28 @@ def test_rail_drag_patch(x, v):
     assert force == pytest.approx(-3.0 * v * np.exp(-(((x - 0.2) / 0.1) ** 2)), abs=1e-3)
 
 
+@pytest.mark.parametrize("load_kg", [0.3, -0.2])
+def test_load_put_on(load_kg):
+    """A level force gives a velocity whose slope steps; the velocity itself does not."""
+    time_s = 0.7653
+    load = {"load_put_on": {"load_kg": load_kg, "time_s": time_s}}
+    states = run(SLIDING_CART, REST + 0.1, load)
+    before, after = np.minimum(T, time_s), np.maximum(T - time_s, 0.0)
+    slopes = 0.1 * GAIN / MASS, 0.1 * GAIN / (MASS + load_kg)
+    np.testing.assert_allclose(states[:, V], slopes[0] * before + slopes[1] * after, atol=1e-4)
+    np.testing.assert_allclose(
+        np.diff(states[80:, V]), 0.01 * slopes[1], atol=1e-9
+    )  # and all of the load is there
+
+
+def test_a_load_that_is_taken_off_leaves_a_cart():
+    """More mass taken off than there is leaves a twentieth of what the pole does not carry."""
+    rig = replace(THESIS, cart_viscous_n_s_m=0.0)
+    load = {"load_put_on": {"load_kg": -10.0, "time_s": 0.0}}
+    states = run(rig, COMMAND, load, HANGING)
+    assert np.all(np.isfinite(states)) and np.ptp(states[:, X]) > 0.0
+
+
 def test_pole_imbalance():
     """The twin's angle is that of the centre of mass, which hangs straight down."""
     states = run(

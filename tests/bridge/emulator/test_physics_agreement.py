@@ -91,7 +91,7 @@ def test_every_effect_acts_as_the_catalogue_says(chosen: Concealable, endless: R
     }
     if chosen.beside:
         effects[chosen.beside[0]] = {"level_n": 0.8}
-    if chosen.name == "encoder_slip":
+    if chosen.name in ("encoder_slip", "load_put_on"):
         effects[chosen.name]["time_s"] = 2.5
     start = BEGINS.get(chosen.name, (0.0, np.pi + 0.8, 0.0, 0.0))
     measured, _ = emulated(endless, effects, sent, start)

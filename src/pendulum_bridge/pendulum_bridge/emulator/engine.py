@@ -7,10 +7,12 @@ import math
 import mujoco
 
 from pendulum_bridge.emulator.laws import Laws
+from pendulum_bridge.emulator.load import find_load
 from pendulum_bridge.emulator.mjcf import build_model
 from pendulum_bridge.emulator.seal import Concealed
 
 CART, POLE = 0, 1
+CART_BODY = 1  # body 0 is the world
 # A step in which a joint reverses is cut finer: dry friction is of first order in the step.
 REVERSAL_SUBSTEPS = 32
 STICKING_SPEED = 1e-6  # m/s, rad/s: below it a joint with dry friction counts as sticking
@@ -31,6 +33,7 @@ class Engine:
         self._model = build_model(concealed.rig, concealed.effects, step_s / REVERSAL_SUBSTEPS)
         self._data = mujoco.MjData(self._model)
         self._laws = laws
+        self._load = find_load(concealed)
         self._force_n = concealed.rig.force_per_pwm_n or 0.0
         self._ahead_rad = concealed.effects.get("pole_imbalance", {}).get("angle_rad", 0.0)
         self._dry = bool(laws.dry) or bool(self._model.dof_frictionloss.any())
@@ -57,6 +60,8 @@ class Engine:
         substep_s = step_s / substeps
         if substep_s != self._substep_s:
             self._model.opt.timestep = self._substep_s = substep_s
+        if self._load is not None and self._time_s + 0.5 * step_s >= self._load.time_s:
+            self._add_load(self._load.load_kg)
         if not self._laws.of_state:
             self._applied[CART] = self._force_n * command
         for _ in range(substeps):
@@ -64,6 +69,12 @@ class Engine:
                 self._apply(command, substep_s)
             mujoco.mj_step(self._model, self._data)
             self._time_s += substep_s
+
+    def _add_load(self, load_kg: float) -> None:
+        """Make the cart heavier, kg; the engine works out anew what depends on its mass."""
+        self._model.body_mass[CART_BODY] += load_kg
+        mujoco.mj_setConst(self._model, mujoco.MjData(self._model))
+        self._load = None
 
     def _may_reverse(self, step_s: float) -> bool:
         """Return whether a joint with dry friction moves and may reverse in the step."""

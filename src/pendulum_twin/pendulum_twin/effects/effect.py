@@ -46,6 +46,9 @@ class Form(Enum):
     # level of dry friction in N, at least 0, and viscous friction in N s/m of the cart, held over
     # a step: law(t, *parameters) -> level, viscous
     TIMED_FRICTION = "timed_friction"
+    # mass in kg that is added to all that moves along the rail, held over a step of h s:
+    # law(t, h, *constants, *parameters) -> mass
+    TIMED_MASS = "timed_mass"
     # force on the cart in N that follows its path, held over a step; 0 where the path begins:
     # law(force, move, *parameters) -> force after a move of so many m
     PATH_FORCE = "path_force"

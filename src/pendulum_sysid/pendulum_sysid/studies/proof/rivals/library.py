@@ -39,6 +39,7 @@ LIMITS = (0.5, 0.75)  # of the largest command
 BENDS = (1.0, 1.5)  # of the largest command
 COARSE = (0.1, 0.2)  # of the largest command
 WARMING_S = (10.0,)
+INSTANTS = (0.25, 0.5, 0.75)  # of the recording
 STRIBECK_SPEEDS = (0.1, 0.4)  # of the root mean square speed
 PLACES = (-0.6, -0.2, 0.2, 0.6)  # of the travel
 PERIODS = (0.1, 0.2, 0.4, 0.8)  # of the travel
@@ -165,6 +166,7 @@ def list_cart_terms(along: Motion, period_s: float) -> list[tuple[str, Floats]]:
         ),
         *(("friction_warming", c * np.exp(-along.t / s)) for c in (sign, v) for s in WARMING_S),
         ("cart_quadratic_drag", v * speed),
+        *(("load_put_on", along.a * (along.t >= f * along.t[-1])) for f in INSTANTS),
         ("rail_tilt", np.ones_like(x)),
         ("rail_spring", x),
         *(
