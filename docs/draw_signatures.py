@@ -150,7 +150,7 @@ def choose_variable(
         return t, "time, s"
     if effect.name in OVER_POSITION:
         return motion.cart, "cart position, m"
-    if effect.place is Place.COMMAND or effect.name == "sensor_delay":
+    if effect.place is Place.COMMAND or effect.name in ("stretching_belt", "sensor_delay"):
         return command, "command"
     if effect.name in OVER_RATE:
         return motion.pole_velocity, "pole rate, rad/s"

@@ -26,6 +26,7 @@ HIDDEN: dict[str, dict[str, float]] = {
     "gain_asymmetry": {"ratio": 0.06},
     "gain_drift": {"per_s": -0.002},
     "motor_lag": {"time_constant_s": 0.04},
+    "stretching_belt": {"period_s": 0.12, "damping": 0.1},
     "belt_backlash": {"gap_m": 0.002},
     "force_ripple": {"ratio": 0.12, "period_m": 0.11, "phase_rad": 0.7},
     "cart_coulomb_friction": {"level_n": 0.5},

@@ -186,6 +186,18 @@ def test_no_more_than_the_cart_is_taken_off_it(apart: Rig) -> None:
         driven(apart, {"load_put_on": {"load_kg": -0.9, "time_s": 0.5}}, 1.0)
 
 
+def test_a_cart_swings_against_the_motor_at_the_other_end_of_the_belt(apart: Rig) -> None:
+    """Two masses: their centre goes on evenly, their distance swings with the belt's period."""
+    belt = {"stretching_belt": {"period_s": 0.12, "damping": 0.1}}
+    turning = math.tau / 0.12 * math.sqrt(1 - 0.1**2)
+    for seconds in (0.03, 0.06, 0.15, 0.4):
+        fading = math.exp(-0.1 * math.tau / 0.12 * seconds) * math.sin(turning * seconds)
+        speed = 0.1 * FORCE / MASS * (seconds - fading / turning)
+        assert driven(apart, belt, seconds, 0.1).truth[2] == pytest.approx(speed, rel=1e-4)
+    let_go = driven(apart, belt, 1.0, 0.0, (0.1, math.pi, 0.5, 0.0)).truth
+    assert let_go[[0, 2]] == pytest.approx([0.6, 0.5])  # motor and cart set out together
+
+
 def test_bristles_bend_before_they_slip(apart: Rig) -> None:
     """Half of the level bends them by the logarithm of 2; beyond the level the cart slides."""
     effects = {"cart_presliding_friction": {"level_n": 0.8, "distance_m": 0.004}}

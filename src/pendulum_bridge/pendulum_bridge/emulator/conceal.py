@@ -177,6 +177,12 @@ TABLE: tuple[Concealable, ...] = (
         both_ways=True,
         shapes=("time_s",),
     ),
+    Concealable(
+        "stretching_belt",
+        "time",
+        {"period_s": (0.04, 0.08), "damping": (0.05, 0.2)},
+        shapes=("damping",),
+    ),
 )
 # Entries that were there first: a seed orders them by a single draw. Later entries are put between
 # them, each by a draw of its own, so that most seeds conceal what they always concealed.

@@ -11,7 +11,7 @@ from pendulum_bridge.emulator.load import find_load
 from pendulum_bridge.emulator.mjcf import build_model
 from pendulum_bridge.emulator.seal import Concealed
 
-CART, POLE = 0, 1
+CART, POLE, MOTOR = 0, 1, 2
 CART_BODY = 1  # body 0 is the world
 # A step in which a joint reverses is cut finer: dry friction is of first order in the step.
 REVERSAL_SUBSTEPS = 32
@@ -40,18 +40,20 @@ class Engine:
         # MuJoCo's own arrays, seen through numpy: each attribute access costs a tenth of a step.
         self._qpos, self._qvel, self._qacc = self._data.qpos, self._data.qvel, self._data.qacc
         self._applied, self._loss = self._data.qfrc_applied, self._model.dof_frictionloss
+        self._driven = MOTOR if self._model.nv > MOTOR else CART
         self._time_s, self._substep_s = 0.0, step_s / REVERSAL_SUBSTEPS
 
     def put(self, state: tuple[float, ...]) -> None:
         """Go on from the state, and forget the motion before it."""
         x, th, v, w = state
-        self._qpos[:], self._qvel[:] = (x, th - self._ahead_rad), (v, w)
+        self._qpos[:MOTOR], self._qvel[:MOTOR] = (x, th - self._ahead_rad), (v, w)
+        self._qpos[MOTOR:], self._qvel[MOTOR:] = x, v  # the belt is not stretched
         self._qacc[:] = self._data.qacc_warmstart[:] = 0.0
 
     @property
     def state(self) -> State:
         """Return where cart and pole are."""
-        (x, angle), (v, w) = self._qpos.tolist(), self._qvel.tolist()
+        (x, angle), (v, w) = self._qpos.tolist()[:MOTOR], self._qvel.tolist()[:MOTOR]
         return x, angle + self._ahead_rad, v, w
 
     def step(self, command: float, step_s: float) -> None:
@@ -63,7 +65,7 @@ class Engine:
         if self._load is not None and self._time_s + 0.5 * step_s >= self._load.time_s:
             self._add_load(self._load.load_kg)
         if not self._laws.of_state:
-            self._applied[CART] = self._force_n * command
+            self._applied[self._driven] = self._force_n * command
         for _ in range(substeps):
             if self._laws.of_state:
                 self._apply(command, substep_s)
@@ -86,7 +88,9 @@ class Engine:
 
     def _apply(self, command: float, step_s: float) -> None:
         """Set force, torque and dry friction by the laws, for the state in the step's middle."""
-        (x, angle), (v, w), (a, b) = self._qpos.tolist(), self._qvel.tolist(), self._qacc.tolist()
+        (x, angle), (v, w), (a, b) = (
+            values.tolist()[:MOTOR] for values in (self._qpos, self._qvel, self._qacc)
+        )
         half = 0.5 * step_s
         t, x, th = (
             self._time_s + half,
@@ -96,8 +100,10 @@ class Engine:
         v, w = v + half * a, w + half * b
         for gain in self._laws.gain:
             command = gain(command, t, x, th, v, w)
-        self._applied[CART] = self._force_n * command + sum(
-            [law(t, x, th, v, w) for law in self._laws.push]
+        push = sum([law(t, x, th, v, w) for law in self._laws.push])
+        self._applied[CART] = push
+        self._applied[self._driven] = (
+            self._force_n * command + push if self._driven == CART else self._force_n * command
         )
         self._applied[POLE] = sum([law(t, x, th, v, w) for law in self._laws.twist])
         if self._laws.dry is not None:

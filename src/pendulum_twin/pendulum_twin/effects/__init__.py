@@ -48,6 +48,7 @@ from pendulum_twin.effects import (
     sensor_delay,
     soft_saturation,
     stale_start,
+    stretching_belt,
     thesis_dead_zones,
     velocity_filter,
 )
@@ -64,6 +65,7 @@ BUILT_IN: tuple[Effect, ...] = (
     gain_asymmetry.EFFECT,
     gain_drift.EFFECT,
     motor_lag.EFFECT,
+    stretching_belt.EFFECT,
     belt_backlash.EFFECT,
     force_ripple.EFFECT,
     cart_coulomb_friction.EFFECT,
