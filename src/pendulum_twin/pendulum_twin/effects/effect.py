@@ -102,6 +102,8 @@ class Parameter:
     jumps: share of its value to which a fit tells the parameter, because a run jumps with it.
     located: True for an instant that is read off the recording, to a sample, and not fitted: a
         run jumps with it.
+    instant: True for an instant, s, from which on the motion is another: windows of a fit that
+        keep away from it do not tell it.
     delays: True for a time, s, by which the motion follows the command later.
     holds: True for a level of dry friction that holds its joint at rest at any place.
     """
@@ -122,6 +124,7 @@ class Parameter:
     rounding: float = 0.0
     jumps: float = 0.0
     located: bool = False
+    instant: bool = False
     delays: bool = False
     holds: bool = False
 

@@ -12,11 +12,13 @@ MOST_TAKEN_OFF = 0.95
 def law(t, h, mass_kg, coupling_kg_m, inertia_kg_m2, load_kg, time_s):
     """Return the mass that is added over a step of h s, kg; t is the step's middle, s.
 
-    In the step of the instant it is the share of the step that is left.
+    In the step of the instant it is the mass under which a level force gives the velocity that it
+    gives both masses in turn.
     """
     spare = mass_kg - coupling_kg_m * coupling_kg_m / inertia_kg_m2
     there = min(max((t - time_s) / h + 0.5, 0.0), 1.0)
-    return max(load_kg, -MOST_TAKEN_OFF * spare) * there
+    load = max(load_kg, -MOST_TAKEN_OFF * spare)
+    return load * there * mass_kg / (mass_kg + load - load * there)
 
 
 EFFECT = Effect(
@@ -27,7 +29,9 @@ EFFECT = Effect(
     constants=("mass_kg", "coupling_kg_m", "inertia_kg_m2"),
     parameters=(
         Parameter("load_kg", "kg", 0.0, -1e3, 1e3, (0.1,)),
-        Parameter("time_s", "s", 0.0, 0.0, 1e6, (0.5,), Scale.SECONDS, shape=True, most=2.0),
+        Parameter(
+            "time_s", "s", 0.0, 0.0, 1e6, (0.5,), Scale.SECONDS, shape=True, most=2.0, instant=True
+        ),
     ),
     sentence="From {time_s} on the cart carries {load_kg} more (below 0: less).",
     source="Newton's second law with a mass that steps; K. J. Astrom and B. Wittenmark, Adaptive "

@@ -40,7 +40,8 @@ def read_load(case: Case, theta: Floats) -> tuple[Reading, ...]:
     spaced = np.linspace(float(np.min(t)), float(np.max(t)), INSTANTS + 2)[1:-1]
     _, about_s = _find_load(balance, acceleration, t, spaced)
     near = about_s + (spaced[1] - spaced[0]) * np.linspace(-1.0, 1.0, INSTANTS)
-    return (Reading(EFFECT.name, _find_load(balance, acceleration, t, near)),)
+    load_kg, time_s = _find_load(balance, acceleration, t, near)
+    return (Reading(EFFECT.name, (load_kg, max(time_s, 0.0))),)
 
 
 def _find_load(
@@ -62,9 +63,8 @@ def _find_load(
     likeness, size = balance.lacking @ after, np.sum(after**2, axis=0)
     loads = likeness / np.maximum(size, 1e-12 * float(np.max(size, initial=1e-300)))
     best = int(np.argmax(loads * likeness))
-    return float(np.clip(loads[best], EFFECT.parameters[0].low, EFFECT.parameters[0].high)), float(
-        max(instants[best], 0.0)
-    )
+    load = EFFECT.parameters[0]
+    return float(np.clip(loads[best], load.low, load.high)), float(instants[best])
 
 
 DETECTOR = Detector(EFFECT, Use.START, read_load)
