@@ -39,6 +39,7 @@ SIZES = {
         "pole_velocity_rad_s": 0.1,
     },
     "encoder_slip": {"angle_rad": 0.3, "time_s": 6.0},
+    "load_put_on": {"load_kg": 0.25, "time_s": 6.0},
     "cart_friction_asymmetry": {"ratio": 0.4},
 }
 BESIDE = {"cart_friction_asymmetry": {"cart_coulomb_friction": {"level_n": 1.0}}}
@@ -56,6 +57,7 @@ OVER_RATE = ("pole_coulomb_friction", "pole_quadratic_drag")
 OVER_TIME = (
     "gain_drift",
     "friction_warming",
+    "load_put_on",
     "periodic_force",
     "encoder_slip",
     "stale_start",
@@ -148,7 +150,7 @@ def choose_variable(
         return t, "time, s"
     if effect.name in OVER_POSITION:
         return motion.cart, "cart position, m"
-    if effect.place is Place.COMMAND or effect.name == "sensor_delay":
+    if effect.place is Place.COMMAND or effect.name in ("stretching_belt", "sensor_delay"):
         return command, "command"
     if effect.name in OVER_RATE:
         return motion.pole_velocity, "pole rate, rad/s"

@@ -10,7 +10,13 @@ from pendulum_twin.effects import BY_NAME, CATALOGUE
 from pendulum_twin.effects.effect import Effect, Form, Place
 
 every = pytest.mark.parametrize("effect", CATALOGUE, ids=lambda e: e.name)
-CONSTANTS = {"mass_kg": 0.7, "force_per_pwm_n": 12.0, "gravity_m_s2": 9.81}
+CONSTANTS = {
+    "mass_kg": 0.7,
+    "force_per_pwm_n": 12.0,
+    "gravity_m_s2": 9.81,
+    "coupling_kg_m": 0.0135,
+    "inertia_kg_m2": 0.003,
+}
 STATE = (0.1, 0.3, 2.5, 1.0)  # x, v, th, w: the order in which laws take them
 TURN = 2 * np.pi
 
@@ -43,6 +49,9 @@ def test_timed_effects_and_no_others_depend_on_the_time(effect):
         early, late = (tuple(call_law(effect, STATE, t)) for t in (0.0, 100.0))
     elif effect.form is Form.TIMED_FORCE:
         early, late = (effect.law(t, *choose_values(effect)) for t in (0.0, np.e))
+    elif effect.form is Form.TIMED_MASS:
+        constants = [CONSTANTS[name] for name in effect.constants]
+        early, late = (effect.law(t, 1e-3, *constants, *choose_values(effect)) for t in (0.0, 9.0))
     elif effect.form is Form.TIMED_FRICTION:
         early, late = (effect.law(t, *choose_values(effect)) for t in (0.0, 100.0))
     else:

@@ -94,6 +94,17 @@ def test_motor_lag():
     )
 
 
+@pytest.mark.parametrize("damping", [0.0, 0.3])
+def test_stretching_belt(damping):
+    """A step of the command: the cart swings about the speed that it has with a stiff belt."""
+    belt = {"stretching_belt": {"period_s": 0.12, "damping": damping}}
+    states = run(SLIDING_CART, np.where(T >= 0.1, 0.1, 0.0), belt)
+    on, fades = np.maximum(T - 0.1, 0.0), damping * 2 * np.pi / 0.12
+    turning = 2 * np.pi / 0.12 * np.sqrt(1 - damping**2)
+    speed = 0.1 * GAIN / MASS * (on - np.exp(-fades * on) * np.sin(turning * on) / turning)
+    np.testing.assert_allclose(states[:, V], speed, atol=1e-12)  # of the mean force: exact
+
+
 def compute_acceleration(effects, state, command=0.0, rig=SLIDING_CART):
     """Return the acceleration of cart and pole at a state, from a very short run."""
     h = 1e-5
@@ -330,6 +341,28 @@ def test_rail_drag_patch(x, v):
     patch = {"rail_drag_patch": {"n_s_per_m": 3.0, "centre_m": 0.2, "width_m": 0.1}}
     force = MASS * compute_acceleration(patch, (x, np.pi, v, 0.0))[0]
     assert force == pytest.approx(-3.0 * v * np.exp(-(((x - 0.2) / 0.1) ** 2)), abs=1e-3)
+
+
+@pytest.mark.parametrize("load_kg", [0.3, -0.2])
+def test_load_put_on(load_kg):
+    """A level force gives a velocity whose slope steps; the velocity itself does not."""
+    time_s = 0.7653
+    load = {"load_put_on": {"load_kg": load_kg, "time_s": time_s}}
+    states = run(SLIDING_CART, REST + 0.1, load)
+    before, after = np.minimum(T, time_s), np.maximum(T - time_s, 0.0)
+    slopes = 0.1 * GAIN / MASS, 0.1 * GAIN / (MASS + load_kg)
+    np.testing.assert_allclose(states[:, V], slopes[0] * before + slopes[1] * after, atol=1e-9)
+    np.testing.assert_allclose(
+        np.diff(states[80:, V]), 0.01 * slopes[1], atol=1e-9
+    )  # and all of the load is there
+
+
+def test_a_load_that_is_taken_off_leaves_a_cart():
+    """More mass taken off than there is leaves a twentieth of what the pole does not carry."""
+    rig = replace(THESIS, cart_viscous_n_s_m=0.0)
+    load = {"load_put_on": {"load_kg": -10.0, "time_s": 0.0}}
+    states = run(rig, COMMAND, load, HANGING)
+    assert np.all(np.isfinite(states)) and np.ptp(states[:, X]) > 0.0
 
 
 def test_pole_imbalance():

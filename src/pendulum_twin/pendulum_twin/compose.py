@@ -25,6 +25,7 @@ HELD_FORMS = (
     Form.GAIN,
     Form.TIMED_FORCE,
     Form.TIMED_FRICTION,
+    Form.TIMED_MASS,
     Form.STATE_FRICTION,
     Form.PATH_FORCE,
 )
@@ -167,6 +168,16 @@ def compose_held() -> Callable[..., Any]:
             effects.append(pair)
     lines.append("return gain, force, dry, viscous")
     return _compile("hold", "x, th, w, t, p, i, width", lines, effects)
+
+
+def compose_loads() -> Callable[..., Any]:
+    """Return total(t, h, p, i, width): mass added to all that lane i moves over a step, kg."""
+    effects = _list_effects(Form.TIMED_MASS, tuple(Place))
+    lines = ["total = 0.0"] + [
+        f"total += {e.name}({', '.join(['t', 'h', *_list_arguments(e, LANE)])})"
+        for _, e in effects
+    ]
+    return _compile("total", "t, h, p, i, width", [*lines, "return total"], effects)
 
 
 def compose_path_forces() -> Callable[..., Any]:

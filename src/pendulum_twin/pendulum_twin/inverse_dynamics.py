@@ -15,6 +15,7 @@ from pendulum_twin.motion import (
     compute_cart_level,
     compute_pole_level,
     sum_held_effects,
+    sum_loads,
 )
 from pendulum_twin.parameter_vector import (
     CART_VISCOUS,
@@ -43,8 +44,15 @@ def _fill_gains(x, t, p, out):  # type: ignore[no-untyped-def]
 
 
 @kernel.compile_cached
-def _fill_laws(x, th, v, w, t, p, out):  # type: ignore[no-untyped-def]
+def _fill_masses(t, h, p, out):  # type: ignore[no-untyped-def]
+    for n in range(len(t)):
+        out[n] = p[MASS] + sum_loads(t[n], h, p, 0, 1)
+
+
+@kernel.compile_cached
+def _fill_laws(x, th, v, w, t, masses, p, out):  # type: ignore[no-untyped-def]
     for n in range(len(x)):
+        p[MASS] = masses[n]
         push, turn, cart_dry, pole_dry = sum_measured_laws(p, x[n], v[n], th[n], w[n], t[n], 0.0)[
             1:
         ]
@@ -67,9 +75,18 @@ def evaluate_laws(signals: Signals, states: Floats, theta: Floats) -> Floats:
     true = undo_sensors(states[None], theta[None], signals.clock_s)[0]
     out = np.empty((len(states), 2))
     columns = (np.ascontiguousarray(true[:, k]) for k in range(4))
-    _fill_laws(*columns, signals.clock_s * float(compute_paces(theta)), theta, out)
+    masses = compute_masses(signals, theta)
+    times_s = signals.clock_s * float(compute_paces(theta))
+    _fill_laws(*columns, times_s, masses, theta.copy(), out)
     out[:, 0] += follow_recorded_path(signals, true[:, 0], theta).sum(axis=1)
     return out
+
+
+def compute_masses(signals: Signals, theta: Floats) -> Floats:
+    """Return the mass of all that moves along the rail around every sample, kg, (n,)."""
+    masses, pace = np.empty(len(signals)), float(compute_paces(theta))
+    _fill_masses(signals.clock_s * pace, signals.period_s * pace, theta, masses)
+    return masses
 
 
 def compute_missing_force(
@@ -90,7 +107,7 @@ def compute_missing_force(
     sine, cosine = np.sin(th), np.cos(th)
     laws = evaluate_laws(signals, states, theta)
     force = (
-        theta[MASS] * a
+        compute_masses(signals, theta) * a
         - coupling * (cosine * b - sine * w**2)
         + theta[CART_VISCOUS] * v
         - laws[:, 0]

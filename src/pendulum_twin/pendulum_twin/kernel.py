@@ -25,9 +25,10 @@ from pendulum_twin.motion import (
     advance_step,
     follow_path,
     sum_held_effects,
+    sum_loads,
     sum_path_forces,
 )
-from pendulum_twin.parameter_vector import CART_VISCOUS, FORCE_PER_PWM, LAWS
+from pendulum_twin.parameter_vector import CART_VISCOUS, FORCE_PER_PWM, LAWS, MASS
 from pendulum_twin.stick_slip import compute_margins, cut_step, find_modes, get_sign
 
 WIDTH = 16
@@ -177,17 +178,21 @@ def _end_step(lanes, laws, p, resting):
 
 
 @compile_inner
-def _hold_effects(p, i, width, step, viscous):
+def _hold_effects(p, i, width, step, mass, viscous):
     """Set what effects of lane i do evenly over its next step, in the middle of the step.
 
     step: substeps since the recording began.
+    mass: kg; what moves along the rail without effects.
     viscous: N s/m; the cart's viscous friction without effects.
     """
     h = p[H * width + i]
+    t = (step + 0.5) * h
+    p[MASS * width + i] = mass
+    p[MASS * width + i] = mass + sum_loads(t, h, p, i, width)
     x, th, v, w = _get_four(p, X, i, width)
     half_way = 0.5 * h * v
     x, th = x + half_way, th + 0.5 * h * w
-    gain, force, dry, drag = sum_held_effects(x, th, w, (step + 0.5) * h, p, i, width)
+    gain, force, dry, drag = sum_held_effects(x, th, w, t, p, i, width)
     force += sum_path_forces(PATH, half_way, p, i, width)
     p[FORCE * width + i] = p[FORCE * width + i] * gain + force
     p[PUSHED * width + i] = force
@@ -255,13 +260,13 @@ def integrate_lanes(
     count, samples = out.shape[0], out.shape[1]
     p = np.empty(ROWS * width)
     row, at = np.empty(width, dtype=np.int64), np.empty(width, dtype=np.int64)
-    first_of, viscous_of = np.empty(width), np.empty(width)
+    first_of, mass_of, viscous_of = np.empty(width), np.empty(width), np.empty(width)
     for first in range(0, count, width):
         for i in range(width):
             # a block that is not full is filled up with its last lane
             lane = min(first + i, count - 1)
             row[i], at[i], first_of[i] = drive_of[lane], begin[lane], first_step[lane]
-            viscous_of[i] = theta[lane, CART_VISCOUS]
+            mass_of[i], viscous_of[i] = theta[lane, MASS], theta[lane, CART_VISCOUS]
             for k in range(LAWS):
                 p[k * width + i] = theta[lane, k]
             for k in range(4):
@@ -283,7 +288,8 @@ def integrate_lanes(
                 evenly = laws is not None and len(laws) > 1
                 if evenly:
                     for i in range(width):
-                        _hold_effects(p, i, width, first_of[i] + (n * sub + j), viscous_of[i])
+                        done = first_of[i] + (n * sub + j)
+                        _hold_effects(p, i, width, done, mass_of[i], viscous_of[i])
                 if measured is not None:
                     for i in range(width):
                         lane = min(first + i, count - 1)

@@ -12,6 +12,7 @@ from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.emulator.sensors import Encoders, Sensors, distort_positions
 from pendulum_bridge.emulator.session import record_rig
+from pendulum_twin.errors import BadInputError
 from pendulum_twin.rig import Rig
 
 EXACT = Encoders(pole_counts=0, cart_step_m=0.0)
@@ -162,6 +163,39 @@ def test_a_brake_beside_the_rail_takes_speed_where_it_is(x: float, apart: Rig) -
     braked = driven(apart, effects, 0.01, start=(x, math.pi, 0.3, 0.0)).truth[2] - 0.3
     lost = 0.01 * 0.3 * 4.0 * math.exp(-(((x + 0.0015 - 0.05) / 0.1) ** 2)) / MASS
     assert braked == pytest.approx(-lost, rel=5e-2, abs=1e-6)
+
+
+@pytest.mark.parametrize("load_kg", [0.25, -0.25])
+def test_a_load_comes_and_goes_at_its_instant(load_kg: float, apart: Rig) -> None:
+    """The cart goes on at its speed, and a level force speeds it up more slowly, or faster."""
+    effects = {"load_put_on": {"load_kg": load_kg, "time_s": 0.5}}
+    speed = 0.1 * FORCE * (0.5 / MASS + 0.3 / (MASS + load_kg))
+    assert driven(apart, effects, 0.8, 0.1).truth[2] == pytest.approx(speed, rel=1e-9)
+    assert driven(apart, effects, 0.5, 0.1).truth[2] == pytest.approx(0.1 * FORCE * 0.5 / MASS)
+
+
+def test_the_weight_of_a_load_pulls_it_down_a_tilted_rail(apart: Rig) -> None:
+    """A cart slides down a tilted rail as fast with a load as without."""
+    tilt = {"rail_tilt": {"angle_rad": 0.02}}
+    heavy = driven(apart, tilt | {"load_put_on": {"load_kg": 0.25, "time_s": 0.5}}, 1.0).truth
+    assert heavy == pytest.approx(driven(apart, tilt, 1.0).truth, abs=1e-9)
+
+
+def test_no_more_than_the_cart_is_taken_off_it(apart: Rig) -> None:
+    with pytest.raises(BadInputError, match="load_put_on: load_kg: expected above"):
+        driven(apart, {"load_put_on": {"load_kg": -0.9, "time_s": 0.5}}, 1.0)
+
+
+def test_a_cart_swings_against_the_motor_at_the_other_end_of_the_belt(apart: Rig) -> None:
+    """Two masses: their centre goes on evenly, their distance swings with the belt's period."""
+    belt = {"stretching_belt": {"period_s": 0.12, "damping": 0.1}}
+    turning = math.tau / 0.12 * math.sqrt(1 - 0.1**2)
+    for seconds in (0.03, 0.06, 0.15, 0.4):
+        fading = math.exp(-0.1 * math.tau / 0.12 * seconds) * math.sin(turning * seconds)
+        speed = 0.1 * FORCE / MASS * (seconds - fading / turning)
+        assert driven(apart, belt, seconds, 0.1).truth[2] == pytest.approx(speed, rel=1e-4)
+    let_go = driven(apart, belt, 1.0, 0.0, (0.1, math.pi, 0.5, 0.0)).truth
+    assert let_go[[0, 2]] == pytest.approx([0.6, 0.5])  # motor and cart set out together
 
 
 def test_bristles_bend_before_they_slip(apart: Rig) -> None:

@@ -170,6 +170,19 @@ TABLE: tuple[Concealable, ...] = (
         {"ratio": (0.06, 0.2), "period_m": (0.06, 0.15), "phase_rad": (-3.0, 3.0)},
         shapes=("period_m", "phase_rad"),
     ),
+    Concealable(
+        "load_put_on",
+        "load",
+        {"load_kg": (0.08, 0.25), "time_s": (12.0, 35.0)},
+        both_ways=True,
+        shapes=("time_s",),
+    ),
+    Concealable(
+        "stretching_belt",
+        "time",
+        {"period_s": (0.04, 0.08), "damping": (0.05, 0.2)},
+        shapes=("damping",),
+    ),
 )
 # Entries that were there first: a seed orders them by a single draw. Later entries are put between
 # them, each by a draw of its own, so that most seeds conceal what they always concealed.

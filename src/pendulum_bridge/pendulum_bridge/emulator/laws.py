@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from pendulum_bridge.emulator.friction import Law, Level, make_dry_level
+from pendulum_bridge.emulator.load import add_load, change_laws, find_load
 from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.emulator.unlisted.extra import Extra, Gain, Pace, Shown
 from pendulum_bridge.emulator.unlisted.table import BY_NAME
@@ -36,7 +37,10 @@ class Laws:
 
 def collect_laws(concealed: Concealed) -> Laws:
     """Return the laws of all that is concealed and that the engine does not have itself."""
-    extras = [*_make_listed(concealed), *_make_unlisted(concealed)]
+    extras, load = _make_extras(concealed), find_load(concealed)
+    if load is not None:
+        after = _make_extras(replace(concealed, rig=add_load(concealed.rig, load.load_kg)))
+        extras = [change_laws(*pair, load.time_s) for pair in zip(extras, after, strict=True)]
     return Laws(
         gain=_drop_absent(extra.gain for extra in extras),
         push=_drop_absent(extra.push for extra in extras),
@@ -49,6 +53,10 @@ def collect_laws(concealed: Concealed) -> Laws:
 
 def _drop_absent[T](laws: Iterable[T | None]) -> tuple[T, ...]:
     return tuple(law for law in laws if law is not None)
+
+
+def _make_extras(concealed: Concealed) -> list[Extra]:
+    return [*_make_listed(concealed), *_make_unlisted(concealed)]
 
 
 def _make_listed(concealed: Concealed) -> list[Extra]:

@@ -22,6 +22,7 @@ from collections.abc import Mapping
 
 import mujoco
 
+from pendulum_bridge.emulator.drive import MOTOR_SHARE
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.rig import Rig
 
@@ -47,10 +48,23 @@ TEMPLATE = """
         <inertial pos="{aside} 0 {centre}" mass="{pole_mass}"
                   diaginertia="{inertia} {inertia} {inertia}"/>
       </body>
-    </body>
-  </worldbody>
+    </body>{motor}
+  </worldbody>{belt}
 </mujoco>
 """
+# The motor's own mass as it is seen at the belt, and the belt between the motor and the cart.
+MOTOR = """
+    <body name="motor">
+      <joint name="motor" type="slide" axis="1 0 0"/>
+      <inertial pos="0 0 0" mass="{mass}" diaginertia="1e-3 1e-3 1e-3"/>
+    </body>"""
+BELT = """
+  <tendon>
+    <fixed name="belt" stiffness="{stiffness}" damping="{damping}" springlength="0">
+      <joint joint="motor" coef="1"/>
+      <joint joint="cart" coef="-1"/>
+    </fixed>
+  </tendon>"""
 
 Effects = Mapping[str, Mapping[str, float]]
 
@@ -60,7 +74,8 @@ def build_model(rig: Rig, effects: Effects, timestep_s: float = TIMESTEP_S) -> m
 
     Joint 0 is the cart (m, positive along the rail), joint 1 the pole (rad, 0 upright,
     counterclockwise positive when the rail points right and the view is along +y). The cart stops
-    at the ends of the rail.
+    at the ends of the rail. Where the belt stretches, joint 2 is the motor (m along the belt), on
+    which the drive's force acts.
     effects: the model has those that MuJoCo has itself; `engine` sets friction that changes.
     timestep_s: step for which the stiffness of dry friction is chosen.
     Raises BadInputError when cart or pole is missing, or when no bodies have the rig's constants.
@@ -73,19 +88,22 @@ def write_mjcf(rig: Rig, effects: Effects, timestep_s: float = TIMESTEP_S) -> st
     pole_mass, distance, inertia = compute_pole_body(rig)
     ahead = effects.get("pole_imbalance", {}).get("angle_rad", 0.0)
     end = rig.rail_half_length_m or 1e3
+    motor_kg, motor, belt = _describe_belt(rig, effects)
     return TEMPLATE.format(
         timestep=repr(timestep_s),
         stiffness=repr(2 * timestep_s),
         gravity=repr(-rig.gravity_m_s2),
         left=repr(-end),
         right=repr(end),
-        cart_mass=repr(rig.total_mass_kg - pole_mass),
+        cart_mass=repr(rig.total_mass_kg - pole_mass - motor_kg),
         pole_mass=repr(pole_mass),
         aside=repr(-distance * math.sin(ahead)),
         centre=repr(distance * math.cos(ahead)),
         inertia=repr(inertia),
         cart_joint=_describe_cart_joint(rig, effects),
         pole_joint=_describe_pole_joint(rig, effects),
+        motor=motor,
+        belt=belt,
     )
 
 
@@ -108,6 +126,26 @@ def compute_pole_body(rig: Rig) -> tuple[float, float, float]:
             f"found {rig.pole_inertia_kg_m2:g}: no bodies move like that"
         )
     return mass, moment / mass, rig.pole_inertia_kg_m2 - moment**2 / mass
+
+
+def _describe_belt(rig: Rig, effects: Effects) -> tuple[float, str, str]:
+    """Return the motor's mass (kg) and the XML of motor and belt; no mass for a stiff belt.
+
+    The two masses swing against each other with the belt's period, whatever the pole does.
+    """
+    sizes = effects.get("stretching_belt", {"period_s": 0.0, "damping": 0.0})
+    if not sizes["period_s"]:
+        return 0.0, "", ""
+    motor_kg, circular = MOTOR_SHARE * rig.total_mass_kg, math.tau / sizes["period_s"]
+    reduced_kg = motor_kg * (1.0 - MOTOR_SHARE)
+    return (
+        motor_kg,
+        MOTOR.format(mass=repr(motor_kg)),
+        BELT.format(
+            stiffness=repr(reduced_kg * circular**2),
+            damping=repr(2.0 * sizes["damping"] * circular * reduced_kg),
+        ),
+    )
 
 
 def _describe_cart_joint(rig: Rig, effects: Effects) -> str:

@@ -35,6 +35,7 @@ SEARCHED_FORMS = (
     Form.TIMED_FORCE,
     Form.DRY,
     Form.TIMED_FRICTION,
+    Form.TIMED_MASS,
     Form.STATE_FRICTION,
     Form.PATH_FORCE,
     Form.DRY_RATIO,

@@ -46,6 +46,9 @@ class Form(Enum):
     # level of dry friction in N, at least 0, and viscous friction in N s/m of the cart, held over
     # a step: law(t, *parameters) -> level, viscous
     TIMED_FRICTION = "timed_friction"
+    # mass in kg that is added to all that moves along the rail, held over a step of h s:
+    # law(t, h, *constants, *parameters) -> mass
+    TIMED_MASS = "timed_mass"
     # force on the cart in N that follows its path, held over a step; 0 where the path begins:
     # law(force, move, *parameters) -> force after a move of so many m
     PATH_FORCE = "path_force"
@@ -99,6 +102,8 @@ class Parameter:
     jumps: share of its value to which a fit tells the parameter, because a run jumps with it.
     located: True for an instant that is read off the recording, to a sample, and not fitted: a
         run jumps with it.
+    instant: True for an instant, s, from which on the motion is another: windows of a fit that
+        keep away from it do not tell it.
     delays: True for a time, s, by which the motion follows the command later.
     holds: True for a level of dry friction that holds its joint at rest at any place.
     """
@@ -119,6 +124,7 @@ class Parameter:
     rounding: float = 0.0
     jumps: float = 0.0
     located: bool = False
+    instant: bool = False
     delays: bool = False
     holds: bool = False
 

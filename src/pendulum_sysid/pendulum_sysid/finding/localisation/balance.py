@@ -17,7 +17,7 @@ from pendulum_sysid.finding.localisation.sieve import FORCE, TORQUE, Sieve, make
 from pendulum_sysid.fitting.case import Case
 from pendulum_twin.arrays import Floats, Ints
 from pendulum_twin.free_runs import undo_sensors
-from pendulum_twin.inverse_dynamics import compute_missing_force
+from pendulum_twin.inverse_dynamics import compute_masses, compute_missing_force
 from pendulum_twin.parameter_vector import (
     CART_VISCOUS,
     COUPLING,
@@ -101,10 +101,11 @@ def compute_motion(case: Case, theta: Floats) -> Motion:
     still = np.zeros((len(signals), 2))
     force, torque = compute_missing_force(signals, state.states, still, theta)[0].T
     coupling = theta[COUPLING] * np.cos(th)
-    determinant = theta[MASS] * theta[INERTIA] - coupling**2
+    mass = compute_masses(signals, theta)
+    determinant = mass * theta[INERTIA] - coupling**2
     a, b = (
         -(theta[INERTIA] * force + coupling * torque),
-        -(theta[MASS] * torque + coupling * force),
+        -(mass * torque + coupling * force),
     )
     return Motion(
         x, th, v, w, a / determinant, b / determinant, _compute_drive(case, theta), signals.times_s

@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import lfilter
+from scipy.signal import cont2discrete, lfilter
 
 from pendulum_sysid.cleaning.smoothing import differentiate, smooth
 from pendulum_sysid.finding.localisation.balance import Motion
@@ -35,10 +35,12 @@ from pendulum_twin.signals import Signals
 
 DELAYS_S = (0.01, 0.03)
 LAGS_S = (0.02, 0.08)
+BELTS_S = (0.1, 0.2)
 LIMITS = (0.5, 0.75)  # of the largest command
 BENDS = (1.0, 1.5)  # of the largest command
 COARSE = (0.1, 0.2)  # of the largest command
 WARMING_S = (10.0,)
+INSTANTS = (0.25, 0.5, 0.75)  # of the recording
 STRIBECK_SPEEDS = (0.1, 0.4)  # of the root mean square speed
 PLACES = (-0.6, -0.2, 0.2, 0.6)  # of the travel
 PERIODS = (0.1, 0.2, 0.4, 0.8)  # of the travel
@@ -149,6 +151,7 @@ def list_cart_terms(along: Motion, period_s: float) -> list[tuple[str, Floats]]:
         ("", np.cos(along.th) * along.b - np.sin(along.th) * along.w**2),
         *(("input_delay", _delay_command(along, s) - u) for s in DELAYS_S),
         *(("motor_lag", _lag_command(along, period_s, s) - u) for s in LAGS_S),
+        *(("stretching_belt", _stretch_belt(along, period_s, s) - u) for s in BELTS_S),
         ("input_dead_zone", np.sign(u)),
         *(
             ("input_saturation", np.sign(u) * np.maximum(np.abs(u) - f * most, 0.0))
@@ -165,6 +168,7 @@ def list_cart_terms(along: Motion, period_s: float) -> list[tuple[str, Floats]]:
         ),
         *(("friction_warming", c * np.exp(-along.t / s)) for c in (sign, v) for s in WARMING_S),
         ("cart_quadratic_drag", v * speed),
+        *(("load_put_on", along.a * (along.t >= f * along.t[-1])) for f in INSTANTS),
         ("rail_tilt", np.ones_like(x)),
         ("rail_spring", x),
         *(
@@ -200,6 +204,14 @@ def list_pole_terms(along: Motion) -> list[tuple[str, Floats]]:
 
 def _delay_command(along: Motion, seconds: float) -> Floats:
     return np.interp(along.t - seconds, along.t, along.u)
+
+
+def _stretch_belt(along: Motion, period_s: float, seconds: float) -> Floats:
+    """Return the command as a belt with a tenth of the critical damping passes it on, (n,)."""
+    slow = seconds / (2.0 * np.pi)
+    passes, holds = [0.2 * slow, 1.0], [slow**2, 0.2 * slow, 1.0]
+    numerator, denominator, _ = cont2discrete((passes, holds), period_s)
+    return np.asarray(lfilter(numerator[0], denominator, along.u))
 
 
 def _lag_command(along: Motion, period_s: float, seconds: float) -> Floats:

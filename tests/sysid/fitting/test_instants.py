@@ -1,0 +1,39 @@
+"""An instant is known no better than the windows that were fitted tell it."""
+
+import numpy as np
+import pytest
+from support.hidden_physics import INTECO, record_hidden
+
+from pendulum_sysid.fitting.fit import fit
+from pendulum_sysid.prepare import Prepared, prepare
+from pendulum_twin.arrays import Floats
+from pendulum_twin.parameter_vector import SLOTS, make_theta
+
+LOAD = "load_put_on"
+
+
+def prepare_load(time_s: float) -> tuple[Prepared, Floats]:
+    """Return a prepared recording of a load of 0.1 kg, and theta of the rig that it was put on."""
+    effects = {LOAD: {"load_kg": 0.1, "time_s": time_s}}
+    recording, truth = record_hidden(effects, 1, 20.0)
+    return prepare([recording], INTECO), make_theta(truth)
+
+
+def find_instant(inside: bool) -> float:
+    """Return the middle, s, of a held-out window or a fitted window amid the recording."""
+    split = prepare_load(10.0)[0].split
+    windows = split.learn if inside else split.held_out
+    begin = int(np.sort(windows.begin)[len(windows.begin) // 2])
+    return 0.01 * (begin + 0.5 * (windows.samples - 1))
+
+
+@pytest.mark.parametrize("inside", [True, False])
+def test_an_instant_is_told_by_the_windows_that_hold_it(inside: bool) -> None:
+    time_s = find_instant(inside)
+    prepared, theta = prepare_load(time_s)
+    theta[SLOTS[LOAD]] = 0.08, time_s + 0.03
+    found = fit(prepared.case, prepared.split, (LOAD,), theta).estimates
+    instant = found[f"{LOAD}.time_s"]
+    assert instant.low <= time_s <= instant.high
+    assert (instant.high - instant.low < 0.02) == inside
+    assert found[f"{LOAD}.load_kg"].value == pytest.approx(0.1, rel=0.02)
