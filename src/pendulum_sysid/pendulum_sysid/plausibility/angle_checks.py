@@ -100,8 +100,14 @@ def check_pole_zero(case: Case, balance: PoleBalance) -> Check | None:
         return Check(question, Answer.DOUBT, expected, observed, advice)
     observed = f"a pole that hangs at {(balance.upright_rad + math.pi) % TURN:.3g} rad"
     off_zero = math.pi - balance.hangs_off_rad
-    if off_zero >= decisions.ZERO_DOUBT_RAD:
+    if balance.hangs_off_rad <= decisions.ZERO_DOUBT_RAD:
         return Check(question, Answer.YES, expected, observed)
+    if off_zero >= decisions.ZERO_DOUBT_RAD:
+        advice = (
+            "check the sensor's zero; an angle of --sin and --cos that were exchanged hangs a "
+            "quarter turn off"
+        )
+        return Check(question, Answer.DOUBT, expected, observed, advice)
     certain = (
         off_zero < decisions.ZERO_CERTAIN_RAD
         and is_near(balance, case, decisions.FREQUENCY_FACTOR)
