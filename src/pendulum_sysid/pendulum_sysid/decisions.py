@@ -244,6 +244,7 @@ LOWEST_RATE_HZ = 2.0  # Hz; slower samples cannot show a pole's swing: the times
 HIGHEST_RATE_HZ = 20_000.0  # Hz; twice the fastest log that is supported
 USUAL_LEAST_RATE_HZ = 10.0  # Hz; least rate of a log, by which the unit of its times is guessed
 RAIL_SLACK = 1.2  # ratio; of the cart's travel to the rail's length, by a wrong scale
+ONE_WAY_SHARE = 0.98  # of the way of a cart; beyond the rail all one way: no cart does
 RAIL_CERTAIN = 3.0  # ratio; beyond a wrong constant, if the motion speaks for another unit
 RAIL_IMPOSSIBLE = 10.0  # ratio; ... and whatever the motion says
 COMMAND_SLACK = 1.2  # ratio; of the largest command to the twin's limit

@@ -80,6 +80,18 @@ def test_a_twin_of_the_moon_is_refused_with_the_gravity_that_shows() -> None:
     assert "gravity_m_s2 of the twin file" in verdict.sentence
 
 
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_an_encoder_that_counts_one_way_is_refused(direction: float) -> None:
+    signals = made(INTECO).signals
+    assert signals.cart is not None
+    way = 5.0 * direction * np.abs(np.diff(signals.cart, prepend=0.0)).cumsum()
+    t = np.arange(len(signals)) * PERIOD_S
+    recording = Recording.from_arrays(t, signals.command, way, signals.pole)
+    found = check([recording])["Is the cart's position in metres?"]
+    assert found.answer is Answer.NO
+    assert "counts without a direction" in found.advice
+
+
 def test_recordings_of_two_rigs_are_not_searched_as_one() -> None:
     other = change_rig(pole_inertia_kg_m2=2.0)
     recordings = [made(INTECO), made(other, seed=1)]
