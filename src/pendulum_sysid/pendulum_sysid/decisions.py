@@ -260,6 +260,7 @@ ONE_RIG_CERTAIN = 1.25  # ratio; ... another pole, or another unit
 BALANCE_SURE = 0.9  # of power; of the pole's acceleration, so that its equation holds
 BALANCE_UNSURE = 0.5  # of power; of it, below which another unit or column may be meant
 DEGREES_STEP_CHANGE = 1.0  # degrees; from step to step of the fastest pole at 100 Hz
+BALANCE_FOREIGN = 0.2  # of power; of a wide swing, below which it is no pole's: rigs show 0.9
 BALANCE_TRIMMED = 0.02  # of samples; the worst explained: jumps that cleaning has left
 BALANCE_CORRELATED_SAMPLES = 20.0  # samples; smoothing spreads an error over so many
 BALANCE_STANDARD_ERRORS = 5.0  # standard errors; of a weight: once in a million; derived
@@ -274,6 +275,12 @@ REST_RAD_S = 0.05  # rad/s; of a pole at rest
 CONTRADICTED_DEVIATIONS = 3.0  # deviations; of belief and estimate together; derived
 MOVING_MASS_RATIO = 1.5  # ratio; by which a moving mass is wrong, beyond a wrong scale
 ALIKE_RATIO = 1.25  # ratio; between two factors that count as one
+
+# Does what is missing stand in a few stretches?
+EVENT_FLOORS = 5.0  # ratio; of a window's error to the median's, or to the floor
+EVENT_REST_FLOORS = 3.0  # floors; of the median window: the events have spoiled the fit little
+EVENT_MOST_SHARE = 0.25  # of windows; what is missing in more of them is a law
+MOST_EVENTS = 8  # stretches; what happens more often is a law
 
 # What is worth telling, and worth an experiment?
 LEAST_MASKED_CHANGE = 0.05  # of value; change of a constant that is worth a sentence

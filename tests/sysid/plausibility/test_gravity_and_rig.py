@@ -1,5 +1,7 @@
 """Gravity belongs to no rig, a pole's frequency to one rig: they convict what ranges cannot."""
 
+import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -13,6 +15,7 @@ from pendulum_sysid.plausibility.ask import check_plausibility, list_plausibilit
 from pendulum_sysid.plausibility.balances import balance_pole
 from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.records import Outcome, Recording
+from pendulum_twin.arrays import Floats
 from pendulum_twin.model import Twin
 
 GRAVITY = "Do lengths and times agree with gravity?"
@@ -90,6 +93,26 @@ def test_an_encoder_that_counts_one_way_is_refused(direction: float) -> None:
     found = check([recording])["Is the cart's position in metres?"]
     assert found.answer is Answer.NO
     assert "counts without a direction" in found.advice
+
+
+def count_one_way(angle: Floats) -> Floats:
+    return math.pi + np.maximum(np.diff(angle, prepend=angle[0]), 0.0).cumsum()
+
+
+@pytest.mark.parametrize(
+    "spoil", [count_one_way, lambda angle: 0.1 * np.rint(angle * 4096 / math.tau)]
+)
+def test_an_angle_that_moves_as_no_pole_does_is_refused(
+    spoil: Callable[[Floats], Floats],
+) -> None:
+    """A search took six minutes to say that the recording does not look like the rig."""
+    signals = made(INTECO, amplitude=0.3).signals
+    assert signals.pole is not None
+    t = np.arange(len(signals)) * PERIOD_S
+    recording = Recording.from_arrays(t, signals.command, signals.cart, spoil(signals.pole))
+    found = check([recording])["Is it an angle in radians?"]
+    assert found.answer is Answer.NO
+    assert "whether its encoder counts both ways" in found.advice
 
 
 def test_recordings_of_two_rigs_are_not_searched_as_one() -> None:

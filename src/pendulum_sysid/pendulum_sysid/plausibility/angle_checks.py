@@ -12,6 +12,7 @@ from pendulum_sysid.cleaning.smooth_state import smooth_state
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.plausibility.answers import Answer, Check
 from pendulum_sysid.plausibility.balances import PoleBalance, balance_pole
+from pendulum_sysid.plausibility.swings import swings_widely
 from pendulum_sysid.plausibility.units import (
     LENGTH_UNITS,
     advise_option,
@@ -46,8 +47,9 @@ def check_pole_columns(case: Case, as_it_is: PoleBalance) -> Check | None:
             return Check(question, Answer.NO, expected, observed, advice)
     if explained:
         return Check(question, Answer.YES, expected, observed)
-    advice = "check the column, unit and scale of --pole"
-    return Check(question, Answer.DOUBT, expected, observed, advice)
+    advice = "check the column, unit and scale of --pole, and whether its encoder counts both ways"
+    foreign = as_it_is.explained < decisions.BALANCE_FOREIGN and swings_widely(signals)
+    return Check(question, Answer.NO if foreign else Answer.DOUBT, expected, observed, advice)
 
 
 def _list_other_readings(signals: Signals) -> dict[str, Signals]:

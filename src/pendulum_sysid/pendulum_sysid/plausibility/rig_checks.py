@@ -8,7 +8,7 @@ from pendulum_sysid import decisions
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.plausibility.answers import Answer, Check
 from pendulum_sysid.plausibility.balances import balance_pole
-from pendulum_sysid.plausibility.time_checks import swings_widely
+from pendulum_sysid.plausibility.swings import swings_widely
 
 
 def check_one_rig(case: Case) -> Check | None:

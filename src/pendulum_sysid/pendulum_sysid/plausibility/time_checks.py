@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from pendulum_sysid import decisions
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.plausibility.answers import Answer, Check
 from pendulum_sysid.plausibility.balances import PoleBalance
+from pendulum_sysid.plausibility.swings import swings_widely
 from pendulum_sysid.plausibility.units import (
     TIME_UNITS,
     advise_option,
@@ -81,14 +80,3 @@ def check_gravity(case: Case, balance: PoleBalance) -> Check | None:
     )
     answer = Answer.NO if ratio > decisions.GRAVITY_CERTAIN else Answer.DOUBT
     return Check(question, answer, *words, advice)
-
-
-def swings_widely(signals: Signals, part: slice = slice(None)) -> bool:
-    """Tell whether the pole swings so far that a controller and noise cannot pass for gravity.
-
-    part: samples that are asked.
-    """
-    if signals.pole is None:
-        return False
-    angles = signals.pole[part][signals.pole_valid[part]]
-    return len(angles) > 0 and float(np.ptp(angles)) >= decisions.WIDE_SWING_RAD
