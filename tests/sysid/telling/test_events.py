@@ -1,5 +1,6 @@
 """What is missing in a few short stretches is told as events, and blames no place of the rig."""
 
+from collections import namedtuple
 from itertools import pairwise
 
 import numpy as np
@@ -18,6 +19,7 @@ from pendulum_sysid.fitting.noise_floor import NoiseFloor
 from pendulum_sysid.fitting.window_runs import WindowRuns
 from pendulum_sysid.records import Outcome, Recording
 from pendulum_sysid.telling.events import find_events
+from pendulum_sysid.telling.outcome import Findings, decide_outcome
 from pendulum_twin.free_runs import run_freely
 from pendulum_twin.parameter_vector import make_theta
 from pendulum_twin.signals import Signals
@@ -99,3 +101,18 @@ def test_a_pole_that_was_struck_is_said_to_have_been_touched() -> None:
     assert verdict.missing_physics == ()
     assert "acts on the rig at 11 to 12 s: a touch" in verdict.sentence
     assert not verdict.unlike_rig
+
+
+@pytest.mark.parametrize(
+    ("remains", "outcome"), [(1.2, Outcome.NOTHING_MISSING), (9.0, Outcome.NOT_IN_CATALOGUE)]
+)
+def test_an_effect_that_few_parts_show_again_leaves_its_errors_unexplained(
+    remains: float, outcome: Outcome
+) -> None:
+    """Two runs of two rigs in a file: a drift of the gain, 1 part of 3, stood for all errors."""
+    blank = dict.fromkeys(Findings.__dataclass_fields__)
+    fit = namedtuple("fit", "choose")
+    findings = Findings(
+        **{**blank, "base": fit(50.0), "best": fit(remains), "named": (), "misfits": ()}
+    )
+    assert decide_outcome(findings) is outcome

@@ -86,8 +86,13 @@ def decide_outcome(findings: Findings) -> Outcome:
 
 
 def explains_too_little(findings: Findings) -> bool:
-    """Return whether errors remain of which the final fit's effects explain too little."""
-    little = compute_explained_share(findings) < decisions.LEAST_EXPLAINED_SHARE
+    """Return whether errors remain of which the named effects explain too little.
+
+    What the final fit holds but cannot name, because most parts of the recording do not show it
+    again, explains nothing.
+    """
+    share = compute_explained_share(findings) if findings.named else 0.0
+    little = share < decisions.LEAST_EXPLAINED_SHARE
     physics = any(is_motion_effect(effect.effect) for effect in findings.named)
     return (is_above_noise(findings) and (little or findings.outweighed)) or (
         physics and little and is_slight(findings)
