@@ -245,6 +245,7 @@ LOWEST_RATE_HZ = 2.0  # Hz; slower samples cannot show a pole's swing: the times
 HIGHEST_RATE_HZ = 20_000.0  # Hz; twice the fastest log that is supported
 USUAL_LEAST_RATE_HZ = 10.0  # Hz; least rate of a log, by which the unit of its times is guessed
 RAIL_SLACK = 1.2  # ratio; of the cart's travel to the rail's length, by a wrong scale
+ONE_WAY_SHARE = 0.98  # of the way of a cart; beyond the rail all one way: no cart does
 RAIL_CERTAIN = 3.0  # ratio; beyond a wrong constant, if the motion speaks for another unit
 RAIL_IMPOSSIBLE = 10.0  # ratio; ... and whatever the motion says
 COMMAND_SLACK = 1.2  # ratio; of the largest command to the twin's limit
@@ -252,9 +253,15 @@ COMMAND_CERTAIN = 10.0  # ratio; beyond a wrong limit, if the drive speaks for a
 UNIT_FACTOR = 3.0  # ratio; of a measured unit to a named unit: units are 10 apart; derived
 GAIN_FACTOR = 4.0  # ratio; a drive further off is worth a look: constants err by a factor of two
 FREQUENCY_FACTOR = 2.5  # ratio; a pole further off is worth a look, and convicts no unit
+GRAVITY_FACTOR = 1.5  # ratio; of gravity as measured: scales and clocks err less; measured
+GRAVITY_CERTAIN = 3.0  # ratio; no sensor's scale and no clock is so far off: other units
+FREQUENCY_DOUBT = 1.5  # ratio; of frequencies: a pole half as long, or twice, is another rig's
+ONE_RIG_FACTOR = 1.1  # ratio; of a pole's frequencies in two recordings: real rigs show 1.04
+ONE_RIG_CERTAIN = 1.25  # ratio; ... another pole, or another unit
 BALANCE_SURE = 0.9  # of power; of the pole's acceleration, so that its equation holds
 BALANCE_UNSURE = 0.5  # of power; of it, below which another unit or column may be meant
 DEGREES_STEP_CHANGE = 1.0  # degrees; from step to step of the fastest pole at 100 Hz
+BALANCE_FOREIGN = 0.2  # of power; of a wide swing, below which it is no pole's: rigs show 0.9
 BALANCE_TRIMMED = 0.02  # of samples; the worst explained: jumps that cleaning has left
 BALANCE_CORRELATED_SAMPLES = 20.0  # samples; smoothing spreads an error over so many
 BALANCE_STANDARD_ERRORS = 5.0  # standard errors; of a weight: once in a million; derived
@@ -269,6 +276,12 @@ REST_RAD_S = 0.05  # rad/s; of a pole at rest
 CONTRADICTED_DEVIATIONS = 3.0  # deviations; of belief and estimate together; derived
 MOVING_MASS_RATIO = 1.5  # ratio; by which a moving mass is wrong, beyond a wrong scale
 ALIKE_RATIO = 1.25  # ratio; between two factors that count as one
+
+# Does what is missing stand in a few stretches?
+EVENT_FLOORS = 5.0  # ratio; of a window's error to the median's, or to the floor
+EVENT_REST_FLOORS = 3.0  # floors; of the median window: the events have spoiled the fit little
+EVENT_MOST_SHARE = 0.25  # of windows; what is missing in more of them is a law
+MOST_EVENTS = 8  # stretches; what happens more often is a law
 
 # What is worth telling, and worth an experiment?
 LEAST_MASKED_CHANGE = 0.05  # of value; change of a constant that is worth a sentence

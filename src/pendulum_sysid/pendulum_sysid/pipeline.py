@@ -26,7 +26,7 @@ from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
 from pendulum_sysid.measuring.measure import measure_best_laws
 from pendulum_sysid.measuring.naming import name_curves
 from pendulum_sysid.planning.next_experiment import plan_next_experiment
-from pendulum_sysid.plausibility.ask import refuse_implausible
+from pendulum_sysid.plausibility.ask import list_plausibility_doubts
 from pendulum_sysid.prepare import Prepared, prepare_case, prepare_windows
 from pendulum_sysid.records import Outcome, Recording, Split
 from pendulum_sysid.telling.drawings import collect_drawings, draw_overlays
@@ -48,12 +48,13 @@ def diagnose(recordings: Sequence[Recording], twin: Twin, progress: Progress) ->
     progress(Stage.PREPARING)
     try:
         case = prepare_case(recordings, twin)
-        refuse_implausible(case)
+        doubts = list_plausibility_doubts(case)
         prepared = prepare_windows(case)
     except UnusableRecording as error:
         recording = error.recording or join_recordings(list(recordings))
         return make_unusable(recording, str(error), time.monotonic() - began)
-    return diagnose_prepared(prepared, progress, began)
+    verdict = diagnose_prepared(prepared, progress, began)
+    return replace(verdict, warnings=(*doubts, *verdict.warnings))
 
 
 def diagnose_prepared(prepared: Prepared, progress: Progress, began: float) -> Verdict:

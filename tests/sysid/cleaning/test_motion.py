@@ -52,6 +52,19 @@ def test_a_recording_of_another_rig_run_does_not_follow_its_command() -> None:
     }
 
 
+@pytest.mark.parametrize("noise", [0.0, 1e-3])
+def test_a_pole_whose_encoder_stands_still_is_said_to(noise: float) -> None:
+    """It was said that the cart does not follow its command: the pole's reaction was missing."""
+    recording, _ = record_hidden({}, seed=1)
+    stuck = np.full(len(recording.signals), 3.1) + noise * np.resize(
+        NOISE[1], len(recording.signals)
+    )
+    recording = replace(recording, signals=replace(recording.signals, pole=stuck))
+    found = diagnose([recording], INTECO, lambda line: None).to_dict()
+    assert found["outcome"] == "unusable"
+    assert "check the pole's encoder, or leave out the pole" in found["sentence"]
+
+
 def test_a_cart_that_was_not_told_to_move_leaves_the_pole() -> None:
     t = np.arange(N) * 0.01
     swing = np.pi + 0.3 * np.exp(-0.05 * t) * np.cos(6.0 * t) + 1e-4 * NOISE[1]

@@ -426,7 +426,8 @@ def test_check_ends_with_status_1_and_the_sentence_of_the_first_no(
         frozenset({"question", "answer", "expected", "found", "advice"})
     }
     failed = [c for c in checks if c["answer"] == "no"]
-    assert [c["advice"] for c in failed] == ["import the file with --length-unit mm"]
+    assert failed[0]["advice"] == "import the file with --length-unit mm"
+    assert ["agree with gravity" in c["question"] for c in failed[1:]] == [True]  # in mm, too
     assert printed.err.startswith("sysid: expected a cart that moves over at most the rail's")
 
 

@@ -189,7 +189,11 @@ def _format_row(
 
 def _format_scores(fit: Mapping[str, Any]) -> str:
     held_out = fit["held_out"]
+    before, after, floor = (
+        "beyond measure" if score is None else f"{score:.4g}"
+        for score in (held_out["before"], held_out["after"], fit["noise_floor"])
+    )
     return (
-        f"Misfit in stretches that no fit has seen: {held_out['before']:.4g} before, "
-        f"{held_out['after']:.4g} after ({fit['unit']}; noise floor {fit['noise_floor']:.4g})"
+        f"Misfit in stretches that no fit has seen: {before} before, {after} after "
+        f"({fit['unit']}; noise floor {floor})"
     )

@@ -34,7 +34,7 @@ from pendulum_twin.signals import Signals
 UNEXPLAINED_STEP_S = 0.01  # s; of the differences: shorter steps show more noise
 NO_ANSWER = (
     "expected the cart to follow the command, found it moving no more by it than without: "
-    "check the command topic, the stamps and the drive"
+    "check the command topic, the stamps, the drive and the encoders"
 )
 
 

@@ -23,7 +23,10 @@ from pendulum_twin.arrays import Floats, Mask
 from pendulum_twin.signals import Signals
 
 STEP_S = 0.01  # s; over which velocities are taken
-NOTE = "the cart's reading goes elsewhere and no force took the cart there: a belt that slipped"
+NOTE = (
+    "the cart's reading goes elsewhere and no force took the cart there: a belt that slipped, or "
+    "a hand that moved the cart"
+)
 
 
 @dataclass(frozen=True)

@@ -69,13 +69,13 @@ def _cut(case: Case) -> Windows:
 def _make_comparison(case: Case, windows: Windows, runs: WindowRuns) -> Comparison:
     theta = make_theta(case.twin)
     whole = run_whole(case.signals, case.state.states, theta)
-    is_finite = np.isfinite(runs.score)
+    floor = measure_noise_floor(case, theta, windows) if np.isfinite(runs.score) else None
     return Comparison(
         seconds=WINDOW_S,
         count=len(runs),
         cart_rmse_m=runs.of_joint(0, runs.rmse),
         pole_rmse_rad=runs.of_joint(1, runs.rmse),
         score=runs.score,
-        noise_floor=measure_noise_floor(case, theta, windows).score if is_finite else None,
+        noise_floor=None if floor is None else floor.score,
         thesis_rmse=compute_equation_29(case.signals, whole),
     )

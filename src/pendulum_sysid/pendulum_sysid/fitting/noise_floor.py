@@ -29,29 +29,33 @@ class NoiseFloor:
     typical: float
 
 
-def measure_noise_floor(case: Case, theta: Floats, windows: Windows, seed: int = 0) -> NoiseFloor:
+def measure_noise_floor(
+    case: Case, theta: Floats, windows: Windows, seed: int = 0
+) -> NoiseFloor | None:
     """Measure what the case's twin reaches on its own noisy runs through the same windows.
 
     theta: (SIZE,) of the case's twin.
     windows: the windows that the floor is for.
     seed: of the noise.
 
+    None where it cannot be measured: the twin's own runs leave all bounds, or no window is given.
+
     The runs are smoothed and replayed as recordings are. The floor lies above 1 by what the noise
     in the smoothed start states costs. It is the root mean square over several draws of the noise.
     """
     signals = case.signals
-    lead = round(decisions.FLOOR_LEAD_S / signals.period_s)
+    if not len(windows):
+        return None
     stretch = np.searchsorted(signals.stretch_begins, windows.begin, side="right") - 1
-    reach = windows.begin - lead >= np.array(signals.stretch_begins)[stretch]
-    begin = windows.begin[reach] - lead
-    if not len(begin):
-        return NoiseFloor(1.0, 1.0)
+    before = windows.begin - np.array(signals.stretch_begins)[stretch]
+    # where all windows stand near the start of their stretch, their starts are smoothed from less
+    lead = min(round(decisions.FLOOR_LEAD_S / signals.period_s), int(before.max()))
+    begin = windows.begin[before >= lead] - lead
     length = lead + windows.samples
     set_of = np.zeros(len(begin), dtype=np.int64)
     runs = run_freely(signals, theta[None], set_of, begin, case.state.states[begin], length)
     if not np.all(np.isfinite(runs)):
-        # A twin that leaves all bounds says nothing about what is possible.
-        return NoiseFloor(1.0, 1.0)
+        return None  # a twin that leaves all bounds says nothing about what is possible
     tries = [
         _replay_perfect(case, runs, begin, lead, np.random.default_rng((seed, k)))
         for k in range(TRIES)

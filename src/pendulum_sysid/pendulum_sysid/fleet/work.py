@@ -21,7 +21,7 @@ from pendulum_sysid.fleet.recordings import Source, fetch, read_beginning
 from pendulum_sysid.fleet.rows import FAILED, PUT_ASIDE, RIG, RecordingRow, Result, SizeRow
 from pendulum_sysid.fleet.store import Store
 from pendulum_sysid.pipeline import diagnose
-from pendulum_sysid.plausibility.ask import refuse_implausible
+from pendulum_sysid.plausibility.ask import list_plausibility_doubts
 from pendulum_sysid.prepare import prepare_case, prepare_windows
 from pendulum_sysid.reading.bag import COMMAND_TOPIC, STATE_TOPIC, read_bag
 from pendulum_sysid.reading.csv_import import Columns, import_csv
@@ -178,7 +178,7 @@ def _fit(
     """Return the sizes of the twin as it is, by a fit to this recording."""
     case = prepare_case([recording], _load_twin(work.twin))
     try:
-        refuse_implausible(case)
+        list_plausibility_doubts(case)
     except UnusableRecording as error:
         raise BadInputError(str(error)) from error
     prepared = prepare_windows(case)

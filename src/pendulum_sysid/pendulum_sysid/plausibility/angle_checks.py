@@ -12,6 +12,7 @@ from pendulum_sysid.cleaning.smooth_state import smooth_state
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.plausibility.answers import Answer, Check
 from pendulum_sysid.plausibility.balances import PoleBalance, balance_pole
+from pendulum_sysid.plausibility.swings import swings_widely
 from pendulum_sysid.plausibility.units import (
     LENGTH_UNITS,
     advise_option,
@@ -46,8 +47,9 @@ def check_pole_columns(case: Case, as_it_is: PoleBalance) -> Check | None:
             return Check(question, Answer.NO, expected, observed, advice)
     if explained:
         return Check(question, Answer.YES, expected, observed)
-    advice = "check the column, unit and scale of --pole"
-    return Check(question, Answer.DOUBT, expected, observed, advice)
+    advice = "check the column, unit and scale of --pole, and whether its encoder counts both ways"
+    foreign = as_it_is.explained < decisions.BALANCE_FOREIGN and swings_widely(signals)
+    return Check(question, Answer.NO if foreign else Answer.DOUBT, expected, observed, advice)
 
 
 def _list_other_readings(signals: Signals) -> dict[str, Signals]:
@@ -100,8 +102,14 @@ def check_pole_zero(case: Case, balance: PoleBalance) -> Check | None:
         return Check(question, Answer.DOUBT, expected, observed, advice)
     observed = f"a pole that hangs at {(balance.upright_rad + math.pi) % TURN:.3g} rad"
     off_zero = math.pi - balance.hangs_off_rad
-    if off_zero >= decisions.ZERO_DOUBT_RAD:
+    if balance.hangs_off_rad <= decisions.ZERO_DOUBT_RAD:
         return Check(question, Answer.YES, expected, observed)
+    if off_zero >= decisions.ZERO_DOUBT_RAD:
+        advice = (
+            "check the sensor's zero; an angle of --sin and --cos that were exchanged hangs a "
+            "quarter turn off"
+        )
+        return Check(question, Answer.DOUBT, expected, observed, advice)
     certain = (
         off_zero < decisions.ZERO_CERTAIN_RAD
         and is_near(balance, case, decisions.FREQUENCY_FACTOR)

@@ -19,7 +19,12 @@ from pendulum_sysid.plausibility.drive_checks import (
     check_command_range,
     check_drive,
 )
-from pendulum_sysid.plausibility.time_checks import check_frequency, check_rate
+from pendulum_sysid.plausibility.rig_checks import check_one_rig
+from pendulum_sysid.plausibility.time_checks import (
+    check_frequency,
+    check_gravity,
+    check_rate,
+)
 
 
 def check_plausibility(case: Case) -> tuple[Check, ...]:
@@ -33,14 +38,25 @@ def check_plausibility(case: Case) -> tuple[Check, ...]:
         check_cart_range(case, as_it_is, gain),
         check_command_range(case, gain),
         check_pole_zero(case, as_it_is),
+        check_one_rig(case),
         check_frequency(case, as_it_is),
+        check_gravity(case, as_it_is),
         check_drive(case, gain),
     )
     return tuple(check for check in checks if check is not None)
 
 
-def refuse_implausible(case: Case) -> None:
-    """Raise UnusableRecording with the sentence of the first check whose answer is no."""
-    for check in check_plausibility(case):
+def list_plausibility_doubts(case: Case) -> tuple[str, ...]:
+    """Return a sentence for each check whose answer is a doubt, as a warning beside the answer.
+
+    Raises UnusableRecording with the sentence of the first check whose answer is no.
+    """
+    checks = check_plausibility(case)
+    for check in checks:
         if check.answer is Answer.NO:
             raise UnusableRecording(check.sentence, case.recording)
+    return tuple(
+        f"{check.question} Doubtful: {check.sentence}."
+        for check in checks
+        if check.answer is Answer.DOUBT
+    )

@@ -21,32 +21,50 @@ class PoleBalance:
     upright_rad: rad, where the pole stands upright, -pi to pi; NaN where gravity does not show.
     coupling: 1/m, angular acceleration by the cart's acceleration; NaN where it does not show.
     explained: share of the angular acceleration's power, 0 to 1.
+    coupled_share: share, 0 to 1, that the cart's acceleration takes of the power which gravity and
+        friction leave; below 1 by the noise of both accelerations.
     """
 
     gravity: float
     upright_rad: float
     coupling: float
     explained: float
+    coupled_share: float = 0.0
 
     @property
     def hangs_off_rad(self) -> float:
         """Return how far from pi the pole hangs, 0 to pi; NaN where that does not show."""
         return abs(self.upright_rad)
 
+    @property
+    def gravity_m_s2(self) -> tuple[float, float]:
+        """Return the least and largest acceleration of gravity that the motion allows, or NaN.
+
+        The pole's equation holds m l g / J and m l / J; their ratio is g, whatever the rig. Noise
+        in the cart's acceleration makes the coupling too small: the true coupling lies between
+        the fit as it is and the fit the other way round (Frisch's bounds, errors in variables).
+        """
+        most = self.gravity / self.coupling
+        return most * self.coupled_share, most
+
 
 UNKNOWN = PoleBalance(math.nan, math.nan, math.nan, 0.0)
 
 
-def balance_pole(signals: Signals, state: SmoothState) -> PoleBalance:
+def balance_pole(signals: Signals, state: SmoothState, part: slice = slice(None)) -> PoleBalance:
     """Fit w' = k sin(th - th0) + c cos(th - th0) v' - f w to the smoothed motion.
 
     Least squares, twice: the second time without the rows that the first explains worst.
+
+    part: samples that count.
     """
     if signals.pole is None:
         return UNKNOWN
     angle, rate = state.states[:, 1], state.states[:, 3]
     forward, target = state.accelerations.T
     use = signals.pole_valid & np.isfinite(target) & np.isfinite(angle)
+    use[: part.start or 0] = False
+    use[part.stop or len(use) :] = False
     columns = [np.sin(angle), np.cos(angle), rate]
     if signals.cart is not None and np.any(forward):
         use &= signals.cart_valid
@@ -58,12 +76,23 @@ def balance_pole(signals: Signals, state: SmoothState) -> PoleBalance:
     weights, errors, explained = fit
     if math.hypot(*weights[:2]) < decisions.BALANCE_STANDARD_ERRORS * math.hypot(*errors[:2]):
         return replace(UNKNOWN, explained=explained)
-    coupling = math.nan
+    coupling, share = math.nan, 0.0
     if len(weights) > 3:
         size, error = math.hypot(*weights[3:]), math.hypot(*errors[3:])
         coupling = size if size >= decisions.BALANCE_STANDARD_ERRORS * error else math.nan
+        share = _measure_share(rows, target, use, 3)
     upright_rad = math.atan2(-weights[1], weights[0])
-    return PoleBalance(math.hypot(*weights[:2]), upright_rad, coupling, explained)
+    return PoleBalance(math.hypot(*weights[:2]), upright_rad, coupling, explained, share)
+
+
+def _measure_share(rows: Floats, target: Floats, use: Mask, others: int) -> float:
+    """Return which share of the power that the first columns leave the columns after them take."""
+    left = [
+        wanted - columns @ np.linalg.lstsq(columns, wanted)[0]
+        for wanted, columns in ((target[use], rows[use][:, :others]), (target[use], rows[use]))
+    ]
+    without, within = (float(np.sum(rest**2)) for rest in left)
+    return 1.0 - within / without if without > 0.0 else 0.0
 
 
 def measure_gain(signals: Signals, state: SmoothState) -> float:

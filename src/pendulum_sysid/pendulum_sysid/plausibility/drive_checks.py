@@ -18,6 +18,7 @@ from pendulum_sysid.plausibility.units import (
     pick_unit,
 )
 from pendulum_twin.parameter_vector import FORCE_PER_PWM, MASS, make_theta
+from pendulum_twin.signals import Signals
 
 
 def check_cart_range(case: Case, balance: PoleBalance, gain: float) -> Check | None:
@@ -37,9 +38,21 @@ def check_cart_range(case: Case, balance: PoleBalance, gain: float) -> Check | N
     option = next(iter(units), None) if by_motion is None else pick_unit(by_motion, units)
     advice = "check the column and unit of --cart, and rail_half_length_m of the twin file"
     advice = advise_option(option) if option else advice
+    if ratio > decisions.RAIL_SLACK and _goes_one_way(signals):
+        observed += ", all of it one way"
+        advice = "a cart on a rail comes back: its encoder counts without a direction"
+        return Check(question, Answer.NO, expected, observed, advice)
     certain = ratio > decisions.RAIL_CERTAIN and option is not None
     answer = Answer.NO if certain or ratio > decisions.RAIL_IMPOSSIBLE else Answer.DOUBT
     return Check(question, answer, expected, observed, advice)
+
+
+def _goes_one_way(signals: Signals) -> bool:
+    """Tell whether the cart's position only ever rises, or only falls, but for noise."""
+    assert signals.cart is not None
+    samples = max(round(decisions.ANSWER_FILTER_S / signals.period_s), 1)
+    ways = np.diff(signals.cart[signals.cart_valid][::samples])
+    return abs(float(ways.sum())) > decisions.ONE_WAY_SHARE * float(np.abs(ways).sum())
 
 
 def check_command_range(case: Case, gain: float) -> Check | None:

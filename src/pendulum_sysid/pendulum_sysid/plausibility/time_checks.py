@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from pendulum_sysid import decisions
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.plausibility.answers import Answer, Check
 from pendulum_sysid.plausibility.balances import PoleBalance
+from pendulum_sysid.plausibility.swings import swings_widely
 from pendulum_sysid.plausibility.units import (
     TIME_UNITS,
     advise_option,
@@ -41,26 +40,43 @@ def check_rate(signals: Signals) -> Check:
 
 def check_frequency(case: Case, balance: PoleBalance) -> Check | None:
     """Ask whether the hanging pole swings at its own frequency."""
-    if balance.explained < decisions.BALANCE_SURE or not _swings_widely(case):
+    if balance.explained < decisions.BALANCE_SURE or not swings_widely(case.signals):
         return None
     own, observed = (math.sqrt(k) / math.tau for k in (compute_own_gravity(case), balance.gravity))
     question = "Does the hanging pole swing at its own frequency?"
     words = f"about {own:.3g} Hz by the twin file", f"{observed:.3g} Hz"
-    if is_near(balance, case, decisions.FREQUENCY_FACTOR):
+    if is_near(balance, case, decisions.FREQUENCY_DOUBT):
         return Check(question, Answer.YES, *words)
     option = pick_unit(own / observed, TIME_UNITS)
     if option is not None:
         return Check(question, Answer.NO, *words, advise_option(option))
     advice = (
-        "check the unit of the times, com_distance_m (of cart and pole together) and "
-        "pole_inertia_kg_m2 (about the axis) of the twin file"
+        "check that this is the twin of this rig, the unit of the times, com_distance_m (of cart "
+        "and pole together) and pole_inertia_kg_m2 (about the axis) of the twin file"
     )
     return Check(question, Answer.DOUBT, *words, advice)
 
 
-def _swings_widely(case: Case) -> bool:
-    """Tell whether the pole swings so far that a controller and noise cannot pass for gravity."""
-    signals = case.signals
-    if signals.pole is None or not signals.pole_valid.any():
-        return False
-    return float(np.ptp(signals.pole[signals.pole_valid])) >= decisions.WIDE_SWING_RAD
+def check_gravity(case: Case, balance: PoleBalance) -> Check | None:
+    """Ask whether lengths and times together show the acceleration of gravity.
+
+    It does not depend on the rig: a recording in half seconds shows a quarter of it.
+    """
+    if balance.explained < decisions.BALANCE_SURE or not swings_widely(case.signals):
+        return None
+    own = case.twin.rig.gravity_m_s2
+    least, most = balance.gravity_m_s2
+    if not least > 0.0:
+        return None
+    question = "Do lengths and times agree with gravity?"
+    observed = f"{most:.3g} m/s^2" if most < 1.05 * least else f"{least:.3g} to {most:.3g} m/s^2"
+    words = f"gravity of {own:.3g} m/s^2", observed
+    ratio = max(least / own, own / most)
+    if ratio <= decisions.GRAVITY_FACTOR:
+        return Check(question, Answer.YES, *words)
+    advice = (
+        "check --rate and the units of times and positions (times twice too long show a quarter), "
+        "and gravity_m_s2 of the twin file"
+    )
+    answer = Answer.NO if ratio > decisions.GRAVITY_CERTAIN else Answer.DOUBT
+    return Check(question, answer, *words, advice)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,6 +15,8 @@ from pendulum_twin.arrays import Floats
 
 SEPARATORS = ";\t,"  # the first that stands in the header; blanks where none does
 COMMENTS = ("#", "%")
+GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}(?:([.,])\d{3})(?:\1\d{3})*")  # 1.234 or 1,234,567
+WHOLE = re.compile(r"[+-]?\d{1,3}")
 Row = tuple[int, list[str]]  # line, cells
 
 
@@ -32,7 +35,29 @@ class Cells:
 
     def read(self, place: int) -> Floats:
         """Return a column (rows,); raises FileError for a cell that is no number."""
+        self._refuse_thousands(place)
         return np.array([self._read_number(row, place) for row in self.rows], dtype=np.float64)
+
+    def _refuse_thousands(self, place: int) -> None:
+        """Raise FileError where marks in a column stand before thousands, not before decimals.
+
+        A number from 1000 on then has groups of three digits, none below has a mark, and some
+        below are hundreds. Decimals of three digits without exception show in numbers below 1000,
+        too; a command of 0 and 1.125 has no hundreds.
+        """
+        texts = [(line, cells[place].strip()) for line, cells in self.rows if place < len(cells)]
+        grouped = [(line, text) for line, text in texts if GROUPED.fullmatch(text)]
+        others = [text for _, text in texts if text and not GROUPED.fullmatch(text)]
+        whole = all(WHOLE.fullmatch(text) for text in others)
+        hundreds = any(len(text.lstrip("+-")) == 3 for text in others)
+        if not (grouped and whole and hundreds):
+            return
+        line, text = grouped[0]
+        name = self.names[place] if place < len(self.names) else f"#{place + 1}"
+        raise FileError(
+            f"expected numbers without thousands separators in column {name}, found {text!r} in "
+            f"line {line} beside whole numbers below 1000: export the file without them"
+        )
 
     def _read_number(self, row: Row, place: int) -> float:
         line, cells = row

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from pendulum_sysid import decisions
@@ -20,7 +22,7 @@ def is_unlike(findings: Findings) -> bool:
     median window shows it, too.
     """
     after, floor = findings.after["held_out"], findings.floor
-    if not np.isfinite(after.score):
+    if floor is None or not np.isfinite(after.score):
         return True
     ratio, typical = compute_floor_ratio(findings), after.typical / floor.typical
     far = min(ratio, typical) > decisions.UNLIKE_FLOORS
@@ -32,8 +34,12 @@ def is_unlike(findings: Findings) -> bool:
 
 
 def compute_floor_ratio(findings: Findings) -> float:
-    """Return the held-out score of the improved twin over that of a perfect model."""
-    return findings.after["held_out"].score / findings.floor.score
+    """Return the held-out score of the improved twin over that of a perfect model.
+
+    Infinite where a perfect model's cannot be measured.
+    """
+    floor = findings.floor
+    return math.inf if floor is None else findings.after["held_out"].score / floor.score
 
 
 def compute_floors(findings: Findings) -> BeforeAfter:
@@ -42,6 +48,8 @@ def compute_floors(findings: Findings) -> BeforeAfter:
     The median window counts, and the remainder that the verdict tells where that is larger; of a
     recording that does not look like its rig all windows together, where that is larger.
     """
+    if findings.floor is None:
+        return BeforeAfter(math.inf, math.inf)
     before, after = (
         runs["held_out"].typical / findings.floor.typical
         for runs in (findings.before, findings.after)

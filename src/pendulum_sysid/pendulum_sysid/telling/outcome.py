@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from pendulum_sysid import decisions
@@ -29,7 +30,7 @@ class Findings:
     location: what the errors of the base fit depend on.
     remains: what the errors of the final fit depend on.
     before, after: free runs of the given and of the improved twin, by "train" and "held_out".
-    floor: what a perfect model reaches on this recording.
+    floor: what a perfect model reaches on this recording; None where that cannot be measured.
     coming: plan of the next experiment.
     misfits: named effects whose law does not have the shape that is seen; no misfit numbers.
     outweighed: True if a single missing force is larger than all that the named effects explain.
@@ -49,7 +50,7 @@ class Findings:
     remains: Localisation
     before: dict[str, WindowRuns]
     after: dict[str, WindowRuns]
-    floor: NoiseFloor
+    floor: NoiseFloor | None
     coming: Next
     misfits: tuple[Misfit, ...] = ()
     outweighed: bool = False
@@ -85,8 +86,13 @@ def decide_outcome(findings: Findings) -> Outcome:
 
 
 def explains_too_little(findings: Findings) -> bool:
-    """Return whether errors remain of which the final fit's effects explain too little."""
-    little = compute_explained_share(findings) < decisions.LEAST_EXPLAINED_SHARE
+    """Return whether errors remain of which the named effects explain too little.
+
+    What the final fit holds but cannot name, because most parts of the recording do not show it
+    again, explains nothing.
+    """
+    share = compute_explained_share(findings) if findings.named else 0.0
+    little = share < decisions.LEAST_EXPLAINED_SHARE
     physics = any(is_motion_effect(effect.effect) for effect in findings.named)
     return (is_above_noise(findings) and (little or findings.outweighed)) or (
         physics and little and is_slight(findings)
@@ -151,11 +157,15 @@ def compute_explained_share(findings: Findings) -> float:
 def compute_remaining_ratio(findings: Findings) -> float:
     """Return the error of the improved twin over that of a perfect model; 1 at the noise.
 
+    Infinite where a perfect model's cannot be measured, because the twin leaves all bounds.
+
     Runs with refined start states decide whether anything remains: noise in the start states
     hides it otherwise. How much remains, the median free run on the held-out windows says.
     """
     if findings.final.choose <= decisions.MISFIT_AT_NOISE:
         return 1.0
+    if findings.floor is None:
+        return math.inf
     held_out = findings.after["held_out"].typical / findings.floor.typical
     return max(held_out, findings.final.choose)
 

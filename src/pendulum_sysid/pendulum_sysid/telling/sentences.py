@@ -9,6 +9,7 @@ from pendulum_sysid.finding.search import Named
 from pendulum_sysid.fitting.parameters import list_rig_parameters
 from pendulum_sysid.measuring.naming import write_sentence
 from pendulum_sysid.records import Fit, Outcome
+from pendulum_sysid.telling.events import list_events
 from pendulum_sysid.telling.likeness import (
     compute_floors,
     compute_followed_share,
@@ -40,6 +41,9 @@ def write_answer(
     steady: dry friction that is certain although something else has no name.
     """
     errors = _describe_errors(findings)
+    events = list_events(findings)
+    if events is not None and (is_unlike(findings) or outcome is Outcome.NOT_IN_CATALOGUE):
+        return f"{events.sentence}; {errors}."
     if is_unlike(findings):
         return f"{_describe_unlike(findings)}; {errors}.{_describe_closest(named, findings)}"
     if outcome is Outcome.NOTHING_MISSING:

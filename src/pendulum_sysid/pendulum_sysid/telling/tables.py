@@ -48,11 +48,12 @@ def make_comparison_rows(comparisons: Sequence[Comparison]) -> list[Row]:
 
 
 def make_held_out_rows(
-    before: WindowRuns, after: WindowRuns, floors: tuple[float, float]
+    before: WindowRuns, after: WindowRuns, floors: tuple[float | None, float | None]
 ) -> list[Row]:
     """Return a row a joint, the score and its noise floor: name, before, after, unit.
 
-    floors: the scores that the twins before and after would reach if they were perfect.
+    floors: the scores that the twins before and after would reach if they were perfect;
+        None where that cannot be measured.
     """
     joints = [
         (f"{JOINTS[joint]} RMSE", format_number(old), format_number(new), RUN_UNITS[joint])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from scipy.special import ndtr
 
 from pendulum_sysid import decisions
@@ -13,6 +15,7 @@ from pendulum_sysid.fitting.window_runs import WindowRuns
 from pendulum_sysid.measuring.naming import NamedCurve, write_formula, write_sentence
 from pendulum_sysid.records import Estimate, Fit, Localisation, Outcome, Recording
 from pendulum_sysid.telling.contradictions import describe_contradictions
+from pendulum_sysid.telling.events import list_events
 from pendulum_sysid.telling.likeness import compute_fit, compute_floors, is_unlike
 from pendulum_sysid.telling.outcome import (
     Findings,
@@ -58,6 +61,8 @@ MULTIPLIED = {  # the variable that a law's value is multiplied by, beside the l
 def make_verdict(findings: Findings, recording: Recording, elapsed_s: float) -> Verdict:
     """Return the verdict on a recording that could be used."""
     outcome = decide_outcome(findings)
+    if outcome is Outcome.NOTHING_MISSING and is_unlike(findings):
+        outcome = Outcome.NOT_IN_CATALOGUE  # far above the noise, and no effect was found for it
     named = list_told(findings)
     names = {effect.effect for effect in named}
     certain = tuple(describe_certain(r) for r in findings.certain if r.effect not in names)
@@ -92,7 +97,7 @@ def make_verdict(findings: Findings, recording: Recording, elapsed_s: float) -> 
         recording=_describe_recording(recording),
         elapsed_s=elapsed_s,
         measured_laws=tuple(describe_law(law) for law in findings.laws),
-        unlike_rig=is_unlike(findings),
+        unlike_rig=is_unlike(findings) and list_events(findings) is None,
         twin=findings.final.twin,
         localisation=findings.location,
         next_plan=plan,
@@ -229,7 +234,7 @@ def _score_fit(findings: Findings) -> FitScores:
         held_out_cart_fit=_compare_fit(0, before["held_out"], after["held_out"]),
         held_out_pole_fit=_compare_fit(1, before["held_out"], after["held_out"]),
         floors=compute_floors(findings),
-        noise_floor=float(findings.floor.score),
+        noise_floor=math.nan if findings.floor is None else float(findings.floor.score),
     )
 
 

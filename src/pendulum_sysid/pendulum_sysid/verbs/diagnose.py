@@ -53,6 +53,8 @@ def run(arguments: argparse.Namespace) -> int:
     unusable = verdict.outcome is Outcome.UNUSABLE
     sentence = paint(verdict.sentence, COLOURS[verdict.outcome], sys.stdout)
     print_answer(arguments, verdict.to_dict, *([] if unusable else [sentence]), *written)
+    for warning in verdict.warnings:
+        say(f"before you use the twin: {warning}", ANSWERED)
     return say(verdict.sentence) if unusable else ANSWERED
 
 

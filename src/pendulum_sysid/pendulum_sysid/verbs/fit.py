@@ -114,11 +114,12 @@ def fit_by_windows(bags: list[Recording], twin: Twin, report: Progress) -> Fitte
     return Fitted(result.twin, text, mapping)
 
 
-def _measure_floor(case: Case, windows: Windows) -> float:
-    return measure_noise_floor(case, make_theta(case.twin), windows).score
+def _measure_floor(case: Case, windows: Windows) -> float | None:
+    floor = measure_noise_floor(case, make_theta(case.twin), windows)
+    return None if floor is None else floor.score
 
 
-def _map_runs(runs: WindowRuns, floor: float) -> dict[str, float | None]:
+def _map_runs(runs: WindowRuns, floor: float | None) -> dict[str, float | None]:
     """Return the errors of free runs by the keys of `sysid replay --json`."""
     return {
         "cart_rmse_m": runs.of_joint(0, runs.rmse),

@@ -173,7 +173,8 @@ class FitScores:
             perfect, 0 no better than the mean of each window; None for a joint not recorded.
         floors: error of the held-out windows over that of a perfect model: of the median window,
             or over all windows with refined starts where that is larger; 1 is perfect.
-        noise_floor: score that a perfect model reaches on the held-out windows.
+        noise_floor: score that a perfect model reaches on the held-out windows; NaN (null in
+            verdict.json) where that cannot be measured, because the twin leaves all bounds.
         unit: "score".
     """
 

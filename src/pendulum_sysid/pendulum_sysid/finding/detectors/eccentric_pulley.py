@@ -8,8 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from pendulum_sysid.finding.detectors.detector import Detector, Reading, Use
-from pendulum_sysid.finding.detectors.force_ripple import WAVES
-from pendulum_sysid.finding.detectors.force_waves import fit_waves
+from pendulum_sysid.finding.detectors.force_waves import fit_waves, list_wavenumbers
 from pendulum_sysid.finding.localisation.balance import FORCE, compute_motion, make_balances
 from pendulum_sysid.finding.localisation.thinning import thin_out
 from pendulum_sysid.fitting.case import Case
@@ -41,7 +40,8 @@ def read_pulley(case: Case, theta: Floats) -> tuple[Reading, ...]:
         )
         return columns
 
-    wave = fit_waves(balances[0], make_columns, 2.0 * np.pi * WAVES / travel)
+    tried = list_wavenumbers(travel, EFFECT.parameters[1])
+    wave = fit_waves(balances[0], make_columns, tried)
     ratio = min(wave.amplitude * wave.wavenumber, EFFECT.parameters[0].high)
     return (Reading(EFFECT.name, (ratio, 2.0 * np.pi / wave.wavenumber, wave.phase)),)
 

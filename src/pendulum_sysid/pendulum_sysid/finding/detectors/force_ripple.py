@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pendulum_sysid.finding.detectors.detector import Detector, Reading, Use
-from pendulum_sysid.finding.detectors.force_waves import find_wave
+from pendulum_sysid.finding.detectors.force_waves import find_wave, list_wavenumbers
 from pendulum_sysid.finding.localisation.balance import FORCE, compute_motion, make_balances
 from pendulum_sysid.finding.localisation.thinning import thin_out
 from pendulum_sysid.fitting.case import Case
@@ -14,7 +14,6 @@ from pendulum_twin.effects import force_ripple
 from pendulum_twin.parameter_vector import FORCE_PER_PWM
 
 EFFECT = force_ripple.EFFECT
-WAVES = np.arange(2.0, 66.0, 0.25)  # over the travel: the range of the effect's period
 
 
 def read_ripple(case: Case, theta: Floats) -> tuple[Reading, ...]:
@@ -28,9 +27,8 @@ def read_ripple(case: Case, theta: Floats) -> tuple[Reading, ...]:
     travel = float(np.ptp(here.x))
     if not balances or travel <= 0.0:
         return ()
-    wave = find_wave(
-        balances[0], theta[FORCE_PER_PWM] * here.u, here.x, 2.0 * np.pi * WAVES / travel
-    )
+    tried = list_wavenumbers(travel, EFFECT.parameters[1])
+    wave = find_wave(balances[0], theta[FORCE_PER_PWM] * here.u, here.x, tried)
     ratio = min(wave.amplitude, EFFECT.parameters[0].high)
     return (Reading(EFFECT.name, (ratio, 2.0 * np.pi / wave.wavenumber, wave.phase)),)
 

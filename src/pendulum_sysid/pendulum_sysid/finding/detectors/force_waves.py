@@ -13,8 +13,10 @@ import numpy as np
 
 from pendulum_sysid.finding.localisation.balance import Balance
 from pendulum_twin.arrays import Floats
+from pendulum_twin.effects.effect import Parameter
 
 MOST_ROWS = 5000
+WAVES = np.arange(2.0, 66.0, 0.25)  # over the travel, of a period along the rail
 
 
 @dataclass(frozen=True)
@@ -29,6 +31,17 @@ class Wave:
     wavenumber: float
     amplitude: float
     phase: float
+
+
+def list_wavenumbers(travel: float, period: Parameter) -> Floats:
+    """Return the wavenumbers, rad/m, that a cart's travel (m) can show and an effect can have.
+
+    period: of the effect, m; at least one wavenumber is returned. A short travel would hold waves
+        that are shorter than the effect's shortest.
+    """
+    inside = np.array([1.0, -1.0]) * 1e-9 + 1.0  # so that rounding leaves them within
+    periods = np.clip(travel / WAVES, *(inside * [period.low, period.high]))
+    return 2.0 * np.pi / np.unique(periods)[::-1]
 
 
 def find_wave(balance: Balance, factor: Floats, values: Floats, tried: Floats) -> Wave:

@@ -123,7 +123,8 @@ def score_elsewhere(bag: Path, twin: Twin) -> float | None:
     except BadInputError:
         return None
     windows = cut_windows(case.signals, case.state, EVERY_S)
-    return score / measure_noise_floor(case, make_theta(case.twin), windows).score
+    floor = measure_noise_floor(case, make_theta(case.twin), windows)
+    return None if floor is None else score / floor.score
 
 
 def prepare_ground(trial: OpenedTrial) -> Ground:

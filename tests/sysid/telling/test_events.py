@@ -1,0 +1,118 @@
+"""What is missing in a few short stretches is told as events, and blames no place of the rig."""
+
+from collections import namedtuple
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from support.made_recordings import (
+    CART_NOISE_M,
+    HANGING,
+    INTECO,
+    PERIOD_S,
+    POLE_NOISE_RAD,
+    sweep,
+)
+
+from pendulum_sysid import pipeline
+from pendulum_sysid.fitting.noise_floor import NoiseFloor
+from pendulum_sysid.fitting.window_runs import WindowRuns
+from pendulum_sysid.records import Outcome, Recording
+from pendulum_sysid.telling.events import find_events
+from pendulum_sysid.telling.outcome import Findings, decide_outcome
+from pendulum_twin.free_runs import run_freely
+from pendulum_twin.parameter_vector import make_theta
+from pendulum_twin.signals import Signals
+
+FLOOR = NoiseFloor(2.0, 2.0)
+START = np.zeros(1)
+
+
+def make_runs(errors: list[float]) -> WindowRuns:
+    """Return runs of 1 s, one after another, with these errors in noise floors."""
+    count = len(errors)
+    measured = np.zeros((count, 11, 1))
+    runs = measured + FLOOR.typical * np.array(errors)[:, None, None]
+    return WindowRuns(
+        (0,), np.arange(count) + 0.0, 0.1, measured, runs, np.ones_like(runs), np.ones(1)
+    )
+
+
+def test_a_few_windows_far_above_the_others_are_events() -> None:
+    errors = [40.0] + 20 * [1.0]  # the first begins with its stretch, and is not asked
+    errors[5], errors[6], errors[15] = 30.0, 12.0, 7.0
+    events = find_events((make_runs(errors),), FLOOR, START)
+    assert events is not None
+    assert events.intervals_s == ((5.0, 7.0), (15.0, 16.0))
+    assert "acts on the rig at 5 to 7 s and 15 to 16 s: a touch" in events.sentence
+    assert "elsewhere the improved twin's error is 1 times its noise floor" in events.sentence
+
+
+@pytest.mark.parametrize(
+    "errors",
+    [
+        20 * [1.0],  # nothing is missing
+        20 * [8.0],  # everywhere
+        [1.0, 30.0] * 10,  # in every other window: a law
+        [*(18 * [4.0]), 60.0, 4.0],  # the rest is not at the noise
+        [1.0] + 12 * [1.0, 1.0, 1.0, 1.0, 30.0],  # twelve times
+    ],
+)
+def test_errors_that_come_again_and_again_are_no_events(errors: list[float]) -> None:
+    assert find_events((make_runs(errors),), FLOOR, START) is None
+
+
+def test_held_out_runs_that_are_all_far_off_are_no_events() -> None:
+    learned, held_out = make_runs(21 * [1.0]), make_runs([1.0, 30.0, 30.0])
+    assert find_events((learned, held_out), FLOOR, START) is None
+
+
+def test_without_a_window_inside_a_stretch_there_are_no_events() -> None:
+    assert find_events((make_runs([1.0, 50.0]),), FLOOR, np.array([0.0, 1.0])) is None
+
+
+def strike(at_s: tuple[float, ...], seconds: float) -> Recording:
+    """Make a recording of INTECO's twin whose pole is struck: its rate jumps by 4 rad/s."""
+    command = sweep(seconds, 0.1)
+    n, zero = len(command), np.zeros(1, dtype=np.int64)
+    states, state = np.empty((n, 4)), HANGING
+    edges = [0, *(round(t / PERIOD_S) for t in at_s), n]
+    for first, stop in pairwise(edges):
+        length = stop - first + 1
+        signals = Signals(
+            PERIOD_S,
+            np.append(command[first:stop], 0.0),
+            *(np.zeros(length) for _ in range(2)),
+            *(np.ones(length, dtype=bool) for _ in range(2)),
+        )
+        run = run_freely(signals, make_theta(INTECO)[None], zero, zero, state[None], length)[0]
+        states[first:stop], state = run[:-1], run[-1] + [0.0, 0.0, 0.0, 4.0]
+    rng = np.random.default_rng(0)
+    cart = states[:, 0] + rng.normal(0.0, CART_NOISE_M, n)
+    pole = states[:, 1] + rng.normal(0.0, POLE_NOISE_RAD, n)
+    every = np.ones(n, dtype=bool)
+    return Recording("struck", "sha256:0", Signals(PERIOD_S, command, cart, pole, every, every))
+
+
+def test_a_pole_that_was_struck_is_said_to_have_been_touched() -> None:
+    """It was said that physics is missing at the cart."""
+    verdict = pipeline.diagnose([strike((11.3,), 20.0)], INTECO, lambda line: None)
+    assert verdict.outcome is Outcome.NOT_IN_CATALOGUE
+    assert verdict.missing_physics == ()
+    assert "acts on the rig at 11 to 12 s: a touch" in verdict.sentence
+    assert not verdict.unlike_rig
+
+
+@pytest.mark.parametrize(
+    ("remains", "outcome"), [(1.2, Outcome.NOTHING_MISSING), (9.0, Outcome.NOT_IN_CATALOGUE)]
+)
+def test_an_effect_that_few_parts_show_again_leaves_its_errors_unexplained(
+    remains: float, outcome: Outcome
+) -> None:
+    """Two runs of two rigs in a file: a drift of the gain, 1 part of 3, stood for all errors."""
+    blank = dict.fromkeys(Findings.__dataclass_fields__)
+    fit = namedtuple("fit", "choose")
+    findings = Findings(
+        **{**blank, "base": fit(50.0), "best": fit(remains), "named": (), "misfits": ()}
+    )
+    assert decide_outcome(findings) is outcome
