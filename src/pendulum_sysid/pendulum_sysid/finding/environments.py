@@ -112,10 +112,12 @@ def _ask(
     whole = (
         np.array([kept_free[k].get(fit.theta) - neutral[kept_free[k].name] for k in at]) / sizes
     )
+    squared = max(float(whole @ whole), 1e-300)
     shares, deviations = np.empty(len(environments)), np.empty(len(environments))
     for k, windows in enumerate(environments):
         part = (windows[:, None] * fit.pieces + np.arange(fit.pieces)).reshape(-1)
         step, spread = estimate_part(own, part, fit, kept_free)
-        shares[k] = whole @ (whole + step[at]) / (whole @ whole)
-        deviations[k] = np.linalg.norm(whole * spread[at] / sizes) / (whole @ whole)
+        shares[k] = whole @ (whole + step[at]) / squared
+        with np.errstate(invalid="ignore"):  # a size of 0 that nothing fixes
+            deviations[k] = np.linalg.norm(whole * spread[at] / sizes) / squared
     return Steadiness(shares, deviations)
