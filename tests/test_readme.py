@@ -55,7 +55,7 @@ def environment() -> dict[str, str]:
     if "_ROS_WHEELS_BOOTSTRAP_COMPLETE" in os.environ:
         kept.pop("LD_LIBRARY_PATH", None)
     return kept | {
-        "ROS_DOMAIN_ID": str(random.SystemRandom().randrange(1, 100)),
+        "ROS_DOMAIN_ID": str(random.SystemRandom().randrange(20, 100)),
         "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
         "PYTHONUNBUFFERED": "1",
     }

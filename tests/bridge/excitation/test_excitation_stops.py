@@ -215,11 +215,11 @@ def test_another_nodes_error_does_not_stop_it(ros: Graph, planned) -> None:
 def test_a_latched_stop_from_before_keeps_it_from_beginning(ros: Graph, planned) -> None:
     bench = Bench(ros)
     node = make(ros, planned(*LONG), reset_first=False, start="service")
-    Events.stop(bench, node)
-    ros.until(lambda: node._emergency, "the latched stop")
+    stop, latched = bench.user.create_publisher(Bool, "/rig/stopped", LATCHED), Bool(data=True)
+    ros.until(lambda: stop.publish(latched) or node._emergency, "the latched stop")
     answer = ros.call(bench.user.create_client(Trigger, "start"))
     assert answer.success
-    ros.until(lambda: node.over, "the end")
+    ros.until(lambda: stop.publish(latched) or node.over, "the end")
     assert node._run.stopped.reason is StopReason.EMERGENCY_STOP and bench.sent["/rig"] == []
 
 

@@ -58,6 +58,26 @@ def test_the_demo_runs_from_concealing_to_the_answer(tmp_path, monkeypatch, caps
     assert max(abs(recording.command)) == pytest.approx(0.3)
 
 
+def test_a_plan_that_a_busy_computer_gives_up_is_recorded_once_more(
+    tmp_path, monkeypatch, capsys
+) -> None:
+    out, tried = tmp_path / "out", []
+
+    def record(options, nominal, seed) -> None:
+        assert not (options.out / "recording").exists(), "nothing of the first is left"
+        tried.append(seed)
+        for folder in ("recording", "logs"):
+            (options.out / folder).mkdir(parents=True)
+        (options.out / "seal.json").write_text("{}")
+        raise demo.PlanGivenUpError("excitation_node ended with status 1")
+
+    monkeypatch.setattr(demo, "record", record)
+    assert demo.main(["--out", str(out), "--twin", str(TWIN), "--seed", "4"]) == 1
+    said = capsys.readouterr().err.splitlines()
+    assert tried == [4, 4] and "recording once more" in said[0]
+    assert said[1] == "demo: excitation_node ended with status 1"
+
+
 def test_a_failed_diagnosis_is_one_sentence(tmp_path, monkeypatch, capsys) -> None:
     def record_nothing(options, nominal, seed) -> None:
         (options.out / "recording").mkdir(parents=True)

@@ -117,5 +117,5 @@ def test_a_reset_and_500_steps(client: Any) -> None:
     samples = [step(0.1 * (-1) ** (k // 15), 0.0) for k in range(500)]
     carts = [sample[2] for sample in samples]
     assert max(carts) - min(carts) > 0.02
-    assert max(abs(sample[0] - math.pi) for sample in samples) > 0.05
+    assert max(abs(sample[0] - math.pi) for sample in samples) > 0.03
     assert all(math.isfinite(value) for sample in samples for value in sample)

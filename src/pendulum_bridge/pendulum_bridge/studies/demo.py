@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import os
 import secrets
+import shutil
 import socket
 import sys
 from pathlib import Path
@@ -32,7 +33,12 @@ INTERRUPTED = 130  # exit status after Ctrl-C, as shells have it
 LOOPBACK = "127.0.0.1"
 LONGEST_START_S = 180.0  # a program that takes longer to start is stuck, on any machine
 LONGEST_PLAY_S = 300.0  # the plan lasts a minute; a busy machine takes longer to start and end it
-DOMAIN_IDS = range(1, 100)  # a higher ROS domain needs ports that the system gives to others
+# low ROS domains are what people choose; higher ones need ports that the system gives to others
+DOMAIN_IDS = range(20, 100)
+
+
+class PlanGivenUpError(BadInputError):
+    """The excitation ended before its plan: a busy computer drives a rig late."""
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -53,7 +59,12 @@ def _run_demo(options: argparse.Namespace) -> None:
     if kept is not None and not options.quiet:
         print(f"The earlier demo is kept in {kept}", flush=True)
     write_facts(facts, options.out)
-    record(options, nominal, seed)
+    try:
+        record(options, nominal, seed)
+    except PlanGivenUpError as error:
+        print(f"demo: {error}; recording once more", file=sys.stderr, flush=True)
+        remove_recording(options.out)
+        record(options, nominal, seed)
     diagnose(options.out, options.quiet)
     print(format_answer(options.out, nominal))
     if not options.quiet:
@@ -100,6 +111,13 @@ def record(options: argparse.Namespace, nominal: Twin, seed: int) -> None:
         print(f"Recorded: {out / 'recording'}", flush=True)
 
 
+def remove_recording(out: Path) -> None:
+    """Remove what `record` has written, for another recording under the same seed."""
+    (out / "seal.json").unlink(missing_ok=True)
+    for folder in ("recording", "logs"):
+        shutil.rmtree(out / folder, ignore_errors=True)
+
+
 def _start_rig(programs: Programs, twin_file: Path, concealing: tuple[object, ...]) -> None:
     """Start the emulated rig and its driver on free ports; return when both run."""
     rig, user = (Address(LOOPBACK, port) for port in _find_free_ports())
@@ -130,7 +148,12 @@ def _play_plan(programs: Programs, **settings: object) -> None:
         "/excitation", reset_first="false", emulated="true", **settings
     )
     excitation = programs.start("excitation_node", *arguments, to_terminal=True)
-    wait_until_done(excitation, programs, LONGEST_PLAY_S)
+    try:
+        wait_until_done(excitation, programs, LONGEST_PLAY_S)
+    except BadInputError as error:
+        if excitation.process.poll():
+            raise PlanGivenUpError(str(error)) from error
+        raise
 
 
 def _list_node_arguments(namespace: str, **parameters: object) -> list[str]:

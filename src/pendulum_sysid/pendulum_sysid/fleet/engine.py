@@ -240,7 +240,7 @@ def _read_ending(
         except Exception as error:
             if future.status != "error":
                 return Ending(item, error=error)
-    if future.status in ("finished", "pending"):
+    if future.status in ("finished", "pending", "lost"):
         _count_threads(client)  # raises an error where the scheduler is gone
         return None
     if future.status != "error":

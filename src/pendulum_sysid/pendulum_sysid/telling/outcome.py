@@ -119,13 +119,18 @@ def list_told(findings: Findings) -> tuple[Named, ...]:
         effect
         for effect in findings.named
         if not is_motion_effect(effect.effect)
-        or (effect.is_steady and effect.effect not in doubtful | certain)
+        or (effect.is_steady and not (doubtful | certain) & list_like(effect))
         or (
             not alone
             and BY_NAME[effect.effect].place not in places
             and effect.lead.ratio >= decisions.CHIEF_MISFIT_RATIO
         )
     )
+
+
+def list_like(effect: Named) -> set[str]:
+    """Return an effect, what it contains, and what the recording cannot tell from it."""
+    return {effect.effect, *BY_NAME[effect.effect].simpler, *effect.inseparable_from}
 
 
 def is_slight(findings: Findings) -> bool:

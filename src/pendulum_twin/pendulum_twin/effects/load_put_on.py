@@ -15,7 +15,7 @@ def law(t, h, mass_kg, coupling_kg_m, inertia_kg_m2, load_kg, time_s):
     In the step of the instant it is the mass under which a level force gives the velocity that it
     gives both masses in turn.
     """
-    spare = mass_kg - coupling_kg_m * coupling_kg_m / inertia_kg_m2
+    spare = max(mass_kg - coupling_kg_m * coupling_kg_m / inertia_kg_m2, 0.0)
     there = min(max((t - time_s) / h + 0.5, 0.0), 1.0)
     load = max(load_kg, -MOST_TAKEN_OFF * spare)
     return load * there * mass_kg / (mass_kg + load - load * there)
