@@ -25,6 +25,7 @@ from pendulum_sysid.telling.outcome import (
     is_above_noise,
     is_motion_effect,
     list_inseparable,
+    list_like,
     list_told,
 )
 from pendulum_sysid.telling.sentences import describe_effect, describe_masking, write_answer
@@ -65,7 +66,8 @@ def make_verdict(findings: Findings, recording: Recording, elapsed_s: float) -> 
         outcome = Outcome.NOT_IN_CATALOGUE  # far above the noise, and no effect was found for it
     named = list_told(findings)
     names = {effect.effect for effect in named}
-    certain = tuple(describe_certain(r) for r in findings.certain if r.effect not in names)
+    known = {name for effect in named for name in list_like(effect)}
+    certain = tuple(describe_certain(r) for r in findings.certain if r.effect not in known)
     names |= {effect.effect for effect in certain}
     others = tuple(
         effect
