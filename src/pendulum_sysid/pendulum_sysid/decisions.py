@@ -89,7 +89,7 @@ LIGHT_MOST_LOST = 0.02  # of time; in gaps and faults of the data, to take an an
 LIGHT_MOST_GAPS_A_MINUTE = 10.0  # gaps a minute; ... or so many pieces
 
 # Is an effect there everywhere, so that it is certain although something else has no name?
-STEADY_SHARE = 0.5  # of size; below which no environment, and no part of a curve, may lie
+STEADY_SHARE = 0.5  # of size; no environment may differ by more, no part of a curve lie below
 STEADY_LEAST_CURVES = 3  # curves; of moving variables, to speak of everywhere
 CERTAIN_CONFIDENCE = 0.99  # probability; stated: it was surely there in every curve
 
