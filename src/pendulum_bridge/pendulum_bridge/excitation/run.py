@@ -116,7 +116,9 @@ def take_sample(
     move = perform(stamp_ns, state, applied, run.performance, plan, bounds)
     if move.command is not None and run.performance.playback.way is None:
         run = replace(run, push=send_push(move.command, now_s, stamp_ns / 1e9, run.push))
-        if move.performance.playback.way is not None and not is_even(run.push, plan):
+        judged = move.performance.playback.way is not None
+        unmoved = move.stopped is not None and move.stopped.reason is StopReason.NOT_MOVED
+        if judged and (unmoved or not move.stopped) and not is_even(run.push, plan):
             return Step(_push_again(now_s, run), 0.0)
     run = replace(run, performance=move.performance)
     if move.stopped:
