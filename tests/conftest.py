@@ -7,8 +7,9 @@ import pytest
 from hypothesis import settings
 from support.signals import restore_interrupt
 
-settings.register_profile("no_deadline", deadline=None)  # a machine may stand still for seconds
-settings.load_profile("no_deadline")
+# a machine may stand still for seconds; every run draws the same examples
+settings.register_profile("repeatable", deadline=None, derandomize=True)
+settings.load_profile("repeatable")
 
 
 def pytest_configure() -> None:

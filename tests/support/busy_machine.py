@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pendulum_bridge.driver.driver import OLD_PERIODS, WAIT_S
+from pendulum_bridge.driver.driver import WAIT_S
 from pendulum_bridge.emulator.schedule import LONGEST_BACKLOG_S
 from pendulum_bridge.emulator.sensors import Encoders, Sensors
 from pendulum_bridge.safety.decide import decide
@@ -86,21 +86,19 @@ def reset_on_busy_machine(
     dead_after_s: s; the cart's encoder then shows the same place for ever.
     """
     busy = BusyRig(rig, rig_still, dead_after_s)
-    safety, now_s, begun, skipped = make_safety(0.0), 0.0, False, 0
+    safety, now_s, begun = make_safety(0.0), 0.0, False
     while now_s < LONGEST_S:
         woken_s = driver_still.wake(now_s)
         busy.run_until(woken_s)
         while not busy.samples and woken_s < now_s + WAIT_S:
             woken_s += 0.0005
             busy.run_until(woken_s)
-        now_s, state, ago_s = driver_still.wake(woken_s), None, 0.0
-        if busy.samples and busy.samples[0][0] <= now_s:
+        now_s, state, ago_s, skipped = driver_still.wake(woken_s), None, 0.0, -1
+        while busy.samples and busy.samples[0][0] <= now_s:
             came_s, state = busy.samples.popleft()
-            ago_s = now_s - came_s
-            if ago_s > OLD_PERIODS * rules.period_s:
-                state, ago_s, skipped = None, 0.0, skipped + 1
-        decision = decide(None, state, now_s, safety, rules, ago_s, skipped)
-        safety, skipped = decision.safety, 0 if state is not None else skipped
+            ago_s, skipped = now_s - came_s, skipped + 1
+        decision = decide(None, state, now_s, safety, rules, ago_s, max(skipped, 0))
+        safety = decision.safety
         if safety.encoders.fault in (Reason.CART_STUCK, Reason.POLE_STUCK):
             return safety.encoders.fault
         if decision.reset_ended is not None:

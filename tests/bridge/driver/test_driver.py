@@ -10,7 +10,12 @@ from dataclasses import dataclass, field
 import pytest
 
 from pendulum_bridge.driver import driver as module
-from pendulum_bridge.driver.driver import DECISIONS_BETWEEN, LAST_WORDS, Driver
+from pendulum_bridge.driver.driver import (
+    DECISIONS_BETWEEN,
+    LAST_WORDS,
+    MOST_UNPUBLISHED,
+    Driver,
+)
 from pendulum_bridge.safety.limits import Limits
 from pendulum_bridge.safety.reasons import Reason
 from pendulum_bridge.safety.rig_state import RigState
@@ -47,6 +52,11 @@ class Peer:
 
     def receive_stamped(self, deadline: float) -> Arrival | None:
         return self.waiting.popleft() if self.waiting else None
+
+    def take_waiting(self) -> list[Arrival]:
+        taken = list(self.waiting)
+        self.waiting.clear()
+        return taken
 
     def drop_waiting(self) -> int:
         self.waiting.clear()
@@ -179,14 +189,35 @@ def test_what_is_sent_is_what_is_said_to_be_applied_in_the_same_order(bench: Ben
     assert [pwm for name, pwm in bench.peer.said if name == "applied"] == bench.peer.sent
 
 
-def test_samples_that_waited_are_published_but_only_new_ones_decide(bench: Bench) -> None:
+def test_of_samples_that_wait_the_newest_decides_and_all_are_published_in_order(
+    bench: Bench,
+) -> None:
     bench.driver.command(0.1)
-    bench.arrive(
-        age_s=0.05, sample=Sample(math.pi, 0.0, 0.85, 0.0)
-    )  # at the end of the rail, but long ago
+    places = [0.85, 0.5, 0.01]  # at the end of the rail, but long ago
+    for k, place in enumerate(places):
+        bench.arrive(age_s=0.05 * (2 - k), sample=Sample(math.pi, 0.0, place, 0.0))
+    before = len(bench.peer.sent)
+    for _ in places:
+        bench.driver.turn()
+    shown = [state.cart_m for name, state in bench.peer.said if name == "sample"]
+    assert shown[-3:] == places and set(bench.peer.sent[before:]) == {0.1}
+    assert bench.driver.health().figures["samples_old"] == 2
+
+
+def test_an_old_sample_decides_when_none_is_newer(bench: Bench) -> None:
+    bench.driver.command(0.1)
+    bench.arrive(age_s=0.05, sample=Sample(math.pi, 0.0, 0.85, 0.0))
     bench.driver.turn()
-    assert bench.peer.said[-2][1].cart_m == 0.85 and bench.peer.sent[-1] == 0.1
-    assert bench.driver.health().figures["samples_old"] == 1
+    assert bench.peer.sent[-1] < 0.1
+
+
+def test_a_driver_that_stays_behind_drops_the_oldest_unpublished_samples(bench: Bench) -> None:
+    for k in range(MOST_UNPUBLISHED + 3):
+        bench.arrive(sample=Sample(math.pi, 0.0, 1e-6 * k, 0.0))
+    bench.driver.turn()
+    bench.driver.turn()
+    assert bench.driver.health().figures["samples_unpublished"] == 2
+    assert bench.peer.said[-2][1].cart_m == pytest.approx(3e-6)
 
 
 def test_samples_from_before_it_served_are_dropped(bench: Bench) -> None:

@@ -2,11 +2,18 @@
 
 A lock holds all state. Decisions are sent and published under it, so that the rig gets them in
 order.
+
+A driver that is behind, on a busy computer, decides on the newest sample that has come, and
+publishes one of the samples that wait, in order, between two decisions. Measured with a rig at
+1000 Hz and two busy processes on two cores: while the driver took sample after sample, every
+sample was old when its turn came, the rig held the last command, and 1 of 4 runs of 200 resets
+threw a hanging pole.
 """
 
 from __future__ import annotations
 
 import time
+from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
@@ -31,8 +38,8 @@ from pendulum_twin.health import Health
 WAIT_S = 0.02
 # decisions on commands between two samples; the last of more commands waits for the sample
 DECISIONS_BETWEEN = 5
-# periods after which a newer sample surely waits: nothing is decided on the older one
-OLD_PERIODS = 1.5
+# samples that wait to be published at most; a driver that stays behind drops the oldest
+MOST_UNPUBLISHED = 1000
 LAST_WORDS = 5  # packets with PWM 0 at the end: any may be lost
 Listener = Callable[[Reason], None]
 
@@ -87,8 +94,8 @@ class Driver:
         self._decided_s, self._standstill_s = self._now(), 0.0
         self._worst: Reason | None = Reason.NO_SAMPLE_YET
         self._reported = (self._now(), 0)
-        self._unsent = self._old = self._commands = self._resets = 0
-        self._skipped = 0  # old samples since the last decision on a sample
+        self._unsent = self._old = self._commands = self._resets = self._unpublished = 0
+        self._waiting: deque[Arrival] = deque()  # samples that are not published yet
         self._sample_latency, self._command_latency = Latency(), Latency()
 
     @property
@@ -118,12 +125,19 @@ class Driver:
                 ended.wait(WAIT_S)
 
     def turn(self) -> None:
-        """Wait for a sample, publish it, and decide; decide without a sample when none comes."""
-        arrival = self._link.receive_stamped(time.monotonic() + WAIT_S)
-        state, ago_s = (None, 0.0) if arrival is None else self._publish(arrival)
+        """Wait for a sample, publish it, and decide on the newest; without any when none comes."""
+        came = self._publish_next()
+        newer = self._link.take_waiting()
+        self._keep_unpublished(newer)
+        came += newer
         with self._lock:
             self._since_sample = 0
-            self._decide(state, ago_s)
+            self._old += max(len(came) - 1, 0)
+            if came:
+                ago_s = max(1e-9 * (time.time_ns() - came[-1].arrival_ns), 0.0)
+                self._decide(read_state(came[-1]), ago_s, skipped=len(came) - 1)
+            else:
+                self._decide(None)
         self._last_word.alive()
 
     def command(self, pwm: float, sent_ns: int | None = None) -> Reason | None:
@@ -247,6 +261,7 @@ class Driver:
             "samples": wire.received,
             "samples_lost": timing.lost,
             "samples_old": self._old,
+            "samples_unpublished": self._unpublished,
             "samples_before_start": wire.late,
             "samples_refused": safety.counts.samples,
             "packets_malformed": wire.malformed,
@@ -268,32 +283,35 @@ class Driver:
             **self._command_latency.summarize("command_to_rig"),
         }
 
-    def _publish(self, arrival: Arrival) -> tuple[RigState | None, float]:
-        """Publish a sample; return its state (None for an old sample) and how long ago it came, s.
+    def _publish_next(self) -> list[Arrival]:
+        """Publish the sample that has waited longest, or the next to come; return what came."""
+        if self._waiting:
+            self._publish(self._waiting.popleft())
+            return []
+        arrival = self._link.receive_stamped(time.monotonic() + WAIT_S)
+        if arrival is None:
+            return []
+        self._publish(arrival)
+        return [arrival]
 
-        A sample is old when a newer sample surely waits.
-        """
-        sample = arrival.sample
-        state = RigState(sample.cart_m, sample.pole_rad, sample.cart_velocity, sample.pole_rate)
-        self._outlet.publish_sample(state, self._clock.stamp(arrival.arrival_ns))
-        ago_s = 1e-9 * (time.time_ns() - arrival.arrival_ns)
+    def _publish(self, arrival: Arrival) -> None:
+        self._outlet.publish_sample(read_state(arrival), self._clock.stamp(arrival.arrival_ns))
         with self._lock:
-            self._sample_latency.add(ago_s)
-            if ago_s > OLD_PERIODS * self._rules.period_s:
-                self._old += 1
-                self._skipped += 1
-                return None, 0.0
-        return state, max(ago_s, 0.0)
+            self._sample_latency.add(1e-9 * (time.time_ns() - arrival.arrival_ns))
 
-    def _decide(self, sample: RigState | None, ago_s: float = 0.0) -> None:
+    def _keep_unpublished(self, arrivals: list[Arrival]) -> None:
+        self._waiting.extend(arrivals)
+        while len(self._waiting) > MOST_UNPUBLISHED:
+            self._waiting.popleft()
+            self._unpublished += 1
+
+    def _decide(self, sample: RigState | None, ago_s: float = 0.0, skipped: int = 0) -> None:
         if self._closed:
             return
         now_s = self._now()
         self._standstill_s = max(self._standstill_s, now_s - self._decided_s)
         safety = events.note_last_word(self._safety, self._last_word.running)
-        decision = decide(None, sample, now_s, safety, self._rules, ago_s, self._skipped)
-        if sample is not None:
-            self._skipped = 0
+        decision = decide(None, sample, now_s, safety, self._rules, ago_s, skipped)
         ended = decision.reset_ended
         if self._now() - now_s > events.STANDSTILL_S:  # the process was stopped (SIGSTOP)
             decision = decide(None, None, self._now(), decision.safety, self._rules)
@@ -328,3 +346,9 @@ class Driver:
         self._note(ended)
         for listener in listeners:
             listener(ended)
+
+
+def read_state(arrival: Arrival) -> RigState:
+    """Return the state that a sample shows."""
+    sample = arrival.sample
+    return RigState(sample.cart_m, sample.pole_rad, sample.cart_velocity, sample.pole_rate)

@@ -137,6 +137,12 @@ class Link:
         self._received += 1
         return Arrival(*came)
 
+    def take_waiting(self) -> list[Arrival]:
+        """Return all unread samples with their times of arrival, oldest first, at once."""
+        arrivals = [Arrival(*came) for came in self._port.take_waiting_stamped()]
+        self._received += len(arrivals)
+        return arrivals
+
     def drop_waiting(self) -> int:
         """Drop all unread samples, and return their number."""
         dropped = len(self._port.take_waiting())

@@ -55,3 +55,6 @@ class RigPort[Packet](Port[Packet], Protocol):
 
         The arrival is in ns of the system clock; the deadline in s of `time.monotonic`.
         """
+
+    def take_waiting_stamped(self) -> list[tuple[Packet, int]]:
+        """Return all unread packets and their arrivals (ns, system clock), oldest first."""

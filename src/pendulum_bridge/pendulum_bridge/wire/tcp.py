@@ -104,10 +104,14 @@ class TcpPort[Packet]:
 
     def take_waiting(self) -> list[Packet]:
         """Return all unread packets, oldest first, without blocking."""
+        return [packet for packet, _ in self.take_waiting_stamped()]
+
+    def take_waiting_stamped(self) -> list[tuple[Packet, int]]:
+        """Return all unread packets and their arrivals (ns, system clock), oldest first."""
         self._reach()
-        packets: list[Packet] = []
+        packets: list[tuple[Packet, int]] = []
         while len(packets) < MOST_PACKETS_AT_ONCE and (came := self._take_packet()) is not None:
-            packets.append(came[0])
+            packets.append(came)
         return packets
 
     def close(self) -> None:

@@ -143,13 +143,17 @@ class Endpoint[Packet]:
 
     def take_waiting(self) -> list[Packet]:
         """Return all unread packets of the peer, oldest first, without blocking."""
+        return [packet for packet, _ in self.take_waiting_stamped()]
+
+    def take_waiting_stamped(self) -> list[tuple[Packet, int]]:
+        """Return all unread packets and their arrivals (ns, system clock), oldest first."""
         packets = []
         for _ in range(MOST_PACKETS_AT_ONCE):
             if not select.select([self._socket], [], [], 0)[0]:
                 break
             came = self._take_packet()
             if came is not None:
-                packets.append(came[0])
+                packets.append(came)
         return packets
 
     def _take_packet(self) -> tuple[Packet, int] | None:
