@@ -26,8 +26,7 @@ from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
 from pendulum_sysid.measuring.measure import measure_best_laws
 from pendulum_sysid.measuring.naming import name_curves
 from pendulum_sysid.planning.next_experiment import plan_next_experiment
-from pendulum_sysid.plausibility.ask import list_plausibility_doubts
-from pendulum_sysid.prepare import Prepared, prepare_case, prepare_windows
+from pendulum_sysid.prepare import Prepared, prepare
 from pendulum_sysid.records import Outcome, Recording, Split
 from pendulum_sysid.telling.drawings import collect_drawings, draw_overlays
 from pendulum_sysid.telling.outcome import Findings, decide_outcome, is_above_noise
@@ -47,14 +46,12 @@ def diagnose(recordings: Sequence[Recording], twin: Twin, progress: Progress) ->
     began = time.monotonic()
     progress(Stage.PREPARING)
     try:
-        case = prepare_case(recordings, twin)
-        doubts = list_plausibility_doubts(case)
-        prepared = prepare_windows(case)
+        prepared = prepare(recordings, twin)
     except UnusableRecording as error:
         recording = error.recording or join_recordings(list(recordings))
         return make_unusable(recording, str(error), time.monotonic() - began)
     verdict = diagnose_prepared(prepared, progress, began)
-    return replace(verdict, warnings=(*doubts, *verdict.warnings))
+    return replace(verdict, warnings=(*prepared.doubts, *verdict.warnings))
 
 
 def diagnose_prepared(prepared: Prepared, progress: Progress, began: float) -> Verdict:

@@ -9,7 +9,7 @@ changed: the length of the smoothing polynomials is chosen over all of them.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from pendulum_sysid.cleaning.causality import check_causality
 from pendulum_sysid.cleaning.command_answer import check_follows_command
@@ -21,6 +21,7 @@ from pendulum_sysid.cleaning.stale_start import leave_out_stale_start
 from pendulum_sysid.errors import UnusableRecording
 from pendulum_sysid.fitting.case import Case, make_case
 from pendulum_sysid.fitting.split import split_windows
+from pendulum_sysid.plausibility.ask import list_plausibility_doubts
 from pendulum_sysid.records import QualityFinding, Recording, Split
 from pendulum_twin.model import Twin
 
@@ -31,10 +32,12 @@ class Prepared:
 
     case: the recordings as one, smoothed, and the twin without the joints that they lack.
     split: windows to fit on, to choose on and to judge on.
+    doubts: sentences of the checks that leave in doubt whether the recordings are the rig's.
     """
 
     case: Case
     split: Split
+    doubts: tuple[str, ...] = ()
 
     @property
     def findings(self) -> tuple[QualityFinding, ...]:
@@ -49,16 +52,18 @@ def prepare(recordings: Sequence[Recording], twin: Twin) -> Prepared:
     twin: the twin to start from.
 
     Raises WrongUse when the recordings do not fit together or hold a joint that the twin lacks,
-    and UnusableRecording when nothing moves, too few samples are valid or the cart does not follow
-    the command.
+    and UnusableRecording when the recordings cannot be the rig's, nothing moves, too few samples
+    are valid or the cart does not follow the command.
     """
-    return prepare_windows(prepare_case(recordings, twin))
+    case = prepare_case(recordings, twin)
+    doubts = list_plausibility_doubts(case)
+    return replace(prepare_windows(case), doubts=doubts)
 
 
 def prepare_windows(case: Case) -> Prepared:
     """Prepare a case for a diagnosis or a fit: its joints move, and its samples suffice.
 
-    Raises UnusableRecording as `prepare` does.
+    Raises UnusableRecording as `prepare` does, but for recordings that cannot be the rig's.
     """
     try:
         case = _leave_out_still_cart(case)

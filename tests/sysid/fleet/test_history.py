@@ -19,6 +19,7 @@ from pendulum_sysid.fleet.store import Store
 from pendulum_twin.model import load_twin, save_twin
 
 DAYS = np.arange(60.0)
+OFFSET = "angle_offset.angle_rad"
 # friction doubles on day 20, the drive's force sinks from day 35 on, the pole is remounted on 50
 COURSES = {
     "cart_viscous_n_s_m": np.where(DAYS < 20, 0.5, 1.0),
@@ -59,6 +60,16 @@ def test_each_change_is_found_within_a_day_and_named(store: Store, capsys) -> No
     assert friction["after"] / friction["before"] == pytest.approx(2.0, rel=0.05)
     assert main(["fleet", "history", store.address, "--rig", "bench_07"]) == 0
     assert "between 2026-01-24" in capsys.readouterr().out
+
+
+def test_a_step_away_from_nothing_is_told_without_a_share(tmp_path: Path, capsys) -> None:
+    """An offset near 0 that becomes 0.02 rad grows by no number of per cent."""
+    store = Store(str(tmp_path / "store"))
+    store.create()
+    sizes = [(1e-6 if day < 10 else 0.02, 1e-3, "rad") for day in range(20)]
+    store.write([make_result("bench", day, {OFFSET: size}) for day, size in enumerate(sizes)])
+    (sentence, *_) = tell(store, capsys, "bench")["sentences"]
+    assert "angle_offset.angle_rad went from 1e-06 to 0.02 rad, between" in sentence
 
 
 def test_quiet_rigs_have_no_history(store: Store, capsys) -> None:

@@ -53,6 +53,30 @@ def refused(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
 # Wrong input
 
 
+@pytest.mark.parametrize("words", [("fit",), ("fit", "--method", "thesis"), ("next",)])
+def test_positions_in_millimetres_are_fitted_by_no_verb(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, words: tuple[str, ...]
+) -> None:
+    recording = made(INTECO, 12.0)
+    signals = replace(recording.signals, cart=1000.0 * recording.signals.cart)
+    bag = made_bag(tmp_path / "bag", replace(recording, signals=signals))
+    out = tmp_path / "out.yaml"
+    said = refused(capsys, "--quiet", *words, bag, "--twin", TWIN, "--out", out)
+    assert "--length-unit mm" in said and not out.exists()
+
+
+def test_a_fit_of_another_rig_is_doubted_before_its_twin_is_used(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    rig = INTECO.rig
+    longer = {"com_distance_m": 2.4 * rig.com_distance_m}
+    long = replace(rig, **longer, pole_inertia_kg_m2=6.0 * rig.pole_inertia_kg_m2)
+    bag = made_bag(tmp_path / "bag", made(replace(INTECO, rig=long)))
+    words = ["--quiet", "fit", str(bag), "--twin", TWIN, "--out", str(tmp_path / "out.yaml")]
+    assert main(words) == 0
+    assert "check that this is the twin of this rig" in capsys.readouterr().err
+
+
 def test_a_missing_recording(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     said = refused(
         capsys, "diagnose", tmp_path / "none", "--twin", TWIN, "--out", tmp_path / "out"

@@ -21,6 +21,8 @@ PRESENCE = "named"  # parameter that says whether an effect was named: 1 or 0
 WEEK_S = 7 * 86_400.0
 NOT_ANSWERS = ("unusable", "failed", "put_aside")
 
+MOST_TIMES = 10.0  # ratio; a change by more, as of an offset near 0, is told without a share
+
 
 @dataclass(frozen=True)
 class Size:
@@ -210,7 +212,7 @@ def describe_change(size: Size, change: Change) -> str:
         amount = f"began to drift: from {change.before:.4g} to {change.after:.4g} {size.unit}"
     else:
         amount = f"went from {change.before:.4g} to {change.after:.4g} {size.unit}"
-        if change.before:
+        if abs(change.after) <= MOST_TIMES * abs(change.before):
             amount += f" ({change.after / change.before - 1:+.0%})"
     return (
         f"{size.owner if size.parameter == PRESENCE else size.name} {amount}, "

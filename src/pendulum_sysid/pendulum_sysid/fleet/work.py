@@ -13,7 +13,6 @@ from importlib import metadata
 from pathlib import Path
 
 from pendulum_sysid.cleaning.clean import clean_recording
-from pendulum_sysid.errors import UnusableRecording
 from pendulum_sysid.fitting.fit import fit_own_parameters
 from pendulum_sysid.fitting.parameters import list_free_parameters
 from pendulum_sysid.fitting.window_runs import run_windows
@@ -21,8 +20,7 @@ from pendulum_sysid.fleet.recordings import Source, fetch, read_beginning
 from pendulum_sysid.fleet.rows import FAILED, PUT_ASIDE, RIG, RecordingRow, Result, SizeRow
 from pendulum_sysid.fleet.store import Store
 from pendulum_sysid.pipeline import diagnose
-from pendulum_sysid.plausibility.ask import list_plausibility_doubts
-from pendulum_sysid.prepare import prepare_case, prepare_windows
+from pendulum_sysid.prepare import prepare
 from pendulum_sysid.reading.bag import COMMAND_TOPIC, STATE_TOPIC, read_bag
 from pendulum_sysid.reading.csv_import import Columns, import_csv
 from pendulum_sysid.records import Fit, Outcome, Recording
@@ -176,12 +174,7 @@ def _fit(
     row: RecordingRow, recording: Recording, work: Work
 ) -> tuple[RecordingRow, tuple[SizeRow, ...]]:
     """Return the sizes of the twin as it is, by a fit to this recording."""
-    case = prepare_case([recording], _load_twin(work.twin))
-    try:
-        list_plausibility_doubts(case)
-    except UnusableRecording as error:
-        raise BadInputError(str(error)) from error
-    prepared = prepare_windows(case)
+    prepared = prepare([recording], _load_twin(work.twin))
     case, split = prepared.case, prepared.split
     fitted = fit_own_parameters(case, split)
     before, after = (

@@ -14,8 +14,9 @@ from pendulum_sysid.fitting.noise_floor import measure_noise_floor
 from pendulum_sysid.fitting.parameters import hold_constants
 from pendulum_sysid.fitting.thesis_fit import MOST_EVALUATIONS, fit_as_thesis
 from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
-from pendulum_sysid.prepare import prepare, prepare_case
-from pendulum_sysid.records import Recording, Windows
+from pendulum_sysid.plausibility.ask import list_plausibility_doubts
+from pendulum_sysid.prepare import prepare_case, prepare_windows
+from pendulum_sysid.records import Windows
 from pendulum_sysid.telling.output_files import check_file, name_write_errors
 from pendulum_sysid.telling.tables import (
     ESTIMATES,
@@ -55,12 +56,13 @@ def run(arguments: argparse.Namespace) -> int:
     twin = hold_constants(load_twin(arguments.twin), arguments.hold)
     report = arguments.progress.report
     report(Stage.READING.value)
-    bags = read_recordings(arguments.bag, arguments)
+    case = prepare_case(read_recordings(arguments.bag, arguments), twin)
+    for doubt in list_plausibility_doubts(case):
+        say(f"before you use the twin: {doubt}", ANSWERED)
     if arguments.method == "windows":
-        fitted = fit_by_windows(bags, twin, report)
+        fitted = fit_by_windows(case, report)
     else:
-        most = arguments.max_evaluations or MOST_EVALUATIONS
-        fitted = fit_by_thesis(bags, twin, most, report)
+        fitted = fit_by_thesis(case, arguments.max_evaluations or MOST_EVALUATIONS, report)
     with name_write_errors(arguments.out):
         save_twin(fitted.twin, arguments.out)
     print_answer(
@@ -72,9 +74,9 @@ def run(arguments: argparse.Namespace) -> int:
     return ANSWERED
 
 
-def fit_by_windows(bags: list[Recording], twin: Twin, report: Progress) -> Fitted:
+def fit_by_windows(case: Case, report: Progress) -> Fitted:
     """Fit the twin to windows; return it with its parameters and errors on held-out windows."""
-    prepared = prepare(bags, twin)
+    prepared = prepare_windows(case)
     case, windows = prepared.case, prepared.split
     report(f"fitting {len(windows.learn)} windows")
     result = fit_own_parameters(case, windows)
@@ -129,11 +131,9 @@ def _map_runs(runs: WindowRuns, floor: float | None) -> dict[str, float | None]:
     }
 
 
-def fit_by_thesis(
-    bags: list[Recording], twin: Twin, most_evaluations: int, report: Progress
-) -> Fitted:
+def fit_by_thesis(case: Case, most_evaluations: int, report: Progress) -> Fitted:
     """Fit the twin as the thesis does; return it with its parameters and equation 29."""
-    result = fit_as_thesis(prepare_case(bags, twin), report, most_evaluations)
+    result = fit_as_thesis(case, report, most_evaluations)
     if result.dropped:
         say(
             f"left out, for the thesis's model does not have it: {', '.join(result.dropped)}",

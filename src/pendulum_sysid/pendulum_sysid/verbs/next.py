@@ -17,7 +17,7 @@ from pendulum_sysid.reading.earlier_verdict import read_verdict
 from pendulum_sysid.records import Fit, Split
 from pendulum_sysid.telling.output_files import check_file, name_write_errors
 from pendulum_sysid.verbs.recordings import read_recordings
-from pendulum_sysid.verbs.said import ANSWERED, print_answer
+from pendulum_sysid.verbs.said import ANSWERED, print_answer, say
 from pendulum_twin.model import load_twin
 from pendulum_twin.parameter_vector import make_theta
 from pendulum_twin.plans.plan_file import parse_plan, save_plan
@@ -60,6 +60,8 @@ def _finish(arguments: argparse.Namespace) -> Finished:
     earlier = None if arguments.verdict is None else read_verdict(arguments.verdict)
     arguments.progress.report(Stage.READING)
     prepared = prepare(read_recordings(arguments.bag, arguments), load_twin(arguments.twin))
+    for doubt in prepared.doubts:
+        say(f"before you play the plan: {doubt}", ANSWERED)
     case, windows = prepared.case, prepared.split
     if earlier is not None:
         arguments.progress.report("fitting what the verdict names")
