@@ -23,7 +23,7 @@ class PendulumEnv(gym.Env[Observation, Observation]):
     """Swing the pole up and keep it up.
 
     Observation: float32 (5,): x, m; v, m/s; sin and cos of the angle from upright; w, rad/s.
-    Action: float32 (1,): PWM fraction within +-0.5.
+    Action: float32 (1,): PWM fraction within +-0.5; see `Task.allow_commands` for other units.
     Reward: `reward.compute_reward` of the state that the action led to.
     Start: hanging at rest in the middle.
     End: terminated beyond the task's limits, with a penalty in place of the reward; a wrapper

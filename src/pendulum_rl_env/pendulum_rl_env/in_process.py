@@ -72,8 +72,10 @@ def make_twin_env(
     encoders: how finely positions are measured.
     render_mode: "rgb_array" for pictures, "human" for a window.
     """
-    transport = KernelTransport(load_learnable_twin(twin), step_s, encoders)
-    return scale_actions(PendulumEnv(transport, Task(step_s=step_s), render_mode))
+    loaded = load_learnable_twin(twin)
+    task = Task(step_s=step_s).allow_commands(loaded.rig)
+    transport = KernelTransport(loaded, step_s, encoders)
+    return scale_actions(PendulumEnv(transport, task, render_mode))
 
 
 def make_twin_vector_env(
@@ -90,5 +92,6 @@ def make_twin_vector_env(
     spread: share of episodes that begin anywhere, see `Fleet`.
     Other arguments: see `make_twin_env`.
     """
-    task = Task(step_s=step_s)
-    return PendulumVectorEnv(Fleet([load_learnable_twin(twin)], num_envs, task, encoders, spread))
+    loaded = load_learnable_twin(twin)
+    task = Task(step_s=step_s).allow_commands(loaded.rig)
+    return PendulumVectorEnv(Fleet([loaded], num_envs, task, encoders, spread))

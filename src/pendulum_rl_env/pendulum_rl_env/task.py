@@ -1,13 +1,14 @@
 """The task of the thesis (sections 5.3-5.4, appendix B): swing up and stand in the middle.
 
 State: measured x (m, 0 in the middle), th (rad, 0 upright, pi hanging, counterclockwise positive,
-not wrapped), v (m/s), w (rad/s). Observation: x, v, sin th, cos th, w. Action: PWM fraction.
+not wrapped), v (m/s), w (rad/s). Observation: x, v, sin th, cos th, w. Action: PWM fraction, or a
+command in the rig's own unit.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 
 import numpy as np
@@ -15,9 +16,10 @@ from numpy.typing import NDArray
 
 from pendulum_rl_env.arithmetic import compiled
 from pendulum_twin.arrays import Floats
-from pendulum_twin.rig import check_number
+from pendulum_twin.rig import Rig, check_number
 
 EPISODE_S = 512 * 0.03
+LARGEST_PWM = 1.0  # a rig whose pwm_limit is larger has its command in another unit, such as volts
 HANGING = (0.0, math.pi, 0.0, 0.0)
 
 
@@ -36,7 +38,7 @@ class Task:
 
     step_s: s; from command to command.
     steps: of an episode.
-    pwm_limit: PWM fraction; the largest command.
+    pwm_limit: PWM fraction, or the unit of the rig's command; the largest command.
     x_limit_m, v_limit_m_s, w_limit_rad_s: an episode ends beyond them.
     rail_penalty: given in place of the reward beyond x_limit_m.
     speed_penalty: given in place of the reward beyond either speed limit.
@@ -56,7 +58,7 @@ class Task:
     def __post_init__(self) -> None:
         check_number("step_s", self.step_s, 0.001, 1.0)
         check_number("steps", self.steps, 1, 1e6)
-        check_number("pwm_limit", self.pwm_limit, 1e-3, 1.0)
+        check_number("pwm_limit", self.pwm_limit, 1e-3, 1e6)
         for name in ("x_limit_m", "v_limit_m_s", "w_limit_rad_s"):
             check_number(name, getattr(self, name), 1e-3, 1e3)
 
@@ -65,6 +67,12 @@ class Task:
         """Return the task with another sample time and an episode of as many seconds."""
         check_number("step_s", step_s, 0.001, 1.0)
         return cls(step_s=step_s, steps=round(EPISODE_S / step_s))
+
+    def allow_commands(self, rig: Rig) -> Task:
+        """Return the task for a rig: up to its largest command, where that is no PWM fraction."""
+        if rig.pwm_limit is None or rig.pwm_limit <= LARGEST_PWM:
+            return self
+        return replace(self, pwm_limit=rig.pwm_limit)
 
     @property
     def limits(self) -> tuple[float, float, float]:

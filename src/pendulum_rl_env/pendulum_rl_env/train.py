@@ -88,11 +88,10 @@ def _train(options: argparse.Namespace) -> int:
         training.close()
         evaluation.close()
     if options.onnx:
-        export(
-            load_policy(options.out / "policy.zip"),
-            Task(step_s=options.step_s),
-            options.out / "policy.onnx",
-        )
+        task = Task(step_s=options.step_s)
+        if options.rig is None and options.env == IN_PROCESS:
+            task = task.allow_commands(load_learnable_twin(options.twin).rig)
+        export(load_policy(options.out / "policy.zip"), task, options.out / "policy.onnx")
     return _report(options, result)
 
 
@@ -244,7 +243,8 @@ def _find_correction(
         correction = get_correction(load_policy(checkpoint))
         if correction is not None:
             return correction
-    twin, task = load_learnable_twin(options.twin), Task.make_for_step(options.step_s)
+    twin = load_learnable_twin(options.twin)
+    task = Task.make_for_step(options.step_s).allow_commands(twin.rig)
     _print_progress("designing the controller that the policy corrects ...")
     return Correction(design_base(twin, task), preset.correction)
 

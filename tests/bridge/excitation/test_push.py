@@ -79,6 +79,41 @@ def test_a_machine_that_never_sends_evenly_gives_up_in_a_sentence() -> None:
     )
 
 
+def judge_uneven_push(last: RigState) -> tuple[Run, float | None]:
+    """Send a push whose rise is lost; return the run and the answer once the push is judged.
+
+    last: the state in the last two samples: one beyond a bound may be a spike of the encoder.
+    """
+    run, answer = Run(stage=Stage.PLAYING), None
+    for k in [*range(RISES - 1), *range(RISES + 14, PLAN.push_ends + 1)]:
+        state = last if k >= PLAN.push_ends - 1 else RigState(0.0, math.pi, 0.0, 0.0)
+        step = take_sample(round(k * 1e7), state, 0.0, k * PERIOD_S, run, PLAN, BOUNDS)
+        run, answer = step.run, step.command
+        assert run.stage is Stage.PLAYING or k == PLAN.push_ends
+    return run, answer
+
+
+@pytest.mark.parametrize(
+    ("last", "reason"),
+    [
+        (RigState(9.5, math.pi, 0.0, 0.0), StopReason.CART_TOO_FAR),
+        (RigState(0.02, math.pi, 5.5, 0.0), StopReason.CART_TOO_FAST),
+        (RigState(0.02, math.pi, 0.0, -41.0), StopReason.POLE_TOO_FAST),
+    ],
+)
+def test_the_guards_stop_wins_over_an_uneven_push(last: RigState, reason: StopReason) -> None:
+    run, answer = judge_uneven_push(last)
+    assert run.stage is Stage.STOPPED and run.stopped.reason is reason
+    assert answer == 0.0 and run.pushes == 0  # nothing is sent again
+
+
+@pytest.mark.parametrize("moved_m", [0.0, 0.02])
+def test_a_cart_that_an_uneven_push_did_not_move_is_pushed_again(moved_m: float) -> None:
+    run, answer = judge_uneven_push(RigState(moved_m, math.pi, 0.0, 0.0))
+    assert run.stage is Stage.LOOKING and run.stopped is None
+    assert answer == 0.0 and run.pushes == 1
+
+
 def test_a_rig_in_process_runs_faster_than_time() -> None:
     push = Push()
     for k, command in enumerate(PLAN.commands[: PLAN.push_ends + 1]):

@@ -14,6 +14,7 @@ from support.verdicts import make_missing_entry, make_verdict
 
 from pendulum_bridge.studies import demo
 from pendulum_bridge.studies.demo_folder import DemoFacts, make_room, write_facts
+from pendulum_bridge.studies.lost_samples import SamplesLostError
 from pendulum_sysid.reading.bag import read_bag
 
 PLAN = "schema: pendulum_plan/1\nrate_hz: 100\nphases: [{kind: push}, {kind: rest, seconds: 1}]\n"
@@ -76,6 +77,32 @@ def test_a_plan_that_a_busy_computer_gives_up_is_recorded_once_more(
     said = capsys.readouterr().err.splitlines()
     assert tried == [4, 4] and "recording once more" in said[0]
     assert said[1] == "demo: excitation_node ended with status 1"
+
+
+@pytest.mark.parametrize("calm_later", [True, False])
+def test_a_recording_that_a_busy_computer_spoils_is_made_once_more_and_told(
+    calm_later: bool, tmp_path, monkeypatch, capsys
+) -> None:
+    out, tried = tmp_path / "out", []
+
+    def record(options, nominal, seed) -> None:
+        assert not (options.out / "recording").exists(), "nothing of the first is left"
+        tried.append(seed)
+        (options.out / "recording").mkdir()
+        if not (calm_later and len(tried) == 2):
+            raise SamplesLostError(f"{len(tried)}0 % of the samples were lost")
+
+    monkeypatch.setattr(demo, "record", record)
+    monkeypatch.setattr(demo, "diagnose", lambda out, quiet: None)
+    monkeypatch.setattr(demo, "format_answer", lambda out, nominal: "the answer")
+    assert demo.main(["--out", str(out), "--twin", str(TWIN), "--seed", "4"]) == 0
+    shown = capsys.readouterr()
+    said = shown.err.splitlines()
+    assert tried == [4, 4] and "the answer" in shown.out
+    assert said[0] == "demo: 10 % of the samples were lost; recording once more"
+    assert said[1:] == ([] if calm_later else [
+        "demo: 20 % of the samples were lost: let it come to rest before you judge the diagnosis"
+    ])  # fmt: skip
 
 
 def test_a_failed_diagnosis_is_one_sentence(tmp_path, monkeypatch, capsys) -> None:

@@ -338,6 +338,32 @@ def test_a_recording_ends_in_a_verdict_beside_the_plots(world: World, page: Page
     report.close()
 
 
+def test_a_running_diagnosis_is_given_up_and_the_recording_stays(world: World, page: Page) -> None:
+    (world.folder / "go").unlink(missing_ok=True)
+    record, end = (page.locator(f"[data-button={name}]") for name in ("record", "end_recording"))
+    row = page.locator("[data-recording]").first
+    record.click()
+    expect(row).to_have_attribute("data-stage", "recording")
+    give_up = row.locator("button")
+    expect(give_up).to_be_hidden()  # there is nothing to give up yet
+    end.click()
+    expect(row.locator("progress")).to_have_js_property("value", 0.4)
+    name = row.get_attribute("data-recording")
+    expect(give_up).to_have_accessible_name(f"Give up the diagnosis of {name}")
+    assert list_violations(page) == []
+    give_up.focus()
+    page.keyboard.press("Enter")
+    expect(page.locator("#answer")).to_have_text(f"Give up: the diagnosis of {name} is given up")
+    expect(row.locator(".level")).to_have_text("given up")
+    expect(row.locator(".sentence")).to_contain_text("was given up; the recording stays in")
+    expect(page.locator("#recordings [role=status]")).to_contain_text("the recording stays in")
+    expect(give_up).to_be_hidden()
+    expect(row).to_be_focused()  # and not the top of the page
+    assert (world.folder / name / "recording" / "bag").read_text() == "whole"
+    assert not (world.folder / name / "diagnosis").exists()
+    assert list_violations(page) == []
+
+
 def test_plots_freeze_scroll_back_and_go_on(page: Page) -> None:
     plot = page.locator(".plot canvas").first
     page.get_by_role("button", name="Freeze").click()

@@ -8,7 +8,7 @@ from time import monotonic
 from typing import Any
 
 import pytest
-from support.page_programs import RECORD, let_diagnoses_end, make_fake_programs
+from support.page_programs import DIAGNOSE, RECORD, let_diagnoses_end, make_fake_programs
 
 from pendulum_bridge.view.child import Child
 from pendulum_bridge.view.recordings import MOST_KEPT, Programs, Recordings
@@ -81,7 +81,8 @@ def test_a_recording_is_followed_by_its_verdict(tmp_path: Path) -> None:
     assert (done.outcome, done.share) == ("named", 1.0)
     assert done.sentence == "Dry friction <b>holds</b>, nice 19."  # it yields to all else
     stages = list(dict.fromkeys(told[0].stage for told in desk.told))
-    assert stages == [stage for stage in Stage if stage not in (Stage.KEPT, Stage.FAILED)]
+    otherwise = Stage.KEPT, Stage.GIVEN_UP, Stage.FAILED
+    assert stages == [stage for stage in Stage if stage not in otherwise]
 
 
 def test_one_recording_at_a_time_and_diagnoses_in_turn(tmp_path: Path) -> None:
@@ -104,6 +105,54 @@ def test_one_recording_at_a_time_and_diagnoses_in_turn(tmp_path: Path) -> None:
 
     desk = run_desk(tmp_path, make_fake_programs(), play)
     assert all(sum(each.stage is Stage.DIAGNOSING for each in told) <= 1 for told in desk.told)
+
+
+DEAF = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)\n" + DIAGNOSE
+
+
+@pytest.mark.parametrize("diagnose", [DIAGNOSE, DEAF], ids=["usual", "deaf"])
+def test_a_diagnosis_is_given_up_and_the_next_goes_on(tmp_path: Path, diagnose: str) -> None:
+    async def play(desk: Desk) -> None:
+        first = await record(desk)
+        await desk.until(lambda: desk.newest.share == 0.4)
+        second = await record(desk)
+        await desk.reach(Stage.WAITING)
+        before = set(list_children())
+        assert before
+        desk.recordings.give_up(first)
+        with pytest.raises(BadInputError, match=f"being diagnosed, found {first}"):
+            desk.recordings.give_up(first)  # it ends already
+        await desk.reach(Stage.DIAGNOSING)  # its turn has come
+        assert not before & set(list_children())
+        given_up = desk.told[-1][1]
+        assert (given_up.name, given_up.stage, given_up.files) == (first, Stage.GIVEN_UP, ())
+        kept = tmp_path / first / "recording"
+        assert given_up.sentence == f"The diagnosis was given up; the recording stays in {kept}"
+        assert (kept / "bag").read_text() == "whole"
+        assert not (tmp_path / first / "diagnosis").exists()
+        let_diagnoses_end(tmp_path)
+        await desk.reach(Stage.DONE)
+        for name in (second, "..", "no such"):
+            with pytest.raises(BadInputError, match="expected a recording that is being"):
+                desk.recordings.give_up(name)
+
+    run_desk(tmp_path, make_fake_programs(diagnose=diagnose), play)
+
+
+def test_a_diagnosis_that_waits_is_given_up_before_its_turn(tmp_path: Path) -> None:
+    async def play(desk: Desk) -> None:
+        first = await record(desk)
+        await desk.reach(Stage.DIAGNOSING)
+        second = await record(desk)
+        await desk.reach(Stage.WAITING)
+        desk.recordings.give_up(second)
+        await desk.reach(Stage.GIVEN_UP)
+        assert desk.told[-1][1].stage is Stage.DIAGNOSING  # the first is left alone
+        assert desk.told[-1][1].name == first
+        let_diagnoses_end(tmp_path)
+        await desk.until(lambda: desk.told[-1][1].stage is Stage.DONE)
+
+    run_desk(tmp_path, make_fake_programs(), play)
 
 
 FAILS = "import sys; print('recorder_node: out: expected a new folder'); sys.exit(1)"
@@ -186,5 +235,25 @@ def test_a_program_that_ignores_the_signal_is_killed() -> None:
         await asyncio.wait_for(heard.wait(), DEADLINE_S)
         await child.end(grace_s=0.1)
         return child._process.returncode
+
+    assert asyncio.run(play()) == -9
+
+
+def test_a_program_is_killed_when_its_end_is_no_longer_waited_for() -> None:
+    stubborn = "import signal, time; signal.signal(2, signal.SIG_IGN); print('deaf', flush=True)"
+
+    async def play() -> int:
+        heard = asyncio.Event()
+        child = await Child.start(
+            make_fake_programs(stubborn + "\ntime.sleep(600)").record(Path("unused")),
+            dict(os.environ),
+            lambda line: heard.set(),
+        )
+        await asyncio.wait_for(heard.wait(), DEADLINE_S)
+        ending = asyncio.create_task(child.end(grace_s=DEADLINE_S))
+        await asyncio.sleep(0)
+        ending.cancel()
+        await asyncio.gather(ending, return_exceptions=True)
+        return await asyncio.wait_for(child._process.wait(), DEADLINE_S)
 
     assert asyncio.run(play()) == -9

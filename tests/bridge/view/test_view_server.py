@@ -237,6 +237,25 @@ def test_a_report_is_served_apart_from_the_page(tmp_path: Path) -> None:
     run_served(test, find_file=lambda name, file: offered.get((name, file)))
 
 
+def test_a_diagnosis_is_given_up_by_the_page_alone() -> None:
+    asked: list[str] = []
+
+    def give_up(name: str) -> Answer:
+        asked.append(name)
+        return Answer(True, f"the diagnosis of {name} is given up")
+
+    async def test(server: Server, session: ClientSession) -> None:
+        place = server.address + "recordings/monday/give_up"
+        async with session.post(place) as answer:
+            assert answer.status == 403
+        assert asked == []
+        async with session.post(place, headers={"Origin": server.origin}) as answer:
+            assert (await answer.json())["sentence"] == "the diagnosis of monday is given up"
+
+    run_served(test, give_up=give_up)
+    assert asked == ["monday"]
+
+
 @served
 async def test_stop_gets_through_while_a_reset_is_under_way(
     server: Server, session: ClientSession

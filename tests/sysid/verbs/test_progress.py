@@ -85,6 +85,26 @@ def test_a_stage_that_comes_again_does_not_turn_the_share_back() -> None:
     assert course.share == BEGINS[Stage.LONG]
 
 
+def test_the_time_left_of_a_stage_that_outlasts_its_share_does_not_stand_still() -> None:
+    clock = Clock()
+    course, asked = Course(clock), []
+    course.enter(Stage.READING)
+    clock.now += 10.0
+    course.enter(Stage.GROWING)
+    for _ in range(100):
+        clock.now += 1.0
+        share, left_s = course.share, course.left_s
+        assert share is not None and left_s is not None
+        asked.append((share, left_s))
+    shares = [share for share, _ in asked]
+    assert shares == sorted(shares) and shares[-1] < BEGINS[Stage.OTHERWISE]
+    for k in (49, 99):  # 60 s and 110 s for at most 36 % of the work
+        share, left_s = asked[k]
+        assert left_s == pytest.approx(
+            (k + 11.0) * (1.0 - share) / BEGINS[Stage.OTHERWISE], rel=0.01
+        )
+
+
 def test_a_long_stage_never_reaches_the_next() -> None:
     clock = Clock()
     course = Course(clock)

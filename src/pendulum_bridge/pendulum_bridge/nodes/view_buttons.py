@@ -12,7 +12,7 @@ from std_srvs.srv import Trigger
 
 from pendulum_bridge.nodes.trigger_call import call_trigger
 from pendulum_bridge.view.board import Board
-from pendulum_bridge.view.live import END_RECORDING, RECORD
+from pendulum_bridge.view.live import END_RECORDING, GIVE_UP, RECORD
 from pendulum_bridge.view.recordings import Recordings
 from pendulum_bridge.view.samples import compute_silence_s
 from pendulum_bridge.view.server import Answer
@@ -73,6 +73,18 @@ class Buttons:
             await asyncio.sleep(ASK_AGAIN_S)  # a sender that has just ended is silent soon
             answer = await call_trigger(client, within_s)
         self._note(client.srv_name, answer)
+        return answer
+
+    def give_up(self, name: str) -> Answer:
+        """Give up the diagnosis of a recording and return the answer."""
+        try:
+            if self.recordings is None:
+                raise BadInputError("the view has no folder for recordings")
+            self.recordings.give_up(name)
+            answer = Answer(True, f"the diagnosis of {name} is given up")
+        except BadInputError as error:
+            answer = Answer(False, str(error))
+        self._note(GIVE_UP, answer)
         return answer
 
     def _press_recorder(self, button: str) -> Answer:

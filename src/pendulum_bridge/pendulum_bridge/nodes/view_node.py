@@ -142,6 +142,7 @@ class ViewNode(Node):
         )
         self.board.take_recordings(())
         self.buttons.recordings, self._page.find_file = recordings, recordings.find_file
+        self._page.give_up = self.buttons.give_up
         app = make_app(self._page)
 
         async def close_recordings(app: web.Application) -> AsyncIterator[None]:

@@ -13,6 +13,7 @@ from pendulum_twin.errors import BadInputError
 LONGEST_LINE = 2**20  # bytes
 LAST_LINES = 20  # kept, to say why a program failed
 GRACE_S = 3.0  # from SIGINT to SIGKILL when the page ends
+GIVEN_UP_S = 0.5  # from SIGINT to SIGKILL when a person waits for the end
 GENTLY = ("nice", "-n", "19")  # before a command that must never hold up rig, feed or stop
 
 
@@ -74,17 +75,26 @@ class Child:
             self._process.send_signal(signal.SIGINT)
 
     async def end(self, grace_s: float = GRACE_S) -> None:
-        """End it: with SIGINT, and with SIGKILL when it has not ended after the grace."""
+        """End it: with SIGINT, and with SIGKILL when it has not ended after the grace.
+
+        Whoever is cancelled here leaves no program behind: it is killed at once.
+        """
         if self._process.returncode is None:
             self.interrupt()
             try:
                 await asyncio.wait_for(self._process.wait(), grace_s)
             except TimeoutError:
-                with suppress(ProcessLookupError):
-                    self._process.kill()
+                self._kill()
                 await self._process.wait()
+            except asyncio.CancelledError:
+                self._kill()
+                raise
         self._reading.cancel()  # what it has started may hold its output open
         await asyncio.gather(self._reading, return_exceptions=True)
+
+    def _kill(self) -> None:
+        with suppress(ProcessLookupError):
+            self._process.kill()
 
     async def _read(self) -> None:
         assert self._process.stdout is not None

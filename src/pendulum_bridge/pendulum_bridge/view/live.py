@@ -19,7 +19,7 @@ from aiohttp import WSCloseCode, WSMsgType, web
 from pendulum_bridge.view.feed import Feed
 
 STOP = "stop"
-RECORD, END_RECORDING = "record", "end_recording"
+RECORD, END_RECORDING, GIVE_UP = "record", "end_recording", "give_up"
 MOST_QUESTIONS = 16  # of frames, kept for a page that asks faster than frames come
 
 

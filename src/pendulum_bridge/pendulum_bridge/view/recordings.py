@@ -16,7 +16,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from pendulum_bridge.view.child import GENTLY, Child, wait_for_either
+from pendulum_bridge.view.child import GENTLY, GIVEN_UP_S, GRACE_S, Child, wait_for_either
 from pendulum_bridge.view.samples import RecordingState, Stage
 from pendulum_twin.errors import BadInputError
 
@@ -62,7 +62,8 @@ class Recordings:
     ) -> None:
         self._folder, self._programs, self._tell, self._clock = folder, programs, tell, clock
         self._states: dict[str, RecordingState] = {}  # the oldest first
-        self._tasks: set[asyncio.Task[None]] = set()
+        self._tasks: dict[str, asyncio.Task[None]] = {}
+        self._given_up: set[str] = set()  # recordings whose diagnosis a person ends now
         self._under_way: tuple[str, asyncio.Event] | None = None
         self._turn = asyncio.Lock()  # of diagnoses: each would take the cores from the other
 
@@ -76,9 +77,8 @@ class Recordings:
         for old in list(self._states)[:-MOST_KEPT]:
             if self._states[old].stage.over:
                 del self._states[old]
-        task = asyncio.create_task(self._run(name, ended))
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
+        self._tasks[name] = asyncio.create_task(self._run(name, ended))
+        self._tasks[name].add_done_callback(lambda _: self._tasks.pop(name))
         self._change(name)
         return name
 
@@ -90,6 +90,14 @@ class Recordings:
         ended.set()
         return name
 
+    def give_up(self, name: str) -> None:
+        """Give up the diagnosis of a recording, which stays; raise BadInputError without one."""
+        state = self._states.get(name)
+        if state is None or not state.stage.may_be_given_up or name in self._given_up:
+            raise BadInputError(f"expected a recording that is being diagnosed, found {name}")
+        self._given_up.add(name)
+        self._tasks[name].cancel()
+
     def find_file(self, name: str, file: str) -> Path | None:
         """Return a file of a recording's diagnosis; None for all that the page does not offer."""
         state = self._states.get(name)
@@ -97,7 +105,7 @@ class Recordings:
 
     async def close(self) -> None:
         """End all programs: a recording keeps what it has, a diagnosis is given up."""
-        tasks = list(self._tasks)
+        tasks = list(self._tasks.values())
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
@@ -109,10 +117,19 @@ class Recordings:
             finally:
                 self._under_way = None
             await self._diagnose(name)
+        except asyncio.CancelledError:
+            if name not in self._given_up:
+                raise  # the page ends
+            stays = f"the recording stays in {self._folder / name / RECORDING}"
+            self._change(
+                name, stage=Stage.GIVEN_UP, sentence=f"The diagnosis was given up; {stays}"
+            )
         except BadInputError as error:
             self._change(name, stage=Stage.FAILED, sentence=str(error))
         except Exception as error:  # a task that ends unseen would leave the page waiting
             self._change(name, stage=Stage.FAILED, sentence=f"internal error: {error!r}")
+        finally:
+            self._given_up.discard(name)
 
     async def _record(self, name: str, ended: asyncio.Event) -> None:
         folder, ready = self._folder / name, asyncio.Event()
@@ -161,7 +178,7 @@ class Recordings:
             try:
                 await child.wait()
             finally:
-                await child.end()
+                await child.end(GIVEN_UP_S if name in self._given_up else GRACE_S)
             verdict = await asyncio.to_thread(_read_verdict, out)
             if verdict is None:
                 raise BadInputError(child.last_line or "the diagnosis ended without a verdict")

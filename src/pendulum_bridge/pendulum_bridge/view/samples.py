@@ -109,12 +109,18 @@ class Stage(Enum):
     DIAGNOSING = "diagnosing"
     DONE = "done"
     KEPT = "kept"  # without a diagnosis
+    GIVEN_UP = "given_up"  # a person ended its diagnosis
     FAILED = "failed"
 
     @property
     def over(self) -> bool:
         """Whether no program works on the recording any more."""
-        return self in (Stage.DONE, Stage.KEPT, Stage.FAILED)
+        return self in (Stage.DONE, Stage.KEPT, Stage.GIVEN_UP, Stage.FAILED)
+
+    @property
+    def may_be_given_up(self) -> bool:
+        """Whether a diagnosis is under way, or waits for its turn."""
+        return self in (Stage.WAITING, Stage.DIAGNOSING)
 
 
 @dataclass(frozen=True)

@@ -20,13 +20,14 @@ from aiohttp.typedefs import Handler
 
 from pendulum_bridge.view.doorman import Doorman
 from pendulum_bridge.view.feed import Feed, keep_ticking
-from pendulum_bridge.view.live import END_RECORDING, RECORD, STOP, answer_page
+from pendulum_bridge.view.live import END_RECORDING, GIVE_UP, RECORD, STOP, answer_page
 from pendulum_bridge.view.reports import PLACE, make_file_handler
 from pendulum_bridge.view.same_origin import find_refusal
 
 BUTTONS = (STOP, "clear_stop", "reset", "reset_twin", "play", "abort", RECORD, END_RECORDING)
 KINDS = {"html": "text/html", "css": "text/css", "js": "text/javascript", "svg": "image/svg+xml"}
 MOST_BROWSERS = 32
+GIVE_UP_PLACE = f"/recordings/{{name}}/{GIVE_UP}"
 LONGEST_QUESTION = 32  # bytes; a question is a number
 GOODBYE_S = 1.0  # time for a browser to answer a goodbye
 HEADERS = {
@@ -58,6 +59,7 @@ class Page:
     clock: s; the clock of the feed.
     complain: reports a failure to a person.
     find_file: returns a file of a recording's diagnosis, by the names of both; None for no such.
+    give_up: ends the diagnosis of a recording of this name, and returns the answer.
     heartbeat_s: s; a browser that does not answer for so long is disconnected.
     browsers: the open connections.
     pending: buttons whose answer is awaited; each at most once, as a browser opens six requests at
@@ -71,6 +73,7 @@ class Page:
     clock: Callable[[], float]
     complain: Callable[[str], None]
     find_file: Callable[[str, str], Path | None] = lambda name, file: None
+    give_up: Callable[[str], Answer] = lambda name: Answer(False, "the page records nothing")
     heartbeat_s: float = 10.0
     browsers: set[web.WebSocketResponse] = field(default_factory=set)
     pending: set[str] = field(default_factory=set)
@@ -89,6 +92,7 @@ def make_app(page: Page) -> web.Application:
     app.router.add_get("/live", _serve_frames)
     app.router.add_get(PLACE, make_file_handler(page.find_file))
     app.router.add_post("/history", _serve_history)  # a POST says where it comes from
+    app.router.add_post(GIVE_UP_PLACE, _give_up)
     for button in BUTTONS:
         app.router.add_post(f"/{button}", _press_button)
     app.on_response_prepare.append(_add_headers)
@@ -151,6 +155,11 @@ async def _press_button(request: web.Request) -> web.Response:
         return web.json_response(await _perform(page, button))
     finally:
         page.pending.discard(button)
+
+
+async def _give_up(request: web.Request) -> web.Response:
+    answer = request.app[PAGE].give_up(request.match_info["name"])
+    return web.json_response(asdict(answer))
 
 
 async def _serve_history(request: web.Request) -> web.Response:

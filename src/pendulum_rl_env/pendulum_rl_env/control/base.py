@@ -41,7 +41,7 @@ class Base:
     @property
     def task(self) -> Task:
         """Return the task that it was designed for."""
-        return Task.make_for_step(self.step_s)
+        return Task.make_for_step(self.step_s).allow_commands(self.twin.rig)
 
     def make_controllers(self, count: int) -> list[Planned]:
         """Return controllers of so many pendulums, which share what does not change.

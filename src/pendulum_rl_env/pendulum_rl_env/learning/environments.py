@@ -51,7 +51,7 @@ def make_environments(
         evaluation.seed(options.seed + EVALUATION_SEED_OFFSET)
         return training, evaluation
     knowledge = gather_training_knowledge(options)
-    task, encoders = Task.make_for_step(options.step_s), knowledge.encoders
+    task, encoders = _make_task(options, knowledge), knowledge.encoders
     count, spread = preset.environments, preset.start_spread
     short = replace(task, steps=preset.episode_steps or task.steps)
     fleet = Fleet(knowledge.twins, count, short, encoders, spread, options.seed)
@@ -68,7 +68,7 @@ def _make_corrected_environments(
     twins = _perturb_twins(knowledge.twins, PERTURBED_TWINS, options.seed)
     other_seed = options.seed + EVALUATION_SEED_OFFSET
     others = _perturb_twins(knowledge.twins, EVALUATION_EPISODES, other_seed)
-    task = Task.make_for_step(options.step_s)
+    task = _make_task(options, knowledge)
     short = replace(task, steps=preset.episode_steps or task.steps)
     spread = preset.start_spread
     fleet = Fleet(twins, preset.environments, short, encoders, spread, options.seed)
@@ -77,6 +77,10 @@ def _make_corrected_environments(
         CorrectedVecEnv(FleetVecEnv(fleet), correction, deduction=REWARD_AT_REST),
         CorrectedVecEnv(FleetVecEnv(best), correction, fixed_seed=other_seed),
     )
+
+
+def _make_task(options: argparse.Namespace, knowledge: Knowledge) -> Task:
+    return Task.make_for_step(options.step_s).allow_commands(knowledge.twins[0].rig)
 
 
 def _perturb_twins(twins: Sequence[Twin], count: int, seed: int) -> list[Twin]:

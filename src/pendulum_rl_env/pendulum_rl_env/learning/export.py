@@ -21,6 +21,8 @@ INPUT, OUTPUT = "state", "pwm"
 class StateToPwm(nn.Module):
     """Turn measured states (n, 4) into PWM fractions (n, 1); the scaling is inside.
 
+    A rig whose command has another unit gets it in that unit.
+
     A state is x (m), th (rad, 0 upright), v (m/s), w (rad/s).
     """
 

@@ -72,7 +72,8 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _study(options: argparse.Namespace) -> None:
-    task, twin = Task(), load_learnable_twin(options.twin)
+    twin = load_learnable_twin(options.twin)
+    task = Task().allow_commands(twin.rig)
     makers = {name: DESIGNS[name] for name in options.controllers}
     for number, policy in enumerate(options.policy):
         name = "policy" if len(options.policy) == 1 else f"policy {number}"

@@ -43,8 +43,9 @@ def _search(options: argparse.Namespace) -> None:
     if options.video is not None:
         check_video_path(options.video)
     started_s = time.monotonic()
-    task = Task.make_for_step(options.step_s)
-    plant = make_plant(load_learnable_twin(options.twin), task)
+    twin = load_learnable_twin(options.twin)
+    task = Task.make_for_step(options.step_s).allow_commands(twin.rig)
+    plant = make_plant(twin, task)
     optimum = find_optimum(plant, options.starts, (lambda _: None) if options.quiet else _say)
     episode = replay_commands(plant.twin, optimum.run.commands, task)
     facts = describe_optimum(plant, optimum, episode)

@@ -69,6 +69,8 @@ def add_import(verbs: Verbs) -> None:
         ("command-unit", ("one", "percent", "per_mille"), "one"),
     ):
         said = f"default: {default}" if default else since
+        if option == "command-unit":
+            said += ", which keeps volts and any other unit"
         verb.add_argument(f"--{option}", choices=units, default=default, help=said)
     verb.add_argument(
         "--pole-zero",

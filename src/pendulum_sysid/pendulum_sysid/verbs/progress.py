@@ -100,13 +100,23 @@ class Course:
 
     @property
     def _pace_s(self) -> float:
-        """Return the time of the whole at the present pace: at first the usual, then this one."""
-        begin, _ = self._span
+        """Return the time of the whole at the present pace: at first the usual, then this one.
+
+        A stage that outlasts its share says by itself that the pace is slower.
+        """
+        begin, end = self._span
+        before_s = max(self._entered - self._began, SHORTEST_S)
         if self._stage is Stage.LAWS:
-            return (1.0 + LAWS_FACTOR) * max(self._entered - self._began, SHORTEST_S)
-        trust = min(begin / TRUSTED_SHARE, 1.0)
-        own = max(self._entered - self._began, SHORTEST_S) / max(begin, 1e-9)
-        return trust * own + (1.0 - trust) * USUAL_S if trust else USUAL_S
+            return (1.0 + LAWS_FACTOR) * before_s
+        return max(_mix_pace(before_s, begin), _mix_pace(self._clock() - self._began, end))
+
+
+def _mix_pace(elapsed_s: float, share: float) -> float:
+    """Return the time of the whole, s, when a share of it took so long: early on the usual."""
+    if share <= 0.0:
+        return USUAL_S
+    trust = min(share / TRUSTED_SHARE, 1.0)
+    return trust * elapsed_s / share + (1.0 - trust) * USUAL_S
 
 
 class Progress:

@@ -15,7 +15,7 @@ export function control(said, stopOverLink) {
     if (element.ariaDisabled === "true") return;
     if (button !== "stop") element.ariaDisabled = "true"; // a disabled one would lose the focus
     said({ button, name, success: null, sentence: "asked" });
-    const request = ask(button);
+    const request = ask(button, LONGEST_MS[button]);
     const answer = button !== "stop" ? await request
       : await Promise.any([request, stopOverLink()].map(demandSuccess)).catch(() => request);
     element.ariaDisabled = element.dataset.idle === "true" ? "true" : null;
@@ -47,9 +47,10 @@ async function demandSuccess(asked) {
   return answer;
 }
 
-async function ask(button) {
+// Resolves to {success, sentence}, whatever happens.
+export async function ask(path, longest_ms = 4000) {
   try {
-    const response = await fetch(`/${button}`, { method: "POST", signal: AbortSignal.timeout(LONGEST_MS[button]) });
+    const response = await fetch(`/${path}`, { method: "POST", signal: AbortSignal.timeout(longest_ms) });
     return await response.json();
   } catch (error) {
     const late = error.name === "TimeoutError";

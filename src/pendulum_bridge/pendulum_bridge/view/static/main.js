@@ -13,7 +13,7 @@ import { DEGREES, made, say, signed, tick } from "./words.js";
 const by = (id) => document.getElementById(id);
 const banners = new Banners(by("banners"));
 const nodes = new Nodes(by("nodes"));
-const recordings = new Recordings(by("recordings"));
+const recordings = new Recordings(by("recordings"), tell);
 const panels = [new Panel(by("rig"), "twin", ", dashed: the twin"), new Panel(by("twin"), null, "")];
 
 const both = (column) => ["rig", "twin"].map((source) =>
@@ -111,11 +111,16 @@ const stopOverLink = follow((latest, first) => {
   warnOfStop(null);
 });
 
-control(({ button, name, success, sentence }) => {
+// The answer to a button; success is null while it is awaited.
+function tell({ name, success, sentence }) {
   const answer = by("answer");
   if (success === null) delete answer.dataset.success;
   else answer.dataset.success = String(success);
   say(answer, `${name}: ${sentence}`);
+}
+
+control(({ button, name, success, sentence }) => {
+  tell({ name, success, sentence });
   if (button !== "stop" || success === null) return;
   banners.set("unstopped", "error", success ? null : `Stop did not get through: ${sentence}. Use the switch of the rig.`);
 }, stopOverLink);

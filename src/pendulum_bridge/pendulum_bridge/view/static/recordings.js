@@ -1,17 +1,20 @@
 // Recordings made from this page, a row each: how far they are, then the verdict with its report.
 
 import { age, made, say } from "./words.js";
-import { setIdle } from "./controls.js";
+import { ask, setIdle } from "./controls.js";
 
 const WORDS = {
   starting: "starting", recording: "recording", closing: "closing", waiting: "waits for an earlier diagnosis",
-  diagnosing: "diagnosing", done: "verdict", kept: "kept", failed: "failed",
+  diagnosing: "diagnosing", done: "verdict", kept: "kept", given_up: "given up", failed: "failed",
 };
+const GIVE_UP = "Give up";
 const LINKS = { "report.html": "Report", "twin.yaml": "Improved twin", "next.yaml": "Next experiment", "verdict.json": "verdict.json" };
 
 export class Recordings {
-  constructor(element) {
+  // said({name, success, sentence}): the answer to a row's button; success is null while it is awaited.
+  constructor(element, said) {
     this.element = element;
+    this.said = said;
     this.list = element.querySelector("ul");
     this.status = element.querySelector("[role=status]");
     this.record = document.querySelector("[data-button=record]");
@@ -44,10 +47,22 @@ export class Recordings {
     const title = made("span", { className: "name", textContent: name }), stage = made("span", { className: "level" });
     const bar = made("progress", { max: 1, hidden: true, ariaLabel: `Diagnosis of ${name}` });
     const sentence = made("p", { className: "sentence" }), links = made("p", { className: "links" });
-    const item = made("li", { data: { recording: name } }, made("div", { className: "head" }, title, stage), bar, sentence, links);
-    const row = { item, stage, bar, sentence, links };
+    const giveUp = made("button", { type: "button", textContent: GIVE_UP, hidden: true, ariaLabel: `${GIVE_UP} the diagnosis of ${name}` });
+    const progress = made("div", { className: "progress" }, bar, giveUp);
+    const item = made("li", { tabIndex: -1, data: { recording: name } }, made("div", { className: "head" }, title, stage),
+      progress, sentence, links);
+    const row = { item, stage, bar, giveUp, sentence, links };
+    giveUp.addEventListener("click", () => this.giveUp(row, name));
     this.rows.set(name, row);
     return row;
+  }
+
+  async giveUp({ giveUp }, name) {
+    if (giveUp.ariaDisabled === "true") return;
+    giveUp.ariaDisabled = "true";
+    this.said({ name: GIVE_UP, success: null, sentence: "asked" });
+    this.said({ name: GIVE_UP, ...await ask(`recordings/${encodeURIComponent(name)}/give_up`) });
+    giveUp.ariaDisabled = null;
   }
 
   fill(row, { name, stage, seconds, sentence, share, outcome, files }) {
@@ -58,10 +73,13 @@ export class Recordings {
     say(row.sentence, sentence);
     row.bar.hidden = stage !== "diagnosing";
     row.bar.value = share;
+    const idle = stage !== "diagnosing" && stage !== "waiting";
+    if (idle && document.activeElement === row.giveUp) row.item.focus(); // a hidden button would lose the focus
+    row.giveUp.hidden = idle;
     if (row.links.childElementCount !== files.length) row.links.replaceChildren(...files.map((file) => link(name, file)));
     if (this.stages.get(name) === stage) return;
     this.stages.set(name, stage); // read aloud once a stage, not once a line of progress
-    say(this.status, `${name}: ${word}${stage === "done" || stage === "failed" ? `. ${sentence}` : ""}`);
+    say(this.status, `${name}: ${word}${stage === "done" || stage === "failed" || stage === "given_up" ? `. ${sentence}` : ""}`);
   }
 }
 
