@@ -30,7 +30,7 @@ print(sum(drive.stats.cache_hits.values()), sum(drive.stats.cache_misses.values(
 print(machine_code.find_cache_folder())
 """
 PROBE = (
-    "from support.compiled_probe import tell_use; tell_use()"  # the same cache, compiled sooner
+    "from support.compiled_probe import tell_use; tell_use()"  # same cache, compiled sooner
 )
 
 
