@@ -6,6 +6,7 @@ Each rig is diagnosed once a session. The recordings are not part of the reposit
 import json
 import subprocess
 import sys
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ from pendulum_sysid.cli import main
 from pendulum_sysid.finding.detectors.steady_friction import read_friction
 from pendulum_sysid.fitting.fit import fit_own_parameters
 from pendulum_sysid.prepare import prepare
+from pendulum_sysid.records import QualityFinding
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Form, Place
 from pendulum_twin.model import Twin, load_twin, save_twin
@@ -79,11 +81,21 @@ def inteco(shared_data: Path, tmp_path_factory: pytest.TempPathFactory) -> Diagn
 
 
 @pytest.fixture(scope="session")
-def quanser(shared_data: Path, tmp_path_factory: pytest.TempPathFactory) -> Diagnosed:
-    folder, out = shared_data / "quanser_cartpole", tmp_path_factory.mktemp("quanser")
-    files = sorted((folder / "chirp").glob("*.csv"))
-    bags = [import_csv(file, out / file.stem, *QUANSER_COLUMNS) for file in files]
-    return diagnose(bags, folder / "twin.yaml", out / "out")
+def chirps(shared_data: Path, tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    """Import five recordings of the Quanser cart, which all begin before the drive does."""
+    files = sorted((shared_data / "quanser_cartpole" / "chirp").glob("*.csv"))
+    out = tmp_path_factory.mktemp("chirps")
+    return [import_csv(file, out / file.stem, *QUANSER_COLUMNS) for file in files]
+
+
+@pytest.fixture(scope="session")
+def quanser(
+    shared_data: Path, chirps: list[Path], tmp_path_factory: pytest.TempPathFactory
+) -> Diagnosed:
+    """Diagnose the first and the last of the five together."""
+    out = tmp_path_factory.mktemp("quanser")
+    twin = shared_data / "quanser_cartpole" / "twin.yaml"
+    return diagnose([chirps[0], chirps[-1]], twin, out / "out")
 
 
 @pytest.fixture(scope="session")
@@ -143,14 +155,25 @@ def test_faults_in_the_thesis_s_recording_are_reported(inteco: Diagnosed) -> Non
     assert {"wrap", "spike"} <= {finding["kind"] for finding in inteco.verdict["data_quality"]}
 
 
-def test_recordings_that_begin_before_the_drive_does_lose_their_start(quanser: Diagnosed) -> None:
+def test_recordings_that_begin_before_the_drive_does_lose_their_start(
+    shared_data: Path, chirps: list[Path]
+) -> None:
+    twin = load_twin(shared_data / "quanser_cartpole" / "twin.yaml")
+    findings = prepare([read_recording(bag) for bag in chirps], twin).findings
+    assert_stale_starts(findings, 5)
+
+
+def test_the_verdict_tells_the_lost_starts(quanser: Diagnosed) -> None:
+    findings = quanser.verdict["data_quality"]
+    assert_stale_starts([QualityFinding(**finding) for finding in findings], quanser.recordings)
+
+
+def assert_stale_starts(findings: Iterable[QualityFinding], count: int) -> None:
+    """Check that so many recordings have lost their start, and how much of it."""
     stale = [
-        interval
-        for finding in quanser.verdict["data_quality"]
-        if finding["kind"] == "stale"
-        for interval in finding["intervals_s"]
+        span for finding in findings if finding.kind == "stale" for span in finding.intervals_s
     ]
-    assert len(stale) == quanser.recordings == 5
+    assert len(stale) == count
     assert all(0.4 < end - begin < 0.7 for begin, end in stale)
 
 

@@ -14,7 +14,8 @@ import pendulum_twin
 from pendulum_twin.machine_code_files import CheckedFiles, DamagedFileError
 
 SOURCE = Path(pendulum_twin.__file__).parents[1]
-PROGRAM = """
+TESTS = Path(__file__).parents[1]
+KERNEL = """
 import numpy as np
 from pendulum_twin import kernel, machine_code
 from pendulum_twin.compose import compute_memory_sizes
@@ -28,17 +29,20 @@ assert np.all(out == 1.0)
 print(sum(drive.stats.cache_hits.values()), sum(drive.stats.cache_misses.values()))
 print(machine_code.find_cache_folder())
 """
+PROBE = (
+    "from support.compiled_probe import tell_use; tell_use()"  # same cache, compiled sooner
+)
 
 
-def start_process(**environment):
-    """Start a program that filters a command and prints its use of the cache."""
+def start_process(program=PROBE, **environment):
+    """Start a program that calls a compiled function and prints its use of the cache."""
     env = (
         os.environ
-        | {"PYTHONPATH": str(SOURCE)}
+        | {"PYTHONPATH": f"{SOURCE}{os.pathsep}{TESTS}"}
         | {name: str(value) for name, value in environment.items()}
     )
     return subprocess.Popen(
-        [sys.executable, "-c", PROGRAM], env=env, stdout=subprocess.PIPE, text=True
+        [sys.executable, "-c", program], env=env, stdout=subprocess.PIPE, text=True
     )
 
 
@@ -51,10 +55,10 @@ def read_outcome(started):
 
 
 def test_a_second_process_compiles_nothing(tmp_path):
-    assert read_outcome(start_process(XDG_CACHE_HOME=tmp_path))[0] == (0, 1)
+    assert read_outcome(start_process(KERNEL, XDG_CACHE_HOME=tmp_path))[0] == (0, 1)
     clone = tmp_path / "clone"  # of the same sources: it finds the code by their content
     shutil.copytree(SOURCE, clone, ignore=shutil.ignore_patterns("__pycache__"))
-    counts, folder = read_outcome(start_process(XDG_CACHE_HOME=tmp_path, PYTHONPATH=clone))
+    counts, folder = read_outcome(start_process(KERNEL, XDG_CACHE_HOME=tmp_path, PYTHONPATH=clone))
     assert counts == (1, 0)
     assert Path(folder).parent == tmp_path / "pendulum_twin"
     assert not stat.S_IMODE(Path(folder).stat().st_mode) & 0o022

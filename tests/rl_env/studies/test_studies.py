@@ -184,6 +184,8 @@ def test_sample_times_are_compared_a_step(tmp_path: Path, quick: str, capsys) ->
         "1",
         "--preset",
         quick,
+        "--processes",
+        "1",
     ]
     assert sample_times.main(arguments) == 0
     assert "| 0.02 | 768 |" in capsys.readouterr().out
@@ -207,6 +209,8 @@ def test_a_study_of_settings_stays_on_the_disk_and_goes_on(
         "1",
         "--timesteps",
         "2048",
+        "--processes",
+        "1",
     ]
     assert tune.main(arguments) == 0 and tune.main(arguments) == 0
     said = capsys.readouterr().out

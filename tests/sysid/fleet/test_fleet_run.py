@@ -19,10 +19,12 @@ from pendulum_sysid.fleet.places import Place
 from pendulum_sysid.fleet.store import Store
 
 DEADLINE_S = 240.0
+# where the number of workers shows nothing: each takes seconds to start
+ALONE = ("--workers", "1")
 BY_CHANCE = ["written_at", "batch", "cpu_s"]  # columns that differ from run to run
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def fleet(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Six recordings of two rigs, two of them broken."""
     folder = tmp_path_factory.mktemp("fleet")
@@ -32,7 +34,7 @@ def fleet(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def whole(fleet: Path) -> pd.DataFrame:
     """The rows of an undisturbed run."""
     store = fleet / "store"
@@ -77,14 +79,14 @@ def test_a_killed_coordinator_is_gone_on_from(fleet: Path, whole, tmp_path: Path
     command = [sys.executable, "-m", "pendulum_sysid.cli", "fleet", "run", str(fleet / "data")]
     command += ["--twins", str(fleet / "table.yaml"), "--store", str(store), "--method", "fit"]
     with subprocess.Popen(
-        [*command, "--workers", "1"], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True,
+        [*command, *ALONE], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True,
         env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}, start_new_session=True,
     ) as program:  # fmt: skip
         assert program.stderr is not None
         line = program.stderr.readline()
         os.killpg(program.pid, signal.SIGKILL)
     assert "/6 rig_" in line or "unusable" in line
-    assert run(fleet, store) == 0
+    assert run(fleet, store, *ALONE) == 0
     pd.testing.assert_frame_equal(read(store), whole)
 
 
@@ -97,7 +99,7 @@ def test_a_recording_that_ends_its_worker_is_put_aside_and_tried_by_the_next_run
     assert "6 examined, 3 of them without an answer" in told.out
     assert "000: put_aside: its worker died twice" in told.err
     monkeypatch.undo()
-    assert run(fleet, tmp_path / "store") == 0
+    assert run(fleet, tmp_path / "store", *ALONE) == 0
     assert "5 known, 1 examined, 0 of them" in capsys.readouterr().out
     pd.testing.assert_frame_equal(read(tmp_path / "store"), whole)
 
@@ -123,7 +125,7 @@ def test_the_store_may_be_on_s3(fleet: Path, whole, monkeypatch: pytest.MonkeyPa
             if file.is_file():
                 data.write(str(file.relative_to(fleet / "data")), file.read_bytes())
         table = str(fleet / "table.yaml")
-        words = ["fleet", "run", "s3://bench/data", "--twins", table, "--method", "fit"]
+        words = ["fleet", "run", "s3://bench/data", "--twins", table, "--method", "fit", *ALONE]
         assert main([*words, "--store", "s3://bench/store"]) == 0
         assert main([*words, "--store", "s3://bench/store"]) == 0
         rows = read("s3://bench/store").drop(columns="path")
@@ -191,7 +193,7 @@ def test_columns_are_read_by_the_table_and_time_themselves(tmp_path: Path) -> No
         "schema: pendulum_fleet/1\nrigs:\n  cart: {twin: twin.yaml, recordings: 'data/*', "
         "columns: {time: t, command: u, cart: x, pole: a}}\n"
     )
-    assert run(tmp_path, tmp_path / "store", "--workers", "1") == 0
+    assert run(tmp_path, tmp_path / "store", *ALONE) == 0
     (row,) = Store(str(tmp_path / "store")).read_recordings().itertuples()
     assert (row.outcome, row.rig, row.time.timestamp()) == ("fitted", "cart", 5000.0)
 

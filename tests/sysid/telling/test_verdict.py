@@ -413,17 +413,19 @@ def bump(t: float, y: tuple, drive: float) -> float:
 
 
 @pytest.mark.parametrize(
-    ("on_cart", "on_pole"),
+    ("on_cart", "on_pole", "seconds"),
     [
-        (gusts, nothing),
-        (wheel, nothing),
-        (stiffening, nothing),
-        (nothing, bump),
+        (gusts, nothing, 30.0),
+        (wheel, nothing, 30.0),
+        (stiffening, nothing, 20.0),
+        (nothing, bump, 30.0),
     ],
     ids=["gusts", "wheel", "stiffening", "bump"],
 )
-def test_what_no_effect_explains_is_not_forced_onto_one(on_cart: Push, on_pole: Push) -> None:
-    found = diagnose([unlisted(on_cart, on_pole)], INTECO, silent).to_dict()
+def test_what_no_effect_explains_is_not_forced_onto_one(
+    on_cart: Push, on_pole: Push, seconds: float
+) -> None:
+    found = diagnose([unlisted(on_cart, on_pole, seconds)], INTECO, silent).to_dict()
     assert_as_in_the_contract(found)
     assert found["outcome"] == "not_in_catalogue", found["sentence"]
     assert found["missing_physics"] == [] and found["masking"] == []
@@ -438,7 +440,7 @@ def one_sided(t: float, y: tuple, drive: float) -> float:
 
 
 def test_what_two_unlisted_forces_leave_is_told() -> None:
-    found = diagnose([unlisted(one_sided)], INTECO, silent).to_dict()
+    found = diagnose([unlisted(one_sided, seconds=20.0)], INTECO, silent).to_dict()
     assert found["outcome"] != "nothing_missing"
     assert found["remainder"]["above_noise_floor"] > 2 and found["remainder"]["place"] == "cart"
 

@@ -6,6 +6,8 @@ balance of the force judges every step at once.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from pendulum_sysid.finding.detectors.detector import Detector, Reading, Use
@@ -13,7 +15,7 @@ from pendulum_sysid.finding.detectors.force_waves import take_out
 from pendulum_sysid.finding.localisation.balance import FORCE, make_balances
 from pendulum_sysid.finding.localisation.thinning import thin_out
 from pendulum_sysid.fitting.case import Case
-from pendulum_twin.arrays import Floats
+from pendulum_twin.arrays import Floats, Ints
 from pendulum_twin.effects import coarse_command
 from pendulum_twin.parameter_vector import FORCE_PER_PWM, SLOTS
 
@@ -21,6 +23,25 @@ EFFECT = coarse_command.EFFECT
 # Of the largest command: from 40 steps to either side, which the encoders hardly see, to one.
 STEPS = np.geomspace(0.025, 1.0, 400)
 AROUND = np.linspace(-0.01, 0.01, 101)  # of a step, to either side of the best of these
+
+
+@dataclass(frozen=True)
+class Places:
+    """Hold places along a recording from which values are held for a period.
+
+    first, after: (n,) the samples before and after each place.
+    rest, part: (n,) shares of the period in which the first and the other value is held.
+    """
+
+    first: Ints
+    after: Ints
+    rest: Floats
+    part: Floats
+
+    def take_mean(self, values: Floats) -> Floats:
+        """Return the mean of values (n,) over the period from each place on."""
+        mean: Floats = self.rest * values.take(self.first) + self.part * values.take(self.after)
+        return mean
 
 
 def read_step(case: Case, theta: Floats) -> tuple[Reading, ...]:
@@ -34,12 +55,13 @@ def read_step(case: Case, theta: Floats) -> tuple[Reading, ...]:
     if not balances or most <= 0.0:
         return ()
     balance, force_n = balances[0], float(theta[FORCE_PER_PWM])
+    places = _find_places(case, theta)
     own = np.linalg.qr(balance.turned)[0]
     lacking = take_out(own, balance.lacking)
 
     def explain(step: float) -> float:
         """Return how much of the missing force the rounding to a step explains."""
-        column = force_n * _compute_rounding(case, theta, step)
+        column = force_n * _compute_rounding(case.signals.command, places, step)
         rounding = take_out(own, balance.sieve(column))
         likeness, size = float(lacking @ rounding), float(rounding @ rounding)
         return max(likeness, 0.0) ** 2 / size if size > 0.0 else 0.0
@@ -49,27 +71,29 @@ def read_step(case: Case, theta: Floats) -> tuple[Reading, ...]:
     return (Reading(EFFECT.name, (best,)),)
 
 
-def _compute_rounding(case: Case, theta: Floats, step: float) -> Floats:
-    """Return what the rounding adds to the command around each sample, (n,)."""
-    command, period_s = case.signals.command, case.signals.period_s
+def _find_places(case: Case, theta: Floats) -> tuple[Places, Places]:
+    """Return the periods after and before each sample, as late as the twin's command."""
+    late = sum(float(theta[SLOTS[name].start]) for name in ("input_delay", "motor_lag"))
+    count = len(case.signals.command)
+    at: Floats = np.arange(count, dtype=np.float64) - late / case.signals.period_s
+    return _make_places(at, count), _make_places(at - 1.0, count)
+
+
+def _make_places(at: Floats, count: int) -> Places:
+    inside = np.clip(at, 0.0, count - 1.0)
+    first = np.floor(inside).astype(np.int64)
+    part = inside - first
+    return Places(first, np.minimum(first + 1, count - 1), 1.0 - part, part)
+
+
+def _compute_rounding(command: Floats, places: tuple[Places, Places], step: float) -> Floats:
+    """Return what the rounding adds to the command (n,) around each sample, (n,)."""
     added: Floats = (
         step * np.floor(command / step + 0.5) - command
     )  # the effect's law, of an array
-    late = sum(float(theta[SLOTS[name].start]) for name in ("input_delay", "motor_lag"))
-    at: Floats = np.arange(len(added), dtype=np.float64) - late / period_s
-    # the mean of the periods before and after a sample, as late as the twin's command
-    around: Floats = 0.5 * (_take_held(added, at) + _take_held(added, at - 1.0))
+    after, before = (place.take_mean(added) for place in places)
+    around: Floats = 0.5 * (after + before)
     return around
-
-
-def _take_held(values: Floats, at: Floats) -> Floats:
-    """Return the mean over a period of values (n,) that are held, from places (n,) on."""
-    inside = np.clip(at, 0.0, len(values) - 1.0)
-    first = np.floor(inside).astype(np.int64)
-    part = inside - first
-    after = np.minimum(first + 1, len(values) - 1)
-    mean: Floats = (1.0 - part) * values[first] + part * values[after]
-    return mean
 
 
 DETECTOR = Detector(EFFECT, Use.START, read_step)

@@ -7,7 +7,7 @@ balance of the force judges every period at once.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -69,9 +69,10 @@ def fit_waves(balance: Balance, make_columns: Callable[[float], Floats], tried: 
     rows = slice(None, None, -(-len(balance.lacking) // MOST_ROWS))
     own = np.linalg.qr(balance.turned[rows])[0]
     lacking = take_out(own, balance.lacking[rows])
+    sieve = replace(balance.sieve, at=balance.sieve.at[rows])
     best, gain = Wave(float(tried[0]), 0.0, 0.0), -1.0
     for wavenumber in tried.tolist():
-        filtered = take_out(own, balance.sieve(make_columns(wavenumber))[rows])
+        filtered = take_out(own, sieve(make_columns(wavenumber)))
         weights = np.linalg.lstsq(filtered, lacking, rcond=None)[0]
         explained = float(lacking @ filtered @ weights)
         if explained > gain:

@@ -35,7 +35,7 @@ class Sieve:
         reach = len(self.weights) // 2
         filtered = np.zeros((len(self.at), *columns.shape[1:]))
         for weight, offset in zip(self.weights, range(-reach, reach + 1), strict=True):
-            filtered += weight * columns[self.at + offset]
+            filtered += weight * columns.take(self.at + offset, axis=0)
         return filtered
 
 
