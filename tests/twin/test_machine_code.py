@@ -29,9 +29,7 @@ assert np.all(out == 1.0)
 print(sum(drive.stats.cache_hits.values()), sum(drive.stats.cache_misses.values()))
 print(machine_code.find_cache_folder())
 """
-PROBE = (
-    "from support.compiled_probe import tell_use; tell_use()"  # same cache, compiled sooner
-)
+PROBE = "from support.compiled_probe import tell_use; tell_use()"  # same cache, compiled sooner
 
 
 def start_process(program=PROBE, **environment):
