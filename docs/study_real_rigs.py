@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import sys
 import time
+from contextlib import redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -40,7 +41,8 @@ def import_files(files: list[Path], columns: str, out: Path) -> list[Path]:
     bags = [out / file.stem for file in files]
     for file, bag in zip(files, bags, strict=True):
         if not bag.exists():
-            sysid(["--quiet", "import", str(file), "--out", str(bag), *columns.split()])
+            with redirect_stdout(sys.stderr):
+                sysid(["--quiet", "import", str(file), "--out", str(bag), *columns.split()])
     return bags
 
 

@@ -16,6 +16,7 @@ from pendulum_sysid.finding.localisation.shape_check import (
     is_outweighed,
     measure_remainders,
 )
+from pendulum_sysid.finding.naming import part_sure_names
 from pendulum_sysid.finding.search import Answer, search_effects
 from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.fitting.case import Case
@@ -113,7 +114,8 @@ def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -
 def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findings:
     """Return the findings with measured laws for what no name explains, if laws help.
 
-    Where names do not explain the errors, laws are tried without these names first.
+    Where names do not explain the errors, laws are tried without these names first. A name that
+    the laws leave without a sure size is no name any more.
     """
     unnamed = decide_outcome(findings) is Outcome.NOT_IN_CATALOGUE
     if not (decisions.MEASURE_LAWS and (unnamed or is_above_noise(findings))):
@@ -127,8 +129,11 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
     fit, laws = name_curves(case, split, law_fit)
     improved = replace(case, twin=fit.twin)
     after = run_parts(improved, split)
+    sure, doubted = part_sure_names(fit, findings.named)
     return replace(
         findings,
+        named=sure,
+        perhaps=(*doubted, *findings.perhaps),
         laws=laws,
         with_laws=fit,
         after=after,

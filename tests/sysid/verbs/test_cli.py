@@ -65,6 +65,20 @@ def test_positions_in_millimetres_are_fitted_by_no_verb(
     assert "--length-unit mm" in said and not out.exists()
 
 
+def test_errors_of_positions_in_millimetres_are_told_with_a_warning(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    recording = made(INTECO, 12.0)
+    signals = replace(recording.signals, cart=1000.0 * recording.signals.cart)
+    bag = str(made_bag(tmp_path / "bag", replace(recording, signals=signals)))
+    for words in (
+        ["replay", bag, "--twin", TWIN],
+        ["compare", bag, "--twin", TWIN, "--twin", TWIN],
+    ):
+        assert main(["--quiet", *words]) == 0
+        assert "--length-unit mm" in capsys.readouterr().err
+
+
 def test_a_fit_of_another_rig_is_doubted_before_its_twin_is_used(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:

@@ -164,6 +164,17 @@ def compute_distance(fit: Fit, effect: str, others: Collection[str] = ()) -> flo
     return max(distances)
 
 
+def is_surely_there(fit: Fit, effect: str) -> bool:
+    """Return whether the interval of a size leaves out the value at which the effect vanishes.
+
+    True for an effect without a size that is estimated.
+    """
+    sizes = [p for p in BY_NAME[effect].parameters if not p.shape and np.isfinite(p.neutral)]
+    estimates = [(fit.estimates.get(f"{effect}.{p.name}"), p.neutral) for p in sizes]
+    known = [(e, neutral) for e, neutral in estimates if e is not None]
+    return not known or any(not e.low <= neutral <= e.high for e, neutral in known)
+
+
 def _is_at_bound(fit: Fit, name: str) -> bool:
     return name in fit.estimates and fit.estimates[name].at_bound
 

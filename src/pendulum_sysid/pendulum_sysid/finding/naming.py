@@ -11,7 +11,7 @@ from pendulum_sysid import decisions
 from pendulum_sysid.finding.detectors import Use, read_effects
 from pendulum_sysid.finding.environments import Steadiness, measure_steadiness
 from pendulum_sysid.finding.journal import Search
-from pendulum_sysid.finding.judge import Lead, compute_lead, is_needed
+from pendulum_sysid.finding.judge import Lead, compute_lead, is_needed, is_surely_there
 from pendulum_sysid.finding.pole_alone import PoleAnswer
 from pendulum_sysid.finding.propose import propose
 from pendulum_sysid.finding.pruning import exchange_effect
@@ -37,6 +37,8 @@ class Named:
         at the noise, and for an effect without a size.
     weight: how much the effect is believed, 0 to 1, over all sets that were tried; None for an
         effect that no search tries.
+    is_sure: False where the fit leaves more than noise, and the interval of every size, with what
+        remains counted in, holds the value at which the effect vanishes.
     """
 
     effect: str
@@ -45,12 +47,14 @@ class Named:
     replication: Replication | None = None
     steadiness: Steadiness | None = None
     weight: float | None = None
+    is_sure: bool = True
 
     @property
     def is_lasting(self) -> bool:
-        """Return whether the effect is found again, at the same size, wherever it could show."""
+        """Return whether the effect is surely there, and at the same size wherever it shows."""
         lasting = self.replication is None or self.replication.is_lasting
-        return lasting and not (self.steadiness is not None and self.steadiness.is_contradicted)
+        contradicted = self.steadiness is not None and self.steadiness.is_contradicted
+        return self.is_sure and lasting and not contradicted
 
     @property
     def is_steady(self) -> bool:
@@ -140,6 +144,27 @@ def add_replications(
         )
         for effect in named
     )
+
+
+def doubt_intervals(best: Fit, named: Iterable[Named]) -> tuple[Named, ...]:
+    """Return the names of a fit with whether their intervals leave out that nothing is there.
+
+    best: with intervals that the remainder and the parts of the recording have widened.
+    """
+    above = best.choose > decisions.MISFIT_AT_NOISE
+    return tuple(
+        replace(effect, is_sure=not above or is_surely_there(best, effect.effect))
+        for effect in named
+    )
+
+
+def part_sure_names(
+    fit: Fit, named: Iterable[Named]
+) -> tuple[tuple[Named, ...], tuple[Named, ...]]:
+    """Return the names whose sizes are surely there by a fit, and the others."""
+    names = tuple(named)
+    sure = tuple(effect for effect in names if is_surely_there(fit, effect.effect))
+    return sure, tuple(effect for effect in names if effect not in sure)
 
 
 def add_readings(case: Case, best: Fit, named: tuple[Named, ...]) -> tuple[Fit, tuple[Named, ...]]:

@@ -21,6 +21,7 @@ from pendulum_sysid.finding.naming import (
     add_readings,
     add_replications,
     add_ties,
+    doubt_intervals,
     name_effects,
 )
 from pendulum_sysid.finding.pole_alone import PoleAnswer, add_pole_effects, search_pole_alone
@@ -43,7 +44,7 @@ class Answer:
     base: the fit of parameters alone, over the horizon of the best fit.
     best: the fit with all effects that are needed.
     named: these effects, and what could stand in their places.
-    perhaps: effects of the best fit that most parts of the recording do not show again.
+    perhaps: effects of the best fit that are not sure enough to be named.
     ties: what the recording cannot part from them, by sensitivities.
     sets: the sets of effects that were tried, and how much each is believed.
     trials: every fit that was tried, in order.
@@ -93,7 +94,7 @@ def search_effects(case: Case, split: Split, report: Progress = report_nothing) 
     report(Stage.REPLICATING)
     named = add_replications(search, explanation.fit, add_ties(named, ties), sets)
     best = widen_intervals(case, split, explanation.fit)
-    best, named = add_readings(case, best, named)
+    best, named = add_readings(case, best, doubt_intervals(best, named))
     if base.pieces != best.pieces:
         base = search.fit_over_horizon(base, best.pieces)
     lasting = tuple(effect for effect in named if effect.is_lasting)

@@ -55,8 +55,15 @@ def list_plausibility_doubts(case: Case) -> tuple[str, ...]:
     for check in checks:
         if check.answer is Answer.NO:
             raise UnusableRecording(check.sentence, case.recording)
-    return tuple(
-        f"{check.question} Doubtful: {check.sentence}."
-        for check in checks
-        if check.answer is Answer.DOUBT
-    )
+    return tuple(_describe(check) for check in checks if check.answer is Answer.DOUBT)
+
+
+def list_plausibility_warnings(case: Case) -> tuple[str, ...]:
+    """Return a sentence for each check whose answer is a doubt or a no."""
+    doubted = (Answer.DOUBT, Answer.NO)
+    return tuple(_describe(c) for c in check_plausibility(case) if c.answer in doubted)
+
+
+def _describe(check: Check) -> str:
+    answer = "Doubtful" if check.answer is Answer.DOUBT else "No"
+    return f"{check.question} {answer}: {check.sentence}."

@@ -35,7 +35,7 @@ class Findings:
     misfits: named effects whose law does not have the shape that is seen; no misfit numbers.
     outweighed: True if a single missing force is larger than all that the named effects explain.
     whole: misfit of the final fit over windows of full length.
-    perhaps: effects of the final fit that most parts of the recording do not show again.
+    perhaps: effects of the final fit that are not sure enough to be named.
     sets: the sets of effects that were tried, and how much each is believed.
     certain: what detectors are certain of, asked only where the rest has no name.
     laws: measured laws of the improved twin, for what has no name.
@@ -88,8 +88,7 @@ def decide_outcome(findings: Findings) -> Outcome:
 def explains_too_little(findings: Findings) -> bool:
     """Return whether errors remain of which the named effects explain too little.
 
-    What the final fit holds but cannot name, because most parts of the recording do not show it
-    again, explains nothing.
+    What the final fit holds but cannot name explains nothing.
     """
     share = compute_explained_share(findings) if findings.named else 0.0
     little = share < decisions.LEAST_EXPLAINED_SHARE

@@ -137,9 +137,9 @@ DEFINITIONS: tuple[tuple[str, str], ...] = (
     ),
     (
         "Fitted, chosen, held out",
-        "Every window belongs to one of three groups. Parameters are fitted on the first group, "
-        "hypotheses are compared on the second, and the third judges the result: neither fitting "
-        "nor choosing uses it.",
+        "A quarter of the windows is held out and judges the result: neither fitting nor choosing "
+        "uses it. Parameters are fitted to the others, and hypotheses are compared there by "
+        "cross-validation: each window is judged by parameters that were fitted without it.",
     ),
     (
         "Error in noise floors",

@@ -12,7 +12,7 @@ from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.telling.output_files import check_file
 from pendulum_sysid.telling.tables import format_table, make_comparison_rows
 from pendulum_sysid.verbs.recordings import read_recordings
-from pendulum_sysid.verbs.replay import make_mapping, say_if_diverged
+from pendulum_sysid.verbs.replay import make_mapping, say_doubts, say_if_diverged
 from pendulum_sysid.verbs.said import ANSWERED, print_answer
 from pendulum_twin.model import load_twin
 
@@ -29,6 +29,7 @@ def run(arguments: argparse.Namespace) -> int:
     arguments.progress.report(Stage.READING.value)
     twins = [load_twin(path) for path in arguments.twin]
     case = prepare_case(read_recordings(arguments.bag, arguments), twins[0])
+    say_doubts(case)
     pair = compare_two(case, twins[1])
     for path, comparison in zip(arguments.twin, pair.comparisons, strict=True):
         say_if_diverged(path, comparison)

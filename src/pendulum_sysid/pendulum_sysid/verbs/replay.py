@@ -9,7 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from pendulum_sysid.finding.stages import Stage
+from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.compare import compare
+from pendulum_sysid.plausibility.ask import list_plausibility_warnings
 from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.records import Comparison
 from pendulum_sysid.telling.tables import format_table, make_comparison_rows
@@ -22,7 +24,9 @@ def run(arguments: argparse.Namespace) -> int:
     """Print the twin's errors on all recordings together."""
     twin = load_twin(arguments.twin)
     arguments.progress.report(Stage.READING.value)
-    comparison = compare(prepare_case(read_recordings(arguments.bag, arguments), twin))
+    case = prepare_case(read_recordings(arguments.bag, arguments), twin)
+    say_doubts(case)
+    comparison = compare(case)
     say_if_diverged(arguments.twin, comparison)
     print_answer(
         arguments,
@@ -44,6 +48,12 @@ def make_mapping(comparison: Comparison) -> dict[str, Any]:
         "noise_floor": comparison.noise_floor,
     }
     return {"windows": windows, "whole": {"thesis_rmse": comparison.thesis_rmse}}
+
+
+def say_doubts(case: Case) -> None:
+    """Say why the recordings may not be the rig's: errors are told of any recording."""
+    for warning in list_plausibility_warnings(case):
+        say(f"before you believe the errors: {warning}", ANSWERED)
 
 
 def say_if_diverged(name: Path, comparison: Comparison) -> None:

@@ -1,0 +1,56 @@
+"""Names whose intervals hold that nothing is there, at the noise and above it."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from pendulum_sysid.finding.judge import Lead, is_surely_there
+from pendulum_sysid.finding.naming import Named, doubt_intervals, part_sure_names
+from pendulum_sysid.records import Estimate
+
+ABOVE, AT_NOISE = 20.0, 1.0  # misfits, in units of noise
+TIED = {"rail_tilt.angle_rad": Estimate(0.0036, -1e-5, 0.0072)}
+SURE = {"rail_tilt.angle_rad": Estimate(0.0036, 0.0018, 0.0054)}
+
+
+def make_fit(misfit: float, estimates: dict[str, Estimate]) -> SimpleNamespace:
+    return SimpleNamespace(choose=misfit, estimates=estimates)
+
+
+@pytest.mark.parametrize(
+    ("misfit", "estimates", "lasting"),
+    [(ABOVE, TIED, False), (ABOVE, SURE, True), (AT_NOISE, TIED, True)],
+)
+def test_above_the_noise_a_size_that_may_be_nothing_is_no_name(
+    misfit: float, estimates: dict[str, Estimate], lasting: bool
+) -> None:
+    (named,) = doubt_intervals(make_fit(misfit, estimates), [Named("rail_tilt", Lead(1.1, 9.0))])
+    assert named.is_lasting is lasting
+
+
+def test_of_several_sizes_one_that_is_surely_there_suffices() -> None:
+    """An eccentric encoder has a sine and a cosine part, and may have one alone."""
+    sine = {"eccentric_encoder.sine_rad": Estimate(0.005, 0.004, 0.006)}
+    cosine = {"eccentric_encoder.cosine_rad": Estimate(0.0, -0.001, 0.001)}
+    assert is_surely_there(make_fit(ABOVE, sine | cosine), "eccentric_encoder")
+    assert not is_surely_there(make_fit(ABOVE, cosine), "eccentric_encoder")
+
+
+def test_an_effect_without_a_size_has_no_interval_to_doubt() -> None:
+    assert is_surely_there(make_fit(ABOVE, {}), "cart_sign_inverted")
+
+
+def test_the_place_of_an_effect_is_no_size() -> None:
+    """A patch is somewhere, whatever its level: its centre proves nothing."""
+    patch = {
+        "rail_friction_patch.centre_m": Estimate(0.3, 0.29, 0.31),
+        "rail_friction_patch.level_n": Estimate(0.2, 0.0, 0.7),
+    }
+    assert not is_surely_there(make_fit(ABOVE, patch), "rail_friction_patch")
+
+
+def test_names_are_parted_by_the_sizes_that_measured_laws_leave() -> None:
+    """A curve of the force by velocity may take over what an asymmetry stood for."""
+    names = (Named("rail_tilt", Lead(1.1, 9.0)), Named("cart_sign_inverted", Lead(9.0, 9.0)))
+    assert part_sure_names(make_fit(ABOVE, TIED), names) == (names[1:], names[:1])
+    assert part_sure_names(make_fit(ABOVE, SURE), names) == (names, ())
