@@ -222,17 +222,24 @@ def list_children() -> list[int]:
     return [int(n) for folder in folders for n in (folder / "children").read_text().split()]
 
 
-def test_a_program_that_ignores_the_signal_is_killed() -> None:
-    stubborn = "import signal, time; signal.signal(2, signal.SIG_IGN); print('deaf', flush=True)"
+DEAF = """import signal, time
+signal.signal(2, signal.SIG_IGN)
+print('deaf', flush=True)
+time.sleep(600)"""
 
+
+async def start_deaf_child() -> Child:
+    """Return a program that ignores SIGINT already."""
+    heard = asyncio.Event()
+    program = make_fake_programs(DEAF).record(Path("unused"))
+    child = await Child.start(program, dict(os.environ), lambda line: heard.set())
+    await asyncio.wait_for(heard.wait(), DEADLINE_S)
+    return child
+
+
+def test_a_program_that_ignores_the_signal_is_killed() -> None:
     async def play() -> int | None:
-        heard = asyncio.Event()
-        child = await Child.start(
-            make_fake_programs(stubborn + "\ntime.sleep(600)").record(Path("unused")),
-            dict(os.environ),
-            lambda line: heard.set(),
-        )
-        await asyncio.wait_for(heard.wait(), DEADLINE_S)
+        child = await start_deaf_child()
         await child.end(grace_s=0.1)
         return child._process.returncode
 
@@ -240,16 +247,8 @@ def test_a_program_that_ignores_the_signal_is_killed() -> None:
 
 
 def test_a_program_is_killed_when_its_end_is_no_longer_waited_for() -> None:
-    stubborn = "import signal, time; signal.signal(2, signal.SIG_IGN); print('deaf', flush=True)"
-
     async def play() -> int:
-        heard = asyncio.Event()
-        child = await Child.start(
-            make_fake_programs(stubborn + "\ntime.sleep(600)").record(Path("unused")),
-            dict(os.environ),
-            lambda line: heard.set(),
-        )
-        await asyncio.wait_for(heard.wait(), DEADLINE_S)
+        child = await start_deaf_child()
         ending = asyncio.create_task(child.end(grace_s=DEADLINE_S))
         await asyncio.sleep(0)
         ending.cancel()

@@ -20,7 +20,6 @@ from pendulum_twin.arrays import Floats
 PRESENCE = "named"  # parameter that says whether an effect was named: 1 or 0
 WEEK_S = 7 * 86_400.0
 NOT_ANSWERS = ("unusable", "failed", "put_aside")
-
 MOST_TIMES = 10.0  # ratio; a change by more, as of an offset near 0, is told without a share
 
 
