@@ -81,6 +81,11 @@ class Recording:
     timing_spread_s: float = 0.0
     command_latency: CommandLatency | None = None
 
+    @property
+    def losses(self) -> str:
+        """Return what the file is known to have lost, in words; empty for a whole file."""
+        return "; ".join(f.note for f in self.findings if f.kind == "gap" and f.note)
+
     @staticmethod
     def from_arrays(
         t: ArrayLike,

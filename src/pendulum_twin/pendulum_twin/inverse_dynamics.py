@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pendulum_twin import kernel
-from pendulum_twin.arrays import Floats, Mask
+from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.free_runs import compute_paces, run_drive, undo_sensors
 from pendulum_twin.law_curves import fill_measured_laws, sum_measured_laws
 from pendulum_twin.motion import (
@@ -35,6 +35,7 @@ from pendulum_twin.signals import Signals
 STANDING_SPEED_SHARE = 0.03
 # s; half of the way along the motion over which the bend of a sensor's error is taken
 PROBED_S = 1e-3
+EVERY = slice(None)  # sample
 
 
 @kernel.compile_cached
@@ -67,18 +68,21 @@ def _fill_laws(x, th, v, w, t, masses, p, out):  # type: ignore[no-untyped-def]
         out[n, 1] -= pole_way * level
 
 
-def evaluate_laws(signals: Signals, states: Floats, theta: Floats) -> Floats:
-    """Return the force (N) and torque (N m) of effects and laws of cart and pole, shape (n, 2).
+def evaluate_laws(
+    signals: Signals, states: Floats, theta: Floats, at: Ints | slice = EVERY
+) -> Floats:
+    """Return the force (N) and torque (N m) of effects and laws of cart and pole, shape (k, 2).
 
     states: (n, 4) measured; theta: (SIZE,).
+    at: (k,) samples that are asked about; all without it.
     """
     true = undo_sensors(states[None], theta[None], signals.clock_s)[0]
-    out = np.empty((len(states), 2))
-    columns = (np.ascontiguousarray(true[:, k]) for k in range(4))
-    masses = compute_masses(signals, theta)
-    times_s = signals.clock_s * float(compute_paces(theta))
+    columns = [np.ascontiguousarray(true[at, k]) for k in range(4)]
+    out = np.empty((len(columns[0]), 2))
+    masses = compute_masses(signals, theta)[at]
+    times_s = signals.clock_s[at] * float(compute_paces(theta))
     _fill_laws(*columns, times_s, masses, theta.copy(), out)
-    out[:, 0] += follow_recorded_path(signals, true[:, 0], theta).sum(axis=1)
+    out[:, 0] += follow_recorded_path(signals, true[:, 0], theta)[at].sum(axis=1)
     return out
 
 

@@ -26,11 +26,13 @@ BY_CHANCE = ["written_at", "batch", "cpu_s"]  # columns that differ from run to 
 
 @pytest.fixture(scope="session")
 def fleet(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Six recordings of two rigs, two of them broken."""
+    """Six recordings of two rigs: two of them broken, one cut off near its end."""
     folder = tmp_path_factory.mktemp("fleet")
     write_fleet(folder)
     next((folder / "data" / "rig_0" / "002").glob("*.mcap")).write_bytes(b"no recording")
     next((folder / "data" / "rig_1" / "003").glob("*.mcap")).unlink()
+    cut = next((folder / "data" / "rig_1" / "005").glob("*.mcap"))
+    cut.write_bytes(cut.read_bytes()[: cut.stat().st_size * 9 // 10])
     return folder
 
 
@@ -61,6 +63,8 @@ def test_broken_recordings_are_told_and_stop_nothing(fleet: Path, whole, capsys)
     }  # fmt: skip
     sentence = whole.loc[whole["path"].str.endswith("003"), "sentence"].iloc[0]
     assert "without its data files" in sentence
+    sentence = whole.loc[whole["path"].str.endswith("005"), "sentence"].iloc[0]
+    assert "not whole" in sentence and "the file ends before its end mark" in sentence
     sizes = Store(str(fleet / "store")).read_sizes()
     friction = sizes[sizes["parameter"] == "cart_viscous_n_s_m"]
     assert len(friction) == 4 and set(friction["unit"]) == {"N s/m"}

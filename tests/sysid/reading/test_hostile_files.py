@@ -61,7 +61,7 @@ def test_a_flipped_bit_costs_its_chunk_and_is_said(
     raw = read_bag(path)
     assert raw.damaged_parts == 1 and COUNT / 2 < len(raw.state_stamp_s) < COUNT
     [gap] = [f for f in clean_recording(raw).findings if f.kind == "gap"]
-    assert "1 parts of the file are damaged and left out" in gap.note
+    assert "parts of the file that are damaged and left out: 1" in gap.note
 
 
 def test_a_cut_file_holds_commands_as_far_as_samples(bag: Path, tmp_path: Path) -> None:

@@ -79,6 +79,19 @@ def test_errors_of_positions_in_millimetres_are_told_with_a_warning(
         assert "--length-unit mm" in capsys.readouterr().err
 
 
+def test_a_recording_that_is_cut_off_is_said_to_be_so(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    bag = made_bag(tmp_path / "bag", made(INTECO, 12.0))
+    file = next(bag.glob("*.mcap"))
+    file.write_bytes(file.read_bytes()[: file.stat().st_size * 2 // 3])
+    out = str(tmp_path / "out.yaml")
+    for words in (["replay"], ["fit", "--out", out], ["next", "--out", out]):
+        assert main(["--quiet", words[0], str(bag), "--twin", TWIN, *words[1:]]) == 0
+        said = capsys.readouterr().err
+        assert "expected a whole recording, found" in said and "unreadable: " in said
+
+
 def test_a_fit_of_another_rig_is_doubted_before_its_twin_is_used(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:

@@ -21,9 +21,10 @@ def detect_gaps(samples: Samples) -> tuple[Samples, tuple[Fault, ...]]:
 
 def _list_lost(raw: RawRecording, end_s: float) -> tuple[Fault, ...]:
     """Return what the file itself is known to have lost; where in it is unknown."""
+    damaged = raw.damaged_parts
     lost = [
-        (raw.damaged_parts, f"{raw.damaged_parts} parts of the file are damaged and left out"),
-        (raw.lost_messages, f"{raw.lost_messages} messages are missing or cannot be decoded"),
+        (damaged, f"parts of the file that are damaged and left out: {damaged}"),
+        (raw.lost_messages, f"messages that are missing or unreadable: {raw.lost_messages}"),
         (raw.cut_short, "the file ends before its end mark"),
     ]
     return tuple(Fault("gap", ((end_s, end_s),), note) for there, note in lost if there)

@@ -225,19 +225,18 @@ def _thin_out(case: Case, fit: Fit, effect: Effect, probes: Sequence[Floats]) ->
     signals, state = case.signals, case.state
     column = 0 if effect.place is Place.CART else 1
     lacking, usable = compute_missing_force(signals, state.states, state.accelerations, fit.theta)
-    known = evaluate_laws(signals, state.states, fit.theta)
     compared = np.flatnonzero(usable)
     compared = compared[:: max(len(compared) // SHAPE_SAMPLES, 1)]
+    known = evaluate_laws(signals, state.states, fit.theta, compared)
     shapes = np.empty((len(probes), len(compared)))
     for shape, theta in zip(shapes, probes, strict=True):
-        law = evaluate_laws(signals, state.states, theta) - known
-        shape[:] = law[compared, column]
+        law = evaluate_laws(signals, state.states, theta, compared) - known
+        shape[:] = law[:, column]
         shape /= max(float(np.linalg.norm(shape)), 1e-300)
     likeness = shapes @ lacking[compared, column]
-    alike = np.abs(shapes @ shapes.T)
     kept: list[int] = []
     for k in np.argsort(-likeness):
-        if np.max(alike[k, kept], initial=0.0) < decisions.ALIKE_PROBES:
+        if np.max(np.abs(shapes[kept] @ shapes[k]), initial=0.0) < decisions.ALIKE_PROBES:
             kept.append(int(k))
         if len(kept) == decisions.PROBES_KEPT:
             break

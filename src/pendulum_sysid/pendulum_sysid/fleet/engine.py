@@ -1,13 +1,15 @@
 """Run many tasks on a Dask cluster: workers of one thread, tasks that may kill their worker.
 
-A task is a function that the workers can import, and an item; its result is small. As many tasks
-are under way as there are worker threads, so the coordinator holds few, and a worker that dies
-puts the blame on the task that it ran. Scheduling, retries and messages are Dask's.
+A task is a function that the workers can import, and an item; its result is small. A worker gets
+a task when it has none, so that a worker that dies puts the blame on the task that it ran. A few
+tasks a worker wait at the scheduler, so that no worker waits for the coordinator. Scheduling,
+retries and messages are Dask's.
 """
 
 from __future__ import annotations
 
 import logging
+import math
 import os
 import signal
 import threading
@@ -44,6 +46,12 @@ ONE_THREAD = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
 )
 WORKER_KILLS_FORGIVEN = 1  # a task whose worker dies is tried once more, then put aside
+TASKS_A_THREAD = 1.0  # tasks that a worker's thread gets at a time
+# Dask keeps tasks of one kind at the scheduler once there are more than this many a thread of
+# them, and hands them out before.
+TASKS_HANDED_OUT = 2
+WAITING_A_THREAD = 4  # tasks at the scheduler: results may be written meanwhile
+COUNT_EVERY_S = 1.0  # s; between two looks at how many workers there are
 CONNECT_S = 15.0  # s; that a scheduler may take to answer
 WORKERS_S = 60.0  # s; that workers that ended may take to start again on a busy computer
 CLOSE_S = 5.0  # s; that workers may take to end
@@ -118,6 +126,7 @@ def open_client(engine: Engine, prepare: Callable[[], None] | None = None) -> It
         "distributed.comm.timeouts.connect": f"{CONNECT_S}s",
         "distributed.nanny.pre-spawn-environ": ONE_THREAD,
         "distributed.scheduler.allowed-failures": WORKER_KILLS_FORGIVEN,
+        "distributed.scheduler.worker-saturation": TASKS_A_THREAD,
     }
     try:
         with dask.config.set(limits), _connect(engine) as client:
@@ -142,7 +151,7 @@ def _connect(engine: Engine) -> Iterator[Client]:
             "with `dask scheduler`, or leave out --scheduler"
         ) from error
     with client:
-        client.run_on_scheduler(_forgive_kills)
+        client.run_on_scheduler(_set_limits)
         yield client
 
 
@@ -163,8 +172,9 @@ def _start_cluster(engine: Engine) -> LocalCluster:
         ) from error
 
 
-def _forgive_kills(dask_scheduler: Any) -> None:
+def _set_limits(dask_scheduler: Any) -> None:
     dask_scheduler.allowed_failures = WORKER_KILLS_FORGIVEN
+    dask_scheduler.WORKER_SATURATION = TASKS_A_THREAD
 
 
 def run_tasks[Item, Result](
@@ -176,7 +186,7 @@ def run_tasks[Item, Result](
     """Yield how each task ended, in the order in which they end.
 
     function: importable by the workers.
-    items: are taken one by one, when a worker is free.
+    items: are taken when a worker is free, and a few ahead.
     time_limit_s: s; of one task.
     Raises SchedulerLost when the scheduler goes, WrongUse when it has no workers.
     """
@@ -184,9 +194,17 @@ def run_tasks[Item, Result](
     under_way: dict[Any, Item] = {}
     finished = as_completed(raise_errors=False)
 
+    threads, counted_s, submitted = 1, -math.inf, 0
+
     def fill() -> None:
-        free = max(_count_threads(client), 1) - len(under_way)
+        nonlocal threads, counted_s, submitted
+        if time.monotonic() - counted_s > COUNT_EVERY_S:
+            threads, counted_s = max(_count_threads(client), 1), time.monotonic()
+        is_kept = submitted > TASKS_HANDED_OUT * threads
+        ahead = WAITING_A_THREAD * threads if is_kept else 0
+        free = threads + ahead - len(under_way)
         for _, item in zip(range(free), waiting, strict=False):
+            submitted += 1
             future = client.submit(
                 _run_limited,
                 function,

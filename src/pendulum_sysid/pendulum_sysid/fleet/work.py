@@ -76,11 +76,19 @@ def examine_recording(work: Work) -> Result:
                 row = replace(row, seconds=recording.signals.seconds)
                 answer = _fit if work.method == "fit" else _diagnose
                 row, sizes = answer(row, recording, work)
+                row = _add_losses(row, recording)
     except BadInputError as refusal:
         row = replace(row, outcome=Outcome.UNUSABLE.value, sentence=str(refusal))
     except Exception as crash:  # a finding about the diagnosis, not the end of the run
         row = replace(row, sentence=f"internal error ({type(crash).__name__}: {crash})")
     return Result(replace(row, cpu_s=time.process_time() - began), sizes)
+
+
+def _add_losses(row: RecordingRow, recording: Recording) -> RecordingRow:
+    """Return the row with what its file lost added to the sentence."""
+    if not recording.losses:
+        return row
+    return replace(row, sentence=f"{row.sentence} The file is not whole: {recording.losses}.")
 
 
 def make_row(work: Work, outcome: str, sentence: str) -> RecordingRow:

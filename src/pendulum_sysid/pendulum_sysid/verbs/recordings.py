@@ -9,11 +9,11 @@ from pendulum_sysid.cleaning.clean import clean_recording
 from pendulum_sysid.errors import UnusableRecording, WrongUse
 from pendulum_sysid.reading.bag import COMMAND_TOPIC, STATE_TOPIC, read_bag
 from pendulum_sysid.records import Recording
-from pendulum_sysid.verbs.said import say
+from pendulum_sysid.verbs.said import ANSWERED, say
 
 
 def read_recordings(paths: list[Path], arguments: argparse.Namespace) -> list[Recording]:
-    """Read and clean recordings; say first which recordings are of an experiment given up.
+    """Read and clean recordings; say which are not whole, or of an experiment given up.
 
     Raises WrongUse when a recording is named twice, FileError or UnusableRecording, with the path,
     when one cannot be used.
@@ -29,7 +29,10 @@ def read_recordings(paths: list[Path], arguments: argparse.Namespace) -> list[Re
                 f"{path}: expected every recording once, found this one twice: name each once"
             )
         try:
-            recordings[raw.digest] = clean_recording(raw)
+            recording = clean_recording(raw)
         except UnusableRecording as error:
             raise UnusableRecording(f"{path}: {error}") from error
+        if recording.losses:
+            say(f"{path}: expected a whole recording, found {recording.losses}", ANSWERED)
+        recordings[raw.digest] = recording
     return list(recordings.values())

@@ -47,8 +47,9 @@ def _compute_unexplained_share(case: Case, theta: Floats, ratio: float) -> float
     _, th, _, w = undo_sensors(state.states[None], theta[None], signals.clock_s)[0][usable].T
     a, b = state.accelerations[usable].T
     terms = np.stack([np.sin(th), np.cos(th) * a, np.cos(th), w, np.sign(w)], axis=1)
-    residual = b - terms @ np.linalg.lstsq(terms, b, rcond=None)[0]
-    return float(np.mean(residual**2) / max(float(np.mean(b**2)), 1e-300))
+    likeness, power = terms.T @ b, float(b @ b)
+    weights = np.linalg.lstsq(terms.T @ terms, likeness, rcond=None)[0]
+    return (power - float(likeness @ weights)) / max(power, 1e-300)
 
 
 DETECTOR = Detector(EFFECT, Use.START, read_scale)

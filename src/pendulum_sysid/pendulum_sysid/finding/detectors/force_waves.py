@@ -73,8 +73,9 @@ def fit_waves(balance: Balance, make_columns: Callable[[float], Floats], tried: 
     best, gain = Wave(float(tried[0]), 0.0, 0.0), -1.0
     for wavenumber in tried.tolist():
         filtered = take_out(own, sieve(make_columns(wavenumber)))
-        weights = np.linalg.lstsq(filtered, lacking, rcond=None)[0]
-        explained = float(lacking @ filtered @ weights)
+        likeness = lacking @ filtered
+        weights = np.linalg.lstsq(filtered.T @ filtered, likeness, rcond=None)[0]
+        explained = float(likeness @ weights)
         if explained > gain:
             sine, cosine = weights.tolist()
             gain = explained

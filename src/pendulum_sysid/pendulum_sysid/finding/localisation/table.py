@@ -49,6 +49,7 @@ class Table:
         rows = [balance.fold == k for k in range(FOLDS)]
         self.normal = np.stack([self.columns[r].T @ self.columns[r] for r in rows])
         self.gradient = np.stack([self.columns[r].T @ balance.lacking[r] for r in rows])
+        self.all_normal, self.all_gradient = self.normal.sum(axis=0), self.gradient.sum(axis=0)
         self.square = np.array([balance.lacking[r] @ balance.lacking[r] for r in rows])
         self._losses: dict[frozenset[str], float] = {}
 
@@ -88,10 +89,8 @@ class Table:
     def _fit_weights(self, at: Ints) -> list[Floats]:
         """Return the weights of some columns for each fold, fitted to the others."""
         block = np.ix_(at, at)
-        total, slope = (
-            self.normal.sum(axis=0)[block] + self.count * self.penalty[block],
-            self.gradient.sum(axis=0)[at],
-        )
+        total = self.all_normal[block] + self.count * self.penalty[block]
+        slope = self.all_gradient[at]
         return [
             _solve(total - self.normal[k][block], slope - self.gradient[k][at])
             for k in range(FOLDS)
