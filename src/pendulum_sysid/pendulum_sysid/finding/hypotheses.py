@@ -67,8 +67,10 @@ def list_possible_effects(rig: Rig) -> tuple[Effect, ...]:
     places = {Place.CLOCK, Place.SENSOR}
     places |= {Place.COMMAND, Place.DRIVE, Place.CART} if rig.has_cart else set()
     places |= {Place.POLE} if rig.has_pole else set()
+    has_both = rig.has_cart and rig.has_pole
+    possible = (e for e in CATALOGUE if e.searched and e.place in places)
     return tuple(
-        e for e in CATALOGUE if e.searched and e.place in places and e.form is not Form.REPORT
+        e for e in possible if e.form is not Form.REPORT and (has_both or not e.needs_both_joints)
     )
 
 

@@ -23,6 +23,7 @@ EFFECT = Effect(
     place=Place.CART,
     form=Form.STATE_FRICTION,
     law=law,
+    needs_both_joints=True,  # without a pole the load is constant: Coulomb friction
     constants=("mass_kg", "moment_kg_m", "inertia_kg_m2", "gravity_m_s2"),
     parameters=(Parameter("coefficient", "1", 0.0, 0.0, 10.0, (0.02, 0.1)),),
     sentence="Dry friction holds the cart back with {coefficient} of the load on its guide, which "

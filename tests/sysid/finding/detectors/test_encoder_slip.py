@@ -8,7 +8,8 @@ from support.hidden_physics import record_hidden
 
 from pendulum_sysid.cleaning.smooth_state import smooth_state
 from pendulum_sysid.finding.detectors.encoder_slip import AngleStep, find_angle_steps
-from pendulum_twin.signals import Signals
+from pendulum_sysid.records import Recording
+from pendulum_twin.signals import Signals, join_signals
 
 SLIP_S = 9.995
 
@@ -50,6 +51,31 @@ def test_a_slip_of_five_steps_of_a_coarse_encoder_is_found() -> None:
 def test_fast_motion_is_no_slip(effects: dict) -> None:
     steps = find_steps(make_signals(effects, 3))
     assert all(abs(step.angle_rad) < 0.02 for step in steps)
+
+
+def test_a_slip_so_clear_that_a_stretch_begins_with_it_is_found() -> None:
+    signals = make_slip(0.4, 1).break_at([1000])
+    first = find_steps(signals)[0]
+    assert first.time_s == pytest.approx(SLIP_S, abs=1e-6)
+    assert first.angle_rad == pytest.approx(0.4, abs=0.006)
+
+
+def test_a_clear_slip_is_cleaned_into_no_gap_that_hides_it() -> None:
+    t = np.arange(2000) * 0.01
+    pole = np.pi + 0.1 * np.sin(2.0 * t)  # slow: the slip is no motion
+    pole += 0.13 * (t > SLIP_S)
+    recording = Recording.from_arrays(t, None, None, pole)
+    assert recording.signals.stretch_begins == (0, 1000)
+    (step,) = find_angle_steps(recording.signals, 4e-4)
+    assert (step.time_s, step.angle_rad) == pytest.approx((SLIP_S, 0.13), abs=1e-3)
+
+
+def test_nothing_is_asked_where_another_recording_begins() -> None:
+    first, second = make_signals({}, 1), make_signals({}, 2)
+    moved = replace(second, pole=second.pole + 0.4)
+    joined = join_signals([first, moved])
+    seam_s = float(first.clock_s[-1])
+    assert all(abs(step.time_s - seam_s) > 0.1 for step in find_angle_steps(joined, 4e-4))
 
 
 def test_nothing_is_asked_across_a_gap_or_of_a_cart_alone() -> None:

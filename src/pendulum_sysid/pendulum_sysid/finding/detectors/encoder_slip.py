@@ -74,11 +74,14 @@ def find_angle_steps(signals: Signals, noise_rad: float | None) -> tuple[AngleSt
 
 
 def _is_near_seam(signals: Signals, at: int) -> bool:
-    """Return whether a sample lies where one stretch ends and another begins.
+    """Return whether a sample lies where time is missing, or where another recording begins.
 
-    The smoothed motion is free there, and an encoder may be set anew between recordings.
+    An encoder may be set anew meanwhile. A clear slip begins a new stretch, too, but no time is
+    missing there.
     """
-    seams = np.asarray(signals.stretch_begins[1:])
+    seams, clock_s = np.array(signals.stretch_begins[1:], dtype=np.int64), signals.clock_s
+    missing_s = clock_s[seams] - clock_s[seams - 1] - signals.period_s
+    seams = seams[np.abs(missing_s) > 0.5 * signals.period_s]
     near = decisions.SLIP_SEAM_S / signals.period_s
     return bool(np.any(np.abs(seams - at) < near))
 
