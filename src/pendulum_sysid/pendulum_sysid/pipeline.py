@@ -16,7 +16,7 @@ from pendulum_sysid.finding.localisation.shape_check import (
     is_outweighed,
     measure_remainders,
 )
-from pendulum_sysid.finding.naming import part_sure_names
+from pendulum_sysid.finding.naming import add_readings, part_sure_names
 from pendulum_sysid.finding.search import Answer, search_effects
 from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.fitting.case import Case
@@ -127,9 +127,10 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
     if law_fit is None:
         return findings
     fit, laws = name_curves(case, split, law_fit)
+    sure, doubted = part_sure_names(fit, findings.named)
+    fit, sure = add_readings(case, fit, sure)
     improved = replace(case, twin=fit.twin)
     after = run_parts(improved, split)
-    sure, doubted = part_sure_names(fit, findings.named)
     return replace(
         findings,
         named=sure,

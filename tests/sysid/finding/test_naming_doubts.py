@@ -13,8 +13,10 @@ TIED = {"rail_tilt.angle_rad": Estimate(0.0036, -1e-5, 0.0072)}
 SURE = {"rail_tilt.angle_rad": Estimate(0.0036, 0.0018, 0.0054)}
 
 
-def make_fit(misfit: float, estimates: dict[str, Estimate]) -> SimpleNamespace:
-    return SimpleNamespace(choose=misfit, estimates=estimates)
+def make_fit(
+    misfit: float, estimates: dict[str, Estimate], effects: tuple[str, ...] = ()
+) -> SimpleNamespace:
+    return SimpleNamespace(choose=misfit, estimates=estimates, effects=effects)
 
 
 @pytest.mark.parametrize(
@@ -52,5 +54,11 @@ def test_the_place_of_an_effect_is_no_size() -> None:
 def test_names_are_parted_by_the_sizes_that_measured_laws_leave() -> None:
     """A curve of the force by velocity may take over what an asymmetry stood for."""
     names = (Named("rail_tilt", Lead(1.1, 9.0)), Named("cart_sign_inverted", Lead(9.0, 9.0)))
-    assert part_sure_names(make_fit(ABOVE, TIED), names) == (names[1:], names[:1])
-    assert part_sure_names(make_fit(ABOVE, SURE), names) == (names, ())
+    effects = tuple(named.effect for named in names)
+    assert part_sure_names(make_fit(ABOVE, TIED, effects), names) == (names[1:], names[:1])
+    assert part_sure_names(make_fit(ABOVE, SURE, effects), names) == (names, ())
+
+
+def test_a_name_whose_place_a_measured_law_has_taken_is_gone() -> None:
+    names = (Named("position_scale", Lead(1.1, 9.0)),)
+    assert part_sure_names(make_fit(ABOVE, {}), names) == ((), ())

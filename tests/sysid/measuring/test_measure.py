@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.made_recordings import INTECO, made, made_states, sweep
 
-from pendulum_sysid.fitting.fit import fit_own_parameters
+from pendulum_sysid.fitting.fit import HORIZONS, fit, fit_own_parameters
 from pendulum_sysid.measuring.measure import measure_laws, rank_curves
 from pendulum_sysid.measuring.naming import name_curves, write_formula
 from pendulum_sysid.measuring.penalised_fit import LawFit
@@ -14,6 +14,7 @@ from pendulum_sysid.prepare import prepare
 from pendulum_twin.laws import BY_NAME
 from pendulum_twin.laws.law import Law, evaluate_law, spread_turn
 from pendulum_twin.model import Twin
+from pendulum_twin.parameter_vector import make_theta
 
 RIG = Twin("rig", INTECO.rig)
 AT = np.linspace(-1.8, 1.8, 61)
@@ -36,8 +37,8 @@ def test_a_law_is_measured_where_it_is(name):
     start = fit_own_parameters(case, split)
     held = measure_laws(case, split, start, lambda line: None)
     assert held is not None and [curve.kind.name for curve in held.curves] == [name]
-    fit, (named,) = name_curves(case, split, held)
-    assert fit.choose < 1.5 < 3.0 < start.choose
+    final, (named,) = name_curves(case, split, held)
+    assert final.choose < 1.5 < 3.0 < start.choose
     curve, kind = named.curve, BY_NAME[name]
     truth = evaluate_law(kind, LAWS[name], curve.knots)
     own = held.curves[0]
@@ -50,7 +51,7 @@ def test_a_law_is_measured_where_it_is(name):
     command = sweep(8.0, 0.2)[::-1].copy()
     run, told, without = (
         made_states(twin, command)
-        for twin in (replace(RIG, measured_laws={name: LAWS[name]}), fit.twin, start.twin)
+        for twin in (replace(RIG, measured_laws={name: LAWS[name]}), final.twin, start.twin)
     )
     assert np.std((run - told)[:300, 0]) < 0.3 * np.std((run - without)[:300, 0])
 
@@ -58,12 +59,27 @@ def test_a_law_is_measured_where_it_is(name):
 def test_a_formula_takes_the_place_of_its_curve():
     case, split = prepare_with({"cart_force_by_position": LAWS["cart_force_by_position"]})
     held = measure_laws(case, split, fit_own_parameters(case, split), lambda line: None)
-    fit, (named,) = name_curves(case, split, held)
+    final, (named,) = name_curves(case, split, held)
     assert named.shape is not None and named.shape.shape.name in ("cube", "line and cube")
     sizes = dict(zip(named.shape.names, named.shape.values, strict=True))
     assert sizes["factor"] == pytest.approx(-3.0, rel=0.15)
-    assert fit.choose < 1.2
+    assert final.choose < 1.2
     assert "x^3" in write_formula(named) and "force on the cart in N" in write_formula(named)
+
+
+def test_a_law_beside_an_encoder_slip_keeps_the_time_of_the_slip():
+    slip = {"encoder_slip": {"angle_rad": 0.2, "time_s": 14.995}}
+    laws = {"cart_force_by_position": LAWS["cart_force_by_position"]}
+    recording = made(replace(RIG, measured_laws=laws, effects=slip), 30.0, amplitude=0.25)
+    prepared = prepare([recording], RIG)
+    case, split = prepared.case, prepared.split
+    theta = make_theta(replace(RIG, effects=slip))
+    start = fit(case, split, tuple(slip), theta, HORIZONS[0])
+    held = measure_laws(case, split, start, lambda line: None)
+    named, _ = name_curves(case, split, held)
+    for result in (held.fit, named):
+        assert result.estimates["encoder_slip.time_s"].value == pytest.approx(14.995, abs=1e-6)
+        assert result.estimates["encoder_slip.angle_rad"].value == pytest.approx(0.2, abs=0.002)
 
 
 def test_a_formula_that_the_recording_does_not_fix_is_none():
@@ -71,8 +87,8 @@ def test_a_formula_that_the_recording_does_not_fix_is_none():
     law = Law(tuple(AT), tuple(0.15 * np.sin(2 * np.pi * AT / 0.6)))
     case, split = prepare_with({"drive_gain_along_rail": law})
     held = measure_laws(case, split, fit_own_parameters(case, split), lambda line: None)
-    fit, (named,) = name_curves(case, split, held)
-    force = fit.estimates["force_per_pwm_n"]
+    final, (named,) = name_curves(case, split, held)
+    force = final.estimates["force_per_pwm_n"]
     assert force.identifiable and force.high - force.low < 0.02 * force.value
     if named.shape is not None:
         sure = np.abs(named.shape.values) > 1.96 * named.shape.deviations

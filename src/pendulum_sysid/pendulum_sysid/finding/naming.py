@@ -161,8 +161,11 @@ def doubt_intervals(best: Fit, named: Iterable[Named]) -> tuple[Named, ...]:
 def part_sure_names(
     fit: Fit, named: Iterable[Named]
 ) -> tuple[tuple[Named, ...], tuple[Named, ...]]:
-    """Return the names whose sizes are surely there by a fit, and the others."""
-    names = tuple(named)
+    """Return the names of a fit whose sizes are surely there, and its other names.
+
+    Names of effects that the fit lacks are left out: others have taken their places.
+    """
+    names = tuple(effect for effect in named if effect.effect in fit.effects)
     sure = tuple(effect for effect in names if is_surely_there(fit, effect.effect))
     return sure, tuple(effect for effect in names if effect not in sure)
 

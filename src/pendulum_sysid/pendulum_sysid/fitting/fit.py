@@ -61,7 +61,7 @@ def fit(
         effects=effects,
         estimates={
             **_widen_instants(_widen_jumps(estimates), case.signals, split.learn),
-            **_estimate_located(case, effects, solution.theta),
+            **estimate_located(case, effects, solution.theta),
         },
         theta=solution.theta,
         start_states=solution.start_states,
@@ -173,7 +173,7 @@ def _list_gaps(signals: Signals, windows: Windows) -> list[tuple[float, float]]:
     return [(start, end) for start, end in zip(starts, ends, strict=True) if start < end]
 
 
-def _estimate_located(case: Case, effects: tuple[str, ...], theta: Floats) -> dict[str, Estimate]:
+def estimate_located(case: Case, effects: tuple[str, ...], theta: Floats) -> dict[str, Estimate]:
     """Return the times that were read off the recording, as far as its samples tell them."""
     located = {}
     for name in effects:

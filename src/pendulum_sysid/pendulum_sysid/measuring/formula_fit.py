@@ -127,7 +127,7 @@ def fit_formula(
     result = replace(
         fit,
         twin=make_twin(case.twin, clean, fit.effects, list_rig_parameters(case.twin)),
-        estimates=make_estimates(rig, clean, inflated * covariance),
+        estimates=make_estimates(case, fit.effects, rig, clean, inflated * covariance),
         theta=clean,
         start_states=solved.start_states,
         power=solved.power,

@@ -11,6 +11,7 @@ from pendulum_sysid import decisions
 from pendulum_sysid.finding.judge import Lead
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.cross_validation import cross_validate, penalise
+from pendulum_sysid.fitting.fit import estimate_located
 from pendulum_sysid.fitting.gauss_newton import (
     CONVERGED,
     Solution,
@@ -102,7 +103,7 @@ def fit_laws(
     fit = Fit(
         twin=make_twin(case.twin, solved.theta, effects, list_rig_parameters(case.twin)),
         effects=effects,
-        estimates=make_estimates(free[:own], solved.theta, covariance),
+        estimates=make_estimates(case, effects, free[:own], solved.theta, covariance),
         theta=solved.theta,
         start_states=solved.start_states,
         power=power,
@@ -215,10 +216,13 @@ def _list_parts(own: int, curves: tuple[Curve, ...]) -> list[slice]:
 
 
 def make_estimates(
-    free: tuple[Free, ...], theta: Floats, covariance: Floats
+    case: Case, effects: tuple[str, ...], free: tuple[Free, ...], theta: Floats, covariance: Floats
 ) -> dict[str, Estimate]:
-    """Return value and 95 % interval of parameters; covariance: in units of their sizes."""
-    estimates = {}
+    """Return value and 95 % interval of parameters, times that were read off included.
+
+    covariance: of the free parameters, in units of their sizes.
+    """
+    estimates = estimate_located(case, effects, theta)
     for k, parameter in enumerate(free):
         value = parameter.get(theta)
         half = decisions.INTERVAL_DEVIATIONS * float(np.sqrt(max(covariance[k, k], 0.0)))
