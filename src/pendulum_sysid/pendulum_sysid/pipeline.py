@@ -18,6 +18,7 @@ from pendulum_sysid.finding.localisation.shape_check import (
 )
 from pendulum_sysid.finding.naming import add_readings, part_sure_names
 from pendulum_sysid.finding.search import Answer, search_effects
+from pendulum_sysid.finding.separation import drop_wild_windows
 from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.gauss_newton import refine_start_states
@@ -89,6 +90,7 @@ def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -
     windows = cut_windows(case.signals, case.state, WINDOW_S)
     base_runs = run_windows(replace(case, twin=base.twin), windows)
     remainders = measure_remainders(case, best, base)
+    whole = drop_wild_windows(case.problem(split.learn), best.theta, best.power)
     findings = Findings(
         case=case,
         base=base,
@@ -104,7 +106,7 @@ def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -
         coming=plan_next_experiment(case, split, best, answer.ties),
         misfits=tuple(find_misfits(case, best.theta, remainders, names)),
         outweighed=is_outweighed(remainders),
-        whole=refine_start_states(case.problem(split.learn), best.theta).misfit(case.noise),
+        whole=refine_start_states(whole, best.theta).misfit(case.noise),
     )
     if decide_outcome(findings) is Outcome.NOT_IN_CATALOGUE:
         return replace(findings, certain=read_effects(case, base.theta, Use.CERTAIN))

@@ -17,6 +17,7 @@ import numpy as np
 from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_sysid.finding.hypotheses import Shape
+from pendulum_sysid.fitting.cross_validation import find_tame
 from pendulum_sysid.fitting.linearised import Problem, linearise
 from pendulum_sysid.fitting.parameters import Free
 from pendulum_sysid.fitting.windows import shorten_windows
@@ -175,18 +176,13 @@ def compute_columns(
 def drop_wild_windows(problem: Problem, theta: Floats, power: Floats) -> Problem:
     """Return the problem without windows that magnify errors of their start far more than most.
 
-    Such windows lie near upright. Much would show there if a twin were exact; in a real fit they
-    decide nothing (see `judge.compute_lead`).
+    They decide nothing (see `cross_validation.find_tame` and `judge.compute_lead`).
     """
     windows = problem.windows
     if len(windows) < 2:
         return problem
-    grown = np.trace(
-        linearise(problem, theta, windows.start_states, (), power).start_normal, axis1=1, axis2=2
-    )
-    return replace(
-        problem, windows=windows.pick(grown <= decisions.START_ERROR_GROWTH**2 * np.median(grown))
-    )
+    tame = find_tame(linearise(problem, theta, windows.start_states, (), power))
+    return replace(problem, windows=windows.pick(tame))
 
 
 def _make_combinations(

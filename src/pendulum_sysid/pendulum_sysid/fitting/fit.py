@@ -8,13 +8,12 @@ import numpy as np
 
 from pendulum_sysid import decisions
 from pendulum_sysid.fitting.case import Case
-from pendulum_sysid.fitting.cross_validation import cross_validate
+from pendulum_sysid.fitting.cross_validation import compute_left_out_misfit, cross_validate
 from pendulum_sysid.fitting.gauss_newton import (
     Solution,
     complete_system,
     compute_correlations,
     compute_half_widths,
-    compute_misfit,
     solve,
 )
 from pendulum_sysid.fitting.parameters import (
@@ -67,7 +66,7 @@ def fit(
         start_states=solution.start_states,
         power=solution.power,
         train=solution.misfit(case.noise),
-        choose=compute_misfit(left_out, solution.counts, case.noise),
+        choose=compute_left_out_misfit(solution.system, left_out, solution.counts, case.noise),
         window_squares=left_out,
         counts=solution.counts,
         noise=case.noise,

@@ -9,6 +9,7 @@ import numpy as np
 from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.smooth_state import smooth_state
 from pendulum_sysid.fitting.case import Case, make_case
+from pendulum_sysid.fitting.gauss_newton import refine_start_states
 from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
 from pendulum_sysid.records import Windows
 from pendulum_twin.arrays import Floats
@@ -40,7 +41,9 @@ def measure_noise_floor(
 
     None where it cannot be measured: the twin's own runs leave all bounds, or no window is given.
 
-    The runs are smoothed and replayed as recordings are. The floor lies above 1 by what the noise
+    The runs follow the recording as near as the twin can: near upright, a run from the smoothed
+    start falls away from a pole that a controller holds, and ends where noise matters little. They
+    are smoothed and replayed as recordings are. The floor lies above 1 by what the noise
     in the smoothed start states costs. It is the root mean square over several draws of the noise.
     """
     signals = case.signals
@@ -53,7 +56,9 @@ def measure_noise_floor(
     begin = windows.begin[before >= lead] - lead
     length = lead + windows.samples
     set_of = np.zeros(len(begin), dtype=np.int64)
-    runs = run_freely(signals, theta[None], set_of, begin, case.state.states[begin], length)
+    motion = Windows(begin, length, case.state.states[begin])
+    starts = refine_start_states(case.problem(motion), theta).start_states
+    runs = run_freely(signals, theta[None], set_of, begin, starts, length)
     if not np.all(np.isfinite(runs)):
         return None  # a twin that leaves all bounds says nothing about what is possible
     tries = [

@@ -9,8 +9,7 @@ from scipy.linalg import block_diag
 
 from pendulum_sysid import decisions
 from pendulum_sysid.fitting.case import Case
-from pendulum_sysid.fitting.cross_validation import cross_validate
-from pendulum_sysid.fitting.gauss_newton import compute_misfit
+from pendulum_sysid.fitting.cross_validation import compute_left_out_misfit, cross_validate
 from pendulum_sysid.fitting.parameters import (
     Free,
     list_free_parameters,
@@ -131,7 +130,7 @@ def fit_formula(
         theta=clean,
         start_states=solved.start_states,
         power=solved.power,
-        choose=compute_misfit(left_out, solved.counts, case.noise),
+        choose=compute_left_out_misfit(solved.system, left_out, solved.counts, case.noise),
         window_squares=left_out,
         counts=solved.counts,
     )

@@ -10,13 +10,16 @@ from scipy.linalg import block_diag
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.judge import Lead
 from pendulum_sysid.fitting.case import Case
-from pendulum_sysid.fitting.cross_validation import cross_validate, penalise
+from pendulum_sysid.fitting.cross_validation import (
+    compute_left_out_misfit,
+    cross_validate,
+    penalise,
+)
 from pendulum_sysid.fitting.fit import estimate_located
 from pendulum_sysid.fitting.gauss_newton import (
     CONVERGED,
     Solution,
     compute_cost,
-    compute_misfit,
     compute_power,
     measure_belief,
     take_step,
@@ -108,7 +111,7 @@ def fit_laws(
         start_states=solved.start_states,
         power=power,
         train=float(np.exp(0.5 * np.mean(np.log(power / case.noise**2)))),
-        choose=compute_misfit(left_out, counts, case.noise),
+        choose=compute_left_out_misfit(system, left_out, counts, case.noise),
         window_squares=left_out,
         counts=counts,
         noise=case.noise,
