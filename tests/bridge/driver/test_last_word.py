@@ -40,7 +40,7 @@ rig, silence_s = Address("127.0.0.1", int(sys.argv[2])), float(sys.argv[3])
 link = open_tcp_link(rig) if sys.argv[1] == "tcp" else Link(Address("127.0.0.1", 0), rig)
 last = LastWord(link, Command(0.0).pack(), silence_s)
 waits = [sys.executable, "-S", "-c", "import sys; sys.stdin.read()"]
-other = subprocess.Popen(waits, stdin=subprocess.PIPE, close_fds=False)
+other = subprocess.Popen(waits, close_fds=False)  # it waits for the end of the test's own pipe
 print(last.pid, other.pid, "numpy" in sys.modules, flush=True)
 while not select.select([sys.stdin], [], [], 0)[0]:
     try:
