@@ -79,6 +79,28 @@ def exchange_in_time(emulator: Emulator) -> tuple[list[Sample], list[float]]:
     return samples, commands
 
 
+def test_a_command_acts_by_its_arrival_however_late_the_emulator_reads_it(
+    emulated, nominal: Rig
+) -> None:
+    """The emulator is stopped while two commands come: for this sample, and for the next."""
+    expected = [0.0, 0.0, 0.3, -0.2, -0.2, -0.2, -0.2, -0.2]
+
+    def exchange() -> list[Sample]:
+        emulator = emulated("--rate", "10")
+        samples = [emulator.receive() for _ in range(3)]
+        began = time.monotonic()
+        emulator.link.send(Command(0.3))
+        emulator.process.send_signal(signal.SIGSTOP)
+        assert emulator.link.receive(began + 0.08) is None  # the middle was 0.05 s after it
+        emulator.link.send(Command(-0.2))
+        emulator.process.send_signal(signal.SIGCONT)
+        samples += [emulator.receive() for _ in range(5)]
+        emulator.kill()
+        return samples
+
+    repeat_until_right(exchange, lambda samples: is_engines(samples, expected, nominal))
+
+
 def is_engines(samples: list[Sample], commands: list[float], nominal: Rig) -> bool:
     """Return whether the engine gives the samples, each command held from its sample on."""
     bare = EmulatedRig(Concealed({}, nominal), rate_hz=10.0)

@@ -28,8 +28,11 @@ class Schedule:
         self._start = now()
         self.given_up_s = self.longest_late_s = 0.0
 
-    def wait_for(self, count: float) -> None:
-        """Return at `count` intervals after the start; the count may be a fraction."""
+    def wait_for(self, count: float) -> float:
+        """Wait until `count` intervals after the start, and return how late (s) that is.
+
+        count: may be a fraction.
+        """
         early = self._start + count * self._interval_s - self._now()
         self.longest_late_s = max(self.longest_late_s, -early)
         if early > 0:
@@ -37,3 +40,4 @@ class Schedule:
         elif -early > LONGEST_BACKLOG_S:
             self._start -= early
             self.given_up_s -= early
+        return self._now() - (self._start + count * self._interval_s)

@@ -37,21 +37,25 @@ def serve_in_time(
 ) -> Served:
     """Send a sample at every sampling time until `ended` returns True.
 
-    A command acts from the sampling time nearest to its arrival: an answer within half a period
-    acts from the sample that it answers.
+    A command acts from the sampling time nearest to its arrival at this computer, however late
+    this program runs: an answer within half a period acts from the sample that it answers.
     speed: times as fast as the clock on the wall.
     tell: takes a sentence when this computer stood still, at most once a second.
     """
     schedule = Schedule(rig.period_s / speed)
     samples = commands = 0
+    waiting: list[tuple[Command, int]] = []
     looks = max(round(speed / rig.period_s), 1)  # samples in a second
     while not ended():
         schedule.wait_for(samples)
         port.send(rig.sample.pack())
-        schedule.wait_for(samples + 0.5)
-        for command in port.take_waiting():
+        late_s = schedule.wait_for(samples + 0.5)
+        half_ns = time.time_ns() - round(1e9 * late_s)
+        waiting += port.take_waiting_stamped()
+        in_time = sum(arrival_ns <= half_ns for _, arrival_ns in waiting)
+        for command, _ in waiting[:in_time]:
             rig.take(command)
-            commands += 1
+        waiting, commands = waiting[in_time:], commands + in_time
         rig.step()
         samples += 1
         if samples % looks == 0:

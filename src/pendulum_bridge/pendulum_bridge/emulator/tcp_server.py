@@ -51,8 +51,8 @@ class TcpServer[Packet]:
     def receive(self, deadline: float) -> Packet | None:
         """Return the next packet, or None at the deadline (a time of `time.monotonic`, in s)."""
         while True:
-            if (packet := self._next()) is not None:
-                return packet
+            if (came := self._next()) is not None:
+                return came[0]
             self._greet()
             if (left := deadline - time.monotonic()) <= 0:
                 return None
@@ -63,13 +63,17 @@ class TcpServer[Packet]:
 
     def take_waiting(self) -> list[Packet]:
         """Return the packets that are there already, oldest first, without waiting."""
-        packets: list[Packet] = []
-        while len(packets) < MOST_PACKETS_AT_ONCE and (packet := self._next()) is not None:
-            packets.append(packet)
+        return [packet for packet, _ in self.take_waiting_stamped()]
+
+    def take_waiting_stamped(self) -> list[tuple[Packet, int]]:
+        """Return these packets and their arrivals (ns, system clock)."""
+        packets: list[tuple[Packet, int]] = []
+        while len(packets) < MOST_PACKETS_AT_ONCE and (came := self._next()) is not None:
+            packets.append(came)
         self._greet()  # only now: who has just left makes room for who has just come
         return packets
 
-    def _next(self) -> Packet | None:
+    def _next(self) -> tuple[Packet, int] | None:
         for _ in range(MOST_PACKETS_AT_ONCE):
             try:
                 came = None if self._stream is None else self._stream.take_frame()
@@ -79,7 +83,7 @@ class TcpServer[Packet]:
             if came is None:
                 return None
             try:
-                return self._unpack(came[0])
+                return self._unpack(came[0]), came[1]
             except BadInputError:
                 self.malformed += 1
         return None

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from pendulum_sysid.cleaning.clock import estimate_rate
 from pendulum_sysid.reading.bag import read_bag
 from pendulum_twin.arrays import Floats
 from pendulum_twin.errors import BadInputError
@@ -32,9 +33,12 @@ def check_samples(recording: Path) -> None:
 
 
 def compute_lost_share(stamps_s: Floats) -> float:
-    """Return the share of samples that never came, 0 to 1, by the gaps between the stamps (s)."""
+    """Return the share of samples that never came, 0 to 1, by the stamps (s) of the others.
+
+    A sample that came late, with others close behind it, is not lost.
+    """
     if len(stamps_s) < 2:
         return 0.0
-    gaps_s = np.diff(stamps_s)
-    lost = float(np.sum(np.maximum(np.round(gaps_s / np.median(gaps_s)) - 1.0, 0.0)))
+    periods = np.ptp(stamps_s) / estimate_rate(stamps_s).period_s
+    lost = max(round(float(periods)) + 1 - len(stamps_s), 0)
     return lost / (lost + len(stamps_s))

@@ -24,6 +24,9 @@ class Port[Packet](Protocol):
     def take_waiting(self) -> list[Packet]:
         """Return all unread packets, oldest first, without blocking."""
 
+    def take_waiting_stamped(self) -> list[tuple[Packet, int]]:
+        """Return all unread packets and their arrivals (ns, system clock), oldest first."""
+
     def close(self) -> None:
         """Free the address."""
 
@@ -55,6 +58,3 @@ class RigPort[Packet](Port[Packet], Protocol):
 
         The arrival is in ns of the system clock; the deadline in s of `time.monotonic`.
         """
-
-    def take_waiting_stamped(self) -> list[tuple[Packet, int]]:
-        """Return all unread packets and their arrivals (ns, system clock), oldest first."""
