@@ -59,7 +59,7 @@ SUBSETS_REFITTED = 3  # fits; of the sets that lead
 # Could another effect stand in a name's place?
 APART_STANDARD_ERRORS = 4.0  # standard errors; the wrong twin leads once in 44; derived
 FOUND_STANDARD_ERRORS = 5.0  # standard errors; by chance once in a million; derived
-START_ERROR_GROWTH = 5.0  # median windows; growth of start errors in a usable window
+START_ERROR_GROWTH = 5.0  # median windows; a window whose start errors grow more is left out
 WINDOWS_COMPARED = 40  # windows; spread evenly: more tell the same; time
 DECIDING_SHARE = 0.75  # of windows; the rest is held out (the split's pattern); derived
 SCREENED_STANDARD_ERRORS = 20.0  # standard errors; to first order; none beyond is refitted
@@ -97,7 +97,7 @@ CERTAIN_CONFIDENCE = 0.99  # probability; stated: it was surely there in every c
 SLIP_SIDE_SAMPLES = 9  # samples; on each side: 0.1 s at 100 Hz, where a cubic follows
 SLIP_WIDEST_GAP = 10  # samples; left out as spikes between the sides
 SLIP_DEVIATIONS = 5.0  # deviations; of the usual disagreement: chance once in a million; derived
-SLIP_SEAM_S = 0.2  # s; about a seam between stretches, where nothing is said to slip
+SLIP_SEAM_S = 0.2  # s; about a gap in time or another recording, where nothing slips
 SLIPS_TRIED = 4  # slips; the clearest; a rig slips rarely
 
 # Are the reported velocities filtered?
@@ -195,7 +195,11 @@ COMMAND_MEMORY_S = 0.2  # s; after a hole, for which delays and lags let older c
 COMMAND_JUMP_SHARE = 0.02  # of largest command; a missing one that may be off by more
 COMMAND_SPREAD = 0.1  # periods; stamps of commands this near their clock are even
 SAME_RATE = 0.02  # of period; commands that answer samples come at their rate
-EVEN_COMMANDS_RATIO = 0.97  # ratio; of unexplained acceleration: a timing is clearly right
+COMMAND_CLOCK_OFF = 0.4  # periods; by which the clock of the samples may be off
+COMMAND_MIDWAY = 0.3  # periods; a command this near the middle of two samples is in doubt
+COMMAND_MOVED_NATS = 4.0  # nats; by which the cart must speak for the other sample
+COMMAND_TIMES_RATIO = 0.97  # ratio; of unexplained acceleration: a timing is clearly right
+LONGEST_LATENCY_S = 1.0  # s; from publishing to receiving; a longer time is of two clocks
 COMMAND_HOLDS_S = 10.0  # s; an older last command belongs to another clock
 
 # Does the rig answer, stand still, or repeat itself?

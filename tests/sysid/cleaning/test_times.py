@@ -5,17 +5,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.degraded import make_raw, stamp, stamp_commands
-from support.made_recordings import INTECO
+from support.made_recordings import INTECO, made_states
 
 from pendulum_sysid.cleaning.clean import clean_recording
+from pendulum_sysid.cleaning.clock import hold_commands
 from pendulum_sysid.cleaning.even_clock import find_even_clock
 from pendulum_sysid.fitting.fit import fit
 from pendulum_sysid.prepare import prepare
+from pendulum_sysid.reading.raw import RawRecording
+from pendulum_sysid.reading.sending_times import find_sending_times
+from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.parameter_vector import SLOTS, make_theta
 
 RAW = make_raw()
 TRUE = clean_recording(RAW).signals
+ROUGH = 0.3 * np.random.default_rng(8).uniform(-1.0, 1.0, 400).repeat(5)
 
 
 @pytest.mark.parametrize("deviation_s", [0.003, 0.01])
@@ -28,6 +33,14 @@ def test_samples_that_were_stamped_wrongly_stand_in_their_order(deviation_s: flo
     assert found.signals.period_s == pytest.approx(0.01, rel=1e-4)
     assert np.array_equal(found.signals.pole, TRUE.pole)
     assert found.timing_spread_s == pytest.approx(3.3 * deviation_s, rel=0.4)
+
+
+def test_stamps_that_are_wrong_for_a_while_are_seen_through() -> None:
+    """A tenth of the samples decides; the others stand where they belong in either case."""
+    random, at = np.random.default_rng(10), RAW.state_stamp_s
+    off = np.where((at > 5.0) & (at < 7.0), random.uniform(-0.0015, 0.0015, len(at)), 0.0)
+    signals = clean_recording(stamp(RAW, at + off)).signals
+    assert len(signals) == len(TRUE) and np.array_equal(signals.cart, TRUE.cart)
 
 
 def test_stamps_of_the_arrival_with_bursts_are_seen_through() -> None:
@@ -88,3 +101,49 @@ def test_stamps_without_a_period_have_no_clock() -> None:
     random = np.random.default_rng(5)
     assert find_even_clock(np.cumsum(random.pareto(1.0, 500))) is None
     assert find_even_clock(np.zeros(500)) is None
+
+
+@pytest.mark.parametrize("late_s", [0.0, 0.0007, -0.0007])
+def test_the_cart_says_from_which_sample_a_command_acted(late_s: float) -> None:
+    """A busy computer answers a sample twice, at once and late; its clock of samples is off."""
+    random = np.random.default_rng(6)
+    at, last = RAW.command_stamp_s, np.concatenate([[0.0], ROUGH[:-1]])
+    answered = at + random.uniform(-0.0049, 0.0049, len(at))  # each acts from its own sample
+    at_once = at + 0.0001
+    stamps = np.concatenate([answered, at_once])
+    values = np.concatenate([ROUGH, np.where(answered < at_once, ROUGH, last)])
+    order = np.argsort(stamps, kind="stable")
+    raw = answer(stamps[order] + late_s, values[order], ROUGH)
+    command = clean_recording(raw).signals.command
+    by_stamp = hold_commands(TRUE.clock_s, 0.01, raw.command_stamp_s, raw.command, nearest=True)
+    error, stamped = (np.sqrt(np.mean((u - ROUGH) ** 2)) for u in (command, by_stamp))
+    print(f"{np.sum(command != ROUGH)} of {len(at)} wrong, {error:.2g} of {stamped:.2g}")
+    assert error <= 0.3 * stamped if late_s else np.array_equal(command, ROUGH)
+
+
+def test_commands_that_acted_when_they_came_are_averaged() -> None:
+    random = np.random.default_rng(7)
+    stamps = RAW.command_stamp_s + random.uniform(0.0, 0.0099, len(ROUGH))
+    acted = hold_commands(RAW.state_stamp_s, 0.01, stamps, ROUGH, nearest=False)
+    signals = clean_recording(answer(stamps, ROUGH, acted)).signals
+    assert np.allclose(signals.command, acted)
+
+
+def answer(stamps: Floats, commands: Floats, acted: Floats) -> RawRecording:
+    """Return a recording of commands and of the motion by the commands that acted."""
+    cart, pole, _, _ = made_states(INTECO, acted).T
+    random = np.random.default_rng(9)
+    cart = np.round(cart + random.normal(0.0, 2e-5, len(cart)), 5)
+    return replace(RAW, cart=cart, pole=pole, command_stamp_s=stamps, command=commands)
+
+
+def test_a_message_counts_from_when_it_was_published() -> None:
+    published = [10**18 + 10_000_000 * k for k in range(100)]
+    received = [time + 3_000_000 + 1_000_000 * (k % 7) for k, time in enumerate(published)]
+    assert find_sending_times(received, published) == [time + 3_000_000 for time in published]
+
+
+@pytest.mark.parametrize("off_ns", [-5_000_000, 2_000_000_000])
+def test_times_of_two_clocks_are_not_compared(off_ns: int) -> None:
+    received = [10**18 + 10_000_000 * k for k in range(100)]
+    assert find_sending_times(received, [time - off_ns for time in received]) == received

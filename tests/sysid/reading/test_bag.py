@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
+from mcap.reader import make_reader
 from mcap.stream_reader import StreamReader
+from mcap.writer import Writer as McapWriter
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, Reader, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
@@ -162,6 +164,29 @@ def forget_details(index: dict[str, Any]) -> None:
         entry["topic_metadata"]["offered_qos_profiles"] = (
             "- history: 1\n  depth: 10\n  reliability: 1"
         )
+
+
+def test_a_command_that_was_received_late_counts_from_when_it_was_published(
+    tmp_path: Path,
+) -> None:
+    bag, late = write(tmp_path / "bag", both()), tmp_path / "late.mcap"
+    random = np.random.default_rng(1)
+    (file,) = bag.glob("*.mcap")
+    with file.open("rb") as source, late.open("wb") as target:
+        writer = McapWriter(target)
+        writer.start(profile="ros2")
+        channels = {}
+        for schema, channel, message in make_reader(source).iter_messages():
+            if channel.topic not in channels:
+                kind = writer.register_schema(schema.name, schema.encoding, schema.data)
+                channels[channel.topic] = writer.register_channel(channel.topic, "cdr", kind)
+            received = message.log_time + 2_000_000 + int(random.integers(0, 9_000_000))
+            writer.add_message(channels[channel.topic], received, message.data, message.log_time)
+        writer.finish()
+    read, whole = read_bag(late), read_bag(bag)
+    off = read.command_stamp_s - whole.command_stamp_s
+    assert np.ptp(off) < 1e-9 and 0.002 <= off[0] < 0.0021
+    assert np.array_equal(read.command, whole.command)
 
 
 @pytest.mark.parametrize("plugin", list(StoragePlugin))

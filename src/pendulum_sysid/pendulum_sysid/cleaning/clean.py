@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from pendulum_sysid import decisions
+from pendulum_sysid.cleaning.acting_samples import settle_commands
 from pendulum_sysid.cleaning.clipping import detect_clipping
 from pendulum_sysid.cleaning.clock import (
     Rate,
@@ -123,20 +124,30 @@ def _set_command_times(samples: Samples, signals: Signals) -> tuple[Signals, flo
         return signals, 0.0
     smoothed = cache(lambda: smooth_state(signals))  # of few recordings it is asked
 
-    def measure(raw: RawRecording) -> float:
-        return measure_unexplained(replace(signals, command=_hold(raw, signals)), smoothed())
+    def measure(commanded: Signals) -> float:
+        return measure_unexplained(commanded, smoothed())
 
-    raw, spread_s = retime_commands(samples.raw, signals.period_s, measure)
-    if raw is samples.raw:
-        return signals, 0.0
-    return replace(signals, command=_hold(raw, signals)), spread_s
+    raw, spread_s = retime_commands(
+        samples.raw, signals.period_s, lambda raw: measure(_hold(raw, signals))
+    )
+    retimed = signals if raw is samples.raw else _hold(raw, signals)
+    settled = settle_commands(signals, smoothed, *_list_commands(raw))
+    answers = np.array_equal(_hold(raw, signals, nearest=True).command, retimed.command)
+    if answers or measure(settled) < decisions.COMMAND_TIMES_RATIO * measure(retimed):
+        return settled, spread_s
+    return retimed, spread_s
 
 
-def _hold(raw: RawRecording, signals: Signals) -> Floats:
-    """Return the command in force at each instant of the signals, (n,)."""
+def _list_commands(raw: RawRecording) -> tuple[Floats, Floats]:
+    """Return when the finite commands came, (m,), s, and their values."""
     finite = np.isfinite(raw.command)
-    stamps, command = raw.command_stamp_s[finite], raw.command[finite]
-    return hold_commands(signals.clock_s, signals.period_s, stamps, command)
+    return raw.command_stamp_s[finite], raw.command[finite]
+
+
+def _hold(raw: RawRecording, signals: Signals, nearest: bool | None = None) -> Signals:
+    """Return the signals with the recording's commands held as `hold_commands` says."""
+    command = hold_commands(signals.clock_s, signals.period_s, *_list_commands(raw), nearest)
+    return replace(signals, command=command)
 
 
 def _start_samples(raw: RawRecording, rows: Mask) -> Samples:
@@ -173,12 +184,9 @@ def _put_on_one_clock(samples: Samples) -> Signals:
         columns[joint] = np.concatenate([np.empty(0), *(values for values, _ in pieces)])
         valid[joint] = np.concatenate([np.empty(0, dtype=bool), *(good for _, good in pieces)])
     _check_enough(len(instants), len(instants) * rate.period_s)
-    finite = np.isfinite(raw.command)
     return Signals(
         period_s=rate.period_s,
-        command=hold_commands(
-            instants, rate.period_s, raw.command_stamp_s[finite], raw.command[finite]
-        ),
+        command=hold_commands(instants, rate.period_s, *_list_commands(raw)),
         cart=columns["cart"],
         pole=columns["pole"],
         cart_valid=valid["cart"],

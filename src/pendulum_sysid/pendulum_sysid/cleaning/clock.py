@@ -132,17 +132,19 @@ def find_runs(mask: Mask) -> list[tuple[int, int]]:
     return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
 
 
-def hold_commands(instants: Floats, period_s: float, stamps: Floats, command: Floats) -> Floats:
+def hold_commands(
+    instants: Floats, period_s: float, stamps: Floats, command: Floats, nearest: bool | None = None
+) -> Floats:
     """Return the command in force from each instant to the next one; 0 before the first message.
 
-    stamps, command: (m,) when each message came, and its value, which is held until the next. When
-    nearly every message came close of an instant, as answers to samples do, each belongs
-    to the nearest instant and keeps its value; otherwise the held command is averaged over each
-    period.
+    stamps, command: (m,) when each message came, and its value, which is held until the next.
+    nearest: True where each message acts from the nearest instant on, False where it acts at once:
+        the held command is averaged over each period. None: True when nearly every message came
+        close to an instant, as answers to samples do.
     """
     if not len(stamps):
         return np.zeros(len(instants))
-    if _is_paired(instants, period_s, stamps):
+    if _is_paired(instants, period_s, stamps) if nearest is None else nearest:
         latest = np.searchsorted(stamps, instants + 0.5 * period_s, side="right") - 1
         return np.where(latest >= 0, command[latest], 0.0)
     end = max(stamps[-1], instants[-1]) + 2 * period_s

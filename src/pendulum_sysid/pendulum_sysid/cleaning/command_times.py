@@ -39,7 +39,7 @@ def retime_commands(
         replace(raw, command_stamp_s=clock.times_s + shift_s)
         for shift_s in (clock.earliest_s, 0.0, clock.latest_s)
     )
-    clear = decisions.EVEN_COMMANDS_RATIO * measure_unexplained(earliest)
+    clear = decisions.COMMAND_TIMES_RATIO * measure_unexplained(earliest)
     if measure_unexplained(raw) < clear:
         return raw, 0.0
     best = min(later, key=measure_unexplained)

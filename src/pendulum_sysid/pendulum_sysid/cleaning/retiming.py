@@ -18,6 +18,7 @@ from pendulum_sysid.cleaning.wraps import TURN
 from pendulum_sysid.reading.raw import RawRecording
 from pendulum_twin.arrays import Floats, Mask
 
+FEWEST_OFF = 20  # samples off the even clock; fewer decide nothing
 TRIMMED = 0.05  # of samples; spikes and wraps decide nothing
 
 
@@ -44,11 +45,14 @@ def retime_samples(raw: RawRecording, rows: Mask) -> Retimed:
     """
     stamps = raw.state_stamp_s[rows]
     clock = find_even_clock(stamps)
-    if clock is None or clock.spread_s <= 2 * decisions.CLOCK_ALIGNED * clock.period_s:
+    if clock is None:
+        return Retimed(raw, _drop_equal_stamps(raw, rows))
+    differ = np.abs(clock.off_s) > 2 * decisions.CLOCK_ALIGNED * clock.period_s
+    if np.sum(differ) < FEWEST_OFF:
         return Retimed(raw, _drop_equal_stamps(raw, rows))
     positions = {joint: values[rows] for joint, values in raw.positions.items()}
-    as_stamped = _measure_roughness(stamps, positions)
-    even = _measure_roughness(clock.times_s, positions)
+    as_stamped = _measure_roughness(stamps, positions, differ)
+    even = _measure_roughness(clock.times_s, positions, differ)
     if not even < decisions.EVEN_ROUGHNESS_RATIO * as_stamped:
         return Retimed(raw, _drop_equal_stamps(raw, rows))
     return Retimed(_set_stamps(raw, rows, clock), rows, clock.spread_s, _list_faults(clock))
@@ -80,15 +84,20 @@ def _drop_equal_stamps(raw: RawRecording, rows: Mask) -> Mask:
     return kept
 
 
-def _measure_roughness(stamps: Floats, positions: dict[str, Floats]) -> float:
-    """Return the error of each sample's prediction from its neighbours, joints multiplied."""
-    return float(np.prod([_predict_error(stamps, v, joint) for joint, v in positions.items()]))
+def _measure_roughness(stamps: Floats, positions: dict[str, Floats], differ: Mask) -> float:
+    """Return the error of the samples' predictions from their neighbours, joints multiplied.
+
+    differ: (samples,) the samples whose times are in question; the others say nothing.
+    """
+    return float(
+        np.prod([_predict_error(stamps, v, joint, differ) for joint, v in positions.items()])
+    )
 
 
-def _predict_error(stamps: Floats, values: Floats, joint: str) -> float:
+def _predict_error(stamps: Floats, values: Floats, joint: str, differ: Mask) -> float:
     """Return the root mean square error of a cubic through two samples on either side."""
     good = np.isfinite(values)
-    stamps, values = stamps[good], values[good]
+    stamps, values, differ = stamps[good], values[good], differ[good]
     if joint == "pole":
         values = np.unwrap(values, period=TURN)
     at = [stamps[k : len(stamps) - 4 + k] for k in range(5)]
@@ -97,6 +106,6 @@ def _predict_error(stamps: Floats, values: Floats, joint: str) -> float:
         for k in sides:
             weight = np.prod([(at[2] - at[j]) / (at[k] - at[j]) for j in sides if j != k], axis=0)
             error -= weight * values[k : len(values) - 4 + k]
-    squares = np.sort(np.nan_to_num(error**2, nan=np.inf, posinf=np.inf))
+    squares = np.sort(np.nan_to_num(error[differ[2:-2]] ** 2, nan=np.inf, posinf=np.inf))
     kept = squares[: int((1.0 - TRIMMED) * len(squares))]
     return float(np.sqrt(np.mean(kept))) if len(kept) else np.inf

@@ -17,7 +17,8 @@ class Contents:
 
     wanted: topics whose messages are kept.
     types: topic -> message type, for all topics.
-    messages: wanted topic -> (receive time in ns, serialised message), in the order of the file.
+    messages: wanted topic -> (time in ns, serialised message), in the order of the file. The time
+        is that of receiving, without delays where the file tells them.
     counted: topic -> number of messages by the file's own index; empty when it has none.
     whole: False when the file ends before its end mark or a part of it is damaged.
     damaged_parts: chunks and records whose bytes are damaged, and which are left out.
@@ -32,10 +33,10 @@ class Contents:
     damaged_parts: int = 0
     kept_bytes: int = 0
 
-    def add(self, topic: str, time_ns: int, data: bytes) -> None:
-        """Keep a message if its topic is wanted; a huge one is none of it, and is left out."""
+    def add(self, topic: str, time_ns: int, data: bytes) -> bool:
+        """Keep a message if its topic is wanted and it is not huge; return whether it is kept."""
         if topic not in self.wanted or len(data) > MOST_MESSAGE_BYTES:
-            return
+            return False
         self.kept_bytes += len(data)
         if self.kept_bytes > MOST_KEPT_BYTES:
             raise FileError(
@@ -43,6 +44,7 @@ class Contents:
                 "found more: cut the recording into parts"
             )
         self.messages.setdefault(topic, []).append((time_ns, data))
+        return True
 
     def absorb(self, other: Contents) -> None:
         """Append what a later file of the same bag holds."""

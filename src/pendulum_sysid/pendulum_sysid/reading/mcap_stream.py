@@ -18,6 +18,7 @@ import zstandard
 
 from pendulum_sysid.errors import FileError
 from pendulum_sysid.reading.contents import Contents
+from pendulum_sysid.reading.sending_times import find_sending_times
 from pendulum_sysid.reading.unpacking import MOST_CHUNK_BYTES, unpack_lz4, unpack_zstd
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -66,6 +67,7 @@ class _Scan:
         self.nameless: list[
             tuple[int, bytes]
         ] = []  # their channel was in a damaged chunk; the summary may name it
+        self.published: dict[str, list[int]] = {}  # topic -> ns, of the messages in `contents`
 
     def run(self, data: Buffer) -> Contents:
         for opcode, body, complete in _list_records(data, len(MAGIC)):
@@ -80,6 +82,9 @@ class _Scan:
         for opcode, body in later:
             self.record(opcode, body)
         self.contents.whole &= not self.nameless
+        for topic, messages in self.contents.messages.items():
+            times = find_sending_times([time for time, _ in messages], self.published[topic])
+            messages[:] = zip(times, (data for _, data in messages), strict=True)
         return self.contents
 
     def chunk(self, body: bytes, complete: bool) -> None:
@@ -95,9 +100,11 @@ class _Scan:
     def record(self, opcode: int, body: bytes) -> None:
         try:
             if opcode == MESSAGE:
-                channel, _, time_ns, _ = struct.unpack_from("<HIQQ", body)
+                channel, _, time_ns, published_ns = struct.unpack_from("<HIQQ", body)
                 if channel in self.topics:
-                    self.contents.add(self.topics[channel], time_ns, body[22:])
+                    topic = self.topics[channel]
+                    if self.contents.add(topic, time_ns, body[22:]):
+                        self.published.setdefault(topic, []).append(published_ns)
                 else:
                     self.nameless.append((opcode, body))
             elif opcode == SCHEMA:

@@ -1,0 +1,189 @@
+"""From which of two samples a command acted that came midway between them: the cart decides.
+
+A command that acts from the nearest sample on, and whose stamp is off by a fraction of a period,
+may count a sample too early or too late. The cart's velocity then jumps where no force is. A
+filter finds the height of such a jump at each sample: generalised least squares of a short stretch
+of the cart's unexplained acceleration, whose noise is that of second differences of a position,
+with a force that drifts evenly beside the jump.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.ndimage import correlate1d
+
+from pendulum_sysid import decisions
+from pendulum_sysid.cleaning.cart_balance import differentiate_twice, list_other_forces
+from pendulum_sysid.cleaning.clock import hold_commands
+from pendulum_sysid.cleaning.smooth_state import SmoothState
+from pendulum_twin.arrays import Floats, Ints, Mask
+from pendulum_twin.signals import Signals
+
+SHIFTS = 17  # of the clock that are tried
+HALF = 6  # samples on either side of a jump that the filter sees
+PASSES = 2  # neighbours are asked again when the first commands have been settled
+SPREAD_OF_NORMAL = 1.4826  # standard deviation over median absolute deviation
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """Hold the samples whose command is in doubt, for a command came midway to the next sample.
+
+    samples: (k,) their numbers, rising.
+    past: (k,) by how many periods the command came after the middle.
+    other: (k,) PWM fraction; the sample's command if the boundary lies beyond the command that
+        came: the command before it, where it came before the middle, else that command itself.
+    """
+
+    samples: Ints
+    past: Floats
+    other: Floats
+
+
+def settle_commands(
+    signals: Signals,
+    smoothed: Callable[[], SmoothState],
+    stamps: Floats,
+    commands: Floats,
+) -> Signals:
+    """Return the signals with each command that came midway at the sample from which it acted.
+
+    First all commands answer together by how much the samples' clock is off; then each command
+    that came midway between two samples answers for itself.
+
+    signals: with a cart.
+    smoothed: gives the smoothed motion; it is asked only where a command is in doubt.
+    stamps, commands: (m,) when each command came, s, rising, and its value.
+    """
+
+    since = (stamps - stamps[0]) / max(stamps[-1] - stamps[0], signals.period_s) - 0.5
+
+    def hold(shift: float, drift: float) -> Floats:
+        """Return the commands (n,) if all had come later: by so many periods, and a drift."""
+        later = stamps + (shift + drift * since) * signals.period_s
+        return hold_commands(signals.clock_s, signals.period_s, later, commands, nearest=True)
+
+    far = decisions.COMMAND_CLOCK_OFF
+    if np.array_equal(hold(-far, 0.0), hold(far, 0.0)):
+        return replace(signals, command=hold(0.0, 0.0))
+    balance = _make_balance(replace(signals, command=hold(0.0, 0.0)), smoothed())
+    shift, drift = _find_shift(balance, hold)
+    signals = replace(signals, command=hold(shift, drift))
+    later = stamps + (shift + drift * since) * signals.period_s
+    doubt = _find_doubt(signals, later, commands)
+    for _ in range(PASSES):
+        gains = _weigh(signals, balance, doubt)
+        signals = _change(signals, doubt, gains > decisions.COMMAND_MOVED_NATS)
+    return signals
+
+
+def _change(signals: Signals, doubt: Doubt, which: Mask) -> Signals:
+    command = signals.command.copy()
+    command[doubt.samples[which]] = doubt.other[which]
+    return replace(signals, command=command)
+
+
+def _find_doubt(signals: Signals, stamps: Floats, commands: Floats) -> Doubt:
+    clock = signals.clock_s
+    before = np.clip(np.searchsorted(clock, stamps, side="right") - 1, 0, len(clock) - 1)
+    past = (stamps - clock[before]) / signals.period_s - 0.5
+    number = np.flatnonzero(np.abs(past) < decisions.COMMAND_MIDWAY)
+    # the nearest to the middle of several commands between two samples
+    number = number[np.argsort(-np.abs(past[number]), kind="stable")]
+    nearest = dict(zip(before[number].tolist(), number.tolist(), strict=True))
+    samples = np.array(sorted(nearest), dtype=np.int64)
+    number = np.array([nearest[sample] for sample in samples.tolist()], dtype=np.int64)
+    other = np.where(past[number] <= 0, commands[np.maximum(number - 1, 0)], commands[number])
+    return Doubt(samples, past[number], other)
+
+
+@dataclass(frozen=True)
+class Balance:
+    """Hold what the cart's acceleration is explained by, beside the command.
+
+    rows: (rows,) samples that the balance is fitted to.
+    target: (n,) m/s^2.
+    others: (n, columns) of all other forces.
+    late: whole samples by which the command comes late.
+    """
+
+    rows: Ints
+    target: Floats
+    others: Floats
+    late: int
+
+    def explain(self, command: Floats) -> tuple[Floats, float]:
+        """Return the acceleration that is left, (n,), m/s^2, and the acceleration per command."""
+        # second differences show by half a command of this sample and of the sample before
+        answer = np.roll(correlate1d(command, [0.5, 0.5, 0.0], mode="nearest"), self.late)
+        columns = np.column_stack([answer, self.others])
+        weights = np.linalg.lstsq(columns[self.rows], self.target[self.rows], rcond=None)[0]
+        return self.target - columns @ weights, float(weights[0])
+
+
+def _make_balance(signals: Signals, state: SmoothState) -> Balance:
+    assert signals.cart is not None
+    rows = _list_rows(signals)
+    target = differentiate_twice(signals.cart, signals.period_s, 1)
+    others = list_other_forces(signals, state, 1)
+    latest = round(decisions.ANSWER_LATEST_S / signals.period_s)
+    balances = [Balance(rows, target, others, late) for late in range(latest + 1)]
+    return min(balances, key=lambda each: np.std(each.explain(signals.command)[0][rows]))
+
+
+def _find_shift(balance: Balance, hold: Callable[[float, float], Floats]) -> tuple[float, float]:
+    """Return shift and drift of the commands, periods, at which they explain the cart best."""
+
+    def measure(shift: float, drift: float) -> float:
+        left = float(np.std(balance.explain(hold(shift, drift))[0][balance.rows]))
+        return len(balance.rows) * math.log(max(left, 1e-300))  # nats, up to a constant
+
+    far = decisions.COMMAND_CLOCK_OFF
+    steps = [0.0, *np.linspace(-far, far, SHIFTS).tolist()]
+    at_stamps = measure(0.0, 0.0)
+    shift = min(steps, key=lambda shift: measure(shift, 0.0))
+    drift = min(steps, key=lambda drift: measure(shift, drift))
+    shift = min(steps, key=lambda shift: measure(shift, drift))
+    clear = measure(shift, drift) < at_stamps - decisions.COMMAND_MOVED_NATS
+    return (shift, drift) if clear else (0.0, 0.0)
+
+
+def _weigh(signals: Signals, balance: Balance, doubt: Doubt) -> Floats:
+    """Return the gain of log likelihood, nats, by each doubtful command's change, (k,)."""
+    left, per_command = balance.explain(signals.command)
+    usable = np.zeros(len(left))
+    usable[balance.rows] = left[balance.rows]
+    jumps = correlate1d(usable, _make_filter(), mode="constant")
+    noise = SPREAD_OF_NORMAL * float(np.median(np.abs(jumps[balance.rows]))) or np.inf
+    jumps = np.roll(jumps, -balance.late)[doubt.samples]
+    lacking = per_command * (doubt.other - signals.command[doubt.samples])
+    gains: Floats = lacking * (2 * jumps - lacking) / (2 * noise**2)
+    return gains
+
+
+def _list_rows(signals: Signals) -> Ints:
+    """Return the samples whose neighbours are measured, too."""
+    valid = signals.cart_valid if signals.pole is None else signals.cart_valid & signals.pole_valid
+    good = correlate1d(valid.astype(np.float64), np.ones(3), mode="constant") > 3 - 1e-9
+    for begin in (s.start for s in signals.stretches):
+        good[max(begin - 1, 0) : begin + 1] = False
+    return np.flatnonzero(good)
+
+
+def _make_filter() -> Floats:
+    """Return the weights (2 HALF + 1,) that give a jump at the filter's centre.
+
+    A command at sample k shows by half in the second differences at k and k + 1.
+    """
+    count = 2 * HALF + 1
+    second = np.diff(np.eye(count + 2), 2, axis=0)
+    whitening = np.linalg.inv(np.linalg.cholesky(second @ second.T))
+    at = np.arange(count) - HALF
+    jump = 0.5 * ((at == 0) | (at == 1))
+    columns = whitening @ np.column_stack([jump, np.ones(count), at])
+    weights: Floats = (np.linalg.pinv(columns) @ whitening)[0]
+    return weights
