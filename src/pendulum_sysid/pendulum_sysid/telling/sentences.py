@@ -49,7 +49,7 @@ def write_answer(
     if outcome is Outcome.NOTHING_MISSING:
         return f"Nothing is missing: other parameters of the rig are enough; {errors}."
     if outcome is Outcome.NOT_IN_CATALOGUE:
-        signs = "".join(f" {describe_effect(effect.effect, findings.best)}" for effect in named)
+        signs = "".join(f" {describe_effect(effect.effect, findings.final)}" for effect in named)
         certain = "".join(f" {effect.sentence} This part is certain." for effect in steady)
         laws = "".join(f" {write_sentence(law)}" for law in findings.laws)
         place = findings.location.place
@@ -60,7 +60,7 @@ def write_answer(
             f"{errors}, {compute_remaining_ratio(findings):.2g} times the noise floor."
             f"{laws}{signs}{certain}"
         )
-    effects = [describe_effect(effect.effect, findings.best) for effect in named]
+    effects = [describe_effect(effect.effect, findings.final) for effect in named]
     with_effects = f"With {'it' if len(named) == 1 else 'them'}, {errors}."
     sentences = [*effects, *_describe_inseparable(named, findings), with_effects]
     sentences += [write_sentence(law) for law in findings.laws]
@@ -84,7 +84,7 @@ def _describe_unlike(findings: Findings) -> str:
 
 def _describe_closest(named: tuple[Named, ...], findings: Findings) -> str:
     """Return what comes closest to an explanation, none of it certain; "" for nothing."""
-    effects = [describe_effect(effect.effect, findings.best) for effect in named]
+    effects = [describe_effect(effect.effect, findings.final) for effect in named]
     laws = [write_sentence(law) for law in findings.laws]
     if not effects and not laws:
         return " Other parameters and the effects of the catalogue do not explain it."
@@ -106,7 +106,7 @@ def describe_masking(named: tuple[Named, ...], findings: Findings) -> tuple[str,
     sentences = []
     for parameter in list_rig_parameters(findings.case.twin):
         name = parameter.name
-        alone, after = findings.base.estimates[name], findings.best.estimates[name]
+        alone, after = findings.base.estimates[name], findings.final.estimates[name]
         masked = [
             effect.effect
             for effect in named
