@@ -97,6 +97,17 @@ def test_lost_messages_are_counted(lost: float) -> None:
     assert np.array_equal(clock.numbers, kept - kept[0])
 
 
+def test_a_long_standstill_with_its_burst_has_lost_nothing() -> None:
+    """For 70 ms nothing comes, then samples 2.4 ms apart, until the clock is reached again."""
+    late = 0.01 * np.arange(2000)
+    late[1000:1012] += 0.01 * np.array(
+        [6.2, 6.2, 6.16, 5.4, 4.78, 4.02, 3.26, 2.5, 1.74, 1.04, 0.28, 0.0]
+    )
+    clock = find_even_clock(late)
+    assert clock is not None
+    assert np.array_equal(clock.numbers, np.arange(2000))
+
+
 def test_stamps_without_a_period_have_no_clock() -> None:
     random = np.random.default_rng(5)
     assert find_even_clock(np.cumsum(random.pareto(1.0, 500))) is None

@@ -84,10 +84,9 @@ def _number_in_order(stamps: Floats) -> Floats | None:
     off = stamps / period_s - numbers
     for k in np.flatnonzero(np.diff(stamps) > (decisions.LONGEST_FILL + 1.5) * period_s):
         # a pause with messages held back ends in a burst; one in which messages were lost does not
-        before, after = (
-            np.median(off[max(k - REACH, 0) : k + 1]),
-            np.median(off[k + 1 : k + REACH]),
-        )
+        before = np.median(off[max(k - REACH, 0) : k + 1])
+        later = off[k + 1 : k + REACH], off[k + REACH : k + 2 * REACH]  # a long burst lasts
+        after = min(np.median(part) for part in later if len(part))
         numbers[k + 1 :] += max(np.rint(after - before), 0.0)
         off[k + 1 :] -= max(np.rint(after - before), 0.0)
     blocks = np.array([np.median(part) for part in np.array_split(off, len(off) // BLOCK)])
