@@ -2,8 +2,10 @@
 
 After the README's `make demo` and `sysid diagnose ... --out out/mine`:
     python docs/screenshots.py --report out/mine/report.html
-and, while a rig and a twin are shown by view_node:
+and, while a rig and a twin that move are shown by view_node:
     python docs/screenshots.py --page http://127.0.0.1:8077/
+With view_node's parameters twin_file and recordings, a recording is made, pictured under its
+diagnosis, and the diagnosis is given up.
 """
 
 import argparse
@@ -28,7 +30,11 @@ PAGE = {
     "page_dark": (DESKTOP, "dark"),
     "page_phone": (PHONE, "light"),
 }
+NEWEST = "#recordings li:first-child"  # row of the recording that was made last
 COLOURS = 128  # of a picture: a quarter of the size, and nobody sees it
+RECORDED_MS = 12_000  # of a recording: long enough to be diagnosed for a while
+DIAGNOSED_SHARE = 0.2  # that its progress shows
+LONGEST_MS = 180_000  # until the diagnosis is so far
 PAPER_INCHES, PAPER_DPI = (8.27, 11.69), 96  # A4
 
 
@@ -71,6 +77,32 @@ def show_page(browser: Browser, url: str, folder: Path) -> None:
         page.wait_for_selector("#rig[data-state=fresh]")
         page.wait_for_timeout(8000)
         take(page, folder / f"{name}.png")
+    page = open_page(browser, url, *PAGE["page"])
+    page.wait_for_selector("#rig[data-state=fresh]")
+    if page.locator("[data-button=record]").is_visible():
+        show_diagnosis(page, folder / "page_diagnosis.png")
+
+
+def show_diagnosis(page: Page, path: Path) -> None:
+    """Make a recording on the live page, take its running diagnosis, and give that up."""
+    page.click("[data-button=record]")
+    page.wait_for_selector(f"{NEWEST}[data-stage=recording]")
+    page.wait_for_timeout(RECORDED_MS)
+    page.click("[data-button=end_recording]")
+    page.wait_for_selector(f"{NEWEST}[data-stage=diagnosing], {NEWEST}[data-stage=kept]")
+    if page.locator(NEWEST).get_attribute("data-stage") == "kept":
+        print(f"{path}: left as it was: view_node without twin_file diagnoses nothing")
+        return
+    page.wait_for_function(
+        "([row, share]) => document.querySelector(`${row} progress`).value >= share",
+        arg=[NEWEST, DIAGNOSED_SHARE],
+        timeout=LONGEST_MS,
+    )
+    page.screenshot(path=path)
+    page.click(f"{NEWEST} button")
+    page.wait_for_selector(f"{NEWEST}[data-stage=given_up]")
+    page.close()
+    shrink(path)
 
 
 def open_page(browser: Browser, url: str, viewport: Any, scheme: Any) -> Page:
@@ -84,6 +116,11 @@ def take(page: Page, path: Path) -> None:
     """Save what is in sight, small."""
     page.screenshot(path=path)
     page.close()
+    shrink(path)
+
+
+def shrink(path: Path) -> None:
+    """Give a picture fewer colours, and print its path."""
     Image.open(path).convert("RGB").quantize(COLOURS).save(path, optimize=True)
     print(path)
 

@@ -13,13 +13,13 @@ from typing import Any
 import gymnasium as gym
 
 from pendulum_rl_env.in_process import load_learnable_twin
-from pendulum_rl_env.learning.policies import load_policy, make_policy, prepare_env
+from pendulum_rl_env.learning.policies import get_task, load_policy, make_policy, prepare_env
 from pendulum_rl_env.learning.preset import IN_PROCESS, OVER_TOPICS
 from pendulum_rl_env.optimum_file import read_best_reward
 from pendulum_rl_env.options import parse_evaluate_options
 from pendulum_rl_env.posterior import gather_knowledge
 from pendulum_rl_env.scoring import run_episode, summarise
-from pendulum_rl_env.task import Task
+from pendulum_rl_env.task import Task, choose_step_s
 from pendulum_rl_env.video import check_video_path, save_video
 from pendulum_twin.command_line import run_command
 from pendulum_twin.errors import BadInputError
@@ -34,11 +34,13 @@ def main(arguments: list[str] | None = None) -> int:
 def _evaluate(options: argparse.Namespace) -> str:
     if options.video is not None:
         check_video_path(options.video)
-    steps = Task.make_for_step(options.step_s).steps
-    best = None if options.optimum is None else read_best_reward(options.optimum, steps)
     model = load_policy(options.policy, trust=options.trust)
+    trained = get_task(model)
+    step_s = choose_step_s(options.step_s, trained)
+    steps = Task.make_for_step(step_s).steps
+    best = None if options.optimum is None else read_best_reward(options.optimum, steps)
     policy = make_policy(model)
-    env = prepare_env(_make_environment(options), model)
+    env = prepare_env(_make_environment(options, step_s, trained), model)
     try:
         episodes = [run_episode(env, policy, options.seed + k) for k in range(options.episodes)]
     except BadInputError:
@@ -76,11 +78,15 @@ def format_summary(summary: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def _make_environment(options: argparse.Namespace) -> gym.Env[Any, Any]:
+def _make_environment(
+    options: argparse.Namespace, step_s: float, trained: Task | None
+) -> gym.Env[Any, Any]:
+    """Return where to play: with the largest command of the policy's training, if it is known."""
     common: dict[str, Any] = {
-        "step_s": options.step_s,
+        "step_s": step_s,
+        "pwm_limit": None if trained is None else trained.pwm_limit,
         "render_mode": "rgb_array" if options.video is not None else None,
-        "max_episode_steps": Task.make_for_step(options.step_s).steps,
+        "max_episode_steps": Task.make_for_step(step_s).steps,
     }
     if options.rig is not None:
         return gym.make(OVER_TOPICS, namespace=options.rig, **common)

@@ -6,6 +6,7 @@ possible. There is no `NoiseFilter` here: twins do not jump.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -146,7 +147,7 @@ class Fleet:
         self._kinds = live.make_kinds(kept, self._timing, encoders)
         self._lanes = live.make_lanes(self._kinds, self._timing, count)
         self._code = live.select_lane_code(self._kinds, count)
-        limit = min(self.task.pwm_limit, *(twin.rig.pwm_limit or 1.0 for twin in twins))
+        limit = min(self.task.pwm_limit, *(twin.rig.pwm_limit or math.inf for twin in twins))
         self._rules = Rules(
             self.task.limits, self.task.penalties, limit, self.task.steps, self.task.bounds, spread
         )

@@ -8,6 +8,7 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
+from pendulum_rl_env.command_limits import check_limits
 from pendulum_rl_env.env import PendulumEnv
 from pendulum_rl_env.fleet import Fleet
 from pendulum_rl_env.kernel_transport import KernelTransport
@@ -64,6 +65,7 @@ def make_twin_env(
     step_s: float = 0.03,
     encoders: Encoders = EXACT,
     render_mode: str | None = None,
+    pwm_limit: float | None = None,
 ) -> gym.Env[Any, Any]:
     """Return `InvertedPendulum-v0`: a twin in this process.
 
@@ -71,9 +73,14 @@ def make_twin_env(
     step_s: s; from command to command.
     encoders: how finely positions are measured.
     render_mode: "rgb_array" for pictures, "human" for a window.
+    pwm_limit: largest command of the policy that is to play; None for the task's own.
+
+    Raises BadInputError when the twin's own limit is of another unit, see `check_limits`.
     """
     loaded = load_learnable_twin(twin)
-    task = Task(step_s=step_s).allow_commands(loaded.rig)
+    if pwm_limit is not None:
+        check_limits(pwm_limit, loaded.rig.pwm_limit, loaded.name)
+    task = Task(step_s=step_s).allow_commands(loaded.rig).take_limit(pwm_limit)
     transport = KernelTransport(loaded, step_s, encoders)
     return scale_actions(PendulumEnv(transport, task, render_mode))
 

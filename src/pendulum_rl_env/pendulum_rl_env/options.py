@@ -35,7 +35,8 @@ def parse_train_options(arguments: list[str] | None) -> argparse.Namespace:
     offer(add("--preset", default="fast", metavar="PRESET", help=preset), PRESETS)
     until = "stop at the first evaluation with a mean reward of at least R"
     add("--until", type=float, metavar="R", help=until)
-    add("--init", type=Path, metavar="POLICY.zip", help="begin with this policy, for fine-tuning")
+    init = "begin with this policy, for fine-tuning: its largest command and its sample time hold"
+    add("--init", type=Path, metavar="POLICY.zip", help=init)
     trust = (
         "read files of stable-baselines3 as --init, too, which may run any code (not the default)"
     )
@@ -46,7 +47,8 @@ def parse_train_options(arguments: list[str] | None) -> argparse.Namespace:
     add("--verdict", type=Path, help=verdict)
     draws = "how many twins are drawn from the verdict"
     add("--draws", type=count, default=64, metavar="N", help=draws)
-    add("--step-s", type=float, default=0.03, metavar="S", help="from command to command")
+    step = "from command to command (default: that of --init or --resume, else 0.03)"
+    add("--step-s", type=float, metavar="S", help=step)
     add("--env", default=IN_PROCESS, help="another environment's id")
     add("--resume", action="store_true", help="go on from the last checkpoint in --out")
     onnx = "also write policy.onnx: measured state in, PWM fraction out"
@@ -88,7 +90,8 @@ def parse_evaluate_options(arguments: list[str] | None) -> argparse.Namespace:
     add("--optimum", type=Path, metavar="FILE.json", help=optimum)
     add("--episodes", type=count, default=20, metavar="N", help="how many")
     add("--seed", type=int, default=0, help="of the first episode; a twin alone draws nothing")
-    add("--step-s", type=float, default=0.03, metavar="S", help="from command to command")
+    step = "from command to command (default: as in the policy's training)"
+    add("--step-s", type=float, metavar="S", help=step)
     video = "also write the first episode as a video"
     add("--video", type=Path, metavar="FILE.mp4|FILE.gif", help=video)
     add("--json", action="store_true", help="print one JSON object")

@@ -74,6 +74,10 @@ class Task:
             return self
         return replace(self, pwm_limit=rig.pwm_limit)
 
+    def take_limit(self, pwm_limit: float | None) -> Task:
+        """Return the task with another largest command; None leaves it as it is."""
+        return self if pwm_limit is None else replace(self, pwm_limit=pwm_limit)
+
     @property
     def limits(self) -> tuple[float, float, float]:
         """Return the limits of x (m), v (m/s) and w (rad/s)."""
@@ -92,6 +96,13 @@ class Task:
         """
         x, v, w = self.limits
         return np.array([4 * x, 4 * v, 1.0, 1.0, 4 * w], dtype=np.float32)
+
+
+def choose_step_s(asked_s: float | None, trained: Task | None) -> float:
+    """Return the sample time (s) that is asked for, else that of a training, else the thesis's."""
+    if asked_s is not None:
+        return asked_s
+    return (trained or Task()).step_s
 
 
 @compiled

@@ -40,6 +40,7 @@ from pendulum_rl_env.learning.learner import as_off_policy, make_learner  # noqa
 from pendulum_rl_env.learning.on_rig import evaluate_mean_reward, learn_on_rig  # noqa: E402
 from pendulum_rl_env.learning.policies import (  # noqa: E402
     get_correction,
+    get_task,
     load_policy,
     save_policy,
 )
@@ -52,7 +53,7 @@ from pendulum_rl_env.learning.replay_file import load_replay, save_replay  # noq
 from pendulum_rl_env.learning.result import Result  # noqa: E402
 from pendulum_rl_env.learning.tensors import collect_tensors, put_tensors  # noqa: E402
 from pendulum_rl_env.options import parse_train_options  # noqa: E402
-from pendulum_rl_env.task import Task  # noqa: E402
+from pendulum_rl_env.task import Task, choose_step_s  # noqa: E402
 from pendulum_twin.command_line import run_command  # noqa: E402
 from pendulum_twin.errors import BadInputError  # noqa: E402
 
@@ -79,8 +80,11 @@ def _train(options: argparse.Namespace) -> int:
     if options.rig is not None:
         preset = replace(preset, environments=1)
     checkpoint = _prepare_folder(options)
+    trained = _find_task(options, checkpoint)
+    options.step_s = choose_step_s(options.step_s, trained)
     correction = _find_correction(options, preset, checkpoint) if preset.correction else None
-    training, evaluation = make_environments(options, preset, correction)
+    limit = None if trained is None else trained.pwm_limit
+    training, evaluation = make_environments(options, preset, correction, limit)
     try:
         model = _make_model(options, preset, training, checkpoint, correction)
         result = _learn(options, preset, model, evaluation)
@@ -88,10 +92,8 @@ def _train(options: argparse.Namespace) -> int:
         training.close()
         evaluation.close()
     if options.onnx:
-        task = Task(step_s=options.step_s)
-        if options.rig is None and options.env == IN_PROCESS:
-            task = task.allow_commands(load_learnable_twin(options.twin).rig)
-        export(load_policy(options.out / "policy.zip"), task, options.out / "policy.onnx")
+        policy = load_policy(options.out / "policy.zip")
+        export(policy, get_task(policy) or Task(), options.out / "policy.onnx")
     return _report(options, result)
 
 
@@ -220,6 +222,12 @@ def _make_model(
     if checkpoint is not None and off_policy is not None and replay.exists():
         load_replay(off_policy, replay)
     return model
+
+
+def _find_task(options: argparse.Namespace, checkpoint: Path | None) -> Task | None:
+    """Return the task of the policy that training begins with; None where nothing says it."""
+    origin = checkpoint or options.init
+    return None if origin is None else get_task(load_policy(origin, trust=options.trust))
 
 
 def _find_correction(

@@ -252,12 +252,13 @@ class Trial:
 
 @dataclass(frozen=True)
 class Evidence:
-    """Say what the unexplained motion depends on, and the measured shape.
+    """Say what the missing force or torque goes with, and the measured shape.
 
     Attributes:
         variable: the variable; a product is written with a star.
         finding: the shape in words.
-        share: share of the missing power that the variable explains, 0 to 1.
+        share: share of the missing power that goes with the variable, 0 to 1; a relation, from
+            which the place of the physics need not follow.
         shape_x: (points,) places on the axis; empty where the answer is a single number.
         shape_y: (points,) measured values there.
         shape_band: (points,) half widths of their 95 % intervals.

@@ -10,6 +10,8 @@ the cart the positive way.
 JOINT_STATES = "joint_states"
 PWM = "pwm"  # std_msgs/Float64: PWM fraction, as commanded
 APPLIED_PWM = "applied_pwm"  # std_msgs/Float64: what was really sent, after limits
+# std_msgs/Float64, transient local: the largest command that rig or twin takes; inf for no limit
+PWM_LIMIT = "pwm_limit"
 # std_srvs/Trigger: returns when the pendulum hangs at rest in the middle of the rail, or why not
 RESET = "reset"
 STOP, CLEAR_STOP = "stop", "clear_stop"  # std_srvs/Trigger: the latching emergency stop

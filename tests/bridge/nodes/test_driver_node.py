@@ -21,6 +21,7 @@ from pendulum_bridge.nodes.driver_node import DriverNode  # noqa: E402
 from pendulum_bridge.safety.reasons import Reason  # noqa: E402
 from pendulum_bridge.safety.two_writers import TOGETHER_S  # noqa: E402
 from pendulum_twin.errors import BadInputError  # noqa: E402
+from pendulum_twin.nodes.qos import LATCHED  # noqa: E402
 
 OK, WARN, ERROR = 0, 1, 2
 PATIENT_S = 60.0  # the longest that the driver takes: no silence of a busy machine decides
@@ -116,6 +117,17 @@ def test_limit_and_slew_are_kept_whatever_is_commanded_and_may_change_while_it_r
     )
     assert not refused.successful and "slew_per_s" in refused.reason
     assert node.get_parameter("pwm_limit").value == 0.1 and node.settings.pwm_limit == 0.1
+
+
+def test_the_limit_that_holds_is_said_to_who_comes_late(driven) -> None:
+    node, user = driven
+    said: list[float] = []
+    user.node.create_subscription(Float64, "pwm_limit", lambda m: said.append(m.data), LATCHED)
+    user.until(lambda: said == [0.5], "the limit")
+    node.set_parameters([Parameter("pwm_limit", value=0.1)])
+    user.until(lambda: said[-1] == 0.1, "the new limit")
+    node.set_parameters([Parameter("pwm_limit", value=1.0)])
+    user.until(lambda: said[-1] == 0.5, "the twin file's limit, which is lower")
 
 
 def test_a_learner_that_pauses_lets_the_rig_stand_and_goes_on_later(alert) -> None:

@@ -78,6 +78,7 @@ def test_the_missing_force_depends_on_its_own_variable(name: str) -> None:
     assert location.place == place
     assert location.evidence[0].variable in variables, location.evidence
     assert location.evidence[0].share > 0.5
+    assert "% of what is missing goes with it, in the " in location.evidence[0].finding
 
 
 @pytest.mark.parametrize(

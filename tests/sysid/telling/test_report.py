@@ -67,6 +67,18 @@ def html() -> str:
     return render_page(make_named())
 
 
+def test_the_share_of_a_variable_is_not_taken_for_a_place(html: str) -> None:
+    text = Reader(html).text
+    assert "What the given twin lacks, by the variable that it goes with" in text
+    assert "That is a relation, not a place" in text
+    assert "The named effects act at cart and pole; this is the place of the clearest" in text
+    verdict = make_named()
+    single = replace(verdict, missing_physics=verdict.missing_physics[:1])
+    unnamed = replace(verdict, outcome=Outcome.NOT_IN_CATALOGUE)
+    for other in (single, unnamed):
+        assert "The named effects act at" not in Reader(render_page(other)).text
+
+
 def test_the_page_says_what_the_verdict_says(html: str) -> None:
     text = Reader(html).text
     for words in (

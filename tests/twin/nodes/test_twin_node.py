@@ -2,6 +2,8 @@
 
 import itertools
 import math
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,7 +12,7 @@ rclpy = pytest.importorskip("rclpy")
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
 from rosgraph_msgs.msg import Clock  # noqa: E402
-from std_msgs.msg import Bool  # noqa: E402
+from std_msgs.msg import Bool, Float64  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 from support.real_time_user import TWIN, User, arrays, known_to, make_twin  # noqa: E402
 from support.ros_graph import Graph  # noqa: E402
@@ -195,6 +197,21 @@ def test_a_twin_that_is_none_is_refused_and_all_stays(pair, tmp_path) -> None:
     assert not twin.set_parameters([Parameter("twin", value=3)])[0].successful
     assert twin.get_parameter("twin").value == str(TWIN) and twin.count_figures().twin == "inteco"
     user.more(3)
+
+
+def test_the_largest_command_is_said_to_who_comes_late_and_follows_the_twin(
+    ros: Graph, tmp_path: Path
+) -> None:
+    rig = load_twin(TWIN).rig
+    for name, limit in (("volts", 6.0), ("without_limit", None)):
+        save_twin(Twin(name, replace(rig, pwm_limit=limit), {}), tmp_path / f"{name}.yaml")
+    twin, user = make_twin(ros), ros.user()
+    said: list[float] = []
+    user.create_subscription(Float64, "pwm_limit", lambda m: said.append(m.data), LATCHED)
+    ros.until(lambda: said == [0.5], "the limit")
+    for name, limit in (("volts", 6.0), ("without_limit", math.inf)):
+        twin.set_parameters([Parameter("twin", value=str(tmp_path / f"{name}.yaml"))])
+        ros.until(lambda limit=limit: said[-1] == limit, f"the limit of {name}")
 
 
 def test_a_setting_of_rclpy_does_not_load_the_twin_anew(

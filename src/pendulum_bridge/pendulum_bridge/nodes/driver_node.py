@@ -111,12 +111,13 @@ class DriverNode(LifecycleNode):
             self._outlet.show(twin.rig)
             self._rig_name = twin.name
             self.driver = make_driver(self.settings, twin, self._outlet)
-            limits = describe_limits(collect_rules(self.settings, twin), self.settings)
+            rules = collect_rules(self.settings, twin)
         except BadInputError as error:
             self._failure = str(error)
             if not self.settings.autostart:  # else the program says it at its end
                 self.get_logger().error(f"not configured: {error}")
             return FAILURE
+        self._outlet.publish_limit(rules.limits.magnitude)
         if self._latched:
             self.driver.stop()
         self._ended = Event()
@@ -125,7 +126,8 @@ class DriverNode(LifecycleNode):
         )
         self._thread.start()
         self.get_logger().info(
-            f"drives {twin.name} of {self.settings.twin}: {self.settings.wire}; {limits}"
+            f"drives {twin.name} of {self.settings.twin}: {self.settings.wire}; "
+            f"{describe_limits(rules, self.settings)}"
         )
         return SUCCESS
 
@@ -270,6 +272,7 @@ class DriverNode(LifecycleNode):
         rules = collect_rules(settings, load_twin(settings.twin))
         if self.driver is not None:
             self.driver.change_rules(rules)
+            self._outlet.publish_limit(rules.limits.magnitude)
             self.get_logger().info(describe_limits(rules, settings))
         self.settings = settings
 

@@ -18,6 +18,8 @@ class DriverOutlet:
     """Publish the driver's output."""
 
     def __init__(self, node: Node) -> None:
+        # before the samples: who knows of them knows that a limit will come
+        self._limit = node.create_publisher(Float64, topics.PWM_LIMIT, LATCHED)
         self._states = node.create_publisher(JointState, topics.JOINT_STATES, SAMPLES)
         self._applied = node.create_publisher(Float64, topics.APPLIED_PWM, SAMPLES)
         self._stopped = node.create_publisher(Bool, topics.STOPPED, LATCHED)
@@ -37,6 +39,10 @@ class DriverOutlet:
     def publish_applied(self, pwm: float) -> None:
         """Publish the command that was sent."""
         self._applied.publish(to_float(pwm))
+
+    def publish_limit(self, limit: float) -> None:
+        """Publish the largest command (PWM fraction) that is sent from now on."""
+        self._limit.publish(to_float(limit))
 
     def publish_stopped(self, latched: bool) -> None:
         """Publish whether the emergency stop is latched."""

@@ -11,6 +11,7 @@ import numpy as np
 from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv
 
+from pendulum_rl_env.command_limits import check_limits
 from pendulum_rl_env.control.design import TYPICAL_ENCODERS, perturb_twin
 from pendulum_rl_env.correction import Correction
 from pendulum_rl_env.fleet import Fleet
@@ -32,16 +33,24 @@ REWARD_AT_REST = 1.0  # of a step upright at rest in the middle
 
 
 def make_environments(
-    options: argparse.Namespace, preset: Preset, correction: Correction | None = None
+    options: argparse.Namespace,
+    preset: Preset,
+    correction: Correction | None = None,
+    pwm_limit: float | None = None,
 ) -> tuple[VecEnv, VecEnv]:
     """Return where to learn and where to evaluate: two fleets, or twice the one rig.
 
     correction: what the policy corrects; None when the command is all its own.
+    pwm_limit: largest command of the policy that training begins with; None for the twin's.
+
+    Raises BadInputError when the policy's commands have another unit than those of twin or rig.
     """
     if correction is not None:
         return _make_corrected_environments(options, preset, correction)
     if options.rig is not None:
-        topics = {"namespace": options.rig, "step_s": options.step_s}
+        if pwm_limit is None and options.twin is not None:
+            pwm_limit = Task().allow_commands(load_learnable_twin(options.twin).rig).pwm_limit
+        topics = {"namespace": options.rig, "step_s": options.step_s, "pwm_limit": pwm_limit}
         rig = DummyVecEnv([lambda: Monitor(gym.make(OVER_TOPICS, **topics))])
         return rig, rig
     if options.env != IN_PROCESS:
@@ -51,7 +60,7 @@ def make_environments(
         evaluation.seed(options.seed + EVALUATION_SEED_OFFSET)
         return training, evaluation
     knowledge = gather_training_knowledge(options)
-    task, encoders = _make_task(options, knowledge), knowledge.encoders
+    task, encoders = _make_task(options, knowledge, pwm_limit), knowledge.encoders
     count, spread = preset.environments, preset.start_spread
     short = replace(task, steps=preset.episode_steps or task.steps)
     fleet = Fleet(knowledge.twins, count, short, encoders, spread, options.seed)
@@ -79,8 +88,13 @@ def _make_corrected_environments(
     )
 
 
-def _make_task(options: argparse.Namespace, knowledge: Knowledge) -> Task:
-    return Task.make_for_step(options.step_s).allow_commands(knowledge.twins[0].rig)
+def _make_task(
+    options: argparse.Namespace, knowledge: Knowledge, pwm_limit: float | None = None
+) -> Task:
+    twin = knowledge.twins[0]
+    if pwm_limit is not None:
+        check_limits(pwm_limit, twin.rig.pwm_limit, twin.name)
+    return Task.make_for_step(options.step_s).allow_commands(twin.rig).take_limit(pwm_limit)
 
 
 def _perturb_twins(twins: Sequence[Twin], count: int, seed: int) -> list[Twin]:

@@ -9,6 +9,7 @@ import numpy as np
 from stable_baselines3.common.vec_env.base_vec_env import VecEnv, VecEnvIndices, VecEnvStepReturn
 
 from pendulum_rl_env.fleet import Fleet
+from pendulum_rl_env.task import Task
 from pendulum_twin.arrays import Floats
 
 
@@ -34,6 +35,11 @@ class FleetVecEnv(VecEnv):
         self._reset_seeds()
         self._reset_options()
         return self._fleet.reset(seed).copy()
+
+    @property
+    def task(self) -> Task:
+        """Return the task of the pendulums."""
+        return self._fleet.task
 
     @property
     def measured(self) -> Floats:

@@ -51,6 +51,7 @@ def save_policy(model: BaseAlgorithm, path: Path) -> None:
         model.num_timesteps,
         collect_tensors(model),
         get_correction(model),
+        get_task(model),
     )
     write_policy_file(content, path)
 
@@ -59,6 +60,23 @@ def get_correction(model: BaseAlgorithm) -> Correction | None:
     """Return what the learner's policy corrects; None when the command is all its own."""
     policy = model.policy
     return policy.correction if isinstance(policy, CorrectingPolicy) else None
+
+
+def get_task(model: BaseAlgorithm) -> Task | None:
+    """Return the task that the learner's policy is for: largest command and sample time.
+
+    It is the task of the environment that it learns in, or what its file said; None when the file
+    did not say, or the environment has another task.
+    """
+    correction = get_correction(model)
+    if correction is not None:
+        return correction.base.task
+    env = model.get_env()
+    try:
+        task = None if env is None else env.get_attr("task")[0]
+    except AttributeError:
+        return None
+    return task if isinstance(task, Task) else None
 
 
 def load_policy(
@@ -97,7 +115,7 @@ def _build_learner(
 ) -> BaseAlgorithm:
     known = list_settings(content.algorithm)
     given = {name: value for name, value in content.settings.items() if name in known}
-    where = env or DummyVecEnv([lambda: _Spaces(content.observation_space, content.action_space)])
+    where = env or DummyVecEnv([lambda: _Spaces(content)])
     if env is None:
         given |= {name: value for name, value in SMALL.items() if name in known}
     policy: str | type[CorrectingPolicy] = "MlpPolicy"
@@ -139,10 +157,12 @@ def _load_foreign(
 
 
 class _Spaces(gym.Env[Any, Any]):
-    """Have the spaces of an environment and nothing else: nobody steps it."""
+    """Have the spaces and the task of an environment and nothing else: nobody steps it."""
 
-    def __init__(self, observations: gym.Space[Any], actions: gym.Space[Any]) -> None:
-        self.observation_space, self.action_space = observations, actions
+    def __init__(self, content: PolicyFile) -> None:
+        self.observation_space = content.observation_space
+        self.action_space = content.action_space
+        self.task = content.task
 
 
 def make_policy(model: BaseAlgorithm) -> Callable[[Any], Any]:
@@ -153,9 +173,16 @@ def make_policy(model: BaseAlgorithm) -> Callable[[Any], Any]:
 def prepare_env(env: gym.Env[Any, Any], model: BaseAlgorithm) -> gym.Env[Any, Any]:
     """Return the environment as the policy expects it: with the controller that it corrects.
 
-    Raises BadInputError when the observations are not the policy's.
+    Raises BadInputError when the observations are not the policy's, or its commands would be
+    scaled to another size.
     """
-    correction = get_correction(model)
+    task, correction = get_task(model), get_correction(model)
+    limit = env.unwrapped.task.pwm_limit  # type: ignore[attr-defined]
+    if task is not None and not np.isclose(limit, task.pwm_limit):
+        raise BadInputError(
+            f"expected an environment whose commands go up to {task.pwm_limit:g}, as in the "
+            f"policy's training, found {limit:g}: give pwm_limit={task.pwm_limit:g}"
+        )
     if correction is not None:
         return CorrectedEnv(env, correction)
     if model.observation_space.shape != env.observation_space.shape:
@@ -167,10 +194,10 @@ def prepare_env(env: gym.Env[Any, Any], model: BaseAlgorithm) -> gym.Env[Any, An
 
 
 class PolicyController:
-    """Give a PWM fraction for a measured state by a learned policy; `reset` before each episode.
+    """Give a command for a measured state by a learned policy; `reset` before each episode.
 
     model: the learner.
-    task: its task.
+    task: its task, whose limit is the size of an action of 1.
     """
 
     def __init__(self, model: BaseAlgorithm, task: Task) -> None:
@@ -216,9 +243,12 @@ class CorrectingController:
 
 
 def load_controller(path: Path, task: Task) -> PolicyController | CorrectingController:
-    """Return the policy in a file that `train` has written, as a controller."""
+    """Return the policy in a file that `train` has written, as a controller.
+
+    task: of a policy whose file does not say how large its commands are.
+    """
     model = load_policy(path)
     correction = get_correction(model)
     if correction is None:
-        return PolicyController(model, task)
+        return PolicyController(model, get_task(model) or task)
     return CorrectingController(model, correction)

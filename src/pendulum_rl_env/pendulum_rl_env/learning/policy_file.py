@@ -1,8 +1,9 @@
 """Read and write `policy.zip`: numbers and names, nothing that runs as code when it is read.
 
-The zip holds `policy.json` (algorithm, layers, spaces, settings, what the policy corrects) and
-`weights.safetensors` (every tensor by its name). stable-baselines3's own files hold pickles, which
-run as code; those are read only for a caller who trusts them, see `policies.py`.
+The zip holds `policy.json` (algorithm, layers, spaces, settings, what a player has to know of the
+task, what the policy corrects) and `weights.safetensors` (every tensor by its name).
+stable-baselines3's own files hold pickles, which run as code; those are read only for a caller who
+trusts them, see `policies.py`.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ from pendulum_rl_env.control.base import parse_base
 from pendulum_rl_env.correction import Correction
 from pendulum_rl_env.learning.algorithms import ALGORITHMS
 from pendulum_rl_env.learning.preset import LARGEST_CORRECTION
+from pendulum_rl_env.task import Task
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.files import write_atomically
 from pendulum_twin.rig import check_number
@@ -55,6 +57,8 @@ class PolicyFile:
     timesteps: of training so far.
     tensors: of networks and optimisers, by name.
     correction: what the policy corrects; None when the command is all its own.
+    task: that it was trained for; the file holds the largest command and the sample time, all else
+        is the same for every policy. None in a file that does not say, as older files.
     """
 
     algorithm: str
@@ -65,6 +69,7 @@ class PolicyFile:
     timesteps: int
     tensors: Mapping[str, Tensor]
     correction: Correction | None = None
+    task: Task | None = None
 
 
 def write_policy_file(content: PolicyFile, path: Path) -> None:
@@ -78,6 +83,8 @@ def write_policy_file(content: PolicyFile, path: Path) -> None:
         "settings": dict(content.settings),
         "timesteps": content.timesteps,
     }
+    if content.task is not None:
+        facts["task"] = {"pwm_limit": content.task.pwm_limit, "step_s": content.task.step_s}
     if content.correction is not None:
         base, bound = content.correction.base, content.correction.bound
         facts["correction"] = {"bound": bound, "base": base.to_mapping()}
@@ -138,7 +145,12 @@ def _parse_facts(facts: dict[str, Any], tensors: dict[str, Tensor]) -> PolicyFil
         int(facts["timesteps"]),
         tensors,
         _parse_correction(facts["correction"]) if "correction" in facts else None,
+        _parse_task(facts["task"]) if "task" in facts else None,
     )
+
+
+def _parse_task(fact: dict[str, Any]) -> Task:
+    return Task.make_for_step(float(fact["step_s"])).take_limit(float(fact["pwm_limit"]))
 
 
 def _parse_correction(fact: dict[str, Any]) -> Correction:

@@ -26,10 +26,11 @@ from pendulum_twin import topics
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.nodes.direct import DirectSubscription
 from pendulum_twin.nodes.messages import from_joint_state, from_time, to_float
-from pendulum_twin.nodes.qos import LATEST, SAMPLES
+from pendulum_twin.nodes.qos import LATCHED, LATEST, SAMPLES
 
 CONNECT_S = 20.0  # for discovery, and for a program to start
 DELIVERY_S = 0.5  # at most, for the last command
+LIMIT_S = 2.0  # at most, for the limit of a rig that states one
 SPIN_S = 0.1  # at most, without a look for Ctrl-C
 _numbers = itertools.count()
 
@@ -40,6 +41,8 @@ class RigClient:
     namespace: of the driver, or of the twin.
     name: the namespace in full.
     unreadable: what was wrong with the last sample; empty when it could be read.
+    pwm_limit: the largest command that the rig takes, as of the last `connect` or `reset`; None
+        while the rig has stated none.
 
     Raises BadInputError when the namespace is not valid or ROS cannot run. `close` it after use.
     """
@@ -47,6 +50,7 @@ class RigClient:
     def __init__(self, namespace: str) -> None:
         self.name = _complete_namespace(namespace)
         self.unreadable = ""
+        self.pwm_limit: float | None = None
         self._context = Context()
         try:
             rclpy.init(args=[], context=self._context)  # not the program's own arguments
@@ -63,12 +67,18 @@ class RigClient:
         self._samples = DirectSubscription(
             self._node, JointState, self._topic(topics.JOINT_STATES), SAMPLES
         )
+        self._limits = self._node.create_subscription(
+            Float64, self._topic(topics.PWM_LIMIT), self._take_limit, LATCHED
+        )
         self._resets = self._node.create_client(Trigger, self._topic(topics.RESET))
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
 
     def connect(self, timeout_s: float) -> None:
-        """Return when the rig's node knows this node; raise NoAnswerError when it is not there."""
+        """Return when the rig's node knows this node; raise NoAnswerError when it is not there.
+
+        A rig that states its limit has stated it by then, if it does so within 2 s.
+        """
         end_s = time.monotonic() + timeout_s
         while missing := self._find_missing():
             if (left_s := end_s - time.monotonic()) <= 0:
@@ -77,6 +87,9 @@ class RigClient:
                     f"{missing} within {timeout_s:g} s: see that it runs, under the same "
                     "ROS_DOMAIN_ID"
                 )
+            self._executor.spin_once(timeout_sec=min(SPIN_S, left_s))
+        limit_end_s = min(end_s, time.monotonic() + LIMIT_S)
+        while self._lacks_limit() and (left_s := limit_end_s - time.monotonic()) > 0:
             self._executor.spin_once(timeout_sec=min(SPIN_S, left_s))
 
     def reset(self, timeout_s: float) -> str:
@@ -133,6 +146,13 @@ class RigClient:
 
     def _topic(self, name: str) -> str:
         return f"{self.name.rstrip('/')}/{name}"
+
+    def _take_limit(self, message: Float64) -> None:
+        self.pwm_limit = float(message.data)
+
+    def _lacks_limit(self) -> bool:
+        """Return whether somebody states the rig's limit and has not been heard yet."""
+        return self.pwm_limit is None and self._limits.get_publisher_count() > 0
 
     def _find_missing(self) -> str:
         """Return what the rig still lacks, as a clause; nothing when it can be used."""

@@ -21,14 +21,17 @@ def make_ros_env(
     deadline_s: float = 1.0,
     reset_deadline_s: float = 60.0,
     render_mode: str | None = None,
+    pwm_limit: float | None = None,
 ) -> gym.Env[Any, Any]:
     """Return `InvertedPendulumRos-v0`: the rig, or the twin, of a namespace.
 
     Actions are scaled as in `InvertedPendulum-v0`, so policies carry over. Close it in a
     `finally`. Arguments: see `TopicTransport`; render_mode "rgb_array" for pictures, "human" for a
-    window.
+    window. Without a pwm_limit commands go up to the task's own, a PWM fraction of 0.5.
     """
-    task = Task(step_s=step_s)
+    task = Task(step_s=step_s).take_limit(pwm_limit)
     compute_reward(np.array(HANGING), task)  # compiles it; within a step there is no time
-    transport = TopicTransport(namespace, lockstep, step_s, deadline_s, reset_deadline_s)
+    transport = TopicTransport(
+        namespace, lockstep, step_s, deadline_s, reset_deadline_s, pwm_limit
+    )
     return scale_actions(PendulumEnv(transport, task, render_mode))

@@ -7,6 +7,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
+from pendulum_rl_env.command_limits import check_limits
 from pendulum_rl_env.nodes.rig_client import CONNECT_S, RigClient
 from pendulum_rl_env.pacing.lockstep import LockstepPace
 from pendulum_rl_env.pacing.real_time import RealTimePace
@@ -24,6 +25,8 @@ class TopicTransport:
     step_s: s; the period, in lockstep a whole number of the twin's.
     deadline_s: s; for a sample later than a command, at least step_s.
     reset_deadline_s: s; for a reset with discovery, which takes 20 s of it at most.
+    pwm_limit: largest command that is to come, compared with the rig's own limit at each reset,
+        see `check_limits`; None compares nothing.
 
     Each sample's info, floats:
 
@@ -49,12 +52,15 @@ class TopicTransport:
         step_s: float = 0.03,
         deadline_s: float = 1.0,
         reset_deadline_s: float = 60.0,
+        pwm_limit: float | None = None,
     ) -> None:
         check_number("step_s", step_s, 0.001, 1.0)
         check_number("deadline_s", deadline_s, step_s, 60.0)
         check_number("reset_deadline_s", reset_deadline_s, 0.001, 3600.0)
         self.step_s = step_s
         self._reset_deadline_s = reset_deadline_s
+        self._pwm_limit = pwm_limit
+        self._compared: float | None = None  # the rig's limit at the last comparison
         self._client: RigClient | None = RigClient(namespace)
         make = LockstepPace if lockstep else RealTimePace
         self._pace = make(self._client, step_s, deadline_s)
@@ -63,11 +69,12 @@ class TopicTransport:
         """Call the reset service; return the first sample that shows the pendulum at rest.
 
         Raises NoAnswerError with the rig's own sentence when it refuses, or when no answer comes
-        in time.
+        in time; BadInputError when the rig's commands have another unit than those to come.
         """
         with self._stop_on_error() as client:
             end_s = time.monotonic() + self._reset_deadline_s
             client.connect(min(CONNECT_S, self._reset_deadline_s))
+            self._compare_limits(client)
             while True:  # a sample may come before the subscription is complete: then once more
                 answer = client.reset(end_s - time.monotonic())
                 if (sample := self._pace.begin(parse_stamp(answer))) is not None:
@@ -88,6 +95,12 @@ class TopicTransport:
         client, self._client = self._client, None
         if client is not None:
             client.close()
+
+    def _compare_limits(self, client: RigClient) -> None:
+        """Compare the limits of commands and rig, once for each limit that the rig states."""
+        if self._pwm_limit is not None and client.pwm_limit != self._compared:
+            check_limits(self._pwm_limit, client.pwm_limit, client.name)
+            self._compared = client.pwm_limit
 
     @contextmanager
     def _stop_on_error(self) -> Iterator[RigClient]:

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from pendulum_rl_env.command_limits import check_limits
 from pendulum_rl_env.control.design import (
     PERTURBATIONS,
     Controller,
@@ -27,7 +28,7 @@ from pendulum_rl_env.control.design import (
 from pendulum_rl_env.control.planned import design_planned
 from pendulum_rl_env.control.predictive import design_predictive
 from pendulum_rl_env.in_process import load_learnable_twin
-from pendulum_rl_env.learning.policies import load_controller
+from pendulum_rl_env.learning.policies import get_task, load_controller, load_policy
 from pendulum_rl_env.optimum_file import read_best_reward
 from pendulum_rl_env.task import Task
 from pendulum_twin.arrays import Floats
@@ -87,7 +88,13 @@ def _study(options: argparse.Namespace) -> None:
 
 
 def _load_policy(policy: Path, twin: Twin, task: Task) -> Controller:
-    """Return a learned policy as a controller; the twin has no say in it."""
+    """Return a learned policy as a controller; of the twin only the limit of its commands counts.
+
+    Raises BadInputError when the policy's commands have another unit than the twin's.
+    """
+    trained = get_task(load_policy(policy))
+    if trained is not None:
+        check_limits(trained.pwm_limit, twin.rig.pwm_limit, twin.name)
     return load_controller(policy, task)
 
 

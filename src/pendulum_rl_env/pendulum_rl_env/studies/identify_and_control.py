@@ -17,6 +17,7 @@ from pendulum_rl_env.in_process import scale_actions
 from pendulum_rl_env.learning.export import export
 from pendulum_rl_env.learning.policies import (
     get_correction,
+    get_task,
     load_policy,
     make_policy,
     prepare_env,
@@ -69,10 +70,11 @@ def _show_on_rig(rig: ConcealedRig, policy: Path, out: Path) -> None:
     """Run an episode on the rig, write policy and animation, and say where everything is."""
     episode, network, video = run_on_rig(rig, policy), policy, out / "episode.gif"
     model = load_policy(policy)
+    task = get_task(model) or Task()
     if get_correction(model) is None:
         network = out / "policy.onnx"
-        export(model, Task(), network)
-    save_video(episode, Task(), video)
+        export(model, task, network)
+    save_video(episode, task, video)
     _say(
         f"On the rig, with no training step there: reward {episode.reward:.0f}: "
         f"{describe_reward(episode.reward)}"
@@ -83,7 +85,8 @@ def _show_on_rig(rig: ConcealedRig, policy: Path, out: Path) -> None:
 
 def run_on_rig(rig: ConcealedRig, policy: Path) -> Episode:
     """Run an episode on the rig from hanging at rest; the emulated rig repeats bit by bit."""
-    task, model = Task(), load_policy(policy)
+    model = load_policy(policy)
+    task = get_task(model) or Task()
     plain = gym.wrappers.TimeLimit(scale_actions(rig.make_env(task)), task.steps)
     env = prepare_env(plain, model)
     try:

@@ -14,13 +14,20 @@ from pendulum_rl_env.in_process import scale_actions
 from pendulum_rl_env.learning.callbacks import Progress
 from pendulum_rl_env.learning.learner import make_learner
 from pendulum_rl_env.learning.on_rig import learn_on_rig
-from pendulum_rl_env.learning.policies import load_policy, make_policy, prepare_env, save_policy
+from pendulum_rl_env.learning.policies import (
+    get_task,
+    load_policy,
+    make_policy,
+    prepare_env,
+    save_policy,
+)
 from pendulum_rl_env.learning.preset import IN_PROCESS, load_preset
 from pendulum_rl_env.learning.result import SOLVED_MEAN_REWARD, Result
 from pendulum_rl_env.scoring import run_episode
 from pendulum_rl_env.studies.stages import ConcealedRig
 from pendulum_rl_env.task import Task
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.model import load_twin
 
 ROLLOUT_STEPS = 2048  # on the rig, between two updates of the policy
 # Small updates: the twin's policy is nearly right, and a few thousand steps on the rig are too few
@@ -52,8 +59,9 @@ def fine_tune(policy: Path, rig: ConcealedRig, steps: int, out: Path) -> float:
             f"{policy}: expected a policy of PPO to fine-tune, found one of "
             f"{type(before).__name__}"
         )
-    training = DummyVecEnv([lambda: prepare_env(_make_env(rig), before)])
-    evaluation = prepare_env(_make_env(rig), before)
+    task = get_task(before) or Task()
+    training = DummyVecEnv([lambda: prepare_env(_make_env(rig, task), before)])
+    evaluation = prepare_env(_make_env(rig, task), before)
     try:
         model = load_policy(policy, env=training, settings=SETTINGS)
         assert isinstance(model, PPO)
@@ -82,7 +90,8 @@ def learn_from_scratch(rig: ConcealedRig, seed: int, steps: int, out: Path) -> f
     out: folder of policy, result and checkpoints.
     """
     preset = load_preset("frugal", IN_PROCESS)
-    env = DummyVecEnv([lambda: _make_env(rig)])
+    task = Task().allow_commands(load_twin(rig.nominal).rig)
+    env = DummyVecEnv([lambda: _make_env(rig, task)])
     out.mkdir(parents=True, exist_ok=True)
     start_s = time.monotonic()
     result = Result(IN_PROCESS, "frugal", preset.algorithm, seed)
@@ -103,6 +112,5 @@ def learn_from_scratch(rig: ConcealedRig, seed: int, steps: int, out: Path) -> f
     return result.best_mean_reward or 0.0
 
 
-def _make_env(rig: ConcealedRig) -> gym.Env:
-    task = Task()
+def _make_env(rig: ConcealedRig, task: Task) -> gym.Env:
     return Monitor(gym.wrappers.TimeLimit(scale_actions(rig.make_env(task)), task.steps))

@@ -13,7 +13,7 @@ import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from pendulum_sysid.records import Evidence, Overlay, Trial
+from pendulum_sysid.records import Evidence, Outcome, Overlay, Trial
 from pendulum_sysid.telling import display, svg, wording
 from pendulum_sysid.telling.error_scale import draw_meaning, get_floors, list_marks
 from pendulum_sysid.telling.evidence_rows import describe_residuals, round_correlations
@@ -28,6 +28,7 @@ from pendulum_sysid.telling.window_figures import draw_errors, draw_windows
 from pendulum_sysid.telling.window_list import find_worst, list_largest, list_windows
 from pendulum_sysid.verdict.record import FitScores, Interval, MeasuredLaw, Verdict
 from pendulum_twin.effects import BY_NAME
+from pendulum_twin.effects.effect import Place
 from pendulum_twin.files import write_atomically
 from pendulum_twin.laws import BY_NAME as LAW_KINDS
 
@@ -150,6 +151,7 @@ def render_page(verdict: Verdict) -> str:
         channels=_draw_channels(verdict),
         fit_rows=list_fit_rows(verdict.fit),
         evidence=evidence,
+        named_places=describe_places(verdict),
         laws=laws,
         trials=list_trial_rows(verdict),
         first_trials=FIRST_TRIALS,
@@ -224,6 +226,19 @@ def list_evidence_rows(verdict: Verdict) -> list[EvidenceRow]:
         return []
     place = verdict.localisation.place
     return [_draw_evidence(e, place, k) for k, e in enumerate(verdict.localisation.evidence)]
+
+
+def describe_places(verdict: Verdict) -> str:
+    """Return, after a blank, where the named effects act; nothing where that is one place."""
+    if verdict.outcome is Outcome.NOT_IN_CATALOGUE:
+        return ""
+    names = [missing.effect for missing in verdict.missing_physics]
+    acting = {BY_NAME[name].place for name in names if name in BY_NAME}
+    places = [place.value for place in Place if place in acting]
+    if len(places) < 2:
+        return ""
+    listed = f"{', '.join(places[:-1])} and {places[-1]}"
+    return f" The named effects act at {listed}; this is the place of the clearest of them."
 
 
 def list_law_rows(verdict: Verdict) -> list[LawRow]:

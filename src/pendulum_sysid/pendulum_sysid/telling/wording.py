@@ -80,6 +80,12 @@ PLACES: dict[str, str] = {
     "sensor": "how positions and angles are measured",
     "clock": "when samples were taken",
 }
+EVIDENCE_MEANS = (
+    "Of the given twin, its parameters refitted and no effect added: the share of the force and "
+    "torque that it lacks which goes with each variable. That is a relation, not a place: cart, "
+    "pole and command move together, so a lag of the motor can go with the pole’s angle as well. "
+    "Where effects are named, they say where the physics acts."
+)
 FORCE_PLACES = ("command", "drive", "cart")
 
 VARIABLES: dict[str, tuple[str, str]] = {  # variable or axis of an evidence -> words and unit

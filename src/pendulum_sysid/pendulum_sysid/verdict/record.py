@@ -18,12 +18,14 @@ Interval = tuple[float, float]  # s from the start of the recording
 
 @dataclass(frozen=True)
 class VariableShare:
-    """Hold the share of the unexplained motion that depends on one variable.
+    """Hold the share of what the given twin lacks, its constants refitted, by one variable.
+
+    It is a relation: where the physics acts need not follow from it.
 
     Attributes:
         variable: name of the variable; a product of variables holds a star.
         finding: the dependence in words.
-        share: 0 to 1, of the unexplained force or torque.
+        share: 0 to 1, of the missing force and torque, that goes with the variable.
     """
 
     variable: str
@@ -37,7 +39,7 @@ class Location:
 
     Attributes:
         place: command, drive, cart, pole, sensor or clock.
-        evidence: the variables that the unexplained motion depends on, the largest share first.
+        evidence: the variables that the missing force and torque go with, the largest share first.
         intervals_s: stretches in which the mismatch is largest; empty for the whole recording.
     """
 

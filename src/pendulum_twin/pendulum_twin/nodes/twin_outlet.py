@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from array import array
 from collections.abc import Callable
 
@@ -11,8 +12,8 @@ from std_msgs.msg import Float64
 
 from pendulum_twin import topics
 from pendulum_twin.arrays import Floats
-from pendulum_twin.nodes.messages import list_joints
-from pendulum_twin.nodes.qos import SAMPLES
+from pendulum_twin.nodes.messages import list_joints, to_float
+from pendulum_twin.nodes.qos import LATCHED, SAMPLES
 from pendulum_twin.nodes.sim_clock import SimClock
 from pendulum_twin.rig import Rig
 from pendulum_twin.topics import JOINTS
@@ -34,6 +35,8 @@ class TwinOutlet:
         to_stamp: Callable[[int], int] = int,
     ) -> None:
         self._to_stamp = to_stamp
+        # before the samples: who knows of them knows that a limit will come
+        self._limit = node.create_publisher(Float64, topics.PWM_LIMIT, LATCHED)
         self._states = node.create_publisher(JointState, topics.JOINT_STATES, SAMPLES)
         self._applied = node.create_publisher(Float64, topics.APPLIED_PWM, SAMPLES)
         self._pwm = Float64()
@@ -41,7 +44,8 @@ class TwinOutlet:
         self.show(rig)
 
     def show(self, rig: Rig) -> None:
-        """Publish the joints of this rig from now on."""
+        """Publish the joints of this rig from now on, and its limit once."""
+        self._limit.publish(to_float(rig.pwm_limit or math.inf))
         self._sample = JointState(name=list_joints(rig))
         self._positions = [JOINTS.index(name) for name in list_joints(rig)]
         self._velocities = [len(JOINTS) + k for k in self._positions]

@@ -62,7 +62,9 @@ def _find_place(answers: list[Evidence]) -> str | None:
 def _make_evidence(equation: Inspected, curve: Curve, share: float) -> Evidence:
     question, what = curve.question, curve.question.measured
     name = EQUATIONS[equation.table.balance.equation]
-    finding = f"explains {share:.0%} of what is missing, in the {name}; {describe_curve(curve)}"
+    finding = (
+        f"{share:.0%} of what is missing goes with it, in the {name}; {describe_curve(curve)}"
+    )
     drawn = (curve.x, curve.y, curve.band) if len(curve.x) > 1 else (np.empty(0),) * 3
     return Evidence(
         question.variable,
