@@ -41,6 +41,83 @@ class Agent(nn.Module):
         return Normal(self.mean(seen), self.log_std.exp())
 
 
+class Rollout:
+    """Hold the latest steps of all environments, and the rewards of the episodes that ended.
+
+    Arrays are (STEPS, ENVIRONMENTS, ...); value has the state after the last step, too.
+    """
+
+    def __init__(self, inputs: int) -> None:
+        self.seen = torch.zeros(STEPS, ENVIRONMENTS, inputs)
+        self.action = torch.zeros(STEPS, ENVIRONMENTS, 1)
+        self.log_p = torch.zeros(STEPS, ENVIRONMENTS)
+        self.value = torch.zeros(STEPS + 1, ENVIRONMENTS)
+        self.reward = torch.zeros(STEPS, ENVIRONMENTS)
+        self.over = torch.zeros(STEPS, ENVIRONMENTS)
+        self.episode_rewards: list[float] = []
+
+
+@torch.no_grad()
+def collect_steps(
+    envs: gym.vector.VectorEnv, agent: Agent, seen: torch.Tensor, rollout: Rollout
+) -> torch.Tensor:
+    """Fill the rollout with steps from the observation seen on; return the last observation."""
+    for k in range(STEPS):
+        chosen = agent.choose(seen)
+        action = chosen.sample()
+        after, reward, ended, cut, info = envs.step(action.numpy().clip(-1.0, 1.0))
+        reward = np.array(reward, dtype=np.float32)
+        if cut.any():  # not the pendulum's end: what would have followed counts
+            last = torch.as_tensor(info["final_obs"][cut])
+            reward[cut] += GAMMA * agent.value(last)[:, 0].numpy()
+        if (ended | cut).any():
+            rollout.episode_rewards += list(info["final_info"]["episode"]["r"][ended | cut])
+        rollout.seen[k], rollout.action[k] = seen, action
+        rollout.log_p[k] = chosen.log_prob(action)[:, 0]
+        rollout.value[k] = agent.value(seen)[:, 0]
+        rollout.reward[k] = torch.as_tensor(reward)
+        rollout.over[k] = torch.as_tensor(ended | cut)
+        seen = torch.as_tensor(after)
+    rollout.value[STEPS] = agent.value(seen)[:, 0]
+    return seen
+
+
+def compute_advantage(rollout: Rollout) -> torch.Tensor:
+    """Return the generalised advantage (STEPS, ENVIRONMENTS) of the actions (Schulman, 2016)."""
+    advantage, sum_ahead = torch.zeros(STEPS, ENVIRONMENTS), 0.0
+    for k in reversed(range(STEPS)):
+        goes_on = 1.0 - rollout.over[k]
+        error = rollout.reward[k] + GAMMA * rollout.value[k + 1] * goes_on
+        error -= rollout.value[k]
+        sum_ahead = error + GAMMA * LAMBDA * goes_on * sum_ahead
+        advantage[k] = sum_ahead
+    return advantage
+
+
+def improve_agent(agent: Agent, optimiser: torch.optim.Optimizer, rollout: Rollout) -> None:
+    """Improve policy and value by the rollout, in batches."""
+    advantage = compute_advantage(rollout)
+    target = (advantage + rollout.value[:STEPS]).flatten()
+    advantage = advantage.flatten()
+    seen, action, log_p_before = (
+        kept.flatten(0, 1) for kept in (rollout.seen, rollout.action, rollout.log_p)
+    )
+    for _ in range(EPOCHS):
+        for batch in torch.randperm(len(target)).split(BATCH):
+            chosen = agent.choose(seen[batch])
+            log_p = chosen.log_prob(action[batch])[:, 0]
+            ratio = (log_p - log_p_before[batch]).exp()
+            gain = advantage[batch]
+            gain = (gain - gain.mean()) / (gain.std() + 1e-8)
+            worst = torch.minimum(gain * ratio, gain * ratio.clamp(1 - CLIP, 1 + CLIP))
+            off = agent.value(seen[batch])[:, 0] - target[batch]
+            loss = -worst.mean() + 0.5 * (off**2).mean()
+            optimiser.zero_grad()
+            loss.backward()
+            nn.utils.clip_grad_norm_(agent.parameters(), LARGEST_GRADIENT)
+            optimiser.step()
+
+
 def main() -> None:
     """Train, and print the mean reward of the episodes that ended."""
     parser = argparse.ArgumentParser(description="Train by PPO on the vector environment.")
@@ -53,63 +130,15 @@ def main() -> None:
     # three in ten episodes begin anywhere: standing is learned before swinging up is
     envs = gym.make_vec(ID, num_envs=ENVIRONMENTS, spread=0.3)
     inputs = envs.single_observation_space.shape[0]
-    agent = Agent(inputs)
+    agent, rollout = Agent(inputs), Rollout(inputs)
     optimiser = torch.optim.Adam(agent.parameters(), lr=LEARNING_RATE, eps=1e-5)
     seen = torch.as_tensor(envs.reset(seed=options.seed)[0])
-    kept = {
-        "seen": torch.zeros(STEPS, ENVIRONMENTS, inputs),
-        "action": torch.zeros(STEPS, ENVIRONMENTS, 1),
-        "log_p": torch.zeros(STEPS, ENVIRONMENTS),
-        "value": torch.zeros(STEPS + 1, ENVIRONMENTS),
-        "reward": torch.zeros(STEPS, ENVIRONMENTS),
-        "over": torch.zeros(STEPS, ENVIRONMENTS),
-    }
-    started_s, rewards = time.monotonic(), []
+    started_s = time.monotonic()
     for update in range(1, options.timesteps // (STEPS * ENVIRONMENTS) + 1):
-        with torch.no_grad():
-            for k in range(STEPS):
-                chosen = agent.choose(seen)
-                action = chosen.sample()
-                after, reward, ended, cut, info = envs.step(action.numpy().clip(-1.0, 1.0))
-                reward = np.array(reward, dtype=np.float32)
-                if cut.any():  # not the pendulum's end: what would have followed counts
-                    last = torch.as_tensor(info["final_obs"][cut])
-                    reward[cut] += GAMMA * agent.value(last)[:, 0].numpy()
-                if (ended | cut).any():
-                    rewards += list(info["final_info"]["episode"]["r"][ended | cut])
-                kept["seen"][k], kept["action"][k] = seen, action
-                kept["log_p"][k] = chosen.log_prob(action)[:, 0]
-                kept["value"][k] = agent.value(seen)[:, 0]
-                kept["reward"][k] = torch.as_tensor(reward)
-                kept["over"][k] = torch.as_tensor(ended | cut)
-                seen = torch.as_tensor(after)
-            kept["value"][STEPS] = agent.value(seen)[:, 0]
-            advantage, sum_ahead = torch.zeros(STEPS, ENVIRONMENTS), 0.0
-            for k in reversed(range(STEPS)):
-                goes_on = 1.0 - kept["over"][k]
-                error = kept["reward"][k] + GAMMA * kept["value"][k + 1] * goes_on
-                error -= kept["value"][k]
-                sum_ahead = error + GAMMA * LAMBDA * goes_on * sum_ahead
-                advantage[k] = sum_ahead
-            target = advantage + kept["value"][:STEPS]
-        flat = {name: kept[name].flatten(0, 1) for name in ("seen", "action", "log_p")}
-        advantage, target = advantage.flatten(), target.flatten()
-        for _ in range(EPOCHS):
-            for batch in torch.randperm(len(target)).split(BATCH):
-                chosen = agent.choose(flat["seen"][batch])
-                log_p = chosen.log_prob(flat["action"][batch])[:, 0]
-                ratio = (log_p - flat["log_p"][batch]).exp()
-                gain = advantage[batch]
-                gain = (gain - gain.mean()) / (gain.std() + 1e-8)
-                worst = torch.minimum(gain * ratio, gain * ratio.clamp(1 - CLIP, 1 + CLIP))
-                off = agent.value(flat["seen"][batch])[:, 0] - target[batch]
-                loss = -worst.mean() + 0.5 * (off**2).mean()
-                optimiser.zero_grad()
-                loss.backward()
-                nn.utils.clip_grad_norm_(agent.parameters(), LARGEST_GRADIENT)
-                optimiser.step()
-        steps = update * STEPS * ENVIRONMENTS
-        mean = f"{np.mean(rewards[-50:]):.0f}" if rewards else "none yet"
+        seen = collect_steps(envs, agent, seen, rollout)
+        improve_agent(agent, optimiser, rollout)
+        steps, latest = update * STEPS * ENVIRONMENTS, rollout.episode_rewards[-50:]
+        mean = f"{np.mean(latest):.0f}" if latest else "none yet"
         rate = steps / (time.monotonic() - started_s)
         print(f"{steps:,} steps, mean reward {mean}, {rate:,.0f} steps/s", flush=True)
     envs.close()

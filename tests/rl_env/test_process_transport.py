@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.ros_graph import until
+from support.polling import until
 
 from pendulum_rl_env.process_transport import ProcessTransport
 from pendulum_rl_env.transport import NoAnswerError
@@ -61,7 +61,7 @@ def test_packets_are_put_in_the_order_of_a_state() -> None:
 def test_a_silent_program_is_given_up_at_the_deadline_and_for_good(tmp_path: Path) -> None:
     started = tmp_path / "started"
     transport = start(SILENT, started, deadline_s=1.0)
-    until(started.exists, "the program's start", lambda: time.sleep(0.01))
+    until(started.exists, "the program's start")
     begin_s = time.monotonic()
     with pytest.raises(NoAnswerError, match="expected a sample within 1 s, found none"):
         transport.reset()

@@ -15,6 +15,7 @@ from pendulum_twin.arrays import Floats
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import save_twin
 from support.made_recordings import INTECO, made, made_bag
+from support.polling import until
 
 FIRST_DAY = datetime(2026, 1, 5, 7, 30, tzinfo=UTC)
 SIZES = {
@@ -90,12 +91,12 @@ def act_as_told(item: object) -> object:
     if item == "die":
         os._exit(9)
     if item == "hang":
-        time.sleep(1e6)
+        time.sleep(1e6)  # longer than any time limit: the engine has to end it
     if item == "complain":
         raise BadInputError("no")
     if isinstance(item, Path):
         item.write_text(str(os.getpid()))
-        item.with_suffix(".go").is_file() or _wait_for(item.with_suffix(".go"))
+        until(item.with_suffix(".go").is_file, "leave to go on")
         return str(item)
     return item * item
 
@@ -103,9 +104,3 @@ def act_as_told(item: object) -> object:
 def get_process(item: object) -> int:
     """Return the process that runs the task."""
     return os.getpid()
-
-
-def _wait_for(path: Path) -> None:
-    deadline = time.monotonic() + 120.0
-    while not path.is_file() and time.monotonic() < deadline:
-        time.sleep(0.02)

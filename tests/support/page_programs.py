@@ -18,7 +18,8 @@ signal.sigwait({signal.SIGINT})
 (folder / "bag").write_text("whole")
 """
 # It says how far it is, waits for a file `go` beside the recordings, and writes a verdict with a
-# report that tries to press the page's stop.
+# report that tries to press the page's stop. It polls by itself, with a deadline: a program apart
+# imports nothing of the tests.
 DIAGNOSE = """
 import json, os, pathlib, sys, time
 end = time.monotonic() + 240.0

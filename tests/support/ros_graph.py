@@ -4,7 +4,6 @@ import os
 import socket
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
@@ -17,7 +16,8 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
 
-DEADLINE_S = 120.0
+from support.polling import DEADLINE_S, until
+
 DOMAINS = range(1, 100)  # higher ones need ports that the system gives to others
 
 
@@ -32,17 +32,6 @@ def free_domain() -> Iterator[int]:
         else:
             raise AssertionError("no free ROS domain")
         yield domain
-
-
-def until(
-    done: Callable[[], Any], what: str, step: Callable[[], Any], deadline_s: float = DEADLINE_S
-) -> Any:
-    """Repeat step until done returns something true, and return that; fail at the deadline."""
-    end = time.monotonic() + deadline_s
-    while not (result := done()):
-        assert time.monotonic() < end, f"waited {deadline_s} s for {what}"
-        step()
-    return result
 
 
 class Graph:

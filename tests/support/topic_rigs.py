@@ -14,7 +14,7 @@ from std_srvs.srv import Trigger
 
 from pendulum_twin.nodes.messages import to_joint_state
 from pendulum_twin.nodes.qos import LATEST, SAMPLES
-from support.ros_graph import until
+from support.polling import until
 
 HANGING = np.array([0.0, np.pi, 0.0, 0.0])
 

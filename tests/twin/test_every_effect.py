@@ -12,7 +12,6 @@ from pendulum_twin import kernel
 from pendulum_twin.compose import compute_memory_sizes
 from pendulum_twin.effects import BY_NAME, CATALOGUE
 from pendulum_twin.effects.effect import Effect, Form, Place, Scale
-from pendulum_twin.free_runs import apply_sensors, undo_sensors
 from pendulum_twin.model import Twin, load_twin, save_twin
 from pendulum_twin.parameter_vector import (
     BASE,
@@ -23,6 +22,7 @@ from pendulum_twin.parameter_vector import (
     get_neutral_values,
     make_theta,
 )
+from pendulum_twin.sensors import apply_sensors, undo_sensors
 
 COMMAND = wild_command(200)
 START = (0.0, 2.5, 0.2, 0.0)

@@ -9,13 +9,14 @@ from support.twin_rigs import THESIS as RIG
 from support.twin_rigs import recording, wild_command
 
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.free_runs import apply_sensors, run_freely, undo_sensors
+from pendulum_twin.free_runs import run_freely
 from pendulum_twin.law_curves import fill_measured_laws
 from pendulum_twin.laws import BY_NAME, KINDS
 from pendulum_twin.laws.kind import LIMITS, Role, Variable
 from pendulum_twin.laws.law import Law, evaluate_law, make_curve_matrix, spread_turn
 from pendulum_twin.model import MOST_LAWS, Twin, load_twin, save_twin
 from pendulum_twin.parameter_vector import LAWS, SIZE, get_laws, make_theta
+from pendulum_twin.sensors import apply_sensors, undo_sensors
 from pendulum_twin.stepper import Stepper
 
 THESIS = Twin("thesis", RIG)

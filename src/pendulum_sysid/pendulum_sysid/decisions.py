@@ -197,6 +197,7 @@ COMMAND_SPREAD = 0.1  # periods; stamps of commands this near their clock are ev
 SAME_RATE = 0.02  # of period; commands that answer samples come at their rate
 COMMAND_CLOCK_OFF = 0.4  # periods; by which the clock of the samples may be off
 COMMAND_MIDWAY = 0.3  # periods; a command this near the middle of two samples is in doubt
+COMMAND_SIDE = 6  # samples; on either side that a jump is seen against; 4 to 14 do alike
 COMMAND_MOVED_NATS = 4.0  # nats; by which the cart must speak for the other sample
 COMMAND_TIMES_RATIO = 0.97  # ratio; of unexplained acceleration: a timing is clearly right
 LONGEST_LATENCY_S = 1.0  # s; from publishing to receiving; a longer time is of two clocks

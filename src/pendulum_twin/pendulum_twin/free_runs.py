@@ -7,16 +7,13 @@ states: (..., 4) x (m), th (rad), v (m/s), w (rad/s).
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from pendulum_twin import compose, kernel
 from pendulum_twin.arrays import Floats, Ints
 from pendulum_twin.compose import PATHS
 from pendulum_twin.effects import CATALOGUE
-from pendulum_twin.effects.effect import Effect, Form
-from pendulum_twin.law_curves import convert_positions
+from pendulum_twin.effects.effect import Form
 from pendulum_twin.laws.kind import Role
 from pendulum_twin.motion import ALL_LAWS, HELD_LAWS, NO_LAWS, PLAIN_LAWS
 from pendulum_twin.parameter_vector import (
@@ -27,6 +24,7 @@ from pendulum_twin.parameter_vector import (
     list_law_kinds,
 )
 from pendulum_twin.path_forces import follow_recorded_path, have_path_forces
+from pendulum_twin.sensors import apply_reporting, apply_sensors, compute_paces, undo_sensors
 from pendulum_twin.signals import Signals
 from pendulum_twin.threads import share_among_threads
 
@@ -43,14 +41,9 @@ _COSTLY = np.array([compose.is_costly(e) for e in CATALOGUE])
 _STICKING = np.array(
     [e.form in (Form.DRY, Form.HOLD, Form.TIMED_FRICTION, Form.STATE_FRICTION) for e in CATALOGUE]
 )
-_MEASURING = [(k, e) for k, e in enumerate(CATALOGUE) if e.form is Form.MEASURE]
 _FILTERING = [(k, e) for k, e in enumerate(CATALOGUE) if e.form in (Form.FILTER, Form.CLOCK)]
-_REPORTING = [(k, e) for k, e in enumerate(CATALOGUE) if e.form is Form.REPORT]
-_CLOCKS = [e for e in CATALOGUE if e.form is Form.CLOCK]
 _HELD = (Role.GAIN, Role.FORCE, Role.TORQUE, Role.CART_DRAG, Role.POLE_DRAG)
 _DRY = (Role.CART_DRY, Role.POLE_DRY)
-_ERRORS = (Role.ANGLE_ERROR, Role.POSITION_ERROR)
-RATES = (2, 3)  # columns of the velocities in a state
 
 
 def run_freely(
@@ -176,15 +169,6 @@ def compute_memory_offsets(h: float) -> Ints:
     return np.concatenate([[0], np.cumsum(compose.compute_memory_sizes(h))]).astype(np.int64)
 
 
-def compute_paces(theta: Floats) -> Floats:
-    """Return the time, s, that passes per second of the stamps, for theta (..., SIZE), (...)."""
-    pace = np.ones(theta.shape[:-1])
-    for e in _CLOCKS:
-        slot = SLOTS[e.name]
-        pace = pace * e.law(*(theta[..., k] for k in range(slot.start, slot.stop)))
-    return pace
-
-
 def run_mechanics(
     drives: Floats,
     drive_of: Ints,
@@ -246,112 +230,3 @@ def select_kernel_code(
     if np.any(on & _MECHANICAL & _COSTLY):
         return ALL_LAWS, dry, measured
     return HELD_LAWS if np.any(on & _HOLDING) else PLAIN_LAWS, dry, measured
-
-
-def apply_sensors(states: Floats, theta: Floats, t: Floats, sets: Floats | None = None) -> Floats:
-    """Return what the sensors show of true states (lanes, ..., 4).
-
-    theta: (lanes, SIZE).
-    t: (lanes, ...) s by the stamps, from the start of the recording.
-    sets: (sets, SIZE) the different twins among the lanes; None where they are not known.
-
-    The velocities are by the stamps, too; `apply_reporting` makes them as reported.
-    """
-    sets = theta if sets is None else sets
-    effects = select_measuring_effects(sets)
-    if _have_errors(sets):
-        states = _convert_positions(states, theta, undo=False)
-    return _scale_rates(pass_through_sensors(states, theta, effects, t), theta, sets, 1.0)
-
-
-def undo_sensors(states: Floats, theta: Floats, t: Floats, sets: Floats | None = None) -> Floats:
-    """Return the true states behind measured ones; the inverse of `apply_sensors`."""
-    sets = theta if sets is None else sets
-    effects = [
-        replace(e, law=e.inverse)
-        for e in reversed(select_measuring_effects(sets))
-        if e.inverse is not None
-    ]
-    rates = _scale_rates(states, theta, sets, -1.0)
-    states = pass_through_sensors(rates, theta, effects, t)
-    return _convert_positions(states, theta, undo=True) if _have_errors(sets) else states
-
-
-def _have_errors(sets: Floats) -> bool:
-    """Return whether any twin (sets, SIZE) holds a measured error of a sensor."""
-    return any(kind.role in _ERRORS for kind in list_law_kinds(sets))
-
-
-def _convert_positions(states: Floats, theta: Floats, undo: bool) -> Floats:
-    """Return states (lanes, ..., 4) after the measured errors of the sensors, or before them."""
-    flat = np.array(states, dtype=np.float64).reshape(-1, 4)
-    lane_of = np.repeat(np.arange(len(theta)), len(flat) // max(len(theta), 1))
-    convert_positions(flat, lane_of, np.ascontiguousarray(theta), undo)
-    return flat.reshape(states.shape)
-
-
-def _scale_rates(states: Floats, theta: Floats, sets: Floats, power: float) -> Floats:
-    """Return states with velocities multiplied by a power of the pace of their lane."""
-    if np.all(compute_paces(sets) == 1.0):
-        return states
-    pace = compute_paces(theta)
-    states = states.copy()
-    states[..., RATES] *= (pace**power).reshape(_make_lane_shape(states))
-    return states
-
-
-def apply_reporting(
-    states: Floats, theta: Floats, period_s: float, sets: Floats | None = None
-) -> Floats:
-    """Return measured states (lanes, samples, 4) with the velocities as they are reported."""
-    effects = select_reporting_effects(theta if sets is None else sets)
-    if effects:
-        states = states.copy()
-        for n in range(1, states.shape[1]):
-            states[:, n, RATES] = report_rates(
-                states[:, n, RATES], states[:, n - 1, RATES], theta, effects, period_s
-            )
-    return states
-
-
-def report_rates(
-    rates: Floats, before: Floats, theta: Floats, effects: list[Effect], period_s: float
-) -> Floats:
-    """Return reported velocities (lanes, 2); before: those reported a sample earlier."""
-    for e in effects:
-        slot = SLOTS[e.name]
-        for i in range(len(rates)):
-            rates[i] = e.law(rates[i], before[i], period_s, *theta[i, slot])
-    return rates
-
-
-def select_reporting_effects(theta: Floats) -> list[Effect]:
-    """Return the effects on reported velocities that are on in any lane."""
-    on = find_active_effects(theta)
-    return [e for k, e in _REPORTING if on[k]]
-
-
-def select_measuring_effects(theta: Floats) -> list[Effect]:
-    """Return the sensor's effects that are on in any lane, in chain order."""
-    on = find_active_effects(theta)
-    return [e for k, e in _MEASURING if on[k]]
-
-
-def pass_through_sensors(
-    states: Floats, theta: Floats, effects: list[Effect], t: Floats
-) -> Floats:
-    """Return states after these sensor effects; see `apply_sensors`."""
-    if not effects:
-        return states.copy()
-    x, th, v, w = (states[..., k] for k in range(4))
-    for effect in effects:
-        slot = SLOTS[effect.name]
-        columns = (theta[:, k].reshape(_make_lane_shape(x)) for k in range(slot.start, slot.stop))
-        with np.errstate(over="ignore", invalid="ignore"):  # a run that ran away shows no number
-            x, v, th, w = effect.law(x, v, th, w, t, *columns)
-    return np.stack([x, th, v, w], axis=-1)
-
-
-def _make_lane_shape(values: Floats) -> tuple[int, ...]:
-    """Return the shape in which numbers (lanes,) go with values (lanes, ...)."""
-    return (-1,) + (1,) * (values.ndim - 1)

@@ -6,7 +6,7 @@ import numpy as np
 
 from pendulum_twin import kernel
 from pendulum_twin.arrays import Floats, Ints, Mask
-from pendulum_twin.free_runs import compute_paces, run_drive, undo_sensors
+from pendulum_twin.free_runs import run_drive
 from pendulum_twin.law_curves import fill_measured_laws, sum_measured_laws
 from pendulum_twin.motion import (
     ALL_LAWS,
@@ -28,6 +28,7 @@ from pendulum_twin.parameter_vector import (
     POLE_VISCOUS,
 )
 from pendulum_twin.path_forces import follow_recorded_path
+from pendulum_twin.sensors import compute_paces, undo_sensors
 from pendulum_twin.signals import Signals
 
 # Of the root mean square speed: below it the cart counts as standing, where dry friction takes any

@@ -2,7 +2,7 @@
 
 `filter_command` runs command and drive once over a stretch and gives the force before the gain;
 `integrate_lanes` integrates the motion, many lanes side by side (`motion.py`, `stick_slip.py`);
-the sensor's effects turn true states into measured states (`free_runs.py`). A lane is a run. Lanes
+the sensor's effects turn true states into measured states (`sensors.py`). A lane is a run. Lanes
 are packed in blocks of constant width; a lane gives the same bits in any width, for nothing here
 depends on its neighbours.
 
@@ -222,6 +222,23 @@ def _hold_measured_laws(theta, p, i, width, step, pushed, held_dry):
     _put_four(p, FORCE, i, width, applied)
 
 
+@compile_inner
+def _place_lane(theta, start_state, path_forces, h, p, i, width):
+    """Place the start of a run in lane i: both joints move, and no force acts yet.
+
+    h: s by the stamps, a substep.
+    """
+    for k in range(LAWS):
+        p[k * width + i] = theta[k]
+    for k in range(4):
+        p[(X + k) * width + i] = start_state[k]
+    for k in range(len(path_forces)):
+        p[(PATH + k) * width + i] = path_forces[k]
+    _put_four(p, CART_WAY, i, width, MOVING)
+    _put_four(p, FORCE, i, width, (0.0, 0.0, 0.0, 0.0))
+    p[H * width + i] = h * compute_pace(p, i, width)
+
+
 @compile_cached
 def integrate_lanes(
     lanes,
@@ -267,15 +284,7 @@ def integrate_lanes(
             lane = min(first + i, count - 1)
             row[i], at[i], first_of[i] = drive_of[lane], begin[lane], first_step[lane]
             mass_of[i], viscous_of[i] = theta[lane, MASS], theta[lane, CART_VISCOUS]
-            for k in range(LAWS):
-                p[k * width + i] = theta[lane, k]
-            for k in range(4):
-                p[(X + k) * width + i] = start_states[lane, k]
-            for k in range(path_forces.shape[1]):
-                p[(PATH + k) * width + i] = path_forces[lane, k]
-            _put_four(p, CART_WAY, i, width, MOVING)
-            _put_four(p, FORCE, i, width, (0.0, 0.0, 0.0, 0.0))
-            p[H * width + i] = h * compute_pace(p, i, width)
+            _place_lane(theta[lane], start_states[lane], path_forces[lane], h, p, i, width)
         for n in range(samples):
             for i in range(min(width, count - first)):
                 for k in range(4):

@@ -16,11 +16,12 @@ from pendulum_twin import compose, kernel
 from pendulum_twin.arrays import Floats, Ints
 from pendulum_twin.encoders import EXACT, Encoders
 from pendulum_twin.equations import compile_inner
-from pendulum_twin.free_runs import compute_memory_offsets, compute_paces, select_kernel_code
+from pendulum_twin.free_runs import compute_memory_offsets, select_kernel_code
 from pendulum_twin.law_curves import show_positions
 from pendulum_twin.machine_code import compile_cached
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import find_active_effects, make_theta
+from pendulum_twin.sensors import compute_paces
 
 HANGING = (0.0, math.pi, 0.0, 0.0)
 AT_REST = (0.0, 0.0, 0.0, 0.0)  # distance from HANGING

@@ -10,20 +10,19 @@ import numpy as np
 from pendulum_twin import kernel
 from pendulum_twin.arrays import Floats
 from pendulum_twin.compose import PATHS
-from pendulum_twin.free_runs import (
-    RATES,
-    apply_sensors,
-    compute_memory_offsets,
-    compute_paces,
-    report_rates,
-    select_kernel_code,
-    select_reporting_effects,
-    undo_sensors,
-)
+from pendulum_twin.free_runs import compute_memory_offsets, select_kernel_code
 from pendulum_twin.model import Twin
 from pendulum_twin.motion import LAW_SETS
 from pendulum_twin.parameter_vector import find_active_effects, make_theta
 from pendulum_twin.rail_ends import Impact, stop_cart
+from pendulum_twin.sensors import (
+    RATES,
+    apply_sensors,
+    compute_paces,
+    report_rates,
+    select_reporting_effects,
+    undo_sensors,
+)
 
 HANGING = (0.0, math.pi, 0.0, 0.0)
 SINGLE_LANE = (0,)

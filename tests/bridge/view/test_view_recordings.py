@@ -30,6 +30,7 @@ class Desk:
         return self.told[-1][0]
 
     async def until(self, done: Callable[[], Any]) -> None:
+        """Look again and again while the loop's tasks go on; fail at the deadline."""
         end = monotonic() + DEADLINE_S
         while not done():
             assert monotonic() < end, self.told[-1]
@@ -222,6 +223,7 @@ def list_children() -> list[int]:
     return [int(n) for folder in folders for n in (folder / "children").read_text().split()]
 
 
+# It ends by SIGKILL only: its sleep is longer than any deadline here.
 DEAF = """import signal, time
 signal.signal(2, signal.SIG_IGN)
 print('deaf', flush=True)
@@ -250,7 +252,7 @@ def test_a_program_is_killed_when_its_end_is_no_longer_waited_for() -> None:
     async def play() -> int:
         child = await start_deaf_child()
         ending = asyncio.create_task(child.end(grace_s=DEADLINE_S))
-        await asyncio.sleep(0)
+        await asyncio.sleep(0)  # no time: the task begins to end the child, and waits
         ending.cancel()
         await asyncio.gather(ending, return_exceptions=True)
         return await asyncio.wait_for(child._process.wait(), DEADLINE_S)

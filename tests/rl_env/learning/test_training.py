@@ -12,7 +12,7 @@ import pytest
 
 pytest.importorskip("stable_baselines3")
 from support.paths import CONFIG
-from support.ros_graph import until
+from support.polling import until
 
 from pendulum_rl_env import evaluate, train
 from pendulum_rl_env.learning.export import INPUT, OUTPUT

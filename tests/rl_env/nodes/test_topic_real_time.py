@@ -13,7 +13,7 @@ import pytest
 
 rclpy = pytest.importorskip("rclpy")
 from support.paths import CONFIG  # noqa: E402
-from support.ros_graph import until  # noqa: E402
+from support.polling import until  # noqa: E402
 from support.served_twin import served_twin  # noqa: E402
 from support.topic_rigs import HANGING, MadeRig, made_rig  # noqa: E402
 

@@ -1,23 +1,22 @@
 """The engine: tasks that end, complain, or end their worker; a worker or scheduler that goes."""
 
+import json
 import os
 import signal
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from support.fleet_rows import act_as_told, get_process
+from support.polling import until
 
 from pendulum_sysid.errors import WrongUse
 from pendulum_sysid.fleet import engine as engine_module
 from pendulum_sysid.fleet.engine import Engine, SchedulerLost, open_client, run_tasks
 from pendulum_twin.errors import BadInputError
-
-DEADLINE_S = 120.0
 
 
 @pytest.fixture(scope="module")
@@ -50,9 +49,7 @@ def test_a_result_that_dies_with_its_worker_is_computed_again(client) -> None:
     """The task has ended, but nobody has fetched its result when the worker is killed."""
     endings = run_tasks(client, get_process, range(3))
     process = next(endings).result
-    deadline = time.monotonic() + DEADLINE_S
-    while not all_have_ended(client) and time.monotonic() < deadline:
-        time.sleep(0.01)
+    until(lambda: all_have_ended(client), "the tasks' end")
     for pid in set(client.run(os.getpid).values()):
         os.kill(pid, signal.SIGKILL)
     assert process and len(list(endings)) == 2
@@ -63,14 +60,9 @@ def all_have_ended(client) -> bool:
 
 
 def kill_first_worker(item: Path) -> None:
-    deadline = time.monotonic() + DEADLINE_S
-    while time.monotonic() < deadline:
-        text = item.read_text() if item.is_file() else ""
-        if text:
-            os.kill(int(text), signal.SIGKILL)
-            item.with_suffix(".go").touch()  # for the worker that does the task again
-            return
-        time.sleep(0.01)
+    process = until(lambda: item.is_file() and item.read_text(), "the task's process")
+    os.kill(int(process), signal.SIGKILL)
+    item.with_suffix(".go").touch()  # for the worker that does the task again
 
 
 def test_a_scheduler_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -97,10 +89,7 @@ def test_another_cluster_over_tcp_and_its_end(tmp_path: Path) -> None:
         **quiet, env={**os.environ, "PYTHONPATH": path},
     )  # fmt: skip
     try:
-        deadline = time.monotonic() + DEADLINE_S
-        while not file.is_file() and time.monotonic() < deadline:
-            time.sleep(0.05)
-        address = read_address(file, deadline)
+        address = until(lambda: read_address(file), "the scheduler's address")
         with open_client(Engine(scheduler=address)) as client:
             assert sorted(e.result for e in run_tasks(client, act_as_told, [1, 2, 3])) == [1, 4, 9]
             endings = run_tasks(client, act_as_told, [2, "hang"])
@@ -114,12 +103,9 @@ def test_another_cluster_over_tcp_and_its_end(tmp_path: Path) -> None:
             process.wait()
 
 
-def read_address(file: Path, deadline: float) -> str:
-    import json
-
-    while time.monotonic() < deadline:
-        try:
-            return json.loads(file.read_text())["address"]
-        except ValueError:
-            time.sleep(0.05)
-    raise AssertionError
+def read_address(file: Path) -> str:
+    """Return the address of a scheduler; empty before its file is whole."""
+    try:
+        return json.loads(file.read_text())["address"]
+    except (FileNotFoundError, ValueError):
+        return ""

@@ -8,7 +8,8 @@ from scipy.io import savemat
 
 from pendulum_sysid.cleaning.clean import clean_recording
 from pendulum_sysid.reading.bag import read_bag
-from pendulum_sysid.reading.csv_import import Columns, import_csv
+from pendulum_sysid.reading.columns import Columns
+from pendulum_sysid.reading.csv_import import import_csv
 from pendulum_sysid.reading.raw import RawRecording
 from pendulum_sysid.records import Recording
 from pendulum_twin.errors import BadInputError

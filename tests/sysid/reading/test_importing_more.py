@@ -11,7 +11,8 @@ from support.paths import CONFIG
 from pendulum_sysid.cli import main
 from pendulum_sysid.errors import FileError, WrongUse
 from pendulum_sysid.reading.bag import read_bag
-from pendulum_sysid.reading.csv_import import Columns, import_csv, import_segments
+from pendulum_sysid.reading.columns import Columns
+from pendulum_sysid.reading.csv_import import import_csv, import_segments
 
 TIMES = np.arange(400) / 100
 X, TH = np.sin(TIMES), np.cos(TIMES)

@@ -140,45 +140,66 @@ def parse_options(arguments: list[str] | None) -> argparse.Namespace:
         ),
     )
     add_common_options(parser)
-    add = parser.add_argument
-    add(
+    _add_rig(parser)
+    _add_samples(parser)
+    _add_pace(parser)
+    _add_addresses(parser)
+    complete(parser)
+    options = parser.parse_args(arguments)
+    if options.effects is not None and options.conceal is None:
+        parser.error("--effects: expected --conceal SEED with it")
+    options.effects = 1 if options.effects is None else options.effects
+    return options
+
+
+def _add_rig(parser: Parser) -> None:
+    """Add what the rig is: the nominal rig, and what is concealed in it."""
+    parser.add_argument(
         "--twin",
         type=Path,
         default=Path("config/inteco.yaml"),
         help="twin file of the nominal rig",
     )
-    add(
+    parser.add_argument(
         "--conceal",
         type=make_whole_reader(),
         metavar="SEED",
         help="conceal the effects and wrong parameters that this seed draws",
     )
-    add(
+    parser.add_argument(
         "--effects",
         type=make_whole_reader(),
         metavar="N",
         help="how many effects are concealed (default: 1)",
     )
-    add(
+    parser.add_argument(
         "--seal",
         type=Path,
         metavar="FILE",
         help="write what is concealed here, to be opened after the diagnosis",
     )
-    add(
+
+
+def _add_samples(parser: Parser) -> None:
+    """Add what the samples are like."""
+    parser.add_argument(
         "--rate",
         type=make_number_reader(10, 1000),
         default=100.0,
         metavar="HZ",
         help="samples a second",
     )
-    add(
+    parser.add_argument(
         "--spikes",
         type=make_number_reader(0, 1),
         default=0.0,
         metavar="SHARE",
         help="share of samples with a spike",
     )
+
+
+def _add_pace(parser: Parser) -> None:
+    """Add how fast the rig runs, and for how long."""
     pace = parser.add_mutually_exclusive_group()
     pace.add_argument(
         "--speed",
@@ -192,13 +213,17 @@ def parse_options(arguments: list[str] | None) -> argparse.Namespace:
         action="store_true",
         help="one command in, one sample out, as fast as it goes",
     )
-    add(
+    parser.add_argument(
         "--seconds",
         type=make_number_reader(0, 1e9),
         metavar="S",
         help="end after so many seconds by the clock on the wall",
     )
-    add(
+
+
+def _add_addresses(parser: Parser) -> None:
+    """Add where commands arrive, and where samples go."""
+    parser.add_argument(
         "--listen",
         type=as_option(parse_address),
         default=RIG,
@@ -218,12 +243,6 @@ def parse_options(arguments: list[str] | None) -> argparse.Namespace:
         action="store_true",
         help="send samples to the program that connects to --listen over TCP",
     )
-    complete(parser)
-    options = parser.parse_args(arguments)
-    if options.effects is not None and options.conceal is None:
-        parser.error("--effects: expected --conceal SEED with it")
-    options.effects = 1 if options.effects is None else options.effects
-    return options
 
 
 if __name__ == "__main__":

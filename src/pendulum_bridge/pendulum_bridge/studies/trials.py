@@ -124,7 +124,6 @@ def _draw_trial(number: int, options: argparse.Namespace, nominal: Twin) -> Tria
 
 def parse_options(arguments: list[str] | None) -> argparse.Namespace:
     """Return the command line's options; print the mistake and exit with 2 for wrong use."""
-    usual = ",".join(f"{kind}:{share}" for kind, share in USUAL_SHARES.items())
     parser = Parser(
         prog="trials",
         description=__doc__,
@@ -135,88 +134,117 @@ def parse_options(arguments: list[str] | None) -> argparse.Namespace:
         ),
     )
     add_common_options(parser)
-    add = parser.add_argument
-    add("--out", type=Path, required=True, help="folder for the trials' folders")
-    add("--trials", type=make_whole_reader(), required=True, metavar="N", help="how many")
-    add(
+    _add_series(parser)
+    _add_recording(parser)
+    _add_concealed(parser)
+    _add_motion(parser)
+    _add_rig(parser)
+    complete(parser)
+    return parser.parse_args(arguments)
+
+
+def _add_series(parser: Parser) -> None:
+    """Add which trials are recorded, and where they are written."""
+    parser.add_argument("--out", type=Path, required=True, help="folder for the trials' folders")
+    parser.add_argument(
+        "--trials", type=make_whole_reader(), required=True, metavar="N", help="how many"
+    )
+    parser.add_argument(
         "--seed",
         type=make_whole_reader(),
         required=True,
         metavar="S",
         help="what they are drawn from",
     )
-    add("--first", type=make_whole_reader(), default=0, metavar="K", help="number of the first")
-    add(
+    parser.add_argument(
+        "--first", type=make_whole_reader(), default=0, metavar="K", help="number of the first"
+    )
+
+
+def _add_recording(parser: Parser) -> None:
+    """Add how long a recording is, and how finely it is sampled."""
+    parser.add_argument(
         "--seconds",
         type=make_number_reader(40, 36000),
         default=60.0,
         metavar="S",
         help="length of a recording",
     )
-    add(
+    parser.add_argument(
         "--rate-hz",
         type=make_number_reader(20, 10_000),
         default=100.0,
         metavar="HZ",
         help="samples a second",
     )
-    add(
+    parser.add_argument(
         "--pole-counts",
         type=make_whole_reader(),
         default=4096,
         metavar="N",
         help="the pole's encoder's counts a turn",
     )
-    add(
+
+
+def _add_concealed(parser: Parser) -> None:
+    """Add what is concealed in the rigs."""
+    usual = ",".join(f"{kind}:{share}" for kind, share in USUAL_SHARES.items())
+    parser.add_argument(
         "--kinds",
         type=as_option(parse_shares),
         default=USUAL_SHARES,
         metavar="KIND:SHARE,...",
         help=f"kinds and their shares (default: {usual})",
     )
-    add(
+    parser.add_argument(
         "--effects",
         type=as_option(_parse_effects),
         nargs="+",
         metavar="A+B",
         help="conceal these, sets taking turns, instead of kinds",
     )
-    add(
+    parser.add_argument(
         "--size-factor",
         type=make_number_reader(0, 100),
         default=1.0,
         metavar="F",
         help="times every drawn size",
     )
-    add(
+
+
+def _add_motion(parser: Parser) -> None:
+    """Add what moves the rigs."""
+    parser.add_argument(
         "--plan",
         type=Path,
         metavar="PLAN.yaml",
         help="play this plan, at its own rate, instead of the standard plan",
     )
-    add(
+    parser.add_argument(
         "--closed-loop",
         action="store_true",
         help="record a controller at work instead of the standard plan",
     )
-    add(
+    parser.add_argument(
         "--pairs",
         action="store_true",
         help="record every rig a second time, under another plan",
     )
-    add(
+
+
+def _add_rig(parser: Parser) -> None:
+    """Add the nominal rig, and what real rigs have beside it."""
+    parser.add_argument(
         "--rest",
         action="store_true",
         help="let small physics that nobody asks for be always on, as on real rigs",
     )
-    add(
+    parser.add_argument(
         "--twin",
         type=Path,
         default=Path("config/inteco.yaml"),
         help="twin file of the nominal rig",
     )
-    complete(parser)
-    return parser.parse_args(arguments)
 
 
 def _parse_effects(text: str) -> tuple[str, ...]:

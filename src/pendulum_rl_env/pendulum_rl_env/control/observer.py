@@ -12,8 +12,8 @@ from pendulum_rl_env.control.rollouts import Snapshot
 from pendulum_rl_env.kernel_transport import count_samples
 from pendulum_twin import lanes
 from pendulum_twin.arrays import Floats
-from pendulum_twin.free_runs import undo_sensors
 from pendulum_twin.model import Twin
+from pendulum_twin.sensors import undo_sensors
 
 VELOCITY_GAIN = 0.8  # of the mean velocity's error that a position shows
 

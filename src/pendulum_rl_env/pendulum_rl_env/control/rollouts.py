@@ -14,9 +14,9 @@ import numpy as np
 from pendulum_rl_env.kernel_transport import count_samples
 from pendulum_twin import lanes as live
 from pendulum_twin.arrays import Floats, Ints
-from pendulum_twin.free_runs import apply_sensors
 from pendulum_twin.machine_code import make_cached_compiler
 from pendulum_twin.model import Twin
+from pendulum_twin.sensors import apply_sensors
 
 STATE_STEP, COMMAND_STEP = 1e-4, 1e-3  # m, rad, m/s, rad/s; and PWM fraction: of differences
 STEP_SHARES: Floats = 2.0 ** -np.arange(

@@ -23,9 +23,8 @@ from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.signals import Signals
 
-SHIFTS = 17  # of the clock that are tried
-HALF = 6  # samples on either side of a jump that the filter sees
-PASSES = 2  # neighbours are asked again when the first commands have been settled
+SHIFTS = 17  # tried from end to end of COMMAND_CLOCK_OFF: a twentieth of a period apart
+PASSES = 2  # of an iteration: commands that were settled change how their neighbours are weighed
 SPREAD_OF_NORMAL = 1.4826  # standard deviation over median absolute deviation
 
 
@@ -34,13 +33,11 @@ class Doubt:
     """Hold the samples whose command is in doubt, for a command came midway to the next sample.
 
     samples: (k,) their numbers, rising.
-    past: (k,) by how many periods the command came after the middle.
     other: (k,) PWM fraction; the sample's command if the boundary lies beyond the command that
         came: the command before it, where it came before the middle, else that command itself.
     """
 
     samples: Ints
-    past: Floats
     other: Floats
 
 
@@ -56,10 +53,10 @@ def settle_commands(
     that came midway between two samples answers for itself.
 
     signals: with a cart.
-    smoothed: gives the smoothed motion; it is asked only where a command is in doubt.
+    smoothed: returns the smoothed motion; is called only where a command is in doubt, for
+        smoothing takes time.
     stamps, commands: (m,) when each command came, s, rising, and its value.
     """
-
     since = (stamps - stamps[0]) / max(stamps[-1] - stamps[0], signals.period_s) - 0.5
 
     def hold(shift: float, drift: float) -> Floats:
@@ -98,7 +95,7 @@ def _find_doubt(signals: Signals, stamps: Floats, commands: Floats) -> Doubt:
     samples = np.array(sorted(nearest), dtype=np.int64)
     number = np.array([nearest[sample] for sample in samples.tolist()], dtype=np.int64)
     other = np.where(past[number] <= 0, commands[np.maximum(number - 1, 0)], commands[number])
-    return Doubt(samples, past[number], other)
+    return Doubt(samples, other)
 
 
 @dataclass(frozen=True)
@@ -175,14 +172,15 @@ def _list_rows(signals: Signals) -> Ints:
 
 
 def _make_filter() -> Floats:
-    """Return the weights (2 HALF + 1,) that give a jump at the filter's centre.
+    """Return the weights (2 COMMAND_SIDE + 1,) that give a jump at the filter's centre.
 
     A command at sample k shows by half in the second differences at k and k + 1.
     """
-    count = 2 * HALF + 1
+    side = decisions.COMMAND_SIDE
+    count = 2 * side + 1
     second = np.diff(np.eye(count + 2), 2, axis=0)
     whitening = np.linalg.inv(np.linalg.cholesky(second @ second.T))
-    at = np.arange(count) - HALF
+    at = np.arange(count) - side
     jump = 0.5 * ((at == 0) | (at == 1))
     columns = whitening @ np.column_stack([jump, np.ones(count), at])
     weights: Floats = (np.linalg.pinv(columns) @ whitening)[0]

@@ -122,7 +122,7 @@ def _set_command_times(samples: Samples, signals: Signals) -> tuple[Signals, flo
     """Return the signals with commands at the times at which they acted, and their spread, s."""
     if signals.cart is None or not np.any(signals.command):
         return signals, 0.0
-    smoothed = cache(lambda: smooth_state(signals))  # of few recordings it is asked
+    smoothed = cache(lambda: smooth_state(signals))  # takes time, and few recordings need it
 
     def measure(commanded: Signals) -> float:
         return measure_unexplained(commanded, smoothed())

@@ -23,8 +23,8 @@ from pendulum_sysid.records import Fit
 from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Place
-from pendulum_twin.free_runs import undo_sensors
 from pendulum_twin.parameter_vector import SLOTS, make_theta
+from pendulum_twin.sensors import undo_sensors
 
 
 @dataclass(frozen=True)

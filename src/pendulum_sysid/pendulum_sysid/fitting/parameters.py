@@ -27,7 +27,7 @@ from pendulum_twin.parameter_vector import (
     make_theta,
 )
 from pendulum_twin.pole_body import LEAST_INERTIA_SHARE_ALONE, move_mass_to_pole
-from pendulum_twin.rig import RANGES, UNITS
+from pendulum_twin.rig import RANGES, UNITS, Rig
 from pendulum_twin.signals import Signals
 from pendulum_twin.suggest import add_hint
 
@@ -90,60 +90,58 @@ def list_rig_parameters(twin: Twin) -> tuple[Free, ...]:
     stays within what a twin file may hold. The common distance stands for the moment of the pole's
     weight: its value is that of the twin's masses.
     """
-    rig = twin.rig
-    theta = make_theta(twin)
-
-    def free(
-        name: str,
-        slots: tuple[int, ...],
-        factors: tuple[float, ...],
-        size: float,
-        within: float = np.inf,
-    ) -> Free:
-        low, high = RANGES[name]
-        low, high = max(low, size / within), min(high, size * within)
-        return Free(name, UNITS[name], slots, factors, low, high, size)
-
-    constants = []
-    if rig.has_cart:
-        force = theta[FORCE_PER_PWM] or 1.0
-        constants.append(free("force_per_pwm_n", (FORCE_PER_PWM,), (1.0,), force))
-        size = max(theta[CART_VISCOUS], 0.1 * theta[0])
-        constants.append(free("cart_viscous_n_s_m", (CART_VISCOUS,), (1.0,), size))
-        if twin.spreads.get("cart_mass_kg"):
-            cart_mass = free("cart_mass_kg", (MASS,), (1.0,), rig.cart_mass_kg or 1.0)
-            constants.append(replace(cart_mass, offset=rig.pole_mass_kg or 0.0))
+    rig, theta = twin.rig, make_theta(twin)
+    constants = _list_cart_constants(twin, theta) if rig.has_cart else []
     if rig.has_pole:
-        mass = rig.total_mass_kg
-        distance = free(
-            "com_distance_m",
-            (MOMENT, COUPLING),
-            (mass, mass),
-            rig.com_distance_m or 0.1,
-            decisions.POLE_CONSTANT_RATIO,
-        )
-        if not rig.has_cart:
-            farthest = np.sqrt(theta[INERTIA] / (LEAST_INERTIA_SHARE_ALONE * mass))
-            high = min(distance.high, max(float(farthest), distance.size))
-            distance = replace(distance, high=high)
-        constants.append(distance)
-        if rig.has_cart:
-            constants.append(
-                free(
-                    "pole_inertia_kg_m2",
-                    (INERTIA,),
-                    (1.0,),
-                    theta[INERTIA],
-                    decisions.POLE_CONSTANT_RATIO,
-                )
-            )
-        size = max(theta[POLE_VISCOUS], 0.01 * theta[INERTIA])
-        constants.append(free("pole_viscous_n_m_s", (POLE_VISCOUS,), (1.0,), size))
+        constants += _list_pole_constants(rig, theta)
     return tuple(
         replace(c, believed=float(getattr(rig, c.name)), spread=twin.spreads.get(c.name, np.inf))
         for c in constants
         if twin.spreads.get(c.name) != 0.0
     )
+
+
+def _list_cart_constants(twin: Twin, theta: Floats) -> list[Free]:
+    """Return the constants of drive and cart; the mass only where its spread is given."""
+    force = theta[FORCE_PER_PWM] or 1.0
+    viscous = max(theta[CART_VISCOUS], 0.1 * theta[0])
+    constants = [
+        _make_constant("force_per_pwm_n", (FORCE_PER_PWM,), force),
+        _make_constant("cart_viscous_n_s_m", (CART_VISCOUS,), viscous),
+    ]
+    if twin.spreads.get("cart_mass_kg"):
+        mass = _make_constant("cart_mass_kg", (MASS,), twin.rig.cart_mass_kg or 1.0)
+        constants.append(replace(mass, offset=twin.rig.pole_mass_kg or 0.0))
+    return constants
+
+
+def _list_pole_constants(rig: Rig, theta: Floats) -> list[Free]:
+    """Return the constants of the pole: distance, inertia beside a cart, and viscous friction."""
+    mass, reach = rig.total_mass_kg, decisions.POLE_CONSTANT_RATIO
+    size = rig.com_distance_m or 0.1
+    distance = _make_constant("com_distance_m", (MOMENT, COUPLING), size, mass, reach)
+    viscous = max(theta[POLE_VISCOUS], 0.01 * theta[INERTIA])
+    friction = _make_constant("pole_viscous_n_m_s", (POLE_VISCOUS,), viscous)
+    if rig.has_cart:
+        inertia = _make_constant("pole_inertia_kg_m2", (INERTIA,), theta[INERTIA], 1.0, reach)
+        return [distance, inertia, friction]
+    farthest = np.sqrt(theta[INERTIA] / (LEAST_INERTIA_SHARE_ALONE * mass))
+    high = min(distance.high, max(float(farthest), distance.size))
+    return [replace(distance, high=high), friction]
+
+
+def _make_constant(
+    name: str, slots: tuple[int, ...], size: float, factor: float = 1.0, reach: float = np.inf
+) -> Free:
+    """Return a constant of the rig.
+
+    slots: entries of theta that it sets, each to factor times the value.
+    size: a typical magnitude, in the constant's unit.
+    reach: ratio to size, up or down, beyond which no fit goes.
+    """
+    low, high = RANGES[name]
+    low, high = max(low, size / reach), min(high, size * reach)
+    return Free(name, UNITS[name], slots, (factor,) * len(slots), low, high, size)
 
 
 def hold_constants(twin: Twin, names: Sequence[str]) -> Twin:

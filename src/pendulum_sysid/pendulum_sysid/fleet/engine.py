@@ -190,43 +190,67 @@ def run_tasks[Item, Result](
     time_limit_s: s; of one task.
     Raises SchedulerLost when the scheduler goes, WrongUse when it has no workers.
     """
-    waiting = iter(items)
-    under_way: dict[Any, Item] = {}
-    finished = as_completed(raise_errors=False)
-
-    threads, counted_s, submitted = 1, -math.inf, 0
-
-    def fill() -> None:
-        nonlocal threads, counted_s, submitted
-        if time.monotonic() - counted_s > COUNT_EVERY_S:
-            threads, counted_s = max(_count_threads(client), 1), time.monotonic()
-        is_kept = submitted > TASKS_HANDED_OUT * threads
-        ahead = WAITING_A_THREAD * threads if is_kept else 0
-        free = threads + ahead - len(under_way)
-        for _, item in zip(range(free), waiting, strict=False):
-            submitted += 1
-            future = client.submit(
-                _run_limited,
-                function,
-                item,
-                time_limit_s,
-                key=f"task-{uuid.uuid4().hex}",
-                pure=False,
-            )
-            under_way[future] = item
-            finished.add(future)
-
     _wait_for_workers(client)
-    fill()
-    while under_way:
-        future = next(finished)
-        ending = _read_ending(client, future, under_way[future], time_limit_s)
+    supply = _Supply(client, function, iter(items), time_limit_s)
+    supply.fill()
+    while supply.under_way:
+        future = next(supply.finished)
+        ending = _read_ending(client, future, supply.under_way[future], time_limit_s)
         if ending is None:
-            finished.add(future)
+            supply.finished.add(future)
             continue
-        del under_way[future]
-        fill()
+        del supply.under_way[future]
+        supply.fill()
         yield ending
+
+
+class _Supply[Item, Result]:
+    """Keep the workers of a cluster supplied with tasks: one each, and a few at the scheduler.
+
+    under_way: the tasks that have been submitted and have not ended, with their items.
+    finished: yields those of them that end.
+    """
+
+    def __init__(
+        self,
+        client: Client,
+        function: Callable[[Item], Result],
+        waiting: Iterator[Item],
+        time_limit_s: float,
+    ) -> None:
+        self._client, self._function = client, function
+        self._waiting, self._time_limit_s = waiting, time_limit_s
+        self.under_way: dict[Any, Item] = {}
+        self.finished = as_completed(raise_errors=False)
+        self._submitted = 0
+        self._threads, self._counted_s = 1, -math.inf
+
+    def fill(self) -> None:
+        """Submit tasks until all threads have a task and enough wait, or no item is left."""
+        for _, item in zip(range(self._count_free()), self._waiting, strict=False):
+            self._submit(item)
+
+    def _count_free(self) -> int:
+        """Return how many tasks may be submitted; threads are counted anew once in a while."""
+        if time.monotonic() - self._counted_s > COUNT_EVERY_S:
+            self._threads = max(_count_threads(self._client), 1)
+            self._counted_s = time.monotonic()
+        is_kept = self._submitted > TASKS_HANDED_OUT * self._threads
+        ahead = WAITING_A_THREAD * self._threads if is_kept else 0
+        return self._threads + ahead - len(self.under_way)
+
+    def _submit(self, item: Item) -> None:
+        future = self._client.submit(
+            _run_limited,
+            self._function,
+            item,
+            self._time_limit_s,
+            key=f"task-{uuid.uuid4().hex}",
+            pure=False,
+        )
+        self._submitted += 1
+        self.under_way[future] = item
+        self.finished.add(future)
 
 
 def _count_threads(client: Client) -> int:

@@ -15,7 +15,7 @@ from pendulum_sysid.fleet.places import Place
 from pendulum_sysid.fleet.table import RigEntry, find_rig
 from pendulum_sysid.reading.array_table import ARRAY_SUFFIXES, read_array_table
 from pendulum_sysid.reading.bag_files import DATA_SUFFIXES, INDEX, TABLE_SUFFIXES
-from pendulum_sysid.reading.csv_import import EPOCH_S, TIME_UNITS, Columns
+from pendulum_sysid.reading.columns import EPOCH_S, TIME_UNITS, Columns
 from pendulum_sysid.reading.csv_table import read_csv_table
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.strict_yaml import parse_yaml

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from pendulum_sysid.errors import FileError
 from pendulum_sysid.fleet.engine import DIED, Ending, Engine, open_client, run_tasks
-from pendulum_sysid.fleet.recordings import assign_rigs, compute_source_digest, find_sources
+from pendulum_sysid.fleet.recordings import (
+    Source,
+    assign_rigs,
+    compute_source_digest,
+    find_sources,
+)
 from pendulum_sysid.fleet.rows import FAILED, PUT_ASIDE, Result
 from pendulum_sysid.fleet.store import Key, Store
 from pendulum_sysid.fleet.table import RigEntry, read_table
@@ -60,6 +65,29 @@ def run_fleet(
     Raises BadInputError when folder, table, store or scheduler are not as expected.
     """
     rigs = read_table(table)
+    pairs, strays = _claim_recordings(folders, table, rigs)
+    for source in strays:
+        progress(f"{source.path}: left out, for no rig of {table} claims it")
+    tally = Tally(recordings=len(pairs) + len(strays), strays=len(strays))
+    store = Store(address)
+    store.create()
+    twins = {rig.name: rig.twin.read_bytes() for rig in rigs}
+    for rig in rigs:
+        store.write_twin(rig.twin_digest, twins[rig.name])
+    works = _peek(_list_work(pairs, twins, store, method, tally))
+    if works is not None:
+        _examine(works, engine, store, tally, len(pairs), progress)
+        store.merge()
+    return tally
+
+
+def _claim_recordings(
+    folders: Sequence[str], table: Path, rigs: tuple[RigEntry, ...]
+) -> tuple[list[tuple[Source, RigEntry]], list[Source]]:
+    """Return the recordings with their rigs, and those that no rig claims.
+
+    Raises FileError when no rig claims any.
+    """
     sources = [source for folder in folders for source in find_sources(folder)]
     pairs, strays = assign_rigs(sources, rigs)
     if not pairs:
@@ -67,52 +95,58 @@ def run_fleet(
             f"{table}: expected a rig for the {len(sources)} recordings, found that no pattern "
             f"fits {sources[0].name}: give the rig `recordings: PATTERN`"
         )
-    for source in strays:
-        progress(f"{source.path}: left out, for no rig of {table} claims it")
-    tally = Tally(recordings=len(sources), strays=len(strays))
-    store = Store(address)
-    store.create()
-    twins = {rig.name: rig.twin.read_bytes() for rig in rigs}
-    for rig in rigs:
-        store.write_twin(rig.twin_digest, twins[rig.name])
-    done = store.list_done()
-    version, makes_reports = get_version(), method == "diagnose"
+    return pairs, strays
 
-    def make_work(source: object, rig: RigEntry, digest: str) -> Work:
-        return Work(
-            source=source,  # type: ignore[arg-type]
+
+def _list_work(
+    pairs: Iterable[tuple[Source, RigEntry]],
+    twins: Mapping[str, bytes],
+    store: Store,
+    method: str,
+    tally: Tally,
+) -> Iterator[Work]:
+    """Yield the work on recordings that the store does not know; count the others as known.
+
+    twins: rig -> its twin file.
+    """
+    done, version = store.list_done(), get_version()
+    for source, rig in pairs:
+        digest = compute_source_digest(source)
+        key: Key = (rig.name, digest, version, rig.twin_digest, method)
+        if key in done:
+            tally.known += 1
+            continue
+        done.add(key)
+        yield Work(
+            source=source,
             digest=digest,
             rig=rig.name,
             twin=twins[rig.name],
             twin_digest=rig.twin_digest,
             columns=rig.columns,
             method=method,
-            store=address if makes_reports else "",
+            store=store.address if method == "diagnose" else "",
         )
 
-    def list_work() -> Iterator[Work]:
-        for source, rig in pairs:
-            digest = compute_source_digest(source)
-            key: Key = (rig.name, digest, version, rig.twin_digest, method)
-            if key in done:
-                tally.known += 1
-                continue
-            done.add(key)
-            yield make_work(source, rig, digest)
 
-    works = _peek(list_work())
-    if works is not None:
-        with open_client(engine, compile_kernels) as client:
+def _examine(
+    works: Iterable[Work],
+    engine: Engine,
+    store: Store,
+    tally: Tally,
+    total: int,
+    progress: Progress,
+) -> None:
+    """Examine the recordings on a cluster, and write what comes of them into the store."""
+    with open_client(engine, compile_kernels) as client:
 
-            def examine(some: Iterable[Work]) -> Iterator[Ending[Work, Result]]:
-                return run_tasks(client, examine_recording, some, engine.time_limit_s)
+        def examine(some: Iterable[Work]) -> Iterator[Ending[Work, Result]]:
+            return run_tasks(client, examine_recording, some, engine.time_limit_s)
 
-            died: list[Work] = []
-            endings = _hold_back(examine(works), died, progress)
-            _collect(endings, store, tally, len(pairs), progress)
-            _collect(examine(died), store, tally, len(pairs), progress)
-        store.merge()
-    return tally
+        died: list[Work] = []
+        endings = _hold_back(examine(works), died, progress)
+        _collect(endings, store, tally, total, progress)
+        _collect(examine(died), store, tally, total, progress)
 
 
 def _peek(works: Iterator[Work]) -> Iterator[Work] | None:

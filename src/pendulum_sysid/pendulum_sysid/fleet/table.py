@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from pendulum_sysid.errors import FileError
-from pendulum_sysid.reading.csv_import import Columns
+from pendulum_sysid.reading.columns import Columns
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.files import compute_digest, read_yaml
 from pendulum_twin.model import load_twin

@@ -22,7 +22,8 @@ from pendulum_sysid.fleet.store import Store
 from pendulum_sysid.pipeline import diagnose
 from pendulum_sysid.prepare import prepare
 from pendulum_sysid.reading.bag import COMMAND_TOPIC, STATE_TOPIC, read_bag
-from pendulum_sysid.reading.csv_import import Columns, import_csv
+from pendulum_sysid.reading.columns import Columns
+from pendulum_sysid.reading.csv_import import import_csv
 from pendulum_sysid.records import Fit, Outcome, Recording
 from pendulum_sysid.telling.output_files import format_json
 from pendulum_sysid.telling.report import render_page

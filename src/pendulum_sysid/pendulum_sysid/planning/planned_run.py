@@ -12,17 +12,16 @@ from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.compose import PATHS
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Form
-from pendulum_twin.free_runs import (
-    RATES,
-    apply_sensors,
-    compute_memory_offsets,
-    compute_paces,
-    report_rates,
-    run_mechanics,
-    select_reporting_effects,
-)
+from pendulum_twin.free_runs import compute_memory_offsets, run_mechanics
 from pendulum_twin.parameter_vector import find_active_effects, list_law_kinds
 from pendulum_twin.plans.excitation import Excitation, compute_command, find_command_direction
+from pendulum_twin.sensors import (
+    RATES,
+    apply_sensors,
+    compute_paces,
+    report_rates,
+    select_reporting_effects,
+)
 from pendulum_twin.signals import Signals
 from pendulum_twin.stepper import HANGING
 

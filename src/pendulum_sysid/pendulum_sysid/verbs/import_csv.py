@@ -8,12 +8,8 @@ from pathlib import Path
 
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.stages import Stage
-from pendulum_sysid.reading.csv_import import (
-    Columns,
-    Imported,
-    import_csv,
-    import_segments,
-)
+from pendulum_sysid.reading.columns import Columns
+from pendulum_sysid.reading.csv_import import Imported, import_csv, import_segments
 from pendulum_sysid.reading.ros1 import import_ros1_bag, is_ros1_bag
 from pendulum_sysid.verbs.said import ANSWERED, print_answer, say
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,6 +28,15 @@ def add_import(verbs: Verbs) -> None:
     )
     out = "the rosbag2 folder to write; with several files, the folder of one for each"
     verb.add_argument("--out", required=True, type=Path, metavar="BAG", help=out)
+    _add_columns(verb)
+    _add_clock(verb)
+    _add_units(verb)
+    _add_changes(verb)
+    add_json(verb)
+
+
+def _add_columns(verb: argparse.ArgumentParser) -> None:
+    """Add which columns hold what."""
     for option, what in (
         ("time", "time of each sample"),
         ("command", "what was sent to the drive"),
@@ -43,6 +53,10 @@ def add_import(verbs: Verbs) -> None:
         metavar="COLUMN",
         help="number of the run that a row belongs to; each run becomes a recording in BAG/",
     )
+
+
+def _add_clock(verb: argparse.ArgumentParser) -> None:
+    """Add what the clock of the rows is, and the file of commands on the same clock."""
     verb.add_argument(
         "--join",
         type=Path,
@@ -61,6 +75,10 @@ def add_import(verbs: Verbs) -> None:
         metavar="HZ",
         help="rows a second, for a file without times",
     )
+
+
+def _add_units(verb: argparse.ArgumentParser) -> None:
+    """Add the units of the columns, and where the angle is 0."""
     since = "default: s, or what times since 1970 show"
     for option, units, default in (
         ("length-unit", ("m", "cm", "mm"), "m"),
@@ -78,6 +96,10 @@ def add_import(verbs: Verbs) -> None:
         default="up",
         help="where the angle is 0",
     )
+
+
+def _add_changes(verb: argparse.ArgumentParser) -> None:
+    """Add what is left out, and what is turned round."""
     verb.add_argument(
         "--skip",
         type=read_seconds,
@@ -87,4 +109,3 @@ def add_import(verbs: Verbs) -> None:
     )
     verb.add_argument("--invert-cart", action="store_true", help="turn the cart's sign round")
     verb.add_argument("--invert-pole", action="store_true", help="turn the pole's sign round")
-    add_json(verb)

@@ -22,6 +22,16 @@ def add_prove(verbs: Verbs) -> None:
         "conceal physics in emulated rigs, diagnose their recordings blindly, and say how often "
         "it is right",
     )
+    _add_series(verb)
+    _add_recordings(verb)
+    _add_concealed(verb)
+    _add_questions(verb)
+    add_engine(verb, "--processes")
+    add_json(verb)
+
+
+def _add_series(verb: argparse.ArgumentParser) -> None:
+    """Add which rigs are drawn, and where the proof is written."""
     verb.add_argument(
         "--trials", required=True, type=make_whole_reader(1), metavar="N", help="how many rigs"
     )
@@ -37,6 +47,10 @@ def add_prove(verbs: Verbs) -> None:
         "(default: proof_seed_S)"
     )
     verb.add_argument("--out", type=Path, metavar="DIR", help=out)
+
+
+def _add_recordings(verb: argparse.ArgumentParser) -> None:
+    """Add what the recordings are like, and what moves the rigs."""
     verb.add_argument(
         "--pole-counts",
         type=make_whole_reader(1),
@@ -54,6 +68,10 @@ def add_prove(verbs: Verbs) -> None:
         action="store_true",
         help="record and diagnose every rig a second time, under another plan",
     )
+
+
+def _add_concealed(verb: argparse.ArgumentParser) -> None:
+    """Add what the rigs are, and what is concealed in them."""
     verb.add_argument(
         "--rest",
         action="store_true",
@@ -71,6 +89,10 @@ def add_prove(verbs: Verbs) -> None:
     verb.add_argument(
         "--twin", type=Path, metavar="TWIN", help="the nominal rig (default: config/inteco.yaml)"
     )
+
+
+def _add_questions(verb: argparse.ArgumentParser) -> None:
+    """Add what else is asked of the recordings: rivals, smaller sizes, worse data."""
     rivals = (
         "name by plain rivals as well, on the same recordings (needs pysindy; takes half "
         "a minute each)"
@@ -96,5 +118,3 @@ def add_prove(verbs: Verbs) -> None:
         "answer is right, says less or is wrong (all kinds, or those named)"
     )
     verb.add_argument("--degrade", nargs="?", const="", metavar="KIND,...", help=degrade)
-    add_engine(verb, "--processes")
-    add_json(verb)

@@ -13,8 +13,8 @@ from pendulum_sysid.finding.detectors.detector import Detector, Reading, Use
 from pendulum_sysid.fitting.case import Case
 from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import angle_scale
-from pendulum_twin.free_runs import undo_sensors
 from pendulum_twin.parameter_vector import SLOTS
+from pendulum_twin.sensors import undo_sensors
 
 EFFECT = angle_scale.EFFECT
 RATIOS = np.linspace(-0.15, 0.15, 121)

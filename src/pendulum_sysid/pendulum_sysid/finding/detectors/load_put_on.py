@@ -20,7 +20,7 @@ from pendulum_sysid.finding.localisation.thinning import thin_out
 from pendulum_sysid.fitting.case import Case
 from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import load_put_on
-from pendulum_twin.free_runs import compute_paces
+from pendulum_twin.sensors import compute_paces
 
 EFFECT = load_put_on.EFFECT
 INSTANTS = 60  # tried at once: a second apart in a minute

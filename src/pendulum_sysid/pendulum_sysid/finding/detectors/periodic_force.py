@@ -13,7 +13,7 @@ from pendulum_sysid.finding.localisation.waves import find_vibration_hz
 from pendulum_sysid.fitting.case import Case
 from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import periodic_force
-from pendulum_twin.free_runs import compute_paces
+from pendulum_twin.sensors import compute_paces
 
 EFFECT = periodic_force.EFFECT
 AROUND = np.linspace(-1.0, 1.0, 9)  # of the spectrum's resolution, to either side of its peak

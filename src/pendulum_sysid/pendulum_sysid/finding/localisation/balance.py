@@ -16,7 +16,6 @@ from pendulum_sysid import decisions
 from pendulum_sysid.finding.localisation.sieve import FORCE, TORQUE, Sieve, make_sieve
 from pendulum_sysid.fitting.case import Case
 from pendulum_twin.arrays import Floats, Ints
-from pendulum_twin.free_runs import undo_sensors
 from pendulum_twin.inverse_dynamics import compute_masses, compute_missing_force
 from pendulum_twin.parameter_vector import (
     CART_VISCOUS,
@@ -27,6 +26,7 @@ from pendulum_twin.parameter_vector import (
     MOMENT,
     POLE_VISCOUS,
 )
+from pendulum_twin.sensors import undo_sensors
 from pendulum_twin.signals import Signals
 
 FOLDS = 4

@@ -10,9 +10,9 @@ from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.smoothing import HALF_LENGTHS
 from pendulum_sysid.fitting.case import Case
 from pendulum_twin.arrays import Floats, Ints, Mask
-from pendulum_twin.free_runs import undo_sensors
 from pendulum_twin.inverse_dynamics import STANDING_SPEED_SHARE
 from pendulum_twin.parameter_vector import COUPLING, INERTIA, MASS
+from pendulum_twin.sensors import undo_sensors
 
 FORCE, TORQUE = 0, 1  # the equations
 EDGE = 1  # samples to either side of a difference

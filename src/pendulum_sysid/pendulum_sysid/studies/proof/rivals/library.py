@@ -18,7 +18,6 @@ from pendulum_sysid.finding.localisation.balance import Motion
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.studies.proof.rivals.ground import Ground
 from pendulum_twin.arrays import Floats, Mask
-from pendulum_twin.free_runs import undo_sensors
 from pendulum_twin.inverse_dynamics import compute_missing_force
 from pendulum_twin.parameter_vector import (
     CART_VISCOUS,
@@ -31,6 +30,7 @@ from pendulum_twin.parameter_vector import (
     POLE_VISCOUS,
     SLOTS,
 )
+from pendulum_twin.sensors import undo_sensors
 from pendulum_twin.signals import Signals
 
 DELAYS_S = (0.01, 0.03)

@@ -1,0 +1,144 @@
+"""What the sensors show of true states, and which true states are behind what they show.
+
+The clock of the stamps counts as a sensor, too: velocities are by the stamps.
+
+Arguments that the functions share:
+theta: (lanes, SIZE), parameter vectors.
+sets: (sets, SIZE) the different twins among the lanes; None where they are not known.
+states: (..., 4) x (m), th (rad), v (m/s), w (rad/s).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from pendulum_twin.arrays import Floats
+from pendulum_twin.effects import CATALOGUE
+from pendulum_twin.effects.effect import Effect, Form
+from pendulum_twin.law_curves import convert_positions
+from pendulum_twin.laws.kind import Role
+from pendulum_twin.parameter_vector import SLOTS, find_active_effects, list_law_kinds
+
+_MEASURING = [(k, e) for k, e in enumerate(CATALOGUE) if e.form is Form.MEASURE]
+_REPORTING = [(k, e) for k, e in enumerate(CATALOGUE) if e.form is Form.REPORT]
+_CLOCKS = [e for e in CATALOGUE if e.form is Form.CLOCK]
+_ERRORS = (Role.ANGLE_ERROR, Role.POSITION_ERROR)
+RATES = (2, 3)  # columns of the velocities in a state
+
+
+def apply_sensors(states: Floats, theta: Floats, t: Floats, sets: Floats | None = None) -> Floats:
+    """Return what the sensors show of true states (lanes, ..., 4).
+
+    t: (lanes, ...) s by the stamps, from the start of the recording.
+
+    The velocities are by the stamps, too; `apply_reporting` makes them as reported.
+    """
+    sets = theta if sets is None else sets
+    effects = select_measuring_effects(sets)
+    if _have_errors(sets):
+        states = _convert_positions(states, theta, undo=False)
+    return _scale_rates(pass_through_sensors(states, theta, effects, t), theta, sets, 1.0)
+
+
+def undo_sensors(states: Floats, theta: Floats, t: Floats, sets: Floats | None = None) -> Floats:
+    """Return the true states behind measured ones; the inverse of `apply_sensors`."""
+    sets = theta if sets is None else sets
+    effects = [
+        replace(e, law=e.inverse)
+        for e in reversed(select_measuring_effects(sets))
+        if e.inverse is not None
+    ]
+    rates = _scale_rates(states, theta, sets, -1.0)
+    states = pass_through_sensors(rates, theta, effects, t)
+    return _convert_positions(states, theta, undo=True) if _have_errors(sets) else states
+
+
+def apply_reporting(
+    states: Floats, theta: Floats, period_s: float, sets: Floats | None = None
+) -> Floats:
+    """Return measured states (lanes, samples, 4) with the velocities as they are reported."""
+    effects = select_reporting_effects(theta if sets is None else sets)
+    if effects:
+        states = states.copy()
+        for n in range(1, states.shape[1]):
+            states[:, n, RATES] = report_rates(
+                states[:, n, RATES], states[:, n - 1, RATES], theta, effects, period_s
+            )
+    return states
+
+
+def report_rates(
+    rates: Floats, before: Floats, theta: Floats, effects: list[Effect], period_s: float
+) -> Floats:
+    """Return reported velocities (lanes, 2); before: those reported a sample earlier."""
+    for e in effects:
+        slot = SLOTS[e.name]
+        for i in range(len(rates)):
+            rates[i] = e.law(rates[i], before[i], period_s, *theta[i, slot])
+    return rates
+
+
+def select_reporting_effects(theta: Floats) -> list[Effect]:
+    """Return the effects on reported velocities that are on in any lane."""
+    on = find_active_effects(theta)
+    return [e for k, e in _REPORTING if on[k]]
+
+
+def select_measuring_effects(theta: Floats) -> list[Effect]:
+    """Return the sensor's effects that are on in any lane, in chain order."""
+    on = find_active_effects(theta)
+    return [e for k, e in _MEASURING if on[k]]
+
+
+def pass_through_sensors(
+    states: Floats, theta: Floats, effects: list[Effect], t: Floats
+) -> Floats:
+    """Return states after these sensor effects; see `apply_sensors`."""
+    if not effects:
+        return states.copy()
+    x, th, v, w = (states[..., k] for k in range(4))
+    for effect in effects:
+        slot = SLOTS[effect.name]
+        columns = (theta[:, k].reshape(_make_lane_shape(x)) for k in range(slot.start, slot.stop))
+        with np.errstate(over="ignore", invalid="ignore"):  # a run that ran away shows no number
+            x, v, th, w = effect.law(x, v, th, w, t, *columns)
+    return np.stack([x, th, v, w], axis=-1)
+
+
+def compute_paces(theta: Floats) -> Floats:
+    """Return the time, s, that passes per second of the stamps, for theta (..., SIZE), (...)."""
+    pace = np.ones(theta.shape[:-1])
+    for e in _CLOCKS:
+        slot = SLOTS[e.name]
+        pace = pace * e.law(*(theta[..., k] for k in range(slot.start, slot.stop)))
+    return pace
+
+
+def _have_errors(sets: Floats) -> bool:
+    """Return whether any twin (sets, SIZE) holds a measured error of a sensor."""
+    return any(kind.role in _ERRORS for kind in list_law_kinds(sets))
+
+
+def _convert_positions(states: Floats, theta: Floats, undo: bool) -> Floats:
+    """Return states (lanes, ..., 4) after the measured errors of the sensors, or before them."""
+    flat = np.array(states, dtype=np.float64).reshape(-1, 4)
+    lane_of = np.repeat(np.arange(len(theta)), len(flat) // max(len(theta), 1))
+    convert_positions(flat, lane_of, np.ascontiguousarray(theta), undo)
+    return flat.reshape(states.shape)
+
+
+def _scale_rates(states: Floats, theta: Floats, sets: Floats, power: float) -> Floats:
+    """Return states with velocities multiplied by a power of the pace of their lane."""
+    if np.all(compute_paces(sets) == 1.0):
+        return states
+    pace = compute_paces(theta)
+    states = states.copy()
+    states[..., RATES] *= (pace**power).reshape(_make_lane_shape(states))
+    return states
+
+
+def _make_lane_shape(values: Floats) -> tuple[int, ...]:
+    """Return the shape in which numbers (lanes,) go with values (lanes, ...)."""
+    return (-1,) + (1,) * (values.ndim - 1)
