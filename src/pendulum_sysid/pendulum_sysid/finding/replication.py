@@ -63,7 +63,9 @@ def replicate_effects(case: Case, split: Split, fit: Fit) -> dict[str, Replicati
     interval about nothing. It shows the effect where its own size lies outside, too, on the same
     side. Effects of one recording happen once, and are not asked.
     """
-    thirds = estimate_blocks(case, split, fit, decisions.REPLICATION_PARTS)
+    free = list_free_parameters(case.twin, fit.effects, case.scales)
+    system = _linearise(case, split, fit)
+    thirds = estimate_blocks(system, fit, free, decisions.REPLICATION_PARTS)
     replications = {}
     for name in [e for e in fit.effects if not BY_NAME[e].of_recording]:
         sizes = [
@@ -92,8 +94,16 @@ def widen_intervals(case: Case, split: Split, fit: Fit) -> Fit:
     """
     if fit.choose <= decisions.MISFIT_AT_NOISE:
         return fit
+    return widen_by_blocks(case, fit, _linearise(case, split, fit))
+
+
+def widen_by_blocks(case: Case, fit: Fit, system: System) -> Fit:
+    """Return a fit with intervals that hold the spread of its sizes over blocks of time.
+
+    system: the normal equations of the fit, a row for each piece of a window.
+    """
     free = {p.name: p for p in list_free_parameters(case.twin, fit.effects, case.scales)}
-    blocks = estimate_blocks(case, split, fit, decisions.SPREAD_BLOCKS)
+    blocks = estimate_blocks(system, fit, tuple(free.values()), decisions.SPREAD_BLOCKS)
     widened = {
         name: _widen(fit.estimates[name], free[name], compute_spread(estimates))
         for name, estimates in blocks.items()
@@ -127,14 +137,21 @@ def _widen(estimate: Estimate, free: Free, spread: float) -> Estimate:
     return replace(estimate, low=float(low), high=float(high), identifiable=bool(fixed))
 
 
-def estimate_blocks(case: Case, split: Split, fit: Fit, blocks: int) -> dict[str, BlockEstimates]:
-    """Return every free parameter of a fit as each block of time has it.
-
-    blocks: number of blocks, contiguous in time and of the same number of windows.
-    """
+def _linearise(case: Case, split: Split, fit: Fit) -> System:
+    """Return the normal equations of a fit's free runs."""
     free = list_free_parameters(case.twin, fit.effects, case.scales)
     problem = case.problem(shorten_windows(case.state, split.learn, fit.pieces))
-    system = linearise(problem, fit.theta, fit.start_states, free, fit.power)
+    return linearise(problem, fit.theta, fit.start_states, free, fit.power)
+
+
+def estimate_blocks(
+    system: System, fit: Fit, free: tuple[Free, ...], blocks: int
+) -> dict[str, BlockEstimates]:
+    """Return every free parameter of a fit as each block of time has it.
+
+    system: the normal equations of the fit, a row for each piece of a window.
+    blocks: number of blocks, contiguous in time and of the same number of windows.
+    """
     whole = len(system.normals) // fit.pieces
     parts = [
         (part[:, None] * fit.pieces + np.arange(fit.pieces)).reshape(-1)

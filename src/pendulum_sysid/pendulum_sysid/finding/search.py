@@ -29,6 +29,7 @@ from pendulum_sysid.finding.pruning import prune_set
 from pendulum_sysid.finding.replication import widen_intervals
 from pendulum_sysid.finding.separation import Tie
 from pendulum_sysid.finding.signs import fit_parameters_alone
+from pendulum_sysid.finding.sizes import settle_sizes
 from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.finding.subsets import find_subsets
 from pendulum_sysid.finding.weights import WeighedSet, weigh_sets
@@ -93,8 +94,8 @@ def search_effects(case: Case, split: Split, report: Progress = report_nothing) 
     sets = weigh_sets(search.journal.fits, explanation.fit)
     report(Stage.REPLICATING)
     named = add_replications(search, explanation.fit, add_ties(named, ties), sets)
-    best = widen_intervals(case, split, explanation.fit)
-    best, named = add_readings(case, best, doubt_intervals(best, named))
+    named = doubt_intervals(widen_intervals(case, split, explanation.fit), named)
+    best, named = add_readings(case, settle_sizes(case, split, explanation.fit), named)
     if base.pieces != best.pieces:
         base = search.fit_over_horizon(base, best.pieces)
     lasting = tuple(effect for effect in named if effect.is_lasting)

@@ -2,8 +2,8 @@
 
 The fit to the other windows is a Gauss-Newton step from the fit to all of them, as for the
 leave-out formulas of linear regression (Hastie, Tibshirani and Friedman, The Elements of
-Statistical Learning (2009), section 7.10). A window's own start state is fitted again, for near
-upright it follows its parameters on no straight line.
+Statistical Learning (2009), section 7.10). A window's own start state follows to first order;
+near upright, where it follows its parameters on no straight line, it is fitted again.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def cross_validate(
     folds = [k for k in range(decisions.FOLDS) if 0 < np.sum(fold == k) < count]
     if len(folds) < 2:
         return solution.squares
-    squares = solution.squares.copy()
+    squares, tame = solution.squares.copy(), find_tame(system)
     for k in folds:
         others = penalise(
             replace(system, normals=system.normals[fold != k], scores=system.scores[fold != k]),
@@ -62,13 +62,19 @@ def cross_validate(
             penalty,
         )
         theta, starts = take_step(others, solution.theta, solution.start_states, free, DAMPING)
-        left_out = replace(problem, windows=problem.windows.pick(fold == k))
-        squares[fold == k] = _fit_starts(left_out, theta, starts[fold == k], solution.power)
+        for part, iterations in ((fold == k) & tame, 0), ((fold == k) & ~tame, START_ITERATIONS):
+            if part.any():
+                left_out = replace(problem, windows=problem.windows.pick(part))
+                squares[part] = _fit_starts(
+                    left_out, theta, starts[part], solution.power, iterations
+                )
     far = FAR**2 * problem.windows.samples * solution.power
     return np.minimum(np.nan_to_num(squares, nan=np.inf), far)
 
 
-def _fit_starts(problem: Problem, theta: Floats, starts: Floats, power: Floats) -> Floats:
+def _fit_starts(
+    problem: Problem, theta: Floats, starts: Floats, power: Floats, iterations: int
+) -> Floats:
     """Return the squared errors (windows, channels) with each window's start fitted from `starts`.
 
     power: (channels,) by which channels weigh, as in the fit to all windows.
@@ -84,7 +90,7 @@ def _fit_starts(problem: Problem, theta: Floats, starts: Floats, power: Floats) 
         return squares, np.nan_to_num(cost, nan=np.inf)
 
     squares, cost = run(starts)
-    for _ in range(START_ITERATIONS):
+    for _ in range(iterations):
         system = linearise(problem, theta, starts, (), power)
         moved = take_step(system, theta, starts, (), 0.0)[1]
         new_squares, new_cost = run(moved)

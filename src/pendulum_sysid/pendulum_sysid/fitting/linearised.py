@@ -161,7 +161,7 @@ def linearise(
         from theta all the way to that vector.
     """
     more = np.empty((0, theta.size)) if whole_steps is None else whole_steps
-    sets, scale = _list_neighbours(theta, free)
+    sets, scale = list_neighbours(theta, free)
     sets = np.concatenate([sets, more])
     many = len(sets) + len(list_varied(problem))
     size = max(RUNS_AT_ONCE // (many * problem.windows.samples * start_states.shape[1]), 1)
@@ -284,8 +284,11 @@ def _assemble_part(
     return System(normals, scores, start_normal, start_gradient, cross, sizes, varied)
 
 
-def _list_neighbours(theta: Floats, free: tuple[Free, ...]) -> tuple[Floats, Floats]:
-    """Return theta and its neighbours along each parameter, and each one's size / step."""
+def list_neighbours(theta: Floats, free: tuple[Free, ...]) -> tuple[Floats, Floats]:
+    """Return theta and its neighbours along each parameter, and each parameter's size / step.
+
+    Shapes (1 + parameters, SIZE) and (parameters,).
+    """
     sets = np.repeat(theta[None], 1 + len(free), axis=0)
     scale = np.empty(len(free))
     for k, parameter in enumerate(free):

@@ -1,0 +1,140 @@
+"""Compare sizes fitted by free runs with sizes fitted beside a latent force.
+
+Run as `python docs/study_latent_force.py PROOF [RIGS OUT]`, where `sysid prove --pairs --rest
+--out PROOF` has recorded each concealed rig twice, RIGS holds recordings of real rigs, and OUT
+gets their parts. Both fits are given the same effects, on emulated rigs those that are concealed,
+and begin at the same sizes: what differs is the fit alone.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from study_real_rigs import RIGS, measure
+
+import pendulum_sysid as ps
+from pendulum_sysid.finding.replication import widen_by_blocks, widen_intervals
+from pendulum_sysid.fitting.fit import HORIZONS, fit
+from pendulum_sysid.fitting.latent_force import fit_under_latent_force
+from pendulum_sysid.prepare import prepare
+from pendulum_sysid.records import Estimate, Fit
+from pendulum_sysid.studies.proof.read_trial import read_seal
+from pendulum_sysid.studies.proof.records import Seal
+from pendulum_sysid.studies.proof.sizes import compute_mass_scale
+from pendulum_twin.effects import BY_NAME
+from pendulum_twin.parameter_vector import SLOTS, make_theta
+from pendulum_twin.rig import UNITS
+
+KINDS = ("free runs", "latent force")
+# What all parts of a real rig share, and where fits of it begin.
+SHARED: dict[str, dict[str, tuple[float, ...]]] = {
+    "inteco": {"cart_sign_inverted": (1.0,), "cart_coulomb_friction": (0.5,)},
+    "quanser": {
+        "input_delay": (0.008,),
+        "cart_coulomb_friction": (0.3,),
+        "rail_tilt": (0.01,),
+    },
+    "emps": {"rail_tilt": (0.003,), "cart_coulomb_friction": (20.0,)},
+}
+
+
+def fit_both(
+    bags: list[Path], twin: ps.Twin, effects: Mapping[str, Sequence[float]]
+) -> tuple[Fit, Fit]:
+    """Return fits by free runs and beside a latent force, with a verdict's intervals.
+
+    effects: name -> the values at which the fits begin.
+    """
+    prepared = prepare([ps.read_recording(bag) for bag in bags], twin)
+    case, split = prepared.case, prepared.split
+    theta = make_theta(case.twin)
+    for name, values in effects.items():
+        theta[SLOTS[name]] = values
+    for pieces in HORIZONS:
+        free = fit(case, split, tuple(effects), theta, pieces)
+        theta = free.theta
+    settled, system = fit_under_latent_force(case, split, free)
+    return widen_intervals(case, split, free), widen_by_blocks(case, settled, system)
+
+
+def list_sizes(fitted: Fit, seal: Seal, scale: float) -> Iterator[tuple[str, float, Estimate]]:
+    """Yield name, truth and estimate of every size and constant; shapes are left out."""
+    shapes = {f"{e.name}.{p.name}" for e in BY_NAME.values() for p in e.parameters if p.shape}
+    for name, estimate in fitted.estimates.items():
+        if name in shapes:
+            continue
+        if "." in name:
+            effect, key = name.split(".")
+            true = seal.effects[effect][key]
+            unit = next(p.unit for p in BY_NAME[effect].parameters if p.name == key)
+        else:
+            true, unit = seal.rig[name], UNITS[name]
+        by_mass = unit.split(" ")[0].split("/")[0] in ("N", "kg")
+        yield name, true * scale if by_mass else true, estimate
+
+
+def study(folder: Path) -> None:
+    """Print each trial's errors on its other recording, and how near both fits come to the truth.
+
+    Errors are root mean square errors of free runs of 1 s.
+    """
+    kept: dict[str, list[tuple[float, float, bool]]] = {kind: [] for kind in KINDS}
+    overlaps: dict[str, list[bool]] = {kind: [] for kind in KINDS}
+    print("| trial | concealed | other recording: free runs | latent force |\n|---|---|---|---|")
+    for trial in sorted(folder.glob("trials/trial_*")):
+        if not (trial / "other").is_dir():
+            continue
+        seal, twin = read_seal(trial / "seal.json"), ps.load_twin(trial / "twin.yaml")
+        scale = compute_mass_scale(seal, twin.rig)
+        effects = {name: list(sizes.values()) or [1.0] for name, sizes in seal.effects.items()}
+        both = [fit_both([trial / bag], twin, effects) for bag in ("bag", "other")]
+        cells = []
+        for k, kind in enumerate(KINDS):
+            here, there = both[0][k], both[1][k]
+            for fitted in (here, there):
+                kept[kind] += [
+                    (
+                        abs(e.value / true - 1.0),
+                        (e.high - e.low) / abs(true),
+                        e.low <= true <= e.high,
+                    )
+                    for _, true, e in list_sizes(fitted, seal, scale)
+                ]
+            overlaps[kind] += [
+                e.low <= there.estimates[name].high and there.estimates[name].low <= e.high
+                for name, _, e in list_sizes(here, seal, scale)
+            ]
+            cells.append(measure([str(trial / "other")], here.twin))
+        names = ", ".join(f"`{name}`" for name in seal.effects) or "-"
+        print(f"| {trial.name[-4:]} | {names} | {cells[0]} | {cells[1]} |", flush=True)
+    print("\n| fit | sizes | median error | median width | hold the truth | overlap |")
+    print("|---|---|---|---|---|---|")
+    for kind in KINDS:
+        errors, widths, inside = np.array(kept[kind]).T
+        print(
+            f"| {kind} | {len(errors)} | {100 * np.median(errors):.2g} % "
+            f"| {100 * np.median(widths):.2g} % | {100 * inside.mean():.3g} % "
+            f"| {100 * np.mean(overlaps[kind]):.3g} % |"
+        )
+
+
+def study_rigs(rigs: Path, out: Path) -> None:
+    """Print the sizes of real rigs as each of their parts has them."""
+    for name, effects in SHARED.items():
+        rig = RIGS[name](rigs, out)
+        print(f"\n| {name}: part | parameter | free runs | latent force |\n|---|---|---|---|")
+        for part, bags in rig.parts.items():
+            both = fit_both(bags, ps.load_twin(rig.twin), effects)
+            for parameter in both[0].estimates:
+                sizes = [fitted.estimates[parameter] for fitted in both]
+                cells = [f"{e.value:.3g} [{e.low:.3g}, {e.high:.3g}]" for e in sizes]
+                print(f"| {part} | `{parameter}` | {cells[0]} | {cells[1]} |", flush=True)
+
+
+if __name__ == "__main__":
+    study(Path(sys.argv[1]))
+    if sys.argv[2:]:
+        study_rigs(Path(sys.argv[2]), Path(sys.argv[3]))
