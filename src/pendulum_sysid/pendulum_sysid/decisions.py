@@ -46,7 +46,6 @@ REPLICATED_SHARE = 0.5  # of parts; that could show a name, and more of which mu
 SPREAD_BLOCKS = 6  # blocks; of time, between which sizes may differ: the model is incomplete
 PREDICTED_EVERY_S = 0.05  # s; the slowest rate of samples; shorter, filters count most; measured
 FORCE_SECONDS = 120.0  # s; of a recording, that a latent force's size is measured on: time
-SETTLED_MISFIT_RATIO = 1.25  # ratio; such sizes may cost: 1.14 on real rigs, 5 astray; measured
 SPREAD_LEAST_BLOCKS = 3  # blocks; that must fix a value, for a spread between them
 SET_DRAWS = 1000  # draws; of the weights of blocks, to weigh sets: errors of 2 %; derived
 SET_LEAST_WEIGHT = 0.01  # of weight; of a set that is told

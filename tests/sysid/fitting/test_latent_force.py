@@ -8,6 +8,7 @@ from scipy.stats import multivariate_normal
 from support.made_recordings import INTECO, made
 
 from pendulum_sysid import decisions
+from pendulum_sysid.finding import sizes
 from pendulum_sysid.finding.sizes import settle_sizes
 from pendulum_sysid.fitting import latent_force
 from pendulum_sysid.fitting.fit import fit
@@ -16,7 +17,7 @@ from pendulum_sysid.fitting.latent_force import fit_under_latent_force
 from pendulum_sysid.prepare import Prepared, prepare
 from pendulum_sysid.records import Fit
 from pendulum_twin.model import Twin
-from pendulum_twin.parameter_vector import make_theta
+from pendulum_twin.parameter_vector import INERTIA, make_theta
 
 FRICTION = "cart_coulomb_friction"
 TRUTH = replace(INTECO, effects={FRICTION: {"level_n": 0.5}})
@@ -137,13 +138,17 @@ def test_a_fit_at_the_noise_stays_as_it_is() -> None:
     assert settle_sizes(prepared.case, prepared.split, fitted) is fitted
 
 
-def test_a_fit_that_went_astray_is_not_taken(
+def test_a_fit_whose_free_runs_are_surely_worse_is_not_taken(
     rubbed: tuple[Prepared, Fit, Fit], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Free runs that are far worse say that the latent force took what the twin should do."""
+    """Sizes that make the improved twin run worse are no gain."""
     prepared, free, _ = rubbed
-    monkeypatch.setattr(decisions, "SETTLED_MISFIT_RATIO", 0.0)
-    kept = settle_sizes(prepared.case, prepared.split, free)
+    settled, system = fit_under_latent_force(prepared.case, prepared.split, free)
+    heavier = settled.theta.copy()
+    heavier[INERTIA] *= 1.5
+    worse = replace(settled, theta=heavier)
+    monkeypatch.setattr(sizes, "fit_under_latent_force", lambda *_: (worse, system))
+    kept = sizes.settle_sizes(prepared.case, prepared.split, free)
     assert np.array_equal(kept.theta, free.theta)
 
 

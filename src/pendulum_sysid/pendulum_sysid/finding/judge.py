@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pendulum_sysid import decisions
-from pendulum_sysid.records import Fit
+from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.fitting.gauss_newton import refine_start_states
+from pendulum_sysid.records import Fit, Split
 from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
 
@@ -102,6 +104,12 @@ def compute_log_errors(fit: Fit, of: Fit) -> Floats:
     of: the fit whose typical window is the scale.
     """
     return 0.5 * np.log1p(_compute_powers(fit) / np.median(_compute_powers(of), axis=0))
+
+
+def judge_over_whole_windows(case: Case, split: Split, fit: Fit) -> Fit:
+    """Return a fit with its errors taken over whole windows, nothing refitted."""
+    refined = refine_start_states(case.problem(split.learn), fit.theta)
+    return replace(fit, window_squares=refined.squares, counts=refined.counts, pieces=1)
 
 
 def average_over_blocks(values: Floats) -> Floats:

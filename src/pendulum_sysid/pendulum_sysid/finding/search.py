@@ -15,7 +15,11 @@ from pendulum_sysid import decisions
 from pendulum_sysid.finding.growth import find_steps, grow_set, list_simplest
 from pendulum_sysid.finding.identifiability import find_ties
 from pendulum_sysid.finding.journal import Journal, Progress, Search, report_nothing
-from pendulum_sysid.finding.judge import compute_distance, compute_lead
+from pendulum_sysid.finding.judge import (
+    compute_distance,
+    compute_lead,
+    judge_over_whole_windows,
+)
 from pendulum_sysid.finding.naming import (
     Named,
     add_readings,
@@ -34,7 +38,6 @@ from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.finding.subsets import find_subsets
 from pendulum_sysid.finding.weights import WeighedSet, weigh_sets
 from pendulum_sysid.fitting.case import Case
-from pendulum_sysid.fitting.gauss_newton import refine_start_states
 from pendulum_sysid.records import Fit, Split, Trial
 
 
@@ -180,7 +183,7 @@ def extend_horizon(search: Search, base: Fit, explanation: Explanation) -> Expla
     if long.effects != short.effects:
         refitted = search.fit_over_horizon(long, short.pieces)
         near = prune_set(search, base.effects, refitted, expected)
-    better = compute_lead(long, judge_over_whole_windows(search, near)).is_real
+    better = compute_lead(long, judge_over_whole_windows(search.case, search.split, near)).is_real
     return replace(explanation, fit=long if better else near)
 
 
@@ -198,9 +201,3 @@ def confirm_long(search: Search, short: Fit, long: Fit) -> Fit:
     near = search.fit_over_horizon(long, short.pieces)
     shows = all(compute_distance(near, name, short.effects) > 1.0 for name in added)
     return long if shows and compute_lead(near, short).ratio > 1.0 else short
-
-
-def judge_over_whole_windows(search: Search, fit: Fit) -> Fit:
-    """Return a fit with its errors taken over whole windows, nothing refitted."""
-    refined = refine_start_states(search.case.problem(search.split.learn), fit.theta)
-    return replace(fit, window_squares=refined.squares, counts=refined.counts, pieces=1)
