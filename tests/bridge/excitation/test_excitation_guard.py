@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -20,7 +21,7 @@ from pendulum_bridge.excitation.guard import (
     watch_sample,
 )
 from pendulum_bridge.excitation.performance import Performance, perform
-from pendulum_bridge.excitation.playback import MOST_LOOKS, SAMPLES_A_LOOK
+from pendulum_bridge.excitation.playback import MOST_LOOKS, SAMPLES_A_LOOK, STEADY_LOOKS
 from pendulum_bridge.excitation.run import (
     Run,
     Stage,
@@ -229,7 +230,7 @@ def test_a_run_looks_before_it_plays_and_sends_0_meanwhile() -> None:
 
 def test_a_run_at_another_rate_is_refused_in_a_sentence() -> None:
     run, sent = looked(begin_looking(0.0, Run()), stamps(999, periods=2))
-    assert run.stage is Stage.STOPPED and sent == [0.0] * MOST_LOOKS * SAMPLES_A_LOOK
+    assert run.stage is Stage.STOPPED and sent == [0.0] * STEADY_LOOKS * SAMPLES_A_LOOK
     assert "expected 100 Hz, found 50 Hz: give the plan the rig's rate_hz" in run.stopped.sentence
 
 
@@ -237,6 +238,21 @@ def test_a_rate_that_fits_only_later_is_good() -> None:
     late = stamps(30, periods=2.5) + stamps(70, first_ns=80 * PERIOD_NS)
     run, sent = looked(begin_looking(0.0, Run()), late)
     assert run.stage is Stage.PLAYING and len(sent) == 2 * SAMPLES_A_LOOK
+
+
+def restless(looks: int) -> list[int]:
+    """Return stamps of a busy computer, whose samples come at another wrong rate each time."""
+    gaps = [(0.8 + 0.1 * (look % 2)) * PERIOD_NS for look in range(looks)]
+    return [round(t) for t in np.cumsum(np.repeat(gaps, SAMPLES_A_LOOK))]
+
+
+def test_a_rate_that_does_not_settle_gets_time() -> None:
+    busy = restless(MOST_LOOKS // 2)
+    run, sent = looked(begin_looking(0.0, Run()), busy + stamps(99, first_ns=busy[-1]))
+    assert run.stage is Stage.PLAYING and len(sent) == len(busy) + SAMPLES_A_LOOK
+    run, sent = looked(begin_looking(0.0, Run()), restless(2 * MOST_LOOKS))
+    assert run.stage is Stage.STOPPED and len(sent) == MOST_LOOKS * SAMPLES_A_LOOK
+    assert run.stopped.sentence.endswith("this computer is too busy).")
 
 
 def test_before_it_begins_nothing_is_answered() -> None:

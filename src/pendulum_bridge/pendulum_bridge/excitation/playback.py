@@ -18,7 +18,8 @@ from pendulum_twin.plans.excitation import Excitation, compute_command, find_com
 STAMP_FOLLOWING_SHARE = 0.05
 # samples before the start that show the rate; more than a subscription's queue holds
 SAMPLES_A_LOOK = 25
-MOST_LOOKS = 4  # measurements of the rate, after which a wrong rate is refused
+STEADY_LOOKS = 4  # measurements in a row that agree; a wrong rate is refused then
+MOST_LOOKS = 120  # measurements, after which a rate that does not settle is refused
 RATE_TOLERANCE = 0.03
 
 
@@ -107,8 +108,7 @@ def measure_rate(stamps_ns: Sequence[int], rate_hz: float) -> float:
     """Return the rate of samples, Hz, nearest to rate_hz: by the mean or by the median distance.
 
     The mean bears stamps that come in bursts, the median lost samples. Returns 0 for stamps that
-    do
-    not advance.
+    do not advance.
     """
     gaps = [after - before for before, after in pairwise(stamps_ns)]
     seen = [1e9 / gap for gap in (sum(gaps) / len(gaps), statistics.median(gaps)) if gap > 0]
@@ -118,3 +118,12 @@ def measure_rate(stamps_ns: Sequence[int], rate_hz: float) -> float:
 def is_rate_fitting(seen_hz: float, rate_hz: float) -> bool:
     """Tell whether samples come at the rate of the plan."""
     return abs(seen_hz - rate_hz) <= RATE_TOLERANCE * rate_hz
+
+
+def is_rate_steady(looks_hz: Sequence[float]) -> bool:
+    """Tell whether the last measurements of the rate, Hz, agree with each other.
+
+    Those of a wrong rate do. Those of a busy computer do not, and get time to settle.
+    """
+    last = looks_hz[-STEADY_LOOKS:]
+    return len(last) == STEADY_LOOKS and all(is_rate_fitting(hz, last[0]) for hz in last)

@@ -11,6 +11,7 @@ from pendulum_bridge.excitation.playback import (
     MOST_LOOKS,
     SAMPLES_A_LOOK,
     is_rate_fitting,
+    is_rate_steady,
     measure_rate,
 )
 from pendulum_bridge.excitation.push import MOST_PUSHES, Push, is_even, send_push
@@ -49,7 +50,8 @@ class Run:
     stage: where it is.
     since_s: s, monotonic; when the stage began.
     sampled_s: s, monotonic; when the last sample came; None before the first.
-    stamps_ns: ns; stamps of the samples that show the rate.
+    stamps_ns: ns; stamps of the samples that show the rate, since it was measured last.
+    looks_hz: Hz; the rate as it was measured before, each time a wrong one.
     performance: the state of the plan being played.
     push: the plan's first push as it was sent.
     pushes: uneven pushes before it.
@@ -60,6 +62,7 @@ class Run:
     since_s: float = 0.0
     sampled_s: float | None = None
     stamps_ns: tuple[int, ...] = ()
+    looks_hz: tuple[float, ...] = ()
     performance: Performance = Performance()  # noqa: RUF009 (frozen)
     push: Push = Push()  # noqa: RUF009 (frozen)
     pushes: int = 0
@@ -141,19 +144,20 @@ def _look_at_rate(stamp_ns: int, now_s: float, run: Run, plan: Excitation) -> Ru
     """Return the run after a sample before the plan, which shows the rate.
 
     A busy machine may lose most samples for a while: a rate that does not fit is measured again,
-    MOST_LOOKS times in all.
+    until the measurements agree on it.
     """
-    run = replace(run, stamps_ns=(*run.stamps_ns, stamp_ns))
-    if len(run.stamps_ns) % SAMPLES_A_LOOK:
-        return run
-    seen_hz = measure_rate(run.stamps_ns[-SAMPLES_A_LOOK:], plan.rate_hz)
+    stamps_ns = (*run.stamps_ns, stamp_ns)
+    if len(stamps_ns) < SAMPLES_A_LOOK:
+        return replace(run, stamps_ns=stamps_ns)
+    seen_hz = measure_rate(stamps_ns, plan.rate_hz)
+    run = replace(run, stamps_ns=(), looks_hz=(*run.looks_hz, seen_hz))
     if is_rate_fitting(seen_hz, plan.rate_hz):
         return enter_stage(Stage.PLAYING, now_s, run)
-    if len(run.stamps_ns) < MOST_LOOKS * SAMPLES_A_LOOK:
+    steady = is_rate_steady(run.looks_hz)
+    if not steady and len(run.looks_hz) < MOST_LOOKS:
         return run
-    detail = (
-        f"expected {plan.rate_hz:g} Hz, found {seen_hz:.3g} Hz: give the plan the rig's rate_hz"
-    )
+    advice = "give the plan the rig's rate_hz" if steady else "this computer is too busy"
+    detail = f"expected {plan.rate_hz:g} Hz, found {seen_hz:.3g} Hz: {advice}"
     return stop_run(Stopped(StopReason.RATE_WRONG, detail), now_s, run)
 
 
