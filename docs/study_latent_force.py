@@ -1,26 +1,31 @@
-"""Compare sizes fitted by free runs with sizes fitted beside a latent force.
+"""Compare sizes fitted by free runs with sizes beside a latent force, and with a verdict's.
 
 Run as `python docs/study_latent_force.py PROOF [RIGS OUT]`, where `sysid prove --pairs --rest
 --out PROOF` has recorded each concealed rig twice, RIGS holds recordings of real rigs, and OUT
-gets their parts. Both fits are given the same effects, on emulated rigs those that are concealed,
-and begin at the same sizes: what differs is the fit alone.
+gets their parts. Each fit is given the same effects, on emulated rigs those that are concealed,
+and begins at the same sizes: what differs is the fit alone.
 """
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from study_real_rigs import RIGS, measure
 
 import pendulum_sysid as ps
-from pendulum_sysid.finding.replication import widen_by_blocks, widen_intervals
+from pendulum_sysid.finding.replication import widen_intervals
+from pendulum_sysid.finding.unnamed import widen_sizes
+from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import HORIZONS, fit
-from pendulum_sysid.fitting.latent_force import fit_under_latent_force
+from pendulum_sysid.fitting.gauss_newton import take_step
+from pendulum_sysid.fitting.latent_force import linearise_predictions, measure_latent_force
+from pendulum_sysid.fitting.parameters import list_free_parameters, list_rig_parameters, make_twin
 from pendulum_sysid.prepare import prepare
-from pendulum_sysid.records import Estimate, Fit
+from pendulum_sysid.records import Estimate, Fit, Split
 from pendulum_sysid.studies.proof.read_trial import read_seal
 from pendulum_sysid.studies.proof.records import Seal
 from pendulum_sysid.studies.proof.sizes import compute_mass_scale
@@ -28,7 +33,9 @@ from pendulum_twin.effects import BY_NAME
 from pendulum_twin.parameter_vector import SLOTS, make_theta
 from pendulum_twin.rig import UNITS
 
-KINDS = ("free runs", "latent force")
+KINDS = ("free runs", "latent force", "verdict")
+ROUNDS = 6  # of the latent force and the twin's parameters, in turns
+DAMPING = 1e-6
 # What all parts of a real rig share, and where fits of it begin.
 SHARED: dict[str, dict[str, tuple[float, ...]]] = {
     "inteco": {"cart_sign_inverted": (1.0,), "cart_coulomb_friction": (0.5,)},
@@ -41,10 +48,10 @@ SHARED: dict[str, dict[str, tuple[float, ...]]] = {
 }
 
 
-def fit_both(
+def fit_each(
     bags: list[Path], twin: ps.Twin, effects: Mapping[str, Sequence[float]]
-) -> tuple[Fit, Fit]:
-    """Return fits by free runs and beside a latent force, with a verdict's intervals.
+) -> tuple[Fit, Fit, Fit]:
+    """Return fits by free runs, beside a latent force, and as a verdict tells them.
 
     effects: name -> the values at which the fits begin.
     """
@@ -56,8 +63,34 @@ def fit_both(
     for pieces in HORIZONS:
         free = fit(case, split, tuple(effects), theta, pieces)
         theta = free.theta
-    settled, system = fit_under_latent_force(case, split, free)
-    return widen_intervals(case, split, free), widen_by_blocks(case, settled, system)
+    return (
+        widen_intervals(case, split, free),
+        fit_beside_force(case, split, free),
+        widen_sizes(case, split, free),
+    )
+
+
+def fit_beside_force(case: Case, split: Split, begun: Fit) -> Fit:
+    """Return a fit with the sizes that are most likely beside a latent force, by Gauss and Newton.
+
+    The intervals are those of the normal equations.
+    """
+    free = list_free_parameters(case.twin, begun.effects, case.scales)
+    none = np.empty((0, begun.theta.size))
+    reached = begun
+    for _ in range(ROUNDS):
+        latent = measure_latent_force(case, split, reached.theta)
+        system = linearise_predictions(case, split, reached, latent, none)
+        theta, _ = take_step(system, reached.theta, np.empty((0, 4)), free, DAMPING)
+        reached = replace(reached, theta=theta)
+    halves = 1.96 * np.sqrt(np.diag(np.linalg.pinv(system.normal)))
+    estimates = {}
+    for parameter, half in zip(free, halves * [p.size for p in free], strict=True):
+        value = parameter.get(theta)
+        old = begun.estimates[parameter.name]
+        estimates[parameter.name] = replace(old, value=value, low=value - half, high=value + half)
+    twin = make_twin(case.twin, theta, begun.effects, list_rig_parameters(case.twin))
+    return replace(reached, twin=twin, estimates=estimates)
 
 
 def list_sizes(fitted: Fit, seal: Seal, scale: float) -> Iterator[tuple[str, float, Estimate]]:
@@ -83,17 +116,18 @@ def study(folder: Path) -> None:
     """
     kept: dict[str, list[tuple[float, float, bool]]] = {kind: [] for kind in KINDS}
     overlaps: dict[str, list[bool]] = {kind: [] for kind in KINDS}
-    print("| trial | concealed | other recording: free runs | latent force |\n|---|---|---|---|")
+    print("| trial | concealed | other recording: free runs | latent force | verdict |")
+    print("|---|---|---|---|---|")
     for trial in sorted(folder.glob("trials/trial_*")):
         if not (trial / "other").is_dir():
             continue
         seal, twin = read_seal(trial / "seal.json"), ps.load_twin(trial / "twin.yaml")
         scale = compute_mass_scale(seal, twin.rig)
         effects = {name: list(sizes.values()) or [1.0] for name, sizes in seal.effects.items()}
-        both = [fit_both([trial / bag], twin, effects) for bag in ("bag", "other")]
+        each = [fit_each([trial / bag], twin, effects) for bag in ("bag", "other")]
         cells = []
         for k, kind in enumerate(KINDS):
-            here, there = both[0][k], both[1][k]
+            here, there = each[0][k], each[1][k]
             for fitted in (here, there):
                 kept[kind] += [
                     (
@@ -109,7 +143,7 @@ def study(folder: Path) -> None:
             ]
             cells.append(measure([str(trial / "other")], here.twin))
         names = ", ".join(f"`{name}`" for name in seal.effects) or "-"
-        print(f"| {trial.name[-4:]} | {names} | {cells[0]} | {cells[1]} |", flush=True)
+        print(f"| {trial.name[-4:]} | {names} | {' | '.join(cells)} |", flush=True)
     print("\n| fit | sizes | median error | median width | hold the truth | overlap |")
     print("|---|---|---|---|---|---|")
     for kind in KINDS:
@@ -125,13 +159,13 @@ def study_rigs(rigs: Path, out: Path) -> None:
     """Print the sizes of real rigs as each of their parts has them."""
     for name, effects in SHARED.items():
         rig = RIGS[name](rigs, out)
-        print(f"\n| {name}: part | parameter | free runs | latent force |\n|---|---|---|---|")
+        print(f"\n| {name}: part | parameter | {' | '.join(KINDS)} |\n|---|---|---|---|---|")
         for part, bags in rig.parts.items():
-            both = fit_both(bags, ps.load_twin(rig.twin), effects)
-            for parameter in both[0].estimates:
-                sizes = [fitted.estimates[parameter] for fitted in both]
+            each = fit_each(bags, ps.load_twin(rig.twin), effects)
+            for parameter in each[0].estimates:
+                sizes = [fitted.estimates[parameter] for fitted in each]
                 cells = [f"{e.value:.3g} [{e.low:.3g}, {e.high:.3g}]" for e in sizes]
-                print(f"| {part} | `{parameter}` | {cells[0]} | {cells[1]} |", flush=True)
+                print(f"| {part} | `{parameter}` | {' | '.join(cells)} |", flush=True)
 
 
 if __name__ == "__main__":

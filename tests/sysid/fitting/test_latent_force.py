@@ -1,4 +1,4 @@
-"""A latent force takes what a twin lacks, and leaves constants and sizes near the truth."""
+"""A latent force has the size of what a twin lacks; the likelihood is that of all positions."""
 
 from dataclasses import replace
 
@@ -7,29 +7,25 @@ import pytest
 from scipy.stats import multivariate_normal
 from support.made_recordings import INTECO, made
 
-from pendulum_sysid import decisions
-from pendulum_sysid.finding import sizes
-from pendulum_sysid.finding.sizes import settle_sizes
 from pendulum_sysid.fitting import latent_force
 from pendulum_sysid.fitting.fit import fit
 from pendulum_sysid.fitting.kalman_filter import SIZE, filter_motion
-from pendulum_sysid.fitting.latent_force import fit_under_latent_force
+from pendulum_sysid.fitting.latent_force import linearise_predictions, measure_latent_force
 from pendulum_sysid.prepare import Prepared, prepare
 from pendulum_sysid.records import Fit
 from pendulum_twin.model import Twin
-from pendulum_twin.parameter_vector import INERTIA, make_theta
+from pendulum_twin.parameter_vector import SLOTS, make_theta
 
 FRICTION = "cart_coulomb_friction"
 TRUTH = replace(INTECO, effects={FRICTION: {"level_n": 0.5}})
-# What nobody asks for: a cable along the rail, and torque that grows with the square of the rate.
-RUBS = {"rail_spring": {"n_per_m": 1.5, "centre_m": 0.25}, "pole_quadratic_drag": {"n_m_s2": 1e-4}}
-RIG = replace(TRUTH, effects={**TRUTH.effects, **RUBS})
+SPRING = {"n_per_m": 1.5, "centre_m": 0.25}  # of a cable along the rail, which nobody asks for
+RIG = replace(TRUTH, effects={**TRUTH.effects, "rail_spring": SPRING})
 SAMPLES = 40
 
 
-def prepare_made(truth: Twin, seed: int, amplitude: float = 0.1) -> tuple[Prepared, Fit]:
+def prepare_made(truth: Twin, seed: int) -> tuple[Prepared, Fit]:
     """Return a recording of a rig, and the fit of the twin that knows the dry friction alone."""
-    prepared = prepare([made(truth, seed=seed, amplitude=amplitude)], TRUTH)
+    prepared = prepare([made(truth, seed=seed)], TRUTH)
     theta = make_theta(prepared.case.twin)
     for pieces in (4, 1):
         fitted = fit(prepared.case, prepared.split, (FRICTION,), theta, pieces)
@@ -38,10 +34,8 @@ def prepare_made(truth: Twin, seed: int, amplitude: float = 0.1) -> tuple[Prepar
 
 
 @pytest.fixture(scope="module")
-def rubbed() -> tuple[Prepared, Fit, Fit]:
-    """Return a rig that rubs, fitted by free runs and beside a latent force."""
-    prepared, fitted = prepare_made(RIG, 3)
-    return prepared, fitted, fit_under_latent_force(prepared.case, prepared.split, fitted)[0]
+def pulled() -> tuple[Prepared, Fit]:
+    return prepare_made(RIG, 3)
 
 
 def test_the_likelihood_is_that_of_all_positions_at_once() -> None:
@@ -99,73 +93,45 @@ def test_the_likelihood_is_that_of_all_positions_at_once() -> None:
     assert likelihood == pytest.approx(joint.logpdf(expected), rel=1e-9)
 
 
-def test_sizes_are_nearer_to_the_truth_where_the_twin_lacks_something(
-    rubbed: tuple[Prepared, Fit, Fit],
-) -> None:
-    """Free runs bend the pole's constants and the friction until they follow the cable."""
-    _, free, settled = rubbed
-    assert free.choose > 10.0
-    true = {
-        f"{FRICTION}.level_n": 0.5,
-        "com_distance_m": RIG.rig.com_distance_m or 0.0,
-        "pole_inertia_kg_m2": RIG.rig.pole_inertia_kg_m2 or 0.0,
-    }
-    for name, value in true.items():
-        assert abs(settled.estimates[name].value / value - 1.0) < 0.02, name
-        assert abs(free.estimates[name].value / value - 1.0) > 0.05, name
-        assert settled.estimates[name].low <= value <= settled.estimates[name].high, name
+def test_the_force_is_as_large_as_what_the_twin_lacks(pulled: tuple[Prepared, Fit]) -> None:
+    """Beside the true constants the force has the size of the cable's, and no torque."""
+    prepared, _ = pulled
+    case = prepared.case
+    latent = measure_latent_force(case, prepared.split, make_theta(TRUTH))
+    pulls_n = SPRING["n_per_m"] * (case.state.states[:, 0] - SPRING["centre_m"])
+    assert 0.3 < latent.force_n / np.sqrt(np.mean(pulls_n**2)) < 2.0
+    assert latent.torque_n_m < 0.05 * latent.force_n
 
 
-def test_intervals_of_two_recordings_overlap(rubbed: tuple[Prepared, Fit, Fit]) -> None:
-    """Another recording of the rig gets the same sizes, within intervals that are no wider."""
-    prepared, free, settled = rubbed
-    other, fitted = prepare_made(RIG, 4, 0.13)
-    again = settle_sizes(other.case, other.split, fitted)
-    for name, estimate in settle_sizes(prepared.case, prepared.split, free).estimates.items():
-        assert estimate.low <= again.estimates[name].high
-        assert again.estimates[name].low <= estimate.high
-    widths = [
-        (e.high - e.low) / (free.estimates[name].high - free.estimates[name].low)
-        for name, e in settled.estimates.items()
-    ]
-    assert np.median(widths) < 1.0
-
-
-def test_a_fit_at_the_noise_stays_as_it_is() -> None:
-    """Where nothing is missing, free runs are the most that a recording says."""
+def test_nothing_missing_leaves_a_small_force(pulled: tuple[Prepared, Fit]) -> None:
     prepared, fitted = prepare_made(TRUTH, 6)
-    assert fitted.choose < decisions.MISFIT_AT_NOISE
-    assert settle_sizes(prepared.case, prepared.split, fitted) is fitted
+    quiet = measure_latent_force(prepared.case, prepared.split, fitted.theta)
+    lacking = measure_latent_force(pulled[0].case, pulled[0].split, pulled[1].theta)
+    assert quiet.force_n < 0.2 * lacking.force_n
 
 
-def test_a_fit_whose_free_runs_are_surely_worse_is_not_taken(
-    rubbed: tuple[Prepared, Fit, Fit], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Sizes that make the improved twin run worse are no gain."""
-    prepared, free, _ = rubbed
-    settled, system = fit_under_latent_force(prepared.case, prepared.split, free)
-    heavier = settled.theta.copy()
-    heavier[INERTIA] *= 1.5
-    worse = replace(settled, theta=heavier)
-    monkeypatch.setattr(sizes, "fit_under_latent_force", lambda *_: (worse, system))
-    kept = sizes.settle_sizes(prepared.case, prepared.split, free)
-    assert np.array_equal(kept.theta, free.theta)
-
-
-def test_a_perfect_twin_keeps_its_constants_beside_a_latent_force() -> None:
-    """Where nothing is missing, the latent force is small and both fits agree."""
-    prepared, fitted = prepare_made(TRUTH, 6)
-    settled, _ = fit_under_latent_force(prepared.case, prepared.split, fitted)
-    for name, estimate in fitted.estimates.items():
-        assert settled.estimates[name].value == pytest.approx(estimate.value, rel=0.02), name
+def test_a_column_is_the_way_to_another_twin(pulled: tuple[Prepared, Fit]) -> None:
+    """Gone along the column of the effect that is missing, the errors shrink as promised."""
+    prepared, fitted = pulled
+    case, split = prepared.case, prepared.split
+    true = replace(fitted, theta=make_theta(TRUTH))
+    latent = measure_latent_force(case, split, true.theta)
+    whole = true.theta.copy()
+    whole[SLOTS["rail_spring"]] = list(SPRING.values())
+    system = linearise_predictions(case, split, true, latent, whole[None])
+    step = system.gradient[-1] / system.normal[-1, -1]
+    assert step == pytest.approx(1.0, abs=0.2)
 
 
 def test_a_long_recording_is_filtered_in_groups(
-    rubbed: tuple[Prepared, Fit, Fit], monkeypatch: pytest.MonkeyPatch
+    pulled: tuple[Prepared, Fit], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Groups of runs bound the memory, and change nothing."""
-    prepared, free, settled = rubbed
+    prepared, fitted = pulled
+    latent = measure_latent_force(prepared.case, prepared.split, fitted.theta)
+    none = np.empty((0, fitted.theta.size))
+    at_once = linearise_predictions(prepared.case, prepared.split, fitted, latent, none)
     monkeypatch.setattr(latent_force, "SAMPLES_AT_ONCE", 1000)
-    grouped, _ = fit_under_latent_force(prepared.case, prepared.split, free)
-    for name, estimate in settled.estimates.items():
-        assert grouped.estimates[name].value == pytest.approx(estimate.value, rel=1e-6), name
+    grouped = linearise_predictions(prepared.case, prepared.split, fitted, latent, none)
+    assert grouped.normal == pytest.approx(at_once.normal, rel=1e-9)
+    assert grouped.gradient == pytest.approx(at_once.gradient, rel=1e-6)

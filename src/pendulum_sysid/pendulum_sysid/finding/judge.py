@@ -175,9 +175,11 @@ def compute_distance(fit: Fit, effect: str, others: Collection[str] = ()) -> flo
 def is_surely_there(fit: Fit, effect: str) -> bool:
     """Return whether the interval of a size leaves out the value at which the effect vanishes.
 
-    True for an effect without a size that is estimated.
+    The size of an effect of shapes alone is a shape: the step of a coarse command. True for an
+    effect without a size that is estimated.
     """
-    sizes = [p for p in BY_NAME[effect].parameters if not p.shape and np.isfinite(p.neutral)]
+    parameters = [p for p in BY_NAME[effect].parameters if np.isfinite(p.neutral)]
+    sizes = [p for p in parameters if not p.shape] or parameters
     estimates = [(fit.estimates.get(f"{effect}.{p.name}"), p.neutral) for p in sizes]
     known = [(e, neutral) for e, neutral in estimates if e is not None]
     return not known or any(not e.low <= neutral <= e.high for e, neutral in known)

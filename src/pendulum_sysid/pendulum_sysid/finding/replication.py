@@ -94,14 +94,7 @@ def widen_intervals(case: Case, split: Split, fit: Fit) -> Fit:
     """
     if fit.choose <= decisions.MISFIT_AT_NOISE:
         return fit
-    return widen_by_blocks(case, fit, _linearise(case, split, fit))
-
-
-def widen_by_blocks(case: Case, fit: Fit, system: System) -> Fit:
-    """Return a fit with intervals that hold the spread of its sizes over blocks of time.
-
-    system: the normal equations of the fit, a row for each piece of a window.
-    """
+    system = _linearise(case, split, fit)
     free = {p.name: p for p in list_free_parameters(case.twin, fit.effects, case.scales)}
     blocks = estimate_blocks(system, fit, tuple(free.values()), decisions.SPREAD_BLOCKS)
     widened = {
@@ -128,10 +121,12 @@ def compute_spread(estimates: BlockEstimates) -> float:
 
 def _widen(estimate: Estimate, free: Free, spread: float) -> Estimate:
     more = decisions.INTERVAL_DEVIATIONS * spread
-    below, above = (
-        np.hypot(side, more)
-        for side in (estimate.value - estimate.low, estimate.high - estimate.value)
-    )
+    below, above = estimate.value - estimate.low, estimate.high - estimate.value
+    return widen_estimate(estimate, free, np.hypot(below, more), np.hypot(above, more))
+
+
+def widen_estimate(estimate: Estimate, free: Free, below: float, above: float) -> Estimate:
+    """Return an estimate with an interval that reaches so far below and above its value."""
     low, high = max(estimate.value - below, free.low), min(estimate.value + above, free.high)
     fixed = estimate.identifiable and max(below, above) < max(abs(estimate.value), free.size)
     return replace(estimate, low=float(low), high=float(high), identifiable=bool(fixed))

@@ -30,12 +30,11 @@ from pendulum_sysid.finding.naming import (
 )
 from pendulum_sysid.finding.pole_alone import PoleAnswer, add_pole_effects, search_pole_alone
 from pendulum_sysid.finding.pruning import prune_set
-from pendulum_sysid.finding.replication import widen_intervals
 from pendulum_sysid.finding.separation import Tie
 from pendulum_sysid.finding.signs import fit_parameters_alone
-from pendulum_sysid.finding.sizes import settle_sizes
 from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.finding.subsets import find_subsets
+from pendulum_sysid.finding.unnamed import widen_sizes
 from pendulum_sysid.finding.weights import WeighedSet, weigh_sets
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.records import Fit, Split, Trial
@@ -97,8 +96,9 @@ def search_effects(case: Case, split: Split, report: Progress = report_nothing) 
     sets = weigh_sets(search.journal.fits, explanation.fit)
     report(Stage.REPLICATING)
     named = add_replications(search, explanation.fit, add_ties(named, ties), sets)
-    named = doubt_intervals(widen_intervals(case, split, explanation.fit), named)
-    best, named = add_readings(case, settle_sizes(case, split, explanation.fit), named)
+    alike = {rival for effect in named for rival in effect.inseparable_from}
+    widened = widen_sizes(case, split, explanation.fit, alike)
+    best, named = add_readings(case, widened, doubt_intervals(widened, named))
     if base.pieces != best.pieces:
         base = search.fit_over_horizon(base, best.pieces)
     lasting = tuple(effect for effect in named if effect.is_lasting)
