@@ -12,12 +12,15 @@ from pendulum_bridge.excitation.playback import Playback, answer_sample
 from pendulum_sysid.finding.search import Answer, search_effects
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.split import split_windows
+from pendulum_sysid.measuring.repeatability import measure_repeatability
 from pendulum_sysid.planning.next_experiment import plan_next_experiment
+from pendulum_sysid.planning.repeating import repeat_plan
 from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.records import Recording, Split
 from pendulum_twin.arrays import Floats
 from pendulum_twin.plans.excitation import Excitation
-from pendulum_twin.plans.plan_file import make_excitation, parse_plan
+from pendulum_twin.plans.plan_file import Plan, make_excitation, parse_plan
+from pendulum_twin.plans.plan_phases import Chirp, Push, Rest, Steps
 from pendulum_twin.signals import Signals
 
 CONCEALED = Concealed(
@@ -68,3 +71,17 @@ def test_what_a_gentle_recording_ties_the_next_experiment_parts() -> None:
     assert answer.named[0].inseparable_from == ()
     constant = answer.best.estimates["motor_lag.time_constant_s"].value
     assert abs(constant - 0.01) < 2e-4
+
+
+def test_a_plan_that_is_played_twice_shows_that_a_lag_comes_again() -> None:
+    """The second run begins where the first began, though both are pushed to the middle."""
+    phases = (
+        Push(),
+        Chirp(seconds=8, from_hz=0.4, to_hz=2.0, amplitude=0.15),
+        Steps(seconds=8, amplitude=0.2, seed=1),
+        Rest(seconds=1.5, centred=True),
+    )
+    twice = repeat_plan(Plan(phases), INTECO.rig)
+    measured = measure_repeatability(prepare_case([record(make_excitation(twice, ROOM))], INTECO))
+    assert measured is not None and measured.windows > 20
+    assert measured.low > 0.95

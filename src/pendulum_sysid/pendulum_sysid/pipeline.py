@@ -28,6 +28,7 @@ from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
 from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
 from pendulum_sysid.measuring.measure import measure_best_laws
 from pendulum_sysid.measuring.naming import name_curves
+from pendulum_sysid.measuring.repeatability import measure_repeatability
 from pendulum_sysid.planning.next_experiment import plan_next_experiment
 from pendulum_sysid.prepare import Prepared, prepare
 from pendulum_sysid.records import Outcome, Recording, Split
@@ -67,6 +68,9 @@ def diagnose_prepared(prepared: Prepared, progress: Progress, began: float) -> V
     answer = search_effects(case, prepared.split, progress)
     findings = judge_answer(case, prepared.split, answer, progress)
     findings = measure_rest(findings, prepared.split, progress)
+    if findings.final.choose > decisions.MISFIT_AT_NOISE:
+        repeats = measure_repeatability(replace(case, twin=findings.final.twin))
+        findings = replace(findings, repeats=repeats)
     verdict = make_verdict(findings, recording, time.monotonic() - began)
     overlays = draw_overlays(findings.before["held_out"], findings.after["held_out"])
     return replace(

@@ -14,6 +14,7 @@ from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.noise_floor import NoiseFloor
 from pendulum_sysid.fitting.window_runs import WindowRuns
 from pendulum_sysid.measuring.naming import NamedCurve
+from pendulum_sysid.measuring.repeatability import Repeatability
 from pendulum_sysid.records import Fit, Localisation, Next, Outcome
 from pendulum_twin.effects import BY_NAME, CATALOGUE
 from pendulum_twin.effects.effect import Form, Place
@@ -40,6 +41,7 @@ class Findings:
     certain: what detectors are certain of, asked only where the rest has no name.
     laws: measured laws of the improved twin, for what has no name.
     with_laws: the final fit with these laws beside its effects; None without laws.
+    repeats: how much of the improved twin's error comes again; None where no motion does.
     """
 
     case: Case
@@ -60,6 +62,7 @@ class Findings:
     certain: tuple[Reading, ...] = ()
     laws: tuple[NamedCurve, ...] = ()
     with_laws: Fit | None = None
+    repeats: Repeatability | None = None
 
     @property
     def final(self) -> Fit:

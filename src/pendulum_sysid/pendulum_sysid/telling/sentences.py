@@ -8,6 +8,7 @@ from pendulum_sysid import decisions
 from pendulum_sysid.finding.search import Named
 from pendulum_sysid.fitting.parameters import list_rig_parameters
 from pendulum_sysid.measuring.naming import write_sentence
+from pendulum_sysid.measuring.repeatability import Repeatability
 from pendulum_sysid.records import Fit, Outcome
 from pendulum_sysid.telling.events import list_events
 from pendulum_sysid.telling.likeness import (
@@ -58,7 +59,7 @@ def write_answer(
         return (
             f"Physics is missing at the {place} that no effect of the catalogue explains; "
             f"{errors}, {compute_remaining_ratio(findings):.2g} times the noise floor."
-            f"{laws}{signs}{certain}"
+            f"{describe_repeats(findings.repeats)}{laws}{signs}{certain}"
         )
     effects = [describe_effect(effect.effect, findings.final) for effect in named]
     with_effects = f"With {'it' if len(named) == 1 else 'them'}, {errors}."
@@ -67,7 +68,22 @@ def write_answer(
     if findings.final.choose > decisions.MISFIT_AT_NOISE:
         ratio = format_number(compute_remaining_ratio(findings))
         sentences.append(f"What remains is {ratio} times the noise floor.")
+        repeats = describe_repeats(findings.repeats)
+        return " ".join(sentences) + repeats
     return " ".join(sentences)
+
+
+def describe_repeats(repeats: Repeatability | None) -> str:
+    """Return a sentence on what comes again of the error, after a space; empty where unknown."""
+    if repeats is None:
+        return ""
+    share, low, high = (
+        format_number(100.0 * v) for v in (repeats.share, repeats.low, repeats.high)
+    )
+    return (
+        f" Of the squared error, {share} % [{low}, {high}] comes again with the same motion; "
+        "the rest is random, and no model takes it away."
+    )
 
 
 def _describe_unlike(findings: Findings) -> str:

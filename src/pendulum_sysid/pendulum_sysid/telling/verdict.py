@@ -40,6 +40,7 @@ from pendulum_sysid.verdict.record import (
     NextExperiment,
     RecordingFacts,
     Remainder,
+    Repeats,
     RigParameter,
     VariableShare,
     Verdict,
@@ -295,7 +296,15 @@ def _describe_remainder(findings: Findings) -> Remainder | None:
         else "depends on no variable that was asked"
     )
     ratio = float(compute_remaining_ratio(findings))
-    return Remainder(findings.remains.place, ratio, finding)
+    return Remainder(findings.remains.place, ratio, finding, _describe_repeats(findings))
+
+
+def _describe_repeats(findings: Findings) -> Repeats | None:
+    measured, floor = findings.repeats, findings.floor
+    if measured is None or floor is None:
+        return None
+    ceiling = max(measured.ceiling / floor.typical, 1.0)
+    return Repeats(measured.share, measured.low, measured.high, measured.windows, ceiling)
 
 
 def _describe_recording(recording: Recording) -> RecordingFacts:

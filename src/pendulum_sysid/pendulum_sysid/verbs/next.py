@@ -12,6 +12,7 @@ from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import HORIZONS, fit
 from pendulum_sysid.planning.next_experiment import plan_next_experiment
+from pendulum_sysid.planning.repeating import repeat_plan
 from pendulum_sysid.prepare import prepare
 from pendulum_sysid.reading.earlier_verdict import read_verdict
 from pendulum_sysid.records import Fit, Split
@@ -43,9 +44,11 @@ def run(arguments: argparse.Namespace) -> int:
     )
     file = None
     if planned.plan is not None:
-        file = arguments.out
+        file, plan = arguments.out, parse_plan(planned.plan)
+        if arguments.repeat:
+            plan = repeat_plan(plan, done.best.twin.rig)
         with name_write_errors(file):
-            save_plan(parse_plan(planned.plan), file)
+            save_plan(plan, file)
     print_answer(
         arguments,
         lambda: {"why": planned.why, "file": None if file is None else str(file)},

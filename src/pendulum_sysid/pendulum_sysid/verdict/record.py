@@ -192,6 +192,27 @@ class FitScores:
 
 
 @dataclass(frozen=True)
+class Repeats:
+    """Hold how much of the remaining squared error comes again with the same motion.
+
+    What does not come again is random, and no model takes it away.
+
+    Attributes:
+        share: of the squared error, 0 to 1; the mean over windows of 1 s.
+        low, high: 95 % interval of the share.
+        windows: number of windows whose motion comes again in the recordings.
+        ceiling_floors: error that no model gets below, over the error of a perfect model on a rig
+            without randomness, 1 at least.
+    """
+
+    share: float
+    low: float
+    high: float
+    windows: int
+    ceiling_floors: float
+
+
+@dataclass(frozen=True)
 class Remainder:
     """Hold what the improved twin still does not explain.
 
@@ -199,11 +220,14 @@ class Remainder:
         place: where in the chain the remainder comes in.
         above_noise_floor: error of the improved twin over the error of a perfect model, above 1.
         finding: the variable that the remainder depends on, in words.
+        repeats: how much of the remainder comes again; None where the recordings go through too
+            few motions twice.
     """
 
     place: str
     above_noise_floor: float
     finding: str
+    repeats: Repeats | None = None
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,88 @@
+"""What comes again of an error is told from what is random, where a motion is played twice."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.made_recordings import INTECO, PERIOD_S, made, made_states, sweep
+
+from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.measuring.repeatability import find_repeated_windows, measure_repeatability
+from pendulum_sysid.planning.repeating import LONGEST_REST_S, QUIET, repeat_plan
+from pendulum_sysid.prepare import prepare
+from pendulum_sysid.records import Recording
+from pendulum_twin.model import Twin
+from pendulum_twin.plans.plan_file import Plan
+from pendulum_twin.plans.plan_phases import Push, Rest
+from pendulum_twin.signals import Signals
+
+PULLED = replace(INTECO, effects={"rail_spring": {"n_per_m": 3.0, "centre_m": 0.1}})
+SECONDS = 15.0
+RUN = round(SECONDS / PERIOD_S)
+
+
+def play_twice(truth: Twin, gusts_m: float = 0.0) -> Recording:
+    """Return two runs of one command, each from hanging at rest.
+
+    gusts_m: deviation of what shakes the cart's place, anew in each run, over tenths of a second.
+    """
+    command = sweep(SECONDS, 0.1)
+    states = np.concatenate([made_states(truth, command)] * 2)
+    random = np.random.default_rng(4)
+    n = len(states)
+    gusts = np.interp(np.arange(n), np.arange(0, n, 20), random.normal(size=n // 20))
+    cart = states[:, 0] + gusts_m * gusts + random.normal(0.0, 5e-5, n)
+    pole = states[:, 1] + random.normal(0.0, 1e-3, n)
+    every = np.ones(n, dtype=bool)
+    signals = Signals(
+        PERIOD_S, np.tile(command, 2), cart, pole, every, every, stretch_begins=(0, RUN)
+    )
+    return Recording("twice", "sha256:2", signals)
+
+
+def make_case(recording: Recording) -> Case:
+    return prepare([recording], INTECO).case
+
+
+def test_a_motion_that_is_played_twice_is_found_again() -> None:
+    first, again = find_repeated_windows(make_case(play_twice(INTECO)))
+    assert len(first) > 15
+    assert np.all(np.abs(np.abs(again - first) - RUN) <= 2)
+
+
+def test_a_force_that_depends_on_the_place_comes_again() -> None:
+    measured = measure_repeatability(make_case(play_twice(PULLED)))
+    assert measured is not None
+    assert measured.low > 0.95 and measured.low <= measured.share <= measured.high
+
+
+def test_what_shakes_the_rig_does_not_come_again() -> None:
+    measured = measure_repeatability(make_case(play_twice(INTECO, gusts_m=2e-3)))
+    assert measured is not None
+    assert measured.share < 0.3
+
+
+def test_both_at_once_are_parted() -> None:
+    """The ceiling is the error that the gusts alone make."""
+    both = measure_repeatability(make_case(play_twice(PULLED, gusts_m=2e-3)))
+    gusts = measure_repeatability(make_case(play_twice(INTECO, gusts_m=2e-3)))
+    assert both is not None and gusts is not None
+    assert gusts.high < both.share < 1.0
+    assert both.ceiling == pytest.approx(gusts.ceiling, rel=0.3)
+
+
+def test_a_motion_that_is_played_once_says_nothing() -> None:
+    assert measure_repeatability(make_case(made(INTECO, seconds=20.0))) is None
+
+
+def test_a_plan_is_repeated_after_the_pole_has_swung_out() -> None:
+    plan = Plan((Push(), Rest(seconds=2.0)), "short")
+    rig = INTECO.rig
+    twice = repeat_plan(plan, rig)
+    assert twice.phases[:2] == twice.phases[-2:] == plan.phases
+    rest = twice.phases[2]
+    assert isinstance(rest, Rest) and 1.0 < rest.seconds <= LONGEST_REST_S
+    left = np.exp(
+        -0.5 * (rig.pole_viscous_n_m_s or 0.0) / (rig.pole_inertia_kg_m2 or 1.0) * rest.seconds
+    )
+    assert left == pytest.approx(QUIET, rel=0.1)
