@@ -177,13 +177,20 @@ class Bench:
         return list(dict.fromkeys(health.message for health in self.user.healths))
 
     def said(self, *expected: Reason, step: Step | None = None) -> str:
-        """Return the first of these sentences that the driver says since this fault began."""
-        wanted = [reason.sentence for reason in expected]
+        """Return the first of these sentences that the driver says since this fault began.
+
+        The driver of a busy computer says before it that the computer stood still.
+        """
+        wanted = tuple(reason.sentence for reason in expected)
+
+        def list_said() -> list[str]:
+            return [s for sentence in self.sentences for s in wanted if sentence.endswith(s)]
+
         try:
-            self.until(lambda: set(wanted) & set(self.sentences), "it", step)
+            self.until(list_said, "it", step)
         except AssertionError as error:
             raise AssertionError(f"expected one of {wanted}, found {self.sentences}") from error
-        return next(sentence for sentence in self.sentences if sentence in wanted)
+        return list_said()[0]
 
     def counted(self, name: str, step: Step | None = None) -> float:
         """Return a figure of the next health."""
