@@ -16,7 +16,6 @@ from pendulum_sysid.fitting.gauss_newton import (
     compute_half_widths,
     solve,
 )
-from pendulum_sysid.fitting.linearised import Problem
 from pendulum_sysid.fitting.parameters import (
     Free,
     list_free_parameters,
@@ -54,23 +53,6 @@ def fit(
     free = list_free_parameters(case.twin, effects, case.scales)
     problem = case.problem(shorten_windows(case.state, split.learn, pieces))
     solution = complete_system(problem, solve(problem, theta, free, start_states), free)
-    return make_fit(case, split, effects, problem, solution, free, pieces)
-
-
-def make_fit(
-    case: Case,
-    split: Split,
-    effects: tuple[str, ...],
-    problem: Problem,
-    solution: Solution,
-    free: tuple[Free, ...],
-    pieces: int,
-) -> Fit:
-    """Return a solution as a fit: cross-validated, with intervals.
-
-    problem: the windows of the solution, each cut into so many pieces.
-    free: the parameters whose columns the solution's normal equations hold.
-    """
     left_out = cross_validate(problem, solution, free, pieces)
     estimates = _widen_delays(_make_estimates(solution, free, pieces), case)
     return Fit(

@@ -1,4 +1,4 @@
-"""Play a plan twice in one recording, so that it shows what comes again and what is random."""
+"""Play a plan twice in one recording, so that it shows how much of an error comes again."""
 
 from __future__ import annotations
 

@@ -81,8 +81,8 @@ def describe_repeats(repeats: Repeatability | None) -> str:
         format_number(100.0 * v) for v in (repeats.share, repeats.low, repeats.high)
     )
     return (
-        f" Of the squared error, {share} % [{low}, {high}] comes again with the same motion; "
-        "the rest is random, and no model takes it away."
+        f" Of the squared error that remains, at least {share} % [{low}, {high}] comes again with "
+        "the same motion; the rest may be random."
     )
 
 

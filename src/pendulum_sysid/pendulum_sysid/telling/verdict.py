@@ -303,8 +303,8 @@ def _describe_repeats(findings: Findings) -> Repeats | None:
     measured, floor = findings.repeats, findings.floor
     if measured is None or floor is None:
         return None
-    ceiling = max(measured.ceiling / floor.typical, 1.0)
-    return Repeats(measured.share, measured.low, measured.high, measured.windows, ceiling)
+    floors = max(measured.random / floor.typical, 1.0)
+    return Repeats(measured.share, measured.low, measured.high, measured.windows, floors)
 
 
 def _describe_recording(recording: Recording) -> RecordingFacts:

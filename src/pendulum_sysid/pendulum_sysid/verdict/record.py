@@ -195,21 +195,22 @@ class FitScores:
 class Repeats:
     """Hold how much of the remaining squared error comes again with the same motion.
 
-    What does not come again is random, and no model takes it away.
+    A model can explain what comes again. What does not may be random.
 
     Attributes:
-        share: of the squared error, 0 to 1; the mean over windows of 1 s.
+        share: of the squared error, 0 to 1; the mean over windows of 1 s. At least so much comes
+            again: no two motions are quite the same.
         low, high: 95 % interval of the share.
         windows: number of windows whose motion comes again in the recordings.
-        ceiling_floors: error that no model gets below, over the error of a perfect model on a rig
-            without randomness, 1 at least.
+        random_floors: error that may be random, at most, over the error of a perfect model on a
+            rig without randomness; 1 at least.
     """
 
     share: float
     low: float
     high: float
     windows: int
-    ceiling_floors: float
+    random_floors: float
 
 
 @dataclass(frozen=True)
