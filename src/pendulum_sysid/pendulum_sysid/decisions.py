@@ -38,6 +38,7 @@ PROBES_KEPT = 3  # probes; of an effect with many places or periods
 LARGEST_STEP = 10.0  # typical sizes; reach of the linearised step
 STEPS_A_START = 5  # iterations; from each start, before the best of several goes on: time
 STARTS_REFITTED = 3  # fits; of an effect with a place, a period or a limit
+SEARCH_STEP_S = 2.5e-3  # s; of runs while sets are tried; 1 ms gives the same sets: time
 ALIKE_PROBES = 0.7  # correlation; probes closer than this start the same fit
 
 # Does a name, and its size, hold on other data?
@@ -191,7 +192,7 @@ CLOCK_MOST_WHOLE = 0.98  # of steps; that are whole periods, for lost messages t
 CLOCK_LATEST = 3.0  # periods; stamps further off their clock have none
 EVEN_ROUGHNESS_RATIO = 0.8  # ratio; of errors: the order of samples beats their stamps
 JITTER_PERIODS = 0.1  # periods; deviation of the stamps from which it is told
-MOST_RATE_HZ = 1000.0  # Hz; faster samples are averaged: a rig moves at 10 Hz at most
+MOST_RATE_HZ = 1000.0  # Hz; faster samples are left out: a rig moves at 10 Hz at most
 LEAST_SAMPLES = 100  # samples; a shorter recording is unusable
 LEAST_SECONDS = 2.0  # s; a shorter recording is unusable
 SHORTEST_STRETCH = 10  # samples; a shorter stretch says nothing and is left out

@@ -73,8 +73,8 @@ def run_driven(
     samples: int,
 ) -> Floats:
     """Return what `run_freely` returns; drives: what `run_drive` returned for these twins."""
-    sub = kernel.count_substeps(signals.period_s)
     rows, row_of = drives
+    sub = rows.shape[1] // len(signals)
     lane_theta = theta[set_of]
     true = np.empty((len(begin), samples, 4))
     begin = np.asarray(begin, dtype=np.int64)
@@ -115,13 +115,15 @@ def find_path_forces(signals: Signals, theta: Floats, set_of: Ints, begin: Ints)
     return out
 
 
-def run_drive(signals: Signals, theta: Floats) -> tuple[Floats, Ints]:
+def run_drive(signals: Signals, theta: Floats, step_s: float | None = None) -> tuple[Floats, Ints]:
     """Return the command after command and drive, before the gain, and the row of each twin.
 
     The rows have the shape (rows, samples * substeps). Twins with the same command and drive share
     a row.
+
+    step_s: s, the longest substep, of drive and mechanics; None for the twin's own.
     """
-    sub = kernel.count_substeps(signals.period_s)
+    sub = kernel.count_substeps(signals.period_s, step_s)
     _, first, row_of = np.unique(
         _select_filter_columns(theta), axis=0, return_index=True, return_inverse=True
     )

@@ -53,9 +53,12 @@ is_frozen = compose.compose_holds()
 compute_pace = compose.compose_pace()
 
 
-def count_substeps(period_s: float) -> int:
-    """Return the number of steps, of at most LONGEST_STEP_S, in a sample period."""
-    return max(1, int(np.ceil(period_s / LONGEST_STEP_S - 1e-9)))
+def count_substeps(period_s: float, longest_s: float | None = None) -> int:
+    """Return the number of steps in a sample period.
+
+    longest_s: s, of a step; None for LONGEST_STEP_S.
+    """
+    return max(1, int(np.ceil(period_s / (longest_s or LONGEST_STEP_S) - 1e-9)))
 
 
 @compile_cached

@@ -416,10 +416,10 @@ def bump(t: float, y: tuple, drive: float) -> float:
 @pytest.mark.parametrize(
     ("on_cart", "on_pole", "seconds"),
     [
-        (gusts, nothing, 30.0),
-        (wheel, nothing, 30.0),
+        (gusts, nothing, 20.0),
+        (wheel, nothing, 20.0),
         (stiffening, nothing, 20.0),
-        (nothing, bump, 30.0),
+        (nothing, bump, 20.0),
     ],
     ids=["gusts", "wheel", "stiffening", "bump"],
 )

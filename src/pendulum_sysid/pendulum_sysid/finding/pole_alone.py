@@ -100,4 +100,5 @@ def put_pole_on_moving_axis(case: Case, theta: Floats) -> Case | None:
         cart=None,
         pole_valid=signals.pole_valid & signals.cart_valid,
     )
-    return make_case(replace(case.recording, signals=alone), smooth_state(alone), case.twin)
+    recording = replace(case.recording, signals=alone)
+    return replace(make_case(recording, smooth_state(alone), case.twin), step_s=case.step_s)

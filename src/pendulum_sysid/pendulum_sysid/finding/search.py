@@ -4,6 +4,8 @@ The set grows by one effect at a time with joint refits (`growth`), and effects 
 have made needless leave it (`pruning`), each step judged on windows that are left out (`judge`).
 A short horizon comes first: errors stay where they arise. A long horizon follows, over which small
 errors add up until they show.
+
+Runs take long steps while sets are tried; what the search ends at is fitted with the twin's own.
 """
 
 from __future__ import annotations
@@ -37,6 +39,7 @@ from pendulum_sysid.finding.subsets import find_subsets
 from pendulum_sysid.finding.unnamed import widen_sizes
 from pendulum_sysid.finding.weights import WeighedSet, weigh_sets
 from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.fitting.fit import fit
 from pendulum_sysid.records import Fit, Split, Trial
 
 
@@ -85,7 +88,7 @@ def search_effects(case: Case, split: Split, report: Progress = report_nothing) 
 
     report: takes a line of progress for a person.
     """
-    search = Search(case, split, Journal(report))
+    search = Search(replace(case, step_s=decisions.SEARCH_STEP_S), split, Journal(report))
     report(Stage.CONSTANTS)
     base = fit_parameters_alone(search)
     explanation = explain_misfit(search, base)
@@ -97,10 +100,12 @@ def search_effects(case: Case, split: Split, report: Progress = report_nothing) 
     report(Stage.REPLICATING)
     named = add_replications(search, explanation.fit, add_ties(named, ties), sets)
     alike = {rival for effect in named for rival in effect.inseparable_from}
-    widened = widen_sizes(case, split, explanation.fit, alike)
+    best, base = (
+        fit(case, split, known.effects, known.theta, explanation.fit.pieces)
+        for known in (explanation.fit, base)
+    )
+    widened = widen_sizes(case, split, best, alike)
     best, named = add_readings(case, widened, doubt_intervals(widened, named))
-    if base.pieces != best.pieces:
-        base = search.fit_over_horizon(base, best.pieces)
     lasting = tuple(effect for effect in named if effect.is_lasting)
     perhaps = tuple(effect for effect in named if not effect.is_lasting)
     return Answer(base, best, lasting, perhaps, ties, sets, search.journal.trials)

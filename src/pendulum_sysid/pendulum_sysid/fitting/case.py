@@ -27,12 +27,14 @@ class Case:
 
     state: the recording's smoothed motion.
     scales: typical sizes of this rig's motion, which set the steps of a fit.
+    step_s: s, the longest step of runs in a fit; None for the twin's own.
     """
 
     recording: Recording
     state: SmoothState
     twin: Twin
     scales: Scales
+    step_s: float | None = None
 
     @property
     def signals(self) -> Signals:
@@ -46,7 +48,8 @@ class Case:
 
     def problem(self, windows: Windows) -> Problem:
         """Return these windows as data of a fit."""
-        return Problem(self.signals, windows, decisions.START_DOUBT * self.state.deviations)
+        deviations = decisions.START_DOUBT * self.state.deviations
+        return Problem(self.signals, windows, deviations, self.step_s)
 
 
 def make_case(recording: Recording, state: SmoothState, twin: Twin) -> Case:

@@ -32,12 +32,14 @@ class Problem:
     """Hold the data of a fit: windows of a recording, and how far the smoothed starts may be off.
 
     deviations: (4,) of x, th, v, w; a start that leaves its smoothed value pays for it as for any
-    other error.
+        other error.
+    step_s: s, the longest step of the runs; None for the twin's own.
     """
 
     signals: Signals
     windows: Windows
     deviations: Floats
+    step_s: float | None = None
 
 
 def list_varied(problem: Problem) -> list[int]:
@@ -65,7 +67,7 @@ def compute_errors_by_set(
     set_of: (windows,) index of each window's set.
     start_states: (windows, 4) x (m), th (rad), v (m/s), w (rad/s).
     """
-    drives = run_drive(problem.signals, theta)
+    drives = run_drive(problem.signals, theta, problem.step_s)
     every = np.arange(len(start_states))
     return _compute_errors_of_runs(problem, drives, theta, set_of, every, start_states)
 
@@ -224,7 +226,7 @@ def _compute_all_errors(
         )
     )
     for sharing in _list_groups(problem, len(sets)):
-        drives = run_drive(problem.signals, sets[sharing])
+        drives = run_drive(problem.signals, sets[sharing], problem.step_s)
         lanes = np.flatnonzero(np.isin(set_of, sharing))
         for part in pieces:
             lane, window = np.nonzero(acting[lanes, part])
@@ -244,7 +246,8 @@ def _compute_all_errors(
 
 def _list_groups(problem: Problem, sets: int) -> list[Ints]:
     """Return the sets in groups whose drives fit into memory together."""
-    row = len(problem.signals) * kernel.count_substeps(problem.signals.period_s)
+    sub = kernel.count_substeps(problem.signals.period_s, problem.step_s)
+    row = len(problem.signals) * sub
     size = max(DRIVES_AT_ONCE // row, 1)
     return [np.arange(a, min(a + size, sets)) for a in range(0, sets, size)]
 
