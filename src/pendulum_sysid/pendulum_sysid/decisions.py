@@ -189,6 +189,7 @@ CLOCK_CLEAR = 0.25  # periods; steps this near whole periods need no following
 CLOCK_FOLLOW = 0.1  # of error; by which the following clock is set at each stamp
 CLOCK_BELIEVED = 0.02  # of median step; a slope further off is not a period
 CLOCK_MOST_WHOLE = 0.98  # of steps; that are whole periods, for lost messages to be counted
+CLOCK_LEAST_SURE = 0.8  # of messages; whose place between the pauses of a busy computer is sure
 CLOCK_LATEST = 3.0  # periods; stamps further off their clock have none
 EVEN_ROUGHNESS_RATIO = 0.8  # ratio; of errors: the order of samples beats their stamps
 JITTER_PERIODS = 0.1  # periods; deviation of the stamps from which it is told

@@ -44,7 +44,7 @@ def test_a_controller_at_work(tmp_path: Path) -> None:
     recording, seal = recorded(
         tmp_path,
         "input_delay+cart_coulomb_friction",
-        30,
+        40,
         4,
         "--closed-loop",
         "--pole-counts",
@@ -62,8 +62,8 @@ def test_a_controller_at_work(tmp_path: Path) -> None:
 def test_recordings_of_one_rig_together(tmp_path: Path) -> None:
     """One rig (one seed), by the standard plan and by a controller; a drift begins anew."""
     effects = "gain_drift+cart_quadratic_drag"
-    one, seal = recorded(tmp_path / "plan", effects, 30, 6)
-    other, again = recorded(tmp_path / "controller", effects, 30, 6, "--closed-loop")
+    one, seal = recorded(tmp_path / "plan", effects, 40, 6)
+    other, again = recorded(tmp_path / "controller", effects, 40, 6, "--closed-loop")
     assert seal == again
     found = diagnose(
         [one, other], load_twin(tmp_path / "plan" / "trial_0000" / "twin.yaml"), lambda line: None

@@ -46,11 +46,11 @@ Sizes = dict[str, dict[str, float]]  # effect -> parameter -> value
 
 
 def record_rig(effects: Sizes, unlisted: Sizes) -> Recording:
-    """Return what an emulated rig shows, 25 s, its constants wrong as well."""
+    """Return what an emulated rig shows, 40 s, its constants wrong as well."""
     rig = EmulatedRig(
         Concealed(effects, RIG, unlisted), encoders=Encoders(pole_counts=1024), timestep_s=1e-3
     )
-    log = play_plan(rig, make_standard_plan(seconds=25.0, seed=3))
+    log = play_plan(rig, make_standard_plan(seconds=40.0, seed=3))
     every = np.ones(len(log.stamps_ns), dtype=bool)
     assert log.commands is not None
     signals = Signals(0.01, log.commands, log.positions[:, 0], log.positions[:, 1], every, every)

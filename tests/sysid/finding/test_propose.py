@@ -33,7 +33,7 @@ def fit_alone(recording: Recording) -> tuple[Case, Split, Fit]:
 @cache
 def fit_hidden(name: str, seed: int) -> tuple[Case, Split, Fit]:
     """Return the fit of parameters alone to a rig that hides an effect; an empty name for none."""
-    return fit_alone(record_hidden({name: HIDDEN[name]} if name else {}, seed, 14.0)[0])
+    return fit_alone(record_hidden({name: HIDDEN[name]} if name else {}, seed, 20.0)[0])
 
 
 @cache

@@ -197,15 +197,20 @@ def test_the_command_goes_on_from_a_verdict(
     missing = [{"effect": "input_delay", "cannot_be_told_from": ["motor_lag"]}]
     verdict = {"schema": "pendulum_verdict/1", "outcome": "ambiguous", "missing_physics": missing}
     (tmp_path / "verdict.json").write_text(json.dumps(verdict))
-    assert (
-        main(["next", *asked, "--verdict", str(tmp_path / "verdict.json"), "--seconds", "12"]) == 0
-    )
+    asked += ["--verdict", str(tmp_path / "verdict.json"), "--seconds", "12"]
+    assert main(["next", *asked]) == 0
     said = capsys.readouterr().out
     assert "input_delay and motor_lag cannot be told apart" in said and said.endswith(
         f"{tmp_path / 'next.yaml'}\n"
     )
     assert load_plan(tmp_path / "next.yaml", ROOM).seconds == pytest.approx(12.0, abs=0.05)
-    assert yaml.safe_load((tmp_path / "next.yaml").read_text())["schema"] == "pendulum_plan/1"
+    once = yaml.safe_load((tmp_path / "next.yaml").read_text())
+    assert once["schema"] == "pendulum_plan/1"
+    assert main(["next", *asked, "--repeat"]) == 0
+    twice = yaml.safe_load((tmp_path / "next.yaml").read_text())
+    middle = len(once["phases"])
+    assert twice["phases"][middle]["kind"] == "rest"
+    assert twice["phases"][:middle] == twice["phases"][middle + 1 :] == once["phases"]
 
 
 @pytest.mark.parametrize(

@@ -25,7 +25,7 @@ from pendulum_sysid.telling.report import list_trial_rows, render_page, write_re
 from pendulum_sysid.telling.window_figures import compute_frame, spread_windows
 from pendulum_sysid.telling.wording import OUTCOMES
 from pendulum_sysid.verdict.drawn import Motion
-from pendulum_sysid.verdict.record import Verdict
+from pendulum_sysid.verdict.record import Repeats, Verdict
 from pendulum_twin.model import Twin
 
 
@@ -77,6 +77,18 @@ def test_the_share_of_a_variable_is_not_taken_for_a_place(html: str) -> None:
     unnamed = replace(verdict, outcome=Outcome.NOT_IN_CATALOGUE)
     for other in (single, unnamed):
         assert "The named effects act at" not in Reader(render_page(other)).text
+
+
+def test_the_remainder_says_how_much_comes_again_or_how_to_see_it(html: str) -> None:
+    assert "sysid next --repeat plans a recording that plays its plan twice" in Reader(html).text
+    verdict = make_named()
+    assert verdict.remainder is not None
+    repeats = Repeats(0.755, 0.59, 0.885, 24, 66.4)
+    measured = replace(verdict, remainder=replace(verdict.remainder, repeats=repeats))
+    text = Reader(render_page(measured)).text
+    assert "at least 75.5 % [59.0, 88.5] comes again where the same motion comes again" in text
+    assert "24 windows of 1 s" in text and "at most 66.4 times the noise floor" in text
+    assert "--repeat" not in text
 
 
 def test_the_page_says_what_the_verdict_says(html: str) -> None:

@@ -21,18 +21,20 @@ class EvenClock:
     numbers: (n,) of each message on the clock, from 0; rising.
     begin_s: time of number 0, so that the median stamp lies on the clock.
     off_s: (n,) stamp minus time on the clock.
+    shifts_s: (n,) by how much pauses have moved the clock; 0 for none.
     """
 
     period_s: float
     numbers: Ints
     begin_s: float
     off_s: Floats
+    shifts_s: Floats | float = 0.0
 
     @property
     def times_s(self) -> Floats:
         """Return the time of each message on the clock, (n,)."""
         times: Floats = self.begin_s + self.period_s * self.numbers.astype(np.float64)
-        return times
+        return times + self.shifts_s
 
     @property
     def spread_s(self) -> float:

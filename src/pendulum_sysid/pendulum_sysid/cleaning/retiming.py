@@ -14,6 +14,7 @@ import numpy as np
 from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.detector import Fault
 from pendulum_sysid.cleaning.even_clock import EvenClock, find_even_clock
+from pendulum_sysid.cleaning.paused_clock import find_paused_clock
 from pendulum_sysid.cleaning.wraps import TURN
 from pendulum_sysid.reading.raw import RawRecording
 from pendulum_twin.arrays import Floats, Mask
@@ -44,9 +45,12 @@ def retime_samples(raw: RawRecording, rows: Mask) -> Retimed:
     rows: (samples,) False where a sample is not used.
     """
     stamps = raw.state_stamp_s[rows]
-    clock = find_even_clock(stamps)
+    clock, sure = find_even_clock(stamps), np.ones(len(stamps), dtype=bool)
     if clock is None:
-        return Retimed(raw, _drop_equal_stamps(raw, rows))
+        paused = find_paused_clock(stamps)
+        if paused is None:
+            return Retimed(raw, _drop_equal_stamps(raw, rows))
+        clock, sure = paused
     differ = np.abs(clock.off_s) > 2 * decisions.CLOCK_ALIGNED * clock.period_s
     if np.sum(differ) < FEWEST_OFF:
         return Retimed(raw, _drop_equal_stamps(raw, rows))
@@ -55,7 +59,9 @@ def retime_samples(raw: RawRecording, rows: Mask) -> Retimed:
     even = _measure_roughness(clock.times_s, positions, differ)
     if not even < decisions.EVEN_ROUGHNESS_RATIO * as_stamped:
         return Retimed(raw, _drop_equal_stamps(raw, rows))
-    return Retimed(_set_stamps(raw, rows, clock), rows, clock.spread_s, _list_faults(clock))
+    kept = rows.copy()
+    kept[rows] = sure
+    return Retimed(_set_stamps(raw, rows, clock), kept, clock.spread_s, _list_faults(clock))
 
 
 def _list_faults(clock: EvenClock) -> tuple[Fault, ...]:
