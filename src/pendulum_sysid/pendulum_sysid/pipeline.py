@@ -95,7 +95,10 @@ def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -
     windows = cut_windows(case.signals, case.state, WINDOW_S)
     base_runs = run_windows(replace(case, twin=base.twin), windows)
     remainders = measure_remainders(case, best, base)
-    whole = drop_wild_windows(case.problem(split.learn), best.theta, best.power)
+    whole, judged = (
+        drop_wild_windows(case.problem(part), best.theta, best.power)
+        for part in (split.learn, split.held_out)
+    )
     findings = Findings(
         case=case,
         base=base,
@@ -112,6 +115,7 @@ def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -
         misfits=tuple(find_misfits(case, best.theta, remainders, names)),
         outweighed=is_outweighed(remainders),
         whole=refine_start_states(whole, best.theta).misfit(case.noise),
+        judged=refine_start_states(judged, best.theta).misfit(case.noise),
     )
     if decide_outcome(findings) is Outcome.NOT_IN_CATALOGUE:
         return replace(findings, certain=read_effects(case, base.theta, Use.CERTAIN))

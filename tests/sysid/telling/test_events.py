@@ -18,7 +18,7 @@ from pendulum_sysid import pipeline
 from pendulum_sysid.fitting.noise_floor import NoiseFloor
 from pendulum_sysid.fitting.window_runs import WindowRuns
 from pendulum_sysid.records import Outcome, Recording
-from pendulum_sysid.telling.events import find_events
+from pendulum_sysid.telling.events import find_events, list_events
 from pendulum_sysid.telling.outcome import Findings, decide_outcome
 from pendulum_twin.free_runs import run_freely
 from pendulum_twin.parameter_vector import make_theta
@@ -69,6 +69,32 @@ def test_held_out_runs_that_are_all_far_off_are_no_events() -> None:
 
 def test_without_a_window_inside_a_stretch_there_are_no_events() -> None:
     assert find_events((make_runs([1.0, 50.0]),), FLOOR, np.array([0.0, 1.0])) is None
+
+
+@pytest.mark.parametrize(("judged", "told"), [(1.1, False), (4.0, True)])
+def test_runs_that_are_far_off_for_their_smoothed_starts_alone_are_no_events(
+    judged: float, told: bool
+) -> None:
+    """A controller near upright: two rigs of ten that hid nothing were said to be touched."""
+    errors = 21 * [1.0]
+    errors[5] = 30.0
+    every = np.ones(2100, dtype=bool)
+    signals = Signals(PERIOD_S, np.zeros(2100), np.zeros(2100), None, every, every)
+    blank = dict.fromkeys(Findings.__dataclass_fields__)
+    findings = Findings(
+        **{
+            **blank,
+            "case": namedtuple("case", "signals")(signals),
+            "best": namedtuple("fit", "choose")(0.9),
+            "named": (),
+            "laws": (),
+            "floor": FLOOR,
+            "after": {"train": make_runs(errors), "held_out": make_runs(errors)},
+            "whole": 1.0,
+            "judged": judged,
+        }
+    )
+    assert (list_events(findings) is not None) == told
 
 
 def strike(at_s: tuple[float, ...], seconds: float) -> Recording:

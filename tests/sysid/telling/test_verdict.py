@@ -295,11 +295,16 @@ def test_a_twin_far_above_its_floor_that_does_not_follow_is_not_of_this_rig(
     assert "errors over 1 s change: cart" in found["sentence"]  # they do not fall
 
 
-@pytest.mark.parametrize(("errors", "unlike"), [(1.0, False), (2.0, False), (12.0, True)])
+@pytest.mark.parametrize(
+    ("errors", "judged", "unlike"),
+    [(1.0, 1.0, False), (2.0, 2.0, False), (12.0, 12.0, True), (12.0, 1.0, False)],
+)
 def test_nothing_is_missing_only_where_the_score_is_near_its_floor(
-    friction: tuple[dict, Findings], errors: float, unlike: bool
+    friction: tuple[dict, Findings], errors: float, judged: float, unlike: bool
 ) -> None:
+    """Or where a start state that is fitted, and not smoothed, brings a run to the noise."""
     kept = replace(replace_after(friction[1], errors), named=(), base=friction[1].best)
+    kept = replace(kept, judged=judged)
     found = make_verdict(kept, kept.case.recording, 1.0).to_dict()
     outcome = "not_in_catalogue" if unlike else "nothing_missing"
     assert found["outcome"] == outcome and found["unlike_rig"] == unlike

@@ -100,15 +100,19 @@ def search_effects(case: Case, split: Split, report: Progress = report_nothing) 
     report(Stage.REPLICATING)
     named = add_replications(search, explanation.fit, add_ties(named, ties), sets)
     alike = {rival for effect in named for rival in effect.inseparable_from}
-    best, base = (
-        fit(case, split, known.effects, known.theta, explanation.fit.pieces)
-        for known in (explanation.fit, base)
-    )
+    best = _fit_with_short_steps(case, split, explanation.fit, explanation.fit.pieces)
+    base = _fit_with_short_steps(case, split, base, explanation.fit.pieces)
     widened = widen_sizes(case, split, best, alike)
     best, named = add_readings(case, widened, doubt_intervals(widened, named))
     lasting = tuple(effect for effect in named if effect.is_lasting)
     perhaps = tuple(effect for effect in named if not effect.is_lasting)
     return Answer(base, best, lasting, perhaps, ties, sets, search.journal.trials)
+
+
+def _fit_with_short_steps(case: Case, split: Split, known: Fit, pieces: int) -> Fit:
+    """Return a fit of the search with the twin's own steps, over a horizon."""
+    starts = known.start_states if known.pieces == pieces else None
+    return fit(case, split, known.effects, known.theta, pieces, starts)
 
 
 def explain_misfit(search: Search, base: Fit) -> Explanation:

@@ -13,6 +13,7 @@ import numpy as np
 from pendulum_sysid import decisions
 from pendulum_sysid.fitting.noise_floor import NoiseFloor
 from pendulum_sysid.fitting.window_runs import WindowRuns
+from pendulum_sysid.telling.likeness import runs_at_noise
 from pendulum_sysid.telling.outcome import Findings
 from pendulum_twin.arrays import Floats
 
@@ -45,7 +46,7 @@ def list_events(findings: Findings) -> Events | None:
 
     Where effects or laws explain a part, the rest is told as what remains.
     """
-    if findings.floor is None or findings.named or findings.laws:
+    if findings.floor is None or findings.named or findings.laws or runs_at_noise(findings):
         return None
     signals = findings.case.signals
     begins_s = signals.times_s[list(signals.stretch_begins)]

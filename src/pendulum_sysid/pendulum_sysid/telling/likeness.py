@@ -30,7 +30,17 @@ def is_unlike(findings: Findings) -> bool:
         return True
     physics = findings.named or findings.perhaps or findings.certain or findings.laws
     unexplained = ratio > decisions.UNNAMED_FLOORS and typical > decisions.MISFIT_AT_NOISE
-    return not physics and unexplained
+    return not physics and unexplained and not runs_at_noise(findings)
+
+
+def runs_at_noise(findings: Findings) -> bool:
+    """Return whether the improved twin runs every window at the noise, its start state fitted.
+
+    Near upright the error of a start state grows over a second until the run is far off: a run
+    from a smoothed start then says nothing about the twin.
+    """
+    misfits = (findings.final.choose, findings.whole, findings.judged)
+    return all(misfit <= decisions.MISFIT_AT_NOISE for misfit in misfits)
 
 
 def compute_floor_ratio(findings: Findings) -> float:

@@ -36,6 +36,7 @@ class Findings:
     misfits: named effects whose law does not have the shape that is seen; no misfit numbers.
     outweighed: True if a single missing force is larger than all that the named effects explain.
     whole: misfit of the final fit over windows of full length.
+    judged: misfit of the held-out windows, their start states fitted.
     perhaps: effects of the final fit that are not sure enough to be named.
     sets: the sets of effects that were tried, and how much each is believed.
     certain: what detectors are certain of, asked only where the rest has no name.
@@ -57,6 +58,7 @@ class Findings:
     misfits: tuple[Misfit, ...] = ()
     outweighed: bool = False
     whole: float = 1.0
+    judged: float = 1.0
     perhaps: tuple[Named, ...] = ()
     sets: tuple[WeighedSet, ...] = ()
     certain: tuple[Reading, ...] = ()
