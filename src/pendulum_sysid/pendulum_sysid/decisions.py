@@ -208,6 +208,7 @@ COMMAND_MIDWAY = 0.3  # periods; a command this near the middle of two samples i
 COMMAND_SIDE = 6  # samples; on either side that a jump is seen against; 4 to 14 do alike
 COMMAND_MOVED_NATS = 4.0  # nats; by which the cart must speak for the other sample
 COMMAND_TIMES_RATIO = 0.97  # ratio; of unexplained acceleration: a timing is clearly right
+ANSWERS_RATIO = 0.998  # ratio; the same, for commands that answer samples: 10 nats in a minute
 LONGEST_LATENCY_S = 1.0  # s; from publishing to receiving; a longer time is of two clocks
 COMMAND_HOLDS_S = 10.0  # s; an older last command belongs to another clock
 

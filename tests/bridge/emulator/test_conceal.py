@@ -64,10 +64,8 @@ def test_a_live_rig_comes_to_rest_and_counts_nothing_from_a_recordings_beginning
     drawn = {
         name for seed in range(300) for name in draw_concealed(seed, 2, nominal, live=True).effects
     }
-    assert drawn == {
-        effect.name for effect in TABLE if effect.rests and not effect.is_of_recording
-    }
-    assert not {"stale_start", "periodic_force"} & drawn
+    assert drawn == {effect.name for effect in TABLE if effect.is_of_live_rig}
+    assert not {"stale_start", "periodic_force", "gain_drift", "friction_warming"} & drawn
 
 
 def test_a_size_factor_brings_sizes_towards_neutral_and_leaves_the_rest(nominal: Rig) -> None:

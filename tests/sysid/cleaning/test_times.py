@@ -16,6 +16,7 @@ from pendulum_sysid.reading.raw import RawRecording
 from pendulum_sysid.reading.sending_times import find_sending_times
 from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
+from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import SLOTS, make_theta
 
 RAW = make_raw()
@@ -132,6 +133,18 @@ def test_the_cart_says_from_which_sample_a_command_acted(late_s: float) -> None:
     assert error <= 0.3 * stamped if late_s else np.array_equal(command, ROUGH)
 
 
+def test_a_lag_of_the_drive_does_not_make_answers_look_averaged() -> None:
+    """The driver sends the last command at once, too; a lag smooths the cart's answer."""
+    random = np.random.default_rng(11)
+    at, last = RAW.command_stamp_s, np.concatenate([[0.0], ROUGH[:-1]])
+    stamps = np.concatenate([at + 0.001, at + random.uniform(0.0015, 0.0049, len(at))])
+    order = np.argsort(stamps, kind="stable")
+    lagging = replace(INTECO, effects={"motor_lag": {"time_constant_s": 0.05}})
+    commands = np.concatenate([last, ROUGH])[order]
+    found = clean_recording(answer(stamps[order], commands, ROUGH, lagging))
+    assert np.mean(found.signals.command != ROUGH) < 0.01
+
+
 def test_commands_that_acted_when_they_came_are_averaged() -> None:
     random = np.random.default_rng(7)
     stamps = RAW.command_stamp_s + random.uniform(0.0, 0.0099, len(ROUGH))
@@ -140,9 +153,9 @@ def test_commands_that_acted_when_they_came_are_averaged() -> None:
     assert np.allclose(signals.command, acted)
 
 
-def answer(stamps: Floats, commands: Floats, acted: Floats) -> RawRecording:
+def answer(stamps: Floats, commands: Floats, acted: Floats, twin: Twin = INTECO) -> RawRecording:
     """Return a recording of commands and of the motion by the commands that acted."""
-    cart, pole, _, _ = made_states(INTECO, acted).T
+    cart, pole, _, _ = made_states(twin, acted).T
     random = np.random.default_rng(9)
     cart = np.round(cart + random.normal(0.0, 2e-5, len(cart)), 5)
     return replace(RAW, cart=cart, pole=pole, command_stamp_s=stamps, command=commands)

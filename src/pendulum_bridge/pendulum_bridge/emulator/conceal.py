@@ -35,6 +35,8 @@ class Concealable:
     neutral: the size at which the effect vanishes.
     beside: effects of which one must be there for this effect to mean anything.
     rests: whether a rig with the effect can come to rest, as a live rig has to.
+    ages: whether its sizes are those at the rig's start: the recording of a live rig begins later,
+        when they are others.
     """
 
     name: str
@@ -45,11 +47,17 @@ class Concealable:
     neutral: float = 0.0
     beside: tuple[str, ...] = ()
     rests: bool = True
+    ages: bool = False
 
     @property
     def is_of_recording(self) -> bool:
         """Return whether the effect belongs to one recording; a live rig cannot have it."""
         return EFFECTS[self.name].of_recording
+
+    @property
+    def is_of_live_rig(self) -> bool:
+        """Return whether a live rig can conceal it: it rests, and keeps what the seal says."""
+        return self.rests and not self.ages and not self.is_of_recording
 
 
 DRY_FRICTIONS = ("cart_coulomb_friction", "cart_stribeck_friction", "cart_saturating_friction")
@@ -62,7 +70,7 @@ TABLE: tuple[Concealable, ...] = (
     Concealable("input_dead_zone", "dead zone", {"width": (0.015, 0.06)}),
     Concealable("input_saturation", "saturation", {"limit": (0.22, 0.38)}, neutral=0.5),
     Concealable("gain_asymmetry", "asymmetry", {"ratio": (0.04, 0.2)}, both_ways=True),
-    Concealable("gain_drift", "drift", {"per_s": (0.001, 0.004)}, both_ways=True),
+    Concealable("gain_drift", "drift", {"per_s": (0.001, 0.004)}, both_ways=True, ages=True),
     Concealable("motor_lag", "time", {"time_constant_s": (0.015, 0.08)}),
     Concealable("belt_backlash", "slack", {"gap_m": (0.0015, 0.008)}),
     Concealable("cart_coulomb_friction", "cart friction", {"level_n": (0.25, 1.2)}),
@@ -149,6 +157,7 @@ TABLE: tuple[Concealable, ...] = (
         "warming",
         {"level_n": (0.3, 0.8), "viscous_n_s_m": (1.0, 3.0), "time_constant_s": (8.0, 20.0)},
         shapes=("time_constant_s",),
+        ages=True,
     ),
     Concealable(
         "cart_presliding_friction",
@@ -245,7 +254,7 @@ def _order_table(random: np.random.Generator, seed: int) -> list[Concealable]:
 
 
 def _list_candidates(live: bool) -> list[Concealable]:
-    return [entry for entry in TABLE if not live or (entry.rests and not entry.is_of_recording)]
+    return [entry for entry in TABLE if not live or entry.is_of_live_rig]
 
 
 def _is_compatible(candidate: Concealable, chosen: Sequence[Concealable], count: int) -> bool:

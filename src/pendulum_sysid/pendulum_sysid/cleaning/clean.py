@@ -132,9 +132,12 @@ def _set_command_times(samples: Samples, signals: Signals) -> tuple[Signals, flo
     )
     retimed = signals if raw is samples.raw else _hold(raw, signals)
     settled = settle_commands(signals, smoothed, *_list_commands(raw))
-    answers = np.array_equal(_hold(raw, signals, nearest=True).command, retimed.command)
-    if answers or measure(settled) < decisions.COMMAND_TIMES_RATIO * measure(retimed):
+    answering = _hold(raw, signals, nearest=True)
+    if np.array_equal(answering.command, retimed.command):
         return settled, spread_s
+    best = min((settled, answering), key=measure)
+    if measure(best) < decisions.ANSWERS_RATIO * measure(retimed):
+        return best, spread_s
     return retimed, spread_s
 
 

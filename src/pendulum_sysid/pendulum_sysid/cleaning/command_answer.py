@@ -90,7 +90,8 @@ def measure_unexplained(signals: Signals, state: SmoothState) -> float:
     """Return the cart's acceleration, m/s^2, that commands leave unexplained as they are timed.
 
     It compares timings of the same commands to a fraction of a period, so the acceleration is that
-    of neighbouring samples. Commands may come late by whole samples.
+    of neighbouring samples. Commands may come late, and through a lag or a belt: every sample of
+    the last 0.2 s has a weight of its own (a finite impulse response).
     """
     assert signals.cart is not None
     size = max(round(UNEXPLAINED_STEP_S / signals.period_s), 1)
@@ -103,13 +104,10 @@ def measure_unexplained(signals: Signals, state: SmoothState) -> float:
     kernel = np.concatenate([np.full(2 * size, 0.5 / size), np.zeros(1)])
     around = correlate1d(signals.command, kernel, mode="nearest")
     latest = round(decisions.ANSWER_LATEST_S / signals.period_s)
-    spreads = []
-    for late in range(0, latest + 1, size):
-        command = around[np.maximum(rows - late, 0)]
-        columns = np.column_stack([command, others])
-        weights = np.linalg.lstsq(columns, target, rcond=None)[0]
-        spreads.append(float(np.std(target - columns @ weights)))
-    return min(spreads)
+    answers = [around[np.maximum(rows - late, 0)] for late in range(0, latest + 1, size)]
+    columns = np.column_stack([*answers, others])
+    weights = np.linalg.lstsq(columns, target, rcond=None)[0]
+    return float(np.std(target - columns @ weights))
 
 
 def _make_filter(signals: Signals, state: SmoothState) -> tuple[Ints, Callable[[Floats], Floats]]:
