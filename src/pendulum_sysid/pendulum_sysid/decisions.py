@@ -38,7 +38,7 @@ PROBES_KEPT = 3  # probes; of an effect with many places or periods
 LARGEST_STEP = 10.0  # typical sizes; reach of the linearised step
 STEPS_A_START = 5  # iterations; from each start, before the best of several goes on: time
 STARTS_REFITTED = 3  # fits; of an effect with a place, a period or a limit
-SEARCH_STEP_S = 2.5e-3  # s; of runs while sets are tried; 1 ms gives the same sets: time
+SEARCH_STEP_S = 2.5e-3  # s; while sets are tried; changes runs by less than the noise: time
 ALIKE_PROBES = 0.7  # correlation; probes closer than this start the same fit
 
 # Does a name, and its size, hold on other data?

@@ -95,7 +95,7 @@ def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -
     windows = cut_windows(case.signals, case.state, WINDOW_S)
     base_runs = run_windows(replace(case, twin=base.twin), windows)
     remainders = measure_remainders(case, best, base)
-    whole, judged = (
+    learned, held_out = (
         drop_wild_windows(case.problem(part), best.theta, best.power)
         for part in (split.learn, split.held_out)
     )
@@ -114,8 +114,8 @@ def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -
         coming=plan_next_experiment(case, split, best, answer.ties),
         misfits=tuple(find_misfits(case, best.theta, remainders, names)),
         outweighed=is_outweighed(remainders),
-        whole=refine_start_states(whole, best.theta).misfit(case.noise),
-        judged=refine_start_states(judged, best.theta).misfit(case.noise),
+        learned_misfit=refine_start_states(learned, best.theta).misfit(case.noise),
+        held_out_misfit=refine_start_states(held_out, best.theta).misfit(case.noise),
     )
     if decide_outcome(findings) is Outcome.NOT_IN_CATALOGUE:
         return replace(findings, certain=read_effects(case, base.theta, Use.CERTAIN))

@@ -71,9 +71,9 @@ def test_without_a_window_inside_a_stretch_there_are_no_events() -> None:
     assert find_events((make_runs([1.0, 50.0]),), FLOOR, np.array([0.0, 1.0])) is None
 
 
-@pytest.mark.parametrize(("judged", "told"), [(1.1, False), (4.0, True)])
+@pytest.mark.parametrize(("misfit", "told"), [(1.1, False), (4.0, True)])
 def test_runs_that_are_far_off_for_their_smoothed_starts_alone_are_no_events(
-    judged: float, told: bool
+    misfit: float, told: bool
 ) -> None:
     """A controller near upright: two rigs of ten that hid nothing were said to be touched."""
     errors = 21 * [1.0]
@@ -90,8 +90,8 @@ def test_runs_that_are_far_off_for_their_smoothed_starts_alone_are_no_events(
             "laws": (),
             "floor": FLOOR,
             "after": {"train": make_runs(errors), "held_out": make_runs(errors)},
-            "whole": 1.0,
-            "judged": judged,
+            "learned_misfit": 1.0,
+            "held_out_misfit": misfit,
         }
     )
     assert (list_events(findings) is not None) == told

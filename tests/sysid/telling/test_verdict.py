@@ -232,10 +232,12 @@ def test_a_small_part_is_no_answer_while_whole_windows_show_more_than_noise(
 ) -> None:
     kept = friction[1]
     small = replace(kept, base=replace(kept.base, choose=1.4), best=replace(kept.best, choose=1.2))
-    outcomes = {whole: decide_outcome(replace(small, whole=whole)) for whole in (1.1, 4.0)}
+    outcomes = {
+        misfit: decide_outcome(replace(small, learned_misfit=misfit)) for misfit in (1.1, 4.0)
+    }
     assert outcomes == {1.1: Outcome.NAMED, 4.0: Outcome.NOT_IN_CATALOGUE}
-    assert decide_outcome(replace(kept, whole=4.0)) is Outcome.NAMED  # a great part
-    assert decide_outcome(replace(small, named=(), whole=4.0)) is Outcome.NOTHING_MISSING
+    assert decide_outcome(replace(kept, learned_misfit=4.0)) is Outcome.NAMED  # a great part
+    assert decide_outcome(replace(small, named=(), learned_misfit=4.0)) is Outcome.NOTHING_MISSING
 
 
 def test_friction_that_is_certain_is_kept_where_something_else_has_no_name(
@@ -296,15 +298,15 @@ def test_a_twin_far_above_its_floor_that_does_not_follow_is_not_of_this_rig(
 
 
 @pytest.mark.parametrize(
-    ("errors", "judged", "unlike"),
+    ("errors", "misfit", "unlike"),
     [(1.0, 1.0, False), (2.0, 2.0, False), (12.0, 12.0, True), (12.0, 1.0, False)],
 )
 def test_nothing_is_missing_only_where_the_score_is_near_its_floor(
-    friction: tuple[dict, Findings], errors: float, judged: float, unlike: bool
+    friction: tuple[dict, Findings], errors: float, misfit: float, unlike: bool
 ) -> None:
     """Or where a start state that is fitted, and not smoothed, brings a run to the noise."""
     kept = replace(replace_after(friction[1], errors), named=(), base=friction[1].best)
-    kept = replace(kept, judged=judged)
+    kept = replace(kept, held_out_misfit=misfit)
     found = make_verdict(kept, kept.case.recording, 1.0).to_dict()
     outcome = "not_in_catalogue" if unlike else "nothing_missing"
     assert found["outcome"] == outcome and found["unlike_rig"] == unlike

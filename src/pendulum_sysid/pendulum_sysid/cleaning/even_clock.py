@@ -19,7 +19,8 @@ class EvenClock:
 
     period_s: s from message to message.
     numbers: (n,) of each message on the clock, from 0; rising.
-    begin_s: time of number 0, so that the median stamp lies on the clock.
+    begin_s: time of number 0: half of the stamps lie before the clock, half behind it. Where the
+        sender pauses, the earliest 5 % of the stamps lie before it.
     off_s: (n,) stamp minus time on the clock.
     shifts_s: (n,) by how much pauses have moved the clock; 0 for none.
     """

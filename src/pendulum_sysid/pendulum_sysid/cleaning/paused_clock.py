@@ -1,9 +1,10 @@
 """Messages that a busy computer sends late, and that pause: the earliest tell the clock.
 
 A sender that falls behind catches up in a burst: its messages are late, and their clock goes on.
-A sender that gives up the time that it lost pauses: its clock goes on from there. No message comes
-early, so the clock at a message is where the earliest of it and all later messages lie, less the
-periods between.
+A sender that gives up the time that it lost pauses: its clock goes on from there. A message comes
+late or in time, and never early. So a stamp less the periods before it is the clock's begin and
+pauses, plus a delay; the least of it over this and all later messages is without the delay, and
+rises only where the sender pauses.
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ def find_paused_clock(stamps: Floats) -> tuple[EvenClock, Mask] | None:
     period_s = float(np.median(stamps[REACH:] - stamps[:-REACH])) / REACH
     if not period_s > 0.0:
         return None
+    # Over all later messages a wrong period adds up; over a few messages it hardly does.
     for ahead in (AHEAD, AHEAD, len(stamps)):
         off_s = stamps - period_s * numbers
         period_s += _measure_slope(off_s, _find_pieces(off_s, period_s, ahead))

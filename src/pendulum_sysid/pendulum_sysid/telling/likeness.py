@@ -39,7 +39,7 @@ def runs_at_noise(findings: Findings) -> bool:
     Near upright the error of a start state grows over a second until the run is far off: a run
     from a smoothed start then says nothing about the twin.
     """
-    misfits = (findings.final.choose, findings.whole, findings.judged)
+    misfits = (findings.final.choose, findings.learned_misfit, findings.held_out_misfit)
     return all(misfit <= decisions.MISFIT_AT_NOISE for misfit in misfits)
 
 

@@ -35,8 +35,8 @@ class Findings:
     coming: plan of the next experiment.
     misfits: named effects whose law does not have the shape that is seen; no misfit numbers.
     outweighed: True if a single missing force is larger than all that the named effects explain.
-    whole: misfit of the final fit over windows of full length.
-    judged: misfit of the held-out windows, their start states fitted.
+    learned_misfit: of the final fit over windows of full length, their start states fitted.
+    held_out_misfit: the same of the windows that are left out.
     perhaps: effects of the final fit that are not sure enough to be named.
     sets: the sets of effects that were tried, and how much each is believed.
     certain: what detectors are certain of, asked only where the rest has no name.
@@ -57,8 +57,8 @@ class Findings:
     coming: Next
     misfits: tuple[Misfit, ...] = ()
     outweighed: bool = False
-    whole: float = 1.0
-    judged: float = 1.0
+    learned_misfit: float = 1.0
+    held_out_misfit: float = 1.0
     perhaps: tuple[Named, ...] = ()
     sets: tuple[WeighedSet, ...] = ()
     certain: tuple[Reading, ...] = ()
@@ -117,7 +117,11 @@ def list_told(findings: Findings) -> tuple[Named, ...]:
     places = {BY_NAME[name].place for name in doubtful} | {
         Place(misfit.place) for misfit in findings.misfits
     }
-    certain = {reading.effect for reading in findings.certain}
+    certain = {
+        name
+        for reading in findings.certain
+        for name in (reading.effect, *reading.inseparable_from)
+    }
     alone = explains_too_little(findings)
     return tuple(
         effect
@@ -142,7 +146,7 @@ def is_slight(findings: Findings) -> bool:
 
     Several effects of the catalogue may each take a little of a small effect that has no name.
     """
-    return decisions.CHECK_SLIGHT and findings.whole > decisions.MISFIT_AT_NOISE
+    return decisions.CHECK_SLIGHT and findings.learned_misfit > decisions.MISFIT_AT_NOISE
 
 
 def is_motion_effect(name: str) -> bool:

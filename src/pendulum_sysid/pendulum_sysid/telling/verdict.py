@@ -45,7 +45,7 @@ from pendulum_sysid.verdict.record import (
     VariableShare,
     Verdict,
 )
-from pendulum_twin.effects import BY_NAME, CATALOGUE
+from pendulum_twin.effects import BY_NAME
 from pendulum_twin.laws.kind import EVIDENCE_NAMES, Role
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
@@ -172,11 +172,7 @@ def _describe_missing(named: Named, findings: Findings) -> MissingEffect:
 
 
 def describe_certain(reading: Reading) -> MissingEffect:
-    """Return the entry of an effect that is certain although something else has no name.
-
-    Laws that hold it as a special case cannot be excluded: what is unexplained may be what they
-    add.
-    """
+    """Return the entry of an effect that is certain although something else has no name."""
     effect = BY_NAME[reading.effect]
     units = {parameter.name: parameter.unit for parameter in effect.parameters}
     values = {
@@ -184,7 +180,7 @@ def describe_certain(reading: Reading) -> MissingEffect:
     }
     return MissingEffect(
         effect.name,
-        tuple(other.name for other in CATALOGUE if effect.name in other.simpler),
+        reading.inseparable_from,
         decisions.CERTAIN_CONFIDENCE,
         {
             name: _make_parameter(estimate, units[name])

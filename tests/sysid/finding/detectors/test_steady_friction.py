@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.hidden_physics import INTECO, record_hidden
-from support.made_recordings import without_joint
+from support.made_recordings import made, without_joint
 
 from pendulum_sysid.finding.detectors.detector import Reading
 from pendulum_sysid.finding.detectors.steady_friction import combine_levels, read_friction
@@ -25,15 +25,20 @@ COULOMB = {"cart_coulomb_friction": {"level_n": LEVEL_N}}
 PATCH = {"rail_friction_patch": {"level_n": 1.0, "centre_m": 0.05, "width_m": 0.05}}
 COGGING = {"cogging": {"amplitude_n": 0.6, "period_m": 0.12, "phase_rad": 0.5}}
 DRIFT = {"gain_drift": {"per_s": 0.01}}
+LOAD = {"cart_load_friction": {"coefficient": 0.05}}
 DRAG = {"cart_quadratic_drag": {"n_s2_m2": 2.0}}
 
 
-def measure_level(recording: Recording, twin: Twin = INTECO) -> Estimate | None:
-    """Return the level that the detector reads beside the rig's constants, fitted alone."""
+def read(recording: Recording, twin: Twin = INTECO) -> tuple[Reading, ...]:
+    """Return what the detector reads beside the rig's constants, fitted alone."""
     case = prepare_case([recording], twin)
     split = split_windows(case.signals, case.state)
     base = fit(case, split, tuple(case.twin.effects), make_theta(case.twin), 4)
-    readings = read_friction(case, base.theta)
+    return read_friction(case, base.theta)
+
+
+def measure_level(recording: Recording, twin: Twin = INTECO) -> Estimate | None:
+    readings = read(recording, twin)
     return readings[0].estimates["level_n"] if readings else None
 
 
@@ -74,16 +79,25 @@ def test_without_a_cart_nothing_is_said() -> None:
     assert measure_level(without_joint(record_hidden(COULOMB, 5, 24.0)[0], "cart")) is None
 
 
-def test_the_entry_leaves_open_which_law_of_dry_friction_it_is() -> None:
-    level = Estimate(0.34, 0.2, 0.6)
-    entry = describe_certain(Reading("cart_coulomb_friction", (0.34,), {"level_n": level}))
+@pytest.mark.parametrize("hidden", [COULOMB, LOAD], ids=["level", "load"])
+def test_the_entry_leaves_open_which_law_of_dry_friction_it_is(hidden: dict) -> None:
+    recording = record_hidden({**hidden, **DRAG}, 5, 40.0)[0]
+    (reading,) = read(recording)
+    entry = describe_certain(reading)
+    level = reading.estimates["level_n"]
     parameter = entry.parameters["level_n"]
-    assert (parameter.value, parameter.low, parameter.high) == (0.34, 0.2, 0.6)
+    assert (parameter.value, parameter.low, parameter.high) == (level.value, level.low, level.high)
     assert parameter.unit == "N"
-    others = {
-        "cart_stribeck_friction",
-        "cart_saturating_friction",
-        "cart_presliding_friction",
-    }
-    assert set(entry.cannot_be_told_from) == others
-    assert entry.sentence == BY_NAME["cart_coulomb_friction"].sentence.format(level_n="0.34 N")
+    others = {"cart_stribeck_friction", "cart_saturating_friction", "cart_presliding_friction"}
+    assert set(entry.cannot_be_told_from) == {*others, "cart_load_friction"}
+    sentence = BY_NAME["cart_coulomb_friction"].sentence
+    assert entry.sentence == sentence.format(level_n=f"{level.value:.3g} N")
+
+
+def test_without_a_pole_the_load_is_constant() -> None:
+    pole = ("pole_mass_kg", "com_distance_m", "pole_inertia_kg_m2", "pole_viscous_n_m_s")
+    cart = Twin("cart", replace(INTECO.rig, **dict.fromkeys(pole)))
+    rig = replace(cart, effects={**COULOMB, **COGGING})
+    (reading,) = read(without_joint(made(rig, 40.0, 0.6), "pole"), cart)
+    assert reading.effect == "cart_coulomb_friction"
+    assert "cart_load_friction" not in reading.inseparable_from

@@ -33,12 +33,14 @@ class Reading:
     values: of the effect's parameters, in their order and units.
     estimates: parameter's name -> estimate with its 95 % interval; empty where a fit follows.
     lead: how far the effect is ahead of its absence; None where a fit follows.
+    inseparable_from: names of the effects that would give the same reading.
     """
 
     effect: str
     values: tuple[float, ...]
     estimates: Mapping[str, Estimate] = field(default_factory=dict)
     lead: Lead | None = None
+    inseparable_from: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

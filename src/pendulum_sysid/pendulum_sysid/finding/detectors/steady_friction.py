@@ -5,7 +5,8 @@ effect takes on whatever remains. The level of the dry friction can be measured 
 effects, over each variable in turn, beside free curves of the force over command and position and
 beside what explains the remaining force. Friction that is a part of some other law vanishes
 somewhere: at the first second, on half of the rail, while the pole stands. Only friction that is
-clearly there all over every variable is called certain.
+clearly there all over every variable is called certain. Laws that hold it as a special case, and
+friction by load, are there all over, too: what is unexplained may be what they add.
 """
 
 from __future__ import annotations
@@ -23,10 +24,11 @@ from pendulum_sysid.finding.localisation.thinning import thin_out
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.records import Estimate
 from pendulum_twin.arrays import Floats
-from pendulum_twin.effects import BY_NAME, cart_coulomb_friction
+from pendulum_twin.effects import BY_NAME, CATALOGUE, cart_coulomb_friction, cart_load_friction
 from pendulum_twin.effects.effect import Form, Place
 
 EFFECT = cart_coulomb_friction.EFFECT
+LOAD_FRICTION = cart_load_friction.EFFECT
 PRODUCT = "cart_direction*"  # of the questions that measure the level along a variable
 FRICTION_FORMS = (Form.DRY, Form.PATH_FORCE, Form.STATE_FRICTION)
 BESIDE = ("command", "cart_position")  # curves of the force that may take their part first
@@ -43,7 +45,11 @@ def read_friction(case: Case, theta: Floats) -> tuple[Reading, ...]:
     level = measure_friction(case, theta)
     if level is None:
         return ()
-    return (Reading(EFFECT.name, (level.value,), {EFFECT.parameters[0].name: level}),)
+    estimates = {EFFECT.parameters[0].name: level}
+    alike = [other.name for other in CATALOGUE if EFFECT.name in other.simpler]
+    if case.signals.pole is not None:  # without a pole the load is constant
+        alike.append(LOAD_FRICTION.name)
+    return (Reading(EFFECT.name, (level.value,), estimates, inseparable_from=tuple(alike)),)
 
 
 def measure_friction(case: Case, theta: Floats) -> Estimate | None:

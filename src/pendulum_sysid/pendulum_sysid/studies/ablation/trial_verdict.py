@@ -66,7 +66,7 @@ class Diagnosis:
         names = tuple(named.effect for named in answer.named)
         judged = self._judge(case, split, answer.best, answer.base, names)
         findings = SimpleNamespace(named=answer.named, base=answer.base, best=answer.best)
-        findings.misfits, findings.outweighed, findings.whole = judged
+        findings.misfits, findings.outweighed, findings.learned_misfit = judged
         outcome = decide_outcome(cast(Findings, findings))
         if outcome is Outcome.NOT_IN_CATALOGUE:
             names = tuple(name for name in names if not is_motion_effect(name))
