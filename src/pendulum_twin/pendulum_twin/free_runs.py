@@ -60,7 +60,8 @@ def run_freely(
     Returns (runs, samples, 4); the first sample is the start state.
     """
     drives = run_drive(signals, theta)
-    return run_driven(signals, drives, theta, set_of, begin, start_states, samples)
+    runs = run_driven(signals, drives, theta, set_of, begin, start_states, samples)
+    return apply_reporting(runs, theta[set_of], signals.period_s, theta)
 
 
 def run_driven(
@@ -72,7 +73,10 @@ def run_driven(
     start_states: Floats,
     samples: int,
 ) -> Floats:
-    """Return what `run_freely` returns; drives: what `run_drive` returned for these twins."""
+    """Return what `run_freely` returns, but velocities by the stamps and not as they are reported.
+
+    drives: what `run_drive` returned for these twins.
+    """
     rows, row_of = drives
     sub = rows.shape[1] // len(signals)
     lane_theta = theta[set_of]
@@ -93,8 +97,7 @@ def run_driven(
         find_path_forces(signals, theta, set_of, begin),
     )
     times = t[:, None] + signals.period_s * np.arange(samples)
-    shown = apply_sensors(true, lane_theta, times, theta)
-    return apply_reporting(shown, lane_theta, signals.period_s, theta)
+    return apply_sensors(true, lane_theta, times, theta)
 
 
 def find_path_forces(signals: Signals, theta: Floats, set_of: Ints, begin: Ints) -> Floats:

@@ -11,6 +11,7 @@ from pendulum_sysid.fitting import latent_force
 from pendulum_sysid.fitting.fit import fit
 from pendulum_sysid.fitting.kalman_filter import SIZE, filter_motion
 from pendulum_sysid.fitting.latent_force import linearise_predictions, measure_latent_force
+from pendulum_sysid.fitting.predictions import Predictions
 from pendulum_sysid.prepare import Prepared, prepare
 from pendulum_sysid.records import Fit
 from pendulum_twin.model import Twin
@@ -135,3 +136,15 @@ def test_a_long_recording_is_filtered_in_groups(
     grouped = linearise_predictions(prepared.case, prepared.split, fitted, latent, none)
     assert grouped.normal == pytest.approx(at_once.normal, rel=1e-9)
     assert grouped.gradient == pytest.approx(at_once.gradient, rel=1e-6)
+
+
+def test_how_velocities_are_reported_changes_no_prediction(pulled: tuple[Prepared, Fit]) -> None:
+    """Predictions begin at smoothed velocities, which are by the stamps, not as reported."""
+    prepared, fitted = pulled
+    filtered = fitted.theta.copy()
+    filtered[SLOTS["velocity_filter"]] = 0.05
+    run = range(0, 400)
+    predictions = Predictions(prepared.case, [run], prepared.split.learn)
+    gaps = predictions.run_steps(np.array([fitted.theta, filtered])).gaps
+    np.testing.assert_array_equal(gaps[0], gaps[1])
+    assert np.any(gaps[0] != 0.0)
