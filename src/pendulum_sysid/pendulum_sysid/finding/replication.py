@@ -16,6 +16,7 @@ from scipy.special import stdtrit
 from pendulum_sysid import decisions
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.gauss_newton import Solution, compute_half_widths
+from pendulum_sysid.fitting.instants import widen_by_errors
 from pendulum_sysid.fitting.linearised import System, linearise
 from pendulum_sysid.fitting.parameters import Free, list_free_parameters
 from pendulum_sysid.fitting.windows import shorten_windows
@@ -97,11 +98,12 @@ def widen_intervals(case: Case, split: Split, fit: Fit) -> Fit:
     system = _linearise(case, split, fit)
     free = {p.name: p for p in list_free_parameters(case.twin, fit.effects, case.scales)}
     blocks = estimate_blocks(system, fit, tuple(free.values()), decisions.SPREAD_BLOCKS)
+    known = widen_by_errors(case, split, fit)
     widened = {
-        name: _widen(fit.estimates[name], free[name], compute_spread(estimates))
+        name: _widen(known[name], free[name], compute_spread(estimates))
         for name, estimates in blocks.items()
     }
-    return replace(fit, estimates={**fit.estimates, **widened})
+    return replace(fit, estimates={**known, **widened})
 
 
 def compute_spread(estimates: BlockEstimates) -> float:

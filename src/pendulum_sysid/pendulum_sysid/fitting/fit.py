@@ -16,6 +16,7 @@ from pendulum_sysid.fitting.gauss_newton import (
     compute_half_widths,
     solve,
 )
+from pendulum_sysid.fitting.instants import widen_over_gaps
 from pendulum_sysid.fitting.parameters import (
     Free,
     list_free_parameters,
@@ -23,14 +24,13 @@ from pendulum_sysid.fitting.parameters import (
     make_twin,
 )
 from pendulum_sysid.fitting.windows import shorten_windows
-from pendulum_sysid.records import Estimate, Fit, Split, Windows
+from pendulum_sysid.records import Estimate, Fit, Split
 from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME, CATALOGUE
 from pendulum_twin.parameter_vector import SLOTS, make_theta
 from pendulum_twin.signals import Signals
 
 DELAYS = {f"{e.name}.{p.name}" for e in CATALOGUE for p in e.parameters if p.delays}
-INSTANTS = {f"{e.name}.{p.name}" for e in CATALOGUE for p in e.parameters if p.instant}
 JUMPS = {f"{e.name}.{p.name}": p.jumps for e in CATALOGUE for p in e.parameters if p.jumps}
 HORIZONS = (4, 1)  # pieces of a window: 0.25 s and 1 s
 
@@ -59,7 +59,7 @@ def fit(
         twin=make_twin(case.twin, solution.theta, effects, list_rig_parameters(case.twin)),
         effects=effects,
         estimates={
-            **_widen_instants(_widen_jumps(estimates), case.signals, split.learn),
+            **widen_over_gaps(_widen_jumps(estimates), case.signals, split.learn),
             **estimate_located(case, effects, solution.theta),
         },
         theta=solution.theta,
@@ -134,42 +134,6 @@ def _widen_jumps(estimates: dict[str, Estimate]) -> dict[str, Estimate]:
         else e
         for name, e in estimates.items()
     }
-
-
-def _widen_instants(
-    estimates: dict[str, Estimate], signals: Signals, windows: Windows
-) -> dict[str, Estimate]:
-    """Return the estimates, instants no better than the windows that were fitted tell them.
-
-    Between two windows every instant gives the same runs; a fit stops at the edge of the gap.
-    """
-    if not INSTANTS & estimates.keys():
-        return estimates
-    gaps = _list_gaps(signals, windows)
-
-    def widen(estimate: Estimate) -> Estimate:
-        touched = [
-            (begin, end)
-            for begin, end in gaps
-            if begin - signals.period_s <= estimate.value <= end + signals.period_s
-        ]
-        return replace(
-            estimate,
-            low=min([estimate.low, *(begin for begin, _ in touched)]),
-            high=max([estimate.high, *(end for _, end in touched)]),
-        )
-
-    return {name: widen(e) if name in INSTANTS else e for name, e in estimates.items()}
-
-
-def _list_gaps(signals: Signals, windows: Windows) -> list[tuple[float, float]]:
-    """Return begin and end, s, of all times that no window covers."""
-    clock_s = signals.clock_s
-    begins = np.sort(clock_s[windows.begin])
-    reached = np.maximum.accumulate(begins + (windows.samples - 1) * signals.period_s)
-    ends = [*begins.tolist(), max(float(np.max(clock_s)), float(reached[-1]))]
-    starts = [min(float(np.min(clock_s)), float(begins[0])), *reached.tolist()]
-    return [(start, end) for start, end in zip(starts, ends, strict=True) if start < end]
 
 
 def estimate_located(case: Case, effects: tuple[str, ...], theta: Floats) -> dict[str, Estimate]:
