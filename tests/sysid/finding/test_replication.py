@@ -9,6 +9,7 @@ from pendulum_sysid.finding.replication import (
     BlockEstimates,
     Replication,
     compute_spread,
+    hold_both,
     replicate_effects,
     widen_intervals,
 )
@@ -70,3 +71,15 @@ def test_intervals_widen_only_above_the_noise() -> None:
     for name, estimate in found.estimates.items():
         assert wider.estimates[name].low <= estimate.low
         assert wider.estimates[name].high >= estimate.high
+
+
+def test_above_the_noise_a_measured_law_narrows_no_interval() -> None:
+    found = fit_friction((FRICTION,), 2)[1]
+    level = found.estimates[f"{FRICTION}.level_n"]
+    wide = replace(level, low=level.low - 0.1, high=level.high + 0.2)
+    other = replace(found, estimates={f"{FRICTION}.level_n": wide})
+    assert hold_both(found, other) is found
+    held = hold_both(replace(found, choose=5.0), other).estimates
+    assert held[f"{FRICTION}.level_n"] == wide
+    del held[f"{FRICTION}.level_n"]
+    assert all(found.estimates[name] == estimate for name, estimate in held.items())

@@ -106,6 +106,26 @@ def widen_intervals(case: Case, split: Split, fit: Fit) -> Fit:
     return replace(fit, estimates={**known, **widened})
 
 
+def hold_both(fit: Fit, other: Fit) -> Fit:
+    """Return a fit with intervals that hold those of another fit of the same recordings, too.
+
+    Above the noise a measured law is a choice among laws, and a constant takes what the choice
+    leaves: it is known no better than without the law. A fit at the noise stays as it is.
+    """
+    if fit.choose <= decisions.MISFIT_AT_NOISE:
+        return fit
+    both = {
+        name: replace(
+            estimate,
+            low=min(estimate.low, other.estimates[name].low),
+            high=max(estimate.high, other.estimates[name].high),
+        )
+        for name, estimate in fit.estimates.items()
+        if name in other.estimates
+    }
+    return replace(fit, estimates={**fit.estimates, **both})
+
+
 def compute_spread(estimates: BlockEstimates) -> float:
     """Return the standard deviation between blocks, beyond what their own deviations explain.
 
