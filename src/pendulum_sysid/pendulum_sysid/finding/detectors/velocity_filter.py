@@ -129,6 +129,7 @@ def _judge_lag(signals: Signals, compute_errors: Errors, usable: Mask) -> Lag | 
     ahead = float(np.mean(gains)) / max(spread, 1e-300)
     ratio = float(np.sqrt(np.mean(delayed) / max(np.mean(lagged), 1e-300)))
     half = _compute_half_width(compute_errors, delay, constant, block)
+    half = float(np.hypot(half, _compute_averaging(signals.period_s, constant)))
     if (
         ahead < decisions.LAG_STANDARD_ERRORS
         or ratio**2 < decisions.LAG_POWER_RATIO
@@ -156,6 +157,15 @@ def _minimise(compute_power: Callable[[float], Floats]) -> float:
 def _sum_blocks(values: Floats, block: Ints) -> Floats:
     """Return the sums of values (samples,) over each block; block: (samples,) rising."""
     return np.add.reduceat(values, np.concatenate([[0], np.flatnonzero(np.diff(block)) + 1]))
+
+
+def _compute_averaging(period_s: float, constant_s: float) -> float:
+    """Return the half width (s) that a mean over a period adds, for a 95 % interval.
+
+    A rig may report the velocity at the middle of a period or its mean over the period: the mean
+    has the second moment T^2 / 12 more, and that of a lag is tau^2.
+    """
+    return decisions.INTERVAL_DEVIATIONS * period_s**2 / (24.0 * max(constant_s, 1e-9))
 
 
 def _compute_half_width(
