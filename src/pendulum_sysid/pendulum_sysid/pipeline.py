@@ -17,7 +17,7 @@ from pendulum_sysid.finding.localisation.shape_check import (
     measure_remainders,
 )
 from pendulum_sysid.finding.naming import add_readings, part_sure_names
-from pendulum_sysid.finding.replication import hold_both, widen_intervals
+from pendulum_sysid.finding.replication import join_intervals, widen_intervals
 from pendulum_sysid.finding.search import Answer, search_effects
 from pendulum_sysid.finding.separation import drop_wild_windows
 from pendulum_sysid.finding.stages import Stage
@@ -138,7 +138,7 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
     if law_fit is None:
         return findings
     fit, laws = name_curves(case, split, law_fit)
-    fit = hold_both(widen_intervals(case, split, fit), findings.best)
+    fit = join_intervals(widen_intervals(case, split, fit), findings.best)
     sure, doubted = part_sure_names(fit, findings.named)
     fit, sure = add_readings(case, fit, sure)
     improved = replace(case, twin=fit.twin)

@@ -9,7 +9,7 @@ from pendulum_sysid.finding.replication import (
     BlockEstimates,
     Replication,
     compute_spread,
-    hold_both,
+    join_intervals,
     replicate_effects,
     widen_intervals,
 )
@@ -78,8 +78,8 @@ def test_above_the_noise_a_measured_law_narrows_no_interval() -> None:
     level = found.estimates[f"{FRICTION}.level_n"]
     wide = replace(level, low=level.low - 0.1, high=level.high + 0.2)
     other = replace(found, estimates={f"{FRICTION}.level_n": wide})
-    assert hold_both(found, other) is found
-    held = hold_both(replace(found, choose=5.0), other).estimates
+    assert join_intervals(found, other) is found
+    held = join_intervals(replace(found, choose=5.0), other).estimates
     assert held[f"{FRICTION}.level_n"] == wide
     del held[f"{FRICTION}.level_n"]
     assert all(found.estimates[name] == estimate for name, estimate in held.items())

@@ -106,7 +106,7 @@ def widen_intervals(case: Case, split: Split, fit: Fit) -> Fit:
     return replace(fit, estimates={**known, **widened})
 
 
-def hold_both(fit: Fit, other: Fit) -> Fit:
+def join_intervals(fit: Fit, other: Fit) -> Fit:
     """Return a fit with intervals that hold those of another fit of the same recordings, too.
 
     Above the noise a measured law is a choice among laws, and a constant takes what the choice
