@@ -16,6 +16,7 @@ from pendulum_sysid.cli import main
 from pendulum_sysid.fleet import engine as engine_module
 from pendulum_sysid.fleet import run as run_module
 from pendulum_sysid.fleet.places import Place
+from pendulum_sysid.fleet.recordings import find_sources
 from pendulum_sysid.fleet.store import Store
 
 DEADLINE_S = 240.0
@@ -200,6 +201,17 @@ def test_columns_are_read_by_the_table_and_time_themselves(tmp_path: Path) -> No
     assert run(tmp_path, tmp_path / "store", *ALONE) == 0
     (row,) = Store(str(tmp_path / "store")).read_recordings().itertuples()
     assert (row.outcome, row.rig, row.time.timestamp()) == ("fitted", "cart", 5000.0)
+
+
+def test_linked_folders_are_searched_and_a_link_upwards_ends(tmp_path: Path) -> None:
+    (tmp_path / "disk" / "rig_0" / "001").mkdir(parents=True)
+    for name in ("metadata.yaml", "001.mcap"):
+        (tmp_path / "disk" / "rig_0" / "001" / name).touch()
+    (tmp_path / "data").mkdir()
+    (tmp_path / "data" / "linked").symlink_to(tmp_path / "disk")
+    (tmp_path / "disk" / "upwards").symlink_to(tmp_path / "disk")
+    names = [source.name for source in find_sources(str(tmp_path / "data"))]
+    assert names == ["linked/rig_0/001"]
 
 
 def test_an_interrupted_merge_shows_every_row_once(fleet: Path, whole, tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 from urllib.parse import parse_qsl, urlsplit
 
@@ -69,7 +70,8 @@ class Place:
         try:
             if not self.fs.exists(start):
                 return []
-            names = [name.removeprefix(self.root + "/") for name in self.fs.find(start)]
+            paths = walk_files(start) if self.is_local else self.fs.find(start)
+            names = [path.removeprefix(self.root + "/") for path in paths]
             return sorted(n for n in names if not Path(n).name.startswith("."))
         except OSError as error:
             raise self._name_error("a readable folder", error) from error
@@ -77,6 +79,22 @@ class Place:
     def _name_error(self, what: str, error: OSError) -> FileError:
         reason = error.strerror or str(error).split(":")[0]
         return FileError(f"{self.address}: expected {what}, found {reason}: check the address")
+
+
+def walk_files(folder: str, above: frozenset[str] = frozenset()) -> Iterator[str]:
+    """Yield the paths of all files below a local folder; links to folders are followed.
+
+    above: the folders on the way here, without links: a link back to one of them is not followed.
+    """
+    here = os.path.realpath(folder)
+    if here in above:
+        return
+    with os.scandir(folder) as entries:
+        for entry in entries:
+            if entry.is_dir():
+                yield from walk_files(entry.path, above | {here})
+            else:
+                yield entry.path
 
 
 def _open_filesystem(address: str) -> tuple[fsspec.AbstractFileSystem, str]:
