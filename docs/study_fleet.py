@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import random
 import resource
+import shutil
 import signal
 import subprocess
 import sys
@@ -34,6 +35,7 @@ from pendulum_twin.signals import Signals
 
 ROOT = Path(__file__).parents[1]
 COUNT, RIGS, SECONDS, PERIOD_S = 1000, 10, 20.0, 0.01
+DIAGNOSED_A_RIG = 6  # recordings of the study of diagnoses
 BREAK_EVERY = 50  # two in a hundred
 CART_NOISE_M, POLE_NOISE_RAD = 5e-5, 1e-3
 FIRST_DAY_S, DAY_S = 1_767_598_200, 86_400
@@ -97,7 +99,7 @@ def make_fleet(out: Path) -> Path:
 
 
 def start(folder: Path, store: Path, *more: str) -> subprocess.Popen[str]:
-    """Start `sysid fleet run --method fit` in a process group of its own."""
+    """Start `sysid fleet run --method fit` in its own process group; `more` has the last word."""
     words = [str(folder / "data"), "--twins", str(folder / "table.yaml"), "--store", str(store)]
     return subprocess.Popen(
         [sys.executable, "-m", "pendulum_sysid.cli", "fleet", "run", *words, *FIT, *more],
@@ -144,20 +146,47 @@ def describe_differences(store: Path, other: Path) -> str:
 
 
 def study_scaling(out: Path) -> None:
-    """Print how much faster two workers are than one, and what the engine costs."""
-    folder, seconds = make_fleet(out), {}
-    for workers in (2, 1):
-        store = out / f"store_{workers}"
-        seconds[workers] = run(folder, store, "--workers", str(workers))
+    """Print how much faster two workers fit than one, and what the engine costs."""
+    compare_workers(make_fleet(out), out / "scaling")
+
+
+def study_diagnoses(out: Path) -> None:
+    """Print how much faster two workers diagnose than one, on some of the recordings."""
+    folder, few = make_fleet(out), out / "few"
+    for rig in sorted((folder / "data").iterdir()):
+        (few / "data" / rig.name).mkdir(parents=True, exist_ok=True)
+        for bag in sorted(rig.iterdir())[:DIAGNOSED_A_RIG]:
+            link = few / "data" / rig.name / bag.name
+            if not link.exists():
+                link.symlink_to(bag.resolve())
+    for name in ("table.yaml", "twin.yaml"):
+        shutil.copyfile(folder / name, few / name)
+    compare_workers(few, out / "diagnoses", "--method", "diagnose")
+
+
+def compare_workers(folder: Path, stores: Path, *more: str) -> None:
+    """Run a fleet with two workers, with one, and with two again; print times and rows.
+
+    The runs with two workers stand around the run with one: a computer that becomes faster or
+    slower meanwhile shows in their difference.
+    """
+    shutil.rmtree(stores, ignore_errors=True)
+    seconds: dict[int, list[float]] = {1: [], 2: []}
+    for number, workers in enumerate((2, 1, 2)):
+        store = stores / str(number)
+        seconds[workers].append(run(folder, store, "--workers", str(workers), *more))
         frame = Store(str(store)).read_recordings()
-        work = float(frame["cpu_s"].sum())
-        idle = 1.0 - work / (workers * seconds[workers])
-        print(f"  {workers} workers: {work:.0f} s of CPU in tasks, {idle:.1%} of the rest")
+        work, took = float(frame["cpu_s"].sum()), seconds[workers][-1]
+        share = 1.0 - work / (workers * took)
+        print(
+            f"  {workers} workers: {work:.0f} s of CPU in tasks, {share:.1%} of the time in none"
+        )
         print(f"  outcomes {frame['outcome'].value_counts().to_dict()}")
         size = sum(file.stat().st_size for file in store.rglob("*") if file.is_file())
         print(f"  store: {size / len(frame):.0f} bytes a recording")
-    print(f"  two workers against one: {seconds[1] / seconds[2]:.2f} times")
-    print(f"  equal: {describe_differences(out / 'store_1', out / 'store_2')}")
+    ratios = [seconds[1][0] / two for two in seconds[2]]
+    print(f"  two workers against one: {ratios[0]:.2f} and {ratios[1]:.2f} times")
+    print(f"  equal: {describe_differences(stores / '0', stores / '1')}")
     peak_kib = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
     print(f"  largest process: {peak_kib / 1024:.0f} MiB")
 
@@ -279,6 +308,7 @@ def study_history(out: Path) -> None:
 
 STUDIES: dict[str, Callable[[Path], None]] = {
     "scaling": study_scaling,
+    "diagnoses": study_diagnoses,
     "kills": study_kills,
     "coordinator": study_coordinator,
     "cluster": study_cluster,

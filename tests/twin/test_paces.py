@@ -176,18 +176,19 @@ def test_every_effect_of_the_catalogue_runs_live_from_its_file(effect, tmp_path)
     effects = others | choose_typical_values(effect)
     save_twin(Twin("live", THESIS, effects), tmp_path / "twin.yaml")
     twin = load_twin(tmp_path / "twin.yaml")
+    lasting = twin.drop_recording_effects()
     commands = wild_command(60).tolist()
     outlet = run_in_lockstep(commands, twin)
+    start = make_resting_state(lasting)
     assert (
         np.array(outlet.states[:-1]).tobytes()
-        == run(THESIS, np.array(commands), effects, make_resting_state(twin)).tobytes()
+        == run(lasting.rig, np.array(commands), lasting.effects, start).tobytes()
     )
     running, pace, swapped = make_live(Lockstep, Twin("base", THESIS, others))
     running.become(twin)
     pace.tick(0)
     for command in commands:
         pace.take_command(command, 0)
-    as_shown = run(
-        THESIS, np.array(commands), effects, HANGING
-    )  # it goes on from what was measured
+    # it goes on from what was measured
+    as_shown = run(lasting.rig, np.array(commands), lasting.effects, HANGING)
     assert np.array(swapped.states[:-1]).tobytes() == as_shown.tobytes()

@@ -92,13 +92,13 @@ def make_rig_factory(options: argparse.Namespace) -> Callable[[], EmulatedRig]:
 
 
 def _choose_concealed(options: argparse.Namespace) -> Concealed:
-    """Return the truth of the rig, without the effects that belong to one recording of it."""
+    """Return the truth of the rig, as effects that belong to one recording leave it."""
     if options.seal is None:
         nominal = load_twin(options.twin).rig
         return draw_concealed(options.seed, options.effects, nominal, live=True)
     sealed = open_seal(options.seal)
     lasting = Twin("sealed", sealed.rig, sealed.effects).drop_recording_effects()
-    return replace(sealed, effects=lasting.effects)
+    return replace(sealed, rig=lasting.rig, effects=lasting.effects)
 
 
 def parse_options(arguments: list[str] | None) -> argparse.Namespace:

@@ -17,7 +17,7 @@ class LiveTwin:
 
     All is compiled when it is made; later nothing is, whatever twin takes its place.
 
-    twin: runs now.
+    twin: runs now, without what belongs to a recording of the rig.
     period_s: s from sample to sample.
     timeout_s: see `CommandHold`.
     commands: what was offered.
@@ -27,14 +27,14 @@ class LiveTwin:
     """
 
     def __init__(self, twin: Twin, period_s: float, timeout_s: float) -> None:
-        compile_for_any_effect(twin, period_s)
-        self.twin = twin
+        self.twin = twin.drop_recording_effects()
+        compile_for_any_effect(self.twin, period_s)
         self.commands = CommandHold(twin.rig.pwm_limit, timeout_s)
         self.applied = 0.0
         self.impacts = 0
         self.last_impact: Impact | None = None
         self._period_s = period_s
-        self._stepper = Stepper(twin, period_s, end_m=find_end_m(twin.rig))
+        self._stepper = Stepper(self.twin, period_s, end_m=find_end_m(twin.rig))
         self._touching = False
 
     @property
@@ -61,14 +61,15 @@ class LiveTwin:
         The drive forgets earlier commands (its delay, its lag); the last command counts as held
         for long.
         """
+        lasting = twin.drop_recording_effects()
         stepper = Stepper(
-            twin,
+            lasting,
             self._period_s,
             tuple(map(float, self.state)),
             self.applied,
             find_end_m(twin.rig),
         )
-        self.twin, self._stepper = twin, stepper
+        self.twin, self._stepper = lasting, stepper
         self.commands.limit = twin.rig.pwm_limit
 
     def _note_impact(self, impact: Impact | None) -> None:

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from reprlib import repr as shown
 from typing import Any
 
 from pendulum_twin.effects import BY_NAME
+from pendulum_twin.effects.effect import Effect
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.files import read_yaml_as, write_atomically
 from pendulum_twin.laws import BY_NAME as LAW_KINDS
+from pendulum_twin.laws.kind import LawKind
 from pendulum_twin.laws.law import Law, check_law
 from pendulum_twin.pole_body import POLE_COM_KEY, check_pole_body
 from pendulum_twin.rig import Rig, check_number, describe_unknown_key, parse_rig
@@ -72,16 +74,22 @@ class Twin:
         return replace(self, spreads={**self.spreads, **dict.fromkeys(keys, 0.0)})
 
     def drop_recording_effects(self) -> Twin:
-        """Return the twin without the effects that belong to one recording of the rig."""
-        lasting = {name: v for name, v in self.effects.items() if not BY_NAME[name].of_recording}
-        laws = {n: v for n, v in self.measured_laws.items() if not LAW_KINDS[n].of_recording}
-        return replace(self, effects=lasting, measured_laws=laws)
+        """Return the twin without what belongs to one recording, as that leaves the rig."""
+        return self._drop(lambda kind: kind.of_recording)
 
     def drop_timed_effects(self) -> Twin:
-        """Return the twin without the effects and laws that count a recording's time."""
-        untimed = {name: v for name, v in self.effects.items() if not BY_NAME[name].timed}
-        laws = {n: v for n, v in self.measured_laws.items() if not LAW_KINDS[n].timed}
-        return replace(self, effects=untimed, measured_laws=laws)
+        """Return the twin without what counts a recording's time, as that leaves the rig."""
+        return self._drop(lambda kind: kind.timed)
+
+    def _drop(self, is_over: Callable[[Effect | LawKind], bool]) -> Twin:
+        rig = self.rig
+        for name, values in self.effects.items():
+            effect = BY_NAME[name]
+            if is_over(effect) and effect.rig_after is not None:
+                rig = effect.rig_after(rig, *(values[p.name] for p in effect.parameters))
+        effects = {name: v for name, v in self.effects.items() if not is_over(BY_NAME[name])}
+        laws = {n: v for n, v in self.measured_laws.items() if not is_over(LAW_KINDS[n])}
+        return replace(self, rig=rig, effects=effects, measured_laws=laws)
 
     def to_mapping(self) -> dict[str, Any]:
         """Return the twin as the twin file holds it."""

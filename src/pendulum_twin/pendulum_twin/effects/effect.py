@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
+from pendulum_twin.rig import Rig
+
 HALF_STEP_S = 5e-4  # half of the kernel's longest step: finer times are lost in it
 ROUNDING = 3.0**0.5  # half a step of an encoder, in standard deviations of its rounding
 
@@ -166,6 +168,8 @@ class Effect:
     What simulations, controllers and watches ask:
     of_recording: True for what a recording shows and the rig does not keep: a slip at an instant,
         a start that belongs to another run. Live twins, training and the watch leave it out.
+    rig_after: rig_after(rig, *parameters) returns the rig as an effect of a recording leaves it: a
+        load that was put on stays on. None where nothing of the effect stays.
     timed: True for a law of the time since the recording began; what runs on for hours leaves it
         out.
     smooth: True for a law of command, drive, joints or clock whose derivative at rest stands for
@@ -192,6 +196,7 @@ class Effect:
     needs_both_joints: bool = False
     read_off: bool = False
     of_recording: bool = False
+    rig_after: Callable[..., Rig] | None = None
     timed: bool = False
     smooth: bool = False
     winds: bool = False
