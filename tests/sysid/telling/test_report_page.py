@@ -1,6 +1,7 @@
 """The report in a browser: every interaction, without scripts, on paper, and for everybody."""
 
 import re
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -15,12 +16,15 @@ from support.chromium import (
     launch_chromium,
     list_violations,
 )
-from support.drawn_verdicts import COMMAND, make_named
+from support.drawn_verdicts import COMMAND, make_hour, make_named
 
 from pendulum_sysid.telling.report import write_report
 
 pytestmark = NEEDS_CHROMIUM
 expect.set_options(timeout=DEADLINE_MS)
+OPENED_WITHIN_S = 2.0  # the report of an hour, on a calm computer
+OPENINGS = 7
+PAINTED = "() => new Promise((end) => requestAnimationFrame(() => requestAnimationFrame(end)))"
 
 
 @pytest.fixture(scope="module")
@@ -210,3 +214,27 @@ def test_links_lead_to_the_files_beside(page: Page, url: str) -> None:
     folder = url.rsplit("/", 1)[0]
     assert links == [f"{folder}/{name}" for name in ("verdict.json", "twin.yaml", "next.yaml")]
     assert Path("next.yaml").name in links[-1]
+
+
+@pytest.mark.wall_time
+def test_the_report_of_an_hour_opens_at_once(browser: Browser, tmp_path: Path) -> None:
+    """The quickest opening is judged: another program can only make one slower."""
+    path = tmp_path / "report.html"
+    write_report(make_hour(), path)
+    seconds = sorted(time_opening(browser, path.as_uri()) for _ in range(OPENINGS))
+    size_mb, middle = path.stat().st_size / 1e6, seconds[OPENINGS // 2]
+    print(f"\n{size_mb:.2f} MB open in {middle:.2f} s ({seconds[0]:.2f} to {seconds[-1]:.2f} s)")
+    assert seconds[0] < OPENED_WITHIN_S
+
+
+def time_opening(browser: Browser, url: str) -> float:
+    """Return the seconds from the address to the painted page, every plot in it, uncached."""
+    context = browser.new_context(viewport={"width": 1280, "height": 900})
+    page = context.new_page()
+    begin = time.perf_counter()
+    page.goto(url)
+    page.wait_for_selector("html[data-ready]", timeout=DEADLINE_MS)
+    page.evaluate(PAINTED)
+    seconds = time.perf_counter() - begin
+    context.close()
+    return seconds
