@@ -182,6 +182,15 @@ def test_a_product_and_what_was_measured_of_it_stand_at_the_picture() -> None:
     assert "cart velocity × time" in text and "dry friction (N) against time (s)" in text
 
 
+def test_the_table_of_windows_has_units_and_no_minus_zero(html: str) -> None:
+    tags = Reader(html).tags
+    labels = [attributes.get("data-label", "") for tag, attributes in tags if tag == "td"]
+    cells = re.findall(r'data-label="(?:cart|pole) (?:before|after)">([^<]*)<', html)
+    assert labels.count("cart before") == len(cells) // 4 > 3
+    assert all(re.search("\u00a0(m|rad)$", cell) for cell in cells), cells[:4]
+    assert display.format_seconds(-1e-9) == "0.00" and display.format_seconds(-0.5) == "−0.50"
+
+
 def test_windows_are_spread_over_the_record() -> None:
     times = np.arange(40.0)[::-1, None] + np.linspace(0, 1, 5)
     assert spread_windows(times).tolist() == [39, 31, 23, 16, 8, 0]

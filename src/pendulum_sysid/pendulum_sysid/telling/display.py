@@ -137,6 +137,11 @@ def format_intervals(intervals: Sequence[tuple[float, float]]) -> str:
     return f"{', '.join(texts[:MOST_INTERVALS])}{NO_BREAK_SPACE}s{more}"
 
 
+def format_seconds(time_s: float) -> str:
+    """Return a time in the recording with hundredths of a second, never as minus zero."""
+    return _format_fixed(time_s, 2, 0)
+
+
 def typeset(sentence: str) -> str:
     """Return a plain sentence of a verdict with the signs and powers of ten of a printed page."""
     for plain, sign in SIGNS.items():
