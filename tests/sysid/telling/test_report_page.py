@@ -221,20 +221,27 @@ def test_the_report_of_an_hour_opens_at_once(browser: Browser, tmp_path: Path) -
     """The quickest opening is judged: another program can only make one slower."""
     path = tmp_path / "report.html"
     write_report(make_hour(), path)
-    seconds = sorted(time_opening(browser, path.as_uri()) for _ in range(OPENINGS))
-    size_mb, middle = path.stat().st_size / 1e6, seconds[OPENINGS // 2]
-    print(f"\n{size_mb:.2f} MB open in {middle:.2f} s ({seconds[0]:.2f} to {seconds[-1]:.2f} s)")
-    assert seconds[0] < OPENED_WITHIN_S
+    openings = [time_opening(browser, path.as_uri()) for _ in range(OPENINGS)]
+    (quickest, *_, slowest) = seconds = sorted(passed for passed, _ in openings)
+    work_s = min(worked for _, worked in openings)
+    print(
+        f"\n{path.stat().st_size / 1e6:.2f} MB open in {seconds[OPENINGS // 2]:.2f} s "
+        f"({quickest:.2f} to {slowest:.2f} s), {work_s:.2f} s of it work of the page"
+    )
+    assert quickest < OPENED_WITHIN_S
 
 
-def time_opening(browser: Browser, url: str) -> float:
-    """Return the seconds from the address to the painted page, every plot in it, uncached."""
+def time_opening(browser: Browser, url: str) -> tuple[float, float]:
+    """Return seconds from the address to the painted page, uncached, and its processor time, s."""
     context = browser.new_context(viewport={"width": 1280, "height": 900})
     page = context.new_page()
+    meter = context.new_cdp_session(page)
+    meter.send("Performance.enable", {"timeDomain": "threadTicks"})
     begin = time.perf_counter()
     page.goto(url)
     page.wait_for_selector("html[data-ready]", timeout=DEADLINE_MS)
     page.evaluate(PAINTED)
     seconds = time.perf_counter() - begin
+    metrics = meter.send("Performance.getMetrics")["metrics"]
     context.close()
-    return seconds
+    return seconds, next(m["value"] for m in metrics if m["name"] == "TaskDuration")
