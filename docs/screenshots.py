@@ -13,7 +13,7 @@ import shutil
 from pathlib import Path
 from typing import Any
 
-from PIL import Image
+from PIL import Image, ImageOps
 from playwright.sync_api import Browser, Page, sync_playwright
 
 IMAGES = Path(__file__).parent / "images"
@@ -35,7 +35,8 @@ COLOURS = 128  # of a picture: a quarter of the size, and nobody sees it
 RECORDED_MS = 12_000  # of a recording: long enough to be diagnosed for a while
 DIAGNOSED_SHARE = 0.2  # that its progress shows
 LONGEST_MS = 180_000  # until the diagnosis is so far
-PAPER_INCHES, PAPER_DPI = (8.27, 11.69), 96  # A4
+PAPER_MM, MARGIN_MM = (210, 297), 14  # A4; the margin of the report's style sheet
+PIXELS_A_MM = 96 / 25.4  # of a page in a browser
 
 
 def main() -> None:
@@ -64,10 +65,14 @@ def show_report(browser: Browser, url: str, folder: Path) -> None:
         if part:
             page.locator(part).evaluate("part => part.scrollIntoView()")
         take(page, folder / f"{name}.png")
-    width, height = (round(PAPER_DPI * inches) for inches in PAPER_INCHES)
+    width, height = (round(PIXELS_A_MM * (mm - 2 * MARGIN_MM)) for mm in PAPER_MM)
     page = open_page(browser, url, {"width": width, "height": height}, "light")
     page.emulate_media(media="print")
-    take(page, folder / "report_paper.png")
+    paper = folder / "report_paper.png"
+    page.screenshot(path=paper)
+    page.close()
+    ImageOps.expand(Image.open(paper), round(PIXELS_A_MM * MARGIN_MM), "white").save(paper)
+    shrink(paper)
 
 
 def show_page(browser: Browser, url: str, folder: Path) -> None:

@@ -246,3 +246,20 @@ def make_unusable() -> Verdict:
         whole.recording,
         1.0,
     )
+
+
+def make_hour() -> Verdict:
+    """Make a verdict on an hour at 100 Hz with 3600 windows, each quarter of them held out."""
+    verdict, n = make_named(), 360_000
+    times, wave = 0.01 * np.arange(n), np.sin(0.01 * np.arange(n))
+    motion = Motion(times, wave, wave, wave, wave, wave, times[:0])
+    assert verdict.drawings is not None
+    held_out, learned = (
+        tuple(
+            make_overlay(*of, 0.1, count, rate_hz=100)
+            for of in (("cart", "m", 0.3), ("pole", "rad", 2.0))
+        )
+        for count in (900, 2700)
+    )
+    drawings = replace(verdict.drawings, motion=motion, learned=learned)
+    return replace(verdict, overlays=held_out, drawings=drawings)

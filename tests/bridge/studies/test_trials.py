@@ -54,6 +54,11 @@ def test_shares_that_are_none_are_refused(text: str) -> None:
         parse_shares(text)
 
 
+def test_a_misspelt_kind_is_refused_with_the_kind_that_was_meant() -> None:
+    with pytest.raises(BadInputError, match=r"found 'singel:1'; did you mean single\?$"):
+        parse_shares("singel:1")
+
+
 def test_shares_are_read() -> None:
     assert parse_shares("nothing:15, single:40") == {"nothing": 15, "single": 40}
 

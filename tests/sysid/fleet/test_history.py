@@ -173,3 +173,8 @@ def _copy_later(result: Result) -> Result:
         result.recording, version="2", written_at=result.recording.written_at.replace(year=2027)
     )
     return Result(later, result.sizes)
+
+
+def test_a_misspelt_rig_is_refused_with_the_rig_that_was_meant(store: Store, capsys) -> None:
+    assert main(["fleet", "history", store.address, "--rig", "bench_7"]) == 1
+    assert "found --rig bench_7: did you mean bench_07?" in capsys.readouterr().err

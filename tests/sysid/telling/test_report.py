@@ -14,6 +14,7 @@ from support.drawn_verdicts import (
     RIG,
     make_ended,
     make_evidence,
+    make_hour,
     make_named,
     make_overlay,
     make_unusable,
@@ -24,7 +25,6 @@ from pendulum_sysid.telling import display
 from pendulum_sysid.telling.report import list_trial_rows, render_page, write_report
 from pendulum_sysid.telling.window_figures import compute_frame, spread_windows
 from pendulum_sysid.telling.wording import OUTCOMES
-from pendulum_sysid.verdict.drawn import Motion
 from pendulum_sysid.verdict.record import Repeats, Verdict
 from pendulum_twin.model import Twin
 
@@ -113,7 +113,7 @@ def test_the_page_says_what_the_verdict_says(html: str) -> None:
         "−31 %",
         CONTENT["masking"][0],
         "1.62 times the noise floor",
-        "What is left is at drive . time: the gain sinks",
+        "What is left is at drive (time: the gain sinks",
         "0.00, 7.41, 29.00 s",
         "single samples far off",
         "Slow swings part",
@@ -180,6 +180,15 @@ def test_a_product_and_what_was_measured_of_it_stand_at_the_picture() -> None:
     )  # fmt: skip
     text = render_page(replace(make_named(), localisation=Localisation("cart", (product,))))
     assert "cart velocity × time" in text and "dry friction (N) against time (s)" in text
+
+
+def test_the_table_of_windows_has_units_and_no_minus_zero(html: str) -> None:
+    tags = Reader(html).tags
+    labels = [attributes.get("data-label", "") for tag, attributes in tags if tag == "td"]
+    cells = re.findall(r'data-label="(?:cart|pole) (?:before|after)">([^<]*)<', html)
+    assert labels.count("cart before") == len(cells) // 4 > 3
+    assert all(re.search("\u00a0(m|rad)$", cell) for cell in cells), cells[:4]
+    assert display.format_seconds(-1e-9) == "0.00" and display.format_seconds(-0.5) == "−0.50"
 
 
 def test_windows_are_spread_over_the_record() -> None:
@@ -250,23 +259,6 @@ def test_every_picture_has_words(html: str) -> None:
     assert all(picture["role"] == "img" and picture["aria-label"] for picture in pictures)
 
 
-def make_hour() -> Verdict:
-    """Make a verdict on an hour at 100 Hz with 3600 windows, each quarter of them held out."""
-    verdict, n = make_named(), 360_000
-    times, wave = 0.01 * np.arange(n), np.sin(0.01 * np.arange(n))
-    motion = Motion(times, wave, wave, wave, wave, wave, times[:0])
-    assert verdict.drawings is not None
-    held_out, learned = (
-        tuple(
-            make_overlay(*of, 0.1, count, rate_hz=100)
-            for of in (("cart", "m", 0.3), ("pole", "rad", 2.0))
-        )
-        for count in (900, 2700)
-    )
-    drawings = replace(verdict.drawings, motion=motion, learned=learned)
-    return replace(verdict, overlays=held_out, drawings=drawings)
-
-
 def test_the_page_is_small_and_the_same_every_time(html: str, tmp_path: Path) -> None:
     assert len(html.encode()) < 1_000_000
     assert len(render_page(make_hour()).encode()) < 2_000_000
@@ -323,3 +315,17 @@ def test_units_are_set_as_one_writes_them() -> None:
         "",
         "",
     ]
+
+
+@pytest.mark.parametrize(
+    ("plain", "printed"),
+    [
+        ("clipped at +-0.247.", "clipped at ±0.247."),
+        ("cart 53.9 -> 1.71 mm", "cart 53.9 → 1.71 mm"),
+        ("known to +-4.5e-05 N m", "known to ±4.5 × 10⁻⁵ N m"),
+        ("1.06 N at -0.5 to -1.05 N", "1.06 N at −0.5 to −1.05 N"),
+        ("run-5e-2.csv of 2026-11-23, a slip-4", "run-5e-2.csv of 2026-11-23, a slip-4"),
+    ],
+)
+def test_sentences_are_printed_with_the_signs_of_a_page(plain: str, printed: str) -> None:
+    assert display.typeset(plain).replace("\u00a0", " ") == printed

@@ -16,6 +16,7 @@ from pendulum_sysid.fleet.pooling import Pooled, pool_estimates
 from pendulum_sysid.fleet.rows import RIG
 from pendulum_sysid.fleet.store import Store
 from pendulum_twin.arrays import Floats
+from pendulum_twin.suggest import ask_if_meant
 
 PRESENCE = "named"  # parameter that says whether an effect was named: 1 or 0
 WEEK_S = 7 * 86_400.0
@@ -95,7 +96,7 @@ def read_histories(store: Store, rig: str | None = None) -> list[History]:
     if rig is not None and rig not in names:
         raise FileError(
             f"{store.address}: expected a rig of the store ({', '.join(names[:8])}), found "
-            f"--rig {rig}: name another"
+            f"--rig {rig}: {ask_if_meant(rig, names) or 'name another'}"
         )
     return [
         make_history(name, recordings[recordings["rig"] == name], sizes[sizes["rig"] == name])

@@ -16,6 +16,9 @@ PLAIN_EXPONENTS = range(-3, 6)  # powers of ten that are written out
 MOST_DIGITS = 6
 MOST_INTERVALS = 8
 SHORTEST_SPAN_S = 0.1
+SIGNS = {"+-": "±", " -> ": " → "}  # of a plain sentence -> of a page
+POWER = re.compile(r"(?<![\w./])(?<!\w-)(\d+(?:\.\d+)?)e([+-]\d+)\b")  # 4.5e-05, no name
+NEGATIVE = re.compile(r"(?<![\w./−-])-(?=\d)")  # no hyphen, date or path
 
 
 def format_number(value: Any, digits: int = 3) -> str:
@@ -132,6 +135,19 @@ def format_intervals(intervals: Sequence[tuple[float, float]]) -> str:
         return NOTHING
     more = f" and {len(texts) - MOST_INTERVALS} more" if len(texts) > MOST_INTERVALS else ""
     return f"{', '.join(texts[:MOST_INTERVALS])}{NO_BREAK_SPACE}s{more}"
+
+
+def format_seconds(time_s: float) -> str:
+    """Return a time in the recording with hundredths of a second, never as minus zero."""
+    return _format_fixed(time_s, 2, 0)
+
+
+def typeset(sentence: str) -> str:
+    """Return a plain sentence of a verdict with the signs and powers of ten of a printed page."""
+    for plain, sign in SIGNS.items():
+        sentence = sentence.replace(plain, sign)
+    sentence = POWER.sub(lambda number: number[1] + _format_power(int(number[2])), sentence)
+    return NEGATIVE.sub("−", sentence)
 
 
 def _convert_real(value: Any) -> float | None:

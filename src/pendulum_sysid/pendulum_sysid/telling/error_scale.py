@@ -110,7 +110,8 @@ def _draw_cart(before: float, after: float) -> str:
         f'<path d="M10 91H290" stroke="var(--soft)"/>'
         f'<rect x="110" y="55" width="80" height="36" rx="4" fill="var(--pale)"/>{ghosts}'
         f'<path d="M110 112v8h{rule * scale:.2f}v-8" fill="none" stroke="var(--ink)"/>'
-        f'<text x="110" y="138">{rule:g} mm</text>{_write_notes(before * scale > 90, label)}</svg>'
+        f'<text x="110" y="138">{rule:g} mm</text>'
+        f"{_write_notes(before * scale > 90, label, 14)}</svg>"
     )
 
 
@@ -136,7 +137,7 @@ def _draw_pole(before: float, after: float) -> str:
         f'<path d="M150 90A70 70 0 0 1 {150 - 70 * math.sin(rule):.2f} '
         f'{20 + 70 * math.cos(rule):.2f}" fill="none" stroke="var(--ink)"/>'
         f'<text x="{142 - 72 * math.sin(rule):.2f}" y="100" text-anchor="end">{degrees:g}°</text>'
-        f"{_write_notes(before * scale > 80, label + enlarged)}</svg>"
+        f"{_write_notes(before * scale > 80, label + enlarged, 145)}</svg>"
     )
 
 
@@ -152,15 +153,18 @@ def _limit(length: float, most: float) -> float:
     return min(length, most) if math.isfinite(length) else most
 
 
-def _write_notes(is_cut: bool, label: str) -> str:
+def _write_notes(is_cut: bool, label: str, y: int) -> str:
     words = "before: further than the picture reaches" if is_cut else ""
-    return f"<title>{label}</title>" + (f'<text x="290" y="14" text-anchor="end">{words}</text>')
+    return f"<title>{label}</title>" + (f'<text x="290" y="{y}" text-anchor="end">{words}</text>')
 
 
 def _choose_rule(shown: float) -> float:
-    """Return a round length, mm, between a tenth and half of what is shown."""
-    power = 10.0 ** math.floor(math.log10(shown))
-    return next((step * power for step in (0.5, 0.2) if step * power <= shown), 0.1 * power)
+    """Return a round length, mm, a tenth to half of what is shown; 1 mm wherever that fits."""
+    most = shown / 2.0
+    if most / 5.0 <= 1.0 <= most:
+        return 1.0
+    power = 10.0 ** math.floor(math.log10(most))
+    return next(step * power for step in (5.0, 2.0, 1.0) if step * power <= most)
 
 
 def _say(value: float, unit: str) -> str:

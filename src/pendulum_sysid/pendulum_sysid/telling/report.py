@@ -46,6 +46,8 @@ FILTERS = {  # name in the template -> function
     "times_better": display.describe_improvement,
     "spans": display.format_intervals,
     "with_unit": display.add_unit,
+    "typeset": display.typeset,
+    "seconds": display.format_seconds,
 }
 
 
@@ -89,6 +91,7 @@ class Channel:
     """Hold the pictures of one channel: some windows in detail, and the error of every window."""
 
     name: str
+    unit: str
     panels: tuple[Markup, ...]
     errors: Markup
     windows: int
@@ -282,7 +285,7 @@ def _draw_channels(verdict: Verdict) -> list[Channel]:
 def _draw_channel(overlay: Overlay, intervals_s: Sequence[Interval]) -> Channel:
     panels = tuple(Markup(panel) for panel in draw_windows(overlay))
     errors = Markup(draw_errors(overlay, intervals_s))
-    return Channel(overlay.channel, panels, errors, len(overlay.times_s))
+    return Channel(overlay.channel, overlay.unit, panels, errors, len(overlay.times_s))
 
 
 def _draw_legend() -> list[tuple[str, Markup]]:

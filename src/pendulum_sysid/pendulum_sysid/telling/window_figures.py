@@ -30,7 +30,7 @@ from pendulum_twin.arrays import Floats, Ints, Mask
 WINDOWS = 6  # windows that are drawn in detail
 # Fixed margins: a layout that measures every label draws each picture three times.
 PANEL_MARGINS = {"left": 0.2, "right": 0.95, "bottom": 0.16, "top": 0.91, "hspace": 0.14}
-ERROR_MARGINS = {"left": 0.1, "right": 0.98, "bottom": 0.2, "top": 0.86}
+ERROR_MARGINS = {"left": 0.14, "right": 0.98, "bottom": 0.2, "top": 0.86}
 LABEL_X = -0.21  # of the width of the axes, where the label of the y axis stands
 
 

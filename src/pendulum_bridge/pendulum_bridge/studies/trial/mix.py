@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.suggest import add_hint
 
 EFFECTS_OF_KIND = {
     "nothing": 0,
@@ -30,9 +31,10 @@ def parse_shares(text: str) -> dict[str, int]:
             or kind in shares
             or not (share.isascii() and share.isdigit())
         ):
+            hint = "" if kind in EFFECTS_OF_KIND else add_hint(kind, EFFECTS_OF_KIND)
             raise BadInputError(
                 "--kinds: expected KIND:SHARE,... with whole shares and the kinds "
-                f"{', '.join(EFFECTS_OF_KIND)}, found {entry!r}"
+                f"{', '.join(EFFECTS_OF_KIND)}, found {entry!r}{hint}"
             )
         shares[kind] = int(share)
     if not sum(shares.values()):

@@ -168,7 +168,7 @@ function track(title, unit, values, more = {}) {
   document.getElementById("tracks").append(element);
   const label = unit ? `${title} (${unit})` : title;
   const { series = [line(label, { stroke: "accent", width: 1.2 })], scales = {}, y = {} } = more;
-  const plot = draw(element, { height: 130, scales, axes: [axis(null), axis(unit || " ", { size: 62, ...y })],
+  const plot = draw(element, { height: 130, scales, axes: [axis(null), axis(unit || " ", { size: 62, space: 18, ...y })],
     series: [{ label: "time (s)", value: (u, value) => digits(value) }, ...series],
     cursor: { drag: { x: true, y: false, dist: 5 }, sync: { key: "recording", setSeries: false } },
     hooks: { drawClear: [shade], setScale: [follow], ready: [choosing] } }, values);
@@ -183,6 +183,7 @@ function drawRecording() {
   if (windows.length) drawErrors();
   for (const button of document.querySelectorAll("[data-zoom]")) button.addEventListener("click", () => zoom(button.dataset.zoom));
 }
+const DEEPEST = 1000; // times below the median: an error of a rig at rest stays under the frame
 function drawErrors() { // error of every window over time, a plot each channel, on a logarithmic axis
   const middles = windows.map(({ begin, end }) => (begin + end) / 2);
   const { min, max } = tracks[0].scales.x;
@@ -190,9 +191,12 @@ function drawErrors() { // error of every window over time, a plot each channel,
     const positive = (value) => (value > 0 ? value : null);
     const lines = ["before", "after"].map((when) => windows.map((row) => positive(row[when][k])));
     const dots = (when) => line(`${name}: error ${when} (${unit})`, LOOKS[when], { points: { show: true, size: 5 }, paths: () => null });
-    if (!lines.flat().some((value) => value !== null)) return;
+    const drawn = lines.flat().filter((value) => value !== null).sort((a, b) => a - b);
+    if (!drawn.length) return;
+    const lowest = drawn[Math.floor(drawn.length / 2)] / DEEPEST;
+    const range = (u, min, max) => uPlot.rangeLog(max > lowest ? Math.max(min, lowest) : min, max, 10, true);
     track(`error of each window, ${name}`, unit, [middles, ...lines],
-      { series: [dots("before"), dots("after")], scales: { y: { distr: 3 } }, y: { grid: { show: false } } });
+      { series: [dots("before"), dots("after")], scales: { y: { distr: 3, range } }, y: { grid: { show: false } } });
     tracks.at(-1).setScale("x", { min, max });
   });
 }
