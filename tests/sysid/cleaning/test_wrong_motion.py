@@ -55,6 +55,17 @@ def test_a_rig_that_does_not_slip_is_left_alone(twin: Twin) -> None:
     assert find_slips(signals, smooth_state(signals)) == []
 
 
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_drive_that_saturates_is_no_slip_and_a_slip_on_it_is_found(seed: int) -> None:
+    """The balance with a straight drive departs wherever the command is largest."""
+    signals = record_hidden({"input_saturation": {"limit": 0.12}}, seed, 60.0)[0].signals
+    assert find_slips(signals, smooth_state(signals)) == []
+    moved = 0.05 * np.clip((signals.times_s - 25.0) / 0.1, 0.0, 1.0)
+    slipped = replace(signals, cart=signals.cart + moved)
+    [slip] = find_slips(slipped, smooth_state(slipped))
+    assert signals.times_s[slip.first] == pytest.approx(25.0, abs=0.3)
+
+
 @pytest.mark.parametrize(("level_n", "static_n", "seed"), [(0.9, 1.1, 2), (1.5, 1.6, 3)])
 def test_a_cart_that_sticks_and_breaks_away_does_not_slip(
     level_n: float, static_n: float, seed: int

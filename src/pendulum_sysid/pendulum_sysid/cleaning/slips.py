@@ -3,7 +3,8 @@
 A belt that jumps teeth or a wheel that slides moves the reading, not the cart. The velocity that
 the reading shows departs from the velocity that command, brakes and pole give the cart, and comes
 back to it exactly: a force would leave the cart with another momentum. Slips are rare; physics
-that does the same again and again is no slip.
+that does the same again and again is no slip. So the command drives the cart through any static
+curve, late or not (a saturation is no slip), and a slip stands out from the seconds around it.
 """
 
 from __future__ import annotations
@@ -73,7 +74,7 @@ def find_slips(signals: Signals, state: SmoothState) -> list[Slip]:
     departing = _compute_departing_velocity(signals, state)
     if departing is None or not np.any(departing):
         return []
-    usual = 1.4826 * float(np.median(np.abs(departing[departing != 0.0])))
+    usual = _measure_usual(np.abs(departing), signals.period_s)
     standing = _find_standing(signals, state)
     reach = max(round(decisions.SLIP_LONGEST_S / signals.period_s), 1)
     slips = []
@@ -87,6 +88,16 @@ def find_slips(signals: Signals, state: SmoothState) -> list[Slip]:
         if brief and rolls and abs(distance_m) > decisions.SLIP_LEAST_M:
             slips.append(Slip(first, stop, distance_m))
     return slips if len(slips) <= decisions.MOST_SLIPS else []
+
+
+def _measure_usual(departing: Floats, period_s: float) -> Floats:
+    """Return how large departures are in the whole recording or around each sample, (n,), m/s.
+
+    departing: (n,) sizes; 0 where unknown.
+    """
+    size = 2 * round(decisions.SLIP_DRIFT_S / period_s) + 1
+    around: Floats = median_filter(departing, size=size, mode="nearest")
+    return 1.4826 * np.maximum(around, np.median(departing[departing > 0.0]))
 
 
 def _find_standing(signals: Signals, state: SmoothState) -> Mask:
@@ -104,7 +115,9 @@ def _compute_departing_velocity(signals: Signals, state: SmoothState) -> Floats 
     size = max(round(STEP_S / signals.period_s), 1)
     brief = np.hanning(2 * max(round(decisions.ANSWER_FILTER_S / signals.period_s) // 2, 2) + 3)
     weights = brief[1:-1] / brief.sum()
-    terms = np.column_stack([signals.command, list_brakes(state), list_reactions(signals, state)])
+    terms = np.column_stack(
+        [_list_drives(signals), list_brakes(state), list_reactions(signals, state)]
+    )
     moving = np.abs(state.states[:, 2]) > compute_slow_speed(state)
     rows = np.flatnonzero(moving & signals.cart_valid)[:: max(len(weights) // 4, 1)]
     if len(rows) < decisions.ANSWER_LEAST_ROWS:
@@ -129,3 +142,16 @@ def _compute_departing_velocity(signals: Signals, state: SmoothState) -> Floats 
         inside = slice(drift // 4, -(drift // 4))  # at the ends the drift is unknown
         departing[s][inside] = (off - median_filter(off, size=drift, mode="nearest"))[inside]
     return departing
+
+
+def _list_drives(signals: Signals) -> Floats:
+    """Return by what a command may drive the cart, (n, 8): curves of it, and earlier commands."""
+    command = signals.command
+    size, sign = np.abs(command), np.sign(command)
+    bends = np.quantile(size[size > 0.0], decisions.SLIP_BENDS)
+    bent = [sign * np.maximum(size - bend, 0.0) for bend in bends]
+    late = []
+    for late_s in decisions.SLIP_LATE_S:
+        samples = max(round(late_s / signals.period_s), 1)
+        late.append(np.concatenate([np.full(samples, command[0]), command[:-samples]]))
+    return np.column_stack([command, size, *bent, *late])
