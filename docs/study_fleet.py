@@ -35,7 +35,7 @@ from pendulum_twin.signals import Signals
 
 ROOT = Path(__file__).parents[1]
 COUNT, RIGS, SECONDS, PERIOD_S = 1000, 10, 20.0, 0.01
-DIAGNOSED_A_RIG = 6  # recordings of the study of diagnoses
+DIAGNOSED_A_RIG = 4  # recordings of the study of diagnoses
 BREAK_EVERY = 50  # two in a hundred
 CART_NOISE_M, POLE_NOISE_RAD = 5e-5, 1e-3
 FIRST_DAY_S, DAY_S = 1_767_598_200, 86_400

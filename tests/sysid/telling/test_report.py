@@ -328,4 +328,4 @@ def test_units_are_set_as_one_writes_them() -> None:
     ],
 )
 def test_sentences_are_printed_with_the_signs_of_a_page(plain: str, printed: str) -> None:
-    assert display.typeset(plain).replace("\u00a0", " ") == printed
+    assert display.format_sentence(plain).replace("\u00a0", " ") == printed

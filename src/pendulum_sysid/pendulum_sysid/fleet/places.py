@@ -70,7 +70,7 @@ class Place:
         try:
             if not self.fs.exists(start):
                 return []
-            paths = walk_files(start) if self.is_local else self.fs.find(start)
+            paths = find_files(start) if self.is_local else self.fs.find(start)
             names = [path.removeprefix(self.root + "/") for path in paths]
             return sorted(n for n in names if not Path(n).name.startswith("."))
         except OSError as error:
@@ -81,7 +81,7 @@ class Place:
         return FileError(f"{self.address}: expected {what}, found {reason}: check the address")
 
 
-def walk_files(folder: str, above: frozenset[str] = frozenset()) -> Iterator[str]:
+def find_files(folder: str, above: frozenset[str] = frozenset()) -> Iterator[str]:
     """Yield the paths of all files below a local folder; links to folders are followed.
 
     above: the folders on the way here, without links: a link back to one of them is not followed.
@@ -92,7 +92,7 @@ def walk_files(folder: str, above: frozenset[str] = frozenset()) -> Iterator[str
     with os.scandir(folder) as entries:
         for entry in entries:
             if entry.is_dir():
-                yield from walk_files(entry.path, above | {here})
+                yield from find_files(entry.path, above | {here})
             else:
                 yield entry.path
 

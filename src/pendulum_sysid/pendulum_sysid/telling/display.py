@@ -142,7 +142,7 @@ def format_seconds(time_s: float) -> str:
     return _format_fixed(time_s, 2, 0)
 
 
-def typeset(sentence: str) -> str:
+def format_sentence(sentence: str) -> str:
     """Return a plain sentence of a verdict with the signs and powers of ten of a printed page."""
     for plain, sign in SIGNS.items():
         sentence = sentence.replace(plain, sign)

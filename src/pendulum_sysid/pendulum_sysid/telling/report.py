@@ -46,7 +46,7 @@ FILTERS = {  # name in the template -> function
     "times_better": display.describe_improvement,
     "spans": display.format_intervals,
     "with_unit": display.add_unit,
-    "typeset": display.typeset,
+    "format_sentence": display.format_sentence,
     "seconds": display.format_seconds,
 }
 
