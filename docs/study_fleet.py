@@ -128,6 +128,12 @@ def read(store: Path) -> pd.DataFrame:
     return Store(str(store)).read_recordings().drop(columns=BY_CHANCE)
 
 
+def name_new_store(out: Path, name: str) -> Path:
+    """Return the place of a store; what an earlier study left there is removed."""
+    shutil.rmtree(out / name, ignore_errors=True)
+    return out / name
+
+
 def open_calm_store(out: Path) -> Path:
     """Return the store of a run that nothing disturbs."""
     store = out / "store_calm"
@@ -208,7 +214,8 @@ def list_workers(group: int) -> list[int]:
 def study_kills(out: Path) -> None:
     """Kill a worker every 20 s, and print what the store then holds."""
     open_calm_store(out)
-    folder, store, ended, kills = make_fleet(out), out / "store_kills", threading.Event(), []
+    folder, store = make_fleet(out), name_new_store(out, "store_kills")
+    ended, kills = threading.Event(), []
     program = start(folder, store, "--workers", "2")
 
     def kill() -> None:
@@ -229,7 +236,7 @@ def study_kills(out: Path) -> None:
 
 def study_coordinator(out: Path) -> None:
     """Kill the coordinator and all workers twice, run again, and compare the store."""
-    folder, store = make_fleet(out), out / "store_coordinator"
+    folder, store = make_fleet(out), name_new_store(out, "store_coordinator")
     for pause_s in (45.0, 45.0):
         program = start(folder, store, "--workers", "2")
         try:
@@ -267,7 +274,7 @@ def open_cluster(out: Path) -> Iterator[str]:
 
 def study_cluster(out: Path) -> None:
     """Run on scheduler and workers that are processes of their own, over TCP."""
-    folder, store = make_fleet(out), out / "store_cluster"
+    folder, store = make_fleet(out), name_new_store(out, "store_cluster")
     with open_cluster(out) as address:
         run(folder, store, "--scheduler", address)
     print(f"  {describe_differences(store, open_calm_store(out))}")
