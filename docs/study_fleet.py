@@ -26,6 +26,7 @@ import pandas as pd
 import yaml
 
 from pendulum_sysid.fleet.history import describe_history, read_histories
+from pendulum_sysid.fleet.pooling import DEVIATIONS, pool_estimates, pool_family
 from pendulum_sysid.fleet.store import Store
 from pendulum_sysid.reading.bag import write_bag
 from pendulum_twin.free_runs import run_freely
@@ -42,6 +43,8 @@ FIRST_DAY_S, DAY_S = 1_767_598_200, 86_400
 BY_CHANCE = ["written_at", "batch", "cpu_s"]  # columns that differ from run to run
 FIT = ("--method", "fit")
 CALM_DAYS, CALM_RIGS = 20, 20
+SIBLINGS, RECORDINGS_A_SIBLING, SHORT_S = 12, 4, 6.0
+VARIED, SIBLING_SPREAD = ("force_per_pwm_n", "cart_viscous_n_s_m", "pole_viscous_n_m_s"), 0.03
 HANGING = np.array([0.0, np.pi, 0.0, 0.0])
 NOMINAL = load_twin(ROOT / "config" / "inteco.yaml")
 TRACKED = replace(
@@ -49,10 +52,10 @@ TRACKED = replace(
 )
 
 
-def write_recording(bag: Path, twin: Twin, seed: int, day: int) -> None:
-    """Write a sine sweep of 20 s of a twin, which begins on a day."""
+def write_recording(bag: Path, twin: Twin, seed: int, day: int, seconds: float = SECONDS) -> None:
+    """Write a sine sweep of a twin, which begins on a day."""
     rng = np.random.default_rng(seed)
-    t = np.arange(round(SECONDS / PERIOD_S)) * PERIOD_S
+    t = np.arange(round(seconds / PERIOD_S)) * PERIOD_S
     command = 0.1 * np.sin(2 * np.pi * (rng.uniform(0.3, 0.5) + 0.03 * t) * t)
     n, valid = len(t), np.ones(len(t), bool)
     blank = Signals(PERIOD_S, command, np.zeros(n), np.zeros(n), valid, valid)
@@ -304,13 +307,67 @@ def study_history(out: Path) -> None:
                 bag = folder / "data" / rig / f"day_{day:02d}"
                 write_recording(bag, change_rig(0), 6000 + 100 * k + day, day)
         write_table(folder, ["changed", *calm], TRACKED)
-    run(folder, out / "store_history", "--workers", "2")
-    histories = read_histories(Store(str(out / "store_history")))
+    store = name_new_store(out, "store_history")
+    run(folder, store, "--workers", "2")
+    histories = read_histories(Store(str(store)))
     for history in histories:
         if history.rig == "changed":
             print("  " + "\n  ".join(describe_history(history)))
     alarms = [h.rig for h in histories if h.rig in calm and (h.changes or h.drifts)]
     print(f"  {len(calm)} quiet rigs: {len(alarms)} with a change {alarms}")
+
+
+def draw_siblings() -> dict[str, Twin]:
+    """Return rigs of one kind, whose drive and frictions differ from rig to rig."""
+    rng, siblings = np.random.default_rng(17), {}
+    constants = NOMINAL.rig.to_mapping()
+    for k in range(SIBLINGS):
+        own = {name: constants[name] * (1.0 + SIBLING_SPREAD * rng.normal()) for name in VARIED}
+        siblings[f"sibling_{k:02d}"] = replace(NOMINAL, rig=replace(NOMINAL.rig, **own))
+    return siblings
+
+
+def study_pooling(out: Path) -> None:
+    """Print how much sharper pooled intervals are, and how often they hold the truth.
+
+    Every rig has a few recordings of 6 s. A recording alone, the rig's recordings pooled, and the
+    rig among its siblings are compared.
+    """
+    folder, siblings = out / "siblings", draw_siblings()
+    if not (folder / "table.yaml").exists():
+        for k, (rig, twin) in enumerate(siblings.items()):
+            for day in range(RECORDINGS_A_SIBLING):
+                bag = folder / "data" / rig / f"day_{day:02d}"
+                write_recording(bag, twin, 8000 + 100 * k + day, day, SHORT_S)
+        write_table(folder, list(siblings), NOMINAL)
+    store = name_new_store(out, "store_siblings")
+    run(folder, store, "--workers", "2")
+    sizes = Store(str(store)).read_sizes()
+    for name in VARIED:
+        groups, truths = [], []
+        for rig, group in sizes[sizes["parameter"] == name].groupby("rig"):
+            errors = (group["high"] - group["low"]).to_numpy() / (2 * DEVIATIONS)
+            groups.append((group["value"].to_numpy(), errors))
+            truths.append(siblings[rig].rig.to_mapping()[name])
+        alone = [
+            (v - DEVIATIONS * e, v + DEVIATIONS * e, truth)
+            for (values, errors), truth in zip(groups, truths, strict=True)
+            for v, e in zip(values, errors, strict=True)
+        ]
+        own = [pool_estimates(*group) for group in groups]
+        pooled, among = (
+            [(p.low, p.high, truth) for p, truth in zip(rigs, truths, strict=True)]
+            for rigs in (own, pool_family(groups).rigs)
+        )
+        words = (describe_intervals(rows) for rows in (alone, pooled, among))
+        print(f"  {name}: " + "; ".join(words))
+
+
+def describe_intervals(rows: list[tuple[float, float, float]]) -> str:
+    """Tell the median half width of intervals, in per cent of the truth, and how many hold it."""
+    half = np.median([(high - low) / 2 / truth for low, high, truth in rows])
+    inside = sum(low <= truth <= high for low, high, truth in rows)
+    return f"+-{100 * half:.2g} %, {inside} of {len(rows)} hold the truth"
 
 
 STUDIES: dict[str, Callable[[Path], None]] = {
@@ -320,6 +377,7 @@ STUDIES: dict[str, Callable[[Path], None]] = {
     "coordinator": study_coordinator,
     "cluster": study_cluster,
     "history": study_history,
+    "pooling": study_pooling,
 }
 
 
