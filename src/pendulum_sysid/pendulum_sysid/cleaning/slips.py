@@ -139,7 +139,7 @@ def _compute_departing_velocity(signals: Signals, state: SmoothState) -> Floats 
         velocity[:size], velocity[-size:] = velocity[size], velocity[-size - 1]
         given = np.cumsum(terms[s] @ fitted) * signals.period_s
         off = velocity - given
-        inside = slice(drift // 4, -(drift // 4))  # at the ends the drift is unknown
+        inside = slice(drift // 2, -(drift // 2))  # at the ends the drift is unknown
         departing[s][inside] = (off - median_filter(off, size=drift, mode="nearest"))[inside]
     return departing
 
