@@ -13,6 +13,7 @@ import pytest
 from support.fleet_rows import examine_or_die, write_fleet
 
 from pendulum_sysid.cli import main
+from pendulum_sysid.errors import FileError
 from pendulum_sysid.fleet import engine as engine_module
 from pendulum_sysid.fleet import run as run_module
 from pendulum_sysid.fleet.places import Place
@@ -212,6 +213,27 @@ def test_linked_folders_are_searched_and_a_link_upwards_ends(tmp_path: Path) -> 
     (tmp_path / "disk" / "upwards").symlink_to(tmp_path / "disk")
     names = [source.name for source in find_sources(str(tmp_path / "data"))]
     assert names == ["linked/rig_0/001"]
+
+
+def test_a_closed_folder_is_left_out_and_a_closed_root_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "data" / "lost+found").mkdir(parents=True)
+    (tmp_path / "data" / "run.csv").touch()
+    scan = os.scandir
+
+    def refuse(folder: str) -> object:
+        """Refuse as for another user: root may read everything."""
+        if folder.endswith(closed):
+            raise PermissionError(13, "Permission denied")
+        return scan(folder)
+
+    monkeypatch.setattr(os, "scandir", refuse)
+    closed = "lost+found"
+    assert [source.name for source in find_sources(str(tmp_path / "data"))] == ["run.csv"]
+    closed = "data"
+    with pytest.raises(FileError, match="found Permission denied"):
+        find_sources(str(tmp_path / "data"))
 
 
 def test_an_interrupted_merge_shows_every_row_once(fleet: Path, whole, tmp_path: Path) -> None:

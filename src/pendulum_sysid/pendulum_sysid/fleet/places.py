@@ -85,16 +85,23 @@ def find_files(folder: str, above: frozenset[str] = frozenset()) -> Iterator[str
     """Yield the paths of all files below a local folder; links to folders are followed.
 
     above: the folders on the way here, without links: a link back to one of them is not followed.
+    Raises OSError for a folder that cannot be read; below it, such folders are left out.
     """
     here = os.path.realpath(folder)
     if here in above:
         return
-    with os.scandir(folder) as entries:
-        for entry in entries:
-            if entry.is_dir():
-                yield from find_files(entry.path, above | {here})
-            else:
-                yield entry.path
+    try:
+        with os.scandir(folder) as listed:
+            entries = list(listed)
+    except PermissionError:
+        if above:  # such as the lost+found of a disk
+            return
+        raise
+    for entry in entries:
+        if entry.is_dir():
+            yield from find_files(entry.path, above | {here})
+        else:
+            yield entry.path
 
 
 def _open_filesystem(address: str) -> tuple[fsspec.AbstractFileSystem, str]:

@@ -55,10 +55,8 @@ def _draw_spectrum(axes: Axes, test: ResidualTest) -> None:
     axes.axhline(test.noise, color=SOFT, linewidth=0.7, linestyle=":")
     axes.set_xscale("log")
     axes.set_yscale("log")
-    for axis in (
-        axes.xaxis,
-        axes.yaxis,
-    ):  # plain numbers: powers of ten take long to typeset
+    # plain numbers: powers of ten take long to typeset
+    for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(LogLocator(numticks=6))
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axis.set_minor_locator(NullLocator())
