@@ -145,6 +145,25 @@ def test_a_lag_of_the_drive_does_not_make_answers_look_averaged() -> None:
     assert np.mean(found.signals.command != ROUGH) < 0.01
 
 
+@pytest.mark.parametrize(
+    ("effect", "sizes"),
+    [("input_saturation", {"limit": 0.2}), ("input_dead_zone", {"width": 0.05})],
+)
+def test_a_drive_that_does_not_answer_is_no_command_that_acted_later(
+    effect: str, sizes: dict[str, float]
+) -> None:
+    """Beyond a saturation, or within a dead zone, no change of the command moves the cart."""
+    random, at = np.random.default_rng(12), RAW.command_stamp_s
+    sent = np.where(at < 15.0, 0.4 * ROUGH, 0.35 * np.sin(2 * np.pi * 2.4 * at))
+    last = np.concatenate([[0.0], sent[:-1]])
+    stamps = np.concatenate([at + 0.001, at + random.uniform(0.0015, 0.0045, len(at))])
+    order = np.argsort(stamps, kind="stable")
+    bent = replace(INTECO, effects={effect: sizes})
+    found = clean_recording(answer(stamps[order], np.concatenate([last, sent])[order], sent, bent))
+    print(f"{np.mean(found.signals.command != sent):.3f} of the commands moved")
+    assert np.mean(found.signals.command != sent) < 0.005
+
+
 def test_commands_that_acted_when_they_came_are_averaged() -> None:
     random = np.random.default_rng(7)
     stamps = RAW.command_stamp_s + random.uniform(0.0, 0.0099, len(ROUGH))

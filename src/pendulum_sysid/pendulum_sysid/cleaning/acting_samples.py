@@ -17,8 +17,13 @@ import numpy as np
 from scipy.ndimage import correlate1d
 
 from pendulum_sysid import decisions
-from pendulum_sysid.cleaning.cart_balance import differentiate_twice, list_other_forces
+from pendulum_sysid.cleaning.cart_balance import (
+    differentiate_twice,
+    list_other_forces,
+    make_second_differences,
+)
 from pendulum_sysid.cleaning.clock import hold_commands
+from pendulum_sysid.cleaning.drive_curve import DriveCurve, fit_drive_curve
 from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.signals import Signals
@@ -105,18 +110,21 @@ class Balance:
     rows: (rows,) samples that the balance is fitted to.
     target: (n,) m/s^2.
     others: (n, columns) of all other forces.
+    drive: what the drive makes of commands.
     late: whole samples by which the command comes late.
     """
 
     rows: Ints
     target: Floats
     others: Floats
+    drive: DriveCurve
     late: int
 
     def explain(self, command: Floats) -> tuple[Floats, float]:
-        """Return the acceleration that is left, (n,), m/s^2, and the acceleration per command."""
+        """Return the acceleration that is left, (n,), m/s^2, and that per unit of the drive."""
         # second differences show by half a command of this sample and of the sample before
-        answer = np.roll(correlate1d(command, [0.5, 0.5, 0.0], mode="nearest"), self.late)
+        driven = self.drive.answer(command)
+        answer = np.roll(correlate1d(driven, [0.5, 0.5, 0.0], mode="nearest"), self.late)
         columns = np.column_stack([answer, self.others])
         weights = np.linalg.lstsq(columns[self.rows], self.target[self.rows], rcond=None)[0]
         return self.target - columns @ weights, float(weights[0])
@@ -127,8 +135,9 @@ def _make_balance(signals: Signals, state: SmoothState) -> Balance:
     rows = _list_rows(signals)
     target = differentiate_twice(signals.cart, signals.period_s, 1)
     others = list_other_forces(signals, state, 1)
+    drive = fit_drive_curve(signals.command, make_second_differences(signals, state))
     latest = round(decisions.ANSWER_LATEST_S / signals.period_s)
-    balances = [Balance(rows, target, others, late) for late in range(latest + 1)]
+    balances = [Balance(rows, target, others, drive, late) for late in range(latest + 1)]
     return min(balances, key=lambda each: np.std(each.explain(signals.command)[0][rows]))
 
 
@@ -151,13 +160,14 @@ def _find_shift(balance: Balance, hold: Callable[[float, float], Floats]) -> tup
 
 def _weigh(signals: Signals, balance: Balance, doubt: Doubt) -> Floats:
     """Return the gain of log likelihood, nats, by each doubtful command's change, (k,)."""
-    left, per_command = balance.explain(signals.command)
+    left, per_drive = balance.explain(signals.command)
     usable = np.zeros(len(left))
     usable[balance.rows] = left[balance.rows]
     jumps = correlate1d(usable, _make_filter(), mode="constant")
     noise = SPREAD_OF_NORMAL * float(np.median(np.abs(jumps[balance.rows]))) or np.inf
     jumps = np.roll(jumps, -balance.late)[doubt.samples]
-    lacking = per_command * (doubt.other - signals.command[doubt.samples])
+    answer = balance.drive.answer
+    lacking = per_drive * (answer(doubt.other) - answer(signals.command[doubt.samples]))
     gains: Floats = lacking * (2 * jumps - lacking) / (2 * noise**2)
     return gains
 

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import dataclass
 
+import numpy as np
+from scipy.ndimage import correlate1d
+
+from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.smooth_state import SmoothState
-from pendulum_sysid.cleaning.stale_start import list_brakes
+from pendulum_sysid.cleaning.stale_start import compute_slow_speed, list_brakes
 from pendulum_twin.arrays import Floats, Ints
 from pendulum_twin.signals import Signals
+
+DIFFERENCE_S = 0.01  # s
 
 
 def differentiate_twice(values: Floats, period_s: float, size: int) -> Floats:
@@ -43,6 +49,63 @@ def list_reactions(signals: Signals, state: SmoothState) -> Floats:
         return np.empty((len(signals), 0))
     angle, rate = state.states[:, 1], state.states[:, 3]
     return np.column_stack([np.cos(angle) * state.accelerations[:, 1], np.sin(angle) * rate**2])
+
+
+@dataclass(frozen=True)
+class SecondDifferences:
+    """Hold the cart's balance in second differences, which no smoothing has touched.
+
+    size: samples of the differences.
+    rows: (rows,) samples inside a stretch, measured, that mostly move.
+    target: (rows,) m/s^2, the cart's acceleration.
+    others: (rows, columns) of what moves the cart beside the command.
+    """
+
+    size: int
+    rows: Ints
+    target: Floats
+    others: Floats
+
+    def list_answers(self, command: Floats) -> Floats:
+        """Return what a held command (n,) was around each row, at once and later, (rows, delays).
+
+        Of each difference the mean of the command over the samples before and after.
+        """
+        kernel = np.concatenate([np.full(2 * self.size, 0.5 / self.size), np.zeros(1)])
+        around = correlate1d(command, kernel, mode="nearest")
+        latest = round(decisions.ANSWER_LATEST_S / DIFFERENCE_S) * self.size
+        delays = np.arange(0, latest + 1, self.size)
+        answers: Floats = around[np.maximum(self.rows[:, None] - delays, 0)]
+        return answers
+
+
+def make_second_differences(signals: Signals, state: SmoothState) -> SecondDifferences:
+    """Return the balance over `DIFFERENCE_S`: shorter differences show more noise."""
+    assert signals.cart is not None
+    size = max(round(DIFFERENCE_S / signals.period_s), 1)
+    rows = choose_rows(signals, state, np.ones(2 * size + 1) / (2 * size + 1))
+    target = differentiate_twice(signals.cart, signals.period_s, size)[rows]
+    return SecondDifferences(size, rows, target, list_other_forces(signals, state, size)[rows])
+
+
+def choose_rows(signals: Signals, state: SmoothState, weights: Floats) -> Ints:
+    """Return the samples whose filter lies inside a stretch, on valid samples that mostly move."""
+    half = len(weights) // 2
+    still = np.abs(state.states[:, 2]) < compute_slow_speed(state)
+    invalid = (
+        ~signals.cart_valid
+        if signals.pole is None
+        else ~signals.cart_valid | (~signals.pole_valid)
+    )
+    inside = [
+        np.arange(s.start + half, s.stop - half, max(half // 2, 1)) for s in signals.stretches
+    ]
+    rows = np.concatenate(inside).astype(np.int64)
+    at_rest, missing = (
+        correlate1d(mask.astype(np.float64), weights, mode="nearest")[rows]
+        for mask in (still, invalid)
+    )
+    return rows[(at_rest <= decisions.ANSWER_REST_SHARE) & (missing < 1e-9)]
 
 
 def compute_covariance(columns: Floats, left: Floats, block: Ints) -> Floats:

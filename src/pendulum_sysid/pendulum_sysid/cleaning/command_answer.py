@@ -15,15 +15,15 @@ from scipy.ndimage import correlate1d
 
 from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.cart_balance import (
+    choose_rows,
     compute_covariance,
-    differentiate_twice,
-    list_other_forces,
     list_reactions,
+    make_second_differences,
 )
+from pendulum_sysid.cleaning.drive_curve import fit_drive_curve
 from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_sysid.cleaning.stale_start import (
     LATER_S,
-    compute_slow_speed,
     delay_command,
     list_brakes,
 )
@@ -31,7 +31,6 @@ from pendulum_sysid.errors import UnusableRecording
 from pendulum_twin.arrays import Floats, Ints
 from pendulum_twin.signals import Signals
 
-UNEXPLAINED_STEP_S = 0.01  # s; of the differences: shorter steps show more noise
 NO_ANSWER = (
     "expected the cart to follow the command, found it moving no more by it than without: "
     "check the command topic, the stamps, the drive and the encoders"
@@ -90,24 +89,18 @@ def measure_unexplained(signals: Signals, state: SmoothState) -> float:
     """Return the cart's acceleration, m/s^2, that commands leave unexplained as they are timed.
 
     It compares timings of the same commands to a fraction of a period, so the acceleration is that
-    of neighbouring samples. Commands may come late, and through a lag or a belt: every sample of
-    the last 0.2 s has a weight of its own (a finite impulse response).
+    of neighbouring samples. The drive may bend commands by a static curve, and commands may come
+    late, through a lag or a belt: every sample of the last 0.2 s has a weight of its own (a finite
+    impulse response).
     """
     assert signals.cart is not None
-    size = max(round(UNEXPLAINED_STEP_S / signals.period_s), 1)
-    rows = _choose_rows(signals, state, np.ones(2 * size + 1) / (2 * size + 1))
-    if len(rows) < decisions.ANSWER_LEAST_ROWS:
+    second = make_second_differences(signals, state)
+    if len(second.rows) < decisions.ANSWER_LEAST_ROWS:
         return np.inf
-    target = differentiate_twice(signals.cart, signals.period_s, size)[rows]
-    others = list_other_forces(signals, state, size)[rows]
-    # what was commanded over the periods before and after each sample
-    kernel = np.concatenate([np.full(2 * size, 0.5 / size), np.zeros(1)])
-    around = correlate1d(signals.command, kernel, mode="nearest")
-    latest = round(decisions.ANSWER_LATEST_S / signals.period_s)
-    answers = [around[np.maximum(rows - late, 0)] for late in range(0, latest + 1, size)]
-    columns = np.column_stack([*answers, others])
-    weights = np.linalg.lstsq(columns, target, rcond=None)[0]
-    return float(np.std(target - columns @ weights))
+    driven = fit_drive_curve(signals.command, second).answer(signals.command)
+    columns = np.column_stack([second.list_answers(driven), second.others])
+    weights = np.linalg.lstsq(columns, second.target, rcond=None)[0]
+    return float(np.std(second.target - columns @ weights))
 
 
 def _make_filter(signals: Signals, state: SmoothState) -> tuple[Ints, Callable[[Floats], Floats]]:
@@ -115,33 +108,13 @@ def _make_filter(signals: Signals, state: SmoothState) -> tuple[Ints, Callable[[
     half = max(round(0.5 * decisions.ANSWER_FILTER_S / signals.period_s), 2)
     weights = np.hanning(2 * half + 3)[1:-1]
     weights /= weights.sum()
-    rows = _choose_rows(signals, state, weights)
+    rows = choose_rows(signals, state, weights)
 
     def take_mean(values: Floats) -> Floats:
         means: Floats = correlate1d(values, weights, axis=0, mode="nearest")
         return means[rows]
 
     return rows, take_mean
-
-
-def _choose_rows(signals: Signals, state: SmoothState, weights: Floats) -> Ints:
-    """Return the samples whose filter lies inside a stretch, on valid samples that mostly move."""
-    half = len(weights) // 2
-    still = np.abs(state.states[:, 2]) < compute_slow_speed(state)
-    invalid = (
-        ~signals.cart_valid
-        if signals.pole is None
-        else ~signals.cart_valid | (~signals.pole_valid)
-    )
-    inside = [
-        np.arange(s.start + half, s.stop - half, max(half // 2, 1)) for s in signals.stretches
-    ]
-    rows = np.concatenate(inside).astype(np.int64)
-    at_rest, missing = (
-        correlate1d(mask.astype(np.float64), weights, mode="nearest")[rows]
-        for mask in (still, invalid)
-    )
-    return rows[(at_rest <= decisions.ANSWER_REST_SHARE) & (missing < 1e-9)]
 
 
 def _fit_balance(
