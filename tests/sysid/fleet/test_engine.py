@@ -9,6 +9,7 @@ import threading
 from collections.abc import Iterator
 from pathlib import Path
 
+import dask
 import pytest
 from support.fleet_rows import act_as_told, get_process
 from support.polling import until
@@ -53,6 +54,23 @@ def test_a_result_that_dies_with_its_worker_is_computed_again(client) -> None:
     for pid in set(client.run(os.getpid).values()):
         os.kill(pid, signal.SIGKILL)
     assert process and len(list(endings)) == 2
+
+
+def test_a_worker_that_is_killed_again_and_again_comes_back() -> None:
+    """Dask gives up a worker that is away a while after an earlier end; the engine does not."""
+    impatient = dask.config.set({"distributed.deploy.lost-worker-timeout": "1ms"})
+    with impatient, open_client(Engine(workers=1)) as client:
+        process = 0
+        for _ in range(3):
+            process = until(lambda last=process: get_other_process(client, last), "a worker")
+            os.kill(process, signal.SIGKILL)
+        assert [e.result for e in run_tasks(client, act_as_told, [3])] == [9]
+
+
+def get_other_process(client, last: int) -> int:
+    """Return the process of a worker, another than the last; 0 where there is none."""
+    answers = client.run(os.getpid, on_error="return").values()
+    return next((p for p in answers if isinstance(p, int) and p != last), 0)
 
 
 def all_have_ended(client) -> bool:

@@ -53,6 +53,9 @@ TASKS_HANDED_OUT = 2
 WAITING_A_THREAD = 4  # tasks at the scheduler: results may be written meanwhile
 COUNT_EVERY_S = 1.0  # s; between two looks at how many workers there are
 CONNECT_S = 15.0  # s; that a scheduler may take to answer
+# So long after the end of a worker a local cluster gives the worker up if it is away, though it
+# may have ended a second time and be starting again.
+NEVER = "3650d"
 WORKERS_S = 60.0  # s; that workers that ended may take to start again on a busy computer
 CLOSE_S = 5.0  # s; that workers may take to end
 TIME_UP_STATUS = 75  # exit status of a worker whose task ran too long
@@ -131,6 +134,7 @@ def open_client(engine: Engine, prepare: Callable[[], None] | None = None) -> It
         logging.getLogger(name).setLevel(logging.CRITICAL)
     limits = {
         "distributed.comm.timeouts.connect": f"{CONNECT_S}s",
+        "distributed.deploy.lost-worker-timeout": NEVER,
         "distributed.nanny.pre-spawn-environ": ONE_THREAD,
         "distributed.scheduler.allowed-failures": WORKER_KILLS_FORGIVEN,
         "distributed.scheduler.worker-saturation": TASKS_A_THREAD,
