@@ -3,12 +3,14 @@
 A block's own estimate is a Gauss-Newton step from the fit to all windows, with the windows of that
 block alone. What the model leaves out pushes the estimates of different blocks apart by more than
 their own intervals. That spread is estimated by random effects (DerSimonian and Laird, Controlled
-Clinical Trials 7 (1986) 177) and widens the intervals.
+Clinical Trials 7 (1986) 177) and widens the intervals. A constant of the rig is asked twice: in
+the fit, and beside drags of other shapes (nuisance parameters), whose share it may have taken.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import stdtrit
@@ -18,11 +20,37 @@ from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.gauss_newton import Solution, compute_half_widths
 from pendulum_sysid.fitting.instants import widen_by_errors
 from pendulum_sysid.fitting.linearised import System, linearise
-from pendulum_sysid.fitting.parameters import Free, list_free_parameters
+from pendulum_sysid.fitting.parameters import (
+    Free,
+    list_effect_parameters,
+    list_free_parameters,
+    list_rig_parameters,
+)
 from pendulum_sysid.fitting.windows import shorten_windows
 from pendulum_sysid.records import Estimate, Fit, Split
 from pendulum_twin.arrays import Floats, Ints
-from pendulum_twin.effects import BY_NAME
+from pendulum_twin.effects import BY_NAME, CATALOGUE
+from pendulum_twin.effects.effect import Parameter, Scale
+
+
+def _is_of_drag(parameter: Parameter) -> bool:
+    return parameter.holds or parameter.per in (Scale.CART_SPEED, Scale.POLE_RATE)
+
+
+DRAGS = tuple(  # the same at any place and time, in shapes of the speed
+    effect.name
+    for effect in CATALOGUE
+    if effect.searched
+    and any(_is_of_drag(p) for p in effect.parameters)
+    and not any(p.shape for p in effect.parameters)
+)
+
+
+class Range(NamedTuple):
+    """Hold the ends of a range of values, in the parameter's unit."""
+
+    low: float
+    high: float
 
 
 @dataclass(frozen=True)
@@ -65,7 +93,7 @@ def replicate_effects(case: Case, split: Split, fit: Fit) -> dict[str, Replicati
     side. Effects of one recording happen once, and are not asked.
     """
     free = list_free_parameters(case.twin, fit.effects, case.scales)
-    system = _linearise(case, split, fit)
+    system = _linearise(case, split, fit, free)
     thirds = estimate_blocks(system, fit, free, decisions.REPLICATION_PARTS)
     replications = {}
     for name in [e for e in fit.effects if not BY_NAME[e].of_recording]:
@@ -90,20 +118,61 @@ def _count_shown(neutral: float, value: float, thirds: BlockEstimates) -> Replic
 def widen_intervals(case: Case, split: Split, fit: Fit) -> Fit:
     """Return a fit with intervals that hold the spread of its sizes over blocks of time.
 
-    A fit at the noise stays as it is: there blocks differ by noise alone, which the intervals
-    hold already.
+    Those of the rig's constants hold, too, what the recordings make of the constants beside drags
+    of other shapes. A fit at the noise stays as it is: there blocks differ by noise alone, which
+    the intervals hold already.
     """
     if fit.choose <= decisions.MISFIT_AT_NOISE:
         return fit
-    system = _linearise(case, split, fit)
-    free = {p.name: p for p in list_free_parameters(case.twin, fit.effects, case.scales)}
-    blocks = estimate_blocks(system, fit, tuple(free.values()), decisions.SPREAD_BLOCKS)
+    free = list_free_parameters(case.twin, fit.effects, case.scales)
+    every = (*free, *_list_other_drags(case, fit))
+    system = _linearise(case, split, fit, every)
+    own = system.pick(range(len(free)))
+    blocks = estimate_blocks(own, fit, free, decisions.SPREAD_BLOCKS)
     known = widen_by_errors(case, split, fit)
-    widened = {
-        name: _widen(known[name], free[name], compute_spread(estimates))
-        for name, estimates in blocks.items()
-    }
+    widened = {p.name: _widen(known[p.name], p, compute_spread(blocks[p.name])) for p in free}
+    for constant, beside in _estimate_beside_drags(case, system, fit, every).items():
+        widened[constant.name] = _hold_both(widened[constant.name], constant, beside)
     return replace(fit, estimates={**known, **widened})
+
+
+def _list_other_drags(case: Case, fit: Fit) -> tuple[Free, ...]:
+    """Return the sizes of the drags of any place and time that the fit lacks."""
+    return tuple(
+        free
+        for name in DRAGS
+        if name not in fit.effects
+        for free in list_effect_parameters(BY_NAME[name], case.scales)
+    )
+
+
+def _estimate_beside_drags(
+    case: Case, system: System, fit: Fit, every: tuple[Free, ...]
+) -> dict[Free, Range]:
+    """Return the ranges of the rig's constants in which drags of other shapes have any size.
+
+    What the model leaves out is a drag, too, as a rule, and a viscous constant takes the share of
+    it that grows with speed. How large that share can be, blocks of time show as soon as the shape
+    of the drag is free. A constant that is not fixed so has no range.
+
+    system: the normal equations of all parameters, `every`.
+    """
+    step, deviations = estimate_part(system, np.arange(len(system.normals)), fit, every)
+    blocks = estimate_blocks(system, fit, every, decisions.SPREAD_BLOCKS)
+    ranges = {}
+    for k, constant in enumerate(list_rig_parameters(case.twin)):
+        value = constant.get(fit.theta) + step[k] * constant.size
+        spread = np.hypot(deviations[k], compute_spread(blocks[constant.name]))
+        half = decisions.INTERVAL_DEVIATIONS * float(spread)
+        if np.isfinite(half):
+            ranges[constant] = Range(value - half, value + half)
+    return ranges
+
+
+def _hold_both(estimate: Estimate, free: Free, other: Range) -> Estimate:
+    below = estimate.value - min(estimate.low, other.low)
+    above = max(estimate.high, other.high) - estimate.value
+    return widen_estimate(estimate, free, below, above)
 
 
 def join_intervals(fit: Fit, other: Fit) -> Fit:
@@ -154,9 +223,8 @@ def widen_estimate(estimate: Estimate, free: Free, below: float, above: float) -
     return replace(estimate, low=float(low), high=float(high), identifiable=bool(fixed))
 
 
-def _linearise(case: Case, split: Split, fit: Fit) -> System:
+def _linearise(case: Case, split: Split, fit: Fit, free: tuple[Free, ...]) -> System:
     """Return the normal equations of a fit's free runs."""
-    free = list_free_parameters(case.twin, fit.effects, case.scales)
     problem = case.problem(shorten_windows(case.state, split.learn, fit.pieces))
     return linearise(problem, fit.theta, fit.start_states, free, fit.power)
 
