@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import dask
@@ -92,33 +93,55 @@ def test_a_scheduler_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> No
         raise AssertionError
 
 
-def test_another_cluster_over_tcp_and_its_end(tmp_path: Path) -> None:
-    """Scheduler and worker are processes of their own; the scheduler is killed under way."""
-    file = tmp_path / "scheduler.json"
+@contextmanager
+def open_cluster(folder: Path) -> Iterator[tuple[subprocess.Popen, subprocess.Popen, str]]:
+    """Give a scheduler, a worker, each a process of its own, and the scheduler's address."""
+    file, path = folder / "scheduler.json", os.pathsep.join(sys.path)
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-    dask = [sys.executable, "-m", "dask"]
-    path = os.pathsep.join(sys.path)
+    dask_program = [sys.executable, "-m", "dask"]
     scheduler = subprocess.Popen(
-        [*dask, "scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard",
+        [*dask_program, "scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard",
          "--scheduler-file", str(file)], **quiet, env={**os.environ, "PYTHONPATH": path},
     )  # fmt: skip
     worker = subprocess.Popen(
-        [*dask, "worker", "--scheduler-file", str(file), "--nthreads", "1", "--no-dashboard"],
-        **quiet, env={**os.environ, "PYTHONPATH": path},
+        [*dask_program, "worker", "--scheduler-file", str(file), "--nthreads", "1",
+         "--no-dashboard", "--no-nanny"], **quiet, env={**os.environ, "PYTHONPATH": path},
     )  # fmt: skip
     try:
-        address = until(lambda: read_address(file), "the scheduler's address")
-        with open_client(Engine(scheduler=address)) as client:
-            assert sorted(e.result for e in run_tasks(client, act_as_told, [1, 2, 3])) == [1, 4, 9]
-            endings = run_tasks(client, act_as_told, [2, "hang"])
-            assert next(endings).result == 4
-            scheduler.kill()
-            with pytest.raises(SchedulerLost, match="run the same command again"):
-                next(endings)
+        yield scheduler, worker, until(lambda: read_address(file), "the scheduler's address")
     finally:
         for process in (worker, scheduler):
             process.kill()
             process.wait()
+
+
+def test_another_cluster_over_tcp_and_its_end(tmp_path: Path) -> None:
+    """The scheduler is killed under way."""
+    with (
+        open_cluster(tmp_path) as (scheduler, _, address),
+        open_client(Engine(scheduler=address)) as client,
+    ):
+        assert sorted(e.result for e in run_tasks(client, act_as_told, [1, 2, 3])) == [1, 4, 9]
+        endings = run_tasks(client, act_as_told, [2, "hang"])
+        assert next(endings).result == 4
+        scheduler.kill()
+        with pytest.raises(SchedulerLost, match="run the same command again"):
+            next(endings)
+
+
+def test_another_cluster_whose_workers_all_go(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with (
+        open_cluster(tmp_path) as (_, worker, address),
+        open_client(Engine(scheduler=address)) as client,
+    ):
+        endings = run_tasks(client, act_as_told, [2, "hang"])
+        assert next(endings).result == 4
+        monkeypatch.setattr(engine_module, "WORKERS_S", 1.0)
+        worker.kill()
+        with pytest.raises(WrongUse, match="expected workers that go on, found none for 1 s"):
+            next(endings)
 
 
 def read_address(file: Path) -> str:

@@ -51,6 +51,7 @@ TASKS_A_THREAD = 1.0  # tasks that a worker's thread gets at a time
 # them, and hands them out before.
 TASKS_HANDED_OUT = 2
 WAITING_A_THREAD = 4  # tasks at the scheduler: results may be written meanwhile
+LOOK_S = 0.01  # s; between two looks at whether a task has ended
 COUNT_EVERY_S = 1.0  # s; between two looks at how many workers there are
 CONNECT_S = 15.0  # s; that a scheduler may take to answer
 # So long after the end of a worker a local cluster gives the worker up if it is away, though it
@@ -200,12 +201,13 @@ def run_tasks[Item, Result](
     function: importable by the workers.
     items: are taken when a worker is free, and a few ahead.
     time_limit_s: s; of one task.
-    Raises SchedulerLost when the scheduler goes, WrongUse when it has no workers.
+    Raises SchedulerLost when the scheduler goes, WrongUse when it has no workers for a while.
     """
     _wait_for_workers(client)
     supply = _Supply(client, function, iter(items), time_limit_s)
     supply.fill()
     while supply.under_way:
+        _wait_for_ending(client, supply)
         future = next(supply.finished)
         ending = _read_ending(client, future, supply.under_way[future], time_limit_s)
         if ending is None:
@@ -280,6 +282,22 @@ def _wait_for_workers(client: Client) -> None:
             "expected a scheduler with workers, found it without any: start them with "
             "`dask worker ADDRESS --nthreads 1`"
         ) from error
+
+
+def _wait_for_ending(client: Client, supply: _Supply[Any, Any]) -> None:
+    """Return when a task has ended; raise WrongUse where no worker has been there for a while."""
+    present_s = looked_s = time.monotonic()
+    while not supply.finished.has_ready():
+        time.sleep(LOOK_S)
+        if time.monotonic() - looked_s > COUNT_EVERY_S:
+            looked_s = time.monotonic()
+            if _count_threads(client):
+                present_s = looked_s
+            elif looked_s - present_s > WORKERS_S:
+                raise WrongUse(
+                    f"expected workers that go on, found none for {WORKERS_S:g} s: start them "
+                    "again, and run the same command to go on from what is done"
+                )
 
 
 def _read_ending(
