@@ -74,7 +74,7 @@ def perform(
     )
     if stopped:
         return Move(Performance(playback, watch), 0.0, stopped=stopped)
-    watch = note_request(answer.command, 1 / plan.rate_hz, watch)
+    watch = note_request(answer.command, 1 / plan.rate_hz, watch, bounds)
     return Move(Performance(playback, watch), answer.command, done=is_over(playback, plan))
 
 
