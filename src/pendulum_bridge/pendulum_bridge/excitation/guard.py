@@ -11,6 +11,7 @@ from pendulum_twin.errors import BadInputError
 
 # samples beyond a bound that stop the plan: a single sample may be a spike of the encoder
 SAMPLES_BEYOND_IN_A_ROW = 2
+RECENT_S = 0.1  # age of the requests that may be applied now
 UNEQUAL_PWM = 0.02  # PWM fraction; smaller differences between request and applied do not count
 
 
@@ -64,7 +65,6 @@ class Bounds:
     pole_rad_s: rad/s; largest rate of the pole.
     silence_s: s; longest time without a sample.
     overruled_s: s; how much longer than it obeys the driver may send another command.
-    late_s: s; how long ago a request may have been made that the driver reports as sent now.
 
     Raises BadInputError for a bound that is NaN or not above 0.
     """
@@ -74,7 +74,6 @@ class Bounds:
     pole_rad_s: float = 40.0
     silence_s: float = 0.2
     overruled_s: float = 0.5
-    late_s: float = 0.1
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
@@ -88,7 +87,7 @@ class Watch:
 
     outside: consecutive samples beyond a bound.
     overruled_s: s; how much longer than the requested command another command was applied.
-    requests: PWM fractions requested in the last `Bounds.late_s`, the newest last.
+    requests: PWM fractions requested in the last RECENT_S, the newest last.
     """
 
     outside: int = 0
@@ -137,9 +136,9 @@ def watch_sample(
     return watch, None
 
 
-def note_request(command: float, period_s: float, watch: Watch, bounds: Bounds) -> Watch:
+def note_request(command: float, period_s: float, watch: Watch) -> Watch:
     """Return the watch after a command (PWM fraction) was requested."""
-    kept = math.ceil(bounds.late_s / period_s) + 1
+    kept = math.ceil(RECENT_S / period_s) + 1
     return replace(watch, requests=(*watch.requests, command)[-kept:])
 
 

@@ -74,7 +74,7 @@ def perform(
     )
     if stopped:
         return Move(Performance(playback, watch), 0.0, stopped=stopped)
-    watch = note_request(answer.command, 1 / plan.rate_hz, watch, bounds)
+    watch = note_request(answer.command, 1 / plan.rate_hz, watch)
     return Move(Performance(playback, watch), answer.command, done=is_over(playback, plan))
 
 

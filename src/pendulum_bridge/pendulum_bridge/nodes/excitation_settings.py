@@ -8,7 +8,6 @@ from typing import ClassVar
 from rclpy.exceptions import InvalidNamespaceException
 from rclpy.validate_namespace import validate_namespace
 
-from pendulum_bridge.excitation.guard import Bounds
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.nodes.settings import (
     check_settings,
@@ -19,9 +18,8 @@ from pendulum_twin.nodes.settings import (
 )
 
 AUTO, SERVICE = "auto", "service"
-# of an emulated rig: after a standstill the rail guard may have to bring the cart back, and a busy
-# computer takes some tenths of a second to report what it sent
-EMULATED_PATIENCE_S = (2.0, 10.0, 1.0)
+# of an emulated rig: after a standstill the rail guard may have to bring the cart back
+EMULATED_PATIENCE_S = (2.0, 10.0)
 
 
 @dataclass(frozen=True)
@@ -75,17 +73,16 @@ class ExcitationSettings:
     emulated: bool = make_flag_field(
         False,
         "a rig on this computer, which may stand still: silence_s is at least 2 s and "
-        "overruled_s at least 10 s, and a request may be under way for 1 s",
+        "overruled_s at least 10 s",
     )
     ready_timeout_s: float = make_number_field(30.0, 0.1, 3600.0, "longest wait for rig and twin")
     reset_timeout_s: float = make_number_field(30.0, 0.1, 3600.0, "longest wait for each reset")
 
     @property
-    def patience_s(self) -> tuple[float, float, float]:
-        """The times that hold, s: of silence, of another command, of a request under way."""
-        usual = (0.0, 0.0, Bounds.late_s)
-        silence, overruled, late = EMULATED_PATIENCE_S if self.emulated else usual
-        return max(self.silence_s, silence), max(self.overruled_s, overruled), late
+    def patience_s(self) -> tuple[float, float]:
+        """The times that hold, of silence and of another command, s."""
+        silence, overruled = EMULATED_PATIENCE_S if self.emulated else (0.0, 0.0)
+        return max(self.silence_s, silence), max(self.overruled_s, overruled)
 
     def __post_init__(self) -> None:
         check_settings(self)
