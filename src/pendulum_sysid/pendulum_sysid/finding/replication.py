@@ -151,9 +151,9 @@ def _estimate_beside_drags(
 ) -> dict[Free, Range]:
     """Return the ranges of the rig's constants in which drags of other shapes have any size.
 
-    What the model leaves out is a drag, too, as a rule, and a viscous constant takes the share of
-    it that grows with speed. How large that share can be, blocks of time show as soon as the shape
-    of the drag is free. A constant that is not fixed so has no range.
+    As a rule the model leaves out a drag, too, and a viscous constant takes the share of the drag
+    that grows with speed. Blocks of time show how large this share can be, once the shape of the
+    drag is free. A constant that nothing fixes then has no range.
 
     system: the normal equations of all parameters, `every`.
     """

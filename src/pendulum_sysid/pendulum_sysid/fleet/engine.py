@@ -54,8 +54,8 @@ WAITING_A_THREAD = 4  # tasks at the scheduler: results may be written meanwhile
 LOOK_S = 0.01  # s; between two looks at whether a task has ended
 COUNT_EVERY_S = 1.0  # s; between two looks at how many workers there are
 CONNECT_S = 15.0  # s; that a scheduler may take to answer
-# So long after the end of a worker a local cluster gives the worker up if it is away, though it
-# may have ended a second time and be starting again.
+# So long after the end of a worker a local cluster looks for the worker, and gives it up if it is
+# away, even if it has ended a second time and is starting again.
 NEVER = "3650d"
 WORKERS_S = 60.0  # s; that workers that ended may take to start again on a busy computer
 CLOSE_S = 5.0  # s; that workers may take to end
@@ -295,8 +295,9 @@ def _wait_for_ending(client: Client, supply: _Supply[Any, Any]) -> None:
                 present_s = looked_s
             elif looked_s - present_s > WORKERS_S:
                 raise WrongUse(
-                    f"expected workers that go on, found none for {WORKERS_S:g} s: start them "
-                    "again, and run the same command to go on from what is done"
+                    f"expected workers that go on, found none for {WORKERS_S:g} s: run the same "
+                    "command again to go on from what is done; with --scheduler, start workers "
+                    "first"
                 )
 
 
