@@ -21,11 +21,17 @@ from pendulum_bridge.excitation.guard import (
     watch_sample,
 )
 from pendulum_bridge.excitation.performance import Performance, perform
-from pendulum_bridge.excitation.playback import MOST_LOOKS, SAMPLES_A_LOOK, STEADY_LOOKS
+from pendulum_bridge.excitation.playback import (
+    MOST_LOOKS,
+    SAMPLES_A_LOOK,
+    SAMPLES_QUEUED,
+    STEADY_LOOKS,
+)
 from pendulum_bridge.excitation.run import (
     Run,
     Stage,
     begin_looking,
+    begin_passing,
     compute_share,
     describe_progress,
     enter_stage,
@@ -206,6 +212,19 @@ def test_a_gap_in_the_stamps_of_more_than_the_silence_stops(
     assert performance.playback.lost == len(lost)
 
 
+def reset(run: Run, first_ns: int) -> Run:
+    """Return a run that has looked, once its rig is reset and older samples are passed over."""
+    assert run.stage is Stage.RESETTING
+    run = begin_passing(1e-9 * first_ns, run)
+    for stamp_ns in stamps(SAMPLES_QUEUED + 1, first_ns=first_ns):
+        assert run.stage is Stage.PASSING
+        step = take_sample(stamp_ns, STILL, 0.0, 1e-9 * stamp_ns, run, PLAN, BOUNDS)
+        run = step.run
+        assert step.command == 0.0
+    assert run.stage is Stage.PLAYING
+    return run
+
+
 def looked(run: Run, stamps_ns: list[int]) -> tuple[Run, list[float | None]]:
     """Show a run samples with these stamps for as long as it looks; return it and what it sent."""
     sent = []
@@ -221,10 +240,12 @@ def stamps(count: int, periods: float = 1, first_ns: int = 0) -> list[int]:
     return [first_ns + round(k * periods * PERIOD_NS) for k in range(count)]
 
 
-def test_a_run_looks_before_it_plays_and_sends_0_meanwhile() -> None:
+def test_a_run_looks_and_resets_before_it_plays_and_sends_0_meanwhile() -> None:
+    """However long the look takes, the plan begins with the cart in the middle."""
     run, sent = looked(begin_looking(0.0, enter_stage(Stage.WAITING, 0.0, Run())), stamps(99))
-    assert run.stage is Stage.PLAYING and sent == [0.0] * SAMPLES_A_LOOK
-    step = take_sample(SAMPLES_A_LOOK * PERIOD_NS, STILL, 0.0, 1.0, run, PLAN, BOUNDS)
+    assert sent == [0.0] * SAMPLES_A_LOOK
+    run = reset(run, 100 * PERIOD_NS)
+    step = take_sample(130 * PERIOD_NS, STILL, 0.0, 1.0, run, PLAN, BOUNDS)
     assert step.run.performance.playback.sample == 0 and step.command == PLAN.commands[0]
 
 
@@ -237,7 +258,7 @@ def test_a_run_at_another_rate_is_refused_in_a_sentence() -> None:
 def test_a_rate_that_fits_only_later_is_good() -> None:
     late = stamps(30, periods=2.5) + stamps(70, first_ns=80 * PERIOD_NS)
     run, sent = looked(begin_looking(0.0, Run()), late)
-    assert run.stage is Stage.PLAYING and len(sent) == 2 * SAMPLES_A_LOOK
+    assert run.stage is Stage.RESETTING and len(sent) == 2 * SAMPLES_A_LOOK
 
 
 def restless(looks: int) -> list[int]:
@@ -249,7 +270,7 @@ def restless(looks: int) -> list[int]:
 def test_a_rate_that_does_not_settle_gets_time() -> None:
     busy = restless(MOST_LOOKS // 2)
     run, sent = looked(begin_looking(0.0, Run()), busy + stamps(99, first_ns=busy[-1]))
-    assert run.stage is Stage.PLAYING and len(sent) == len(busy) + SAMPLES_A_LOOK
+    assert run.stage is Stage.RESETTING and len(sent) == len(busy) + SAMPLES_A_LOOK
     run, sent = looked(begin_looking(0.0, Run()), restless(2 * MOST_LOOKS))
     assert run.stage is Stage.STOPPED and len(sent) == MOST_LOOKS * SAMPLES_A_LOOK
     assert run.stopped.sentence.endswith("this computer is too busy).")
@@ -269,11 +290,11 @@ def test_silence_counts_from_the_start_of_the_look() -> None:
 
 
 def test_a_run_says_where_it_is() -> None:
-    run, _ = looked(begin_looking(0.0, Run()), stamps(99))
+    run = reset(looked(begin_looking(0.0, Run()), stamps(99))[0], 100 * PERIOD_NS)
     for k in range(226):
         state = RigState(0.0005 * k, math.pi, 0.0, 0.0)
         run = take_sample(
-            (SAMPLES_A_LOOK + k) * PERIOD_NS,
+            (130 + k) * PERIOD_NS,
             state,
             0.0,
             1.0,

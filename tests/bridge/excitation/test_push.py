@@ -6,7 +6,14 @@ import pytest
 
 from pendulum_bridge.excitation.guard import Bounds, StopReason
 from pendulum_bridge.excitation.push import MOST_PUSHES, Push, is_even, send_push
-from pendulum_bridge.excitation.run import Run, Stage, begin_looking, make_health, take_sample
+from pendulum_bridge.excitation.run import (
+    Run,
+    Stage,
+    begin_looking,
+    begin_passing,
+    make_health,
+    take_sample,
+)
 from pendulum_bridge.safety.rig_state import RigState
 from pendulum_twin.plans import plan_phases
 from pendulum_twin.plans.plan_file import Plan, make_excitation
@@ -46,6 +53,8 @@ def play(late: range, lost: bool, way: int = 1, every_time: bool = False) -> tup
         state = RigState(position, math.pi, speed, 0.0)
         step = take_sample(round(k * PERIOD_S * 1e9), state, 0.0, now_s, run, PLAN, BOUNDS)
         run, command = step.run, step.command or 0.0
+        if run.stage is Stage.RESETTING:
+            run = begin_passing(now_s, run)
         if run.stage is Stage.LOOKING and was is Stage.PLAYING:
             looks += 1
             late = late if every_time else range(0)

@@ -16,8 +16,8 @@ from pendulum_twin.plans.excitation import Excitation, compute_command, find_com
 
 # share of a stamp's deviation that the clock follows: averages jitter over 20 samples
 STAMP_FOLLOWING_SHARE = 0.05
-# samples before the start that show the rate; more than a subscription's queue holds
-SAMPLES_A_LOOK = 25
+SAMPLES_A_LOOK = 25  # samples that show the rate
+SAMPLES_QUEUED = 20  # most samples that may wait in the queues of their sender and their reader
 STEADY_LOOKS = 4  # measurements in a row that agree; a wrong rate is refused then
 MOST_LOOKS = 120  # measurements, after which a rate that does not settle is refused
 RATE_TOLERANCE = 0.03

@@ -10,6 +10,7 @@ from pendulum_bridge.excitation.performance import Performance, perform
 from pendulum_bridge.excitation.playback import (
     MOST_LOOKS,
     SAMPLES_A_LOOK,
+    SAMPLES_QUEUED,
     is_rate_fitting,
     is_rate_steady,
     measure_rate,
@@ -26,8 +27,9 @@ class Stage(Enum):
 
     IDLE = "waits to be started"
     WAITING = "waits for rig and twin"
-    RESETTING = "resets rig and twin"
     LOOKING = "looks at the rate of the rig's samples"
+    RESETTING = "resets rig and twin"
+    PASSING = "passes over the samples from before the reset"
     PLAYING = "plays"
     DONE = "has played the plan"
     STOPPED = "was stopped"
@@ -40,7 +42,7 @@ class Stage(Enum):
     @property
     def commanding(self) -> bool:
         """Whether samples are answered."""
-        return self in (Stage.LOOKING, Stage.PLAYING)
+        return self in (Stage.LOOKING, Stage.PASSING, Stage.PLAYING)
 
 
 @dataclass(frozen=True)
@@ -52,6 +54,7 @@ class Run:
     sampled_s: s, monotonic; when the last sample came; None before the first.
     stamps_ns: ns; stamps of the samples that show the rate, since it was measured last.
     looks_hz: Hz; the rate as it was measured before, each time a wrong one.
+    passed: samples passed over since the reset.
     performance: the state of the plan being played.
     push: the plan's first push as it was sent.
     pushes: uneven pushes before it.
@@ -63,6 +66,7 @@ class Run:
     sampled_s: float | None = None
     stamps_ns: tuple[int, ...] = ()
     looks_hz: tuple[float, ...] = ()
+    passed: int = 0
     performance: Performance = Performance()  # noqa: RUF009 (frozen)
     push: Push = Push()  # noqa: RUF009 (frozen)
     pushes: int = 0
@@ -87,8 +91,17 @@ def enter_stage(stage: Stage, now_s: float, run: Run) -> Run:
 
 
 def begin_looking(now_s: float, run: Run) -> Run:
-    """Return the run with rig and twin ready: it measures the rate of samples before it plays."""
+    """Return the run with rig and twin ready: it measures the rate of samples.
+
+    A busy computer may need long for that, and a cart on a tilted rail rolls off meanwhile. So the
+    rate is measured before the reset, and the plan begins with the cart in the middle.
+    """
     return replace(enter_stage(Stage.LOOKING, now_s, run), sampled_s=now_s)
+
+
+def begin_passing(now_s: float, run: Run) -> Run:
+    """Return the run with rig and twin reset: older samples may still wait in the queues."""
+    return replace(enter_stage(Stage.PASSING, now_s, run), sampled_s=now_s, passed=0)
 
 
 def stop_run(stopped: Stopped, now_s: float, run: Run) -> Run:
@@ -114,6 +127,8 @@ def take_sample(
     run = replace(run, sampled_s=now_s)
     if run.stage is Stage.LOOKING:
         return Step(_look_at_rate(stamp_ns, now_s, run, plan), 0.0)
+    if run.stage is Stage.PASSING:
+        return Step(_pass_over_sample(now_s, run), 0.0)
     if run.stage is not Stage.PLAYING:
         return Step(run)
     move = perform(stamp_ns, state, applied, run.performance, plan, bounds)
@@ -132,7 +147,7 @@ def take_sample(
 
 
 def _push_again(now_s: float, run: Run) -> Run:
-    """Return the run after an uneven push: it looks at the rate, and begins the plan anew."""
+    """Return the run after an uneven push: it looks at the rate, resets, and begins the plan."""
     pushes = run.pushes + 1
     if pushes == MOST_PUSHES:
         detail = f"{pushes} times: this computer is too busy to drive a rig"
@@ -152,13 +167,20 @@ def _look_at_rate(stamp_ns: int, now_s: float, run: Run, plan: Excitation) -> Ru
     seen_hz = measure_rate(stamps_ns, plan.rate_hz)
     run = replace(run, stamps_ns=(), looks_hz=(*run.looks_hz, seen_hz))
     if is_rate_fitting(seen_hz, plan.rate_hz):
-        return enter_stage(Stage.PLAYING, now_s, run)
+        return enter_stage(Stage.RESETTING, now_s, run)
     steady = is_rate_steady(run.looks_hz)
     if not steady and len(run.looks_hz) < MOST_LOOKS:
         return run
     advice = "give the plan the rig's rate_hz" if steady else "this computer is too busy"
     detail = f"expected {plan.rate_hz:g} Hz, found {seen_hz:.3g} Hz: {advice}"
     return stop_run(Stopped(StopReason.RATE_WRONG, detail), now_s, run)
+
+
+def _pass_over_sample(now_s: float, run: Run) -> Run:
+    """Return the run after a sample that may be older than the reset."""
+    if run.passed < SAMPLES_QUEUED:
+        return replace(run, passed=run.passed + 1)
+    return enter_stage(Stage.PLAYING, now_s, run)
 
 
 def find_silence(now_s: float, run: Run, bounds: Bounds) -> Stopped | None:

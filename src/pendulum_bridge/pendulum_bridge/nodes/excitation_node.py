@@ -1,6 +1,6 @@
 """Play a plan to rig and twin at once: each sample of the rig is answered with the same command.
 
-The node waits until all is ready, resets both, measures the rate of the samples, plays, and sends
+The node waits until all is ready, measures the rate of the samples, resets both, plays, and sends
 0: at the end, on any fault (`excitation.guard`), and when it is terminated. Its services: `start`
 (for start:=service) and `abort`; its topic `progress`: the share of the plan that has been played,
 0 to 1; its topic `outcome`: how the plan stands, in words that a recorder keeps.
@@ -25,6 +25,7 @@ from pendulum_bridge.excitation.run import (
     Run,
     Stage,
     begin_looking,
+    begin_passing,
     describe_progress,
     enter_stage,
     find_silence,
@@ -157,6 +158,8 @@ class ExcitationNode(Node):
             self._send(step.command)
         self._run = step.run
         if self._run.stage is not before:
+            if self._run.stage is Stage.RESETTING:
+                self._begin_reset()
             self._reports.announce(self._run)
 
     @guard_method
@@ -243,9 +246,7 @@ class ExcitationNode(Node):
         if self._emergency:
             self._stop(StopReason.EMERGENCY_STOP)
         elif not (lacking := self._find_lacking()):
-            pendulums = self._pendulums if self._settings.reset_first else ()
-            self._resetting = ResetSequence(pendulums, self._settings.reset_timeout_s)
-            self._run = enter_stage(Stage.RESETTING, now, self._run)
+            self._run = begin_looking(now, self._run)
             self._reports.announce(self._run)
         elif now - self._run.since_s > self._settings.ready_timeout_s:
             self._stop(
@@ -270,13 +271,19 @@ class ExcitationNode(Node):
         )
         return next(filter(None, lacking), "")
 
+    def _begin_reset(self) -> None:
+        if self._settings.reset_first:
+            self._resetting = ResetSequence(self._pendulums, self._settings.reset_timeout_s)
+        else:
+            self._run = enter_stage(Stage.PLAYING, monotonic(), self._run)
+
     def _reset(self, now: float) -> None:
         if not self._resetting.done(now):
             return
         if self._resetting.failure:
             self._stop(StopReason.RESET_FAILED, self._resetting.failure)
         else:
-            self._run = begin_looking(now, self._run)
+            self._run = begin_passing(now, self._run)
             self._reports.announce(self._run)
 
     def _stop(self, reason: StopReason, detail: str = "") -> None:
