@@ -261,7 +261,8 @@ def _compute_spread(
         directions
         @ (turned / np.sqrt(1 - weights.clip(0.0, decisions.ONE_WINDOW_SHARE)))[..., None]
     )[..., 0]
-    spread = root @ (scaled.T @ scaled) @ root.T
+    shares = scaled @ root.T
+    spread = shares.T @ shares  # symmetric to the last bit: a product with its own transpose
     variance = np.where((vectors**2 @ blind) > 1e-6, np.inf, np.sum(root**2, axis=1))
     return spread, variance, len(scores)
 
