@@ -151,6 +151,7 @@ LAW_LEAST_NATS = 10.0  # nats; evidence for a law by one linearised step, worth 
 LAW_FIRST_INFLATION = 4.0  # ratio; of variances: errors within a window hang together
 LAW_MOST_INFLATION = 100.0  # ratio; beyond it the windows say nothing in common
 LAW_EVIDENCE_SHARE = 0.2  # of best; evidence below which a law is not refitted; time
+LAW_FIRST_STEPS = 4  # iterations; of a fit before a law's smoothness is chosen anew; time
 LAWS_REFITTED = 4  # fits; of the likeliest laws; time
 LAWS_MEASURED = 3  # laws; in one twin: bounds the time
 

@@ -27,7 +27,6 @@ from pendulum_sysid.fitting.noise_floor import measure_noise_floor
 from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
 from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
 from pendulum_sysid.measuring.measure import measure_best_laws
-from pendulum_sysid.measuring.naming import name_curves
 from pendulum_sysid.measuring.repeatability import measure_repeatability
 from pendulum_sysid.planning.next_experiment import plan_next_experiment
 from pendulum_sysid.prepare import Prepared, prepare
@@ -134,10 +133,10 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
     case = findings.case
     progress(Stage.LAWS)
     starts = (findings.base, findings.best) if unnamed else (findings.best,)
-    law_fit = measure_best_laws(case, split, starts, progress)
-    if law_fit is None:
+    measured = measure_best_laws(case, split, starts, progress)
+    if measured is None:
         return findings
-    fit, laws = name_curves(case, split, law_fit)
+    fit, laws = measured.named
     fit = join_intervals(widen_intervals(case, split, fit), findings.best)
     sure, doubted = part_sure_names(fit, findings.named)
     fit, sure = add_readings(case, fit, sure)

@@ -8,7 +8,7 @@ from support.made_recordings import INTECO, made, made_states, sweep
 
 from pendulum_sysid.fitting.fit import HORIZONS, fit, fit_own_parameters
 from pendulum_sysid.measuring.measure import measure_laws, rank_curves
-from pendulum_sysid.measuring.naming import name_curves, write_formula
+from pendulum_sysid.measuring.naming import write_formula
 from pendulum_sysid.measuring.penalised_fit import LawFit
 from pendulum_sysid.prepare import prepare
 from pendulum_twin.laws import BY_NAME
@@ -36,14 +36,14 @@ def test_a_law_is_measured_where_it_is(name):
     case, split = prepare_with({name: LAWS[name]})
     start = fit_own_parameters(case, split)
     held = measure_laws(case, split, start, lambda line: None)
-    assert held is not None and [curve.kind.name for curve in held.curves] == [name]
-    final, (named,) = name_curves(case, split, held)
+    assert held is not None and [curve.kind.name for curve in held.law_fit.curves] == [name]
+    final, (named,) = held.named
     assert final.choose < 1.5 < 3.0 < start.choose
     curve, kind = named.curve, BY_NAME[name]
     truth = evaluate_law(kind, LAWS[name], curve.knots)
-    own = held.curves[0]
-    if own.gauge is not None:  # the constant force takes the mean of the gain
-        mean = own.gauge @ evaluate_law(kind, LAWS[name], own.knots)
+    own = held.law_fit.curves[0]
+    if own.others:  # the constant force takes the mean of the gain
+        (mean,) = own.gauges @ evaluate_law(kind, LAWS[name], own.knots)
         truth = (1.0 + truth) / (1.0 + mean) - 1.0
     seen = (curve.knots >= own.knots[0]) & (curve.knots <= own.knots[-1])
     off = np.abs(named.values - truth)[seen]
@@ -59,7 +59,7 @@ def test_a_law_is_measured_where_it_is(name):
 def test_a_formula_takes_the_place_of_its_curve():
     case, split = prepare_with({"cart_force_by_position": LAWS["cart_force_by_position"]})
     held = measure_laws(case, split, fit_own_parameters(case, split), lambda line: None)
-    final, (named,) = name_curves(case, split, held)
+    final, (named,) = held.named
     assert named.shape is not None and named.shape.shape.name in ("cube", "line and cube")
     sizes = dict(zip(named.shape.names, named.shape.values, strict=True))
     assert sizes["factor"] == pytest.approx(-3.0, rel=0.15)
@@ -76,8 +76,8 @@ def test_a_law_beside_an_encoder_slip_keeps_the_time_of_the_slip():
     theta = make_theta(replace(RIG, effects=slip))
     start = fit(case, split, tuple(slip), theta, HORIZONS[0])
     held = measure_laws(case, split, start, lambda line: None)
-    named, _ = name_curves(case, split, held)
-    for result in (held.fit, named):
+    named, _ = held.named
+    for result in (held.law_fit.fit, named):
         assert result.estimates["encoder_slip.time_s"].value == pytest.approx(14.995, abs=1e-6)
         assert result.estimates["encoder_slip.angle_rad"].value == pytest.approx(0.2, abs=0.002)
 
@@ -87,7 +87,7 @@ def test_a_formula_that_the_recording_does_not_fix_is_none():
     law = Law(tuple(AT), tuple(0.15 * np.sin(2 * np.pi * AT / 0.6)))
     case, split = prepare_with({"drive_gain_along_rail": law})
     held = measure_laws(case, split, fit_own_parameters(case, split), lambda line: None)
-    final, (named,) = name_curves(case, split, held)
+    final, (named,) = held.named
     force = final.estimates["force_per_pwm_n"]
     assert force.identifiable and force.high - force.low < 0.02 * force.value
     if named.shape is not None:
@@ -110,7 +110,7 @@ def test_a_curve_over_time_needs_a_formula_to_be_of_the_rig(gain, shape):
     ranked = rank_curves(case, split, LawFit(start, (), (), (), (), 4.0))
     assert ranked[0].curve.kind.name == "drive_gain_over_time"
     held = measure_laws(case, split, start, lambda line: None)
-    laws = name_curves(case, split, held)[1] if held is not None else ()
+    laws = held.named[1] if held is not None else ()
     over_time = [n for n in laws if n.curve.kind.name == "drive_gain_over_time"]
     assert [n.shape and n.shape.shape.name for n in over_time] == ([shape] if shape else [])
 

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from pendulum_sysid import decisions
-from pendulum_sysid.fitting.gauss_newton import Solution, compute_misfit, take_step
+from pendulum_sysid.fitting.gauss_newton import Solution, compute_misfit, penalise, take_step
 from pendulum_sysid.fitting.linearised import (
     FAR,
     Problem,
@@ -123,20 +123,3 @@ def find_tame(system: System) -> Mask:
     grown = np.trace(system.start_normal, axis1=1, axis2=2)
     tame: Mask = grown <= decisions.START_ERROR_GROWTH**2 * np.median(grown)
     return tame
-
-
-def penalise(
-    system: System, theta: Floats, free: tuple[Free, ...], penalty: Floats | None
-) -> System:
-    """Return normal equations with the pull of a penalty towards 0 added to them.
-
-    penalty: (parameters, parameters) in the parameters' sizes; None for none.
-    """
-    if penalty is None:
-        return system
-    scaled = np.array([parameter.get(theta) / parameter.size for parameter in free])
-    return replace(
-        system,
-        normals=np.concatenate([system.normals, penalty[None]]),
-        scores=np.concatenate([system.scores, -(penalty @ scaled)[None]]),
-    )

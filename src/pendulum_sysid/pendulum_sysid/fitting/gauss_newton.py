@@ -8,6 +8,7 @@ model is still wrong does not outshout the other.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -76,13 +77,14 @@ def compute_cost(
     start_states: Floats,
     squares: Floats,
     counts: Floats,
-    believed: float = 0.0,
+    restraint: float = 0.0,
 ) -> float:
     """Return the concentrated negative log likelihood a sample.
 
     Errors are Gaussian, with the variance of each channel that fits them best.
 
-    believed: squared distance of the parameters from what is believed of them, in deviations.
+    restraint: squared distance of the parameters from what is believed of them, in deviations, and
+        the penalty.
     """
     total = counts.sum(axis=0)
     if not np.all(np.isfinite(squares)):
@@ -90,7 +92,7 @@ def compute_cost(
     varied = list_varied(problem)
     moved = (start_states - problem.windows.start_states)[:, varied] / problem.deviations[varied]
     return float(
-        (np.sum(total * np.log(compute_power(squares, counts))) + np.sum(moved**2) + believed)
+        (np.sum(total * np.log(compute_power(squares, counts))) + np.sum(moved**2) + restraint)
         / (2 * total.sum())
     )
 
@@ -100,39 +102,81 @@ def measure_belief(free: tuple[Free, ...], theta: Floats) -> float:
     return float(sum(p.belief * p.compute_pull(theta) ** 2 for p in free))
 
 
+def measure_penalty(free: tuple[Free, ...], theta: Floats, penalty: Floats | None) -> float:
+    """Return what a penalty (parameters, parameters) adds to the cost at theta (SIZE,)."""
+    if penalty is None:
+        return 0.0
+    scaled = scale_values(free, theta)
+    return float(scaled @ penalty @ scaled)
+
+
+def scale_values(free: Sequence[Free], theta: Floats) -> Floats:
+    """Return the free parameters in their sizes, (parameters,)."""
+    return np.array([parameter.get(theta) / parameter.size for parameter in free])
+
+
+def penalise(
+    system: System, theta: Floats, free: tuple[Free, ...], penalty: Floats | None
+) -> System:
+    """Return normal equations with the pull of a penalty towards 0 added to them.
+
+    penalty: (parameters, parameters) in the parameters' sizes; None for none.
+    """
+    if penalty is None:
+        return system
+    return replace(
+        system,
+        normals=np.concatenate([system.normals, penalty[None]]),
+        scores=np.concatenate([system.scores, -(penalty @ scale_values(free, theta))[None]]),
+    )
+
+
 def solve(
     problem: Problem,
     theta: Floats,
     free: tuple[Free, ...],
     start_states: Floats | None = None,
     iterations: int = 20,
+    penalty: Floats | None = None,
+    known: System | None = None,
 ) -> Solution:
     """Return the fit of the free parameters and of the windows' start states, from theta.
 
     With no free parameters only the start states are fitted. Steps that do not improve are
     shortened (Levenberg-Marquardt); parameters stay within their bounds, and the mass matrix
     positive definite.
+
+    penalty: (parameters, parameters) that holds the parameters near 0, in their sizes; None for
+        none.
+    known: the normal equations at theta and the start states, without the penalty; None where
+        they are to be computed.
     """
     windows = problem.windows
     starts: Floats = (windows.start_states if start_states is None else start_states).copy()
     theta = keep_definite(theta.copy())
     _, weights = gather(problem.signals, windows.begin, windows.samples)
     counts = weights.sum(axis=1)
-    squares = np.sum(compute_errors(problem, theta, starts) ** 2, axis=1)
-    cost = compute_cost(problem, starts, squares, counts, measure_belief(free, theta))
+
+    def measure(theta: Floats, starts: Floats) -> tuple[Floats, float]:
+        """Return squared errors (windows, channels) and the cost."""
+        with np.errstate(all="ignore"):
+            squares = np.sum(compute_errors(problem, theta, starts) ** 2, axis=1)
+        restraint = measure_belief(free, theta) + measure_penalty(free, theta, penalty)
+        return squares, compute_cost(problem, starts, squares, counts, restraint)
+
+    squares, cost = measure(theta, starts)
     damping = 1e-6
 
     def conclude(converged: bool, system: System | None) -> Solution:
         return Solution(theta, starts, squares, counts, converged, system if free else None)
 
     for _ in range(iterations):
-        system = linearise(problem, theta, starts, free, compute_power(squares, counts))
+        system = known or linearise(problem, theta, starts, free, compute_power(squares, counts))
+        known = None
+        pulled = penalise(system, theta, free, penalty)
         while True:
-            new_theta, new_starts = take_step(system, theta, starts, free, damping)
-            new_squares = np.sum(compute_errors(problem, new_theta, new_starts) ** 2, axis=1)
-            new_cost = compute_cost(
-                problem, new_starts, new_squares, counts, measure_belief(free, new_theta)
-            )
+            new_theta, new_starts = take_step(pulled, theta, starts, free, damping)
+            new_squares, new_cost = measure(new_theta, new_starts)
             if new_cost < cost or damping > 1e4:
                 break
             damping = max(damping * 10, 1e-3)

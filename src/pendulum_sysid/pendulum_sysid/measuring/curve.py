@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -10,7 +11,7 @@ import numpy as np
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.localisation.balance import Motion, compute_motion
 from pendulum_sysid.fitting.case import Case
-from pendulum_sysid.fitting.parameters import Free, Scales
+from pendulum_sysid.fitting.parameters import Free, list_rig_parameters
 from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.effects import BY_NAME as EFFECTS
 from pendulum_twin.effects.effect import Form, Place
@@ -25,6 +26,28 @@ from pendulum_twin.parameter_vector import KIND, LAW_SIZE, LAWS, VALUES, put_law
 REACH = 3
 LEAST_GAIN = -0.9  # a drive keeps a tenth of its force wherever it is
 
+PARTS: dict[str, Callable[[Floats], Floats]] = {  # parts of a curve, drawn over its knots
+    "mean": np.ones_like,
+    "slope": np.asarray,
+    "step": np.sign,
+}
+# The parts of a law that a constant of the rig stands for.
+CONSTANTS: dict[tuple[Role, Variable | None], tuple[str, str]] = {  # None: whatever the variable
+    (Role.GAIN, None): ("force_per_pwm_n", "mean"),
+    (Role.COMMAND, None): ("force_per_pwm_n", "slope"),
+    (Role.CART_DRAG, None): ("cart_viscous_n_s_m", "mean"),
+    (Role.POLE_DRAG, None): ("pole_viscous_n_m_s", "mean"),
+    (Role.FORCE, Variable.VELOCITY): ("cart_viscous_n_s_m", "slope"),
+    (Role.TORQUE, Variable.RATE): ("pole_viscous_n_m_s", "slope"),
+}
+# The parts of a law that the level of a dry friction stands for.
+LEVELS: dict[tuple[Role, Variable | None], str] = {
+    (Role.CART_DRY, None): "mean",
+    (Role.POLE_DRY, None): "mean",
+    (Role.FORCE, Variable.VELOCITY): "step",
+    (Role.TORQUE, Variable.RATE): "step",
+}
+
 
 @dataclass(frozen=True)
 class Curve:
@@ -35,6 +58,7 @@ class Curve:
     seen: (n,) places that were visited, sample by sample.
     size: typical magnitude of its values on this rig, in the unit of its quantity.
     low: lowest value that a fit may reach.
+    others: parts of the curve that a constant of the rig or an effect stands for, keys of `PARTS`.
     """
 
     kind: LawKind
@@ -42,6 +66,7 @@ class Curve:
     seen: Floats
     size: float
     low: float
+    others: tuple[str, ...] = ()
 
     @property
     def spacing(self) -> float:
@@ -73,18 +98,16 @@ class Curve:
         return np.bincount(nearest, minlength=count).astype(float)
 
     @cached_property
-    def gauge(self) -> Floats | None:
-        """Return weights (k,) of the values whose sum is held at 0; None for none.
+    def gauges(self) -> Floats:
+        """Return weights (parts, k) of the values whose sums are held at 0.
 
-        A gain times a constant gain is a gain again: the drive's constant takes the mean of a
-        gain, and the straight part of a command's curve.
+        Otherwise a constant of the rig, or the level of a dry friction, and the same part of the
+        law make one twin many times over, and neither has a size. A part of the law that others
+        stand for has no share in it.
         """
-        if self.kind.role is Role.GAIN:
-            return self.visits / self.visits.sum()
-        if self.kind.role is Role.COMMAND:
-            moment = self.visits * self.knots
-            return moment / float(np.abs(moment).sum())
-        return None
+        shapes = np.array([PARTS[part](self.knots) for part in self.others])
+        weights = shapes.reshape(-1, len(self.knots)) * self.visits
+        return np.asarray(weights / np.abs(weights).sum(axis=1, keepdims=True))
 
     def make_law(self, values: Floats) -> Law:
         """Return the law with these values (k,)."""
@@ -153,7 +176,7 @@ def list_curves(case: Case, theta: Floats, effects: tuple[str, ...]) -> list[Cur
         if _is_possible(case, kind):
             seen = _list_places(case, here, kind.variable)
             if np.ptp(seen) > 0:
-                curves.append(_make_curve(kind, seen, case.scales, effects))
+                curves.append(_make_curve(kind, seen, case, effects))
     return curves
 
 
@@ -191,7 +214,7 @@ def _list_places(case: Case, here: Motion, variable: Variable) -> Floats:
     return places
 
 
-def _make_curve(kind: LawKind, seen: Floats, scales: Scales, effects: tuple[str, ...]) -> Curve:
+def _make_curve(kind: LawKind, seen: Floats, case: Case, effects: tuple[str, ...]) -> Curve:
     count = decisions.LAW_KNOTS
     if kind.variable is Variable.TIME:
         wanted = np.ptp(seen) / decisions.LAW_SECONDS_A_KNOT
@@ -204,13 +227,26 @@ def _make_curve(kind: LawKind, seen: Floats, scales: Scales, effects: tuple[str,
             ends = np.array([seen.min(), seen.max()])
         knots = np.linspace(ends[0], ends[1], count)
     scale, per = SCALES[kind.role]
-    size = 0.1 * scales[scale] / scales[per]
+    size = 0.1 * case.scales[scale] / case.scales[per]
     low = -LIMITS[kind.role]
     if kind.role is Role.GAIN:
         low = LEAST_GAIN
     elif kind.role in (Role.CART_DRY, Role.POLE_DRY) and not _has_dry(kind.place, effects):
         low = 0.0
-    return Curve(kind, knots, seen, size, low)
+    return Curve(kind, knots, seen, size, low, _list_others(kind, case, effects))
+
+
+def _list_others(kind: LawKind, case: Case, effects: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the parts of a law that free constants and dry friction stand for."""
+    constants = {constant.name for constant in list_rig_parameters(case.twin)}
+    others = []
+    for key in ((kind.role, None), (kind.role, kind.variable)):
+        name, part = CONSTANTS.get(key, ("", ""))
+        if name in constants:
+            others.append(part)
+        if key in LEVELS and _has_dry(kind.place, effects):
+            others.append(LEVELS[key])
+    return tuple(others)
 
 
 def _has_dry(place: Place, effects: tuple[str, ...]) -> bool:

@@ -10,6 +10,7 @@ from scipy.linalg import block_diag
 from pendulum_sysid import decisions
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.cross_validation import compute_left_out_misfit, cross_validate
+from pendulum_sysid.fitting.gauss_newton import complete_system, solve
 from pendulum_sysid.fitting.parameters import (
     Free,
     list_free_parameters,
@@ -18,7 +19,7 @@ from pendulum_sysid.fitting.parameters import (
 )
 from pendulum_sysid.fitting.windows import shorten_windows
 from pendulum_sysid.measuring.curve import Curve, find_slot
-from pendulum_sysid.measuring.penalised_fit import make_estimates, minimise
+from pendulum_sysid.measuring.penalised_fit import make_estimates
 from pendulum_sysid.measuring.shapes import FittedShape, Shape
 from pendulum_sysid.records import Fit, Split
 from pendulum_twin.arrays import Floats, Mask
@@ -111,12 +112,14 @@ def fit_formula(
     rig = list_free_parameters(case.twin, fit.effects, case.scales)
     free: tuple[Free, ...] = (*rig, *parameters)  # type: ignore[arg-type]
     sizes = np.array([parameter.size for parameter in parameters])
-    own = 1e-6 * np.eye(len(values)) + _hold_gauge(finer, fitted, sizes, height)
+    own = 1e-6 * np.eye(len(values)) + _hold_gauges(finer, fitted, sizes, height)
     weak = block_diag(np.zeros((len(rig), len(rig))), own)
     problem = case.problem(shorten_windows(case.state, split.learn, fit.pieces))
-    solved = minimise(problem, theta, free, weak, fit.start_states, wanted)
+    begun = solve(problem, theta, free, fit.start_states, wanted, weak)
+    solved = complete_system(problem, begun, free)
+    assert solved.system is not None
     covariance = np.linalg.pinv(solved.system.normal + weak, rcond=1e-14, hermitian=True)
-    left_out = cross_validate(problem, solved.solution, free, fit.pieces, weak)
+    left_out = cross_validate(problem, solved, free, fit.pieces, weak)
     begin = at + FORMULA_KNOTS
     numbers = solved.theta[begin : begin + len(values)].copy()
     clean = solved.theta.copy()
@@ -138,19 +141,17 @@ def fit_formula(
     return result, named, finer
 
 
-def _hold_gauge(curve: Curve, fitted: FittedShape, sizes: Floats, height: float) -> Floats:
-    """Return the penalty, (parameters, parameters), on a formula's share of the drive's constant.
+def _hold_gauges(curve: Curve, fitted: FittedShape, sizes: Floats, height: float) -> Floats:
+    """Return the penalty, (parameters, parameters), on the parts of a formula that others make.
 
     Without it the drive's constant and the mean of a gain make the same twin many times over.
 
     sizes: (parameters,) the formula's parameters are in units of these.
     height: of the formula, in the unit of the law's quantity.
     """
-    penalty = np.zeros((len(sizes), len(sizes)))
-    if curve.gauge is None:
-        return penalty
     factors = len(fitted.shape.factors)
     columns = fitted.shape.draw_columns(curve.knots, fitted.values[factors:])
-    share = curve.gauge @ columns * sizes[:factors] / height
-    penalty[:factors, :factors] = GAUGE_WEIGHT * np.outer(share, share)
+    shares = curve.gauges @ columns * sizes[:factors] / height
+    penalty = np.zeros((len(sizes), len(sizes)))
+    penalty[:factors, :factors] = GAUGE_WEIGHT * shares.T @ shares
     return penalty

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -17,12 +18,12 @@ from pendulum_sysid import decisions
 from pendulum_sysid.finding.judge import Lead, compute_lead
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import HORIZONS, fit
-from pendulum_sysid.fitting.gauss_newton import refine_start_states
-from pendulum_sysid.fitting.linearised import linearise
+from pendulum_sysid.fitting.gauss_newton import refine_start_states, scale_values
+from pendulum_sysid.fitting.linearised import System, linearise
 from pendulum_sysid.fitting.windows import shorten_windows
 from pendulum_sysid.measuring.curve import Curve, list_curves
-from pendulum_sysid.measuring.naming import name_curves
-from pendulum_sysid.measuring.penalised_fit import LawFit, fit_laws, list_all_free
+from pendulum_sysid.measuring.naming import NamedCurve, name_curves
+from pendulum_sysid.measuring.penalised_fit import LawFit, fit_laws, list_all_free, list_parts
 from pendulum_sysid.measuring.smoothness import (
     Smoothness,
     choose_smoothness,
@@ -49,63 +50,86 @@ class Ranked:
     values: Floats
 
 
+@dataclass(frozen=True)
+class Measured:
+    """Hold a fit with measured laws, and what their curves are named."""
+
+    case: Case
+    split: Split
+    law_fit: LawFit
+
+    @cached_property
+    def named(self) -> tuple[Fit, tuple[NamedCurve, ...]]:
+        """Return the fit with formulas in place of curves, and the curves (`name_curves`)."""
+        return name_curves(self.case, self.split, self.law_fit)
+
+    @property
+    def is_at_noise(self) -> bool:
+        """Return whether the fit ends at the noise: a sharp edge needs its formula for that."""
+        return self.named[0].choose <= decisions.MISFIT_AT_NOISE
+
+
 def measure_best_laws(
     case: Case, split: Split, starts: Sequence[Fit], report: Progress
-) -> LawFit | None:
+) -> Measured | None:
     """Return the fit with measured laws from the first start that leaves noise, or the best.
+
+    Runs take long steps while laws are tried; the laws that are kept are fitted with the twin's
+    own steps.
 
     starts: fits without laws, the simplest first. A start whose first law explains less than the
         effects of the last start is given up.
     """
-    best: LawFit | None = None
-    named = _begin(case, split, starts[-1]).fit
+    best: Measured | None = None
+    tried = replace(case, step_s=decisions.SEARCH_STEP_S)
+    named = _begin(tried, split, starts[-1]).fit
     for start in {start.effects: start for start in starts}.values():
-        law_fit = measure_laws(case, split, start, report, named.choose)
-        if law_fit is None:
+        measured = measure_laws(tried, split, start, report, named.choose)
+        if measured is None:
             continue
-        if best is None or compute_lead(law_fit.fit, best.fit).is_real:
-            best = law_fit
-        if name_curves(case, split, best)[0].choose <= decisions.MISFIT_AT_NOISE:
+        if best is None or compute_lead(measured.law_fit.fit, best.law_fit.fit).is_real:
+            best = measured
+        if best.is_at_noise:
             break
-    if best is None:
+    if best is None or not compute_lead(best.law_fit.fit, named).is_real:
         return None
-    return best if compute_lead(best.fit, named).is_real else None
+    coarse = best.law_fit
+    fine = fit_laws(case, split, coarse.fit, coarse.curves, coarse.priors, coarse.inflation)
+    return Measured(case, split, replace(fine, lead=coarse.lead))
 
 
 def measure_laws(
     case: Case, split: Split, start: Fit, report: Progress, most: float = np.inf
-) -> LawFit | None:
+) -> Measured | None:
     """Return the fit with measured laws beside the effects of a fit; None where no law helps.
 
     start: the fit with the effects that were named so far, and no laws.
     most: misfit, in units of noise, that the first law may leave for a second law to be measured.
     """
-    law_fit = _begin(case, split, start)
-    while len(law_fit.curves) < decisions.LAWS_MEASURED:
-        longer = _add_law(case, split, law_fit, report)
+    measured = Measured(case, split, _begin(case, split, start))
+    while len(measured.law_fit.curves) < decisions.LAWS_MEASURED:
+        longer = _add_law(measured, report)
         if longer is None:
             break
-        law_fit = longer
-        if law_fit.fit.choose > most:
+        measured = longer
+        if measured.law_fit.fit.choose > most or measured.is_at_noise:
             break
-        # a sharp edge needs its formula to end at the noise: no second law may mend it
-        if name_curves(case, split, law_fit)[0].choose <= decisions.MISFIT_AT_NOISE:
-            break
-    return law_fit if law_fit.curves else None
+    return measured if measured.law_fit.curves else None
 
 
 def _begin(case: Case, split: Split, start: Fit) -> LawFit:
     """Return a fit without laws over the short horizon, where errors stay where they arise."""
     pieces = HORIZONS[0]
-    if start.pieces != pieces:
-        start = fit(case, split, start.effects, start.theta, pieces)
-    return LawFit(start, (), (), (), (), decisions.LAW_FIRST_INFLATION)
+    starts = start.start_states if start.pieces == pieces else None
+    begun = fit(case, split, start.effects, start.theta, pieces, starts)
+    return LawFit(begun, (), (), (), (), decisions.LAW_FIRST_INFLATION)
 
 
-def _add_law(case: Case, split: Split, law_fit: LawFit, report: Progress) -> LawFit | None:
+def _add_law(measured: Measured, report: Progress) -> Measured | None:
     """Return the fit with the law that helps most; None where none helps for sure."""
+    case, split, law_fit = measured.case, measured.split, measured.law_fit
     ranked = rank_curves(case, split, law_fit)
-    kept: list[LawFit] = []
+    kept: list[Measured] = []
     for candidate in ranked[: decisions.LAWS_REFITTED]:
         if candidate.prior.evidence < decisions.LAW_EVIDENCE_SHARE * ranked[0].prior.evidence:
             break
@@ -117,96 +141,95 @@ def _add_law(case: Case, split: Split, law_fit: LawFit, report: Progress) -> Law
             f"{candidate.curve.kind.name}: misfit {law_fit.fit.choose:.2f} becomes "
             f"{longer.fit.choose:.2f} ({candidate.prior.evidence:.0f} nats)"
         )
-        if _is_kept(case, split, longer, law_fit):
-            kept.append(longer)
+        tried = Measured(case, split, longer)
+        if _is_kept(tried, law_fit):
+            kept.append(tried)
             if longer.fit.choose <= decisions.MISFIT_AT_NOISE:
                 break
-    return min(kept, key=lambda longer: longer.fit.choose, default=None)
+    return min(kept, key=lambda tried: tried.law_fit.fit.choose, default=None)
 
 
-def _is_kept(case: Case, split: Split, longer: LawFit, law_fit: LawFit) -> bool:
+def _is_kept(longer: Measured, shorter: LawFit) -> bool:
     """Return whether the last law is surely worth its place, over both horizons."""
-    if longer.lead is None or not longer.lead.is_real:
-        return False
-    if not _is_of_rig(case, split, longer):
+    case, lead = longer.case, longer.law_fit.lead
+    if lead is None or not lead.is_real:
         return False
     whole = [
-        refine_start_states(case.problem(split.learn), fit.theta).misfit(case.noise)
-        for fit in (longer.fit, law_fit.fit)
+        refine_start_states(case.problem(longer.split.learn), fit.theta).misfit(case.noise)
+        for fit in (longer.law_fit.fit, shorter.fit)
     ]
-    return whole[0] < whole[1]
+    return whole[0] < whole[1] and _is_of_rig(longer)
 
 
-def _is_of_rig(case: Case, split: Split, law_fit: LawFit) -> bool:
+def _is_of_rig(measured: Measured) -> bool:
     """Return whether every curve over time has a formula.
 
     A free curve over time takes whatever one recording leaves, instant by instant, and would be
     played back in the next; a formula over time (a rig that warms up) may hold there again.
     """
-    over_time = [k for k, c in enumerate(law_fit.curves) if c.kind.variable is Variable.TIME]
-    if not over_time:
-        return True
-    _, named = name_curves(case, split, law_fit)
-    return all(named[k].shape is not None for k in over_time)
+    curves = measured.law_fit.curves
+    over_time = [k for k, c in enumerate(curves) if c.kind.variable is Variable.TIME]
+    return not over_time or all(measured.named[1][k].shape is not None for k in over_time)
 
 
 def _fit_longer(case: Case, split: Split, law_fit: LawFit, candidate: Ranked) -> LawFit:
-    """Return the fit with one law more; its smoothness is chosen again where the fit ended."""
+    """Return the fit with one law more; its smoothness is chosen again near where the fit ends."""
     theta = law_fit.fit.theta.copy()
     candidate.curve.put(theta, candidate.values)
     curves, priors = (*law_fit.curves, candidate.curve), (*law_fit.priors, candidate.prior)
-    arguments = (case, split, law_fit.fit.effects)
-    first = fit_laws(
-        *arguments,
-        theta,
+    begun = fit_laws(
+        case,
+        split,
+        replace(law_fit.fit, theta=theta),
         curves,
         priors,
         law_fit.inflation,
-        law_fit.fit.pieces,
-        law_fit.fit.start_states,
+        iterations=decisions.LAW_FIRST_STEPS,
     )
-    priors = tuple(
-        _choose_again(case, split, first, k, first.inflation) for k in range(len(curves))
-    )
-    second = fit_laws(
-        *arguments,
-        first.fit.theta,
-        curves,
-        priors,
-        first.inflation,
-        law_fit.fit.pieces,
-        first.fit.start_states,
-    )
-    lead: Lead = compute_lead(second.fit, law_fit.fit)
-    return replace(second, lead=lead)
+    priors = tuple(_choose_again(case, begun, k) for k in range(len(curves)))
+    longer = fit_laws(case, split, begun.fit, curves, priors, begun.inflation, begun.system)
+    lead: Lead = compute_lead(longer.fit, law_fit.fit)
+    return replace(longer, lead=lead)
 
 
-def _choose_again(
-    case: Case, split: Split, law_fit: LawFit, which: int, inflation: float
-) -> Smoothness:
+def _choose_again(case: Case, law_fit: LawFit, which: int) -> Smoothness:
     """Return the smoothness of one law of a fit, chosen where the fit ended."""
-    order = [k for k in range(len(law_fit.curves)) if k != which] + [which]
-    curves = tuple(law_fit.curves[k] for k in order)
-    priors = tuple(law_fit.priors[k] for k in order)
-    matrix, gradient = _reduce(case, split, law_fit.fit, curves, priors[:-1], inflation)
-    curve = curves[-1]
-    values = curve.get_values(law_fit.fit.theta) / curve.size
-    return choose_smoothness(curve, matrix, gradient + matrix @ values, inflation)
+    assert law_fit.system is not None
+    curves, theta = law_fit.curves, law_fit.fit.theta
+    free = list_all_free(case, law_fit.fit.effects, theta, curves)
+    parts = list_parts(len(free), curves)
+    order = [k for k in range(len(curves)) if k != which] + [which]
+    columns = [
+        *range(parts[0].start),
+        *(c for k in order for c in range(*parts[k].indices(len(free)))),
+    ]
+    matrix, gradient = _reduce(
+        law_fit.system.pick(columns),
+        scale_values([free[c] for c in columns], theta),
+        [curves[k] for k in order],
+        [law_fit.priors[k] for k in order[:-1]],
+        law_fit.inflation,
+    )
+    curve = curves[which]
+    values = curve.get_values(theta) / curve.size
+    return choose_smoothness(curve, matrix, gradient + matrix @ values, law_fit.inflation)
 
 
 def rank_curves(case: Case, split: Split, law_fit: LawFit) -> list[Ranked]:
     """Return the curves that make the recording likelier, the likeliest first."""
-    known = {curve.kind for curve in law_fit.curves}
+    known, start = {curve.kind for curve in law_fit.curves}, law_fit.fit
+    problem = case.problem(shorten_windows(case.state, split.learn, start.pieces))
     ranked = []
-    for curve in list_curves(case, law_fit.fit.theta, law_fit.fit.effects):
+    for curve in list_curves(case, start.theta, start.effects):
         if curve.kind in known:
             continue
-        theta = law_fit.fit.theta.copy()
+        theta = start.theta.copy()
         curve.put(theta, np.zeros(len(curve.knots)))
-        start = replace(law_fit.fit, theta=theta)
-        matrix, gradient = _reduce(
-            case, split, start, (*law_fit.curves, curve), law_fit.priors, law_fit.inflation
-        )
+        curves = (*law_fit.curves, curve)
+        free = list_all_free(case, start.effects, theta, curves)
+        system = linearise(problem, theta, start.start_states, free, start.power)
+        values = scale_values(free, theta)
+        matrix, gradient = _reduce(system, values, curves, law_fit.priors, law_fit.inflation)
         prior = choose_smoothness(curve, matrix, gradient, law_fit.inflation)
         if prior.evidence < decisions.LAW_LEAST_NATS:
             continue
@@ -217,27 +240,23 @@ def rank_curves(case: Case, split: Split, law_fit: LawFit) -> list[Ranked]:
 
 
 def _reduce(
-    case: Case,
-    split: Split,
-    start: Fit,
-    curves: tuple[Curve, ...],
-    priors: tuple[Smoothness, ...],
+    system: System,
+    values: Floats,
+    curves: Sequence[Curve],
+    priors: Sequence[Smoothness],
     inflation: float,
 ) -> tuple[Floats, Floats]:
-    """Return matrix and gradient of the last curve's values at a fit, all else following.
+    """Return matrix and gradient of the last curve's values, all else following.
 
-    start: its theta holds all curves.
+    system: the normal equations of all free parameters, without priors.
+    values: (parameters,) where they were computed, in the parameters' sizes.
     priors: of all curves but the last.
     """
-    free = list_all_free(case, start.effects, start.theta, curves)
-    problem = case.problem(shorten_windows(case.state, split.learn, start.pieces))
-    system = linearise(problem, start.theta, start.start_states, free, start.power)
     last = len(curves[-1].knots)
-    own = len(free) - sum(len(curve.knots) for curve in curves)
+    own = len(values) - sum(len(curve.knots) for curve in curves)
     precision = inflation * block_diag(
         np.zeros((own, own)),
         *(make_precision(c, p) for c, p in zip(curves[:-1], priors, strict=True)),
         np.zeros((last, last)),
     )
-    scaled = np.array([parameter.get(start.theta) / parameter.size for parameter in free])
-    return eliminate(system.normal + precision, system.gradient - precision @ scaled, last)
+    return eliminate(system.normal + precision, system.gradient - precision @ values, last)

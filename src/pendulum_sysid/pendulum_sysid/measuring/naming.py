@@ -13,6 +13,7 @@ from pendulum_sysid.measuring.formula_fit import fit_formula
 from pendulum_sysid.measuring.penalised_fit import LawFit
 from pendulum_sysid.measuring.shapes import (
     SHAPES,
+    SPEED_SHAPES,
     TIME_SHAPES,
     TURN_SHAPES,
     FittedShape,
@@ -92,7 +93,9 @@ def select_shapes(kind: LawKind) -> tuple[Shape, ...]:
     """Return the shapes that a curve of a kind may have."""
     if kind.is_periodic:
         return TURN_SHAPES
-    return TIME_SHAPES if kind.variable is Variable.TIME else SHAPES
+    if kind.variable is Variable.TIME:
+        return TIME_SHAPES
+    return SHAPES if kind.variable is Variable.POSITION else SPEED_SHAPES
 
 
 def _is_certain(shape: FittedShape) -> bool:

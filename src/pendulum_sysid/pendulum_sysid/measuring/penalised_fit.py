@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,28 +11,17 @@ from scipy.linalg import block_diag
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.judge import Lead
 from pendulum_sysid.fitting.case import Case
-from pendulum_sysid.fitting.cross_validation import (
-    compute_left_out_misfit,
-    cross_validate,
-    penalise,
-)
+from pendulum_sysid.fitting.cross_validation import compute_left_out_misfit, cross_validate
 from pendulum_sysid.fitting.fit import estimate_located
-from pendulum_sysid.fitting.gauss_newton import (
-    CONVERGED,
-    Solution,
-    compute_cost,
-    compute_power,
-    measure_belief,
-    take_step,
-)
-from pendulum_sysid.fitting.linearised import Problem, System, compute_errors, linearise
+from pendulum_sysid.fitting.gauss_newton import complete_system, solve
+from pendulum_sysid.fitting.linearised import System
 from pendulum_sysid.fitting.parameters import (
     Free,
     list_free_parameters,
     list_rig_parameters,
     make_twin,
 )
-from pendulum_sysid.fitting.windows import gather, shorten_windows
+from pendulum_sysid.fitting.windows import shorten_windows
 from pendulum_sysid.measuring.curve import Curve, find_slot
 from pendulum_sysid.measuring.smoothness import Smoothness, make_precision
 from pendulum_sysid.records import Estimate, Fit, Split
@@ -50,6 +40,8 @@ class LawFit:
     values: of each curve, (knots,).
     covariances: of the values of each curve, (knots, knots), the remainder counted in.
     inflation: by which errors that hang together widen intervals (a ratio of variances).
+    system: the normal equations where the fit ended, without the priors; None before the first
+        law.
     lead: over the fit without the last curve, on windows left out; None for none.
     """
 
@@ -59,6 +51,7 @@ class LawFit:
     values: tuple[Floats, ...]
     covariances: tuple[Floats, ...]
     inflation: float
+    system: System | None = None
     lead: Lead | None = None
 
 
@@ -73,35 +66,36 @@ def list_all_free(
 def fit_laws(
     case: Case,
     split: Split,
-    effects: tuple[str, ...],
-    theta: Floats,
+    start: Fit,
     curves: tuple[Curve, ...],
     priors: tuple[Smoothness, ...],
     inflation: float,
-    pieces: int,
-    start_states: Floats | None = None,
+    known: System | None = None,
+    iterations: int = ITERATIONS,
 ) -> LawFit:
-    """Return the fit of all parameters, cross-validated, from theta (SIZE,).
+    """Return the fit of all parameters, cross-validated.
 
-    theta: holds every curve.
-    pieces: how many pieces each window is cut into.
-    start_states: (windows * pieces, 4) of a nearby fit; None for none.
+    start: from which the fit starts; its theta holds every curve.
+    known: the normal equations there, without the priors; None where they are to be computed.
+    iterations: at most.
     """
+    effects, pieces = start.effects, start.pieces
     problem = case.problem(shorten_windows(case.state, split.learn, pieces))
-    free = list_all_free(case, effects, theta, curves)
+    free = list_all_free(case, effects, start.theta, curves)
     own = len(free) - sum(len(curve.knots) for curve in curves)
     precision = inflation * block_diag(
         np.zeros((own, own)),
         *(make_precision(c, p) for c, p in zip(curves, priors, strict=True)),
     )
-    solved = minimise(problem, theta, free, precision, start_states)
-    system, squares, counts = solved.system, solved.squares, solved.counts
+    begun = solve(problem, start.theta, free, start.start_states, iterations, precision, known)
+    solved = complete_system(problem, begun, free)
+    system = solved.system
+    assert system is not None
     scatter = _measure_inflation(system, precision, pieces)
     covariance = scatter * np.linalg.pinv(
         system.normal + precision * (scatter / inflation), rcond=1e-14, hermitian=True
     )
-    left_out = cross_validate(problem, solved.solution, free, pieces, precision)
-    power = compute_power(squares, counts)
+    left_out = cross_validate(problem, solved, free, pieces, precision)
     sizes = np.array([parameter.size for parameter in free])
     fit = Fit(
         twin=make_twin(case.twin, solved.theta, effects, list_rig_parameters(case.twin)),
@@ -109,16 +103,16 @@ def fit_laws(
         estimates=make_estimates(case, effects, free[:own], solved.theta, covariance),
         theta=solved.theta,
         start_states=solved.start_states,
-        power=power,
-        train=float(np.exp(0.5 * np.mean(np.log(power / case.noise**2)))),
-        choose=compute_left_out_misfit(system, left_out, counts, case.noise),
+        power=solved.power,
+        train=solved.misfit(case.noise),
+        choose=compute_left_out_misfit(system, left_out, solved.counts, case.noise),
         window_squares=left_out,
-        counts=counts,
+        counts=solved.counts,
         noise=case.noise,
         pieces=pieces,
         converged=solved.converged,
     )
-    parts = _list_parts(own, curves)
+    parts = list_parts(len(free), curves)
     return LawFit(
         fit,
         curves,
@@ -126,81 +120,8 @@ def fit_laws(
         tuple(curve.get_values(solved.theta) for curve in curves),
         tuple(covariance[part, part] * np.outer(sizes[part], sizes[part]) for part in parts),
         scatter,
+        system,
     )
-
-
-@dataclass(frozen=True)
-class Minimum:
-    """Hold where a penalised fit ended; system: the normal equations there, without penalty."""
-
-    theta: Floats
-    start_states: Floats
-    squares: Floats
-    counts: Floats
-    system: System
-    converged: bool
-
-    @property
-    def power(self) -> Floats:
-        """Return each channel's mean squared error."""
-        return compute_power(self.squares, self.counts)
-
-    @property
-    def solution(self) -> Solution:
-        """Return the minimum as a solution of the fit without a penalty."""
-        return Solution(
-            self.theta, self.start_states, self.squares, self.counts, self.converged, self.system
-        )
-
-
-def minimise(
-    problem: Problem,
-    theta: Floats,
-    free: tuple[Free, ...],
-    precision: Floats,
-    start_states: Floats | None,
-    iterations: int = ITERATIONS,
-) -> Minimum:
-    """Minimise the cost of `gauss_newton.solve` with a penalty on the parameters' sizes."""
-    windows = problem.windows
-    starts = windows.start_states.copy() if start_states is None else start_states.copy()
-    _, weights = gather(problem.signals, windows.begin, windows.samples)
-    counts = weights.sum(axis=1)
-    sizes = np.array([parameter.size for parameter in free])
-
-    def scale_values(theta: Floats) -> Floats:
-        return np.array([parameter.get(theta) for parameter in free]) / sizes
-
-    def measure(theta: Floats, starts: Floats) -> tuple[Floats, float]:
-        with np.errstate(all="ignore"):
-            squares = np.sum(compute_errors(problem, theta, starts) ** 2, axis=1)
-        scaled = scale_values(theta)
-        penalty = float(scaled @ precision @ scaled) / (2 * float(counts.sum()))
-        believed = measure_belief(free, theta)
-        return squares, compute_cost(problem, starts, squares, counts, believed) + penalty
-
-    squares, cost = measure(theta, starts)
-    damping, converged = 1e-6, False
-    system = linearise(problem, theta, starts, free, compute_power(squares, counts))
-    for _ in range(iterations):
-        pulled = penalise(system, theta, free, precision)
-        while True:
-            new_theta, new_starts = take_step(pulled, theta, starts, free, damping)
-            new_squares, new_cost = measure(new_theta, new_starts)
-            if new_cost < cost or damping > 1e4:
-                break
-            damping = max(damping * 10, 1e-3)
-        if not new_cost < cost:
-            converged = True
-            break
-        gain, cost = cost - new_cost, new_cost
-        theta, starts, squares = new_theta, new_starts, new_squares
-        damping = max(damping * 0.1, 1e-9)
-        system = linearise(problem, theta, starts, free, compute_power(squares, counts))
-        if gain < CONVERGED:
-            converged = True
-            break
-    return Minimum(theta, starts, squares, counts, system, converged)
 
 
 def _measure_inflation(system: System, precision: Floats, pieces: int) -> float:
@@ -212,10 +133,10 @@ def _measure_inflation(system: System, precision: Floats, pieces: int) -> float:
     return float(np.clip(seen / max(expected, 1e-300), 1.0, decisions.LAW_MOST_INFLATION))
 
 
-def _list_parts(own: int, curves: tuple[Curve, ...]) -> list[slice]:
-    """Return where the values of each curve lie among the free parameters."""
-    ends = own + np.cumsum([len(curve.knots) for curve in curves])
-    return [slice(int(e) - len(c.knots), int(e)) for e, c in zip(ends, curves, strict=True)]
+def list_parts(count: int, curves: Sequence[Curve]) -> list[slice]:
+    """Return where the values of each curve lie among `count` free parameters."""
+    begins = count - np.cumsum([len(curve.knots) for curve in reversed(curves)])[::-1]
+    return [slice(int(a), int(a) + len(c.knots)) for a, c in zip(begins, curves, strict=True)]
 
 
 def make_estimates(

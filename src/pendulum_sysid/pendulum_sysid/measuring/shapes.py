@@ -181,6 +181,8 @@ def _make_turn_shape(harmonic: int) -> Shape:
 TURN_SHAPES: tuple[Shape, ...] = (SHAPES[0], *(_make_turn_shape(k) for k in (1, 2, 3, 4)))
 # An event at an instant happens in a recording; the rig does not repeat it in the next.
 TIME_SHAPES: tuple[Shape, ...] = tuple(s for s in SHAPES if s.name not in ("bump", "step"))
+# Teeth and ripples come again along the rail and in time, and nothing does along a velocity.
+SPEED_SHAPES: tuple[Shape, ...] = tuple(s for s in SHAPES if s.name != "wave")
 
 
 @dataclass(frozen=True)

@@ -46,9 +46,8 @@ def make_covariance(curve: Curve, length: float) -> Floats:
         apart = 2.0 * np.sin(0.5 * turn * apart) / turn  # along the chord: stays a covariance
     z = np.sqrt(5.0) * apart / length
     covariance: Floats = (1.0 + z + z * z / 3.0) * np.exp(-z)
-    if curve.gauge is not None:
-        toward = covariance @ curve.gauge
-        covariance = covariance - np.outer(toward, toward) / float(curve.gauge @ toward)
+    toward = covariance @ curve.gauges.T
+    covariance = covariance - toward @ np.linalg.solve(curve.gauges @ toward, toward.T)
     return covariance + JITTER * np.eye(count)
 
 
