@@ -53,6 +53,7 @@ PREDICTED_EVERY_S = 0.05  # s; the slowest rate of samples; shorter, filters cou
 FORCE_SECONDS = 120.0  # s; of a recording, that a latent force's size is measured on: time
 SPREAD_LEAST_BLOCKS = 3  # blocks; that must fix a value, for a spread between them
 SET_DRAWS = 1000  # draws; of the weights of blocks, to weigh sets: errors of 2 %; derived
+NAME_LEAST_WEIGHT = 0.75  # of weight; midway from a half, which is `perhaps`, to all; derived
 SET_LEAST_WEIGHT = 0.01  # of weight; of a set that is told
 
 # Which sets of effects help only together?
@@ -185,6 +186,9 @@ VELOCITY_RATIO = 3.0  # ratio; to the positions' own speed nearby
 # Which samples lie on the clock?
 CLOCK_ALIGNED = 0.02  # periods; a stamp this near its grid is on it
 COMMAND_PAIRED = 0.4  # periods; a command this near a sample belongs to it
+COMMANDS_FASTER = (
+    1.5  # a period; commands that come so often count in parts of the period; derived
+)
 LONGEST_FILL = 5  # samples; missing in a row that are filled; more begin a stretch
 CLOCK_CLEAR = 0.25  # periods; steps this near whole periods need no following
 CLOCK_FOLLOW = 0.1  # of error; by which the following clock is set at each stamp

@@ -118,6 +118,15 @@ def find_path_forces(signals: Signals, theta: Floats, set_of: Ints, begin: Ints)
     return out
 
 
+def count_substeps(signals: Signals, step_s: float | None = None) -> int:
+    """Return the number of steps in a sample period, the same in each part of the command.
+
+    step_s: s, the longest substep; None for the twin's own.
+    """
+    parts = signals.command_parts.shape[1]
+    return parts * kernel.count_substeps(signals.period_s / parts, step_s)
+
+
 def run_drive(signals: Signals, theta: Floats, step_s: float | None = None) -> tuple[Floats, Ints]:
     """Return the command after command and drive, before the gain, and the row of each twin.
 
@@ -126,7 +135,7 @@ def run_drive(signals: Signals, theta: Floats, step_s: float | None = None) -> t
 
     step_s: s, the longest substep, of drive and mechanics; None for the twin's own.
     """
-    sub = kernel.count_substeps(signals.period_s, step_s)
+    sub, parts = count_substeps(signals, step_s), signals.command_parts
     _, first, row_of = np.unique(
         _select_filter_columns(theta), axis=0, return_index=True, return_inverse=True
     )
@@ -140,11 +149,11 @@ def run_drive(signals: Signals, theta: Floats, step_s: float | None = None) -> t
             steps = round(clock_s[stretch.start] / signals.period_s) * sub
             out = row[stretch.start * sub : stretch.stop * sub]
             kernel.filter_command(
-                signals.command[stretch],
+                parts[stretch].reshape(-1),
                 np.zeros(offsets[-1]),
                 offsets,
                 h,
-                sub,
+                sub // parts.shape[1],
                 steps,
                 theta[chosen],
                 on,

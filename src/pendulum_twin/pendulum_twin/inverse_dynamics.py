@@ -152,8 +152,7 @@ def _undo_accelerations(
 
 def _average_drive(signals: Signals, theta: Floats) -> Floats:
     """Return the drive around each sample: the mean over the periods before and after it."""
-    sub = kernel.count_substeps(signals.period_s)
     rows, _ = run_drive(signals, theta[None])
-    after = rows[0].reshape(-1, sub).mean(axis=1)
+    after = rows[0].reshape(len(signals), -1).mean(axis=1)
     before = np.concatenate([after[:1], after[:-1]])
     return 0.5 * (before + after)

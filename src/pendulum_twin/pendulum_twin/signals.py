@@ -32,6 +32,8 @@ class Signals:
     begin_s: s, when every stretch begins on the clock of its recording, 0 at that recording's
         start; None when the stretches follow each other without a gap.
     after_s: s, length of all recordings before that of each stretch; None when there are none.
+    parts: (n, k) the command in k equal parts of each period, where commands come faster than
+        samples; `command` is their mean. None where the command is held for whole periods.
 
     Raises BadInputError when lengths differ, a value is not finite or neither cart nor pole is
     there.
@@ -46,6 +48,7 @@ class Signals:
     stretch_begins: tuple[int, ...] = (0,)
     begin_s: tuple[float, ...] | None = None
     after_s: tuple[float, ...] | None = None
+    parts: Floats | None = None
 
     def __post_init__(self) -> None:
         if self.cart is None and self.pole is None:
@@ -66,6 +69,10 @@ class Signals:
                 raise BadInputError(f"expected finite values of {name}, found NaN or infinity")
             values.setflags(write=False)
             object.__setattr__(self, name, values)
+        if self.parts is not None and len(self.parts) != len(self.command):
+            raise BadInputError(
+                f"expected parts of {len(self.command)} periods, found {len(self.parts)}"
+            )
         begins = self.stretch_begins
         if (
             not begins
@@ -85,6 +92,11 @@ class Signals:
 
     def __len__(self) -> int:
         return len(self.command)
+
+    @property
+    def command_parts(self) -> Floats:
+        """Return the command in equal parts of each period, (n, k); k is 1 for whole periods."""
+        return self.command[:, None] if self.parts is None else self.parts
 
     @property
     def seconds(self) -> float:
@@ -192,4 +204,15 @@ def join_signals(recordings: list[Signals]) -> Signals:
         ),
         begin_s=tuple(b for r in recordings for b in r._begin_s),
         after_s=tuple(a + b for a, r in zip(after, recordings, strict=True) for b in r._after_s),
+        parts=_stack_parts(recordings),
+    )
+
+
+def _stack_parts(recordings: list[Signals]) -> Floats | None:
+    """Return the commands in parts of the periods, as fine as the finest recording needs."""
+    count = int(np.lcm.reduce([r.command_parts.shape[1] for r in recordings]))
+    if count == 1:
+        return None
+    return np.concatenate(
+        [np.repeat(r.command_parts, count // r.command_parts.shape[1], axis=1) for r in recordings]
     )

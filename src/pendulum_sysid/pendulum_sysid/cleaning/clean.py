@@ -14,8 +14,10 @@ from pendulum_sysid.cleaning.acting_samples import settle_commands
 from pendulum_sysid.cleaning.clipping import detect_clipping
 from pendulum_sysid.cleaning.clock import (
     Rate,
+    count_parts,
     estimate_rate,
     hold_commands,
+    hold_parts,
     make_grid,
     resample,
 )
@@ -130,7 +132,11 @@ def _set_command_times(samples: Samples, signals: Signals) -> tuple[Signals, flo
     raw, spread_s = retime_commands(
         samples.raw, signals.period_s, lambda raw: measure(_hold(raw, signals))
     )
-    retimed = signals if raw is samples.raw else _hold(raw, signals)
+    parts = count_parts(signals.period_s, _list_commands(raw)[0])
+    if parts > 1:
+        retimed = _hold_parts(raw, signals, parts)
+    else:
+        retimed = signals if raw is samples.raw else _hold(raw, signals)
     settled = settle_commands(signals, smoothed, *_list_commands(raw))
     answering = _hold(raw, signals, nearest=True)
     if np.array_equal(answering.command, retimed.command):
@@ -151,6 +157,12 @@ def _hold(raw: RawRecording, signals: Signals, nearest: bool | None = None) -> S
     """Return the signals with the recording's commands held as `hold_commands` says."""
     command = hold_commands(signals.clock_s, signals.period_s, *_list_commands(raw), nearest)
     return replace(signals, command=command)
+
+
+def _hold_parts(raw: RawRecording, signals: Signals, count: int) -> Signals:
+    """Return the signals with the commands of each period in so many parts."""
+    parts = hold_parts(signals.clock_s, signals.period_s, *_list_commands(raw), count)
+    return replace(signals, command=parts.mean(axis=1), parts=parts)
 
 
 def _start_samples(raw: RawRecording, rows: Mask) -> Samples:

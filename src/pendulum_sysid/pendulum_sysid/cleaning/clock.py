@@ -156,6 +156,33 @@ def hold_commands(
     return (upto[1] - upto[0]) / period_s
 
 
+def count_parts(period_s: float, stamps: Floats) -> int:
+    """Return in how many parts of a sample period commands come; 1 where they are no faster.
+
+    No part is shorter than a step of the search, which averages over what is faster.
+
+    stamps: (m,) s, when each command came, rising.
+    """
+    if len(stamps) < 2:
+        return 1
+    parts = period_s / max(float(np.median(np.diff(stamps))), 1e-9)
+    if parts < decisions.COMMANDS_FASTER:
+        return 1
+    return int(np.clip(np.ceil(parts - 0.1), 1, max(period_s // decisions.SEARCH_STEP_S, 1)))
+
+
+def hold_parts(
+    instants: Floats, period_s: float, stamps: Floats, command: Floats, count: int
+) -> Floats:
+    """Return the command in so many equal parts of the period from each instant on, (n, count).
+
+    stamps, command: (m,) when each message came, and its value, which is held until the next.
+    """
+    part_s = period_s / count
+    begins = (instants[:, None] + part_s * np.arange(count)).reshape(-1)
+    return hold_commands(begins, part_s, stamps, command, nearest=False).reshape(-1, count)
+
+
 def _is_paired(instants: Floats, period_s: float, stamps: Floats) -> bool:
     right = np.clip(np.searchsorted(instants, stamps), 1, len(instants) - 1)
     off = (

@@ -43,4 +43,5 @@ def reduce_rate(signals: Signals) -> Signals:
         stretch_begins=tuple(np.cumsum([0, *(len(block) for block in blocks[:-1])]).tolist()),
         begin_s=tuple(signals.clock_s[[block[0, 0] for block in blocks]].tolist()),
         after_s=None,
+        parts=None,
     )

@@ -35,8 +35,8 @@ class Named:
         that is not asked for again.
     steadiness: its size in environments in which the rig moves otherwise; None where the fit ends
         at the noise, and for an effect without a size.
-    weight: how much the effect is believed, 0 to 1, over all sets that were tried; None for an
-        effect that no search tries.
+    weight: how much the effect, or what it cannot be told from, is believed, 0 to 1, over all sets
+        that were tried; None for an effect that no search tries.
     is_sure: False where the fit leaves more than noise, and the interval of every size, with what
         remains counted in, holds the value at which the effect vanishes.
     """
@@ -51,10 +51,14 @@ class Named:
 
     @property
     def is_lasting(self) -> bool:
-        """Return whether the effect is surely there, and at the same size wherever it shows."""
+        """Return whether the effect is surely there, and at the same size wherever it shows.
+
+        Nearly all sets that predict as well have to hold it.
+        """
         lasting = self.replication is None or self.replication.is_lasting
         contradicted = self.steadiness is not None and self.steadiness.is_contradicted
-        return self.is_sure and lasting and not contradicted
+        believed = self.weight is None or self.weight >= decisions.NAME_LEAST_WEIGHT
+        return self.is_sure and lasting and not contradicted and believed
 
     @property
     def is_steady(self) -> bool:
@@ -140,7 +144,7 @@ def add_replications(
             effect,
             replication=replications.get(effect.effect),
             steadiness=steadiness.get(effect.effect),
-            weight=weigh_effect(sets, effect.effect),
+            weight=weigh_effect(sets, effect.effect, effect.inseparable_from),
         )
         for effect in named
     )

@@ -7,7 +7,7 @@ which its cross-validated errors are the lowest.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +15,7 @@ import numpy as np
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.judge import average_over_blocks, compute_log_errors, count_parameters
 from pendulum_sysid.records import Fit
+from pendulum_twin.effects import BY_NAME
 
 
 @dataclass(frozen=True)
@@ -60,6 +61,20 @@ def weigh_sets(fits: Iterable[Fit], best: Fit, seed: int = 0) -> tuple[WeighedSe
     )
 
 
-def weigh_effect(sets: Sequence[WeighedSet], effect: str) -> float:
-    """Return how much an effect is believed: the weight of all sets that hold it."""
-    return float(sum(s.weight for s in sets if effect in s.effects))
+def weigh_effect(
+    sets: Sequence[WeighedSet], effect: str, inseparable_from: Collection[str] = ()
+) -> float:
+    """Return how much an effect is believed: the weight of all sets that hold it.
+
+    A set holds it, too, with an effect that contains it, and with what it cannot be told from.
+
+    inseparable_from: names of effects that do as well in its place.
+    """
+    stand_ins = {effect, *inseparable_from}
+    return float(
+        sum(
+            s.weight
+            for s in sets
+            if any(e in stand_ins or effect in BY_NAME[e].simpler for e in s.effects)
+        )
+    )

@@ -16,9 +16,8 @@ import numpy as np
 from pendulum_sysid.fitting.parameters import Free
 from pendulum_sysid.fitting.windows import gather, list_channels
 from pendulum_sysid.records import Windows
-from pendulum_twin import kernel
 from pendulum_twin.arrays import Floats, Ints, Mask
-from pendulum_twin.free_runs import run_drive, run_driven
+from pendulum_twin.free_runs import count_substeps, run_drive, run_driven
 from pendulum_twin.signals import Signals
 
 STEP = 1e-4  # of a parameter's size, for differences
@@ -246,8 +245,7 @@ def _compute_all_errors(
 
 def _list_groups(problem: Problem, sets: int) -> list[Ints]:
     """Return the sets in groups whose drives fit into memory together."""
-    sub = kernel.count_substeps(problem.signals.period_s, problem.step_s)
-    row = len(problem.signals) * sub
+    row = len(problem.signals) * count_substeps(problem.signals, problem.step_s)
     size = max(DRIVES_AT_ONCE // row, 1)
     return [np.arange(a, min(a + size, sets)) for a in range(0, sets, size)]
 

@@ -98,6 +98,7 @@ def _replay_perfect(
     perfect = replace(
         signals,
         command=signals.command[at],
+        parts=None if signals.parts is None else signals.parts[at],
         cart=positions[0],
         pole=positions[1],
         cart_valid=every,

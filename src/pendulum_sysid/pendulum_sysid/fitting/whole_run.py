@@ -61,6 +61,7 @@ def _pick_stretch(signals: Signals, stretch: slice) -> Signals:
         None if signals.pole is None else signals.pole[stretch],
         signals.cart_valid[stretch],
         signals.pole_valid[stretch],
+        parts=None if signals.parts is None else signals.parts[stretch],
     )
 
 

@@ -9,6 +9,7 @@ from pendulum_twin.effects.effect import Effect, Form, Parameter, Place
 # The motor's mass as the belt feels it, as a share of all that moves. It is not known in general,
 # so a gap is known only for this share: what shows in a motion is the time of crossing.
 MOTOR_PART = 0.1
+LEAST_M = 1e-5  # a motor that pulls with 90 m/s^2 crosses a shorter gap within half a step
 
 
 def law(u, memory, h, t, mass_kg, force_per_pwm_n, gap_m):
@@ -47,7 +48,7 @@ EFFECT = Effect(
     law=law,
     memory=lambda h: 3,
     constants=("mass_kg", "force_per_pwm_n"),
-    parameters=(Parameter("gap_m", "m", 0.0, 0.0, 0.1, (0.001, 0.004)),),
+    parameters=(Parameter("gap_m", "m", 0.0, 0.0, 0.1, (0.001, 0.004), least=LEAST_M),),
     sentence="The belt's slack of {gap_m} has to be crossed each time that the force turns round.",
     source="dead-zone model of backlash; Nordin and Gutman, Automatica 38 (2002) 1633, section 2",
 )

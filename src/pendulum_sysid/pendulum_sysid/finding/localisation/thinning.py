@@ -38,6 +38,7 @@ def thin_out(case: Case, most: int | None = None) -> Case:
     fewer = replace(
         signals,
         command=signals.command[at],
+        parts=None if signals.parts is None else signals.parts[at],
         cart=None if signals.cart is None else signals.cart[at],
         pole=None if signals.pole is None else signals.pole[at],
         cart_valid=signals.cart_valid[at],

@@ -169,9 +169,8 @@ def keep_all(raw: RawRecording, random: np.random.Generator) -> RawRecording:
 
 
 def cut_short(raw: RawRecording, random: np.random.Generator) -> RawRecording:
-    """Keep 10 s."""
-    begin_s = random.uniform(0.1, 0.7) * raw.state_stamp_s[-1]
-    return _cut(raw, begin_s, begin_s + 10.0)
+    """Keep the first 10 s: from a later start on, a drift or a phase would be another."""
+    return _cut(raw, raw.state_stamp_s[0], raw.state_stamp_s[0] + 10.0)
 
 
 def keep_upright(raw: RawRecording, random: np.random.Generator) -> RawRecording:
