@@ -186,9 +186,8 @@ VELOCITY_RATIO = 3.0  # ratio; to the positions' own speed nearby
 # Which samples lie on the clock?
 CLOCK_ALIGNED = 0.02  # periods; a stamp this near its grid is on it
 COMMAND_PAIRED = 0.4  # periods; a command this near a sample belongs to it
-COMMANDS_FASTER = (
-    1.5  # a period; commands that come so often count in parts of the period; derived
-)
+COMMANDS_FASTER = 1.5  # a period; commands so frequent act in parts of the period; derived
+COMMANDS_EVEN = 0.75  # of steps; near their median: the commands have a clock; derived
 LONGEST_FILL = 5  # samples; missing in a row that are filled; more begin a stretch
 CLOCK_CLEAR = 0.25  # periods; steps this near whole periods need no following
 CLOCK_FOLLOW = 0.1  # of error; by which the following clock is set at each stamp

@@ -8,7 +8,7 @@ from support.degraded import make_raw, stamp, stamp_commands
 from support.made_recordings import INTECO, made_states
 
 from pendulum_sysid.cleaning.clean import clean_recording
-from pendulum_sysid.cleaning.clock import hold_commands
+from pendulum_sysid.cleaning.clock import count_parts, hold_commands
 from pendulum_sysid.cleaning.even_clock import find_even_clock
 from pendulum_sysid.fitting.fit import fit
 from pendulum_sysid.prepare import prepare
@@ -87,6 +87,34 @@ def test_a_delay_is_known_no_better_than_the_times_of_the_commands() -> None:
         widths.append(delay.high - delay.low)
     assert BY_NAME["input_delay"].parameters[0].delays
     assert widths[1] == pytest.approx(widths[0] + 0.008)
+
+
+def test_commands_between_slow_samples_act_where_they_came() -> None:
+    """At 20 Hz, commands at 100 Hz: five act in each period, and runs of the twin feel each."""
+    slow = replace(
+        RAW,
+        state_stamp_s=RAW.state_stamp_s[::5],
+        **{joint: values[::5] for joint, values in RAW.positions.items()},
+    )
+    signals = clean_recording(slow).signals
+    assert signals.period_s == pytest.approx(0.05) and signals.command_parts.shape[1] == 5
+    assert np.allclose(signals.command_parts.reshape(-1), TRUE.command)
+    assert np.allclose(signals.command, TRUE.command.reshape(-1, 5).mean(axis=1))
+    held = replace(signals, parts=None)
+    errors = {}
+    for name, tried in (("parts", signals), ("mean", held)):
+        prepared = prepare([replace(clean_recording(slow), signals=tried)], INTECO)
+        theta = make_theta(INTECO)
+        errors[name] = fit(prepared.case, prepared.split, (), theta).power[0]
+    print(f"{errors['parts']:.3g} m^2 in parts, {errors['mean']:.3g} m^2 as their mean")
+    assert errors["parts"] < 0.2 * errors["mean"]  # the noise is left
+
+
+def test_commands_as_often_as_samples_are_held_for_whole_periods() -> None:
+    assert TRUE.parts is None and TRUE.command_parts.shape == (len(TRUE), 1)
+    assert count_parts(0.01, RAW.command_stamp_s) == 1
+    assert count_parts(0.001, 1e-4 * np.arange(1000)) == 1  # shorter than a step of the search
+    assert count_parts(0.05, 0.001 * np.arange(1000)) == 20
 
 
 @pytest.mark.parametrize("lost", [0.0, 0.01, 0.2])

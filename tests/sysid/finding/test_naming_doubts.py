@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from pendulum_sysid.finding.judge import Lead, is_surely_there
+from pendulum_sysid.finding.judge import Lead, compute_distance, is_surely_there
 from pendulum_sysid.finding.naming import Named, doubt_intervals, part_sure_names
 from pendulum_sysid.records import Estimate
 
@@ -62,3 +62,16 @@ def test_names_are_parted_by_the_sizes_that_measured_laws_leave() -> None:
 def test_a_name_whose_place_a_measured_law_has_taken_is_gone() -> None:
     names = (Named("position_scale", Lead(1.1, 9.0)),)
     assert part_sure_names(make_fit(ABOVE, {}), names) == ((), ())
+
+
+@pytest.mark.parametrize(("weight", "lasting"), [(0.05, False), (0.5, False), (0.95, True)])
+def test_a_name_that_few_good_sets_hold_is_none(weight: float, lasting: bool) -> None:
+    """Parsimony names the smallest set; other sets may predict as well without the name."""
+    assert Named("belt_backlash", Lead(1.1, 9.0), weight=weight).is_lasting is lasting
+
+
+def test_a_slack_that_is_crossed_within_half_a_step_is_no_size() -> None:
+    for gap_m, there in ((8.8e-7, False), (1e-4, True)):
+        estimates = {"belt_backlash.gap_m": Estimate(gap_m, 0.5 * gap_m, 1.5 * gap_m)}
+        fit = SimpleNamespace(estimates=estimates, noise=(6e-5, 1e-3))
+        assert (compute_distance(fit, "belt_backlash") > 1.0) is there

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from sysid.finding.test_judge import make_errors, make_fit
 
-from pendulum_sysid.finding.weights import weigh_effect, weigh_sets
+from pendulum_sysid.finding.weights import WeighedSet, weigh_effect, weigh_sets
 
 FRICTION, LAG = "cart_coulomb_friction", "motor_lag"
 
@@ -41,3 +41,15 @@ def test_of_two_sets_that_predict_alike_the_smaller_counts() -> None:
     off = make_errors(1)
     sets = weigh_sets([make_fit(off, (FRICTION, LAG))], make_fit(off, (FRICTION,)))
     assert sets[0].effects == (FRICTION,) and sets[0].weight == 1.0
+
+
+def test_a_set_holds_an_effect_with_its_relatives_and_with_what_it_cannot_be_told_from() -> None:
+    sets = (
+        WeighedSet(("cart_stribeck_friction",), 0.5),  # contains Coulomb friction
+        WeighedSet(("rail_tilt",), 0.3),
+        WeighedSet((LAG,), 0.2),
+    )
+    assert weigh_effect(sets, FRICTION) == pytest.approx(0.5)
+    assert weigh_effect(sets, FRICTION, ("rail_tilt",)) == pytest.approx(0.8)
+    assert weigh_effect(sets, "cart_stribeck_friction") == pytest.approx(0.5)
+    assert weigh_effect(sets, "input_delay") == 0.0

@@ -134,9 +134,8 @@ def _set_command_times(samples: Samples, signals: Signals) -> tuple[Signals, flo
     )
     parts = count_parts(signals.period_s, _list_commands(raw)[0])
     if parts > 1:
-        retimed = _hold_parts(raw, signals, parts)
-    else:
-        retimed = signals if raw is samples.raw else _hold(raw, signals)
+        return _hold_parts(raw, signals, parts), spread_s
+    retimed = signals if raw is samples.raw else _hold(raw, signals)
     settled = settle_commands(signals, smoothed, *_list_commands(raw))
     answering = _hold(raw, signals, nearest=True)
     if np.array_equal(answering.command, retimed.command):

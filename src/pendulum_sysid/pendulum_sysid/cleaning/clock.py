@@ -159,14 +159,19 @@ def hold_commands(
 def count_parts(period_s: float, stamps: Floats) -> int:
     """Return in how many parts of a sample period commands come; 1 where they are no faster.
 
-    No part is shorter than a step of the search, which averages over what is faster.
+    Faster commands follow a clock of their own. Several uneven commands a period are answers to
+    one sample, as a busy computer sends them. No part is shorter than a step of the search, which
+    averages over what is faster.
 
     stamps: (m,) s, when each command came, rising.
     """
     if len(stamps) < 2:
         return 1
-    parts = period_s / max(float(np.median(np.diff(stamps))), 1e-9)
-    if parts < decisions.COMMANDS_FASTER:
+    steps = np.diff(stamps)
+    median = max(float(np.median(steps)), 1e-9)
+    even = np.abs(steps / median - 1.0) < decisions.CLOCK_CLEAR
+    parts = period_s / median
+    if parts < decisions.COMMANDS_FASTER or np.mean(even) < decisions.COMMANDS_EVEN:
         return 1
     return int(np.clip(np.ceil(parts - 0.1), 1, max(period_s // decisions.SEARCH_STEP_S, 1)))
 
