@@ -10,6 +10,7 @@ from support.degraded import make_raw
 from support.paths import ROOT
 
 from pendulum_sysid.cli import main
+from pendulum_sysid.errors import UnusableRecording
 from pendulum_sysid.studies.proof.degrade.kinds import BY_NAME, DEGRADATIONS
 from pendulum_sysid.studies.proof.degrade.score import Score, score_answer
 from pendulum_sysid.studies.proof.records import OpenedTrial, Seal
@@ -27,6 +28,12 @@ def test_a_degraded_recording_is_a_recording_and_the_same_again(kind: str) -> No
     for channel in ("state_stamp_s", "cart", "pole", "command_stamp_s", "command"):
         assert np.array_equal(getattr(degraded, channel), getattr(again, channel))
     assert np.all(np.diff(degraded.state_stamp_s) >= 0) and len(degraded.state_stamp_s) > 100
+
+
+def test_a_recording_of_a_pole_that_is_never_upright_is_unusable() -> None:
+    hanging = replace(RAW, pole=np.full(len(RAW.state_stamp_s), np.pi))
+    with pytest.raises(UnusableRecording, match="found 0"):
+        BY_NAME["upright"].degrade(hanging, np.random.default_rng(1))
 
 
 def test_there_are_24_kinds() -> None:

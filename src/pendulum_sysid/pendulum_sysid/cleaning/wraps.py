@@ -11,7 +11,6 @@ from pendulum_sysid.cleaning.detector import Fault, Samples, list_steps
 from pendulum_twin.arrays import Floats
 
 TURN = 2 * np.pi
-LOWEST, HIGHEST = -np.pi, TURN  # an angle that begins between these stays where it is
 BEGINNING = 5  # samples whose median says where it begins: the first may be a spike
 
 
@@ -31,9 +30,9 @@ def unwrap(angle: Floats) -> tuple[Floats, NDArray[np.int64]]:
     """Return an angle (n,) rad without jumps by whole turns, and the samples before each jump.
 
     Every step is taken for the shortest one that leads to the same place; it counts as a wrap when
-    it was within a quarter turn of whole turns. The first sample keeps its value when the angle
-    begins from -pi to 2 pi; otherwise everything is moved by whole turns so that it begins from
-    -pi/2 to 3/2 pi.
+    it was within a quarter turn of whole turns. Everything is moved by whole turns so that the
+    angle begins from -pi/2 to 3/2 pi: a hanging pole hangs at pi, whichever turn its sensor counts
+    from, and a spring, which feels the turn, is at rest there.
     """
     steps = np.diff(angle)
     turns = np.rint(steps / TURN)
@@ -41,6 +40,5 @@ def unwrap(angle: Floats) -> tuple[Floats, NDArray[np.int64]]:
     if np.any(turns):
         unwrapped[1:] -= np.cumsum(turns) * TURN
     begin = float(np.median(unwrapped[:BEGINNING]))
-    if not LOWEST <= begin <= HIGHEST:
-        unwrapped -= np.floor((begin + TURN / 4) / TURN) * TURN
+    unwrapped -= np.floor((begin + TURN / 4) / TURN) * TURN
     return unwrapped, np.flatnonzero((turns != 0) & (np.abs(steps - turns * TURN) < TURN / 4))

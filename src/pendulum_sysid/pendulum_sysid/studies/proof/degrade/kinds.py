@@ -40,16 +40,20 @@ class Degradation:
 
 
 def keep_states(raw: RawRecording, kept: Mask) -> RawRecording:
-    """Return the recording with the kept samples (n,) alone, on its own clock."""
+    """Return the recording with the kept samples (n,) alone, on its own clock.
+
+    Raises UnusableRecording where hardly any is kept.
+    """
     columns = {
         channel: values[kept]
         for channel in STATE_CHANNELS
         if (values := getattr(raw, channel)) is not None
     }
-    begin_s = raw.state_stamp_s[kept][0]
+    stamps = raw.state_stamp_s[kept]
+    begin_s = stamps[0] if len(stamps) else 0.0
     return replace(
         raw,
-        state_stamp_s=raw.state_stamp_s[kept] - begin_s,
+        state_stamp_s=stamps - begin_s,
         command_stamp_s=raw.command_stamp_s - begin_s,
         **columns,
     )
