@@ -30,6 +30,7 @@ PARTS: dict[str, Callable[[Floats], Floats]] = {  # parts of a curve, drawn over
     "mean": np.ones_like,
     "slope": np.asarray,
     "step": np.sign,
+    "size": np.abs,
 }
 # The parts of a law that a constant of the rig stands for.
 CONSTANTS: dict[tuple[Role, Variable | None], tuple[str, str]] = {  # None: whatever the variable
@@ -39,6 +40,8 @@ CONSTANTS: dict[tuple[Role, Variable | None], tuple[str, str]] = {  # None: what
     (Role.POLE_DRAG, None): ("pole_viscous_n_m_s", "mean"),
     (Role.FORCE, Variable.VELOCITY): ("cart_viscous_n_s_m", "slope"),
     (Role.TORQUE, Variable.RATE): ("pole_viscous_n_m_s", "slope"),
+    (Role.CART_DRY, Variable.VELOCITY): ("cart_viscous_n_s_m", "size"),
+    (Role.POLE_DRY, Variable.RATE): ("pole_viscous_n_m_s", "size"),
 }
 # The parts of a law that the level of a dry friction stands for.
 LEVELS: dict[tuple[Role, Variable | None], str] = {
