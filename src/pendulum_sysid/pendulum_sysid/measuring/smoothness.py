@@ -47,7 +47,8 @@ def make_covariance(curve: Curve, length: float) -> Floats:
     z = np.sqrt(5.0) * apart / length
     covariance: Floats = (1.0 + z + z * z / 3.0) * np.exp(-z)
     toward = covariance @ curve.gauges.T
-    covariance = covariance - toward @ np.linalg.solve(curve.gauges @ toward, toward.T)
+    shared = np.linalg.pinv(curve.gauges @ toward, rcond=1e-12, hermitian=True)
+    covariance = covariance - toward @ shared @ toward.T
     return covariance + JITTER * np.eye(count)
 
 
