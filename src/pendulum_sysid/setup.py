@@ -29,6 +29,7 @@ setup(
     },
     python_requires=">=3.12",
     extras_require={
+        "fast": ["threadpoolctl"],
         "frames": ["pandas"],
         "test": ["hypothesis", "pytest"],
         "fleet": ["dask", "distributed", "duckdb", "fsspec", "pandas", "pyarrow", "ruptures"],

@@ -38,6 +38,8 @@ SIZES = {
     Role.TORQUE: 0.01,
     Role.POLE_DRAG: 0.001,
     Role.POLE_DRY: 0.005,
+    Role.CART_ONE_WAY: 1.0,
+    Role.POLE_ONE_WAY: 0.001,
     Role.ANGLE_ERROR: 0.05,
     Role.POSITION_ERROR: 0.004,
 }

@@ -146,6 +146,7 @@ SHAPES_TRIED = 2  # shapes; of a curve, the most believable, that are run; time
 FORMULA_REACH = 0.25  # of range; by which a formula goes on to either side
 LAW_VISITED = 0.1  # of mean visits; a knot with fewer is not spoken of
 LAW_KNOTS = 20  # knots; of a measured law: a period of a fifth of the travel shows
+LAW_MOST_EFFECTIVE = 0.5  # of knots; effective parameters of a law: more ask for more knots
 LAW_SECONDS_A_KNOT = 1.0  # s; of a law over time: slow changes, no single push
 LAW_MOST_KNOTS = 64  # knots; what a law of the twin can hold; derived
 LAW_LEAST_NATS = 10.0  # nats; evidence for a law by one linearised step, worth a fit

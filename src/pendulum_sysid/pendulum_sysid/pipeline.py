@@ -21,6 +21,7 @@ from pendulum_sysid.finding.replication import join_intervals, widen_intervals
 from pendulum_sysid.finding.search import Answer, search_effects
 from pendulum_sysid.finding.separation import drop_wild_windows
 from pendulum_sysid.finding.stages import Stage
+from pendulum_sysid.fitting.blas_threads import use_one_blas_thread
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.gauss_newton import refine_start_states
 from pendulum_sysid.fitting.noise_floor import measure_noise_floor
@@ -48,12 +49,13 @@ def diagnose(recordings: Sequence[Recording], twin: Twin, progress: Progress) ->
     """
     began = time.monotonic()
     progress(Stage.PREPARING)
-    try:
-        prepared = prepare(recordings, twin)
-    except UnusableRecording as error:
-        recording = error.recording or join_recordings(list(recordings))
-        return make_unusable(recording, str(error), time.monotonic() - began)
-    verdict = diagnose_prepared(prepared, progress, began)
+    with use_one_blas_thread():
+        try:
+            prepared = prepare(recordings, twin)
+        except UnusableRecording as error:
+            recording = error.recording or join_recordings(list(recordings))
+            return make_unusable(recording, str(error), time.monotonic() - began)
+        verdict = diagnose_prepared(prepared, progress, began)
     return replace(verdict, warnings=(*prepared.doubts, *verdict.warnings))
 
 

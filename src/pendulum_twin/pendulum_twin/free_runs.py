@@ -42,8 +42,8 @@ _STICKING = np.array(
     [e.form in (Form.DRY, Form.HOLD, Form.TIMED_FRICTION, Form.STATE_FRICTION) for e in CATALOGUE]
 )
 _FILTERING = [(k, e) for k, e in enumerate(CATALOGUE) if e.form in (Form.FILTER, Form.CLOCK)]
-_HELD = (Role.GAIN, Role.FORCE, Role.TORQUE, Role.CART_DRAG, Role.POLE_DRAG)
 _DRY = (Role.CART_DRY, Role.POLE_DRY)
+_HELD = tuple(r for r in Role if Role.GAIN <= r < Role.ANGLE_ERROR and r not in _DRY)
 
 
 def run_freely(

@@ -33,7 +33,8 @@ ROLES = np.array([-1, *(int(kind.role) for kind in KINDS)])  # by the number in 
 OVER = np.array([-1, *(int(kind.variable) for kind in KINDS)])
 # Plain integers: the compiler takes them as constants.
 COMMAND, GAIN, FORCE, CART_DRAG, CART_DRY = (int(role) for role in list(Role)[:5])
-TORQUE, POLE_DRAG, POLE_DRY, ANGLE_ERROR, POSITION_ERROR = (int(role) for role in list(Role)[5:])
+TORQUE, POLE_DRAG, POLE_DRY, CART_ONE_WAY, POLE_ONE_WAY = (int(role) for role in list(Role)[5:10])
+ANGLE_ERROR, POSITION_ERROR = (int(role) for role in list(Role)[10:])
 POSITION, VELOCITY, ANGLE, RATE, TIME = (int(variable) for variable in list(Variable)[1:])
 NO_LAWS_HELD = (1.0, 0.0, 0.0, 0.0, 0.0)
 FASTEST_CART, FASTEST_POLE = 3.0, 40.0  # m/s, rad/s; see `_drag`
@@ -136,8 +137,12 @@ def sum_measured_laws(theta, x, v, th, w, t, h):
             torque += value
         elif role == POLE_DRAG:
             torque += _drag(value, w, h / theta[INERTIA], FASTEST_POLE)
-        else:
+        elif role == POLE_DRY:
             pole_dry += value
+        elif role == CART_ONE_WAY:
+            force += value * min(abs(v), FASTEST_CART)
+        else:
+            torque += value * min(abs(w), FASTEST_POLE)
     return gain, force, torque, cart_dry, pole_dry
 
 

@@ -6,21 +6,28 @@ import numpy as np
 import pytest
 from support.made_recordings import INTECO, made, made_states, sweep
 
+from pendulum_sysid import decisions
 from pendulum_sysid.fitting.fit import HORIZONS, fit, fit_own_parameters
+from pendulum_sysid.measuring.formula_fit import ShapeParameter
 from pendulum_sysid.measuring.measure import measure_laws, rank_curves
 from pendulum_sysid.measuring.naming import write_formula
 from pendulum_sysid.measuring.penalised_fit import LawFit
+from pendulum_sysid.measuring.shapes import SHAPES
 from pendulum_sysid.prepare import prepare
 from pendulum_twin.laws import BY_NAME
+from pendulum_twin.laws.kind import LIMITS, Role
 from pendulum_twin.laws.law import Law, evaluate_law, spread_turn
 from pendulum_twin.model import Twin
-from pendulum_twin.parameter_vector import make_theta
+from pendulum_twin.parameter_vector import LAWS as LAWS_BEGIN
+from pendulum_twin.parameter_vector import VALUES, make_theta
 
 RIG = Twin("rig", INTECO.rig)
 AT = np.linspace(-1.8, 1.8, 61)
 LAWS = {
     "cart_force_by_position": Law(tuple(AT), tuple(-3.0 * AT**3)),
     "drive_gain_along_rail": Law(tuple(AT), tuple(np.tanh(0.4 * AT))),
+    "cart_drag_by_pole_rate": Law(tuple(10.0 * AT), tuple(4.0 * np.abs(AT))),
+    "cart_one_way_drag_along_rail": Law(tuple(AT), tuple(-0.8 * np.tanh(3.0 * AT))),
     "pole_torque_by_angle": Law(tuple(spread_turn(24)), tuple(0.01 * np.sin(3 * spread_turn(24)))),
 }
 
@@ -42,9 +49,9 @@ def test_a_law_is_measured_where_it_is(name):
     curve, kind = named.curve, BY_NAME[name]
     truth = evaluate_law(kind, LAWS[name], curve.knots)
     own = held.law_fit.curves[0]
-    if own.others:  # the constant force takes the mean of the gain
+    if own.others:  # a constant of the rig takes the mean
         (mean,) = own.gauges @ evaluate_law(kind, LAWS[name], own.knots)
-        truth = (1.0 + truth) / (1.0 + mean) - 1.0
+        truth = (1.0 + truth) / (1.0 + mean) - 1.0 if kind.role is Role.GAIN else truth - mean
     seen = (curve.knots >= own.knots[0]) & (curve.knots <= own.knots[-1])
     off = np.abs(named.values - truth)[seen]
     assert np.median(off) < 0.03 * np.ptp(truth[seen])
@@ -54,6 +61,32 @@ def test_a_law_is_measured_where_it_is(name):
         for twin in (replace(RIG, measured_laws={name: LAWS[name]}), final.twin, start.twin)
     )
     assert np.std((run - told)[:300, 0]) < 0.3 * np.std((run - without)[:300, 0])
+
+
+def test_a_law_that_bends_between_its_knots_gets_more_knots():
+    turn = spread_turn(60)
+    ripple = Law(tuple(turn), tuple(0.01 * np.sin(9.0 * turn)))
+    case, split = prepare_with({"pole_torque_by_angle": ripple})
+    held = measure_laws(case, split, fit_own_parameters(case, split), lambda line: None)
+    (curve,) = held.law_fit.curves
+    assert curve.kind.name == "pole_torque_by_angle"
+    assert len(curve.knots) > decisions.LAW_KNOTS
+    assert held.law_fit.fit.choose < 2.0
+
+
+def test_a_formula_stays_within_the_limits_of_its_law():
+    kind = BY_NAME["angle_error_over_turn"]
+    (constant,) = [s for s in SHAPES if s.name == "constant"]
+    theta = make_theta(
+        replace(RIG, measured_laws={kind.name: Law(tuple(spread_turn(8)), (0.0,) * 8)})
+    )
+    at = LAWS_BEGIN + VALUES
+    knots = tuple(spread_turn(8))
+    own = ShapeParameter(
+        "offset", constant, knots, at, 0, 1.0, -LIMITS[kind.role], LIMITS[kind.role]
+    )
+    own.put(theta, 7.0)
+    assert np.all(theta[at : at + 8] == np.pi)
 
 
 def test_a_formula_takes_the_place_of_its_curve():

@@ -69,8 +69,10 @@ def propose(case: Case, split: Split, fit: Fit) -> list[Proposal]:
     problem = case.problem(shorten_windows(case.state, split.learn, fit.pieces))
     vectors = np.array([theta for _, theta in probed]).reshape(-1, fit.theta.size)
     system = linearise(problem, fit.theta, fit.start_states, free, fit.power, vectors)
+    own, whole = system.normal[: len(free), : len(free)], system.normal[: len(free), len(free) :]
+    follow = np.linalg.lstsq(own, whole, rcond=1e-12)[0]
     promised = [
-        _make_proposal(system, len(free) + k, fit, free, effect, theta)
+        _make_proposal(system, follow[:, k], len(free) + k, fit, free, effect, theta)
         for k, (effect, theta) in enumerate(probed)
     ]
     ranked = sorted(promised, key=lambda proposal: -proposal.gain)
@@ -96,19 +98,25 @@ def _join(proposals: Sequence[Proposal]) -> Proposal:
 
 
 def _make_proposal(
-    system: System, column: int, fit: Fit, free: tuple[Free, ...], effect: Effect, theta: Floats
+    system: System,
+    follow: Floats,
+    column: int,
+    fit: Fit,
+    free: tuple[Free, ...],
+    effect: Effect,
+    theta: Floats,
 ) -> Proposal:
     """Return a probe, gone along as far as lowers the cost most, and the cost that this saves.
 
     All fitted parameters follow (score test). What was read off the recording, and what has taken
     the place of a simpler effect, stays where it is.
 
+    follow: (free parameters,) how far they follow the probe, in their sizes, with minus sign.
     column: of the probe in the system.
     theta: (SIZE,) of the probe.
     """
     fitted = slice(0, len(free))
     normal, gradient = system.normal, system.gradient
-    follow = np.linalg.lstsq(normal[fitted, fitted], normal[fitted, column], rcond=1e-12)[0]
     own = max(float(normal[column, column] - normal[column, fitted] @ follow), 1e-300)
     slope = float(gradient[column] - gradient[fitted] @ follow)
     sizes = [p for p in effect.parameters if not p.shape]

@@ -263,11 +263,9 @@ def _assemble_part(
     varied = list_varied(problem)
     sizes = problem.deviations[varied]
     count, sets = off_by.shape[1], len(off_by) - len(varied)
-    errors = (
-        np.nan_to_num(off_by, nan=FAR, posinf=FAR, neginf=-FAR)
-        .clip(-FAR, FAR)
-        .reshape(len(off_by), count, -1)
-    )
+    errors = np.clip(off_by, -FAR, FAR).reshape(len(off_by), count, -1)
+    if np.isnan(errors.sum()):
+        errors[np.isnan(errors)] = FAR
     base = errors[0]
     change = base - errors[1:]
     change[: len(scale)] *= scale[:, None, None]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -237,6 +237,18 @@ def _make_curve(kind: LawKind, seen: Floats, case: Case, effects: tuple[str, ...
     elif kind.role in (Role.CART_DRY, Role.POLE_DRY) and not _has_dry(kind.place, effects):
         low = 0.0
     return Curve(kind, knots, seen, size, low, _list_others(kind, case, effects))
+
+
+def refine_knots(curve: Curve) -> Curve | None:
+    """Return the curve with twice as many knots, if a law can hold more; else None.
+
+    A law over time keeps its knots: it is about slow changes.
+    """
+    count = min(2 * len(curve.knots), decisions.LAW_MOST_KNOTS)
+    if count == len(curve.knots) or curve.kind.variable is Variable.TIME:
+        return None
+    knots = np.linspace(curve.knots[0], curve.knots[-1], count)
+    return replace(curve, knots=spread_turn(count) if curve.kind.is_periodic else knots)
 
 
 def _list_others(kind: LawKind, case: Case, effects: tuple[str, ...]) -> tuple[str, ...]:

@@ -23,6 +23,7 @@ from pendulum_sysid.measuring.penalised_fit import make_estimates
 from pendulum_sysid.measuring.shapes import FittedShape, Shape
 from pendulum_sysid.records import Fit, Split
 from pendulum_twin.arrays import Floats, Mask
+from pendulum_twin.laws.kind import LIMITS
 from pendulum_twin.laws.law import MOST_KNOTS, spread_turn
 from pendulum_twin.parameter_vector import LAW_SIZE, LAWS, VALUES
 
@@ -39,6 +40,7 @@ class ShapeParameter:
 
     at: where the law's values begin in theta.
     k: which of the shape's parameters.
+    lowest, highest: values that the law may have.
     """
 
     name: str
@@ -48,6 +50,7 @@ class ShapeParameter:
     k: int
     size: float
     lowest: float
+    highest: float
     low: float = -np.inf
     high: float = np.inf
     belief: float = 0.0
@@ -69,7 +72,7 @@ class ShapeParameter:
         numbers = theta[begin : begin + factors + len(self.shape.more)]
         columns = self.shape.draw_columns(np.array(self.knots), numbers[factors:])
         values = columns @ numbers[:factors]
-        theta[self.at : self.at + count] = np.maximum(values, self.lowest)
+        theta[self.at : self.at + count] = np.clip(values, self.lowest, self.highest)
 
 
 def extend_knots(curve: Curve) -> Curve:
@@ -102,11 +105,12 @@ def fit_formula(
     finer.put(theta, np.zeros(FORMULA_KNOTS))
     at = LAWS + find_slot(theta, curve.kind) * LAW_SIZE + VALUES
     span, height = float(np.ptp(finer.knots)), max(float(np.ptp(fitted.curve)), curve.size)
+    limits = (curve.low, LIMITS[curve.kind.role])
     parameters = []
     for k, (name, value) in enumerate(zip(fitted.names, values, strict=True)):
         size = max(abs(float(value)), 1e-3 * (height if name in shape.factors else span))
         knots = tuple(finer.knots.tolist())
-        parameters.append(ShapeParameter(name, shape, knots, at, k, size, curve.low))
+        parameters.append(ShapeParameter(name, shape, knots, at, k, size, *limits))
     theta[at + FORMULA_KNOTS : at + FORMULA_KNOTS + len(values)] = values
     parameters[0].put(theta, float(values[0]))
     rig = list_free_parameters(case.twin, fit.effects, case.scales)

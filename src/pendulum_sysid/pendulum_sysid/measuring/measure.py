@@ -18,10 +18,11 @@ from pendulum_sysid import decisions
 from pendulum_sysid.finding.judge import Lead, compute_lead
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import HORIZONS, fit
-from pendulum_sysid.fitting.gauss_newton import refine_start_states, scale_values
+from pendulum_sysid.fitting.gauss_newton import scale_values
 from pendulum_sysid.fitting.linearised import System, linearise
 from pendulum_sysid.fitting.windows import shorten_windows
-from pendulum_sysid.measuring.curve import Curve, list_curves
+from pendulum_sysid.measuring.curve import Curve, list_curves, refine_knots
+from pendulum_sysid.measuring.halves import is_seen_in_halves
 from pendulum_sysid.measuring.naming import NamedCurve, name_curves
 from pendulum_sysid.measuring.penalised_fit import LawFit, fit_laws, list_all_free, list_parts
 from pendulum_sysid.measuring.smoothness import (
@@ -33,6 +34,7 @@ from pendulum_sysid.measuring.smoothness import (
 from pendulum_sysid.records import Fit, Split
 from pendulum_twin.arrays import Floats
 from pendulum_twin.laws.kind import Variable
+from pendulum_twin.laws.law import make_curve_matrix
 
 Progress = Callable[[str], None]
 
@@ -141,24 +143,18 @@ def _add_law(measured: Measured, report: Progress) -> Measured | None:
             f"{candidate.curve.kind.name}: misfit {law_fit.fit.choose:.2f} becomes "
             f"{longer.fit.choose:.2f} ({candidate.prior.evidence:.0f} nats)"
         )
-        tried = Measured(case, split, longer)
-        if _is_kept(tried, law_fit):
-            kept.append(tried)
-            if longer.fit.choose <= decisions.MISFIT_AT_NOISE:
-                break
-    return min(kept, key=lambda tried: tried.law_fit.fit.choose, default=None)
+        if longer.lead is not None and longer.lead.is_real:
+            kept.append(Measured(case, split, longer))
+            if longer.fit.choose <= decisions.MISFIT_AT_NOISE and _is_kept(kept[-1], law_fit):
+                return kept[-1]
+    ordered = sorted(kept, key=lambda tried: tried.law_fit.fit.choose)
+    return next((tried for tried in ordered if _is_kept(tried, law_fit)), None)
 
 
 def _is_kept(longer: Measured, shorter: LawFit) -> bool:
-    """Return whether the last law is surely worth its place, over both horizons."""
-    case, lead = longer.case, longer.law_fit.lead
-    if lead is None or not lead.is_real:
-        return False
-    whole = [
-        refine_start_states(case.problem(longer.split.learn), fit.theta).misfit(case.noise)
-        for fit in (longer.law_fit.fit, shorter.fit)
-    ]
-    return whole[0] < whole[1] and _is_of_rig(longer)
+    """Return whether the last law, which leads over short windows, lasts and is of the rig."""
+    case, split = longer.case, longer.split
+    return is_seen_in_halves(case, split, longer.law_fit, shorter) and _is_of_rig(longer)
 
 
 def _is_of_rig(measured: Measured) -> bool:
@@ -173,7 +169,12 @@ def _is_of_rig(measured: Measured) -> bool:
 
 
 def _fit_longer(case: Case, split: Split, law_fit: LawFit, candidate: Ranked) -> LawFit:
-    """Return the fit with one law more; its smoothness is chosen again near where the fit ends."""
+    """Return the fit with one law more; its smoothness is chosen again near where the fit ends.
+
+    Knots are doubled as long as the law's effective parameters are about as many: such a curve
+    cannot show all that the recording holds, and another recording asks between its knots (Wood,
+    Generalized Additive Models (2017), section 5.9).
+    """
     theta = law_fit.fit.theta.copy()
     candidate.curve.put(theta, candidate.values)
     curves, priors = (*law_fit.curves, candidate.curve), (*law_fit.priors, candidate.prior)
@@ -187,9 +188,23 @@ def _fit_longer(case: Case, split: Split, law_fit: LawFit, candidate: Ranked) ->
         iterations=decisions.LAW_FIRST_STEPS,
     )
     priors = tuple(_choose_again(case, begun, k) for k in range(len(curves)))
+    if priors[-1].effective > decisions.LAW_MOST_EFFECTIVE * len(candidate.curve.knots):
+        finer = _refine(candidate.curve, priors[-1], begun.values[-1])
+        if finer is not None:
+            return _fit_longer(case, split, law_fit, finer)
     longer = fit_laws(case, split, begun.fit, curves, priors, begun.inflation, begun.system)
     lead: Lead = compute_lead(longer.fit, law_fit.fit)
     return replace(longer, lead=lead)
+
+
+def _refine(curve: Curve, prior: Smoothness, values: Floats) -> Ranked | None:
+    """Return the same curve on twice as many knots; None where a law can hold no more."""
+    finer = refine_knots(curve)
+    if finer is None:
+        return None
+    longer = prior.length * curve.spacing / finer.spacing
+    spread = make_curve_matrix(curve.kind, curve.knots, finer.knots)
+    return Ranked(finer, replace(prior, length=longer), spread @ values)
 
 
 def _choose_again(case: Case, law_fit: LawFit, which: int) -> Smoothness:

@@ -135,6 +135,9 @@ def _find_form(kind: LawKind) -> tuple[str, str, str, str]:
     if kind.role in (Role.CART_DRAG, Role.POLE_DRAG) and kind.variable in state:
         speed = "v" if kind.role is Role.CART_DRAG else "w"
         return "FORCE", "x, v, th, w", state[kind.variable], f"-value * {speed}"
+    if kind.role in (Role.CART_ONE_WAY, Role.POLE_ONE_WAY) and kind.variable in state:
+        speed = "v" if kind.role is Role.CART_ONE_WAY else "w"
+        return "FORCE", "x, v, th, w", state[kind.variable], f"value * abs({speed})"
     own = {
         (Role.CART_DRY, Variable.POSITION): "position",
         (Role.CART_DRY, Variable.VELOCITY): "speed",

@@ -55,8 +55,10 @@ MULTIPLIED = {  # the variable that a law's value is multiplied by, beside the l
     Role.GAIN: "command",
     Role.CART_DRAG: "cart_velocity",
     Role.CART_DRY: "cart_velocity",
+    Role.CART_ONE_WAY: "cart_velocity",
     Role.POLE_DRAG: "pole_rate",
     Role.POLE_DRY: "pole_rate",
+    Role.POLE_ONE_WAY: "pole_rate",
 }
 
 

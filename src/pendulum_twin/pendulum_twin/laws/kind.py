@@ -35,8 +35,10 @@ class Role(IntEnum):
     TORQUE = 5  # is added to the torque on the pole, N m
     POLE_DRAG = 6  # times the rate, holds the pole back, N m s/rad
     POLE_DRY = 7  # is added to the level of the pole's dry friction, N m
-    ANGLE_ERROR = 8  # is added to the measured angle, rad
-    POSITION_ERROR = 9  # is added to the measured position, m
+    CART_ONE_WAY = 8  # times the speed, is added to the force on the cart, N s/m
+    POLE_ONE_WAY = 9  # times the speed, is added to the torque on the pole, N m s/rad
+    ANGLE_ERROR = 10  # is added to the measured angle, rad
+    POSITION_ERROR = 11  # is added to the measured position, m
 
 
 @dataclass(frozen=True)
@@ -78,6 +80,12 @@ QUANTITIES: dict[Role, Axis] = {
     Role.TORQUE: Axis("torque on the pole", "N m", "_n_m"),
     Role.POLE_DRAG: Axis("viscous friction of the pole", "N m s/rad", "_n_m_s"),
     Role.POLE_DRY: Axis("dry friction of the pole", "N m", "_n_m"),
+    Role.CART_ONE_WAY: Axis(
+        "force on the cart, either way it moves, by its speed", "N s/m", "_n_s_m"
+    ),
+    Role.POLE_ONE_WAY: Axis(
+        "torque on the pole, either way it turns, by its rate", "N m s/rad", "_n_m_s"
+    ),
     Role.ANGLE_ERROR: Axis("error of the angle", "rad", "_rad"),
     Role.POSITION_ERROR: Axis("error of the position", "m", "_m"),
 }
@@ -91,6 +99,8 @@ SCALES: dict[Role, tuple[Scale, Scale]] = {
     Role.TORQUE: (Scale.TORQUE, Scale.ONE),
     Role.POLE_DRAG: (Scale.TORQUE, Scale.POLE_RATE),
     Role.POLE_DRY: (Scale.TORQUE, Scale.ONE),
+    Role.CART_ONE_WAY: (Scale.FORCE, Scale.CART_SPEED),
+    Role.POLE_ONE_WAY: (Scale.TORQUE, Scale.POLE_RATE),
     Role.ANGLE_ERROR: (Scale.ONE, Scale.ONE),
     Role.POSITION_ERROR: (Scale.CART_TRAVEL, Scale.ONE),
 }
@@ -103,6 +113,8 @@ LIMITS: dict[Role, float] = {  # largest value, to either side, that a twin file
     Role.TORQUE: 1e6,
     Role.POLE_DRAG: 1e6,
     Role.POLE_DRY: 1e6,
+    Role.CART_ONE_WAY: 1e6,
+    Role.POLE_ONE_WAY: 1e6,
     Role.ANGLE_ERROR: math.pi,
     Role.POSITION_ERROR: 1e3,
 }
