@@ -18,7 +18,7 @@ from pendulum_sysid import decisions
 from pendulum_sysid.finding.judge import Lead, compute_lead
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import HORIZONS, fit
-from pendulum_sysid.fitting.gauss_newton import scale_values
+from pendulum_sysid.fitting.gauss_newton import refine_start_states, scale_values
 from pendulum_sysid.fitting.linearised import System, linearise
 from pendulum_sysid.fitting.windows import shorten_windows
 from pendulum_sysid.measuring.curve import Curve, list_curves, refine_knots
@@ -152,9 +152,14 @@ def _add_law(measured: Measured, report: Progress) -> Measured | None:
 
 
 def _is_kept(longer: Measured, shorter: LawFit) -> bool:
-    """Return whether the last law, which leads over short windows, lasts and is of the rig."""
+    """Return whether the last law, which leads, helps over whole windows, lasts, is of the rig."""
     case, split = longer.case, longer.split
-    return is_seen_in_halves(case, split, longer.law_fit, shorter) and _is_of_rig(longer)
+    whole = [
+        refine_start_states(case.problem(split.learn), fit.theta).misfit(case.noise)
+        for fit in (longer.law_fit.fit, shorter.fit)
+    ]
+    lasts = whole[0] < whole[1] and is_seen_in_halves(case, split, longer.law_fit, shorter)
+    return lasts and _is_of_rig(longer)
 
 
 def _is_of_rig(measured: Measured) -> bool:
