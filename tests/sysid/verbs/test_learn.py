@@ -40,6 +40,17 @@ WAVE = MeasuredLaw(
         },
     }
 )
+ONE_WAY = MeasuredLaw(
+    **{
+        **vars(CUBE),
+        "law": "cart_one_way_drag_along_rail",
+        "shape": "step",
+        "parameters": {
+            name: EffectParameter(value, 0.0, 1.0, "1")
+            for name, value in {"offset": 1.0, "factor": -2.0, "place": 0.0, "width": 0.01}.items()
+        },
+    }
+)
 PROGRAM = """
 import numpy as np
 from pendulum_twin import Twin, simulate, load_twin
@@ -63,8 +74,9 @@ def test_a_learned_command_has_an_inverse():
     assert effect.inverse(bent, 0.0, *sizes) == pytest.approx(0.3, abs=1e-6)
 
 
-def test_a_learned_effect_runs_in_a_twin(tmp_path):
-    (tmp_path / "learned.py").write_text(write_effect(CUBE, "learned"))
+@pytest.mark.parametrize("law", [CUBE, ONE_WAY], ids=lambda law: law.law)
+def test_a_learned_effect_runs_in_a_twin(tmp_path, law):
+    (tmp_path / "learned.py").write_text(write_effect(law, "learned"))
     told = subprocess.run(
         [sys.executable, "-c", PROGRAM],
         env={**os.environ, "PENDULUM_EFFECTS": str(tmp_path)},

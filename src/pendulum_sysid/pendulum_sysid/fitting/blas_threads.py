@@ -6,7 +6,7 @@ from contextlib import AbstractContextManager, nullcontext
 
 try:
     from threadpoolctl import threadpool_limits
-except ImportError:  # no rosdep key has it; without it a diagnosis takes a fifth more CPU time
+except ImportError:  # optional: no rosdep key is known; without, a quarter more CPU time
     threadpool_limits = None
 
 

@@ -23,6 +23,7 @@ from pendulum_sysid.fitting.linearised import (
     list_varied,
 )
 from pendulum_sysid.fitting.parameters import Free
+from pendulum_sysid.records import Fit
 from pendulum_twin.arrays import Floats, Mask
 
 DAMPING = 1e-3  # of a parameter's own weight: bounds the step along what the others leave open
@@ -55,13 +56,7 @@ def cross_validate(
         return solution.squares
     squares, tame = solution.squares.copy(), find_tame(system)
     for k in folds:
-        others = penalise(
-            replace(system, normals=system.normals[fold != k], scores=system.scores[fold != k]),
-            solution.theta,
-            free,
-            penalty,
-        )
-        theta, starts = take_step(others, solution.theta, solution.start_states, free, DAMPING)
+        theta, starts = fit_without(system, solution, free, fold == k, penalty)
         for part, iterations in ((fold == k) & tame, 0), ((fold == k) & ~tame, START_ITERATIONS):
             if part.any():
                 left_out = replace(problem, windows=problem.windows.pick(part))
@@ -70,6 +65,25 @@ def cross_validate(
                 )
     far = FAR**2 * problem.windows.samples * solution.power
     return np.minimum(np.nan_to_num(squares, nan=np.inf), far)
+
+
+def fit_without(
+    system: System,
+    known: Solution | Fit,
+    free: tuple[Free, ...],
+    left_out: Mask,
+    penalty: Floats | None = None,
+) -> tuple[Floats, Floats]:
+    """Return theta and start states of a fit without some of the windows.
+
+    system: the normal equations of the fit to all windows.
+    known: the fit to all windows.
+    left_out: (windows,) the windows without which to fit.
+    penalty: as of `cross_validate`.
+    """
+    others = replace(system, normals=system.normals[~left_out], scores=system.scores[~left_out])
+    pulled = penalise(others, known.theta, free, penalty)
+    return take_step(pulled, known.theta, known.start_states, free, DAMPING)
 
 
 def _fit_starts(

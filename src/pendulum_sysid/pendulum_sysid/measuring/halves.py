@@ -1,7 +1,7 @@
-"""Ask a law of one half of the time for the other half, over whole windows.
+"""Check over whole windows that a law of one half of the time holds in the other half.
 
-Cross-validation leaves out every fifth window, so that what lasts for some seconds is in every
-fold. The other half is the farthest that one recording has to the next recording.
+The folds of cross-validation take every fifth window, so each fold holds a part of whatever lasts
+for some seconds. No windows of one recording are more like the next recording than its other half.
 """
 
 from __future__ import annotations
@@ -9,18 +9,16 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.linalg import block_diag
 
 from pendulum_sysid.finding.judge import compute_log_errors
 from pendulum_sysid.fitting.case import Case
-from pendulum_sysid.fitting.cross_validation import DAMPING
-from pendulum_sysid.fitting.gauss_newton import penalise, refine_start_states, take_step
+from pendulum_sysid.fitting.cross_validation import fit_without
+from pendulum_sysid.fitting.gauss_newton import refine_start_states
 from pendulum_sysid.fitting.linearised import linearise
 from pendulum_sysid.fitting.windows import shorten_windows
-from pendulum_sysid.measuring.penalised_fit import LawFit, list_all_free
-from pendulum_sysid.measuring.smoothness import make_precision
+from pendulum_sysid.measuring.penalised_fit import LawFit, list_all_free, make_penalty
 from pendulum_sysid.records import Fit, Split
-from pendulum_twin.arrays import Floats, Mask
+from pendulum_twin.arrays import Mask
 
 
 def is_seen_in_halves(case: Case, split: Split, longer: LawFit, shorter: LawFit) -> bool:
@@ -39,23 +37,17 @@ def _list_halves(count: int) -> tuple[Mask, Mask]:
 def _run_halves(case: Case, split: Split, law_fit: LawFit) -> Fit:
     """Return a fit with the errors of whole windows, each half run by a fit to the other.
 
-    The fit to a half is a Gauss-Newton step from the fit to all (`cross_validate`).
+    The fit to a half is a Gauss-Newton step from the fit to all (`fit_without`).
     """
     fit, curves = law_fit.fit, law_fit.curves
     problem = case.problem(shorten_windows(case.state, split.learn, fit.pieces))
     free = list_all_free(case, fit.effects, fit.theta, curves)
     system = law_fit.system or linearise(problem, fit.theta, fit.start_states, free, fit.power)
     own = len(free) - sum(len(curve.knots) for curve in curves)
-    precision = law_fit.inflation * block_diag(
-        np.zeros((own, own)),
-        *(make_precision(c, p) for c, p in zip(curves, law_fit.priors, strict=True)),
-    )
+    penalty = make_penalty(own, curves, law_fit.priors, law_fit.inflation)
     squares, counts = [], []
     for half in _list_halves(len(split.learn.begin)):
-        kept = ~np.repeat(half, fit.pieces)
-        others = replace(system, normals=system.normals[kept], scores=system.scores[kept])
-        pulled = penalise(others, fit.theta, free, precision)
-        theta: Floats = take_step(pulled, fit.theta, fit.start_states, free, DAMPING)[0]
+        theta, _ = fit_without(system, fit, free, np.repeat(half, fit.pieces), penalty)
         run = refine_start_states(case.problem(split.learn.pick(half)), theta)
         squares.append(run.squares)
         counts.append(run.counts)

@@ -83,10 +83,7 @@ def fit_laws(
     problem = case.problem(shorten_windows(case.state, split.learn, pieces))
     free = list_all_free(case, effects, start.theta, curves)
     own = len(free) - sum(len(curve.knots) for curve in curves)
-    precision = inflation * block_diag(
-        np.zeros((own, own)),
-        *(make_precision(c, p) for c, p in zip(curves, priors, strict=True)),
-    )
+    precision = make_penalty(own, curves, priors, inflation)
     begun = solve(problem, start.theta, free, start.start_states, iterations, precision, known)
     solved = complete_system(problem, begun, free)
     system = solved.system
@@ -122,6 +119,18 @@ def fit_laws(
         scatter,
         system,
     )
+
+
+def make_penalty(
+    own: int, curves: Sequence[Curve], priors: Sequence[Smoothness], inflation: float
+) -> Floats:
+    """Return the penalty (parameters, parameters) of the priors on a fit with laws.
+
+    own: count of the parameters before the laws' values; they have no prior here.
+    inflation: as of `LawFit`.
+    """
+    precisions = (make_precision(c, p) for c, p in zip(curves, priors, strict=True))
+    return np.asarray(inflation * block_diag(np.zeros((own, own)), *precisions))
 
 
 def _measure_inflation(system: System, precision: Floats, pieces: int) -> float:

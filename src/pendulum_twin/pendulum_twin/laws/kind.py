@@ -35,8 +35,8 @@ class Role(IntEnum):
     TORQUE = 5  # is added to the torque on the pole, N m
     POLE_DRAG = 6  # times the rate, holds the pole back, N m s/rad
     POLE_DRY = 7  # is added to the level of the pole's dry friction, N m
-    CART_ONE_WAY = 8  # times the speed, is added to the force on the cart, N s/m
-    POLE_ONE_WAY = 9  # times the speed, is added to the torque on the pole, N m s/rad
+    CART_ONE_WAY = 8  # times the speed without its sign, is added to the force on the cart, N s/m
+    POLE_ONE_WAY = 9  # times the rate without its sign, is added to the torque, N m s/rad
     ANGLE_ERROR = 10  # is added to the measured angle, rad
     POSITION_ERROR = 11  # is added to the measured position, m
 
@@ -80,12 +80,8 @@ QUANTITIES: dict[Role, Axis] = {
     Role.TORQUE: Axis("torque on the pole", "N m", "_n_m"),
     Role.POLE_DRAG: Axis("viscous friction of the pole", "N m s/rad", "_n_m_s"),
     Role.POLE_DRY: Axis("dry friction of the pole", "N m", "_n_m"),
-    Role.CART_ONE_WAY: Axis(
-        "force on the cart, either way it moves, by its speed", "N s/m", "_n_s_m"
-    ),
-    Role.POLE_ONE_WAY: Axis(
-        "torque on the pole, either way it turns, by its rate", "N m s/rad", "_n_m_s"
-    ),
+    Role.CART_ONE_WAY: Axis("one-way drag of the cart", "N s/m", "_n_s_m"),
+    Role.POLE_ONE_WAY: Axis("one-way drag of the pole", "N m s/rad", "_n_m_s"),
     Role.ANGLE_ERROR: Axis("error of the angle", "rad", "_rad"),
     Role.POSITION_ERROR: Axis("error of the position", "m", "_m"),
 }
