@@ -56,6 +56,15 @@ def test_it_earns_more_than_the_classical_controller_with_a_delay(base: Base) ->
         assert better.is_balancing and better.progress == 1.0
 
 
+@pytest.mark.parametrize("turns", [-2, -1, 1])
+def test_a_pole_may_hang_in_any_turn(base: Base, turns: int) -> None:
+    """A rig's reset leaves the angle at which the pole has come to hang."""
+    controller, aside_rad = base.make_controllers(1)[0], 2 * np.pi * turns
+    rigs = [make_perturbed_rig(LATE, TASK, 1.0, 1.0, aside) for aside in (0.0, aside_rad)]
+    first, other = (run_controller(rig, controller, TASK) for rig in rigs)
+    assert other == pytest.approx(first, abs=0.5) and first > 440
+
+
 def test_without_a_plan_it_is_the_classical_controller() -> None:
     rig, plant = make_perturbed_rig(INTECO, TASK, 1.0, 1.0, 0.0), make_plant(INTECO, TASK)
     controllers = Classical(plant, Tuning()), Planned(plant, Tuning(), None)

@@ -8,6 +8,7 @@ whenever the plan has failed, the classical controller has its way.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -46,6 +47,10 @@ class Plan:
     states: Floats
     gains: Floats
 
+    def measure_turns_rad(self, state: Floats) -> float:
+        """Return the whole turns, rad, by which a true state hangs beside the plan's first."""
+        return 2 * math.pi * round((float(state[1]) - float(self.states[0, 1])) / (2 * math.pi))
+
     def correct_command(self, k: int, state: Floats, past: Sequence[float]) -> float:
         """Return command k for a true state and the past commands, the newest first."""
         m = self.gains.shape[1] - 4
@@ -72,12 +77,16 @@ class Planned:
         """Begin an episode."""
         self._classical.reset()
         self._past: list[float] = []
+        self._turns = np.zeros(4)  # a rig's reset ends where its pole hangs, in any turn
 
     def __call__(self, measured: Floats) -> float:
         """Return the PWM fraction to hold until the next sample; measured: (4,) x, th, v, w."""
         command, k = self._classical(measured), len(self._past)
         if self.plan is not None and k < len(self.plan.commands):
-            wanted = self.plan.correct_command(k, self._classical.state, self._past[::-1])
+            state = self._classical.state
+            if k == 0:
+                self._turns[1] = self.plan.measure_turns_rad(state)
+            wanted = self.plan.correct_command(k, state - self._turns, self._past[::-1])
             command = min(max(wanted, -self._limit), self._limit)
             self._classical.take_over(command)
             if k + 1 == len(self.plan.commands):
