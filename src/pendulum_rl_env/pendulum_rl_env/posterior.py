@@ -135,7 +135,10 @@ def _draw_rig(rig: Rig, estimates: Mapping[str, Any], random: np.random.Generato
 
 
 def _list_parameters(verdict: Mapping[str, Any]) -> Iterator[tuple[str, str, Mapping[str, Any]]]:
-    """Yield effect, parameter and estimate of everything that the verdict names."""
+    """Yield effect, parameter and estimate of the twin's effects: given, and named."""
+    for name, values in verdict.get("effect_parameters", {}).items():
+        effect, _, parameter = name.partition(".")
+        yield effect, parameter, {**values, "value": values["after"]}
     for missing in verdict.get("missing_physics", []):
         for parameter, estimate in missing.get("parameters", {}).items():
             yield missing["effect"], parameter, estimate

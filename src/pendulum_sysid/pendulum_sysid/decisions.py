@@ -297,6 +297,7 @@ REST_RAD_S = 0.05  # rad/s; of a pole at rest
 # Does a recording contradict a constant as given?
 CONTRADICTED_DEVIATIONS = 3.0  # deviations; of belief and estimate together; derived
 MOVING_MASS_RATIO = 1.5  # ratio; by which a moving mass is wrong, beyond a wrong scale
+GIVEN_DEVIATION = 0.01  # of value; of constants as an earlier diagnosis gives them; measured
 ALIKE_RATIO = 1.25  # ratio; between two factors that count as one
 
 # Does what is missing stand in a few stretches?
@@ -307,6 +308,7 @@ MOST_EVENTS = 8  # stretches; what happens more often is a law
 
 # What is worth telling, and worth an experiment?
 LEAST_MASKED_CHANGE = 0.05  # of value; change of a constant that is worth a sentence
+CHANGED_VALUES_TOLD = 3  # values; in the sentence of a twin that lacks nothing
 WIDE_INTERVAL = 0.1  # of value; half widths beyond it are worth an experiment
 TIES_PLANNED_FOR = 3  # ties; asked at once, the closest first
 INTERVALS_PLANNED_FOR = 3  # intervals; asked at once, the widest first

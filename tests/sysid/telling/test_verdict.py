@@ -10,6 +10,7 @@ import pytest
 from support.hidden_physics import CART_STEP_M, INTECO, POLE_STEP_RAD, make_command, record_hidden
 from support.made_recordings import PERIOD_S, made, without_joint
 
+from pendulum_bridge.emulator.load import add_load
 from pendulum_sysid import decisions, pipeline
 from pendulum_sysid.finding.detectors import Reading
 from pendulum_sysid.finding.search import Named
@@ -39,7 +40,7 @@ def assert_as_in_the_contract(found: dict) -> None:
     assert set(found) == {
         "schema", "outcome", "sentence", "location", "missing_physics", "rig_parameters",
         "masking", "fit", "remainder", "data_quality", "next_experiment", "recording", "elapsed_s",
-        "warnings", "perhaps", "sets", "measured_laws", "unlike_rig",
+        "warnings", "perhaps", "sets", "measured_laws", "unlike_rig", "effect_parameters",
     }  # fmt: skip
     assert json.loads(json.dumps(found, allow_nan=False)) == found
     assert found["schema"] == "pendulum_verdict/1" and found["outcome"] in {
@@ -137,8 +138,30 @@ def test_nothing_missing() -> None:
         and found["missing_physics"] == []
     )
     assert found["sentence"].startswith(
-        "Nothing is missing: other parameters of the rig are enough; held-out errors"
+        "Nothing is missing: other parameters of the rig are enough"
     )
+
+
+def test_a_value_of_the_given_twin_that_changed_is_told() -> None:
+    """A rig whose friction has doubled lacks no physics: the twin has the effect."""
+    given = replace(INTECO, effects=COULOMB)
+    worn = {"cart_coulomb_friction": {"level_n": 1.0}}
+    verdict = diagnose([record_hidden(worn, 5, 20.0)[0]], given, silent)
+    assert verdict.outcome is Outcome.NOTHING_MISSING
+    assert "are enough (" in verdict.sentence and "cart_coulomb_friction.level_n 0.5 -> 1" in (
+        verdict.sentence
+    )
+    friction = verdict.effect_parameters["cart_coulomb_friction.level_n"]
+    assert friction.before == 0.5 and friction.low < 1.0 < friction.high
+    assert verdict.given_values["cart_coulomb_friction.level_n"] is friction
+
+
+def test_a_load_on_the_cart_is_told_and_not_the_constants_that_it_bends() -> None:
+    recording, truth = record_hidden({}, 5, 20.0)
+    verdict = diagnose([recording], replace(truth, rig=add_load(truth.rig, -0.2)), silent)
+    assert verdict.outcome is Outcome.NOTHING_MISSING
+    assert "are enough (cart_mass_kg 0.372 -> 0.57" in verdict.sentence
+    assert any("with a cart of 0.57" in warning for warning in verdict.warnings)
 
 
 def test_unusable() -> None:

@@ -6,15 +6,18 @@ import numpy as np
 
 from pendulum_sysid import decisions
 from pendulum_sysid.fitting.parameters import Free, list_rig_parameters
+from pendulum_sysid.records import Estimate
 from pendulum_sysid.telling.outcome import Findings
+
+POLE_CONSTANTS = ("com_distance_m", "pole_inertia_kg_m2")
+CONSTANTS = ("force_per_pwm_n", "cart_viscous_n_s_m", *POLE_CONSTANTS, "pole_viscous_n_m_s")
 
 
 def describe_contradictions(findings: Findings) -> tuple[str, ...]:
     """Return a sentence for every constant that the recording contradicts.
 
     A constant that is given with a spread is contradicted by a value that lies far outside.
-    Without spreads, motion fixes only ratios to the moving mass: where both constants of the pole
-    come out larger or smaller by one factor, the moving mass is wrong, and not the pole.
+    Without spreads see `find_cart_mass`.
     """
     constants = list_rig_parameters(findings.case.twin)
     sentences = [_describe_far(c, findings) for c in constants if np.isfinite(c.spread)]
@@ -35,26 +38,66 @@ def _describe_far(constant: Free, findings: Findings) -> str:
     )
 
 
-def _describe_moving_mass(findings: Findings) -> str:
-    """Return the sentence about a wrong moving mass; empty where the pole's constants hold."""
-    rig, estimates = findings.case.twin.rig, findings.best.estimates
+def find_cart_mass(findings: Findings) -> float | None:
+    """Return the cart's mass, kg, that explains why the constants come out by one factor.
+
+    Motion fixes only ratios to the moving mass. Where all constants come out larger or smaller by
+    one factor, within their intervals, that mass has changed and nothing else; where both
+    constants of the pole do by much, the mass was given wrong. None otherwise, and where spreads
+    say what is believed.
+    """
+    rig, estimates = findings.case.twin.rig, findings.final.estimates
     if not (rig.has_cart and rig.has_pole) or findings.case.twin.spreads:
-        return ""
-    given = {"com_distance_m": rig.com_distance_m, "pole_inertia_kg_m2": rig.pole_inertia_kg_m2}
-    ratios = [estimates[name].value / (value or 1.0) for name, value in given.items()]
-    if min(ratios) <= 0.0 or not all(estimates[name].identifiable for name in given):
-        return ""
-    common = float(np.sqrt(ratios[0] * ratios[1]))
-    alike = max(ratios) / min(ratios) < decisions.ALIKE_RATIO
-    if not alike or max(common, 1.0 / common) < decisions.MOVING_MASS_RATIO:
-        return ""
+        return None
+    factors = {name: _measure_factor(getattr(rig, name), estimates[name]) for name in CONSTANTS}
+    common = _find_common_factor([f for f in factors.values() if f is not None])
+    if common is None:
+        common = _find_factor_of_pole([factors[name] for name in POLE_CONSTANTS])
+    if common is None:
+        return None
     mass = rig.total_mass_kg / common - (rig.pole_mass_kg or 0.0)
-    if mass <= 0.0:
-        return ""
-    more = "a motor's rotor or a belt moves with it?" if common < 1.0 else "is it lighter?"
+    return mass if mass > 0.0 else None
+
+
+def _measure_factor(given: float | None, after: Estimate) -> tuple[float, float] | None:
+    """Return the logarithm of a constant's change and its deviation; None without an estimate."""
+    if not given or not after.identifiable or not 0.0 < after.low < after.high:
+        return None
+    half = 0.5 * float(np.log(after.high / after.low)) / decisions.INTERVAL_DEVIATIONS
+    return float(np.log(after.value / given)), float(np.hypot(half, decisions.GIVEN_DEVIATION))
+
+
+def _find_common_factor(factors: list[tuple[float, float]]) -> float | None:
+    """Return the factor that all constants have in common; None where they have none, or 1."""
+    if len(factors) < len(CONSTANTS):
+        return None
+    logs, deviations = np.array(factors).T
+    common = float(np.average(logs, weights=deviations**-2))
+    apart = np.max(np.abs(logs - common) / deviations)
+    is_changed = abs(common) > decisions.LEAST_MASKED_CHANGE
     return (
-        f"com_distance_m and pole_inertia_kg_m2 both come out {common:.3g} times as large as "
-        "given. Motion fixes only ratios to the moving mass, so that the same motion is that "
-        f"of the pole as given on a cart of {mass:.3g} kg instead of {rig.cart_mass_kg:.3g} kg: "
-        f"{more} Correct cart_mass_kg, or give it with its spread."
+        float(np.exp(common)) if is_changed and apart < decisions.CONTRADICTED_DEVIATIONS else None
+    )
+
+
+def _find_factor_of_pole(factors: list[tuple[float, float] | None]) -> float | None:
+    """Return the factor of both constants of the pole; None where they have none that is large."""
+    logs = np.array([factor[0] for factor in factors if factor is not None])
+    if len(logs) < len(POLE_CONSTANTS) or np.ptp(logs) >= np.log(decisions.ALIKE_RATIO):
+        return None
+    common = float(np.mean(logs))
+    return float(np.exp(common)) if abs(common) >= np.log(decisions.MOVING_MASS_RATIO) else None
+
+
+def _describe_moving_mass(findings: Findings) -> str:
+    """Return the sentence about a wrong moving mass; empty where the constants hold."""
+    mass, given = find_cart_mass(findings), findings.case.twin.rig.cart_mass_kg or 0.0
+    if mass is None:
+        return ""
+    more = "a load on it, a motor's rotor or a belt?" if mass > given else "is it lighter?"
+    return (
+        "Constants of the rig come out by one common factor. Motion fixes only ratios to the "
+        f"moving mass, so that the same motion is that of the rig as given with a cart of "
+        f"{mass:.3g} kg instead of {given:.3g} kg: {more} Correct cart_mass_kg, or give it with "
+        "its spread."
     )

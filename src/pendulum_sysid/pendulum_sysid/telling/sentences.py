@@ -11,6 +11,7 @@ from pendulum_sysid.measuring.naming import write_sentence
 from pendulum_sysid.measuring.repeatability import Repeatability
 from pendulum_sysid.records import Fit, Outcome
 from pendulum_sysid.telling.events import list_events
+from pendulum_sysid.telling.given_values import describe_changed
 from pendulum_sysid.telling.likeness import (
     compute_floors,
     compute_followed_share,
@@ -48,7 +49,8 @@ def write_answer(
     if is_unlike(findings):
         return f"{_describe_unlike(findings)}; {errors}.{_describe_closest(named, findings)}"
     if outcome is Outcome.NOTHING_MISSING:
-        return f"Nothing is missing: other parameters of the rig are enough; {errors}."
+        changed = describe_changed(findings)
+        return f"Nothing is missing: other parameters of the rig are enough{changed}; {errors}."
     if outcome is Outcome.NOT_IN_CATALOGUE:
         signs = "".join(f" {describe_effect(effect.effect, findings.final)}" for effect in named)
         certain = "".join(f" {effect.sentence} This part is certain." for effect in steady)

@@ -10,12 +10,12 @@ from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.encoder_steps import find_encoder_step
 from pendulum_sysid.finding.detectors import Reading
 from pendulum_sysid.finding.search import Named
-from pendulum_sysid.fitting.parameters import Free, list_rig_parameters
 from pendulum_sysid.fitting.window_runs import WindowRuns
 from pendulum_sysid.measuring.naming import NamedCurve, write_formula, write_sentence
-from pendulum_sysid.records import Estimate, Fit, Localisation, Outcome, Recording
+from pendulum_sysid.records import Estimate, Localisation, Outcome, Recording
 from pendulum_sysid.telling.contradictions import describe_contradictions
 from pendulum_sysid.telling.events import list_events
+from pendulum_sysid.telling.given_values import compare_constants, compare_effect_parameters
 from pendulum_sysid.telling.likeness import compute_fit, compute_floors, is_unlike
 from pendulum_sysid.telling.outcome import (
     Findings,
@@ -41,14 +41,11 @@ from pendulum_sysid.verdict.record import (
     RecordingFacts,
     Remainder,
     Repeats,
-    RigParameter,
     VariableShare,
     Verdict,
 )
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.laws.kind import EVIDENCE_NAMES, Role
-from pendulum_twin.model import Twin
-from pendulum_twin.parameter_vector import make_theta
 
 NEXT_FILE = "next.yaml"
 MULTIPLIED = {  # the variable that a law's value is multiplied by, beside the law's own variable
@@ -83,10 +80,8 @@ def make_verdict(findings: Findings, recording: Recording, elapsed_s: float) -> 
         sentence=write_answer(outcome, named, certain, findings),
         location=_locate(outcome, named, findings),
         missing_physics=(*(_describe_missing(effect, findings) for effect in named), *certain),
-        rig_parameters={
-            parameter.name: _compare_constant(parameter, findings)
-            for parameter in list_rig_parameters(findings.case.twin)
-        },
+        rig_parameters=compare_constants(findings),
+        effect_parameters=compare_effect_parameters(findings),
         masking=describe_masking(named, findings),
         warnings=describe_contradictions(findings),
         perhaps=tuple(_describe_missing(effect, findings) for effect in others),
@@ -194,31 +189,6 @@ def describe_certain(reading: Reading) -> MissingEffect:
 
 def _make_parameter(estimate: Estimate, unit: str) -> EffectParameter:
     return EffectParameter(float(estimate.value), float(estimate.low), float(estimate.high), unit)
-
-
-def _compare_constant(parameter: Free, findings: Findings) -> RigParameter:
-    after = findings.final.estimates[parameter.name]
-    alone, scale = (
-        _find_distance_scale(parameter, fit, findings.case.twin)
-        for fit in (findings.base, findings.final)
-    )
-    return RigParameter(
-        before=float(parameter.get(make_theta(findings.case.twin))),
-        parameters_alone=float(findings.base.estimates[parameter.name].value) * alone,
-        after=float(after.value) * scale,
-        low=float(after.low) * scale,
-        high=float(after.high) * scale,
-        unit=parameter.unit,
-        identifiable=bool(after.identifiable),
-        at_bound=bool(after.at_bound),
-    )
-
-
-def _find_distance_scale(parameter: Free, fit: Fit, given: Twin) -> float:
-    """Return by what a common distance of the given masses changes where the cart's mass does."""
-    if parameter.name != "com_distance_m":
-        return 1.0
-    return given.rig.total_mass_kg / fit.twin.rig.total_mass_kg
 
 
 def _score_fit(findings: Findings) -> FitScores:

@@ -131,7 +131,7 @@ class MeasuredLaw:
 
 @dataclass(frozen=True)
 class RigParameter:
-    """Hold one constant of the rig before and after the diagnosis, in `unit`.
+    """Hold one value that the given twin has, before and after the diagnosis, in `unit`.
 
     Attributes:
         before: value in the twin as given.
@@ -266,8 +266,8 @@ class RecordingFacts:
 class Verdict:
     """Hold the answer of a diagnosis.
 
-    The fields down to unlike_rig stand in verdict.json under the same names (`to_dict`). The
-    others hold what a report shows beside them; `from_dict` leaves them empty.
+    The fields down to effect_parameters stand in verdict.json under the same names (`to_dict`).
+    The others hold what a report shows beside them; `from_dict` leaves them empty.
 
     Attributes:
         outcome: how the diagnosis ended.
@@ -287,6 +287,8 @@ class Verdict:
         sets: the sets of effects that were tried, the most believed first.
         measured_laws: physics without a name, as curves; the improved twin holds them.
         unlike_rig: True where even the improved twin does not follow the recording.
+        effect_parameters: "effect.parameter" of the effects that the given twin has -> its values
+            before and after.
         command: shell line that made the verdict; "" from Python.
         twin: the improved twin; None if the recording is unusable.
         localisation: the evidence with its shapes, for the fit of the rig's constants alone.
@@ -314,6 +316,7 @@ class Verdict:
     sets: tuple[BelievedSet, ...] = ()
     measured_laws: tuple[MeasuredLaw, ...] = ()
     unlike_rig: bool = False
+    effect_parameters: dict[str, RigParameter] = field(default_factory=dict)
     command: str = field(default="", repr=False, compare=False)
     twin: Twin | None = field(default=None, repr=False, compare=False)
     localisation: Localisation | None = field(default=None, repr=False, compare=False)
@@ -322,6 +325,11 @@ class Verdict:
     next_plan: dict[str, Any] | None = field(default=None, repr=False, compare=False)
     origin: Origin | None = field(default=None, repr=False, compare=False)
     drawings: Drawings | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def given_values(self) -> dict[str, RigParameter]:
+        """Return what the given twin has, constants first: name -> values before and after."""
+        return {**self.rig_parameters, **self.effect_parameters}
 
     def to_dict(self) -> dict[str, Any]:
         """Return what verdict.json holds, in JSON's types; None stands for NaN and infinity."""

@@ -9,15 +9,15 @@ from pendulum_sysid.verdict.record import MissingEffect, RigParameter, Verdict
 
 
 def format_verdict(verdict: Verdict) -> str:
-    """Return the answer, the missing effects and the refitted constants as HTML."""
+    """Return the answer, the missing effects and the refitted values as HTML."""
     outcome = escape(verdict.outcome.value.replace("_", " "))
     pieces = [f"<p><strong>{outcome}</strong>: {escape(verdict.sentence)}</p>"]
     if verdict.missing_physics:
         header = ("missing effect", "size with its 95 % interval", "confidence", "not told from")
         pieces.append(_format_table(header, [_list_effect(e) for e in verdict.missing_physics]))
-    if verdict.rig_parameters:
-        header = ("constant of the rig", "before", "after", "95 % interval")
-        rows = [_list_constant(name, p) for name, p in verdict.rig_parameters.items()]
+    if verdict.given_values:
+        header = ("value of the twin", "before", "after", "95 % interval")
+        rows = [_list_value(name, p) for name, p in verdict.given_values.items()]
         pieces.append(_format_table(header, rows))
     return "\n".join(pieces)
 
@@ -35,7 +35,7 @@ def _list_effect(missing: MissingEffect) -> tuple[str, ...]:
     )
 
 
-def _list_constant(name: str, p: RigParameter) -> tuple[str, ...]:
+def _list_value(name: str, p: RigParameter) -> tuple[str, ...]:
     after, interval = _format_estimate(p.after, p.low, p.high)
     if not p.identifiable:
         interval = "not fixed by this recording"

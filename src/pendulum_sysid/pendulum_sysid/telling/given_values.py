@@ -1,0 +1,106 @@
+"""The values that the given twin has, before and after the diagnosis, and those that changed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pendulum_sysid import decisions
+from pendulum_sysid.fitting.parameters import Free, list_rig_parameters
+from pendulum_sysid.records import Estimate, Fit
+from pendulum_sysid.telling.contradictions import find_cart_mass
+from pendulum_sysid.telling.outcome import Findings
+from pendulum_sysid.verdict.record import RigParameter
+from pendulum_twin.effects import BY_NAME
+from pendulum_twin.model import Twin
+from pendulum_twin.parameter_vector import make_theta
+
+
+def compare_constants(findings: Findings) -> dict[str, RigParameter]:
+    """Return the rig's constants, by name."""
+    return {
+        constant.name: _compare_constant(constant, findings)
+        for constant in list_rig_parameters(findings.case.twin)
+    }
+
+
+def compare_effect_parameters(findings: Findings) -> dict[str, RigParameter]:
+    """Return the parameters of the given twin's effects that were fitted, as effect.parameter."""
+    given, base = findings.case.twin.effects, findings.base.estimates
+    return {
+        f"{name}.{p.name}": _compare(
+            given[name][p.name], base.get(f"{name}.{p.name}"), after, p.unit
+        )
+        for name in given
+        for p in BY_NAME[name].parameters
+        if (after := findings.final.estimates.get(f"{name}.{p.name}")) is not None
+    }
+
+
+def describe_changed(findings: Findings) -> str:
+    """Return the values that the recording contradicts most, in brackets after a space.
+
+    Without such a value the text is empty.
+    Where one mass of the cart explains all changes of the constants, it is the value. Else a value
+    is contradicted where its 95 % interval leaves the given value out and it changes
+    by a twentieth or more. The order is that of the changes in units of their intervals.
+    """
+    mass = find_cart_mass(findings)
+    if mass is not None:
+        return f" (cart_mass_kg {findings.case.twin.rig.cart_mass_kg:.3g} -> {mass:.3g} kg)"
+    values = {**compare_constants(findings), **compare_effect_parameters(findings)}
+    strength = {name: _measure_change(value) for name, value in values.items()}
+    names = sorted((name for name in values if strength[name] > 1.0), key=lambda n: -strength[n])
+    words = [
+        f"{name} {values[name].before:.3g} -> {values[name].after:.3g} {values[name].unit}"
+        for name in names[: decisions.CHANGED_VALUES_TOLD]
+    ]
+    return f" ({', '.join(words)})" if words else ""
+
+
+def _measure_change(value: RigParameter) -> float:
+    """Return the change in half widths of its interval; 0 for a change that is not worth telling.
+
+    A value that the recording does not fix, or that ends at its bound, tells nothing.
+    """
+    change, half = abs(value.after - value.before), 0.5 * (value.high - value.low)
+    is_fixed = value.identifiable and not value.at_bound and np.isfinite(half)
+    if not is_fixed or change < decisions.LEAST_MASKED_CHANGE * abs(value.after):
+        return 0.0
+    return change / half if half > 0.0 else np.inf
+
+
+def _compare_constant(constant: Free, findings: Findings) -> RigParameter:
+    alone, scale = (
+        _find_distance_scale(constant, fit, findings.case.twin)
+        for fit in (findings.base, findings.final)
+    )
+    given = float(constant.get(make_theta(findings.case.twin)))
+    base, after = (fit.estimates[constant.name] for fit in (findings.base, findings.final))
+    return _compare(given, base, after, constant.unit, alone, scale)
+
+
+def _compare(
+    before: float,
+    alone: Estimate | None,
+    after: Estimate,
+    unit: str,
+    alone_scale: float = 1.0,
+    scale: float = 1.0,
+) -> RigParameter:
+    return RigParameter(
+        before=before,
+        parameters_alone=before if alone is None else float(alone.value) * alone_scale,
+        after=float(after.value) * scale,
+        low=float(after.low) * scale,
+        high=float(after.high) * scale,
+        unit=unit,
+        identifiable=bool(after.identifiable),
+        at_bound=bool(after.at_bound),
+    )
+
+
+def _find_distance_scale(constant: Free, fit: Fit, given: Twin) -> float:
+    """Return by what a common distance of the given masses changes where the cart's mass does."""
+    if constant.name != "com_distance_m":
+        return 1.0
+    return given.rig.total_mass_kg / fit.twin.rig.total_mass_kg
