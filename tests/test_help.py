@@ -21,7 +21,8 @@ STUDIES = {
     "ablation": "pendulum_sysid.studies.ablation.__main__",
 }
 LEARNING = (
-    "controllers", "identify_and_control", "optimum", "sample_times", "transfer", "tune",
+    "adaptation", "controllers", "identify_and_control", "optimum", "sample_times", "transfer",
+    "tune",
 )  # fmt: skip
 WITHOUT_QUIET = {"stepped_rig"}  # says nothing but samples
 

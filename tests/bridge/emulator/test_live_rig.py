@@ -47,6 +47,19 @@ def test_a_command_is_held_until_the_next(concealed: Concealed) -> None:
     assert rig.sample.cart_m != 0
 
 
+def test_it_becomes_another_rig_in_motion(concealed: Concealed) -> None:
+    rig, changed = LiveRig(concealed), Concealed({"input_sign_inverted": {}}, concealed.rig)
+    rig.take(Command(0.3))
+    for _ in range(20):
+        before = rig.step()
+    rig.change(changed)
+    first, after = rig.step(), [rig.step() for _ in range(20)][-1]
+    assert before.cart_velocity > 0.1
+    assert first.cart_m == pytest.approx(before.cart_m, abs=0.02), "no jump"
+    assert first.cart_velocity == pytest.approx(before.cart_velocity, abs=0.1)
+    assert after.cart_velocity < before.cart_velocity - 0.3, "the same command drives back"
+
+
 def test_only_a_rising_edge_starts_the_swing_down(concealed: Concealed) -> None:
     rig = LiveRig(concealed)
     rig.take(Command(0.0))

@@ -184,6 +184,31 @@ def test_the_effects_of_the_twin_file_are_emulated(emulated, tmp_path: Path, nom
     assert sample.cart_m < -0.01
 
 
+def test_a_signal_makes_it_the_other_rig(emulated, nominal: Rig, tmp_path: Path) -> None:
+    file = tmp_path / "backwards.yaml"
+    save_twin(Twin("backwards", nominal, {"input_sign_inverted": {}}), file)
+    emulator = emulated("--lockstep", "--then", file)
+    speeds = []
+    for k in range(20):
+        if k == 10:
+            emulator.process.send_signal(signal.SIGUSR1)
+        speeds.append(emulator.link.exchange(Command(0.3), LONG_S).cart_velocity)
+    assert speeds[9] > speeds[4] > 0
+    deadline = time.monotonic() + LONG_S
+    while speeds[-1] >= speeds[-2] and time.monotonic() < deadline:
+        speeds.append(emulator.link.exchange(Command(0.3), LONG_S).cart_velocity)
+    assert speeds[-1] < speeds[-2], "the same command drives the other rig back"
+
+
+def test_another_rig_that_cannot_be_emulated_is_refused_at_the_start(tmp_path: Path) -> None:
+    file = tmp_path / "pole_only.yaml"
+    file.write_text("schema: pendulum_twin/1\nname: pole\nrig: {pole_mass_kg: 0.1}\neffects: {}\n")
+    process = start("--twin", TWIN, "--then", file)
+    _, complaint = process.communicate(timeout=LONG_S)
+    assert process.returncode == 1 and complaint.count("\n") == 1
+    assert complaint.startswith("rig_emulator: ")
+
+
 @pytest.mark.parametrize(
     ("number", "pace"), [(signal.SIGINT, "--lockstep"), (signal.SIGTERM, "--speed=1")]
 )

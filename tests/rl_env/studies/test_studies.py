@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 import shutil
 from collections.abc import Iterator
 from contextlib import redirect_stdout
@@ -63,6 +64,14 @@ def control(tmp_path_factory: pytest.TempPathFactory, quick: str) -> Run:
 
 def test_one_command_goes_from_an_unknown_rig_to_an_episode_on_it(control: Run, capsys) -> None:
     assert "On the rig, with no training step there: reward" in control.printed
+    clock = re.search(
+        r"Clock, .*: recording 60 s, diagnosis (\d+) s, design and training (\d+) s, "
+        r"an episode on the rig 15 s; (\d+) s in all",
+        control.printed,
+    )
+    assert clock, control.printed
+    diagnosis, training, whole = map(int, clock.groups())
+    assert abs(whole - (60 + diagnosis + training + 15)) <= 3, "each part is rounded"
     verdict = json.loads((control.folder / "diagnosis" / "verdict.json").read_text("utf-8"))
     assert verdict["outcome"] == "named"
     assert (control.folder / "policy.onnx").stat().st_size > 1000

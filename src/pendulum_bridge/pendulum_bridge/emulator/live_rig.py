@@ -26,10 +26,12 @@ class LiveRig:
         encoders: Encoders = Encoders(),  # noqa: B008 (frozen)
         seed: int = 0,
     ) -> None:
-        self._rig = EmulatedRig(concealed, rate_hz, encoders, seed)
+        self._settings = rate_hz, encoders, seed
+        self._rig = EmulatedRig(concealed, *self._settings)
         self._tuning = make_tuning(concealed.rig, concealed.effects)
         self._command = Command(0.0)
         self._swing_down: SwingDown | None = None
+        self._changed: Concealed | None = None
 
     @property
     def period_s(self) -> float:
@@ -53,10 +55,24 @@ class LiveRig:
             self._swing_down = SwingDown()
         self._command = command
 
+    def change(self, changed: Concealed) -> None:
+        """Go on as another rig from the next sample period; a signal handler may call this.
+
+        The motion goes on; the other rig's drive and sensors remember nothing.
+        """
+        self._changed = changed
+
     def step(self) -> Sample:
         """Move on by one sample period and return the sample at its end."""
+        if self._changed is not None:
+            self._exchange_rig(self._changed)
         self._rig.step(self._choose_pwm())
         return self.sample
+
+    def _exchange_rig(self, changed: Concealed) -> None:
+        start = tuple(self._rig.truth.tolist())
+        self._rig = EmulatedRig(changed, *self._settings, start=start)
+        self._tuning, self._changed = make_tuning(changed.rig, changed.effects), None
 
     def _choose_pwm(self) -> float:
         if self._swing_down is not None:

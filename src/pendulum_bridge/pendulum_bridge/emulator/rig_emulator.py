@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import signal
 import sys
 import time
 from contextlib import closing
@@ -16,6 +17,7 @@ from pathlib import Path
 
 from pendulum_bridge.emulator.conceal import BY_NAME, draw_concealed
 from pendulum_bridge.emulator.live_rig import LiveRig
+from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed, write_seal
 from pendulum_bridge.emulator.sensors import Encoders
 from pendulum_bridge.emulator.server import Ended, Served, serve_in_lockstep, serve_in_time
@@ -61,6 +63,10 @@ def run(options: argparse.Namespace, stopped: StopRequest) -> None:
     rig = LiveRig(
         concealed, options.rate, Encoders(spike_rate=options.spikes), options.conceal or 0
     )
+    if options.then is not None:
+        changed = _read_rig(options.then)
+        EmulatedRig(changed, options.rate)  # refuses now what cannot be emulated
+        signal.signal(signal.SIGUSR1, lambda *_: rig.change(changed))
     with closing(_open_port(options)) as port:
         if options.seal:
             write_seal(concealed, options.seal)
@@ -100,14 +106,20 @@ def _summarise(served: Served, port: Port[Command]) -> str:
 
 def _choose_concealed(options: argparse.Namespace) -> Concealed:
     """Return the rig that the seed draws, or, without a seed, the twin of the file."""
-    twin = load_twin(options.twin)
     if options.conceal is not None:
-        return draw_concealed(options.conceal, options.effects, twin.rig, live=True)
+        nominal = load_twin(options.twin).rig
+        return draw_concealed(options.conceal, options.effects, nominal, live=True)
+    return _read_rig(options.twin)
+
+
+def _read_rig(file: Path) -> Concealed:
+    """Return the rig of a twin file; raise BadInputError when it cannot be emulated."""
+    twin = load_twin(file)
     for name in twin.effects:
         if name not in BY_NAME:
             raise BadInputError(
-                f"{options.twin}: expected effects that can be emulated "
-                f"({', '.join(BY_NAME)}), found {name}"
+                f"{file}: expected effects that can be emulated ({', '.join(BY_NAME)}), "
+                f"found {name}"
             )
     return Concealed(twin.effects, twin.rig)
 
@@ -137,6 +149,7 @@ def parse_options(arguments: list[str] | None) -> argparse.Namespace:
         examples=(
             "rig_emulator --twin config/inteco.yaml --conceal 13 --effects 2 --seal seal.json",
             "rig_emulator --twin rig.yaml --tcp --seconds 60",
+            "rig_emulator --twin rig.yaml --then worn_rig.yaml",
         ),
     )
     add_common_options(parser)
@@ -171,6 +184,12 @@ def _add_rig(parser: Parser) -> None:
         type=make_whole_reader(),
         metavar="N",
         help="how many effects are concealed (default: 1)",
+    )
+    parser.add_argument(
+        "--then",
+        type=Path,
+        metavar="FILE",
+        help="twin file of the rig that this rig becomes, in motion, at SIGUSR1",
     )
     parser.add_argument(
         "--seal",

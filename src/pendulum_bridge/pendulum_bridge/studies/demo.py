@@ -10,36 +10,32 @@ import argparse
 import os
 import secrets
 import shutil
-import socket
 import sys
 from pathlib import Path
 
 from pendulum_bridge.emulator.seal import open_seal
 from pendulum_bridge.studies.comparison import format_comparison, read_verdict
 from pendulum_bridge.studies.demo_folder import DemoFacts, make_room, write_facts
+from pendulum_bridge.studies.emulated_graph import (
+    APPLIED_TOPIC,
+    LONGEST_START_S,
+    PlanGivenUpError,
+    list_node_arguments,
+    make_environment,
+    play_plan,
+    start_recorder,
+    start_rig,
+)
 from pendulum_bridge.studies.lost_samples import SamplesLostError, check_samples
-from pendulum_bridge.studies.programs import SCRIPTS, Programs, wait_for, wait_until_done
-from pendulum_bridge.wire.udp import Address
+from pendulum_bridge.studies.programs import SCRIPTS, Programs, wait_for
 from pendulum_sysid.cli import main as run_sysid
 from pendulum_twin.command_line import make_whole_reader, run_command
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin, load_twin, save_twin
 from pendulum_twin.parser import Parser, add_common_options, complete
 
-STATES_TOPIC = "/rig/joint_states"
-# The command after the driver's limits (magnitude and rate of change): what the rig received.
-APPLIED_TOPIC = "/rig/applied_pwm"
 NOMINAL = Path("config/inteco.yaml")
 INTERRUPTED = 130  # exit status after Ctrl-C, as shells have it
-LOOPBACK = "127.0.0.1"
-LONGEST_START_S = 180.0  # a program that takes longer to start is stuck, on any machine
-LONGEST_PLAY_S = 300.0  # the plan lasts a minute; a busy machine takes longer to start and end it
-# low ROS domains are what people choose; higher ones need ports that the system gives to others
-DOMAIN_IDS = range(20, 100)
-
-
-class PlanGivenUpError(BadInputError):
-    """The excitation ended before its plan: a busy computer drives a rig late."""
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -104,20 +100,13 @@ def record(options: argparse.Namespace, nominal: Twin, seed: int) -> None:
         )
     file = out / "nominal_twin.yaml"
     save_twin(Twin(f"{nominal.name}_nominal", nominal.rig), file)
-    with Programs(out / "logs", _make_environment()) as programs:
-        _start_rig(
-            programs, file, ("--conceal", seed, "--effects", effects, "--seal", out / "seal.json")
-        )
+    concealing = ("--conceal", seed, "--effects", effects, "--seal", out / "seal.json")
+    with Programs(out / "logs", make_environment()) as programs:
+        start_rig(programs, file, *concealing)
         if view:
             _start_view(programs, file)
-        recorder = programs.start(
-            "recorder_node",
-            *_list_node_arguments(
-                "/", out=out / "recording", twin=file, note=f"demo, seed {seed}"
-            ),
-        )
-        wait_for(recorder, f"hears {STATES_TOPIC}", LONGEST_START_S)
-        _play_plan(
+        start_recorder(programs, out / "recording", file, f"demo, seed {seed}")
+        play_plan(
             programs,
             twin_file=file,
             plan=options.plan or "",
@@ -136,70 +125,11 @@ def remove_recording(out: Path) -> None:
         shutil.rmtree(out / folder, ignore_errors=True)
 
 
-def _start_rig(programs: Programs, twin_file: Path, concealing: tuple[object, ...]) -> None:
-    """Start the emulated rig and its driver on free ports; return when both run."""
-    rig, user = (Address(LOOPBACK, port) for port in _find_free_ports())
-    emulator = programs.start(
-        "rig_emulator", "--twin", twin_file, "--listen", rig, "--send", user, *concealing
-    )
-    wait_for(emulator, "listens on", LONGEST_START_S)
-    ports = {"rig_port": rig.port, "listen_port": user.port}
-    settings = {"twin": twin_file, "emulated": "true", **ports}
-    driver = programs.start("driver_node", *_list_node_arguments("/rig", **settings))
-    wait_for(driver, "drives", LONGEST_START_S)
-
-
 def _start_view(programs: Programs, twin_file: Path) -> None:
-    programs.start("twin_node", *_list_node_arguments("/twin", twin=twin_file))
-    page = programs.start("view_node", *_list_node_arguments("/", recordings=""))
+    programs.start("twin_node", *list_node_arguments("/twin", twin=twin_file))
+    page = programs.start("view_node", *list_node_arguments("/", recordings=""))
     wait_for(page, "\nhttp://", LONGEST_START_S)  # the address, on a line of its own
     print(page.output.splitlines()[-1], flush=True)
-
-
-def _play_plan(programs: Programs, **settings: object) -> None:
-    """Play the plan to the rig; the excitation node prints its progress to the terminal.
-
-    The rig is not reset first: the emulated rig hangs at rest, and a driver cannot reset a rig
-    whose signs are concealed.
-    """
-    arguments = _list_node_arguments(
-        "/excitation", reset_first="false", emulated="true", **settings
-    )
-    excitation = programs.start("excitation_node", *arguments, to_terminal=True)
-    try:
-        wait_until_done(excitation, programs, LONGEST_PLAY_S)
-    except BadInputError as error:
-        if excitation.process.poll():
-            raise PlanGivenUpError(str(error)) from error
-        raise
-
-
-def _list_node_arguments(namespace: str, **parameters: object) -> list[str]:
-    """Return the command line of a node; an empty text is written as YAML writes it."""
-    arguments = ["--ros-args", "-r", f"__ns:={namespace}"]
-    for name, value in parameters.items():
-        arguments += ["-p", f"{name}:={"''" if value == '' else value}"]
-    return arguments
-
-
-def _make_environment() -> dict[str, str]:
-    """Return the variables of a ROS graph apart from all others, with plain logs."""
-    return {
-        "ROS_DOMAIN_ID": str(secrets.choice(DOMAIN_IDS)),
-        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-        "RCUTILS_CONSOLE_OUTPUT_FORMAT": "{message}",
-    }
-
-
-def _find_free_ports() -> list[int]:
-    """Return two UDP ports that are free now, so that the demo meets no other rig."""
-    with (
-        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as first,
-        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as second,
-    ):
-        for port in (first, second):
-            port.bind((LOOPBACK, 0))
-        return [first.getsockname()[1], second.getsockname()[1]]
 
 
 def diagnose(out: Path, quiet: bool) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+import time
 from pathlib import Path
 
 import gymnasium as gym
@@ -32,6 +33,7 @@ from pendulum_twin.errors import BadInputError
 from pendulum_twin.parser import Parser, add_common_options, complete
 
 KINDS = "single:1,pair:1"
+RECORDED_S, EPISODE_S = 60.0, 15.4  # of the rig's own time
 
 RUN = "python -m pendulum_rl_env.studies.identify_and_control"
 
@@ -48,27 +50,52 @@ def _identify_and_control(options: argparse.Namespace) -> None:
     if out.exists() and any(out.iterdir()):
         raise BadInputError(f"{out}: expected an empty folder, or none: give another --out")
     report = (lambda _: None) if options.quiet else _say
+    clock = Clock()
     report(
         "Recording a minute of excitation from a rig with something concealed "
         f"(seed {options.seed}) ..."
     )
-    rig = stages.conceal(out, 0, options.seed, options.kinds, options.twin)
+    rig = stages.conceal(out, 0, options.seed, options.kinds, options.twin, RECORDED_S)
+    clock.take("recording", RECORDED_S)  # the emulated rig is faster than its own time
     report("Diagnosing ...")
     diagnosis = stages.diagnose(rig, out / "diagnosis")
+    clock.take("diagnosis")
     report(f"  {diagnosis.verdict['sentence']}")
-    report("Training in the identified twin (a minute or two on two idle cores) ...")
+    report("Designing a controller for the identified twin, and training its correction ...")
     how = ["--preset", options.preset, "--verdict", str(diagnosis.file)]
     policy = stages.train_until_good(diagnosis.twin, out / "policy", options.seed, how)
+    clock.take("design and training")
     result = json.loads((policy.parent / "result.json").read_text(encoding="utf-8"))
-    report(
-        f"  in the twin: mean reward {result['best_mean_reward']:.0f}, {result['wall_s']:.0f} s"
-    )
-    _show_on_rig(rig, policy, out)
+    report(f"  in the twin: mean reward {result['best_mean_reward']:.0f}")
+    episode = run_on_rig(rig, policy)
+    clock.take("an episode on the rig", EPISODE_S)
+    _show_on_rig(episode, policy, out)
+    _say(str(clock))
 
 
-def _show_on_rig(rig: ConcealedRig, policy: Path, out: Path) -> None:
-    """Run an episode on the rig, write policy and animation, and say where everything is."""
-    episode, network, video = run_on_rig(rig, policy), policy, out / "episode.gif"
+class Clock:
+    """Measure how long each part takes, s of wall time; a rig's own time counts as its own."""
+
+    def __init__(self) -> None:
+        self._parts: dict[str, float] = {}
+        self._begin_s = time.monotonic()
+
+    def take(self, part: str, rig_s: float | None = None) -> None:
+        """End a part, and begin the next; rig_s: how long it takes on a rig in real time."""
+        end_s = time.monotonic()
+        self._parts[part] = end_s - self._begin_s if rig_s is None else rig_s
+        self._begin_s = end_s
+
+    def __str__(self) -> str:
+        parts = ", ".join(f"{part} {seconds:.0f} s" for part, seconds in self._parts.items())
+        return (
+            f"Clock, from the first sample on: {parts}; {sum(self._parts.values()):.0f} s in all"
+        )
+
+
+def _show_on_rig(episode: Episode, policy: Path, out: Path) -> None:
+    """Write policy and animation, and say how the episode went and where everything is."""
+    network, video = policy, out / "episode.gif"
     model = load_policy(policy)
     task = get_task(model) or Task()
     if get_correction(model) is None:
@@ -105,7 +132,7 @@ def _parse_options(arguments: list[str] | None) -> argparse.Namespace:
         description=__doc__,
         examples=(
             f"{RUN} --seed 3 --out out/control",
-            f"{RUN} --seed 3 --kinds pair:1 --preset residual --out out/pair",
+            f"{RUN} --seed 3 --kinds pair:1 --preset fast --out out/pair",
         ),
     )
     add_common_options(parser)
@@ -116,7 +143,7 @@ def _parse_options(arguments: list[str] | None) -> argparse.Namespace:
     kinds = "how many effects are concealed, with the share of each kind"
     add("--kinds", default=KINDS, metavar="KIND:SHARE,...", help=kinds)
     add("--twin", type=Path, default=Path("config/inteco.yaml"), help="the nominal rig")
-    add("--preset", default="fast", help="how the policy is trained")
+    add("--preset", default="residual", help="how the policy is trained")
     complete(parser)
     return parser.parse_args(arguments)
 
