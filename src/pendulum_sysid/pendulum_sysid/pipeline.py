@@ -64,14 +64,10 @@ def diagnose_prepared(prepared: Prepared, progress: Progress, began: float) -> V
 
     began: monotonic time, s, at which the work on them began.
     """
-    case, recording = prepared.case, prepared.case.recording
-    progress(f"{recording.name}: {len(case.signals)} samples")
-    answer = search_effects(case, prepared.split, progress)
-    findings = judge_answer(case, prepared.split, answer, progress)
-    findings = measure_rest(findings, prepared.split, progress)
-    if findings.final.choose > decisions.MISFIT_AT_NOISE:
-        repeats = measure_repeatability(replace(case, twin=findings.final.twin))
-        findings = replace(findings, repeats=repeats)
+    recording = prepared.case.recording
+    progress(f"{recording.name}: {len(prepared.case.signals)} samples")
+    answer = search_effects(prepared.case, prepared.split, progress)
+    findings = explain_answer(prepared, answer, progress)
     verdict = make_verdict(findings, recording, time.monotonic() - began)
     overlays = draw_overlays(findings.before["held_out"], findings.after["held_out"])
     return replace(
@@ -80,6 +76,16 @@ def diagnose_prepared(prepared: Prepared, progress: Progress, began: float) -> V
         overlays=overlays,
         drawings=collect_drawings(findings, prepared.split),
     )
+
+
+def explain_answer(prepared: Prepared, answer: Answer, progress: Progress) -> Findings:
+    """Return all that a verdict is written from: the search's answer, judged, and laws."""
+    case, split = prepared.case, prepared.split
+    findings = measure_rest(judge_answer(case, split, answer, progress), split, progress)
+    if findings.final.choose > decisions.MISFIT_AT_NOISE:
+        repeats = measure_repeatability(replace(case, twin=findings.final.twin))
+        findings = replace(findings, repeats=repeats)
+    return findings
 
 
 def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -> Findings:

@@ -6,8 +6,6 @@ import pytest
 from support.hidden_physics import HIDDEN, INTECO, record_hidden
 
 from pendulum_sysid import decisions
-from pendulum_sysid.fitting.split import split_windows
-from pendulum_sysid.prepare import Prepared, prepare_case
 from pendulum_sysid.studies.ablation import trial_verdict
 from pendulum_sysid.studies.ablation.decision_list import Decision, list_decisions
 from pendulum_sysid.studies.ablation.memory import Memory
@@ -78,9 +76,8 @@ def test_a_trial_s_verdicts_are_kept_and_not_tried_twice(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     recording, _ = record_hidden({"rail_tilt": HIDDEN["rail_tilt"]}, 1, 20.0)
-    case = prepare_case([recording], INTECO)
-    prepared = Prepared(case, split_windows(case.signals, case.state))
-    monkeypatch.setattr(trial_verdict, "_prepare_trial", lambda folder, twin: prepared)
+    monkeypatch.setattr(trial_verdict, "read_bag", lambda folder: None)
+    monkeypatch.setattr(trial_verdict, "clean_recording", lambda raw: recording)
     folder, kept = tmp_path / "trial_0000", tmp_path / "kept.jsonl"
     folder.mkdir()
     save_twin(INTECO, folder / "twin.yaml")

@@ -7,76 +7,52 @@ from collections.abc import Hashable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
 
+from pendulum_sysid import pipeline
 from pendulum_sysid.cleaning.clean import clean_recording
 from pendulum_sysid.finding import growth, journal, naming, pole_alone, search, signs
-from pendulum_sysid.finding.detectors import Use, read_effects
-from pendulum_sysid.finding.localisation.shape_check import (
-    find_misfits,
-    is_outweighed,
-    measure_remainders,
-)
-from pendulum_sysid.finding.search import search_effects
 from pendulum_sysid.fitting.case import Case
-from pendulum_sysid.fitting.gauss_newton import refine_start_states
-from pendulum_sysid.prepare import Prepared, prepare
 from pendulum_sysid.reading.bag import read_bag
-from pendulum_sysid.records import Fit, Outcome, Split
+from pendulum_sysid.records import Fit, Split
 from pendulum_sysid.studies.ablation.memory import Memory
-from pendulum_sysid.telling.outcome import Findings, decide_outcome, is_motion_effect
-from pendulum_twin.errors import BadInputError
-from pendulum_twin.model import Twin, load_twin
+from pendulum_twin.model import load_twin
 
 
 @dataclass(frozen=True)
 class Short:
-    """Hold what is compared of a verdict: its outcome and the names in it."""
+    """Hold what is compared of a verdict: its outcome, and the names of effects and laws in it."""
 
     outcome: str
     names: frozenset[str]
 
 
 class Diagnosis:
-    """Diagnose one trial again and again, with a memory of every stage.
+    """Diagnose one trial again and again, with a memory of the expensive stages.
 
     folder: of the trial, with `bag` and `twin.yaml`.
     """
 
     def __init__(self, folder: Path, memory: Memory) -> None:
-        self.twin = load_twin(folder / "twin.yaml")
-        self._memory = memory
-        self._prepare = memory.wrap(_prepare_trial, lambda folder, twin: str(folder))
-        self._judge = memory.wrap(_judge_shapes, _key_judging)
-        self._read_certain = memory.wrap(
-            _read_certain, lambda case, fit: (*_key(case), *_key(fit))
-        )
-        self._folder = folder
+        self._memory, self._twin = memory, load_twin(folder / "twin.yaml")
+        self._raw = read_bag(folder / "bag")
 
     def decide(self) -> Short:
         """Return the outcome and the names with the decisions as they stand."""
-        try:
-            prepared: Prepared = self._prepare(self._folder, self.twin)
-        except BadInputError:
-            return Short(Outcome.UNUSABLE.value, frozenset())
-        case, split = prepared.case, prepared.split
         with remember_stages(self._memory):
-            answer = search_effects(case, split)
-        names = tuple(named.effect for named in answer.named)
-        judged = self._judge(case, split, answer.best, answer.base, names)
-        findings = SimpleNamespace(named=answer.named, base=answer.base, best=answer.best)
-        findings.misfits, findings.outweighed, findings.learned_misfit = judged
-        outcome = decide_outcome(cast(Findings, findings))
-        if outcome is Outcome.NOT_IN_CATALOGUE:
-            names = tuple(name for name in names if not is_motion_effect(name))
-            names = (*names, *self._read_certain(case, answer.base))
-        return Short(outcome.value, frozenset(names))
+            verdict = pipeline.diagnose([clean_recording(self._raw)], self._twin, _ignore)
+        effects = [effect.effect for effect in verdict.missing_physics]
+        laws = [law.law for law in verdict.measured_laws]
+        return Short(verdict.outcome.value, frozenset([*effects, *laws]))
+
+
+def _ignore(line: str) -> None:
+    """Ignore a line of progress."""
 
 
 @contextmanager
 def remember_stages(memory: Memory) -> Iterator[None]:
-    """Give the search's expensive steps a memory."""
+    """Give the expensive steps of search and judgement a memory."""
     stages: tuple[tuple[Any, str, Any], ...] = (
         (journal, "fit", _key_fit),
         (signs, "fit", _key_fit),
@@ -85,6 +61,8 @@ def remember_stages(memory: Memory) -> Iterator[None]:
         (naming, "propose", _key_all),
         (search, "find_ties", _key_ties),
         (naming, "read_effects", lambda case, theta, use: (*_key(case), theta.tobytes(), use)),
+        (pipeline, "measure_best_laws", _key_laws),
+        (pipeline, "plan_next_experiment", _key_plan),
     )
     plain = [getattr(module, name) for module, name, _ in stages]
     for (module, name, key), function in zip(stages, plain, strict=True):
@@ -94,24 +72,6 @@ def remember_stages(memory: Memory) -> Iterator[None]:
     finally:
         for (module, name, _), function in zip(stages, plain, strict=True):
             setattr(module, name, function)
-
-
-def _prepare_trial(folder: Path, twin: Twin) -> Prepared:
-    return prepare([clean_recording(read_bag(folder / "bag"))], twin)
-
-
-def _judge_shapes(
-    case: Case, split: Split, best: Fit, base: Fit, names: tuple[str, ...]
-) -> tuple[tuple[str, ...], bool, float]:
-    """Return the names whose shape is wrong, whether they are outweighed, and the misfit left."""
-    remainders = measure_remainders(case, best, base)
-    misfits = find_misfits(case, best.theta, remainders, names)
-    whole = refine_start_states(case.problem(split.learn), best.theta).misfit(case.noise)
-    return tuple(m.effect for m in misfits), is_outweighed(remainders), whole
-
-
-def _read_certain(case: Case, base: Fit) -> tuple[str, ...]:
-    return tuple(reading.effect for reading in read_effects(case, base.theta, Use.CERTAIN))
 
 
 def _key(record: Case | Split | Fit) -> tuple[Hashable, ...]:
@@ -147,7 +107,11 @@ def _key_ties(case: Case, split: Split, fit: Fit, also: Any) -> tuple[Hashable, 
     return (*_key_all(case, split, fit), repr(sorted(also.items())))
 
 
-def _key_judging(
-    case: Case, split: Split, best: Fit, base: Fit, names: tuple[str, ...]
+def _key_plan(case: Case, split: Split, best: Fit, ties: Any) -> tuple[Hashable, ...]:
+    return (*_key_all(case, split, best), repr(ties))
+
+
+def _key_laws(
+    case: Case, split: Split, starts: tuple[Fit, ...], progress: Any
 ) -> tuple[Hashable, ...]:
-    return (*_key_all(case, split, best, base), names)
+    return _key_all(case, split, *starts)
