@@ -7,7 +7,7 @@ from support.hidden_physics import HIDDEN, INTECO, record_hidden
 
 from pendulum_sysid import decisions
 from pendulum_sysid.studies.ablation import trial_verdict
-from pendulum_sysid.studies.ablation.decision_list import Decision, list_decisions
+from pendulum_sysid.studies.ablation.decision_list import Decision, Value, list_decisions
 from pendulum_sysid.studies.ablation.memory import Memory
 from pendulum_sysid.studies.ablation.table import list_idle, render_table
 from pendulum_sysid.studies.ablation.variation import (
@@ -20,7 +20,7 @@ from pendulum_sysid.studies.ablation.variation import (
 from pendulum_twin.model import save_twin
 
 
-def make_decision(name: str, value: float | int | bool, unit: str = "s") -> Decision:
+def make_decision(name: str, value: Value, unit: str = "s") -> Decision:
     return Decision(name, "A question?", value, unit, "a reason")
 
 
@@ -39,6 +39,12 @@ def test_variants_go_up_and_down_and_rules_off() -> None:
     assert make_decision("A", 1.2, "ratio").variants["up"] == pytest.approx(1.3)
     assert make_decision("A", 0.9, "of samples").variants["up"] == 1.0
     assert make_decision("A", True, "on or off").variants == {"off": False}
+
+
+def test_several_numbers_are_varied_together() -> None:
+    pair = make_decision("A", (0.25, 0.9), "quantiles of commands")
+    assert pair.variants["up"] == (pytest.approx(0.375), 1.0) and pair.words == "0.25, 0.9"
+    assert all(decision.variants and decision.words for decision in list_decisions())
 
 
 def test_a_decision_is_put_back() -> None:

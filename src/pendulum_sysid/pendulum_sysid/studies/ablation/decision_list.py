@@ -9,9 +9,11 @@ from dataclasses import dataclass
 from pendulum_sysid import decisions
 
 FACTOR = 1.5
+SHARES = ("of ", "prob", "quantile")  # units of values up to 1
 LINE = re.compile(r"(?P<name>[A-Z][A-Z_0-9]*) = [^#]+  # (?P<unit>[^;]+); (?P<why>.+)")
 
-Value = float | int | bool
+Number = float | int | bool
+Value = Number | tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -35,21 +37,35 @@ class Decision:
     def variants(self) -> dict[str, Value]:
         """Return what to try in its place, by "up" and "down", or "off" for a rule.
 
-        A ratio is varied in what it exceeds 1 by, a share stays at most 1, a count at least 1.
+        A ratio is varied in what it exceeds 1 by, a share stays at most 1, a count at least 1;
+        several numbers are varied together.
         """
         if isinstance(self.value, bool):
             return {"off": False}
-        return {"up": self._scale(FACTOR), "down": self._scale(1.0 / FACTOR)}
+        return {"up": self._vary(FACTOR), "down": self._vary(1.0 / FACTOR)}
 
-    def _scale(self, factor: float) -> Value:
-        if isinstance(self.value, int):
-            moved = round(self.value * factor)
-            other = self.value + (1 if factor > 1.0 else -1)
-            return max(moved if moved != self.value else other, 1)
+    @property
+    def words(self) -> str:
+        """Return the value for a reader."""
+        if self.value is True:
+            return "on"
+        values = self.value if isinstance(self.value, tuple) else (self.value,)
+        return ", ".join(f"{value:g}" for value in values)
+
+    def _vary(self, factor: float) -> Value:
+        if isinstance(self.value, tuple):
+            return tuple(self._scale(value, factor) for value in self.value)
+        return self._scale(self.value, factor)
+
+    def _scale(self, value: Number, factor: float) -> Number:
+        if isinstance(value, int):
+            moved = round(value * factor)
+            other = value + (1 if factor > 1.0 else -1)
+            return max(moved if moved != value else other, 1)
         if self.unit == "ratio":
-            return 1.0 + (self.value - 1.0) * factor
-        limit = 1.0 if self.unit.startswith(("of ", "prob")) else float("inf")
-        return min(self.value * factor, limit)
+            return 1.0 + (value - 1.0) * factor
+        limit = 1.0 if self.unit.startswith(SHARES) else float("inf")
+        return min(value * factor, limit)
 
 
 def list_decisions() -> list[Decision]:

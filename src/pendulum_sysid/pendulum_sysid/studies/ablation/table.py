@@ -53,8 +53,7 @@ def _render_row(decision: Decision, changed: Sequence[Tried], seen: set[tuple[st
         mine = [t for t in changed if t.decision == decision.name and t.variant in variants]
         return str(len(mine))
 
-    value = "on" if decision.value is True else f"{decision.value:g}"
-    cells = (f"`{decision.name}`", value, decision.unit, decision.why, count("up", "off"))
+    cells = (f"`{decision.name}`", decision.words, decision.unit, decision.why, count("up", "off"))
     return "| " + " | ".join((*cells, count("down"))) + " |"
 
 
