@@ -103,7 +103,7 @@ def _study(options: argparse.Namespace) -> None:
     nominal, rig = out / "nominal.yaml", out / "rig.yaml"
     save_twin(Twin("nominal", load_twin(options.twin).rig), nominal)
     save_twin(truth, rig)
-    with open_rig(out / "before", rig, rig, nominal) as live:
+    with open_rig(out / "before", rig, None, nominal) as live:
         report("Recording a minute of the rig as it is ...")
         live.record(out / "before" / "recording", nominal)
     before = _identify(out / "before", nominal, options.seed)

@@ -145,17 +145,20 @@ class ChangingRig:
 
 
 @contextmanager
-def open_rig(folder: Path, rig: Path, changed: Path, believed: Path) -> Iterator[ChangingRig]:
+def open_rig(
+    folder: Path, rig: Path, changed: Path | None, believed: Path
+) -> Iterator[ChangingRig]:
     """Give a rig that runs and is watched; end all its programs afterwards.
 
     folder: of the programs' logs.
-    rig, changed: twin files of the true rig before and after the change.
+    rig, changed: twin files of the true rig before and after the change; None without a change.
     believed: file of the twin that driver and watch know.
     """
     environment = make_environment()
     os.environ.update(environment)  # this process drives the rig in the same graph
     with Programs(folder / "logs", environment) as programs:
-        emulator = start_rig(programs, rig, "--then", changed)
+        then = () if changed is None else ("--then", changed)
+        emulator = start_rig(programs, rig, *then)
         watch = programs.start(
             "watch_node", *list_node_arguments("/watch", twin=believed, rig="/rig")
         )

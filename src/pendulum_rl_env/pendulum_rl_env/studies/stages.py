@@ -110,6 +110,17 @@ def diagnose(rig: ConcealedRig, out: Path) -> Diagnosis:
     return Diagnosis(out, json.loads(file.read_text(encoding="utf-8")))
 
 
+def refit(rig: ConcealedRig, out: Path) -> Path:
+    """Fit the nominal twin's constants to the rig's recording, adding no physics; return a file.
+
+    out: the twin's file; a file that is there already is taken as it is.
+    """
+    if not out.exists():
+        arguments = ["fit", str(rig.recording), "--twin", str(rig.nominal), "--out", str(out)]
+        run_program("sysid fit", cli.main, arguments)
+    return out
+
+
 def train_policy(twin: Path, out: Path, seed: int, options: Sequence[str] = ()) -> Path:
     """Train in a twin and return the policy; a finished training is taken as it is.
 

@@ -13,38 +13,33 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from pendulum_rl_env.control.classical import make_plant
-from pendulum_rl_env.control.design import Controller, design_controller, run_controller
-from pendulum_rl_env.control.optimum import find_optimum
-from pendulum_rl_env.control.planned import design_planned
-from pendulum_rl_env.control.predictive import design_predictive
 from pendulum_rl_env.scoring import describe_reward
 from pendulum_rl_env.studies import stages
-from pendulum_rl_env.studies.identify_and_control import run_on_rig
-from pendulum_rl_env.studies.on_concealed import fine_tune, learn_from_scratch
 from pendulum_rl_env.studies.stages import ConcealedRig, Diagnosis
+from pendulum_rl_env.studies.transfer_controllers import (
+    THESIS_REWARD,
+    Rewards,
+    RigControllers,
+)
 from pendulum_rl_env.studies.transfer_report import DEFAULT_ROWS, ROWS, format_table, plot_rewards
 from pendulum_rl_env.studies.workers import add_engine_options, run_study
-from pendulum_rl_env.task import Task
 from pendulum_twin.command_line import run_command
 from pendulum_twin.files import write_atomically
-from pendulum_twin.model import Twin, load_twin
+from pendulum_twin.model import load_twin
 from pendulum_twin.parser import Parser, add_common_options, complete
 
 SCHEMA = "pendulum_transfer/1"
-THESIS_REWARD = 423.0  # of the thesis's policy on its rig, after 130,000 steps there
 KINDS = "single:5,pair:4,triple:1"
 FINE_STEPS = 10_000
 
 Row = dict[str, Any]
-Rewards = Callable[[], list[float]]
 
 RUN = "python -m pendulum_rl_env.studies.transfer"
 
@@ -108,82 +103,10 @@ def _report_rig(number: int, row: Row) -> None:
 def _list_controllers(
     number: int, rig: ConcealedRig, diagnosis: Diagnosis, options: argparse.Namespace
 ) -> Mapping[str, Rewards]:
-    """Return for each controller, in order, the function that measures its rewards on the rig."""
-    seeds = range(options.train_seed, options.train_seed + options.train_seeds)
-    how = ["--preset", options.preset]
-    if options.timesteps:
-        how += ["--timesteps", str(options.timesteps)]
-    with_verdict = [*how, "--verdict", str(diagnosis.file)]
-
-    def train(twin: Path, name: str, more: list[str]) -> list[Path]:
-        return [
-            stages.train_until_good(
-                twin, rig.folder / f"{name}_{seed}", seed, more, options.trainings
-            )
-            for seed in seeds
-        ]
-
-    def run_nominal() -> list[float]:
-        policies = train(rig.nominal, "nominal", how)
-        return [run_on_rig(rig, policy).reward for policy in policies]
-
-    def run_identified() -> list[float]:
-        policies = train(diagnosis.twin, "identified", with_verdict)
-        return [run_on_rig(rig, policy).reward for policy in policies]
-
-    def run_fine_tuned() -> list[float]:
-        policies = train(diagnosis.twin, "identified", with_verdict)
-        return [_fine_tune_if_short(rig, policy, options.fine_steps) for policy in policies]
-
-    def run_scratch() -> list[float]:
-        steps = options.scratch_steps
-        return [learn_from_scratch(rig, s, steps, rig.folder / f"scratch_{s}") for s in seeds]
-
-    def run_residual() -> list[float]:
-        residual = ["--preset", "residual", "--verdict", str(diagnosis.file)]
-        policies = train(diagnosis.twin, "residual", residual)
-        return [run_on_rig(rig, policy).reward for policy in policies]
-
-    known: dict[str, Rewards] = {
-        "nominal": run_nominal,
-        "identified": run_identified,
-        "fine_tuned": run_fine_tuned,
-        "residual": run_residual,
-        "planned": lambda: [_run_design_on_rig(rig, diagnosis.twin, design_planned)],
-        "classical": lambda: [_run_design_on_rig(rig, diagnosis.twin, design_controller)],
-        "predictive": lambda: [_run_design_on_rig(rig, diagnosis.twin, design_predictive)],
-        "optimum": lambda: [_find_best_reward(diagnosis.twin)],
-    }
-    controllers = {name: known[name] for name in known if name in options.controllers}
-    if number < options.scratch_rigs:
-        controllers["scratch"] = run_scratch
-    return controllers
-
-
-def _fine_tune_if_short(rig: ConcealedRig, policy: Path, steps: int) -> float:
-    """Return the policy's reward on the rig, after fine-tuning there where it falls short."""
-    reward = run_on_rig(rig, policy).reward
-    if reward > THESIS_REWARD:
-        return reward
-    return fine_tune(policy, rig, steps, policy.parent / "fine")
-
-
-def _run_design_on_rig(
-    rig: ConcealedRig, twin: Path, design: Callable[[Twin, Task], Controller]
-) -> float:
-    """Return the reward on the rig of a controller that is designed from a twin."""
-    task = Task()
-    controller = design(load_twin(twin), task)
-    env = rig.make_env(task)
-    try:
-        return run_controller(env.transport, controller, task)
-    finally:
-        env.close()
-
-
-def _find_best_reward(twin: Path) -> float:
-    """Return the largest reward that commands earn in a twin itself."""
-    return find_optimum(make_plant(load_twin(twin), Task()), starts=2).reward
+    """Return for each controller that is asked for, in order, how its rewards are measured."""
+    known = RigControllers(rig, diagnosis, options).list_all()
+    scratch = ("scratch",) if number < options.scratch_rigs else ()
+    return {name: known[name] for name in known if name in (*options.controllers, *scratch)}
 
 
 def _open_seal(rig: ConcealedRig) -> Any:
