@@ -71,6 +71,33 @@ def test_draws_repeat_with_the_seed_and_stay_within_what_can_be(tmp_path: Path) 
     assert min(twin.effects["cart_coulomb_friction"]["level_n"] for twin in first) == 0.0
 
 
+def test_draws_hang_together_as_the_verdict_says(tmp_path: Path) -> None:
+    estimates = {
+        "force_per_pwm_n": {"after": TWIN.rig.force_per_pwm_n, "low": 12.0, "high": 13.72},
+        "cart_viscous_n_s_m": {"after": TWIN.rig.cart_viscous_n_s_m, "low": 0.45, "high": 0.55},
+    }
+    names = [*estimates, "cart_coulomb_friction.level_n"]
+    values = [[1.0, 0.9, None], [0.9, 1.0, None], [None, None, None]]
+    file = write_verdict(
+        tmp_path, rig_parameters=estimates, correlations={"names": names, "values": values}
+    )
+    drawn = gather_knowledge(TWIN, file, 2000, 3).twins[1:]
+    rows = np.array(
+        [
+            (
+                t.rig.force_per_pwm_n,
+                t.rig.cart_viscous_n_s_m,
+                t.effects["cart_coulomb_friction"]["level_n"],
+            )
+            for t in drawn
+        ]
+    )
+    found = np.corrcoef(rows.T)
+    assert found[0, 1] == pytest.approx(0.9, abs=0.02)
+    assert abs(found[0, 2]) < 0.07 and abs(found[1, 2]) < 0.07
+    assert rows[:, 0].std() == pytest.approx((13.72 - 12.0) / 3.92, rel=0.06)
+
+
 def test_without_a_verdict_there_is_the_twin_alone() -> None:
     knowledge = gather_knowledge(TWIN, None, 64, 0)
     assert knowledge.twins == (TWIN,) and knowledge.encoders.steps == (0.0, 0.0)

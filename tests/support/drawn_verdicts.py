@@ -7,13 +7,12 @@ import numpy as np
 
 from pendulum_sysid.records import Evidence, Localisation, Outcome, Overlay, Trial
 from pendulum_sysid.verdict.drawn import (
-    Correlations,
     Drawings,
     Motion,
     Origin,
     ResidualTest,
 )
-from pendulum_sysid.verdict.record import Verdict
+from pendulum_sysid.verdict.record import Correlations, Verdict
 from pendulum_twin.model import Twin
 from pendulum_twin.rig import Rig
 
@@ -193,9 +192,7 @@ def make_drawings() -> Drawings:
     )  # fmt: skip
     learned = (make_overlay("cart", "m", 0.3, 0.08, 40), make_overlay("pole", "rad", 2.0, 1.5, 40))
     learned = tuple(replace(o, times_s=o.times_s + 1.5) for o in learned)
-    names = ("cart_viscous_n_s_m", "cart_coulomb_friction.level_n")
-    values = np.array([[1.0, -0.97], [-0.97, 1.0]])
-    return Drawings(motion, learned, (test,), Correlations(names, values))
+    return Drawings(motion, learned, (test,))
 
 
 def make_named() -> Verdict:
@@ -210,6 +207,10 @@ def make_named() -> Verdict:
         overlays=overlays,
         origin=ORIGIN,
         drawings=make_drawings(),
+        correlations=Correlations(
+            ("cart_viscous_n_s_m", "cart_coulomb_friction.level_n"),
+            ((1.0, -0.97), (-0.97, 1.0)),
+        ),
         next_plan={},
     )
 

@@ -1,20 +1,21 @@
 """The rigs that a diagnosis leaves possible: twins drawn from the intervals of its verdict.
 
-Randomisation needs no invented ranges: a verdict says how well each number is known. Every number
-is drawn independently from a normal distribution whose +-1.96 standard deviations are the
-interval. A verdict holds no correlations, so the draws are wider than the recording allows, never
-narrower.
+Randomisation needs no invented ranges: a verdict says how well each number is known, and how their
+errors hang together. The numbers are drawn from a joint normal distribution: +-1.96 of its
+standard deviations are the interval of each number, its correlations those of the verdict. What
+the verdict correlates with nothing is drawn independently.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.encoders import EXACT, Encoders
 from pendulum_twin.errors import BadInputError
@@ -96,37 +97,63 @@ def _check_verdict(twin: Twin, verdict: Mapping[str, Any]) -> None:
 
 
 def _draw_twin(twin: Twin, verdict: Mapping[str, Any], random: np.random.Generator) -> Twin:
-    """Return a twin with every number drawn from its interval.
-
-    Constants that no bodies have together are drawn again.
-    """
-    rigs = (
-        _draw_rig(twin.rig, verdict.get("rig_parameters", {}), random) for _ in range(MOST_TRIES)
+    """Return a twin with every number drawn; constants that no bodies have are drawn again."""
+    names, root = _read_correlations(verdict)
+    for _ in range(MOST_TRIES):
+        deviations = _Deviations(names, root @ random.standard_normal(len(names)), random)
+        rig = _draw_rig(twin.rig, verdict.get("rig_parameters", {}), deviations)
+        if rig is not None:
+            return replace(twin, rig=rig, effects=_draw_effects(twin, verdict, deviations))
+    raise BadInputError(
+        f"expected intervals in which bodies can be, found none in {MOST_TRIES} draws: "
+        "leave out --verdict"
     )
-    rig = next((rig for rig in rigs if rig is not None), None)
-    if rig is None:
-        raise BadInputError(
-            f"expected intervals in which bodies can be, found none in {MOST_TRIES} draws: "
-            "leave out --verdict"
-        )
+
+
+class _Deviations:
+    """Give each number how many standard deviations it is off, others than the named at random."""
+
+    def __init__(self, names: Sequence[str], values: Floats, random: np.random.Generator) -> None:
+        self._values, self._random = dict(zip(names, values.tolist(), strict=True)), random
+
+    def get(self, name: str) -> float:
+        """Return the deviations of a number, the same whenever it is asked about."""
+        return self._values.setdefault(name, float(self._random.standard_normal()))
+
+
+def _read_correlations(verdict: Mapping[str, Any]) -> tuple[list[str], Floats]:
+    """Return names (n,), and a root (n, n) of their correlations; what is not fixed has none."""
+    content = verdict.get("correlations") or {"names": [], "values": []}
+    names = [str(name) for name in content["names"]]
+    matrix = np.array(content["values"], dtype=np.float64).reshape(len(names), len(names))
+    matrix = np.where(np.isfinite(matrix), matrix, 0.0)
+    np.fill_diagonal(matrix, 1.0)
+    values, vectors = np.linalg.eigh(0.5 * (matrix + matrix.T))
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    return names, root / np.linalg.norm(root, axis=1, keepdims=True)
+
+
+def _draw_effects(
+    twin: Twin, verdict: Mapping[str, Any], deviations: _Deviations
+) -> dict[str, dict[str, float]]:
     effects = {name: dict(values) for name, values in twin.effects.items()}
     for name, parameter, estimate in _list_parameters(verdict):
         if parameter in effects.get(name, {}):
             bounds = next(p for p in BY_NAME[name].parameters if p.name == parameter)
-            drawn = effects[name][parameter]
-            drawn += _compute_deviation(estimate) * random.standard_normal()
+            away = _compute_deviation(estimate) * deviations.get(f"{name}.{parameter}")
+            drawn = effects[name][parameter] + away
             effects[name][parameter] = float(np.clip(drawn, bounds.low, bounds.high))
-    return replace(twin, rig=rig, effects=effects)
+    return effects
 
 
-def _draw_rig(rig: Rig, estimates: Mapping[str, Any], random: np.random.Generator) -> Rig | None:
+def _draw_rig(rig: Rig, estimates: Mapping[str, Any], deviations: _Deviations) -> Rig | None:
     """Return a rig with every constant drawn; None when no bodies have these."""
     constants = {}
     for name, estimate in estimates.items():
         value = getattr(rig, name, None)
         if value:
             deviation = min(_compute_deviation(estimate), WIDEST_SHARE * abs(value))
-            drawn = value + deviation * random.standard_normal()
+            drawn = value + deviation * deviations.get(name)
             constants[name] = max(drawn, LEAST_SHARE * value) if value > 0 else drawn
     try:
         return replace(rig, **constants)

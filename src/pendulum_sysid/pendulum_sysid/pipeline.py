@@ -146,7 +146,7 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
         return findings
     fit, laws = measured.named
     fit = join_intervals(widen_intervals(case, split, fit), findings.best)
-    sure, doubted = part_sure_names(fit, findings.named)
+    sure, doubted = part_sure_names(fit, findings.named, case.scales)
     fit, sure = add_readings(case, fit, sure)
     improved = replace(case, twin=fit.twin)
     after = run_parts(improved, split)

@@ -7,9 +7,11 @@ import pytest
 from pendulum_sysid.finding.judge import Lead, compute_distance, is_surely_there
 from pendulum_sysid.finding.naming import Named, doubt_intervals, part_sure_names
 from pendulum_sysid.records import Estimate
+from pendulum_twin.effects.effect import Scale
 
 ABOVE, AT_NOISE = 20.0, 1.0  # misfits, in units of noise
 TIED = {"rail_tilt.angle_rad": Estimate(0.0036, -1e-5, 0.0072)}
+SCALES = {Scale.COMMAND: 0.5}
 SURE = {"rail_tilt.angle_rad": Estimate(0.0036, 0.0018, 0.0054)}
 
 
@@ -26,7 +28,9 @@ def make_fit(
 def test_above_the_noise_a_size_that_may_be_nothing_is_no_name(
     misfit: float, estimates: dict[str, Estimate], lasting: bool
 ) -> None:
-    (named,) = doubt_intervals(make_fit(misfit, estimates), [Named("rail_tilt", Lead(1.1, 9.0))])
+    (named,) = doubt_intervals(
+        make_fit(misfit, estimates), [Named("rail_tilt", Lead(1.1, 9.0))], SCALES
+    )
     assert named.is_lasting is lasting
 
 
@@ -34,12 +38,12 @@ def test_of_several_sizes_one_that_is_surely_there_suffices() -> None:
     """An eccentric encoder has a sine and a cosine part, and may have one alone."""
     sine = {"eccentric_encoder.sine_rad": Estimate(0.005, 0.004, 0.006)}
     cosine = {"eccentric_encoder.cosine_rad": Estimate(0.0, -0.001, 0.001)}
-    assert is_surely_there(make_fit(ABOVE, sine | cosine), "eccentric_encoder")
-    assert not is_surely_there(make_fit(ABOVE, cosine), "eccentric_encoder")
+    assert is_surely_there(make_fit(ABOVE, sine | cosine), "eccentric_encoder", SCALES)
+    assert not is_surely_there(make_fit(ABOVE, cosine), "eccentric_encoder", SCALES)
 
 
 def test_an_effect_without_a_size_has_no_interval_to_doubt() -> None:
-    assert is_surely_there(make_fit(ABOVE, {}), "cart_sign_inverted")
+    assert is_surely_there(make_fit(ABOVE, {}), "cart_sign_inverted", SCALES)
 
 
 def test_the_place_of_an_effect_is_no_size() -> None:
@@ -48,20 +52,27 @@ def test_the_place_of_an_effect_is_no_size() -> None:
         "rail_friction_patch.centre_m": Estimate(0.3, 0.29, 0.31),
         "rail_friction_patch.level_n": Estimate(0.2, 0.0, 0.7),
     }
-    assert not is_surely_there(make_fit(ABOVE, patch), "rail_friction_patch")
+    assert not is_surely_there(make_fit(ABOVE, patch), "rail_friction_patch", SCALES)
+
+
+@pytest.mark.parametrize(("high", "there"), [(0.46, True), (0.52, False)])
+def test_a_limit_that_may_lie_above_the_largest_command_is_none(high: float, there: bool) -> None:
+    """A limit of 0.478 [0.449, 0.524] was named in a recording with commands up to 0.5."""
+    limit = {"input_saturation.limit": Estimate(0.44, 0.42, high)}
+    assert is_surely_there(make_fit(ABOVE, limit), "input_saturation", SCALES) is there
 
 
 def test_names_are_parted_by_the_sizes_that_measured_laws_leave() -> None:
     """A curve of the force by velocity may take over what an asymmetry stood for."""
     names = (Named("rail_tilt", Lead(1.1, 9.0)), Named("cart_sign_inverted", Lead(9.0, 9.0)))
     effects = tuple(named.effect for named in names)
-    assert part_sure_names(make_fit(ABOVE, TIED, effects), names) == (names[1:], names[:1])
-    assert part_sure_names(make_fit(ABOVE, SURE, effects), names) == (names, ())
+    assert part_sure_names(make_fit(ABOVE, TIED, effects), names, SCALES) == (names[1:], names[:1])
+    assert part_sure_names(make_fit(ABOVE, SURE, effects), names, SCALES) == (names, ())
 
 
 def test_a_name_whose_place_a_measured_law_has_taken_is_gone() -> None:
     names = (Named("position_scale", Lead(1.1, 9.0)),)
-    assert part_sure_names(make_fit(ABOVE, {}), names) == ((), ())
+    assert part_sure_names(make_fit(ABOVE, {}), names, SCALES) == ((), ())
 
 
 @pytest.mark.parametrize(("weight", "lasting"), [(0.05, False), (0.5, False), (0.95, True)])

@@ -41,6 +41,7 @@ def assert_as_in_the_contract(found: dict) -> None:
         "schema", "outcome", "sentence", "location", "missing_physics", "rig_parameters",
         "masking", "fit", "remainder", "data_quality", "next_experiment", "recording", "elapsed_s",
         "warnings", "perhaps", "sets", "measured_laws", "unlike_rig", "effect_parameters",
+        "correlations",
     }  # fmt: skip
     assert json.loads(json.dumps(found, allow_nan=False)) == found
     assert found["schema"] == "pendulum_verdict/1" and found["outcome"] in {
@@ -153,7 +154,7 @@ def test_a_value_of_the_given_twin_that_changed_is_told() -> None:
     )
     friction = verdict.effect_parameters["cart_coulomb_friction.level_n"]
     assert friction.before == 0.5 and friction.low < 1.0 < friction.high
-    assert verdict.given_values["cart_coulomb_friction.level_n"] is friction
+    assert verdict.list_given_values()["cart_coulomb_friction.level_n"] is friction
 
 
 def test_a_load_on_the_cart_is_told_and_not_the_constants_that_it_bends() -> None:

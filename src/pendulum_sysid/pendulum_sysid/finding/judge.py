@@ -10,9 +10,11 @@ import numpy as np
 from pendulum_sysid import decisions
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.gauss_newton import refine_start_states
-from pendulum_sysid.records import Fit, Split
+from pendulum_sysid.fitting.parameters import Scales
+from pendulum_sysid.records import Estimate, Fit, Split
 from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
+from pendulum_twin.effects.effect import Parameter
 
 
 @dataclass(frozen=True)
@@ -172,17 +174,26 @@ def compute_distance(fit: Fit, effect: str, others: Collection[str] = ()) -> flo
     return max(distances)
 
 
-def is_surely_there(fit: Fit, effect: str) -> bool:
-    """Return whether the interval of a size leaves out the value at which the effect vanishes.
+def is_surely_there(fit: Fit, effect: str, scales: Scales) -> bool:
+    """Return whether the interval of a size leaves out the values at which the effect is nothing.
 
-    The size of an effect of shapes alone is a shape: the step of a coarse command. True for an
-    effect without a size that is estimated.
+    The size of an effect of shapes alone is a shape: the step of a coarse command. A limit does
+    nothing from the largest command on. True for an effect without a size that is estimated.
+
+    scales: of the recording.
     """
     parameters = [p for p in BY_NAME[effect].parameters if np.isfinite(p.neutral)]
     sizes = [p for p in parameters if not p.shape] or parameters
-    estimates = [(fit.estimates.get(f"{effect}.{p.name}"), p.neutral) for p in sizes]
-    known = [(e, neutral) for e, neutral in estimates if e is not None]
-    return not known or any(not e.low <= neutral <= e.high for e, neutral in known)
+    estimates = [(p, fit.estimates.get(f"{effect}.{p.name}")) for p in sizes]
+    known = [(p, estimate) for p, estimate in estimates if estimate is not None]
+    return not known or any(_tell_from_nothing(p, e, scales) for p, e in known)
+
+
+def _tell_from_nothing(parameter: Parameter, estimate: Estimate, scales: Scales) -> bool:
+    """Tell whether an interval leaves out the values at which the parameter does nothing."""
+    if parameter.idle_beyond is not None:
+        return estimate.high < scales[parameter.idle_beyond]
+    return not estimate.low <= parameter.neutral <= estimate.high
 
 
 def _is_at_bound(fit: Fit, name: str) -> bool:

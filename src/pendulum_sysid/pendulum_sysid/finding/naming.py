@@ -19,6 +19,7 @@ from pendulum_sysid.finding.replication import Replication, replicate_effects
 from pendulum_sysid.finding.separation import Tie
 from pendulum_sysid.finding.weights import WeighedSet, weigh_effect
 from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.fitting.parameters import Scales
 from pendulum_sysid.records import Fit
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.parameter_vector import SLOTS
@@ -150,27 +151,30 @@ def add_replications(
     )
 
 
-def doubt_intervals(best: Fit, named: Iterable[Named]) -> tuple[Named, ...]:
+def doubt_intervals(best: Fit, named: Iterable[Named], scales: Scales) -> tuple[Named, ...]:
     """Return the names of a fit with whether their intervals leave out that nothing is there.
 
     best: with intervals that the remainder and the parts of the recording have widened.
+    scales: of the recording.
     """
     above = best.choose > decisions.MISFIT_AT_NOISE
     return tuple(
-        replace(effect, is_sure=not above or is_surely_there(best, effect.effect))
+        replace(effect, is_sure=not above or is_surely_there(best, effect.effect, scales))
         for effect in named
     )
 
 
 def part_sure_names(
-    fit: Fit, named: Iterable[Named]
+    fit: Fit, named: Iterable[Named], scales: Scales
 ) -> tuple[tuple[Named, ...], tuple[Named, ...]]:
     """Return the names of a fit whose sizes are surely there, and its other names.
 
     Names of effects that the fit lacks are left out: others have taken their places.
+
+    scales: of the recording.
     """
     names = tuple(effect for effect in named if effect.effect in fit.effects)
-    sure = tuple(effect for effect in names if is_surely_there(fit, effect.effect))
+    sure = tuple(effect for effect in names if is_surely_there(fit, effect.effect, scales))
     return sure, tuple(effect for effect in names if effect not in sure)
 
 

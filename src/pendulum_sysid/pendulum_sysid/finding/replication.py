@@ -98,9 +98,13 @@ def replicate_effects(case: Case, split: Split, fit: Fit) -> dict[str, Replicati
     replications = {}
     for name in [e for e in fit.effects if not BY_NAME[e].of_recording]:
         sizes = [
-            (p.neutral, fit.estimates[f"{name}.{p.name}"].value, thirds[f"{name}.{p.name}"])
+            (
+                p.neutral if p.idle_beyond is None else case.scales[p.idle_beyond],
+                fit.estimates[f"{name}.{p.name}"].value,
+                thirds[f"{name}.{p.name}"],
+            )
             for p in BY_NAME[name].parameters
-            if not p.shape and f"{name}.{p.name}" in thirds
+            if (not p.shape or p.idle_beyond is not None) and f"{name}.{p.name}" in thirds
         ]
         if sizes:
             counts = [_count_shown(*size) for size in sizes]

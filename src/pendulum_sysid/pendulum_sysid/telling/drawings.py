@@ -8,10 +8,10 @@ import numpy as np
 
 from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_sysid.fitting.window_runs import JOINTS, UNITS, WindowRuns, run_windows
-from pendulum_sysid.records import Fit, Overlay, Split
+from pendulum_sysid.records import Overlay, Split
 from pendulum_sysid.telling.outcome import Findings
 from pendulum_sysid.telling.residuals import examine_residuals
-from pendulum_sysid.verdict.drawn import Correlations, Drawings, Motion
+from pendulum_sysid.verdict.drawn import Drawings, Motion
 from pendulum_twin.signals import Signals
 
 
@@ -30,7 +30,6 @@ def collect_drawings(findings: Findings, split: Split) -> Drawings:
         motion=draw_motion(case.signals, case.state),
         learned=draw_overlays(before, after),
         residuals=residuals,
-        correlations=_name_correlations(findings.final, findings.best),
     )
 
 
@@ -83,10 +82,3 @@ def draw_motion(signals: Signals, state: SmoothState) -> Motion:
         left_out_s=times[~used],
         breaks_s=breaks,
     )
-
-
-def _name_correlations(final: Fit, best: Fit) -> Correlations:
-    """Return the correlations of the improved twin, or those of its effects without the laws."""
-    fit = final if len(final.correlations) else best
-    names = tuple(fit.estimates)[: len(fit.correlations)]
-    return Correlations(names, fit.correlations)

@@ -11,7 +11,7 @@ from markupsafe import Markup
 from pendulum_sysid.telling import display
 from pendulum_sysid.telling.report_data import shorten
 from pendulum_sysid.telling.residual_figures import draw_residuals
-from pendulum_sysid.verdict.drawn import Correlations, ResidualTest
+from pendulum_sysid.verdict.drawn import ResidualTest
 from pendulum_sysid.verdict.record import Verdict
 
 
@@ -48,6 +48,5 @@ def describe_residuals(test: ResidualTest) -> ResidualRow:
 
 def round_correlations(verdict: Verdict) -> dict[str, Any]:
     """Return names and values of the correlations; None for what is not fixed."""
-    drawings = verdict.drawings
-    fitted = drawings.correlations if drawings is not None else Correlations()
+    fitted = verdict.correlations
     return {"names": fitted.names, "values": [shorten(row) for row in fitted.values]}

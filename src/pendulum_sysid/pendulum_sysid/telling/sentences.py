@@ -105,7 +105,8 @@ def _describe_closest(named: tuple[Named, ...], findings: Findings) -> str:
     effects = [describe_effect(effect.effect, findings.final) for effect in named]
     laws = [write_sentence(law) for law in findings.laws]
     if not effects and not laws:
-        return " Other parameters and the effects of the catalogue do not explain it."
+        changed = describe_changed(findings)
+        return f" Other parameters{changed} and the effects of the catalogue do not explain it."
     return " ".join([" Closest comes, and is not certain:", *effects, *laws])
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 from scipy.special import ndtr
 
 from pendulum_sysid import decisions
@@ -12,7 +13,7 @@ from pendulum_sysid.finding.detectors import Reading
 from pendulum_sysid.finding.search import Named
 from pendulum_sysid.fitting.window_runs import WindowRuns
 from pendulum_sysid.measuring.naming import NamedCurve, write_formula, write_sentence
-from pendulum_sysid.records import Estimate, Localisation, Outcome, Recording
+from pendulum_sysid.records import Estimate, Fit, Localisation, Outcome, Recording
 from pendulum_sysid.telling.contradictions import describe_contradictions
 from pendulum_sysid.telling.events import list_events
 from pendulum_sysid.telling.given_values import compare_constants, compare_effect_parameters
@@ -32,6 +33,7 @@ from pendulum_sysid.telling.sentences import describe_effect, describe_masking, 
 from pendulum_sysid.verdict.record import (
     BeforeAfter,
     BelievedSet,
+    Correlations,
     EffectParameter,
     FitScores,
     Location,
@@ -47,6 +49,7 @@ from pendulum_sysid.verdict.record import (
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.laws.kind import EVIDENCE_NAMES, Role
 
+CORRELATION_DIGITS = 5
 NEXT_FILE = "next.yaml"
 MULTIPLIED = {  # the variable that a law's value is multiplied by, beside the law's own variable
     Role.GAIN: "command",
@@ -82,6 +85,7 @@ def make_verdict(findings: Findings, recording: Recording, elapsed_s: float) -> 
         missing_physics=(*(_describe_missing(effect, findings) for effect in named), *certain),
         rig_parameters=compare_constants(findings),
         effect_parameters=compare_effect_parameters(findings),
+        correlations=_name_correlations(findings.final, findings.best),
         masking=describe_masking(named, findings),
         warnings=describe_contradictions(findings),
         perhaps=tuple(_describe_missing(effect, findings) for effect in others),
@@ -102,6 +106,14 @@ def make_verdict(findings: Findings, recording: Recording, elapsed_s: float) -> 
         localisation=findings.location,
         next_plan=plan,
     )
+
+
+def _name_correlations(final: Fit, best: Fit) -> Correlations:
+    """Return the correlations of the improved twin, or those of its effects without the laws."""
+    fit = final if len(final.correlations) else best
+    names = tuple(fit.estimates)[: len(fit.correlations)]
+    rows = np.round(fit.correlations, CORRELATION_DIGITS).tolist()
+    return Correlations(names, tuple(tuple(row) for row in rows))
 
 
 def make_unusable(recording: Recording, why: str, elapsed_s: float) -> Verdict:

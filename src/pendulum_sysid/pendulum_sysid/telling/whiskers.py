@@ -33,7 +33,7 @@ def list_whiskers(verdict: Verdict) -> tuple[Whisker, ...]:
     """Return the values of the given twin, then the parameters of the effects that were found."""
     rows = [
         _place(name, p.before, p.after, p.low, p.high, p.unit, p.identifiable)
-        for name, p in verdict.given_values.items()
+        for name, p in verdict.list_given_values().items()
     ]
     rows += [
         _place(f"{missing.effect}.{name}", None, p.value, p.low, p.high, p.unit, True)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
-import numpy as np
+from dataclasses import dataclass
 
 from pendulum_sysid.records import Overlay
 from pendulum_twin.arrays import Floats
@@ -94,19 +92,6 @@ class ResidualTest:
 
 
 @dataclass(frozen=True)
-class Correlations:
-    """Hold how the errors of fitted parameters hang together.
-
-    Attributes:
-        names: (parameters,) of the fit.
-        values: (parameters, parameters), -1 to 1; NaN for what the recording does not fix.
-    """
-
-    names: tuple[str, ...] = ()
-    values: Floats = field(default_factory=lambda: np.empty((0, 0)))
-
-
-@dataclass(frozen=True)
 class Drawings:
     """Hold what a report draws besides the held-out runs.
 
@@ -114,10 +99,8 @@ class Drawings:
         motion: the whole recording.
         learned: runs over the windows that fit and choice used, a channel each.
         residuals: tests of the held-out errors, a channel each.
-        correlations: of the parameters of the improved twin.
     """
 
     motion: Motion
     learned: tuple[Overlay, ...] = ()
     residuals: tuple[ResidualTest, ...] = ()
-    correlations: Correlations = field(default_factory=Correlations)

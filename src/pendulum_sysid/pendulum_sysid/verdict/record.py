@@ -155,6 +155,19 @@ class RigParameter:
 
 
 @dataclass(frozen=True)
+class Correlations:
+    """Hold how the errors of fitted values hang together.
+
+    Attributes:
+        names: (values,) of the fit.
+        values: (values, values), -1 to 1; NaN for what the recording does not fix.
+    """
+
+    names: tuple[str, ...] = ()
+    values: tuple[tuple[float, ...], ...] = ()
+
+
+@dataclass(frozen=True)
 class BeforeAfter:
     """Hold an error of the twin as given and of the improved twin; infinite if a run diverges."""
 
@@ -266,7 +279,7 @@ class RecordingFacts:
 class Verdict:
     """Hold the answer of a diagnosis.
 
-    The fields down to effect_parameters stand in verdict.json under the same names (`to_dict`).
+    The fields down to correlations stand in verdict.json under the same names (`to_dict`).
     The others hold what a report shows beside them; `from_dict` leaves them empty.
 
     Attributes:
@@ -289,6 +302,7 @@ class Verdict:
         unlike_rig: True where even the improved twin does not follow the recording.
         effect_parameters: "effect.parameter" of the effects that the given twin has -> its values
             before and after.
+        correlations: of the errors of the values above.
         command: shell line that made the verdict; "" from Python.
         twin: the improved twin; None if the recording is unusable.
         localisation: the evidence with its shapes, for the fit of the rig's constants alone.
@@ -317,6 +331,7 @@ class Verdict:
     measured_laws: tuple[MeasuredLaw, ...] = ()
     unlike_rig: bool = False
     effect_parameters: dict[str, RigParameter] = field(default_factory=dict)
+    correlations: Correlations = Correlations()
     command: str = field(default="", repr=False, compare=False)
     twin: Twin | None = field(default=None, repr=False, compare=False)
     localisation: Localisation | None = field(default=None, repr=False, compare=False)
@@ -326,8 +341,7 @@ class Verdict:
     origin: Origin | None = field(default=None, repr=False, compare=False)
     drawings: Drawings | None = field(default=None, repr=False, compare=False)
 
-    @property
-    def given_values(self) -> dict[str, RigParameter]:
+    def list_given_values(self) -> dict[str, RigParameter]:
         """Return what the given twin has, constants first: name -> values before and after."""
         return {**self.rig_parameters, **self.effect_parameters}
 

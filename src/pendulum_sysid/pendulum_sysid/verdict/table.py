@@ -15,9 +15,9 @@ def format_verdict(verdict: Verdict) -> str:
     if verdict.missing_physics:
         header = ("missing effect", "size with its 95 % interval", "confidence", "not told from")
         pieces.append(_format_table(header, [_list_effect(e) for e in verdict.missing_physics]))
-    if verdict.given_values:
+    if verdict.list_given_values():
         header = ("value of the twin", "before", "after", "95 % interval")
-        rows = [_list_value(name, p) for name, p in verdict.given_values.items()]
+        rows = [_list_value(name, p) for name, p in verdict.list_given_values().items()]
         pieces.append(_format_table(header, rows))
     return "\n".join(pieces)
 

@@ -108,6 +108,7 @@ class Parameter:
         keep away from it do not tell it.
     delays: True for a time, s, by which the motion follows the command later.
     holds: True for a level of dry friction that holds its joint at rest at any place.
+    idle_beyond: scale from which on the effect does nothing: a limit above the largest command.
     """
 
     name: str
@@ -129,6 +130,7 @@ class Parameter:
     instant: bool = False
     delays: bool = False
     holds: bool = False
+    idle_beyond: Scale | None = None
 
 
 @dataclass(frozen=True)

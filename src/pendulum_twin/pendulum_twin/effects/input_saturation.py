@@ -21,7 +21,17 @@ EFFECT = Effect(
     inverse=inverse,
     memory=lambda h: 0,
     parameters=(
-        Parameter("limit", "1", 1e6, 0.0, 1e6, (0.9, 0.7, 0.5), Scale.COMMAND, shape=True),
+        Parameter(
+            "limit",
+            "1",
+            1e6,
+            0.0,
+            1e6,
+            (0.9, 0.7, 0.5),
+            Scale.COMMAND,
+            shape=True,
+            idle_beyond=Scale.COMMAND,
+        ),
     ),
     sentence="The command is clipped at +-{limit}.",
     source="Tao and Kokotovic, Adaptive Control of Systems with Actuator and Sensor "
