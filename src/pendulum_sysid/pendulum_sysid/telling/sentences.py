@@ -54,6 +54,8 @@ def write_answer(
     if outcome is Outcome.NOT_IN_CATALOGUE:
         signs = "".join(f" {describe_effect(effect.effect, findings.final)}" for effect in named)
         certain = "".join(f" {effect.sentence} This part is certain." for effect in steady)
+        changed = "" if findings.laws or named or steady else describe_changed(findings)
+        part = f" Other parameters{changed} explain a part of what differs." if changed else ""
         laws = "".join(f" {write_sentence(law)}" for law in findings.laws)
         place = findings.location.place
         if findings.laws:
@@ -61,7 +63,7 @@ def write_answer(
         return (
             f"Physics is missing at the {place} that no effect of the catalogue explains; "
             f"{errors}, {compute_remaining_ratio(findings):.2g} times the noise floor."
-            f"{describe_repeats(findings.repeats)}{laws}{signs}{certain}"
+            f"{describe_repeats(findings.repeats)}{laws}{signs}{certain}{part}"
         )
     effects = [describe_effect(effect.effect, findings.final) for effect in named]
     with_effects = f"With {'it' if len(named) == 1 else 'them'}, {errors}."
