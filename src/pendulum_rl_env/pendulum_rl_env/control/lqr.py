@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import solve_discrete_are
@@ -84,10 +84,11 @@ def keep_smooth_effects(twin: Twin) -> Twin:
 def find_upright(twin: Twin, turn: int = 0) -> Upright:
     """Return where a twin balances near the angle 2 pi turn.
 
-    Gravity and springs leave no torque on the pole there; the drive holds the cart against its
-    forces. Raises BadInputError when the pole does not fall from there.
+    Gravity, springs and measured laws leave no torque on the pole there; the drive holds the cart
+    against its forces. Raises BadInputError when the pole does not fall from there.
     """
-    theta = make_theta(keep_smooth_effects(twin))
+    lasting = twin.drop_timed_effects()
+    theta = make_theta(replace(lasting, effects=keep_smooth_effects(lasting).effects))
 
     def compute_torque(angle: float) -> float:
         return compute_forces(np.array([0.0, angle, 0.0, 0.0]), theta).turn
