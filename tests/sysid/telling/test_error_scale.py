@@ -7,7 +7,7 @@ import pytest
 from support.drawn_verdicts import make_named
 
 from pendulum_sysid.telling.error_scale import draw_meaning
-from pendulum_sysid.verdict.record import BeforeAfter
+from pendulum_sysid.verdict.scores import BeforeAfter
 
 
 @pytest.mark.parametrize(

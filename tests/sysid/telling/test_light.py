@@ -9,7 +9,8 @@ from pendulum_sysid.records import Outcome, QualityFinding
 from pendulum_sysid.telling.light import AMBER, BLUE, RED, judge_light
 from pendulum_sysid.telling.steps import list_steps
 from pendulum_sysid.telling.window_list import find_worst, list_windows
-from pendulum_sysid.verdict.record import Remainder, Verdict
+from pendulum_sysid.verdict.record import Verdict
+from pendulum_sysid.verdict.scores import Remainder
 
 
 def say_remains(floors: float) -> Verdict:

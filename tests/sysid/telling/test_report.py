@@ -25,7 +25,8 @@ from pendulum_sysid.telling import display
 from pendulum_sysid.telling.report import list_trial_rows, render_page, write_report
 from pendulum_sysid.telling.window_figures import compute_frame, spread_windows
 from pendulum_sysid.telling.wording import OUTCOMES
-from pendulum_sysid.verdict.record import Repeats, Verdict
+from pendulum_sysid.verdict.record import Verdict
+from pendulum_sysid.verdict.scores import Repeats
 from pendulum_twin.model import Twin
 
 

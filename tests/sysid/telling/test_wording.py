@@ -11,7 +11,7 @@ from pendulum_sysid.finding import localisation
 from pendulum_sysid.fitting.parameters import list_rig_parameters
 from pendulum_sysid.records import FaultKind, Outcome
 from pendulum_sysid.telling import wording
-from pendulum_sysid.verdict.record import FitScores
+from pendulum_sysid.verdict.scores import FitScores
 from pendulum_twin.effects.effect import Place
 
 

@@ -20,7 +20,8 @@ from pendulum_sysid.records import Outcome
 from pendulum_sysid.verbs import recordings
 from pendulum_sysid.verbs.diagnose import describe_origin, write_diagnosis
 from pendulum_sysid.verbs.options import make_parser
-from pendulum_sysid.verdict.record import BeforeAfter, FitScores, RecordingFacts, Verdict
+from pendulum_sysid.verdict.record import RecordingFacts, Verdict
+from pendulum_sysid.verdict.scores import BeforeAfter, FitScores
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.model import Twin, load_twin, save_twin
 from pendulum_twin.user_effects import take_effects_option

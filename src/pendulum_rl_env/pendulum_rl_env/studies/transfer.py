@@ -112,7 +112,7 @@ def _list_controllers(
 def _open_seal(rig: ConcealedRig) -> Any:
     """Return what was concealed, for the table."""
     sealed = json.loads((rig.folder / "seal.json").read_text(encoding="utf-8"))
-    return sealed.get("effects", sealed)
+    return {**sealed["effects"], **sealed.get("unlisted", {})}
 
 
 def _parse_options(arguments: list[str] | None) -> argparse.Namespace:

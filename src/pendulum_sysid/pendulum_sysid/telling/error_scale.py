@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from markupsafe import Markup
 
 from pendulum_sysid.telling.display import format_number, format_quantity
-from pendulum_sysid.verdict.record import BeforeAfter, FitScores, Verdict
+from pendulum_sysid.verdict.record import Verdict
+from pendulum_sysid.verdict.scores import BeforeAfter, FitScores
 
 WIDTH, HEIGHT = 300, 150  # of a picture, in units of its own
 REACH = 5.0  # errors after, to either side, that a picture shows

@@ -9,7 +9,7 @@ import numpy as np
 from pendulum_sysid import decisions
 from pendulum_sysid.fitting.window_runs import WindowRuns
 from pendulum_sysid.telling.outcome import Findings, compute_remaining_ratio
-from pendulum_sysid.verdict.record import BeforeAfter
+from pendulum_sysid.verdict.scores import BeforeAfter
 from pendulum_twin.arrays import Floats
 
 

@@ -26,7 +26,8 @@ from pendulum_sysid.telling.steps import list_steps
 from pendulum_sysid.telling.whiskers import list_whiskers
 from pendulum_sysid.telling.window_figures import draw_errors, draw_windows
 from pendulum_sysid.telling.window_list import find_worst, list_largest, list_windows
-from pendulum_sysid.verdict.record import FitScores, Interval, MeasuredLaw, Verdict
+from pendulum_sysid.verdict.record import Interval, MeasuredLaw, Verdict
+from pendulum_sysid.verdict.scores import FitScores
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Place
 from pendulum_twin.files import write_atomically

@@ -31,21 +31,18 @@ from pendulum_sysid.telling.outcome import (
 )
 from pendulum_sysid.telling.sentences import describe_effect, describe_masking, write_answer
 from pendulum_sysid.verdict.record import (
-    BeforeAfter,
     BelievedSet,
     Correlations,
     EffectParameter,
-    FitScores,
     Location,
     MeasuredLaw,
     MissingEffect,
     NextExperiment,
     RecordingFacts,
-    Remainder,
-    Repeats,
     VariableShare,
     Verdict,
 )
+from pendulum_sysid.verdict.scores import BeforeAfter, FitScores, Remainder, Repeats
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.laws.kind import EVIDENCE_NAMES, Role
 
