@@ -24,14 +24,14 @@ from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.fitting.blas_threads import use_one_blas_thread
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.gauss_newton import refine_start_states
-from pendulum_sysid.fitting.noise_floor import measure_noise_floor
+from pendulum_sysid.fitting.noise_floor import NoiseFloor, measure_noise_floor
 from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
 from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
 from pendulum_sysid.measuring.measure import measure_best_laws
 from pendulum_sysid.measuring.repeatability import measure_repeatability
 from pendulum_sysid.planning.next_experiment import plan_next_experiment
 from pendulum_sysid.prepare import Prepared, prepare
-from pendulum_sysid.records import Outcome, Recording, Split
+from pendulum_sysid.records import Fit, Outcome, Recording, Split
 from pendulum_sysid.telling.drawings import collect_drawings, draw_overlays
 from pendulum_sysid.telling.outcome import Findings, decide_outcome, is_above_noise
 from pendulum_sysid.telling.verdict import make_unusable, make_verdict
@@ -145,7 +145,10 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
     if measured is None:
         return findings
     fit, laws = measured.named
-    fit = join_intervals(widen_intervals(case, split, fit), findings.best)
+    floor = measure_noise_floor(replace(case, twin=fit.twin), fit.theta, split.held_out)
+    fit = widen_intervals(case, split, fit)
+    if not runs_at_noise(case, split, fit, floor):
+        fit = join_intervals(fit, findings.best)
     sure, doubted = part_sure_names(fit, findings.named, case.scales)
     fit, sure = add_readings(case, fit, sure)
     improved = replace(case, twin=fit.twin)
@@ -160,6 +163,19 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
         remains=localise(case, fit.theta, after["train"]),
         floor=measure_noise_floor(improved, fit.theta, split.held_out),
     )
+
+
+def runs_at_noise(case: Case, split: Split, fit: Fit, floor: NoiseFloor | None) -> bool:
+    """Return whether a fit is at the noise, on windows that it has not seen, too.
+
+    Laws that were chosen by cross-validation can be there without what they stand for.
+
+    floor: what a perfect model reaches on the held-out windows; None where that is not known.
+    """
+    if floor is None or fit.choose > decisions.MISFIT_AT_NOISE:
+        return False
+    held_out = run_windows(replace(case, twin=fit.twin), split.held_out)
+    return held_out.typical <= decisions.MISFIT_AT_NOISE * floor.typical
 
 
 def run_parts(case: Case, split: Split) -> dict[str, WindowRuns]:

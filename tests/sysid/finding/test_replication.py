@@ -16,6 +16,8 @@ from pendulum_sysid.finding.replication import (
     widen_intervals,
 )
 from pendulum_sysid.fitting.fit import HORIZONS, fit
+from pendulum_sysid.fitting.noise_floor import measure_noise_floor
+from pendulum_sysid.pipeline import runs_at_noise
 from pendulum_sysid.prepare import Prepared, prepare
 from pendulum_sysid.records import Fit
 from pendulum_twin.parameter_vector import SLOTS, make_theta
@@ -75,13 +77,23 @@ def test_intervals_widen_only_above_the_noise() -> None:
         assert wider.estimates[name].high >= estimate.high
 
 
+def test_a_fit_is_at_the_noise_on_windows_that_it_has_not_seen_too() -> None:
+    prepared, found = fit_friction((FRICTION,), 2)
+    case, split = prepared.case, prepared.split
+    floor = measure_noise_floor(replace(case, twin=found.twin), found.theta, split.held_out)
+    assert floor is not None and runs_at_noise(case, split, found, floor)
+    less = replace(floor, typical=0.3 * floor.typical)
+    assert not runs_at_noise(case, split, found, less)
+    assert not runs_at_noise(case, split, found, None)
+    assert not runs_at_noise(case, split, replace(found, choose=5.0), floor)
+
+
 def test_above_the_noise_a_measured_law_narrows_no_interval() -> None:
     found = fit_friction((FRICTION,), 2)[1]
     level = found.estimates[f"{FRICTION}.level_n"]
     wide = replace(level, low=level.low - 0.1, high=level.high + 0.2)
     other = replace(found, estimates={f"{FRICTION}.level_n": wide})
-    assert join_intervals(found, other) is found
-    held = join_intervals(replace(found, choose=5.0), other).estimates
+    held = join_intervals(found, other).estimates
     assert held[f"{FRICTION}.level_n"] == wide
     del held[f"{FRICTION}.level_n"]
     assert all(found.estimates[name] == estimate for name, estimate in held.items())

@@ -183,10 +183,8 @@ def join_intervals(fit: Fit, other: Fit) -> Fit:
     """Return a fit with intervals that hold those of another fit of the same recordings, too.
 
     Above the noise a measured law is a choice among laws, and a constant takes what the choice
-    leaves: it is known no better than without the law. A fit at the noise stays as it is.
+    leaves: it is known no better than without the law.
     """
-    if fit.choose <= decisions.MISFIT_AT_NOISE:
-        return fit
     both = {
         name: replace(
             estimate,
