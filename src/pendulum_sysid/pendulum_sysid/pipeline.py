@@ -147,7 +147,7 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
     fit, laws = measured.named
     floor = measure_noise_floor(replace(case, twin=fit.twin), fit.theta, split.held_out)
     fit = widen_intervals(case, split, fit)
-    if not runs_at_noise(case, split, fit, floor):
+    if not is_at_noise(case, split, fit, floor):
         fit = join_intervals(fit, findings.best)
     sure, doubted = part_sure_names(fit, findings.named, case.scales)
     fit, sure = add_readings(case, fit, sure)
@@ -165,7 +165,7 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
     )
 
 
-def runs_at_noise(case: Case, split: Split, fit: Fit, floor: NoiseFloor | None) -> bool:
+def is_at_noise(case: Case, split: Split, fit: Fit, floor: NoiseFloor | None) -> bool:
     """Return whether a fit is at the noise, on windows that it has not seen, too.
 
     Laws that were chosen by cross-validation can be there without what they stand for.

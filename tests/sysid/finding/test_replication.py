@@ -17,7 +17,7 @@ from pendulum_sysid.finding.replication import (
 )
 from pendulum_sysid.fitting.fit import HORIZONS, fit
 from pendulum_sysid.fitting.noise_floor import measure_noise_floor
-from pendulum_sysid.pipeline import runs_at_noise
+from pendulum_sysid.pipeline import is_at_noise
 from pendulum_sysid.prepare import Prepared, prepare
 from pendulum_sysid.records import Fit
 from pendulum_twin.parameter_vector import SLOTS, make_theta
@@ -81,11 +81,11 @@ def test_a_fit_is_at_the_noise_on_windows_that_it_has_not_seen_too() -> None:
     prepared, found = fit_friction((FRICTION,), 2)
     case, split = prepared.case, prepared.split
     floor = measure_noise_floor(replace(case, twin=found.twin), found.theta, split.held_out)
-    assert floor is not None and runs_at_noise(case, split, found, floor)
+    assert floor is not None and is_at_noise(case, split, found, floor)
     less = replace(floor, typical=0.3 * floor.typical)
-    assert not runs_at_noise(case, split, found, less)
-    assert not runs_at_noise(case, split, found, None)
-    assert not runs_at_noise(case, split, replace(found, choose=5.0), floor)
+    assert not is_at_noise(case, split, found, less)
+    assert not is_at_noise(case, split, found, None)
+    assert not is_at_noise(case, split, replace(found, choose=5.0), floor)
 
 
 def test_above_the_noise_a_measured_law_narrows_no_interval() -> None:
