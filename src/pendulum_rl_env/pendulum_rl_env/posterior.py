@@ -138,7 +138,7 @@ def _draw_effects(
 ) -> dict[str, dict[str, float]]:
     effects = {name: dict(values) for name, values in twin.effects.items()}
     for name, parameter, estimate in _list_parameters(verdict):
-        if parameter in effects.get(name, {}):
+        if parameter in effects.get(name, {}) and estimate.get("identifiable", True):
             bounds = next(p for p in BY_NAME[name].parameters if p.name == parameter)
             away = _compute_deviation(estimate) * deviations.get(f"{name}.{parameter}")
             drawn = effects[name][parameter] + away

@@ -308,7 +308,7 @@ MOST_EVENTS = 8  # stretches; what happens more often is a law
 
 # What is worth telling, and worth an experiment?
 LEAST_MASKED_CHANGE = 0.05  # of value; change of a constant that is worth a sentence
-CHANGED_VALUES_TOLD = 3  # values; in the sentence of a twin that lacks nothing
+CHANGED_VALUES_TOLD = 3  # values; in the sentence of a verdict without a name
 WIDE_INTERVAL = 0.1  # of value; half widths beyond it are worth an experiment
 TIES_PLANNED_FOR = 3  # ties; asked at once, the closest first
 INTERVALS_PLANNED_FOR = 3  # intervals; asked at once, the widest first

@@ -36,7 +36,7 @@ def make_environment() -> dict[str, str]:
 def start_rig(programs: Programs, twin: Path, *options: object) -> Program:
     """Start the emulated rig and its driver on free ports; return the rig when both run.
 
-    twin: file of the nominal rig.
+    twin: file of the twin that emulator and driver get.
     options: further words of the emulator's command line.
     """
     rig, user = (Address(LOOPBACK, port) for port in _find_free_ports())

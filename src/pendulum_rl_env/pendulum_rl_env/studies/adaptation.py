@@ -200,10 +200,17 @@ def _change_and_notice(live: ChangingRig, controller: Controller) -> float:
 
     def change_once(k: int) -> bool:
         if k == CHANGE_AT_STEP:
+            if live.alarm:
+                raise BadInputError(f"expected no alarm before the change, found: {live.alarm}")
             live.change()
         return k > CHANGE_AT_STEP and bool(live.alarm)
 
-    live.play(OLD, controller, change_once)
+    steps = len(live.play(OLD, controller, change_once).rewards)
+    if steps <= CHANGE_AT_STEP:
+        raise BadInputError(
+            f"expected the policy to keep the pole up until the change at step {CHANGE_AT_STEP}, "
+            f"found an episode of {steps} steps"
+        )
     for _ in range(MOST_EPISODES):
         if live.alarm:
             break

@@ -60,7 +60,10 @@ class ChangingRig:
 
     programs: of the graph.
     emulator, watch: programs of the graph.
-    task: of the controllers.
+
+    Attributes:
+        task: of the controllers.
+        episodes: that were played, in order.
     """
 
     def __init__(self, programs: Programs, emulator: Program, watch: Program) -> None:
@@ -152,19 +155,31 @@ def open_rig(
 
     folder: of the programs' logs.
     rig, changed: twin files of the true rig before and after the change; None without a change.
-    believed: file of the twin that driver and watch know.
+    believed: file of the twin that the watch knows; the driver takes its limits from `rig`.
     """
     environment = make_environment()
+    before = {name: os.environ.get(name) for name in environment}
     os.environ.update(environment)  # this process drives the rig in the same graph
-    with Programs(folder / "logs", environment) as programs:
-        then = () if changed is None else ("--then", changed)
-        emulator = start_rig(programs, rig, *then)
-        watch = programs.start(
-            "watch_node", *list_node_arguments("/watch", twin=believed, rig="/rig")
-        )
-        wait_for(watch, "watches", LONGEST_START_S)
-        live = ChangingRig(programs, emulator, watch)
-        try:
-            yield live
-        finally:
-            live.disconnect()
+    try:
+        with Programs(folder / "logs", environment) as programs:
+            yield from _run_rig(programs, rig, changed, believed)
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+def _run_rig(
+    programs: Programs, rig: Path, changed: Path | None, believed: Path
+) -> Iterator[ChangingRig]:
+    then = () if changed is None else ("--then", changed)
+    emulator = start_rig(programs, rig, *then)
+    watch = programs.start("watch_node", *list_node_arguments("/watch", twin=believed, rig="/rig"))
+    wait_for(watch, "watches", LONGEST_START_S)
+    live = ChangingRig(programs, emulator, watch)
+    try:
+        yield live
+    finally:
+        live.disconnect()

@@ -4,8 +4,10 @@ Every rig has physics concealed and wrong constants in its nominal twin. A minut
 recorded and diagnosed. Policies are trained in the nominal and in the identified twin, and a
 classical controller is designed from the identified twin; all run on the rig (MuJoCo, stepped
 directly), with no training step there. Where the policy of the identified twin falls short, it is
-trained on the rig for a little longer. On some rigs a policy is also learned from nothing. A
-second run continues from what is there.
+trained on the rig for a little longer. On some rigs a policy is also learned from nothing. The
+preset residual is trained in the identified twin (`residual`) and in the nominal twin with
+constants refitted (`refitted`); `real_time` plays it through emulator, driver and topics. A second
+run continues from what is there; tables hold the rigs of the run.
 """
 
 from __future__ import annotations
@@ -137,8 +139,8 @@ def _parse_options(arguments: list[str] | None) -> argparse.Namespace:
     kinds = "how many effects are concealed, with the share of each kind"
     add("--kinds", default=KINDS, metavar="KIND:SHARE,...", help=kinds)
     add("--twin", type=Path, default=Path("config/inteco.yaml"), help="the nominal rig")
-    add("--preset", default="fast", help="how policies are trained")
-    add("--timesteps", type=int, help="of each training (default: the preset's)")
+    add("--preset", default="fast", help="of nominal, identified and fine_tuned")
+    add("--timesteps", type=int, help="of each such training (default: the preset's)")
     add("--train-seed", type=int, default=0, help="of the first training on a twin")
     seeds = "trainings a twin, with seeds counting up"
     add("--train-seeds", type=int, default=1, metavar="N", help=seeds)

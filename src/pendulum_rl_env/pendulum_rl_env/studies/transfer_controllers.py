@@ -19,6 +19,7 @@ from pendulum_rl_env.studies.identify_and_control import run_on_rig
 from pendulum_rl_env.studies.on_concealed import fine_tune, learn_from_scratch
 from pendulum_rl_env.studies.stages import ConcealedRig, Diagnosis
 from pendulum_rl_env.task import Task
+from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin, load_twin, save_twin
 
 THESIS_REWARD = 423.0  # of the thesis's policy on its rig, after 130,000 steps there
@@ -104,6 +105,11 @@ class RigControllers:
     def _run_in_real_time(self, policy: Path) -> float:
         """Return the policy's reward in real time, through emulator, driver and topics."""
         sealed = open_seal(self._rig.folder / "seal.json")
+        if sealed.unlisted or sealed.rest:
+            raise BadInputError(
+                f"real_time: expected a rig with effects of the catalogue alone, found "
+                f"{', '.join([*sealed.unlisted, *sealed.rest])}: leave out real_time"
+            )
         lasting = Twin("sealed", sealed.rig, sealed.effects).drop_recording_effects()
         folder = policy.parent / "real_time"
         folder.mkdir(exist_ok=True)

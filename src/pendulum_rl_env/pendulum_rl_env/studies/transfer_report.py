@@ -16,7 +16,7 @@ ROWS = {
     "identified": "identified twin, no step on the rig",
     "fine_tuned": "the same, trained on the rig where it fell short",
     "residual": "planned swing-up, LQR and learned correction (preset residual)",
-    "refitted": "the same preset in the nominal twin with constants refitted, no physics added",
+    "refitted": "preset residual in the nominal twin with constants refitted, no physics added",
     "real_time": "the policy of preset residual over topics, in real time",
     "planned": "planned swing-up and LQR, from the identified twin",
     "classical": "swing-up by energy and LQR, from the identified twin",

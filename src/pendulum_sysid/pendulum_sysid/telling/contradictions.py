@@ -10,6 +10,7 @@ from pendulum_sysid.records import Estimate
 from pendulum_sysid.telling.outcome import Findings
 
 POLE_CONSTANTS = ("com_distance_m", "pole_inertia_kg_m2")
+LEAST_LOG = decisions.LEAST_MASKED_CHANGE  # of a factor that is worth a sentence
 CONSTANTS = ("force_per_pwm_n", "cart_viscous_n_s_m", *POLE_CONSTANTS, "pole_viscous_n_m_s")
 
 
@@ -17,7 +18,7 @@ def describe_contradictions(findings: Findings) -> tuple[str, ...]:
     """Return a sentence for every constant that the recording contradicts.
 
     A constant that is given with a spread is contradicted by a value that lies far outside.
-    Without spreads see `find_cart_mass`.
+    Without spreads see `find_common_factor`.
     """
     constants = list_rig_parameters(findings.case.twin)
     sentences = [_describe_far(c, findings) for c in constants if np.isfinite(c.spread)]
@@ -38,25 +39,36 @@ def _describe_far(constant: Free, findings: Findings) -> str:
     )
 
 
-def find_cart_mass(findings: Findings) -> float | None:
-    """Return the cart's mass, kg, that explains why the constants come out by one factor.
+def find_common_factor(findings: Findings) -> float | None:
+    """Return the factor by which all constants of the rig come out, within their intervals.
 
-    Motion fixes only ratios to the moving mass. Where all constants come out larger or smaller by
-    one factor, within their intervals, that mass has changed and nothing else; where both
-    constants of the pole do by much, the mass was given wrong. None otherwise, and where spreads
-    say what is believed.
+    Motion fixes only ratios to the moving mass: such a rig has another mass, and nothing else has
+    changed. None where constants disagree, where the factor is near 1, and where spreads say what
+    is believed.
     """
+    factors = _measure_factors(findings)
+    known = [factor for factor in factors.values() if factor is not None]
+    if len(known) < len(CONSTANTS):
+        return None
+    logs, deviations = np.array(known).T
+    common = float(np.average(logs, weights=deviations**-2))
+    apart = float(np.max(np.abs(logs - common) / deviations))
+    is_common = apart < decisions.CONTRADICTED_DEVIATIONS
+    return float(np.exp(common)) if is_common and abs(common) > LEAST_LOG else None
+
+
+def compute_cart_mass(findings: Findings, factor: float) -> float:
+    """Return the cart's mass, kg, of a rig whose constants come out by a factor."""
+    rig = findings.case.twin.rig
+    return rig.total_mass_kg / factor - (rig.pole_mass_kg or 0.0)
+
+
+def _measure_factors(findings: Findings) -> dict[str, tuple[float, float] | None]:
+    """Return the logarithm of each constant's change with its deviation; empty without a pole."""
     rig, estimates = findings.case.twin.rig, findings.final.estimates
     if not (rig.has_cart and rig.has_pole) or findings.case.twin.spreads:
-        return None
-    factors = {name: _measure_factor(getattr(rig, name), estimates[name]) for name in CONSTANTS}
-    common = _find_common_factor([f for f in factors.values() if f is not None])
-    if common is None:
-        common = _find_factor_of_pole([factors[name] for name in POLE_CONSTANTS])
-    if common is None:
-        return None
-    mass = rig.total_mass_kg / common - (rig.pole_mass_kg or 0.0)
-    return mass if mass > 0.0 else None
+        return {}
+    return {name: _measure_factor(getattr(rig, name), estimates[name]) for name in CONSTANTS}
 
 
 def _measure_factor(given: float | None, after: Estimate) -> tuple[float, float] | None:
@@ -65,19 +77,6 @@ def _measure_factor(given: float | None, after: Estimate) -> tuple[float, float]
         return None
     half = 0.5 * float(np.log(after.high / after.low)) / decisions.INTERVAL_DEVIATIONS
     return float(np.log(after.value / given)), float(np.hypot(half, decisions.GIVEN_DEVIATION))
-
-
-def _find_common_factor(factors: list[tuple[float, float]]) -> float | None:
-    """Return the factor that all constants have in common; None where they have none, or 1."""
-    if len(factors) < len(CONSTANTS):
-        return None
-    logs, deviations = np.array(factors).T
-    common = float(np.average(logs, weights=deviations**-2))
-    apart = np.max(np.abs(logs - common) / deviations)
-    is_changed = abs(common) > decisions.LEAST_MASKED_CHANGE
-    return (
-        float(np.exp(common)) if is_changed and apart < decisions.CONTRADICTED_DEVIATIONS else None
-    )
 
 
 def _find_factor_of_pole(factors: list[tuple[float, float] | None]) -> float | None:
@@ -91,12 +90,18 @@ def _find_factor_of_pole(factors: list[tuple[float, float] | None]) -> float | N
 
 def _describe_moving_mass(findings: Findings) -> str:
     """Return the sentence about a wrong moving mass; empty where the constants hold."""
-    mass, given = find_cart_mass(findings), findings.case.twin.rig.cart_mass_kg or 0.0
-    if mass is None:
+    which, factor = "All constants of the rig", find_common_factor(findings)
+    if factor is None:
+        factors = _measure_factors(findings)
+        which = " and ".join(POLE_CONSTANTS)
+        factor = _find_factor_of_pole([factors.get(name) for name in POLE_CONSTANTS])
+    mass = 0.0 if factor is None else compute_cart_mass(findings, factor)
+    if factor is None or mass <= 0.0:
         return ""
+    given = findings.case.twin.rig.cart_mass_kg or 0.0
     more = "a load on it, a motor's rotor or a belt?" if mass > given else "is it lighter?"
     return (
-        "Constants of the rig come out by one common factor. Motion fixes only ratios to the "
+        f"{which} come out {factor:.3g} times as large as given. Motion fixes only ratios to the "
         f"moving mass, so that the same motion is that of the rig as given with a cart of "
         f"{mass:.3g} kg instead of {given:.3g} kg: {more} Correct cart_mass_kg, or give it with "
         "its spread."

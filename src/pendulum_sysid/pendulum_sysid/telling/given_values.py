@@ -7,7 +7,7 @@ import numpy as np
 from pendulum_sysid import decisions
 from pendulum_sysid.fitting.parameters import Free, list_rig_parameters
 from pendulum_sysid.records import Estimate, Fit
-from pendulum_sysid.telling.contradictions import find_cart_mass
+from pendulum_sysid.telling.contradictions import compute_cart_mass, find_common_factor
 from pendulum_sysid.telling.outcome import Findings
 from pendulum_sysid.verdict.record import RigParameter
 from pendulum_twin.effects import BY_NAME
@@ -39,18 +39,22 @@ def compare_effect_parameters(findings: Findings) -> dict[str, RigParameter]:
 def describe_changed(findings: Findings) -> str:
     """Return the values that the recording contradicts most, in brackets after a space.
 
-    Without such a value the text is empty.
-    Where one mass of the cart explains all changes of the constants, it is the value. Else a value
-    is contradicted where its 95 % interval leaves the given value out and it changes
-    by a twentieth or more. The order is that of the changes in units of their intervals.
+    Without such a value the text is empty. A value is contradicted where its 95 % interval leaves
+    the given value out and it changes by a twentieth or more. The order is that of the changes in
+    units of their intervals. Where one mass of the cart explains the changes of all constants, it
+    stands for them, and for the sizes of effects that change by the same factor.
     """
-    mass = find_cart_mass(findings)
-    if mass is not None:
-        return f" (cart_mass_kg {findings.case.twin.rig.cart_mass_kg:.3g} -> {mass:.3g} kg)"
     values = {**compare_constants(findings), **compare_effect_parameters(findings)}
+    factor = find_common_factor(findings)
+    words = []
+    if factor is not None:
+        mass, given = compute_cart_mass(findings, factor), findings.case.twin.rig.cart_mass_kg
+        words = [f"cart_mass_kg {given:.3g} -> {mass:.3g} kg"]
+        effects = compare_effect_parameters(findings).items()
+        values = {n: v for n, v in effects if not v.low <= factor * v.before <= v.high}
     strength = {name: _measure_change(value) for name, value in values.items()}
     names = sorted((name for name in values if strength[name] > 1.0), key=lambda n: -strength[n])
-    words = [
+    words += [
         f"{name} {values[name].before:.3g} -> {values[name].after:.3g} {values[name].unit}"
         for name in names[: decisions.CHANGED_VALUES_TOLD]
     ]

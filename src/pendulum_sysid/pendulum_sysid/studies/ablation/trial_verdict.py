@@ -12,6 +12,7 @@ from typing import Any
 from pendulum_sysid import pipeline
 from pendulum_sysid.cleaning.clean import clean_recording
 from pendulum_sysid.finding import growth, journal, naming, pole_alone, search, signs
+from pendulum_sysid.finding.journal import report_nothing
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.reading.bag import read_bag
 from pendulum_sysid.records import Fit, Split
@@ -40,14 +41,10 @@ class Diagnosis:
     def decide(self) -> Short:
         """Return the outcome and the names with the decisions as they stand."""
         with remember_stages(self._memory):
-            verdict = pipeline.diagnose([clean_recording(self._raw)], self._twin, _ignore)
+            verdict = pipeline.diagnose([clean_recording(self._raw)], self._twin, report_nothing)
         effects = [effect.effect for effect in verdict.missing_physics]
         laws = [law.law for law in verdict.measured_laws]
         return Short(verdict.outcome.value, frozenset([*effects, *laws]))
-
-
-def _ignore(line: str) -> None:
-    """Ignore a line of progress."""
 
 
 @contextmanager
