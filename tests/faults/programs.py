@@ -9,6 +9,7 @@ from pathlib import Path
 from faults.bench import BUSY_S, Bench, driver_arguments
 from faults.row import Row
 from support.driven_rig import MODULE
+from support.polling import until
 from support.ros_graph import DEADLINE_S, Graph
 from support.wire import Wire
 
@@ -140,7 +141,9 @@ def stop(bench: Bench) -> Row:
     answer = bench.user.call("stop")
     zero_s = bench.zero_after(begin, AT_ONCE_S, bench.drive)
     said = bench.said(Reason.STOPPED, Reason.DROPPED, step=bench.drive)
-    assert answer.success and bench.user.call("clear_stop").message == Reason.ZERO_FIRST.sentence
+    refused = bench.user.ask("clear_stop")  # a commander that falls silent meanwhile would be 0
+    until(refused.done, "the answer of clear_stop", bench.drive)
+    assert answer.success and refused.result().message == Reason.ZERO_FIRST.sentence
     bench.clear()
     bench.recovers()
     return Row(
