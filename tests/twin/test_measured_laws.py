@@ -13,7 +13,13 @@ from pendulum_twin.free_runs import run_freely
 from pendulum_twin.law_curves import fill_measured_laws
 from pendulum_twin.laws import BY_NAME, KINDS
 from pendulum_twin.laws.kind import LIMITS, Role, Variable
-from pendulum_twin.laws.law import Law, evaluate_law, make_curve_matrix, spread_turn
+from pendulum_twin.laws.law import (
+    Law,
+    evaluate_law,
+    make_curve_matrix,
+    spread_knots,
+    spread_turn,
+)
 from pendulum_twin.model import MOST_LAWS, Twin, load_twin, save_twin
 from pendulum_twin.parameter_vector import LAWS, SIZE, get_laws, make_theta
 from pendulum_twin.sensors import apply_sensors, undo_sensors
@@ -28,6 +34,8 @@ SPANS = {
     Variable.VELOCITY: (-0.6, 0.6),
     Variable.RATE: (-6.0, 6.0),
     Variable.TIME: (0.0, 2.0),
+    Variable.WAY: (0.01, 0.2),
+    Variable.TURN: (0.1, 2.0),
 }
 SIZES = {
     Role.COMMAND: 0.05,
@@ -38,6 +46,8 @@ SIZES = {
     Role.TORQUE: 0.01,
     Role.POLE_DRAG: 0.001,
     Role.POLE_DRY: 0.005,
+    Role.CART_HYSTERESIS: 0.3,
+    Role.POLE_HYSTERESIS: 0.002,
     Role.CART_ONE_WAY: 1.0,
     Role.POLE_ONE_WAY: 0.001,
     Role.ANGLE_ERROR: 0.05,
@@ -59,7 +69,11 @@ def run(twin, command, start):
 
 
 def make_knots(kind, count=9):
-    return spread_turn(count) if kind.is_periodic else np.linspace(*SPANS[kind.variable], count)
+    return (
+        spread_turn(count)
+        if kind.is_periodic
+        else spread_knots(kind, *SPANS[kind.variable], count)
+    )
 
 
 def make_wavy(kind, size=None):
@@ -227,6 +241,7 @@ def test_what_belongs_to_a_recording_and_its_time_is_left_out():
         ("cart_force_by_position", {"knots_m": [0, 1, 3], "values_n": [1, 2, 3]}, "evenly spaced"),
         ("cart_force_by_position", {"knots_m": [1, 0], "values_n": [1, 2]}, "rising"),
         ("cart_force_by_position", {"knots_m": [0, math.nan], "values_n": [1, 2]}, "nan"),
+        ("cart_hysteresis", {"knots_m": [1, 2, 3], "values_n": [1, 2, 3]}, "one ratio"),
         ("pole_torque_by_angle", {"knots_rad": [0, 1, 2, 3], "values_n_m": [0] * 4}, "a turn"),
         ("cart_force_by_position", [1, 2], "expected knots_m and values_n"),
     ],

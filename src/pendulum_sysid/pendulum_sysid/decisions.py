@@ -90,6 +90,7 @@ JUDGED_SHARE = 0.1  # of larger share; effects are judged where they show
 UNLIKE_FLOORS = 10.0  # noise floors; of the improved twin's error: far above
 UNLIKE_LEAST_FOLLOWED = 0.5  # of motion; that an improved twin of the rig follows: real rigs 0.9
 UNNAMED_FLOORS = 3.0  # noise floors; beyond which 'nothing is missing' would be wrong
+UNNAMED_LEAST_FOLLOWED = 0.9  # of motion; the same where nothing explains the error
 
 # When may the improved twin be used without care?
 LIGHT_MOST_FLOORS = 3.0  # noise floors; remainder of a twin that is good for use
@@ -147,6 +148,7 @@ FORMULA_REACH = 0.25  # of range; by which a formula goes on to either side
 LAW_VISITED = 0.1  # of mean visits; a knot with fewer is not spoken of
 LAW_KNOTS = 20  # knots; of a measured law: a period of a fifth of the travel shows
 LAW_MOST_EFFECTIVE = 0.5  # of knots; effective parameters of a law: more ask for more knots
+LAW_LEAST_WAY = 0.01  # of the longest way; from which on friction that slips shows
 LAW_SECONDS_A_KNOT = 1.0  # s; of a law over time: slow changes, no single push
 LAW_MOST_KNOTS = 64  # knots; what a law of the twin can hold; derived
 LAW_LEAST_NATS = 10.0  # nats; evidence for a law by one linearised step, worth a fit

@@ -110,7 +110,6 @@ def _list_fitting_units() -> list[Callable[[], object]]:
     import numpy as np
 
     from pendulum_twin import kernel
-    from pendulum_twin.compose import PATHS
     from pendulum_twin.motion import LAW_SETS
     from pendulum_twin.parameter_vector import NEUTRAL
 
@@ -119,7 +118,7 @@ def _list_fitting_units() -> list[Callable[[], object]]:
         theta[:, :4] = 1.0
         first = np.zeros(kernel.WIDTH, dtype=np.int64)
         states, out = np.zeros((kernel.WIDTH, 4)), np.empty((kernel.WIDTH, 2, 4))
-        paths = np.zeros((kernel.WIDTH, PATHS))
+        paths = np.zeros((kernel.WIDTH, kernel.PATH_SIZE))
         block, drives = (0,) * kernel.WIDTH, np.zeros((1, 10))
         return kernel.integrate_lanes(
             block,

@@ -11,7 +11,6 @@ import numpy as np
 
 from pendulum_twin import compose, kernel
 from pendulum_twin.arrays import Floats, Ints
-from pendulum_twin.compose import PATHS
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Form
 from pendulum_twin.laws.kind import Role
@@ -23,7 +22,7 @@ from pendulum_twin.parameter_vector import (
     find_active_effects,
     list_law_kinds,
 )
-from pendulum_twin.path_forces import follow_recorded_path, have_path_forces
+from pendulum_twin.path_memory import follow_recorded_path, remembers_path
 from pendulum_twin.sensors import apply_reporting, apply_sensors, compute_paces, undo_sensors
 from pendulum_twin.signals import Signals
 from pendulum_twin.threads import share_among_threads
@@ -94,27 +93,26 @@ def run_driven(
         sub,
         true,
         theta,
-        find_path_forces(signals, theta, set_of, begin),
+        recall_paths(signals, theta, set_of, begin),
     )
     times = t[:, None] + signals.period_s * np.arange(samples)
     return apply_sensors(true, lane_theta, times, theta)
 
 
-def find_path_forces(signals: Signals, theta: Floats, set_of: Ints, begin: Ints) -> Floats:
-    """Return the forces on the cart (N) that follow its path, (runs, PATHS), where runs begin.
-
-    The path is the recorded path until there; a recording begins without force.
-    """
-    out = np.zeros((len(begin), PATHS))
-    if signals.cart is None:
+def recall_paths(signals: Signals, theta: Floats, set_of: Ints, begin: Ints) -> Floats:
+    """Return what twins remember of the recorded path where runs begin, (runs, PATH_SIZE)."""
+    out = np.zeros((len(begin), kernel.PATH_SIZE))
+    remembering = [remembers_path(twin) for twin in theta]
+    if not any(remembering):
         return out
     states = np.zeros((1, len(signals), 4))
-    states[0, :, 0] = signals.cart
-    for k in np.flatnonzero([have_path_forces(twin) for twin in theta]):
+    for column, positions in enumerate((signals.cart, signals.pole)):
+        if positions is not None:
+            states[0, :, column] = positions
+    for k in np.flatnonzero(remembering):
         true = undo_sensors(states, theta[[k]], signals.clock_s)
-        out[set_of == k] = follow_recorded_path(signals, true[0, :, 0], theta[k])[
-            begin[set_of == k]
-        ]
+        memory, _ = follow_recorded_path(signals, true[0, :, :2], theta[k])
+        out[set_of == k] = memory[begin[set_of == k]]
     return out
 
 
@@ -194,18 +192,19 @@ def run_mechanics(
     sub: int,
     out: Floats,
     sets: Floats | None = None,
-    path_forces: Floats | None = None,
+    path_memory: Floats | None = None,
 ) -> None:
     """Call `kernel.integrate_lanes` with the least code that holds the effects of the lanes.
 
     Lanes are independent: several threads share the blocks of lanes where the work is worth it.
 
     sets: (sets, SIZE) the different twins among the lanes; None where they are not known.
-    path_forces: (lanes, PATHS) N, forces on the cart that follow its path, at the start;
-        afterwards at the end. None: the path begins at the start.
+    path_memory: (lanes, PATH_SIZE) what lanes remember of their paths at the start; afterwards at
+        the end. None: the path begins at the start.
     """
     code = select_kernel_code(theta if sets is None else sets)
-    following = np.zeros((len(theta), PATHS)) if path_forces is None else path_forces
+    if path_memory is None:
+        path_memory = np.zeros((len(theta), kernel.PATH_SIZE))
     drives, start_states, theta = map(np.ascontiguousarray, (drives, start_states, theta))
 
     def integrate(part: slice) -> None:
@@ -217,7 +216,7 @@ def run_mechanics(
             begin[part],
             first_step[part],
             start_states[part],
-            following[part],
+            path_memory[part],
             theta[part],
             h,
             sub,

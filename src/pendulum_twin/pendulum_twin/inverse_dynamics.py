@@ -27,7 +27,7 @@ from pendulum_twin.parameter_vector import (
     MOMENT,
     POLE_VISCOUS,
 )
-from pendulum_twin.path_forces import follow_recorded_path
+from pendulum_twin.path_memory import follow_recorded_path
 from pendulum_twin.sensors import compute_paces, undo_sensors
 from pendulum_twin.signals import Signals
 
@@ -83,7 +83,7 @@ def evaluate_laws(
     masses = compute_masses(signals, theta)[at]
     times_s = signals.clock_s[at] * float(compute_paces(theta))
     _fill_laws(*columns, times_s, masses, theta.copy(), out)
-    out[:, 0] += follow_recorded_path(signals, true[:, 0], theta)[at].sum(axis=1)
+    out += follow_recorded_path(signals, true[:, :2], theta)[1][at]
     return out
 
 

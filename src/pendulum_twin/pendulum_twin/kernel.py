@@ -18,6 +18,7 @@ import numpy as np
 
 from pendulum_twin import compose
 from pendulum_twin.equations import compile_inner
+from pendulum_twin.hysteresis import STRAINS, follow_strains, sum_hysteresis
 from pendulum_twin.law_curves import bend_commands, sum_measured_laws
 from pendulum_twin.machine_code import compile_cached
 from pendulum_twin.motion import (
@@ -36,6 +37,8 @@ LONGEST_STEP_S = 1e-3
 
 # A block holds theta without its measured laws, whose curves each lane reads from its own theta.
 ROWS = LAWS + 19 + compose.PATHS
+# What a lane remembers of its path: forces of effects on the cart, N, then strains (`hysteresis`).
+PATH_SIZE = compose.PATHS + STRAINS
 X, TH, V, W = range(LAWS, LAWS + 4)
 # the state at the begin of the step
 X_BEFORE, TH_BEFORE, V_BEFORE, W_BEFORE = range(LAWS + 4, LAWS + 8)
@@ -205,28 +208,41 @@ def _hold_effects(p, i, width, step, mass, viscous):
 
 
 @compile_inner
-def _hold_measured_laws(theta, p, i, width, step, pushed, held_dry):
+def _hold_measured_laws(theta, strains, p, i, width, step, pushed, held_dry):
     """Add the measured laws of lane i to what acts evenly over its next step.
 
     step: substeps since the recording began.
     pushed: N; what effects add to the drive's force over the step.
     held_dry: N; what effects add to the cart's dry friction over the step.
+    strains: (STRAINS,) of the elements of measured hysteresis, at the step's begin.
 
     The laws are taken in the middle of the step as its first velocities lead there: of second
     order in the step, and a force along the rail keeps the energy.
     """
     x, th, v, w = _get_four(p, X, i, width)
     h = p[H * width + i]
+    move, turn = 0.5 * h * v, 0.5 * h * w
     gain, force, torque, cart_dry, pole_dry = sum_measured_laws(
-        theta, x + 0.5 * h * v, v, th + 0.5 * h * w, w, (step + 0.5) * h, h
+        theta, x + move, v, th + turn, w, (step + 0.5) * h, h
     )
+    held_back, turned_back = sum_hysteresis(theta, strains, move, turn)
+    force, torque = force + held_back, torque + turned_back
     drive = p[FORCE * width + i] - pushed
     applied = drive * gain + pushed + force, torque, held_dry + cart_dry, pole_dry
     _put_four(p, FORCE, i, width, applied)
+    p[X_BEFORE * width + i], p[TH_BEFORE * width + i] = x, th
 
 
 @compile_inner
-def _place_lane(theta, start_state, path_forces, h, p, i, width):
+def _follow_strains(theta, path_memory, p, i, width):
+    """Strain the elements of measured hysteresis of lane i by its last step."""
+    move = p[X * width + i] - p[X_BEFORE * width + i]
+    turn = p[TH * width + i] - p[TH_BEFORE * width + i]
+    follow_strains(theta, path_memory[compose.PATHS :], move, turn)
+
+
+@compile_inner
+def _place_lane(theta, start_state, path_memory, h, p, i, width):
     """Place the start of a run in lane i: both joints move, and no force acts yet.
 
     h: s by the stamps, a substep.
@@ -235,8 +251,8 @@ def _place_lane(theta, start_state, path_forces, h, p, i, width):
         p[k * width + i] = theta[k]
     for k in range(4):
         p[(X + k) * width + i] = start_state[k]
-    for k in range(len(path_forces)):
-        p[(PATH + k) * width + i] = path_forces[k]
+    for k in range(compose.PATHS):
+        p[(PATH + k) * width + i] = path_memory[k]
     _put_four(p, CART_WAY, i, width, MOVING)
     _put_four(p, FORCE, i, width, (0.0, 0.0, 0.0, 0.0))
     p[H * width + i] = h * compute_pace(p, i, width)
@@ -253,7 +269,7 @@ def integrate_lanes(
     begin,
     first_step,
     start_states,
-    path_forces,
+    path_memory,
     theta,
     h,
     sub,
@@ -270,7 +286,7 @@ def integrate_lanes(
     begin: (lanes,) step of that row at which each lane starts.
     first_step: (lanes,) substeps since the recording began, at each lane's start.
     start_states: (lanes, 4) x, th, v, w.
-    path_forces: (lanes, PATHS) N, forces on the cart that follow its path, at the start;
+    path_memory: (lanes, PATH_SIZE) what the lanes remember of their paths at the start;
         afterwards at the end.
     theta: (lanes, SIZE).
     h: s by the stamps, a substep; sub: substeps a sample.
@@ -287,7 +303,7 @@ def integrate_lanes(
             lane = min(first + i, count - 1)
             row[i], at[i], first_of[i] = drive_of[lane], begin[lane], first_step[lane]
             mass_of[i], viscous_of[i] = theta[lane, MASS], theta[lane, CART_VISCOUS]
-            _place_lane(theta[lane], start_states[lane], path_forces[lane], h, p, i, width)
+            _place_lane(theta[lane], start_states[lane], path_memory[lane], h, p, i, width)
         for n in range(samples):
             for i in range(min(width, count - first)):
                 for k in range(4):
@@ -308,13 +324,19 @@ def integrate_lanes(
                         step = first_step[lane] + n * sub + j
                         pushed = p[PUSHED * width + i] if evenly else 0.0
                         held_dry = p[CART_DRY * width + i] if evenly else 0.0
-                        _hold_measured_laws(theta[lane], p, i, width, step, pushed, held_dry)
+                        strains = path_memory[lane, compose.PATHS :]
+                        _hold_measured_laws(
+                            theta[lane], strains, p, i, width, step, pushed, held_dry
+                        )
                 _advance(lanes, laws, dry, p)
                 if evenly:
                     for i in range(width):
                         follow_path(PATH, p[X * width + i] - p[X_BEFORE * width + i], p, i, width)
+                if measured is not None:
+                    for i in range(min(width, count - first)):
+                        _follow_strains(theta[first + i], path_memory[first + i], p, i, width)
             for i in range(width):
                 at[i] += sub
         for i in range(min(width, count - first)):
-            for k in range(path_forces.shape[1]):
-                path_forces[first + i, k] = p[(PATH + k) * width + i]
+            for k in range(compose.PATHS):
+                path_memory[first + i, k] = p[(PATH + k) * width + i]

@@ -55,7 +55,7 @@ class Lanes(NamedTuple):
     memory: (lanes, ...) of command and drive.
     done: (lanes,) substeps done.
     true: (lanes, 4) true state.
-    path_forces: (lanes, PATHS) N, forces on the cart that follow its path.
+    path_memory: (lanes, PATH_SIZE) what the lanes remember of their paths.
     shown: (lanes, 4) measured state.
     drives: (lanes, substeps) room for a period of drive.
     out: (lanes, samples + 1, 4) room for a period of states.
@@ -68,7 +68,7 @@ class Lanes(NamedTuple):
     memory: Floats
     done: Ints
     true: Floats
-    path_forces: Floats
+    path_memory: Floats
     shown: Floats
     drives: Floats
     out: Floats
@@ -123,7 +123,7 @@ def make_lanes(kinds: Kinds, timing: Timing, count: int) -> Lanes:
         memory=np.zeros((count, max(1, int(kinds.offsets[:, -1].max())))),
         done=np.zeros(count, dtype=np.int64),
         true=np.tile(np.array(HANGING), (count, 1)),
-        path_forces=np.zeros((count, compose.PATHS)),
+        path_memory=np.zeros((count, kernel.PATH_SIZE)),
         shown=np.tile(np.array(HANGING), (count, 1)),
         drives=np.zeros((count, substeps)),
         out=np.zeros((count, timing.samples + 1, 4)),
@@ -172,7 +172,7 @@ def begin_lane(kinds, lanes, timing, i, kind, away):
     lanes.kind[i] = kind
     lanes.theta[i] = kinds.theta[kind]
     lanes.memory[i] = 0.0
-    lanes.path_forces[i] = 0.0
+    lanes.path_memory[i] = 0.0
     lanes.done[i] = 0
     lanes.commands[:] = 0.0
     h = timing.sample_s / timing.sub * kinds.paces[kind]
@@ -227,7 +227,7 @@ def advance_lanes(code, kinds, lanes, timing, commands):
         lanes.zero,
         lanes.done,
         lanes.true,
-        lanes.path_forces,
+        lanes.path_memory,
         lanes.theta,
         h,
         sub,

@@ -34,8 +34,9 @@ OVER = np.array([-1, *(int(kind.variable) for kind in KINDS)])
 # Plain integers: the compiler takes them as constants.
 COMMAND, GAIN, FORCE, CART_DRAG, CART_DRY = (int(role) for role in list(Role)[:5])
 TORQUE, POLE_DRAG, POLE_DRY, CART_ONE_WAY, POLE_ONE_WAY = (int(role) for role in list(Role)[5:10])
-ANGLE_ERROR, POSITION_ERROR = (int(role) for role in list(Role)[10:])
-POSITION, VELOCITY, ANGLE, RATE, TIME = (int(variable) for variable in list(Variable)[1:])
+CART_HYSTERESIS, ANGLE_ERROR = int(Role.CART_HYSTERESIS), int(Role.ANGLE_ERROR)
+POSITION_ERROR = int(Role.POSITION_ERROR)
+POSITION, VELOCITY, ANGLE, RATE, TIME = (int(variable) for variable in list(Variable)[1:6])
 NO_LAWS_HELD = (1.0, 0.0, 0.0, 0.0, 0.0)
 FASTEST_CART, FASTEST_POLE = 3.0, 40.0  # m/s, rad/s; see `_drag`
 INVERSIONS = 30  # fixed-point steps: an error with a slope of a half is undone to 1e-9 of itself
@@ -122,7 +123,7 @@ def sum_measured_laws(theta, x, v, th, w, t, h):
         if number == 0:
             continue
         role = ROLES[number]
-        if role == COMMAND or role >= ANGLE_ERROR:
+        if role == COMMAND or role >= CART_HYSTERESIS:  # see `hysteresis`, and sensors below
             continue
         value = _follow_law(theta, at, OVER[number], 0.0, x, v, th, w, t)
         if role == GAIN:

@@ -29,6 +29,7 @@ SOURCES = (
     "compose.py",
     "elementary.py",
     "equations.py",
+    "hysteresis.py",
     "kernel.py",
     "law_curves.py",
     "lanes.py",

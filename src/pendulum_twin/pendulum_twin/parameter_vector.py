@@ -14,7 +14,7 @@ from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Effect
 from pendulum_twin.laws import KINDS
 from pendulum_twin.laws.kind import LawKind
-from pendulum_twin.laws.law import MOST_KNOTS, Law
+from pendulum_twin.laws.law import MOST_KNOTS, Law, compute_step
 from pendulum_twin.model import MOST_LAWS, Twin
 
 BASE = (
@@ -49,7 +49,8 @@ def _lay_out() -> tuple[dict[str, slice], int]:
 
 SLOTS, LAWS = _lay_out()  # LAWS: where the slots of measured laws begin
 _STARTS = [slot.start for slot in SLOTS.values()]  # slots follow each other without a gap
-# In a law's slot: 1 + its index in KINDS, number of knots, first knot, spacing; then the values.
+# In a law's slot: 1 + its index in KINDS, number of knots, first knot, spacing of the knots (their
+# ratio, where a law remembers); then the values.
 KIND, KNOTS, FIRST, SPACING, VALUES = range(5)
 LAW_SIZE = VALUES + MOST_KNOTS
 SIZE = LAWS + MOST_LAWS * LAW_SIZE
@@ -97,7 +98,8 @@ def put_law(theta: Floats, slot: int, name: str, law: Law) -> None:
     at = LAWS + slot * LAW_SIZE
     theta[at : at + LAW_SIZE] = 0.0
     number = 1 + next(k for k, kind in enumerate(KINDS) if kind.name == name)
-    theta[at : at + VALUES] = (number, len(law.knots), law.first, law.spacing)
+    step = compute_step(KINDS[number - 1], law.knots)
+    theta[at : at + VALUES] = (number, len(law.knots), law.knots[0], step)
     theta[at + VALUES : at + VALUES + len(law.values)] = law.values
 
 
@@ -107,9 +109,11 @@ def get_laws(theta: Floats) -> dict[str, Law]:
     for at in range(LAWS, SIZE, LAW_SIZE):
         number, count = int(theta[at + KIND]), int(theta[at + KNOTS])
         if number:
-            knots = theta[at + FIRST] + theta[at + SPACING] * np.arange(count)
+            kind, first, step = KINDS[number - 1], theta[at + FIRST], theta[at + SPACING]
+            rising = np.arange(count)
+            knots = first * step**rising if kind.remembers else first + step * rising
             values = theta[at + VALUES : at + VALUES + count]
-            laws[KINDS[number - 1].name] = Law(tuple(knots.tolist()), tuple(values.tolist()))
+            laws[kind.name] = Law(tuple(knots.tolist()), tuple(values.tolist()))
     return laws
 
 

@@ -9,7 +9,6 @@ import numpy as np
 
 from pendulum_twin import kernel
 from pendulum_twin.arrays import Floats
-from pendulum_twin.compose import PATHS
 from pendulum_twin.free_runs import compute_memory_offsets, select_kernel_code
 from pendulum_twin.model import Twin
 from pendulum_twin.motion import LAW_SETS
@@ -73,7 +72,7 @@ class Stepper:
         """Start again from a measured state; of earlier commands only `before` is left."""
         state = self._rest if state is None else state
         self._memory = np.zeros(self._offsets[-1])
-        self._path_forces = np.zeros((1, PATHS))
+        self._path_memory = np.zeros((1, kernel.PATH_SIZE))
         self._steps = 0
         self.impact: Impact | None = None
         if before is not None:
@@ -101,7 +100,7 @@ class Stepper:
             self._zero,
             np.array([self._steps]),
             self._true,
-            self._path_forces,
+            self._path_memory,
             self._theta,
             self._h,
             self._sub,

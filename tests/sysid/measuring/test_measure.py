@@ -10,7 +10,7 @@ from pendulum_sysid import decisions
 from pendulum_sysid.fitting.fit import HORIZONS, fit, fit_own_parameters
 from pendulum_sysid.measuring.formula_fit import ShapeParameter
 from pendulum_sysid.measuring.measure import measure_laws, rank_curves
-from pendulum_sysid.measuring.naming import write_formula
+from pendulum_sysid.measuring.naming import write_formula, write_sentence
 from pendulum_sysid.measuring.penalised_fit import LawFit
 from pendulum_sysid.measuring.shapes import SHAPES
 from pendulum_sysid.prepare import prepare
@@ -61,6 +61,26 @@ def test_a_law_is_measured_where_it_is(name):
         for twin in (replace(RIG, measured_laws={name: LAWS[name]}), final.twin, start.twin)
     )
     assert np.std((run - told)[:300, 0]) < 0.3 * np.std((run - without)[:300, 0])
+
+
+@pytest.mark.parametrize(
+    ("name", "law"),
+    [
+        ("cart_hysteresis", Law((0.02, 0.04, 0.08), (0.0, 0.3, 0.0))),
+        ("pole_hysteresis", Law((0.2, 0.4, 0.8), (0.0, 0.004, 0.003))),
+    ],
+)
+def test_a_friction_that_remembers_its_way_is_measured(name, law):
+    case, split = prepare_with({name: law})
+    start = fit_own_parameters(case, split)
+    held = measure_laws(case, split, start, lambda line: None)
+    assert [curve.kind.name for curve in held.law_fit.curves] == [name]
+    final, (named,) = held.named
+    assert final.choose < 1.5 < 10.0 < start.choose
+    assert np.sum(named.values) == pytest.approx(np.sum(law.values), rel=0.05)
+    middle = np.sum(named.values * named.curve.knots) / np.sum(named.values)
+    assert middle == pytest.approx(np.average(law.knots, weights=law.values), rel=0.1)
+    assert named.shape is None and "slips from" in write_sentence(named)
 
 
 def test_a_law_that_bends_between_its_knots_gets_more_knots():

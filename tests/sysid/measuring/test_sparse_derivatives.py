@@ -47,6 +47,7 @@ def test_the_system_is_that_of_all_runs(prepared) -> None:
     assert shares[Variable.TIME] > 0.5 and shares[Variable.POSITION] > 0.2
 
 
-def test_a_command_acts_on_after_it_has_passed(prepared) -> None:
+def test_a_command_and_a_way_act_on_after_they_have_passed(prepared) -> None:
     curves = list_kinds(prepared.case).values()
-    assert {curve.kind.variable for curve in curves if curve.acts is None} == {Variable.COMMAND}
+    lasting = {Variable.COMMAND, Variable.WAY, Variable.TURN}
+    assert {curve.kind.variable for curve in curves if curve.acts is None} == lasting

@@ -17,7 +17,7 @@ from pendulum_twin.effects import BY_NAME as EFFECTS
 from pendulum_twin.effects.effect import Form, Place
 from pendulum_twin.laws import KINDS
 from pendulum_twin.laws.kind import LIMITS, SCALES, LawKind, Role, Variable
-from pendulum_twin.laws.law import Law, spread_turn
+from pendulum_twin.laws.law import Law, locate_on_knots, spread_knots, spread_turn
 from pendulum_twin.model import MOST_LAWS
 from pendulum_twin.parameter_vector import KIND, LAW_SIZE, LAWS, VALUES, put_law
 
@@ -57,7 +57,7 @@ class Curve:
     """Hold a law whose values are to be fitted.
 
     kind: of the law.
-    knots: (k,) evenly spaced over what was visited, in the unit of the kind's variable.
+    knots: (k,) on an even grid over what was visited, in the unit of the kind's variable.
     seen: (n,) places that were visited, sample by sample.
     size: typical magnitude of its values on this rig, in the unit of its quantity.
     low: lowest value that a fit may reach.
@@ -71,21 +71,17 @@ class Curve:
     low: float
     others: tuple[str, ...] = ()
 
-    @property
-    def spacing(self) -> float:
-        """Return the distance between two knots."""
-        return float(self.knots[1] - self.knots[0])
-
     @cached_property
     def acts(self) -> Mask | None:
         """Return at which samples each value may act, (n, k); None for all values at all samples.
 
-        A command goes on acting after it has passed: command and drive have memories.
+        A command goes on acting after it has passed: command and drive have memories. An element
+        of hysteresis always acts.
         """
-        if self.kind.variable is Variable.COMMAND:
+        if self.kind.variable is Variable.COMMAND or self.kind.remembers:
             return None
         count = len(self.knots)
-        z = ((self.seen - self.knots[0]) / self.spacing)[:, None]
+        z = locate_on_knots(self.kind, self.knots, self.seen)[:, None]
         if self.kind.is_periodic:
             apart = np.mod(z - np.arange(count), count)
             return np.minimum(apart, count - apart) < REACH
@@ -94,7 +90,7 @@ class Curve:
     @cached_property
     def visits(self) -> Floats:
         """Return how many samples lie nearest to each knot, (k,)."""
-        z = (self.seen - self.knots[0]) / self.spacing
+        z = locate_on_knots(self.kind, self.knots, self.seen)
         nearest = np.rint(z).astype(int)
         count = len(self.knots)
         nearest = nearest % count if self.kind.is_periodic else np.clip(nearest, 0, count - 1)
@@ -209,12 +205,29 @@ def _list_places(case: Case, here: Motion, variable: Variable) -> Floats:
         return case.signals.clock_s
     if variable is Variable.ANGLE:
         return np.mod(here.th, 2 * np.pi)
+    if variable in (Variable.WAY, Variable.TURN):
+        return _measure_ways(case, here.x if variable is Variable.WAY else here.th)
     places: Floats = {
         Variable.POSITION: here.x,
         Variable.VELOCITY: here.v,
         Variable.RATE: here.w,
     }[variable]
     return places
+
+
+def _measure_ways(case: Case, positions: Floats) -> Floats:
+    """Return half of the way (n,) since a joint last turned round, sample by sample.
+
+    An element that slips one way slips the other way after twice its own way.
+    """
+    ways = np.zeros(len(positions))
+    for part in case.signals.stretches:
+        here = positions[part]
+        turned = np.flatnonzero(np.diff(np.sign(np.diff(here)))) + 1
+        begins = np.concatenate([[0], turned])
+        last = begins[np.searchsorted(begins, np.arange(len(here)), side="right") - 1]
+        ways[part] = 0.5 * np.abs(here - here[last])
+    return ways
 
 
 def _make_curve(kind: LawKind, seen: Floats, case: Case, effects: tuple[str, ...]) -> Curve:
@@ -228,12 +241,16 @@ def _make_curve(kind: LawKind, seen: Floats, case: Case, effects: tuple[str, ...
         ends = np.quantile(seen, [0.001, 0.999])
         if kind.variable is Variable.TIME:
             ends = np.array([seen.min(), seen.max()])
-        knots = np.linspace(ends[0], ends[1], count)
+        if kind.remembers:
+            ends[0] = decisions.LAW_LEAST_WAY * ends[1]
+        knots = spread_knots(kind, ends[0], ends[1], count)
     scale, per = SCALES[kind.role]
     size = 0.1 * case.scales[scale] / case.scales[per]
     low = -LIMITS[kind.role]
     if kind.role is Role.GAIN:
         low = LEAST_GAIN
+    elif kind.remembers:
+        low = 0.0  # friction takes energy away
     elif kind.role in (Role.CART_DRY, Role.POLE_DRY) and not _has_dry(kind.place, effects):
         low = 0.0
     return Curve(kind, knots, seen, size, low, _list_others(kind, case, effects))
@@ -247,7 +264,7 @@ def refine_knots(curve: Curve) -> Curve | None:
     count = min(2 * len(curve.knots), decisions.LAW_MOST_KNOTS)
     if count == len(curve.knots) or curve.kind.variable is Variable.TIME:
         return None
-    knots = np.linspace(curve.knots[0], curve.knots[-1], count)
+    knots = spread_knots(curve.kind, curve.knots[0], curve.knots[-1], count)
     return replace(curve, knots=spread_turn(count) if curve.kind.is_periodic else knots)
 
 

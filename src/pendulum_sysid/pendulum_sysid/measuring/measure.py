@@ -34,7 +34,7 @@ from pendulum_sysid.measuring.smoothness import (
 from pendulum_sysid.records import Fit, Split
 from pendulum_twin.arrays import Floats
 from pendulum_twin.laws.kind import Variable
-from pendulum_twin.laws.law import make_curve_matrix
+from pendulum_twin.laws.law import locate_on_knots, make_curve_matrix
 
 Progress = Callable[[str], None]
 
@@ -207,9 +207,11 @@ def _refine(curve: Curve, prior: Smoothness, values: Floats) -> Ranked | None:
     finer = refine_knots(curve)
     if finer is None:
         return None
-    longer = prior.length * curve.spacing / finer.spacing
+    (steps,) = np.diff(locate_on_knots(curve.kind, finer.knots, curve.knots[:2]))
     spread = make_curve_matrix(curve.kind, curve.knots, finer.knots)
-    return Ranked(finer, replace(prior, length=longer), spread @ values)
+    if curve.kind.remembers:
+        spread = spread / steps  # each element has its share of what slips
+    return Ranked(finer, replace(prior, length=prior.length * steps), spread @ values)
 
 
 def _choose_again(case: Case, law_fit: LawFit, which: int) -> Smoothness:

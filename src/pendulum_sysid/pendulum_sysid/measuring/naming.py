@@ -26,6 +26,7 @@ from pendulum_twin.laws.kind import LawKind, Variable
 from pendulum_twin.laws.law import make_curve_matrix
 
 FORMULA_ITERATIONS = 8
+HYSTERESIS_SHARES = (0.1, 0.9)  # of the friction: those ways are said of it
 
 
 @dataclass(frozen=True)
@@ -91,6 +92,8 @@ def _try_shapes(
 
 def select_shapes(kind: LawKind) -> tuple[Shape, ...]:
     """Return the shapes that a curve of a kind may have."""
+    if kind.remembers:
+        return ()  # the curve says how much slips where, and is no formula of a state
     if kind.is_periodic:
         return TURN_SHAPES
     if kind.variable is Variable.TIME:
@@ -124,6 +127,8 @@ def write_formula(named: NamedCurve) -> str:
 
 def write_sentence(named: NamedCurve) -> str:
     """Return what was measured, for a person."""
+    if named.curve.kind.remembers:
+        return _write_hysteresis(named)
     kind, unit = named.curve.kind, named.curve.kind.quantity.unit.replace("1", "")
     subject = f"The {kind.quantity.words} depends on the {kind.along.words}"
     if named.shape is None:
@@ -143,3 +148,16 @@ def write_sentence(named: NamedCurve) -> str:
         for name, value, wide in zip(shape.names, shape.values, half, strict=True)
     }
     return f"{subject}: it {shape.shape.words.format(**numbers)} ({shape.shape.name})."
+
+
+def _write_hysteresis(named: NamedCurve) -> str:
+    """Return how much friction slips, and after which way, for a person."""
+    kind, knots = named.curve.kind, named.curve.knots
+    share = np.cumsum(named.values) / np.sum(named.values)
+    first, last = (knots[np.searchsorted(share, part)] for part in HYSTERESIS_SHARES)
+    words = kind.quantity.words
+    return (
+        f"{words[0].upper()}{words[1:]}: {np.sum(named.values):.3g} {kind.quantity.unit} in all. "
+        f"After each reversal it grows like a spring, and slips from {first:.3g} to {last:.3g} "
+        f"{kind.along.unit} (a tenth of it to nine tenths of it)."
+    )

@@ -9,7 +9,6 @@ import numpy as np
 
 from pendulum_twin import kernel
 from pendulum_twin.arrays import Floats, Ints, Mask
-from pendulum_twin.compose import PATHS
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Form
 from pendulum_twin.free_runs import compute_memory_offsets, run_mechanics
@@ -36,7 +35,7 @@ class Lanes:
     period_s: sample period.
     true: (lanes, 4) states: cart (m), pole (rad), and their velocities.
     shown: (lanes, 4) the states as the sensors show them.
-    path_forces: (lanes, PATHS) N, forces on the cart that follow its path.
+    path_memory: (lanes, PATH_SIZE) what the lanes remember of their paths.
     memory: what command and drive of each lane keep between substeps.
     sample: number of the next sample of the plan.
     start_m: (lanes,) cart position at the start of the plan.
@@ -47,7 +46,7 @@ class Lanes:
     period_s: float
     true: Floats
     shown: Floats
-    path_forces: Floats
+    path_memory: Floats
     memory: tuple[Floats, ...]
     sample: int
     start_m: Floats
@@ -60,7 +59,7 @@ class Lanes:
             theta=self.theta[chosen],
             true=self.true[chosen],
             shown=self.shown[chosen],
-            path_forces=self.path_forces[chosen],
+            path_memory=self.path_memory[chosen],
             memory=tuple(self.memory[k].copy() for k in chosen),
             start_m=self.start_m[chosen],
             way=tuple(self.way[k] for k in chosen),
@@ -103,7 +102,7 @@ def make_hanging_lanes(theta: Floats, period_s: float) -> Lanes:
         np.zeros(compute_memory_offsets(period_s / sub * float(compute_paces(lane)))[-1])
         for lane in theta
     )
-    count, paths = len(theta), np.zeros((len(theta), PATHS))
+    count, paths = len(theta), np.zeros((len(theta), kernel.PATH_SIZE))
     return Lanes(
         theta, period_s, true, shown, paths, memory, 0, shown[:, 0].copy(), (None,) * count
     )
@@ -115,7 +114,7 @@ def play_plans(lanes: Lanes, plans: Sequence[Excitation], samples: int) -> Playe
     commands, states = np.empty((count, samples)), np.empty((count, samples, 4))
     true, shown, way = lanes.true.copy(), lanes.shown.copy(), list(lanes.way)
     memory = tuple(values.copy() for values in lanes.memory)
-    path_forces = lanes.path_forces.copy()
+    path_memory = lanes.path_memory.copy()
     drive, out = np.empty((count, sub)), np.empty((count, 2, 4))
     lane_of, begin = np.arange(count), np.zeros(count, dtype=np.int64)
     reports = select_reporting_effects(lanes.theta)
@@ -138,7 +137,7 @@ def play_plans(lanes: Lanes, plans: Sequence[Excitation], samples: int) -> Playe
             lanes.period_s / sub,
             sub,
             out,
-            path_forces=path_forces,
+            path_memory=path_memory,
         )
         true = out[:, 1].copy()
         now = apply_sensors(true, lanes.theta, np.full(count, (k + 1) * lanes.period_s))
@@ -152,7 +151,7 @@ def play_plans(lanes: Lanes, plans: Sequence[Excitation], samples: int) -> Playe
         true=true,
         shown=shown,
         memory=memory,
-        path_forces=path_forces,
+        path_memory=path_memory,
         sample=lanes.sample + samples,
         way=tuple(way),
     )

@@ -18,19 +18,30 @@ def is_unlike(findings: Findings) -> bool:
 
     The improved twin stays far above its noise floor, and besides follows too little of the
     motion: a precise sensor alone puts a good twin of a real rig tens of floors away. Where
-    nothing was found that could stand for the error, a score above the floor is enough, if the
-    median window shows it, too.
+    nothing was found that could stand for the error, the twin has to follow nearly all.
     """
     after, floor = findings.after["held_out"], findings.floor
     if floor is None or not np.isfinite(after.score):
         return True
-    ratio, typical = compute_floor_ratio(findings), after.typical / floor.typical
-    far = min(ratio, typical) > decisions.UNLIKE_FLOORS
-    if far and compute_followed_share(after) < decisions.UNLIKE_LEAST_FOLLOWED:
+    followed = compute_followed_share(after)
+    far = min(compute_floor_ratio(findings), after.typical / floor.typical)
+    if far > decisions.UNLIKE_FLOORS and followed < decisions.UNLIKE_LEAST_FOLLOWED:
         return True
+    return is_unexplained(findings) and followed < decisions.UNNAMED_LEAST_FOLLOWED
+
+
+def is_unexplained(findings: Findings) -> bool:
+    """Return whether an error remains, and nothing was found that could stand for it.
+
+    The score is above the noise floor, and the median window shows it, too.
+    """
     physics = findings.named or findings.perhaps or findings.certain or findings.laws
-    unexplained = ratio > decisions.UNNAMED_FLOORS and typical > decisions.MISFIT_AT_NOISE
-    return not physics and unexplained and not runs_at_noise(findings)
+    after, floor = findings.after["held_out"], findings.floor
+    if physics or floor is None or runs_at_noise(findings):
+        return False
+    typical = after.typical / floor.typical
+    far = compute_floor_ratio(findings) > decisions.UNNAMED_FLOORS
+    return bool(far and typical > decisions.MISFIT_AT_NOISE)
 
 
 def runs_at_noise(findings: Findings) -> bool:
@@ -56,7 +67,8 @@ def compute_floors(findings: Findings) -> BeforeAfter:
     """Return the errors before and after over that of a perfect model: one scale for a verdict.
 
     The median window counts, and the remainder that the verdict tells where that is larger; of a
-    recording that does not look like its rig all windows together, where that is larger.
+    recording that does not look like its rig, or whose error nothing explains, all windows
+    together, where that is larger.
     """
     if findings.floor is None:
         return BeforeAfter(math.inf, math.inf)
@@ -65,7 +77,8 @@ def compute_floors(findings: Findings) -> BeforeAfter:
         for runs in (findings.before, findings.after)
     )
     remaining = compute_remaining_ratio(findings)
-    together = compute_floor_ratio(findings) if is_unlike(findings) else 0.0
+    counts_all = is_unlike(findings) or is_unexplained(findings)
+    together = compute_floor_ratio(findings) if counts_all else 0.0
     return BeforeAfter(float(before), float(max(after, remaining, together)))
 
 

@@ -62,7 +62,7 @@ def write_answer(
             place = findings.laws[0].curve.kind.place.value
         return (
             f"Physics is missing at the {place} that no effect of the catalogue explains; "
-            f"{errors}, {compute_remaining_ratio(findings):.2g} times the noise floor."
+            f"{errors}, {compute_floors(findings).after:.2g} times the noise floor."
             f"{describe_repeats(findings.repeats)}{laws}{signs}{certain}{part}"
         )
     effects = [describe_effect(effect.effect, findings.final) for effect in named]

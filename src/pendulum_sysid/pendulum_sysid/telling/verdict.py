@@ -17,7 +17,12 @@ from pendulum_sysid.records import Estimate, Fit, Localisation, Outcome, Recordi
 from pendulum_sysid.telling.contradictions import describe_contradictions
 from pendulum_sysid.telling.events import list_events
 from pendulum_sysid.telling.given_values import compare_constants, compare_effect_parameters
-from pendulum_sysid.telling.likeness import compute_fit, compute_floors, is_unlike
+from pendulum_sysid.telling.likeness import (
+    compute_fit,
+    compute_floors,
+    is_unexplained,
+    is_unlike,
+)
 from pendulum_sysid.telling.outcome import (
     Findings,
     compute_explained_share,
@@ -52,9 +57,11 @@ MULTIPLIED = {  # the variable that a law's value is multiplied by, beside the l
     Role.GAIN: "command",
     Role.CART_DRAG: "cart_velocity",
     Role.CART_DRY: "cart_velocity",
+    Role.CART_HYSTERESIS: "cart_velocity",
     Role.CART_ONE_WAY: "cart_velocity",
     Role.POLE_DRAG: "pole_rate",
     Role.POLE_DRY: "pole_rate",
+    Role.POLE_HYSTERESIS: "pole_rate",
     Role.POLE_ONE_WAY: "pole_rate",
 }
 
@@ -62,7 +69,8 @@ MULTIPLIED = {  # the variable that a law's value is multiplied by, beside the l
 def make_verdict(findings: Findings, recording: Recording, elapsed_s: float) -> Verdict:
     """Return the verdict on a recording that could be used."""
     outcome = decide_outcome(findings)
-    if outcome is Outcome.NOTHING_MISSING and is_unlike(findings):
+    remains = is_unlike(findings) or is_unexplained(findings)
+    if outcome is Outcome.NOTHING_MISSING and remains:
         outcome = Outcome.NOT_IN_CATALOGUE  # far above the noise, and no effect was found for it
     named = list_told(findings)
     names = {effect.effect for effect in named}

@@ -27,6 +27,7 @@ KINDS: tuple[LawKind, ...] = (
     LawKind("cart_dry_friction_over_time", Place.CART, Role.CART_DRY, Variable.TIME),
     LawKind("cart_dry_friction_by_pole_rate", Place.CART, Role.CART_DRY, Variable.RATE),
     LawKind("cart_dry_friction_by_angle", Place.CART, Role.CART_DRY, Variable.ANGLE),
+    LawKind("cart_hysteresis", Place.CART, Role.CART_HYSTERESIS, Variable.WAY),
     LawKind("pole_torque_by_angle", Place.POLE, Role.TORQUE, Variable.ANGLE),
     LawKind("pole_torque_by_rate", Place.POLE, Role.TORQUE, Variable.RATE),
     LawKind("pole_torque_by_position", Place.POLE, Role.TORQUE, Variable.POSITION),
@@ -38,6 +39,7 @@ KINDS: tuple[LawKind, ...] = (
     LawKind("pole_dry_friction_by_angle", Place.POLE, Role.POLE_DRY, Variable.ANGLE),
     LawKind("pole_dry_friction_by_rate", Place.POLE, Role.POLE_DRY, Variable.RATE),
     LawKind("pole_dry_friction_over_time", Place.POLE, Role.POLE_DRY, Variable.TIME),
+    LawKind("pole_hysteresis", Place.POLE, Role.POLE_HYSTERESIS, Variable.TURN),
     LawKind("angle_error_over_turn", Place.SENSOR, Role.ANGLE_ERROR, Variable.ANGLE),
     LawKind("position_error_along_rail", Place.SENSOR, Role.POSITION_ERROR, Variable.POSITION),
 )

@@ -22,6 +22,8 @@ class Variable(IntEnum):
     ANGLE = 3  # of the pole within a turn, 0 to 2 pi rad; the curve closes on itself
     RATE = 4  # of the pole, rad/s
     TIME = 5  # since the recording began, s
+    WAY = 6  # of the cart from where nothing strains it until an element slips, m
+    TURN = 7  # of the pole from where nothing strains it until an element slips, rad
 
 
 class Role(IntEnum):
@@ -37,8 +39,12 @@ class Role(IntEnum):
     POLE_DRY = 7  # is added to the level of the pole's dry friction, N m
     CART_ONE_WAY = 8  # times the speed without its sign, is added to the force on the cart, N s/m
     POLE_ONE_WAY = 9  # times the rate without its sign, is added to the torque, N m s/rad
-    ANGLE_ERROR = 10  # is added to the measured angle, rad
-    POSITION_ERROR = 11  # is added to the measured position, m
+    CART_HYSTERESIS = 10  # is the friction of an element that strains with the cart, then slips, N
+    POLE_HYSTERESIS = (
+        11  # is the friction of an element that strains with the pole, then slips, N m
+    )
+    ANGLE_ERROR = 12  # is added to the measured angle, rad
+    POSITION_ERROR = 13  # is added to the measured position, m
 
 
 @dataclass(frozen=True)
@@ -62,6 +68,8 @@ VARIABLES: dict[Variable, Axis] = {
     Variable.ANGLE: Axis("pole angle", "rad", "_rad"),
     Variable.RATE: Axis("pole rate", "rad/s", "_rad_s"),
     Variable.TIME: Axis("time", "s", "_s"),
+    Variable.WAY: Axis("way until it slips", "m", "_m"),
+    Variable.TURN: Axis("turn until it slips", "rad", "_rad"),
 }
 EVIDENCE_NAMES: dict[Variable, str] = {
     Variable.COMMAND: "command",
@@ -70,6 +78,8 @@ EVIDENCE_NAMES: dict[Variable, str] = {
     Variable.ANGLE: "pole_angle",
     Variable.RATE: "pole_rate",
     Variable.TIME: "time",
+    Variable.WAY: "cart_position",
+    Variable.TURN: "pole_angle",
 }
 QUANTITIES: dict[Role, Axis] = {
     Role.COMMAND: Axis("change of the command", "1", ""),
@@ -82,6 +92,10 @@ QUANTITIES: dict[Role, Axis] = {
     Role.POLE_DRY: Axis("dry friction of the pole", "N m", "_n_m"),
     Role.CART_ONE_WAY: Axis("one-way drag of the cart", "N s/m", "_n_s_m"),
     Role.POLE_ONE_WAY: Axis("one-way drag of the pole", "N m s/rad", "_n_m_s"),
+    Role.CART_HYSTERESIS: Axis("friction of the cart that is elastic until it slips", "N", "_n"),
+    Role.POLE_HYSTERESIS: Axis(
+        "friction of the pole that is elastic until it slips", "N m", "_n_m"
+    ),
     Role.ANGLE_ERROR: Axis("error of the angle", "rad", "_rad"),
     Role.POSITION_ERROR: Axis("error of the position", "m", "_m"),
 }
@@ -97,6 +111,8 @@ SCALES: dict[Role, tuple[Scale, Scale]] = {
     Role.POLE_DRY: (Scale.TORQUE, Scale.ONE),
     Role.CART_ONE_WAY: (Scale.FORCE, Scale.CART_SPEED),
     Role.POLE_ONE_WAY: (Scale.TORQUE, Scale.POLE_RATE),
+    Role.CART_HYSTERESIS: (Scale.FORCE, Scale.ONE),
+    Role.POLE_HYSTERESIS: (Scale.TORQUE, Scale.ONE),
     Role.ANGLE_ERROR: (Scale.ONE, Scale.ONE),
     Role.POSITION_ERROR: (Scale.CART_TRAVEL, Scale.ONE),
 }
@@ -111,6 +127,8 @@ LIMITS: dict[Role, float] = {  # largest value, to either side, that a twin file
     Role.POLE_DRY: 1e6,
     Role.CART_ONE_WAY: 1e6,
     Role.POLE_ONE_WAY: 1e6,
+    Role.CART_HYSTERESIS: 1e6,
+    Role.POLE_HYSTERESIS: 1e6,
     Role.ANGLE_ERROR: math.pi,
     Role.POSITION_ERROR: 1e3,
 }
@@ -138,6 +156,15 @@ class LawKind:
     def is_periodic(self) -> bool:
         """Return whether the curve closes on itself after a turn."""
         return self.variable is Variable.ANGLE
+
+    @property
+    def remembers(self) -> bool:
+        """Return whether the law depends on the way that a joint came.
+
+        Its knots rise by a ratio, not by a spacing: friction may slip after any fraction of the
+        way that a joint goes.
+        """
+        return self.role in (Role.CART_HYSTERESIS, Role.POLE_HYSTERESIS)
 
     @property
     def timed(self) -> bool:

@@ -1,4 +1,4 @@
-"""Hold a measured law: values at evenly spaced knots, with a smooth curve through them."""
+"""Hold a measured law: values at knots on an even grid, with a smooth curve through them."""
 
 from __future__ import annotations
 
@@ -20,11 +20,15 @@ FEWEST_KNOTS, MOST_KNOTS = 2, 64
 FEWEST_KNOTS_OF_TURN = 4
 UNEVEN_SPACING = 1e-6  # of a spacing, by which a knot may be off the even grid: files round
 LARGEST_KNOT = 1e9
+LEAST_WAY = 1e-9  # m or rad; way after which friction may slip
 
 
 @dataclass(frozen=True)
 class Law:
     """Hold a curve: cubic between evenly spaced knots, constant beyond the outermost knots.
+
+    Hysteresis is no curve: each knot is an element of its own (`hysteresis`), and knots rise by a
+    ratio.
 
     knots: rising, in the unit of the kind's variable. Of a turn of the pole they divide the turn:
         the curve goes on from the last knot to the first.
@@ -34,15 +38,27 @@ class Law:
     knots: tuple[float, ...]
     values: tuple[float, ...]
 
-    @property
-    def first(self) -> float:
-        """Return the first knot."""
-        return self.knots[0]
 
-    @property
-    def spacing(self) -> float:
-        """Return the distance between two knots."""
-        return (self.knots[-1] - self.knots[0]) / (len(self.knots) - 1)
+def spread_knots(kind: LawKind, first: float, last: float, count: int) -> Floats:
+    """Return so many knots of a kind from the first to the last."""
+    spread = np.geomspace if kind.remembers else np.linspace
+    return np.asarray(spread(first, last, count))
+
+
+def compute_step(kind: LawKind, knots: Sequence[float] | Floats) -> float:
+    """Return by how much, or by which ratio, knots of a kind rise."""
+    steps = len(knots) - 1
+    if kind.remembers:
+        return float((knots[-1] / knots[0]) ** (1.0 / steps))
+    return float((knots[-1] - knots[0]) / steps)
+
+
+def locate_on_knots(kind: LawKind, knots: Floats, at: Floats) -> Floats:
+    """Return how many steps (n,) places at (n,) lie above the first knot."""
+    step = compute_step(kind, knots)
+    if kind.remembers:
+        return np.asarray(np.log(np.maximum(at, LEAST_WAY) / knots[0]) / np.log(step))
+    return np.asarray((np.asarray(at, dtype=np.float64) - knots[0]) / step)
 
 
 def make_law(kind: LawKind, knots: Sequence[float], values: Sequence[float]) -> Law:
@@ -89,6 +105,9 @@ def _check_numbers(
 
 
 def _check_knots(where: str, kind: LawKind, knots: tuple[float, ...]) -> None:
+    if kind.remembers:
+        _check_ways(where, knots)
+        return
     steps = np.diff(knots)
     mean = (knots[-1] - knots[0]) / (len(knots) - 1)
     if mean <= 0 or np.any(np.abs(steps - mean) > UNEVEN_SPACING * mean):
@@ -103,6 +122,16 @@ def _check_knots(where: str, kind: LawKind, knots: tuple[float, ...]) -> None:
         )
 
 
+def _check_ways(where: str, knots: tuple[float, ...]) -> None:
+    logs = np.log(knots) if min(knots) >= LEAST_WAY else np.zeros(2)
+    steps, mean = np.diff(logs), (logs[-1] - logs[0]) / (len(logs) - 1)
+    if mean <= 0 or np.any(np.abs(steps - mean) > UNEVEN_SPACING):
+        raise BadInputError(
+            f"{where}: expected knots of at least {LEAST_WAY:g} that rise by one ratio, found "
+            f"{shown(knots)}"
+        )
+
+
 def spread_turn(count: int) -> Floats:
     """Return so many knots over a turn of the pole, rad."""
     return np.arange(count, dtype=np.float64) * (math.tau / count)
@@ -111,8 +140,7 @@ def spread_turn(count: int) -> Floats:
 def make_curve_matrix(kind: LawKind, knots: Floats, at: Floats) -> Floats:
     """Return the weights (n, knots) with which the values at the knots make the curve at (n,)."""
     count = len(knots)
-    spacing = (knots[-1] - knots[0]) / (count - 1)
-    z = (np.asarray(at, dtype=np.float64) - knots[0]) / spacing
+    z = locate_on_knots(kind, knots, at)
     rows = np.arange(len(z))
     weights = np.zeros((len(z), count))
     if kind.is_periodic:

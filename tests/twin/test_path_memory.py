@@ -1,0 +1,82 @@
+"""What remembers the path of the joints: what a recorded path leaves, and where a run begins."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.twin_rigs import TH, THESIS, X, recording, wild_command
+
+from pendulum_twin.compose import PATHS
+from pendulum_twin.free_runs import run_freely
+from pendulum_twin.hysteresis import POLE_STRAINS
+from pendulum_twin.laws.law import Law
+from pendulum_twin.model import Twin
+from pendulum_twin.parameter_vector import make_theta
+from pendulum_twin.path_memory import follow_recorded_path
+
+COMMAND = wild_command(300)
+FRICTION = {"cart_presliding_friction": {"level_n": 0.8, "distance_m": 0.05}}
+WAYS = (0.02, 0.04, 0.08)
+HYSTERESIS = {
+    "cart_hysteresis": Law(WAYS, (0.3, 0.0, 0.5)),
+    "pole_hysteresis": Law((0.2, 0.6, 1.8), (0.0, 0.004, 0.0)),
+}
+TWINS = {
+    "effect": Twin("test", THESIS, FRICTION),
+    "laws": Twin("test", THESIS, measured_laws=HYSTERESIS),
+}
+STILL = recording(np.zeros(100), 0.01)
+
+
+def follow(twin, x, signals=STILL, th=None):
+    places = np.stack([x, np.zeros(len(x)) if th is None else th], axis=1)
+    return follow_recorded_path(signals, places, make_theta(twin))
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("twin", TWINS.values(), ids=TWINS)
+def test_a_window_begins_with_the_memory_that_its_past_leaves(twin, sign):
+    wiring = {"cart_sign_inverted": {}} if sign < 0.0 else {}
+    twin = replace(twin, effects={**twin.effects, **wiring})
+    theta, first = make_theta(twin)[None], np.zeros(1, dtype=np.int64)
+    still = recording(COMMAND, 0.01)
+    whole = run_freely(still, theta, first, first, np.array([[0.0, 2.5, 0.2, 0.0]]), 300)[0]
+    signals = replace(still, cart=whole[:, X], pole=whole[:, TH])
+    begin = np.array([60, 150, 233])
+    windows = run_freely(signals, theta, np.zeros(3, dtype=np.int64), begin, whole[begin], 50)
+    for window, k in zip(windows, begin, strict=True):
+        np.testing.assert_allclose(window, whole[k : k + 50], atol=2e-3)
+
+
+def test_a_path_is_forgotten_where_a_new_stretch_begins():
+    x = np.concatenate([np.linspace(0.0, 0.2, 50), np.full(50, 0.9)])
+    memory, loads = follow(TWINS["effect"], x, STILL.break_at([50]))
+    assert memory[49, 0] == loads[49, 0] == pytest.approx(-0.8 * (1.0 - np.exp(-4.0)))
+    assert not np.any(memory[50:])
+    assert not np.any(follow(TWINS["laws"], x, STILL.break_at([50]))[1][50:])
+
+
+def test_a_path_that_goes_on_is_slipping_and_one_that_turns_round_springs_back():
+    x = np.concatenate([np.linspace(0.0, 1.0, 50), np.linspace(1.0, 0.965, 50)])
+    _, loads = follow(TWINS["effect"], x)
+    assert loads[49, 0] == pytest.approx(-0.8)
+    assert loads[99, 0] == pytest.approx(0.8 * (1.0 - 2.0 * np.exp(-0.7)))
+
+
+def test_elements_strain_slip_and_spring_back_each_on_its_way():
+    x = np.concatenate([np.linspace(0.0, 1.0, 50), np.linspace(1.0, 0.95, 50)])
+    memory, loads = follow(TWINS["laws"], x, th=0.5 * x)
+    assert memory[49, PATHS : PATHS + 3] == pytest.approx(WAYS)
+    assert loads[49] == pytest.approx((-0.8, -0.004 * 0.5 / 0.6))
+    assert memory[99, PATHS : PATHS + 3] == pytest.approx((-0.02, -0.01, 0.03))
+    assert loads[99, 0] == pytest.approx(0.3 - 0.5 * 0.03 / 0.08)
+    assert memory[99, PATHS + POLE_STRAINS] == pytest.approx(0.2 - 0.025)
+
+
+def test_a_round_trip_costs_the_work_of_slipping():
+    twin = Twin("test", THESIS, measured_laws={"cart_hysteresis": Law((0.02, 0.04), (0.0, 0.7))})
+    there = 0.15 * np.sin(np.linspace(0.0, 4.0 * np.pi, 4000))
+    _, loads = follow(twin, there, recording(np.zeros(4000), 0.01))
+    second = slice(2000, 4000)
+    work = np.sum(0.5 * (loads[second, 0][1:] + loads[second, 0][:-1]) * np.diff(there[second]))
+    assert work == pytest.approx(-0.7 * 4.0 * (0.15 - 0.04), rel=1e-3)
