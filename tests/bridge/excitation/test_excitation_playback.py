@@ -115,6 +115,23 @@ def test_answers_are_those_of_a_rig_in_process(
     assert playback.way == (-1 if effects else 1)
 
 
+@pytest.mark.parametrize("start_m_s", [-0.9, -0.4, 0.4, 0.9])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_cart_that_moves_already_shows_its_way_as_well(
+    start_m_s: float, sign: int, centred: Excitation, nominal: Rig
+) -> None:
+    """As after a push that a busy computer cut short: the cart coasts farther than pushed."""
+    concealed = Concealed({"input_sign_inverted": {}} if sign < 0 else {}, nominal)
+    rig = EmulatedRig(concealed, timestep_s=1e-3, start=(0.0, np.pi, start_m_s, 0.0))
+    playback = Playback()
+    for k in range(centred.push_ends + 1):
+        cart_m, _, cart_m_s, _ = rig.sample.tolist()
+        answer = answer_sample(k * PERIOD_NS, cart_m, cart_m_s, playback, centred)
+        playback = answer.playback
+        rig.step(answer.command)
+    assert playback.way == sign
+
+
 def test_the_way_is_learned_also_when_the_push_s_last_sample_is_lost(centred: Excitation) -> None:
     playback = Playback()
     for k in (0, 10, 40, centred.push_ends + 2):

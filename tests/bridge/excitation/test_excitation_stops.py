@@ -53,12 +53,12 @@ def test_a_reset_that_never_answers_has_a_deadline(ros: Graph, planned) -> None:
     helpers = [ros.user(f"resets{k}") for k in range(2)]
     helpers[0].create_service(Trigger, "/twin/reset", lambda _, response: response)
     helpers[1].create_service(Trigger, "/rig/reset", lambda _, response: response)
-    ros.executor.remove_node(helpers[1])
+    ros.executor.remove_node(helpers[0])
     node = make(ros, planned(*LONG), reset_timeout_s=0.3)
     rig.look(node)
     assert node._run.stage is Stage.RESETTING
     ros.until(lambda: node.over, "the end")
-    assert "(/rig: no answer within 0.3 s)" in node.end()
+    assert "(/twin: no answer within 0.3 s)" in node.end()
 
 
 def over_limit(tmp_path: Path) -> Path:

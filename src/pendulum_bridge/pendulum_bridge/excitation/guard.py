@@ -12,6 +12,10 @@ from pendulum_twin.errors import BadInputError
 # samples beyond a bound that stop the plan: a single sample may be a spike of the encoder
 SAMPLES_BEYOND_IN_A_ROW = 2
 RECENT_S = 0.1  # age of the requests that may be applied now
+# of the rail's half length; farther out a plan does not begin, as its first push has no room: on a
+# tilted rail of 0.9 m the rail guard refuses a part of it from 0.5 m on, and a cart that begins at
+# 0.8 m goes the other way
+NEAR_SHARE = 0.5
 UNEQUAL_PWM = 0.02  # PWM fraction; smaller differences between request and applied do not count
 
 
@@ -33,6 +37,7 @@ class StopReason(Enum):
     RATE_WRONG = "The rig's samples do not come at the rate of the plan"
     PUSH_UNEVEN = "The first push was not sent evenly, so it cannot show the cart's direction"
     NOT_READY = "The plan could not begin"
+    CART_AWAY = "The cart is away from the middle of the rail when the plan should begin"
     RESET_FAILED = "The reset before the plan failed"
     ABORTED = "The plan was aborted by request"
     INTERRUPTED = "The plan was interrupted by a signal"
@@ -61,6 +66,7 @@ class Bounds:
     """Hold what a rig may do while a plan is played.
 
     far_m: m; largest distance of the cart from the middle.
+    near_m: m; largest distance of the cart from the middle when the plan begins.
     cart_m_s: m/s; largest speed of the cart.
     pole_rad_s: rad/s; largest rate of the pole.
     silence_s: s; longest time without a sample.
@@ -70,6 +76,7 @@ class Bounds:
     """
 
     far_m: float
+    near_m: float = math.inf
     cart_m_s: float = 5.0
     pole_rad_s: float = 40.0
     silence_s: float = 0.2
@@ -113,6 +120,22 @@ def find_exceeded_bound(state: RigState, bounds: Bounds) -> Stopped | None:
             f"{state.pole_rad_s:.3g} rad/s, at most {bounds.pole_rad_s:.3g} rad/s",
         )
     return None
+
+
+def is_near_middle(state: RigState, bounds: Bounds) -> bool:
+    """Return whether a plan may begin with the cart where it is."""
+    return abs(state.cart_m) <= bounds.near_m
+
+
+def make_cart_away(state: RigState, bounds: Bounds, advice: str) -> Stopped:
+    """Return that the cart is away from the middle when the plan should begin.
+
+    advice: what follows the distances: what was tried, and what to do.
+    """
+    return Stopped(
+        StopReason.CART_AWAY,
+        f"expected at most {bounds.near_m:.3g} m, found {abs(state.cart_m):.2g} m{advice}",
+    )
 
 
 def watch_sample(

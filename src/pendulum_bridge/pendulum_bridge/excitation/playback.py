@@ -30,7 +30,8 @@ class Playback:
     sample: the number of the sample answered last, -1 before the first.
     stamp_ns: ns; its stamp.
     due_ns: ns; its stamp without jitter.
-    start_m: m; the cart's position in sample 0.
+    start_m: m; where the cart would be without the plan's first push, until `way` is known.
+    coasting_m_s: m/s; the cart's velocity when that push began to act.
     way: see `find_command_direction`; None before the push has shown it.
     gap_s: s, since the sample before.
     lost: samples that never came.
@@ -41,6 +42,7 @@ class Playback:
     stamp_ns: int = 0
     due_ns: float = 0.0
     start_m: float = 0.0
+    coasting_m_s: float = 0.0
     way: int | None = None
     gap_s: float = 0.0
     lost: int = 0
@@ -75,22 +77,37 @@ def answer_sample(
     """
     if playback.sample >= 0 and stamp_ns <= playback.stamp_ns:
         return Answer(replace(playback, old=playback.old + 1), None)
-    playback = _count_sample(stamp_ns, cart_m, playback, plan)
+    playback = _count_sample(stamp_ns, playback, plan)
     if is_over(playback, plan):
         return Answer(playback, 0.0)
-    if playback.way is None and plan.push_ends is not None and playback.sample >= plan.push_ends:
-        playback = replace(playback, way=find_command_direction(cart_m - playback.start_m))
+    if playback.way is None and plan.push_ends is not None:
+        playback = _follow_push(cart_m, cart_m_s, playback, plan)
     return Answer(
         playback, compute_command(plan, playback.sample, cart_m, cart_m_s, playback.way or 0)
     )
 
 
-def _count_sample(stamp_ns: int, cart_m: float, playback: Playback, plan: Excitation) -> Playback:
+def _follow_push(cart_m: float, cart_m_s: float, playback: Playback, plan: Excitation) -> Playback:
+    """Return the playback with where the cart would be without the push, and its way when known.
+
+    A cart that moves already coasts on: it rolls on a tilted rail, or an uneven push has left it
+    moving.
+    """
+    if not plan.commands[: playback.sample].any():
+        playback = replace(playback, start_m=cart_m, coasting_m_s=cart_m_s)
+    else:
+        coasted_m = playback.coasting_m_s * playback.gap_s
+        playback = replace(playback, start_m=playback.start_m + coasted_m)
+    if plan.push_ends is not None and playback.sample >= plan.push_ends:
+        way = find_command_direction(cart_m - playback.start_m)
+        playback = replace(playback, way=way)
+    return playback
+
+
+def _count_sample(stamp_ns: int, playback: Playback, plan: Excitation) -> Playback:
     """Return the playback with the sample's number."""
     if playback.sample < 0:
-        return replace(
-            playback, sample=0, stamp_ns=stamp_ns, due_ns=float(stamp_ns), start_m=cart_m
-        )
+        return replace(playback, sample=0, stamp_ns=stamp_ns, due_ns=float(stamp_ns))
     period_ns = 1e9 / plan.rate_hz
     ahead = max(round((stamp_ns - playback.due_ns) / period_ns), 0)
     due_ns = playback.due_ns + ahead * period_ns

@@ -5,7 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from enum import Enum
 
-from pendulum_bridge.excitation.guard import Bounds, Stopped, StopReason, find_missing_samples
+from pendulum_bridge.excitation.guard import (
+    Bounds,
+    Stopped,
+    StopReason,
+    find_missing_samples,
+    is_near_middle,
+    make_cart_away,
+)
 from pendulum_bridge.excitation.performance import Performance, perform
 from pendulum_bridge.excitation.playback import (
     MOST_LOOKS,
@@ -20,6 +27,9 @@ from pendulum_bridge.safety.rig_state import RigState
 from pendulum_twin.health import Health, Level
 from pendulum_twin.plans.excitation import Excitation
 from pendulum_twin.topics import PLAYED, UNDER_WAY
+
+# resets before a plan: on a busy computer a cart on a tilted rail rolls off after some of them
+MOST_RESETS = 5
 
 
 class Stage(Enum):
@@ -54,7 +64,8 @@ class Run:
     sampled_s: s, monotonic; when the last sample came; None before the first.
     stamps_ns: ns; stamps of the samples that show the rate, since it was measured last.
     looks_hz: Hz; the rate as it was measured before, each time a wrong one.
-    passed: samples passed over since the reset.
+    resets: resets that have been done before the plan.
+    passed: samples passed over since the last of them.
     performance: the state of the plan being played.
     push: the plan's first push as it was sent.
     pushes: uneven pushes before it.
@@ -66,6 +77,7 @@ class Run:
     sampled_s: float | None = None
     stamps_ns: tuple[int, ...] = ()
     looks_hz: tuple[float, ...] = ()
+    resets: int = 0
     passed: int = 0
     performance: Performance = Performance()  # noqa: RUF009 (frozen)
     push: Push = Push()  # noqa: RUF009 (frozen)
@@ -101,7 +113,10 @@ def begin_looking(now_s: float, run: Run) -> Run:
 
 def begin_passing(now_s: float, run: Run) -> Run:
     """Return the run with rig and twin reset: older samples may still wait in the queues."""
-    return replace(enter_stage(Stage.PASSING, now_s, run), sampled_s=now_s, passed=0)
+    resets = run.resets + 1
+    return replace(
+        enter_stage(Stage.PASSING, now_s, run), sampled_s=now_s, resets=resets, passed=0
+    )
 
 
 def stop_run(stopped: Stopped, now_s: float, run: Run) -> Run:
@@ -128,7 +143,7 @@ def take_sample(
     if run.stage is Stage.LOOKING:
         return Step(_look_at_rate(stamp_ns, now_s, run, plan), 0.0)
     if run.stage is Stage.PASSING:
-        return Step(_pass_over_sample(now_s, run), 0.0)
+        return Step(_pass_over_sample(state, now_s, run, bounds), 0.0)
     if run.stage is not Stage.PLAYING:
         return Step(run)
     move = perform(stamp_ns, state, applied, run.performance, plan, bounds)
@@ -176,11 +191,23 @@ def _look_at_rate(stamp_ns: int, now_s: float, run: Run, plan: Excitation) -> Ru
     return stop_run(Stopped(StopReason.RATE_WRONG, detail), now_s, run)
 
 
-def _pass_over_sample(now_s: float, run: Run) -> Run:
-    """Return the run after a sample that may be older than the reset."""
+def _pass_over_sample(state: RigState, now_s: float, run: Run, bounds: Bounds) -> Run:
+    """Return the run after a sample that may be older than the reset.
+
+    After the last of them the plan begins, if the cart is still near the middle: its first push
+    needs room. A cart that has rolled off is reset again.
+    """
     if run.passed < SAMPLES_QUEUED:
         return replace(run, passed=run.passed + 1)
-    return enter_stage(Stage.PLAYING, now_s, run)
+    if is_near_middle(state, bounds):
+        return enter_stage(Stage.PLAYING, now_s, run)
+    if run.resets < MOST_RESETS:
+        return enter_stage(Stage.RESETTING, now_s, run)
+    advice = (
+        f", after {run.resets} resets: level the rail, or see why the cart does not stay where a "
+        "reset leaves it"
+    )
+    return stop_run(make_cart_away(state, bounds, advice), now_s, run)
 
 
 def find_silence(now_s: float, run: Run, bounds: Bounds) -> Stopped | None:
@@ -229,6 +256,7 @@ def make_health(run: Run, plan: Excitation, lacking: str) -> Health:
         "samples_lost": playback.lost,
         "samples_old": playback.old,
         "uneven_pushes": run.pushes,
+        "resets": run.resets,
         "overruled_s": run.performance.watch.overruled_s,
     }
     if run.stopped:

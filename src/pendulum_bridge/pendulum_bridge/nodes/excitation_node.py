@@ -1,9 +1,10 @@
 """Play a plan to rig and twin at once: each sample of the rig is answered with the same command.
 
-The node waits until all is ready, measures the rate of the samples, resets both, plays, and sends
-0: at the end, on any fault (`excitation.guard`), and when it is terminated. Its services: `start`
-(for start:=service) and `abort`; its topic `progress`: the share of the plan that has been played,
-0 to 1; its topic `outcome`: how the plan stands, in words that a recorder keeps.
+The node waits until all is ready, measures the rate of the samples, resets both, again where the
+cart does not stay near the middle, plays, and sends 0: at the end, on any fault
+(`excitation.guard`), and when it is terminated. Its services: `start` (for start:=service) and
+`abort`; its topic `progress`: the share of the plan that has been played, 0 to 1; its topic
+`outcome`: how the plan stands, in words that a recorder keeps.
 """
 
 from __future__ import annotations
@@ -20,7 +21,12 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, Float64
 from std_srvs.srv import Trigger
 
-from pendulum_bridge.excitation.guard import Bounds, Stopped, StopReason
+from pendulum_bridge.excitation.guard import (
+    Stopped,
+    StopReason,
+    is_near_middle,
+    make_cart_away,
+)
 from pendulum_bridge.excitation.run import (
     Run,
     Stage,
@@ -34,7 +40,7 @@ from pendulum_bridge.excitation.run import (
     take_sample,
 )
 from pendulum_bridge.nodes.excitation_reports import Reports
-from pendulum_bridge.nodes.excitation_settings import AUTO, ExcitationSettings
+from pendulum_bridge.nodes.excitation_settings import AUTO, ExcitationSettings, make_bounds
 from pendulum_bridge.nodes.pendulum_client import PendulumClient
 from pendulum_bridge.nodes.reset_sequence import ResetSequence
 from pendulum_bridge.safety.rig_state import RigState
@@ -50,7 +56,7 @@ from pendulum_twin.nodes.running import run, spin
 from pendulum_twin.nodes.settings import declare_settings
 from pendulum_twin.plans.excitation import make_standard_plan
 from pendulum_twin.plans.plan_file import load_plan
-from pendulum_twin.plans.waveforms import Envelope, make_envelope
+from pendulum_twin.plans.waveforms import make_envelope
 from pendulum_twin.standstill import NAMED_S, describe_standstill
 from pendulum_twin.stop_request import StopRequest
 
@@ -159,7 +165,7 @@ class ExcitationNode(Node):
         self._run = step.run
         if self._run.stage is not before:
             if self._run.stage is Stage.RESETTING:
-                self._begin_reset()
+                self._begin_reset(state)
             self._reports.announce(self._run)
 
     @guard_method
@@ -271,11 +277,17 @@ class ExcitationNode(Node):
         )
         return next(filter(None, lacking), "")
 
-    def _begin_reset(self) -> None:
-        if self._settings.reset_first:
-            self._resetting = ResetSequence(self._pendulums, self._settings.reset_timeout_s)
-        else:
+    def _begin_reset(self, state: RigState) -> None:
+        """Reset all, the rig last, as it may roll off meanwhile; or begin without a reset."""
+        near = is_near_middle(state, self._bounds)
+        if self._settings.reset_first or (self._settings.reset_when_away and not near):
+            self._resetting = ResetSequence(self._pendulums[::-1], self._settings.reset_timeout_s)
+        elif near:
             self._run = enter_stage(Stage.PLAYING, monotonic(), self._run)
+        else:
+            advice = ": move it to the middle, or let it be reset: reset_first:=true"
+            stopped = make_cart_away(state, self._bounds, advice)
+            self._run = stop_run(stopped, monotonic(), self._run)
 
     def _reset(self, now: float) -> None:
         if not self._resetting.done(now):
@@ -299,16 +311,6 @@ class ExcitationNode(Node):
     @property
     def _where(self) -> str:
         return describe_progress(self._run, self._plan)
-
-
-def make_bounds(settings: ExcitationSettings, room: Envelope) -> Bounds:
-    """Return what a rig may do while a plan is played."""
-    return Bounds(
-        settings.rail_share * room.half_length_m,
-        settings.cart_limit_m_s,
-        settings.pole_limit_rad_s,
-        *settings.patience_s,
-    )
 
 
 def _read_state(message: JointState) -> RigState:

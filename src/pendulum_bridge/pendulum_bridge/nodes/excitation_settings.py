@@ -8,6 +8,7 @@ from typing import ClassVar
 from rclpy.exceptions import InvalidNamespaceException
 from rclpy.validate_namespace import validate_namespace
 
+from pendulum_bridge.excitation.guard import NEAR_SHARE, Bounds
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.nodes.settings import (
     check_settings,
@@ -16,6 +17,7 @@ from pendulum_twin.nodes.settings import (
     make_text_field,
     make_whole_field,
 )
+from pendulum_twin.plans.waveforms import Envelope
 
 AUTO, SERVICE = "auto", "service"
 # of an emulated rig: after a standstill the rail guard may have to bring the cart back
@@ -48,6 +50,11 @@ class ExcitationSettings:
         choices=(AUTO, SERVICE),
     )
     reset_first: bool = make_flag_field(True, "whether rig and twin are reset before the plan")
+    reset_when_away: bool = make_flag_field(
+        False,
+        "without reset_first: whether a cart that is away from the middle is reset; else the plan "
+        "does not begin then",
+    )
     exit_when_done: bool = make_flag_field(
         True, "whether the node ends with the plan; else it can be started again"
     )
@@ -100,6 +107,17 @@ class ExcitationSettings:
                 f"twin: expected another namespace than that of the rig, found {self.twin} for "
                 "both"
             )
+
+
+def make_bounds(settings: ExcitationSettings, room: Envelope) -> Bounds:
+    """Return what a rig may do while a plan is played."""
+    return Bounds(
+        settings.rail_share * room.half_length_m,
+        NEAR_SHARE * room.half_length_m,
+        settings.cart_limit_m_s,
+        settings.pole_limit_rad_s,
+        *settings.patience_s,
+    )
 
 
 def _normalize_namespace(name: str, value: str) -> str:

@@ -67,12 +67,13 @@ def start_recorder(programs: Programs, out: Path, twin: Path, note: str) -> Prog
 def play_plan(programs: Programs, **settings: object) -> None:
     """Play the plan to the rig; the excitation node prints its progress to the terminal.
 
-    settings: parameters of the node. Unless they say otherwise, the rig is not reset first: the
-        emulated rig hangs at rest, and a driver cannot reset a rig whose signs are concealed.
+    settings: parameters of the node. Unless they say otherwise, the rig is reset only where its
+        cart has rolled off on a tilted rail, while the programs started: otherwise the emulated
+        rig hangs at rest, and a driver cannot reset a rig whose signs are concealed.
 
     Raises PlanGivenUpError when the node gives up, BadInputError when another program fails.
     """
-    usual = {"reset_first": "false", "emulated": "true"}
+    usual = {"reset_first": "false", "reset_when_away": "true", "emulated": "true"}
     arguments = list_node_arguments("/excitation", **{**usual, **settings})
     excitation = programs.start("excitation_node", *arguments, to_terminal=True)
     try:

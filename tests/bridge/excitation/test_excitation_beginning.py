@@ -1,0 +1,128 @@
+"""A plan begins with the cart near the middle of the rail, over real topics, on a tilted rail.
+
+The first push of a plan shows the direction of the cart, and needs room to both sides. A cart on
+a tilted rail rolls off after a reset, the further the longer the plan takes to begin.
+"""
+
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+rclpy = pytest.importorskip("rclpy")
+from support.excitation_bench import TWIN, Bench, written  # noqa: E402
+from support.ros_graph import Graph  # noqa: E402
+
+from pendulum_bridge.excitation.guard import StopReason  # noqa: E402
+from pendulum_bridge.excitation.run import MOST_RESETS  # noqa: E402
+from pendulum_bridge.nodes.pendulum_client import PendulumClient  # noqa: E402
+from pendulum_bridge.nodes.reset_sequence import ResetSequence  # noqa: E402
+from pendulum_twin.model import Twin, load_twin, save_twin  # noqa: E402
+from pendulum_twin.plans.plan_phases import Push, Rest  # noqa: E402
+
+TILT_RAD = 0.15  # the cart rolls 0.6 m in LATE_S, and less than 0.1 m while a plan begins in time
+LATE_S = 1.0
+NEAR_M = 0.45
+PLAYED = (Push(seconds=0.9), Rest(seconds=0.1))
+
+
+@pytest.fixture
+def planned(tmp_path):
+    """Return what writes a plan file of phases and returns its path."""
+    return partial(written, tmp_path)
+
+
+@pytest.fixture
+def tilted(tmp_path) -> Path:
+    """Return the file of a rig whose rail is tilted."""
+    twin = Twin("tilted", load_twin(TWIN).rig, {"rail_tilt": {"angle_rad": TILT_RAD}})
+    save_twin(twin, tmp_path / "tilted.yaml")
+    return tmp_path / "tilted.yaml"
+
+
+def notice_late(patch: pytest.MonkeyPatch, count: int) -> None:
+    """Let the node notice the end of the first count resets late, as on a busy computer."""
+    notice, ends = ResetSequence.done, {}
+
+    def notice_later(resets: ResetSequence, now_s: float) -> bool:
+        if not notice(resets, now_s):
+            return False
+        since_s = ends.setdefault(resets, now_s)
+        return len(ends) > count or now_s - since_s >= LATE_S
+
+    patch.setattr(ResetSequence, "done", notice_later)
+
+
+def roll_off(bench: Bench) -> None:
+    """Wait until the cart of a tilted rail is away from the middle."""
+    bench.ros.until(lambda: bench.carts and abs(bench.carts[-1]) > 0.6, "a cart that rolls off")
+
+
+def test_a_cart_that_rolls_off_before_the_plan_begins_is_reset_again(
+    ros: Graph, planned, tilted, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    notice_late(monkeypatch, 1)
+    bench = Bench(ros, tilted)
+    node = bench.play(planned(*PLAYED))
+    assert bench.over(node) is None
+    assert node._run.resets > 1
+    assert abs(node._run.performance.playback.start_m) < NEAR_M
+
+
+def test_a_cart_that_no_reset_holds_ends_the_run_with_what_to_do(
+    ros: Graph, planned, tilted, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    notice_late(monkeypatch, MOST_RESETS)
+    bench = Bench(ros, tilted)
+    node = bench.play(planned(*PLAYED))
+    assert bench.over(node) is StopReason.CART_AWAY
+    assert node.end().startswith(
+        "The cart is away from the middle of the rail when the plan should begin (expected at "
+        "most 0.45 m, found 0."
+    )
+    assert node.end().endswith(
+        f" m, after {MOST_RESETS} resets: level the rail, or see why the cart does not stay where "
+        "a reset leaves it)."
+    )
+    assert set(bench.sent["/rig"]) == {0.0}
+
+
+def test_a_rig_that_may_not_be_reset_has_to_stand_near_the_middle(
+    ros: Graph, planned, tilted
+) -> None:
+    bench = Bench(ros, tilted)
+    roll_off(bench)
+    node = bench.play(planned(*PLAYED), reset_first=False)
+    assert bench.over(node) is StopReason.CART_AWAY
+    assert node.end().endswith(
+        " m: move it to the middle, or let it be reset: reset_first:=true)."
+    )
+    assert set(bench.sent["/rig"]) == {0.0}
+
+
+def test_a_cart_that_is_away_can_be_reset_where_others_are_not(
+    ros: Graph, planned, tilted
+) -> None:
+    bench = Bench(ros, tilted)
+    roll_off(bench)
+    node = bench.play(planned(*PLAYED), reset_first=False, reset_when_away=True)
+    assert bench.over(node) is None and node._run.resets == 1
+    assert abs(node._run.performance.playback.start_m) < NEAR_M
+
+
+def test_a_cart_near_the_middle_is_not_reset_when_only_others_are(ros: Graph, planned) -> None:
+    bench = Bench(ros)
+    node = bench.play(planned(*PLAYED), reset_first=False, reset_when_away=True)
+    assert bench.over(node) is None and node._run.resets == 0
+
+
+def test_the_rig_is_reset_last_as_it_may_roll_while_the_twin_is_reset(
+    ros: Graph, planned, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    reset, order = PendulumClient.reset, []
+    monkeypatch.setattr(
+        PendulumClient, "reset", lambda client: order.append(client.namespace) or reset(client)
+    )
+    bench = Bench(ros)
+    assert bench.over(bench.play(planned(*PLAYED))) is None
+    assert order == ["/twin", "/rig"]
