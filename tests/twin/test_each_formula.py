@@ -94,6 +94,16 @@ def test_motor_lag():
     )
 
 
+@pytest.mark.parametrize("gap_m", [0.0011, 0.004, 0.0067])
+def test_belt_backlash_is_crossed_in_the_time_of_a_free_motor(gap_m):
+    """Whatever the substep in which the motor arrives: the time counts, not the substeps."""
+    effect = {"belt_backlash": {"gap_m": gap_m}}
+    states = run(SLIDING_CART, np.where(T >= 0.1, 0.1, 0.0), effect)
+    crossing_s = np.sqrt(2.0 * gap_m / (0.1 * GAIN / (0.1 * MASS)))
+    speed = 0.1 * GAIN / MASS * np.maximum(T - 0.1 - crossing_s, 0.0)
+    np.testing.assert_allclose(states[:, V], speed, atol=1e-12)
+
+
 @pytest.mark.parametrize("damping", [0.0, 0.3])
 def test_stretching_belt(damping):
     """A step of the command: the cart swings about the speed that it has with a stiff belt."""

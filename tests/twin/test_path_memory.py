@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.twin_rigs import TH, THESIS, X, recording, wild_command
 
-from pendulum_twin.compose import PATHS
+from pendulum_twin.compose import KEPT
 from pendulum_twin.free_runs import run_freely
 from pendulum_twin.hysteresis import POLE_STRAINS
 from pendulum_twin.laws.law import Law
@@ -66,11 +66,11 @@ def test_a_path_that_goes_on_is_slipping_and_one_that_turns_round_springs_back()
 def test_elements_strain_slip_and_spring_back_each_on_its_way():
     x = np.concatenate([np.linspace(0.0, 1.0, 50), np.linspace(1.0, 0.95, 50)])
     memory, loads = follow(TWINS["laws"], x, th=0.5 * x)
-    assert memory[49, PATHS : PATHS + 3] == pytest.approx(WAYS)
+    assert memory[49, KEPT : KEPT + 3] == pytest.approx(WAYS)
     assert loads[49] == pytest.approx((-0.8, -0.004 * 0.5 / 0.6))
-    assert memory[99, PATHS : PATHS + 3] == pytest.approx((-0.02, -0.01, 0.03))
+    assert memory[99, KEPT : KEPT + 3] == pytest.approx((-0.02, -0.01, 0.03))
     assert loads[99, 0] == pytest.approx(0.3 - 0.5 * 0.03 / 0.08)
-    assert memory[99, PATHS + POLE_STRAINS] == pytest.approx(0.2 - 0.025)
+    assert memory[99, KEPT + POLE_STRAINS] == pytest.approx(0.2 - 0.025)
 
 
 def test_a_round_trip_costs_the_work_of_slipping():

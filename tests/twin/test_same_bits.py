@@ -7,8 +7,8 @@ import pytest
 from support.twin_rigs import CART_ALONE, POLE_ALONE, THESIS, recording, run, wild_command
 
 from pendulum_twin import kernel
-from pendulum_twin.compose import PATHS
 from pendulum_twin.free_runs import run_drive, run_freely, run_mechanics
+from pendulum_twin.kernel import PATH_SIZE
 from pendulum_twin.model import Twin
 from pendulum_twin.motion import HELD_LAWS, LAW_SETS, NO_LAWS, PLAIN_LAWS
 from pendulum_twin.parameter_vector import make_theta
@@ -34,6 +34,14 @@ TWINS = {
         {
             "cart_presliding_friction": {"level_n": 0.4, "distance_m": 0.003},
             "periodic_force": {"amplitude_n": 0.3, "frequency_hz": 1.7, "phase_rad": 1.0},
+        },
+    ),
+    "reacting": (
+        THESIS,
+        {
+            "stretching_belt": {"period_s": 0.07, "damping": 0.1, "motor_share": 0.2},
+            "cart_coulomb_friction": {"level_n": 0.6},
+            "force_ripple": {"ratio": 0.1, "period_m": 0.1, "phase_rad": 0.3},
         },
     ),
     "all at once": (
@@ -143,7 +151,7 @@ def run_lanes(theta, width, laws, dry):
         zeros,
         zeros,
         starts,
-        np.zeros((3, PATHS)),
+        np.zeros((3, PATH_SIZE)),
         np.tile(theta, (3, 1)),
         1e-3,
         10,
@@ -153,7 +161,7 @@ def run_lanes(theta, width, laws, dry):
 
 
 @pytest.mark.parametrize("width", [1, kernel.WIDTH])
-@pytest.mark.parametrize("laws", LAW_SETS, ids=["none", "plain", "held", "all"])
+@pytest.mark.parametrize("laws", LAW_SETS, ids=["none", "plain", "held", "all", "reacting"])
 @pytest.mark.parametrize("dry", [False, True])
 def test_laws_that_are_off_add_exactly_nothing(width, laws, dry):
     assert np.array_equal(

@@ -30,6 +30,10 @@ HELD_FORMS = (
     Form.PATH_FORCE,
 )
 PATHS = sum(effect.form is Form.PATH_FORCE for effect in CATALOGUE)
+# Effects with a reaction, and the rows of p that each keeps: lag (N), slope (N/s) and pull (N).
+REACTING = [effect for effect in CATALOGUE if effect.reaction is not None]
+LAG, SLOPE, PULL, REACTION_ROWS = range(4)
+KEPT = PATHS + REACTION_ROWS * len(REACTING)
 TRANSCENDENTAL = {"exp", "sin", "cos", "sin_cos", "tanh"}
 
 
@@ -58,17 +62,28 @@ def _compile(
     name: str, signature: str, lines: list[str], effects: list[tuple[int, Effect]]
 ) -> Callable[..., Any]:
     """Return the function of this name, signature and lines, which calls the laws of effects."""
-    scope: dict[str, Any] = {e.name: _compile_law(e) for _, e in effects}
+    return _compile_text(name, signature, lines, {e.name: e.law for _, e in effects})
+
+
+def _compile_text(
+    name: str, signature: str, lines: list[str], laws: dict[str, Callable[..., Any]]
+) -> Callable[..., Any]:
+    """Return the function of this name, signature and lines, which calls the laws by name."""
+    scope: dict[str, Any] = {key: _compile_law(law) for key, law in laws.items()}
     source = f"def {name}({signature}):\n" + "\n".join(f"    {line}" for line in lines)
     exec(compile(source, f"<{name} of the catalogue>", "exec"), scope)
     return compile_inner(scope[name])
 
 
-def _compile_law(effect: Effect) -> Callable[..., Any]:
+def _compile_law(law: Callable[..., Any]) -> Callable[..., Any]:
     """Return the compiled law; it calls compiled functions in place of the plain ones."""
-    law = effect.law
+    own = {
+        key: compile_inner(value)
+        for key, value in law.__globals__.items()
+        if isinstance(value, FunctionType) and value.__module__ == law.__module__
+    }
     compiled = {"exp": exp, "sin_cos": sin_cos, "sin_cos_of_array": sin_cos_of_array}
-    names = {**law.__globals__, **compiled}
+    names = {**law.__globals__, **own, **compiled}
     return compile_inner(FunctionType(law.__code__, names, law.__name__))
 
 
@@ -207,6 +222,48 @@ def _call_path_laws(effects: list[tuple[int, Effect]]) -> list[str]:
         arguments = ", ".join([kept, "move", *_list_arguments(effect, LANE)])
         calls.append(f"{effect.name}({arguments})")
     return calls
+
+
+def compose_shares() -> Callable[..., Any]:
+    """Return total(p, i, width): the share of lane i's moved mass that is the drive's own."""
+    lines, laws = ["total = 0.0"], {}
+    for e in REACTING:
+        assert e.reaction is not None
+        laws[e.name] = e.reaction.share
+        lines.append(f"total += {e.name}({', '.join(_list_arguments(e, LANE))})")
+    return _compile_text("total", "p, i, width", [*lines, "return total"], laws)
+
+
+def compose_pulls() -> Callable[..., Any]:
+    """Return total(first, p, i, width): what the drive's own mass takes of other forces, N.
+
+    first: row of the first number that a reaction keeps; the others lie below it.
+    """
+    lines, laws = ["total = 0.0"], {}
+    for n, e in enumerate(REACTING):
+        assert e.reaction is not None
+        laws[e.name] = e.reaction.share
+        share = f"{e.name}({', '.join(_list_arguments(e, LANE))})"
+        lines.append(f"total += {share} * p[(first + {n * REACTION_ROWS + PULL}) * width + i]")
+    return _compile_text("total", "first, p, i, width", [*lines, "return total"], laws)
+
+
+def compose_reactions() -> Callable[..., Any]:
+    """Return react(first, push, h, p, i, width), which puts what a substep leaves into p.
+
+    push: N, mean of the other forces on the cart over the substep of h s; first: see
+    `compose_pulls`.
+    """
+    lines, laws = ["pass"], {}
+    for n, e in enumerate(REACTING):
+        assert e.reaction is not None
+        laws[e.name] = e.reaction.law
+        lag, slope, pull = (
+            f"p[(first + {n * REACTION_ROWS + k}) * width + i]" for k in (LAG, SLOPE, PULL)
+        )
+        arguments = ", ".join(["push", lag, slope, "h", *_list_arguments(e, LANE)])
+        lines.append(f"{lag}, {slope}, {pull} = {e.name}({arguments})")
+    return _compile_text("react", "first, push, h, p, i, width", lines, laws)
 
 
 def compose_dry_level(place: Place) -> Callable[..., Any]:

@@ -11,10 +11,11 @@ import numpy as np
 
 from pendulum_twin import compose, kernel
 from pendulum_twin.arrays import Floats, Ints
+from pendulum_twin.compose import KEPT, PATHS
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Form
 from pendulum_twin.laws.kind import Role
-from pendulum_twin.motion import ALL_LAWS, HELD_LAWS, NO_LAWS, PLAIN_LAWS
+from pendulum_twin.motion import ALL_LAWS, HELD_LAWS, NO_LAWS, PLAIN_LAWS, REACTING_LAWS
 from pendulum_twin.parameter_vector import (
     BASE,
     LAWS,
@@ -23,6 +24,7 @@ from pendulum_twin.parameter_vector import (
     list_law_kinds,
 )
 from pendulum_twin.path_memory import follow_recorded_path, remembers_path
+from pendulum_twin.reactions import REACTING, find_reacting_twins, react_to_recorded_path
 from pendulum_twin.sensors import apply_reporting, apply_sensors, compute_paces, undo_sensors
 from pendulum_twin.signals import Signals
 from pendulum_twin.threads import share_among_threads
@@ -82,36 +84,62 @@ def run_driven(
     true = np.empty((len(begin), samples, 4))
     begin = np.asarray(begin, dtype=np.int64)
     t = signals.clock_s[begin]
-    run_mechanics(
-        rows,
-        row_of[set_of],
-        begin * sub,
-        np.round(t / signals.period_s).astype(np.int64) * sub,
-        undo_sensors(start_states, lane_theta, t, theta),
-        lane_theta,
-        signals.period_s / sub,
-        sub,
-        true,
-        theta,
-        recall_paths(signals, theta, set_of, begin),
-    )
+    true_starts = undo_sensors(start_states, lane_theta, t, theta)
+    path_memory = recall_paths(signals, drives, theta, set_of, begin)
+    for sets, lanes in _group_by_reaction(theta, set_of):
+        out = true if isinstance(lanes, slice) else np.empty((len(lanes), samples, 4))
+        run_mechanics(
+            rows,
+            row_of[set_of[lanes]],
+            begin[lanes] * sub,
+            np.round(t[lanes] / signals.period_s).astype(np.int64) * sub,
+            true_starts[lanes],
+            lane_theta[lanes],
+            signals.period_s / sub,
+            sub,
+            out,
+            sets,
+            path_memory[lanes],
+        )
+        if out is not true:
+            true[lanes] = out
     times = t[:, None] + signals.period_s * np.arange(samples)
     return apply_sensors(true, lane_theta, times, theta)
 
 
-def recall_paths(signals: Signals, theta: Floats, set_of: Ints, begin: Ints) -> Floats:
-    """Return what twins remember of the recorded path where runs begin, (runs, PATH_SIZE)."""
+def _group_by_reaction(theta: Floats, set_of: Ints) -> list[tuple[Floats, Ints | slice]]:
+    """Return twins and their runs, those apart of which the drive has a mass of its own.
+
+    Few twins have one, and all runs of a call are as slow as its slowest.
+    """
+    reacting = find_reacting_twins(theta)
+    if reacting.all() or not reacting.any():
+        return [(theta, slice(None))]
+    return [(theta[own], np.flatnonzero(own[set_of])) for own in (~reacting, reacting)]
+
+
+def recall_paths(
+    signals: Signals, drives: tuple[Floats, Ints], theta: Floats, set_of: Ints, begin: Ints
+) -> Floats:
+    """Return what twins remember of the recorded path where runs begin, (runs, PATH_SIZE).
+
+    drives: what `run_drive` returned for these twins.
+    """
     out = np.zeros((len(begin), kernel.PATH_SIZE))
-    remembering = [remembers_path(twin) for twin in theta]
-    if not any(remembering):
+    reacting = find_reacting_twins(theta) & (signals.cart is not None)
+    remembering = np.array([remembers_path(twin) for twin in theta])
+    if not np.any(remembering | reacting):
         return out
     states = np.zeros((1, len(signals), 4))
     for column, positions in enumerate((signals.cart, signals.pole)):
         if positions is not None:
             states[0, :, column] = positions
-    for k in np.flatnonzero(remembering):
-        true = undo_sensors(states, theta[[k]], signals.clock_s)
-        memory, _ = follow_recorded_path(signals, true[0, :, :2], theta[k])
+    for k in np.flatnonzero(remembering | reacting):
+        places = undo_sensors(states, theta[[k]], signals.clock_s)[0, :, :2]
+        memory, _ = follow_recorded_path(signals, places, theta[k])
+        if reacting[k]:
+            drive = drives[0][drives[1][k]]
+            memory[:, PATHS:KEPT] = react_to_recorded_path(signals, places[:, 0], drive, theta[k])
         out[set_of == k] = memory[begin[set_of == k]]
     return out
 
@@ -238,6 +266,8 @@ def select_kernel_code(
     sticks = not roles.isdisjoint(_DRY)
     dry = bool(np.any(on & _STICKING)) or sticks
     measured = (0,) if sticks or not roles.isdisjoint(_HELD) else None
+    if np.any(on & REACTING):
+        return REACTING_LAWS, dry, measured
     if not np.any(on & _MECHANICAL):
         return PLAIN_LAWS if sticks else NO_LAWS, dry, measured
     if np.any(on & _MECHANICAL & _COSTLY):

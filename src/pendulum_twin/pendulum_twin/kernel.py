@@ -25,9 +25,12 @@ from pendulum_twin.motion import (
     MOVING,
     advance_step,
     follow_path,
+    react_to_push,
     sum_held_effects,
     sum_loads,
     sum_path_forces,
+    sum_pulls,
+    sum_shares,
 )
 from pendulum_twin.parameter_vector import CART_VISCOUS, FORCE_PER_PWM, LAWS, MASS
 from pendulum_twin.stick_slip import compute_margins, cut_step, find_modes, get_sign
@@ -36,9 +39,10 @@ WIDTH = 16
 LONGEST_STEP_S = 1e-3
 
 # A block holds theta without its measured laws, whose curves each lane reads from its own theta.
-ROWS = LAWS + 19 + compose.PATHS
-# What a lane remembers of its path: forces of effects on the cart, N, then strains (`hysteresis`).
-PATH_SIZE = compose.PATHS + STRAINS
+ROWS = LAWS + 19 + compose.KEPT
+# What a lane remembers of its path: forces of effects on the cart, N, what the
+# reactions of the drive keep, then strains (`hysteresis`).
+PATH_SIZE = compose.KEPT + STRAINS
 X, TH, V, W = range(LAWS, LAWS + 4)
 # the state at the begin of the step
 X_BEFORE, TH_BEFORE, V_BEFORE, W_BEFORE = range(LAWS + 4, LAWS + 8)
@@ -47,8 +51,9 @@ CART_WAY, POLE_WAY, CART_FREE, POLE_FREE = range(LAWS + 8, LAWS + 12)  # the mod
 FORCE, TORQUE, CART_DRY, POLE_DRY = range(LAWS + 12, LAWS + 16)
 ENDED = LAWS + 16  # 1 where a mode has ended within the step
 H = LAWS + 17  # the step, s
-PUSHED = LAWS + 18  # N, the part of the force that effects add to the drive's
+PUSHED = LAWS + 18  # N, the part of the force that effects and laws add to the drive's
 PATH = LAWS + 19  # forces on the cart that follow its path, N
+REACTION = PATH + compose.PATHS  # what the reactions of the drive keep
 
 apply_command_filters = compose.compose_filters(of_command=True)
 apply_drive_filters = compose.compose_filters(of_command=False)
@@ -184,9 +189,10 @@ def _end_step(lanes, laws, p, resting):
 
 
 @compile_inner
-def _hold_effects(p, i, width, step, mass, viscous):
+def _hold_effects(p, i, width, laws, step, mass, viscous):
     """Set what effects of lane i do evenly over its next step, in the middle of the step.
 
+    laws: see `motion.py`.
     step: substeps since the recording began.
     mass: kg; what moves along the rail without effects.
     viscous: N s/m; the cart's viscous friction without effects.
@@ -200,11 +206,31 @@ def _hold_effects(p, i, width, step, mass, viscous):
     x, th = x + half_way, th + 0.5 * h * w
     gain, force, dry, drag = sum_held_effects(x, th, w, t, p, i, width)
     force += sum_path_forces(PATH, half_way, p, i, width)
-    p[FORCE * width + i] = p[FORCE * width + i] * gain + force
+    drive = p[FORCE * width + i] * gain
+    if len(laws) > 3:  # the cart alone moves, and what joins it to the drive pulls it
+        share = sum_shares(p, i, width)
+        p[MASS * width + i] -= share * mass
+        drive *= 1.0 - share
+        force -= sum_pulls(REACTION, p, i, width)
+        p[V_BEFORE * width + i] = v
+    p[FORCE * width + i] = drive + force
     p[PUSHED * width + i] = force
     p[X_BEFORE * width + i] = p[X * width + i]
     p[CART_DRY * width + i] = dry
     p[CART_VISCOUS * width + i] = viscous + drag
+
+
+@compile_inner
+def _react_to_motion(p, i, width, mass):
+    """Let lane i's cart act back on the drive; what acts on it shows in its change of velocity.
+
+    mass: kg; what moves along the rail without effects.
+    """
+    h = p[H * width + i]
+    drive = p[FORCE * width + i] - p[PUSHED * width + i] - sum_pulls(REACTION, p, i, width)
+    change = p[V * width + i] - p[V_BEFORE * width + i]
+    push = (1.0 - sum_shares(p, i, width)) * mass * change / h - drive
+    react_to_push(REACTION, push, h, p, i, width)
 
 
 @compile_inner
@@ -230,6 +256,7 @@ def _hold_measured_laws(theta, strains, p, i, width, step, pushed, held_dry):
     drive = p[FORCE * width + i] - pushed
     applied = drive * gain + pushed + force, torque, held_dry + cart_dry, pole_dry
     _put_four(p, FORCE, i, width, applied)
+    p[PUSHED * width + i] = pushed + force
     p[X_BEFORE * width + i], p[TH_BEFORE * width + i] = x, th
 
 
@@ -238,7 +265,7 @@ def _follow_strains(theta, path_memory, p, i, width):
     """Strain the elements of measured hysteresis of lane i by its last step."""
     move = p[X * width + i] - p[X_BEFORE * width + i]
     turn = p[TH * width + i] - p[TH_BEFORE * width + i]
-    follow_strains(theta, path_memory[compose.PATHS :], move, turn)
+    follow_strains(theta, path_memory[compose.KEPT :], move, turn)
 
 
 @compile_inner
@@ -251,7 +278,7 @@ def _place_lane(theta, start_state, path_memory, h, p, i, width):
         p[k * width + i] = theta[k]
     for k in range(4):
         p[(X + k) * width + i] = start_state[k]
-    for k in range(compose.PATHS):
+    for k in range(compose.KEPT):
         p[(PATH + k) * width + i] = path_memory[k]
     _put_four(p, CART_WAY, i, width, MOVING)
     _put_four(p, FORCE, i, width, (0.0, 0.0, 0.0, 0.0))
@@ -317,7 +344,7 @@ def integrate_lanes(
                 if evenly:
                     for i in range(width):
                         done = first_of[i] + (n * sub + j)
-                        _hold_effects(p, i, width, done, mass_of[i], viscous_of[i])
+                        _hold_effects(p, i, width, laws, done, mass_of[i], viscous_of[i])
                 if measured is not None:
                     for i in range(width):
                         lane = min(first + i, count - 1)
@@ -332,11 +359,14 @@ def integrate_lanes(
                 if evenly:
                     for i in range(width):
                         follow_path(PATH, p[X * width + i] - p[X_BEFORE * width + i], p, i, width)
+                if laws is not None and len(laws) > 3:
+                    for i in range(width):
+                        _react_to_motion(p, i, width, mass_of[i])
                 if measured is not None:
                     for i in range(min(width, count - first)):
                         _follow_strains(theta[first + i], path_memory[first + i], p, i, width)
             for i in range(width):
                 at[i] += sub
         for i in range(min(width, count - first)):
-            for k in range(compose.PATHS):
+            for k in range(compose.KEPT):
                 path_memory[first + i, k] = p[(PATH + k) * width + i]

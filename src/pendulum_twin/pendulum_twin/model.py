@@ -150,11 +150,11 @@ def _check_effect(name: str, values: object) -> dict[str, float]:
             raise BadInputError(
                 describe_unknown_key(f"effects: {name}", str(key), tuple(parameters))
             )
-    missing = [key for key in parameters if key not in values]
+    missing = [key for key, p in parameters.items() if key not in values and not p.optional]
     if missing:
         raise BadInputError(f"effects: {name}: expected {missing[0]}, found it missing")
     return {
-        key: check_number(f"effects: {name}: {key}", values[key], p.low, p.high)
+        key: check_number(f"effects: {name}: {key}", values.get(key, p.neutral), p.low, p.high)
         for key, p in parameters.items()
     }
 

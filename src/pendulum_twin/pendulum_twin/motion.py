@@ -13,8 +13,9 @@ modes: cart_way, pole_way, cart_free, pole_free. A way is the direction in which
     1, -1 or 0; free is 0 for a joint that sticks and 1 for a joint that moves.
 p, i, width: the block, the lane in it, and how many lanes it has.
 laws: says by its type which laws are compiled in: None for none, a tuple of one for those of plain
-    arithmetic, of two for those that act evenly over a step as well, of three for all. A law that
-    is compiled in and neutral adds exactly nothing.
+    arithmetic, of two for those that act evenly over a step as well, of three for all, of four for
+    all and for what acts back on the drive. A law that is compiled in and neutral adds exactly
+    nothing.
 h: s, the step.
 """
 
@@ -40,7 +41,8 @@ from pendulum_twin.parameter_vector import (
 )
 
 NO_LAWS, PLAIN_LAWS, HELD_LAWS, ALL_LAWS = None, (0,), (0, 0), (0, 0, 0)
-LAW_SETS = (NO_LAWS, PLAIN_LAWS, HELD_LAWS, ALL_LAWS)
+REACTING_LAWS = (0, 0, 0, 0)
+LAW_SETS = (NO_LAWS, PLAIN_LAWS, HELD_LAWS, ALL_LAWS, REACTING_LAWS)
 MOVING = (0.0, 0.0, 1.0, 1.0)  # modes without dry friction
 
 add_cart_forces = compose.compose_forces(Place.CART)
@@ -49,6 +51,9 @@ sum_held_effects = compose.compose_held()
 sum_loads = compose.compose_loads()
 sum_path_forces = compose.compose_path_forces()
 follow_path = compose.compose_path_following()
+sum_shares = compose.compose_shares()
+sum_pulls = compose.compose_pulls()
+react_to_push = compose.compose_reactions()
 _sum_cart_levels = compose.compose_dry_level(Place.CART)
 _sum_pole_levels = compose.compose_dry_level(Place.POLE)
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from pendulum_twin import kernel
 from pendulum_twin.arrays import Floats, Mask
-from pendulum_twin.compose import PATHS
+from pendulum_twin.compose import KEPT, PATHS
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Form
 from pendulum_twin.hysteresis import follow_strains, sum_hysteresis
@@ -28,7 +28,7 @@ def _fill_path_memory(places, theta, out, loads):  # type: ignore[no-untyped-def
     p = np.zeros(len(theta) + PATHS)
     p[: len(theta)] = theta
     first = len(theta)
-    strains = np.zeros(out.shape[1] - PATHS)
+    strains = np.zeros(out.shape[1] - KEPT)
     for n in range(len(places)):
         move, turn = places[n] - places[max(n - 1, 0)]
         follow_path(first, move, p, 0, 1)
@@ -37,7 +37,7 @@ def _fill_path_memory(places, theta, out, loads):  # type: ignore[no-untyped-def
         for k in range(PATHS):
             out[n, k] = p[first + k]
             loads[n, 0] += p[first + k]
-        out[n, PATHS:] = strains
+        out[n, KEPT:] = strains
 
 
 def follow_recorded_path(signals: Signals, places: Floats, theta: Floats) -> tuple[Floats, Floats]:

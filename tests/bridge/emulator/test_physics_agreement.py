@@ -73,6 +73,9 @@ def test_the_difference_shrinks_with_the_time_step(endless: Rig) -> None:
     assert errors[1] / errors[2] > 6
 
 
+# m, rad: the catalogue leaves out what the cart gives the pole, and holds over a step of the
+# kernel what the cart does to the motor
+APPROXIMATE = {"cart_load_friction": 3e-3, "stretching_belt": 4e-5}
 BEGINS = {
     "sensor_delay": HANGING
 }  # what is late shows the start for a while: there it must be at rest
@@ -106,10 +109,7 @@ def test_every_effect_acts_as_the_catalogue_says(chosen: Concealable, endless: R
     assert np.max(np.abs(measured - without)[:, :2]) > 2e-3
     coarse = chosen.name == "rail_tilt" or "friction" in chosen.name
     allowed = 1e-3 if coarse else 1e-5
-    # the catalogue leaves out what the cart gives the pole, and what the pole does to the belt
-    if chosen.name in ("cart_load_friction", "stretching_belt"):
-        allowed = 3e-3 if coarse else 1e-3
-    assert np.max(np.abs(measured - twin)[:, :2]) < allowed
+    assert np.max(np.abs(measured - twin)[:, :2]) < APPROXIMATE.get(chosen.name, allowed)
 
 
 def test_velocities_are_filtered_as_the_catalogue_says(endless: Rig) -> None:

@@ -189,8 +189,8 @@ TABLE: tuple[Concealable, ...] = (
     Concealable(
         "stretching_belt",
         "time",
-        {"period_s": (0.04, 0.08), "damping": (0.05, 0.2)},
-        shapes=("damping",),
+        {"period_s": (0.04, 0.08), "damping": (0.05, 0.2), "motor_share": (0.05, 0.2)},
+        shapes=("damping", "motor_share"),
     ),
 )
 # Entries that were there first: a seed orders them by a single draw. Later entries are put between

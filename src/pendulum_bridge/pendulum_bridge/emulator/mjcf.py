@@ -22,11 +22,11 @@ from collections.abc import Mapping
 
 import mujoco
 
-from pendulum_bridge.emulator.drive import MOTOR_SHARE
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.rig import Rig
 
 TIMESTEP_S = 2.5e-4
+LEAST_MOTOR_SHARE = 1e-3  # of the moved mass: a motor without mass has no motion of its own
 POLE_MASS_MARGIN = 1.25  # times the mass of the lightest pole body with the rig's S and Jp
 
 TEMPLATE = """
@@ -133,11 +133,12 @@ def _describe_belt(rig: Rig, effects: Effects) -> tuple[float, str, str]:
 
     The two masses swing against each other with the belt's period, whatever the pole does.
     """
-    sizes = effects.get("stretching_belt", {"period_s": 0.0, "damping": 0.0})
+    sizes = effects.get("stretching_belt", {"period_s": 0.0})
     if not sizes["period_s"]:
         return 0.0, "", ""
-    motor_kg, circular = MOTOR_SHARE * rig.total_mass_kg, math.tau / sizes["period_s"]
-    reduced_kg = motor_kg * (1.0 - MOTOR_SHARE)
+    share, circular = max(sizes["motor_share"], LEAST_MOTOR_SHARE), math.tau / sizes["period_s"]
+    motor_kg = share * rig.total_mass_kg
+    reduced_kg = motor_kg * (1.0 - share)
     return (
         motor_kg,
         MOTOR.format(mass=repr(motor_kg)),

@@ -4,6 +4,8 @@ The cart does not enter: it coasts meanwhile, and the gap is crossed by a motor 
 lighter than what it pulls.
 """
 
+import math
+
 from pendulum_twin.effects.effect import Effect, Form, Parameter, Place
 
 # The motor's mass as the belt feels it, as a share of all that moves. It is not known in general,
@@ -33,8 +35,11 @@ def law(u, memory, h, t, mass_kg, force_per_pwm_n, gap_m):
         memory[2] = speed
         return 0.0
     side = gap_m if place >= gap_m else 0.0
-    # the share of the substep that is left when the gap is crossed, as if at mean speed
-    left = min(max((place - side) / (place - memory[1]), 0.0), 1.0) if place != memory[1] else 0.0
+    way = side - memory[1]
+    # the first root of way = speed t + acceleration t^2 / 2; way and its end speed have one sign
+    end_speed = math.copysign(math.sqrt(max(memory[2] ** 2 + 2.0 * acceleration * way, 0.0)), way)
+    mean_speed = 0.5 * (memory[2] + end_speed)
+    left = 1.0 - min(max(way / mean_speed, 0.0), h) / h if mean_speed != 0.0 else 0.0
     memory[1] = side
     memory[2] = 0.0
     pulls = (side > 0.0) == (push > 0.0)

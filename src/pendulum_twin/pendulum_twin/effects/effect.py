@@ -109,6 +109,7 @@ class Parameter:
     delays: True for a time, s, by which the motion follows the command later.
     holds: True for a level of dry friction that holds its joint at rest at any place.
     idle_beyond: scale from which on the effect does nothing: a limit above the largest command.
+    optional: True for a value that a twin file may leave out; it is then neutral.
     """
 
     name: str
@@ -131,6 +132,27 @@ class Parameter:
     delays: bool = False
     holds: bool = False
     idle_beyond: Scale | None = None
+    optional: bool = False
+
+
+@dataclass(frozen=True)
+class Reaction:
+    """Describe how the cart's motion acts back on a drive with a mass of its own.
+
+    The law of the FILTER takes the cart for free. Other forces on the cart (of the pole, of
+    friction) move the drive's mass too, through what joins it to the cart. The join is linear, so
+    that what they do adds to what the command does.
+
+    share: share(*parameters) -> the share of all that moves along the rail that is the drive's
+        own mass; 0 where the effect is off.
+    law: law(push, lag, slope, h, *parameters) -> lag, slope, pull, once a substep of h s behind
+        its end. push: mean over the substep of the other forces on the cart, N. lag (N) and slope
+        (N/s): what the join remembers, 0 at first. pull: mean over the next substep of what the
+        join makes of these forces, N; it equals them where they change slowly.
+    """
+
+    share: Callable[..., Any]
+    law: Callable[..., Any]
 
 
 @dataclass(frozen=True)
@@ -149,6 +171,8 @@ class Effect:
         parameters.
     inverse: of a MEASURE law: measured state to true state, with the law's arguments. Of a FILTER
         law without memory: inverse(u, t, *parameters), the command that gives u, or the nearest.
+    reaction: of a FILTER law of the drive: how the cart acts back on it; None for a drive that
+        has no mass of its own.
     memory: of a FILTER law: how many numbers it keeps from substep to substep, given the substep h
         in s. They start as zeros; memory[0] stays 0 until the law has been called once.
 
@@ -189,6 +213,7 @@ class Effect:
     constants: tuple[str, ...] = ()
     inverse: Callable[..., Any] | None = None
     memory: Callable[[float], int] | None = None
+    reaction: Reaction | None = None
     searched: bool = True
     simpler: tuple[str, ...] = ()
     becomes: tuple[str, ...] = ()

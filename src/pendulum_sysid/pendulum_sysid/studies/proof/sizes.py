@@ -26,7 +26,13 @@ def compare_effect_sizes(
     """
     return tuple(
         _compare(
-            Size(entry["effect"], p.name, p.unit, p.shape, *_read_values(truth[p.name], estimate)),
+            Size(
+                entry["effect"],
+                p.name,
+                p.unit,
+                p.shape,
+                *_read_values(truth.get(p.name, p.neutral), estimate),
+            ),
             scale,
         )
         for entry in missing_physics
