@@ -27,7 +27,7 @@ from pendulum_sysid.fitting.gauss_newton import refine_start_states
 from pendulum_sysid.fitting.noise_floor import NoiseFloor, measure_noise_floor
 from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
 from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
-from pendulum_sysid.measuring.measure import measure_best_laws
+from pendulum_sysid.measuring.measure import list_needed, measure_best_laws
 from pendulum_sysid.measuring.repeatability import measure_repeatability
 from pendulum_sysid.planning.next_experiment import plan_next_experiment
 from pendulum_sysid.prepare import Prepared, prepare
@@ -146,8 +146,8 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
         return findings
     fit, laws = measured.named
     floor = measure_noise_floor(replace(case, twin=fit.twin), fit.theta, split.held_out)
-    fit = widen_intervals(case, split, fit)
-    if not is_at_noise(case, split, fit, floor):
+    fit, at_noise = widen_intervals(case, split, fit), is_at_noise(case, split, fit, floor)
+    if not at_noise:
         fit = join_intervals(fit, findings.best)
     sure, doubted = part_sure_names(fit, findings.named, case.scales)
     fit, sure = add_readings(case, fit, sure)
@@ -159,6 +159,7 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
         perhaps=(*doubted, *findings.perhaps),
         laws=laws,
         with_laws=fit,
+        needed=list_needed(measured, [named.effect for named in sure]) if at_noise else (),
         after=after,
         remains=localise(case, fit.theta, after["train"]),
         floor=measure_noise_floor(improved, fit.theta, split.held_out),

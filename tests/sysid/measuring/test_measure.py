@@ -9,7 +9,7 @@ from support.made_recordings import INTECO, made, made_states, sweep
 from pendulum_sysid import decisions
 from pendulum_sysid.fitting.fit import HORIZONS, fit, fit_own_parameters
 from pendulum_sysid.measuring.formula_fit import ShapeParameter
-from pendulum_sysid.measuring.measure import measure_laws, rank_curves
+from pendulum_sysid.measuring.measure import list_needed, measure_laws, rank_curves
 from pendulum_sysid.measuring.naming import write_formula, write_sentence
 from pendulum_sysid.measuring.penalised_fit import LawFit
 from pendulum_sysid.measuring.shapes import SHAPES
@@ -81,6 +81,20 @@ def test_a_friction_that_remembers_its_way_is_measured(name, law):
     middle = np.sum(named.values * named.curve.knots) / np.sum(named.values)
     assert middle == pytest.approx(np.average(law.knots, weights=law.values), rel=0.1)
     assert named.shape is None and "slips from" in write_sentence(named)
+
+
+def test_an_effect_is_needed_beside_a_law_that_cannot_stand_for_it():
+    twin = replace(
+        RIG,
+        effects={"rail_spring": {"n_per_m": 1.5, "centre_m": 0.05}},
+        measured_laws={"cart_drag_by_pole_rate": LAWS["cart_drag_by_pole_rate"]},
+    )
+    prepared = prepare([made(twin, 30.0, amplitude=0.25)], RIG)
+    case, split = prepared.case, prepared.split
+    start = fit(case, split, ("rail_spring",), make_theta(replace(twin, measured_laws={})))
+    held = measure_laws(case, split, start, lambda line: None)
+    assert [curve.kind.name for curve in held.law_fit.curves] == ["cart_drag_by_pole_rate"]
+    assert list_needed(held, ["rail_spring", "cart_sign_inverted"]) == ("rail_spring",)
 
 
 def test_a_law_that_bends_between_its_knots_gets_more_knots():

@@ -33,8 +33,10 @@ from pendulum_sysid.measuring.smoothness import (
 )
 from pendulum_sysid.records import Fit, Split
 from pendulum_twin.arrays import Floats
+from pendulum_twin.effects import BY_NAME
 from pendulum_twin.laws.kind import Variable
 from pendulum_twin.laws.law import locate_on_knots, make_curve_matrix
+from pendulum_twin.parameter_vector import SLOTS, get_neutral_values
 
 Progress = Callable[[str], None]
 
@@ -76,6 +78,9 @@ def measure_best_laws(
 ) -> Measured | None:
     """Return the fit with measured laws from the first start that leaves noise, or the best.
 
+    The best has the smallest misfit on windows left out: laws may take the place of a name, but
+    not where the name leaves less.
+
     Runs take long steps while laws are tried; the laws that are kept are fitted with the twin's
     own steps.
 
@@ -89,7 +94,7 @@ def measure_best_laws(
         measured = measure_laws(tried, split, start, report, named.choose)
         if measured is None:
             continue
-        if best is None or compute_lead(measured.law_fit.fit, best.law_fit.fit).is_real:
+        if best is None or measured.law_fit.fit.choose <= best.law_fit.fit.choose:
             best = measured
         if best.is_at_noise:
             break
@@ -98,6 +103,35 @@ def measure_best_laws(
     coarse = best.law_fit
     fine = fit_laws(case, split, coarse.fit, coarse.curves, coarse.priors, coarse.inflation)
     return Measured(case, split, replace(fine, lead=coarse.lead))
+
+
+def list_needed(measured: Measured, names: Sequence[str]) -> tuple[str, ...]:
+    """Return the effects without which a fit with the same laws is worse on windows left out.
+
+    names: effects; those of the fit that have a size are asked about.
+
+    Where laws bring a fit to the noise, they have taken what had no name, and an effect that they
+    cannot stand for is there by itself.
+    """
+    law_fit, needed = measured.law_fit, []
+    for name in names:
+        if name not in law_fit.fit.effects or BY_NAME[name].is_switch:
+            continue
+        start = law_fit.fit
+        theta = start.theta.copy()
+        theta[SLOTS[name]] = get_neutral_values(BY_NAME[name])
+        effects = tuple(effect for effect in start.effects if effect != name)
+        less = fit_laws(
+            measured.case,
+            measured.split,
+            replace(start, theta=theta, effects=effects),
+            law_fit.curves,
+            law_fit.priors,
+            law_fit.inflation,
+        )
+        if compute_lead(start, less.fit).is_real:
+            needed.append(name)
+    return tuple(needed)
 
 
 def measure_laws(

@@ -42,6 +42,7 @@ class Findings:
     certain: what detectors are certain of, asked only where the rest has no name.
     laws: measured laws of the improved twin, for what has no name.
     with_laws: the final fit with these laws beside its effects; None without laws.
+    needed: named effects that the twin needs beside laws that bring it to the noise.
     repeats: how much of the improved twin's error comes again; None where no motion does.
     """
 
@@ -64,6 +65,7 @@ class Findings:
     certain: tuple[Reading, ...] = ()
     laws: tuple[NamedCurve, ...] = ()
     with_laws: Fit | None = None
+    needed: tuple[str, ...] = ()
     repeats: Repeatability | None = None
 
     @property
@@ -106,10 +108,11 @@ def explains_too_little(findings: Findings) -> bool:
 def list_told(findings: Findings) -> tuple[Named, ...]:
     """Return the named effects that the verdict tells.
 
-    Where something else has no name, an effect of the motion is told only if its law has the shape
-    that is seen, and if either its size is the same wherever it could show (and no detector has
-    measured it beside what has no name), or it acts at another place than what has no name and
-    most of the error that is left without it is its own.
+    Where something else has no name, an effect of the motion is told only if the twin needs it
+    beside laws that bring it to the noise; or if its law has the shape that is seen, and either
+    its size is the same wherever it could show (and no detector has measured it beside what has no
+    name), or it acts at another place than what has no name and most of the error that is left
+    without it is its own.
     """
     if decide_outcome(findings) is not Outcome.NOT_IN_CATALOGUE:
         return findings.named
@@ -127,6 +130,7 @@ def list_told(findings: Findings) -> tuple[Named, ...]:
         effect
         for effect in findings.named
         if not is_motion_effect(effect.effect)
+        or effect.effect in findings.needed
         or (effect.is_steady and not (doubtful | certain) & list_like(effect))
         or (
             not alone
