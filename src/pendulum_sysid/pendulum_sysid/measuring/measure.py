@@ -76,10 +76,10 @@ class Measured:
 def measure_best_laws(
     case: Case, split: Split, starts: Sequence[Fit], report: Progress
 ) -> Measured | None:
-    """Return the fit with measured laws from the first start that leaves noise, or the best.
+    """Return the fit with measured laws from the best start; None where no law helps for sure.
 
-    The best has the smallest misfit on windows left out: laws may take the place of a name, but
-    not where the name leaves less.
+    At the noise the best has the fewest laws; above the noise, the smallest misfit on windows left
+    out. So laws take the place of a name only where the name leaves them more to do.
 
     Runs take long steps while laws are tried; the laws that are kept are fitted with the twin's
     own steps.
@@ -94,15 +94,21 @@ def measure_best_laws(
         measured = measure_laws(tried, split, start, report, named.choose)
         if measured is None:
             continue
-        if best is None or measured.law_fit.fit.choose <= best.law_fit.fit.choose:
+        if best is None or _rank(measured) < _rank(best):
             best = measured
-        if best.is_at_noise:
+        if best.is_at_noise and len(best.law_fit.curves) == 1:
             break
     if best is None or not compute_lead(best.law_fit.fit, named).is_real:
         return None
     coarse = best.law_fit
     fine = fit_laws(case, split, coarse.fit, coarse.curves, coarse.priors, coarse.inflation)
     return Measured(case, split, replace(fine, lead=coarse.lead))
+
+
+def _rank(measured: Measured) -> tuple[bool, int, float]:
+    """Return a key by which the better of two fits comes first."""
+    laws = len(measured.law_fit.curves) if measured.is_at_noise else 0
+    return not measured.is_at_noise, laws, measured.law_fit.fit.choose
 
 
 def list_needed(measured: Measured, names: Sequence[str]) -> tuple[str, ...]:
