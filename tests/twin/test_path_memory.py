@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.twin_rigs import TH, THESIS, X, recording, wild_command
+from support.twin_rigs import CART_ALONE, TH, THESIS, X, recording, wild_command
 
 from pendulum_twin.compose import KEPT
 from pendulum_twin.free_runs import run_freely
@@ -18,7 +18,7 @@ COMMAND = wild_command(300)
 FRICTION = {"cart_presliding_friction": {"level_n": 0.8, "distance_m": 0.05}}
 WAYS = (0.02, 0.04, 0.08)
 HYSTERESIS = {
-    "cart_hysteresis": Law(WAYS, (0.3, 0.0, 0.5)),
+    "cart_hysteresis": Law(WAYS, (0.3, 0.1, 0.5)),
     "pole_hysteresis": Law((0.2, 0.6, 1.8), (0.0, 0.004, 0.0)),
 }
 TWINS = {
@@ -67,10 +67,10 @@ def test_elements_strain_slip_and_spring_back_each_on_its_way():
     x = np.concatenate([np.linspace(0.0, 1.0, 50), np.linspace(1.0, 0.95, 50)])
     memory, loads = follow(TWINS["laws"], x, th=0.5 * x)
     assert memory[49, KEPT : KEPT + 3] == pytest.approx(WAYS)
-    assert loads[49] == pytest.approx((-0.8, -0.004 * 0.5 / 0.6))
+    assert loads[49] == pytest.approx((-0.9, -0.004 * 0.5 / 0.6))
     assert memory[99, KEPT : KEPT + 3] == pytest.approx((-0.02, -0.01, 0.03))
-    assert loads[99, 0] == pytest.approx(0.3 - 0.5 * 0.03 / 0.08)
-    assert memory[99, KEPT + POLE_STRAINS] == pytest.approx(0.2 - 0.025)
+    assert loads[99, 0] == pytest.approx(0.3 + 0.1 * 0.01 / 0.04 - 0.5 * 0.03 / 0.08)
+    assert memory[99, KEPT + POLE_STRAINS + 1] == pytest.approx(0.475)
 
 
 def test_a_round_trip_costs_the_work_of_slipping():
@@ -80,3 +80,21 @@ def test_a_round_trip_costs_the_work_of_slipping():
     second = slice(2000, 4000)
     work = np.sum(0.5 * (loads[second, 0][1:] + loads[second, 0][:-1]) * np.diff(there[second]))
     assert work == pytest.approx(-0.7 * 4.0 * (0.15 - 0.04), rel=1e-3)
+
+
+def test_a_run_obeys_what_its_own_path_leaves():
+    law = Law((0.005, 0.01, 0.02, 0.04), (0.0, 0.4, 0.0, 0.3))
+    twin = Twin("test", CART_ALONE, measured_laws={"cart_hysteresis": law})
+    signals = recording(np.repeat([0.3, -0.2, 0.25], 500), 1e-3)
+    theta, first = make_theta(twin)[None], np.zeros(1, dtype=np.int64)
+    x, _, v, _ = run_freely(signals, theta, first, first, np.zeros((1, 4)), 1500)[0].T
+    _, loads = follow(twin, x, signals)
+    mass, gain, viscous = CART_ALONE.total_mass_kg, *get_constants(CART_ALONE)
+    mean_v = 0.5 * (v[1:] + v[:-1])
+    force = mass * np.diff(v) / 1e-3 + viscous * mean_v - gain * signals.command[:-1]
+    np.testing.assert_allclose(force, 0.5 * (loads[1:, 0] + loads[:-1, 0]), atol=5e-3)
+    assert np.ptp(force) > 1.0
+
+
+def get_constants(rig):
+    return rig.force_per_pwm_n, rig.cart_viscous_n_s_m

@@ -15,7 +15,15 @@ from pendulum_twin.compose import KEPT, PATHS
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Form
 from pendulum_twin.laws.kind import Role
-from pendulum_twin.motion import ALL_LAWS, HELD_LAWS, NO_LAWS, PLAIN_LAWS, REACTING_LAWS
+from pendulum_twin.motion import (
+    ALL_LAWS,
+    CURVES,
+    HELD_LAWS,
+    HYSTERESIS,
+    NO_LAWS,
+    PLAIN_LAWS,
+    REACTING_LAWS,
+)
 from pendulum_twin.parameter_vector import (
     BASE,
     LAWS,
@@ -44,7 +52,10 @@ _STICKING = np.array(
 )
 _FILTERING = [(k, e) for k, e in enumerate(CATALOGUE) if e.form in (Form.FILTER, Form.CLOCK)]
 _DRY = (Role.CART_DRY, Role.POLE_DRY)
-_HELD = tuple(r for r in Role if Role.GAIN <= r < Role.ANGLE_ERROR and r not in _DRY)
+_REMEMBERING = (Role.CART_HYSTERESIS, Role.POLE_HYSTERESIS)
+_HELD = tuple(
+    r for r in Role if Role.GAIN <= r < Role.ANGLE_ERROR and r not in (*_DRY, *_REMEMBERING)
+)
 
 
 def run_freely(
@@ -265,7 +276,9 @@ def select_kernel_code(
     roles = {kind.role for kind in list_law_kinds(theta)}
     sticks = not roles.isdisjoint(_DRY)
     dry = bool(np.any(on & _STICKING)) or sticks
-    measured = (0,) if sticks or not roles.isdisjoint(_HELD) else None
+    measured: tuple[int, ...] | None = CURVES if sticks or not roles.isdisjoint(_HELD) else None
+    if not roles.isdisjoint(_REMEMBERING):
+        measured = HYSTERESIS
     if np.any(on & REACTING):
         return REACTING_LAWS, dry, measured
     if not np.any(on & _MECHANICAL):

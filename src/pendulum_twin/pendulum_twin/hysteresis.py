@@ -5,7 +5,8 @@ has gone the knot's way, then slips, and holds back with the value at the knot (
 Applied Mechanics 33 (1966) 893; its element is the stop operator of M. Brokate and J. Sprekels,
 Hysteresis and Phase Transitions (1996), section 2.1). Arguments:
 theta: (SIZE,) of one lane.
-strains: (STRAINS,) what each element is strained by: of the cart, m, then of the pole, rad.
+strains: (STRAINS,) what each element is strained by: of the cart, m, then of the pole, rad; 0 for
+    an element without friction, which most are.
 move, turn: m, rad; of cart and pole since the strains were taken.
 """
 
@@ -36,8 +37,9 @@ def _sum_elements(theta, at, strains, first, move):
     """Return what the elements of the law at a slot hold back with after a move, N or N m."""
     total, way, ratio = 0.0, theta[at + FIRST], theta[at + SPACING]
     for k in range(int(theta[at + KNOTS])):
-        strain = min(max(strains[first + k] + move, -way), way)
-        total += theta[at + VALUES + k] * (strain / way)
+        value = theta[at + VALUES + k]
+        if value != 0.0:
+            total += value * (min(max(strains[first + k] + move, -way), way) / way)
         way *= ratio
     return total
 
@@ -46,8 +48,9 @@ def _sum_elements(theta, at, strains, first, move):
 def _strain_elements(theta, at, strains, first, move):
     """Strain the elements of the law at a slot by a move, in place."""
     way, ratio = theta[at + FIRST], theta[at + SPACING]
-    for k in range(first, first + int(theta[at + KNOTS])):
-        strains[k] = min(max(strains[k] + move, -way), way)
+    for k in range(int(theta[at + KNOTS])):
+        if theta[at + VALUES + k] != 0.0:
+            strains[first + k] = min(max(strains[first + k] + move, -way), way)
         way *= ratio
 
 

@@ -234,38 +234,48 @@ def _react_to_motion(p, i, width, mass):
 
 
 @compile_inner
-def _hold_measured_laws(theta, strains, p, i, width, step, pushed, held_dry):
+def _hold_measured_laws(theta, p, i, width, step, pushed, held_dry):
     """Add the measured laws of lane i to what acts evenly over its next step.
 
     step: substeps since the recording began.
     pushed: N; what effects add to the drive's force over the step.
     held_dry: N; what effects add to the cart's dry friction over the step.
-    strains: (STRAINS,) of the elements of measured hysteresis, at the step's begin.
 
     The laws are taken in the middle of the step as its first velocities lead there: of second
     order in the step, and a force along the rail keeps the energy.
     """
     x, th, v, w = _get_four(p, X, i, width)
     h = p[H * width + i]
-    move, turn = 0.5 * h * v, 0.5 * h * w
     gain, force, torque, cart_dry, pole_dry = sum_measured_laws(
-        theta, x + move, v, th + turn, w, (step + 0.5) * h, h
+        theta, x + 0.5 * h * v, v, th + 0.5 * h * w, w, (step + 0.5) * h, h
     )
-    held_back, turned_back = sum_hysteresis(theta, strains, move, turn)
-    force, torque = force + held_back, torque + turned_back
     drive = p[FORCE * width + i] - pushed
     applied = drive * gain + pushed + force, torque, held_dry + cart_dry, pole_dry
     _put_four(p, FORCE, i, width, applied)
     p[PUSHED * width + i] = pushed + force
+
+
+@compile_inner
+def _hold_hysteresis(theta, strains, p, i, width):
+    """Add the measured hysteresis of lane i to what acts evenly over its next step.
+
+    strains: (STRAINS,) of its elements at the step's begin.
+    """
+    x, th, v, w = _get_four(p, X, i, width)
+    h = p[H * width + i]
+    force, torque = sum_hysteresis(theta, strains, 0.5 * h * v, 0.5 * h * w)
+    p[FORCE * width + i] += force
+    p[PUSHED * width + i] += force
+    p[TORQUE * width + i] += torque
     p[X_BEFORE * width + i], p[TH_BEFORE * width + i] = x, th
 
 
 @compile_inner
-def _follow_strains(theta, path_memory, p, i, width):
+def _follow_strains(theta, strains, p, i, width):
     """Strain the elements of measured hysteresis of lane i by its last step."""
     move = p[X * width + i] - p[X_BEFORE * width + i]
     turn = p[TH * width + i] - p[TH_BEFORE * width + i]
-    follow_strains(theta, path_memory[compose.KEPT :], move, turn)
+    follow_strains(theta, strains, move, turn)
 
 
 @compile_inner
@@ -307,7 +317,8 @@ def integrate_lanes(
     lanes: a tuple whose length is the block's width (a constant for the compiler).
     laws: by its type, which laws are compiled in (see `motion.py`).
     dry: whether dry friction (or a hold) is on in any lane.
-    measured: by its type, whether the measured laws of theta act: None, or a tuple.
+    measured: by its type, which measured laws of theta act: None for none, a tuple of one for
+        curves, of two for hysteresis as well.
     drives: (rows, steps) the command after command and drive, before the gain.
     drive_of: (lanes,) row of drives of each lane.
     begin: (lanes,) step of that row at which each lane starts.
@@ -351,9 +362,13 @@ def integrate_lanes(
                         step = first_step[lane] + n * sub + j
                         pushed = p[PUSHED * width + i] if evenly else 0.0
                         held_dry = p[CART_DRY * width + i] if evenly else 0.0
-                        strains = path_memory[lane, compose.PATHS :]
-                        _hold_measured_laws(
-                            theta[lane], strains, p, i, width, step, pushed, held_dry
+                        _hold_measured_laws(theta[lane], p, i, width, step, pushed, held_dry)
+                remembers = measured is not None and len(measured) > 1
+                if remembers:
+                    for i in range(width):
+                        lane = min(first + i, count - 1)
+                        _hold_hysteresis(
+                            theta[lane], path_memory[lane, compose.KEPT :], p, i, width
                         )
                 _advance(lanes, laws, dry, p)
                 if evenly:
@@ -362,9 +377,12 @@ def integrate_lanes(
                 if laws is not None and len(laws) > 3:
                     for i in range(width):
                         _react_to_motion(p, i, width, mass_of[i])
-                if measured is not None:
+                if remembers:
                     for i in range(min(width, count - first)):
-                        _follow_strains(theta[first + i], path_memory[first + i], p, i, width)
+                        lane = first + i
+                        _follow_strains(
+                            theta[lane], path_memory[lane, compose.KEPT :], p, i, width
+                        )
             for i in range(width):
                 at[i] += sub
         for i in range(min(width, count - first)):
