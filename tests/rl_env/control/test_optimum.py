@@ -17,6 +17,7 @@ from pendulum_rl_env.studies import optimum as study
 from pendulum_rl_env.studies.optimum import replay_commands
 from pendulum_rl_env.task import Task
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.laws.law import Law
 from pendulum_twin.model import Twin
 
 TASK = Task(steps=90)
@@ -50,6 +51,28 @@ def test_derivatives_say_what_a_small_change_of_plan_does(twin: Twin, remembered
         for j in range(min(remembered, k) + 1):
             expected = expected + slopes.command[k, j] * change[k - j]
         assert away[k + 1] == pytest.approx(expected, rel=2e-2, abs=2e-5)
+
+
+@pytest.mark.parametrize(
+    "twin",
+    [
+        Twin(
+            "slow", INTECO.rig, {"cart_presliding_friction": {"level_n": 0.5, "distance_m": 0.02}}
+        ),
+        Twin(
+            "cable",
+            INTECO.rig,
+            measured_laws={"cart_hysteresis": Law((0.01, 0.02, 0.04), (0.0, 0.2, 0.3))},
+        ),
+    ],
+    ids=lambda twin: twin.name,
+)
+def test_a_run_from_a_snapshot_goes_on_with_what_its_path_left(twin: Twin) -> None:
+    runner = TwinRunner(twin, 0.03, 0.5)
+    commands = 0.3 * np.sin(0.5 * np.arange(40.0))
+    whole = runner.run(commands, runner.hang())
+    rest = runner.run(commands[25:], whole.make_snapshot(25))
+    np.testing.assert_array_equal(rest.true, whole.true[25:])
 
 
 def test_feedback_counts_past_commands_and_the_limit() -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pendulum_rl_env.control.rollouts import Snapshot
+from pendulum_rl_env.control.rollouts import Snapshot, take_snapshot
 from pendulum_rl_env.kernel_transport import count_samples
 from pendulum_twin import lanes
 from pendulum_twin.arrays import Floats
@@ -65,7 +65,7 @@ class Observer:
         """Return the true state (4,) ahead_s later, the command being held meanwhile."""
         if self._later is None:
             return self._lanes.true[0].copy()
-        for name in ("theta", "memory", "done", "true", "shown"):
+        for name in ("theta", "memory", "path_memory", "done", "true", "shown"):
             getattr(self._ahead, name)[:] = getattr(self._lanes, name)
         lanes.advance_lanes_from_python(
             self._code, self._kinds, self._ahead, self._later, np.array([command])
@@ -74,10 +74,7 @@ class Observer:
 
     def make_snapshot(self) -> Snapshot:
         """Return the twin as it is believed to be now, with all that its drive remembers."""
-        lanes = self._lanes
-        return Snapshot(
-            lanes.true[0].copy(), lanes.shown[0].copy(), lanes.memory[0].copy(), int(lanes.done[0])
-        )
+        return take_snapshot(self._lanes)
 
     def _begin(self, measured: Floats) -> Floats:
         """Start at the measured state, with a drive that has been still for long."""

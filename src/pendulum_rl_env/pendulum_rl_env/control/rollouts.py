@@ -32,13 +32,26 @@ class Snapshot:
 
     true, shown: (4,) true and measured x, th, v, w.
     memory: of the drive.
+    path: (PATH_SIZE,) what the twin remembers of its path.
     done: substeps since the episode began.
     """
 
     true: Floats
     shown: Floats
     memory: Floats
+    path: Floats
     done: int
+
+
+def take_snapshot(lanes: live.Lanes) -> Snapshot:
+    """Return the twin of the first lane as it is now."""
+    return Snapshot(
+        lanes.true[0].copy(),
+        lanes.shown[0].copy(),
+        lanes.memory[0].copy(),
+        lanes.path_memory[0].copy(),
+        int(lanes.done[0]),
+    )
 
 
 @dataclass(frozen=True)
@@ -48,6 +61,7 @@ class Run:
     commands: (n,) PWM fractions.
     true, shown: (n + 1, 4) states, the first before the first command.
     memory: (n + 1, ...) of the drive.
+    path: (n + 1, PATH_SIZE) what the twin remembers of its path.
     done: (n + 1,) substeps since the episode began.
     """
 
@@ -55,6 +69,7 @@ class Run:
     true: Floats
     shown: Floats
     memory: Floats
+    path: Floats
     done: Ints
 
     def keep_from(self, first: int) -> Run:
@@ -64,12 +79,14 @@ class Run:
             self.true[first:],
             self.shown[first:],
             self.memory[first:],
+            self.path[first:],
             self.done[first:],
         )
 
     def make_snapshot(self, k: int) -> Snapshot:
         """Return the twin before command k."""
-        return Snapshot(self.true[k], self.shown[k], self.memory[k], int(self.done[k]))
+        done = int(self.done[k])
+        return Snapshot(self.true[k], self.shown[k], self.memory[k], self.path[k], done)
 
 
 @dataclass(frozen=True)
@@ -91,7 +108,7 @@ def _follow_plans(  # type: ignore[no-untyped-def]
 ):
     """Run lane i by the commands of the plan, shares[i] of their change, and feedback."""
     planned, reference = plan
-    commands, true, shown, memory, done = out
+    commands, true, shown, memory, path, done = out
     n, m = len(planned), gains.shape[1] - 4
     applied = np.empty(len(shares))
     for k in range(n):
@@ -108,6 +125,7 @@ def _follow_plans(  # type: ignore[no-untyped-def]
             true[i, k + 1] = lanes.true[i]
             shown[i, k + 1] = lanes.shown[i]
             memory[i, k + 1] = lanes.memory[i]
+            path[i, k + 1] = lanes.path_memory[i]
             done[i, k + 1] = lanes.done[i]
 
 
@@ -131,7 +149,7 @@ class TwinRunner:
         """Return the twin hanging at rest in the middle, its drive still."""
         lanes = self._get_lanes(1)
         live.begin_lane_from_python(self.kinds, lanes, self._timing, 0, 0, live.AT_REST)
-        return Snapshot(lanes.true[0].copy(), lanes.shown[0].copy(), lanes.memory[0].copy(), 0)
+        return take_snapshot(lanes)
 
     def run(self, commands: Floats, start: Snapshot) -> Run:
         """Return what a plan does from a snapshot."""
@@ -162,16 +180,19 @@ class TwinRunner:
         lanes = self._get_lanes(count)
         lanes.true[:], lanes.shown[:] = start.true, start.shown
         lanes.memory[:], lanes.done[:] = start.memory, start.done
+        lanes.path_memory[:] = start.path
         out = (
             np.zeros((count, n)),
             np.zeros((count, n + 1, 4)),
             np.zeros((count, n + 1, 4)),
             np.zeros((count, n + 1, lanes.memory.shape[1])),
+            np.zeros((count, n + 1, lanes.path_memory.shape[1])),
             np.zeros((count, n + 1), dtype=np.int64),
         )
-        for room, first in zip(out[1:], (start.true, start.shown, start.memory), strict=False):
+        begun = (start.true, start.shown, start.memory, start.path)
+        for room, first in zip(out[1:5], begun, strict=True):
             room[:, 0] = first
-        out[4][:, 0] = start.done
+        out[5][:, 0] = start.done
         code = live.select_lane_code(self.kinds, count)
         plan = np.ascontiguousarray(commands), np.ascontiguousarray(reference)
         _follow_plans(
@@ -220,6 +241,7 @@ class TwinRunner:
         lanes.true[:] = states
         lanes.shown[:] = np.tile(run.shown[:-1], (times, 1))
         lanes.memory[:] = np.tile(run.memory[:-1], (times, 1))
+        lanes.path_memory[:] = np.tile(run.path[:-1], (times, 1))
         lanes.done[:] = np.tile(run.done[:-1], times)
         code = live.select_lane_code(self.kinds, len(states))
         live.advance_lanes_from_python(code, self.kinds, lanes, self._timing, commands)
