@@ -236,7 +236,7 @@ def test_what_belongs_to_a_recording_and_its_time_is_left_out():
     [
         ("spring", {}, "unknown law spring; known are command_curve"),
         ("cart_force_by_position", {"knots": [0, 1]}, "unknown key knots"),
-        ("cart_force_by_position", {"knots_m": [0, 1], "values_n": [1]}, "expected 2 to 64"),
+        ("cart_force_by_position", {"knots_m": [0, 1], "values_n": [1]}, "expected 2 to 128"),
         ("cart_force_by_position", {"knots_m": [0, 1], "values_n": [1, 2, 3]}, "as many values_n"),
         ("cart_force_by_position", {"knots_m": [0, 1, 3], "values_n": [1, 2, 3]}, "evenly spaced"),
         ("cart_force_by_position", {"knots_m": [1, 0], "values_n": [1, 2]}, "rising"),

@@ -28,7 +28,7 @@ from pendulum_twin.laws.law import MOST_KNOTS, spread_turn
 from pendulum_twin.parameter_vector import LAW_SIZE, LAWS, VALUES
 
 GAUGE_WEIGHT = 1e4  # a hundredth of a formula's height in its mean counts as a deviation
-FORMULA_KNOTS = 56  # the others of a law's slot hold the formula's parameters
+FORMULA_KNOTS = 120  # a wave of 0.3 Hz over a minute; the other places hold the parameters
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from pendulum_twin.laws.kind import LIMITS, LawKind
 from pendulum_twin.rig import check_number, describe_unknown_key
 from pendulum_twin.suggest import hint_at_names
 
-FEWEST_KNOTS, MOST_KNOTS = 2, 64
+FEWEST_KNOTS, MOST_KNOTS = 2, 128
 FEWEST_KNOTS_OF_TURN = 4
 UNEVEN_SPACING = 1e-6  # of a spacing, by which a knot may be off the even grid: files round
 LARGEST_KNOT = 1e9
