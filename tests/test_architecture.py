@@ -14,16 +14,15 @@ ROS = {
     "rclpy", "rcl_interfaces", "builtin_interfaces", "rosgraph_msgs", "sensor_msgs", "std_msgs",
     "std_srvs", "diagnostic_msgs", "geometry_msgs",
 }  # fmt: skip
+LEARNING = {"pendulum_rl_env.learning", "pendulum_rl_env.train", "pendulum_rl_env.studies"}
 CONFINED = (  # these packages may be imported in these modules, and nowhere else
     (ROS, {"pendulum_twin.nodes", "pendulum_bridge.nodes", "pendulum_rl_env.nodes"}),
     (
         {"rosbags"},
         {"pendulum_sysid.reading.bag", "pendulum_sysid.reading.ros1", "pendulum_twin.bags.write"},
     ),
-    (
-        {"torch", "safetensors", "stable_baselines3", "sb3_contrib", "optuna"},
-        {"pendulum_rl_env.learning", "pendulum_rl_env.train", "pendulum_rl_env.studies"},
-    ),
+    ({"torch"}, LEARNING | {"pendulum_sysid.studies.proof.rival_models.network"}),
+    ({"safetensors", "stable_baselines3", "sb3_contrib", "optuna"}, LEARNING),
     ({"mujoco"}, {"pendulum_bridge.emulator"}),
 )
 # The rooms of pendulum_sysid from the ground up: each imports itself and those before it.

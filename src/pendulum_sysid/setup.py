@@ -31,6 +31,7 @@ setup(
     extras_require={
         "fast": ["threadpoolctl"],
         "frames": ["pandas"],
+        "rivals": ["pysindy", "scikit-learn", "torch"],
         "test": ["hypothesis", "pytest"],
         "fleet": ["dask", "distributed", "duckdb", "fsspec", "pandas", "pyarrow", "ruptures"],
     },

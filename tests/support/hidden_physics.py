@@ -79,11 +79,15 @@ def make_command(seed: int, samples: int) -> Floats:
 
 
 def record_hidden(
-    effects: dict[str, dict[str, float]], seed: int, seconds: float = 40.0
+    effects: dict[str, dict[str, float]],
+    seed: int,
+    seconds: float = 40.0,
+    command_seed: int | None = None,
 ) -> tuple[Recording, Twin]:
     """Return a recording of a rig with these effects, and the twin that the rig really is.
 
-    Its constants are not those of INTECO.
+    Its constants are not those of INTECO. Another command_seed moves the same rig by another
+    command.
     """
     random = np.random.default_rng(seed)
     rig = replace(INTECO.rig, cart_viscous_n_s_m=2.0, force_per_pwm_n=9.0)
@@ -100,7 +104,8 @@ def record_hidden(
     truth = Twin("hidden", rig, effects)
     n = round(seconds / PERIOD_S)
     every = np.ones(n, dtype=bool)
-    blank = Signals(PERIOD_S, make_command(seed, n), np.zeros(n), np.zeros(n), every, every)
+    command = make_command(seed if command_seed is None else command_seed, n)
+    blank = Signals(PERIOD_S, command, np.zeros(n), np.zeros(n), every, every)
     zero = np.zeros(1, dtype=np.int64)
     states = run_freely(blank, make_theta(truth)[None], zero, zero, HANGING[None], n)[0]
     cart = np.round((states[:, 0] + random.normal(0, 1e-5, n)) / CART_STEP_M) * CART_STEP_M

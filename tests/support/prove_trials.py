@@ -73,11 +73,20 @@ def make_judgement(trial: OpenedTrial, answer: Answer, **changes: object) -> Jud
 
 
 def write_trial(
-    folder: Path, effects: dict[str, dict[str, float]], seed: int, seconds: float = 24.0
+    folder: Path,
+    effects: dict[str, dict[str, float]],
+    seed: int,
+    seconds: float = 24.0,
+    other: bool = False,
 ) -> Path:
-    """Write a trial as the recorder of trials does; the twin is the rig."""
+    """Write a trial as the recorder of trials does; the twin is the rig.
+
+    other: whether the rig is recorded a second time, moved by another command.
+    """
     recording, truth = record_hidden(effects, seed, seconds)
     made_bag(folder / "bag", recording)
+    if other:
+        made_bag(folder / "other", record_hidden(effects, seed, seconds, seed + 100)[0])
     save_twin(INTECO, folder / "twin.yaml")
     seal = {
         "schema": "pendulum_seal/1",

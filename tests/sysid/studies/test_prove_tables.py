@@ -31,7 +31,14 @@ from pendulum_sysid.studies.proof.pictures import draw_scatter, draw_strip
 from pendulum_sysid.studies.proof.plan import Plan
 from pendulum_sysid.studies.proof.proof_json import make_proof_mapping
 from pendulum_sysid.studies.proof.proof_text import format_proof
-from pendulum_sysid.studies.proof.records import HeldOut, Judgement, RivalJudgement, Seal
+from pendulum_sysid.studies.proof.records import (
+    HeldOut,
+    Judgement,
+    ModelJudgement,
+    RivalJudgement,
+    Seal,
+)
+from pendulum_sysid.studies.proof.rival_models.table import TWIN, compare_predictors
 from pendulum_sysid.studies.proof.share import Share, count_share
 from pendulum_sysid.studies.proof.sizes import (
     compare_effect_sizes,
@@ -345,3 +352,44 @@ def test_the_text_has_targets_rivals_and_doses() -> None:
     text = format_proof(make_judgements(), measure_responses(measure_nothing, [COULOMB]))
     assert "one effect: named right" in text and "plain" in text and "not found" in text
     assert all(line == line.rstrip() for line in text.splitlines())
+
+
+# Rivals that predict
+
+
+def make_predicted() -> list[Judgement]:
+    """Two rigs with unlisted physics, predicted by a rival that then breaks off."""
+    models = (ModelJudgement(2.0, 7.0), ModelJudgement(None, 1.0, "ValueError: no <root>"))
+    return [
+        make_judgement(
+            make_trial(unlisted=(DRAG,), name=f"trial_000{k}"),
+            make_answer(outcome="not_in_catalogue", place="cart"),
+            modelled=1.25,
+            models={"plain_model": model},
+        )
+        for k, model in enumerate(models)
+    ]
+
+
+def test_predictors_stand_side_by_side() -> None:
+    twin, rival = compare_predictors(make_predicted())
+    assert (twin.name, twin.within) == (TWIN, (Share(2, 2), Share(2, 2)))
+    assert (rival.name, rival.within) == ("plain_model", (Share(0, 2), Share(1, 2)))
+    assert rival.quantiles.median == 2.0 and rival.cpu_seconds.worst == 7.0
+    assert [predictor.name for predictor in compare_predictors(make_judgements())] == [TWIN]
+
+
+def test_the_tables_have_a_column_for_each_rival_that_predicts() -> None:
+    judgements = make_predicted()
+    lines = format_proof(judgements, []).splitlines()
+    (heading,) = [line for line in lines if line.startswith("unlisted physics")]
+    assert heading.endswith("floors elsewhere  plain_model")
+    rows = [line.split()[-2:] for line in lines if line.startswith(DRAG.name)]
+    assert rows == [["1.25", "2"], ["1.25", "error"]]
+    assert "trial_0001, plain_model: ValueError: no <root>" in lines
+    html = render(judgements)
+    assert ">plain<br>model<" in html and ">1.25<" in html and "no &lt;root&gt;" in html
+    proof = make_proof_mapping(Plan(2, 1), judgements, [], 1.0)
+    assert [predictor["name"] for predictor in proof["predictors"]] == [TWIN, "plain_model"]
+    assert proof["trials"][0]["models"]["plain_model"]["floors"] == 2.0
+    assert make_proof_mapping(Plan(4, 1), make_judgements(), [], 1.0)["predictors"] == []

@@ -15,6 +15,7 @@ from pendulum_sysid.studies.proof.degrade.text import format_rows
 from pendulum_sysid.studies.proof.plan import Plan
 from pendulum_sysid.studies.proof.proof import prove
 from pendulum_sysid.studies.proof.proof_text import format_proof
+from pendulum_sysid.studies.proof.rival_models.registry import RIVAL_MODELS
 from pendulum_sysid.studies.proof.rivals import RIVALS
 from pendulum_sysid.verbs.said import ANSWERED, print_answer, say
 
@@ -54,10 +55,18 @@ def make_plan(arguments: argparse.Namespace) -> Plan:
         rest=arguments.rest,
         kinds=arguments.kinds,
         twin=None if arguments.twin is None else str(arguments.twin),
-        rivals=tuple(rival.name for rival in RIVALS) if arguments.rivals else (),
+        rivals=list_rivals() if arguments.rivals else (),
         dose_tries=arguments.dose_response,
         processes=arguments.workers,
         scheduler=arguments.scheduler,
+    )
+
+
+def list_rivals() -> tuple[str, ...]:
+    """Return the names of all rivals: those that name effects, then those that predict."""
+    return (
+        *(rival.name for rival in RIVALS),
+        *(rival.name for rival in RIVAL_MODELS),
     )
 
 

@@ -94,8 +94,9 @@ def _add_concealed(verb: argparse.ArgumentParser) -> None:
 def _add_questions(verb: argparse.ArgumentParser) -> None:
     """Add what else is asked of the recordings: rivals, smaller sizes, worse data."""
     rivals = (
-        "name by plain rivals as well, on the same recordings (needs pysindy; takes half "
-        "a minute each)"
+        "ask plain rivals as well, on the same recordings: for names, and for predictions of a "
+        "second recording where there is one (needs pysindy, scikit-learn and torch; takes a "
+        "minute or two each)"
     )
     verb.add_argument(
         "--rivals", action=argparse.BooleanOptionalAction, default=False, help=rivals

@@ -24,6 +24,8 @@ from pendulum_sysid.records import Outcome, Recording
 from pendulum_sysid.studies.proof.oracle_fit import fit_oracle
 from pendulum_sysid.studies.proof.read_trial import read_trial
 from pendulum_sysid.studies.proof.records import OpenedTrial
+from pendulum_sysid.studies.proof.rival_models.elsewhere import score_rival_models
+from pendulum_sysid.studies.proof.rival_models.registry import is_rival_model
 from pendulum_sysid.studies.proof.rivals import find_rival
 from pendulum_sysid.studies.proof.rivals.ground import Ground, make_ground
 from pendulum_sysid.telling.output_files import format_json, write_text
@@ -38,6 +40,8 @@ FILE = "examined.json"
 def examine_trial(folder: Path, rivals: Sequence[str] = ()) -> Path:
     """Do what has not been done about a trial, keep the results, and return the folder.
 
+    rivals: names of rivals that name effects, and of rivals that predict.
+
     An error of the diagnosis, the oracle fit or a rival is kept as its answer and not raised.
     """
     results = read_examined(folder) or {"schema": SCHEMA, "rivals": {}}
@@ -48,11 +52,21 @@ def examine_trial(folder: Path, rivals: Sequence[str] = ()) -> Path:
         if trial.pairs and trial.other is not None:
             results["second"] = run_second(trial.other, trial.twin)
         write_text(folder / FILE, format_json(results) + "\n")
-    missing = [name for name in rivals if name not in results["rivals"]]
+    missing = list_missing_rivals(results, rivals)
     if missing:
-        results["rivals"] |= _run_rivals(trial, missing)
+        models = [name for name in missing if is_rival_model(name)]
+        namers = [name for name in missing if not is_rival_model(name)]
+        results["rivals"] |= _run_rivals(trial, namers)
+        floor = results.get("floor_elsewhere")
+        results["models"] = results.get("models", {}) | _run_models(trial, models, floor)
         write_text(folder / FILE, format_json(results) + "\n")
     return folder
+
+
+def list_missing_rivals(results: dict[str, Any], rivals: Sequence[str]) -> list[str]:
+    """Return the rivals that have not answered yet."""
+    answered = {*results["rivals"], *results.get("models", {})}
+    return [name for name in rivals if name not in answered]
 
 
 def read_examined(folder: Path) -> dict[str, Any] | None:
@@ -67,7 +81,9 @@ def read_examined(folder: Path) -> dict[str, Any] | None:
 def is_complete(folder: Path, rivals: Sequence[str] = ()) -> bool:
     """Return whether nothing is left to do about a trial."""
     results = read_examined(folder)
-    return results is not None and "verdict" in results and set(rivals) <= set(results["rivals"])
+    if results is None or "verdict" not in results:
+        return False
+    return not list_missing_rivals(results, rivals)
 
 
 def run_diagnosis(trial: OpenedTrial) -> dict[str, Any]:
@@ -78,19 +94,21 @@ def run_diagnosis(trial: OpenedTrial) -> dict[str, Any]:
     cpu_seconds: CPU time of this thread, s.
     error: empty for none.
     modelled: see `records.Judgement`.
+    floor_elsewhere: the score of a perfect model on the other recording; None for none.
     """
     began, worked = time.monotonic(), time.process_time()
     verdict, error, twin = _diagnose(trial.bag, load_twin(trial.twin))
     seconds, cpu_seconds = time.monotonic() - began, time.process_time() - worked
-    modelled = None
+    modelled = floor = None
     if trial.other is not None and twin is not None:
-        modelled = score_elsewhere(trial.other, twin.drop_recording_effects())
+        modelled, floor = score_elsewhere(trial.other, twin.drop_recording_effects())
     return {
         "verdict": verdict,
         "seconds": seconds,
         "cpu_seconds": cpu_seconds,
         "error": error,
         "modelled": modelled,
+        "floor_elsewhere": floor,
     }
 
 
@@ -101,7 +119,7 @@ def run_second(bag: Path, twin: Path) -> dict[str, Any]:
     """
     nominal = load_twin(twin)
     verdict, error = _diagnose(bag, nominal)[:2]
-    return {"verdict": verdict, "error": error, "given": score_elsewhere(bag, nominal)}
+    return {"verdict": verdict, "error": error, "given": score_elsewhere(bag, nominal)[0]}
 
 
 def _diagnose(bag: Path, nominal: Twin) -> tuple[dict[str, Any], str, Twin | None]:
@@ -115,16 +133,16 @@ def _diagnose(bag: Path, nominal: Twin) -> tuple[dict[str, Any], str, Twin | Non
     return answer.to_dict(), "", answer.twin
 
 
-def score_elsewhere(bag: Path, twin: Twin) -> float | None:
-    """Return a twin's score on another recording of its rig, over that of a perfect model."""
+def score_elsewhere(bag: Path, twin: Twin) -> tuple[float | None, float | None]:
+    """Return a twin's score on another recording over a perfect model's, and the latter."""
     try:
         case = prepare_case([clean_recording(read_bag(bag))], twin)
         score = compare(case).score
     except BadInputError:
-        return None
+        return None, None
     windows = cut_windows(case.signals, case.state, EVERY_S)
     floor = measure_noise_floor(case, make_theta(case.twin), windows)
-    return None if floor is None else score / floor.score
+    return (None, None) if floor is None else (score / floor.score, floor.score)
 
 
 def prepare_ground(trial: OpenedTrial) -> Ground:
@@ -149,6 +167,8 @@ def run_rival(name: str, ground: Ground, shared_s: float) -> dict[str, Any]:
 
 
 def _run_rivals(trial: OpenedTrial, rivals: Sequence[str]) -> dict[str, Any]:
+    if not rivals:
+        return {}
     began = time.monotonic()
     try:
         ground = prepare_ground(trial)
@@ -157,6 +177,22 @@ def _run_rivals(trial: OpenedTrial, rivals: Sequence[str]) -> dict[str, Any]:
         return {name: {"named": [], "seconds": seconds, "error": error} for name in rivals}
     shared_s = time.monotonic() - began
     return {name: run_rival(name, ground, shared_s) for name in rivals}
+
+
+def _run_models(trial: OpenedTrial, names: Sequence[str], floor: float | None) -> dict[str, Any]:
+    """Return what rivals that predict reach on the other recording; None where there is none.
+
+    floor: the score of a perfect model there, by the improved twin; None where it is not known.
+    """
+    if trial.other is None:
+        return {name: {"floors": None, "cpu_seconds": 0.0, "error": ""} for name in names}
+    if not names:
+        return {}
+    try:
+        return score_rival_models(prepare_ground(trial), trial.other, names, floor)
+    except Exception as crash:
+        error = _name_error(crash)
+        return {name: {"floors": None, "cpu_seconds": 0.0, "error": error} for name in names}
 
 
 def _run_oracle(trial: OpenedTrial) -> dict[str, Any]:

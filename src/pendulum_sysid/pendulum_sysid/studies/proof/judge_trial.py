@@ -11,6 +11,7 @@ from pendulum_sysid.studies.proof.names import judge_names
 from pendulum_sysid.studies.proof.records import (
     HeldOut,
     Judgement,
+    ModelJudgement,
     OpenedTrial,
     RivalJudgement,
     Seal,
@@ -49,6 +50,9 @@ def judge_trial(trial: OpenedTrial, examined: Mapping[str, Any], nominal: Rig) -
         rivals={
             name: _judge_rival(seal, entry, answer.stale)
             for name, entry in examined["rivals"].items()
+        },
+        models={
+            name: ModelJudgement(**entry) for name, entry in (examined.get("models") or {}).items()
         },
         modelled=modelled,
         pair=judge_pair(seal, (answer, sizes), second, modelled, scale) if second else None,

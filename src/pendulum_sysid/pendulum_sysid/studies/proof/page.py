@@ -15,6 +15,7 @@ from pendulum_sysid.studies.proof.page_tables import (
     list_dose_cells,
     list_factors,
     list_held_out_rows,
+    list_modelled_rows,
     list_size_rows,
     list_time_rows,
     list_trial_rows,
@@ -22,6 +23,13 @@ from pendulum_sysid.studies.proof.page_tables import (
 from pendulum_sysid.studies.proof.plan import Plan
 from pendulum_sysid.studies.proof.proof_text import ANSWERS, format_count
 from pendulum_sysid.studies.proof.records import Judgement
+from pendulum_sysid.studies.proof.rival_models.registry import RIVAL_MODELS
+from pendulum_sysid.studies.proof.rival_models.table import (
+    compare_predictors,
+    list_errors,
+    list_models,
+    list_unlisted,
+)
 from pendulum_sysid.studies.proof.rivals import RIVALS
 from pendulum_sysid.studies.proof.statistics import (
     ORACLE_FACTOR,
@@ -78,6 +86,11 @@ def render_page(
             oracle_factor=ORACLE_FACTOR,
             located=count_located(judgements),
             depends=count_depends(judgements),
+            models=list_models(list_unlisted(judgements)),
+            modelled=list_modelled_rows(judgements),
+            predictors=compare_predictors(judgements),
+            model_sentences={rival.name: rival.sentence for rival in RIVAL_MODELS},
+            model_errors=list_errors(judgements),
             times=list_time_rows(judgements),
             factors=factors,
             doses=[(response, list_dose_cells(response, factors)) for response in responses],

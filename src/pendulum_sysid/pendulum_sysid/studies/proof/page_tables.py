@@ -10,7 +10,9 @@ from markupsafe import Markup
 from pendulum_sysid.studies.proof.dose_response import Dose, Response
 from pendulum_sysid.studies.proof.names import NOT_IN_CATALOGUE, NOT_NAMED, NOTHING
 from pendulum_sysid.studies.proof.pictures import draw_scatter, draw_strip
+from pendulum_sysid.studies.proof.proof_text import format_modelled
 from pendulum_sysid.studies.proof.records import Judgement, NamesOutcome, Size
+from pendulum_sysid.studies.proof.rival_models.table import list_models, list_unlisted
 from pendulum_sysid.studies.proof.share import Share
 from pendulum_sysid.studies.proof.sizes import RIG
 from pendulum_sysid.studies.proof.statistics import (
@@ -138,6 +140,13 @@ def list_held_out_rows(judgements: Sequence[Judgement]) -> list[tuple[str, Quant
         ("noise floor (a perfect model)", compute_quantiles(s.floor for s in scores)),
         ("improved twin / oracle fit", compute_quantiles(list_ratios(judgements))),
     ]
+
+
+def list_modelled_rows(judgements: Sequence[Judgement]) -> list[tuple[str, ...]]:
+    """Return trial, physics, place, place in the answer, names and floors of every model."""
+    unlisted = list_unlisted(judgements)
+    models = list_models(unlisted)
+    return [(j.trial.name, *format_modelled(j, models)) for j in unlisted]
 
 
 def list_time_rows(judgements: Sequence[Judgement]) -> list[tuple[str, Quantiles, Quantiles]]:

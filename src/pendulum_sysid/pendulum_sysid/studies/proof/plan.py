@@ -35,7 +35,7 @@ class Plan:
     rest: whether small physics that nobody asks for is always on, as on real rigs.
     kinds: "KIND:SHARE,...".
     twin: file of the nominal rig.
-    rivals: names of the rivals to ask as well.
+    rivals: names of the rivals to ask as well, those that name effects and those that predict.
     dose_tries: recordings of each effect at each size; 0 for no dose-response.
     processes: trials worked on side by side.
     scheduler: address of a Dask cluster that works on them; None for a local cluster.

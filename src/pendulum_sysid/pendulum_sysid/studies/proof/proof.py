@@ -20,6 +20,7 @@ from pendulum_sysid.studies.proof.proof_json import make_proof_mapping
 from pendulum_sysid.studies.proof.read_trial import read_trial
 from pendulum_sysid.studies.proof.record_trial import check_recorder
 from pendulum_sysid.studies.proof.records import Judgement
+from pendulum_sysid.studies.proof.rival_models.registry import find_rival_model, is_rival_model
 from pendulum_sysid.studies.proof.rivals import find_rival
 from pendulum_sysid.studies.proof.workers import examine_trials
 from pendulum_sysid.telling.output_files import check_folder, format_json, write_text
@@ -57,7 +58,8 @@ def prove(plan: Plan, folder: Path, progress: Progress) -> Proof:
     began = time.monotonic()
     check_recorder()
     for name in plan.rivals:
-        find_rival(name).check_installed()
+        rival = find_rival_model(name) if is_rival_model(name) else find_rival(name)
+        rival.check_installed()
     check_folder(folder)
     claim_folder(plan, folder)
     kinds = ["--kinds", plan.kinds] if plan.kinds else []

@@ -15,6 +15,12 @@ from pendulum_sysid.studies.proof.records import (
     PairJudgement,
     Size,
 )
+from pendulum_sysid.studies.proof.rival_models.table import (
+    FLOORS,
+    Predictor,
+    compare_predictors,
+    list_models,
+)
 from pendulum_sysid.studies.proof.share import Share
 from pendulum_sysid.studies.proof.statistics import (
     Method,
@@ -40,6 +46,11 @@ def make_proof_mapping(
         "plan": asdict(plan),
         "marks": [_map_target(target) for target in check_targets(judgements)],
         "methods": [_map_method(method) for method in compare_methods(judgements)],
+        "predictors": [
+            _map_predictor(predictor)
+            for predictor in compare_predictors(judgements)
+            if list_models(judgements)
+        ],
         "confusion": [
             {
                 "concealed": row,
@@ -94,6 +105,16 @@ def _map_method(method: Method) -> dict[str, Any]:
     }
 
 
+def _map_predictor(predictor: Predictor) -> dict[str, Any]:
+    within = zip(FLOORS, predictor.within, strict=True)
+    return {
+        "name": predictor.name,
+        "within": {f"{most:g}": _map_share(share) for most, share in within},
+        "floors": asdict(predictor.quantiles),
+        "cpu_seconds": asdict(predictor.cpu_seconds),
+    }
+
+
 def _map_dose(dose: Dose) -> dict[str, Any]:
     return {
         "effect": dose.effect,
@@ -133,6 +154,7 @@ def _map_judgement(judgement: Judgement) -> dict[str, Any]:
             }
             for name, rival in judgement.rivals.items()
         },
+        "models": {name: asdict(model) for name, model in judgement.models.items()},
     }
 
 

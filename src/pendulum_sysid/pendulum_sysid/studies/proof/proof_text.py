@@ -6,6 +6,13 @@ from collections.abc import Sequence
 
 from pendulum_sysid.studies.proof.dose_response import Response
 from pendulum_sysid.studies.proof.records import Judgement
+from pendulum_sysid.studies.proof.rival_models.table import (
+    Predictor,
+    compare_predictors,
+    list_errors,
+    list_models,
+    list_unlisted,
+)
 from pendulum_sysid.studies.proof.share import Share
 from pendulum_sysid.studies.proof.statistics import (
     LISTED_KINDS,
@@ -31,20 +38,34 @@ METHODS: Row = (
     "s",
 )
 MODELLED: Row = ("unlisted physics", "place", "place told", "named", "floors elsewhere")
+PREDICTORS: Row = (
+    "prediction elsewhere",
+    "within 1.5 floors",
+    "within 3",
+    "floors, median",
+    "90 % below",
+    "CPU s",
+)
 DOSES: Row = ("effect", "smallest size found", "in half widths", "tries there", "tried down to")
 
 
 def format_proof(judgements: Sequence[Judgement], responses: Sequence[Response]) -> str:
     """Return the targets, the methods when there are rivals, and the doses when there are any."""
     blocks = [format_table(TARGETS, list_target_rows(judgements))]
-    unlisted = [judgement for judgement in judgements if judgement.trial.seal.unlisted]
+    unlisted = list_unlisted(judgements)
     if unlisted:
-        blocks.append(format_table(MODELLED, [format_modelled(each) for each in unlisted]))
+        models = list_models(unlisted)
+        rows = [format_modelled(judgement, models) for judgement in unlisted]
+        blocks.append(format_table((*MODELLED, *models), rows))
         shares = [count_modelled(judgements, most) for most in (1.5, 3.0)]
         blocks.append(
             f"modelled within 1.5 floors: {format_count(shares[0])}; within 3: "
             f"{format_count(shares[1])}"
         )
+        if models:
+            rows = [format_predictor(predictor) for predictor in compare_predictors(judgements)]
+            blocks.append(format_table(PREDICTORS, rows))
+            blocks.extend(list_errors(judgements))
     methods = compare_methods(judgements)
     if len(methods) > 1:
         blocks.append(format_table(METHODS, [format_method(method) for method in methods]))
@@ -61,8 +82,8 @@ def list_target_rows(judgements: Sequence[Judgement]) -> list[Row]:
     ]
 
 
-def format_modelled(judgement: Judgement) -> Row:
-    """Return one trial with unlisted physics as headed by MODELLED."""
+def format_modelled(judgement: Judgement, models: Sequence[str] = ()) -> Row:
+    """Return a trial with unlisted physics as headed by MODELLED, and floors of rivals' models."""
     seal, answer = judgement.trial.seal, judgement.answer
     return (
         ", ".join(effect.name for effect in seal.unlisted),
@@ -70,7 +91,26 @@ def format_modelled(judgement: Judgement) -> Row:
         answer.place or NOTHING,
         ", ".join(answer.named) or NOTHING,
         NOTHING if judgement.modelled is None else format_number(judgement.modelled, 3),
+        *(format_floors(judgement, name) for name in models),
     )
+
+
+def format_floors(judgement: Judgement, name: str) -> str:
+    """Return what a rival's model reached on the other recording of a trial."""
+    model = judgement.models.get(name)
+    if model is None or (model.floors is None and not model.error):
+        return NOTHING
+    return "error" if model.floors is None else format_number(model.floors, 3)
+
+
+def format_predictor(predictor: Predictor) -> Row:
+    """Return a model as headed by PREDICTORS; seconds are the median for 60 s of recording."""
+    floors, seconds = predictor.quantiles, predictor.cpu_seconds
+    numbers = (
+        NOTHING if value is None else format_number(value, 3)
+        for value in (floors.median, floors.high, seconds.median)
+    )
+    return (predictor.name, *map(format_count, predictor.within), *numbers)
 
 
 def format_method(method: Method) -> Row:

@@ -232,6 +232,20 @@ class RivalJudgement:
 
 
 @dataclass(frozen=True)
+class ModelJudgement:
+    """Hold how well a rival's model predicts another recording of the rig.
+
+    floors: its score there, over the score of a perfect model; None where there is none.
+    cpu_seconds: of fit and runs, s.
+    error: what broke it off; empty for none.
+    """
+
+    floors: float | None
+    cpu_seconds: float
+    error: str = ""
+
+
+@dataclass(frozen=True)
 class PairJudgement:
     """Hold how the answers to two recordings of a rig agree.
 
@@ -273,7 +287,8 @@ class Judgement:
     oracle: parameters of the concealed effects, by the oracle fit.
     seconds: wall time of the diagnosis, from opening the bag to the verdict, s.
     cpu_seconds: CPU time of its one thread, s.
-    rivals: by name.
+    rivals: by name, those that name effects.
+    models: by name, the rivals that predict.
     modelled: score of the improved twin on another recording of the rig, over the score that a
         perfect model reaches there; None where there is no such recording.
     pair: how the answer agrees with the answer to a second recording; None where there is none.
@@ -289,5 +304,6 @@ class Judgement:
     seconds: float
     cpu_seconds: float
     rivals: Mapping[str, RivalJudgement] = field(default_factory=dict)
+    models: Mapping[str, ModelJudgement] = field(default_factory=dict)
     modelled: float | None = None
     pair: PairJudgement | None = None

@@ -72,7 +72,7 @@ def build_equations(ground: Ground) -> tuple[Equation, ...]:
     signals, state = case.signals, case.state
     _, usable = compute_missing_force(signals, state.states, state.accelerations, theta)
     along = _undo_sensors_along(case, theta)
-    half = _find_half_length(signals)
+    half = find_half_length(signals)
     base_force = theta[FORCE_PER_PWM] * along.u - theta[CART_VISCOUS] * along.v
     base_torque = theta[MOMENT] * theta[GRAVITY] * np.sin(along.th) - theta[POLE_VISCOUS] * along.w
     coupled = theta[COUPLING] * np.cos(along.th)
@@ -82,7 +82,7 @@ def build_equations(ground: Ground) -> tuple[Equation, ...]:
         target = (
             theta[MASS] * along.a
             - coupled * along.b
-            - _smooth_like_positions(base_force - whirl, signals, half)
+            - smooth_like_positions(base_force - whirl, signals, half)
         )
         result.append(
             _make_equation(list_cart_terms(along, signals.period_s), target, usable, signals, half)
@@ -91,7 +91,7 @@ def build_equations(ground: Ground) -> tuple[Equation, ...]:
         target = (
             theta[INERTIA] * along.b
             - coupled * along.a
-            - _smooth_like_positions(base_torque, signals, half)
+            - smooth_like_positions(base_torque, signals, half)
         )
         result.append(_make_equation(list_pole_terms(along), target, usable, signals, half))
     return tuple(result)
@@ -110,8 +110,8 @@ def _undo_sensors_along(case: Case, theta: Floats) -> Motion:
     return Motion(x, th, v, w, a, b, u.astype(np.float64), t)
 
 
-def _find_half_length(signals: Signals) -> int:
-    """Return the length over which accelerations are smoothed; see `windows.smooth_state`."""
+def find_half_length(signals: Signals) -> int:
+    """Return the length over which accelerations are smoothed; see `smooth_state.smooth_state`."""
     joints = ((signals.cart, signals.cart_valid), (signals.pole, signals.pole_valid))
     halves = [
         smooth(p, v, signals.stretches, signals.period_s).half_length
@@ -121,7 +121,7 @@ def _find_half_length(signals: Signals) -> int:
     return max(2 * min(halves), max(halves))
 
 
-def _smooth_like_positions(values: Floats, signals: Signals, half: int) -> Floats:
+def smooth_like_positions(values: Floats, signals: Signals, half: int) -> Floats:
     """Return an acceleration (n,) as it comes out of smoothing the positions that it leads to."""
     positions = np.cumsum(np.append(0.0, np.cumsum(values)[:-1])) * signals.period_s**2
     return differentiate(positions, signals.stretches, signals.period_s, half, 2)
@@ -130,7 +130,7 @@ def _smooth_like_positions(values: Floats, signals: Signals, half: int) -> Float
 def _make_equation(
     terms: list[tuple[str, Floats]], target: Floats, usable: Mask, signals: Signals, half: int
 ) -> Equation:
-    columns = np.stack([_smooth_like_positions(term, signals, half) for _, term in terms], axis=1)
+    columns = np.stack([smooth_like_positions(term, signals, half) for _, term in terms], axis=1)
     return Equation(tuple(name for name, _ in terms), columns, target, usable)
 
 
