@@ -3,10 +3,14 @@
 Each knot of such a law is a spring in series with dry friction. It strains with its joint until it
 has gone the knot's way, then slips, and holds back with the value at the knot (W. D. Iwan, J.
 Applied Mechanics 33 (1966) 893; its element is the stop operator of M. Brokate and J. Sprekels,
-Hysteresis and Phase Transitions (1996), section 2.1). Arguments:
+Hysteresis and Phase Transitions (1996), section 2.1). Most elements of a fitted law have no
+friction, so a lane lists the others before it runs. Arguments:
 theta: (SIZE,) of one lane.
+elements: (STRAINS, 2) of the lane: way until it slips, m or rad; stiffness, N/m or N m/rad.
+slots: (STRAINS,) of each element's strain in `strains`.
+counts: how many elements the cart has, and how many cart and pole have; the cart's come first.
 strains: (STRAINS,) what each element is strained by: of the cart, m, then of the pole, rad; 0 for
-    an element without friction, which most are.
+    an element without friction.
 move, turn: m, rad; of cart and pole since the strains were taken.
 """
 
@@ -33,46 +37,64 @@ CART, POLE = int(Role.CART_HYSTERESIS), int(Role.POLE_HYSTERESIS)
 
 
 @compile_inner
-def _sum_elements(theta, at, strains, first, move):
-    """Return what the elements of the law at a slot hold back with after a move, N or N m."""
-    total, way, ratio = 0.0, theta[at + FIRST], theta[at + SPACING]
-    for k in range(int(theta[at + KNOTS])):
-        value = theta[at + VALUES + k]
-        if value != 0.0:
-            total += value * (min(max(strains[first + k] + move, -way), way) / way)
-        way *= ratio
-    return total
-
-
-@compile_inner
-def _strain_elements(theta, at, strains, first, move):
-    """Strain the elements of the law at a slot by a move, in place."""
-    way, ratio = theta[at + FIRST], theta[at + SPACING]
-    for k in range(int(theta[at + KNOTS])):
-        if theta[at + VALUES + k] != 0.0:
-            strains[first + k] = min(max(strains[first + k] + move, -way), way)
-        way *= ratio
-
-
-@compile_inner
-def sum_hysteresis(theta, strains, move, turn):
-    """Return the force on the cart, N, and the torque on the pole, N m, of all elements."""
-    force, torque = 0.0, 0.0
+def _append_elements(theta, wanted, first, elements, slots, count):
+    """List the elements with friction of the law of a role behind `count` others; return all."""
     for at in range(LAWS, SIZE, LAW_SIZE):
-        role = ROLES[int(theta[at + KIND])]
-        if role == CART:
-            force -= _sum_elements(theta, at, strains, 0, move)
-        elif role == POLE:
-            torque -= _sum_elements(theta, at, strains, POLE_STRAINS, turn)
+        if ROLES[int(theta[at + KIND])] != wanted:
+            continue
+        way = theta[at + FIRST]
+        for k in range(int(theta[at + KNOTS])):
+            value = theta[at + VALUES + k]
+            if value != 0.0:
+                elements[count, 0], elements[count, 1] = way, value / way
+                slots[count] = first + k
+                count += 1
+            way *= theta[at + SPACING]
+    return count
+
+
+@compile_inner
+def list_elements(theta, elements, slots):
+    """Fill elements and slots; return counts."""
+    carts = _append_elements(theta, CART, 0, elements, slots, 0)
+    return carts, _append_elements(theta, POLE, POLE_STRAINS, elements, slots, carts)
+
+
+@compile_inner
+def _strain(elements, slots, strains, m, move):
+    """Return what element m is strained by after a move."""
+    way = elements[m, 0]
+    return min(max(strains[slots[m]] + move, -way), way)
+
+
+@compile_inner
+def sum_hysteresis(elements, slots, counts, strains, move, turn):
+    """Return the force on the cart, N, and the torque on the pole, N m, of all elements."""
+    carts, count = counts
+    force, torque = 0.0, 0.0
+    for m in range(carts):
+        force -= elements[m, 1] * _strain(elements, slots, strains, m, move)
+    for m in range(carts, count):
+        torque -= elements[m, 1] * _strain(elements, slots, strains, m, turn)
     return force, torque
 
 
 @compile_inner
-def follow_strains(theta, strains, move, turn):
+def follow_strains(elements, slots, counts, strains, move, turn):
     """Strain the elements by a move and a turn, in place."""
+    carts, count = counts
+    for m in range(carts):
+        strains[slots[m]] = _strain(elements, slots, strains, m, move)
+    for m in range(carts, count):
+        strains[slots[m]] = _strain(elements, slots, strains, m, turn)
+
+
+@compile_inner
+def sum_cart_levels(theta):
+    """Return the friction of all elements of the cart once they slip, N."""
+    total = 0.0
     for at in range(LAWS, SIZE, LAW_SIZE):
-        role = ROLES[int(theta[at + KIND])]
-        if role == CART:
-            _strain_elements(theta, at, strains, 0, move)
-        elif role == POLE:
-            _strain_elements(theta, at, strains, POLE_STRAINS, turn)
+        if ROLES[int(theta[at + KIND])] == CART:
+            for k in range(int(theta[at + KNOTS])):
+                total += theta[at + VALUES + k]
+    return total

@@ -18,7 +18,12 @@ import numpy as np
 
 from pendulum_twin import compose
 from pendulum_twin.equations import compile_inner
-from pendulum_twin.hysteresis import STRAINS, follow_strains, sum_hysteresis
+from pendulum_twin.hysteresis import (
+    STRAINS,
+    follow_strains,
+    list_elements,
+    sum_hysteresis,
+)
 from pendulum_twin.law_curves import bend_commands, sum_measured_laws
 from pendulum_twin.machine_code import compile_cached
 from pendulum_twin.motion import (
@@ -256,14 +261,14 @@ def _hold_measured_laws(theta, p, i, width, step, pushed, held_dry):
 
 
 @compile_inner
-def _hold_hysteresis(theta, strains, p, i, width):
+def _hold_hysteresis(elements, slots, counts, strains, p, i, width):
     """Add the measured hysteresis of lane i to what acts evenly over its next step.
 
-    strains: (STRAINS,) of its elements at the step's begin.
+    elements, slots, counts, strains: of the lane at the step's begin; see `hysteresis`.
     """
     x, th, v, w = _get_four(p, X, i, width)
-    h = p[H * width + i]
-    force, torque = sum_hysteresis(theta, strains, 0.5 * h * v, 0.5 * h * w)
+    half = 0.5 * p[H * width + i]
+    force, torque = sum_hysteresis(elements, slots, counts, strains, half * v, half * w)
     p[FORCE * width + i] += force
     p[PUSHED * width + i] += force
     p[TORQUE * width + i] += torque
@@ -271,11 +276,11 @@ def _hold_hysteresis(theta, strains, p, i, width):
 
 
 @compile_inner
-def _follow_strains(theta, strains, p, i, width):
+def _follow_strains(elements, slots, counts, strains, p, i, width):
     """Strain the elements of measured hysteresis of lane i by its last step."""
     move = p[X * width + i] - p[X_BEFORE * width + i]
     turn = p[TH * width + i] - p[TH_BEFORE * width + i]
-    follow_strains(theta, strains, move, turn)
+    follow_strains(elements, slots, counts, strains, move, turn)
 
 
 @compile_inner
@@ -335,6 +340,10 @@ def integrate_lanes(
     p = np.empty(ROWS * width)
     row, at = np.empty(width, dtype=np.int64), np.empty(width, dtype=np.int64)
     first_of, mass_of, viscous_of = np.empty(width), np.empty(width), np.empty(width)
+    remembers = measured is not None and len(measured) > 1
+    elements = np.empty((width, STRAINS if remembers else 0, 2))
+    slots = np.empty((width, STRAINS if remembers else 0), dtype=np.int64)
+    counts = np.empty((width, 2), dtype=np.int64)
     for first in range(0, count, width):
         for i in range(width):
             # a block that is not full is filled up with its last lane
@@ -342,6 +351,8 @@ def integrate_lanes(
             row[i], at[i], first_of[i] = drive_of[lane], begin[lane], first_step[lane]
             mass_of[i], viscous_of[i] = theta[lane, MASS], theta[lane, CART_VISCOUS]
             _place_lane(theta[lane], start_states[lane], path_memory[lane], h, p, i, width)
+            if remembers:
+                counts[i, 0], counts[i, 1] = list_elements(theta[lane], elements[i], slots[i])
         for n in range(samples):
             for i in range(min(width, count - first)):
                 for k in range(4):
@@ -363,13 +374,10 @@ def integrate_lanes(
                         pushed = p[PUSHED * width + i] if evenly else 0.0
                         held_dry = p[CART_DRY * width + i] if evenly else 0.0
                         _hold_measured_laws(theta[lane], p, i, width, step, pushed, held_dry)
-                remembers = measured is not None and len(measured) > 1
                 if remembers:
                     for i in range(width):
-                        lane = min(first + i, count - 1)
-                        _hold_hysteresis(
-                            theta[lane], path_memory[lane, compose.KEPT :], p, i, width
-                        )
+                        strains = path_memory[min(first + i, count - 1), compose.KEPT :]
+                        _hold_hysteresis(elements[i], slots[i], counts[i], strains, p, i, width)
                 _advance(lanes, laws, dry, p)
                 if evenly:
                     for i in range(width):
@@ -379,10 +387,8 @@ def integrate_lanes(
                         _react_to_motion(p, i, width, mass_of[i])
                 if remembers:
                     for i in range(min(width, count - first)):
-                        lane = first + i
-                        _follow_strains(
-                            theta[lane], path_memory[lane, compose.KEPT :], p, i, width
-                        )
+                        strains = path_memory[first + i, compose.KEPT :]
+                        _follow_strains(elements[i], slots[i], counts[i], strains, p, i, width)
             for i in range(width):
                 at[i] += sub
         for i in range(min(width, count - first)):

@@ -9,7 +9,7 @@ from pendulum_twin.arrays import Floats, Mask
 from pendulum_twin.compose import KEPT, PATHS
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Form
-from pendulum_twin.hysteresis import follow_strains, sum_hysteresis
+from pendulum_twin.hysteresis import STRAINS, follow_strains, list_elements, sum_hysteresis
 from pendulum_twin.motion import follow_path
 from pendulum_twin.parameter_vector import find_active_effects, list_law_kinds
 from pendulum_twin.signals import Signals
@@ -28,12 +28,14 @@ def _fill_path_memory(places, theta, out, loads):  # type: ignore[no-untyped-def
     p = np.zeros(len(theta) + PATHS)
     p[: len(theta)] = theta
     first = len(theta)
-    strains = np.zeros(out.shape[1] - KEPT)
+    strains, slots = np.zeros(STRAINS), np.empty(STRAINS, dtype=np.int64)
+    elements = np.empty((STRAINS, 2))
+    counts = list_elements(theta, elements, slots)
     for n in range(len(places)):
         move, turn = places[n] - places[max(n - 1, 0)]
         follow_path(first, move, p, 0, 1)
-        follow_strains(theta, strains, move, turn)
-        loads[n] = sum_hysteresis(theta, strains, 0.0, 0.0)
+        follow_strains(elements, slots, counts, strains, move, turn)
+        loads[n] = sum_hysteresis(elements, slots, counts, strains, 0.0, 0.0)
         for k in range(PATHS):
             out[n, k] = p[first + k]
             loads[n, 0] += p[first + k]

@@ -5,10 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-
 from pendulum_twin.arrays import Floats
-from pendulum_twin.hysteresis import STRAINS, sum_hysteresis
+from pendulum_twin.hysteresis import sum_cart_levels
 from pendulum_twin.law_curves import sum_measured_laws
 from pendulum_twin.machine_code import make_cached_compiler
 from pendulum_twin.motion import (
@@ -54,7 +52,7 @@ def _sum_forces(x, th, v, w, way, theta):  # type: ignore[no-untyped-def]
     level = compute_cart_level(abs(v), x, way, applied, theta, 0, 1, ALL_LAWS)
     # whatever force there was before (here the first number of theta)
     level -= way * sum_path_forces(0, way * FAR_M, theta, 0, 1)
-    level -= way * sum_hysteresis(theta, np.zeros(STRAINS), way * FAR_M, 0.0)[0]
+    level += sum_cart_levels(theta)
     return push, level, turn, coupling, gain
 
 
