@@ -92,10 +92,8 @@ QUANTITIES: dict[Role, Axis] = {
     Role.POLE_DRY: Axis("dry friction of the pole", "N m", "_n_m"),
     Role.CART_ONE_WAY: Axis("one-way drag of the cart", "N s/m", "_n_s_m"),
     Role.POLE_ONE_WAY: Axis("one-way drag of the pole", "N m s/rad", "_n_m_s"),
-    Role.CART_HYSTERESIS: Axis("friction of the cart that is elastic until it slips", "N", "_n"),
-    Role.POLE_HYSTERESIS: Axis(
-        "friction of the pole that is elastic until it slips", "N m", "_n_m"
-    ),
+    Role.CART_HYSTERESIS: Axis("elastic friction of the cart", "N", "_n"),
+    Role.POLE_HYSTERESIS: Axis("elastic friction of the pole", "N m", "_n_m"),
     Role.ANGLE_ERROR: Axis("error of the angle", "rad", "_rad"),
     Role.POSITION_ERROR: Axis("error of the position", "m", "_m"),
 }
