@@ -8,6 +8,7 @@ import pytest
 from support.twin_rigs import THESIS as RIG
 from support.twin_rigs import recording, wild_command
 
+from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.free_runs import run_freely
 from pendulum_twin.law_curves import fill_measured_laws
@@ -263,3 +264,11 @@ def test_lanes_of_other_laws_beside_it_leave_its_bits():
     for k, twin in enumerate(twins):
         alone = run_freely(signals, sets[[k]], np.zeros(1, int), begin[[k]], starts[[k]], 60)
         np.testing.assert_array_equal(together[k], alone[0], err_msg=str(twin.measured_laws))
+
+
+def test_a_law_that_holds_an_effect_acts_where_the_effect_does():
+    held = {effect.name: effect for effect in CATALOGUE if effect.law_kind}
+    assert len(held) > 20
+    for effect in held.values():
+        kind = BY_NAME[effect.law_kind]
+        assert kind.place is effect.place or effect.name in ("force_ripple", "gain_drift"), kind

@@ -16,9 +16,13 @@ SURE = {"rail_tilt.angle_rad": Estimate(0.0036, 0.0018, 0.0054)}
 
 
 def make_fit(
-    misfit: float, estimates: dict[str, Estimate], effects: tuple[str, ...] = ()
+    misfit: float,
+    estimates: dict[str, Estimate],
+    effects: tuple[str, ...] = (),
+    laws: tuple[str, ...] = (),
 ) -> SimpleNamespace:
-    return SimpleNamespace(choose=misfit, estimates=estimates, effects=effects)
+    twin = SimpleNamespace(measured_laws=dict.fromkeys(laws))
+    return SimpleNamespace(choose=misfit, estimates=estimates, effects=effects, twin=twin)
 
 
 @pytest.mark.parametrize(
@@ -73,6 +77,14 @@ def test_names_are_parted_by_the_sizes_that_measured_laws_leave() -> None:
 def test_a_name_whose_place_a_measured_law_has_taken_is_gone() -> None:
     names = (Named("position_scale", Lead(1.1, 9.0)),)
     assert part_sure_names(make_fit(ABOVE, {}), names, SCALES) == ((), ())
+
+
+def test_a_name_of_which_a_measured_law_holds_every_shape_is_not_sure() -> None:
+    """A bent rack is an error along the rail; a scale beside its curve may be any scale."""
+    names = (Named("rail_tilt", Lead(1.1, 9.0)),)
+    for law, sure in (("cart_force_by_position", False), ("cart_force_by_velocity", True)):
+        fit = make_fit(ABOVE, SURE, ("rail_tilt",), (law,))
+        assert part_sure_names(fit, names, SCALES) == ((names, ()) if sure else ((), names))
 
 
 @pytest.mark.parametrize(("weight", "lasting"), [(0.05, False), (0.5, False), (0.95, True)])

@@ -167,14 +167,21 @@ def doubt_intervals(best: Fit, named: Iterable[Named], scales: Scales) -> tuple[
 def part_sure_names(
     fit: Fit, named: Iterable[Named], scales: Scales
 ) -> tuple[tuple[Named, ...], tuple[Named, ...]]:
-    """Return the names of a fit whose sizes are surely there, and its other names.
+    """Return the names of a fit with laws whose sizes are surely there, and its other names.
 
-    Names of effects that the fit lacks are left out: others have taken their places.
+    Names of effects that the fit lacks are left out: others have taken their places. A name of
+    which a law holds every shape is not sure: the two share what is there in any way.
 
     scales: of the recording.
     """
+    laws = fit.twin.measured_laws
     names = tuple(effect for effect in named if effect.effect in fit.effects)
-    sure = tuple(effect for effect in names if is_surely_there(fit, effect.effect, scales))
+    sure = tuple(
+        effect
+        for effect in names
+        if is_surely_there(fit, effect.effect, scales)
+        and BY_NAME[effect.effect].law_kind not in laws
+    )
     return sure, tuple(effect for effect in names if effect not in sure)
 
 

@@ -22,4 +22,5 @@ EFFECT = Effect(
     parameters=(Parameter("angle_rad", "rad", 0.0, -3.2, 3.2, (0.02,), rounding=ROUNDING),),
     sentence="The measured angle is the true one plus {angle_rad}.",
     source="bias of an incremental encoder whose zero was set by hand",
+    law_kind="angle_error_over_turn",
 )

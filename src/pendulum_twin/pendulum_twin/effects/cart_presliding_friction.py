@@ -43,4 +43,5 @@ EFFECT = Effect(
     "with exponent 1; Astrom and Canudas de Wit, IEEE Control Systems Magazine 28 (2008) 101, "
     "equation 1",
     simpler=("cart_coulomb_friction",),
+    law_kind="cart_hysteresis",
 )

@@ -21,4 +21,5 @@ EFFECT = Effect(
     sentence="Drag of {n_s2_m2} times the squared speed holds the cart back.",
     source="drag equation; Batchelor, An Introduction to Fluid Dynamics (1967), section 5.11",
     smooth=True,
+    law_kind="cart_force_by_velocity",
 )

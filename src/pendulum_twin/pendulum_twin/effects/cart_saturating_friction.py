@@ -24,4 +24,5 @@ EFFECT = Effect(
     "stops at {limit_n}.",
     source="the thesis's simulation: saturate(FS v + FC sign v, +-1 N)",
     simpler=("cart_coulomb_friction",),
+    law_kind="cart_dry_friction_by_velocity",
 )

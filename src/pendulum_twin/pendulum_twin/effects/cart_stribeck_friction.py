@@ -27,4 +27,5 @@ EFFECT = Effect(
     source="Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994), equation for the "
     "Stribeck curve, Gaussian form",
     simpler=("cart_coulomb_friction",),
+    law_kind="cart_dry_friction_by_velocity",
 )

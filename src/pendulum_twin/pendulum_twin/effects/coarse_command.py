@@ -31,4 +31,5 @@ EFFECT = Effect(
     sentence="The drive knows only multiples of {step} of the command, and takes the nearest.",
     source="uniform mid-tread quantiser; B. Widrow and I. Kollar, Quantization Noise (2008), "
     "chapter 1",
+    law_kind="command_curve",
 )

@@ -38,4 +38,5 @@ EFFECT = Effect(
     source="first harmonic of cogging torque; Hanselman, Brushless Permanent Magnet Motor Design "
     "(2003), chapter 7",
     becomes=("rail_tilt", "rail_spring"),
+    law_kind="cart_force_by_position",
 )

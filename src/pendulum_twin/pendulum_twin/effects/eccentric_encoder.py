@@ -42,4 +42,5 @@ EFFECT = Effect(
     "{sine_rad} times its sine and {cosine_rad} times its cosine.",
     source="geometry of a disc that is read at one place, to first order in its offset over its "
     "radius",
+    law_kind="angle_error_over_turn",
 )

@@ -55,4 +55,5 @@ EFFECT = Effect(
     "faster and slower than the cart by {ratio} of its speed, every {period_m} (phase "
     "{phase_rad}).",
     source="geometry of a pulley that a belt turns, to first order in its offset over its radius",
+    law_kind="position_error_along_rail",
 )

@@ -182,6 +182,8 @@ class Effect:
         them.
     becomes: names of effects that this effect looks like at an end of its range: a patch as wide
         as the rail is friction everywhere. Telling the two apart gains nothing.
+    law_kind: name of the kind of measured law whose curves hold this effect as a special case; ""
+        for none. Beside such a law the effect has no shape of its own.
     shows_as: name of the effect from which no motion of any rig can separate this effect; a search
         names that effect, and this effect beside it.
     separated_by: what would separate it from `shows_as`, as a clause for a person.
@@ -217,6 +219,7 @@ class Effect:
     searched: bool = True
     simpler: tuple[str, ...] = ()
     becomes: tuple[str, ...] = ()
+    law_kind: str = ""
     shows_as: str | None = None
     separated_by: str = ""
     acts_beside: str | None = None

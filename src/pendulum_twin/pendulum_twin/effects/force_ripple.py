@@ -38,4 +38,5 @@ EFFECT = Effect(
     "the rail (phase {phase_rad}).",
     source="first harmonic of a motor's torque ripple; Hanselman, Brushless Permanent Magnet "
     "Motor Design (2003)",
+    law_kind="drive_gain_along_rail",
 )

@@ -40,4 +40,5 @@ EFFECT = Effect(
     source="friction that falls with its temperature, which rises as a first-order lag",
     becomes=("cart_coulomb_friction",),
     timed=True,
+    law_kind="cart_dry_friction_over_time",
 )

@@ -24,4 +24,5 @@ EFFECT = Effect(
     sentence="Positive commands act {ratio} (as a fraction) stronger than the mean, negative ones "
     "weaker.",
     source="two-slope static gain; Janczak, Identification of Nonlinear Systems (2005), chapter 1",
+    law_kind="command_curve",
 )

@@ -27,4 +27,5 @@ EFFECT = Effect(
     source="first term of a gain that varies in time; Ljung, System Identification (1999), "
     "section 5.2",
     timed=True,
+    law_kind="drive_gain_over_time",
 )

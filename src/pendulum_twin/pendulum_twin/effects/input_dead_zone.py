@@ -26,4 +26,5 @@ EFFECT = Effect(
     sentence="Commands within +-{width} do nothing.",
     source="Tao and Kokotovic, Adaptive Control of Systems with Actuator and Sensor "
     "Nonlinearities (1996), chapter 2",
+    law_kind="command_curve",
 )

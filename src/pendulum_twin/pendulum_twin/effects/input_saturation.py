@@ -36,4 +36,5 @@ EFFECT = Effect(
     sentence="The command is clipped at +-{limit}.",
     source="Tao and Kokotovic, Adaptive Control of Systems with Actuator and Sensor "
     "Nonlinearities (1996), chapter 2",
+    law_kind="command_curve",
 )

@@ -25,4 +25,5 @@ EFFECT = Effect(
     shows_as="angle_offset",
     separated_by="a plumb line beside the pole at rest would: an encoder that is off leaves the "
     "pole itself plumb",
+    law_kind="pole_torque_by_angle",
 )

@@ -19,4 +19,5 @@ EFFECT = Effect(
     sentence="Drag of {n_m_s2} times the squared rate holds the pole back.",
     source="Nelson and Olsson, American Journal of Physics 54 (1986) 112: air drag of a pendulum",
     smooth=True,
+    law_kind="pole_torque_by_rate",
 )

@@ -20,4 +20,5 @@ EFFECT = Effect(
     source="Hooke's law",
     smooth=True,
     winds=True,
+    law_kind="pole_torque_by_angle",
 )

@@ -24,4 +24,5 @@ EFFECT = Effect(
     source="scale factor error of an encoder on a belt; the pole's weight is what shows it, for g "
     "is known",
     needs_both_joints=True,
+    law_kind="position_error_along_rail",
 )

@@ -38,4 +38,5 @@ EFFECT = Effect(
     "of {width_m}.",
     source="eddy-current brake at low speed, whose drag grows with the speed; H. D. Wiederick, "
     "N. Gauthier, D. A. Campbell and P. Rochon, American Journal of Physics 55 (1987) 500",
+    law_kind="cart_drag_along_rail",
 )

@@ -40,4 +40,5 @@ EFFECT = Effect(
     source="position-dependent friction; Armstrong-Helouvry, Dupont and Canudas de Wit, "
     "Automatica 30 (1994), section 2.2",
     becomes=("cart_coulomb_friction",),
+    law_kind="cart_dry_friction_along_rail",
 )

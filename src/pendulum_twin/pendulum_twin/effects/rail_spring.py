@@ -23,4 +23,5 @@ EFFECT = Effect(
     source="Hooke's law",
     simpler=("rail_tilt",),
     smooth=True,
+    law_kind="cart_force_by_position",
 )

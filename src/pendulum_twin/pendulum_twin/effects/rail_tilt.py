@@ -18,4 +18,5 @@ EFFECT = Effect(
     sentence="The rail is tilted by {angle_rad}.",
     source="weight on an incline, small angle",
     smooth=True,
+    law_kind="cart_force_by_position",
 )

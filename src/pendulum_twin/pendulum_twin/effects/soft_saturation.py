@@ -40,4 +40,5 @@ EFFECT = Effect(
     ),
     sentence="The command bends towards +-{limit}: the drive's force grows less and less with it.",
     source="the hyperbolic tangent as the usual smooth saturation",
+    law_kind="command_curve",
 )

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from scipy.stats import norm
 
-from pendulum_sysid.fitting.gauss_newton import compute_half_widths, solve
+from pendulum_sysid.fitting.gauss_newton import complete_system, compute_half_widths, solve
 from pendulum_sysid.fitting.parameters import Free, compute_size, list_free_parameters
 from pendulum_sysid.fitting.windows import shorten_windows
 from pendulum_sysid.studies.proof.rivals.ground import Ground, list_terms, set_effect
@@ -36,7 +36,8 @@ def name_effects(ground: Ground) -> tuple[str, ...]:
         set_effect(theta, effect, tuple(_choose_start(ground, p) for p in effect.parameters))
     for pieces in HORIZONS:
         windows = shorten_windows(ground.case.state, ground.split.learn, pieces)
-        solution = solve(ground.case.problem(windows), theta, free)
+        problem = ground.case.problem(windows)
+        solution = complete_system(problem, solve(problem, theta, free), free)
         theta = solution.theta
     halves = compute_half_widths(solution, free, HORIZONS[-1])
     t_of = {
