@@ -43,7 +43,6 @@ from pendulum_twin.parameter_vector import (
 NO_LAWS, PLAIN_LAWS, HELD_LAWS, ALL_LAWS = None, (0,), (0, 0), (0, 0, 0)
 REACTING_LAWS = (0, 0, 0, 0)
 CURVES, HYSTERESIS = (0,), (0, 0)  # measured laws; see `kernel.integrate_lanes`
-MEASURED_SETS: tuple[tuple[int, ...] | None, ...] = (None, CURVES, HYSTERESIS)
 LAW_SETS = (NO_LAWS, PLAIN_LAWS, HELD_LAWS, ALL_LAWS, REACTING_LAWS)
 MOVING = (0.0, 0.0, 1.0, 1.0)  # modes without dry friction
 
