@@ -110,6 +110,7 @@ def _list_fitting_units() -> list[Callable[[], object]]:
     import numpy as np
 
     from pendulum_twin import kernel
+    from pendulum_twin.block import PATH_SIZE
     from pendulum_twin.motion import LAW_SETS
     from pendulum_twin.parameter_vector import NEUTRAL
 
@@ -118,7 +119,7 @@ def _list_fitting_units() -> list[Callable[[], object]]:
         theta[:, :4] = 1.0
         first = np.zeros(kernel.WIDTH, dtype=np.int64)
         states, out = np.zeros((kernel.WIDTH, 4)), np.empty((kernel.WIDTH, 2, 4))
-        paths = np.zeros((kernel.WIDTH, kernel.PATH_SIZE))
+        paths = np.zeros((kernel.WIDTH, PATH_SIZE))
         block, drives = (0,) * kernel.WIDTH, np.zeros((1, 10))
         return kernel.integrate_lanes(
             block,

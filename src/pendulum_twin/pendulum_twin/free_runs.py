@@ -11,6 +11,7 @@ import numpy as np
 
 from pendulum_twin import compose, kernel
 from pendulum_twin.arrays import Floats, Ints
+from pendulum_twin.block import PATH_SIZE
 from pendulum_twin.compose import KEPT, PATHS
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Form
@@ -136,7 +137,7 @@ def recall_paths(
 
     drives: what `run_drive` returned for these twins.
     """
-    out = np.zeros((len(begin), kernel.PATH_SIZE))
+    out = np.zeros((len(begin), PATH_SIZE))
     reacting = find_reacting_twins(theta) & (signals.cart is not None)
     remembering = np.array([remembers_path(twin) for twin in theta])
     if not np.any(remembering | reacting):
@@ -243,7 +244,7 @@ def run_mechanics(
     """
     code = select_kernel_code(theta if sets is None else sets)
     if path_memory is None:
-        path_memory = np.zeros((len(theta), kernel.PATH_SIZE))
+        path_memory = np.zeros((len(theta), PATH_SIZE))
     drives, start_states, theta = map(np.ascontiguousarray, (drives, start_states, theta))
 
     def integrate(part: slice) -> None:

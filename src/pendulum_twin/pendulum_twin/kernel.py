@@ -3,12 +3,8 @@
 `filter_command` runs command and drive once over a stretch and gives the force before the gain;
 `integrate_lanes` integrates the motion, many lanes side by side (`motion.py`, `stick_slip.py`);
 the sensor's effects turn true states into measured states (`sensors.py`). A lane is a run. Lanes
-are packed in blocks of constant width; a lane gives the same bits in any width, for nothing here
-depends on its neighbours.
-
-A block's numbers lie in one array, row by row, lane beside lane: theta, and below it the rows
-named here. There is one array because the compiler computes lanes side by side only where it can
-prove that it does not write what it reads.
+are packed in blocks of constant width (`block.py`); a lane gives the same bits in any width, for
+nothing here depends on its neighbours.
 """
 
 from __future__ import annotations
@@ -17,48 +13,40 @@ import numba
 import numpy as np
 
 from pendulum_twin import compose
+from pendulum_twin.block import (
+    CART_DRY,
+    CART_WAY,
+    ENDED,
+    FORCE,
+    PATH,
+    POLE_WAY,
+    PUSHED,
+    ROWS,
+    X_BEFORE,
+    H,
+    V,
+    W,
+    X,
+    get_four,
+    put_four,
+)
 from pendulum_twin.equations import compile_inner
-from pendulum_twin.hysteresis import (
-    STRAINS,
-    follow_strains,
-    list_elements,
-    sum_hysteresis,
+from pendulum_twin.held_laws import (
+    follow_lane_strains,
+    hold_effects,
+    hold_hysteresis,
+    hold_measured_laws,
+    react_to_motion,
 )
-from pendulum_twin.law_curves import bend_commands, sum_measured_laws
+from pendulum_twin.hysteresis import STRAINS, list_elements
+from pendulum_twin.law_curves import bend_commands
 from pendulum_twin.machine_code import compile_cached
-from pendulum_twin.motion import (
-    MOVING,
-    advance_step,
-    follow_path,
-    react_to_push,
-    sum_held_effects,
-    sum_loads,
-    sum_path_forces,
-    sum_pulls,
-    sum_shares,
-)
+from pendulum_twin.motion import MOVING, advance_step, follow_path
 from pendulum_twin.parameter_vector import CART_VISCOUS, FORCE_PER_PWM, LAWS, MASS
 from pendulum_twin.stick_slip import compute_margins, cut_step, find_modes, get_sign
 
 WIDTH = 16
 LONGEST_STEP_S = 1e-3
-
-# A block holds theta without its measured laws, whose curves each lane reads from its own theta.
-ROWS = LAWS + 19 + compose.KEPT
-# What a lane remembers of its path: forces of effects on the cart, N, what the
-# reactions of the drive keep, then strains (`hysteresis`).
-PATH_SIZE = compose.KEPT + STRAINS
-X, TH, V, W = range(LAWS, LAWS + 4)
-# the state at the begin of the step
-X_BEFORE, TH_BEFORE, V_BEFORE, W_BEFORE = range(LAWS + 4, LAWS + 8)
-CART_WAY, POLE_WAY, CART_FREE, POLE_FREE = range(LAWS + 8, LAWS + 12)  # the modes; see `motion.py`
-# what acts evenly over the step (`applied` in `motion.py`); the first is the force on the cart, N
-FORCE, TORQUE, CART_DRY, POLE_DRY = range(LAWS + 12, LAWS + 16)
-ENDED = LAWS + 16  # 1 where a mode has ended within the step
-H = LAWS + 17  # the step, s
-PUSHED = LAWS + 18  # N, the part of the force that effects and laws add to the drive's
-PATH = LAWS + 19  # forces on the cart that follow its path, N
-REACTION = PATH + compose.PATHS  # what the reactions of the drive keep
 
 apply_command_filters = compose.compose_filters(of_command=True)
 apply_drive_filters = compose.compose_filters(of_command=False)
@@ -92,23 +80,6 @@ def filter_command(command, memory, offsets, h, sub, first_step, theta, active, 
     apply_drive_filters(out, memory, offsets, h, first_step, theta, active)
 
 
-@compile_inner
-def _get_four(p, row, i, width):
-    """Return four neighbouring rows of lane i: a state or modes."""
-    return (
-        p[row * width + i],
-        p[(row + 1) * width + i],
-        p[(row + 2) * width + i],
-        p[(row + 3) * width + i],
-    )
-
-
-@compile_inner
-def _put_four(p, row, i, width, four):
-    for k in range(4):
-        p[(row + k) * width + i] = four[k]
-
-
 @numba.njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
 def _advance(lanes, laws, dry, p):
     """Advance every lane of a block by one step."""
@@ -117,10 +88,10 @@ def _advance(lanes, laws, dry, p):
     if laws is not None:
         resting = dry and _begin_step(lanes, laws, p)
     for i in range(width):
-        modes = _get_four(p, CART_WAY, i, width) if laws is not None else MOVING
+        modes = get_four(p, CART_WAY, i, width) if laws is not None else MOVING
         after = advance_step(
-            _get_four(p, X, i, width),
-            _get_four(p, FORCE, i, width),
+            get_four(p, X, i, width),
+            get_four(p, FORCE, i, width),
             modes,
             p,
             i,
@@ -128,7 +99,7 @@ def _advance(lanes, laws, dry, p):
             laws,
             p[H * width + i],
         )
-        _put_four(p, X, i, width, after)
+        put_four(p, X, i, width, after)
     if laws is not None and dry:
         _end_step(lanes, laws, p, resting)
 
@@ -139,19 +110,19 @@ def _begin_step(lanes, laws, p):
     width = len(lanes)
     at_rest = 0
     for i in range(width):
-        x, th, v, w = _get_four(p, X, i, width)
-        _put_four(p, X_BEFORE, i, width, (x, th, v, w))
-        _put_four(p, CART_WAY, i, width, (get_sign(v), get_sign(w), 1.0, 1.0))
+        x, th, v, w = get_four(p, X, i, width)
+        put_four(p, X_BEFORE, i, width, (x, th, v, w))
+        put_four(p, CART_WAY, i, width, (get_sign(v), get_sign(w), 1.0, 1.0))
         at_rest += 1 if (v == 0.0) | (w == 0.0) else 0
     if at_rest > 0:
         for i in range(width):
-            state = _get_four(p, X, i, width)
-            _put_four(
+            state = get_four(p, X, i, width)
+            put_four(
                 p,
                 CART_WAY,
                 i,
                 width,
-                find_modes(state, _get_four(p, FORCE, i, width), p, i, width, laws),
+                find_modes(state, get_four(p, FORCE, i, width), p, i, width, laws),
             )
     return at_rest > 0
 
@@ -163,9 +134,9 @@ def _end_step(lanes, laws, p, resting):
     ends = 0
     if resting:
         for i in range(width):
-            state, modes = _get_four(p, X, i, width), _get_four(p, CART_WAY, i, width)
+            state, modes = get_four(p, X, i, width), get_four(p, CART_WAY, i, width)
             cart_margin, pole_margin = compute_margins(
-                state, _get_four(p, FORCE, i, width), modes, p, i, width, laws
+                state, get_four(p, FORCE, i, width), modes, p, i, width, laws
             )
             ended = (cart_margin < 0.0) | (pole_margin < 0.0)
             p[ENDED * width + i] = 1.0 if ended else 0.0
@@ -180,107 +151,17 @@ def _end_step(lanes, laws, p, resting):
     if ends > 0:
         for i in range(width):
             if p[ENDED * width + i] > 0.0:
-                state, after = _get_four(p, X_BEFORE, i, width), _get_four(p, X, i, width)
-                modes = _get_four(p, CART_WAY, i, width)
-                applied, h = _get_four(p, FORCE, i, width), p[H * width + i]
-                _put_four(
+                state, after = get_four(p, X_BEFORE, i, width), get_four(p, X, i, width)
+                modes = get_four(p, CART_WAY, i, width)
+                applied, h = get_four(p, FORCE, i, width), p[H * width + i]
+                put_four(
                     p, X, i, width, cut_step(state, after, applied, modes, p, i, width, laws, h)
                 )
     for i in range(width):
-        x, th, v, w = _get_four(p, X_BEFORE, i, width)
+        x, th, v, w = get_four(p, X_BEFORE, i, width)
         stands = is_frozen(p[FORCE * width + i], v, w, p, i, width)
-        after = _get_four(p, X, i, width)
-        _put_four(p, X, i, width, (x, th, v, w) if stands else after)
-
-
-@compile_inner
-def _hold_effects(p, i, width, laws, step, mass, viscous):
-    """Set what effects of lane i do evenly over its next step, in the middle of the step.
-
-    laws: see `motion.py`.
-    step: substeps since the recording began.
-    mass: kg; what moves along the rail without effects.
-    viscous: N s/m; the cart's viscous friction without effects.
-    """
-    h = p[H * width + i]
-    t = (step + 0.5) * h
-    p[MASS * width + i] = mass
-    p[MASS * width + i] = mass + sum_loads(t, h, p, i, width)
-    x, th, v, w = _get_four(p, X, i, width)
-    half_way = 0.5 * h * v
-    x, th = x + half_way, th + 0.5 * h * w
-    gain, force, dry, drag = sum_held_effects(x, th, w, t, p, i, width)
-    force += sum_path_forces(PATH, half_way, p, i, width)
-    drive = p[FORCE * width + i] * gain
-    if len(laws) > 3:  # the cart alone moves, and what joins it to the drive pulls it
-        share = sum_shares(p, i, width)
-        p[MASS * width + i] -= share * mass
-        drive *= 1.0 - share
-        force -= sum_pulls(REACTION, p, i, width)
-        p[V_BEFORE * width + i] = v
-    p[FORCE * width + i] = drive + force
-    p[PUSHED * width + i] = force
-    p[X_BEFORE * width + i] = p[X * width + i]
-    p[CART_DRY * width + i] = dry
-    p[CART_VISCOUS * width + i] = viscous + drag
-
-
-@compile_inner
-def _react_to_motion(p, i, width, mass):
-    """Let lane i's cart act back on the drive; what acts on it shows in its change of velocity.
-
-    mass: kg; what moves along the rail without effects.
-    """
-    h = p[H * width + i]
-    drive = p[FORCE * width + i] - p[PUSHED * width + i] - sum_pulls(REACTION, p, i, width)
-    change = p[V * width + i] - p[V_BEFORE * width + i]
-    push = (1.0 - sum_shares(p, i, width)) * mass * change / h - drive
-    react_to_push(REACTION, push, h, p, i, width)
-
-
-@compile_inner
-def _hold_measured_laws(theta, p, i, width, step, pushed, held_dry):
-    """Add the measured laws of lane i to what acts evenly over its next step.
-
-    step: substeps since the recording began.
-    pushed: N; what effects add to the drive's force over the step.
-    held_dry: N; what effects add to the cart's dry friction over the step.
-
-    The laws are taken in the middle of the step as its first velocities lead there: of second
-    order in the step, and a force along the rail keeps the energy.
-    """
-    x, th, v, w = _get_four(p, X, i, width)
-    h = p[H * width + i]
-    gain, force, torque, cart_dry, pole_dry = sum_measured_laws(
-        theta, x + 0.5 * h * v, v, th + 0.5 * h * w, w, (step + 0.5) * h, h
-    )
-    drive = p[FORCE * width + i] - pushed
-    applied = drive * gain + pushed + force, torque, held_dry + cart_dry, pole_dry
-    _put_four(p, FORCE, i, width, applied)
-    p[PUSHED * width + i] = pushed + force
-
-
-@compile_inner
-def _hold_hysteresis(elements, slots, counts, strains, p, i, width):
-    """Add the measured hysteresis of lane i to what acts evenly over its next step.
-
-    elements, slots, counts, strains: of the lane at the step's begin; see `hysteresis`.
-    """
-    x, th, v, w = _get_four(p, X, i, width)
-    half = 0.5 * p[H * width + i]
-    force, torque = sum_hysteresis(elements, slots, counts, strains, half * v, half * w)
-    p[FORCE * width + i] += force
-    p[PUSHED * width + i] += force
-    p[TORQUE * width + i] += torque
-    p[X_BEFORE * width + i], p[TH_BEFORE * width + i] = x, th
-
-
-@compile_inner
-def _follow_strains(elements, slots, counts, strains, p, i, width):
-    """Strain the elements of measured hysteresis of lane i by its last step."""
-    move = p[X * width + i] - p[X_BEFORE * width + i]
-    turn = p[TH * width + i] - p[TH_BEFORE * width + i]
-    follow_strains(elements, slots, counts, strains, move, turn)
+        after = get_four(p, X, i, width)
+        put_four(p, X, i, width, (x, th, v, w) if stands else after)
 
 
 @compile_inner
@@ -295,8 +176,8 @@ def _place_lane(theta, start_state, path_memory, h, p, i, width):
         p[(X + k) * width + i] = start_state[k]
     for k in range(compose.KEPT):
         p[(PATH + k) * width + i] = path_memory[k]
-    _put_four(p, CART_WAY, i, width, MOVING)
-    _put_four(p, FORCE, i, width, (0.0, 0.0, 0.0, 0.0))
+    put_four(p, CART_WAY, i, width, MOVING)
+    put_four(p, FORCE, i, width, (0.0, 0.0, 0.0, 0.0))
     p[H * width + i] = h * compute_pace(p, i, width)
 
 
@@ -366,29 +247,29 @@ def integrate_lanes(
                 if laws is not None and len(laws) > 1:  # `evenly`, for the oldest compiler to see
                     for i in range(width):
                         done = first_of[i] + (n * sub + j)
-                        _hold_effects(p, i, width, laws, done, mass_of[i], viscous_of[i])
+                        hold_effects(p, i, width, laws, done, mass_of[i], viscous_of[i])
                 if measured is not None:
                     for i in range(width):
                         lane = min(first + i, count - 1)
                         step = first_step[lane] + n * sub + j
                         pushed = p[PUSHED * width + i] if evenly else 0.0
                         held_dry = p[CART_DRY * width + i] if evenly else 0.0
-                        _hold_measured_laws(theta[lane], p, i, width, step, pushed, held_dry)
+                        hold_measured_laws(theta[lane], p, i, width, step, pushed, held_dry)
                 if remembers:
                     for i in range(width):
                         strains = path_memory[min(first + i, count - 1), compose.KEPT :]
-                        _hold_hysteresis(elements[i], slots[i], counts[i], strains, p, i, width)
+                        hold_hysteresis(elements[i], slots[i], counts[i], strains, p, i, width)
                 _advance(lanes, laws, dry, p)
                 if evenly:
                     for i in range(width):
                         follow_path(PATH, p[X * width + i] - p[X_BEFORE * width + i], p, i, width)
                 if laws is not None and len(laws) > 3:
                     for i in range(width):
-                        _react_to_motion(p, i, width, mass_of[i])
+                        react_to_motion(p, i, width, mass_of[i])
                 if remembers:
                     for i in range(min(width, count - first)):
                         strains = path_memory[first + i, compose.KEPT :]
-                        _follow_strains(elements[i], slots[i], counts[i], strains, p, i, width)
+                        follow_lane_strains(elements[i], slots[i], counts[i], strains, p, i, width)
             for i in range(width):
                 at[i] += sub
         for i in range(min(width, count - first)):

@@ -14,6 +14,7 @@ import numpy as np
 
 from pendulum_twin import compose, kernel
 from pendulum_twin.arrays import Floats, Ints
+from pendulum_twin.block import PATH_SIZE
 from pendulum_twin.encoders import EXACT, Encoders
 from pendulum_twin.equations import compile_inner
 from pendulum_twin.free_runs import compute_memory_offsets, select_kernel_code
@@ -123,7 +124,7 @@ def make_lanes(kinds: Kinds, timing: Timing, count: int) -> Lanes:
         memory=np.zeros((count, max(1, int(kinds.offsets[:, -1].max())))),
         done=np.zeros(count, dtype=np.int64),
         true=np.tile(np.array(HANGING), (count, 1)),
-        path_memory=np.zeros((count, kernel.PATH_SIZE)),
+        path_memory=np.zeros((count, PATH_SIZE)),
         shown=np.tile(np.array(HANGING), (count, 1)),
         drives=np.zeros((count, substeps)),
         out=np.zeros((count, timing.samples + 1, 4)),

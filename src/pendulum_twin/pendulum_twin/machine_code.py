@@ -26,9 +26,11 @@ HERE = Path(__file__).parent
 # All files that go into the kernel; Numba itself notices a change only of the file that holds the
 # compiled function.
 SOURCES = (
+    "block.py",
     "compose.py",
     "elementary.py",
     "equations.py",
+    "held_laws.py",
     "hysteresis.py",
     "kernel.py",
     "law_curves.py",

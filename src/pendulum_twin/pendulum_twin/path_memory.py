@@ -6,6 +6,7 @@ import numpy as np
 
 from pendulum_twin import kernel
 from pendulum_twin.arrays import Floats, Mask
+from pendulum_twin.block import PATH_SIZE
 from pendulum_twin.compose import KEPT, PATHS
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Form
@@ -49,7 +50,7 @@ def follow_recorded_path(signals: Signals, places: Floats, theta: Floats) -> tup
 
     A recording begins without memory. What acts: force on the cart, N; torque on the pole, N m.
     """
-    memory, loads = np.zeros((len(places), kernel.PATH_SIZE)), np.zeros((len(places), 2))
+    memory, loads = np.zeros((len(places), PATH_SIZE)), np.zeros((len(places), 2))
     if remembers_path(theta):
         for part in signals.stretches:
             _fill_path_memory(np.ascontiguousarray(places[part]), theta, memory[part], loads[part])

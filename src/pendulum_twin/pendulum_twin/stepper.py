@@ -9,6 +9,7 @@ import numpy as np
 
 from pendulum_twin import kernel
 from pendulum_twin.arrays import Floats
+from pendulum_twin.block import PATH_SIZE
 from pendulum_twin.free_runs import compute_memory_offsets, select_kernel_code
 from pendulum_twin.model import Twin
 from pendulum_twin.motion import CURVES, LAW_SETS
@@ -72,7 +73,7 @@ class Stepper:
         """Start again from a measured state; of earlier commands only `before` is left."""
         state = self._rest if state is None else state
         self._memory = np.zeros(self._offsets[-1])
-        self._path_memory = np.zeros((1, kernel.PATH_SIZE))
+        self._path_memory = np.zeros((1, PATH_SIZE))
         self._steps = 0
         self.impact: Impact | None = None
         if before is not None:

@@ -9,6 +9,7 @@ import numpy as np
 
 from pendulum_twin import kernel
 from pendulum_twin.arrays import Floats, Ints, Mask
+from pendulum_twin.block import PATH_SIZE
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Form
 from pendulum_twin.free_runs import compute_memory_offsets, run_mechanics
@@ -102,7 +103,7 @@ def make_hanging_lanes(theta: Floats, period_s: float) -> Lanes:
         np.zeros(compute_memory_offsets(period_s / sub * float(compute_paces(lane)))[-1])
         for lane in theta
     )
-    count, paths = len(theta), np.zeros((len(theta), kernel.PATH_SIZE))
+    count, paths = len(theta), np.zeros((len(theta), PATH_SIZE))
     return Lanes(
         theta, period_s, true, shown, paths, memory, 0, shown[:, 0].copy(), (None,) * count
     )

@@ -1,0 +1,47 @@
+"""Lay out a block of lanes: one array, row by row, lane beside lane: theta, then these rows.
+
+There is one array because the compiler computes lanes side by side only where it can prove that it
+does not write what it reads.
+"""
+
+from __future__ import annotations
+
+from pendulum_twin import compose
+from pendulum_twin.equations import compile_inner
+from pendulum_twin.hysteresis import STRAINS
+from pendulum_twin.parameter_vector import LAWS
+
+# A block holds theta without its measured laws, whose curves each lane reads from its own theta.
+ROWS = LAWS + 19 + compose.KEPT
+# What a lane remembers of its path: forces of effects on the cart, N, what the
+# reactions of the drive keep, then strains (`hysteresis`).
+PATH_SIZE = compose.KEPT + STRAINS
+X, TH, V, W = range(LAWS, LAWS + 4)
+# the state at the begin of the step
+X_BEFORE, TH_BEFORE, V_BEFORE, W_BEFORE = range(LAWS + 4, LAWS + 8)
+CART_WAY, POLE_WAY, CART_FREE, POLE_FREE = range(LAWS + 8, LAWS + 12)  # the modes; see `motion.py`
+# what acts evenly over the step (`applied` in `motion.py`); the first is the force on the cart, N
+FORCE, TORQUE, CART_DRY, POLE_DRY = range(LAWS + 12, LAWS + 16)
+ENDED = LAWS + 16  # 1 where a mode has ended within the step
+H = LAWS + 17  # the step, s
+PUSHED = LAWS + 18  # N, the part of the force that effects and laws add to the drive's
+PATH = LAWS + 19  # forces on the cart that follow its path, N
+REACTION = PATH + compose.PATHS  # what the reactions of the drive keep
+
+
+@compile_inner
+def get_four(p, row, i, width):
+    """Return four neighbouring rows of lane i: a state or modes."""
+    return (
+        p[row * width + i],
+        p[(row + 1) * width + i],
+        p[(row + 2) * width + i],
+        p[(row + 3) * width + i],
+    )
+
+
+@compile_inner
+def put_four(p, row, i, width, four):
+    """Set four neighbouring rows of lane i."""
+    for k in range(4):
+        p[(row + k) * width + i] = four[k]
