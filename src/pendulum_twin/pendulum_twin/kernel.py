@@ -244,7 +244,9 @@ def integrate_lanes(
                 for i in range(width):
                     p[FORCE * width + i] = drives[row[i], at[i] + j] * p[FORCE_PER_PWM * width + i]
                 evenly = laws is not None and len(laws) > 1
-                if laws is not None and len(laws) > 1:  # `evenly`, for the oldest compiler to see
+                if (
+                    laws is not None and len(laws) > 1
+                ):  # asked anew: numba 0.59 drops such branches only
                     for i in range(width):
                         done = first_of[i] + (n * sub + j)
                         hold_effects(p, i, width, laws, done, mass_of[i], viscous_of[i])

@@ -7,7 +7,10 @@ import pytest
 from support.made_recordings import INTECO, made, made_states, sweep
 
 from pendulum_sysid import decisions
+from pendulum_sysid.finding.localisation.balance import compute_motion
 from pendulum_sysid.fitting.fit import HORIZONS, fit, fit_own_parameters
+from pendulum_sysid.measuring import curve as curve_module
+from pendulum_sysid.measuring.curve import list_curves
 from pendulum_sysid.measuring.formula_fit import ShapeParameter
 from pendulum_sysid.measuring.measure import list_needed, measure_laws, rank_curves
 from pendulum_sysid.measuring.naming import write_formula, write_sentence
@@ -81,6 +84,15 @@ def test_a_friction_that_remembers_its_way_is_measured(name, law):
     middle = np.sum(named.values * named.curve.knots) / np.sum(named.values)
     assert middle == pytest.approx(np.average(law.knots, weights=law.values), rel=0.1)
     assert named.shape is None and "slips from" in write_sentence(named)
+
+
+def test_a_joint_that_hardly_moves_shows_no_hysteresis(monkeypatch):
+    case, _ = prepare_with({}, 8.0)
+    here = compute_motion(case, make_theta(RIG))
+    still = replace(here, x=1e-9 * here.x)
+    monkeypatch.setattr(curve_module, "compute_motion", lambda case, theta: still)
+    names = {curve.kind.name for curve in list_curves(case, make_theta(RIG), ())}
+    assert "cart_hysteresis" not in names and "pole_hysteresis" in names
 
 
 def test_an_effect_is_needed_beside_a_law_that_cannot_stand_for_it():

@@ -17,7 +17,7 @@ from pendulum_twin.effects import BY_NAME as EFFECTS
 from pendulum_twin.effects.effect import Form, Place
 from pendulum_twin.laws import KINDS
 from pendulum_twin.laws.kind import LIMITS, SCALES, LawKind, Role, Variable
-from pendulum_twin.laws.law import Law, locate_on_knots, spread_knots, spread_turn
+from pendulum_twin.laws.law import LEAST_WAY, Law, locate_on_knots, spread_knots, spread_turn
 from pendulum_twin.model import MOST_LAWS
 from pendulum_twin.parameter_vector import KIND, LAW_SIZE, LAWS, VALUES, put_law
 
@@ -174,9 +174,16 @@ def list_curves(case: Case, theta: Floats, effects: tuple[str, ...]) -> list[Cur
     for kind in KINDS:
         if _is_possible(case, kind):
             seen = _list_places(case, here, kind.variable)
-            if np.ptp(seen) > 0:
+            if _is_visited(kind, seen):
                 curves.append(_make_curve(kind, seen, case, effects))
     return curves
+
+
+def _is_visited(kind: LawKind, seen: Floats) -> bool:
+    """Return whether a law of a kind has knots over the places that were visited, (n,)."""
+    if kind.remembers:
+        return bool(decisions.LAW_LEAST_WAY * np.quantile(seen, 0.999) > LEAST_WAY)
+    return bool(np.ptp(seen) > 0)
 
 
 def _is_possible(case: Case, kind: LawKind) -> bool:

@@ -127,7 +127,7 @@ def write_formula(named: NamedCurve) -> str:
 
 def write_sentence(named: NamedCurve) -> str:
     """Return what was measured, for a person."""
-    if named.curve.kind.remembers:
+    if named.curve.kind.remembers and np.any(named.values):
         return _write_hysteresis(named)
     kind, unit = named.curve.kind, named.curve.kind.quantity.unit.replace("1", "")
     subject = f"The {kind.quantity.words} depends on the {kind.along.words}"
