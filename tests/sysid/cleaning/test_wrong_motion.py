@@ -16,12 +16,19 @@ from pendulum_sysid.cleaning.slips import find_slips
 from pendulum_sysid.cleaning.smooth_state import smooth_state
 from pendulum_sysid.errors import UnusableRecording
 from pendulum_sysid.prepare import prepare_case
+from pendulum_twin.laws.law import Law
 from pendulum_twin.model import Twin
 from pendulum_twin.signals import Signals
 
 RAW = make_raw(30.0)
 CLEAN = clean_recording(RAW)
 STICKY = Twin("sticky", INTECO.rig, {"cart_coulomb_friction": {"level_n": 0.9}})
+# A drive whose force falls along the rail and turns round at 0.8 m.
+TURNING = Twin(
+    "turning",
+    INTECO.rig,
+    measured_laws={"drive_gain_along_rail": Law((-4.0, 4.0), (5.0, -5.0))},
+)
 
 
 def test_a_pole_beyond_the_end_of_its_sensor_is_left_out() -> None:
@@ -103,7 +110,7 @@ def test_positions_that_move_before_the_command_are_refused() -> None:
     assert lead is not None and lead.share == pytest.approx(3 / 11, rel=0.3)
 
 
-@pytest.mark.parametrize("twin", [INTECO, STICKY], ids=["bare", "sticky"])
+@pytest.mark.parametrize("twin", [INTECO, STICKY, TURNING], ids=["bare", "sticky", "turning"])
 def test_the_right_command_is_followed_and_another_is_not(twin: Twin) -> None:
     signals = make_rough(twin)
     assert follows_command(signals, smooth_state(signals))

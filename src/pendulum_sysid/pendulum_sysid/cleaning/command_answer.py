@@ -46,8 +46,10 @@ def check_follows_command(signals: Signals, state: SmoothState) -> None:
 def follows_command(signals: Signals, state: SmoothState) -> bool:
     """Tell whether the command explains the cart's acceleration, as late as it may come.
 
-    The weight of the command in the least-squares balance of the cart must be certain, with errors
-    independent from block to block (a sandwich). True where the cart moves too little to tell.
+    The weights of the command in the least-squares balance of the cart must be certain, with
+    errors independent from block to block (a sandwich). The drive's gain may change along the
+    rail, up to its sign, so the command has two weights: by itself and times the position. True
+    where the cart moves too little to tell.
     """
     rows, take_mean = _make_filter(signals, state)
     if len(rows) < decisions.ANSWER_LEAST_ROWS:
@@ -57,10 +59,11 @@ def follows_command(signals: Signals, state: SmoothState) -> bool:
     block = (signals.times_s[rows] // decisions.ANSWER_BLOCK_S).astype(int)
     step = max(round(LATER_S / signals.period_s), 1)
     latest = round(decisions.ANSWER_LATEST_S / signals.period_s)
-    fits = [
-        _fit_balance(take_mean(delay_command(signals, late)), others, target, block)
-        for late in range(0, latest + 1, step)
-    ]
+    fits = []
+    for late in range(0, latest + 1, step):
+        command = delay_command(signals, late)
+        driven = take_mean(np.column_stack([command, command * state.states[:, 0]]))
+        fits.append(_fit_balance(driven, others, target, block))
     return min(fits)[1] > decisions.ANSWER_STANDARD_ERRORS
 
 
@@ -118,12 +121,19 @@ def _make_filter(signals: Signals, state: SmoothState) -> tuple[Ints, Callable[[
 
 
 def _fit_balance(
-    command: Floats, others: Floats, target: Floats, block: Ints
+    driven: Floats, others: Floats, target: Floats, block: Ints
 ) -> tuple[float, float]:
-    """Return what is left of the target, m/s^2, and the command's weight in standard errors."""
-    columns = np.column_stack([command, others])
+    """Return what is left of the target, m/s^2, and the command's weights in standard errors.
+
+    driven: (rows, weights) by which the command acts.
+
+    Several weights count together: the root of Wald's statistic per weight.
+    """
+    columns = np.column_stack([driven, others])
     columns = columns / (np.sqrt(np.mean(columns**2, axis=0)) + np.finfo(float).tiny)
     weights = np.linalg.lstsq(columns, target, rcond=None)[0]
     left = target - columns @ weights
-    error = float(np.sqrt(compute_covariance(columns, left, block)[0, 0]))
-    return float(np.std(left)), abs(float(weights[0])) / max(error, 1e-300)
+    count = driven.shape[1]
+    own, covariance = weights[:count], compute_covariance(columns, left, block)[:count, :count]
+    wald = float(own @ np.linalg.pinv(covariance, hermitian=True) @ own)
+    return float(np.std(left)), float(np.sqrt(max(wald, 0.0) / count))
