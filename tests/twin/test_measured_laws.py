@@ -53,6 +53,7 @@ SIZES = {
     Role.POLE_ONE_WAY: 0.001,
     Role.ANGLE_ERROR: 0.05,
     Role.POSITION_ERROR: 0.004,
+    Role.PACE: 0.1,
 }
 every = pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
 
@@ -135,6 +136,29 @@ def test_a_constant_law_of_force_is_a_tilt():
     pushed = run(hold(BY_NAME["cart_force_by_position"], law), COMMAND, START)
     tilted = run(replace(THESIS, effects={**THESIS.effects, **tilt}), COMMAND, START)
     np.testing.assert_allclose(pushed[:, 0], tilted[:, 0], atol=2e-4)
+
+
+def test_a_constant_pace_is_a_wrong_sample_period():
+    pace = hold(BY_NAME["clock_pace_over_time"], Law((0.0, 1.0, 2.0), (0.1,) * 3))
+    wrong = {**THESIS.effects, "sample_period_error": {"ratio": 1 / 1.1 - 1}}
+    slow = replace(THESIS, effects=wrong)
+    np.testing.assert_allclose(
+        run(pace, COMMAND, START), run(slow, COMMAND, START), rtol=1e-9, atol=1e-12
+    )
+
+
+def test_a_clock_that_wanders_shows_the_same_motion_at_other_stamps():
+    stamps = np.arange(len(COMMAND)) * 0.01
+    law = Law(tuple(np.linspace(0.0, 2.0, 41)), tuple(0.2 * np.sin(2.0 * np.linspace(0, 2, 41))))
+    no_command, bare = np.zeros(len(COMMAND)), Twin("bare", RIG)
+    shown = run(replace(bare, measured_laws={"clock_pace_over_time": law}), no_command, START)
+    true = run(bare, np.zeros(2 * len(COMMAND)), START)
+    times = stamps + 0.1 * (1.0 - np.cos(2.0 * stamps))  # the integral of the pace
+    paces = 1.0 + 0.2 * np.sin(2.0 * stamps)
+    for column, factor in ((0, 1.0), (1, 1.0), (2, paces), (3, paces)):
+        then = np.interp(times, np.arange(len(true)) * 0.01, true[:, column])
+        size = np.ptp(then)
+        np.testing.assert_allclose(shown[:, column], factor * then, atol=3e-3 * size)
 
 
 def test_a_gain_multiplies_the_drive_s_force_alone():

@@ -12,7 +12,7 @@ from pendulum_twin.hysteresis import STRAINS
 from pendulum_twin.parameter_vector import LAWS
 
 # A block holds theta without its measured laws, whose curves each lane reads from its own theta.
-ROWS = LAWS + 19 + compose.KEPT
+ROWS = LAWS + 20 + compose.KEPT
 # What a lane remembers of its path: forces of effects on the cart, N, what the
 # reactions of the drive keep, then strains (`hysteresis`).
 PATH_SIZE = compose.KEPT + STRAINS
@@ -24,8 +24,9 @@ CART_WAY, POLE_WAY, CART_FREE, POLE_FREE = range(LAWS + 8, LAWS + 12)  # the mod
 FORCE, TORQUE, CART_DRY, POLE_DRY = range(LAWS + 12, LAWS + 16)
 ENDED = LAWS + 16  # 1 where a mode has ended within the step
 H = LAWS + 17  # the step, s
-PUSHED = LAWS + 18  # N, the part of the force that effects and laws add to the drive's
-PATH = LAWS + 19  # forces on the cart that follow its path, N
+EVEN_H = LAWS + 18  # s, the step without the clock's measured law; time is counted by it
+PUSHED = LAWS + 19  # N, the part of the force that effects and laws add to the drive's
+PATH = LAWS + 20  # forces on the cart that follow its path, N
 REACTION = PATH + compose.PATHS  # what the reactions of the drive keep
 
 

@@ -54,9 +54,8 @@ _STICKING = np.array(
 _FILTERING = [(k, e) for k, e in enumerate(CATALOGUE) if e.form in (Form.FILTER, Form.CLOCK)]
 _DRY = (Role.CART_DRY, Role.POLE_DRY)
 _REMEMBERING = (Role.CART_HYSTERESIS, Role.POLE_HYSTERESIS)
-_HELD = tuple(
-    r for r in Role if Role.GAIN <= r < Role.ANGLE_ERROR and r not in (*_DRY, *_REMEMBERING)
-)
+_SHOWN = (Role.COMMAND, Role.ANGLE_ERROR, Role.POSITION_ERROR)  # other passes know these
+_HELD = tuple(r for r in Role if r not in (*_DRY, *_REMEMBERING, *_SHOWN))
 
 
 def run_freely(

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from pendulum_twin.block import (
     CART_DRY,
+    EVEN_H,
     FORCE,
     PATH,
     PUSHED,
@@ -25,7 +26,7 @@ from pendulum_twin.block import (
 )
 from pendulum_twin.equations import compile_inner
 from pendulum_twin.hysteresis import follow_strains, sum_hysteresis
-from pendulum_twin.law_curves import sum_measured_laws
+from pendulum_twin.law_curves import follow_pace, sum_measured_laws
 from pendulum_twin.motion import (
     react_to_push,
     sum_held_effects,
@@ -38,6 +39,16 @@ from pendulum_twin.parameter_vector import CART_VISCOUS, MASS
 
 
 @compile_inner
+def hold_pace(theta, p, i, width, step):
+    """Set how long the next step of lane i is, by the clock's measured law in its middle.
+
+    step: substeps since the recording began.
+    """
+    even = p[EVEN_H * width + i]
+    p[H * width + i] = even * follow_pace(theta, (step + 0.5) * even)
+
+
+@compile_inner
 def hold_effects(p, i, width, laws, step, mass, viscous):
     """Set what effects of lane i do evenly over its next step, in the middle of the step.
 
@@ -47,7 +58,7 @@ def hold_effects(p, i, width, laws, step, mass, viscous):
     viscous: N s/m; the cart's viscous friction without effects.
     """
     h = p[H * width + i]
-    t = (step + 0.5) * h
+    t = (step + 0.5) * p[EVEN_H * width + i]
     p[MASS * width + i] = mass
     p[MASS * width + i] = mass + sum_loads(t, h, p, i, width)
     x, th, v, w = get_four(p, X, i, width)
@@ -94,9 +105,9 @@ def hold_measured_laws(theta, p, i, width, step, pushed, held_dry):
     order in the step, and a force along the rail keeps the energy.
     """
     x, th, v, w = get_four(p, X, i, width)
-    h = p[H * width + i]
+    h, t = p[H * width + i], (step + 0.5) * p[EVEN_H * width + i]
     gain, force, torque, cart_dry, pole_dry = sum_measured_laws(
-        theta, x + 0.5 * h * v, v, th + 0.5 * h * w, w, (step + 0.5) * h, h
+        theta, x + 0.5 * h * v, v, th + 0.5 * h * w, w, t, h
     )
     drive = p[FORCE * width + i] - pushed
     applied = drive * gain + pushed + force, torque, held_dry + cart_dry, pole_dry

@@ -28,7 +28,7 @@ from pendulum_twin.parameter_vector import (
     POLE_VISCOUS,
 )
 from pendulum_twin.path_memory import follow_recorded_path
-from pendulum_twin.sensors import compute_paces, undo_sensors
+from pendulum_twin.sensors import compute_paces, follow_paces, undo_sensors
 from pendulum_twin.signals import Signals
 
 # Of the root mean square speed: below it the cart counts as standing, where dry friction takes any
@@ -106,7 +106,8 @@ def compute_missing_force(
     A sample does not count where it is not valid or where the cart hardly moves.
     """
     true = undo_sensors(states[None], theta[None], signals.clock_s)[0]
-    a, b = _undo_accelerations(signals, states, accelerations, theta).T / compute_paces(theta)
+    paces = follow_paces(theta[None], signals.clock_s[None])[0]
+    a, b = _undo_accelerations(signals, states, accelerations, theta).T / paces
     _, th, v, w = true.T
     coupling = theta[COUPLING]
     sine, cosine = np.sin(th), np.cos(th)
@@ -136,18 +137,19 @@ def compute_missing_force(
 def _undo_accelerations(
     signals: Signals, states: Floats, accelerations: Floats, theta: Floats
 ) -> Floats:
-    """Return the accelerations (n, 2) behind measured ones, the clock's pace left alone.
+    """Return the changes (n, 2) of true velocities in a second of the stamps.
 
-    Where a sensor's error bends with the position, velocities alone are seen as an acceleration.
+    Where a sensor's error bends with the position, or the clock's pace changes, velocities alone
+    are seen as an acceleration.
     """
 
-    def undo_rates(moved: Floats, rates: Floats) -> Floats:
+    def undo_rates(since_s: float, rates: Floats) -> Floats:
+        moved = states[:, :2] + since_s * states[:, 2:]
         turned = np.concatenate([moved, rates], axis=1)
-        return undo_sensors(turned[None], theta[None], signals.clock_s)[0][:, 2:]
+        return undo_sensors(turned[None], theta[None], signals.clock_s[None] + since_s)[0][:, 2:]
 
-    places, rates = states[:, :2], states[:, 2:]
-    after, before = (undo_rates(places + s * rates, rates) for s in (PROBED_S, -PROBED_S))
-    return undo_rates(places, accelerations) + (after - before) / (2.0 * PROBED_S)
+    after, before = (undo_rates(s, states[:, 2:]) for s in (PROBED_S, -PROBED_S))
+    return undo_rates(0.0, accelerations) + (after - before) / (2.0 * PROBED_S)
 
 
 def _average_drive(signals: Signals, theta: Floats) -> Floats:

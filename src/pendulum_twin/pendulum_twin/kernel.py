@@ -17,6 +17,7 @@ from pendulum_twin.block import (
     CART_DRY,
     CART_WAY,
     ENDED,
+    EVEN_H,
     FORCE,
     PATH,
     POLE_WAY,
@@ -36,10 +37,11 @@ from pendulum_twin.held_laws import (
     hold_effects,
     hold_hysteresis,
     hold_measured_laws,
+    hold_pace,
     react_to_motion,
 )
 from pendulum_twin.hysteresis import STRAINS, list_elements
-from pendulum_twin.law_curves import bend_commands
+from pendulum_twin.law_curves import bend_commands, has_pace
 from pendulum_twin.machine_code import compile_cached
 from pendulum_twin.motion import MOVING, advance_step, follow_path
 from pendulum_twin.parameter_vector import CART_VISCOUS, FORCE_PER_PWM, LAWS, MASS
@@ -178,7 +180,8 @@ def _place_lane(theta, start_state, path_memory, h, p, i, width):
         p[(PATH + k) * width + i] = path_memory[k]
     put_four(p, CART_WAY, i, width, MOVING)
     put_four(p, FORCE, i, width, (0.0, 0.0, 0.0, 0.0))
-    p[H * width + i] = h * compute_pace(p, i, width)
+    p[EVEN_H * width + i] = h * compute_pace(p, i, width)
+    p[H * width + i] = p[EVEN_H * width + i]
 
 
 @compile_cached
@@ -226,12 +229,14 @@ def integrate_lanes(
     slots = np.empty((width, STRAINS if remembers else 0), dtype=np.int64)
     counts = np.empty((width, 2), dtype=np.int64)
     for first in range(0, count, width):
+        paced = False
         for i in range(width):
             # a block that is not full is filled up with its last lane
             lane = min(first + i, count - 1)
             row[i], at[i], first_of[i] = drive_of[lane], begin[lane], first_step[lane]
             mass_of[i], viscous_of[i] = theta[lane, MASS], theta[lane, CART_VISCOUS]
             _place_lane(theta[lane], start_states[lane], path_memory[lane], h, p, i, width)
+            paced = paced or (measured is not None and has_pace(theta[lane]))
             if remembers:
                 counts[i, 0], counts[i, 1] = list_elements(theta[lane], elements[i], slots[i])
         for n in range(samples):
@@ -241,6 +246,10 @@ def integrate_lanes(
             if n == samples - 1:
                 break
             for j in range(sub):
+                if paced:
+                    for i in range(width):
+                        lane = min(first + i, count - 1)
+                        hold_pace(theta[lane], p, i, width, first_step[lane] + n * sub + j)
                 for i in range(width):
                     p[FORCE * width + i] = drives[row[i], at[i] + j] * p[FORCE_PER_PWM * width + i]
                 evenly = laws is not None and len(laws) > 1

@@ -18,7 +18,7 @@ from pendulum_twin.block import PATH_SIZE
 from pendulum_twin.encoders import EXACT, Encoders
 from pendulum_twin.equations import compile_inner
 from pendulum_twin.free_runs import compute_memory_offsets, select_kernel_code
-from pendulum_twin.law_curves import show_positions
+from pendulum_twin.law_curves import follow_pace, show_positions
 from pendulum_twin.machine_code import compile_cached
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import find_active_effects, make_theta
@@ -144,6 +144,7 @@ def _show_state(kinds, lanes, i, state, t, period_s):
     """Fill `lanes.shown` of lane i from a true state; period_s: since the last, 0 at the start."""
     x, th, v, w = state
     p, pace = lanes.theta[i], kinds.paces[lanes.kind[i]]
+    pace *= follow_pace(p, t * pace)
     x, v, th, w = show_positions(p, x, v, th, w)
     x, v, th, w = measure_state(x, v, th, w, t, p, kinds.on)
     v, w = v * pace, w * pace

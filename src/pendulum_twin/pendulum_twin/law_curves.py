@@ -35,7 +35,7 @@ OVER = np.array([-1, *(int(kind.variable) for kind in KINDS)])
 COMMAND, GAIN, FORCE, CART_DRAG, CART_DRY = (int(role) for role in list(Role)[:5])
 TORQUE, POLE_DRAG, POLE_DRY, CART_ONE_WAY, POLE_ONE_WAY = (int(role) for role in list(Role)[5:10])
 CART_HYSTERESIS, ANGLE_ERROR = int(Role.CART_HYSTERESIS), int(Role.ANGLE_ERROR)
-POSITION_ERROR = int(Role.POSITION_ERROR)
+POSITION_ERROR, PACE = int(Role.POSITION_ERROR), int(Role.PACE)
 POSITION, VELOCITY, ANGLE, RATE, TIME = (int(variable) for variable in list(Variable)[1:6])
 NO_LAWS_HELD = (1.0, 0.0, 0.0, 0.0, 0.0)
 FASTEST_CART, FASTEST_POLE = 3.0, 40.0  # m/s, rad/s; see `_drag`
@@ -183,6 +183,25 @@ def show_positions(theta, x, v, th, w):
 
 
 @compile_inner
+def has_pace(theta):
+    """Return whether a measured law changes the pace of the clock."""
+    wanders = False
+    for at in range(LAWS, SIZE, LAW_SIZE):
+        wanders = wanders or ROLES[int(theta[at + KIND])] == PACE
+    return wanders
+
+
+@compile_inner
+def follow_pace(theta, t):
+    """Return by what the clock's measured laws multiply its pace, at t s."""
+    pace = 1.0
+    for at in range(LAWS, SIZE, LAW_SIZE):
+        if ROLES[int(theta[at + KIND])] == PACE:
+            pace *= 1.0 + _follow_curve(theta, at, t, False)[0]
+    return pace
+
+
+@compile_inner
 def _find_positions(theta, x, v, th, w):
     """Return the state behind measured errors; the inverse of `show_positions`."""
     for at in range(LAWS, SIZE, LAW_SIZE):
@@ -210,6 +229,16 @@ def fill_measured_laws(states, t, theta, out):
         gain, force, torque, cart_dry, pole_dry = sum_measured_laws(theta, x, v, th, w, t[n], 0.0)
         out[n, 0], out[n, 1], out[n, 2] = gain, force, torque
         out[n, 3], out[n, 4] = cart_dry, pole_dry
+
+
+@compile_cached
+def multiply_paces(t, lane_of, theta, out):
+    """Multiply paces out (n,) by the clock's measured laws, in place.
+
+    t: (n,) s. lane_of, theta: see `convert_positions`.
+    """
+    for n in range(len(t)):
+        out[n] *= follow_pace(theta[lane_of[n]], t[n])
 
 
 @compile_cached

@@ -17,7 +17,7 @@ import numpy as np
 from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Effect, Form
-from pendulum_twin.law_curves import convert_positions
+from pendulum_twin.law_curves import convert_positions, multiply_paces
 from pendulum_twin.laws.kind import Role
 from pendulum_twin.parameter_vector import SLOTS, find_active_effects, list_law_kinds
 
@@ -39,7 +39,7 @@ def apply_sensors(states: Floats, theta: Floats, t: Floats, sets: Floats | None 
     effects = select_measuring_effects(sets)
     if _have_errors(sets):
         states = _convert_positions(states, theta, undo=False)
-    return _scale_rates(pass_through_sensors(states, theta, effects, t), theta, sets, 1.0)
+    return _scale_rates(pass_through_sensors(states, theta, effects, t), theta, t, sets, 1.0)
 
 
 def undo_sensors(states: Floats, theta: Floats, t: Floats, sets: Floats | None = None) -> Floats:
@@ -50,7 +50,7 @@ def undo_sensors(states: Floats, theta: Floats, t: Floats, sets: Floats | None =
         for e in reversed(select_measuring_effects(sets))
         if e.inverse is not None
     ]
-    rates = _scale_rates(states, theta, sets, -1.0)
+    rates = _scale_rates(states, theta, t, sets, -1.0)
     states = pass_through_sensors(rates, theta, effects, t)
     return _convert_positions(states, theta, undo=True) if _have_errors(sets) else states
 
@@ -108,12 +108,29 @@ def pass_through_sensors(
 
 
 def compute_paces(theta: Floats) -> Floats:
-    """Return the time, s, that passes per second of the stamps, for theta (..., SIZE), (...)."""
+    """Return the time, s, that passes per second of the stamps, for theta (..., SIZE), (...).
+
+    Without the clock's measured law; `follow_paces` has it.
+    """
     pace = np.ones(theta.shape[:-1])
     for e in _CLOCKS:
         slot = SLOTS[e.name]
         pace = pace * e.law(*(theta[..., k] for k in range(slot.start, slot.stop)))
     return pace
+
+
+def follow_paces(theta: Floats, t: Floats) -> Floats:
+    """Return the time, s, that passes per second of the stamps, (lanes, ...).
+
+    theta: (lanes, SIZE).
+    t: (lanes, ...) s by the stamps, from the start of the recording.
+    """
+    even = np.broadcast_to(compute_paces(theta).reshape(_make_lane_shape(t)), t.shape)
+    paces = even.reshape(-1).copy()
+    lane_of = np.repeat(np.arange(len(theta)), len(paces) // max(len(theta), 1))
+    times = np.ascontiguousarray((t * even).reshape(-1))
+    multiply_paces(times, lane_of, np.ascontiguousarray(theta), paces)
+    return paces.reshape(t.shape)
 
 
 def _have_errors(sets: Floats) -> bool:
@@ -129,13 +146,17 @@ def _convert_positions(states: Floats, theta: Floats, undo: bool) -> Floats:
     return flat.reshape(states.shape)
 
 
-def _scale_rates(states: Floats, theta: Floats, sets: Floats, power: float) -> Floats:
+def _scale_rates(states: Floats, theta: Floats, t: Floats, sets: Floats, power: float) -> Floats:
     """Return states with velocities multiplied by a power of the pace of their lane."""
-    if np.all(compute_paces(sets) == 1.0):
+    varies = any(kind.role is Role.PACE for kind in list_law_kinds(sets))
+    if not varies and np.all(compute_paces(sets) == 1.0):
         return states
-    pace = compute_paces(theta)
     states = states.copy()
-    states[..., RATES] *= (pace**power).reshape(_make_lane_shape(states))
+    if varies:
+        paces = follow_paces(theta, np.broadcast_to(t, states.shape[:-1]))[..., None]
+    else:
+        paces = compute_paces(theta).reshape(_make_lane_shape(states))
+    states[..., RATES] *= paces**power
     return states
 
 

@@ -26,12 +26,14 @@ from pendulum_twin.parameter_vector import VALUES, make_theta
 
 RIG = Twin("rig", INTECO.rig)
 AT = np.linspace(-1.8, 1.8, 61)
+CLOCK = np.linspace(0.0, 30.0, 31)
 LAWS = {
     "cart_force_by_position": Law(tuple(AT), tuple(-3.0 * AT**3)),
     "drive_gain_along_rail": Law(tuple(AT), tuple(np.tanh(0.4 * AT))),
     "cart_drag_by_pole_rate": Law(tuple(10.0 * AT), tuple(4.0 * np.abs(AT))),
     "cart_one_way_drag_along_rail": Law(tuple(AT), tuple(-0.8 * np.tanh(3.0 * AT))),
     "pole_torque_by_angle": Law(tuple(spread_turn(24)), tuple(0.01 * np.sin(3 * spread_turn(24)))),
+    "clock_pace_over_time": Law(tuple(CLOCK), tuple(0.1 * np.sin(2 * np.pi * CLOCK / 10.0))),
 }
 
 
@@ -174,7 +176,6 @@ def test_a_formula_that_the_recording_does_not_fix_is_none():
         assert sure[1 : len(named.shape.shape.factors)].any()
 
 
-CLOCK = np.linspace(0.0, 30.0, 31)
 WANDERING = 0.15 * np.random.default_rng(5).standard_normal(31)
 RECOVERING = -0.3 * np.exp(-CLOCK / 8.0)
 

@@ -43,6 +43,8 @@ CONSTANTS: dict[tuple[Role, Variable | None], tuple[str, str]] = {  # None: what
     (Role.CART_DRY, Variable.VELOCITY): ("cart_viscous_n_s_m", "size"),
     (Role.POLE_DRY, Variable.RATE): ("pole_viscous_n_m_s", "size"),
 }
+# The parts of a law that an effect of the catalogue names: `sample_period_error`.
+NAMED: dict[tuple[Role, Variable | None], str] = {(Role.PACE, None): "mean"}
 # The parts of a law that the level of a dry friction stands for.
 LEVELS: dict[tuple[Role, Variable | None], str] = {
     (Role.CART_DRY, None): "mean",
@@ -193,7 +195,7 @@ def _is_possible(case: Case, kind: LawKind) -> bool:
     """
     signals = case.signals
     needs_pole = kind.place is Place.POLE or kind.variable in (Variable.ANGLE, Variable.RATE)
-    needs_pole = needs_pole or kind.role is Role.ANGLE_ERROR
+    needs_pole = needs_pole or kind.role in (Role.ANGLE_ERROR, Role.PACE)  # g keeps the time
     needs_cart = kind.place in (Place.COMMAND, Place.DRIVE, Place.CART)
     needs_cart = needs_cart or kind.variable in (Variable.POSITION, Variable.VELOCITY)
     return not (
@@ -283,6 +285,8 @@ def _list_others(kind: LawKind, case: Case, effects: tuple[str, ...]) -> tuple[s
         name, part = CONSTANTS.get(key, ("", ""))
         if name in constants:
             others.append(part)
+        if key in NAMED:
+            others.append(NAMED[key])
         if key in LEVELS and _has_dry(kind.place, effects):
             others.append(LEVELS[key])
     return tuple(others)

@@ -42,5 +42,6 @@ KINDS: tuple[LawKind, ...] = (
     LawKind("pole_hysteresis", Place.POLE, Role.POLE_HYSTERESIS, Variable.TURN),
     LawKind("angle_error_over_turn", Place.SENSOR, Role.ANGLE_ERROR, Variable.ANGLE),
     LawKind("position_error_along_rail", Place.SENSOR, Role.POSITION_ERROR, Variable.POSITION),
+    LawKind("clock_pace_over_time", Place.CLOCK, Role.PACE, Variable.TIME),
 )
 BY_NAME: dict[str, LawKind] = {kind.name: kind for kind in KINDS}

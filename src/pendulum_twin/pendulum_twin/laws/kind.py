@@ -45,6 +45,7 @@ class Role(IntEnum):
     )
     ANGLE_ERROR = 12  # is added to the measured angle, rad
     POSITION_ERROR = 13  # is added to the measured position, m
+    PACE = 14  # the time that passes for a second of the stamps is multiplied by 1 + value
 
 
 @dataclass(frozen=True)
@@ -96,6 +97,7 @@ QUANTITIES: dict[Role, Axis] = {
     Role.POLE_HYSTERESIS: Axis("elastic friction of the pole", "N m", "_n_m"),
     Role.ANGLE_ERROR: Axis("error of the angle", "rad", "_rad"),
     Role.POSITION_ERROR: Axis("error of the position", "m", "_m"),
+    Role.PACE: Axis("change of the time between samples, as a share", "1", ""),
 }
 # What a value is a fraction of, (scale, per): a typical size of each quantity on a rig.
 SCALES: dict[Role, tuple[Scale, Scale]] = {
@@ -113,6 +115,7 @@ SCALES: dict[Role, tuple[Scale, Scale]] = {
     Role.POLE_HYSTERESIS: (Scale.TORQUE, Scale.ONE),
     Role.ANGLE_ERROR: (Scale.ONE, Scale.ONE),
     Role.POSITION_ERROR: (Scale.CART_TRAVEL, Scale.ONE),
+    Role.PACE: (Scale.ONE, Scale.ONE),
 }
 LIMITS: dict[Role, float] = {  # largest value, to either side, that a twin file may give
     Role.COMMAND: 1e6,
@@ -129,6 +132,7 @@ LIMITS: dict[Role, float] = {  # largest value, to either side, that a twin file
     Role.POLE_HYSTERESIS: 1e6,
     Role.ANGLE_ERROR: math.pi,
     Role.POSITION_ERROR: 1e3,
+    Role.PACE: 0.5,
 }
 
 
