@@ -24,6 +24,7 @@ from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.fitting.blas_threads import use_one_blas_thread
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.gauss_newton import refine_start_states
+from pendulum_sysid.fitting.latent_force import measure_latent_force
 from pendulum_sysid.fitting.noise_floor import NoiseFloor, measure_noise_floor
 from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
 from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
@@ -82,10 +83,14 @@ def explain_answer(prepared: Prepared, answer: Answer, progress: Progress) -> Fi
     """Return all that a verdict is written from: the search's answer, judged, and laws."""
     case, split = prepared.case, prepared.split
     findings = measure_rest(judge_answer(case, split, answer, progress), split, progress)
-    if findings.final.choose > decisions.MISFIT_AT_NOISE:
-        repeats = measure_repeatability(replace(case, twin=findings.final.twin))
-        findings = replace(findings, repeats=repeats)
-    return findings
+    if findings.final.choose <= decisions.MISFIT_AT_NOISE:
+        return findings
+    improved = replace(case, twin=findings.final.twin)
+    return replace(
+        findings,
+        repeats=measure_repeatability(improved),
+        wandering=measure_latent_force(improved, split, findings.final.theta),
+    )
 
 
 def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -> Findings:

@@ -81,7 +81,7 @@ def assert_as_in_the_contract(found: dict) -> None:
         assert set(found["fit"]["train"]) == set(found["fit"]["held_out"]) == {"before", "after"}
     if found["remainder"] is not None:
         always = {"place", "above_noise_floor", "finding"}
-        assert set(found["remainder"]) - {"repeats"} == always
+        assert set(found["remainder"]) - {"repeats", "wandering"} == always
     for one in found["data_quality"]:
         assert set(one) == {"kind", "count", "intervals_s"}
     assert {"seconds", "samples", "rate_hz", "digest"} <= set(found["recording"]) and found[
@@ -471,6 +471,25 @@ def test_what_no_effect_explains_is_not_forced_onto_one(
     assert found["location"] is not None
     rest = found["remainder"]  # measured laws may take all of it
     assert found["measured_laws"] or rest["above_noise_floor"] > 2
+
+
+WIND = np.random.default_rng(4)
+WAVES = list(zip(WIND.uniform(0.1, 2.0, 12), WIND.uniform(0.0, math.tau, 12), strict=True))
+
+
+def wind(t: float, y: tuple, drive: float) -> float:
+    """Return a push of many slow waves that never repeats, 0.29 N root mean square."""
+    return 0.12 * sum(math.sin(math.tau * hertz * t + phase) for hertz, phase in WAVES)
+
+
+def test_a_random_force_is_told_as_random_and_so_large() -> None:
+    found = diagnose([unlisted(wind, seconds=40.0)], INTECO, silent).to_dict()
+    assert found["outcome"] == "not_in_catalogue" and found["missing_physics"] == []
+    assert found["measured_laws"] == []
+    wandering = found["remainder"]["wandering"]
+    assert wandering["force_n"] == pytest.approx(0.12 * math.sqrt(6), rel=0.25)
+    assert 0.1 < wandering["correlation_s"] < 1.0
+    assert "It depends on nothing that was asked, so it may be random." in found["sentence"]
 
 
 def one_sided(t: float, y: tuple, drive: float) -> float:

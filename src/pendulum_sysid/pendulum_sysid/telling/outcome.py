@@ -12,6 +12,7 @@ from pendulum_sysid.finding.search import Named
 from pendulum_sysid.finding.weights import WeighedSet
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.noise_floor import NoiseFloor
+from pendulum_sysid.fitting.predictions import LatentForce
 from pendulum_sysid.fitting.window_runs import WindowRuns
 from pendulum_sysid.measuring.naming import NamedCurve
 from pendulum_sysid.measuring.repeatability import Repeatability
@@ -44,6 +45,7 @@ class Findings:
     with_laws: the final fit with these laws beside its effects; None without laws.
     needed: named effects that the twin needs beside laws that bring it to the noise.
     repeats: how much of the improved twin's error comes again; None where no motion does.
+    wandering: the force that would make up for what the improved twin lacks; None at the noise.
     """
 
     case: Case
@@ -67,6 +69,7 @@ class Findings:
     with_laws: Fit | None = None
     needed: tuple[str, ...] = ()
     repeats: Repeatability | None = None
+    wandering: LatentForce | None = None
 
     @property
     def final(self) -> Fit:

@@ -47,7 +47,8 @@ def write_answer(
     if events is not None and (is_unlike(findings) or outcome is Outcome.NOT_IN_CATALOGUE):
         return f"{events.sentence}; {errors}."
     if is_unlike(findings):
-        return f"{_describe_unlike(findings)}; {errors}.{_describe_closest(named, findings)}"
+        closest, random = _describe_closest(named, findings), describe_random(findings)
+        return f"{_describe_unlike(findings)}; {errors}.{random}{closest}"
     if outcome is Outcome.NOTHING_MISSING:
         changed = describe_changed(findings)
         return f"Nothing is missing: other parameters of the rig are enough{changed}; {errors}."
@@ -63,7 +64,7 @@ def write_answer(
         return (
             f"Physics is missing at the {place} that no effect of the catalogue explains; "
             f"{errors}, {compute_floors(findings).after:.2g} times the noise floor."
-            f"{describe_repeats(findings.repeats)}{laws}{signs}{certain}{part}"
+            f"{describe_rest(findings)}{laws}{signs}{certain}{part}"
         )
     effects = [describe_effect(effect.effect, findings.final) for effect in named]
     with_effects = f"With {'it' if len(named) == 1 else 'them'}, {errors}."
@@ -72,9 +73,30 @@ def write_answer(
     if findings.final.choose > decisions.MISFIT_AT_NOISE:
         ratio = format_number(compute_remaining_ratio(findings))
         sentences.append(f"What remains is {ratio} times the noise floor.")
-        repeats = describe_repeats(findings.repeats)
-        return " ".join(sentences) + repeats
+        return " ".join(sentences) + describe_rest(findings)
     return " ".join(sentences)
+
+
+def describe_rest(findings: Findings) -> str:
+    """Return what is known of the error that remains, after a space; empty for nothing."""
+    return describe_repeats(findings.repeats) + describe_random(findings)
+
+
+def describe_random(findings: Findings) -> str:
+    """Return a sentence on a force that depends on nothing that was asked, after a space.
+
+    Empty where what remains depends on something, and where nothing remains.
+    """
+    force = findings.wandering
+    if force is None or findings.remains.evidence:
+        return ""
+    size = f"force of {force.force_n:.3g} N on the cart"
+    if findings.remains.place in ("pole", "sensor") or findings.case.signals.cart is None:
+        size = f"torque of {force.torque_n_m:.3g} N m on the pole"
+    return (
+        f" What remains is like a {size} (root mean square) that changes within "
+        f"{force.correlation_s:.2g} s. It depends on nothing that was asked, so it may be random."
+    )
 
 
 def describe_repeats(repeats: Repeatability | None) -> str:

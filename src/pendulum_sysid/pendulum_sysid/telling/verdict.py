@@ -47,7 +47,14 @@ from pendulum_sysid.verdict.record import (
     VariableShare,
     Verdict,
 )
-from pendulum_sysid.verdict.scores import BeforeAfter, FitScores, Remainder, Repeats
+from pendulum_sysid.verdict.scores import (
+    ON_NOTHING,
+    BeforeAfter,
+    FitScores,
+    Remainder,
+    Repeats,
+    WanderingForce,
+)
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.laws.kind import EVIDENCE_NAMES, Role
 
@@ -275,13 +282,21 @@ def _describe_remainder(findings: Findings) -> Remainder | None:
     if findings.final.choose <= decisions.MISFIT_AT_NOISE:
         return None
     evidence = findings.remains.evidence
-    finding = (
-        f"{evidence[0].variable}: {evidence[0].finding}"
-        if evidence
-        else "depends on no variable that was asked"
-    )
+    finding = f"{evidence[0].variable}: {evidence[0].finding}" if evidence else ON_NOTHING
     ratio = float(compute_remaining_ratio(findings))
-    return Remainder(findings.remains.place, ratio, finding, _describe_repeats(findings))
+    repeats, wandering = _describe_repeats(findings), _describe_wandering(findings)
+    return Remainder(findings.remains.place, ratio, finding, repeats, wandering)
+
+
+def _describe_wandering(findings: Findings) -> WanderingForce | None:
+    signals, force = findings.case.signals, findings.wandering
+    if force is None:
+        return None
+    return WanderingForce(
+        None if signals.cart is None else float(force.force_n),
+        None if signals.pole is None else float(force.torque_n_m),
+        float(force.correlation_s),
+    )
 
 
 def _describe_repeats(findings: Findings) -> Repeats | None:

@@ -19,7 +19,7 @@ NOT_IN_FILE = {
 }  # fmt: skip
 LEFT_OUT_IF_NONE = {  # a joint that was not recorded, a motion that does not come again
     "held_out_cart_mm", "held_out_pole_rad", "held_out_cart_fit", "held_out_pole_fit", "floors",
-    "repeats",
+    "repeats", "wandering",
 }  # fmt: skip
 
 

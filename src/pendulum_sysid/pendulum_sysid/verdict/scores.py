@@ -64,6 +64,24 @@ class Repeats:
     random_floors: float
 
 
+ON_NOTHING = "depends on no variable that was asked"  # finding of a remainder
+
+
+@dataclass(frozen=True)
+class WanderingForce:
+    """Hold the force that would make up for what the improved twin still lacks.
+
+    Attributes:
+        force_n, torque_n_m: standard deviations, on the cart and on the pole; None for a joint
+            that was not recorded.
+        correlation_s: time over which they stay alike.
+    """
+
+    force_n: float | None
+    torque_n_m: float | None
+    correlation_s: float
+
+
 @dataclass(frozen=True)
 class Remainder:
     """Hold what the improved twin still does not explain.
@@ -74,9 +92,11 @@ class Remainder:
         finding: the variable that the remainder depends on, in words.
         repeats: how much of the remainder comes again; None where the recordings go through too
             few motions twice.
+        wandering: the force that would make up for the remainder.
     """
 
     place: str
     above_noise_floor: float
     finding: str
     repeats: Repeats | None = None
+    wandering: WanderingForce | None = None

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from pendulum_sysid.studies.proof.records import Answer
+from pendulum_sysid.verdict.scores import ON_NOTHING
 from pendulum_twin.errors import BadInputError
 
 
@@ -28,11 +29,17 @@ def read_answer(verdict: Mapping[str, Any], error: str = "") -> Answer:
             place=location.get("place"),
             variables=tuple(entry["variable"] for entry in location.get("evidence") or []),
             error=error,
+            random=_is_random(verdict),
         )
     except (KeyError, TypeError, AttributeError) as reason:
         raise BadInputError(
             f"verdict: expected the entries of pendulum_verdict/1, found {reason!r} missing or odd"
         ) from reason
+
+
+def _is_random(verdict: Mapping[str, Any]) -> bool:
+    remainder = verdict.get("remainder") or {}
+    return remainder.get("finding") == ON_NOTHING and not verdict.get("measured_laws")
 
 
 def make_rival_answer(named: Sequence[str], stale: bool = False, error: str = "") -> Answer:

@@ -38,6 +38,7 @@ METHODS: Row = (
     "s",
 )
 MODELLED: Row = ("unlisted physics", "place", "place told", "named", "floors elsewhere")
+RANDOM = "(random)"
 PREDICTORS: Row = (
     "prediction elsewhere",
     "within 1.5 floors",
@@ -89,7 +90,7 @@ def format_modelled(judgement: Judgement, models: Sequence[str] = ()) -> Row:
         ", ".join(effect.name for effect in seal.unlisted),
         ", ".join(effect.place for effect in seal.unlisted),
         answer.place or NOTHING,
-        ", ".join(answer.named) or NOTHING,
+        ", ".join(answer.named) or (RANDOM if answer.random else NOTHING),
         NOTHING if judgement.modelled is None else format_number(judgement.modelled, 3),
         *(format_floors(judgement, name) for name in models),
     )

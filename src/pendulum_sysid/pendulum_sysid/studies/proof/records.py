@@ -123,6 +123,7 @@ class Answer:
     place: where the mismatch is; None for no place.
     variables: what the mismatch depends on; a product is written with a star.
     error: the error that broke the answer off; empty for none.
+    random: whether what has no name is said to depend on nothing, so that it may be random.
     """
 
     outcome: str
@@ -131,6 +132,7 @@ class Answer:
     place: str | None = None
     variables: tuple[str, ...] = ()
     error: str = ""
+    random: bool = False
 
 
 @dataclass(frozen=True)
