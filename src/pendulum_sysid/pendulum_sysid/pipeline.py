@@ -10,6 +10,7 @@ from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.joining import join_recordings
 from pendulum_sysid.errors import UnusableRecording
 from pendulum_sysid.finding.detectors import Use, read_effects
+from pendulum_sysid.finding.environments import measure_steadiness
 from pendulum_sysid.finding.localisation.localise import localise
 from pendulum_sysid.finding.localisation.shape_check import (
     find_misfits,
@@ -138,7 +139,9 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
     """Return the findings with measured laws for what no name explains, if laws help.
 
     Where names do not explain the errors, laws are tried without these names first. A name that
-    the laws leave without a sure size is no name any more.
+    the laws leave without a sure size is no name any more. The others are asked again beside the
+    laws, which hold what disturbed them before: whether they are steady, and whether a shape that
+    was wrong is wrong still.
     """
     unnamed = decide_outcome(findings) is Outcome.NOT_IN_CATALOGUE
     if not (decisions.MEASURE_LAWS and (unnamed or is_above_noise(findings))):
@@ -155,6 +158,11 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
     if not at_noise:
         fit = join_intervals(fit, findings.best)
     sure, doubted = part_sure_names(fit, findings.named, case.scales)
+    steady = measure_steadiness(case, split, fit)
+    sure = tuple(replace(e, steadiness=steady.get(e.effect, e.steadiness)) for e in sure)
+    remainders = measure_remainders(case, fit, findings.base)
+    beside = find_misfits(case, fit.theta, remainders, [e.effect for e in sure])
+    beside_laws = {(misfit.effect, misfit.place) for misfit in beside}
     fit, sure = add_readings(case, fit, sure)
     improved = replace(case, twin=fit.twin)
     after = run_parts(improved, split)
@@ -162,6 +170,7 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
         findings,
         named=sure,
         perhaps=(*doubted, *findings.perhaps),
+        misfits=tuple(m for m in findings.misfits if (m.effect, m.place) in beside_laws),
         laws=laws,
         with_laws=fit,
         needed=list_needed(measured, [named.effect for named in sure]) if at_noise else (),
