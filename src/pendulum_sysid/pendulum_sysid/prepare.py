@@ -15,6 +15,7 @@ from pendulum_sysid.cleaning.causality import check_causality
 from pendulum_sysid.cleaning.command_answer import check_follows_command
 from pendulum_sysid.cleaning.joining import join_recordings
 from pendulum_sysid.cleaning.moving_joints import leave_out_still_cart
+from pendulum_sysid.cleaning.rail_ends import leave_out_rail_ends
 from pendulum_sysid.cleaning.slips import leave_out_slips
 from pendulum_sysid.cleaning.smooth_state import SmoothState, smooth_state
 from pendulum_sysid.cleaning.stale_start import leave_out_stale_start
@@ -80,7 +81,8 @@ def prepare_case(recordings: Sequence[Recording], twin: Twin) -> Case:
 
     Raises WrongUse as `prepare` does.
     """
-    smoothed = [_smooth_own_run(recording) for recording in recordings]
+    half_m = twin.rig.rail_half_length_m
+    smoothed = [_smooth_own_run(recording, half_m) for recording in recordings]
     recording, state = smoothed[0]
     if len(smoothed) > 1:
         recording = join_recordings([own for own, _ in smoothed])
@@ -88,11 +90,13 @@ def prepare_case(recordings: Sequence[Recording], twin: Twin) -> Case:
     return make_case(recording, state, twin)
 
 
-def _smooth_own_run(recording: Recording) -> tuple[Recording, SmoothState]:
+def _smooth_own_run(recording: Recording, half_m: float | None) -> tuple[Recording, SmoothState]:
     """Return a recording without what is not the rig's own run, and its smooth motion.
 
-    Left out are a start that belongs to another run, and slips of the cart's reading.
+    Left out are a start that belongs to another run, slips of the cart's reading, and where the
+    cart stands at an end of the rail, half_m from its middle.
     """
+    recording = leave_out_rail_ends(recording, half_m)
     state = smooth_state(recording.signals)
     for leave_out in (leave_out_stale_start, leave_out_slips):
         own = leave_out(recording, state)

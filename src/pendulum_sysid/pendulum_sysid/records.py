@@ -24,7 +24,7 @@ class Outcome(Enum):
     UNUSABLE = "unusable"  # the recording cannot answer the question
 
 
-type FaultKind = Literal["spike", "gap", "jitter", "wrap", "stale", "clipped", "slip"]
+type FaultKind = Literal["spike", "gap", "jitter", "wrap", "stale", "clipped", "slip", "rail_end"]
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,13 @@ TITLES = {
     AMBER: "Use this twin with care",
     BLUE: "The improved twin is good for use",
 }
-LOST_KINDS = ("gap", "stale", "clipped", "slip")  # faults that take stretches of time away
+LOST_KINDS = (
+    "gap",
+    "stale",
+    "clipped",
+    "slip",
+    "rail_end",
+)  # faults that take stretches of time away
 
 
 @dataclass(frozen=True)

@@ -123,6 +123,7 @@ QUALITY: dict[FaultKind, str] = {
     "stale": "the same value repeated while the rig moved; left out",
     "clipped": "values stuck at a limit",
     "slip": "jumps of the cart's reading that no force explains; left out",
+    "rail_end": "stretches in which the cart stands at an end of the rail; left out",
 }
 
 FIT_ROWS: dict[str, tuple[str, str]] = {  # field of FitScores -> words and unit
