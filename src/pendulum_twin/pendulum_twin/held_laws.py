@@ -116,14 +116,14 @@ def hold_measured_laws(theta, p, i, width, step, pushed, held_dry):
 
 
 @compile_inner
-def hold_hysteresis(elements, slots, counts, strains, p, i, width):
+def hold_hysteresis(elements, counts, p, i, width):
     """Add the measured hysteresis of lane i to what acts evenly over its next step.
 
-    elements, slots, counts, strains: of the lane at the step's begin; see `hysteresis`.
+    elements, counts: of the lane at the step's begin; see `hysteresis`.
     """
     x, th, v, w = get_four(p, X, i, width)
     half = 0.5 * p[H * width + i]
-    force, torque = sum_hysteresis(elements, slots, counts, strains, half * v, half * w)
+    force, torque = sum_hysteresis(elements, counts, half * v, half * w)
     p[FORCE * width + i] += force
     p[PUSHED * width + i] += force
     p[TORQUE * width + i] += torque
@@ -131,8 +131,8 @@ def hold_hysteresis(elements, slots, counts, strains, p, i, width):
 
 
 @compile_inner
-def follow_lane_strains(elements, slots, counts, strains, p, i, width):
+def follow_lane_strains(elements, counts, p, i, width):
     """Strain the elements of measured hysteresis of lane i by its last step."""
     move = p[X * width + i] - p[X_BEFORE * width + i]
     turn = p[TH * width + i] - p[TH_BEFORE * width + i]
-    follow_strains(elements, slots, counts, strains, move, turn)
+    follow_strains(elements, counts, move, turn)

@@ -6,11 +6,12 @@ Applied Mechanics 33 (1966) 893; its element is the stop operator of M. Brokate 
 Hysteresis and Phase Transitions (1996), section 2.1). Most elements of a fitted law have no
 friction, so a lane lists the others before it runs. Arguments:
 theta: (SIZE,) of one lane.
-elements: (STRAINS, 2) of the lane: way until it slips, m or rad; stiffness, N/m or N m/rad.
+elements: (3, STRAINS) of the lane: way until it slips, m or rad; stiffness, N/m or N m/rad; what
+    it is strained by, m or rad.
 slots: (STRAINS,) of each element's strain in `strains`.
 counts: how many elements the cart has, and how many cart and pole have; the cart's come first.
-strains: (STRAINS,) what each element is strained by: of the cart, m, then of the pole, rad; 0 for
-    an element without friction.
+strains: (STRAINS,) what is kept between runs: the strains of the cart, m, then of the pole, rad;
+    0 for an element without friction.
 move, turn: m, rad; of cart and pole since the strains were taken.
 """
 
@@ -33,6 +34,7 @@ from pendulum_twin.parameter_vector import (
 
 STRAINS = 2 * MOST_KNOTS
 POLE_STRAINS = MOST_KNOTS  # where those of the pole begin
+WAY, STIFFNESS, STRAIN = range(3)  # rows of `elements`
 CART, POLE = int(Role.CART_HYSTERESIS), int(Role.POLE_HYSTERESIS)
 
 
@@ -46,7 +48,7 @@ def _append_elements(theta, wanted, first, elements, slots, count):
         for k in range(int(theta[at + KNOTS])):
             value = theta[at + VALUES + k]
             if value != 0.0:
-                elements[count, 0], elements[count, 1] = way, value / way
+                elements[WAY, count], elements[STIFFNESS, count] = way, value / way
                 slots[count] = first + k
                 count += 1
             way *= theta[at + SPACING]
@@ -54,39 +56,65 @@ def _append_elements(theta, wanted, first, elements, slots, count):
 
 
 @compile_inner
-def list_elements(theta, elements, slots):
+def list_elements(theta, strains, elements, slots):
     """Fill elements and slots; return counts."""
     carts = _append_elements(theta, CART, 0, elements, slots, 0)
-    return carts, _append_elements(theta, POLE, POLE_STRAINS, elements, slots, carts)
+    count = _append_elements(theta, POLE, POLE_STRAINS, elements, slots, carts)
+    for m in range(count):
+        elements[STRAIN, m] = strains[slots[m]]
+    return carts, count
 
 
 @compile_inner
-def _strain(elements, slots, strains, m, move):
-    """Return what element m is strained by after a move."""
-    way = elements[m, 0]
-    return min(max(strains[slots[m]] + move, -way), way)
+def keep_strains(elements, slots, counts, strains):
+    """Fill strains with what the elements are strained by."""
+    for m in range(counts[1]):
+        strains[slots[m]] = elements[STRAIN, m]
 
 
 @compile_inner
-def sum_hysteresis(elements, slots, counts, strains, move, turn):
+def _pull(elements, m, move):
+    """Return the force of element m after a move."""
+    way = elements[WAY, m]
+    return elements[STIFFNESS, m] * min(max(elements[STRAIN, m] + move, -way), way)
+
+
+@compile_inner
+def _sum_pulls(elements, begin, stop, move):
+    """Return the force of some elements; four sums, so that the processor adds side by side."""
+    a, b, c, d = 0.0, 0.0, 0.0, 0.0
+    whole = stop - (stop - begin) % 4
+    for m in range(begin, whole, 4):
+        a += _pull(elements, m, move)
+        b += _pull(elements, m + 1, move)
+        c += _pull(elements, m + 2, move)
+        d += _pull(elements, m + 3, move)
+    for m in range(whole, stop):
+        a += _pull(elements, m, move)
+    return (a + b) + (c + d)
+
+
+@compile_inner
+def sum_hysteresis(elements, counts, move, turn):
     """Return the force on the cart, N, and the torque on the pole, N m, of all elements."""
     carts, count = counts
-    force, torque = 0.0, 0.0
-    for m in range(carts):
-        force -= elements[m, 1] * _strain(elements, slots, strains, m, move)
-    for m in range(carts, count):
-        torque -= elements[m, 1] * _strain(elements, slots, strains, m, turn)
-    return force, torque
+    return -_sum_pulls(elements, 0, carts, move), -_sum_pulls(elements, carts, count, turn)
 
 
 @compile_inner
-def follow_strains(elements, slots, counts, strains, move, turn):
+def _follow(elements, begin, stop, move):
+    """Strain some elements by a move, in place."""
+    for m in range(begin, stop):
+        way = elements[WAY, m]
+        elements[STRAIN, m] = min(max(elements[STRAIN, m] + move, -way), way)
+
+
+@compile_inner
+def follow_strains(elements, counts, move, turn):
     """Strain the elements by a move and a turn, in place."""
     carts, count = counts
-    for m in range(carts):
-        strains[slots[m]] = _strain(elements, slots, strains, m, move)
-    for m in range(carts, count):
-        strains[slots[m]] = _strain(elements, slots, strains, m, turn)
+    _follow(elements, 0, carts, move)
+    _follow(elements, carts, count, turn)
 
 
 @compile_inner

@@ -40,7 +40,7 @@ from pendulum_twin.held_laws import (
     hold_pace,
     react_to_motion,
 )
-from pendulum_twin.hysteresis import STRAINS, list_elements
+from pendulum_twin.hysteresis import STRAINS, keep_strains, list_elements
 from pendulum_twin.law_curves import bend_commands, has_pace
 from pendulum_twin.machine_code import compile_cached
 from pendulum_twin.motion import MOVING, advance_step, follow_path
@@ -225,7 +225,7 @@ def integrate_lanes(
     row, at = np.empty(width, dtype=np.int64), np.empty(width, dtype=np.int64)
     first_of, mass_of, viscous_of = np.empty(width), np.empty(width), np.empty(width)
     remembers = measured is not None and len(measured) > 1
-    elements = np.empty((width, STRAINS if remembers else 0, 2))
+    elements = np.empty((width, 3, STRAINS if remembers else 0))
     slots = np.empty((width, STRAINS if remembers else 0), dtype=np.int64)
     counts = np.empty((width, 2), dtype=np.int64)
     for first in range(0, count, width):
@@ -238,7 +238,8 @@ def integrate_lanes(
             _place_lane(theta[lane], start_states[lane], path_memory[lane], h, p, i, width)
             paced = paced or (measured is not None and has_pace(theta[lane]))
             if remembers:
-                counts[i, 0], counts[i, 1] = list_elements(theta[lane], elements[i], slots[i])
+                strains = path_memory[lane, compose.KEPT :]
+                counts[i] = list_elements(theta[lane], strains, elements[i], slots[i])
         for n in range(samples):
             for i in range(min(width, count - first)):
                 for k in range(4):
@@ -268,8 +269,7 @@ def integrate_lanes(
                         hold_measured_laws(theta[lane], p, i, width, step, pushed, held_dry)
                 if remembers:
                     for i in range(width):
-                        strains = path_memory[min(first + i, count - 1), compose.KEPT :]
-                        hold_hysteresis(elements[i], slots[i], counts[i], strains, p, i, width)
+                        hold_hysteresis(elements[i], counts[i], p, i, width)
                 _advance(lanes, laws, dry, p)
                 if evenly:
                     for i in range(width):
@@ -278,11 +278,13 @@ def integrate_lanes(
                     for i in range(width):
                         react_to_motion(p, i, width, mass_of[i])
                 if remembers:
-                    for i in range(min(width, count - first)):
-                        strains = path_memory[first + i, compose.KEPT :]
-                        follow_lane_strains(elements[i], slots[i], counts[i], strains, p, i, width)
+                    for i in range(width):
+                        follow_lane_strains(elements[i], counts[i], p, i, width)
             for i in range(width):
                 at[i] += sub
         for i in range(min(width, count - first)):
             for k in range(compose.KEPT):
                 path_memory[first + i, k] = p[(PATH + k) * width + i]
+            if remembers:
+                strains = path_memory[first + i, compose.KEPT :]
+                keep_strains(elements[i], slots[i], counts[i], strains)

@@ -10,7 +10,13 @@ from pendulum_twin.block import PATH_SIZE
 from pendulum_twin.compose import KEPT, PATHS
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Form
-from pendulum_twin.hysteresis import STRAINS, follow_strains, list_elements, sum_hysteresis
+from pendulum_twin.hysteresis import (
+    STRAINS,
+    follow_strains,
+    keep_strains,
+    list_elements,
+    sum_hysteresis,
+)
 from pendulum_twin.motion import follow_path
 from pendulum_twin.parameter_vector import find_active_effects, list_law_kinds
 from pendulum_twin.signals import Signals
@@ -30,16 +36,17 @@ def _fill_path_memory(places, theta, out, loads):  # type: ignore[no-untyped-def
     p[: len(theta)] = theta
     first = len(theta)
     strains, slots = np.zeros(STRAINS), np.empty(STRAINS, dtype=np.int64)
-    elements = np.empty((STRAINS, 2))
-    counts = list_elements(theta, elements, slots)
+    elements = np.empty((3, STRAINS))
+    counts = list_elements(theta, strains, elements, slots)
     for n in range(len(places)):
         move, turn = places[n] - places[max(n - 1, 0)]
         follow_path(first, move, p, 0, 1)
-        follow_strains(elements, slots, counts, strains, move, turn)
-        loads[n] = sum_hysteresis(elements, slots, counts, strains, 0.0, 0.0)
+        follow_strains(elements, counts, move, turn)
+        loads[n] = sum_hysteresis(elements, counts, 0.0, 0.0)
         for k in range(PATHS):
             out[n, k] = p[first + k]
             loads[n, 0] += p[first + k]
+        keep_strains(elements, slots, counts, strains)
         out[n, KEPT:] = strains
 
 
