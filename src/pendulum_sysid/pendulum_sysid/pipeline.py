@@ -13,6 +13,7 @@ from pendulum_sysid.finding.detectors import Use, read_effects
 from pendulum_sysid.finding.environments import measure_steadiness
 from pendulum_sysid.finding.localisation.localise import localise
 from pendulum_sysid.finding.localisation.shape_check import (
+    Misfit,
     find_misfits,
     is_outweighed,
     measure_remainders,
@@ -38,6 +39,8 @@ from pendulum_sysid.telling.drawings import collect_drawings, draw_overlays
 from pendulum_sysid.telling.outcome import Findings, decide_outcome, is_above_noise
 from pendulum_sysid.telling.verdict import make_unusable, make_verdict
 from pendulum_sysid.verdict.record import Verdict
+from pendulum_twin.effects import BY_NAME as EFFECTS
+from pendulum_twin.laws import BY_NAME as LAWS_BY_NAME
 from pendulum_twin.model import Twin
 
 Progress = Callable[[str], None]
@@ -140,8 +143,7 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
 
     Where names do not explain the errors, laws are tried without these names first. A name that
     the laws leave without a sure size is no name any more. The others are asked again beside the
-    laws, which hold what disturbed them before: whether they are steady, and whether a shape that
-    was wrong is wrong still.
+    laws, which hold what disturbed them before: whether they are steady, and their shapes.
     """
     unnamed = decide_outcome(findings) is Outcome.NOT_IN_CATALOGUE
     if not (decisions.MEASURE_LAWS and (unnamed or is_above_noise(findings))):
@@ -160,9 +162,7 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
     sure, doubted = part_sure_names(fit, findings.named, case.scales)
     steady = measure_steadiness(case, split, fit)
     sure = tuple(replace(e, steadiness=steady.get(e.effect, e.steadiness)) for e in sure)
-    remainders = measure_remainders(case, fit, findings.base)
-    beside = find_misfits(case, fit.theta, remainders, [e.effect for e in sure])
-    beside_laws = {(misfit.effect, misfit.place) for misfit in beside}
+    misfits = _ask_shapes_again(findings, fit, [effect.effect for effect in sure])
     fit, sure = add_readings(case, fit, sure)
     improved = replace(case, twin=fit.twin)
     after = run_parts(improved, split)
@@ -170,13 +170,32 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
         findings,
         named=sure,
         perhaps=(*doubted, *findings.perhaps),
-        misfits=tuple(m for m in findings.misfits if (m.effect, m.place) in beside_laws),
+        misfits=misfits,
         laws=laws,
         with_laws=fit,
         needed=list_needed(measured, [named.effect for named in sure]) if at_noise else (),
         after=after,
         remains=localise(case, fit.theta, after["train"]),
         floor=measure_noise_floor(improved, fit.theta, split.held_out),
+    )
+
+
+def _ask_shapes_again(findings: Findings, fit: Fit, names: list[str]) -> tuple[Misfit, ...]:
+    """Return the misfits that laws at other places than the name's do not take away.
+
+    fit: with laws.
+    names: of the fit's effects that are asked.
+
+    A law at the place of an effect may have bent its shape to what is there.
+    """
+    remainders = measure_remainders(findings.case, fit, findings.base)
+    misfits = find_misfits(findings.case, fit.theta, remainders, names)
+    still = {(misfit.effect, misfit.place) for misfit in misfits}
+    places = {LAWS_BY_NAME[name].place for name in fit.twin.measured_laws}
+    return tuple(
+        misfit
+        for misfit in findings.misfits
+        if (misfit.effect, misfit.place) in still or EFFECTS[misfit.effect].place in places
     )
 
 

@@ -11,6 +11,7 @@ from pendulum_twin.block import (
     EVEN_H,
     FORCE,
     PATH,
+    POLE_DRY,
     PUSHED,
     REACTION,
     TH,
@@ -113,6 +114,13 @@ def hold_measured_laws(theta, p, i, width, step, pushed, held_dry):
     applied = drive * gain + pushed + force, torque, held_dry + cart_dry, pole_dry
     put_four(p, FORCE, i, width, applied)
     p[PUSHED * width + i] = pushed + force
+
+
+@compile_inner
+def hold_no_curves(p, i, width, pushed, held_dry):
+    """Set what `hold_measured_laws` sets for a twin without curves."""
+    p[TORQUE * width + i] = p[POLE_DRY * width + i] = 0.0
+    p[CART_DRY * width + i], p[PUSHED * width + i] = held_dry, pushed
 
 
 @compile_inner

@@ -37,11 +37,12 @@ from pendulum_twin.held_laws import (
     hold_effects,
     hold_hysteresis,
     hold_measured_laws,
+    hold_no_curves,
     hold_pace,
     react_to_motion,
 )
 from pendulum_twin.hysteresis import STRAINS, keep_strains, list_elements
-from pendulum_twin.law_curves import bend_commands, has_pace
+from pendulum_twin.law_curves import bend_commands, has_curves, has_pace
 from pendulum_twin.machine_code import compile_cached
 from pendulum_twin.motion import MOVING, advance_step, follow_path
 from pendulum_twin.parameter_vector import CART_VISCOUS, FORCE_PER_PWM, LAWS, MASS
@@ -184,6 +185,45 @@ def _place_lane(theta, start_state, path_memory, h, p, i, width):
     p[H * width + i] = p[EVEN_H * width + i]
 
 
+@compile_inner
+def _hold(lanes, laws, measured, curved, lane_of, first_step, step, constants, theta, p):
+    """Set what effects and measured curves of every lane do evenly over the next step.
+
+    curved: whether any of the lanes has measured curves.
+    lane_of: (width,) which lane each of the block is.
+    first_step: (lanes,) substeps since the recording began, at each lane's start.
+    step: substeps since then.
+    constants: (2, width) of each lane's rig without effects: mass, kg; viscous friction, N s/m.
+    """
+    width = len(lanes)
+    if laws is not None and len(laws) > 1:
+        for i in range(width):
+            done = first_step[lane_of[i]] + step
+            hold_effects(p, i, width, laws, done, constants[0, i], constants[1, i])
+    if measured is not None:
+        evenly = laws is not None and len(laws) > 1
+        for i in range(width):
+            done = first_step[lane_of[i]] + step
+            pushed = p[PUSHED * width + i] if evenly else 0.0
+            held_dry = p[CART_DRY * width + i] if evenly else 0.0
+            if curved:
+                hold_measured_laws(theta[lane_of[i]], p, i, width, done, pushed, held_dry)
+            else:
+                hold_no_curves(p, i, width, pushed, held_dry)
+
+
+@compile_inner
+def _react(lanes, laws, constants, p):
+    """Let every lane remember what its last step did to path and drive."""
+    width = len(lanes)
+    if laws is not None and len(laws) > 1:
+        for i in range(width):
+            follow_path(PATH, p[X * width + i] - p[X_BEFORE * width + i], p, i, width)
+    if laws is not None and len(laws) > 3:
+        for i in range(width):
+            react_to_motion(p, i, width, constants[0, i])
+
+
 @compile_cached
 def integrate_lanes(
     lanes,
@@ -222,20 +262,21 @@ def integrate_lanes(
     width = len(lanes)
     count, samples = out.shape[0], out.shape[1]
     p = np.empty(ROWS * width)
-    row, at = np.empty(width, dtype=np.int64), np.empty(width, dtype=np.int64)
-    first_of, mass_of, viscous_of = np.empty(width), np.empty(width), np.empty(width)
+    lane_of, at = np.empty(width, dtype=np.int64), np.empty(width, dtype=np.int64)
+    constants = np.empty((2, width))
     remembers = measured is not None and len(measured) > 1
     elements = np.empty((width, 3, STRAINS if remembers else 0))
     slots = np.empty((width, STRAINS if remembers else 0), dtype=np.int64)
     counts = np.empty((width, 2), dtype=np.int64)
     for first in range(0, count, width):
-        paced = False
+        curved, paced = False, False
         for i in range(width):
             # a block that is not full is filled up with its last lane
             lane = min(first + i, count - 1)
-            row[i], at[i], first_of[i] = drive_of[lane], begin[lane], first_step[lane]
-            mass_of[i], viscous_of[i] = theta[lane, MASS], theta[lane, CART_VISCOUS]
+            lane_of[i], at[i] = lane, begin[lane]
+            constants[0, i], constants[1, i] = theta[lane, MASS], theta[lane, CART_VISCOUS]
             _place_lane(theta[lane], start_states[lane], path_memory[lane], h, p, i, width)
+            curved = curved or (measured is not None and has_curves(theta[lane]))
             paced = paced or (measured is not None and has_pace(theta[lane]))
             if remembers:
                 strains = path_memory[lane, compose.KEPT :]
@@ -247,41 +288,24 @@ def integrate_lanes(
             if n == samples - 1:
                 break
             for j in range(sub):
+                step = n * sub + j
                 if paced:
                     for i in range(width):
-                        lane = min(first + i, count - 1)
-                        hold_pace(theta[lane], p, i, width, first_step[lane] + n * sub + j)
+                        hold_pace(theta[lane_of[i]], p, i, width, first_step[lane_of[i]] + step)
                 for i in range(width):
-                    p[FORCE * width + i] = drives[row[i], at[i] + j] * p[FORCE_PER_PWM * width + i]
-                evenly = laws is not None and len(laws) > 1
-                if (
-                    laws is not None and len(laws) > 1
-                ):  # asked anew: numba 0.59 drops such branches only
-                    for i in range(width):
-                        done = first_of[i] + (n * sub + j)
-                        hold_effects(p, i, width, laws, done, mass_of[i], viscous_of[i])
-                if measured is not None:
-                    for i in range(width):
-                        lane = min(first + i, count - 1)
-                        step = first_step[lane] + n * sub + j
-                        pushed = p[PUSHED * width + i] if evenly else 0.0
-                        held_dry = p[CART_DRY * width + i] if evenly else 0.0
-                        hold_measured_laws(theta[lane], p, i, width, step, pushed, held_dry)
+                    drive = drives[drive_of[lane_of[i]], at[i] + step]
+                    p[FORCE * width + i] = drive * p[FORCE_PER_PWM * width + i]
+                _hold(
+                    lanes, laws, measured, curved, lane_of, first_step, step, constants, theta, p
+                )
                 if remembers:
                     for i in range(width):
                         hold_hysteresis(elements[i], counts[i], p, i, width)
                 _advance(lanes, laws, dry, p)
-                if evenly:
-                    for i in range(width):
-                        follow_path(PATH, p[X * width + i] - p[X_BEFORE * width + i], p, i, width)
-                if laws is not None and len(laws) > 3:
-                    for i in range(width):
-                        react_to_motion(p, i, width, mass_of[i])
+                _react(lanes, laws, constants, p)
                 if remembers:
                     for i in range(width):
                         follow_lane_strains(elements[i], counts[i], p, i, width)
-            for i in range(width):
-                at[i] += sub
         for i in range(min(width, count - first)):
             for k in range(compose.KEPT):
                 path_memory[first + i, k] = p[(PATH + k) * width + i]

@@ -183,6 +183,16 @@ def show_positions(theta, x, v, th, w):
 
 
 @compile_inner
+def has_curves(theta):
+    """Return whether a measured law of drive, cart or pole is a curve."""
+    curves = False
+    for at in range(LAWS, SIZE, LAW_SIZE):
+        role = ROLES[int(theta[at + KIND])]
+        curves = curves or COMMAND < role < CART_HYSTERESIS
+    return curves
+
+
+@compile_inner
 def has_pace(theta):
     """Return whether a measured law changes the pace of the clock."""
     wanders = False
