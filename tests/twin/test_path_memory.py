@@ -12,7 +12,7 @@ from pendulum_twin.hysteresis import POLE_STRAINS
 from pendulum_twin.laws.law import Law
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
-from pendulum_twin.path_memory import follow_recorded_path
+from pendulum_twin.path_memory import follow_recorded_path, select_path_columns
 
 COMMAND = wild_command(300)
 FRICTION = {"cart_presliding_friction": {"level_n": 0.8, "distance_m": 0.05}}
@@ -30,7 +30,7 @@ STILL = recording(np.zeros(100), 0.01)
 
 def follow(twin, x, signals=STILL, th=None):
     places = np.stack([x, np.zeros(len(x)) if th is None else th], axis=1)
-    return follow_recorded_path(signals, places, make_theta(twin))
+    return follow_recorded_path(signals, places, make_theta(twin), np.arange(len(x)))
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -71,6 +71,30 @@ def test_elements_strain_slip_and_spring_back_each_on_its_way():
     assert memory[99, KEPT : KEPT + 3] == pytest.approx((-0.02, -0.01, 0.03))
     assert loads[99, 0] == pytest.approx(0.3 + 0.1 * 0.01 / 0.04 - 0.5 * 0.03 / 0.08)
     assert memory[99, KEPT + POLE_STRAINS + 1] == pytest.approx(0.475)
+
+
+def test_only_the_memory_that_is_asked_for_is_kept():
+    x = np.concatenate([np.linspace(0.0, 0.2, 50), np.linspace(0.5, 0.3, 50)])
+    signals, theta = STILL.break_at([50]), make_theta(TWINS["laws"])
+    places, at = np.stack([x, x], axis=1), np.array([3, 49, 50, 98])
+    whole, loads = follow(TWINS["laws"], x, signals, th=x)
+    memory, same = follow_recorded_path(signals, places, theta, at)
+    np.testing.assert_array_equal(memory, whole[at])
+    np.testing.assert_array_equal(same, loads)
+
+
+def test_twins_whose_elements_differ_in_friction_alone_remember_the_same():
+    stiffer = replace(TWINS["laws"], measured_laws={"cart_hysteresis": Law(WAYS, (0.4, 0.2, 0.5))})
+    softer = replace(stiffer, measured_laws={"cart_hysteresis": Law(WAYS, (0.4, 0.0, 0.5))})
+    wider = replace(stiffer, measured_laws={"cart_hysteresis": Law((0.1, 0.2), (0.4, 0.2))})
+    pushed = Law((-1.0, 1.0), (0.5, 0.5))
+    with_curve = {**stiffer.measured_laws, "cart_force_by_position": pushed}
+    twins = [stiffer, replace(stiffer, measured_laws=with_curve), softer, wider]
+    twins += [replace(stiffer, effects={"cart_sign_inverted": {}})]
+    columns = select_path_columns(np.array([make_theta(twin) for twin in twins]))
+    _, group = np.unique(columns, axis=0, return_inverse=True)
+    assert len(set(group.reshape(-1).tolist())) == 4
+    assert group.reshape(-1)[0] == group.reshape(-1)[1]
 
 
 def test_a_round_trip_costs_the_work_of_slipping():

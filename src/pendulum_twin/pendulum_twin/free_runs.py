@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from pendulum_twin import compose, kernel
-from pendulum_twin.arrays import Floats, Ints
+from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.block import PATH_SIZE
 from pendulum_twin.compose import KEPT, PATHS
 from pendulum_twin.effects import CATALOGUE
@@ -32,7 +32,11 @@ from pendulum_twin.parameter_vector import (
     find_active_effects,
     list_law_kinds,
 )
-from pendulum_twin.path_memory import follow_recorded_path, remembers_path
+from pendulum_twin.path_memory import (
+    follow_recorded_path,
+    remembers_path,
+    select_path_columns,
+)
 from pendulum_twin.reactions import REACTING, find_reacting_twins, react_to_recorded_path
 from pendulum_twin.sensors import apply_reporting, apply_sensors, compute_paces, undo_sensors
 from pendulum_twin.signals import Signals
@@ -145,14 +149,31 @@ def recall_paths(
     for column, positions in enumerate((signals.cart, signals.pole)):
         if positions is not None:
             states[0, :, column] = positions
-    for k in np.flatnonzero(remembering | reacting):
+    for twins in _group_by_path(theta, remembering, reacting):
+        k, lanes = twins[0], np.flatnonzero(np.isin(set_of, twins))
+        at, row = np.unique(begin[lanes], return_inverse=True)
         places = undo_sensors(states, theta[[k]], signals.clock_s)[0, :, :2]
-        memory, _ = follow_recorded_path(signals, places, theta[k])
+        memory, _ = follow_recorded_path(signals, places, theta[k], at)
         if reacting[k]:
             drive = drives[0][drives[1][k]]
-            memory[:, PATHS:KEPT] = react_to_recorded_path(signals, places[:, 0], drive, theta[k])
-        out[set_of == k] = memory[begin[set_of == k]]
+            kept = react_to_recorded_path(signals, places[:, 0], drive, theta[k])
+            memory[:, PATHS:KEPT] = kept[at]
+        out[lanes] = memory[row]
     return out
+
+
+def _group_by_path(theta: Floats, remembering: Mask, reacting: Mask) -> list[Ints]:
+    """Return the twins that remember, those together that remember the same of a path.
+
+    What a reaction of the drive keeps depends on more than the path.
+    """
+    alone = [np.array([k]) for k in np.flatnonzero(reacting)]
+    others = np.flatnonzero(remembering & ~reacting)
+    if not len(others):
+        return alone
+    _, group = np.unique(select_path_columns(theta[others]), axis=0, return_inverse=True)
+    group = group.reshape(-1)
+    return [*alone, *(others[group == k] for k in range(group.max() + 1))]
 
 
 def count_substeps(signals: Signals, step_s: float | None = None) -> int:

@@ -83,7 +83,8 @@ def evaluate_laws(
     masses = compute_masses(signals, theta)[at]
     times_s = signals.clock_s[at] * float(compute_paces(theta))
     _fill_laws(*columns, times_s, masses, theta.copy(), out)
-    out += follow_recorded_path(signals, true[:, :2], theta)[1][at]
+    nowhere = np.zeros(0, dtype=np.int64)
+    out += follow_recorded_path(signals, true[:, :2], theta, nowhere)[1][at]
     return out
 
 

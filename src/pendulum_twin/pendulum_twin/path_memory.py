@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pendulum_twin import kernel
-from pendulum_twin.arrays import Floats, Mask
+from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.block import PATH_SIZE
 from pendulum_twin.compose import KEPT, PATHS
 from pendulum_twin.effects import CATALOGUE
@@ -17,11 +17,27 @@ from pendulum_twin.hysteresis import (
     list_elements,
     sum_hysteresis,
 )
+from pendulum_twin.laws import KINDS
+from pendulum_twin.laws.kind import Role
 from pendulum_twin.motion import follow_path
-from pendulum_twin.parameter_vector import find_active_effects, list_law_kinds
+from pendulum_twin.parameter_vector import (
+    KIND,
+    LAW_SIZE,
+    LAWS,
+    SLOTS,
+    VALUES,
+    find_active_effects,
+    list_law_kinds,
+)
 from pendulum_twin.signals import Signals
 
 _FOLLOWING: Mask = np.array([e.form is Form.PATH_FORCE for e in CATALOGUE])
+_COLUMNS = np.concatenate(
+    [np.r_[SLOTS[e.name]] for e in CATALOGUE if e.form in (Form.PATH_FORCE, Form.MEASURE)]
+)
+_ROLES = np.array([-1, *(int(kind.role) for kind in KINDS)])  # by the number in a law's slot
+_REMEMBERING = (Role.CART_HYSTERESIS, Role.POLE_HYSTERESIS)
+_SHOWING = (Role.ANGLE_ERROR, Role.POSITION_ERROR)
 
 
 def remembers_path(theta: Floats) -> bool:
@@ -31,10 +47,11 @@ def remembers_path(theta: Floats) -> bool:
 
 
 @kernel.compile_cached
-def _fill_path_memory(places, theta, out, loads):  # type: ignore[no-untyped-def]
+def _fill_path_memory(places, theta, wanted, out, loads):  # type: ignore[no-untyped-def]
+    """Fill out (k, PATH_SIZE) with the memory at wanted samples (k,), rising; and loads (n, 2)."""
     p = np.zeros(len(theta) + PATHS)
     p[: len(theta)] = theta
-    first = len(theta)
+    first, row = len(theta), 0
     strains, slots = np.zeros(STRAINS), np.empty(STRAINS, dtype=np.int64)
     elements = np.empty((3, STRAINS))
     counts = list_elements(theta, strains, elements, slots)
@@ -44,21 +61,44 @@ def _fill_path_memory(places, theta, out, loads):  # type: ignore[no-untyped-def
         follow_strains(elements, counts, move, turn)
         loads[n] = sum_hysteresis(elements, counts, 0.0, 0.0)
         for k in range(PATHS):
-            out[n, k] = p[first + k]
             loads[n, 0] += p[first + k]
-        keep_strains(elements, slots, counts, strains)
-        out[n, KEPT:] = strains
+        while row < len(wanted) and wanted[row] == n:
+            for k in range(PATHS):
+                out[row, k] = p[first + k]
+            keep_strains(elements, slots, counts, out[row, KEPT:])
+            row += 1
 
 
-def follow_recorded_path(signals: Signals, places: Floats, theta: Floats) -> tuple[Floats, Floats]:
-    """Return what a twin remembers of a path, (n, PATH_SIZE), and what acts by it, (n, 2).
+def follow_recorded_path(
+    signals: Signals, places: Floats, theta: Floats, at: Ints
+) -> tuple[Floats, Floats]:
+    """Return what a twin remembers of a path, (k, PATH_SIZE), and what acts by it, (n, 2).
 
     places: (n, 2) true position of the cart, m, and angle of the pole, rad; theta: (SIZE,).
+    at: (k,) samples, rising, whose memory is asked for.
 
     A recording begins without memory. What acts: force on the cart, N; torque on the pole, N m.
     """
-    memory, loads = np.zeros((len(places), PATH_SIZE)), np.zeros((len(places), 2))
+    memory, loads = np.zeros((len(at), PATH_SIZE)), np.zeros((len(places), 2))
     if remembers_path(theta):
         for part in signals.stretches:
-            _fill_path_memory(np.ascontiguousarray(places[part]), theta, memory[part], loads[part])
+            rows = slice(*np.searchsorted(at, (part.start, part.stop)))
+            along = np.ascontiguousarray(places[part])
+            _fill_path_memory(along, theta, at[rows] - part.start, memory[rows], loads[part])
     return memory, loads
+
+
+def select_path_columns(theta: Floats) -> Floats:
+    """Return what a memory of a recorded path depends on in twins (sets, SIZE), (sets, columns).
+
+    An element of hysteresis is strained by its way alone, whatever its friction; a curve acts on
+    the path only where it is an error of a sensor.
+    """
+    laws = theta[:, LAWS:].copy()
+    for slot in range(0, laws.shape[1], LAW_SIZE):
+        own = laws[:, slot : slot + LAW_SIZE]
+        roles = _ROLES[own[:, KIND].astype(int)]
+        elements = np.isin(roles, _REMEMBERING)
+        own[elements, VALUES:] = own[elements, VALUES:] != 0.0
+        own[~(elements | np.isin(roles, _SHOWING))] = 0.0
+    return np.concatenate([theta[:, _COLUMNS], laws], axis=1)
