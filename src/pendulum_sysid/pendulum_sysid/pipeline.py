@@ -162,7 +162,7 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
     sure, doubted = part_sure_names(fit, findings.named, case.scales)
     steady = measure_steadiness(case, split, fit)
     sure = tuple(replace(e, steadiness=steady.get(e.effect, e.steadiness)) for e in sure)
-    misfits = _ask_shapes_again(findings, fit, [effect.effect for effect in sure])
+    misfits = ask_shapes_again(findings, fit, [effect.effect for effect in sure])
     fit, sure = add_readings(case, fit, sure)
     improved = replace(case, twin=fit.twin)
     after = run_parts(improved, split)
@@ -180,7 +180,7 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
     )
 
 
-def _ask_shapes_again(findings: Findings, fit: Fit, names: list[str]) -> tuple[Misfit, ...]:
+def ask_shapes_again(findings: Findings, fit: Fit, names: list[str]) -> tuple[Misfit, ...]:
     """Return the misfits that laws at other places than the name's do not take away.
 
     fit: with laws.
@@ -188,6 +188,8 @@ def _ask_shapes_again(findings: Findings, fit: Fit, names: list[str]) -> tuple[M
 
     A law at the place of an effect may have bent its shape to what is there.
     """
+    if not findings.misfits:
+        return ()
     remainders = measure_remainders(findings.case, fit, findings.base)
     misfits = find_misfits(findings.case, fit.theta, remainders, names)
     still = {(misfit.effect, misfit.place) for misfit in misfits}
