@@ -79,6 +79,7 @@ MOST_LEAD_STANDARD_ERRORS = 3.0  # standard errors; beyond which no confidence i
 
 # Do the names explain what is missing?
 CHIEF_MISFIT_RATIO = 1.5  # ratio; of misfits without and with an effect: half of the power is its
+RANDOM_LEAST_SHARE = 0.5  # of power; of what remains, that depends on nothing: it may be random
 LEAST_EXPLAINED_SHARE = 0.5  # of power; of the errors that named effects must take away
 SHAPE_TOLERANCE = 0.2**2  # of power; a law off by a fifth is still of its kind; derived
 SHARED_SHAPE_TOLERANCE = 0.05**2  # of power; several laws of one variable prove less; derived

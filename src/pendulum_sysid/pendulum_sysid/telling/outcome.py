@@ -190,6 +190,11 @@ def compute_remaining_ratio(findings: Findings) -> float:
     return max(held_out, findings.final.choose)
 
 
+def compute_random_share(findings: Findings) -> float:
+    """Return the share (0 to 1) of what remains that depends on nothing that was asked."""
+    return max(1.0 - sum(evidence.share for evidence in findings.remains.evidence), 0.0)
+
+
 def list_inseparable(effect: Named, findings: Findings) -> tuple[str, ...]:
     """Return the effects that this recording, or any motion at all, cannot tell from an effect."""
     rig = findings.case.twin.rig

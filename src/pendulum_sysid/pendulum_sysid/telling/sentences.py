@@ -19,6 +19,7 @@ from pendulum_sysid.telling.likeness import (
 )
 from pendulum_sysid.telling.outcome import (
     Findings,
+    compute_random_share,
     compute_remaining_ratio,
     is_motion_effect,
     list_inseparable,
@@ -85,17 +86,18 @@ def describe_rest(findings: Findings) -> str:
 def describe_random(findings: Findings) -> str:
     """Return a sentence on a force that depends on nothing that was asked, after a space.
 
-    Empty where what remains depends on something, and where nothing remains.
+    Empty where most of what remains depends on something, and where nothing remains.
     """
-    force = findings.wandering
-    if force is None or findings.remains.evidence:
+    force, share = findings.wandering, compute_random_share(findings)
+    if force is None or share < decisions.RANDOM_LEAST_SHARE:
         return ""
     size = f"force of {force.force_n:.3g} N on the cart"
     if findings.remains.place in ("pole", "sensor") or findings.case.signals.cart is None:
         size = f"torque of {force.torque_n_m:.3g} N m on the pole"
     return (
         f" What remains is like a {size} (root mean square) that changes within "
-        f"{force.correlation_s:.2g} s. It depends on nothing that was asked, so it may be random."
+        f"{force.correlation_s:.2g} s. {share:.0%} of it depends on nothing that was asked, and "
+        "may be random."
     )
 
 

@@ -26,6 +26,7 @@ from pendulum_sysid.telling.likeness import (
 from pendulum_sysid.telling.outcome import (
     Findings,
     compute_explained_share,
+    compute_random_share,
     compute_remaining_ratio,
     decide_outcome,
     is_above_noise,
@@ -48,7 +49,6 @@ from pendulum_sysid.verdict.record import (
     Verdict,
 )
 from pendulum_sysid.verdict.scores import (
-    ON_NOTHING,
     BeforeAfter,
     FitScores,
     Remainder,
@@ -282,7 +282,9 @@ def _describe_remainder(findings: Findings) -> Remainder | None:
     if findings.final.choose <= decisions.MISFIT_AT_NOISE:
         return None
     evidence = findings.remains.evidence
-    finding = f"{evidence[0].variable}: {evidence[0].finding}" if evidence else ON_NOTHING
+    finding = "depends on no variable that was asked"
+    if evidence:
+        finding = f"{evidence[0].variable}: {evidence[0].finding}"
     ratio = float(compute_remaining_ratio(findings))
     repeats, wandering = _describe_repeats(findings), _describe_wandering(findings)
     return Remainder(findings.remains.place, ratio, finding, repeats, wandering)
@@ -296,6 +298,7 @@ def _describe_wandering(findings: Findings) -> WanderingForce | None:
         None if signals.cart is None else float(force.force_n),
         None if signals.pole is None else float(force.torque_n_m),
         float(force.correlation_s),
+        compute_random_share(findings),
     )
 
 

@@ -64,9 +64,6 @@ class Repeats:
     random_floors: float
 
 
-ON_NOTHING = "depends on no variable that was asked"  # finding of a remainder
-
-
 @dataclass(frozen=True)
 class WanderingForce:
     """Hold the force that would make up for what the improved twin still lacks.
@@ -75,11 +72,13 @@ class WanderingForce:
         force_n, torque_n_m: standard deviations, on the cart and on the pole; None for a joint
             that was not recorded.
         correlation_s: time over which they stay alike.
+        random_share: of the missing power, 0 to 1, that depends on nothing that was asked.
     """
 
     force_n: float | None
     torque_n_m: float | None
     correlation_s: float
+    random_share: float
 
 
 @dataclass(frozen=True)

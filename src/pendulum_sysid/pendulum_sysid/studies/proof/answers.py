@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from pendulum_sysid import decisions
 from pendulum_sysid.studies.proof.records import Answer
-from pendulum_sysid.verdict.scores import ON_NOTHING
 from pendulum_twin.errors import BadInputError
 
 
@@ -38,8 +38,9 @@ def read_answer(verdict: Mapping[str, Any], error: str = "") -> Answer:
 
 
 def _is_random(verdict: Mapping[str, Any]) -> bool:
-    remainder = verdict.get("remainder") or {}
-    return remainder.get("finding") == ON_NOTHING and not verdict.get("measured_laws")
+    wandering = (verdict.get("remainder") or {}).get("wandering") or {}
+    share = float(wandering.get("random_share", 0.0))
+    return share >= decisions.RANDOM_LEAST_SHARE and not verdict.get("measured_laws")
 
 
 def make_rival_answer(named: Sequence[str], stale: bool = False, error: str = "") -> Answer:

@@ -123,7 +123,7 @@ class Answer:
     place: where the mismatch is; None for no place.
     variables: what the mismatch depends on; a product is written with a star.
     error: the error that broke the answer off; empty for none.
-    random: whether what has no name is said to depend on nothing, so that it may be random.
+    random: whether most of what has no name is said to depend on nothing that was asked.
     """
 
     outcome: str
