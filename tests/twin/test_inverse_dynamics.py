@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from support.twin_rigs import THESIS, recording, run
 
+from pendulum_twin.free_runs import run_freely
 from pendulum_twin.inverse_dynamics import compute_missing_force, evaluate_laws
+from pendulum_twin.laws.law import Law
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
 
@@ -42,6 +44,20 @@ def test_a_twins_own_motion_lacks_nothing(effects):
     assert np.max(np.abs(lacking[INSIDE][usable[INSIDE]]), axis=0) == pytest.approx(
         [0.0, 0.0], abs=4e-3
     )
+
+
+def test_a_twin_whose_clock_wanders_lacks_nothing():
+    law = Law((0.0, 0.5, 1.0, 1.5, 2.0), (0.0, 0.1, 0.0, -0.1, 0.0))
+    theta = make_theta(Twin("test", THESIS, measured_laws={"clock_pace_over_time": law}))
+    signals, first = recording(COMMAND, PERIOD_S), np.zeros(1, dtype=np.int64)
+    (states,) = run_freely(signals, theta[None], first, first, np.array([START]), len(COMMAND))
+    accelerations = np.gradient(states[:, 2:], PERIOD_S, axis=0)
+    lacking, usable = compute_missing_force(signals, states, accelerations, theta)
+    assert np.max(np.abs(lacking[INSIDE][usable[INSIDE]]), axis=0) == pytest.approx(
+        [0.0, 0.0], abs=8e-3
+    )
+    even, _ = compute_missing_force(signals, states, accelerations, make_theta(Twin("t", THESIS)))
+    assert np.max(np.abs(even[INSIDE]), axis=0)[0] > 0.1
 
 
 def test_what_is_lacking_is_the_law_that_was_left_out():

@@ -6,6 +6,7 @@ from support.hidden_physics import HIDDEN, INTECO
 
 from pendulum_twin import lanes
 from pendulum_twin.encoders import Encoders
+from pendulum_twin.laws.law import Law
 from pendulum_twin.model import Twin
 from pendulum_twin.stepper import Stepper
 
@@ -58,6 +59,14 @@ def test_what_is_late_is_late_from_the_first_command_on() -> None:
     assert abs(running.shown[0, 0]) < 1e-12
     lanes.advance_lanes_from_python(code, kinds, running, TIMING, np.array([0.5]))
     assert running.shown[0, 0] > 0.003
+
+
+def test_a_lane_shows_velocities_by_a_clock_that_wanders() -> None:
+    law = Law((0.0, 1.0, 2.0), (0.0, 0.1, -0.1))
+    twin = Twin("wanders", INTECO.rig, measured_laws={"clock_pace_over_time": law})
+    shown, wanted = run_beside_steppers([twin, Twin("even", INTECO.rig)])
+    np.testing.assert_allclose(shown, wanted, atol=1e-12)
+    assert np.max(np.abs(shown[0] - shown[1])) > 1e-3
 
 
 def test_a_lane_begins_anew_with_nothing_left() -> None:

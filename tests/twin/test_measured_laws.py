@@ -278,10 +278,12 @@ def test_refuses_a_wrong_law(name, content, words):
 
 
 def test_lanes_of_other_laws_beside_it_leave_its_bits():
+    steady = {"cart_presliding_friction": {"level_n": 0.4, "distance_m": 0.003}}  # a held push
     twins = [THESIS, *(hold(kind, make_wavy(kind)) for kind in KINDS)]
+    twins += [replace(twin, effects=steady) for twin in twins]
     sets = np.array([make_theta(twin) for twin in twins])
     set_of = np.arange(len(twins))
-    begin = 3 * set_of
+    begin = 2 * set_of
     starts = np.array(START) + 0.03 * set_of[:, None]
     signals = recording(COMMAND, 0.01)
     together = run_freely(signals, sets, set_of, begin, starts, 60)

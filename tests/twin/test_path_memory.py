@@ -7,7 +7,7 @@ import pytest
 from support.twin_rigs import CART_ALONE, TH, THESIS, X, recording, wild_command
 
 from pendulum_twin.compose import KEPT
-from pendulum_twin.free_runs import run_freely
+from pendulum_twin.free_runs import recall_paths, run_drive, run_freely
 from pendulum_twin.hysteresis import POLE_STRAINS
 from pendulum_twin.laws.law import Law
 from pendulum_twin.model import Twin
@@ -95,6 +95,21 @@ def test_twins_whose_elements_differ_in_friction_alone_remember_the_same():
     _, group = np.unique(columns, axis=0, return_inverse=True)
     assert len(set(group.reshape(-1).tolist())) == 4
     assert group.reshape(-1)[0] == group.reshape(-1)[1]
+
+
+def test_each_run_recalls_the_memory_of_its_own_twin_and_begin():
+    laws = TWINS["laws"]
+    stiffer = replace(laws, measured_laws={**HYSTERESIS, "cart_hysteresis": Law(WAYS, (1, 1, 1))})
+    wider = replace(laws, measured_laws={"cart_hysteresis": Law((0.1, 0.2), (0.4, 0.2))})
+    theta = np.array([make_theta(twin) for twin in (laws, stiffer, wider)])
+    x = 0.3 * np.sin(np.linspace(0.0, 9.0, 100))
+    signals, places = replace(STILL, cart=x, pole=2.0 * x), np.stack([x, 2.0 * x], axis=1)
+    set_of, begin = np.array([0, 2, 1, 0]), np.array([90, 20, 90, 55])
+    recalled = recall_paths(signals, run_drive(signals, theta), theta, set_of, begin)
+    for k, (twin, at) in enumerate(zip(set_of, begin, strict=True)):
+        memory, _ = follow_recorded_path(signals, places, theta[twin], np.array([at]))
+        assert np.any(memory)
+        np.testing.assert_array_equal(recalled[k], memory[0])
 
 
 def test_a_round_trip_costs_the_work_of_slipping():

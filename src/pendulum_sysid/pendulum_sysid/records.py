@@ -287,11 +287,14 @@ class Localisation:
         place: command, drive, cart, pole, sensor or clock.
         evidence: the variables it depends on, the largest share first.
         intervals_s: stretches of the recording where it is largest, s.
+        explained: share (0 to 1) of the missing power that goes with all that was asked, told or
+            not.
     """
 
     place: str
     evidence: tuple[Evidence, ...]
     intervals_s: tuple[tuple[float, float], ...] = ()
+    explained: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from pendulum_twin.block import PATH_SIZE
 from pendulum_twin.compose import KEPT, PATHS
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Form
-from pendulum_twin.laws.kind import Role
+from pendulum_twin.laws.kind import REMEMBERING, SENSOR_ERRORS, Role
 from pendulum_twin.motion import (
     ALL_LAWS,
     CURVES,
@@ -57,9 +57,8 @@ _STICKING = np.array(
 )
 _FILTERING = [(k, e) for k, e in enumerate(CATALOGUE) if e.form in (Form.FILTER, Form.CLOCK)]
 _DRY = (Role.CART_DRY, Role.POLE_DRY)
-_REMEMBERING = (Role.CART_HYSTERESIS, Role.POLE_HYSTERESIS)
-_SHOWN = (Role.COMMAND, Role.ANGLE_ERROR, Role.POSITION_ERROR)  # other passes know these
-_HELD = tuple(r for r in Role if r not in (*_DRY, *_REMEMBERING, *_SHOWN))
+_ELSEWHERE = (Role.COMMAND, *SENSOR_ERRORS)  # act in the passes of the drive and the sensors
+_HELD = tuple(r for r in Role if r not in (*_DRY, *REMEMBERING, *_ELSEWHERE))
 
 
 def run_freely(
@@ -298,7 +297,7 @@ def select_kernel_code(
     sticks = not roles.isdisjoint(_DRY)
     dry = bool(np.any(on & _STICKING)) or sticks
     measured: tuple[int, ...] | None = CURVES if sticks or not roles.isdisjoint(_HELD) else None
-    if not roles.isdisjoint(_REMEMBERING):
+    if not roles.isdisjoint(REMEMBERING):
         measured = HYSTERESIS
     if np.any(on & REACTING):
         return REACTING_LAWS, dry, measured

@@ -138,7 +138,7 @@ def compute_missing_force(
 def _undo_accelerations(
     signals: Signals, states: Floats, accelerations: Floats, theta: Floats
 ) -> Floats:
-    """Return the changes (n, 2) of true velocities in a second of the stamps.
+    """Return the derivatives (n, 2) of the true velocities by the stamps, m/s^2 and rad/s^2.
 
     Where a sensor's error bends with the position, or the clock's pace changes, velocities alone
     are seen as an acceleration.

@@ -189,13 +189,14 @@ def _place_lane(theta, start_state, path_memory, h, p, i, width):
 def _hold(lanes, laws, measured, curved, lane_of, first_step, step, constants, theta, p):
     """Set what effects and measured curves of every lane do evenly over the next step.
 
-    curved: whether any of the lanes has measured curves.
+    curved: (width,) whether each lane has measured curves.
     lane_of: (width,) which lane each of the block is.
     first_step: (lanes,) substeps since the recording began, at each lane's start.
     step: substeps since then.
     constants: (2, width) of each lane's rig without effects: mass, kg; viscous friction, N s/m.
     """
     width = len(lanes)
+    # Each branch asks anew: numba 0.59 drops a branch only where its own condition says so.
     if laws is not None and len(laws) > 1:
         for i in range(width):
             done = first_step[lane_of[i]] + step
@@ -206,7 +207,7 @@ def _hold(lanes, laws, measured, curved, lane_of, first_step, step, constants, t
             done = first_step[lane_of[i]] + step
             pushed = p[PUSHED * width + i] if evenly else 0.0
             held_dry = p[CART_DRY * width + i] if evenly else 0.0
-            if curved:
+            if curved[i]:
                 hold_measured_laws(theta[lane_of[i]], p, i, width, done, pushed, held_dry)
             else:
                 hold_no_curves(p, i, width, pushed, held_dry)
@@ -247,7 +248,7 @@ def integrate_lanes(
     laws: by its type, which laws are compiled in (see `motion.py`).
     dry: whether dry friction (or a hold) is on in any lane.
     measured: by its type, which measured laws of theta act: None for none, a tuple of one for
-        curves, of two for hysteresis as well.
+        curves and the clock's pace, of two for hysteresis as well.
     drives: (rows, steps) the command after command and drive, before the gain.
     drive_of: (lanes,) row of drives of each lane.
     begin: (lanes,) step of that row at which each lane starts.
@@ -263,20 +264,20 @@ def integrate_lanes(
     count, samples = out.shape[0], out.shape[1]
     p = np.empty(ROWS * width)
     lane_of, at = np.empty(width, dtype=np.int64), np.empty(width, dtype=np.int64)
-    constants = np.empty((2, width))
+    constants, curved = np.empty((2, width)), np.empty(width, dtype=np.bool_)
     remembers = measured is not None and len(measured) > 1
     elements = np.empty((width, 3, STRAINS if remembers else 0))
     slots = np.empty((width, STRAINS if remembers else 0), dtype=np.int64)
     counts = np.empty((width, 2), dtype=np.int64)
     for first in range(0, count, width):
-        curved, paced = False, False
+        paced = False
         for i in range(width):
             # a block that is not full is filled up with its last lane
             lane = min(first + i, count - 1)
             lane_of[i], at[i] = lane, begin[lane]
             constants[0, i], constants[1, i] = theta[lane, MASS], theta[lane, CART_VISCOUS]
             _place_lane(theta[lane], start_states[lane], path_memory[lane], h, p, i, width)
-            curved = curved or (measured is not None and has_curves(theta[lane]))
+            curved[i] = measured is not None and has_curves(theta[lane])
             paced = paced or (measured is not None and has_pace(theta[lane]))
             if remembers:
                 strains = path_memory[lane, compose.KEPT :]

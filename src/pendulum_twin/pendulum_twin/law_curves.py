@@ -123,7 +123,7 @@ def sum_measured_laws(theta, x, v, th, w, t, h):
         if number == 0:
             continue
         role = ROLES[number]
-        if role == COMMAND or role >= CART_HYSTERESIS:  # see `hysteresis`, and sensors below
+        if role == COMMAND or role >= CART_HYSTERESIS:  # see `hysteresis`; sensors and clock below
             continue
         value = _follow_law(theta, at, OVER[number], 0.0, x, v, th, w, t)
         if role == GAIN:
@@ -203,7 +203,7 @@ def has_pace(theta):
 
 @compile_inner
 def follow_pace(theta, t):
-    """Return by what the clock's measured laws multiply its pace, at t s."""
+    """Return the factor by which the clock's measured laws change its pace at t s."""
     pace = 1.0
     for at in range(LAWS, SIZE, LAW_SIZE):
         if ROLES[int(theta[at + KIND])] == PACE:

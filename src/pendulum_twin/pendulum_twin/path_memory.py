@@ -17,10 +17,11 @@ from pendulum_twin.hysteresis import (
     list_elements,
     sum_hysteresis,
 )
-from pendulum_twin.laws import KINDS
-from pendulum_twin.laws.kind import Role
+from pendulum_twin.law_curves import ROLES
+from pendulum_twin.laws.kind import REMEMBERING, SENSOR_ERRORS
 from pendulum_twin.motion import follow_path
 from pendulum_twin.parameter_vector import (
+    BASE,
     KIND,
     LAW_SIZE,
     LAWS,
@@ -32,12 +33,14 @@ from pendulum_twin.parameter_vector import (
 from pendulum_twin.signals import Signals
 
 _FOLLOWING: Mask = np.array([e.form is Form.PATH_FORCE for e in CATALOGUE])
-_COLUMNS = np.concatenate(
-    [np.r_[SLOTS[e.name]] for e in CATALOGUE if e.form in (Form.PATH_FORCE, Form.MEASURE)]
+_COLUMNS = np.array(
+    [
+        k
+        for e in CATALOGUE
+        if e.form in (Form.PATH_FORCE, Form.MEASURE)
+        for k in (*np.r_[SLOTS[e.name]], *(BASE.index(name) for name in e.constants))
+    ]
 )
-_ROLES = np.array([-1, *(int(kind.role) for kind in KINDS)])  # by the number in a law's slot
-_REMEMBERING = (Role.CART_HYSTERESIS, Role.POLE_HYSTERESIS)
-_SHOWING = (Role.ANGLE_ERROR, Role.POSITION_ERROR)
 
 
 def remembers_path(theta: Floats) -> bool:
@@ -97,8 +100,8 @@ def select_path_columns(theta: Floats) -> Floats:
     laws = theta[:, LAWS:].copy()
     for slot in range(0, laws.shape[1], LAW_SIZE):
         own = laws[:, slot : slot + LAW_SIZE]
-        roles = _ROLES[own[:, KIND].astype(int)]
-        elements = np.isin(roles, _REMEMBERING)
+        roles = ROLES[own[:, KIND].astype(int)]
+        elements = np.isin(roles, REMEMBERING)
         own[elements, VALUES:] = own[elements, VALUES:] != 0.0
-        own[~(elements | np.isin(roles, _SHOWING))] = 0.0
+        own[~(elements | np.isin(roles, SENSOR_ERRORS))] = 0.0
     return np.concatenate([theta[:, _COLUMNS], laws], axis=1)

@@ -18,13 +18,12 @@ from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Effect, Form
 from pendulum_twin.law_curves import convert_positions, multiply_paces
-from pendulum_twin.laws.kind import Role
+from pendulum_twin.laws.kind import SENSOR_ERRORS, Role
 from pendulum_twin.parameter_vector import SLOTS, find_active_effects, list_law_kinds
 
 _MEASURING = [(k, e) for k, e in enumerate(CATALOGUE) if e.form is Form.MEASURE]
 _REPORTING = [(k, e) for k, e in enumerate(CATALOGUE) if e.form is Form.REPORT]
 _CLOCKS = [e for e in CATALOGUE if e.form is Form.CLOCK]
-_ERRORS = (Role.ANGLE_ERROR, Role.POSITION_ERROR)
 RATES = (2, 3)  # columns of the velocities in a state
 
 
@@ -135,7 +134,7 @@ def follow_paces(theta: Floats, t: Floats) -> Floats:
 
 def _have_errors(sets: Floats) -> bool:
     """Return whether any twin (sets, SIZE) holds a measured error of a sensor."""
-    return any(kind.role in _ERRORS for kind in list_law_kinds(sets))
+    return any(kind.role in SENSOR_ERRORS for kind in list_law_kinds(sets))
 
 
 def _convert_positions(states: Floats, theta: Floats, undo: bool) -> Floats:

@@ -43,7 +43,8 @@ def test_a_cart_that_rolled_to_the_end_is_left_out_there(rolled: Recording) -> N
     assert 100 < stood.sum() < 900, "it stands there for seconds, and not for good"
     case = prepare_case([rolled], TWIN)
     (finding,) = case.recording.findings
-    assert finding.kind == "rail_end" and finding.count >= 1
+    assert finding.kind == "rail_end" and finding.count < 10
+    assert sum(end - begin for begin, end in finding.intervals_s) > 0.01 * stood.sum()
     assert not case.signals.cart_valid[stood].any() and not case.signals.pole_valid[stood].any()
     assert case.signals.cart_valid.mean() > 0.4
     windows = cut_windows(case.signals, case.state, 0.5)
@@ -58,6 +59,16 @@ def test_an_end_that_is_elsewhere_leaves_nothing_out(
     rig = replace(TWIN.rig, rail_half_length_m=half_m)
     case = prepare_case([rolled], replace(TWIN, rig=rig))
     assert "rail_end" not in {finding.kind for finding in case.recording.findings}
+
+
+def test_a_cart_that_is_locked_at_the_end_leaves_the_pole_to_be_asked() -> None:
+    times = np.arange(0.0, 10.0, PERIOD_S)
+    random, valid = np.random.default_rng(1), np.ones(len(times), dtype=bool)
+    cart = END_M + random.normal(0.0, CART_NOISE_M, len(times))
+    pole = np.pi + 0.4 * np.cos(6.0 * times) + random.normal(0.0, POLE_NOISE_RAD, len(times))
+    signals = Signals(PERIOD_S, np.zeros(len(times)), cart, pole, valid, valid)
+    case = prepare_case([Recording("locked", "sha256:1", signals)], TWIN)
+    assert case.recording.findings == () and case.signals.pole_valid.all()
 
 
 def test_each_end_is_asked_for_itself() -> None:

@@ -46,10 +46,10 @@ def check_follows_command(signals: Signals, state: SmoothState) -> None:
 def follows_command(signals: Signals, state: SmoothState) -> bool:
     """Tell whether the command explains the cart's acceleration, as late as it may come.
 
-    The weights of the command in the least-squares balance of the cart must be certain, with
-    errors independent from block to block (a sandwich). The drive's gain may change along the
-    rail, up to its sign, so the command has two weights: by itself and times the position. True
-    where the cart moves too little to tell.
+    The weight of the command in the least-squares balance of the cart must be certain, with errors
+    independent from block to block (a sandwich). If it is not, the command gets a second weight,
+    times the position: the drive's gain may change along the rail, up to its sign. True where the
+    cart moves too little to tell.
     """
     rows, take_mean = _make_filter(signals, state)
     if len(rows) < decisions.ANSWER_LEAST_ROWS:
@@ -59,12 +59,18 @@ def follows_command(signals: Signals, state: SmoothState) -> bool:
     block = (signals.times_s[rows] // decisions.ANSWER_BLOCK_S).astype(int)
     step = max(round(LATER_S / signals.period_s), 1)
     latest = round(decisions.ANSWER_LATEST_S / signals.period_s)
-    fits = []
-    for late in range(0, latest + 1, step):
-        command = delay_command(signals, late)
-        driven = take_mean(np.column_stack([command, command * state.states[:, 0]]))
-        fits.append(_fit_balance(driven, others, target, block))
-    return min(fits)[1] > decisions.ANSWER_STANDARD_ERRORS
+    commands = [delay_command(signals, late) for late in range(0, latest + 1, step)]
+
+    def is_certain(weights: Floats) -> bool:
+        """Return whether commands times these weights, (n, k), explain the acceleration."""
+        fits = [
+            _fit_balance(take_mean(command[:, None] * weights), others, target, block)
+            for command in commands
+        ]
+        return min(fits)[1] > decisions.ANSWER_STANDARD_ERRORS
+
+    even = np.ones((len(signals), 1))
+    return is_certain(even) or is_certain(np.column_stack([even, state.states[:, 0]]))
 
 
 def is_moved_uncommanded(

@@ -30,20 +30,23 @@ def leave_out_rail_ends(recording: Recording, half_m: float | None) -> Recording
     if signals.cart is None or half_m is None:
         return recording
     at_end = find_rail_ends(signals.cart, signals.cart_valid, half_m)
-    if not at_end.any():
+    if not at_end.any() or is_locked(signals.cart[signals.cart_valid]):
         return recording
     margin = max(round(decisions.SLIP_MARGIN_S / signals.period_s), 1)
     near = binary_dilation(at_end, iterations=margin)
     cleaned = replace(
         signals, cart_valid=signals.cart_valid & ~near, pole_valid=signals.pole_valid & ~near
     )
-    changes = 1 + np.flatnonzero(near[1:] != near[:-1])
-    cleaned = cleaned.break_at(changes.tolist())
-    times = signals.times_s
-    runs = find_runs(at_end)
-    spans = tuple((float(times[begin]), float(times[stop - 1])) for begin, stop in runs)
+    runs, times = find_runs(near), signals.times_s
+    cleaned = cleaned.break_at(k for run in runs for k in run if 0 < k < len(signals))
+    spans = tuple((float(times[a]), float(times[b - 1]) + signals.period_s) for a, b in runs)
     finding = QualityFinding("rail_end", len(runs), spans, NOTE)
     return replace(recording, signals=cleaned, findings=(*recording.findings, finding))
+
+
+def is_locked(cart: Floats) -> bool:
+    """Return whether a cart, m, (n,), never leaves its place: the pole alone is asked then."""
+    return float(np.ptp(cart)) <= 2.0 * decisions.RAIL_END_M
 
 
 def find_rail_ends(cart: Floats, valid: Mask, half_m: float) -> Mask:

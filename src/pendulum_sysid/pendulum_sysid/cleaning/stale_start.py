@@ -48,7 +48,9 @@ def leave_out_stale_start(recording: Recording, state: SmoothState) -> Recording
     if answer is None:
         return recording
     ends = [
-        (s.start, s.start + _count_silent(signals, state, s, answer)) for s in signals.stretches
+        (s.start, s.start + _count_silent(signals, state, s, answer))
+        for s in signals.stretches
+        if signals.cart_valid[s].any()
     ]
     spans = [(begin, end) for begin, end in ends if end > begin]
     if not spans:

@@ -43,7 +43,7 @@ CONSTANTS: dict[tuple[Role, Variable | None], tuple[str, str]] = {  # None: what
     (Role.CART_DRY, Variable.VELOCITY): ("cart_viscous_n_s_m", "size"),
     (Role.POLE_DRY, Variable.RATE): ("pole_viscous_n_m_s", "size"),
 }
-# The parts of a law that an effect of the catalogue names: `sample_period_error`.
+# The parts of a law that an effect always stands for: the mean pace is `sample_period_error`.
 NAMED: dict[tuple[Role, Variable | None], str] = {(Role.PACE, None): "mean"}
 # The parts of a law that the level of a dry friction stands for.
 LEVELS: dict[tuple[Role, Variable | None], str] = {
@@ -195,7 +195,10 @@ def _is_possible(case: Case, kind: LawKind) -> bool:
     """
     signals = case.signals
     needs_pole = kind.place is Place.POLE or kind.variable in (Variable.ANGLE, Variable.RATE)
-    needs_pole = needs_pole or kind.role in (Role.ANGLE_ERROR, Role.PACE)  # g keeps the time
+    needs_pole = needs_pole or kind.role in (
+        Role.ANGLE_ERROR,
+        Role.PACE,
+    )  # gravity shows how fast time goes
     needs_cart = kind.place in (Place.COMMAND, Place.DRIVE, Place.CART)
     needs_cart = needs_cart or kind.variable in (Variable.POSITION, Variable.VELOCITY)
     return not (
@@ -278,7 +281,7 @@ def refine_knots(curve: Curve) -> Curve | None:
 
 
 def _list_others(kind: LawKind, case: Case, effects: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the parts of a law that free constants and dry friction stand for."""
+    """Return the parts of a law that constants, dry friction and effects (`NAMED`) stand for."""
     constants = {constant.name for constant in list_rig_parameters(case.twin)}
     others = []
     for key in ((kind.role, None), (kind.role, kind.variable)):

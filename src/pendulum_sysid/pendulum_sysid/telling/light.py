@@ -15,13 +15,8 @@ TITLES = {
     AMBER: "Use this twin with care",
     BLUE: "The improved twin is good for use",
 }
-LOST_KINDS = (
-    "gap",
-    "stale",
-    "clipped",
-    "slip",
-    "rail_end",
-)  # faults that take stretches of time away
+# Faults that take stretches of time away.
+LOST_KINDS = ("gap", "stale", "clipped", "slip", "rail_end")
 
 
 @dataclass(frozen=True)

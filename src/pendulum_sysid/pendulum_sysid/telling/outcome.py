@@ -191,8 +191,12 @@ def compute_remaining_ratio(findings: Findings) -> float:
 
 
 def compute_random_share(findings: Findings) -> float:
-    """Return the share (0 to 1) of what remains that depends on nothing that was asked."""
-    return max(1.0 - sum(evidence.share for evidence in findings.remains.evidence), 0.0)
+    """Return the share (0 to 1) of what remains that depends on nothing that was asked.
+
+    What comes again with the same motion is not random, whatever it depends on.
+    """
+    again = 0.0 if findings.repeats is None else findings.repeats.share
+    return 1.0 - max(findings.remains.explained, again)
 
 
 def list_inseparable(effect: Named, findings: Findings) -> tuple[str, ...]:

@@ -49,7 +49,7 @@ def write_answer(
         return f"{events.sentence}; {errors}."
     if is_unlike(findings):
         closest, random = _describe_closest(named, findings), describe_random(findings)
-        return f"{_describe_unlike(findings)}; {errors}.{random}{closest}"
+        return f"{_describe_unlike(findings)}; {errors}.{closest}{random}"
     if outcome is Outcome.NOTHING_MISSING:
         changed = describe_changed(findings)
         return f"Nothing is missing: other parameters of the rig are enough{changed}; {errors}."
@@ -65,7 +65,7 @@ def write_answer(
         return (
             f"Physics is missing at the {place} that no effect of the catalogue explains; "
             f"{errors}, {compute_floors(findings).after:.2g} times the noise floor."
-            f"{describe_rest(findings)}{laws}{signs}{certain}{part}"
+            f"{laws}{signs}{certain}{part}{describe_rest(findings)}"
         )
     effects = [describe_effect(effect.effect, findings.final) for effect in named]
     with_effects = f"With {'it' if len(named) == 1 else 'them'}, {errors}."
@@ -92,7 +92,9 @@ def describe_random(findings: Findings) -> str:
     if force is None or share < decisions.RANDOM_LEAST_SHARE:
         return ""
     size = f"force of {force.force_n:.3g} N on the cart"
-    if findings.remains.place in ("pole", "sensor") or findings.case.signals.cart is None:
+    signals = findings.case.signals
+    on_pole = findings.remains.place in ("pole", "sensor") and signals.pole is not None
+    if on_pole or signals.cart is None:
         size = f"torque of {force.torque_n_m:.3g} N m on the pole"
     return (
         f" What remains is like a {size} (root mean square) that changes within "

@@ -136,6 +136,10 @@ LIMITS: dict[Role, float] = {  # largest value, to either side, that a twin file
 }
 
 
+REMEMBERING = (Role.CART_HYSTERESIS, Role.POLE_HYSTERESIS)  # roles that follow the path
+SENSOR_ERRORS = (Role.ANGLE_ERROR, Role.POSITION_ERROR)
+
+
 @dataclass(frozen=True)
 class LawKind:
     """Describe a kind of measured law.
@@ -166,7 +170,7 @@ class LawKind:
         Its knots rise by a ratio, not by a spacing: friction may slip after any fraction of the
         way that a joint goes.
         """
-        return self.role in (Role.CART_HYSTERESIS, Role.POLE_HYSTERESIS)
+        return self.role in REMEMBERING
 
     @property
     def timed(self) -> bool:

@@ -40,6 +40,7 @@ def localise(case: Case, theta: Floats, runs: WindowRuns) -> Localisation:
         if total > 0
         for curve in measure_curves_of(equation, theta)
     ]
+    explained = min(sum(evidence.share for evidence in answers), 1.0)
     answers = sorted(
         (evidence for evidence in answers if evidence.share >= decisions.EVIDENCE_LEAST_SHARE),
         key=lambda evidence: -evidence.share,
@@ -48,6 +49,7 @@ def localise(case: Case, theta: Floats, runs: WindowRuns) -> Localisation:
         _find_place(answers) or _find_worse_joint(runs),
         tuple(answers[: decisions.EVIDENCE_TOLD]),
         find_worst_stretches(runs),
+        explained,
     )
 
 
