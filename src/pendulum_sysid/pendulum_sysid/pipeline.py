@@ -30,7 +30,7 @@ from pendulum_sysid.fitting.latent_force import measure_latent_force
 from pendulum_sysid.fitting.noise_floor import NoiseFloor, measure_noise_floor
 from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
 from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
-from pendulum_sysid.measuring.measure import list_needed, measure_best_laws
+from pendulum_sysid.measuring.measure import list_asked, list_needed, measure_best_laws
 from pendulum_sysid.measuring.repeatability import measure_repeatability
 from pendulum_sysid.planning.next_experiment import plan_next_experiment
 from pendulum_sysid.prepare import Prepared, prepare
@@ -142,8 +142,9 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
     """Return the findings with measured laws for what no name explains, if laws help.
 
     Where names do not explain the errors, laws are tried without these names first. A name that
-    the laws leave without a sure size is no name any more. The others are asked again beside the
-    laws, which hold what disturbed them before: whether they are steady, and their shapes.
+    the laws leave without a sure size, or can do without, is no name any more. The others are
+    asked again beside the laws, which hold what disturbed them before: whether they are steady,
+    and their shapes.
     """
     unnamed = decide_outcome(findings) is Outcome.NOT_IN_CATALOGUE
     if not (decisions.MEASURE_LAWS and (unnamed or is_above_noise(findings))):
@@ -160,6 +161,10 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
     if not at_noise:
         fit = join_intervals(fit, findings.best)
     sure, doubted = part_sure_names(fit, findings.named, case.scales)
+    asked = list_asked(measured, [effect.effect for effect in sure])
+    needed = list_needed(measured, asked)
+    idle = tuple(e for e in sure if e.effect in asked and e.effect not in needed)
+    sure, doubted = tuple(e for e in sure if e not in idle), (*idle, *doubted)
     steady = measure_steadiness(case, split, fit)
     sure = tuple(replace(e, steadiness=steady.get(e.effect, e.steadiness)) for e in sure)
     misfits = ask_shapes_again(findings, fit, [effect.effect for effect in sure])
@@ -173,7 +178,7 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
         misfits=misfits,
         laws=laws,
         with_laws=fit,
-        needed=list_needed(measured, [named.effect for named in sure]) if at_noise else (),
+        needed=needed if at_noise else (),
         after=after,
         remains=localise(case, fit.theta, after["train"]),
         floor=measure_noise_floor(improved, fit.theta, split.held_out),
