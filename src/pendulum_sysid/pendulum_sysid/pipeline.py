@@ -30,7 +30,7 @@ from pendulum_sysid.fitting.latent_force import measure_latent_force
 from pendulum_sysid.fitting.noise_floor import NoiseFloor, measure_noise_floor
 from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
 from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
-from pendulum_sysid.measuring.measure import list_asked, list_needed, measure_best_laws
+from pendulum_sysid.measuring.measure import list_needed, list_sized, measure_best_laws
 from pendulum_sysid.measuring.repeatability import measure_repeatability
 from pendulum_sysid.planning.next_experiment import plan_next_experiment
 from pendulum_sysid.prepare import Prepared, prepare
@@ -161,9 +161,9 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
     if not at_noise:
         fit = join_intervals(fit, findings.best)
     sure, doubted = part_sure_names(fit, findings.named, case.scales)
-    asked = list_asked(measured, [effect.effect for effect in sure])
-    needed = list_needed(measured, asked)
-    idle = tuple(e for e in sure if e.effect in asked and e.effect not in needed)
+    sized = list_sized(measured, [effect.effect for effect in sure])
+    needed = list_needed(measured, sized)
+    idle = tuple(e for e in sure if e.effect in sized and e.effect not in needed)
     sure, doubted = tuple(e for e in sure if e not in idle), (*idle, *doubted)
     steady = measure_steadiness(case, split, fit)
     sure = tuple(replace(e, steadiness=steady.get(e.effect, e.steadiness)) for e in sure)
@@ -189,7 +189,7 @@ def ask_shapes_again(findings: Findings, fit: Fit, names: list[str]) -> tuple[Mi
     """Return the misfits that laws at other places than the name's do not take away.
 
     fit: with laws.
-    names: of the fit's effects that are asked.
+    names: of the effects of the fit that are asked.
 
     A law at the place of an effect may have bent its shape to what is there.
     """

@@ -12,7 +12,7 @@ from pendulum_sysid.fitting.fit import HORIZONS, fit, fit_own_parameters
 from pendulum_sysid.measuring import curve as curve_module
 from pendulum_sysid.measuring.curve import list_curves
 from pendulum_sysid.measuring.formula_fit import ShapeParameter
-from pendulum_sysid.measuring.measure import list_asked, list_needed, measure_laws, rank_curves
+from pendulum_sysid.measuring.measure import list_needed, list_sized, measure_laws, rank_curves
 from pendulum_sysid.measuring.naming import write_formula, write_sentence
 from pendulum_sysid.measuring.penalised_fit import LawFit
 from pendulum_sysid.measuring.shapes import SHAPES
@@ -108,7 +108,7 @@ def test_an_effect_is_needed_beside_a_law_that_cannot_stand_for_it():
     start = fit(case, split, ("rail_spring",), make_theta(replace(twin, measured_laws={})))
     held = measure_laws(case, split, start, lambda line: None)
     assert [curve.kind.name for curve in held.law_fit.curves] == ["cart_drag_by_pole_rate"]
-    assert list_asked(held, ["rail_spring", "cart_sign_inverted"]) == ["rail_spring"]
+    assert list_sized(held, ["rail_spring", "cart_sign_inverted"]) == ["rail_spring"]
     assert list_needed(held, ["rail_spring"]) == ("rail_spring",)
 
 

@@ -111,22 +111,22 @@ def _rank(measured: Measured) -> tuple[bool, int, float]:
     return not measured.is_at_noise, laws, measured.law_fit.fit.choose
 
 
-def list_asked(measured: Measured, names: Sequence[str]) -> list[str]:
+def list_sized(measured: Measured, names: Sequence[str]) -> list[str]:
     """Return the effects among names that the fit holds with a size, and so could do without."""
     effects = measured.law_fit.fit.effects
     return [name for name in names if name in effects and not BY_NAME[name].is_switch]
 
 
-def list_needed(measured: Measured, asked: Sequence[str]) -> tuple[str, ...]:
+def list_needed(measured: Measured, sized: Sequence[str]) -> tuple[str, ...]:
     """Return the effects without which a fit with the same laws is worse on windows left out.
 
-    asked: see `list_asked`.
+    sized: see `list_sized`.
 
     Laws take what had no name. An effect that they can stand for may have stood for that; an
     effect that they cannot stand for is there by itself.
     """
     law_fit, needed = measured.law_fit, []
-    for name in asked:
+    for name in sized:
         start = law_fit.fit
         theta = start.theta.copy()
         theta[SLOTS[name]] = get_neutral_values(BY_NAME[name])
