@@ -195,10 +195,8 @@ def _is_possible(case: Case, kind: LawKind) -> bool:
     """
     signals = case.signals
     needs_pole = kind.place is Place.POLE or kind.variable in (Variable.ANGLE, Variable.RATE)
-    needs_pole = needs_pole or kind.role in (
-        Role.ANGLE_ERROR,
-        Role.PACE,
-    )  # gravity shows how fast time goes
+    # gravity, which acts on the pole, shows how fast time goes
+    needs_pole = needs_pole or kind.role in (Role.ANGLE_ERROR, Role.PACE)
     needs_cart = kind.place in (Place.COMMAND, Place.DRIVE, Place.CART)
     needs_cart = needs_cart or kind.variable in (Variable.POSITION, Variable.VELOCITY)
     return not (
