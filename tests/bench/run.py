@@ -4,6 +4,7 @@ Everything runs in one thread.
 Figures are medians; the machine may be busy, so trust the ratios more than the figures.
 """
 
+import argparse
 import os
 import statistics
 import sys
@@ -17,6 +18,7 @@ from scipy.optimize import minimize
 
 from pendulum_twin import kernel
 from pendulum_twin.free_runs import run_freely, run_mechanics
+from pendulum_twin.laws.law import Law
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import BASE, make_theta
 from pendulum_twin.rig import Rig
@@ -44,11 +46,11 @@ def time_functions(*functions: Callable[[], object], repeats: int = REPEATS) -> 
 
 
 def make_kernel_steps(
-    effects: dict, starts: np.ndarray, command: np.ndarray
+    effects: dict, starts: np.ndarray, command: np.ndarray, laws: dict[str, Law] | None = None
 ) -> Callable[[], np.ndarray]:
     """Return a function that runs pendulums through control steps of 30 ms (30 of 1 ms)."""
     lanes = len(starts)
-    theta = np.tile(make_theta(Twin("bench", RIG, effects)), (lanes, 1))
+    theta = np.tile(make_theta(Twin("bench", RIG, effects, laws or {})), (lanes, 1))
     drives = np.repeat(command, peers.SUBSTEPS)[None]
     first, out = np.zeros(lanes, dtype=np.int64), np.empty((lanes, len(command) + 1, 4))
 
@@ -89,6 +91,28 @@ def bench_kernel() -> list[Row]:
                 what = f"control steps/s, {group}, {model}"
                 rows.append(Row(what, f"{rate:,.0f}", peer, f"{peer_rate:,.0f}", rate / peer_rate))
     return rows
+
+
+def bench_laws() -> list[Row]:
+    """Measured laws: the same pendulums with a law beside those without."""
+    starts = START + np.array([0.0, 0.003, 0.0, 0.0]) * np.arange(16)[:, None]
+    command = 0.3 * np.sin(0.2 * np.arange(2000))
+    along, ways = np.linspace(-0.45, 0.45, 20), np.geomspace(1e-4, 1e-2, 20)
+    curve = Law(tuple(along), tuple(0.2 * np.sin(9.0 * along)))
+    two = Law(tuple(ways), tuple(0.3 * np.isin(np.arange(20), (4, 11))))
+    many = Law(tuple(ways), (0.03,) * 20)
+    laws: dict[str, dict[str, Law]] = {
+        "a curve of 20 knots": {"cart_force_by_position": curve},
+        "hysteresis of 2 elements": {"cart_hysteresis": two},
+        "hysteresis of 20 elements": {"cart_hysteresis": many},
+    }
+    runs = [make_kernel_steps(COULOMB, starts, command, law) for law in ({}, *laws.values())]
+    plain, *slower = 16 * 2000 / np.array(time_functions(*runs, repeats=51))
+    peer = "the same without the law"
+    return [
+        Row(f"control steps/s, {name}", f"{rate:,.0f}", peer, f"{plain:,.0f}", rate / plain)
+        for name, rate in zip(laws, slower, strict=True)
+    ]
 
 
 def bench_step() -> list[Row]:
@@ -247,11 +271,24 @@ def bench_graph() -> list[Row]:
     return measure(steps=2000, jitter_s=20.0)
 
 
+BENCHES = {
+    "kernel": bench_kernel,
+    "laws": bench_laws,
+    "step": bench_step,
+    "cost": bench_cost,
+    "fit": bench_fit,
+    "graph": bench_graph,
+}
+
+
 def main() -> None:
-    """Measure, and print the table."""
+    """Measure what is asked for, or everything, and print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--only", nargs="+", choices=list(BENCHES), default=list(BENCHES))
+    names = parser.parse_args().only
     begin = time.perf_counter()
     rows = []
-    for bench in (bench_kernel, bench_step, bench_cost, bench_fit, bench_graph):
+    for bench in (BENCHES[name] for name in names):
         print(f"{(bench.__doc__ or '').split(':')[0].rstrip('.')} ...", file=sys.stderr)
         rows += bench()
     print(format_table(rows))

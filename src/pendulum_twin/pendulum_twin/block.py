@@ -1,12 +1,17 @@
 """Lay out a block of lanes: one array, row by row, lane beside lane: theta, then these rows.
 
 There is one array because the compiler computes lanes side by side only where it can prove that it
-does not write what it reads.
+does not write what it reads. `Block` holds what is not computed side by side.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
+import numpy as np
+
 from pendulum_twin import compose
+from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.equations import compile_inner
 from pendulum_twin.hysteresis import STRAINS
 from pendulum_twin.parameter_vector import LAWS
@@ -46,3 +51,43 @@ def put_four(p, row, i, width, four):
     """Set four neighbouring rows of lane i."""
     for k in range(4):
         p[(row + k) * width + i] = four[k]
+
+
+class Block(NamedTuple):
+    """Hold what is kept of the lanes of a block beside their states.
+
+    lane: (width,) which lane of all each is; a block that is not full ends with its last lane,
+        again and again.
+    at: (width,) step of its row of drives at which each lane starts.
+    done: (width,) substeps since the recording began, at each lane's start.
+    constants: (2, width) of each lane's rig without effects: mass, kg; viscous friction, N s/m.
+    curved: (width + 1,) whether each lane has measured curves, then whether any has.
+    elements, listed, moves, loads: see `hysteresis`; no elements where no twin has hysteresis.
+    """
+
+    lane: Ints
+    at: Ints
+    done: Ints
+    constants: Floats
+    curved: Mask
+    elements: Floats
+    listed: Ints
+    moves: Floats
+    loads: Floats
+
+
+@compile_inner
+def make_block(width, remembers):
+    """Return a block of lanes, still empty; remembers: whether a twin has measured hysteresis."""
+    strains = STRAINS if remembers else 0
+    return Block(
+        np.empty(width, dtype=np.int64),
+        np.empty(width, dtype=np.int64),
+        np.empty(width, dtype=np.int64),
+        np.empty((2, width)),
+        np.empty(width + 1, dtype=np.bool_),
+        np.empty((3, strains, width)),
+        np.empty(strains, dtype=np.int64),
+        np.empty((2, width)),
+        np.empty((2, width)),
+    )

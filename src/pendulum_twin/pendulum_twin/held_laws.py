@@ -21,6 +21,7 @@ from pendulum_twin.block import (
     X_BEFORE,
     H,
     V,
+    W,
     X,
     get_four,
     put_four,
@@ -124,23 +125,27 @@ def hold_no_curves(p, i, width, pushed, held_dry):
 
 
 @compile_inner
-def hold_hysteresis(elements, counts, p, i, width):
-    """Add the measured hysteresis of lane i to what acts evenly over its next step.
+def hold_hysteresis(block, counts, p, width):
+    """Add the measured hysteresis of every lane to what acts evenly over its next step.
 
-    elements, counts: of the lane at the step's begin; see `hysteresis`.
+    block, counts: at the step's begin; see `block.Block` and `hysteresis`.
     """
-    x, th, v, w = get_four(p, X, i, width)
-    half = 0.5 * p[H * width + i]
-    force, torque = sum_hysteresis(elements, counts, half * v, half * w)
-    p[FORCE * width + i] += force
-    p[PUSHED * width + i] += force
-    p[TORQUE * width + i] += torque
-    p[X_BEFORE * width + i], p[TH_BEFORE * width + i] = x, th
+    moves, loads = block.moves, block.loads
+    for i in range(width):
+        half = 0.5 * p[H * width + i]
+        moves[0, i], moves[1, i] = half * p[V * width + i], half * p[W * width + i]
+    sum_hysteresis(block.elements, block.listed, counts, moves, loads)
+    for i in range(width):
+        p[FORCE * width + i] += loads[0, i]
+        p[PUSHED * width + i] += loads[0, i]
+        p[TORQUE * width + i] += loads[1, i]
+        p[X_BEFORE * width + i], p[TH_BEFORE * width + i] = p[X * width + i], p[TH * width + i]
 
 
 @compile_inner
-def follow_lane_strains(elements, counts, p, i, width):
-    """Strain the elements of measured hysteresis of lane i by its last step."""
-    move = p[X * width + i] - p[X_BEFORE * width + i]
-    turn = p[TH * width + i] - p[TH_BEFORE * width + i]
-    follow_strains(elements, counts, move, turn)
+def follow_block_strains(block, counts, p, width):
+    """Strain the elements of measured hysteresis of every lane by its last step."""
+    for i in range(width):
+        block.moves[0, i] = p[X * width + i] - p[X_BEFORE * width + i]
+        block.moves[1, i] = p[TH * width + i] - p[TH_BEFORE * width + i]
+    follow_strains(block.elements, block.listed, counts, block.moves)

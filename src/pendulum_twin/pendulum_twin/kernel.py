@@ -29,11 +29,12 @@ from pendulum_twin.block import (
     W,
     X,
     get_four,
+    make_block,
     put_four,
 )
 from pendulum_twin.equations import compile_inner
 from pendulum_twin.held_laws import (
-    follow_lane_strains,
+    follow_block_strains,
     hold_effects,
     hold_hysteresis,
     hold_measured_laws,
@@ -41,7 +42,7 @@ from pendulum_twin.held_laws import (
     hold_pace,
     react_to_motion,
 )
-from pendulum_twin.hysteresis import STRAINS, keep_strains, list_elements
+from pendulum_twin.hysteresis import keep_strains, list_elements, place_elements
 from pendulum_twin.law_curves import bend_commands, has_curves, has_pace
 from pendulum_twin.machine_code import compile_cached
 from pendulum_twin.motion import MOVING, advance_step, follow_path
@@ -186,35 +187,69 @@ def _place_lane(theta, start_state, path_memory, h, p, i, width):
 
 
 @compile_inner
-def _hold(lanes, laws, measured, curved, lane_of, first_step, step, constants, theta, p):
+def _place_block(
+    first, measured, block, begin, first_step, start_states, path_memory, theta, h, p, width
+):
+    """Place the lanes from the first on in the block; return whether a law changes a clock's pace.
+
+    The arguments are those of `integrate_lanes`.
+    """
+    paced, block.curved[width] = False, False
+    for i in range(width):
+        lane = min(first + i, len(theta) - 1)
+        own = theta[lane]
+        block.lane[i], block.at[i], block.done[i] = lane, begin[lane], first_step[lane]
+        block.constants[0, i], block.constants[1, i] = own[MASS], own[CART_VISCOUS]
+        _place_lane(own, start_states[lane], path_memory[lane], h, p, i, width)
+        block.curved[i] = measured is not None and has_curves(own)
+        block.curved[width] = block.curved[width] or block.curved[i]
+        paced = paced or (measured is not None and has_pace(own))
+        if measured is not None and len(measured) > 1:
+            place_elements(own, path_memory[lane, compose.KEPT :], block.elements, i)
+    return paced
+
+
+@compile_inner
+def _keep_paths(first, count, measured, block, path_memory, p, width):
+    """Fill path_memory with what the block's lanes remember; the arguments as above."""
+    for i in range(min(width, count - first)):
+        for k in range(compose.KEPT):
+            path_memory[first + i, k] = p[(PATH + k) * width + i]
+        if measured is not None and len(measured) > 1:
+            keep_strains(block.elements, i, path_memory[first + i, compose.KEPT :])
+
+
+@compile_inner
+def _hold(lanes, laws, measured, block, step, theta, p):
     """Set what effects and measured curves of every lane do evenly over the next step.
 
-    curved: (width,) whether each lane has measured curves.
-    lane_of: (width,) which lane each of the block is.
-    first_step: (lanes,) substeps since the recording began, at each lane's start.
-    step: substeps since then.
-    constants: (2, width) of each lane's rig without effects: mass, kg; viscous friction, N s/m.
+    step: substeps since the lanes' starts.
     """
     width = len(lanes)
     # Each branch asks anew: numba 0.59 drops a branch only where its own condition says so.
     if laws is not None and len(laws) > 1:
         for i in range(width):
-            done = first_step[lane_of[i]] + step
-            hold_effects(p, i, width, laws, done, constants[0, i], constants[1, i])
+            mass, viscous = block.constants[0, i], block.constants[1, i]
+            hold_effects(p, i, width, laws, block.done[i] + step, mass, viscous)
     if measured is not None:
         evenly = laws is not None and len(laws) > 1
-        for i in range(width):
-            done = first_step[lane_of[i]] + step
-            pushed = p[PUSHED * width + i] if evenly else 0.0
-            held_dry = p[CART_DRY * width + i] if evenly else 0.0
-            if curved[i]:
-                hold_measured_laws(theta[lane_of[i]], p, i, width, done, pushed, held_dry)
-            else:
-                hold_no_curves(p, i, width, pushed, held_dry)
+        if not block.curved[width]:  # lanes without curves are computed side by side
+            for i in range(width):
+                pushed = p[PUSHED * width + i] if evenly else 0.0
+                hold_no_curves(p, i, width, pushed, p[CART_DRY * width + i] if evenly else 0.0)
+        else:
+            for i in range(width):
+                pushed = p[PUSHED * width + i] if evenly else 0.0
+                held_dry = p[CART_DRY * width + i] if evenly else 0.0
+                if block.curved[i]:
+                    own, done = theta[block.lane[i]], block.done[i] + step
+                    hold_measured_laws(own, p, i, width, done, pushed, held_dry)
+                else:
+                    hold_no_curves(p, i, width, pushed, held_dry)
 
 
 @compile_inner
-def _react(lanes, laws, constants, p):
+def _react(lanes, laws, block, p):
     """Let every lane remember what its last step did to path and drive."""
     width = len(lanes)
     if laws is not None and len(laws) > 1:
@@ -222,7 +257,7 @@ def _react(lanes, laws, constants, p):
             follow_path(PATH, p[X * width + i] - p[X_BEFORE * width + i], p, i, width)
     if laws is not None and len(laws) > 3:
         for i in range(width):
-            react_to_motion(p, i, width, constants[0, i])
+            react_to_motion(p, i, width, block.constants[0, i])
 
 
 @compile_cached
@@ -263,53 +298,41 @@ def integrate_lanes(
     width = len(lanes)
     count, samples = out.shape[0], out.shape[1]
     p = np.empty(ROWS * width)
-    lane_of, at = np.empty(width, dtype=np.int64), np.empty(width, dtype=np.int64)
-    constants, curved = np.empty((2, width)), np.empty(width, dtype=np.bool_)
     remembers = measured is not None and len(measured) > 1
-    elements = np.empty((width, 3, STRAINS if remembers else 0))
-    slots = np.empty((width, STRAINS if remembers else 0), dtype=np.int64)
-    counts = np.empty((width, 2), dtype=np.int64)
+    block = make_block(width, remembers)
+    counts = 0, 0
     for first in range(0, count, width):
-        paced = False
-        for i in range(width):
-            # a block that is not full is filled up with its last lane
-            lane = min(first + i, count - 1)
-            lane_of[i], at[i] = lane, begin[lane]
-            constants[0, i], constants[1, i] = theta[lane, MASS], theta[lane, CART_VISCOUS]
-            _place_lane(theta[lane], start_states[lane], path_memory[lane], h, p, i, width)
-            curved[i] = measured is not None and has_curves(theta[lane])
-            paced = paced or (measured is not None and has_pace(theta[lane]))
-            if remembers:
-                strains = path_memory[lane, compose.KEPT :]
-                counts[i] = list_elements(theta[lane], strains, elements[i], slots[i])
+        paced = _place_block(
+            first,
+            measured,
+            block,
+            begin,
+            first_step,
+            start_states,
+            path_memory,
+            theta,
+            h,
+            p,
+            width,
+        )
+        if remembers:
+            counts = list_elements(block.elements, block.listed)
         for n in range(samples):
             for i in range(min(width, count - first)):
                 for k in range(4):
                     out[first + i, n, k] = p[(X + k) * width + i]
-            if n == samples - 1:
-                break
-            for j in range(sub):
-                step = n * sub + j
+            for step in range(n * sub, (n + 1) * sub if n < samples - 1 else n * sub):
                 if paced:
                     for i in range(width):
-                        hold_pace(theta[lane_of[i]], p, i, width, first_step[lane_of[i]] + step)
+                        hold_pace(theta[block.lane[i]], p, i, width, block.done[i] + step)
                 for i in range(width):
-                    drive = drives[drive_of[lane_of[i]], at[i] + step]
+                    drive = drives[drive_of[block.lane[i]], block.at[i] + step]
                     p[FORCE * width + i] = drive * p[FORCE_PER_PWM * width + i]
-                _hold(
-                    lanes, laws, measured, curved, lane_of, first_step, step, constants, theta, p
-                )
+                _hold(lanes, laws, measured, block, step, theta, p)
                 if remembers:
-                    for i in range(width):
-                        hold_hysteresis(elements[i], counts[i], p, i, width)
+                    hold_hysteresis(block, counts, p, width)
                 _advance(lanes, laws, dry, p)
-                _react(lanes, laws, constants, p)
+                _react(lanes, laws, block, p)
                 if remembers:
-                    for i in range(width):
-                        follow_lane_strains(elements[i], counts[i], p, i, width)
-        for i in range(min(width, count - first)):
-            for k in range(compose.KEPT):
-                path_memory[first + i, k] = p[(PATH + k) * width + i]
-            if remembers:
-                strains = path_memory[first + i, compose.KEPT :]
-                keep_strains(elements[i], slots[i], counts[i], strains)
+                    follow_block_strains(block, counts, p, width)
+        _keep_paths(first, count, measured, block, path_memory, p, width)

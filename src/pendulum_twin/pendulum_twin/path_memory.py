@@ -15,6 +15,7 @@ from pendulum_twin.hysteresis import (
     follow_strains,
     keep_strains,
     list_elements,
+    place_elements,
     sum_hysteresis,
 )
 from pendulum_twin.law_curves import ROLES
@@ -55,20 +56,22 @@ def _fill_path_memory(places, theta, wanted, out, loads):  # type: ignore[no-unt
     p = np.zeros(len(theta) + PATHS)
     p[: len(theta)] = theta
     first, row = len(theta), 0
-    strains, slots = np.zeros(STRAINS), np.empty(STRAINS, dtype=np.int64)
-    elements = np.empty((3, STRAINS))
-    counts = list_elements(theta, strains, elements, slots)
+    elements, listed = np.empty((3, STRAINS, 1)), np.empty(STRAINS, dtype=np.int64)
+    place_elements(theta, np.zeros(STRAINS), elements, 0)
+    counts = list_elements(elements, listed)
+    moves, none, pulls = np.empty((2, 1)), np.zeros((2, 1)), np.empty((2, 1))
     for n in range(len(places)):
-        move, turn = places[n] - places[max(n - 1, 0)]
-        follow_path(first, move, p, 0, 1)
-        follow_strains(elements, counts, move, turn)
-        loads[n] = sum_hysteresis(elements, counts, 0.0, 0.0)
+        moves[:, 0] = places[n] - places[max(n - 1, 0)]
+        follow_path(first, moves[0, 0], p, 0, 1)
+        follow_strains(elements, listed, counts, moves)
+        sum_hysteresis(elements, listed, counts, none, pulls)
+        loads[n] = pulls[:, 0]
         for k in range(PATHS):
             loads[n, 0] += p[first + k]
         while row < len(wanted) and wanted[row] == n:
             for k in range(PATHS):
                 out[row, k] = p[first + k]
-            keep_strains(elements, slots, counts, out[row, KEPT:])
+            keep_strains(elements, 0, out[row, KEPT:])
             row += 1
 
 
