@@ -218,6 +218,9 @@ COMMAND_MOVED_NATS = 4.0  # nats; by which the cart must speak for the other sam
 COMMAND_TIMES_RATIO = 0.97  # ratio; of unexplained acceleration: a timing is clearly right
 ANSWERS_RATIO = 0.998  # ratio; the same, for commands that answer samples: 10 nats in a minute
 LONGEST_LATENCY_S = 1.0  # s; from publishing to receiving; a longer time is of two clocks
+COMMAND_DIFFERS = 0.01  # of full PWM; from which on a sent command is another command
+COMMAND_MOST_DIFFER = 0.05  # of samples; that may differ where nothing is wrong
+COMMAND_SAME_S = 0.5  # s; for as long commands are the same between two intervals of others
 COMMAND_HOLDS_S = 10.0  # s; an older last command belongs to another clock
 
 # Does the rig answer, stand still, or repeat itself?

@@ -24,7 +24,9 @@ class Outcome(Enum):
     UNUSABLE = "unusable"  # the recording cannot answer the question
 
 
-type FaultKind = Literal["spike", "gap", "jitter", "wrap", "stale", "clipped", "slip", "rail_end"]
+type FaultKind = Literal[
+    "spike", "gap", "jitter", "wrap", "stale", "clipped", "slip", "rail_end", "other_command"
+]
 
 
 @dataclass(frozen=True)
@@ -32,7 +34,7 @@ class QualityFinding:
     """Say what is wrong with the data of a recording.
 
     Attributes:
-        kind: spike, gap, jitter, wrap, stale, clipped or slip.
+        kind: spike, gap, jitter, wrap, stale, clipped, slip, rail_end or other_command.
         count: how many there are.
         intervals_s: where, in s from the first sample.
         note: what the kind alone does not say, in words; empty for nothing.

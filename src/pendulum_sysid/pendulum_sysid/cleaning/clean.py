@@ -34,6 +34,7 @@ from pendulum_sysid.cleaning.foreign_start import detect_foreign_start
 from pendulum_sysid.cleaning.frozen import detect_frozen
 from pendulum_sysid.cleaning.gaps import detect_gaps
 from pendulum_sysid.cleaning.jitter import detect_jitter
+from pendulum_sysid.cleaning.other_command import detect_other_command
 from pendulum_sysid.cleaning.reducing import reduce_rate
 from pendulum_sysid.cleaning.repeats import find_usable_rows
 from pendulum_sysid.cleaning.retiming import retime_samples
@@ -58,6 +59,7 @@ DETECTORS: tuple[Detector, ...] = (
     detect_foreign_start,
     detect_velocity_spikes,
     detect_clipping,
+    detect_other_command,
 )
 SPIKE_ECHO_PERIODS = 1.5  # a position's spike echoes in the velocity that was computed from it
 
@@ -79,6 +81,7 @@ def clean_recording(raw: RawRecording) -> Recording:
     stale: samples that came twice, a sensor that stood still while the rig moved, or a beginning
         that belongs to another run.
     clipped: a command at its limit, which is no fault, or a sensor at its end.
+    other_command: the driver sent other commands than were read.
 
     Raises UnusableRecording when fewer than 100 samples or less than 2 s are left, and when more
     than 5 % of the commands are missing.
@@ -248,10 +251,13 @@ def _list_findings(faults: Iterable[Fault], period_s: float) -> tuple[QualityFin
     for fault in faults:
         intervals.setdefault(fault.kind, []).extend(fault.intervals_s)
         notes.setdefault(fault.kind, []).extend([fault.note] if fault.note else [])
+    slack_s = {
+        "spike": SPIKE_ECHO_PERIODS * period_s,
+        "other_command": decisions.COMMAND_SAME_S,
+    }
     findings = []
     for kind, faulty in sorted(intervals.items()):
-        slack_s = SPIKE_ECHO_PERIODS * period_s if kind == "spike" else 0.0
-        merged = _merge(faulty, slack_s)
+        merged = _merge(faulty, slack_s.get(kind, 0.0))
         if merged:
             note = "; ".join(dict.fromkeys(notes[kind]))
             findings.append(QualityFinding(kind, len(merged), tuple(merged), note))

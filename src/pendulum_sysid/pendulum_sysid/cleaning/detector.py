@@ -23,7 +23,7 @@ Interval = tuple[float, float]
 class Fault:
     """Say what is wrong with samples.
 
-    kind: spike | gap | jitter | wrap | stale | clipped.
+    kind: spike | gap | jitter | wrap | stale | clipped | other_command.
     intervals_s: begin and end of each fault, s from the first sample.
     note: what the kind alone does not say, in words; empty for nothing.
     """

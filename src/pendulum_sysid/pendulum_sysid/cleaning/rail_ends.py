@@ -6,13 +6,12 @@ force of the position that undoes the tilt there.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from scipy.ndimage import binary_dilation
 
 from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.clock import find_runs
+from pendulum_sysid.cleaning.leaving_out import leave_out
 from pendulum_sysid.records import QualityFinding, Recording
 from pendulum_twin.arrays import Floats, Mask
 
@@ -33,15 +32,9 @@ def leave_out_rail_ends(recording: Recording, half_m: float | None) -> Recording
     if not at_end.any() or is_locked(signals.cart[signals.cart_valid]):
         return recording
     margin = max(round(decisions.SLIP_MARGIN_S / signals.period_s), 1)
-    near = binary_dilation(at_end, iterations=margin)
-    cleaned = replace(
-        signals, cart_valid=signals.cart_valid & ~near, pole_valid=signals.pole_valid & ~near
-    )
-    runs, times = find_runs(near), signals.times_s
-    cleaned = cleaned.break_at(k for run in runs for k in run if 0 < k < len(signals))
+    runs, times = find_runs(binary_dilation(at_end, iterations=margin)), signals.times_s
     spans = tuple((float(times[a]), float(times[b - 1]) + signals.period_s) for a, b in runs)
-    finding = QualityFinding("rail_end", len(runs), spans, NOTE)
-    return replace(recording, signals=cleaned, findings=(*recording.findings, finding))
+    return leave_out(recording, runs, QualityFinding("rail_end", len(runs), spans, NOTE))
 
 
 def is_locked(cart: Floats) -> bool:

@@ -9,7 +9,7 @@ curve, late or not (a saturation is no slip), and a slip stands out from the sec
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import correlate1d, median_filter
@@ -17,6 +17,7 @@ from scipy.ndimage import correlate1d, median_filter
 from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.cart_balance import list_reactions
 from pendulum_sysid.cleaning.clock import find_runs
+from pendulum_sysid.cleaning.leaving_out import leave_out
 from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_sysid.cleaning.stale_start import compute_slow_speed, list_brakes
 from pendulum_sysid.records import QualityFinding, Recording
@@ -53,18 +54,10 @@ def leave_out_slips(recording: Recording, state: SmoothState) -> Recording:
     if not slips:
         return recording
     margin = max(round(decisions.SLIP_MARGIN_S / signals.period_s), 1)
-    valid = np.ones(len(signals), dtype=bool)
-    for slip in slips:
-        valid[max(slip.first - margin, 0) : slip.stop + margin] = False
-    cleaned = replace(
-        signals, cart_valid=signals.cart_valid & valid, pole_valid=signals.pole_valid & valid
-    )
-    ends = {min(slip.stop + margin, len(signals) - 1) for slip in slips}
-    cleaned = cleaned.break_at(ends | {max(slip.first - margin, 0) for slip in slips})
+    around = [(max(slip.first - margin, 0), slip.stop + margin) for slip in slips]
     times = signals.times_s
     spans = tuple((float(times[s.first]), float(times[s.stop - 1])) for s in slips)
-    finding = QualityFinding("slip", len(slips), spans, NOTE)
-    return replace(recording, signals=cleaned, findings=(*recording.findings, finding))
+    return leave_out(recording, around, QualityFinding("slip", len(slips), spans, NOTE))
 
 
 def find_slips(signals: Signals, state: SmoothState) -> list[Slip]:

@@ -6,11 +6,12 @@ samples look like a delay, a dead zone or heavy friction, and no physics repairs
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from pendulum_sysid import decisions
+from pendulum_sysid.cleaning.leaving_out import leave_out
 from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_sysid.records import QualityFinding, Recording
 from pendulum_twin.arrays import Floats
@@ -55,19 +56,11 @@ def leave_out_stale_start(recording: Recording, state: SmoothState) -> Recording
     spans = [(begin, end) for begin, end in ends if end > begin]
     if not spans:
         return recording
-    valid = np.ones(len(signals), dtype=bool)
-    for begin, end in spans:
-        valid[begin:end] = False
-    cleaned = replace(
-        signals, cart_valid=signals.cart_valid & valid, pole_valid=signals.pole_valid & valid
-    )
-    cleaned = cleaned.break_at(end for _, end in spans)
     times = signals.times_s
     intervals = tuple(
         (float(times[begin]), float(times[end - 1]) + signals.period_s) for begin, end in spans
     )
-    stale = QualityFinding("stale", len(spans), intervals)
-    return replace(recording, signals=cleaned, findings=(*recording.findings, stale))
+    return leave_out(recording, spans, QualityFinding("stale", len(spans), intervals))
 
 
 def list_brakes(state: SmoothState) -> Floats:

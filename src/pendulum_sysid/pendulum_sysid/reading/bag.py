@@ -19,6 +19,11 @@ from pendulum_sysid.reading.command_latency import read_command_latency
 from pendulum_sysid.reading.contents import Contents
 from pendulum_sysid.reading.decoding import decode_commands, decode_states, list_joint_names
 from pendulum_sysid.reading.raw import JOINTS, STATE_CHANNELS, RawRecording
+from pendulum_sysid.reading.sent_commands import (
+    SentCommands,
+    find_differences,
+    name_sent_topic,
+)
 from pendulum_sysid.reading.unpacking import unpack_file, unpack_message
 from pendulum_twin.arrays import Floats, Ints
 from pendulum_twin.bags.write import Commands, States, write_recording
@@ -46,7 +51,8 @@ def read_bag(
     path = Path(path)
     try:
         bag = find_files(path)
-        contents = _read_contents(bag, (state_topic, command_topic))
+        topics = state_topic, command_topic, name_sent_topic(command_topic)
+        contents = _read_contents(bag, topics)
         return _make_recording(_make_name(path), bag, contents, state_topic, command_topic)
     except BadInputError as error:
         raise type(error)(f"{path}: {error}") from error
@@ -132,11 +138,13 @@ def _make_recording(
         - len(states)
         - len(commands)
     )
+    state_stamp_s = (stamps - stamps[0]) / 1e9
+    command_stamp_s = (command_times - stamps[0]) / 1e9
     return RawRecording(
         name=name,
         digest=compute_digest(bag.files),
-        state_stamp_s=(stamps - stamps[0]) / 1e9,
-        command_stamp_s=(command_times - stamps[0]) / 1e9,
+        state_stamp_s=state_stamp_s,
+        command_stamp_s=command_stamp_s,
         command=command,
         **{channel: columns.get(channel) for channel in STATE_CHANNELS},
         lost_messages=max(0, short) + bad_states + bad_commands,
@@ -144,7 +152,35 @@ def _make_recording(
         given_up="" if find_plan_outcome(bag) == PLAYED else find_plan_outcome(bag),
         damaged_parts=contents.damaged_parts,
         command_latency=read_command_latency(bag.custom),
+        sent=_compare_sent(
+            contents, command_topic, stamps[0], state_stamp_s, (command_stamp_s, command)
+        ),
     )
+
+
+def _compare_sent(
+    contents: Contents,
+    command_topic: str,
+    first_ns: int,
+    state_stamp_s: Floats,
+    read: tuple[Floats, Floats],
+) -> SentCommands | None:
+    """Return where the driver sent other commands than the commands that were read.
+
+    first_ns: of the first sample.
+
+    None where they are nearly the same, and where the bag does not say.
+    """
+    topic = name_sent_topic(command_topic)
+    messages = contents.messages.get(topic, [])
+    if topic == command_topic or contents.types.get(topic) != COMMAND_TYPE:
+        return None
+    times, sent, _ = decode_commands(messages, _decode_command)
+    if not len(sent) or not len(read[0]):
+        return None
+    differ = find_differences(state_stamp_s, read, ((times - first_ns) / 1e9, sent))
+    rare = np.mean(differ) <= decisions.COMMAND_MOST_DIFFER
+    return None if rare else SentCommands(command_topic, topic, differ)
 
 
 def _pick_commands(contents: Contents, topic: str, needed: bool) -> list[tuple[int, bytes]]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from pendulum_sysid import decisions
 from pendulum_sysid.errors import UnusableRecording
+from pendulum_sysid.reading.sent_commands import SentCommands
 from pendulum_sysid.records import CommandLatency
 from pendulum_twin.arrays import Floats
 
@@ -33,6 +34,7 @@ class RawRecording:
     given_up: how the plan of the recording stood at its end, when it was not played to its end;
         empty when it was, or when there was none.
     command_latency: how late commands act; None where the recording does not say.
+    sent: where the driver sent other commands; None for the same, or where nothing says so.
 
     Raises UnusableRecording when there is one sample only, times run backwards, no joint is there,
     or more than 5 % of a channel is not finite.
@@ -52,6 +54,7 @@ class RawRecording:
     given_up: str = ""
     damaged_parts: int = 0
     command_latency: CommandLatency | None = None
+    sent: SentCommands | None = None
 
     def __post_init__(self) -> None:
         _check_times(self.state_stamp_s)

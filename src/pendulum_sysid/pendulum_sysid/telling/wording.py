@@ -124,6 +124,7 @@ QUALITY: dict[FaultKind, str] = {
     "clipped": "values stuck at a limit",
     "slip": "jumps of the cart's reading that no force explains; left out",
     "rail_end": "stretches in which the cart stands at an end of the rail; left out",
+    "other_command": "stretches in which the driver sent other commands than were read",
 }
 
 FIT_ROWS: dict[str, tuple[str, str]] = {  # field of FitScores -> words and unit
