@@ -48,7 +48,7 @@ SPREAD_BLOCKS = 6  # blocks; of time, between which sizes may differ: the model 
 REPEATED_DISTANCE = 0.05  # of deviations; within which a motion is the same; measured
 REPEATED_APART_S = 2.0  # s; between two times of a motion, lest a window match itself
 REPEATED_RATE = 0.5  # of mean squared rates; windows that move less have no error to compare
-REPEATED_LEAST_WINDOWS = 10  # windows; whose motion comes again, for a share of what is random
+REPEATED_LEAST_PAIRS = 5  # pairs; of windows with the same motion, for a share of what is random
 PREDICTED_EVERY_S = 0.05  # s; the slowest rate of samples; shorter, filters count most; measured
 FORCE_SECONDS = 120.0  # s; of a recording, that a latent force's size is measured on: time
 SPREAD_LEAST_BLOCKS = 3  # blocks; that must fix a value, for a spread between them
@@ -270,7 +270,7 @@ CLIPPED_SHARE = 0.02  # of recording; less is not worth a word
 CLIPPED_APPROACH = 0.25  # of limit; a clipped command comes near it before; a step does not
 
 # Can a recording be one of its rig at all?
-LOWEST_RATE_HZ = 2.0  # Hz; slower samples cannot show a pole's swing: the times count no seconds
+LOWEST_RATE_HZ = 8.0  # Hz; a quarter of a second, the short horizon, has two samples
 HIGHEST_RATE_HZ = 20_000.0  # Hz; twice the fastest log that is supported
 USUAL_LEAST_RATE_HZ = 10.0  # Hz; least rate of a log, by which the unit of its times is guessed
 RAIL_SLACK = 1.2  # ratio; of the cart's travel to the rail's length, by a wrong scale

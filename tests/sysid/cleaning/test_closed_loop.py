@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.made_recordings import INTECO, made
 
 from pendulum_sysid.cleaning.clean import clean_recording
 from pendulum_sysid.cleaning.command_answer import follows_command
@@ -33,3 +34,10 @@ def test_the_cart_follows_its_own_command_alone(
     assert follows_command(signals, state)
     other = replace(signals, command=np.roll(signals.command, 700))
     assert not follows_command(other, state)
+
+
+def test_a_cart_that_nothing_commands_is_no_refusal() -> None:
+    """The pole's swing moves a cart whose drive is off; there is no command to be answered."""
+    swung = made(INTECO, 10.0, 0.3)
+    signals = replace(swung.signals, command=np.zeros(len(swung.signals)))
+    assert follows_command(signals, smooth_state(signals))

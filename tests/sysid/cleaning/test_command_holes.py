@@ -87,3 +87,10 @@ def test_a_publisher_of_changes_leaves_no_holes() -> None:
         command[k:] = 0.1 * np.sin(k)
     raw = RawRecording("made", "sha256:1", AT, RAW.cart, RAW.pole, AT, command)
     assert find_gaps(keep_commands(raw, steps)) == []
+
+
+def test_a_rig_that_moves_as_if_commanded_before_the_first_command_is_left_out() -> None:
+    raw = keep_commands(RAW, AT > 2.0)
+    [(begin_s, end_s)] = find_gaps(raw)
+    assert begin_s == pytest.approx(0.0, abs=0.02) and end_s == pytest.approx(2.2, abs=0.02)
+    assert clean_recording(raw).signals.clock_s[0] == pytest.approx(2.2, abs=0.03)

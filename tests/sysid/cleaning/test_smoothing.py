@@ -112,3 +112,14 @@ def test_a_joint_that_is_not_there_stays_at_zero() -> None:
     )
     assert smoothed.noise.cart_m is None and smoothed.noise.pole_rad is not None
     assert not np.any(smoothed.states[:, [0, 2]]) and np.any(smoothed.states[:, 3])
+
+
+def test_a_long_stretch_that_counts_nowhere_decides_nothing() -> None:
+    begins = np.arange(0, 2000, 100)
+    short = tuple(slice(int(b), int(b) + 100) for b in begins)
+    values = motion(0.2) + np.random.default_rng(3).normal(0.0, 1e-3, N)
+    alone = smooth(values, EVERY, short, PERIOD_S)
+    more = np.concatenate([values, np.zeros(300)])
+    valid = np.concatenate([EVERY, np.zeros(300, dtype=bool)])
+    beside = smooth(more, valid, (*short, slice(N, N + 300)), PERIOD_S)
+    assert (beside.half_length, beside.noise) == (alone.half_length, alone.noise)

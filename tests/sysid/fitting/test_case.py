@@ -11,6 +11,7 @@ from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
 from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
 from pendulum_sysid.prepare import prepare_case
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.laws.law import Law
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
 from pendulum_twin.rig import CART_KEYS, POLE_KEYS, Rig
@@ -108,3 +109,25 @@ def test_a_cart_counted_the_wrong_way_round_moves_the_axis_the_right_way() -> No
 def test_one_joint_has_no_moving_axis(joint: str) -> None:
     case = prepare_case([without_joint(made(INTECO, 5.0), joint)], INTECO)
     assert put_pole_on_moving_axis(case, make_theta(case.twin)) is None
+
+
+def test_the_pole_alone_forgets_the_commands_within_a_period() -> None:
+    recording = made(INTECO, 10.0, 0.3)
+    parts = np.repeat(recording.signals.command[:, None], 2, axis=1)
+    divided = replace(recording, signals=replace(recording.signals, parts=parts))
+    alone = put_pole_on_moving_axis(prepare_case([divided], INTECO), make_theta(INTECO))
+    assert alone is not None and alone.signals.parts is None
+
+
+def test_laws_of_a_joint_that_was_not_recorded_go() -> None:
+    knots, turn = (-1.0, 1.0), tuple(np.arange(4) * np.pi / 2)
+    laws = {
+        "command_curve": Law(knots, (0.1, 0.0)),
+        "pole_torque_by_position": Law(knots, (0.1, 0.0)),
+        "angle_error_over_turn": Law(turn, (0.01, 0.0, 0.0, 0.0)),
+    }
+    twin = replace(INTECO, measured_laws=laws)
+    pole = prepare_case([without_joint(made(INTECO, 5.0), "cart")], twin).twin
+    assert set(pole.measured_laws) == {"angle_error_over_turn"}
+    cart = prepare_case([without_joint(made(INTECO, 5.0), "pole")], twin).twin
+    assert set(cart.measured_laws) == {"command_curve"}

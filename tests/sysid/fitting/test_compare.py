@@ -169,3 +169,13 @@ def test_a_picture_of_another_kind_is_refused(recording: Recording, tmp_path: Pa
     pair = compare_two(prepare_case([recording], INTECO), INTECO)
     with pytest.raises(BadInputError, match=r"ending in \.png or \.svg or \.pdf, found \.txt"):
         draw_comparison(tmp_path / "plot.txt", "made", ("a", "b"), pair.runs)
+
+
+def test_a_gap_does_not_set_the_clock_back() -> None:
+    """The rig's gain falls from its start on; the run after the gap begins later in time."""
+    drifting = replace(INTECO, effects={"gain_drift": {"per_s": -0.03}})
+    recording = made(drifting, 20.0, 0.2, noise=0.0)
+    divided = recording.signals.break_at([1000])
+    states = made_states(drifting, recording.signals.command)
+    whole = run_whole(divided, states, make_theta(drifting))
+    np.testing.assert_allclose(whole[1000:1300, 0], states[1000:1300, 0], atol=1e-6)

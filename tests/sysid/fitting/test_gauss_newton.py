@@ -283,3 +283,11 @@ def test_parameters_that_the_data_fix_only_together_are_correlated() -> None:
     values = compute_correlations(solution, free)
     assert np.diag(values) == pytest.approx(1.0)
     assert values[0, 1] < -0.98 and values[1, 0] == values[0, 1] and abs(values[0, 2]) < 0.2
+
+
+def test_a_start_that_leaves_all_bounds_is_not_converged() -> None:
+    wild = replace(INTECO, rig=replace(INTECO.rig, cart_viscous_n_s_m=1e4))
+    case = prepare_case([made(INTECO, 6.0)], wild)
+    fitted = fit(case, split_windows(case.signals, case.state), (), make_theta(wild))
+    assert not fitted.converged
+    assert np.isfinite(fitted.train)

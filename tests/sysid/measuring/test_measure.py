@@ -12,7 +12,13 @@ from pendulum_sysid.fitting.fit import HORIZONS, fit, fit_own_parameters
 from pendulum_sysid.measuring import curve as curve_module
 from pendulum_sysid.measuring.curve import list_curves
 from pendulum_sysid.measuring.formula_fit import ShapeParameter
-from pendulum_sysid.measuring.measure import list_needed, list_sized, measure_laws, rank_curves
+from pendulum_sysid.measuring.measure import (
+    begin_without_laws,
+    list_needed,
+    list_sized,
+    measure_laws,
+    rank_curves,
+)
 from pendulum_sysid.measuring.naming import write_formula, write_sentence
 from pendulum_sysid.measuring.penalised_fit import LawFit
 from pendulum_sysid.measuring.shapes import SHAPES
@@ -47,7 +53,7 @@ def prepare_with(laws, seconds=30.0):
 def test_a_law_is_measured_where_it_is(name):
     case, split = prepare_with({name: LAWS[name]})
     start = fit_own_parameters(case, split)
-    held = measure_laws(case, split, start, lambda line: None)
+    held = measure_laws(case, split, begin_without_laws(case, split, start), lambda line: None)
     assert held is not None and [curve.kind.name for curve in held.law_fit.curves] == [name]
     final, (named,) = held.named
     assert final.choose < 1.5 < 3.0 < start.choose
@@ -78,7 +84,7 @@ def test_a_law_is_measured_where_it_is(name):
 def test_a_friction_that_remembers_its_way_is_measured(name, law):
     case, split = prepare_with({name: law})
     start = fit_own_parameters(case, split)
-    held = measure_laws(case, split, start, lambda line: None)
+    held = measure_laws(case, split, begin_without_laws(case, split, start), lambda line: None)
     assert [curve.kind.name for curve in held.law_fit.curves] == [name]
     final, (named,) = held.named
     assert final.choose < 1.5 < 10.0 < start.choose
@@ -106,7 +112,7 @@ def test_an_effect_is_needed_beside_a_law_that_cannot_stand_for_it():
     prepared = prepare([made(twin, 30.0, amplitude=0.25)], RIG)
     case, split = prepared.case, prepared.split
     start = fit(case, split, ("rail_spring",), make_theta(replace(twin, measured_laws={})))
-    held = measure_laws(case, split, start, lambda line: None)
+    held = measure_laws(case, split, begin_without_laws(case, split, start), lambda line: None)
     assert [curve.kind.name for curve in held.law_fit.curves] == ["cart_drag_by_pole_rate"]
     assert list_sized(held, ["rail_spring", "cart_sign_inverted"]) == ["rail_spring"]
     assert list_needed(held, ["rail_spring"]) == ("rail_spring",)
@@ -116,7 +122,12 @@ def test_a_law_that_bends_between_its_knots_gets_more_knots():
     turn = spread_turn(60)
     ripple = Law(tuple(turn), tuple(0.01 * np.sin(9.0 * turn)))
     case, split = prepare_with({"pole_torque_by_angle": ripple})
-    held = measure_laws(case, split, fit_own_parameters(case, split), lambda line: None)
+    held = measure_laws(
+        case,
+        split,
+        begin_without_laws(case, split, fit_own_parameters(case, split)),
+        lambda line: None,
+    )
     (curve,) = held.law_fit.curves
     assert curve.kind.name == "pole_torque_by_angle"
     assert len(curve.knots) > decisions.LAW_KNOTS
@@ -140,7 +151,12 @@ def test_a_formula_stays_within_the_limits_of_its_law():
 
 def test_a_formula_takes_the_place_of_its_curve():
     case, split = prepare_with({"cart_force_by_position": LAWS["cart_force_by_position"]})
-    held = measure_laws(case, split, fit_own_parameters(case, split), lambda line: None)
+    held = measure_laws(
+        case,
+        split,
+        begin_without_laws(case, split, fit_own_parameters(case, split)),
+        lambda line: None,
+    )
     final, (named,) = held.named
     assert named.shape is not None and named.shape.shape.name in ("cube", "line and cube")
     sizes = dict(zip(named.shape.names, named.shape.values, strict=True))
@@ -157,7 +173,7 @@ def test_a_law_beside_an_encoder_slip_keeps_the_time_of_the_slip():
     case, split = prepared.case, prepared.split
     theta = make_theta(replace(RIG, effects=slip))
     start = fit(case, split, tuple(slip), theta, HORIZONS[0])
-    held = measure_laws(case, split, start, lambda line: None)
+    held = measure_laws(case, split, begin_without_laws(case, split, start), lambda line: None)
     named, _ = held.named
     for result in (held.law_fit.fit, named):
         assert result.estimates["encoder_slip.time_s"].value == pytest.approx(14.995, abs=1e-6)
@@ -168,7 +184,12 @@ def test_a_formula_that_the_recording_does_not_fix_is_none():
     """A bump narrower than a knot's distance may be as high as it likes."""
     law = Law(tuple(AT), tuple(0.15 * np.sin(2 * np.pi * AT / 0.6)))
     case, split = prepare_with({"drive_gain_along_rail": law})
-    held = measure_laws(case, split, fit_own_parameters(case, split), lambda line: None)
+    held = measure_laws(
+        case,
+        split,
+        begin_without_laws(case, split, fit_own_parameters(case, split)),
+        lambda line: None,
+    )
     final, (named,) = held.named
     force = final.estimates["force_per_pwm_n"]
     assert force.identifiable and force.high - force.low < 0.02 * force.value
@@ -190,7 +211,7 @@ def test_a_curve_over_time_needs_a_formula_to_be_of_the_rig(gain, shape):
     start = fit_own_parameters(case, split)
     ranked = rank_curves(case, split, LawFit(start, (), (), (), (), 4.0))
     assert ranked[0].curve.kind.name == "drive_gain_over_time"
-    held = measure_laws(case, split, start, lambda line: None)
+    held = measure_laws(case, split, begin_without_laws(case, split, start), lambda line: None)
     laws = held.named[1] if held is not None else ()
     over_time = [n for n in laws if n.curve.kind.name == "drive_gain_over_time"]
     assert [n.shape and n.shape.shape.name for n in over_time] == ([shape] if shape else [])
@@ -199,6 +220,32 @@ def test_a_curve_over_time_needs_a_formula_to_be_of_the_rig(gain, shape):
 def test_nothing_is_measured_where_nothing_is_missing():
     case, split = prepare_with({})
     start = fit_own_parameters(case, split)
-    assert measure_laws(case, split, start, lambda line: None) is None
+    assert (
+        measure_laws(case, split, begin_without_laws(case, split, start), lambda line: None)
+        is None
+    )
     ranked = rank_curves(case, split, LawFit(start, (), (), (), (), 4.0))
     assert len(ranked) <= 2
+
+
+def test_a_law_that_the_given_twin_has_is_not_measured_again():
+    knots = (-0.5, 0.5)
+    given = {"cart_force_by_position": Law(knots, (0.4, -0.4))}
+    recording = made(replace(INTECO, measured_laws=given), 12.0, 0.2)
+    twin = replace(INTECO, measured_laws={**given, "cart_drag_along_rail": Law(knots, (0.1, 0.1))})
+    prepared = prepare([recording], twin)
+    case, split = prepared.case, prepared.split
+    begun = begin_without_laws(case, split, fit_own_parameters(case, split))
+    kinds = {ranked.curve.kind.name for ranked in rank_curves(case, split, begun)}
+    assert kinds.isdisjoint(twin.measured_laws)
+
+
+def test_a_twin_that_is_full_of_laws_gets_no_more():
+    knots = (-0.5, 0.5)
+    names = ("cart_drag_along_rail", "cart_force_by_position", "pole_torque_by_position")
+    full = {name: Law(knots, (1e-3, 1e-3)) for name in (*names, "drive_gain_along_rail")}
+    prepared = prepare([made(INTECO, 12.0, 0.2)], replace(INTECO, measured_laws=full))
+    case, split = prepared.case, prepared.split
+    begun = begin_without_laws(case, split, fit_own_parameters(case, split))
+    assert rank_curves(case, split, begun) == []
+    assert measure_laws(case, split, begun, lambda line: None) is None

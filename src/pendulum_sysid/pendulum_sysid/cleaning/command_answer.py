@@ -49,8 +49,10 @@ def follows_command(signals: Signals, state: SmoothState) -> bool:
     The weight of the command in the least-squares balance of the cart must be certain, with errors
     independent from block to block (a sandwich). If it is not, the command gets a second weight,
     times the position: the drive's gain may change along the rail, up to its sign. True where the
-    cart moves too little to tell.
+    cart moves too little to tell, and where nothing is commanded.
     """
+    if not np.any(signals.command):
+        return True
     rows, take_mean = _make_filter(signals, state)
     if len(rows) < decisions.ANSWER_LEAST_ROWS:
         return True

@@ -54,6 +54,8 @@ def find_command_holes(raw: RawRecording) -> Holes:
     times, end_s = raw.command_stamp_s, float(raw.state_stamp_s[-1])
     long = np.flatnonzero(missing > decisions.LONGEST_FILL)
     holes = [(float(times[k]), float(times[k + 1]), float(raw.command[k])) for k in long]
+    if float(times[0]) > (decisions.LONGEST_FILL + 1) * clock.period_s:
+        holes.append((-clock.period_s, float(times[0]), 0.0))
     if end_s - float(times[-1]) > (decisions.LONGEST_FILL + 1) * clock.period_s:
         holes.append((float(times[-1]), end_s, float(raw.command[-1])))
     jumps = _find_jumps(raw.command, missing)

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from pendulum_sysid.errors import WrongUse
-from pendulum_sysid.records import QualityFinding, Recording
+from pendulum_sysid.records import CommandLatency, QualityFinding, Recording
 from pendulum_twin.arrays import Floats
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.signals import Signals, join_signals
@@ -28,7 +28,14 @@ def join_recordings(recordings: Sequence[Recording]) -> Recording:
         _join_findings(recordings),
         _join_rates(recordings),
         max(recording.timing_spread_s for recording in recordings),
+        _pick_latency(recordings),
     )
+
+
+def _pick_latency(recordings: Sequence[Recording]) -> CommandLatency | None:
+    """Return the latency of commands that is known worst; None where no recording says it."""
+    known = [r.command_latency for r in recordings if r.command_latency is not None]
+    return max(known, key=lambda latency: latency.spread_s or 0.0, default=None)
 
 
 def _join_signals(recordings: Sequence[Recording]) -> Signals:
@@ -56,6 +63,7 @@ def _join_findings(recordings: Sequence[Recording]) -> tuple[QualityFinding, ...
                 earlier,
                 count=earlier.count + finding.count,
                 intervals_s=earlier.intervals_s + intervals_s,
+                note="; ".join(dict.fromkeys(filter(None, (earlier.note, finding.note)))),
             )
         begin_s += recording.signals.end_s
     return tuple(joined.values())

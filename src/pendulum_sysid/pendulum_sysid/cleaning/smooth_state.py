@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pendulum_sysid.cleaning.smoothing import compute_noise_gain, differentiate, smooth
+from pendulum_sysid.cleaning.smoothing import differentiate, smooth
 from pendulum_sysid.records import Noise
 from pendulum_twin.arrays import Floats
 from pendulum_twin.signals import Signals
@@ -21,14 +21,12 @@ class SmoothState:
     accelerations: (n, 2) of cart (m/s^2) and pole (rad/s^2).
     noise: standard deviation of each sensor's noise.
     deviations: (4,) standard deviation that the noise leaves in each smoothed state.
-    acceleration_deviations: (2,) standard deviation that it leaves in each acceleration.
     """
 
     states: Floats
     accelerations: Floats
     noise: Noise
     deviations: Floats
-    acceleration_deviations: Floats
 
 
 def smooth_state(signals: Signals) -> SmoothState:
@@ -39,7 +37,7 @@ def smooth_state(signals: Signals) -> SmoothState:
     """
     states, accelerations = np.zeros((len(signals), 4)), np.zeros((len(signals), 2))
     noises: list[float | None] = [None, None]
-    deviations, acceleration_deviations = np.ones(4), np.zeros(2)
+    deviations = np.ones(4)
     joints = ((signals.cart, signals.cart_valid), (signals.pole, signals.pole_valid))
     smoothed = {
         k: (values, smooth(values, valid, signals.stretches, signals.period_s))
@@ -52,8 +50,5 @@ def smooth_state(signals: Signals) -> SmoothState:
         states[:, k], states[:, k + 2] = joint.value, joint.rate
         accelerations[:, k] = differentiate(values, signals.stretches, signals.period_s, longer, 2)
         noises[k] = joint.noise
-        acceleration_deviations[k] = joint.scatter * compute_noise_gain(
-            longer, signals.period_s, 2
-        )
         deviations[[k, k + 2]] = joint.value_noise, joint.rate_noise
-    return SmoothState(states, accelerations, Noise(*noises), deviations, acceleration_deviations)
+    return SmoothState(states, accelerations, Noise(*noises), deviations)

@@ -31,7 +31,6 @@ class Smooth:
     value: (n,) in the signal's unit.
     rate: (n,) in the signal's unit per s.
     noise: standard deviation of one sample's noise, rounding to encoder steps included.
-    scatter: standard deviation of one sample about the polynomials.
     value_noise, rate_noise: standard deviation that the noise leaves in value and rate.
     half_length: samples to either side that each polynomial spans.
     """
@@ -39,7 +38,6 @@ class Smooth:
     value: Floats
     rate: Floats
     noise: float
-    scatter: float
     value_noise: float
     rate_noise: float
     half_length: int
@@ -57,14 +55,15 @@ def smooth(values: Floats, valid: Mask, stretches: tuple[slice, ...], period_s: 
     """
     lengths = [stretch.stop - stretch.start for stretch in stretches]
     to_end = np.concatenate([np.minimum(np.arange(n), np.arange(n)[::-1]) for n in lengths])
-    halves = [h for h in HALF_LENGTHS if 2 * h + 1 <= max(lengths)] or [HALF_LENGTHS[0]]
+    counting = [n for n, s in zip(lengths, stretches, strict=True) if valid[s].any()] or lengths
+    halves = [h for h in HALF_LENGTHS if 2 * h + 1 <= max(counting)] or [HALF_LENGTHS[0]]
     errors = {h: _measure_left_out_error(values, valid & (to_end >= h), h) for h in halves}
     half = min(errors, key=lambda h: errors[h][0])
     scatter = errors[half][1]
     value, rate = (differentiate(values, stretches, period_s, half, d) for d in (0, 1))
     noise = max(scatter, _measure_rounding(values, valid))
     gains = [compute_noise_gain(half, period_s, d) for d in (0, 1)]
-    return Smooth(value, rate, noise, scatter, noise * gains[0], noise * gains[1], half)
+    return Smooth(value, rate, noise, noise * gains[0], noise * gains[1], half)
 
 
 def compute_noise_gain(half: int, period_s: float, order: int) -> float:
@@ -115,11 +114,14 @@ def _measure_left_out_error(values: Floats, counts: Mask, half: int) -> tuple[fl
     """Return the mean squared leave-one-out error, and the noise's deviation by the residuals.
 
     counts: (n,) True where a sample counts and lies so far inside its stretch.
+
+    The error is infinite where fewer samples count than a polynomial spans: they tell nothing.
     """
     weights = _fit_weights(2 * half + 1, 0)[half]
     residuals = (values - correlate1d(values, weights, mode="nearest"))[counts]
-    power = float(np.mean(residuals**2)) if len(residuals) else 0.0
-    own = weights[half]
+    if len(residuals) < len(weights):
+        return np.inf, 0.0
+    power, own = float(np.mean(residuals**2)), weights[half]
     return power / (1 - own) ** 2, float(np.sqrt(power / (1 - own)))
 
 

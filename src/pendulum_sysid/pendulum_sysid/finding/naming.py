@@ -91,6 +91,7 @@ def _exchange_and_compare(search: Search, best: Fit, name: str) -> Named:
     """Return an effect of a fit with its lead, and the effects that do as well in its place."""
     effects = tuple(e for e in best.effects if e != name)
     less = search.fit_effects(effects, best, exchange_effect(best, name, effects))
+    search.journal.note(less, f"without {name}")
     others = [
         proposal
         for proposal in propose(search.case, search.split, less)

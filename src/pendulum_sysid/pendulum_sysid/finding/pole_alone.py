@@ -97,6 +97,7 @@ def put_pole_on_moving_axis(case: Case, theta: Floats) -> Case | None:
     alone = replace(
         signals,
         command=acceleration,
+        parts=None,
         cart=None,
         pole_valid=signals.pole_valid & signals.cart_valid,
     )

@@ -260,8 +260,12 @@ def estimate_part(
     """Return the step of a part of the windows alone, in sizes, and its standard deviations.
 
     part: of the windows, whole windows in their pieces, as indices into the system.
+
+    What is believed beforehand is left out: it would draw all parts to the same size.
     """
-    own = replace(system, normals=system.normals[part], scores=system.scores[part])
+    own = replace(
+        system, normals=system.normals[part], scores=system.scores[part], beliefs=0.0, pulls=0.0
+    )
     step = np.linalg.lstsq(own.normal, own.gradient, rcond=1e-10)[0]
     windows = len(part) // fit.pieces
     if windows < 2:

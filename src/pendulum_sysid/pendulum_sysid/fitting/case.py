@@ -15,10 +15,15 @@ from pendulum_sysid.records import Recording, Windows
 from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Place
+from pendulum_twin.laws import BY_NAME as KINDS_BY_NAME
+from pendulum_twin.laws.kind import Variable
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
 from pendulum_twin.rig import CART_KEYS, POLE_KEYS, Rig
 from pendulum_twin.signals import Signals
+
+OF_CART = (Variable.COMMAND, Variable.POSITION, Variable.VELOCITY, Variable.WAY)
+OF_POLE = (Variable.ANGLE, Variable.RATE, Variable.TURN)
 
 
 @dataclass(frozen=True)
@@ -86,18 +91,27 @@ def cut_to_joints(twin: Twin, signals: Signals) -> Twin:
         moment = rig.total_mass_kg * (rig.com_distance_m or 0.0)
         gone: dict[str, Any] = dict.fromkeys((*CART_KEYS, "rail_half_length_m", "pwm_limit"))
         alone = replace(rig, **{**gone, "com_distance_m": moment / (rig.pole_mass_kg or 1.0)})
-        return _leave_out(twin, alone, (Place.COMMAND, Place.DRIVE, Place.CART))
+        return _leave_out(twin, alone, (Place.COMMAND, Place.DRIVE, Place.CART), OF_CART)
     if signals.pole is None and rig.has_pole:
         gone = dict.fromkeys(POLE_KEYS)
         alone = replace(rig, **{**gone, "cart_mass_kg": rig.total_mass_kg})
-        return _leave_out(twin, alone, (Place.POLE,))
+        return _leave_out(twin, alone, (Place.POLE,), OF_POLE)
     return twin
 
 
-def _leave_out(twin: Twin, rig: Rig, places: tuple[Place, ...]) -> Twin:
+def _leave_out(
+    twin: Twin, rig: Rig, places: tuple[Place, ...], variables: tuple[Variable, ...]
+) -> Twin:
+    """Return the twin of a rig that lacks a joint: what is at places, or over variables, goes."""
     return replace(
         twin,
         rig=rig,
         effects={n: v for n, v in twin.effects.items() if BY_NAME[n].place not in places},
+        measured_laws={
+            name: law
+            for name, law in twin.measured_laws.items()
+            if KINDS_BY_NAME[name].place not in places
+            and KINDS_BY_NAME[name].variable not in variables
+        },
         spreads={k: sd for k, sd in twin.spreads.items() if k in rig.to_mapping()},
     )

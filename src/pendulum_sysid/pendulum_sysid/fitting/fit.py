@@ -24,7 +24,7 @@ from pendulum_sysid.fitting.parameters import (
     make_twin,
 )
 from pendulum_sysid.fitting.windows import shorten_windows
-from pendulum_sysid.records import Estimate, Fit, Split
+from pendulum_sysid.records import Estimate, Fit, Split, Windows
 from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME, CATALOGUE
 from pendulum_twin.parameter_vector import SLOTS, make_theta
@@ -54,12 +54,12 @@ def fit(
     problem = case.problem(shorten_windows(case.state, split.learn, pieces))
     solution = complete_system(problem, solve(problem, theta, free, start_states), free)
     left_out = cross_validate(problem, solution, free, pieces)
-    estimates = _widen_delays(_make_estimates(solution, free, pieces), case)
+    estimates = _make_estimates(solution, free, pieces)
     return Fit(
         twin=make_twin(case.twin, solution.theta, effects, list_rig_parameters(case.twin)),
         effects=effects,
         estimates={
-            **widen_over_gaps(_widen_jumps(estimates), case.signals, split.learn),
+            **widen_estimates(estimates, case, split.learn),
             **estimate_located(case, effects, solution.theta),
         },
         theta=solution.theta,
@@ -109,6 +109,14 @@ def fit_own_parameters(case: Case, split: Split) -> Fit:
         fitted = fit(case, split, tuple(case.twin.effects), theta, horizon)
         theta = fitted.theta
     return fitted
+
+
+def widen_estimates(
+    estimates: dict[str, Estimate], case: Case, windows: Windows
+) -> dict[str, Estimate]:
+    """Return the estimates of a fit of windows, none finer than times, jumps and gaps let tell."""
+    widened = _widen_jumps(_widen_delays(estimates, case))
+    return widen_over_gaps(widened, case.signals, windows)
 
 
 def _widen_delays(estimates: dict[str, Estimate], case: Case) -> dict[str, Estimate]:

@@ -16,6 +16,7 @@ from scipy.special import stdtrit
 
 from pendulum_sysid import decisions
 from pendulum_sysid.fitting.linearised import (
+    FAR,
     Problem,
     System,
     compute_errors,
@@ -160,7 +161,8 @@ def solve(
     def measure(theta: Floats, starts: Floats) -> tuple[Floats, float]:
         """Return squared errors (windows, channels) and the cost."""
         with np.errstate(all="ignore"):
-            squares = np.sum(compute_errors(problem, theta, starts) ** 2, axis=1)
+            errors = np.nan_to_num(compute_errors(problem, theta, starts), nan=FAR)
+            squares = np.sum(np.clip(errors, -FAR, FAR) ** 2, axis=1)
         restraint = measure_belief(free, theta) + measure_penalty(free, theta, penalty)
         return squares, compute_cost(problem, starts, squares, counts, restraint)
 
@@ -168,7 +170,10 @@ def solve(
     damping = 1e-6
 
     def conclude(converged: bool, system: System | None) -> Solution:
-        return Solution(theta, starts, squares, counts, converged, system if free else None)
+        near = bool(np.all(squares < FAR**2))  # a run that left all bounds shows no way back
+        return Solution(
+            theta, starts, squares, counts, converged and near, system if free else None
+        )
 
     for _ in range(iterations):
         system = known or linearise(problem, theta, starts, free, compute_power(squares, counts))

@@ -62,6 +62,7 @@ def _pick_stretch(signals: Signals, stretch: slice) -> Signals:
         signals.cart_valid[stretch],
         signals.pole_valid[stretch],
         parts=None if signals.parts is None else signals.parts[stretch],
+        begin_s=(float(signals.clock_s[stretch.start]),),
     )
 
 

@@ -19,7 +19,7 @@ from pendulum_twin.laws import KINDS
 from pendulum_twin.laws.kind import LIMITS, SCALES, LawKind, Role, Variable
 from pendulum_twin.laws.law import LEAST_WAY, Law, locate_on_knots, spread_knots, spread_turn
 from pendulum_twin.model import MOST_LAWS
-from pendulum_twin.parameter_vector import KIND, LAW_SIZE, LAWS, VALUES, put_law
+from pendulum_twin.parameter_vector import LAW_SIZE, LAWS, VALUES, put_law
 
 # Knots to either side of a place whose values a run there may feel: two make the curve, and a run
 # strays by less than a third from what was recorded.
@@ -155,14 +155,6 @@ def find_slot(theta: Floats, kind: LawKind) -> int:
     if not len(free):
         raise LookupError(f"expected an empty slot for {kind.name}, found none")
     return int(free[0])
-
-
-def remove_law(theta: Floats, kind: LawKind) -> Floats:
-    """Return theta (SIZE,) without its law of this kind."""
-    at = LAWS + find_slot(theta, kind) * LAW_SIZE
-    theta = theta.copy()
-    theta[at + KIND : at + LAW_SIZE] = 0.0
-    return theta
 
 
 def list_curves(case: Case, theta: Floats, effects: tuple[str, ...]) -> list[Curve]:

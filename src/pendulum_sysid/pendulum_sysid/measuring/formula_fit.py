@@ -90,13 +90,21 @@ def extend_knots(curve: Curve) -> Curve:
 
 
 def fit_formula(
-    case: Case, split: Split, fit: Fit, curve: Curve, fitted: FittedShape, wanted: int
+    case: Case,
+    split: Split,
+    fit: Fit,
+    curve: Curve,
+    fitted: FittedShape,
+    wanted: int,
+    inflation: float,
 ) -> tuple[Fit, FittedShape, Curve]:
     """Return the fit with a formula in place of a curve, the formula's parameters, and its knots.
 
     fit: its theta holds the curve.
     fitted: the shape, as it is nearest to the curve.
     wanted: iterations at most.
+    inflation: by which errors scatter more from window to window than independent errors would
+        (variances); `LAW_FIRST_INFLATION` at least, for a formula is the law nearly at best.
     """
     finer = extend_knots(curve)
     theta = fit.theta.copy()
@@ -128,7 +136,7 @@ def fit_formula(
     numbers = solved.theta[begin : begin + len(values)].copy()
     clean = solved.theta.copy()
     clean[begin : begin + len(values)] = 0.0
-    inflated = decisions.LAW_FIRST_INFLATION
+    inflated = max(inflation, decisions.LAW_FIRST_INFLATION)
     deviations = np.sqrt(np.maximum(np.diag(covariance)[len(rig) :], 0.0) * inflated) * sizes
     result = replace(
         fit,
@@ -137,6 +145,8 @@ def fit_formula(
         theta=clean,
         start_states=solved.start_states,
         power=solved.power,
+        train=solved.misfit(case.noise),
+        converged=solved.converged,
         choose=compute_left_out_misfit(solved.system, left_out, solved.counts, case.noise),
         window_squares=left_out,
         counts=solved.counts,

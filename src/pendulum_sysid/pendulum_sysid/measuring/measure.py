@@ -36,7 +36,8 @@ from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.laws.kind import Variable
 from pendulum_twin.laws.law import locate_on_knots, make_curve_matrix
-from pendulum_twin.parameter_vector import SLOTS, get_neutral_values
+from pendulum_twin.model import MOST_LAWS
+from pendulum_twin.parameter_vector import SLOTS, get_neutral_values, list_law_kinds
 
 Progress = Callable[[str], None]
 
@@ -89,9 +90,12 @@ def measure_best_laws(
     """
     best: Measured | None = None
     tried = replace(case, step_s=decisions.SEARCH_STEP_S)
-    named = _begin(tried, split, starts[-1]).fit
-    for start in {start.effects: start for start in starts}.values():
-        measured = measure_laws(tried, split, start, report, named.choose)
+    last = begin_without_laws(tried, split, starts[-1])
+    named = last.fit
+    for effects, start in {start.effects: start for start in starts}.items():
+        is_last = effects == starts[-1].effects
+        begun = last if is_last else begin_without_laws(tried, split, start)
+        measured = measure_laws(tried, split, begun, report, named.choose)
         if measured is None:
             continue
         if best is None or _rank(measured) < _rank(best):
@@ -145,14 +149,14 @@ def list_needed(measured: Measured, sized: Sequence[str]) -> tuple[str, ...]:
 
 
 def measure_laws(
-    case: Case, split: Split, start: Fit, report: Progress, most: float = np.inf
+    case: Case, split: Split, begun: LawFit, report: Progress, most: float = np.inf
 ) -> Measured | None:
     """Return the fit with measured laws beside the effects of a fit; None where no law helps.
 
-    start: the fit with the effects that were named so far, and no laws.
+    begun: the fit with the effects that were named so far, and no laws.
     most: misfit, in units of noise, that the first law may leave for a second law to be measured.
     """
-    measured = Measured(case, split, _begin(case, split, start))
+    measured = Measured(case, split, begun)
     while len(measured.law_fit.curves) < decisions.LAWS_MEASURED:
         longer = _add_law(measured, report)
         if longer is None:
@@ -163,7 +167,7 @@ def measure_laws(
     return measured if measured.law_fit.curves else None
 
 
-def _begin(case: Case, split: Split, start: Fit) -> LawFit:
+def begin_without_laws(case: Case, split: Split, start: Fit) -> LawFit:
     """Return a fit without laws over the short horizon, where errors stay where they arise."""
     pieces = HORIZONS[0]
     starts = start.start_states if start.pieces == pieces else None
@@ -282,8 +286,14 @@ def _choose_again(case: Case, law_fit: LawFit, which: int) -> Smoothness:
 
 
 def rank_curves(case: Case, split: Split, law_fit: LawFit) -> list[Ranked]:
-    """Return the curves that make the recording likelier, the likeliest first."""
-    known, start = {curve.kind for curve in law_fit.curves}, law_fit.fit
+    """Return the curves that make the recording likelier, the likeliest first.
+
+    A law that the given twin has stays as it is; where the twin can hold no more there are none.
+    """
+    start = law_fit.fit
+    known = list_law_kinds(start.theta)
+    if len(known) >= MOST_LAWS:
+        return []
     problem = case.problem(shorten_windows(case.state, split.learn, start.pieces))
     ranked = []
     for curve in list_curves(case, start.theta, start.effects):

@@ -37,7 +37,6 @@ class NamedCurve:
     band: (knots,) half widths of 95 % intervals; wide where nothing was visited.
     effective: effective number of parameters.
     shape: None where no shape does as well as the curve.
-    lead: how far the twin is ahead with the law, a ratio of misfits.
     """
 
     curve: Curve
@@ -45,7 +44,6 @@ class NamedCurve:
     band: Floats
     effective: float
     shape: FittedShape | None
-    lead: float
 
 
 def name_curves(case: Case, split: Split, law_fit: LawFit) -> tuple[Fit, tuple[NamedCurve, ...]]:
@@ -53,7 +51,13 @@ def name_curves(case: Case, split: Split, law_fit: LawFit) -> tuple[Fit, tuple[N
     fit, named = law_fit.fit, []
     for k, curve in enumerate(law_fit.curves):
         fit, curve, shape = _try_shapes(
-            case, split, fit, curve, law_fit.values[k], law_fit.covariances[k]
+            case,
+            split,
+            fit,
+            curve,
+            law_fit.values[k],
+            law_fit.covariances[k],
+            law_fit.inflation,
         )
         spread = make_curve_matrix(curve.kind, law_fit.curves[k].knots, curve.knots)
         covariance = spread @ law_fit.covariances[k] @ spread.T
@@ -64,14 +68,19 @@ def name_curves(case: Case, split: Split, law_fit: LawFit) -> tuple[Fit, tuple[N
                 decisions.INTERVAL_DEVIATIONS * np.sqrt(np.maximum(np.diag(covariance), 0.0)),
                 law_fit.priors[k].effective,
                 shape,
-                law_fit.lead.ratio if law_fit.lead is not None else 1.0,
             )
         )
     return fit, tuple(named)
 
 
 def _try_shapes(
-    case: Case, split: Split, fit: Fit, curve: Curve, values: Floats, covariance: Floats
+    case: Case,
+    split: Split,
+    fit: Fit,
+    curve: Curve,
+    values: Floats,
+    covariance: Floats,
+    inflation: float,
 ) -> tuple[Fit, Curve, FittedShape | None]:
     """Return the fit, curve and shape of the first shape that runs cannot tell from the curve."""
     slack = (decisions.SHAPE_SLACK * float(np.ptp(values))) ** 2 * np.eye(len(values))
@@ -79,7 +88,9 @@ def _try_shapes(
     tried = []
     for shape in ranked[: decisions.SHAPES_TRIED]:
         try:
-            formula, named, finer = fit_formula(case, split, fit, curve, shape, FORMULA_ITERATIONS)
+            formula, named, finer = fit_formula(
+                case, split, fit, curve, shape, FORMULA_ITERATIONS, inflation
+            )
         except np.linalg.LinAlgError:  # its runs fix no step
             continue
         as_good = formula.choose <= decisions.SHAPE_AS_GOOD * fit.choose

@@ -12,7 +12,7 @@ from pendulum_sysid import decisions
 from pendulum_sysid.finding.judge import Lead
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.cross_validation import compute_left_out_misfit, cross_validate
-from pendulum_sysid.fitting.fit import estimate_located
+from pendulum_sysid.fitting.fit import estimate_located, widen_estimates
 from pendulum_sysid.fitting.gauss_newton import complete_system, solve
 from pendulum_sysid.fitting.linearised import System
 from pendulum_sysid.fitting.parameters import (
@@ -97,7 +97,9 @@ def fit_laws(
     fit = Fit(
         twin=make_twin(case.twin, solved.theta, effects, list_rig_parameters(case.twin)),
         effects=effects,
-        estimates=make_estimates(case, effects, free[:own], solved.theta, covariance),
+        estimates=widen_estimates(
+            make_estimates(case, effects, free[:own], solved.theta, covariance), case, split.learn
+        ),
         theta=solved.theta,
         start_states=solved.start_states,
         power=solved.power,

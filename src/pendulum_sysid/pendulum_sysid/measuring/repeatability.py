@@ -23,7 +23,7 @@ from pendulum_twin.arrays import Floats, Ints
 
 COMPARED_HZ = 50.0  # rate at which motions are compared
 MOST_WINDOWS = 120  # that are looked for again: time
-DRAWS = 1000  # of the windows, for the interval
+DRAWS = 1000  # of the pairs, for the interval
 
 
 @dataclass(frozen=True)
@@ -49,10 +49,9 @@ def measure_repeatability(case: Case) -> Repeatability | None:
 
     None where the recording goes through too few motions twice.
     """
-    first, again = find_repeated_windows(case)
-    if len(first) < decisions.REPEATED_LEAST_WINDOWS:
+    first, again, samples = find_repeated_windows(case)
+    if len(first) < decisions.REPEATED_LEAST_PAIRS:
         return None
-    samples = round(WINDOW_S / case.signals.period_s) + 1
     errors = [
         _list_errors(run_windows(case, Windows(begin, samples, case.state.states[begin])))
         for begin in (first, again)
@@ -60,7 +59,7 @@ def measure_repeatability(case: Case) -> Repeatability | None:
     together = 0.5 * np.mean(errors[0] ** 2 + errors[1] ** 2, axis=1)
     apart = 0.5 * np.mean((errors[0] - errors[1]) ** 2, axis=1)
     whole = np.isfinite(together) & (together > 0.0)
-    if whole.sum() < decisions.REPEATED_LEAST_WINDOWS:
+    if whole.sum() < decisions.REPEATED_LEAST_PAIRS:
         return None
     shares = 1.0 - apart[whole] / together[whole]
     drawn = np.random.default_rng(0).integers(0, len(shares), (DRAWS, len(shares)))
@@ -69,13 +68,15 @@ def measure_repeatability(case: Case) -> Repeatability | None:
         share=float(np.clip(shares.mean(), 0.0, 1.0)),
         low=float(np.clip(low, 0.0, 1.0)),
         high=float(np.clip(high, 0.0, 1.0)),
-        windows=len(shares),
+        windows=2 * len(shares),
         random=float(np.sqrt(np.median(apart[whole]))),
     )
 
 
-def find_repeated_windows(case: Case) -> tuple[Ints, Ints]:
-    """Return first samples of windows, and of the same motions at other times, (windows,) each.
+def find_repeated_windows(case: Case) -> tuple[Ints, Ints, int]:
+    """Return first samples of windows, of the same motions at other times, and their length.
+
+    The first samples are (pairs,) each; two windows make one pair. The length is in samples.
 
     A motion is the same where state and command differ by less than `REPEATED_DISTANCE` of their
     deviations over the recording, root mean square. Windows that hardly move are left out.
@@ -95,7 +96,7 @@ def find_repeated_windows(case: Case) -> tuple[Ints, Ints]:
     energies = energy[length:] - energy[:-length]
     room = free[::every][: len(energies)]
     near = round(decisions.REPEATED_APART_S / (every * signals.period_s))
-    pairs = []
+    pairs: dict[tuple[int, int], tuple[int, int]] = {}
     for begin in begins:
         window = shapes[:, begin : begin + length]
         alike = fftconvolve(shapes, window[:, ::-1], mode="valid", axes=1).sum(axis=0)
@@ -104,9 +105,10 @@ def find_repeated_windows(case: Case) -> tuple[Ints, Ints]:
         squares[max(begin - near, 0) : begin + near] = np.inf
         best = int(np.argmin(squares))
         if squares[best] < decisions.REPEATED_DISTANCE**2:
-            pairs.append((begin * every, best * every))
-    first, again = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
-    return first, again
+            numbers = sorted((round(begin / length), round(best / length)))
+            pairs.setdefault((numbers[0], numbers[1]), (begin * every, best * every))
+    first, again = np.array(list(pairs.values()), dtype=np.int64).reshape(-1, 2).T
+    return first, again, samples
 
 
 def _list_shapes(case: Case) -> Floats:

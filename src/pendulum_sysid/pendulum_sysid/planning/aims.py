@@ -46,7 +46,7 @@ class Aim(Protocol):
         """Return the normal matrix on the recordings at hand."""
 
     def compute_normal(self, problem: Problem, power: Floats) -> Floats:
-        """Return the normal matrix on windows of another recording."""
+        """Return the normal matrix on windows of another recording, without beliefs."""
 
     def rate(self, normal: Floats) -> float:
         """Return how well a normal matrix serves the aim; more is better."""
@@ -69,7 +69,8 @@ class Parting:
 
     def compute_normal(self, problem: Problem, power: Floats) -> Floats:
         """Return the normal matrix of the rival's columns and of the difference of the twins."""
-        return compute_columns(problem, self.rival, self.free, power, (), self.mover[None]).normal
+        free, difference = forget_beliefs(self.free), self.mover[None]
+        return compute_columns(problem, self.rival, free, power, (), difference).normal
 
     def rate(self, normal: Floats) -> float:
         """Return the standard errors between the two twins."""
@@ -96,7 +97,7 @@ class Narrowing:
 
     def compute_normal(self, problem: Problem, power: Floats) -> Floats:
         """Return the normal matrix of the parameters' columns."""
-        return compute_columns(problem, self.mover, self.free, power).normal
+        return compute_columns(problem, self.mover, forget_beliefs(self.free), power).normal
 
     def rate(self, normal: Floats) -> float:
         """Return the value over the half width that is to be expected."""
@@ -116,6 +117,11 @@ class Narrowing:
         return float(decisions.INTERVAL_DEVIATIONS * then * self.free[self.number].size)
 
 
+def forget_beliefs(free: tuple[Free, ...]) -> tuple[Free, ...]:
+    """Return free parameters of which nothing is believed: a belief counts once, not a run."""
+    return tuple(replace(parameter, spread=np.inf) for parameter in free)
+
+
 def make_partings(case: Case, split: Split, best: Fit, tie: Tie) -> list[Parting]:
     """Return the two aims of a tie: each twin follows the other in turn."""
     assert tie.rival is not None
@@ -127,7 +133,8 @@ def make_partings(case: Case, split: Split, best: Fit, tie: Tie) -> list[Parting
     aims = []
     for mover, rival, follows in ((best.theta, tie.theta, free), (tie.theta, best.theta, own)):
         aim = Parting(f"{tie.effect} and {tie.rival}", mover, rival, follows, np.empty(0))
-        aims.append(replace(aim, normal=aim.compute_normal(at_hand, power)))
+        columns = compute_columns(at_hand, rival, follows, power, (), mover[None])
+        aims.append(replace(aim, normal=columns.normal))
     return aims
 
 

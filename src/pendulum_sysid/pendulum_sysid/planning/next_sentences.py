@@ -78,10 +78,8 @@ def describe_nothing_to_ask(best: Fit) -> str:
         for name, e in best.estimates.items()
         if e.identifiable and e.value and not _is_shape(name)
     ]
-    return (
-        "Nothing is tied that motion could part, and no interval is wide: this recording fixes "
-        f"{', '.join(fixed)} of itself."
-    )
+    fixes = f": this recording fixes {', '.join(fixed)} by itself" if fixed else ""
+    return f"Nothing is tied that motion could part, and no interval is wide{fixes}."
 
 
 def _find_least(subject: str, aims: Sequence[Aim], ratings: Sequence[float]) -> float:

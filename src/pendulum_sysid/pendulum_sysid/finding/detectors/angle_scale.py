@@ -46,6 +46,8 @@ def _compute_unexplained_share(case: Case, theta: Floats, ratio: float) -> float
     usable = signals.pole_valid & (signals.cart_valid if signals.cart is not None else True)
     _, th, _, w = undo_sensors(state.states[None], theta[None], signals.clock_s)[0][usable].T
     a, b = state.accelerations[usable].T
+    if signals.cart is None:  # the axis of a pole alone is moved by the command
+        a = signals.command[usable]
     terms = np.stack([np.sin(th), np.cos(th) * a, np.cos(th), w, np.sign(w)], axis=1)
     likeness, power = terms.T @ b, float(b @ b)
     weights = np.linalg.lstsq(terms.T @ terms, likeness, rcond=None)[0]

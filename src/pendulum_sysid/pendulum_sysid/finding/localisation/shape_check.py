@@ -274,7 +274,7 @@ def is_outweighed(remainders: Sequence[Remainder]) -> bool:
 
     Both equations count together.
     """
-    explained = max(sum(r.before - r.left for r in remainders), 0.0)
+    explained = max(sum(r.before - max(r.left - r.noise, 0.0) for r in remainders), 0.0)
     return decisions.CHECK_OUTWEIGHED and any(
         r.gains[r.best] > explained and r.is_sure(r.best) for r in remainders
     )

@@ -1,0 +1,34 @@
+"""Recordings that are joined keep what each says."""
+
+from dataclasses import replace
+
+from support.made_recordings import INTECO, made
+
+from pendulum_sysid.cleaning.joining import join_recordings
+from pendulum_sysid.records import CommandLatency, QualityFinding
+
+CUT = "the file ends before its end mark"
+
+
+def test_the_worst_latency_and_every_note_stay() -> None:
+    first, second = made(INTECO, 5.0), made(INTECO, 5.0, seed=1)
+    first = replace(
+        first,
+        command_latency=CommandLatency(0.02, 0.001),
+        findings=(QualityFinding("gap", 1, ((1.0, 1.2),), CUT),),
+    )
+    second = replace(
+        second,
+        command_latency=CommandLatency(0.01, 0.004),
+        findings=(QualityFinding("gap", 1, ((2.0, 2.2),), CUT), QualityFinding("slip", 1)),
+    )
+    joined = join_recordings([first, second])
+    assert joined.command_latency == CommandLatency(0.01, 0.004)
+    assert joined.losses == CUT
+    gap, slip = joined.findings
+    assert (gap.count, gap.note, slip.kind) == (2, CUT, "slip")
+
+
+def test_recordings_that_say_no_latency_have_none() -> None:
+    joined = join_recordings([made(INTECO, 5.0), made(INTECO, 5.0, seed=1)])
+    assert joined.command_latency is None
