@@ -191,7 +191,8 @@ def ask_shapes_again(findings: Findings, fit: Fit, names: list[str]) -> tuple[Mi
     fit: with laws.
     names: of the effects of the fit that are asked.
 
-    A law at the place of an effect may have bent its shape to what is there.
+    A law at the place of an effect may have bent its shape to what is there, unless it leaves the
+    effect its parts.
     """
     if not findings.misfits:
         return ()
@@ -202,7 +203,8 @@ def ask_shapes_again(findings: Findings, fit: Fit, names: list[str]) -> tuple[Mi
     return tuple(
         misfit
         for misfit in findings.misfits
-        if (misfit.effect, misfit.place) in still or EFFECTS[misfit.effect].place in places
+        if (misfit.effect, misfit.place) in still
+        or (EFFECTS[misfit.effect].place in places and not EFFECTS[misfit.effect].law_parts)
     )
 
 

@@ -171,7 +171,8 @@ def part_sure_names(
     """Return the names of a fit with laws whose sizes are surely there, and its other names.
 
     Names of effects that the fit lacks are left out: others have taken their places. A name of
-    which a law holds every shape is not sure: the two share what is there in any way.
+    which a law holds every shape is not sure: the two share what is there in any way. A law leaves
+    a name that has parts of it (`Effect.law_parts`) alone.
 
     scales: of the recording.
     """
@@ -181,7 +182,7 @@ def part_sure_names(
         effect
         for effect in names
         if is_surely_there(fit, effect.effect, scales)
-        and BY_NAME[effect.effect].law_kind not in laws
+        and (BY_NAME[effect.effect].law_kind not in laws or BY_NAME[effect.effect].law_parts)
     )
     return sure, tuple(effect for effect in names if effect not in sure)
 

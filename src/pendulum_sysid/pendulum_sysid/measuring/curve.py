@@ -31,6 +31,8 @@ PARTS: dict[str, Callable[[Floats], Floats]] = {  # parts of a curve, drawn over
     "slope": np.asarray,
     "step": np.sign,
     "size": np.abs,
+    "sine": np.sin,
+    "cosine": np.cos,
 }
 # The parts of a law that a constant of the rig stands for.
 CONSTANTS: dict[tuple[Role, Variable | None], tuple[str, str]] = {  # None: whatever the variable
@@ -271,7 +273,7 @@ def refine_knots(curve: Curve) -> Curve | None:
 
 
 def _list_others(kind: LawKind, case: Case, effects: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the parts of a law that constants, dry friction and effects (`NAMED`) stand for."""
+    """Return the parts of a law that constants, dry friction and effects stand for."""
     constants = {constant.name for constant in list_rig_parameters(case.twin)}
     others = []
     for key in ((kind.role, None), (kind.role, kind.variable)):
@@ -282,6 +284,8 @@ def _list_others(kind: LawKind, case: Case, effects: tuple[str, ...]) -> tuple[s
             others.append(NAMED[key])
         if key in LEVELS and _has_dry(kind.place, effects):
             others.append(LEVELS[key])
+    for effect in effects:
+        others += EFFECTS[effect].law_parts if EFFECTS[effect].law_kind == kind.name else ()
     return tuple(others)
 
 

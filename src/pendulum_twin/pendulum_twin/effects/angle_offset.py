@@ -23,4 +23,5 @@ EFFECT = Effect(
     sentence="The measured angle is the true one plus {angle_rad}.",
     source="bias of an incremental encoder whose zero was set by hand",
     law_kind="angle_error_over_turn",
+    law_parts=("mean",),
 )

@@ -43,4 +43,5 @@ EFFECT = Effect(
     source="geometry of a disc that is read at one place, to first order in its offset over its "
     "radius",
     law_kind="angle_error_over_turn",
+    law_parts=("sine", "cosine"),
 )

@@ -25,4 +25,5 @@ EFFECT = Effect(
     "is known",
     needs_both_joints=True,
     law_kind="position_error_along_rail",
+    law_parts=("slope",),
 )
