@@ -18,7 +18,7 @@ from pendulum_sysid.finding.localisation.shape_check import (
     is_outweighed,
     measure_remainders,
 )
-from pendulum_sysid.finding.naming import add_readings, part_sure_names
+from pendulum_sysid.finding.naming import Named, add_readings, list_doubted, part_sure_names
 from pendulum_sysid.finding.replication import join_intervals, widen_intervals
 from pendulum_sysid.finding.search import Answer, search_effects
 from pendulum_sysid.finding.separation import drop_wild_windows
@@ -30,7 +30,12 @@ from pendulum_sysid.fitting.latent_force import measure_latent_force
 from pendulum_sysid.fitting.noise_floor import NoiseFloor, measure_noise_floor
 from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
 from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
-from pendulum_sysid.measuring.measure import list_needed, list_sized, measure_best_laws
+from pendulum_sysid.measuring.measure import (
+    Measured,
+    list_needed,
+    list_sized,
+    measure_best_laws,
+)
 from pendulum_sysid.measuring.repeatability import measure_repeatability
 from pendulum_sysid.planning.next_experiment import plan_next_experiment
 from pendulum_sysid.prepare import Prepared, prepare
@@ -142,9 +147,8 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
     """Return the findings with measured laws for what no name explains, if laws help.
 
     Where names do not explain the errors, laws are tried without these names first. A name that
-    the laws leave without a sure size, or can do without, is no name any more. The others are
-    asked again beside the laws, which hold what disturbed them before: whether they are steady,
-    and their shapes.
+    the laws leave without a sure size, or can do without, is no name any more. Names and their
+    shapes are asked again beside the laws, which hold what disturbed them before.
     """
     unnamed = decide_outcome(findings) is Outcome.NOT_IN_CATALOGUE
     if not (decisions.MEASURE_LAWS and (unnamed or is_above_noise(findings))):
@@ -158,15 +162,8 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
     fit, laws = measured.named
     floor = measure_noise_floor(replace(case, twin=fit.twin), fit.theta, split.held_out)
     fit, at_noise = widen_intervals(case, split, fit), is_at_noise(case, split, fit, floor)
-    if not at_noise:
-        fit = join_intervals(fit, findings.best)
-    sure, doubted = part_sure_names(fit, findings.named, case.scales)
-    sized = list_sized(measured, [effect.effect for effect in sure])
-    needed = list_needed(measured, sized)
-    idle = tuple(e for e in sure if e.effect in sized and e.effect not in needed)
-    sure, doubted = tuple(e for e in sure if e not in idle), (*idle, *doubted)
-    steady = measure_steadiness(case, split, fit)
-    sure = tuple(replace(e, steadiness=steady.get(e.effect, e.steadiness)) for e in sure)
+    alone, fit = fit, fit if at_noise else join_intervals(fit, findings.best)
+    sure, perhaps, needed = ask_names_again(findings, split, measured, alone, fit)
     misfits = ask_shapes_again(findings, fit, [effect.effect for effect in sure])
     fit, sure = add_readings(case, fit, sure)
     improved = replace(case, twin=fit.twin)
@@ -174,7 +171,7 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
     return replace(
         findings,
         named=sure,
-        perhaps=(*doubted, *findings.perhaps),
+        perhaps=perhaps,
         misfits=misfits,
         laws=laws,
         with_laws=fit,
@@ -182,6 +179,37 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
         after=after,
         remains=localise(case, fit.theta, after["train"]),
         floor=measure_noise_floor(improved, fit.theta, split.held_out),
+    )
+
+
+def ask_names_again(
+    findings: Findings, split: Split, measured: Measured, alone: Fit, fit: Fit
+) -> tuple[tuple[Named, ...], tuple[Named, ...], tuple[str, ...]]:
+    """Return the names beside laws, the effects that are none, and those that the twin needs.
+
+    An effect that was not sure without laws is a name if it is sure, needed and steady with them.
+
+    measured: the laws.
+    alone: the fit with laws, whose intervals hold what the laws leave.
+    fit: the same with the intervals that the verdict tells.
+    """
+    case = findings.case
+    doubtful, _ = part_sure_names(alone, list_doubted(findings.perhaps), case.scales)
+    sure, doubted = part_sure_names(fit, findings.named, case.scales)
+    sized = list_sized(measured, [effect.effect for effect in (*sure, *doubtful)])
+    needed = list_needed(measured, sized)
+    steady = measure_steadiness(case, split, fit)
+    sure, doubtful = (
+        tuple(replace(e, steadiness=steady.get(e.effect, e.steadiness)) for e in effects)
+        for effects in (sure, doubtful)
+    )
+    idle = tuple(e for e in sure if e.effect in sized and e.effect not in needed)
+    regained = tuple(e for e in doubtful if e.effect in needed and e.is_steady)
+    back = {effect.effect for effect in regained}
+    return (
+        (*(e for e in sure if e not in idle), *(replace(e, is_sure=True) for e in regained)),
+        (*idle, *doubted, *(e for e in findings.perhaps if e.effect not in back)),
+        needed,
     )
 
 

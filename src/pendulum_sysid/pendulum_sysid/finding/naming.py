@@ -165,6 +165,17 @@ def doubt_intervals(best: Fit, named: Iterable[Named], scales: Scales) -> tuple[
     )
 
 
+def list_doubted(perhaps: Iterable[Named]) -> tuple[Named, ...]:
+    """Return the effects that are found again and believed, but whose sizes were not sure."""
+    return tuple(
+        effect
+        for effect in perhaps
+        if (effect.replication is None or effect.replication.is_lasting)
+        and effect.weight is not None
+        and effect.weight >= decisions.NAME_LEAST_WEIGHT
+    )
+
+
 def part_sure_names(
     fit: Fit, named: Iterable[Named], scales: Scales
 ) -> tuple[tuple[Named, ...], tuple[Named, ...]]:

@@ -19,6 +19,7 @@ from pendulum_sysid.fitting.windows import shorten_windows
 from pendulum_sysid.measuring.penalised_fit import LawFit, list_all_free, make_penalty
 from pendulum_sysid.records import Fit, Split
 from pendulum_twin.arrays import Mask
+from pendulum_twin.effects import BY_NAME
 
 
 def is_seen_in_halves(case: Case, split: Split, longer: LawFit, shorter: LawFit) -> bool:
@@ -34,10 +35,17 @@ def _list_halves(count: int) -> tuple[Mask, Mask]:
     return early, ~early
 
 
+def _is_timed(name: str) -> bool:
+    """Return whether a free parameter is of an effect of the time."""
+    effect = BY_NAME.get(name.partition(".")[0])
+    return effect is not None and effect.timed
+
+
 def _run_halves(case: Case, split: Split, law_fit: LawFit) -> Fit:
     """Return a fit with the errors of whole windows, each half run by a fit to the other.
 
-    The fit to a half is a Gauss-Newton step from the fit to all (`fit_without`).
+    The fit to a half is a Gauss-Newton step from the fit to all (`fit_without`). Effects of the
+    time since the recording began keep their sizes: one half does not tell them.
     """
     fit, curves = law_fit.fit, law_fit.curves
     problem = case.problem(shorten_windows(case.state, split.learn, fit.pieces))
@@ -45,6 +53,9 @@ def _run_halves(case: Case, split: Split, law_fit: LawFit) -> Fit:
     system = law_fit.system or linearise(problem, fit.theta, fit.start_states, free, fit.power)
     own = len(free) - sum(len(curve.knots) for curve in curves)
     penalty = make_penalty(own, curves, law_fit.priors, law_fit.inflation)
+    moving = [k for k, parameter in enumerate(free) if not _is_timed(parameter.name)]
+    free, penalty = tuple(free[k] for k in moving), penalty[np.ix_(moving, moving)]
+    system = system.pick(moving)
     squares, counts = [], []
     for half in _list_halves(len(split.learn.begin)):
         theta, _ = fit_without(system, fit, free, np.repeat(half, fit.pieces), penalty)
