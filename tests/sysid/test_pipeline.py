@@ -6,8 +6,13 @@ import numpy as np
 import pytest
 
 from pendulum_sysid import pipeline
+from pendulum_sysid.finding import naming
+from pendulum_sysid.finding.environments import Steadiness
+from pendulum_sysid.finding.judge import Lead
 from pendulum_sysid.finding.localisation.shape_check import Misfit
-from pendulum_sysid.pipeline import ask_shapes_again
+from pendulum_sysid.finding.naming import Named
+from pendulum_sysid.finding.replication import Replication
+from pendulum_sysid.pipeline import ask_names_again, ask_shapes_again
 from pendulum_twin.laws.law import Law
 
 OFFSET = Misfit("angle_offset", 0.04, "pole_rate*pole_angle", "pole")
@@ -37,3 +42,47 @@ def test_a_wrong_shape_is_taken_away_by_laws_at_other_places_alone(
     findings = SimpleNamespace(case=None, base=None, misfits=(before,))
     fit = SimpleNamespace(theta=np.zeros(1), twin=SimpleNamespace(measured_laws=laws))
     assert ask_shapes_again(findings, fit, [before.effect]) == ((before,) if stands else ())
+
+
+def make_named(weight: float = 1.0, shown: int = 3) -> Named:
+    return Named(
+        "friction_warming",
+        Lead(2.0, 5.0),
+        replication=Replication(shown, 3),
+        weight=weight,
+        is_sure=False,
+    )
+
+
+@pytest.mark.parametrize(
+    ("doubted", "needed", "shares", "sure", "regained"),
+    [
+        (make_named(), True, 1.0, True, True),
+        (make_named(weight=0.5), True, 1.0, True, False),
+        (make_named(shown=1), True, 1.0, True, False),
+        (make_named(), False, 1.0, True, False),
+        (make_named(), True, 0.4, True, False),
+        (make_named(), True, 1.0, False, False),
+    ],
+    ids=["all", "not believed", "not again", "not needed", "not steady", "no sure size"],
+)
+def test_an_effect_that_laws_make_sure_is_a_name(
+    monkeypatch: pytest.MonkeyPatch,
+    doubted: Named,
+    needed: bool,
+    shares: float,
+    sure: bool,
+    regained: bool,
+) -> None:
+    name = doubted.effect
+    steadiness = Steadiness(np.full(6, shares), np.full(6, 0.02))
+    monkeypatch.setattr(pipeline, "list_sized", lambda measured, names: list(names))
+    monkeypatch.setattr(pipeline, "list_needed", lambda measured, sized: tuple(sized) * needed)
+    monkeypatch.setattr(pipeline, "measure_steadiness", lambda *about: {name: steadiness})
+    monkeypatch.setattr(naming, "is_surely_there", lambda *about: sure)
+    findings = SimpleNamespace(case=SimpleNamespace(scales={}), named=(), perhaps=(doubted,))
+    fit = SimpleNamespace(effects=(name,), twin=SimpleNamespace(measured_laws={}))
+    names, perhaps, _ = ask_names_again(findings, None, None, fit, fit)
+    assert [effect.effect for effect in names] == [name] * regained
+    assert [effect.effect for effect in perhaps] == [name] * (not regained)
+    assert all(effect.is_sure for effect in names)

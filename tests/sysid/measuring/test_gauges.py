@@ -30,3 +30,20 @@ def test_a_law_has_no_share_in_what_constants_and_a_named_friction_stand_for(nam
     assert np.all(np.abs(curve.gauges @ draws) < 2e-3)
     one_speed = replace(curve, seen=curve.knots[[0, -1]])  # there all parts look alike
     assert np.all(np.isfinite(make_covariance(one_speed, 2.0)))
+
+
+@pytest.mark.parametrize(
+    ("effects", "parts"),
+    [
+        ((), ()),
+        (("eccentric_encoder",), ("cosine", "sine")),
+        (("angle_offset", "eccentric_encoder"), ("cosine", "mean", "sine")),
+    ],
+)
+def test_an_error_of_the_angle_leaves_effects_their_parts(effects, parts) -> None:
+    case = prepare([made(INTECO, 20.0, 0.3)], INTECO).case
+    curves = list_curves(case, make_theta(INTECO), effects)
+    (curve,) = (c for c in curves if c.kind.name == "angle_error_over_turn")
+    assert tuple(sorted(curve.others)) == parts
+    draws = np.linalg.cholesky(make_covariance(curve, 0.5))
+    assert np.all(np.abs(curve.gauges @ draws) < 2e-3)

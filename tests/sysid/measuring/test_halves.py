@@ -7,7 +7,9 @@ import pytest
 from support.made_recordings import INTECO, made
 
 from pendulum_sysid import decisions
+from pendulum_sysid.fitting.cross_validation import fit_without
 from pendulum_sysid.fitting.fit import HORIZONS, fit
+from pendulum_sysid.measuring import halves
 from pendulum_sysid.measuring.curve import Curve
 from pendulum_sysid.measuring.halves import is_seen_in_halves
 from pendulum_sysid.measuring.measure import rank_curves
@@ -15,26 +17,53 @@ from pendulum_sysid.measuring.penalised_fit import LawFit, fit_laws
 from pendulum_sysid.prepare import prepare
 from pendulum_twin.laws.law import Law, spread_turn
 from pendulum_twin.model import Twin
-from pendulum_twin.parameter_vector import make_theta
+from pendulum_twin.parameter_vector import SLOTS, make_theta
 
 RIG = Twin("rig", INTECO.rig)
 TURN = spread_turn(24)
 LAW = {"pole_torque_by_angle": Law(tuple(TURN), tuple(0.01 * np.sin(3.0 * TURN)))}
 
 
-@pytest.mark.parametrize(("laws", "holds"), [((LAW, LAW), True), ((LAW, {}), False)])
-def test_a_law_that_only_one_half_shows_does_not_hold(laws, holds):
-    twins = [replace(RIG, measured_laws=law) for law in laws]
+def measure_law(twins: list[Twin], effects: tuple[str, ...], name: str):
+    """Return case, split, and fits with and without the law that recordings of twins show."""
     prepared = prepare([made(twin, 16.0, amplitude=0.25) for twin in twins], RIG)
     case, split = prepared.case, prepared.split
-    begun = fit(case, split, (), make_theta(RIG), HORIZONS[0])
+    theta = make_theta(replace(RIG, effects={e: twins[0].effects[e] for e in effects}))
+    begun = fit(case, split, effects, theta, HORIZONS[0])
     shorter = LawFit(begun, (), (), (), (), decisions.LAW_FIRST_INFLATION)
-    (candidate,) = [
-        r for r in rank_curves(case, split, shorter) if r.curve.kind.name == "pole_torque_by_angle"
-    ]
+    (candidate,) = [r for r in rank_curves(case, split, shorter) if r.curve.kind.name == name]
     curve: Curve = candidate.curve
     theta = shorter.fit.theta.copy()
     curve.put(theta, candidate.values)
     start = replace(shorter.fit, theta=theta)
     longer = fit_laws(case, split, start, (curve,), (candidate.prior,), shorter.inflation)
-    assert is_seen_in_halves(case, split, longer, shorter) is holds
+    return case, split, longer, shorter
+
+
+@pytest.mark.parametrize(("laws", "holds"), [((LAW, LAW), True), ((LAW, {}), False)])
+def test_a_law_that_only_one_half_shows_does_not_hold(laws, holds):
+    twins = [replace(RIG, measured_laws=law) for law in laws]
+    fits = measure_law(twins, (), "pole_torque_by_angle")
+    assert is_seen_in_halves(*fits) is holds
+
+
+def test_one_half_is_not_asked_for_an_effect_of_the_time(monkeypatch):
+    """Warming friction is over in the second half, which cannot tell it."""
+    warming = {"friction_warming": {"level_n": 0.4, "viscous_n_s_m": 1.5, "time_constant_s": 2.0}}
+    twin = replace(RIG, effects=warming, measured_laws=LAW)
+    case, split, longer, shorter = measure_law(
+        [twin], ("friction_warming",), "pole_torque_by_angle"
+    )
+    thetas = []
+
+    def keep(*about):
+        theta, starts = fit_without(*about)
+        thetas.append(theta)
+        return theta, starts
+
+    monkeypatch.setattr(halves, "fit_without", keep)
+    assert is_seen_in_halves(case, split, longer, shorter)
+    own = SLOTS["friction_warming"]
+    for theta, whole in zip(thetas, (longer, longer, shorter, shorter), strict=True):
+        np.testing.assert_array_equal(theta[own], whole.fit.theta[own])
+        assert np.any(theta != whole.fit.theta)
