@@ -17,14 +17,24 @@ from pendulum_sysid import decisions
 from pendulum_twin.signals import Signals
 
 
+def is_reduced(signals: Signals) -> bool:
+    """Return whether the signals are faster than `MOST_RATE_HZ`."""
+    return _count_samples(signals) > 1
+
+
+def _count_samples(signals: Signals) -> int:
+    """Return of how many samples one is kept."""
+    return math.ceil(1.0 / (signals.period_s * decisions.MOST_RATE_HZ) - 0.01)
+
+
 def reduce_rate(signals: Signals) -> Signals:
     """Return signals of at most `MOST_RATE_HZ`; those that are slower come back as they are.
 
     The first sample of each block is kept, with the mean command of the block.
     """
-    count = math.ceil(1.0 / (signals.period_s * decisions.MOST_RATE_HZ) - 0.01)
-    if count < 2:
+    if not is_reduced(signals):
         return signals
+    count = _count_samples(signals)
     blocks = [
         s.start + count * np.arange((s.stop - s.start) // count)[:, None] + np.arange(count)
         for s in signals.stretches
