@@ -55,16 +55,17 @@ def make_named(weight: float = 1.0, shown: int = 3) -> Named:
 
 
 @pytest.mark.parametrize(
-    ("doubted", "needed", "shares", "sure", "regained"),
+    ("doubted", "needed", "shares", "sure", "part", "regained"),
     [
-        (make_named(), True, 1.0, True, True),
-        (make_named(weight=0.5), True, 1.0, True, False),
-        (make_named(shown=1), True, 1.0, True, False),
-        (make_named(), False, 1.0, True, False),
-        (make_named(), True, 0.4, True, False),
-        (make_named(), True, 1.0, False, False),
+        (make_named(), True, 1.0, True, False, True),
+        (make_named(weight=0.5), True, 1.0, True, False, False),
+        (make_named(shown=1), True, 1.0, True, False, False),
+        (make_named(), False, 1.0, True, False, False),
+        (make_named(), True, 0.4, True, False, False),
+        (make_named(), True, 1.0, False, False, False),
+        (make_named(), True, 1.0, True, True, False),
     ],
-    ids=["all", "not believed", "not again", "not needed", "not steady", "no sure size"],
+    ids=["all", "not believed", "not again", "not needed", "not steady", "no size", "of a law"],
 )
 def test_an_effect_that_laws_make_sure_is_a_name(
     monkeypatch: pytest.MonkeyPatch,
@@ -72,11 +73,14 @@ def test_an_effect_that_laws_make_sure_is_a_name(
     needed: bool,
     shares: float,
     sure: bool,
+    part: bool,
     regained: bool,
 ) -> None:
     name = doubted.effect
     steadiness = Steadiness(np.full(6, shares), np.full(6, 0.02))
     monkeypatch.setattr(pipeline, "list_sized", lambda measured, names: list(names))
+    monkeypatch.setattr(pipeline, "is_part_of_law", lambda measured, name: part)
+    monkeypatch.setattr(pipeline, "list_lesser_parts", lambda measured, names: [])
     monkeypatch.setattr(pipeline, "list_needed", lambda measured, sized: tuple(sized) * needed)
     monkeypatch.setattr(pipeline, "measure_steadiness", lambda *about: {name: steadiness})
     monkeypatch.setattr(naming, "is_surely_there", lambda *about: sure)

@@ -32,6 +32,8 @@ from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
 from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
 from pendulum_sysid.measuring.measure import (
     Measured,
+    is_part_of_law,
+    list_lesser_parts,
     list_needed,
     list_sized,
     measure_best_laws,
@@ -187,15 +189,18 @@ def ask_names_again(
 ) -> tuple[tuple[Named, ...], tuple[Named, ...], tuple[str, ...]]:
     """Return the names beside laws, the effects that are none, and those that the twin needs.
 
-    An effect that was not sure without laws is a name if it is sure, needed and steady with them.
+    An effect that was not sure without laws is a name if it is sure, needed and steady with them,
+    and no part of a law.
 
     measured: the laws.
     alone: the fit with laws, whose intervals hold what the laws leave.
     fit: the same with the intervals that the verdict tells.
     """
     case = findings.case
-    doubtful, _ = part_sure_names(alone, list_doubted(findings.perhaps), case.scales)
+    free = [e for e in list_doubted(findings.perhaps) if not is_part_of_law(measured, e.effect)]
+    doubtful, _ = part_sure_names(alone, free, case.scales)
     sure, doubted = part_sure_names(fit, findings.named, case.scales)
+    lesser = list_lesser_parts(measured, [effect.effect for effect in sure])
     sized = list_sized(measured, [effect.effect for effect in (*sure, *doubtful)])
     needed = list_needed(measured, sized)
     steady = measure_steadiness(case, split, fit)
@@ -203,7 +208,9 @@ def ask_names_again(
         tuple(replace(e, steadiness=steady.get(e.effect, e.steadiness)) for e in effects)
         for effects in (sure, doubtful)
     )
-    idle = tuple(e for e in sure if e.effect in sized and e.effect not in needed)
+    idle = tuple(
+        e for e in sure if e.effect in lesser or (e.effect in sized and e.effect not in needed)
+    )
     regained = tuple(e for e in doubtful if e.effect in needed and e.is_steady)
     back = {effect.effect for effect in regained}
     return (

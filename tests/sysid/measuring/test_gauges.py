@@ -44,6 +44,6 @@ def test_an_error_of_the_angle_leaves_effects_their_parts(effects, parts) -> Non
     case = prepare([made(INTECO, 20.0, 0.3)], INTECO).case
     curves = list_curves(case, make_theta(INTECO), effects)
     (curve,) = (c for c in curves if c.kind.name == "angle_error_over_turn")
-    assert tuple(sorted(curve.others)) == parts
+    assert tuple(sorted(curve.parts)) == parts
     draws = np.linalg.cholesky(make_covariance(curve, 0.5))
     assert np.all(np.abs(curve.gauges @ draws) < 2e-3)

@@ -14,6 +14,8 @@ from pendulum_sysid.measuring.curve import list_curves
 from pendulum_sysid.measuring.formula_fit import ShapeParameter
 from pendulum_sysid.measuring.measure import (
     begin_without_laws,
+    is_part_of_law,
+    list_lesser_parts,
     list_needed,
     list_sized,
     measure_laws,
@@ -249,3 +251,25 @@ def test_a_twin_that_is_full_of_laws_gets_no_more():
     begun = begin_without_laws(case, split, fit_own_parameters(case, split))
     assert rank_curves(case, split, begun) == []
     assert measure_laws(case, split, begun, lambda line: None) is None
+
+
+@pytest.mark.parametrize(("sine_rad", "lesser"), [(0.06, []), (0.002, ["eccentric_encoder"])])
+def test_a_wave_of_a_turn_is_a_name_where_it_is_most_of_the_error(sine_rad, lesser):
+    turn = spread_turn(24)
+    second = {"angle_error_over_turn": Law(tuple(turn), tuple(0.02 * np.sin(2 * turn)))}
+    disc = {"eccentric_encoder": {"sine_rad": sine_rad, "cosine_rad": 0.0}}
+    truth = replace(RIG, effects=disc, measured_laws=second)
+    prepared = prepare([made(truth, 20.0, amplitude=0.3)], RIG)
+    case, split = prepared.case, prepared.split
+    start = make_theta(replace(RIG, effects=disc))
+    begun = begin_without_laws(
+        case, split, fit(case, split, ("eccentric_encoder",), start, HORIZONS[0])
+    )
+    held = measure_laws(case, split, begun, lambda line: None)
+    assert held is not None
+    assert [curve.kind.name for curve in held.law_fit.curves] == ["angle_error_over_turn"]
+    told = held.law_fit.fit.estimates["eccentric_encoder.sine_rad"].value
+    assert told == pytest.approx(sine_rad, abs=0.002)
+    assert list_lesser_parts(held, ["eccentric_encoder"]) == lesser
+    assert is_part_of_law(held, "eccentric_encoder")
+    assert not is_part_of_law(held, "cart_coulomb_friction")

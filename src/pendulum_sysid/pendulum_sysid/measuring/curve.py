@@ -65,7 +65,9 @@ class Curve:
     seen: (n,) places that were visited, sample by sample.
     size: typical magnitude of its values on this rig, in the unit of its quantity.
     low: lowest value that a fit may reach.
-    others: parts of the curve that a constant of the rig or an effect stands for, keys of `PARTS`.
+    others: parts of the curve that a constant of the rig or an effect stands for, keys of `PARTS`,
+        as the recording visits the curve.
+    parts: parts that an effect is by definition, however often places were visited.
     """
 
     kind: LawKind
@@ -74,6 +76,7 @@ class Curve:
     size: float
     low: float
     others: tuple[str, ...] = ()
+    parts: tuple[str, ...] = ()
 
     @cached_property
     def acts(self) -> Mask | None:
@@ -108,8 +111,9 @@ class Curve:
         law make one twin many times over, and neither has a size. A part of the law that others
         stand for has no share in it.
         """
-        shapes = np.array([PARTS[part](self.knots) for part in self.others])
-        weights = shapes.reshape(-1, len(self.knots)) * self.visits
+        shapes = [PARTS[part](self.knots) * self.visits for part in self.others]
+        shapes += [PARTS[part](self.knots) for part in self.parts]
+        weights = np.array(shapes).reshape(-1, len(self.knots))
         return np.asarray(weights / np.abs(weights).sum(axis=1, keepdims=True))
 
     def make_law(self, values: Floats) -> Law:
@@ -257,7 +261,8 @@ def _make_curve(kind: LawKind, seen: Floats, case: Case, effects: tuple[str, ...
         low = 0.0  # friction takes energy away
     elif kind.role in (Role.CART_DRY, Role.POLE_DRY) and not _has_dry(kind.place, effects):
         low = 0.0
-    return Curve(kind, knots, seen, size, low, _list_others(kind, case, effects))
+    others, parts = _list_others(kind, case, effects), _list_parts(kind, effects)
+    return Curve(kind, knots, seen, size, low, others, parts)
 
 
 def refine_knots(curve: Curve) -> Curve | None:
@@ -284,9 +289,13 @@ def _list_others(kind: LawKind, case: Case, effects: tuple[str, ...]) -> tuple[s
             others.append(NAMED[key])
         if key in LEVELS and _has_dry(kind.place, effects):
             others.append(LEVELS[key])
-    for effect in effects:
-        others += EFFECTS[effect].law_parts if EFFECTS[effect].law_kind == kind.name else ()
     return tuple(others)
+
+
+def _list_parts(kind: LawKind, effects: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the parts of a law that effects are by definition."""
+    of_kind = (EFFECTS[name] for name in effects if EFFECTS[name].law_kind == kind.name)
+    return tuple(part for effect in of_kind for part in effect.law_parts)
 
 
 def _has_dry(place: Place, effects: tuple[str, ...]) -> bool:

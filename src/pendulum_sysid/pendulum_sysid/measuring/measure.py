@@ -21,7 +21,7 @@ from pendulum_sysid.fitting.fit import HORIZONS, fit
 from pendulum_sysid.fitting.gauss_newton import refine_start_states, scale_values
 from pendulum_sysid.fitting.linearised import System, linearise
 from pendulum_sysid.fitting.windows import shorten_windows
-from pendulum_sysid.measuring.curve import Curve, list_curves, refine_knots
+from pendulum_sysid.measuring.curve import LEVELS, PARTS, Curve, list_curves, refine_knots
 from pendulum_sysid.measuring.halves import is_seen_in_halves
 from pendulum_sysid.measuring.naming import NamedCurve, name_curves
 from pendulum_sysid.measuring.penalised_fit import LawFit, fit_laws, list_all_free, list_parts
@@ -34,6 +34,7 @@ from pendulum_sysid.measuring.smoothness import (
 from pendulum_sysid.records import Fit, Split
 from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
+from pendulum_twin.effects.effect import Form
 from pendulum_twin.laws.kind import Variable
 from pendulum_twin.laws.law import locate_on_knots, make_curve_matrix
 from pendulum_twin.model import MOST_LAWS
@@ -146,6 +147,38 @@ def list_needed(measured: Measured, sized: Sequence[str]) -> tuple[str, ...]:
         if compute_lead(start, less.fit).is_real:
             needed.append(name)
     return tuple(needed)
+
+
+def list_lesser_parts(measured: Measured, names: Sequence[str]) -> list[str]:
+    """Return the effects among names that are a part of a law and smaller than the rest of it.
+
+    Such a part (`Effect.law_parts`) is there, but what is there is the law: of a disc whose error
+    has any shape, the first wave is a name only where that wave is most of the error.
+    """
+    law_fit, lesser = measured.law_fit, []
+    for curve, values in zip(law_fit.curves, law_fit.values, strict=True):
+        for effect in (BY_NAME[name] for name in names):
+            if effect.law_parts and effect.law_kind == curve.kind.name:
+                sizes = law_fit.fit.theta[SLOTS[effect.name]]
+                parts = [PARTS[part](curve.knots) for part in effect.law_parts]
+                own = np.average((sizes @ np.array(parts)) ** 2, weights=curve.visits)
+                if own < np.average(values**2, weights=curve.visits):
+                    lesser.append(effect.name)
+    return lesser
+
+
+def is_part_of_law(measured: Measured, name: str) -> bool:
+    """Return whether a measured law is of the effect's kind, or a dry friction at its place."""
+    effect = BY_NAME[name]
+    return any(
+        curve.kind.name == effect.law_kind
+        or (
+            effect.form is Form.DRY
+            and curve.kind.place is effect.place
+            and (curve.kind.role, None) in LEVELS
+        )
+        for curve in measured.law_fit.curves
+    )
 
 
 def measure_laws(
