@@ -13,11 +13,12 @@ from pendulum_sysid.finding.localisation.shape_check import Misfit
 from pendulum_sysid.finding.naming import Named
 from pendulum_sysid.finding.replication import Replication
 from pendulum_sysid.pipeline import ask_names_again, ask_shapes_again
-from pendulum_twin.laws.law import Law
 
 OFFSET = Misfit("angle_offset", 0.04, "pole_rate*pole_angle", "pole")
 FRICTION = Misfit("cart_coulomb_friction", 0.1, "pole_angle", "cart")
-CART_LAW = {"cart_drag_by_pole_rate": Law((0.0, 1.0), (0.1, 0.2))}
+DISC = Misfit("eccentric_encoder", 0.1, "pole_angle", "sensor")
+CART_LAW, TURN_LAW = ("cart_drag_by_pole_rate",), ("angle_error_over_turn",)
+RAIL_LAW = ("position_error_along_rail",)
 
 
 @pytest.mark.parametrize(
@@ -26,22 +27,34 @@ CART_LAW = {"cart_drag_by_pole_rate": Law((0.0, 1.0), (0.1, 0.2))}
         (OFFSET, None, CART_LAW, False),
         (OFFSET, OFFSET, CART_LAW, True),
         (FRICTION, None, CART_LAW, True),
-        (FRICTION, None, {}, False),
+        (FRICTION, None, (), False),
+        (DISC, None, TURN_LAW, False),
+        (DISC, None, RAIL_LAW, True),
     ],
-    ids=["a law elsewhere", "still seen", "a law at its place", "no law"],
+    ids=["elsewhere", "still seen", "at its place", "no law", "leaves it parts", "of its place"],
 )
 def test_a_wrong_shape_is_taken_away_by_laws_at_other_places_alone(
     monkeypatch: pytest.MonkeyPatch,
     before: Misfit,
     beside: Misfit | None,
-    laws: dict[str, Law],
+    laws: tuple[str, ...],
     stands: bool,
 ) -> None:
     monkeypatch.setattr(pipeline, "measure_remainders", lambda *about: [])
     monkeypatch.setattr(pipeline, "find_misfits", lambda *about: [beside] if beside else [])
-    findings = SimpleNamespace(case=None, base=None, misfits=(before,))
-    fit = SimpleNamespace(theta=np.zeros(1), twin=SimpleNamespace(measured_laws=laws))
-    assert ask_shapes_again(findings, fit, [before.effect]) == ((before,) if stands else ())
+    named = (SimpleNamespace(effect=before.effect),)
+    findings = SimpleNamespace(case=None, base=None, misfits=(before,), named=named)
+    fit = SimpleNamespace(theta=np.zeros(1))
+    shapes = ask_shapes_again(findings, fit, [before.effect], laws)
+    assert shapes == ((before,) if stands else ())
+
+
+def test_the_shape_of_a_name_that_laws_made_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pipeline, "measure_remainders", lambda *about: [])
+    monkeypatch.setattr(pipeline, "find_misfits", lambda *about: [FRICTION])
+    findings = SimpleNamespace(case=None, base=None, misfits=(), named=())
+    fit = SimpleNamespace(theta=np.zeros(1))
+    assert ask_shapes_again(findings, fit, [FRICTION.effect], ()) == (FRICTION,)
 
 
 def make_named(weight: float = 1.0, shown: int = 3) -> Named:
@@ -85,8 +98,30 @@ def test_an_effect_that_laws_make_sure_is_a_name(
     monkeypatch.setattr(pipeline, "measure_steadiness", lambda *about: {name: steadiness})
     monkeypatch.setattr(naming, "is_surely_there", lambda *about: sure)
     findings = SimpleNamespace(case=SimpleNamespace(scales={}), named=(), perhaps=(doubted,))
-    fit = SimpleNamespace(effects=(name,), twin=SimpleNamespace(measured_laws={}))
-    names, perhaps, _ = ask_names_again(findings, None, None, fit, fit)
+    fit = SimpleNamespace(effects=(name,), twin=None)
+    measured = SimpleNamespace(kinds=())
+    names, perhaps, _ = ask_names_again(findings, None, measured, fit, fit)
     assert [effect.effect for effect in names] == [name] * regained
     assert [effect.effect for effect in perhaps] == [name] * (not regained)
     assert all(effect.is_sure for effect in names)
+
+
+def test_a_lesser_part_of_a_law_is_no_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    wave, friction = (
+        Named("eccentric_encoder", Lead(2, 5)),
+        Named("cart_coulomb_friction", Lead(2, 5)),
+    )
+    monkeypatch.setattr(pipeline, "list_sized", lambda measured, names: list(names))
+    monkeypatch.setattr(pipeline, "list_needed", lambda measured, sized: tuple(sized))
+    monkeypatch.setattr(pipeline, "list_lesser_parts", lambda measured, names: [wave.effect])
+    monkeypatch.setattr(pipeline, "measure_steadiness", lambda *about: {})
+    monkeypatch.setattr(naming, "is_surely_there", lambda *about: True)
+    findings = SimpleNamespace(case=SimpleNamespace(scales={}), named=(wave, friction), perhaps=())
+    fit = SimpleNamespace(effects=(wave.effect, friction.effect))
+    measured = SimpleNamespace(kinds=("angle_error_over_turn",))
+    names, perhaps, _ = ask_names_again(findings, None, measured, fit, fit)
+    assert (names, perhaps) == ((friction,), (wave,))
+    measured = SimpleNamespace(kinds=("cart_dry_friction_by_velocity",))
+    monkeypatch.setattr(pipeline, "list_lesser_parts", lambda measured, names: [])
+    names, perhaps, _ = ask_names_again(findings, None, measured, fit, fit)
+    assert names == (wave, friction)

@@ -219,8 +219,9 @@ COMMAND_TIMES_RATIO = 0.97  # ratio; of unexplained acceleration: a timing is cl
 ANSWERS_RATIO = 0.998  # ratio; the same, for commands that answer samples: 10 nats in a minute
 LONGEST_LATENCY_S = 1.0  # s; from publishing to receiving; a longer time is of two clocks
 COMMAND_DIFFERS = 0.01  # of full PWM; from which on a sent command is another command
+COMMAND_CROSSING_S = 0.005  # s; by which a command may be sent after it is chosen
 COMMAND_MOST_DIFFER = 0.05  # of samples; that may differ where nothing is wrong
-COMMAND_SAME_S = 0.5  # s; for as long commands are the same between two intervals of others
+COMMAND_SAME_S = 0.5  # s; two intervals of other commands that are nearer count as one interval
 COMMAND_HOLDS_S = 10.0  # s; an older last command belongs to another clock
 
 # Does the rig answer, stand still, or repeat itself?
@@ -237,6 +238,9 @@ ANSWER_LEAST_ROWS = 40  # rows; of fewer nothing is claimed
 ANSWER_STANDARD_ERRORS = 10.0  # standard errors; true commands have 30, others 8 at most; measured
 UNCOMMANDED_RATIO = 3.0  # ratio; of unexplained acceleration to its usual size ...
 UNCOMMANDED_SHARE = 0.1  # of rows; ... in so many of those without a recorded command
+UNCOMMANDED_MOST_LEFT = (
+    0.5  # of squared acceleration; that brakes and pole leave where nothing drives
+)
 SLIP_VELOCITY_RATIO = 10.0  # median departures; of the reading's velocity from the balance
 SLIP_LEAST_M = 0.004  # m; a shorter slip is left to the fit: a stronger push looks alike
 SLIP_LONGEST_S = 0.5  # s; longer departures are motion

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 
 from pendulum_sysid import decisions
@@ -18,7 +18,13 @@ from pendulum_sysid.finding.localisation.shape_check import (
     is_outweighed,
     measure_remainders,
 )
-from pendulum_sysid.finding.naming import Named, add_readings, list_doubted, part_sure_names
+from pendulum_sysid.finding.naming import (
+    Named,
+    add_readings,
+    is_left_parts,
+    list_doubted,
+    part_sure_names,
+)
 from pendulum_sysid.finding.replication import join_intervals, widen_intervals
 from pendulum_sysid.finding.search import Answer, search_effects
 from pendulum_sysid.finding.separation import drop_wild_windows
@@ -166,7 +172,7 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
     fit, at_noise = widen_intervals(case, split, fit), is_at_noise(case, split, fit, floor)
     alone, fit = fit, fit if at_noise else join_intervals(fit, findings.best)
     sure, perhaps, needed = ask_names_again(findings, split, measured, alone, fit)
-    misfits = ask_shapes_again(findings, fit, [effect.effect for effect in sure])
+    misfits = ask_shapes_again(findings, fit, [effect.effect for effect in sure], measured.kinds)
     fit, sure = add_readings(case, fit, sure)
     improved = replace(case, twin=fit.twin)
     after = run_parts(improved, split)
@@ -197,9 +203,9 @@ def ask_names_again(
     fit: the same with the intervals that the verdict tells.
     """
     case = findings.case
-    free = [e for e in list_doubted(findings.perhaps) if not is_part_of_law(measured, e.effect)]
-    doubtful, _ = part_sure_names(alone, free, case.scales)
-    sure, doubted = part_sure_names(fit, findings.named, case.scales)
+    whole = [e for e in list_doubted(findings.perhaps) if not is_part_of_law(measured, e.effect)]
+    doubtful, _ = part_sure_names(alone, whole, case.scales, measured.kinds)
+    sure, doubted = part_sure_names(fit, findings.named, case.scales, measured.kinds)
     lesser = list_lesser_parts(measured, [effect.effect for effect in sure])
     sized = list_sized(measured, [effect.effect for effect in (*sure, *doubtful)])
     needed = list_needed(measured, sized)
@@ -220,27 +226,34 @@ def ask_names_again(
     )
 
 
-def ask_shapes_again(findings: Findings, fit: Fit, names: list[str]) -> tuple[Misfit, ...]:
+def ask_shapes_again(
+    findings: Findings, fit: Fit, names: Collection[str], kinds: Collection[str]
+) -> tuple[Misfit, ...]:
     """Return the misfits that laws at other places than the name's do not take away.
+
+    Those of effects that only laws made names are among them.
 
     fit: with laws.
     names: of the effects of the fit that are asked.
+    kinds: of the laws.
 
     A law at the place of an effect may have bent its shape to what is there, unless it leaves the
     effect its parts.
     """
-    if not findings.misfits:
+    before = {effect.effect for effect in findings.named}
+    if not findings.misfits and before.issuperset(names):
         return ()
     remainders = measure_remainders(findings.case, fit, findings.base)
-    misfits = find_misfits(findings.case, fit.theta, remainders, names)
+    misfits = find_misfits(findings.case, fit.theta, remainders, list(names))
     still = {(misfit.effect, misfit.place) for misfit in misfits}
-    places = {LAWS_BY_NAME[name].place for name in fit.twin.measured_laws}
-    return tuple(
+    places = {LAWS_BY_NAME[name].place for name in kinds}
+    kept = (
         misfit
         for misfit in findings.misfits
         if (misfit.effect, misfit.place) in still
-        or (EFFECTS[misfit.effect].place in places and not EFFECTS[misfit.effect].law_parts)
+        or (EFFECTS[misfit.effect].place in places and not is_left_parts(misfit.effect, kinds))
     )
+    return (*kept, *(misfit for misfit in misfits if misfit.effect not in before))
 
 
 def is_at_noise(case: Case, split: Split, fit: Fit, floor: NoiseFloor | None) -> bool:

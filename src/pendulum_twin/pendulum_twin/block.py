@@ -1,7 +1,7 @@
 """Lay out a block of lanes: one array, row by row, lane beside lane: theta, then these rows.
 
 There is one array because the compiler computes lanes side by side only where it can prove that it
-does not write what it reads. `Block` holds what is not computed side by side.
+does not write what it reads. `Block` holds what the lanes need beside it.
 """
 
 from __future__ import annotations

@@ -192,7 +192,8 @@ def _place_block(
 ):
     """Place the lanes from the first on in the block; return whether a law changes a clock's pace.
 
-    The arguments are those of `integrate_lanes`.
+    first: lane; block, p: see `block.py`; width: lanes a block. The other arguments are those of
+        `integrate_lanes`.
     """
     paced, block.curved[width] = False, False
     for i in range(width):
@@ -211,7 +212,7 @@ def _place_block(
 
 @compile_inner
 def _keep_paths(first, count, measured, block, path_memory, p, width):
-    """Fill path_memory with what the block's lanes remember; the arguments as above."""
+    """Fill path_memory with what the block's lanes remember; the arguments of `_place_block`."""
     for i in range(min(width, count - first)):
         for k in range(compose.KEPT):
             path_memory[first + i, k] = p[(PATH + k) * width + i]

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.made_recordings import INTECO, made
+from support.made_recordings import CART_NOISE_M, INTECO, made
 
 from pendulum_sysid.cleaning.clean import clean_recording
 from pendulum_sysid.cleaning.command_answer import follows_command
@@ -14,6 +14,9 @@ from pendulum_sysid.reading.bag import read_bag
 from pendulum_sysid.reading.raw import RawRecording
 from pendulum_sysid.studies.proof.degrade.kinds import BY_NAME
 from pendulum_sysid.studies.proof.record_trial import record_trial
+from pendulum_twin.free_runs import run_freely
+from pendulum_twin.parameter_vector import make_theta
+from pendulum_twin.signals import Signals
 
 
 @pytest.fixture(scope="module")
@@ -36,8 +39,22 @@ def test_the_cart_follows_its_own_command_alone(
     assert not follows_command(other, state)
 
 
-def test_a_cart_that_nothing_commands_is_no_refusal() -> None:
-    """The pole's swing moves a cart whose drive is off; there is no command to be answered."""
-    swung = made(INTECO, 10.0, 0.3)
-    signals = replace(swung.signals, command=np.zeros(len(swung.signals)))
+def test_a_cart_that_the_pole_alone_moves_needs_no_command() -> None:
+    n = 1500
+    still = Signals(
+        0.01, np.zeros(n), np.zeros(n), np.zeros(n), np.ones(n, bool), np.ones(n, bool)
+    )
+    zero = np.zeros(1, dtype=np.int64)
+    start = np.array([[0.0, np.pi - 1.5, 0.0, 0.0]])
+    swung = run_freely(still, make_theta(INTECO)[None], zero, zero, start, n)[0]
+    noise = np.random.default_rng(2).normal(size=(2, n))
+    signals = replace(
+        still, cart=swung[:, 0] + CART_NOISE_M * noise[0], pole=swung[:, 1] + 1e-3 * noise[1]
+    )
     assert follows_command(signals, smooth_state(signals))
+
+
+def test_a_cart_that_moves_without_any_command_or_push_is_refused() -> None:
+    driven = made(INTECO, 15.0, 0.3)
+    erased = replace(driven.signals, command=np.zeros(len(driven.signals)))
+    assert not follows_command(erased, smooth_state(erased))

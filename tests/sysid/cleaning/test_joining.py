@@ -7,7 +7,7 @@ from support.made_recordings import INTECO, made
 from pendulum_sysid.cleaning.joining import join_recordings
 from pendulum_sysid.records import CommandLatency, QualityFinding
 
-CUT = "the file ends before its end mark"
+CUT, HOLE = "the file ends before its end mark", "commands are missing"
 
 
 def test_the_worst_latency_and_every_note_stay() -> None:
@@ -20,13 +20,13 @@ def test_the_worst_latency_and_every_note_stay() -> None:
     second = replace(
         second,
         command_latency=CommandLatency(0.01, 0.004),
-        findings=(QualityFinding("gap", 1, ((2.0, 2.2),), CUT), QualityFinding("slip", 1)),
+        findings=(QualityFinding("gap", 1, ((2.0, 2.2),), HOLE), QualityFinding("slip", 1)),
     )
-    joined = join_recordings([first, second])
+    joined = join_recordings([first, second, first])
     assert joined.command_latency == CommandLatency(0.01, 0.004)
-    assert joined.losses == CUT
+    assert joined.losses == f"{CUT}; {HOLE}"
     gap, slip = joined.findings
-    assert (gap.count, gap.note, slip.kind) == (2, CUT, "slip")
+    assert (gap.count, gap.note, slip.kind) == (3, f"{CUT}; {HOLE}", "slip")
 
 
 def test_recordings_that_say_no_latency_have_none() -> None:

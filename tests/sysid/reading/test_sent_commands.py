@@ -10,6 +10,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from pendulum_sysid.cleaning.clean import clean_recording
 from pendulum_sysid.reading.bag import COMMAND_TYPE, STATE_TYPE, read_bag
+from pendulum_sysid.reading.sent_commands import find_differences, name_sent_topic
 from pendulum_sysid.records import Recording
 from pendulum_twin.arrays import Floats
 
@@ -91,3 +92,21 @@ def test_the_same_commands_are_no_others(tmp_path: Path) -> None:
 def test_a_topic_of_another_name_says_nothing(tmp_path: Path) -> None:
     path = record(tmp_path / "bag", np.clip(CHOSEN, -LIMIT, LIMIT), name="other")
     assert read_bag(path).sent is None
+
+
+def test_fast_commands_that_cross_with_samples_are_no_others() -> None:
+    stamps = 0.01 * np.arange(1000)
+    times = 0.001 * np.arange(10_000)
+    read = np.sin(2 * np.pi * 20.0 * times)
+    assert not find_differences(stamps, (times, read), (times + 0.0004, read)).any()
+    fine, late = 0.001 * np.arange(10_000), 0.003
+    slow = 0.01 * np.arange(1000)
+    steps = np.sin(slow)
+    assert not find_differences(fine, (slow, steps), (slow + late, steps)).any()
+    limited = np.clip(read, -LIMIT, LIMIT)
+    assert np.mean(find_differences(stamps, (times, read), (times + 0.0004, limited))) > 0.1
+
+
+def test_a_driver_beside_a_topic_without_namespace_is_found() -> None:
+    names = [name_sent_topic(topic) for topic in ("/rig/pwm", "/pwm", "pwm")]
+    assert names == ["/rig/applied_pwm", "/applied_pwm", "applied_pwm"]

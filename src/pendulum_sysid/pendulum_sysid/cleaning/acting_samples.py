@@ -24,7 +24,7 @@ from pendulum_sysid.cleaning.cart_balance import (
 )
 from pendulum_sysid.cleaning.clock import hold_commands
 from pendulum_sysid.cleaning.drive_curve import DriveCurve, fit_drive_curve
-from pendulum_sysid.cleaning.reducing import is_reduced
+from pendulum_sysid.cleaning.reducing import is_too_fast
 from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.signals import Signals
@@ -56,8 +56,8 @@ def settle_commands(
     """Return the signals with each command that came midway at the sample from which it acted.
 
     First all commands answer together by how much the samples' clock is off; then each command
-    that came midway between two samples answers for itself. Where samples are so many that some
-    will be left out, no sample of a command is asked for.
+    that came midway between two samples answers for itself. At rates of which samples will
+    be left out, commands stay at the nearest sample.
 
     signals: with a cart.
     smoothed: returns the smoothed motion; is called only where a command is in doubt, for
@@ -72,7 +72,7 @@ def settle_commands(
         return hold_commands(signals.clock_s, signals.period_s, later, commands, nearest=True)
 
     far = decisions.COMMAND_CLOCK_OFF
-    if is_reduced(signals) or np.array_equal(hold(-far, 0.0), hold(far, 0.0)):
+    if is_too_fast(signals) or np.array_equal(hold(-far, 0.0), hold(far, 0.0)):
         return replace(signals, command=hold(0.0, 0.0))
     balance = _make_balance(replace(signals, command=hold(0.0, 0.0)), smoothed())
     shift, drift = _find_shift(balance, hold)

@@ -49,15 +49,19 @@ def follows_command(signals: Signals, state: SmoothState) -> bool:
     The weight of the command in the least-squares balance of the cart must be certain, with errors
     independent from block to block (a sandwich). If it is not, the command gets a second weight,
     times the position: the drive's gain may change along the rail, up to its sign. True where the
-    cart moves too little to tell, and where nothing is commanded.
+    cart moves too little to tell. Where nothing is commanded, brakes and the pole have to explain
+    most of the acceleration.
     """
-    if not np.any(signals.command):
-        return True
     rows, take_mean = _make_filter(signals, state)
     if len(rows) < decisions.ANSWER_LEAST_ROWS:
         return True
     target = take_mean(state.accelerations[:, 0])
     others = take_mean(np.column_stack([list_brakes(state), list_reactions(signals, state)]))
+    if not np.any(signals.command):
+        left = target - others @ np.linalg.lstsq(others, target, rcond=None)[0]
+        return float(np.mean(left**2)) < decisions.UNCOMMANDED_MOST_LEFT * float(
+            np.mean(target**2)
+        )
     block = (signals.times_s[rows] // decisions.ANSWER_BLOCK_S).astype(int)
     step = max(round(LATER_S / signals.period_s), 1)
     latest = round(decisions.ANSWER_LATEST_S / signals.period_s)

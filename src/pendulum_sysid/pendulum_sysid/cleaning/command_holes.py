@@ -28,7 +28,8 @@ class Holes:
     raw: the recording, single missing commands interpolated.
     intervals_s: in which the command is unknown, s from the first sample.
     doubtful_s: periods in which a command is missing and the command jumps.
-    silent_s: long holes after a command of 0: the rig was left alone, or commands were lost.
+    silent_s: long holes after a command of 0, and the time before the first command: the rig was
+        left alone, or commands were lost.
     """
 
     raw: RawRecording
@@ -55,7 +56,7 @@ def find_command_holes(raw: RawRecording) -> Holes:
     long = np.flatnonzero(missing > decisions.LONGEST_FILL)
     holes = [(float(times[k]), float(times[k + 1]), float(raw.command[k])) for k in long]
     if float(times[0]) > (decisions.LONGEST_FILL + 1) * clock.period_s:
-        holes.append((-clock.period_s, float(times[0]), 0.0))
+        holes.append((-clock.period_s, float(times[0]), 0.0))  # a margin of a period follows
     if end_s - float(times[-1]) > (decisions.LONGEST_FILL + 1) * clock.period_s:
         holes.append((float(times[-1]), end_s, float(raw.command[-1])))
     jumps = _find_jumps(raw.command, missing)

@@ -54,6 +54,7 @@ def _join_rates(recordings: Sequence[Recording]) -> Floats | None:
 def _join_findings(recordings: Sequence[Recording]) -> tuple[QualityFinding, ...]:
     """Return the findings of all recordings, one a kind, at times counted through all of them."""
     joined: dict[str, QualityFinding] = {}
+    notes: dict[str, dict[str, None]] = {}  # of each kind, each note once
     begin_s = 0.0
     for recording in recordings:
         for finding in recording.findings:
@@ -63,7 +64,10 @@ def _join_findings(recordings: Sequence[Recording]) -> tuple[QualityFinding, ...
                 earlier,
                 count=earlier.count + finding.count,
                 intervals_s=earlier.intervals_s + intervals_s,
-                note="; ".join(dict.fromkeys(filter(None, (earlier.note, finding.note)))),
             )
+            notes.setdefault(finding.kind, {})[finding.note] = None
         begin_s += recording.signals.end_s
-    return tuple(joined.values())
+    return tuple(
+        replace(finding, note="; ".join(filter(None, notes[kind])))
+        for kind, finding in joined.items()
+    )

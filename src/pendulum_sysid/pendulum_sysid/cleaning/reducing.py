@@ -17,13 +17,13 @@ from pendulum_sysid import decisions
 from pendulum_twin.signals import Signals
 
 
-def is_reduced(signals: Signals) -> bool:
+def is_too_fast(signals: Signals) -> bool:
     """Return whether the signals are faster than `MOST_RATE_HZ`."""
     return _count_samples(signals) > 1
 
 
 def _count_samples(signals: Signals) -> int:
-    """Return of how many samples one is kept."""
+    """Return the length of a block, of which the first sample is kept."""
     return math.ceil(1.0 / (signals.period_s * decisions.MOST_RATE_HZ) - 0.01)
 
 
@@ -32,7 +32,7 @@ def reduce_rate(signals: Signals) -> Signals:
 
     The first sample of each block is kept, with the mean command of the block.
     """
-    if not is_reduced(signals):
+    if not is_too_fast(signals):
         return signals
     count = _count_samples(signals)
     blocks = [

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -165,8 +165,16 @@ def doubt_intervals(best: Fit, named: Iterable[Named], scales: Scales) -> tuple[
     )
 
 
+def is_left_parts(effect: str, kinds: Collection[str]) -> bool:
+    """Return whether a law of one of these kinds leaves an effect its parts."""
+    return bool(BY_NAME[effect].law_parts) and BY_NAME[effect].law_kind in kinds
+
+
 def list_doubted(perhaps: Iterable[Named]) -> tuple[Named, ...]:
-    """Return the effects that are found again and believed, but whose sizes were not sure."""
+    """Return the effects that are found again and believed, among those that are not sure enough.
+
+    Their sizes were not sure, or not the same wherever they could show.
+    """
     return tuple(
         effect
         for effect in perhaps
@@ -177,7 +185,7 @@ def list_doubted(perhaps: Iterable[Named]) -> tuple[Named, ...]:
 
 
 def part_sure_names(
-    fit: Fit, named: Iterable[Named], scales: Scales
+    fit: Fit, named: Iterable[Named], scales: Scales, kinds: Collection[str]
 ) -> tuple[tuple[Named, ...], tuple[Named, ...]]:
     """Return the names of a fit with laws whose sizes are surely there, and its other names.
 
@@ -186,14 +194,14 @@ def part_sure_names(
     a name that has parts of it (`Effect.law_parts`) alone.
 
     scales: of the recording.
+    kinds: of the measured laws.
     """
-    laws = fit.twin.measured_laws
     names = tuple(effect for effect in named if effect.effect in fit.effects)
     sure = tuple(
         effect
         for effect in names
         if is_surely_there(fit, effect.effect, scales)
-        and (BY_NAME[effect.effect].law_kind not in laws or BY_NAME[effect.effect].law_parts)
+        and (BY_NAME[effect.effect].law_kind not in kinds or is_left_parts(effect.effect, kinds))
     )
     return sure, tuple(effect for effect in names if effect not in sure)
 

@@ -114,7 +114,7 @@ def fit_own_parameters(case: Case, split: Split) -> Fit:
 def widen_estimates(
     estimates: dict[str, Estimate], case: Case, windows: Windows
 ) -> dict[str, Estimate]:
-    """Return the estimates of a fit of windows, none finer than times, jumps and gaps let tell."""
+    """Return estimates that are no finer than command times, a run's jumps and gaps allow."""
     widened = _widen_jumps(_widen_delays(estimates, case))
     return widen_over_gaps(widened, case.signals, windows)
 

@@ -16,7 +16,6 @@ from scipy.special import stdtrit
 
 from pendulum_sysid import decisions
 from pendulum_sysid.fitting.linearised import (
-    FAR,
     Problem,
     System,
     compute_errors,
@@ -27,6 +26,7 @@ from pendulum_sysid.fitting.parameters import Free, keep_definite
 from pendulum_sysid.fitting.windows import gather
 from pendulum_twin.arrays import Floats
 
+OFF = 1e6  # m or rad; as far as a run may count that has left all bounds
 CONVERGED = 1e-5  # relative gain of the likelihood a sample
 
 
@@ -88,8 +88,6 @@ def compute_cost(
         the penalty.
     """
     total = counts.sum(axis=0)
-    if not np.all(np.isfinite(squares)):
-        return np.inf
     varied = list_varied(problem)
     moved = (start_states - problem.windows.start_states)[:, varied] / problem.deviations[varied]
     return float(
@@ -161,8 +159,8 @@ def solve(
     def measure(theta: Floats, starts: Floats) -> tuple[Floats, float]:
         """Return squared errors (windows, channels) and the cost."""
         with np.errstate(all="ignore"):
-            errors = np.nan_to_num(compute_errors(problem, theta, starts), nan=FAR)
-            squares = np.sum(np.clip(errors, -FAR, FAR) ** 2, axis=1)
+            errors = np.nan_to_num(compute_errors(problem, theta, starts), nan=OFF)
+            squares = np.sum(np.clip(errors, -OFF, OFF) ** 2, axis=1)
         restraint = measure_belief(free, theta) + measure_penalty(free, theta, penalty)
         return squares, compute_cost(problem, starts, squares, counts, restraint)
 
@@ -170,7 +168,7 @@ def solve(
     damping = 1e-6
 
     def conclude(converged: bool, system: System | None) -> Solution:
-        near = bool(np.all(squares < FAR**2))  # a run that left all bounds shows no way back
+        near = bool(np.all(squares < OFF**2))  # a run that left all bounds shows no way back
         return Solution(
             theta, starts, squares, counts, converged and near, system if free else None
         )

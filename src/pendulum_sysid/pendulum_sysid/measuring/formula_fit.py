@@ -10,6 +10,7 @@ from scipy.linalg import block_diag
 from pendulum_sysid import decisions
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.cross_validation import compute_left_out_misfit, cross_validate
+from pendulum_sysid.fitting.fit import widen_estimates
 from pendulum_sysid.fitting.gauss_newton import complete_system, solve
 from pendulum_sysid.fitting.parameters import (
     Free,
@@ -104,7 +105,7 @@ def fit_formula(
     fitted: the shape, as it is nearest to the curve.
     wanted: iterations at most.
     inflation: by which errors scatter more from window to window than independent errors would
-        (variances); `LAW_FIRST_INFLATION` at least, for a formula is the law nearly at best.
+        (variances); `LAW_FIRST_INFLATION` at least, because a formula is rarely the exact law.
     """
     finer = extend_knots(curve)
     theta = fit.theta.copy()
@@ -141,7 +142,9 @@ def fit_formula(
     result = replace(
         fit,
         twin=make_twin(case.twin, clean, fit.effects, list_rig_parameters(case.twin)),
-        estimates=make_estimates(case, fit.effects, rig, clean, inflated * covariance),
+        estimates=widen_estimates(
+            make_estimates(case, fit.effects, rig, clean, inflated * covariance), case, split.learn
+        ),
         theta=clean,
         start_states=solved.start_states,
         power=solved.power,

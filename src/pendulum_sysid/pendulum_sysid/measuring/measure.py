@@ -70,6 +70,11 @@ class Measured:
         return name_curves(self.case, self.split, self.law_fit)
 
     @property
+    def kinds(self) -> tuple[str, ...]:
+        """Return the kinds of the laws."""
+        return tuple(curve.kind.name for curve in self.law_fit.curves)
+
+    @property
     def is_at_noise(self) -> bool:
         """Return whether the fit ends at the noise: a sharp edge needs its formula for that."""
         return self.named[0].choose <= decisions.MISFIT_AT_NOISE
@@ -152,8 +157,8 @@ def list_needed(measured: Measured, sized: Sequence[str]) -> tuple[str, ...]:
 def list_lesser_parts(measured: Measured, names: Sequence[str]) -> list[str]:
     """Return the effects among names that are a part of a law and smaller than the rest of it.
 
-    Such a part (`Effect.law_parts`) is there, but what is there is the law: of a disc whose error
-    has any shape, the first wave is a name only where that wave is most of the error.
+    The error of a disc may have any shape. The first wave of that error (`Effect.law_parts`) is a
+    name only where the wave is larger than the rest of the error.
     """
     law_fit, lesser = measured.law_fit, []
     for curve, values in zip(law_fit.curves, law_fit.values, strict=True):
@@ -168,14 +173,14 @@ def list_lesser_parts(measured: Measured, names: Sequence[str]) -> list[str]:
 
 
 def is_part_of_law(measured: Measured, name: str) -> bool:
-    """Return whether a measured law is of the effect's kind, or a dry friction at its place."""
+    """Return whether a measured law contains an effect, or leaves it a level of friction."""
     effect = BY_NAME[name]
     return any(
         curve.kind.name == effect.law_kind
         or (
             effect.form is Form.DRY
             and curve.kind.place is effect.place
-            and (curve.kind.role, None) in LEVELS
+            and {(curve.kind.role, None), (curve.kind.role, curve.kind.variable)} & set(LEVELS)
         )
         for curve in measured.law_fit.curves
     )
@@ -201,7 +206,7 @@ def measure_laws(
 
 
 def begin_without_laws(case: Case, split: Split, start: Fit) -> LawFit:
-    """Return a fit without laws over the short horizon, where errors stay where they arise."""
+    """Return a fit without new laws over the short horizon, where errors stay where they arise."""
     pieces = HORIZONS[0]
     starts = start.start_states if start.pieces == pieces else None
     begun = fit(case, split, start.effects, start.theta, pieces, starts)

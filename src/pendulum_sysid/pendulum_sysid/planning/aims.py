@@ -118,7 +118,7 @@ class Narrowing:
 
 
 def forget_beliefs(free: tuple[Free, ...]) -> tuple[Free, ...]:
-    """Return free parameters of which nothing is believed: a belief counts once, not a run."""
+    """Return free parameters of which nothing is believed: a belief is no data of a run."""
     return tuple(replace(parameter, spread=np.inf) for parameter in free)
 
 

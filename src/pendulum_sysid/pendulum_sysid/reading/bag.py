@@ -176,9 +176,12 @@ def _compare_sent(
     if topic == command_topic or contents.types.get(topic) != COMMAND_TYPE:
         return None
     times, sent, _ = decode_commands(messages, _decode_command)
-    if not len(sent) or not len(read[0]):
+    here = [
+        (t[np.isfinite(u)], u[np.isfinite(u)]) for t, u in (read, ((times - first_ns) / 1e9, sent))
+    ]
+    if len(state_stamp_s) < 2 or not all(len(t) for t, _ in here):
         return None
-    differ = find_differences(state_stamp_s, read, ((times - first_ns) / 1e9, sent))
+    differ = find_differences(state_stamp_s, *here)
     rare = np.mean(differ) <= decisions.COMMAND_MOST_DIFFER
     return None if rare else SentCommands(command_topic, topic, differ)
 

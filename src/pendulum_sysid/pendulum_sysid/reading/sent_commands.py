@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pendulum_sysid import decisions
-from pendulum_twin.arrays import Floats, Mask
+from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.topics import APPLIED_PWM
 
 
@@ -38,7 +38,8 @@ class SentCommands:
 
 def name_sent_topic(command_topic: str) -> str:
     """Return the topic on which the driver of a topic of commands says what it sent."""
-    return f"{command_topic.rpartition('/')[0]}/{APPLIED_PWM}"
+    before, slash, _ = command_topic.rpartition("/")
+    return before + slash + APPLIED_PWM
 
 
 def find_differences(
@@ -50,16 +51,22 @@ def find_differences(
     read, sent: when commands came, (m,), s, and their values.
 
     A command is sent after it is chosen, and a sample may come between: what was sent is the same
-    if it lies within the commands of a sample period before and after.
+    if it lies between the least and the greatest command that was in force within
+    `COMMAND_CROSSING_S` of the sample.
     """
-    period_s = float(np.median(np.diff(stamps)))
+    near_s = decisions.COMMAND_CROSSING_S
     there = stamps >= max(read[0][0], sent[0][0])
-    near = [_hold(stamps + shift, *read) for shift in (-period_s, 0.0, period_s)]
-    value = _hold(stamps, *sent)
-    apart = np.maximum(value - np.max(near, axis=0), np.min(near, axis=0) - value)
+    value = sent[1][_find_last(stamps, sent[0])]
+    first, last = _find_last(stamps - near_s, read[0]), _find_last(stamps + near_s, read[0])
+    low, high = (
+        reduce.reduceat(np.append(read[1], read[1][-1]), np.ravel([first, last + 1], "F"))[::2]
+        for reduce in (np.minimum, np.maximum)
+    )
+    apart = np.maximum(value - high, low - value)
     differ: Mask = there & (apart > decisions.COMMAND_DIFFERS)
     return differ
 
 
-def _hold(stamps: Floats, times: Floats, command: Floats) -> Floats:
-    return command[np.maximum(np.searchsorted(times, stamps, side="right") - 1, 0)]
+def _find_last(stamps: Floats, times: Floats) -> Ints:
+    """Return the number of the last of commands at times (m,) before each stamp (n,)."""
+    return np.maximum(np.searchsorted(times, stamps, side="right") - 1, 0)
