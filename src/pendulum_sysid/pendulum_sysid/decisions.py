@@ -238,9 +238,7 @@ ANSWER_LEAST_ROWS = 40  # rows; of fewer nothing is claimed
 ANSWER_STANDARD_ERRORS = 10.0  # standard errors; true commands have 30, others 8 at most; measured
 UNCOMMANDED_RATIO = 3.0  # ratio; of unexplained acceleration to its usual size ...
 UNCOMMANDED_SHARE = 0.1  # of rows; ... in so many of those without a recorded command
-UNCOMMANDED_MOST_LEFT = (
-    0.5  # of squared acceleration; that brakes and pole leave where nothing drives
-)
+UNCOMMANDED_MOST_LEFT = 0.5  # of squared acceleration; that brakes and pole leave undriven
 SLIP_VELOCITY_RATIO = 10.0  # median departures; of the reading's velocity from the balance
 SLIP_LEAST_M = 0.004  # m; a shorter slip is left to the fit: a stronger push looks alike
 SLIP_LONGEST_S = 0.5  # s; longer departures are motion

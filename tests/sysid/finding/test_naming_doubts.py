@@ -19,10 +19,8 @@ def make_fit(
     misfit: float,
     estimates: dict[str, Estimate],
     effects: tuple[str, ...] = (),
-    laws: tuple[str, ...] = (),
 ) -> SimpleNamespace:
-    twin = SimpleNamespace(measured_laws=dict.fromkeys(laws))
-    return SimpleNamespace(choose=misfit, estimates=estimates, effects=effects, twin=twin)
+    return SimpleNamespace(choose=misfit, estimates=estimates, effects=effects)
 
 
 @pytest.mark.parametrize(
@@ -70,21 +68,35 @@ def test_names_are_parted_by_the_sizes_that_measured_laws_leave() -> None:
     """A curve of the force by velocity may take over what an asymmetry stood for."""
     names = (Named("rail_tilt", Lead(1.1, 9.0)), Named("cart_sign_inverted", Lead(9.0, 9.0)))
     effects = tuple(named.effect for named in names)
-    assert part_sure_names(make_fit(ABOVE, TIED, effects), names, SCALES) == (names[1:], names[:1])
-    assert part_sure_names(make_fit(ABOVE, SURE, effects), names, SCALES) == (names, ())
+    assert part_sure_names(make_fit(ABOVE, TIED, effects), names, SCALES, ()) == (
+        names[1:],
+        names[:1],
+    )
+    assert part_sure_names(make_fit(ABOVE, SURE, effects), names, SCALES, ()) == (names, ())
 
 
 def test_a_name_whose_place_a_measured_law_has_taken_is_gone() -> None:
     names = (Named("position_scale", Lead(1.1, 9.0)),)
-    assert part_sure_names(make_fit(ABOVE, {}), names, SCALES) == ((), ())
+    assert part_sure_names(make_fit(ABOVE, {}), names, SCALES, ()) == ((), ())
 
 
-def test_a_name_of_which_a_measured_law_holds_every_shape_is_not_sure() -> None:
-    """A bent rack is an error along the rail; a scale beside its curve may be any scale."""
-    names = (Named("rail_tilt", Lead(1.1, 9.0)),)
-    for law, sure in (("cart_force_by_position", False), ("cart_force_by_velocity", True)):
-        fit = make_fit(ABOVE, SURE, ("rail_tilt",), (law,))
-        assert part_sure_names(fit, names, SCALES) == ((names, ()) if sure else ((), names))
+@pytest.mark.parametrize(
+    ("effect", "kind", "sure"),
+    [
+        ("rail_tilt", "cart_force_by_position", False),
+        ("rail_tilt", "cart_force_by_velocity", True),
+        ("angle_offset", "angle_error_over_turn", True),
+    ],
+    ids=["holds every shape", "another law", "leaves its part"],
+)
+def test_a_name_of_which_a_measured_law_holds_every_shape_is_not_sure(
+    effect: str, kind: str, sure: bool
+) -> None:
+    """A bent rack is an error along the rail; a tilt beside a force may be any tilt."""
+    names = (Named(effect, Lead(1.1, 9.0)),)
+    size = {f"{effect}.angle_rad": SURE["rail_tilt.angle_rad"]}
+    fit = make_fit(ABOVE, size, (effect,))
+    assert part_sure_names(fit, names, SCALES, (kind,)) == ((names, ()) if sure else ((), names))
 
 
 @pytest.mark.parametrize(("weight", "lasting"), [(0.05, False), (0.5, False), (0.95, True)])
