@@ -36,13 +36,12 @@ from pendulum_sysid.fitting.latent_force import measure_latent_force
 from pendulum_sysid.fitting.noise_floor import NoiseFloor, measure_noise_floor
 from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
 from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
-from pendulum_sysid.measuring.measure import (
-    Measured,
+from pendulum_sysid.measuring.measure import Measured, measure_best_laws
+from pendulum_sysid.measuring.names_beside_laws import (
     is_part_of_law,
     list_lesser_parts,
     list_needed,
     list_sized,
-    measure_best_laws,
 )
 from pendulum_sysid.measuring.repeatability import measure_repeatability
 from pendulum_sysid.planning.next_experiment import plan_next_experiment

@@ -12,14 +12,12 @@ from pendulum_sysid.fitting.fit import HORIZONS, fit, fit_own_parameters
 from pendulum_sysid.measuring import curve as curve_module
 from pendulum_sysid.measuring.curve import list_curves
 from pendulum_sysid.measuring.formula_fit import ShapeParameter
-from pendulum_sysid.measuring.measure import (
-    begin_without_laws,
+from pendulum_sysid.measuring.measure import begin_without_laws, measure_laws, rank_curves
+from pendulum_sysid.measuring.names_beside_laws import (
     is_part_of_law,
     list_lesser_parts,
     list_needed,
     list_sized,
-    measure_laws,
-    rank_curves,
 )
 from pendulum_sysid.measuring.naming import write_formula, write_sentence
 from pendulum_sysid.measuring.penalised_fit import LawFit
