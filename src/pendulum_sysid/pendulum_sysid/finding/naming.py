@@ -190,8 +190,8 @@ def part_sure_names(
     """Return the names of a fit with laws whose sizes are surely there, and its other names.
 
     Names of effects that the fit lacks are left out: others have taken their places. A name of
-    which a law holds every shape is not sure: the two share what is there in any way. A law leaves
-    a name that has parts of it (`Effect.law_parts`) alone.
+    which a law holds every shape is not sure: the two share what is there in any way. An effect
+    that is a part of the law by definition (`Effect.law_parts`) shares nothing with the law.
 
     scales: of the recording.
     kinds: of the measured laws.
