@@ -1,6 +1,6 @@
 """Recordings of real rigs, made by others: what the tool says of them, by the command line.
 
-Each rig is diagnosed once a session. The recordings are not part of the repository.
+Each rig is diagnosed once a run. The recordings are not part of the repository.
 """
 
 import json
@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from support.made_once import make_once
 
 from pendulum_sysid.api import read_recording
 from pendulum_sysid.cli import main
@@ -44,10 +45,9 @@ SWING_RIG = Rig(
 
 @dataclass(frozen=True)
 class Diagnosed:
-    """Hold the verdict on a rig as verdict.json has it, and the number of recordings."""
+    """Hold the verdict on a rig as verdict.json has it."""
 
     verdict: dict[str, Any]
-    recordings: int = 1
 
     @property
     def names(self) -> list[str]:
@@ -57,10 +57,14 @@ class Diagnosed:
         return self.verdict["fit"][f"held_out_{unit}"]
 
 
-def diagnose(bags: list[Path], twin: Path, out: Path) -> Diagnosed:
+def diagnose(bags: list[Path], twin: Path, out: Path) -> None:
     assert main(["diagnose", *map(str, bags), "--twin", str(twin), "--out", str(out)]) == 0
     assert (out / "report.html").stat().st_size > 0 and load_twin(out / "twin.yaml")
-    return Diagnosed(json.loads((out / "verdict.json").read_text()), len(bags))
+
+
+def read_diagnosed(folder: Path) -> Diagnosed:
+    """Return what `diagnose` wrote into the folder `out` of a folder."""
+    return Diagnosed(json.loads((folder / "out" / "verdict.json").read_text()))
 
 
 def import_csv(csv: Path, out: Path, *columns: str) -> Path:
@@ -82,16 +86,24 @@ def write_twin(name: str, rig: Rig, folder: Path) -> Path:
 @pytest.fixture(scope="session")
 def inteco(shared_data: Path, tmp_path_factory: pytest.TempPathFactory) -> Diagnosed:
     folder = shared_data / "inteco_rig"
-    out = tmp_path_factory.mktemp("inteco")
-    return diagnose([folder / "open_loop_0_60s"], folder / "twin.yaml", out / "out")
+
+    def make(out: Path) -> None:
+        diagnose([folder / "open_loop_0_60s"], folder / "twin.yaml", out / "out")
+
+    return read_diagnosed(make_once(tmp_path_factory, "inteco", make))
 
 
 @pytest.fixture(scope="session")
 def chirps(shared_data: Path, tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     """Import five recordings of the Quanser cart, which all begin before the drive does."""
     files = sorted((shared_data / "quanser_cartpole" / "chirp").glob("*.csv"))
-    out = tmp_path_factory.mktemp("chirps")
-    return [import_csv(file, out / file.stem, *QUANSER_COLUMNS) for file in files]
+
+    def make(out: Path) -> None:
+        for file in files:
+            import_csv(file, out / file.stem, *QUANSER_COLUMNS)
+
+    out = make_once(tmp_path_factory, "chirps", make)
+    return [out / file.stem for file in files]
 
 
 @pytest.fixture(scope="session")
@@ -99,26 +111,33 @@ def quanser(
     shared_data: Path, chirps: list[Path], tmp_path_factory: pytest.TempPathFactory
 ) -> Diagnosed:
     """Diagnose the first of the five."""
-    out = tmp_path_factory.mktemp("quanser")
     twin = shared_data / "quanser_cartpole" / "twin.yaml"
-    return diagnose(chirps[:1], twin, out / "out")
+
+    def make(out: Path) -> None:
+        diagnose(chirps[:1], twin, out / "out")
+
+    return read_diagnosed(make_once(tmp_path_factory, "quanser", make))
 
 
 @pytest.fixture(scope="session")
 def emps(shared_data: Path, tmp_path_factory: pytest.TempPathFactory) -> Diagnosed:
-    out = tmp_path_factory.mktemp("emps")
-    columns = ("--time", "t", "--command", "vir", "--cart", "qm")
-    bag = import_csv(shared_data / "emps" / "emps_estimation.csv", out / "bag", *columns)
-    part = cut_recording(bag, out / "part", 0, 8)
-    return diagnose([part], write_twin("emps", EMPS_RIG, out), out / "out")
+    def make(out: Path) -> None:
+        columns = ("--time", "t", "--command", "vir", "--cart", "qm")
+        bag = import_csv(shared_data / "emps" / "emps_estimation.csv", out / "bag", *columns)
+        part = cut_recording(bag, out / "part", 0, 8)
+        diagnose([part], write_twin("emps", EMPS_RIG, out), out / "out")
+
+    return read_diagnosed(make_once(tmp_path_factory, "emps", make))
 
 
 @pytest.fixture(scope="session")
 def free_swing(shared_data: Path, tmp_path_factory: pytest.TempPathFactory) -> Diagnosed:
-    out = tmp_path_factory.mktemp("free_swing")
-    csv = shared_data / "multiarm_free_swing" / "single_free_swing_id.csv"
-    bag = import_csv(csv, out / "bag", "--time", "t", "--pole", "theta")
-    return diagnose([bag], write_twin("free swing", SWING_RIG, out), out / "out")
+    def make(out: Path) -> None:
+        csv = shared_data / "multiarm_free_swing" / "single_free_swing_id.csv"
+        bag = import_csv(csv, out / "bag", "--time", "t", "--pole", "theta")
+        diagnose([bag], write_twin("free swing", SWING_RIG, out), out / "out")
+
+    return read_diagnosed(make_once(tmp_path_factory, "free_swing", make))
 
 
 def test_the_thesis_s_rig_has_a_wrong_sign_and_dry_friction(inteco: Diagnosed) -> None:
@@ -171,7 +190,7 @@ def test_recordings_that_begin_before_the_drive_does_lose_their_start(
 
 def test_the_verdict_tells_the_lost_starts(quanser: Diagnosed) -> None:
     findings = quanser.verdict["data_quality"]
-    assert_stale_starts([QualityFinding(**finding) for finding in findings], quanser.recordings)
+    assert_stale_starts([QualityFinding(**finding) for finding in findings], 1)
 
 
 def assert_stale_starts(findings: Iterable[QualityFinding], count: int) -> None:

@@ -23,6 +23,8 @@ from support.tied_recordings import (
 from pendulum_sysid import decisions
 from pendulum_sysid.cli import main
 from pendulum_sysid.finding.identifiability import find_ties
+from pendulum_sysid.fitting.parameters import Free
+from pendulum_sysid.planning.aims import forget_beliefs
 from pendulum_sysid.planning.next_experiment import plan_next_experiment
 from pendulum_sysid.records import Next
 from pendulum_twin.effects import CATALOGUE
@@ -235,3 +237,10 @@ def test_a_verdict_that_is_none_is_refused(
     (tmp_path / "verdict.json").write_text(text)
     assert main(["next", *asked, "--verdict", str(tmp_path / "verdict.json")]) == 1
     assert wrong in capsys.readouterr().err and not (tmp_path / "next.yaml").exists()
+
+
+def test_a_belief_is_no_data_of_a_planned_run() -> None:
+    mass = Free("cart_mass_kg", "kg", (0,), (1.0,), 0.1, 2.0, 0.5, believed=0.6, spread=0.01)
+    (forgotten,) = forget_beliefs((mass,))
+    assert mass.belief == pytest.approx(2500.0) and forgotten.belief == 0.0
+    assert replace(forgotten, spread=mass.spread) == mass
