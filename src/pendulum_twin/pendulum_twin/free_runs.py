@@ -15,6 +15,7 @@ from pendulum_twin.block import PATH_SIZE
 from pendulum_twin.compose import KEPT, PATHS
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Form
+from pendulum_twin.equal_rows import group_equal_rows
 from pendulum_twin.laws.kind import REMEMBERING, SENSOR_ERRORS, Role
 from pendulum_twin.motion import (
     ALL_LAWS,
@@ -170,9 +171,8 @@ def _group_by_path(theta: Floats, remembering: Mask, reacting: Mask) -> list[Int
     others = np.flatnonzero(remembering & ~reacting)
     if not len(others):
         return alone
-    _, group = np.unique(select_path_columns(theta[others]), axis=0, return_inverse=True)
-    group = group.reshape(-1)
-    return [*alone, *(others[group == k] for k in range(group.max() + 1))]
+    first, group = group_equal_rows(select_path_columns(theta[others]))
+    return [*alone, *(others[group == k] for k in range(len(first)))]
 
 
 def count_substeps(signals: Signals, step_s: float | None = None) -> int:
@@ -193,9 +193,7 @@ def run_drive(signals: Signals, theta: Floats, step_s: float | None = None) -> t
     step_s: s, the longest substep, of drive and mechanics; None for the twin's own.
     """
     sub, parts = count_substeps(signals, step_s), signals.command_parts
-    _, first, row_of = np.unique(
-        _select_filter_columns(theta), axis=0, return_index=True, return_inverse=True
-    )
+    first, row_of = group_equal_rows(_select_filter_columns(theta))
     rows = np.empty((len(first), len(signals) * sub))
     clock_s = signals.clock_s
     for row, chosen in zip(rows, first, strict=True):
@@ -216,7 +214,7 @@ def run_drive(signals: Signals, theta: Floats, step_s: float | None = None) -> t
                 on,
                 out,
             )
-    return rows, row_of.reshape(-1).astype(np.int64)
+    return rows, row_of
 
 
 def _select_filter_columns(theta: Floats) -> Floats:

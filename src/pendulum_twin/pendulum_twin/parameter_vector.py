@@ -122,7 +122,7 @@ def list_law_kinds(theta: Floats) -> list[LawKind]:
     numbers = theta.reshape(-1, SIZE)[:, LAWS::LAW_SIZE]
     if not numbers.any():
         return []  # faster by far, and the usual case
-    return [KINDS[int(number) - 1] for number in np.unique(numbers) if number > 0]
+    return [KINDS[int(number) - 1] for number in sorted(set(numbers.ravel().tolist())) if number]
 
 
 def find_active_effects(theta: Floats) -> Mask:
