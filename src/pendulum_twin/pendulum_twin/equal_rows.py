@@ -12,7 +12,8 @@ def group_equal_rows(table: Floats) -> tuple[Ints, Ints]:
     of rows of a fit this takes a tenth of the time of `numpy.unique`, which sorts them.
     """
     groups: dict[bytes, int] = {}
-    first, group_of = [], np.empty(len(table), dtype=np.int64)
+    first: list[int] = []
+    group_of = np.empty(len(table), dtype=np.int64)
     for k, row in enumerate(np.ascontiguousarray(table + 0.0)):  # -0.0 becomes 0.0
         group = groups.setdefault(row.tobytes(), len(groups))
         if group == len(first):
