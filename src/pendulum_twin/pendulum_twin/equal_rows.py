@@ -8,8 +8,8 @@ from pendulum_twin.arrays import Floats, Ints
 def group_equal_rows(table: Floats) -> tuple[Ints, Ints]:
     """Return the first row of each group of equal rows, (groups,), and each row's group, (rows,).
 
-    Groups stand in the order of their first rows. Rows are looked up by their bytes: of the tens
-    of rows of a fit this takes a tenth of the time of `numpy.unique`, which sorts them.
+    Groups stand in the order of their first rows. Rows are looked up by their bytes, which took
+    0.05 to 0.2 of the time of `numpy.unique`, which sorts (30 to 120 rows, 20 to 300 columns).
     """
     groups: dict[bytes, int] = {}
     first: list[int] = []
