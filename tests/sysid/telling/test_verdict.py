@@ -264,6 +264,14 @@ def test_a_small_part_is_no_answer_while_whole_windows_show_more_than_noise(
     assert decide_outcome(replace(small, named=(), learned_misfit=4.0)) is Outcome.NOTHING_MISSING
 
 
+def test_whole_windows_are_judged_from_the_start_states_of_the_fit(
+    friction: tuple[dict, Findings],
+) -> None:
+    kept = friction[1]
+    assert kept.best.pieces == 1
+    assert kept.learned_misfit == pytest.approx(kept.best.train, rel=1e-3)
+
+
 def test_friction_that_is_certain_is_kept_where_something_else_has_no_name(
     friction: tuple[dict, Findings],
 ) -> None:
