@@ -11,7 +11,6 @@ from pendulum_sysid.cleaning.joining import join_recordings
 from pendulum_sysid.errors import UnusableRecording
 from pendulum_sysid.finding.detectors import Use, read_effects
 from pendulum_sysid.finding.environments import measure_steadiness
-from pendulum_sysid.finding.judge import start_as_fitted
 from pendulum_sysid.finding.localisation.localise import localise
 from pendulum_sysid.finding.localisation.shape_check import (
     Misfit,
@@ -126,7 +125,7 @@ def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -
     remainders = measure_remainders(case, best, base)
     learned, held_out = (
         drop_wild_windows(case.problem(part), best.theta, best.power)
-        for part in (start_as_fitted(split.learn, best), split.held_out)
+        for part in (split.learn, split.held_out)
     )
     findings = Findings(
         case=case,

@@ -1,7 +1,6 @@
 """The judge believes a fit that is better on the choosing windows, and no single window."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,9 +12,8 @@ from pendulum_sysid.finding.judge import (
     compute_lead,
     count_parameters,
     is_needed,
-    start_as_fitted,
 )
-from pendulum_sysid.records import Estimate, Fit, Windows
+from pendulum_sysid.records import Estimate, Fit
 from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.model import Twin
@@ -211,11 +209,3 @@ def test_size_counts_parameters() -> None:
         and sizes["cart_stribeck_friction"] == 3
         and min(sizes.values()) == 1
     )
-
-
-def test_windows_start_where_the_fit_started_them_if_it_ran_them_whole() -> None:
-    windows = Windows(np.array([0, 50]), 101, np.zeros((2, 4)))
-    whole = replace(make_fit(np.ones((2, 2))), start_states=np.ones((2, 4)))
-    pieces = replace(whole, start_states=np.ones((8, 4)), pieces=4)
-    assert np.all(start_as_fitted(windows, whole).start_states == 1.0)
-    assert start_as_fitted(windows, pieces) is windows

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pendulum_sysid.fitting.case import Case
-from pendulum_sysid.fitting.fit import begin_fit, fit
+from pendulum_sysid.fitting.fit import begin_fit, fit, fit_over_horizon
 from pendulum_sysid.fitting.windows import WINDOW_S
 from pendulum_sysid.records import Fit, Split, Trial
 from pendulum_twin.arrays import Floats
@@ -71,6 +71,6 @@ class Search:
 
     def fit_over_horizon(self, known: Fit, pieces: int) -> Fit:
         """Return the same set of effects fitted with every window cut into so many pieces."""
-        other = fit(self.case, self.split, known.effects, known.theta, pieces)
+        other = fit_over_horizon(self.case, self.split, known, pieces)
         self.journal.note(other, f"over {WINDOW_S / pieces:g} s")
         return other

@@ -11,7 +11,7 @@ from pendulum_sysid import decisions
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.gauss_newton import refine_start_states
 from pendulum_sysid.fitting.parameters import Scales
-from pendulum_sysid.records import Estimate, Fit, Split, Windows
+from pendulum_sysid.records import Estimate, Fit, Split
 from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Parameter
@@ -110,19 +110,8 @@ def compute_log_errors(fit: Fit, of: Fit) -> Floats:
 
 def judge_over_whole_windows(case: Case, split: Split, fit: Fit) -> Fit:
     """Return a fit with its errors taken over whole windows, nothing refitted."""
-    refined = refine_start_states(case.problem(split.learn), fit.theta)
-    return replace(fit, window_squares=refined.squares, counts=refined.counts, pieces=1)
-
-
-def start_as_fitted(windows: Windows, fit: Fit) -> Windows:
-    """Return the windows that a fit learned from, with its start states if it ran them whole.
-
-    Near upright, start states that are refined from smoothed measurements can end in a local
-    minimum above the fit's: with 1024 counts a turn, at 1.6 times the noise in place of 1.0.
-    """
-    if fit.pieces > 1:
-        return windows
-    return replace(windows, start_states=fit.start_states)
+    whole = refine_start_states(case.problem(split.learn), fit.theta)
+    return replace(fit, window_squares=whole.squares, counts=whole.counts, pieces=1)
 
 
 def average_over_blocks(values: Floats) -> Floats:

@@ -39,7 +39,7 @@ from pendulum_sysid.finding.subsets import find_subsets
 from pendulum_sysid.finding.unnamed import widen_sizes
 from pendulum_sysid.finding.weights import WeighedSet, weigh_sets
 from pendulum_sysid.fitting.case import Case
-from pendulum_sysid.fitting.fit import fit
+from pendulum_sysid.fitting.fit import fit_over_horizon
 from pendulum_sysid.records import Fit, Split, Trial
 
 
@@ -100,19 +100,14 @@ def search_effects(case: Case, split: Split, report: Progress = report_nothing) 
     report(Stage.REPLICATING)
     named = add_replications(search, explanation.fit, add_ties(named, ties), sets)
     alike = {rival for effect in named for rival in effect.inseparable_from}
-    best = _fit_with_short_steps(case, split, explanation.fit, explanation.fit.pieces)
-    base = _fit_with_short_steps(case, split, base, explanation.fit.pieces)
+    pieces = explanation.fit.pieces  # with the twin's own steps from here on
+    best = fit_over_horizon(case, split, explanation.fit, pieces)
+    base = fit_over_horizon(case, split, base, pieces)
     widened = widen_sizes(case, split, best, alike)
     best, named = add_readings(case, widened, doubt_intervals(widened, named, case.scales))
     lasting = tuple(effect for effect in named if effect.is_lasting)
     perhaps = tuple(effect for effect in named if not effect.is_lasting)
     return Answer(base, best, lasting, perhaps, ties, sets, search.journal.trials)
-
-
-def _fit_with_short_steps(case: Case, split: Split, known: Fit, pieces: int) -> Fit:
-    """Return a fit of the search with the twin's own steps, over a horizon."""
-    starts = known.start_states if known.pieces == pieces else None
-    return fit(case, split, known.effects, known.theta, pieces, starts)
 
 
 def explain_misfit(search: Search, base: Fit) -> Explanation:

@@ -17,7 +17,7 @@ from scipy.linalg import block_diag
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.judge import Lead, compute_lead
 from pendulum_sysid.fitting.case import Case
-from pendulum_sysid.fitting.fit import HORIZONS, fit
+from pendulum_sysid.fitting.fit import HORIZONS, fit_over_horizon
 from pendulum_sysid.fitting.gauss_newton import refine_start_states, scale_values
 from pendulum_sysid.fitting.linearised import System, linearise
 from pendulum_sysid.fitting.windows import shorten_windows
@@ -140,9 +140,7 @@ def measure_laws(
 
 def begin_without_laws(case: Case, split: Split, start: Fit) -> LawFit:
     """Return a fit without new laws over the short horizon, where errors stay where they arise."""
-    pieces = HORIZONS[0]
-    starts = start.start_states if start.pieces == pieces else None
-    begun = fit(case, split, start.effects, start.theta, pieces, starts)
+    begun = fit_over_horizon(case, split, start, HORIZONS[0])
     return LawFit(begun, (), (), (), (), decisions.LAW_FIRST_INFLATION)
 
 

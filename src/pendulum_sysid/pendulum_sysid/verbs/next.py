@@ -10,7 +10,7 @@ from pendulum_sysid.finding.search import search_effects
 from pendulum_sysid.finding.separation import Tie
 from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.fitting.case import Case
-from pendulum_sysid.fitting.fit import HORIZONS, fit
+from pendulum_sysid.fitting.fit import HORIZONS, fit, fit_over_horizon
 from pendulum_sysid.planning.next_experiment import plan_next_experiment
 from pendulum_sysid.planning.repeating import repeat_plan
 from pendulum_sysid.prepare import prepare
@@ -68,7 +68,8 @@ def _finish(arguments: argparse.Namespace) -> Finished:
     case, windows = prepared.case, prepared.split
     if earlier is not None:
         arguments.progress.report("fitting what the verdict names")
-        best = fit(case, windows, earlier.effects, make_theta(earlier.twin), HORIZONS[-1])
+        near = fit(case, windows, earlier.effects, make_theta(earlier.twin), HORIZONS[0])
+        best = fit_over_horizon(case, windows, near, HORIZONS[-1])
         return Finished(case, windows, best, find_ties(case, windows, best, earlier.rivals))
     answer = search_effects(case, windows, arguments.progress.report)
     return Finished(case, windows, answer.best, answer.ties)
