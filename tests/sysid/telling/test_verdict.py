@@ -260,6 +260,8 @@ def test_a_small_part_is_no_answer_while_whole_windows_show_more_than_noise(
         misfit: decide_outcome(replace(small, learned_misfit=misfit)) for misfit in (1.1, 4.0)
     }
     assert outcomes == {1.1: Outcome.NAMED, 4.0: Outcome.NOT_IN_CATALOGUE}
+    told = make_verdict(replace(small, learned_misfit=4.0), kept.case.recording, 1.0)
+    assert told.sentence.count("4 times the noise floor") == 1
     assert decide_outcome(replace(kept, learned_misfit=4.0)) is Outcome.NAMED  # a great part
     assert decide_outcome(replace(small, named=(), learned_misfit=4.0)) is Outcome.NOTHING_MISSING
 

@@ -183,7 +183,8 @@ def compute_remaining_ratio(findings: Findings) -> float:
     hides it otherwise. How much remains, the median free run on the held-out windows says.
     """
     if findings.final.choose <= decisions.MISFIT_AT_NOISE:
-        return 1.0
+        hidden = not findings.laws and explains_too_little(findings)  # whole windows show it
+        return findings.learned_misfit if hidden else 1.0
     if findings.floor is None:
         return math.inf
     held_out = findings.after["held_out"].typical / findings.floor.typical
