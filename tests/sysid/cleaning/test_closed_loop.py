@@ -13,6 +13,7 @@ from pendulum_sysid.cleaning.smooth_state import smooth_state
 from pendulum_sysid.reading.bag import read_bag
 from pendulum_sysid.reading.raw import RawRecording
 from pendulum_sysid.studies.proof.degrade.kinds import BY_NAME
+from pendulum_sysid.studies.proof.read_trial import read_seal
 from pendulum_sysid.studies.proof.record_trial import record_trial
 from pendulum_twin.free_runs import run_freely
 from pendulum_twin.parameter_vector import make_theta
@@ -33,6 +34,18 @@ def test_the_cart_follows_its_own_command_alone(
 ) -> None:
     raw = BY_NAME[kind].degrade(balanced, np.random.default_rng(0))
     signals = clean_recording(raw).signals
+    state = smooth_state(signals)
+    assert follows_command(signals, state)
+    other = replace(signals, command=np.roll(signals.command, 700))
+    assert not follows_command(other, state)
+
+
+def test_a_controller_that_pulls_against_a_cable_moves_the_cart(tmp_path: Path) -> None:
+    options = ["--seed", "26006", "--seconds", "60", "--closed-loop", "--pole-counts", "1024"]
+    trial = record_trial(tmp_path, 37, options)
+    (hidden,) = read_seal(trial / "seal.json").unlisted
+    assert hidden.name == "dragged_cable"
+    signals = clean_recording(read_bag(trial / "bag")).signals
     state = smooth_state(signals)
     assert follows_command(signals, state)
     other = replace(signals, command=np.roll(signals.command, 700))

@@ -46,6 +46,9 @@ def check_follows_command(signals: Signals, state: SmoothState) -> None:
 def follows_command(signals: Signals, state: SmoothState) -> bool:
     """Tell whether the command explains the cart's acceleration, as late as it may come.
 
+    Brakes, a spring and the pole explain it as well: a controller's command opposes a cable that
+    pulls the cart back, and without the spring the two seem to do nothing.
+
     The weight of the command in the least-squares balance of the cart must be certain, with errors
     independent from block to block (a sandwich). If it is not, the command gets a second weight,
     times the position: the drive's gain may change along the rail, up to its sign. True where the
@@ -56,7 +59,9 @@ def follows_command(signals: Signals, state: SmoothState) -> bool:
     if len(rows) < decisions.ANSWER_LEAST_ROWS:
         return True
     target = take_mean(state.accelerations[:, 0])
-    others = take_mean(np.column_stack([list_brakes(state), list_reactions(signals, state)]))
+    position = state.states[:, 0]
+    brakes, reactions = list_brakes(state), list_reactions(signals, state)
+    others = take_mean(np.column_stack([brakes, position, reactions]))
     if not np.any(signals.command):
         left = target - others @ np.linalg.lstsq(others, target, rcond=None)[0]
         return float(np.mean(left**2)) < decisions.UNCOMMANDED_MOST_LEFT * float(
@@ -76,7 +81,7 @@ def follows_command(signals: Signals, state: SmoothState) -> bool:
         return min(fits)[1] > decisions.ANSWER_STANDARD_ERRORS
 
     even = np.ones((len(signals), 1))
-    return is_certain(even) or is_certain(np.column_stack([even, state.states[:, 0]]))
+    return is_certain(even) or is_certain(np.column_stack([even, position]))
 
 
 def is_moved_uncommanded(
