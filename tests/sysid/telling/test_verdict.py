@@ -251,7 +251,7 @@ def test_effects_that_explain_less_than_half_are_not_the_answer(
     assert decide_outcome(explained) is Outcome.NAMED
 
 
-def test_a_small_part_is_no_answer_while_whole_windows_show_more_than_noise(
+def test_a_small_part_or_none_is_no_answer_while_whole_windows_show_more_than_noise(
     friction: tuple[dict, Findings],
 ) -> None:
     kept = friction[1]
@@ -263,7 +263,9 @@ def test_a_small_part_is_no_answer_while_whole_windows_show_more_than_noise(
     told = make_verdict(replace(small, learned_misfit=4.0), kept.case.recording, 1.0)
     assert told.sentence.count("4 times the noise floor") == 1
     assert decide_outcome(replace(kept, learned_misfit=4.0)) is Outcome.NAMED  # a great part
-    assert decide_outcome(replace(small, named=(), learned_misfit=4.0)) is Outcome.NOTHING_MISSING
+    unnamed = replace(small, named=(), learned_misfit=4.0)
+    assert decide_outcome(unnamed) is Outcome.NOT_IN_CATALOGUE
+    assert decide_outcome(replace(unnamed, learned_misfit=1.1)) is Outcome.NOTHING_MISSING
 
 
 def test_whole_windows_are_judged_from_the_start_states_of_the_fit(

@@ -102,9 +102,8 @@ def explains_too_little(findings: Findings) -> bool:
     """
     share = compute_explained_share(findings) if findings.named else 0.0
     little = share < decisions.LEAST_EXPLAINED_SHARE
-    physics = any(is_motion_effect(effect.effect) for effect in findings.named)
     return (is_above_noise(findings) and (little or findings.outweighed)) or (
-        physics and little and is_slight(findings)
+        little and is_slight(findings)
     )
 
 
