@@ -2,6 +2,7 @@
 
 from collections import namedtuple
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -136,9 +137,8 @@ def test_an_effect_that_few_parts_show_again_leaves_its_errors_unexplained(
     remains: float, outcome: Outcome
 ) -> None:
     """Two runs of two rigs in a file: a drift of the gain, 1 part of 3, stood for all errors."""
-    blank = dict.fromkeys(Findings.__dataclass_fields__)
+    blank: dict[str, Any] = dict.fromkeys(Findings.__dataclass_fields__)
     fit = namedtuple("fit", "choose")
-    findings = Findings(
-        **{**blank, "base": fit(50.0), "best": fit(remains), "named": (), "misfits": ()}
-    )
+    blank |= {"named": (), "misfits": (), "learned_misfit": 1.0}
+    findings = Findings(**{**blank, "base": fit(50.0), "best": fit(remains)})
     assert decide_outcome(findings) is outcome
