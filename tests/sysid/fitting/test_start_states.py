@@ -1,6 +1,5 @@
 """Start states of windows near upright, where errors of the start grow most."""
 
-from pathlib import Path
 
 import pytest
 
