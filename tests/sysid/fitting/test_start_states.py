@@ -1,6 +1,5 @@
 """Start states of windows near upright, where errors of the start grow most."""
 
-
 import pytest
 
 from pendulum_sysid.cleaning.clean import clean_recording
