@@ -57,12 +57,12 @@ from pendulum_twin.user_effects import load_or_stop
 
 BUILT_IN: tuple[Effect, ...] = (
     input_sign_inverted.EFFECT,
-    input_delay.EFFECT,
     coarse_command.EFFECT,
     input_dead_zone.EFFECT,
     input_saturation.EFFECT,
     soft_saturation.EFFECT,
     gain_asymmetry.EFFECT,
+    input_delay.EFFECT,  # behind the static maps: it takes means over substeps, and they bend
     gain_drift.EFFECT,
     motor_lag.EFFECT,
     stretching_belt.EFFECT,
