@@ -26,6 +26,7 @@ from support.hidden_physics import HIDDEN, INTECO, PERIOD_S, record_hidden
 
 SIZE_ERROR = 0.05  # relative, of an effect's parameter
 CONSTANT_ERROR = 0.02  # relative, of the rig's constants where nothing is hidden
+SECONDS = 24.0  # of a recording
 ORACLE_FACTOR = 1.2  # held-out score / the score of the twin that made the recording
 
 Effects = Mapping[str, Mapping[str, float]]
@@ -170,7 +171,7 @@ ANSWERS = {
 
 def make_recording(case: KnownAnswer) -> tuple[Recording, Twin]:
     """Return the recording of a case, and the twin that made it."""
-    recording, truth = record_hidden(dict(case.effects), case.seed)
+    recording, truth = record_hidden(dict(case.effects), case.seed, SECONDS)
     if case.fault is None:
         return recording, truth
     signals = recording.signals

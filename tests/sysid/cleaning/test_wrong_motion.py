@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.degraded import make_raw
-from support.hidden_physics import record_hidden
-from support.made_recordings import INTECO, made
+from support.hidden_physics import CART_STEP_M, POLE_STEP_RAD, make_command, record_hidden
+from support.made_recordings import INTECO, PERIOD_S, made, made_states
 
 from pendulum_sysid.cleaning.causality import check_causality, measure_lead
 from pendulum_sysid.cleaning.clean import clean_recording
@@ -71,6 +71,26 @@ def test_a_drive_that_saturates_is_no_slip_and_a_slip_on_it_is_found(seed: int) 
     slipped = replace(signals, cart=signals.cart + moved)
     [slip] = find_slips(slipped, smooth_state(slipped))
     assert signals.times_s[slip.first] == pytest.approx(25.0, abs=0.3)
+
+
+@pytest.mark.parametrize("seed", [2, 4])
+def test_a_gain_that_changes_along_the_rail_is_no_slip(seed: int) -> None:
+    """Where the gain is far from its mean, a strong command moves the cart by surprise."""
+    rising = replace(
+        INTECO, measured_laws={"drive_gain_along_rail": Law((-2.0, 2.0), (-2.0, 2.0))}
+    )
+    command = make_command(seed, 6000)
+    states, every = made_states(rising, command), np.ones(6000, dtype=bool)
+    cart, pole = (
+        step * np.rint(values / step)
+        for step, values in ((CART_STEP_M, states[:, 0]), (POLE_STEP_RAD, states[:, 1]))
+    )
+    signals = Signals(PERIOD_S, command, cart, pole, every, every)
+    assert find_slips(signals, smooth_state(signals)) == []
+    moved = 0.05 * np.clip((signals.times_s - 15.0) / 0.1, 0.0, 1.0)
+    slipped = replace(signals, cart=cart + moved)
+    [slip] = find_slips(slipped, smooth_state(slipped))
+    assert signals.times_s[slip.first] == pytest.approx(15.0, abs=0.3)
 
 
 @pytest.mark.parametrize(("level_n", "static_n", "seed"), [(0.9, 1.1, 2), (1.5, 1.6, 3)])

@@ -149,6 +149,19 @@ def test_a_formula_stays_within_the_limits_of_its_law():
     assert np.all(theta[at : at + 8] == np.pi)
 
 
+def test_a_formula_that_is_worse_than_its_curve_is_not_told():
+    """A magnet near one angle: on short windows a wave of a turn comes near the noise."""
+    turn = spread_turn(120)
+    away = (np.mod(turn - 2.9 + np.pi, 2 * np.pi) - np.pi) / 0.5
+    magnet = Law(tuple(turn), tuple(-0.009 * away * np.exp(-away * away)))
+    case, split = prepare_with({"pole_torque_by_angle": magnet})
+    start = fit_own_parameters(case, split)
+    held = measure_laws(case, split, begin_without_laws(case, split, start), lambda line: None)
+    final, (named,) = held.named
+    assert named.curve.kind.name == "pole_torque_by_angle" and named.shape is None
+    assert final.choose < 1.2
+
+
 def test_a_formula_takes_the_place_of_its_curve():
     case, split = prepare_with({"cart_force_by_position": LAWS["cart_force_by_position"]})
     held = measure_laws(

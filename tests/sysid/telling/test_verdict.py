@@ -448,16 +448,6 @@ def gusts(t: float, y: tuple, drive: float) -> float:
     return 2.0 * (-1) ** int(t / 3.7) if t % 3.7 > 2.9 else 0.0
 
 
-def wheel(t: float, y: tuple, drive: float) -> float:
-    """Return dry friction of a wheel that the pole loads and lifts."""
-    return -0.8 * (1 + math.cos(y[1])) * dry(y[2])
-
-
-def stiffening(t: float, y: tuple, drive: float) -> float:
-    """Return the pull of a cable that stiffens."""
-    return -60.0 * y[0] ** 3
-
-
 def bump(t: float, y: tuple, drive: float) -> float:
     """Return a torque that repeats five times a turn."""
     return 0.01 * math.sin(5 * y[1])
@@ -467,11 +457,9 @@ def bump(t: float, y: tuple, drive: float) -> float:
     ("on_cart", "on_pole", "seconds"),
     [
         (gusts, nothing, 20.0),
-        (wheel, nothing, 20.0),
-        (stiffening, nothing, 20.0),
         (nothing, bump, 20.0),
     ],
-    ids=["gusts", "wheel", "stiffening", "bump"],
+    ids=["gusts", "bump"],
 )
 def test_what_no_effect_explains_is_not_forced_onto_one(
     on_cart: Push, on_pole: Push, seconds: float

@@ -4,7 +4,8 @@ A belt that jumps teeth or a wheel that slides moves the reading, not the cart. 
 the reading shows departs from the velocity that command, brakes and pole give the cart, and comes
 back to it exactly: a force would leave the cart with another momentum. Slips are rare; physics
 that does the same again and again is no slip. So the command drives the cart through any static
-curve, late or not (a saturation is no slip), and a slip stands out from the seconds around it.
+curve, late or not (a saturation is no slip), with a gain that may change along the rail and with
+speed. A slip stands out from the seconds around it, and from the velocity that the balance gives.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import correlate1d, median_filter
+from scipy.ndimage import correlate1d, maximum_filter1d, median_filter
 
 from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.cart_balance import list_reactions
@@ -64,10 +65,11 @@ def find_slips(signals: Signals, state: SmoothState) -> list[Slip]:
     """Return the slips of the cart's reading; none where more than a few would be claimed."""
     if signals.cart is None or not np.any(signals.command):
         return []
-    departing = _compute_departing_velocity(signals, state)
-    if departing is None or not np.any(departing):
+    velocities = _compute_departing_velocity(signals, state)
+    if velocities is None or not np.any(velocities[0]):
         return []
-    usual = _measure_usual(np.abs(departing), signals.period_s)
+    departing, given = velocities
+    usual = _measure_usual(np.abs(departing), np.abs(given), signals.period_s)
     standing = _find_standing(signals, state)
     reach = max(round(decisions.SLIP_LONGEST_S / signals.period_s), 1)
     slips = []
@@ -83,14 +85,23 @@ def find_slips(signals: Signals, state: SmoothState) -> list[Slip]:
     return slips if len(slips) <= decisions.MOST_SLIPS else []
 
 
-def _measure_usual(departing: Floats, period_s: float) -> Floats:
-    """Return how large departures are in the whole recording or around each sample, (n,), m/s.
+def _measure_usual(departing: Floats, given: Floats, period_s: float) -> Floats:
+    """Return how large a departure is usual at each sample, (n,), m/s.
+
+    It is that of the whole recording or of the seconds around, and larger where the balance gives
+    the cart more velocity: physics that the balance lacks is off by a share of that.
 
     departing: (n,) sizes; 0 where unknown.
+    given: (n,) sizes of the velocity that the balance gives; 0 where unknown.
     """
+    known = departing > 0.0
     size = 2 * round(decisions.SLIP_DRIFT_S / period_s) + 1
     around: Floats = median_filter(departing, size=size, mode="nearest")
-    return 1.4826 * np.maximum(around, np.median(departing[departing > 0.0]))
+    brief = 2 * round(0.5 * decisions.SLIP_LONGEST_S / period_s) + 1
+    strong = maximum_filter1d(given, size=brief, mode="nearest")
+    overall = np.median(departing[known])
+    share = overall / np.median(strong[known])
+    return 1.4826 * np.maximum(around, np.maximum(overall, share * strong))
 
 
 def _find_standing(signals: Signals, state: SmoothState) -> Mask:
@@ -102,14 +113,19 @@ def _find_standing(signals: Signals, state: SmoothState) -> Mask:
     return standing
 
 
-def _compute_departing_velocity(signals: Signals, state: SmoothState) -> Floats | None:
-    """Return the velocity of the reading beyond that of the balance, (n,), m/s, without drift."""
+def _compute_departing_velocity(
+    signals: Signals, state: SmoothState
+) -> tuple[Floats, Floats] | None:
+    """Return the velocity of the reading beyond that of the balance, and that of the balance.
+
+    Both (n,), m/s, without drift; 0 where unknown.
+    """
     assert signals.cart is not None
     size = max(round(STEP_S / signals.period_s), 1)
     brief = np.hanning(2 * max(round(decisions.ANSWER_FILTER_S / signals.period_s) // 2, 2) + 3)
     weights = brief[1:-1] / brief.sum()
     terms = np.column_stack(
-        [_list_drives(signals), list_brakes(state), list_reactions(signals, state)]
+        [_list_drives(signals, state), list_brakes(state), list_reactions(signals, state)]
     )
     moving = np.abs(state.states[:, 2]) > compute_slow_speed(state)
     rows = np.flatnonzero(moving & signals.cart_valid)[:: max(len(weights) // 4, 1)]
@@ -121,7 +137,7 @@ def _compute_departing_velocity(signals: Signals, state: SmoothState) -> Floats 
     left = np.abs(target - columns @ fitted)
     usual = left <= np.quantile(left, 1.0 - decisions.SLIP_TRIMMED)
     fitted = np.linalg.lstsq(columns[usual], target[usual], rcond=None)[0]
-    departing = np.zeros(len(signals))
+    departing, driven = np.zeros(len(signals)), np.zeros(len(signals))
     drift = 2 * round(0.5 * decisions.SLIP_DRIFT_S / signals.period_s) + 1
     for s in signals.stretches:
         if s.stop - s.start <= drift:
@@ -131,14 +147,18 @@ def _compute_departing_velocity(signals: Signals, state: SmoothState) -> Floats 
         velocity[size:-size] = (x[2 * size :] - x[: -2 * size]) / (2 * size * signals.period_s)
         velocity[:size], velocity[-size:] = velocity[size], velocity[-size - 1]
         given = np.cumsum(terms[s] @ fitted) * signals.period_s
-        off = velocity - given
         inside = slice(drift // 2, -(drift // 2))  # at the ends the drift is unknown
-        departing[s][inside] = (off - median_filter(off, size=drift, mode="nearest"))[inside]
-    return departing
+        for result, changing in ((departing, velocity - given), (driven, given)):
+            slow = median_filter(changing, size=drift, mode="nearest")
+            result[s][inside] = (changing - slow)[inside]
+    return departing, driven
 
 
-def _list_drives(signals: Signals) -> Floats:
-    """Return by what a command may drive the cart, (n, 8): curves of it, and earlier commands."""
+def _list_drives(signals: Signals, state: SmoothState) -> Floats:
+    """Return by what a command may drive the cart, (n, 10).
+
+    Curves of the command, earlier commands, and gains that change along the rail and with speed.
+    """
     command = signals.command
     size, sign = np.abs(command), np.sign(command)
     bends = np.quantile(size[size > 0.0], decisions.SLIP_BENDS)
@@ -147,4 +167,5 @@ def _list_drives(signals: Signals) -> Floats:
     for late_s in decisions.SLIP_LATE_S:
         samples = max(round(late_s / signals.period_s), 1)
         late.append(np.concatenate([np.full(samples, command[0]), command[:-samples]]))
-    return np.column_stack([command, size, *bent, *late])
+    gains = command[:, None] * np.column_stack([state.states[:, 0], np.abs(state.states[:, 2])])
+    return np.column_stack([command, size, *bent, *late, gains])

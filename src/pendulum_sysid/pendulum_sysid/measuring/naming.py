@@ -93,8 +93,8 @@ def _try_shapes(
             )
         except np.linalg.LinAlgError:  # its runs fix no step
             continue
-        as_good = formula.choose <= decisions.SHAPE_AS_GOOD * fit.choose
-        if (as_good or formula.choose <= decisions.MISFIT_AT_NOISE) and _is_certain(named):
+        is_as_good = formula.choose <= decisions.SHAPE_AS_GOOD * fit.choose
+        if is_as_good and _is_certain(named):
             tried.append((formula, finer, named))
     if not tried:
         return fit, curve, None
