@@ -20,7 +20,6 @@ LEAD_SHARE_OF_REST = 0.5  # of power; left beyond the noise, that a richer twin 
 LIKELIHOOD_GAIN_NATS = 20.0  # nats; an effect in few windows; encoder noise is not white
 LIKELIHOOD_MISFIT_RATIO = 1.01  # ratio; ... and at least this factor of misfit
 MISFIT_AT_NOISE = 1.5  # noise; errors up to this misfit are the sensors' noise
-
 FOLDS = 5  # folds; of cross-validation; Hastie, Tibshirani and Friedman, section 7.10
 LEAD_BLOCKS = 12  # blocks; of time, over which a lead is averaged: errors nearby are alike
 

@@ -108,24 +108,11 @@ def fit_formula(
         (variances); `LAW_FIRST_INFLATION` at least, because a formula is rarely the exact law.
     """
     finer = extend_knots(curve)
-    theta = fit.theta.copy()
-    shape, values = fitted.shape, fitted.values
-    assert len(values) <= MOST_KNOTS - FORMULA_KNOTS
-    finer.put(theta, np.zeros(FORMULA_KNOTS))
-    at = LAWS + find_slot(theta, curve.kind) * LAW_SIZE + VALUES
-    span, height = float(np.ptp(finer.knots)), max(float(np.ptp(fitted.curve)), curve.size)
-    limits = (curve.low, LIMITS[curve.kind.role])
-    parameters = []
-    for k, (name, value) in enumerate(zip(fitted.names, values, strict=True)):
-        size = max(abs(float(value)), 1e-3 * (height if name in shape.factors else span))
-        knots = tuple(finer.knots.tolist())
-        parameters.append(ShapeParameter(name, shape, knots, at, k, size, *limits))
-    theta[at + FORMULA_KNOTS : at + FORMULA_KNOTS + len(values)] = values
-    parameters[0].put(theta, float(values[0]))
+    theta, parameters = _free_shape(fit.theta, finer, fitted)
     rig = list_free_parameters(case.twin, fit.effects, case.scales)
     free: tuple[Free, ...] = (*rig, *parameters)  # type: ignore[arg-type]
     sizes = np.array([parameter.size for parameter in parameters])
-    own = 1e-6 * np.eye(len(values)) + _hold_gauges(finer, fitted, sizes, height)
+    own = 1e-6 * np.eye(len(sizes)) + _hold_gauges(finer, fitted, sizes)
     weak = block_diag(np.zeros((len(rig), len(rig))), own)
     problem = case.problem(shorten_windows(case.state, split.learn, fit.pieces))
     begun = solve(problem, theta, free, fit.start_states, wanted, weak)
@@ -133,10 +120,10 @@ def fit_formula(
     assert solved.system is not None
     covariance = np.linalg.pinv(solved.system.normal + weak, rcond=1e-14, hermitian=True)
     left_out = cross_validate(problem, solved, free, fit.pieces, weak)
-    begin = at + FORMULA_KNOTS
-    numbers = solved.theta[begin : begin + len(values)].copy()
     clean = solved.theta.copy()
-    clean[begin : begin + len(values)] = 0.0
+    numbers = np.array([parameter.get(clean) for parameter in parameters])
+    begin = parameters[0].at + FORMULA_KNOTS
+    clean[begin : begin + len(numbers)] = 0.0
     inflated = max(inflation, decisions.LAW_FIRST_INFLATION)
     deviations = np.sqrt(np.maximum(np.diag(covariance)[len(rig) :], 0.0) * inflated) * sizes
     result = replace(
@@ -158,17 +145,41 @@ def fit_formula(
     return result, named, finer
 
 
-def _hold_gauges(curve: Curve, fitted: FittedShape, sizes: Floats, height: float) -> Floats:
+def _free_shape(
+    theta: Floats, finer: Curve, fitted: FittedShape
+) -> tuple[Floats, list[ShapeParameter]]:
+    """Return theta (SIZE,) with a formula in its law's slot, and the formula's parameters."""
+    shape, values, theta = fitted.shape, fitted.values, theta.copy()
+    assert len(values) <= MOST_KNOTS - FORMULA_KNOTS
+    finer.put(theta, np.zeros(FORMULA_KNOTS))
+    at = LAWS + find_slot(theta, finer.kind) * LAW_SIZE + VALUES
+    span, height = float(np.ptp(finer.knots)), _measure_height(finer, fitted)
+    limits = (finer.low, LIMITS[finer.kind.role])
+    knots = tuple(finer.knots.tolist())
+    parameters = []
+    for k, (name, value) in enumerate(zip(fitted.names, values, strict=True)):
+        size = max(abs(float(value)), 1e-3 * (height if name in shape.factors else span))
+        parameters.append(ShapeParameter(name, shape, knots, at, k, size, *limits))
+    theta[at + FORMULA_KNOTS : at + FORMULA_KNOTS + len(values)] = values
+    parameters[0].put(theta, float(values[0]))
+    return theta, parameters
+
+
+def _measure_height(curve: Curve, fitted: FittedShape) -> float:
+    """Return the height of a formula in the unit of its law's quantity."""
+    return max(float(np.ptp(fitted.curve)), curve.size)
+
+
+def _hold_gauges(curve: Curve, fitted: FittedShape, sizes: Floats) -> Floats:
     """Return the penalty, (parameters, parameters), on the parts of a formula that others make.
 
     Without it the drive's constant and the mean of a gain make the same twin many times over.
 
     sizes: (parameters,) the formula's parameters are in units of these.
-    height: of the formula, in the unit of the law's quantity.
     """
     factors = len(fitted.shape.factors)
     columns = fitted.shape.draw_columns(curve.knots, fitted.values[factors:])
-    shares = curve.gauges @ columns * sizes[:factors] / height
+    shares = curve.gauges @ columns * sizes[:factors] / _measure_height(curve, fitted)
     penalty = np.zeros((len(sizes), len(sizes)))
     penalty[:factors, :factors] = GAUGE_WEIGHT * shares.T @ shares
     return penalty
