@@ -149,6 +149,23 @@ def test_a_formula_stays_within_the_limits_of_its_law():
     assert np.all(theta[at : at + 8] == np.pi)
 
 
+def test_friction_of_one_half_of_the_rail_has_a_sharp_edge():
+    """Its curve is smooth over centimetres; the knots of its formula lie about the edge."""
+    along = np.linspace(0.02, 0.06, 120)
+    half = Law(tuple(along), tuple(np.where(along > 0.0431, 1.0, 0.0)))
+    case, split = prepare_with({"cart_dry_friction_along_rail": half})
+    start = fit_own_parameters(case, split)
+    held = measure_laws(case, split, begin_without_laws(case, split, start), lambda line: None)
+    final, (named,) = held.named
+    assert named.shape is not None and named.shape.shape.name == "step"
+    sizes = dict(zip(named.shape.names, named.shape.values, strict=True))
+    assert sizes["before"] == pytest.approx(0.0, abs=0.02)
+    assert sizes["behind"] == pytest.approx(1.0, abs=0.02)
+    assert sizes["place"] == pytest.approx(0.0431, abs=1e-3)
+    assert final.choose < 1.2 < 2.0 < held.law_fit.fit.choose
+    assert "behind it (step)" in write_sentence(named)
+
+
 def test_a_formula_that_is_worse_than_its_curve_is_not_told():
     """A magnet near one angle: on short windows a wave of a turn comes near the noise."""
     turn = spread_turn(120)

@@ -47,7 +47,7 @@ ONE_WAY = MeasuredLaw(
         "shape": "step",
         "parameters": {
             name: EffectParameter(value, 0.0, 1.0, "1")
-            for name, value in {"offset": 1.0, "factor": -2.0, "place": 0.0, "width": 0.01}.items()
+            for name, value in {"before": 1.0, "behind": -1.0, "place": 0.0, "width": 0.01}.items()
         },
     }
 )

@@ -11,7 +11,8 @@ from pendulum_sysid import decisions
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.cross_validation import compute_left_out_misfit, cross_validate
 from pendulum_sysid.fitting.fit import widen_estimates
-from pendulum_sysid.fitting.gauss_newton import complete_system, solve
+from pendulum_sysid.fitting.gauss_newton import Solution, complete_system, solve
+from pendulum_sysid.fitting.linearised import Problem
 from pendulum_sysid.fitting.parameters import (
     Free,
     list_free_parameters,
@@ -29,6 +30,10 @@ from pendulum_twin.laws.law import MOST_KNOTS, spread_turn
 from pendulum_twin.parameter_vector import LAW_SIZE, LAWS, VALUES
 
 GAUGE_WEIGHT = 1e4  # a hundredth of a formula's height in its mean counts as a deviation
+EDGE_STEPS = 2.0  # knots of the curve, to either side, within which its edge lies
+EDGE_WIDTHS = 8.0  # widths of an edge, beyond which it is constant to 0.04 %
+# Widths in knots of the formula: a fit finds a sharp edge by a softer edge, which more runs feel.
+EDGE_SOFT, EDGE_SHARP = 3.0, 1.0
 FORMULA_KNOTS = 120  # a wave of 0.3 Hz over a minute; the other places hold the parameters
 
 
@@ -76,10 +81,11 @@ class ShapeParameter:
         theta[self.at : self.at + count] = np.clip(values, self.lowest, self.highest)
 
 
-def extend_knots(curve: Curve) -> Curve:
+def place_knots(curve: Curve, fitted: FittedShape) -> Curve:
     """Return the curve with the knots of a formula: finer, and somewhat beyond what was visited.
 
-    A formula says how a law goes on, as an effect of the catalogue does.
+    A formula says how a law goes on, as an effect of the catalogue does. All knots of an edge lie
+    about its place, as far as the curve leaves the place open: a law is constant beyond its knots.
     """
     if curve.kind.is_periodic:
         return replace(curve, knots=spread_turn(FORMULA_KNOTS))
@@ -87,6 +93,10 @@ def extend_knots(curve: Curve) -> Curve:
     if not curve.kind.timed:
         reach = decisions.FORMULA_REACH * (high - low)
         low, high = low - reach, high + reach
+    if fitted.shape.edge:
+        place, width = fitted.values[len(fitted.shape.factors) :]
+        reach = max(EDGE_STEPS * float(np.ptp(curve.knots[:2])), EDGE_WIDTHS * abs(float(width)))
+        low, high = max(low, place - reach), min(high, place + reach)
     return replace(curve, knots=np.linspace(low, high, FORMULA_KNOTS))
 
 
@@ -107,7 +117,7 @@ def fit_formula(
     inflation: by which errors scatter more from window to window than independent errors would
         (variances); `LAW_FIRST_INFLATION` at least, because a formula is rarely the exact law.
     """
-    finer = extend_knots(curve)
+    finer = place_knots(curve, fitted)
     theta, parameters = _free_shape(fit.theta, finer, fitted)
     rig = list_free_parameters(case.twin, fit.effects, case.scales)
     free: tuple[Free, ...] = (*rig, *parameters)  # type: ignore[arg-type]
@@ -116,16 +126,22 @@ def fit_formula(
     weak = block_diag(np.zeros((len(rig), len(rig))), own)
     problem = case.problem(shorten_windows(case.state, split.learn, fit.pieces))
     begun = solve(problem, theta, free, fit.start_states, wanted, weak)
+    if fitted.shape.edge:
+        free = _sharpen(free)
+        free[-1].put(begun.theta, free[-1].low)
+        begun = solve(problem, begun.theta, free, begun.start_states, wanted, weak)
     solved = complete_system(problem, begun, free)
     assert solved.system is not None
     covariance = np.linalg.pinv(solved.system.normal + weak, rcond=1e-14, hermitian=True)
-    left_out = cross_validate(problem, solved, free, fit.pieces, weak)
+    left_out = _cross_validate_formula(problem, solved, free, fit.pieces, weak, fitted.shape)
     clean = solved.theta.copy()
     numbers = np.array([parameter.get(clean) for parameter in parameters])
     begin = parameters[0].at + FORMULA_KNOTS
     clean[begin : begin + len(numbers)] = 0.0
     inflated = max(inflation, decisions.LAW_FIRST_INFLATION)
     deviations = np.sqrt(np.maximum(np.diag(covariance)[len(rig) :], 0.0) * inflated) * sizes
+    if fitted.shape.edge:  # its place is known no better than its width
+        deviations[-2] = np.hypot(deviations[-2], numbers[-1])
     result = replace(
         fit,
         twin=make_twin(case.twin, clean, fit.effects, list_rig_parameters(case.twin)),
@@ -160,9 +176,38 @@ def _free_shape(
     for k, (name, value) in enumerate(zip(fitted.names, values, strict=True)):
         size = max(abs(float(value)), 1e-3 * (height if name in shape.factors else span))
         parameters.append(ShapeParameter(name, shape, knots, at, k, size, *limits))
+    if shape.edge:  # its sides are values of the law, and between two knots nothing is sharper
+        sharpest = EDGE_SOFT * float(np.ptp(finer.knots[:2]))
+        lowest = (finer.low, finer.low, -np.inf, sharpest)
+        parameters = [replace(p, low=low) for p, low in zip(parameters, lowest, strict=True)]
+        values = np.maximum([*values[:-1], abs(values[-1])], lowest)
     theta[at + FORMULA_KNOTS : at + FORMULA_KNOTS + len(values)] = values
     parameters[0].put(theta, float(values[0]))
     return theta, parameters
+
+
+def _cross_validate_formula(
+    problem: Problem,
+    solved: Solution,
+    free: tuple[Free, ...],
+    pieces: int,
+    weak: Floats,
+    shape: Shape,
+) -> Floats:
+    """Return the squared errors of windows left out, see `cross_validate`.
+
+    A run follows the place of a sharp edge on no straight line: the place and the width of an edge
+    stay as they are while windows are left out.
+    """
+    count = len(free) - (2 if shape.edge else 0)
+    assert solved.system is not None
+    judged = replace(solved, system=solved.system.pick(range(count)))
+    return cross_validate(problem, judged, free[:count], pieces, weak[:count, :count])
+
+
+def _sharpen(free: tuple[Free, ...]) -> tuple[Free, ...]:
+    """Return the free parameters of an edge, whose width is the last, with a sharper edge."""
+    return (*free[:-1], replace(free[-1], low=EDGE_SHARP / EDGE_SOFT * free[-1].low))
 
 
 def _measure_height(curve: Curve, fitted: FittedShape) -> float:

@@ -25,7 +25,7 @@ from pendulum_twin.arrays import Floats
 from pendulum_twin.laws.kind import LawKind, Variable
 from pendulum_twin.laws.law import make_curve_matrix
 
-FORMULA_ITERATIONS = 8
+FORMULA_ITERATIONS = 20
 HYSTERESIS_SHARES = (0.1, 0.9)  # of the friction: those ways are said of it
 
 
@@ -113,8 +113,14 @@ def select_shapes(kind: LawKind) -> tuple[Shape, ...]:
 
 
 def _is_certain(shape: FittedShape) -> bool:
-    """Return whether the interval of a factor leaves out 0; of the offset only where it is all."""
+    """Return whether the interval of a factor leaves out 0; of the offset only where it is all.
+
+    Of an edge the two sides have to differ.
+    """
     factors = shape.shape.factors
+    if shape.shape.edge:
+        apart = abs(float(shape.values[1] - shape.values[0]))
+        return apart > decisions.INTERVAL_DEVIATIONS * float(np.hypot(*shape.deviations[:2]))
     sure = np.abs(shape.values) > decisions.INTERVAL_DEVIATIONS * shape.deviations
     first = 0 if len(factors) == 1 else 1
     return bool(np.any(sure[first : len(factors)]))

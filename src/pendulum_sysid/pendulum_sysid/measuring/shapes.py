@@ -16,6 +16,7 @@ from scipy.optimize import least_squares
 
 from pendulum_twin.arrays import Floats
 
+SHARPEST = 1e-12  # width of an edge
 LARGEST = 1e6  # of a column; an exponential beyond it is no curve between knots
 
 # From places (n,) and the parameters that say where or how, to columns (n, k).
@@ -33,6 +34,7 @@ class Shape:
     more: names of the other parameters.
     starts: of each of these; made from the lowest place, the range and the number of places.
     words: what the curve does, for a person, with the parameters in braces.
+    edge: True for a curve that goes from a constant to another at `place`, within some `width`.
     """
 
     name: str
@@ -42,6 +44,7 @@ class Shape:
     more: tuple[str, ...] = ()
     starts: Callable[[float, float, int], tuple[tuple[float, ...], ...]] = lambda *_: ()
     words: str = ""
+    edge: bool = False
 
     def draw_columns(self, x: Floats, more: Sequence[float] | Floats) -> Floats:
         """Return the columns (n, factors) at places (n,); bounded for all parameters."""
@@ -56,6 +59,12 @@ def _stack(*columns: Floats) -> Floats:
 
 def _ones(x: Floats) -> Floats:
     return np.ones_like(x)
+
+
+def _draw_sides(widths: Floats) -> Floats:
+    """Return the columns of what holds before an edge and behind it, so many widths from it."""
+    behind = 1.0 / (1.0 + np.exp(-np.clip(widths, -60, 60)))
+    return _stack(1.0 - behind, behind)
 
 
 def _grid_centres(low: float, span: float) -> tuple[float, ...]:
@@ -134,14 +143,13 @@ SHAPES: tuple[Shape, ...] = (
     ),
     Shape(
         "step",
-        "{offset} + {factor} / (1 + exp(-(x - {place}) / {width}))",
-        lambda x, place, width: _stack(
-            _ones(x), 1.0 / (1.0 + np.exp(-np.clip((x - place) / width, -60, 60)))
-        ),
-        ("offset", "factor"),
+        "{before} (1 - s) + {behind} s, s = 1 / (1 + exp(-(x - {place}) / {width}))",
+        lambda x, place, width: _draw_sides((x - place) / max(abs(width), SHARPEST)),
+        ("before", "behind"),
         ("place", "width"),
         lambda low, span, count: (_grid_centres(low, span), tuple(span * np.array([0.005, 0.03]))),
-        words="is {offset} before {place} and {factor} more behind it",
+        words="is {before} before {place} and {behind} behind it",
+        edge=True,
     ),
     Shape(
         "saturation",

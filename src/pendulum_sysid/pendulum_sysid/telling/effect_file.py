@@ -20,13 +20,13 @@ EXPRESSIONS: dict[str, str] = {
     "size": "factor * abs(at)",
     "exponential": "factor * exp(-(at - x0) / length)",
     "bump": "factor * exp(-((at - centre) / width) * ((at - centre) / width))",
-    "step": "factor / (1.0 + exp(-(at - place) / width))",
+    "step": "before + (behind - before) / (1.0 + exp(-(at - place) / width))",
     "saturation": "factor * (1.0 - 2.0 / (exp(2.0 * at / width) + 1.0))",
     "wave": "sine * sin_cos(6.283185307179586 * at / period)[0] "
     "+ cosine * sin_cos(6.283185307179586 * at / period)[1]",
 }
 TURN = re.compile(r"wave of a turn(?:, (\d) times)?")
-SIZES = ("offset", "slope", "factor", "sine", "cosine")
+SIZES = ("offset", "slope", "factor", "before", "behind", "sine", "cosine")
 NOT_ZERO = ("length", "width", "period")  # the law divides by them
 
 TEMPLATE = '''"""{title}
