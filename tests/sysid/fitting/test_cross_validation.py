@@ -3,11 +3,13 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from support.hidden_physics import HIDDEN, INTECO, record_hidden
 from support.made_recordings import made
 
 from pendulum_sysid import decisions
 from pendulum_sysid.fitting.cross_validation import cross_validate
+from pendulum_sysid.fitting.fit import HORIZONS, fit
 from pendulum_sysid.fitting.gauss_newton import refine_start_states, solve
 from pendulum_sysid.fitting.parameters import list_free_parameters
 from pendulum_sysid.prepare import prepare
@@ -49,3 +51,13 @@ def test_nothing_is_left_out_where_nothing_is_fitted() -> None:
     problem = prepared.case.problem(prepared.split.learn)
     solution = solve(problem, make_theta(replace(INTECO)), ())
     assert cross_validate(problem, solution, ()) is solution.squares
+
+
+@pytest.mark.parametrize("period_s", [0.03, 0.04])
+def test_a_step_that_the_other_windows_lose_by_is_shortened(period_s: float) -> None:
+    """A belt that stretches a little follows its period on no straight line."""
+    belt = {"stretching_belt": {"period_s": period_s, "damping": 0.1, "motor_share": 0.15}}
+    recording, truth = record_hidden(belt, 1, 30.0)
+    prepared = prepare([recording], INTECO)
+    fitted = fit(prepared.case, prepared.split, tuple(belt), make_theta(truth), HORIZONS[0])
+    assert fitted.train < 1.0 and fitted.choose < 1.05 * fitted.train

@@ -3,7 +3,9 @@
 The fit to the other windows is a Gauss-Newton step from the fit to all of them, as for the
 leave-out formulas of linear regression (Hastie, Tibshirani and Friedman, The Elements of
 Statistical Learning (2009), section 7.10). A window's own start state follows to first order;
-near upright, where it follows its parameters on no straight line, it is fitted again.
+near upright, where it follows its parameters on no straight line, it is fitted again. A step after
+which the other windows are worse is shortened: an edge, or a belt that stretches a little, follows
+its parameters on no straight line either.
 """
 
 from __future__ import annotations
@@ -13,7 +15,14 @@ from dataclasses import replace
 import numpy as np
 
 from pendulum_sysid import decisions
-from pendulum_sysid.fitting.gauss_newton import Solution, compute_misfit, penalise, take_step
+from pendulum_sysid.fitting.gauss_newton import (
+    Solution,
+    compute_misfit,
+    measure_belief,
+    measure_penalty,
+    penalise,
+    take_step,
+)
 from pendulum_sysid.fitting.linearised import (
     FAR,
     Problem,
@@ -26,7 +35,9 @@ from pendulum_sysid.fitting.parameters import Free
 from pendulum_sysid.records import Fit
 from pendulum_twin.arrays import Floats, Mask
 
-DAMPING = 1e-3  # of a parameter's own weight: bounds the step along what the others leave open
+# Of a parameter's own weight: the first bounds the step along what the other windows leave open.
+DAMPINGS = (1e-3, 0.1, 10.0)
+ROUNDING = 1e-6  # relative; of costs that are the same
 START_ITERATIONS = 2  # from start states that have followed to first order
 
 
@@ -56,7 +67,7 @@ def cross_validate(
         return solution.squares
     squares, tame = solution.squares.copy(), find_tame(system)
     for k in folds:
-        theta, starts = fit_without(system, solution, free, fold == k, penalty)
+        theta, starts = _step_without(problem, solution, free, fold == k, tame, penalty)
         for part, iterations in ((fold == k) & tame, 0), ((fold == k) & ~tame, START_ITERATIONS):
             if part.any():
                 left_out = replace(problem, windows=problem.windows.pick(part))
@@ -67,12 +78,45 @@ def cross_validate(
     return np.minimum(np.nan_to_num(squares, nan=np.inf), far)
 
 
+def _step_without(
+    problem: Problem,
+    solution: Solution,
+    free: tuple[Free, ...],
+    left_out: Mask,
+    tame: Mask,
+    penalty: Floats | None,
+) -> tuple[Floats, Floats]:
+    """Return theta and start states after the longest step that the other windows gain by.
+
+    left_out, tame: (windows,).
+    """
+    assert solution.system is not None
+    part = ~left_out & tame
+    staying = replace(problem, windows=problem.windows.pick(part))
+
+    def measure(theta: Floats, squares: Floats, starts: Floats) -> float:
+        """Return the cost of the windows that stay, of which a step is the minimum."""
+        restraint = measure_belief(free, theta) + measure_penalty(free, theta, penalty)
+        off = _count_deviations(staying, starts)
+        return float(np.sum(squares / solution.power) + np.sum(off) + restraint)
+
+    known = measure(solution.theta, solution.squares[part], solution.start_states[part])
+    for damping in DAMPINGS:
+        theta, starts = fit_without(solution.system, solution, free, left_out, penalty, damping)
+        with np.errstate(all="ignore"):
+            squares = np.sum(compute_errors(staying, theta, starts[part]) ** 2, axis=1)
+        if measure(theta, squares, starts[part]) <= known * (1 + ROUNDING):
+            return theta, starts
+    return solution.theta, solution.start_states
+
+
 def fit_without(
     system: System,
     known: Solution | Fit,
     free: tuple[Free, ...],
     left_out: Mask,
     penalty: Floats | None = None,
+    damping: float = DAMPINGS[0],
 ) -> tuple[Floats, Floats]:
     """Return theta and start states of a fit without some of the windows.
 
@@ -80,10 +124,11 @@ def fit_without(
     known: the fit to all windows.
     left_out: (windows,) the windows without which to fit.
     penalty: as of `cross_validate`.
+    damping: of the step, see `DAMPINGS`.
     """
     others = replace(system, normals=system.normals[~left_out], scores=system.scores[~left_out])
     pulled = penalise(others, known.theta, free, penalty)
-    return take_step(pulled, known.theta, known.start_states, free, DAMPING)
+    return take_step(pulled, known.theta, known.start_states, free, damping)
 
 
 def _fit_starts(
@@ -93,14 +138,12 @@ def _fit_starts(
 
     power: (channels,) by which channels weigh, as in the fit to all windows.
     """
-    varied = list_varied(problem)
 
     def run(starts: Floats) -> tuple[Floats, Floats]:
         """Return squared errors and each window's cost, (windows,)."""
         with np.errstate(all="ignore"):
             squares = np.sum(compute_errors(problem, theta, starts) ** 2, axis=1)
-        off = (starts - problem.windows.start_states)[:, varied] / problem.deviations[varied]
-        cost = np.sum(squares / power, axis=1) + np.sum(off**2, axis=1)
+        cost = np.sum(squares / power, axis=1) + _count_deviations(problem, starts)
         return squares, np.nan_to_num(cost, nan=np.inf)
 
     squares, cost = run(starts)
@@ -113,6 +156,16 @@ def _fit_starts(
         squares = np.where(better[:, None], new_squares, squares)
         cost = np.where(better, new_cost, cost)
     return squares
+
+
+def _count_deviations(problem: Problem, starts: Floats) -> Floats:
+    """Return the squared distances of start states from their smoothed values, (windows,).
+
+    In deviations.
+    """
+    varied = list_varied(problem)
+    off = (starts - problem.windows.start_states)[:, varied] / problem.deviations[varied]
+    return np.asarray(np.sum(off**2, axis=1))
 
 
 def compute_left_out_misfit(

@@ -11,8 +11,7 @@ from pendulum_sysid import decisions
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.cross_validation import compute_left_out_misfit, cross_validate
 from pendulum_sysid.fitting.fit import widen_estimates
-from pendulum_sysid.fitting.gauss_newton import Solution, complete_system, solve
-from pendulum_sysid.fitting.linearised import Problem
+from pendulum_sysid.fitting.gauss_newton import complete_system, solve
 from pendulum_sysid.fitting.parameters import (
     Free,
     list_free_parameters,
@@ -133,7 +132,7 @@ def fit_formula(
     solved = complete_system(problem, begun, free)
     assert solved.system is not None
     covariance = np.linalg.pinv(solved.system.normal + weak, rcond=1e-14, hermitian=True)
-    left_out = _cross_validate_formula(problem, solved, free, fit.pieces, weak, fitted.shape)
+    left_out = cross_validate(problem, solved, free, fit.pieces, weak)
     clean = solved.theta.copy()
     numbers = np.array([parameter.get(clean) for parameter in parameters])
     begin = parameters[0].at + FORMULA_KNOTS
@@ -184,25 +183,6 @@ def _free_shape(
     theta[at + FORMULA_KNOTS : at + FORMULA_KNOTS + len(values)] = values
     parameters[0].put(theta, float(values[0]))
     return theta, parameters
-
-
-def _cross_validate_formula(
-    problem: Problem,
-    solved: Solution,
-    free: tuple[Free, ...],
-    pieces: int,
-    weak: Floats,
-    shape: Shape,
-) -> Floats:
-    """Return the squared errors of windows left out, see `cross_validate`.
-
-    A run follows the place of a sharp edge on no straight line: the place and the width of an edge
-    stay as they are while windows are left out.
-    """
-    count = len(free) - (2 if shape.edge else 0)
-    assert solved.system is not None
-    judged = replace(solved, system=solved.system.pick(range(count)))
-    return cross_validate(problem, judged, free[:count], pieces, weak[:count, :count])
 
 
 def _sharpen(free: tuple[Free, ...]) -> tuple[Free, ...]:
