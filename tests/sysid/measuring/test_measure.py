@@ -10,7 +10,7 @@ from pendulum_sysid import decisions
 from pendulum_sysid.finding.localisation.balance import compute_motion
 from pendulum_sysid.fitting.fit import HORIZONS, fit, fit_own_parameters
 from pendulum_sysid.measuring import curve as curve_module
-from pendulum_sysid.measuring.curve import list_curves
+from pendulum_sysid.measuring.curve import Curve, list_curves
 from pendulum_sysid.measuring.formula_fit import ShapeParameter
 from pendulum_sysid.measuring.measure import begin_without_laws, measure_laws, rank_curves
 from pendulum_sysid.measuring.names_beside_laws import (
@@ -19,9 +19,9 @@ from pendulum_sysid.measuring.names_beside_laws import (
     list_needed,
     list_sized,
 )
-from pendulum_sysid.measuring.naming import write_formula, write_sentence
+from pendulum_sysid.measuring.naming import NamedCurve, write_formula, write_sentence
 from pendulum_sysid.measuring.penalised_fit import LawFit
-from pendulum_sysid.measuring.shapes import SHAPES
+from pendulum_sysid.measuring.shapes import SHAPES, FittedShape
 from pendulum_sysid.prepare import prepare
 from pendulum_twin.laws import BY_NAME
 from pendulum_twin.laws.kind import LIMITS, Role
@@ -147,6 +147,19 @@ def test_a_formula_stays_within_the_limits_of_its_law():
     )
     own.put(theta, 7.0)
     assert np.all(theta[at : at + 8] == np.pi)
+
+
+def test_friction_below_none_is_said_to_be_none():
+    kind = BY_NAME["cart_dry_friction_along_rail"]
+    knots = np.linspace(-0.1, 0.1, 5)
+    (step,) = [shape for shape in SHAPES if shape.edge]
+    for before, says in ((-7.4, True), (0.0, False)):
+        sizes = np.array([before, 0.6, 0.0, 0.001])
+        values = step.draw_columns(knots, sizes[2:]) @ sizes[:2]
+        curve = Curve(kind, knots, knots, 1.0, -10.0)
+        fitted = FittedShape(step, sizes, np.full(4, 0.1), values, 1.0)
+        told = write_sentence(NamedCurve(curve, values, np.zeros(5), 4.0, fitted))
+        assert told.endswith("together is below 0, there is none.") == says
 
 
 def test_friction_of_one_half_of_the_rail_has_a_sharp_edge():

@@ -22,10 +22,11 @@ from pendulum_sysid.measuring.shapes import (
 )
 from pendulum_sysid.records import Fit, Split
 from pendulum_twin.arrays import Floats
-from pendulum_twin.laws.kind import LawKind, Variable
+from pendulum_twin.laws.kind import LawKind, Role, Variable
 from pendulum_twin.laws.law import make_curve_matrix
 
 FORMULA_ITERATIONS = 20
+NO_FRICTION = "Where all dry friction together is below 0, there is none."
 HYSTERESIS_SHARES = (0.1, 0.9)  # of the friction: those ways are said of it
 
 
@@ -164,7 +165,9 @@ def write_sentence(named: NamedCurve) -> str:
         name: f"{value:.3g} [{value - wide:.3g}, {value + wide:.3g}]"
         for name, value, wide in zip(shape.names, shape.values, half, strict=True)
     }
-    return f"{subject}: it {shape.shape.words.format(**numbers)} ({shape.shape.name})."
+    words = f"{subject}: it {shape.shape.words.format(**numbers)} ({shape.shape.name})."
+    is_dry = kind.role in (Role.CART_DRY, Role.POLE_DRY)
+    return f"{words} {NO_FRICTION}" if is_dry and np.any(named.values < 0.0) else words
 
 
 def _write_hysteresis(named: NamedCurve) -> str:
