@@ -100,7 +100,8 @@ def _measure_usual(departing: Floats, given: Floats, period_s: float) -> Floats:
     brief = 2 * round(0.5 * decisions.SLIP_LONGEST_S / period_s) + 1
     strong = maximum_filter1d(given, size=brief, mode="nearest")
     overall = np.median(departing[known])
-    share = overall / np.median(strong[known])
+    driven = strong[known & (strong > 0.0)]
+    share = overall / np.median(driven) if len(driven) else 0.0
     return 1.4826 * np.maximum(around, np.maximum(overall, share * strong))
 
 
