@@ -95,6 +95,7 @@ def place_knots(curve: Curve, fitted: FittedShape) -> Curve:
     if fitted.shape.edge:
         place, width = fitted.values[len(fitted.shape.factors) :]
         reach = max(EDGE_STEPS * float(np.ptp(curve.knots[:2])), EDGE_WIDTHS * abs(float(width)))
+        place = np.clip(place, low, high)
         low, high = max(low, place - reach), min(high, place + reach)
     return replace(curve, knots=np.linspace(low, high, FORMULA_KNOTS))
 
@@ -125,7 +126,7 @@ def fit_formula(
     weak = block_diag(np.zeros((len(rig), len(rig))), own)
     problem = case.problem(shorten_windows(case.state, split.learn, fit.pieces))
     begun = solve(problem, theta, free, fit.start_states, wanted, weak)
-    if fitted.shape.edge:
+    if fitted.shape.edge and free[-1].get(begun.theta) <= free[-1].low:
         free = _sharpen(free)
         free[-1].put(begun.theta, free[-1].low)
         begun = solve(problem, begun.theta, free, begun.start_states, wanted, weak)
