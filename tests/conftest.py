@@ -1,6 +1,7 @@
 """Fixtures for every folder."""
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -14,6 +15,12 @@ settings.load_profile("repeatable")
 
 def pytest_configure() -> None:
     restore_interrupt()
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Import no file without the marker where `-m wall_time` asks for marked tests alone."""
+    alone = config.option.markexpr == "wall_time" and collection_path.suffix == ".py"
+    return True if alone and "wall_time" not in collection_path.read_text("utf-8") else None
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import fftconvolve
+from scipy.fft import irfft, next_fast_len, rfft
 
 from pendulum_sysid import decisions
 from pendulum_sysid.fitting.case import Case
@@ -96,10 +96,13 @@ def find_repeated_windows(case: Case) -> tuple[Ints, Ints, int]:
     energies = energy[length:] - energy[:-length]
     room = free[::every][: len(energies)]
     near = round(decisions.REPEATED_APART_S / (every * signals.period_s))
+    size = next_fast_len(shapes.shape[1], real=True)
+    spectrum = rfft(shapes, size)
     pairs: dict[tuple[int, int], tuple[int, int]] = {}
     for begin in begins:
         window = shapes[:, begin : begin + length]
-        alike = fftconvolve(shapes, window[:, ::-1], mode="valid", axes=1).sum(axis=0)
+        correlation = irfft((spectrum * rfft(window, size).conj()).sum(axis=0), size)
+        alike = correlation[: len(energies)]  # no window beyond the end
         squares = (energies[begin] + energies - 2.0 * alike) / window.size
         squares[~room] = np.inf
         squares[max(begin - near, 0) : begin + near] = np.inf

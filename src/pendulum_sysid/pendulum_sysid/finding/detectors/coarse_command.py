@@ -12,7 +12,7 @@ import numpy as np
 
 from pendulum_sysid.finding.detectors.detector import Detector, Reading, Use
 from pendulum_sysid.finding.detectors.force_waves import take_out
-from pendulum_sysid.finding.localisation.balance import FORCE, make_balances
+from pendulum_sysid.finding.localisation.balance import FORCE, make_balance
 from pendulum_sysid.finding.localisation.thinning import thin_out
 from pendulum_sysid.fitting.case import Case
 from pendulum_twin.arrays import Floats, Ints
@@ -50,11 +50,11 @@ def read_step(case: Case, theta: Floats) -> tuple[Reading, ...]:
     theta: (SIZE,) of the twin fitted so far.
     """
     case = thin_out(case)
-    balances = [b for b in make_balances(case, theta) if b.equation == FORCE]
+    balance = make_balance(case, theta, FORCE)
     most = float(np.max(np.abs(case.signals.command), initial=0.0))
-    if not balances or most <= 0.0:
+    if balance is None or most <= 0.0:
         return ()
-    balance, force_n = balances[0], float(theta[FORCE_PER_PWM])
+    force_n = float(theta[FORCE_PER_PWM])
     places = _find_places(case, theta)
     own = np.linalg.qr(balance.turned)[0]
     lacking = take_out(own, balance.lacking)

@@ -9,7 +9,7 @@ import numpy as np
 
 from pendulum_sysid.finding.detectors.detector import Detector, Reading, Use
 from pendulum_sysid.finding.detectors.force_waves import fit_waves, list_wavenumbers
-from pendulum_sysid.finding.localisation.balance import FORCE, compute_motion, make_balances
+from pendulum_sysid.finding.localisation.balance import FORCE, compute_motion, make_balance
 from pendulum_sysid.finding.localisation.thinning import thin_out
 from pendulum_sysid.fitting.case import Case
 from pendulum_twin.arrays import Floats
@@ -25,10 +25,10 @@ def read_pulley(case: Case, theta: Floats) -> tuple[Reading, ...]:
     theta: (SIZE,) of the twin fitted so far.
     """
     case = thin_out(case)
-    balances = [b for b in make_balances(case, theta) if b.equation == FORCE]
+    balance = make_balance(case, theta, FORCE)
     here = compute_motion(case, theta)
     travel = float(np.ptp(here.x))
-    if not balances or travel <= 0.0:
+    if balance is None or travel <= 0.0:
         return ()
     mass = float(theta[MASS])
 
@@ -41,7 +41,7 @@ def read_pulley(case: Case, theta: Floats) -> tuple[Reading, ...]:
         return columns
 
     tried = list_wavenumbers(travel, EFFECT.parameters[1])
-    wave = fit_waves(balances[0], make_columns, tried)
+    wave = fit_waves(balance, make_columns, tried)
     ratio = min(wave.amplitude * wave.wavenumber, EFFECT.parameters[0].high)
     return (Reading(EFFECT.name, (ratio, 2.0 * np.pi / wave.wavenumber, wave.phase)),)
 

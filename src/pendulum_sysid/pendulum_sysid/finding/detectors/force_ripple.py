@@ -6,7 +6,7 @@ import numpy as np
 
 from pendulum_sysid.finding.detectors.detector import Detector, Reading, Use
 from pendulum_sysid.finding.detectors.force_waves import find_wave, list_wavenumbers
-from pendulum_sysid.finding.localisation.balance import FORCE, compute_motion, make_balances
+from pendulum_sysid.finding.localisation.balance import FORCE, compute_motion, make_balance
 from pendulum_sysid.finding.localisation.thinning import thin_out
 from pendulum_sysid.fitting.case import Case
 from pendulum_twin.arrays import Floats
@@ -22,13 +22,13 @@ def read_ripple(case: Case, theta: Floats) -> tuple[Reading, ...]:
     theta: (SIZE,) of the twin fitted so far.
     """
     case = thin_out(case)
-    balances = [b for b in make_balances(case, theta) if b.equation == FORCE]
+    balance = make_balance(case, theta, FORCE)
     here = compute_motion(case, theta)
     travel = float(np.ptp(here.x))
-    if not balances or travel <= 0.0:
+    if balance is None or travel <= 0.0:
         return ()
     tried = list_wavenumbers(travel, EFFECT.parameters[1])
-    wave = find_wave(balances[0], theta[FORCE_PER_PWM] * here.u, here.x, tried)
+    wave = find_wave(balance, theta[FORCE_PER_PWM] * here.u, here.x, tried)
     ratio = min(wave.amplitude, EFFECT.parameters[0].high)
     return (Reading(EFFECT.name, (ratio, 2.0 * np.pi / wave.wavenumber, wave.phase)),)
 

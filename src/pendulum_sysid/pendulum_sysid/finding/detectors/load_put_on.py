@@ -14,7 +14,7 @@ from pendulum_sysid.finding.localisation.balance import (
     FORCE,
     Balance,
     compute_motion,
-    make_balances,
+    make_balance,
 )
 from pendulum_sysid.finding.localisation.thinning import thin_out
 from pendulum_sysid.fitting.case import Case
@@ -32,10 +32,10 @@ def read_load(case: Case, theta: Floats) -> tuple[Reading, ...]:
     theta: (SIZE,) of the twin fitted so far.
     """
     case = thin_out(case)
-    balances = [b for b in make_balances(case, theta) if b.equation == FORCE]
-    if not balances:
+    balance = make_balance(case, theta, FORCE)
+    if balance is None:
         return ()
-    balance, acceleration = balances[0], compute_motion(case, theta).a
+    acceleration = compute_motion(case, theta).a
     t = case.signals.clock_s * float(compute_paces(theta))
     spaced = np.linspace(float(np.min(t)), float(np.max(t)), INSTANTS + 2)[1:-1]
     _, about_s = _find_load(balance, acceleration, t, spaced)

@@ -6,7 +6,7 @@ import numpy as np
 
 from pendulum_sysid.finding.detectors.detector import Detector, Reading, Use
 from pendulum_sysid.finding.detectors.force_waves import find_wave
-from pendulum_sysid.finding.localisation.balance import FORCE, make_balances
+from pendulum_sysid.finding.localisation.balance import FORCE, make_balance
 from pendulum_sysid.finding.localisation.table import Table
 from pendulum_sysid.finding.localisation.thinning import thin_out
 from pendulum_sysid.finding.localisation.waves import find_vibration_hz
@@ -25,15 +25,15 @@ def read_vibration(case: Case, theta: Floats) -> tuple[Reading, ...]:
     theta: (SIZE,) of the twin fitted so far.
     """
     case = thin_out(case)
-    balances = [b for b in make_balances(case, theta) if b.equation == FORCE]
-    if not balances:
+    balance = make_balance(case, theta, FORCE)
+    if balance is None:
         return ()
-    hertz = find_vibration_hz(balances[0], Table(balances[0], []).compute_residual(()))
+    hertz = find_vibration_hz(balance, Table(balance, []).compute_residual(()))
     if hertz is None:
         return ()
     pace, clock_s = float(compute_paces(theta)), case.signals.clock_s
     tried = 2.0 * np.pi * (hertz + AROUND / case.signals.seconds) / pace
-    wave = find_wave(balances[0], np.ones_like(clock_s), clock_s * pace, tried)
+    wave = find_wave(balance, np.ones_like(clock_s), clock_s * pace, tried)
     return (Reading(EFFECT.name, (wave.amplitude, wave.wavenumber / (2.0 * np.pi), wave.phase)),)
 
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.detectors.detector import Detector, Reading, Use
-from pendulum_sysid.finding.localisation.balance import FORCE, compute_motion, make_balances
+from pendulum_sysid.finding.localisation.balance import FORCE, compute_motion, make_balance
 from pendulum_sysid.finding.localisation.explain import explain
 from pendulum_sysid.finding.localisation.inspection import get_own_constants, make_table
 from pendulum_sysid.finding.localisation.measured_curves import Curve, measure_curves
@@ -58,10 +58,10 @@ def measure_friction(case: Case, theta: Floats) -> Estimate | None:
     Its interval reaches from the lowest to the highest level that was well measured anywhere.
     """
     case = thin_out(case)
-    forces = [balance for balance in make_balances(case, theta) if balance.equation == FORCE]
-    if not forces:
+    balance = make_balance(case, theta, FORCE)
+    if balance is None:
         return None
-    table = make_table(case, compute_motion(case, theta), forces[0], theta)
+    table = make_table(case, compute_motion(case, theta), balance, theta)
     beside = _choose_questions_beside(table)
     levels = []
     for key in (key for key in table.asked if key.startswith(PRODUCT)):

@@ -124,12 +124,39 @@ def _compute_drive(case: Case, theta: Floats) -> Floats:
 
 def make_balances(case: Case, theta: Floats) -> tuple[Balance, ...]:
     """Return the equations of the joints that are there, for a twin with this theta (SIZE,)."""
+    both = (make_balance(case, theta, equation) for equation in (FORCE, TORQUE))
+    return tuple(balance for balance in both if balance is not None)
+
+
+def make_balance(case: Case, theta: Floats, equation: int) -> Balance | None:
+    """Return one joint's equation for a twin; None without the joint, or with too few rows.
+
+    theta: (SIZE,) of the twin.
+    """
+    values = case.signals.cart if equation == FORCE else case.signals.pole
+    if values is None:
+        return None
     sharp = compute_sharp_accelerations(case)
-    equations = []
-    for equation, values in ((FORCE, case.signals.cart), (TORQUE, case.signals.pole)):
-        if values is not None:
-            equations.append(_make_balance(case, theta, sharp, equation))
-    return tuple(balance for balance in equations if balance is not None)
+    raw = compute_lacking(case, theta, sharp, equation)
+    inertia = theta[MASS] if equation == FORCE else theta[INERTIA]
+    own = inertia * sharp[:, equation]
+    sieve, noise = make_sieve(case, theta, own, equation)
+    if len(sieve.at) < decisions.BALANCE_LEAST_ROWS:
+        return None
+    turned = {}
+    for name, slots in TURNED[equation].items():
+        more = theta.copy()
+        more[list(slots)] += 1.0
+        column = sieve(raw - compute_lacking(case, more, sharp, equation))
+        if np.any(column):
+            turned[name] = column
+    seconds = case.signals.times_s[sieve.at]
+    block = _number_blocks(case, sieve.at)
+    return Balance(
+        equation, sieve, sieve(raw), np.stack(list(turned.values()), axis=1), tuple(turned), noise,
+        float(np.sqrt(np.mean(sieve(own) ** 2))), block, _deal_folds(block), seconds,
+        int(np.min(np.diff(sieve.at))) * case.signals.period_s,
+    )  # fmt: skip
 
 
 def compute_sharp_accelerations(case: Case) -> Floats:
@@ -162,29 +189,6 @@ def differentiate(signals: Signals, values: Floats) -> tuple[Floats, Floats]:
 def compute_lacking(case: Case, theta: Floats, sharp: Floats, equation: int) -> Floats:
     """Return the force (N) or torque (N m) that a twin lacks at every sample, (n,), unsmoothed."""
     return compute_missing_force(case.signals, case.state.states, sharp, theta)[0][:, equation]
-
-
-def _make_balance(case: Case, theta: Floats, sharp: Floats, equation: int) -> Balance | None:
-    raw = compute_lacking(case, theta, sharp, equation)
-    inertia = theta[MASS] if equation == FORCE else theta[INERTIA]
-    own = inertia * sharp[:, equation]
-    sieve, noise = make_sieve(case, theta, own, equation)
-    if len(sieve.at) < decisions.BALANCE_LEAST_ROWS:
-        return None
-    turned = {}
-    for name, slots in TURNED[equation].items():
-        more = theta.copy()
-        more[list(slots)] += 1.0
-        column = sieve(raw - compute_lacking(case, more, sharp, equation))
-        if np.any(column):
-            turned[name] = column
-    seconds = case.signals.times_s[sieve.at]
-    block = _number_blocks(case, sieve.at)
-    return Balance(
-        equation, sieve, sieve(raw), np.stack(list(turned.values()), axis=1), tuple(turned), noise,
-        float(np.sqrt(np.mean(sieve(own) ** 2))), block, _deal_folds(block), seconds,
-        int(np.min(np.diff(sieve.at))) * case.signals.period_s,
-    )  # fmt: skip
 
 
 def _number_blocks(case: Case, at: Ints) -> Ints:

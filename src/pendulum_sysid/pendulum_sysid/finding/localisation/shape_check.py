@@ -20,6 +20,7 @@ from pendulum_sysid.finding.localisation.balance import (
     compute_lacking,
     compute_motion,
     compute_sharp_accelerations,
+    make_balance,
     make_balances,
 )
 from pendulum_sysid.finding.localisation.explain import explain, is_more_than_chance
@@ -257,10 +258,9 @@ def _find_own_variables(
     They are found as those of a force that a twin without the effect lacks.
     """
     less = take_out(theta, name)
-    same = [balance for balance in make_balances(case, less) if balance.equation == equation]
-    if not same:
+    balance = make_balance(case, less, equation)
+    if balance is None:
         return frozenset()
-    balance = same[0]
     table = Table(
         replace(balance, lacking=balance.sieve(part), noise=0.0),
         list_questions(case, compute_motion(case, less), balance, less),
