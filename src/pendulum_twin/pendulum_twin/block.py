@@ -58,6 +58,7 @@ class Block(NamedTuple):
 
     lane: (width,) which lane of all each is; a block that is not full ends with its last lane,
         again and again.
+    row: (width,) row of theta of each lane.
     at: (width,) step of its row of drives at which each lane starts.
     done: (width,) substeps since the recording began, at each lane's start.
     constants: (2, width) of each lane's rig without effects: mass, kg; viscous friction, N s/m.
@@ -66,6 +67,7 @@ class Block(NamedTuple):
     """
 
     lane: Ints
+    row: Ints
     at: Ints
     done: Ints
     constants: Floats
@@ -81,6 +83,7 @@ def make_block(width, remembers):
     """Return a block of lanes, still empty; remembers: whether a twin has measured hysteresis."""
     strains = STRAINS if remembers else 0
     return Block(
+        np.empty(width, dtype=np.int64),
         np.empty(width, dtype=np.int64),
         np.empty(width, dtype=np.int64),
         np.empty(width, dtype=np.int64),

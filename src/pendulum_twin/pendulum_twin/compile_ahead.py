@@ -115,7 +115,7 @@ def _list_fitting_units() -> list[Callable[[], object]]:
     from pendulum_twin.parameter_vector import NEUTRAL
 
     def run(laws: tuple[int, ...] | None) -> object:
-        theta = np.tile(NEUTRAL, (kernel.WIDTH, 1))
+        theta = NEUTRAL[None].copy()
         theta[:, :4] = 1.0
         first = np.zeros(kernel.WIDTH, dtype=np.int64)
         states, out = np.zeros((kernel.WIDTH, 4)), np.empty((kernel.WIDTH, 2, 4))
@@ -133,6 +133,7 @@ def _list_fitting_units() -> list[Callable[[], object]]:
             states,
             paths,
             theta,
+            first,
             1e-3,
             10,
             out,

@@ -77,7 +77,7 @@ def run_freely(
     """
     drives = run_drive(signals, theta)
     runs = run_driven(signals, drives, theta, set_of, begin, start_states, samples)
-    return apply_reporting(runs, theta[set_of], signals.period_s, theta)
+    return apply_reporting(runs, theta, signals.period_s, set_of)
 
 
 def run_driven(
@@ -95,13 +95,12 @@ def run_driven(
     """
     rows, row_of = drives
     sub = rows.shape[1] // len(signals)
-    lane_theta = theta[set_of]
     true = np.empty((len(begin), samples, 4))
     begin = np.asarray(begin, dtype=np.int64)
     t = signals.clock_s[begin]
-    true_starts = undo_sensors(start_states, lane_theta, t, theta)
+    true_starts = undo_sensors(start_states, theta, t, set_of)
     path_memory = recall_paths(signals, drives, theta, set_of, begin)
-    for sets, lanes in _group_by_reaction(theta, set_of):
+    for twins, own_set_of, lanes in _group_by_reaction(theta, set_of):
         out = true if isinstance(lanes, slice) else np.empty((len(lanes), samples, 4))
         run_mechanics(
             rows,
@@ -109,28 +108,33 @@ def run_driven(
             begin[lanes] * sub,
             np.round(t[lanes] / signals.period_s).astype(np.int64) * sub,
             true_starts[lanes],
-            lane_theta[lanes],
+            twins,
             signals.period_s / sub,
             sub,
             out,
-            sets,
+            own_set_of,
             path_memory[lanes],
         )
         if out is not true:
             true[lanes] = out
     times = t[:, None] + signals.period_s * np.arange(samples)
-    return apply_sensors(true, lane_theta, times, theta)
+    return apply_sensors(true, theta, times, set_of)
 
 
-def _group_by_reaction(theta: Floats, set_of: Ints) -> list[tuple[Floats, Ints | slice]]:
-    """Return twins and their runs, those apart of which the drive has a mass of its own.
+def _group_by_reaction(theta: Floats, set_of: Ints) -> list[tuple[Floats, Ints, Ints | slice]]:
+    """Return twins, the twin of each of their runs, and these runs, in one group or two.
 
-    Few twins have one, and all runs of a call are as slow as its slowest.
+    Twins whose drive has a mass of its own are apart: they are few, and all runs of a call are as
+    slow as its slowest.
     """
     reacting = find_reacting_twins(theta)
     if reacting.all() or not reacting.any():
-        return [(theta, slice(None))]
-    return [(theta[own], np.flatnonzero(own[set_of])) for own in (~reacting, reacting)]
+        return [(theta, set_of, slice(None))]
+    groups: list[tuple[Floats, Ints, Ints | slice]] = []
+    for own in (~reacting, reacting):
+        lanes = np.flatnonzero(own[set_of])
+        groups.append((theta[own], (np.cumsum(own) - 1)[set_of[lanes]], lanes))
+    return groups
 
 
 def recall_paths(
@@ -248,25 +252,27 @@ def run_mechanics(
     h: float,
     sub: int,
     out: Floats,
-    sets: Floats | None = None,
+    set_of: Ints | None = None,
     path_memory: Floats | None = None,
 ) -> None:
     """Call `kernel.integrate_lanes` with the least code that holds the effects of the lanes.
 
     Lanes are independent: several threads share the blocks of lanes where the work is worth it.
 
-    sets: (sets, SIZE) the different twins among the lanes; None where they are not known.
+    theta: (sets, SIZE) the twins.
+    set_of: (lanes,) the twin of each lane; None where each lane has a twin of its own.
     path_memory: (lanes, PATH_SIZE) what lanes remember of their paths at the start; afterwards at
         the end. None: the path begins at the start.
     """
-    code = select_kernel_code(theta if sets is None else sets)
+    code, lanes = select_kernel_code(theta), len(begin)
+    rows = np.arange(lanes) if set_of is None else set_of
     if path_memory is None:
-        path_memory = np.zeros((len(theta), PATH_SIZE))
+        path_memory = np.zeros((lanes, PATH_SIZE))
     drives, start_states, theta = map(np.ascontiguousarray, (drives, start_states, theta))
 
     def integrate(part: slice) -> None:
         kernel.integrate_lanes(
-            (0,) * (1 if len(theta) == 1 else kernel.WIDTH),
+            (0,) * (1 if lanes == 1 else kernel.WIDTH),
             *code,
             drives,
             drive_of[part],
@@ -274,13 +280,14 @@ def run_mechanics(
             first_step[part],
             start_states[part],
             path_memory[part],
-            theta[part],
+            theta,
+            rows[part],
             h,
             sub,
             out[part],
         )
 
-    share_among_threads(integrate, len(theta), out.shape[1] * sub)
+    share_among_threads(integrate, lanes, out.shape[1] * sub)
 
 
 def select_kernel_code(
@@ -288,7 +295,7 @@ def select_kernel_code(
 ) -> tuple[tuple[int, ...] | None, bool, tuple[int, ...] | None]:
     """Return laws, dry and measured of `kernel.integrate_lanes`: the least code.
 
-    theta: (lanes, SIZE).
+    theta: (sets, SIZE).
     """
     on = find_active_effects(theta)
     roles = {kind.role for kind in list_law_kinds(theta)}

@@ -188,7 +188,18 @@ def _place_lane(theta, start_state, path_memory, h, p, i, width):
 
 @compile_inner
 def _place_block(
-    first, measured, block, begin, first_step, start_states, path_memory, theta, h, p, width
+    first,
+    measured,
+    block,
+    begin,
+    first_step,
+    start_states,
+    path_memory,
+    theta,
+    set_of,
+    h,
+    p,
+    width,
 ):
     """Place the lanes from the first on in the block; return whether a law changes a clock's pace.
 
@@ -197,9 +208,10 @@ def _place_block(
     """
     paced, block.curved[width] = False, False
     for i in range(width):
-        lane = min(first + i, len(theta) - 1)
-        own = theta[lane]
-        block.lane[i], block.at[i], block.done[i] = lane, begin[lane], first_step[lane]
+        lane = min(first + i, len(set_of) - 1)
+        own = theta[set_of[lane]]
+        block.lane[i], block.row[i] = lane, set_of[lane]
+        block.at[i], block.done[i] = begin[lane], first_step[lane]
         block.constants[0, i], block.constants[1, i] = own[MASS], own[CART_VISCOUS]
         _place_lane(own, start_states[lane], path_memory[lane], h, p, i, width)
         block.curved[i] = measured is not None and has_curves(own)
@@ -243,7 +255,7 @@ def _hold(lanes, laws, measured, block, step, theta, p):
                 pushed = p[PUSHED * width + i] if evenly else 0.0
                 held_dry = p[CART_DRY * width + i] if evenly else 0.0
                 if block.curved[i]:
-                    own, done = theta[block.lane[i]], block.done[i] + step
+                    own, done = theta[block.row[i]], block.done[i] + step
                     hold_measured_laws(own, p, i, width, done, pushed, held_dry)
                 else:
                     hold_no_curves(p, i, width, pushed, held_dry)
@@ -274,6 +286,7 @@ def integrate_lanes(
     start_states,
     path_memory,
     theta,
+    set_of,
     h,
     sub,
     out,
@@ -292,7 +305,8 @@ def integrate_lanes(
     start_states: (lanes, 4) x, th, v, w.
     path_memory: (lanes, PATH_SIZE) what the lanes remember of their paths at the start;
         afterwards at the end.
-    theta: (lanes, SIZE).
+    theta: (sets, SIZE) the twins.
+    set_of: (lanes,) row of theta of each lane.
     h: s by the stamps, a substep; sub: substeps a sample.
     out: (lanes, samples, 4); the first sample is the start state.
     """
@@ -312,6 +326,7 @@ def integrate_lanes(
             start_states,
             path_memory,
             theta,
+            set_of,
             h,
             p,
             width,
@@ -325,7 +340,7 @@ def integrate_lanes(
             for step in range(n * sub, (n + 1) * sub if n < samples - 1 else n * sub):
                 if paced:
                     for i in range(width):
-                        hold_pace(theta[block.lane[i]], p, i, width, block.done[i] + step)
+                        hold_pace(theta[block.row[i]], p, i, width, block.done[i] + step)
                 for i in range(width):
                     drive = drives[drive_of[block.lane[i]], block.at[i] + step]
                     p[FORCE * width + i] = drive * p[FORCE_PER_PWM * width + i]

@@ -60,7 +60,8 @@ class Lanes(NamedTuple):
     shown: (lanes, 4) measured state.
     drives: (lanes, substeps) room for a period of drive.
     out: (lanes, samples + 1, 4) room for a period of states.
-    row, zero: (lanes,) the row of drives of each lane, and where the lane begins in it.
+    row, zero: (lanes,) the row of drives and of theta of each lane, and where the lane begins in
+        its drive.
     commands: (samples,) room for a period of commands.
     """
 
@@ -231,6 +232,7 @@ def advance_lanes(code, kinds, lanes, timing, commands):
         lanes.true,
         lanes.path_memory,
         lanes.theta,
+        lanes.row,
         h,
         sub,
         lanes.out,

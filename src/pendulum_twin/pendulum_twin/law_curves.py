@@ -39,7 +39,7 @@ POSITION_ERROR, PACE = int(Role.POSITION_ERROR), int(Role.PACE)
 POSITION, VELOCITY, ANGLE, RATE, TIME = (int(variable) for variable in list(Variable)[1:6])
 NO_LAWS_HELD = (1.0, 0.0, 0.0, 0.0, 0.0)
 FASTEST_CART, FASTEST_POLE = 3.0, 40.0  # m/s, rad/s; see `_drag`
-INVERSIONS = 30  # fixed-point steps: an error with a slope of a half is undone to 1e-9 of itself
+INVERSIONS = 30  # fixed-point steps at most: an error of slope 0.5 is undone to 1e-9 of itself
 
 
 @compile_inner
@@ -219,14 +219,20 @@ def _find_positions(theta, x, v, th, w):
         if number > 0 and ROLES[number] == ANGLE_ERROR:
             shown, slope = th, 0.0
             for _ in range(INVERSIONS):
+                before = th
                 error, slope = _follow_curve(theta, at, th, True)
                 th = shown - error
+                if th == before:
+                    break
             w = w / max(1.0 + slope, 0.1)
         elif number > 0 and ROLES[number] == POSITION_ERROR:
             shown, slope = x, 0.0
             for _ in range(INVERSIONS):
+                before = x
                 error, slope = _follow_curve(theta, at, x, False)
                 x = shown - error
+                if x == before:
+                    break
             v = v / max(1.0 + slope, 0.1)
     return x, v, th, w
 
@@ -242,25 +248,25 @@ def fill_measured_laws(states, t, theta, out):
 
 
 @compile_cached
-def multiply_paces(t, lane_of, theta, out):
+def multiply_paces(t, row_of, theta, out):
     """Multiply paces out (n,) by the clock's measured laws, in place.
 
-    t: (n,) s. lane_of, theta: see `convert_positions`.
+    t: (n,) s. row_of, theta: see `convert_positions`.
     """
     for n in range(len(t)):
-        out[n] *= follow_pace(theta[lane_of[n]], t[n])
+        out[n] *= follow_pace(theta[row_of[n]], t[n])
 
 
 @compile_cached
-def convert_positions(states, lane_of, theta, undo):
+def convert_positions(states, row_of, theta, undo):
     """Pass states (n, 4) x, th, v, w through the sensors' measured errors, in place.
 
-    lane_of: (n,) row of theta of each state.
-    theta: (lanes, SIZE).
+    row_of: (n,) row of theta of each state.
+    theta: (sets, SIZE).
     undo: whether the errors are taken away instead.
     """
     for n in range(len(states)):
-        p = theta[lane_of[n]]
+        p = theta[row_of[n]]
         x, th, v, w = states[n, 0], states[n, 1], states[n, 2], states[n, 3]
         if undo:
             x, v, th, w = _find_positions(p, x, v, th, w)

@@ -3,8 +3,8 @@
 The clock of the stamps counts as a sensor, too: velocities are by the stamps.
 
 Arguments that the functions share:
-theta: (lanes, SIZE), parameter vectors.
-sets: (sets, SIZE) the different twins among the lanes; None where they are not known.
+theta: (sets, SIZE), parameter vectors.
+set_of: (lanes,) row of theta of each lane; None where each lane has a row of its own.
 states: (..., 4) x (m), th (rad), v (m/s), w (rad/s).
 """
 
@@ -14,7 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from pendulum_twin.arrays import Floats
+from pendulum_twin.arrays import Floats, Ints
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Effect, Form
 from pendulum_twin.law_curves import convert_positions, multiply_paces
@@ -27,39 +27,39 @@ _CLOCKS = [e for e in CATALOGUE if e.form is Form.CLOCK]
 RATES = (2, 3)  # columns of the velocities in a state
 
 
-def apply_sensors(states: Floats, theta: Floats, t: Floats, sets: Floats | None = None) -> Floats:
+def apply_sensors(states: Floats, theta: Floats, t: Floats, set_of: Ints | None = None) -> Floats:
     """Return what the sensors show of true states (lanes, ..., 4).
 
     t: (lanes, ...) s by the stamps, from the start of the recording.
 
     The velocities are by the stamps, too; `apply_reporting` makes them as reported.
     """
-    sets = theta if sets is None else sets
-    effects = select_measuring_effects(sets)
-    if _have_errors(sets):
-        states = _convert_positions(states, theta, undo=False)
-    return _scale_rates(pass_through_sensors(states, theta, effects, t), theta, t, sets, 1.0)
+    effects = select_measuring_effects(theta)
+    if _have_errors(theta):
+        states = _convert_positions(states, theta, set_of, undo=False)
+    shown = pass_through_sensors(states, theta, effects, t, set_of)
+    return _scale_rates(shown, theta, t, set_of, 1.0)
 
 
-def undo_sensors(states: Floats, theta: Floats, t: Floats, sets: Floats | None = None) -> Floats:
+def undo_sensors(states: Floats, theta: Floats, t: Floats, set_of: Ints | None = None) -> Floats:
     """Return the true states behind measured ones; the inverse of `apply_sensors`."""
-    sets = theta if sets is None else sets
     effects = [
         replace(e, law=e.inverse)
-        for e in reversed(select_measuring_effects(sets))
+        for e in reversed(select_measuring_effects(theta))
         if e.inverse is not None
     ]
-    rates = _scale_rates(states, theta, t, sets, -1.0)
-    states = pass_through_sensors(rates, theta, effects, t)
-    return _convert_positions(states, theta, undo=True) if _have_errors(sets) else states
+    rates = _scale_rates(states, theta, t, set_of, -1.0)
+    states = pass_through_sensors(rates, theta, effects, t, set_of)
+    return _convert_positions(states, theta, set_of, undo=True) if _have_errors(theta) else states
 
 
 def apply_reporting(
-    states: Floats, theta: Floats, period_s: float, sets: Floats | None = None
+    states: Floats, theta: Floats, period_s: float, set_of: Ints | None = None
 ) -> Floats:
     """Return measured states (lanes, samples, 4) with the velocities as they are reported."""
-    effects = select_reporting_effects(theta if sets is None else sets)
+    effects = select_reporting_effects(theta)
     if effects:
+        theta = theta if set_of is None else theta[set_of]
         states = states.copy()
         for n in range(1, states.shape[1]):
             states[:, n, RATES] = report_rates(
@@ -71,7 +71,11 @@ def apply_reporting(
 def report_rates(
     rates: Floats, before: Floats, theta: Floats, effects: list[Effect], period_s: float
 ) -> Floats:
-    """Return reported velocities (lanes, 2); before: those reported a sample earlier."""
+    """Return reported velocities (lanes, 2).
+
+    before: those reported a sample earlier.
+    theta: (lanes, SIZE).
+    """
     for e in effects:
         slot = SLOTS[e.name]
         for i in range(len(rates)):
@@ -92,7 +96,7 @@ def select_measuring_effects(theta: Floats) -> list[Effect]:
 
 
 def pass_through_sensors(
-    states: Floats, theta: Floats, effects: list[Effect], t: Floats
+    states: Floats, theta: Floats, effects: list[Effect], t: Floats, set_of: Ints | None = None
 ) -> Floats:
     """Return states after these sensor effects; see `apply_sensors`."""
     if not effects:
@@ -100,7 +104,10 @@ def pass_through_sensors(
     x, th, v, w = (states[..., k] for k in range(4))
     for effect in effects:
         slot = SLOTS[effect.name]
-        columns = (theta[:, k].reshape(_make_lane_shape(x)) for k in range(slot.start, slot.stop))
+        columns = (
+            _deal(theta[:, k], set_of).reshape(_make_lane_shape(x))
+            for k in range(slot.start, slot.stop)
+        )
         with np.errstate(over="ignore", invalid="ignore"):  # a run that ran away shows no number
             x, v, th, w = effect.law(x, v, th, w, t, *columns)
     return np.stack([x, th, v, w], axis=-1)
@@ -118,43 +125,56 @@ def compute_paces(theta: Floats) -> Floats:
     return pace
 
 
-def follow_paces(theta: Floats, t: Floats) -> Floats:
+def follow_paces(theta: Floats, t: Floats, set_of: Ints | None = None) -> Floats:
     """Return the time, s, that passes per second of the stamps, (lanes, ...).
 
-    theta: (lanes, SIZE).
     t: (lanes, ...) s by the stamps, from the start of the recording.
     """
-    even = np.broadcast_to(compute_paces(theta).reshape(_make_lane_shape(t)), t.shape)
+    own = _deal(compute_paces(theta), set_of).reshape(_make_lane_shape(t))
+    even = np.broadcast_to(own, t.shape)
     paces = even.reshape(-1).copy()
-    lane_of = np.repeat(np.arange(len(theta)), len(paces) // max(len(theta), 1))
     times = np.ascontiguousarray((t * even).reshape(-1))
-    multiply_paces(times, lane_of, np.ascontiguousarray(theta), paces)
+    rows = _list_rows(t.shape[0], len(paces), set_of)
+    multiply_paces(times, rows, np.ascontiguousarray(theta), paces)
     return paces.reshape(t.shape)
 
 
-def _have_errors(sets: Floats) -> bool:
-    """Return whether any twin (sets, SIZE) holds a measured error of a sensor."""
-    return any(kind.role in SENSOR_ERRORS for kind in list_law_kinds(sets))
+def _deal(values: Floats, set_of: Ints | None) -> Floats:
+    """Return a value of each set, (sets,), for every lane, (lanes,)."""
+    return values if set_of is None else values[set_of]
 
 
-def _convert_positions(states: Floats, theta: Floats, undo: bool) -> Floats:
+def _list_rows(lanes: int, count: int, set_of: Ints | None) -> Ints:
+    """Return the row of theta of each of `count` values, as many of each lane."""
+    return np.repeat(np.arange(lanes) if set_of is None else set_of, count // max(lanes, 1))
+
+
+def _have_errors(theta: Floats) -> bool:
+    """Return whether any twin holds a measured error of a sensor."""
+    return any(kind.role in SENSOR_ERRORS for kind in list_law_kinds(theta))
+
+
+def _convert_positions(states: Floats, theta: Floats, set_of: Ints | None, undo: bool) -> Floats:
     """Return states (lanes, ..., 4) after the measured errors of the sensors, or before them."""
     flat = np.array(states, dtype=np.float64).reshape(-1, 4)
-    lane_of = np.repeat(np.arange(len(theta)), len(flat) // max(len(theta), 1))
-    convert_positions(flat, lane_of, np.ascontiguousarray(theta), undo)
+    rows = _list_rows(len(states), len(flat), set_of)
+    convert_positions(flat, rows, np.ascontiguousarray(theta), undo)
     return flat.reshape(states.shape)
 
 
-def _scale_rates(states: Floats, theta: Floats, t: Floats, sets: Floats, power: float) -> Floats:
+def _scale_rates(
+    states: Floats, theta: Floats, t: Floats, set_of: Ints | None, power: float
+) -> Floats:
     """Return states with velocities multiplied by a power of the pace of their lane."""
-    varies = any(kind.role is Role.PACE for kind in list_law_kinds(sets))
-    if not varies and np.all(compute_paces(sets) == 1.0):
+    varies = any(kind.role is Role.PACE for kind in list_law_kinds(theta))
+    own = compute_paces(theta)
+    if not varies and np.all(own == 1.0):
         return states
     states = states.copy()
     if varies:
-        paces = follow_paces(theta, np.broadcast_to(t, states.shape[:-1]))[..., None]
+        paces = follow_paces(theta, np.broadcast_to(t, states.shape[:-1]), set_of)[..., None]
     else:
-        paces = compute_paces(theta).reshape(_make_lane_shape(states))
+        paces = _deal(own, set_of).reshape(_make_lane_shape(states))
     states[..., RATES] *= paces**power
     return states
 

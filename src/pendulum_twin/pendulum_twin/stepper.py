@@ -103,6 +103,7 @@ class Stepper:
             self._true,
             self._path_memory,
             self._theta,
+            self._zero,
             self._h,
             self._sub,
             self._out,

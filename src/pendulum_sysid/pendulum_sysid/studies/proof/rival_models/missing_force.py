@@ -118,8 +118,8 @@ class PushedTwin:
         self, states: Floats, command: Floats, times_s: Floats, period_s: float
     ) -> Floats:
         """Return measured states (k, 4) after half a period of the push alone."""
-        lanes, theta = np.broadcast_to(self.theta, (len(states), len(self.theta))), self.theta
-        true = undo_sensors(states, lanes, times_s, theta[None])
+        theta, set_of = self.theta[None], np.zeros(len(states), dtype=np.int64)
+        true = undo_sensors(states, theta, times_s, set_of)
         forces = self.push(true, command)
-        true[:, 2:] += 0.5 * period_s * compute_accelerations(theta, true[:, 1], forces)
-        return apply_sensors(true, lanes, times_s, theta[None])
+        true[:, 2:] += 0.5 * period_s * compute_accelerations(self.theta, true[:, 1], forces)
+        return apply_sensors(true, theta, times_s, set_of)
