@@ -29,6 +29,7 @@ from pendulum_twin.model import Twin, load_twin, save_twin  # noqa: E402
 
 WORK = "while True: pass"
 LONGEST_S = 900.0
+ANSWERS = ("The diagnosis is", "The names are")
 
 
 def main() -> None:
@@ -37,9 +38,8 @@ def main() -> None:
     print(f"Recordings and verdicts: {out}\n")
     print("| program | seed | concealed | s | load | what the open seal says | remains |")
     print("|---|---|---|---|---|---|---|", flush=True)
-    runs = [("make demo", run_demo)] * options.demos + [
-        ("identify", run_launch)
-    ] * options.launches
+    runs = [("make demo", run_demo)] * options.demos
+    runs += [("identify", run_launch)] * options.launches
     with busy(options.busy):
         for k, (name, run) in enumerate(runs):
             seed, begun = options.seed + k, time.monotonic()
@@ -103,11 +103,9 @@ def run_launch(folder: Path, seed: int) -> str:
 
 
 def find_answer(text: str) -> str:
-    """Return the sentence on names of a comparison, and how many intervals miss the truth."""
-    lines = text.splitlines()
-    answer = next((line for line in reversed(lines) if line.startswith("The diagnosis")), "none")
-    misses = sum(line.startswith("    ") and "off" in line for line in lines)
-    return answer.rstrip(".") + (f"; intervals that miss: {misses}" if misses else "")
+    """Return the last sentence of a comparison with the seal."""
+    said = [line for line in text.splitlines() if line.startswith(ANSWERS)]
+    return said[-1].rstrip(".") if said else "no answer"
 
 
 def describe_folder(folder: Path) -> tuple[str, str]:

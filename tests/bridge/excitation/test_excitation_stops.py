@@ -38,6 +38,23 @@ def test_a_rig_that_is_not_there_is_named(ros: Graph, planned) -> None:
     )
 
 
+def test_a_wait_says_for_what(
+    ros: Graph, planned, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """A twin that compiles first, on a busy computer, needs half a minute."""
+    monkeypatch.setattr("pendulum_bridge.nodes.excitation_reports.LOG_S", 0.1)
+    node, said = make(ros, planned(*LONG)), ""
+
+    def is_told() -> bool:
+        nonlocal said
+        said += capfd.readouterr().err
+        return "still waits: no samples on /rig/joint_states" in said
+
+    ros.until(is_told, "what the plan waits for")
+    assert not node.over
+    node.end()
+
+
 def test_a_reset_that_fails_gives_its_reason(
     ros: Graph, planned, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -258,6 +258,8 @@ class ExcitationNode(Node):
             self._stop(
                 StopReason.NOT_READY, f"{lacking}, after {self._settings.ready_timeout_s:g} s"
             )
+        else:
+            self._reports.tell_lacking(lacking, now)
 
     def _find_lacking(self) -> str:
         """Return what is missing before the plan can begin; empty when all is there."""

@@ -56,6 +56,12 @@ class Reports:
             self._said_s = now
             self._node.get_logger().info(describe_progress(run, self._plan))
 
+    def tell_lacking(self, lacking: str, now: float) -> None:
+        """Log what the plan still waits for, when a line is due."""
+        if now - self._said_s >= LOG_S:
+            self._said_s = now
+            self._node.get_logger().info(f"still waits: {lacking}")
+
     def deliver(self) -> None:
         """Wait until the outcome has arrived, for a while at most."""
         self._outcome.wait_for_all_acked(Duration(seconds=DELIVERY_S))

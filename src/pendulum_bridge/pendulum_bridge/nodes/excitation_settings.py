@@ -82,7 +82,9 @@ class ExcitationSettings:
         "a rig on this computer, which may stand still: silence_s is at least 2 s and "
         "overruled_s at least 10 s",
     )
-    ready_timeout_s: float = make_number_field(30.0, 0.1, 3600.0, "longest wait for rig and twin")
+    ready_timeout_s: float = make_number_field(
+        120.0, 0.1, 3600.0, "longest wait for rig and twin, which may compile first"
+    )
     reset_timeout_s: float = make_number_field(30.0, 0.1, 3600.0, "longest wait for each reset")
 
     @property
