@@ -208,8 +208,8 @@ def bench_fit() -> list[Row]:
     """A fit of 12 parameters to 120 s: beside Nelder-Mead on the same windows and kernel."""
     from pendulum_sysid.cleaning.smooth_state import smooth_state
     from pendulum_sysid.fitting.gauss_newton import solve
-    from pendulum_sysid.fitting.linearised import Problem
     from pendulum_sysid.fitting.parameters import compute_scales, list_free_parameters
+    from pendulum_sysid.fitting.problem import Problem
     from pendulum_sysid.fitting.windows import cut_windows, gather, list_channels
 
     signals = make_recording(effects=TRUTH, noise=True)

@@ -50,6 +50,7 @@ class StepRig:
         self._stepper = Stepper(load_twin(TWIN), 1 / RATE_HZ)
         self._states = node.create_publisher(JointState, "joint_states", SAMPLES)
         self._applied = node.create_publisher(Float64, "applied_pwm", SAMPLES)
+        node.create_publisher(JointState, "/twin/joint_states", SAMPLES)  # as a twin does
         self._stamp_ns, self._command = 0, 0.0
         self.answers: list[float] = []
         self.twins: list[float] = []

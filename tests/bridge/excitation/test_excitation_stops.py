@@ -5,12 +5,13 @@ import re
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 rclpy = pytest.importorskip("rclpy")
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
-from std_msgs.msg import Bool  # noqa: E402
+from std_msgs.msg import Bool, Float64  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 from support.excitation_bench import BUSY_S, LONG, PUSHED, TWIN, Bench, StepRig, make, written  # noqa: E402
 from support.ros_graph import Graph  # noqa: E402
@@ -19,6 +20,7 @@ from pendulum_bridge.excitation.guard import StopReason  # noqa: E402
 from pendulum_bridge.excitation.run import Stage  # noqa: E402
 from pendulum_bridge.nodes.excitation_node import ExcitationNode  # noqa: E402
 from pendulum_twin.model import Twin, load_twin, save_twin  # noqa: E402
+from pendulum_twin.nodes.messages import to_joint_state  # noqa: E402
 from pendulum_twin.nodes.qos import LATCHED, SAMPLES  # noqa: E402
 from pendulum_twin.plans.plan_phases import Push, Rest  # noqa: E402
 
@@ -52,6 +54,24 @@ def test_a_wait_says_for_what(
 
     ros.until(is_told, "what the plan waits for")
     assert not node.over
+    node.end()
+
+
+def test_who_only_listens_to_the_twin_s_commands_is_no_twin(ros: Graph, planned) -> None:
+    """A recorder listens to them, and begins before a twin that compiles first."""
+    rig = ros.user("rig", "/rig")
+    rig.create_subscription(Float64, "pwm", lambda _: None, 1)
+    ros.user("recorder").create_subscription(Float64, "/twin/pwm", lambda _: None, 1)
+    states = rig.create_publisher(JointState, "joint_states", SAMPLES)
+    applied = rig.create_publisher(Float64, "applied_pwm", SAMPLES)
+    node = make(ros, planned(*LONG), reset_first=False)
+
+    def is_told() -> bool:
+        states.publish(to_joint_state(["cart", "pole"], np.array([0.0, np.pi, 0.0, 0.0]), 1))
+        applied.publish(Float64())
+        return "nobody publishes /twin/joint_states" in node._find_lacking()
+
+    ros.until(is_told, "what the plan waits for")
     node.end()
 
 

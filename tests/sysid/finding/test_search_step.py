@@ -9,7 +9,7 @@ from support.hidden_physics import HIDDEN, INTECO, record_hidden
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.search import search_effects
 from pendulum_sysid.fitting.fit import fit
-from pendulum_sysid.fitting.linearised import compute_errors
+from pendulum_sysid.fitting.problem import compute_errors
 from pendulum_sysid.fitting.split import split_windows
 from pendulum_sysid.prepare import prepare, prepare_case
 from pendulum_twin.parameter_vector import make_theta

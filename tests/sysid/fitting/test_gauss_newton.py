@@ -16,8 +16,9 @@ from pendulum_sysid.fitting.gauss_newton import (
     compute_half_widths,
     solve,
 )
-from pendulum_sysid.fitting.linearised import Problem, System, linearise
+from pendulum_sysid.fitting.linearised import System, linearise
 from pendulum_sysid.fitting.parameters import Free, list_rig_parameters
+from pendulum_sysid.fitting.problem import Problem
 from pendulum_sysid.fitting.split import split_windows
 from pendulum_sysid.fitting.windows import cut_windows, gather, list_channels
 from pendulum_sysid.prepare import prepare_case
@@ -209,7 +210,7 @@ def test_a_recording_taken_in_pieces_gives_the_same_equations(
     theta, starts = make_theta(TRUTH), problem.windows.start_states
     late = make_theta(replace(TRUTH, effects={"input_delay": {"delay_s": 0.02}}))[None]
     whole = linearise(problem, theta, starts, free, np.ones(2), late)
-    monkeypatch.setattr(f"pendulum_sysid.fitting.linearised.{limit}", 1)
+    monkeypatch.setattr(f"pendulum_sysid.fitting.neighbours.{limit}", 1)
     pieces = linearise(problem, theta, starts, free, np.ones(2), late)
     for name in ("normal", "scores", "start_normal", "start_gradient", "cross"):
         expected = getattr(whole, name)

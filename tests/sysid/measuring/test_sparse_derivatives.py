@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from support.made_recordings import INTECO, made
 
-from pendulum_sysid.fitting.linearised import linearise
+from pendulum_sysid.fitting.linearised import assemble, linearise
+from pendulum_sysid.fitting.neighbours import run_neighbours
 from pendulum_sysid.fitting.windows import shorten_windows
 from pendulum_sysid.measuring.curve import Curve, list_curves
 from pendulum_sysid.measuring.penalised_fit import list_all_free
@@ -45,6 +46,25 @@ def test_the_system_is_that_of_all_runs(prepared) -> None:
         # which runs were left out: those without any derivative
         shares[curve.kind.variable] = float(np.mean(some.normals[:, -1, -1] == 0.0))
     assert shares[Variable.TIME] > 0.5 and shares[Variable.POSITION] > 0.2
+
+
+def test_equations_of_runs_made_apart_are_those_of_all_together(prepared) -> None:
+    """A law that is still 0 everywhere changes no bit of the other runs."""
+    case, split = prepared.case, prepared.split
+    problem = case.problem(shorten_windows(case.state, split.learn, 4))
+    starts, power = problem.windows.start_states, np.array([1e-7, 1e-6])
+    plain, effects = make_theta(case.twin), tuple(case.twin.effects)
+    own = list_all_free(case, effects, plain, ())
+    known = run_neighbours(problem, plain, starts, own, power)
+    for name, curve in list_kinds(case).items():
+        theta = plain.copy()
+        curve.put(theta, np.zeros(len(curve.knots)))
+        free = list_all_free(case, effects, theta, (curve,))
+        together = linearise(problem, theta, starts, free, power)
+        added = run_neighbours(problem, theta, starts, free[len(own) :], power)
+        apart = assemble(problem, starts, known, added)
+        for array in ("normals", "scores", "start_normal", "start_gradient", "cross", "pulls"):
+            assert np.array_equal(getattr(apart, array), getattr(together, array)), (name, array)
 
 
 def test_a_command_and_a_way_act_on_after_they_have_passed(prepared) -> None:

@@ -54,6 +54,9 @@ class PendulumClient:
         others = self._node.count_publishers(self.name_topic(topics.PWM)) - 1
         if others > 0:
             return f"{others} other(s) command {self.name_topic(topics.PWM)}"
+        states = self.name_topic(topics.JOINT_STATES)
+        if not self._node.count_publishers(states):  # a recorder listens to commands, too
+            return f"nobody publishes {states}: does the pendulum's node run?"
         if reset and not self._resets.service_is_ready():
             return f"nobody offers {self.name_topic(topics.RESET)}"
         return ""

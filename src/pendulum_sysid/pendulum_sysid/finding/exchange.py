@@ -22,8 +22,8 @@ from pendulum_sysid.finding.separation import (
     spread_indices,
 )
 from pendulum_sysid.fitting.gauss_newton import solve
-from pendulum_sysid.fitting.linearised import Problem
 from pendulum_sysid.fitting.parameters import Free, Scales, list_effect_parameters
+from pendulum_sysid.fitting.problem import Problem
 from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Effect

@@ -18,8 +18,9 @@ from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_sysid.finding.hypotheses import Shape
 from pendulum_sysid.fitting.cross_validation import find_tame
-from pendulum_sysid.fitting.linearised import Problem, linearise
+from pendulum_sysid.fitting.linearised import linearise
 from pendulum_sysid.fitting.parameters import Free
+from pendulum_sysid.fitting.problem import Problem
 from pendulum_sysid.fitting.windows import shorten_windows
 from pendulum_sysid.records import Split, Windows
 from pendulum_twin.arrays import Floats, Ints

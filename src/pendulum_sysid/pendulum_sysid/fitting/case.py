@@ -8,8 +8,8 @@ from typing import Any
 from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_sysid.errors import WrongUse
-from pendulum_sysid.fitting.linearised import Problem
 from pendulum_sysid.fitting.parameters import Scales, compute_scales
+from pendulum_sysid.fitting.problem import Problem
 from pendulum_sysid.fitting.windows import list_noise
 from pendulum_sysid.records import Recording, Windows
 from pendulum_twin.arrays import Floats

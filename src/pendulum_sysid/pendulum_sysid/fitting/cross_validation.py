@@ -23,15 +23,9 @@ from pendulum_sysid.fitting.gauss_newton import (
     penalise,
     take_step,
 )
-from pendulum_sysid.fitting.linearised import (
-    FAR,
-    Problem,
-    System,
-    compute_errors,
-    linearise,
-    list_varied,
-)
+from pendulum_sysid.fitting.linearised import FAR, System, linearise
 from pendulum_sysid.fitting.parameters import Free
+from pendulum_sysid.fitting.problem import Problem, compute_errors, list_varied
 from pendulum_sysid.records import Fit
 from pendulum_twin.arrays import Floats, Mask
 

@@ -15,14 +15,9 @@ import numpy as np
 from scipy.special import stdtrit
 
 from pendulum_sysid import decisions
-from pendulum_sysid.fitting.linearised import (
-    Problem,
-    System,
-    compute_errors,
-    linearise,
-    list_varied,
-)
+from pendulum_sysid.fitting.linearised import System, linearise
 from pendulum_sysid.fitting.parameters import Free, keep_definite
+from pendulum_sysid.fitting.problem import Problem, compute_errors, list_varied
 from pendulum_sysid.fitting.windows import gather
 from pendulum_twin.arrays import Floats
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from pendulum_sysid import decisions
 from pendulum_sysid.fitting.case import Case
-from pendulum_sysid.fitting.linearised import Problem, compute_errors
+from pendulum_sysid.fitting.problem import Problem, compute_errors
 from pendulum_sysid.fitting.windows import shorten_windows
 from pendulum_sysid.records import Estimate, Fit, Split, Windows
 from pendulum_twin.arrays import Floats

@@ -16,7 +16,8 @@ from scipy.optimize import minimize
 
 from pendulum_sysid import decisions
 from pendulum_sysid.fitting.case import Case
-from pendulum_sysid.fitting.linearised import System, list_neighbours
+from pendulum_sysid.fitting.linearised import System
+from pendulum_sysid.fitting.neighbours import list_neighbours
 from pendulum_sysid.fitting.parameters import list_free_parameters
 from pendulum_sysid.fitting.predictions import LatentForce, Predictions
 from pendulum_sysid.records import Fit, Split

@@ -19,9 +19,10 @@ from pendulum_sysid.finding.judge import Lead, compute_lead
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import HORIZONS, fit_over_horizon
 from pendulum_sysid.fitting.gauss_newton import refine_start_states, scale_values
-from pendulum_sysid.fitting.linearised import System, linearise
+from pendulum_sysid.fitting.linearised import System, assemble
+from pendulum_sysid.fitting.neighbours import run_neighbours
 from pendulum_sysid.fitting.windows import shorten_windows
-from pendulum_sysid.measuring.curve import Curve, list_curves, refine_knots
+from pendulum_sysid.measuring.curve import Curve, find_slot, list_curves, refine_knots
 from pendulum_sysid.measuring.halves import is_seen_in_halves
 from pendulum_sysid.measuring.naming import NamedCurve, name_curves
 from pendulum_sysid.measuring.penalised_fit import LawFit, fit_laws, list_all_free, list_parts
@@ -264,6 +265,8 @@ def rank_curves(case: Case, split: Split, law_fit: LawFit) -> list[Ranked]:
     if len(known) >= MOST_LAWS:
         return []
     problem = case.problem(shorten_windows(case.state, split.learn, start.pieces))
+    own = list_all_free(case, start.effects, start.theta, law_fit.curves)
+    errors = run_neighbours(problem, start.theta, start.start_states, own, start.power)
     ranked = []
     for curve in list_curves(case, start.theta, start.effects):
         if curve.kind in known:
@@ -271,9 +274,10 @@ def rank_curves(case: Case, split: Split, law_fit: LawFit) -> list[Ranked]:
         theta = start.theta.copy()
         curve.put(theta, np.zeros(len(curve.knots)))
         curves = (*law_fit.curves, curve)
-        free = list_all_free(case, start.effects, theta, curves)
-        system = linearise(problem, theta, start.start_states, free, start.power)
-        values = scale_values(free, theta)
+        knots = tuple(curve.list_free(find_slot(theta, curve.kind)))
+        added = run_neighbours(problem, theta, start.start_states, knots, start.power)
+        system = assemble(problem, start.start_states, errors, added)
+        values = scale_values((*own, *knots), theta)
         matrix, gradient = _reduce(system, values, curves, law_fit.priors, law_fit.inflation)
         prior = choose_smoothness(curve, matrix, gradient, law_fit.inflation)
         if prior.evidence < decisions.LAW_LEAST_NATS:

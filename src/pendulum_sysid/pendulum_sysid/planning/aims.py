@@ -17,8 +17,8 @@ from pendulum_sysid.finding.separation import (
     pick_deciding_windows,
 )
 from pendulum_sysid.fitting.case import Case
-from pendulum_sysid.fitting.linearised import Problem
 from pendulum_sysid.fitting.parameters import Free, list_free_parameters
+from pendulum_sysid.fitting.problem import Problem
 from pendulum_sysid.records import Fit, Split
 from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME

@@ -14,7 +14,7 @@ import numpy as np
 
 from pendulum_sysid import decisions
 from pendulum_sysid.fitting.case import Case
-from pendulum_sysid.fitting.linearised import Problem
+from pendulum_sysid.fitting.problem import Problem
 from pendulum_sysid.fitting.windows import WINDOW_S
 from pendulum_sysid.planning.aims import Aim
 from pendulum_sysid.planning.phase_family import list_phases

@@ -32,8 +32,8 @@ from pendulum_sysid.finding.separation import (
     spread_indices,
 )
 from pendulum_sysid.fitting.case import Case, make_case
-from pendulum_sysid.fitting.linearised import Problem
 from pendulum_sysid.fitting.parameters import Free, list_free_parameters
+from pendulum_sysid.fitting.problem import Problem
 from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
 from pendulum_sysid.planning.planned_run import make_hanging_lanes, play_plans
 from pendulum_sysid.records import Recording
