@@ -29,7 +29,7 @@ from pendulum_twin.model import Twin, load_twin, save_twin  # noqa: E402
 
 WORK = "while True: pass"
 LONGEST_S = 900.0
-ANSWERS = ("The diagnosis is", "The names are")
+ANSWERS = ("The diagnosis ", "The names are")
 
 
 def main() -> None:

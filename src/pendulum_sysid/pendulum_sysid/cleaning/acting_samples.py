@@ -4,7 +4,8 @@ A command that acts from the nearest sample on, and whose stamp is off by a frac
 may count a sample too early or too late. The cart's velocity then jumps where no force is. A
 filter finds the height of such a jump at each sample: generalised least squares of a short stretch
 of the cart's unexplained acceleration, whose noise is that of second differences of a position,
-with a force that drifts evenly beside the jump.
+with a force that drifts evenly beside the jump. A jump shows at its neighbours, too: of commands
+within a filter's reach the one that gains most changes first, and the others are weighed again.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.ndimage import correlate1d
+from scipy.ndimage import correlate1d, maximum_filter1d
 
 from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.cart_balance import (
@@ -30,7 +31,7 @@ from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.signals import Signals
 
 SHIFTS = 17  # tried from end to end of COMMAND_CLOCK_OFF: a twentieth of a period apart
-PASSES = 2  # of an iteration: commands that were settled change how their neighbours are weighed
+PASSES = 50  # at most: commands that were settled change how their neighbours are weighed
 SPREAD_OF_NORMAL = 1.4826  # standard deviation over median absolute deviation
 
 
@@ -81,14 +82,28 @@ def settle_commands(
     doubt = _find_doubt(signals, later, commands)
     for _ in range(PASSES):
         gains = _weigh(signals, balance, doubt)
-        signals = _change(signals, doubt, gains > decisions.COMMAND_MOVED_NATS)
+        which = _list_best(doubt.samples, gains, len(signals))
+        if not which.any():
+            break
+        signals, doubt = _exchange(signals, doubt, which)
     return signals
 
 
-def _change(signals: Signals, doubt: Doubt, which: Mask) -> Signals:
-    command = signals.command.copy()
-    command[doubt.samples[which]] = doubt.other[which]
-    return replace(signals, command=command)
+def _list_best(samples: Ints, gains: Floats, count: int) -> Mask:
+    """Return which changes are worth it and gain most within the reach of their filters, (k,)."""
+    at = np.zeros(count)
+    at[samples] = gains
+    most = maximum_filter1d(at, 4 * decisions.COMMAND_SIDE + 1)[samples]
+    best: Mask = (gains > decisions.COMMAND_MOVED_NATS) & (gains >= most)
+    return best
+
+
+def _exchange(signals: Signals, doubt: Doubt, which: Mask) -> tuple[Signals, Doubt]:
+    """Return signals with these commands exchanged, and the doubt, which may take them back."""
+    command, other = signals.command.copy(), doubt.other.copy()
+    samples = doubt.samples[which]
+    command[samples], other[which] = other[which], command[samples]
+    return replace(signals, command=command), replace(doubt, other=other)
 
 
 def _find_doubt(signals: Signals, stamps: Floats, commands: Floats) -> Doubt:
