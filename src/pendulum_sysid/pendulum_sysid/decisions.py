@@ -7,8 +7,7 @@ theory gives them. `docs/decisions.md` shows which verdicts change when a number
 larger or smaller, or a rule is switched off.
 
 Modules read these as attributes (`decisions.NAME`), so that a study can replace them while it
-runs. Numbers that decide nothing (formats, layouts, numerical tolerances) stand where they are
-used.
+runs. What decides nothing (formats, layouts, numerical tolerances) stands where it is used.
 """
 
 from __future__ import annotations
@@ -213,7 +212,8 @@ SAME_RATE = 0.02  # of period; commands that answer samples come at their rate
 COMMAND_CLOCK_OFF = 0.4  # periods; by which the clock of the samples may be off
 COMMAND_MIDWAY = 0.3  # periods; a command this near the middle of two samples is in doubt
 COMMAND_SIDE = 6  # samples; on either side that a jump is seen against; 4 to 14 do alike
-COMMAND_MOVED_NATS = 4.0  # nats; by which the cart must speak for the other sample
+COMMAND_MOVED_NATS = 4.0  # nats; by which the cart must speak for the other sample at the middle
+COMMAND_FARTHER_NATS = 50.0  # nats a period; more, for a command that came off the middle
 COMMAND_TIMES_RATIO = 0.97  # ratio; of unexplained acceleration: a timing is clearly right
 ANSWERS_RATIO = 0.998  # ratio; the same, for commands that answer samples: 10 nats in a minute
 LONGEST_LATENCY_S = 1.0  # s; from publishing to receiving; a longer time is of two clocks

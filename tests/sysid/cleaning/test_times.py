@@ -143,15 +143,22 @@ def test_stamps_without_a_period_have_no_clock() -> None:
     assert find_even_clock(np.zeros(500)) is None
 
 
+@pytest.mark.parametrize("again", [False, True])
 @pytest.mark.parametrize("late_s", [0.0, 0.0007, -0.0007])
-def test_the_cart_says_from_which_sample_a_command_acted(late_s: float) -> None:
-    """A busy computer answers a sample twice, at once and late; its clock of samples is off."""
+def test_the_cart_says_from_which_sample_a_command_acted(late_s: float, again: bool) -> None:
+    """A busy computer answers a sample twice, at once and late; its clock of samples is off.
+
+    again: whether it sends every answer twice.
+    """
     random = np.random.default_rng(6)
     at, last = RAW.command_stamp_s, np.concatenate([[0.0], ROUGH[:-1]])
     answered = at + random.uniform(-0.0049, 0.0049, len(at))  # each acts from its own sample
     at_once = at + 0.0001
     stamps = np.concatenate([answered, at_once])
     values = np.concatenate([ROUGH, np.where(answered < at_once, ROUGH, last)])
+    if again:
+        stamps = np.concatenate([stamps, stamps + 0.00005])
+        values = np.concatenate([values, values])
     order = np.argsort(stamps, kind="stable")
     raw = answer(stamps[order] + late_s, values[order], ROUGH)
     command = clean_recording(raw).signals.command

@@ -42,10 +42,12 @@ class Doubt:
     samples: (k,) their numbers, rising.
     other: (k,) PWM fraction; the sample's command if the boundary lies beyond the command that
         came: the command before it, where it came before the middle, else that command itself.
+    needed: (k,) nats by which the cart must speak for it: the more, the farther from the middle.
     """
 
     samples: Ints
     other: Floats
+    needed: Floats
 
 
 def settle_commands(
@@ -82,7 +84,7 @@ def settle_commands(
     doubt = _find_doubt(signals, later, commands)
     for _ in range(PASSES):
         gains = _weigh(signals, balance, doubt)
-        which = _list_best(doubt.samples, gains, len(signals))
+        which = _list_best(doubt.samples, gains - doubt.needed, len(signals))
         if not which.any():
             break
         signals, doubt = _exchange(signals, doubt, which)
@@ -94,7 +96,7 @@ def _list_best(samples: Ints, gains: Floats, count: int) -> Mask:
     at = np.zeros(count)
     at[samples] = gains
     most = maximum_filter1d(at, 4 * decisions.COMMAND_SIDE + 1)[samples]
-    best: Mask = (gains > decisions.COMMAND_MOVED_NATS) & (gains >= most)
+    best: Mask = (gains > 0) & (gains >= most)
     return best
 
 
@@ -108,6 +110,8 @@ def _exchange(signals: Signals, doubt: Doubt, which: Mask) -> tuple[Signals, Dou
 
 def _find_doubt(signals: Signals, stamps: Floats, commands: Floats) -> Doubt:
     clock = signals.clock_s
+    changes = np.diff(commands, prepend=np.nan) != 0.0  # a driver may send a command again
+    stamps, commands = stamps[changes], commands[changes]
     before = np.clip(np.searchsorted(clock, stamps, side="right") - 1, 0, len(clock) - 1)
     past = (stamps - clock[before]) / signals.period_s - 0.5
     number = np.flatnonzero(np.abs(past) < decisions.COMMAND_MIDWAY)
@@ -117,7 +121,8 @@ def _find_doubt(signals: Signals, stamps: Floats, commands: Floats) -> Doubt:
     samples = np.array(sorted(nearest), dtype=np.int64)
     number = np.array([nearest[sample] for sample in samples.tolist()], dtype=np.int64)
     other = np.where(past[number] <= 0, commands[np.maximum(number - 1, 0)], commands[number])
-    return Doubt(samples, other)
+    farther = decisions.COMMAND_FARTHER_NATS * np.abs(past[number])
+    return Doubt(samples, other, decisions.COMMAND_MOVED_NATS + farther)
 
 
 @dataclass(frozen=True)
