@@ -6,6 +6,7 @@ filter finds the height of such a jump at each sample: generalised least squares
 of the cart's unexplained acceleration, whose noise is that of second differences of a position,
 with a force that drifts evenly beside the jump. A jump shows at its neighbours, too: of commands
 within a filter's reach the one that gains most changes first, and the others are weighed again.
+Where the cart hardly moves, dry friction takes what a command gives, and nothing is asked.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ from pendulum_sysid.cleaning.clock import hold_commands
 from pendulum_sysid.cleaning.drive_curve import DriveCurve, fit_drive_curve
 from pendulum_sysid.cleaning.reducing import is_too_fast
 from pendulum_sysid.cleaning.smooth_state import SmoothState
+from pendulum_sysid.cleaning.stale_start import compute_slow_speed
 from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.signals import Signals
 
@@ -81,7 +83,7 @@ def settle_commands(
     shift, drift = _find_shift(balance, hold)
     signals = replace(signals, command=hold(shift, drift))
     later = stamps + (shift + drift * since) * signals.period_s
-    doubt = _find_doubt(signals, later, commands)
+    doubt = _find_doubt(signals, later, commands, balance.slow)
     for _ in range(PASSES):
         gains = _weigh(signals, balance, doubt)
         which = _list_best(doubt.samples, gains - doubt.needed, len(signals))
@@ -108,13 +110,21 @@ def _exchange(signals: Signals, doubt: Doubt, which: Mask) -> tuple[Signals, Dou
     return replace(signals, command=command), replace(doubt, other=other)
 
 
-def _find_doubt(signals: Signals, stamps: Floats, commands: Floats) -> Doubt:
+def _find_slow(state: SmoothState) -> Mask:
+    """Return where a filter reaches a cart that hardly moves: dry friction holds it, (n,)."""
+    slow = np.abs(state.states[:, 2]) < compute_slow_speed(state)
+    reached: Mask = maximum_filter1d(slow, 2 * decisions.COMMAND_SIDE + 1)
+    return reached
+
+
+def _find_doubt(signals: Signals, stamps: Floats, commands: Floats, slow: Mask) -> Doubt:
+    """Return which commands are in doubt, and may be asked for: a slow cart says nothing."""
     clock = signals.clock_s
     changes = np.diff(commands, prepend=np.nan) != 0.0  # a driver may send a command again
     stamps, commands = stamps[changes], commands[changes]
     before = np.clip(np.searchsorted(clock, stamps, side="right") - 1, 0, len(clock) - 1)
     past = (stamps - clock[before]) / signals.period_s - 0.5
-    number = np.flatnonzero(np.abs(past) < decisions.COMMAND_MIDWAY)
+    number = np.flatnonzero((np.abs(past) < decisions.COMMAND_MIDWAY) & ~slow[before])
     # the nearest to the middle of several commands between two samples
     number = number[np.argsort(-np.abs(past[number]), kind="stable")]
     nearest = dict(zip(before[number].tolist(), number.tolist(), strict=True))
@@ -134,6 +144,7 @@ class Balance:
     others: (n, columns) of all other forces.
     drive: what the drive makes of commands.
     late: whole samples by which the command comes late.
+    slow: (n,) whether a filter reaches a cart that hardly moves, which dry friction holds.
     """
 
     rows: Ints
@@ -141,6 +152,7 @@ class Balance:
     others: Floats
     drive: DriveCurve
     late: int
+    slow: Mask
 
     def explain(self, command: Floats) -> tuple[Floats, float]:
         """Return the acceleration that is left, (n,), m/s^2, and that per unit of the drive."""
@@ -159,7 +171,8 @@ def _make_balance(signals: Signals, state: SmoothState) -> Balance:
     others = list_other_forces(signals, state, 1)
     drive = fit_drive_curve(signals.command, make_second_differences(signals, state))
     latest = round(decisions.ANSWER_LATEST_S / signals.period_s)
-    balances = [Balance(rows, target, others, drive, late) for late in range(latest + 1)]
+    slow = _find_slow(state)
+    balances = [Balance(rows, target, others, drive, late, slow) for late in range(latest + 1)]
     return min(balances, key=lambda each: np.std(each.explain(signals.command)[0][rows]))
 
 
@@ -186,7 +199,8 @@ def _weigh(signals: Signals, balance: Balance, doubt: Doubt) -> Floats:
     usable = np.zeros(len(left))
     usable[balance.rows] = left[balance.rows]
     jumps = correlate1d(usable, _make_filter(), mode="constant")
-    noise = SPREAD_OF_NORMAL * float(np.median(np.abs(jumps[balance.rows]))) or np.inf
+    asked = np.abs(jumps[balance.rows[~balance.slow[balance.rows]]])
+    noise = (SPREAD_OF_NORMAL * float(np.median(asked)) if asked.size else 0.0) or np.inf
     jumps = np.roll(jumps, -balance.late)[doubt.samples]
     answer = balance.drive.answer
     lacking = per_drive * (answer(doubt.other) - answer(signals.command[doubt.samples]))

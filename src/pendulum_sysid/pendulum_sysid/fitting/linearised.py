@@ -132,7 +132,7 @@ def _assemble_part(
     """Return the normal equations of a part of the windows.
 
     off_by: (sets + varied starts, windows, samples, channels) their errors, in units of each
-        channel's deviation, in the order of `_compute_all_errors`.
+        channel's deviation, in the order of `NeighbourErrors`.
     scale: (parameters,) size of each parameter over its step.
     part: the windows.
     """

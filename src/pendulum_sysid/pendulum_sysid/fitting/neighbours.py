@@ -48,8 +48,10 @@ def run_neighbours(
     power: Floats,
     whole_steps: Floats | None = None,
 ) -> NeighbourErrors:
-    """Run theta and its neighbours.
+    """Run theta and its neighbours over all windows.
 
+    theta: (SIZE,) of the twin; start_states: (windows, 4) x (m), th (rad), v (m/s), w (rad/s).
+    free: the parameters along which the neighbours lie.
     power: (channels,) each channel's mean squared error, m^2 or rad^2.
     whole_steps: (more, SIZE) further parameter vectors. Each adds a column: the change of the runs
         from theta all the way to that vector.
