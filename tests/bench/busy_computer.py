@@ -20,6 +20,7 @@ sys.path[:0] = [str(TESTS)]
 
 from support.launch_files import read  # noqa: E402
 from support.launch_running import running  # noqa: E402
+from support.polling import until  # noqa: E402
 from support.running_emulator import TWIN, free_ports  # noqa: E402
 
 from pendulum_bridge.emulator.seal import open_seal  # noqa: E402
@@ -84,9 +85,7 @@ def run_launch(folder: Path, seed: int) -> str:
         seal=folder / "seal.json",
     )  # fmt: skip
     with running(launch, {**os.environ, **make_environment()}, folder / "logs") as programs:
-        end = time.monotonic() + LONGEST_S
-        while not programs.over() and time.monotonic() < end:
-            time.sleep(0.5)
+        until(programs.over, "the end of the plan", deadline_s=LONGEST_S)
         first = programs.over()
         failed = {name: status for name, status in programs.end().items() if status}
     if failed:

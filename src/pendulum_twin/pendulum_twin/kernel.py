@@ -188,24 +188,13 @@ def _place_lane(theta, start_state, path_memory, h, p, i, width):
 
 @compile_inner
 def _place_block(
-    first,
-    measured,
-    block,
-    begin,
-    first_step,
-    start_states,
-    path_memory,
-    theta,
-    set_of,
-    h,
-    p,
-    width,
+    first, measured, block, begin, first_step, starts, path_memory, theta, set_of, h, p
 ):
     """Place the lanes from the first on in the block; return whether a law changes a clock's pace.
 
-    first: lane; block, p: see `block.py`; width: lanes a block. The other arguments are those of
-        `integrate_lanes`.
+    first: lane; block, p: see `block.py`. The other arguments are those of `integrate_lanes`.
     """
+    width = len(block.lane)
     paced, block.curved[width] = False, False
     for i in range(width):
         lane = min(first + i, len(set_of) - 1)
@@ -213,7 +202,7 @@ def _place_block(
         block.lane[i], block.row[i] = lane, set_of[lane]
         block.at[i], block.done[i] = begin[lane], first_step[lane]
         block.constants[0, i], block.constants[1, i] = own[MASS], own[CART_VISCOUS]
-        _place_lane(own, start_states[lane], path_memory[lane], h, p, i, width)
+        _place_lane(own, starts[lane], path_memory[lane], h, p, i, width)
         block.curved[i] = measured is not None and has_curves(own)
         block.curved[width] = block.curved[width] or block.curved[i]
         paced = paced or (measured is not None and has_pace(own))
@@ -283,7 +272,7 @@ def integrate_lanes(
     drive_of,
     begin,
     first_step,
-    start_states,
+    starts,
     path_memory,
     theta,
     set_of,
@@ -302,7 +291,7 @@ def integrate_lanes(
     drive_of: (lanes,) row of drives of each lane.
     begin: (lanes,) step of that row at which each lane starts.
     first_step: (lanes,) substeps since the recording began, at each lane's start.
-    start_states: (lanes, 4) x, th, v, w.
+    starts: (lanes, 4) x, th, v, w.
     path_memory: (lanes, PATH_SIZE) what the lanes remember of their paths at the start;
         afterwards at the end.
     theta: (sets, SIZE) the twins.
@@ -318,18 +307,7 @@ def integrate_lanes(
     counts = 0, 0
     for first in range(0, count, width):
         paced = _place_block(
-            first,
-            measured,
-            block,
-            begin,
-            first_step,
-            start_states,
-            path_memory,
-            theta,
-            set_of,
-            h,
-            p,
-            width,
+            first, measured, block, begin, first_step, starts, path_memory, theta, set_of, h, p
         )
         if remembers:
             counts = list_elements(block.elements, block.listed)

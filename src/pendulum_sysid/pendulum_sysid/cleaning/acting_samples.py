@@ -199,8 +199,8 @@ def _weigh(signals: Signals, balance: Balance, doubt: Doubt) -> Floats:
     usable = np.zeros(len(left))
     usable[balance.rows] = left[balance.rows]
     jumps = correlate1d(usable, _make_filter(), mode="constant")
-    asked = np.abs(jumps[balance.rows[~balance.slow[balance.rows]]])
-    noise = (SPREAD_OF_NORMAL * float(np.median(asked)) if asked.size else 0.0) or np.inf
+    moving = np.abs(jumps[balance.rows[~balance.slow[balance.rows]]])
+    noise = (SPREAD_OF_NORMAL * float(np.median(moving)) if moving.size else 0.0) or np.inf
     jumps = np.roll(jumps, -balance.late)[doubt.samples]
     answer = balance.drive.answer
     lacking = per_drive * (answer(doubt.other) - answer(signals.command[doubt.samples]))
