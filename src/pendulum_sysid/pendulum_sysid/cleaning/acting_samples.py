@@ -94,7 +94,10 @@ def settle_commands(
 
 
 def _list_best(samples: Ints, gains: Floats, count: int) -> Mask:
-    """Return which changes are worth it and gain most within the reach of their filters, (k,)."""
+    """Return which changes gain anything, and most within the reach of their filters, (k,).
+
+    gains: (k,) nats beyond what each change needs. count: samples of the recording.
+    """
     at = np.zeros(count)
     at[samples] = gains
     most = maximum_filter1d(at, 4 * decisions.COMMAND_SIDE + 1)[samples]
