@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from pendulum_bridge.emulator.load import add_load
 from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.watch.alarm import Alarm
 from pendulum_bridge.watch.watch import Phase, Watch
@@ -81,6 +82,11 @@ def _double_friction(truth: Concealed) -> dict[str, dict[str, float]]:
     }
 
 
+def _load_cart(rig: Rig) -> dict[str, float]:
+    loaded = add_load(rig, 0.1)
+    return {key: getattr(loaded, key) for key in ("cart_mass_kg", "com_distance_m")}
+
+
 CHANGES = (
     Change("encoder slips by 0.05 rad", "sensor", lambda t: {"angle_offset": {"angle_rad": 0.05}}),
     Change("dry friction of the cart doubles", "cart", _double_friction),
@@ -96,6 +102,7 @@ CHANGES = (
         constants=lambda rig: {"pole_viscous_n_m_s": 3 * rig.pole_viscous_n_m_s},
     ),
     Change("rail tilts by 1 degree", "cart", lambda t: {"rail_tilt": {"angle_rad": 0.01745}}),
+    Change("a load of 0.1 kg is put on the cart", "cart", constants=_load_cart),
 )
 
 

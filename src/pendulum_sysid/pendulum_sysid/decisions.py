@@ -1,13 +1,12 @@
 """Every number that decides something in a diagnosis, by the question that it answers.
 
 One line a number: value, unit, and why this value. The last word says where it comes from:
-derived (from statistics or from another number) or measured (in a test or study of this
-repository). All others were chosen on emulated rigs, where diagnoses named best with them: no
-theory gives them. `docs/decisions.md` shows which verdicts change when a number is 1.5 times
-larger or smaller, or a rule is switched off.
+derived (from statistics or from another number) or measured (in a test or study here). All others
+were chosen on emulated rigs, where diagnoses named best with them: no theory gives them.
+`docs/decisions.md` shows which verdicts change when a number is 1.5 times larger or smaller.
 
-Modules read these as attributes (`decisions.NAME`), so that a study can replace them while it
-runs. What decides nothing (formats, layouts, numerical tolerances) stands where it is used.
+Modules read these as attributes, so that a study can replace them while it runs. What decides
+nothing (formats, layouts, tolerances) stands where it is used.
 """
 
 from __future__ import annotations
@@ -214,6 +213,9 @@ COMMAND_MIDWAY = 0.3  # periods; a command this near the middle of two samples i
 COMMAND_SIDE = 6  # samples; on either side that a jump is seen against; 4 to 14 do alike
 COMMAND_MOVED_NATS = 4.0  # nats; by which the cart must speak for the other sample at the middle
 COMMAND_FARTHER_NATS = 50.0  # nats a period; more, for a command that came off the middle
+COMMAND_FAR_OFF = 2.0  # of typical power; a window so far off the twin may hold a wrong command
+COMMAND_MOST_TYPICAL = 100.0  # of noise power; a twin further off in typical windows lacks physics
+COMMAND_MOST_LEFT = 0.1  # of power beyond the typical; else it is no command that was wrong
 COMMAND_TIMES_RATIO = 0.97  # ratio; of unexplained acceleration: a timing is clearly right
 ANSWERS_RATIO = 0.998  # ratio; the same, for commands that answer samples: 10 nats in a minute
 LONGEST_LATENCY_S = 1.0  # s; from publishing to receiving; a longer time is of two clocks

@@ -26,8 +26,9 @@ from pendulum_sysid.finding.naming import (
     part_sure_names,
 )
 from pendulum_sysid.finding.replication import join_intervals, widen_intervals
-from pendulum_sysid.finding.search import Answer, search_effects
+from pendulum_sysid.finding.search import Answer
 from pendulum_sysid.finding.separation import drop_wild_windows
+from pendulum_sysid.finding.settled_search import search_settled
 from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.fitting.blas_threads import use_one_blas_thread
 from pendulum_sysid.fitting.case import Case
@@ -83,7 +84,8 @@ def diagnose_prepared(prepared: Prepared, progress: Progress, began: float) -> V
     """
     recording = prepared.case.recording
     progress(f"{recording.name}: {len(prepared.case.signals)} samples")
-    answer = search_effects(prepared.case, prepared.split, progress)
+    case, answer = search_settled(prepared.case, prepared.split, progress)
+    prepared = replace(prepared, case=case)
     findings = explain_answer(prepared, answer, progress)
     verdict = make_verdict(findings, recording, time.monotonic() - began)
     overlays = draw_overlays(findings.before["held_out"], findings.after["held_out"])

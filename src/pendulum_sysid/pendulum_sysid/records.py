@@ -9,6 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pendulum_sysid.command_doubt import CommandDoubt
 from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.model import Twin
 from pendulum_twin.signals import Signals
@@ -73,6 +74,7 @@ class Recording:
         timing_spread_s: s, by which the times of commands against samples are unknown; a delay
             is known no better.
         command_latency: how late commands act; None where the recording does not say.
+        doubt: samples whose command is in doubt; None where there are none.
     """
 
     name: str
@@ -82,6 +84,7 @@ class Recording:
     rates: Floats | None = None
     timing_spread_s: float = 0.0
     command_latency: CommandLatency | None = None
+    doubt: CommandDoubt | None = None
 
     @property
     def losses(self) -> str:

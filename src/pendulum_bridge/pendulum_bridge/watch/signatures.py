@@ -11,8 +11,9 @@ import numpy as np
 from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Place
+from pendulum_twin.effects.load_put_on import put_load_on
 from pendulum_twin.model import Twin
-from pendulum_twin.parameter_vector import BASE, COUPLING, INERTIA, MOMENT, SLOTS
+from pendulum_twin.parameter_vector import BASE, COUPLING, INERTIA, MASS, MOMENT, SLOTS
 from pendulum_twin.rig import RANGES, UNITS, Rig
 
 WORTH_FORCE_SHARE = (
@@ -133,6 +134,14 @@ KINDS: tuple[Kind, ...] = (
         "command_rate",
         lambda rig, period_s: 0.6 * period_s,
         "the force follows the command with a lag longer by {size}",
+    ),
+    Kind(
+        "rig",
+        "cart_mass_kg",
+        Place.CART,
+        "cart_acceleration",
+        lambda rig, period_s: 0.03 * rig.total_mass_kg,
+        "the cart's mass has changed by {size}",
     ),
     Kind(
         "rig",
@@ -261,6 +270,9 @@ def _describe_constant(kind: Kind, twin: Twin) -> _Quantity:
     value, low, unit = float(getattr(twin.rig, key)), RANGES[key][0], UNITS[key]
     if key == "com_distance_m":
         return _Quantity(value, low, unit, (COUPLING, MOMENT), twin.rig.total_mass_kg)
+    if key == "cart_mass_kg":  # a load on the cart: the pole's moment stays
+        lightest = put_load_on(twin.rig, -value, 0.0).cart_mass_kg
+        return _Quantity(value, lightest or low, unit, (MASS,))
     place = INERTIA if key == "pole_inertia_kg_m2" else BASE.index(key)
     return _Quantity(value, low, unit, (place,))
 

@@ -72,13 +72,15 @@ class Identified:
     """Hold what a minute's recording led to.
 
     twin, verdict, policy: files.
-    classical: designed from the twin.
     """
 
     twin: Path
     verdict: Path
     policy: Path
-    classical: Controller
+
+    def design_classical(self) -> Controller:
+        """Return the classical controller that is designed from the twin."""
+        return design_controller(load_twin(self.twin), Task())
 
     @property
     def answer(self) -> dict[str, Any]:
@@ -156,8 +158,8 @@ def _adapt(
     for name, controller in (
         (NEW, new),
         (OLD, old),
-        (NEW_CLASSICAL, now.classical),
-        (OLD_CLASSICAL, before.classical),
+        (NEW_CLASSICAL, now.design_classical()),
+        (OLD_CLASSICAL, before.design_classical()),
     ):
         live.play(name, controller)
     return {
@@ -240,7 +242,7 @@ def _identify(
     if policy is not None:
         how += ["--init", str(policy)]
     trained = train_policy(twin, folder / "policy", seed, how)
-    return Identified(twin, verdict, trained, design_controller(load_twin(twin), Task()))
+    return Identified(twin, verdict, trained)
 
 
 _say: Callable[[str], None] = partial(print, flush=True)

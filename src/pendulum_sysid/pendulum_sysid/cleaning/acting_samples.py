@@ -29,6 +29,7 @@ from pendulum_sysid.cleaning.drive_curve import DriveCurve, fit_drive_curve
 from pendulum_sysid.cleaning.reducing import is_too_fast
 from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_sysid.cleaning.stale_start import compute_slow_speed
+from pendulum_sysid.command_doubt import CommandDoubt
 from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.signals import Signals
 
@@ -37,28 +38,15 @@ PASSES = 50  # at most: commands that were settled change how their neighbours a
 SPREAD_OF_NORMAL = 1.4826  # standard deviation over median absolute deviation
 
 
-@dataclass(frozen=True)
-class Doubt:
-    """Hold the samples whose command is in doubt, for a command came midway to the next sample.
-
-    samples: (k,) their numbers, rising.
-    other: (k,) PWM fraction; the sample's command if the boundary lies beyond the command that
-        came: the command before it, where it came before the middle, else that command itself.
-    needed: (k,) nats by which the cart must speak for it: the more, the farther from the middle.
-    """
-
-    samples: Ints
-    other: Floats
-    needed: Floats
-
-
 def settle_commands(
     signals: Signals,
     smoothed: Callable[[], SmoothState],
     stamps: Floats,
     commands: Floats,
-) -> Signals:
+) -> tuple[Signals, CommandDoubt | None]:
     """Return the signals with each command that came midway at the sample from which it acted.
+
+    Returns the commands that are in doubt, too; None where there are none.
 
     First all commands answer together by how much the samples' clock is off; then each command
     that came midway between two samples answers for itself. At rates of which samples will
@@ -78,39 +66,34 @@ def settle_commands(
 
     far = decisions.COMMAND_CLOCK_OFF
     if is_too_fast(signals) or np.array_equal(hold(-far, 0.0), hold(far, 0.0)):
-        return replace(signals, command=hold(0.0, 0.0))
+        return replace(signals, command=hold(0.0, 0.0)), None
     balance = _make_balance(replace(signals, command=hold(0.0, 0.0)), smoothed())
     shift, drift = _find_shift(balance, hold)
     signals = replace(signals, command=hold(shift, drift))
     later = stamps + (shift + drift * since) * signals.period_s
-    doubt = _find_doubt(signals, later, commands, balance.slow)
+    doubt = _find_doubt(signals, later, commands)
+    if doubt is None:
+        return signals, None
     for _ in range(PASSES):
-        gains = _weigh(signals, balance, doubt)
-        which = _list_best(doubt.samples, gains - doubt.needed, len(signals))
-        if not which.any():
+        net = _weigh(signals, balance, doubt) - doubt.added_costs
+        options = np.argmax(net, axis=1)
+        which = _list_best(doubt.samples, np.max(net, axis=1), len(signals))
+        if not len(which):
             break
-        signals, doubt = _exchange(signals, doubt, which)
-    return signals
+        doubt = doubt.choose(which, options[which])
+        signals = replace(signals, command=doubt.put_into(signals.command))
+    return signals, doubt
 
 
-def _list_best(samples: Ints, gains: Floats, count: int) -> Mask:
-    """Return which changes gain anything, and most within the reach of their filters, (k,).
+def _list_best(samples: Ints, gains: Floats, count: int) -> Ints:
+    """Return which changes gain anything, and most within the reach of their filters.
 
-    gains: (k,) nats beyond what each change needs. count: samples of the recording.
+    gains: (k,) nats beyond what each change costs. count: samples of the recording.
     """
     at = np.zeros(count)
     at[samples] = gains
     most = maximum_filter1d(at, 4 * decisions.COMMAND_SIDE + 1)[samples]
-    best: Mask = (gains > 0) & (gains >= most)
-    return best
-
-
-def _exchange(signals: Signals, doubt: Doubt, which: Mask) -> tuple[Signals, Doubt]:
-    """Return signals with these commands exchanged, and the doubt, which may take them back."""
-    command, other = signals.command.copy(), doubt.other.copy()
-    samples = doubt.samples[which]
-    command[samples], other[which] = other[which], command[samples]
-    return replace(signals, command=command), replace(doubt, other=other)
+    return np.flatnonzero((gains > 0) & (gains >= most))
 
 
 def _find_slow(state: SmoothState) -> Mask:
@@ -120,22 +103,38 @@ def _find_slow(state: SmoothState) -> Mask:
     return reached
 
 
-def _find_doubt(signals: Signals, stamps: Floats, commands: Floats, slow: Mask) -> Doubt:
-    """Return which commands are in doubt, and may be asked for: a slow cart says nothing."""
-    clock = signals.clock_s
+def _find_doubt(signals: Signals, stamps: Floats, commands: Floats) -> CommandDoubt | None:
+    """Return which commands are in doubt, the commands at the nearest sample chosen.
+
+    Of the commands that came between a sample and the next sample, some acted from the sample and
+    the others from the next: an option is how many, and its cost grows with how far from the
+    middle they are parted.
+    """
     changes = np.diff(commands, prepend=np.nan) != 0.0  # a driver may send a command again
     stamps, commands = stamps[changes], commands[changes]
-    before = np.clip(np.searchsorted(clock, stamps, side="right") - 1, 0, len(clock) - 1)
-    past = (stamps - clock[before]) / signals.period_s - 0.5
-    number = np.flatnonzero((np.abs(past) < decisions.COMMAND_MIDWAY) & ~slow[before])
-    # the nearest to the middle of several commands between two samples
-    number = number[np.argsort(-np.abs(past[number]), kind="stable")]
-    nearest = dict(zip(before[number].tolist(), number.tolist(), strict=True))
-    samples = np.array(sorted(nearest), dtype=np.int64)
-    number = np.array([nearest[sample] for sample in samples.tolist()], dtype=np.int64)
-    other = np.where(past[number] <= 0, commands[np.maximum(number - 1, 0)], commands[number])
-    farther = decisions.COMMAND_FARTHER_NATS * np.abs(past[number])
-    return Doubt(samples, other, decisions.COMMAND_MOVED_NATS + farther)
+    clock, period_s = signals.clock_s, signals.period_s
+    first = np.searchsorted(stamps, clock, side="right")
+    count = np.searchsorted(stamps, clock + period_s, side="left") - first
+    some = np.flatnonzero((count > 0) & (first > 0))
+    options = np.arange(int(np.max(count[some], initial=0)) + 1)
+    number = np.minimum(first[some, None] + options, len(stamps) - 1)
+    there = options <= count[some, None]
+    came = np.where(
+        options < count[some, None], (stamps[number] - clock[some, None]) / period_s, 1
+    )
+    since = np.column_stack([np.zeros(len(some)), came[:, :-1]])
+    apart = np.maximum(since - 0.5, 0.0) + np.maximum(0.5 - came, 0.0)
+    dear = decisions.COMMAND_MOVED_NATS + decisions.COMMAND_FARTHER_NATS * apart
+    costs = np.where(there & (apart < decisions.COMMAND_MIDWAY), dear, np.inf)
+    nearest = np.argmin(np.where(there, apart, np.inf), axis=1)
+    costs[np.arange(len(some)), nearest] = 0.0
+    doubtful = np.isfinite(costs).sum(axis=1) > 1
+    if not doubtful.any():
+        return None
+    values = np.where(np.isfinite(costs), commands[np.maximum(number - 1, 0)], 0.0)
+    return CommandDoubt(
+        some[doubtful], values[doubtful], costs[doubtful], nearest[doubtful].astype(np.int64)
+    )
 
 
 @dataclass(frozen=True)
@@ -192,12 +191,16 @@ def _find_shift(balance: Balance, hold: Callable[[float, float], Floats]) -> tup
     shift = min(steps, key=lambda shift: measure(shift, 0.0))
     drift = min(steps, key=lambda drift: measure(shift, drift))
     shift = min(steps, key=lambda shift: measure(shift, drift))
-    clear = measure(shift, drift) < at_stamps - decisions.COMMAND_MOVED_NATS
-    return (shift, drift) if clear else (0.0, 0.0)
+    farther = decisions.COMMAND_FARTHER_NATS * (abs(shift) + abs(drift))
+    gain = at_stamps - measure(shift, drift)
+    return (shift, drift) if gain > decisions.COMMAND_MOVED_NATS + farther else (0.0, 0.0)
 
 
-def _weigh(signals: Signals, balance: Balance, doubt: Doubt) -> Floats:
-    """Return the gain of log likelihood, nats, by each doubtful command's change, (k,)."""
+def _weigh(signals: Signals, balance: Balance, doubt: CommandDoubt) -> Floats:
+    """Return the gain of log likelihood, nats, by each option, (k, options).
+
+    A cart that hardly moves says nothing: dry friction holds it.
+    """
     left, per_drive = balance.explain(signals.command)
     usable = np.zeros(len(left))
     usable[balance.rows] = left[balance.rows]
@@ -206,9 +209,10 @@ def _weigh(signals: Signals, balance: Balance, doubt: Doubt) -> Floats:
     noise = (SPREAD_OF_NORMAL * float(np.median(moving)) if moving.size else 0.0) or np.inf
     jumps = np.roll(jumps, -balance.late)[doubt.samples]
     answer = balance.drive.answer
-    lacking = per_drive * (answer(doubt.other) - answer(signals.command[doubt.samples]))
-    gains: Floats = lacking * (2 * jumps - lacking) / (2 * noise**2)
-    return gains
+    driven = answer(doubt.values.ravel()).reshape(doubt.values.shape)
+    lacking = per_drive * (driven - answer(signals.command[doubt.samples])[:, None])
+    gains: Floats = lacking * (2 * jumps[:, None] - lacking) / (2 * noise**2)
+    return np.where(balance.slow[doubt.samples][:, None], 0.0, gains)
 
 
 def _list_rows(signals: Signals) -> Ints:

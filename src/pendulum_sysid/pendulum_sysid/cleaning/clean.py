@@ -43,6 +43,7 @@ from pendulum_sysid.cleaning.smooth_state import smooth_state
 from pendulum_sysid.cleaning.spikes import detect_spikes
 from pendulum_sysid.cleaning.velocity_spikes import detect_velocity_spikes
 from pendulum_sysid.cleaning.wraps import detect_wraps
+from pendulum_sysid.command_doubt import CommandDoubt
 from pendulum_sysid.errors import UnusableRecording
 from pendulum_sysid.reading.raw import JOINTS, RawRecording
 from pendulum_sysid.records import FaultKind, QualityFinding, Recording
@@ -101,7 +102,7 @@ def clean_recording(raw: RawRecording) -> Recording:
         samples = leave_out_holes(samples, Holes(holes.raw, silent_s))
         signals = _put_on_one_clock(samples)
     faults += list_faults(replace(holes, intervals_s=(*holes.intervals_s, *silent_s)))
-    commanded, spread_s = _set_command_times(samples, signals)
+    commanded, spread_s, doubt = _set_command_times(samples, signals)
     commanded = reduce_rate(commanded)
     rates = _resample_velocities(samples, commanded)
     return Recording(
@@ -112,6 +113,7 @@ def clean_recording(raw: RawRecording) -> Recording:
         rates,
         retimed.spread_s + spread_s,
         raw.command_latency,
+        doubt,
     )
 
 
@@ -123,10 +125,15 @@ def _find_uncommanded(signals: Signals, intervals_s: tuple[Interval, ...]) -> tu
     return tuple(span for span in intervals_s if is_moved_uncommanded(signals, state, *span))
 
 
-def _set_command_times(samples: Samples, signals: Signals) -> tuple[Signals, float]:
-    """Return the signals with commands at the times at which they acted, and their spread, s."""
+def _set_command_times(
+    samples: Samples, signals: Signals
+) -> tuple[Signals, float, CommandDoubt | None]:
+    """Return the signals with commands at the times at which they acted, and their spread, s.
+
+    Returns the commands that are in doubt, too; None where there are none.
+    """
     if signals.cart is None or not np.any(signals.command):
-        return signals, 0.0
+        return signals, 0.0, None
     smoothed = cache(lambda: smooth_state(signals))  # takes time, and few recordings need it
 
     def measure(commanded: Signals) -> float:
@@ -137,16 +144,16 @@ def _set_command_times(samples: Samples, signals: Signals) -> tuple[Signals, flo
     )
     parts = count_parts(signals.period_s, _list_commands(raw)[0])
     if parts > 1:
-        return _hold_parts(raw, signals, parts), spread_s
+        return _hold_parts(raw, signals, parts), spread_s, None
     retimed = signals if raw is samples.raw else _hold(raw, signals)
-    settled = settle_commands(signals, smoothed, *_list_commands(raw))
+    settled, doubt = settle_commands(signals, smoothed, *_list_commands(raw))
     answering = _hold(raw, signals, nearest=True)
     if np.array_equal(answering.command, retimed.command):
-        return settled, spread_s
+        return settled, spread_s, doubt
     best = min((settled, answering), key=measure)
     if measure(best) < decisions.ANSWERS_RATIO * measure(retimed):
-        return best, spread_s
-    return retimed, spread_s
+        return best, spread_s, doubt if best is settled else None
+    return retimed, spread_s, None
 
 
 def _list_commands(raw: RawRecording) -> tuple[Floats, Floats]:

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from pendulum_sysid.command_doubt import join_doubts
 from pendulum_sysid.errors import WrongUse
 from pendulum_sysid.records import CommandLatency, QualityFinding, Recording
 from pendulum_twin.arrays import Floats
@@ -29,6 +30,7 @@ def join_recordings(recordings: Sequence[Recording]) -> Recording:
         _join_rates(recordings),
         max(recording.timing_spread_s for recording in recordings),
         _pick_latency(recordings),
+        join_doubts([each.doubt for each in recordings], [len(r.signals) for r in recordings]),
     )
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from pendulum_sysid import decisions
@@ -13,6 +15,8 @@ from pendulum_sysid.verdict.record import RigParameter
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
+
+FORCES = ("N", "kg")  # how the units of values begin that count by the moving mass
 
 
 def compare_constants(findings: Findings) -> dict[str, RigParameter]:
@@ -42,7 +46,7 @@ def describe_changed(findings: Findings) -> str:
     Without such a value the text is empty. A value is contradicted where its 95 % interval leaves
     the given value out and it changes by a twentieth or more. The order is that of the changes in
     units of their intervals. Where one mass of the cart explains the changes of all constants, it
-    stands for them, and for the sizes of effects that change by the same factor.
+    stands for them, and the forces of effects are those of a cart with this mass.
     """
     values = {**compare_constants(findings), **compare_effect_parameters(findings)}
     factor = find_common_factor(findings)
@@ -50,8 +54,8 @@ def describe_changed(findings: Findings) -> str:
     if factor is not None:
         mass, given = compute_cart_mass(findings, factor), findings.case.twin.rig.cart_mass_kg
         words = [f"cart_mass_kg {given:.3g} -> {mass:.3g} kg"]
-        effects = compare_effect_parameters(findings).items()
-        values = {n: v for n, v in effects if not v.low <= factor * v.before <= v.high}
+        effects = compare_effect_parameters(findings)
+        values = {name: _take_mass_out(value, factor) for name, value in effects.items()}
     strength = {name: _measure_change(value) for name, value in values.items()}
     names = sorted((name for name in values if strength[name] > 1.0), key=lambda n: -strength[n])
     words += [
@@ -59,6 +63,17 @@ def describe_changed(findings: Findings) -> str:
         for name in names[: decisions.CHANGED_VALUES_TOLD]
     ]
     return f" ({', '.join(words)})" if words else ""
+
+
+def _take_mass_out(value: RigParameter, factor: float) -> RigParameter:
+    """Return a force or torque as it is with the cart's other mass; other values as they are.
+
+    factor: by which all constants come out with the given mass.
+    """
+    if not value.unit.startswith(FORCES):
+        return value
+    after, low, high = value.after / factor, value.low / factor, value.high / factor
+    return replace(value, after=after, low=low, high=high)
 
 
 def _measure_change(value: RigParameter) -> float:

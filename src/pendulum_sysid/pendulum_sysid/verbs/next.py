@@ -6,8 +6,8 @@ import argparse
 from dataclasses import dataclass
 
 from pendulum_sysid.finding.identifiability import find_ties
-from pendulum_sysid.finding.search import search_effects
 from pendulum_sysid.finding.separation import Tie
+from pendulum_sysid.finding.settled_search import search_settled
 from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import HORIZONS, fit, fit_over_horizon
@@ -71,5 +71,5 @@ def _finish(arguments: argparse.Namespace) -> Finished:
         near = fit(case, windows, earlier.effects, make_theta(earlier.twin), HORIZONS[0])
         best = fit_over_horizon(case, windows, near, HORIZONS[-1])
         return Finished(case, windows, best, find_ties(case, windows, best, earlier.rivals))
-    answer = search_effects(case, windows, arguments.progress.report)
+    case, answer = search_settled(case, windows, arguments.progress.report)
     return Finished(case, windows, answer.best, answer.ties)
