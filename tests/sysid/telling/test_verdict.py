@@ -165,6 +165,15 @@ def test_a_load_on_the_cart_is_told_and_not_the_constants_that_it_bends() -> Non
     assert any("with a cart of 0.57" in warning for warning in verdict.warnings)
 
 
+def test_friction_is_told_as_that_of_the_cart_with_its_load() -> None:
+    """With the given mass every force comes out smaller, by more than its interval allows."""
+    recording, truth = record_hidden({"cart_coulomb_friction": {"level_n": 0.51}}, 5, 20.0)
+    given = replace(truth, rig=add_load(truth.rig, -0.2), effects=COULOMB)
+    verdict = diagnose([recording], given, silent)
+    assert "are enough (cart_mass_kg 0.372 -> 0.57" in verdict.sentence
+    assert "cart_coulomb_friction" not in verdict.sentence
+
+
 def test_unusable() -> None:
     verdict = diagnose([made(INTECO, 3.0)], INTECO, silent)
     assert_as_in_the_contract(verdict.to_dict())

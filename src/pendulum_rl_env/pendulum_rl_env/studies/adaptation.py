@@ -41,6 +41,7 @@ MORE_DELAY_S, LOAD_KG = 0.02, 0.2
 FRICTION = "cart_coulomb_friction"
 MOST_EPISODES = 12  # in which the watch is to learn what is usual, and to see the change
 CHANGE_AT_STEP = 200  # of an episode: the pole is up
+MORE_STEPS = 25_600  # of a policy that is trained on, two evaluations: 10 s
 OLD, NEW = "policy of the old twin", "policy of the new twin"
 OLD_CLASSICAL, NEW_CLASSICAL = "classical of the old twin", "classical of the new twin"
 
@@ -240,7 +241,7 @@ def _identify(
     twin, verdict = out / "twin.yaml", out / "verdict.json"
     how = ["--preset", "residual", "--verdict", str(verdict)]
     if policy is not None:
-        how += ["--init", str(policy)]
+        how += ["--init", str(policy), "--timesteps", str(MORE_STEPS)]
     trained = train_policy(twin, folder / "policy", seed, how)
     return Identified(twin, verdict, trained)
 
