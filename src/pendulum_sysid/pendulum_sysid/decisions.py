@@ -4,9 +4,7 @@ One line a number: value, unit, and why this value. The last word says where it 
 derived (from statistics or from another number) or measured (in a test or study here). All others
 were chosen on emulated rigs, where diagnoses named best with them: no theory gives them.
 `docs/decisions.md` shows which verdicts change when a number is 1.5 times larger or smaller.
-
-Modules read these as attributes, so that a study can replace them while it runs. What decides
-nothing (formats, layouts, tolerances) stands where it is used.
+Modules read these as attributes, so that a study can replace them while it runs.
 """
 
 from __future__ import annotations

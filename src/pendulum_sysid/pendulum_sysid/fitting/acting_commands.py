@@ -26,6 +26,7 @@ from pendulum_sysid.records import Windows
 from pendulum_twin.arrays import Floats, Ints
 
 PASSES = 8  # at most: two commands of a window are exchanged in each
+MOST_OPTIONS = 100  # of a window, those that change a command most; all at 100 Hz
 NOWHERE = -1
 
 
@@ -137,12 +138,16 @@ def _run(case: Case, problem: Problem, theta: Floats, starts: Floats) -> Floats:
 
 
 def _list_options(doubt: CommandDoubt, at: Ints, seen: Seen) -> tuple[Ints, Ints]:
-    """Return row and option of all that may be chosen instead, in windows that are far off."""
+    """Return row and option of what may be chosen instead, in windows that are far off."""
     off = (at != NOWHERE) & (seen.power[at] > decisions.COMMAND_FAR_OFF * seen.typical)
     other = np.isfinite(doubt.costs) & off[:, None]
     other[np.arange(len(doubt)), doubt.chosen] = False
     rows, options = np.nonzero(other)
-    return rows, options
+    now = doubt.values[np.arange(len(doubt)), doubt.chosen]
+    change = np.abs(doubt.values[rows, options] - now[rows])
+    largest = np.lexsort((-change, at[rows]))
+    kept = np.sort(largest[_count_in_order(at[rows][largest]) < MOST_OPTIONS])
+    return rows[kept], options[kept]
 
 
 def _run_options(
