@@ -3,8 +3,8 @@
 One line a number: value, unit, and why this value. The last word says where it comes from:
 derived (from statistics or from another number) or measured (in a test or study here). All others
 were chosen on emulated rigs, where diagnoses named best with them: no theory gives them.
-`docs/decisions.md` shows which verdicts change when a number is 1.5 times larger or smaller.
-Modules read these as attributes, so that a study can replace them while it runs.
+`docs/decisions.md` shows which verdicts change when a number is 1.5 times larger or smaller, or a
+rule is switched off. Modules read these as attributes, so that a study can replace them.
 """
 
 from __future__ import annotations
@@ -210,7 +210,7 @@ COMMAND_CLOCK_OFF = 0.4  # periods; by which the clock of the samples may be off
 COMMAND_MIDWAY = 0.3  # periods; a command this near the middle of two samples is in doubt
 COMMAND_SIDE = 6  # samples; on either side that a jump is seen against; 4 to 14 do alike
 COMMAND_MOVED_NATS = 4.0  # nats; by which the cart must speak for the other sample at the middle
-COMMAND_FARTHER_NATS = 50.0  # nats a period; more, for a command that came off the middle
+COMMAND_FARTHER_NATS = 50.0  # nats a period; more, off the middle, and for a clock that is off
 COMMAND_FAR_OFF = 2.0  # of typical power; a window so far off the twin may hold a wrong command
 COMMAND_MOST_TYPICAL = 100.0  # of noise power; a twin further off in typical windows lacks physics
 COMMAND_MOST_LEFT = 0.1  # of power beyond the typical; else it is no command that was wrong

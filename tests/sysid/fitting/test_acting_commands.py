@@ -66,6 +66,14 @@ def exchange_some(case: Case, share: float) -> Case:
     return replace(case, recording=replace(case.recording, signals=signals, doubt=doubt))
 
 
+def test_the_options_that_are_chosen_are_the_commands_of_the_recording() -> None:
+    raw, _ = record_answers(HELD)
+    recording = clean_recording(raw)
+    doubt, command = recording.doubt, recording.signals.command
+    assert doubt is not None and doubt.samples[-1] == COUNT - 1  # the last command is in doubt
+    assert np.array_equal(doubt.put_into(command), command)
+
+
 def test_the_twin_finds_the_samples_from_which_commands_acted() -> None:
     raw, acted = record_answers(HELD)
     case = exchange_some(prepare_case([clean_recording(raw)], HELD), 0.02)

@@ -41,7 +41,7 @@ MORE_DELAY_S, LOAD_KG = 0.02, 0.2
 FRICTION = "cart_coulomb_friction"
 MOST_EPISODES = 12  # in which the watch is to learn what is usual, and to see the change
 CHANGE_AT_STEP = 200  # of an episode: the pole is up
-MORE_STEPS = 25_600  # of a policy that is trained on, two evaluations: 10 s
+MORE_STEPS = 25_600  # for which the old policy is trained on: two evaluations, 10 s
 OLD, NEW = "policy of the old twin", "policy of the new twin"
 OLD_CLASSICAL, NEW_CLASSICAL = "classical of the old twin", "classical of the new twin"
 

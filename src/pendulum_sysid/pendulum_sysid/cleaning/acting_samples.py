@@ -34,6 +34,7 @@ from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.signals import Signals
 
 SHIFTS = 17  # tried from end to end of COMMAND_CLOCK_OFF: a twentieth of a period apart
+MOST_BETWEEN = 8  # commands between two samples; of a longer burst no time is believed
 PASSES = 50  # at most: commands that were settled change how their neighbours are weighed
 SPREAD_OF_NORMAL = 1.4826  # standard deviation over median absolute deviation
 
@@ -88,7 +89,8 @@ def settle_commands(
 def _list_best(samples: Ints, gains: Floats, count: int) -> Ints:
     """Return which changes gain anything, and most within the reach of their filters.
 
-    gains: (k,) nats beyond what each change costs. count: samples of the recording.
+    gains: (k,) nats beyond what each change costs.
+    count: samples of the recording.
     """
     at = np.zeros(count)
     at[samples] = gains
@@ -115,25 +117,27 @@ def _find_doubt(signals: Signals, stamps: Floats, commands: Floats) -> CommandDo
     clock, period_s = signals.clock_s, signals.period_s
     first = np.searchsorted(stamps, clock, side="right")
     count = np.searchsorted(stamps, clock + period_s, side="left") - first
-    some = np.flatnonzero((count > 0) & (first > 0))
-    options = np.arange(int(np.max(count[some], initial=0)) + 1)
-    number = np.minimum(first[some, None] + options, len(stamps) - 1)
-    there = options <= count[some, None]
-    came = np.where(
-        options < count[some, None], (stamps[number] - clock[some, None]) / period_s, 1
-    )
-    since = np.column_stack([np.zeros(len(some)), came[:, :-1]])
+    rows = np.flatnonzero((count > 0) & (first > 0))
+    options = np.arange(min(int(np.max(count[rows], initial=0)), MOST_BETWEEN) + 1)
+    first, count = first[rows, None], count[rows, None]
+    following = np.minimum(first + options, len(stamps) - 1)
+    came = np.where(options < count, (stamps[following] - clock[rows, None]) / period_s, 1.0)
+    since = np.column_stack([np.zeros(len(rows)), came[:, :-1]])
     apart = np.maximum(since - 0.5, 0.0) + np.maximum(0.5 - came, 0.0)
+    apart[options > count] = np.inf
     dear = decisions.COMMAND_MOVED_NATS + decisions.COMMAND_FARTHER_NATS * apart
-    costs = np.where(there & (apart < decisions.COMMAND_MIDWAY), dear, np.inf)
-    nearest = np.argmin(np.where(there, apart, np.inf), axis=1)
-    costs[np.arange(len(some)), nearest] = 0.0
+    costs = np.where(apart < decisions.COMMAND_MIDWAY, dear, np.inf)
+    nearest = np.argmin(apart, axis=1)
+    costs[np.arange(len(rows)), nearest] = 0.0
     doubtful = np.isfinite(costs).sum(axis=1) > 1
+    doubtful &= count[:, 0] <= MOST_BETWEEN
     if not doubtful.any():
         return None
-    values = np.where(np.isfinite(costs), commands[np.maximum(number - 1, 0)], 0.0)
+    values = np.where(
+        np.isfinite(costs), commands[np.minimum(first + options, len(commands)) - 1], 0.0
+    )
     return CommandDoubt(
-        some[doubtful], values[doubtful], costs[doubtful], nearest[doubtful].astype(np.int64)
+        rows[doubtful], values[doubtful], costs[doubtful], nearest[doubtful].astype(np.int64)
     )
 
 

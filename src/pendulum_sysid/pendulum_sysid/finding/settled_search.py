@@ -6,6 +6,8 @@ search ends at settles the rest; where that changes a command, the search begins
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.journal import Progress, Search, report_nothing
 from pendulum_sysid.finding.search import Answer, search_effects
@@ -27,7 +29,8 @@ def search_settled(
     if case.recording.doubt is None:
         return case, search_effects(case, split, report)
     report(SETTLING)
-    case = settle_by_twin(case, fit_parameters_alone(Search(case, split)).theta)
+    quick = Search(replace(case, step_s=decisions.SEARCH_STEP_S), split)
+    case = settle_by_twin(case, fit_parameters_alone(quick).theta)
     answer = search_effects(case, split, report)
     if answer.best.choose <= decisions.MISFIT_AT_NOISE:
         return case, answer

@@ -5,9 +5,10 @@ Before the physics is known, the balance of the cart settles what it can
 early or too late puts the rest of its window off by many times the noise. The twin runs freely
 through windows that overlap by half, and each option of a command is run in the window in whose
 middle it lies. Of the options in a window the one that takes most away is chosen, and the others
-are run again. Start states are fitted beside the commands. A window that typical windows are like
-is left as it is, and errors count against those of a typical window: a twin that lacks physics
-must not bend commands to it.
+are run again. Start states are fitted beside the commands. Only windows that are far off are
+asked, and their errors count in units of a typical window's: a twin that lacks physics must not
+bend commands to it. At both ends of a stretch no window has a sample in its middle, and commands
+stay as they are.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ import numpy as np
 from pendulum_sysid import decisions
 from pendulum_sysid.command_doubt import CommandDoubt
 from pendulum_sysid.fitting.case import Case
-from pendulum_sysid.fitting.gauss_newton import refine_start_states
+from pendulum_sysid.fitting.gauss_newton import OFF, refine_start_states
 from pendulum_sysid.fitting.problem import Problem, compute_errors, list_varied
 from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows, gather
 from pendulum_sysid.records import Windows
@@ -36,7 +37,8 @@ class Seen:
 
     problem: the windows, with the commands as they are chosen.
     start_states: (windows, 4), fitted.
-    errors: (windows, rows) errors in units of the noise, 0 where nothing is measured.
+    errors: (windows, rows) errors in units of the noise, 0 where nothing is measured; then how far
+        the start states are off, in their deviations.
     basis: (windows, rows, states), orthonormal: what start states can take away.
     left: (windows, rows) errors without that.
     power: (windows,) mean square of what is left.
@@ -67,7 +69,7 @@ def settle_by_twin(case: Case, theta: Floats) -> Case:
     """
     before = doubt = case.recording.doubt
     windows = cut_windows(case.signals, case.state, WINDOW_S / 2)
-    if before is None or doubt is None or not len(windows):
+    if before is None or doubt is None or case.signals.parts is not None or not len(windows):
         return case
     at = _assign(before, windows)
     settled, seen = case, _look(case, theta, windows)
@@ -133,8 +135,10 @@ def _run(case: Case, problem: Problem, theta: Floats, starts: Floats) -> Floats:
     """Return the errors of free runs in units of the noise, (windows, samples x channels)."""
     windows = problem.windows
     _, counts = gather(problem.signals, windows.begin, windows.samples)
-    errors = np.where(counts > 0, compute_errors(problem, theta, starts), 0.0) / case.noise
-    return np.nan_to_num(errors.reshape(len(windows), -1), posinf=0.0, neginf=0.0)
+    with np.errstate(all="ignore"):
+        errors = np.nan_to_num(compute_errors(problem, theta, starts), nan=OFF)
+        errors = np.where(counts > 0, np.clip(errors, -OFF, OFF), 0.0) / case.noise
+    return np.asarray(errors.reshape(len(windows), -1))
 
 
 def _list_options(doubt: CommandDoubt, at: Ints, seen: Seen) -> tuple[Ints, Ints]:
@@ -193,8 +197,10 @@ def _pick_best(gains: Floats, changes: Floats, rows: Ints, at: Ints) -> Ints:
     Commands that lie near each other look alike, and often two of them are exchanged for each
     other.
 
-    gains: (options,) nats. changes: (options, rows of errors), in units of the noise. rows: of the
-    doubt; a command has one option at a time. at: (options,) window of each.
+    gains: (options,) nats beyond what each option costs.
+    changes: (options, rows of errors), in units of a typical window's errors.
+    rows: (options,) of the doubt; a command has one option at a time.
+    at: (options,) window of each.
     """
     best: dict[int, tuple[float, list[int]]] = {}
     for window in np.unique(at).tolist():

@@ -108,6 +108,8 @@ def _replay_perfect(
         after_s=None,
     )
     state = smooth_state(perfect)
-    perfect_case = make_case(replace(case.recording, signals=perfect), state, case.twin)
+    perfect_case = make_case(
+        replace(case.recording, signals=perfect, doubt=None), state, case.twin
+    )
     windows = Windows(starts + lead, length - lead, perfect_case.state.states[starts + lead])
     return run_windows(perfect_case, windows)

@@ -52,5 +52,7 @@ def thin_out(case: Case, most: int | None = None) -> Case:
     )
     rates = None if case.recording.rates is None else case.recording.rates[at]
     return replace(
-        case, recording=replace(case.recording, signals=fewer, rates=rates), state=state
+        case,
+        recording=replace(case.recording, signals=fewer, rates=rates, doubt=None),
+        state=state,
     )
