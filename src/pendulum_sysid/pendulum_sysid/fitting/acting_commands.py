@@ -4,8 +4,8 @@ Before the physics is known, the balance of the cart settles what it can
 (`cleaning.acting_samples`). A twin that was fitted says more: a command that counts a sample too
 early or too late puts the rest of its window off by many times the noise. The twin runs freely
 through windows that overlap by half, and each option of a command is run in the window in whose
-middle it lies. Of the options in a window the one that takes most away is chosen, and the others
-are run again. Start states are fitted beside the commands. Only windows that are far off are
+middle it lies. In each window the option, or two together, that takes most away is chosen; then
+all are run again. Start states are fitted beside the commands. Only windows that are far off are
 asked, and their errors count in units of a typical window's: a twin that lacks physics must not
 bend commands to it. At both ends of a stretch no window has a sample in its middle, and commands
 stay as they are.
