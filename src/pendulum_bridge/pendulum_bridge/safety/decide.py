@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 from pendulum_bridge.safety import encoder_check, two_writers, watchdog
 from pendulum_bridge.safety import reset as swing_down
+from pendulum_bridge.safety.cart_direction import follow_cart, turn_guard, turn_swing_down
 from pendulum_bridge.safety.events import STANDSTILL_S, find_lasting_fault, take_command
 from pendulum_bridge.safety.limits import compute_left_s, compute_slewing_s, limit_command
 from pendulum_bridge.safety.rail_guard import Seen, guard_command
@@ -98,13 +99,14 @@ def decide(
     wanted = safety.reset.pwm if safety.reset else safety.command
     within = limit_command(wanted, safety.applied, slewing_s, rules.limits)
     seen = Seen(safety.rig, safety.ages.sample_s or 0.0, safety.applied)
-    guarded = guard_command(within.pwm, seen, safety.in_vain_s, passed_s, rules.guard)
+    guard = turn_guard(rules.guard, safety.direction)
+    guarded = guard_command(within.pwm, seen, safety.in_vain_s, passed_s, guard)
     unused = compute_left_s(slewing_s, guarded.pwm - safety.applied, rules.limits)
     safety = replace(safety, applied=guarded.pwm, unused_s=unused, in_vain_s=guarded.in_vain_s)
     mode = Reason.RESETTING if safety.reset else None
-    return Decision(
-        guarded.pwm, safety, _list_reasons(guarded.reason, mode, *within.reasons, *refused)
-    )
+    mirrored = Reason.CART_MIRRORED if safety.direction.turned else None
+    reasons = _list_reasons(guarded.reason, mode, *within.reasons, *refused, mirrored)
+    return Decision(guarded.pwm, safety, reasons)
 
 
 def _compute_gap_s(safety: Safety, later_s: float, rules: Rules) -> float:
@@ -134,10 +136,13 @@ def _take_inputs(
         safety.encoders, fresh.sample, safety.applied, fresh.gap_s, rules.encoders
     )
     # an impossible sample is none to guard the rail by
-    rig = safety.rig if checked.fault else fresh.sample
-    return replace(
-        safety, rig=rig, encoders=checked, ages=watchdog.note_sample(safety.ages, fresh.ago_s)
-    ), (refused,)
+    if not checked.fault:
+        direction = follow_cart(
+            safety.direction, fresh.sample, safety.applied, fresh.gap_s, rules.guard
+        )
+        safety = replace(safety, rig=fresh.sample, direction=direction)
+    ages = watchdog.note_sample(safety.ages, fresh.ago_s)
+    return replace(safety, encoders=checked, ages=ages), (refused,)
 
 
 def _advance_reset(
@@ -148,7 +153,8 @@ def _advance_reset(
         return safety, None
     reset = swing_down.let_time_pass(safety.reset, passed_s)
     if fresh is not None and fresh.sample is safety.rig:
-        reset = swing_down.swing_on(reset, fresh.sample, safety.applied, fresh.gap_s, rules.swing)
+        plan = turn_swing_down(rules.swing, safety.direction)
+        reset = swing_down.swing_on(reset, fresh.sample, safety.applied, fresh.gap_s, plan)
     silence = watchdog.find_silence(safety.ages, rules.timeouts)
     ended = (
         swing_down.find_obstacle(silence, stopped=False)

@@ -42,7 +42,8 @@ class RailGuard:
     back: share of the limit that sends a resting cart back.
     patience_s: s; how long a cart may be pushed back without effect.
     way: +1, or -1 on a rig where a positive command moves the measured cart the negative way.
-    pole_way: +1, or -1 where cart or pole alone is measured mirrored.
+    pole_way: +1, or -1 where cart or pole alone is measured mirrored; 0 where neither is known,
+        and both have to be safe.
     """
 
     end_m: float
@@ -183,11 +184,12 @@ def find_outermost(state: RigState, towards: float, guard: RailGuard) -> tuple[f
 
     towards: the end, +1 or -1. Returns m and m/s, both positive towards that end.
     """
-    sideways = guard.pole_way * guard.reach_m * math.sin(state.pole_rad)
-    sideways_m_s = guard.pole_way * guard.reach_m * math.cos(state.pole_rad) * state.pole_rad_s
+    sideways = guard.reach_m * math.sin(state.pole_rad)
+    sideways_m_s = guard.reach_m * math.cos(state.pole_rad) * state.pole_rad_s
+    unsure = guard.spread if guard.pole_way else 1 + guard.spread
     return (
-        towards * (state.cart_m - sideways) + guard.spread * abs(sideways),
-        towards * (state.cart_m_s - sideways_m_s) + guard.spread * abs(sideways_m_s),
+        towards * (state.cart_m - guard.pole_way * sideways) + unsure * abs(sideways),
+        towards * (state.cart_m_s - guard.pole_way * sideways_m_s) + unsure * abs(sideways_m_s),
     )
 
 

@@ -69,6 +69,12 @@ class Reason(Enum):
         "it to the middle by "
         "hand, and check that a positive command moves it the positive way.",
     )
+    CART_MIRRORED = (
+        Level.WARN,
+        "A positive command moves the measured cart the other way than the twin file says: the "
+        "rail guard goes by the motion. Check the cart's encoder and the wires of the drive; a "
+        "twin file with cart_sign_inverted or input_sign_inverted says so from the start.",
+    )
 
     COMMAND_NOT_FINITE = (
         Level.WARN,

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, replace
 
 from pendulum_bridge.safety import encoder_check
+from pendulum_bridge.safety.cart_direction import CartDirection
 from pendulum_bridge.safety.encoder_check import EncoderCheck, Encoders
 from pendulum_bridge.safety.limits import Limits
 from pendulum_bridge.safety.rail_guard import RailGuard, make_rail_guard
@@ -67,6 +68,7 @@ class Safety:
     command: PWM fraction; the last good command, which counts only while its age allows it.
     rig: the last good sample; None before the first.
     encoders: whether samples can be believed.
+    direction: which way the cart moves, as its motion shows.
     applied: PWM fraction; what was sent last.
     unused_s: s; time left over for slewing, see `limits.compute_left_s`.
     in_vain_s: s; how long the rail guard has pushed without effect.
@@ -83,6 +85,7 @@ class Safety:
     command: float = 0.0
     rig: RigState | None = None
     encoders: Encoders = Encoders()  # noqa: RUF009 (frozen)
+    direction: CartDirection = CartDirection()  # noqa: RUF009 (frozen)
     applied: float = 0.0
     unused_s: float = 0.0
     in_vain_s: float = 0.0
