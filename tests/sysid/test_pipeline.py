@@ -22,30 +22,38 @@ RAIL_LAW = ("position_error_along_rail",)
 
 
 @pytest.mark.parametrize(
-    ("before", "beside", "laws", "stands"),
+    ("before", "beside", "laws", "is_needed", "steady", "stands"),
     [
-        (OFFSET, None, CART_LAW, False),
-        (OFFSET, OFFSET, CART_LAW, True),
-        (FRICTION, None, CART_LAW, True),
-        (FRICTION, None, (), False),
-        (DISC, None, TURN_LAW, False),
-        (DISC, None, RAIL_LAW, True),
+        (OFFSET, None, CART_LAW, False, False, False),
+        (OFFSET, OFFSET, CART_LAW, True, True, True),
+        (FRICTION, None, CART_LAW, False, True, True),
+        (FRICTION, None, CART_LAW, True, False, True),
+        (FRICTION, None, CART_LAW, True, True, False),
+        (FRICTION, None, (), False, False, False),
+        (DISC, None, TURN_LAW, False, False, False),
+        (DISC, None, RAIL_LAW, False, False, True),
     ],
-    ids=["elsewhere", "still seen", "at its place", "no law", "leaves it parts", "of its place"],
-)
-def test_a_wrong_shape_is_taken_away_by_laws_at_other_places_alone(
+    ids=[
+        "elsewhere", "still seen", "at its place", "not steady", "needed and steady", "no law",
+        "leaves it parts", "of its place",
+    ],
+)  # fmt: skip
+def test_a_law_takes_a_wrong_shape_away_elsewhere_or_from_what_the_twin_needs(
     monkeypatch: pytest.MonkeyPatch,
     before: Misfit,
     beside: Misfit | None,
     laws: tuple[str, ...],
+    is_needed: bool,
+    steady: bool,
     stands: bool,
 ) -> None:
+    needed = (before.effect,) if is_needed else ()
     monkeypatch.setattr(pipeline, "measure_remainders", lambda *about: [])
     monkeypatch.setattr(pipeline, "find_misfits", lambda *about: [beside] if beside else [])
-    named = (SimpleNamespace(effect=before.effect),)
+    named = (SimpleNamespace(effect=before.effect, is_steady=steady),)
     findings = SimpleNamespace(case=None, base=None, misfits=(before,), named=named)
     fit = SimpleNamespace(theta=np.zeros(1))
-    shapes = ask_shapes_again(findings, fit, [before.effect], laws)
+    shapes = ask_shapes_again(findings, fit, named, needed, laws)
     assert shapes == ((before,) if stands else ())
 
 
@@ -54,7 +62,8 @@ def test_the_shape_of_a_name_that_laws_made_is_asked(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(pipeline, "find_misfits", lambda *about: [FRICTION])
     findings = SimpleNamespace(case=None, base=None, misfits=(), named=())
     fit = SimpleNamespace(theta=np.zeros(1))
-    assert ask_shapes_again(findings, fit, [FRICTION.effect], ()) == (FRICTION,)
+    named = (SimpleNamespace(effect=FRICTION.effect, is_steady=True),)
+    assert ask_shapes_again(findings, fit, named, (), ()) == (FRICTION,)
 
 
 def make_named(weight: float = 1.0, shown: int = 3) -> Named:
@@ -94,12 +103,14 @@ def test_an_effect_that_laws_make_sure_is_a_name(
     monkeypatch.setattr(pipeline, "list_sized", lambda measured, names: list(names))
     monkeypatch.setattr(pipeline, "is_part_of_law", lambda measured, name: part)
     monkeypatch.setattr(pipeline, "list_lesser_parts", lambda measured, names: [])
+    monkeypatch.setattr(pipeline, "list_bent", lambda measured, names: [])
     monkeypatch.setattr(pipeline, "list_needed", lambda measured, sized: tuple(sized) * needed)
+    monkeypatch.setattr(pipeline, "list_cancelled", lambda case, fit: frozenset())
     monkeypatch.setattr(pipeline, "measure_steadiness", lambda *about: {name: steadiness})
     monkeypatch.setattr(naming, "is_surely_there", lambda *about: sure)
     findings = SimpleNamespace(case=SimpleNamespace(scales={}), named=(), perhaps=(doubted,))
     fit = SimpleNamespace(effects=(name,), twin=None)
-    measured = SimpleNamespace(kinds=())
+    measured = SimpleNamespace()
     names, perhaps, _ = ask_names_again(findings, None, measured, fit, fit)
     assert [effect.effect for effect in names] == [name] * regained
     assert [effect.effect for effect in perhaps] == [name] * (not regained)
@@ -114,6 +125,8 @@ def test_a_lesser_part_of_a_law_is_no_name(monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setattr(pipeline, "list_sized", lambda measured, names: list(names))
     monkeypatch.setattr(pipeline, "list_needed", lambda measured, sized: tuple(sized))
     monkeypatch.setattr(pipeline, "list_lesser_parts", lambda measured, names: [wave.effect])
+    monkeypatch.setattr(pipeline, "list_bent", lambda measured, names: [])
+    monkeypatch.setattr(pipeline, "list_cancelled", lambda case, fit: frozenset())
     monkeypatch.setattr(pipeline, "measure_steadiness", lambda *about: {})
     monkeypatch.setattr(naming, "is_surely_there", lambda *about: True)
     findings = SimpleNamespace(case=SimpleNamespace(scales={}), named=(wave, friction), perhaps=())
@@ -125,3 +138,21 @@ def test_a_lesser_part_of_a_law_is_no_name(monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setattr(pipeline, "list_lesser_parts", lambda measured, names: [])
     names, perhaps, _ = ask_names_again(findings, None, measured, fit, fit)
     assert names == (wave, friction)
+
+
+@pytest.mark.parametrize("bent", [True, False])
+def test_an_effect_whose_shape_a_law_bends_is_no_name(
+    monkeypatch: pytest.MonkeyPatch, bent: bool
+) -> None:
+    zone = Named("input_dead_zone", Lead(2, 5))
+    monkeypatch.setattr(pipeline, "list_sized", lambda measured, names: list(names))
+    monkeypatch.setattr(pipeline, "list_needed", lambda measured, sized: tuple(sized))
+    monkeypatch.setattr(pipeline, "list_lesser_parts", lambda measured, names: [])
+    monkeypatch.setattr(pipeline, "list_bent", lambda measured, names: list(names) * bent)
+    monkeypatch.setattr(pipeline, "list_cancelled", lambda case, fit: frozenset())
+    monkeypatch.setattr(pipeline, "measure_steadiness", lambda *about: {})
+    monkeypatch.setattr(naming, "is_surely_there", lambda *about: True)
+    findings = SimpleNamespace(case=SimpleNamespace(scales={}), named=(zone,), perhaps=())
+    fit = SimpleNamespace(effects=(zone.effect,))
+    names, perhaps, _ = ask_names_again(findings, None, SimpleNamespace(), fit, fit)
+    assert names == (zone,) * (not bent) and perhaps == (zone,) * bent

@@ -2,9 +2,8 @@
 
 One line a number: value, unit, and why this value. The last word says where it comes from:
 derived (from statistics or from another number) or measured (in a test or study here). All others
-were chosen on emulated rigs, where diagnoses named best with them: no theory gives them.
-`docs/decisions.md` shows which verdicts change when a number is 1.5 times larger or smaller, or a
-rule is switched off. Modules read these as attributes, so that a study can replace them.
+were chosen on emulated rigs: no theory gives them. `docs/decisions.md` shows which verdicts change
+when a number is 1.5 times larger or smaller, or a rule is off. A study replaces the attributes.
 """
 
 from __future__ import annotations
@@ -80,6 +79,7 @@ SHAPE_TOLERANCE = 0.2**2  # of power; a law off by a fifth is still of its kind;
 SHARED_SHAPE_TOLERANCE = 0.05**2  # of power; several laws of one variable prove less; derived
 CHIEF_SHARE = 0.5  # of best gain; the rest is about the effect's own variables
 SHAPE_SHARE_OF_REST = 0.25  # of power; of the rest that the shape must take away
+CANCELLED_SHARE = 0.5**2  # of power; others take more than half of the size back; derived
 JUDGED_SHARE = 0.1  # of larger share; effects are judged where they show
 
 # Does a recording look like the rig of its twin at all?

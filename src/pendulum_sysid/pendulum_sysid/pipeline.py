@@ -9,6 +9,7 @@ from dataclasses import replace
 from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.joining import join_recordings
 from pendulum_sysid.errors import UnusableRecording
+from pendulum_sysid.finding.cancellation import list_cancelled
 from pendulum_sysid.finding.detectors import Use, read_effects
 from pendulum_sysid.finding.environments import measure_steadiness
 from pendulum_sysid.finding.localisation.localise import localise
@@ -40,6 +41,7 @@ from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
 from pendulum_sysid.measuring.measure import Measured, measure_best_laws
 from pendulum_sysid.measuring.names_beside_laws import (
     is_part_of_law,
+    list_bent,
     list_lesser_parts,
     list_needed,
     list_sized,
@@ -173,7 +175,7 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
     fit, at_noise = widen_intervals(case, split, fit), is_at_noise(case, split, fit, floor)
     alone, fit = fit, fit if at_noise else join_intervals(fit, findings.best)
     sure, perhaps, needed = ask_names_again(findings, split, measured, alone, fit)
-    misfits = ask_shapes_again(findings, fit, [effect.effect for effect in sure], measured.kinds)
+    misfits = ask_shapes_again(findings, fit, sure, needed, measured.kinds)
     fit, sure = add_readings(case, fit, sure)
     improved = replace(case, twin=fit.twin)
     after = run_parts(improved, split)
@@ -197,7 +199,8 @@ def ask_names_again(
     """Return the names beside laws, the effects that are none, and those that the twin needs.
 
     An effect that was not sure without laws is a name if it is sure, needed and steady with them,
-    and no part of a law.
+    and no part of a law. No name is an effect that the twin does not need beside the laws, or that
+    other effects nearly cancel.
 
     measured: the laws.
     alone: the fit with laws, whose intervals hold what the laws leave.
@@ -205,8 +208,9 @@ def ask_names_again(
     """
     case = findings.case
     whole = [e for e in list_doubted(findings.perhaps) if not is_part_of_law(measured, e.effect)]
-    doubtful, _ = part_sure_names(alone, whole, case.scales, measured.kinds)
-    sure, doubted = part_sure_names(fit, findings.named, case.scales, measured.kinds)
+    doubtful, _ = part_sure_names(alone, whole, case.scales)
+    bent = list_bent(measured, [effect.effect for effect in findings.named])
+    sure, doubted = part_sure_names(fit, findings.named, case.scales, bent)
     lesser = list_lesser_parts(measured, [effect.effect for effect in sure])
     sized = list_sized(measured, [effect.effect for effect in (*sure, *doubtful)])
     needed = list_needed(measured, sized)
@@ -215,44 +219,58 @@ def ask_names_again(
         tuple(replace(e, steadiness=steady.get(e.effect, e.steadiness)) for e in effects)
         for effects in (sure, doubtful)
     )
-    idle = tuple(
-        e for e in sure if e.effect in lesser or (e.effect in sized and e.effect not in needed)
+    unlike = {*lesser, *list_cancelled(case, fit), *(name for name in sized if name not in needed)}
+    idle = tuple(e for e in sure if e.effect in unlike)
+    regained = tuple(
+        replace(e, is_sure=True, is_cancelled=False)
+        for e in doubtful
+        if e.effect in needed and e.is_steady and e.effect not in unlike
     )
-    regained = tuple(e for e in doubtful if e.effect in needed and e.is_steady)
     back = {effect.effect for effect in regained}
     return (
-        (*(e for e in sure if e not in idle), *(replace(e, is_sure=True) for e in regained)),
+        (*(e for e in sure if e not in idle), *regained),
         (*idle, *doubted, *(e for e in findings.perhaps if e.effect not in back)),
         needed,
     )
 
 
 def ask_shapes_again(
-    findings: Findings, fit: Fit, names: Collection[str], kinds: Collection[str]
+    findings: Findings,
+    fit: Fit,
+    named: Sequence[Named],
+    needed: Collection[str],
+    kinds: Collection[str],
 ) -> tuple[Misfit, ...]:
     """Return the misfits that laws at other places than the name's do not take away.
 
     Those of effects that only laws made names are among them.
 
     fit: with laws.
-    names: of the effects of the fit that are asked.
+    named: the effects of the fit that are asked, as they are beside the laws.
+    needed: effects without which the fit with laws is worse.
     kinds: of the laws.
 
     A law at the place of an effect may have bent its shape to what is there, unless it leaves the
-    effect its parts.
+    effect its parts, or the twin needs the effect beside it at the same size everywhere.
     """
+    names = [effect.effect for effect in named]
+    lasting = {e.effect for e in named if e.effect in needed and e.is_steady}
     before = {effect.effect for effect in findings.named}
     if not findings.misfits and before.issuperset(names):
         return ()
     remainders = measure_remainders(findings.case, fit, findings.base)
-    misfits = find_misfits(findings.case, fit.theta, remainders, list(names))
+    misfits = find_misfits(findings.case, fit.theta, remainders, names)
     still = {(misfit.effect, misfit.place) for misfit in misfits}
     places = {LAWS_BY_NAME[name].place for name in kinds}
     kept = (
         misfit
         for misfit in findings.misfits
         if (misfit.effect, misfit.place) in still
-        or (EFFECTS[misfit.effect].place in places and not is_left_parts(misfit.effect, kinds))
+        or (
+            EFFECTS[misfit.effect].place in places
+            and misfit.effect not in lasting
+            and not is_left_parts(misfit.effect, kinds)
+        )
     )
     return (*kept, *(misfit for misfit in misfits if misfit.effect not in before))
 

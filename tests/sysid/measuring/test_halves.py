@@ -12,8 +12,8 @@ from pendulum_sysid.fitting.fit import HORIZONS, fit
 from pendulum_sysid.measuring import halves
 from pendulum_sysid.measuring.curve import Curve
 from pendulum_sysid.measuring.halves import is_seen_in_halves
-from pendulum_sysid.measuring.measure import rank_curves
 from pendulum_sysid.measuring.penalised_fit import LawFit, fit_laws
+from pendulum_sysid.measuring.ranking import rank_curves
 from pendulum_sysid.prepare import prepare
 from pendulum_twin.laws.law import Law, spread_turn
 from pendulum_twin.model import Twin

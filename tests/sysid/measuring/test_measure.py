@@ -12,15 +12,17 @@ from pendulum_sysid.fitting.fit import HORIZONS, fit, fit_own_parameters
 from pendulum_sysid.measuring import curve as curve_module
 from pendulum_sysid.measuring.curve import Curve, list_curves
 from pendulum_sysid.measuring.formula_fit import ShapeParameter
-from pendulum_sysid.measuring.measure import begin_without_laws, measure_laws, rank_curves
+from pendulum_sysid.measuring.measure import begin_without_laws, measure_laws
 from pendulum_sysid.measuring.names_beside_laws import (
     is_part_of_law,
+    list_bent,
     list_lesser_parts,
     list_needed,
     list_sized,
 )
 from pendulum_sysid.measuring.naming import NamedCurve, write_formula, write_sentence
 from pendulum_sysid.measuring.penalised_fit import LawFit
+from pendulum_sysid.measuring.ranking import rank_curves
 from pendulum_sysid.measuring.shapes import SHAPES, FittedShape
 from pendulum_sysid.prepare import prepare
 from pendulum_twin.laws import BY_NAME
@@ -312,5 +314,43 @@ def test_a_wave_of_a_turn_is_a_name_where_it_is_most_of_the_error(sine_rad, less
     told = held.law_fit.fit.estimates["eccentric_encoder.sine_rad"].value
     assert told == pytest.approx(sine_rad, abs=0.002)
     assert list_lesser_parts(held, ["eccentric_encoder"]) == lesser
+    assert list_lesser_parts(replace(held, law_fit=begun), ["eccentric_encoder"]) == lesser
     assert is_part_of_law(held, "eccentric_encoder")
     assert not is_part_of_law(held, "cart_coulomb_friction")
+
+
+@pytest.mark.parametrize(("bend", "bent"), [(0.3, []), (3.0, ["input_dead_zone"])])
+def test_an_effect_has_its_shape_where_a_law_of_its_kind_adds_little(bend, bent):
+    """The curve beside the dead zone has 0.3 % of its power, or more than a fifth."""
+    zone = {"input_dead_zone": {"width": 0.06}}
+    at = np.linspace(-0.5, 0.5, 21)
+    curve = {"command_curve": Law(tuple(at), tuple(bend * at * (0.5 - abs(at))))}
+    truth = replace(INTECO, effects=zone, measured_laws=curve)
+    prepared = prepare([made(truth, 30.0, amplitude=0.3)], INTECO)
+    case, split = prepared.case, prepared.split
+    start = make_theta(replace(INTECO, effects=zone))
+    begun = begin_without_laws(
+        case, split, fit(case, split, ("input_dead_zone",), start, HORIZONS[0])
+    )
+    held = measure_laws(case, split, begun, lambda line: None)
+    assert held is not None and held.kinds == ("command_curve",)
+    assert list_bent(held, ["input_dead_zone"]) == bent
+    assert list_needed(held, ["input_dead_zone"]) == ("input_dead_zone",)
+
+
+@pytest.mark.parametrize(("level_n", "bent"), [(0.5, []), (0.06, ["cart_coulomb_friction"])])
+def test_a_level_of_dry_friction_is_a_name_where_the_level_hardly_varies(level_n, bent):
+    """The level varies by 0.05 N, twice a turn of the pole."""
+    turn = spread_turn(24)
+    level = {"cart_coulomb_friction": {"level_n": level_n}}
+    wave = {"cart_dry_friction_by_angle": Law(tuple(turn), tuple(0.05 * np.cos(2 * turn)))}
+    truth = replace(INTECO, effects=level, measured_laws=wave)
+    prepared = prepare([made(truth, 30.0, amplitude=0.3)], INTECO)
+    case, split = prepared.case, prepared.split
+    start = make_theta(replace(INTECO, effects=level))
+    begun = begin_without_laws(
+        case, split, fit(case, split, ("cart_coulomb_friction",), start, HORIZONS[0])
+    )
+    held = measure_laws(case, split, begun, lambda line: None)
+    assert held is not None and held.kinds == ("cart_dry_friction_by_angle",)
+    assert list_bent(held, ["cart_coulomb_friction"]) == bent

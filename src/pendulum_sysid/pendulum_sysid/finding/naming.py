@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pendulum_sysid import decisions
+from pendulum_sysid.finding.cancellation import list_cancelled
 from pendulum_sysid.finding.detectors import Use, read_effects
 from pendulum_sysid.finding.environments import Steadiness, measure_steadiness
 from pendulum_sysid.finding.journal import Search
@@ -17,6 +18,7 @@ from pendulum_sysid.finding.propose import propose
 from pendulum_sysid.finding.pruning import exchange_effect
 from pendulum_sysid.finding.replication import Replication, replicate_effects
 from pendulum_sysid.finding.separation import Tie
+from pendulum_sysid.finding.stand_ins import list_stand_ins
 from pendulum_sysid.finding.weights import WeighedSet, weigh_effect
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.parameters import Scales
@@ -40,6 +42,8 @@ class Named:
         that were tried; None for an effect that no search tries.
     is_sure: False where the fit leaves more than noise, and the interval of every size, with what
         remains counted in, holds the value at which the effect vanishes.
+    is_cancelled: True where the fit leaves more than noise, and other effects nearly cancel the
+        effect.
     """
 
     effect: str
@@ -49,6 +53,7 @@ class Named:
     steadiness: Steadiness | None = None
     weight: float | None = None
     is_sure: bool = True
+    is_cancelled: bool = False
 
     @property
     def is_lasting(self) -> bool:
@@ -59,7 +64,8 @@ class Named:
         lasting = self.replication is None or self.replication.is_lasting
         contradicted = self.steadiness is not None and self.steadiness.is_contradicted
         believed = self.weight is None or self.weight >= decisions.NAME_LEAST_WEIGHT
-        return self.is_sure and lasting and not contradicted and believed
+        whole = self.is_sure and not self.is_cancelled
+        return whole and lasting and not contradicted and believed
 
     @property
     def is_steady(self) -> bool:
@@ -136,20 +142,36 @@ def add_replications(
     """Return the names with how often each is found again, and how much it is believed.
 
     A fit above the noise lacks something, and a name may stand for what it lacks: its size is
-    asked in environments, too.
+    asked in environments, too, and whether other effects nearly cancel the name.
     """
     replications = replicate_effects(search.case, search.split, best)
     above = best.choose > decisions.MISFIT_AT_NOISE
     steadiness = measure_steadiness(search.case, search.split, best) if above else {}
+    cancelled = list_cancelled(search.case, best) if above else frozenset()
     return tuple(
         replace(
-            effect,
+            weigh_name(search.case, best, sets, effect),
             replication=replications.get(effect.effect),
             steadiness=steadiness.get(effect.effect),
-            weight=weigh_effect(sets, effect.effect, effect.inseparable_from),
+            is_cancelled=effect.effect in cancelled,
         )
         for effect in named
     )
+
+
+def weigh_name(case: Case, best: Fit, sets: Sequence[WeighedSet], effect: Named) -> Named:
+    """Return a name with how much the effect, or what it cannot be told from, is believed.
+
+    Where too little, effects that stand in its place in other sets count with it.
+    """
+    ties = effect.inseparable_from
+    weight = weigh_effect(sets, effect.effect, ties)
+    if weight < decisions.NAME_LEAST_WEIGHT and BY_NAME[effect.effect].parameters:
+        stand_ins = list_stand_ins(case, best, sets, effect.effect)
+        wider = tuple(dict.fromkeys((*ties, *stand_ins)))
+        if weigh_effect(sets, effect.effect, wider) >= decisions.NAME_LEAST_WEIGHT:
+            ties, weight = wider, weigh_effect(sets, effect.effect, wider)
+    return replace(effect, weight=weight, inseparable_from=ties)
 
 
 def doubt_intervals(best: Fit, named: Iterable[Named], scales: Scales) -> tuple[Named, ...]:
@@ -185,23 +207,21 @@ def list_doubted(perhaps: Iterable[Named]) -> tuple[Named, ...]:
 
 
 def part_sure_names(
-    fit: Fit, named: Iterable[Named], scales: Scales, kinds: Collection[str]
+    fit: Fit, named: Iterable[Named], scales: Scales, bent: Collection[str] = ()
 ) -> tuple[tuple[Named, ...], tuple[Named, ...]]:
     """Return the names of a fit with laws whose sizes are surely there, and its other names.
 
-    Names of effects that the fit lacks are left out: others have taken their places. A name of
-    which a law holds every shape is not sure: the two share what is there in any way. An effect
-    that is a part of the law by definition (`Effect.law_parts`) shares nothing with the law.
+    Names of effects that the fit lacks are left out: others have taken their places. A name whose
+    shape a law bends is not sure: the two share what is there in any way.
 
     scales: of the recording.
-    kinds: of the measured laws.
+    bent: effects whose shape a law bends.
     """
     names = tuple(effect for effect in named if effect.effect in fit.effects)
     sure = tuple(
         effect
         for effect in names
-        if is_surely_there(fit, effect.effect, scales)
-        and (BY_NAME[effect.effect].law_kind not in kinds or is_left_parts(effect.effect, kinds))
+        if is_surely_there(fit, effect.effect, scales) and effect.effect not in bent
     )
     return sure, tuple(effect for effect in names if effect not in sure)
 

@@ -12,47 +12,27 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import block_diag
 
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.judge import Lead, compute_lead
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import HORIZONS, fit_over_horizon
 from pendulum_sysid.fitting.gauss_newton import refine_start_states, scale_values
-from pendulum_sysid.fitting.linearised import System, assemble
-from pendulum_sysid.fitting.neighbours import run_neighbours
-from pendulum_sysid.fitting.windows import shorten_windows
-from pendulum_sysid.measuring.curve import Curve, find_slot, list_curves, refine_knots
+from pendulum_sysid.measuring.curve import Curve, refine_knots
 from pendulum_sysid.measuring.halves import is_seen_in_halves
 from pendulum_sysid.measuring.naming import NamedCurve, name_curves
 from pendulum_sysid.measuring.penalised_fit import LawFit, fit_laws, list_all_free, list_parts
+from pendulum_sysid.measuring.ranking import Ranked, rank_curves, reduce_to_last
 from pendulum_sysid.measuring.smoothness import (
     Smoothness,
     choose_smoothness,
-    eliminate,
-    make_precision,
 )
 from pendulum_sysid.records import Fit, Split
 from pendulum_twin.arrays import Floats
 from pendulum_twin.laws.kind import Variable
 from pendulum_twin.laws.law import locate_on_knots, make_curve_matrix
-from pendulum_twin.model import MOST_LAWS
-from pendulum_twin.parameter_vector import list_law_kinds
 
 Progress = Callable[[str], None]
-
-
-@dataclass(frozen=True)
-class Ranked:
-    """Hold a curve that may explain what remains, with its values by one linearised step.
-
-    prior: chosen for it; its evidence ranks it.
-    values: (knots,) in the unit of its quantity.
-    """
-
-    curve: Curve
-    prior: Smoothness
-    values: Floats
 
 
 @dataclass(frozen=True)
@@ -84,8 +64,9 @@ def measure_best_laws(
 ) -> Measured | None:
     """Return the fit with measured laws from the best start; None where no law helps for sure.
 
-    At the noise the best has the fewest laws; above the noise, the smallest misfit on windows left
-    out. So laws take the place of a name only where the name leaves them more to do.
+    At the noise the best has the fewest laws. Above the noise laws take the place of names only
+    where they are really ahead without the names: else the twin may need these beside the laws,
+    and is asked (`names_beside_laws`).
 
     Runs take long steps while laws are tried; the laws that are kept are fitted with the twin's
     own steps.
@@ -103,7 +84,7 @@ def measure_best_laws(
         measured = measure_laws(tried, split, begun, report, named.choose)
         if measured is None:
             continue
-        if best is None or _rank(measured) < _rank(best):
+        if best is None or not _is_better(best, measured):
             best = measured
         if best.is_at_noise and len(best.law_fit.curves) == 1:
             break
@@ -114,10 +95,13 @@ def measure_best_laws(
     return Measured(case, split, replace(fine, lead=coarse.lead))
 
 
-def _rank(measured: Measured) -> tuple[bool, int, float]:
-    """Return a key by which the better of two fits comes first."""
-    laws = len(measured.law_fit.curves) if measured.is_at_noise else 0
-    return not measured.is_at_noise, laws, measured.law_fit.fit.choose
+def _is_better(simple: Measured, rich: Measured) -> bool:
+    """Return whether the fit with fewer effects is the better of two with laws."""
+    if simple.is_at_noise and rich.is_at_noise:
+        return len(simple.law_fit.curves) <= len(rich.law_fit.curves)
+    if simple.is_at_noise != rich.is_at_noise:
+        return simple.is_at_noise
+    return compute_lead(simple.law_fit.fit, rich.law_fit.fit).is_real
 
 
 def measure_laws(
@@ -243,7 +227,7 @@ def _choose_again(case: Case, law_fit: LawFit, which: int) -> Smoothness:
         *range(parts[0].start),
         *(c for k in order for c in range(*parts[k].indices(len(free)))),
     ]
-    matrix, gradient = _reduce(
+    matrix, gradient = reduce_to_last(
         law_fit.system.pick(columns),
         scale_values([free[c] for c in columns], theta),
         [curves[k] for k in order],
@@ -253,59 +237,3 @@ def _choose_again(case: Case, law_fit: LawFit, which: int) -> Smoothness:
     curve = curves[which]
     values = curve.get_values(theta) / curve.size
     return choose_smoothness(curve, matrix, gradient + matrix @ values, law_fit.inflation)
-
-
-def rank_curves(case: Case, split: Split, law_fit: LawFit) -> list[Ranked]:
-    """Return the curves that make the recording likelier, the likeliest first.
-
-    A law that the given twin has stays as it is; where the twin can hold no more there are none.
-    """
-    start = law_fit.fit
-    known = list_law_kinds(start.theta)
-    if len(known) >= MOST_LAWS:
-        return []
-    problem = case.problem(shorten_windows(case.state, split.learn, start.pieces))
-    own = list_all_free(case, start.effects, start.theta, law_fit.curves)
-    errors = run_neighbours(problem, start.theta, start.start_states, own, start.power)
-    ranked = []
-    for curve in list_curves(case, start.theta, start.effects):
-        if curve.kind in known:
-            continue
-        theta = start.theta.copy()
-        curve.put(theta, np.zeros(len(curve.knots)))
-        curves = (*law_fit.curves, curve)
-        knots = tuple(curve.list_free(find_slot(theta, curve.kind)))
-        added = run_neighbours(problem, theta, start.start_states, knots, start.power)
-        system = assemble(problem, start.start_states, errors, added)
-        values = scale_values((*own, *knots), theta)
-        matrix, gradient = _reduce(system, values, curves, law_fit.priors, law_fit.inflation)
-        prior = choose_smoothness(curve, matrix, gradient, law_fit.inflation)
-        if prior.evidence < decisions.LAW_LEAST_NATS:
-            continue
-        penalty = law_fit.inflation * make_precision(curve, prior)
-        values = curve.size * np.linalg.solve(matrix + penalty, gradient)
-        ranked.append(Ranked(curve, prior, np.clip(values, curve.low, None)))
-    return sorted(ranked, key=lambda candidate: -candidate.prior.evidence)
-
-
-def _reduce(
-    system: System,
-    values: Floats,
-    curves: Sequence[Curve],
-    priors: Sequence[Smoothness],
-    inflation: float,
-) -> tuple[Floats, Floats]:
-    """Return matrix and gradient of the last curve's values, all else following.
-
-    system: the normal equations of all free parameters, without priors.
-    values: (parameters,) where they were computed, in the parameters' sizes.
-    priors: of all curves but the last.
-    """
-    last = len(curves[-1].knots)
-    own = len(values) - sum(len(curve.knots) for curve in curves)
-    precision = inflation * block_diag(
-        np.zeros((own, own)),
-        *(make_precision(c, p) for c, p in zip(curves[:-1], priors, strict=True)),
-        np.zeros((last, last)),
-    )
-    return eliminate(system.normal + precision, system.gradient - precision @ values, last)

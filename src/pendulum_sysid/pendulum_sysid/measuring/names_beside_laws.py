@@ -7,12 +7,17 @@ from dataclasses import replace
 
 import numpy as np
 
+from pendulum_sysid import decisions
+from pendulum_sysid.finding.effect_forces import EffectForces
 from pendulum_sysid.finding.judge import compute_lead
-from pendulum_sysid.measuring.curve import LEVELS, PARTS
+from pendulum_sysid.measuring.curve import LEVELS, PARTS, Curve
 from pendulum_sysid.measuring.measure import Measured
 from pendulum_sysid.measuring.penalised_fit import fit_laws
+from pendulum_sysid.measuring.ranking import add_by_one_step
+from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
-from pendulum_twin.effects.effect import Form
+from pendulum_twin.effects.effect import Effect, Form
+from pendulum_twin.laws.kind import LawKind
 from pendulum_twin.parameter_vector import SLOTS, get_neutral_values
 
 
@@ -28,10 +33,14 @@ def list_needed(measured: Measured, sized: Sequence[str]) -> tuple[str, ...]:
     sized: see `list_sized`.
 
     Laws take what had no name. An effect that they can stand for may have stood for that; an
-    effect that they cannot stand for is there by itself.
+    effect that they cannot stand for is there by itself. A law of the effect's own kind could
+    stand for anything, and is not asked.
     """
     law_fit, needed = measured.law_fit, []
     for name in sized:
+        if any(is_of_kind(curve, name) for curve in law_fit.curves):
+            needed.append(name)
+            continue
         start = law_fit.fit
         theta = start.theta.copy()
         theta[SLOTS[name]] = get_neutral_values(BY_NAME[name])
@@ -53,18 +62,70 @@ def list_lesser_parts(measured: Measured, names: Sequence[str]) -> list[str]:
     """Return the effects among names that are a part of a law and smaller than the rest of it.
 
     The error of a disc may have any shape. The first wave of that error (`Effect.law_parts`) is a
-    name only where the wave is larger than the rest of the error.
+    name only where the wave is larger than the rest of the error. Where no law of that kind was
+    measured, it is tried to first order.
     """
     law_fit, lesser = measured.law_fit, []
-    for curve, values in zip(law_fit.curves, law_fit.values, strict=True):
-        for effect in (BY_NAME[name] for name in names):
-            if effect.law_parts and effect.law_kind == curve.kind.name:
-                sizes = law_fit.fit.theta[SLOTS[effect.name]]
-                parts = [PARTS[part](curve.knots) for part in effect.law_parts]
-                own = np.average((sizes @ np.array(parts)) ** 2, weights=curve.visits)
-                if own < np.average(values**2, weights=curve.visits):
-                    lesser.append(effect.name)
+    for name in (name for name in names if BY_NAME[name].law_parts):
+        kind = BY_NAME[name].law_kind
+        held = [curve for curve in law_fit.curves if curve.kind.name == kind]
+        beside = (
+            (held[0], law_fit.fit.theta)
+            if held
+            else add_by_one_step(measured.case, measured.split, law_fit, kind)
+        )
+        if beside is not None and _is_lesser_part(*beside, name):
+            lesser.append(name)
     return lesser
+
+
+def _is_lesser_part(curve: Curve, theta: Floats, name: str) -> bool:
+    parts = np.array([PARTS[part](curve.knots) for part in BY_NAME[name].law_parts])
+    own = np.average((theta[SLOTS[name]] @ parts) ** 2, weights=curve.visits)
+    return bool(own < np.average(curve.get_values(theta) ** 2, weights=curve.visits))
+
+
+def list_bent(measured: Measured, names: Sequence[str]) -> list[str]:
+    """Return the effects among names whose shape a measured law bends.
+
+    A law of an effect's kind holds every shape of the effect, and a law of dry friction varies the
+    level that a friction has everywhere. What the law adds is what the shape of the effect is off.
+    That is next to nothing where the law's force has SHAPE_TOLERANCE of the power of the effect's
+    force.
+    """
+    theta, bent = measured.law_fit.fit.theta, []
+    beside = [
+        (name, curve)
+        for curve in measured.law_fit.curves
+        for name in names
+        if is_of_kind(curve, name) or _is_level(curve.kind, BY_NAME[name])
+    ]
+    if not beside:
+        return []
+    forces = EffectForces(measured.case, theta)
+    for name, curve in beside:
+        straight = theta.copy()
+        curve.put(straight, np.zeros(len(curve.knots)))
+        own, added = forces.compute(theta, [name])[0], forces.compute_share(theta, straight)
+        if added @ added > decisions.SHAPE_TOLERANCE * own @ own:
+            bent.append(name)
+    return bent
+
+
+def is_of_kind(curve: Curve, name: str) -> bool:
+    """Return whether a law could take the place of an effect: it holds every shape of it."""
+    effect = BY_NAME[name]
+    return effect.law_kind == curve.kind.name and not effect.law_parts
+
+
+def _is_level(kind: LawKind, effect: Effect) -> bool:
+    """Return whether a law varies a level of dry friction that an effect has everywhere."""
+    everywhere = effect.form is Form.DRY and not effect.becomes
+    return everywhere and kind.place is effect.place and _varies_level(kind)
+
+
+def _varies_level(kind: LawKind) -> bool:
+    return bool({(kind.role, None), (kind.role, kind.variable)} & set(LEVELS))
 
 
 def is_part_of_law(measured: Measured, name: str) -> bool:
@@ -75,7 +136,7 @@ def is_part_of_law(measured: Measured, name: str) -> bool:
         or (
             effect.form is Form.DRY
             and curve.kind.place is effect.place
-            and {(curve.kind.role, None), (curve.kind.role, curve.kind.variable)} & set(LEVELS)
+            and _varies_level(curve.kind)
         )
         for curve in measured.law_fit.curves
     )

@@ -10,12 +10,16 @@ from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
 
 
-@pytest.mark.parametrize("delay_s", [0.0, 0.013])
-def test_the_step_is_the_truth(delay_s: float) -> None:
-    late = {"input_delay": {"delay_s": delay_s}} if delay_s else {}
-    recording, _ = record_hidden({**late, "coarse_command": HIDDEN["coarse_command"]}, 1, 20.0)
+@pytest.mark.parametrize(
+    "known",
+    [{}, {"input_delay": {"delay_s": 0.013}}, {"input_sign_inverted": {}}],
+    ids=["plain", "late", "mirrored"],
+)
+def test_the_step_is_the_truth(known: dict[str, dict[str, float]]) -> None:
+    """With the wrong sign of the force, a mirrored drive's step reads about twice as large."""
+    recording, _ = record_hidden({**known, "coarse_command": HIDDEN["coarse_command"]}, 1, 20.0)
     case = prepare_case([recording], INTECO)
-    ((step,),) = (r.values for r in read_step(case, make_theta(Twin("t", INTECO.rig, late))))
+    ((step,),) = (r.values for r in read_step(case, make_theta(Twin("t", INTECO.rig, known))))
     assert step == pytest.approx(HIDDEN["coarse_command"]["step"], rel=2e-3)
 
 

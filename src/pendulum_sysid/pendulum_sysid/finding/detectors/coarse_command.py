@@ -16,7 +16,7 @@ from pendulum_sysid.finding.localisation.balance import FORCE, make_balance
 from pendulum_sysid.finding.localisation.thinning import thin_out
 from pendulum_sysid.fitting.case import Case
 from pendulum_twin.arrays import Floats, Ints
-from pendulum_twin.effects import coarse_command
+from pendulum_twin.effects import coarse_command, input_sign_inverted
 from pendulum_twin.parameter_vector import FORCE_PER_PWM, SLOTS
 
 EFFECT = coarse_command.EFFECT
@@ -54,7 +54,8 @@ def read_step(case: Case, theta: Floats) -> tuple[Reading, ...]:
     most = float(np.max(np.abs(case.signals.command), initial=0.0))
     if balance is None or most <= 0.0:
         return ()
-    force_n = float(theta[FORCE_PER_PWM])
+    mirrored = bool(theta[SLOTS[input_sign_inverted.EFFECT.name]])
+    force_n = float(theta[FORCE_PER_PWM]) * (-1.0 if mirrored else 1.0)
     places = _find_places(case, theta)
     own = np.linalg.qr(balance.turned)[0]
     lacking = take_out(own, balance.lacking)

@@ -139,11 +139,16 @@ def find_misfits(
     sharp = compute_sharp_accelerations(case)
     physics = [name for name in named if BY_NAME[name].parameters]
     forces = [
-        {name: _compute_own_force(case, theta, sharp, remainder, name) for name in physics}
+        {
+            name: compute_own_force(
+                case, theta, take_out(theta, name), sharp, remainder.table.balance.equation
+            )
+            for name in physics
+        }
         for remainder in remainders
     ]
     powers = [
-        {name: _compute_power(remainder.table.balance, own) for name, own in forces_of.items()}
+        {name: compute_power(remainder.table.balance, own) for name, own in forces_of.items()}
         for remainder, forces_of in zip(remainders, forces, strict=True)
     ]
     largest = {name: max(powers_of[name] for powers_of in powers) for name in physics if powers}
@@ -173,7 +178,7 @@ def _find_misfits_in(
     misfits = []
     for name in forces:
         alike = [other for other in forces if other == name or about[other] & about[name]]
-        explained = _compute_power(balance, np.sum([forces[other] for other in alike], axis=0))
+        explained = compute_power(balance, np.sum([forces[other] for other in alike], axis=0))
         taken = frozenset(token for other in forces if other != name for token in about[other])
         shared = len(alike) > 1
         allowed = decisions.SHARED_SHAPE_TOLERANCE if shared else decisions.SHAPE_TOLERANCE
@@ -234,20 +239,29 @@ def take_out(theta: Floats, name: str) -> Floats:
     return less
 
 
-def _compute_own_force(
-    case: Case, theta: Floats, sharp: Floats, remainder: Remainder, name: str
+def compute_own_force(
+    case: Case, theta: Floats, less: Floats, sharp: Floats, equation: int
 ) -> Floats:
-    """Return the force or torque that an effect gives along the recording, (n,)."""
-    equation = remainder.table.balance.equation
-    without = compute_lacking(case, take_out(theta, name), sharp, equation)
-    return without - compute_lacking(case, theta, sharp, equation)
+    """Return the force or torque along the recording, (n,), that a twin gives and another lacks.
+
+    theta, less: (SIZE,) of the twin, and of the twin without an effect or a law.
+    sharp: see `compute_sharp_accelerations`.
+    """
+    return compute_lacking(case, less, sharp, equation) - compute_lacking(
+        case, theta, sharp, equation
+    )
 
 
-def _compute_power(balance: Balance, force: Floats) -> float:
+def compute_power(balance: Balance, force: Floats) -> float:
     """Return the power of a force along the recording, beyond what the twin's constants give."""
+    return float(np.mean(project_out_constants(balance, force) ** 2))
+
+
+def project_out_constants(balance: Balance, force: Floats) -> Floats:
+    """Return what of a force (n,) the twin's constants cannot give, (rows,), in units of size."""
     rows = balance.sieve(force)
     rows = rows - balance.turned @ np.linalg.lstsq(balance.turned, rows, rcond=None)[0]
-    return float(np.mean(rows**2)) / max(balance.size, 1e-300) ** 2
+    return np.asarray(rows / max(balance.size, 1e-300))
 
 
 def _find_own_variables(

@@ -1,0 +1,168 @@
+"""Try curves to first order: a linearised step that all other parameters follow (score test).
+
+Rao, Proc. Cambridge Phil. Soc. 44 (1948) 50.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from pendulum_sysid import decisions
+from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.fitting.gauss_newton import scale_values
+from pendulum_sysid.fitting.linearised import System, assemble
+from pendulum_sysid.fitting.neighbours import NeighbourErrors, run_neighbours
+from pendulum_sysid.fitting.parameters import Free
+from pendulum_sysid.fitting.problem import Problem
+from pendulum_sysid.fitting.windows import shorten_windows
+from pendulum_sysid.measuring.curve import Curve, find_slot, list_curves
+from pendulum_sysid.measuring.penalised_fit import LawFit, list_all_free
+from pendulum_sysid.measuring.smoothness import (
+    Smoothness,
+    choose_smoothness,
+    eliminate,
+    make_precision,
+)
+from pendulum_sysid.records import Split
+from pendulum_twin.arrays import Floats
+from pendulum_twin.model import MOST_LAWS
+from pendulum_twin.parameter_vector import list_law_kinds
+
+
+@dataclass(frozen=True)
+class Ranked:
+    """Hold a curve that may explain what remains, with its values by one linearised step.
+
+    prior: chosen for it; its evidence ranks it.
+    values: (knots,) in the unit of its quantity.
+    """
+
+    curve: Curve
+    prior: Smoothness
+    values: Floats
+
+
+def rank_curves(case: Case, split: Split, law_fit: LawFit) -> list[Ranked]:
+    """Return the curves that make the recording likelier, the likeliest first.
+
+    A law that the given twin has stays as it is; where the twin can hold no more there are none.
+    """
+    start = law_fit.fit
+    known = list_law_kinds(start.theta)
+    if len(known) >= MOST_LAWS:
+        return []
+    trial = _begin_trial(case, split, law_fit)
+    ranked = []
+    for curve in list_curves(case, start.theta, start.effects):
+        tried = None if curve.kind in known else _try_curve(trial, curve)
+        if tried is not None:
+            ranked.append(tried[0])
+    return sorted(ranked, key=lambda candidate: -candidate.prior.evidence)
+
+
+def add_by_one_step(
+    case: Case, split: Split, law_fit: LawFit, kind: str
+) -> tuple[Curve, Floats] | None:
+    """Return a curve of a kind and theta (SIZE,) with it, all else following to first order.
+
+    None where the recording is not likelier with the curve.
+    """
+    start = law_fit.fit
+    if len(list_law_kinds(start.theta)) >= MOST_LAWS:
+        return None
+    possible = list_curves(case, start.theta, start.effects)
+    curve = next((curve for curve in possible if curve.kind.name == kind), None)
+    trial = _begin_trial(case, split, law_fit)
+    tried = None if curve is None else _try_curve(trial, curve)
+    if curve is None or tried is None:
+        return None
+    ranked, system = tried
+    theta = start.theta.copy()
+    curve.put(theta, np.zeros(len(curve.knots)))
+    free = (*trial.own, *curve.list_free(find_slot(theta, curve.kind)))
+    curves, priors = (*law_fit.curves, curve), (*law_fit.priors, ranked.prior)
+    precision = _make_whole_precision(len(free), curves, priors, law_fit.inflation)
+    gradient = system.gradient - precision @ scale_values(free, theta)
+    step = np.linalg.lstsq(system.normal + precision, gradient, rcond=1e-12)[0]
+    for parameter, change in zip(free, step, strict=True):
+        value = parameter.get(theta) + change * parameter.size
+        parameter.put(theta, float(np.clip(value, parameter.low, parameter.high)))
+    return curve, theta
+
+
+@dataclass(frozen=True)
+class _Trial:
+    """Hold what all curves are tried against: a fit, its errors, and its free parameters."""
+
+    law_fit: LawFit
+    problem: Problem
+    own: tuple[Free, ...]
+    errors: NeighbourErrors
+
+
+def _begin_trial(case: Case, split: Split, law_fit: LawFit) -> _Trial:
+    start = law_fit.fit
+    problem = case.problem(shorten_windows(case.state, split.learn, start.pieces))
+    own = list_all_free(case, start.effects, start.theta, law_fit.curves)
+    errors = run_neighbours(problem, start.theta, start.start_states, own, start.power)
+    return _Trial(law_fit, problem, own, errors)
+
+
+def _try_curve(trial: _Trial, curve: Curve) -> tuple[Ranked, System] | None:
+    """Return a curve by one linearised step, and the normal equations with it.
+
+    None where the recording is not likelier with it.
+    """
+    law_fit, problem, start = trial.law_fit, trial.problem, trial.law_fit.fit
+    theta = start.theta.copy()
+    curve.put(theta, np.zeros(len(curve.knots)))
+    knots = tuple(curve.list_free(find_slot(theta, curve.kind)))
+    added = run_neighbours(problem, theta, start.start_states, knots, start.power)
+    system = assemble(problem, start.start_states, trial.errors, added)
+    values = scale_values((*trial.own, *knots), theta)
+    curves = (*law_fit.curves, curve)
+    matrix, gradient = reduce_to_last(system, values, curves, law_fit.priors, law_fit.inflation)
+    prior = choose_smoothness(curve, matrix, gradient, law_fit.inflation)
+    if prior.evidence < decisions.LAW_LEAST_NATS:
+        return None
+    penalty = law_fit.inflation * make_precision(curve, prior)
+    values = curve.size * np.linalg.solve(matrix + penalty, gradient)
+    return Ranked(curve, prior, np.clip(values, curve.low, None)), system
+
+
+def _make_whole_precision(
+    count: int, curves: Sequence[Curve], priors: Sequence[Smoothness], inflation: float
+) -> Floats:
+    """Return the precision (count, count) of all free parameters; curves without priors are free.
+
+    priors: of the first of the curves, whose values are the last of the parameters.
+    """
+    unknown = sum(len(curve.knots) for curve in curves[len(priors) :])
+    own = count - sum(len(curve.knots) for curve in curves)
+    known = [make_precision(c, p) for c, p in zip(curves, priors, strict=False)]
+    precision: Floats = inflation * block_diag(
+        np.zeros((own, own)), *known, np.zeros((unknown, unknown))
+    )
+    return precision
+
+
+def reduce_to_last(
+    system: System,
+    values: Floats,
+    curves: Sequence[Curve],
+    priors: Sequence[Smoothness],
+    inflation: float,
+) -> tuple[Floats, Floats]:
+    """Return matrix and gradient of the last curve's values, all else following.
+
+    system: the normal equations of all free parameters, without priors.
+    values: (parameters,) where they were computed, in the parameters' sizes.
+    priors: of all curves but the last.
+    """
+    precision = _make_whole_precision(len(values), curves, priors, inflation)
+    last = len(curves[-1].knots)
+    return eliminate(system.normal + precision, system.gradient - precision @ values, last)
