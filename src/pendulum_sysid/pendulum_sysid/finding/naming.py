@@ -8,14 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pendulum_sysid import decisions
-from pendulum_sysid.finding.cancellation import list_cancelled
 from pendulum_sysid.finding.detectors import Use, read_effects
 from pendulum_sysid.finding.environments import Steadiness, measure_steadiness
 from pendulum_sysid.finding.journal import Search
 from pendulum_sysid.finding.judge import Lead, compute_lead, is_needed, is_surely_there
 from pendulum_sysid.finding.pole_alone import PoleAnswer
 from pendulum_sysid.finding.propose import propose
-from pendulum_sysid.finding.pruning import exchange_effect
+from pendulum_sysid.finding.pruning import leave_out
 from pendulum_sysid.finding.replication import Replication, replicate_effects
 from pendulum_sysid.finding.separation import Tie
 from pendulum_sysid.finding.stand_ins import list_stand_ins
@@ -42,8 +41,6 @@ class Named:
         that were tried; None for an effect that no search tries.
     is_sure: False where the fit leaves more than noise, and the interval of every size, with what
         remains counted in, holds the value at which the effect vanishes.
-    is_cancelled: True where the fit leaves more than noise, and other effects nearly cancel the
-        effect.
     """
 
     effect: str
@@ -53,7 +50,6 @@ class Named:
     steadiness: Steadiness | None = None
     weight: float | None = None
     is_sure: bool = True
-    is_cancelled: bool = False
 
     @property
     def is_lasting(self) -> bool:
@@ -64,8 +60,7 @@ class Named:
         lasting = self.replication is None or self.replication.is_lasting
         contradicted = self.steadiness is not None and self.steadiness.is_contradicted
         believed = self.weight is None or self.weight >= decisions.NAME_LEAST_WEIGHT
-        whole = self.is_sure and not self.is_cancelled
-        return whole and lasting and not contradicted and believed
+        return self.is_sure and lasting and not contradicted and believed
 
     @property
     def is_steady(self) -> bool:
@@ -95,8 +90,7 @@ def name_effects(
 
 def _exchange_and_compare(search: Search, best: Fit, name: str) -> Named:
     """Return an effect of a fit with its lead, and the effects that do as well in its place."""
-    effects = tuple(e for e in best.effects if e != name)
-    less = search.fit_effects(effects, best, exchange_effect(best, name, effects))
+    less = leave_out(search, best, name)
     search.journal.note(less, f"without {name}")
     others = [
         proposal
@@ -142,18 +136,16 @@ def add_replications(
     """Return the names with how often each is found again, and how much it is believed.
 
     A fit above the noise lacks something, and a name may stand for what it lacks: its size is
-    asked in environments, too, and whether other effects nearly cancel the name.
+    asked in environments, too.
     """
     replications = replicate_effects(search.case, search.split, best)
     above = best.choose > decisions.MISFIT_AT_NOISE
     steadiness = measure_steadiness(search.case, search.split, best) if above else {}
-    cancelled = list_cancelled(search.case, best) if above else frozenset()
     return tuple(
         replace(
             weigh_name(search.case, best, sets, effect),
             replication=replications.get(effect.effect),
             steadiness=steadiness.get(effect.effect),
-            is_cancelled=effect.effect in cancelled,
         )
         for effect in named
     )

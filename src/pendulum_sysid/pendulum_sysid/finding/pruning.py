@@ -37,6 +37,12 @@ def prune_set(
     return best
 
 
+def leave_out(search: Search, best: Fit, name: str) -> Fit:
+    """Return the fit without an effect, all others fitted again."""
+    others = tuple(effect for effect in best.effects if effect != name)
+    return search.fit_effects(others, best, exchange_effect(best, name, others))
+
+
 def exchange_effect(best: Fit, name: str, effects: Collection[str]) -> Floats:
     """Return theta (SIZE,) of a fit without an effect, to start a fit of other effects from.
 
