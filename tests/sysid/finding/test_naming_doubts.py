@@ -85,7 +85,8 @@ def test_a_name_whose_place_a_measured_law_has_taken_is_gone() -> None:
 def test_a_name_whose_shape_a_measured_law_bends_is_not_sure(bent: bool) -> None:
     """A tilt beside a large force along the rail may be any tilt."""
     names = (Named("rail_tilt", Lead(1.1, 9.0)),)
-    sure = part_sure_names(make_fit(ABOVE, SURE), names, SCALES, ("rail_tilt",) if bent else ())
+    fit = make_fit(ABOVE, SURE, ("rail_tilt",))
+    sure = part_sure_names(fit, names, SCALES, ("rail_tilt",) if bent else ())
     assert sure == (((), names) if bent else (names, ()))
 
 
