@@ -109,7 +109,7 @@ def test_an_effect_that_laws_make_sure_is_a_name(
     monkeypatch.setattr(pipeline, "measure_steadiness", lambda *about: {name: steadiness})
     monkeypatch.setattr(naming, "is_surely_there", lambda *about: sure)
     findings = SimpleNamespace(case=SimpleNamespace(scales={}), named=(), perhaps=(doubted,))
-    fit = SimpleNamespace(effects=(name,), twin=None)
+    fit = SimpleNamespace(effects=(name,), twin=None, choose=2.0)
     measured = SimpleNamespace()
     names, perhaps, _ = ask_names_again(findings, None, measured, fit, fit)
     assert [effect.effect for effect in names] == [name] * regained
@@ -130,7 +130,7 @@ def test_a_lesser_part_of_a_law_is_no_name(monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setattr(pipeline, "measure_steadiness", lambda *about: {})
     monkeypatch.setattr(naming, "is_surely_there", lambda *about: True)
     findings = SimpleNamespace(case=SimpleNamespace(scales={}), named=(wave, friction), perhaps=())
-    fit = SimpleNamespace(effects=(wave.effect, friction.effect))
+    fit = SimpleNamespace(effects=(wave.effect, friction.effect), choose=2.0)
     measured = SimpleNamespace(kinds=("angle_error_over_turn",))
     names, perhaps, _ = ask_names_again(findings, None, measured, fit, fit)
     assert (names, perhaps) == ((friction,), (wave,))
@@ -153,6 +153,6 @@ def test_an_effect_whose_shape_a_law_bends_is_no_name(
     monkeypatch.setattr(pipeline, "measure_steadiness", lambda *about: {})
     monkeypatch.setattr(naming, "is_surely_there", lambda *about: True)
     findings = SimpleNamespace(case=SimpleNamespace(scales={}), named=(zone,), perhaps=())
-    fit = SimpleNamespace(effects=(zone.effect,))
+    fit = SimpleNamespace(effects=(zone.effect,), choose=2.0)
     names, perhaps, _ = ask_names_again(findings, None, SimpleNamespace(), fit, fit)
     assert names == (zone,) * (not bent) and perhaps == (zone,) * bent

@@ -199,8 +199,8 @@ def ask_names_again(
     """Return the names beside laws, the effects that are none, and those that the twin needs.
 
     An effect that was not sure without laws is a name if it is sure, needed and steady with them,
-    and no part of a law. No name is an effect that the twin does not need beside the laws, or that
-    other effects nearly cancel.
+    and no part of a law. No name is an effect that the twin does not need beside the laws, or,
+    above the noise, that other effects nearly cancel.
 
     measured: the laws.
     alone: the fit with laws, whose intervals hold what the laws leave.
@@ -211,15 +211,17 @@ def ask_names_again(
     doubtful, _ = part_sure_names(alone, whole, case.scales)
     bent = list_bent(measured, [effect.effect for effect in findings.named])
     sure, doubted = part_sure_names(fit, findings.named, case.scales, bent)
-    lesser = list_lesser_parts(measured, [effect.effect for effect in sure])
-    sized = list_sized(measured, [effect.effect for effect in (*sure, *doubtful)])
+    asked = [effect.effect for effect in (*sure, *doubtful)]
+    lesser, sized = list_lesser_parts(measured, asked), list_sized(measured, asked)
     needed = list_needed(measured, sized)
     steady = measure_steadiness(case, split, fit)
     sure, doubtful = (
         tuple(replace(e, steadiness=steady.get(e.effect, e.steadiness)) for e in effects)
         for effects in (sure, doubtful)
     )
-    unlike = {*lesser, *list_cancelled(case, fit), *(name for name in sized if name not in needed)}
+    above = fit.choose > decisions.MISFIT_AT_NOISE
+    cancelled = list_cancelled(case, fit) if above else ()
+    unlike = {*lesser, *cancelled, *(name for name in sized if name not in needed)}
     idle = tuple(e for e in sure if e.effect in unlike)
     regained = tuple(
         replace(e, is_sure=True)

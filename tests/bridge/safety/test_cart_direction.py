@@ -1,13 +1,23 @@
 """The rail guard goes by the cart's motion where the twin file gives the wrong direction."""
 
 import math
+from collections.abc import Callable, Iterable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from support.guarded_rigs import PERIOD_S, settled, stepper, varied
 
 from pendulum_bridge.safety.decide import decide
-from pendulum_bridge.safety.events import begin_reset, take_command
+from pendulum_bridge.safety.events import (
+    activate,
+    begin_reset,
+    change_rules,
+    clear_stop,
+    deactivate,
+    press_stop,
+    take_command,
+)
 from pendulum_bridge.safety.limits import Limits
 from pendulum_bridge.safety.reasons import Level, Reason
 from pendulum_bridge.safety.rig_state import RigState
@@ -17,6 +27,8 @@ from pendulum_twin.rig import Rig
 from pendulum_twin.stepper import Stepper
 
 LIMIT, MARGIN_M = 0.5, 0.05
+THERE_AND_BACK = [0.3] * 25 + [-0.3] * 50 + [0.3] * 20  # the cart gains speed both ways
+CART_KG = 0.7  # cart and pole, about
 MIRRORED = ("cart_sign_inverted", "input_sign_inverted")
 HANGING = (0.0, math.pi, 0.0, 0.0)
 
@@ -34,25 +46,39 @@ def show(rig: Stepper, effect: str) -> RigState:
 
 
 def drive(
-    rig: Stepper, effect: str, commands: list[float], rules: Rules, safety: Safety | None = None
+    rig: Stepper,
+    effect: str,
+    commands: Iterable[float | Callable[[RigState], float]],
+    rules: Rules,
+    safety: Safety | None = None,
+    hand_n: float = 0.0,
 ) -> tuple[Safety, float]:
-    """Return the state after the commands, and how far from the middle the cart came, m."""
+    """Return the state after the commands, and how far from the middle the cart came, m.
+
+    commands: PWM fractions, or a controller's.
+    hand_n: N; force of a hand on the cart.
+    """
     safety = safety or settled(rules, show(rig, effect))
     sign, far = -1 if effect == "input_sign_inverted" else 1, 0.0
+    gained_m_s = hand_n / CART_KG * PERIOD_S
     for command in commands:
-        now_s = safety.ages.now_s + PERIOD_S
-        safety, _ = take_command(command, safety)
-        decision = decide(None, show(rig, effect), now_s, safety, rules)
+        now_s, seen = safety.ages.now_s + PERIOD_S, show(rig, effect)
+        safety, _ = take_command(command(seen) if callable(command) else command, safety)
+        decision = decide(None, seen, now_s, safety, rules)
         safety = decision.safety
-        far = max(far, abs(float(rig.step(sign * decision.pwm)[0])))
+        x, th, v, w = rig.step(sign * decision.pwm).tolist()
+        if hand_n:
+            rig.reset((x, th, v + gained_m_s, w), before=sign * decision.pwm)
+        far = max(far, abs(x))
     return safety, far
 
 
 def draw_pushes(random: np.random.Generator, pushes: int) -> list[float]:
-    """Return pushes of random sizes, both ways in turn, of 0.3 to 0.6 s."""
+    """Return pushes of random sizes, both ways in turn, of 0.3 to 0.6 s; the first is half."""
     sides = random.choice([-1, 1]) * (-1) ** np.arange(pushes)
-    sizes, counts = random.uniform(0.1, LIMIT, pushes), random.integers(30, 60, pushes)
-    return np.repeat(sides * sizes, counts).tolist()
+    size, counts = random.uniform(0.2, LIMIT), random.integers(30, 60, pushes)
+    counts[0] //= 2
+    return np.repeat(sides * size * random.uniform(0.8, 1.0, pushes), counts).tolist()
 
 
 @pytest.mark.parametrize("effect", MIRRORED)
@@ -63,7 +89,7 @@ def test_a_mirrored_rig_is_noticed_and_kept_on_the_rail(
     for seed in range(10):
         random = np.random.default_rng(seed)
         rig = stepper(varied(nominal, random), {}, HANGING)
-        safety, _ = drive(rig, effect, draw_pushes(random, 8), rules)
+        safety, _ = drive(rig, effect, draw_pushes(random, 16), rules)
         assert safety.direction.turned, seed
         outwards = [math.copysign(LIMIT, 350 - k % 700) for k in range(1400)]
         safety, far = drive(rig, effect, outwards, rules, safety)
@@ -73,7 +99,7 @@ def test_a_mirrored_rig_is_noticed_and_kept_on_the_rail(
 @pytest.mark.parametrize("effect", MIRRORED)
 def test_the_mirrored_rig_is_named_for_a_person(nominal: Rig, rules: Rules, effect: str) -> None:
     rig = stepper(nominal, {}, HANGING)
-    safety, _ = drive(rig, effect, [0.3] * 40 + [-0.3] * 40, rules)
+    safety, _ = drive(rig, effect, THERE_AND_BACK, rules)
     decision = decide(0.0, show(rig, effect), safety.ages.now_s + PERIOD_S, safety, rules)
     assert Reason.CART_MIRRORED in decision.reasons and decision.level is Level.WARN
 
@@ -83,6 +109,7 @@ def test_the_mirrored_rig_is_named_for_a_person(nominal: Rig, rules: Rules, effe
     [
         {},
         {"input_delay": {"delay_s": 0.04}},
+        {"input_delay": {"delay_s": 0.1}},
         {"motor_lag": {"time_constant_s": 0.03}},
         {"cart_coulomb_friction": {"level_n": 3.0}},
         {"rail_tilt": {"angle_rad": 0.03}},
@@ -102,8 +129,10 @@ def test_no_command_turns_the_direction_of_a_rig_that_is_as_told(
             "noise": random.uniform(-LIMIT, LIMIT, 1500).tolist(),
             "tones": (LIMIT * np.sin(2 * np.pi * (0.3 + 3 * np.arange(1500) / 1500) ** 2 * 7.5)),
         }[kind]
-        safety, _ = drive(rig, "", list(map(float, commands)), rules)
-        assert not safety.direction.turned, (seed, kind)
+        safety = settled(rules, show(rig, ""))
+        for command in map(float, commands):
+            safety, _ = drive(rig, "", [command], rules, safety)
+            assert not safety.direction.turned, (seed, kind)
 
 
 def test_friction_that_stops_a_sliding_cart_is_no_vote(nominal: Rig, rules: Rules) -> None:
@@ -114,22 +143,113 @@ def test_friction_that_stops_a_sliding_cart_is_no_vote(nominal: Rig, rules: Rule
     assert not safety.direction.turned
 
 
-def test_a_turned_direction_turns_back(nominal: Rig, rules: Rules) -> None:
-    """A hand moves the cart against the drive; afterwards the drive moves the cart."""
-    safety = settled(rules, RigState(*HANGING))
-    for k in range(60):
-        by_hand = RigState(-0.004 * k, math.pi, -0.025 * k, 0.0)
-        safety, _ = take_command(0.2, safety)
-        safety = decide(None, by_hand, safety.ages.now_s + PERIOD_S, safety, rules).safety
-    assert safety.direction.turned
-    rig = stepper(nominal, {}, (by_hand.cart_m, by_hand.pole_rad, by_hand.cart_m_s, 0.0))
-    safety, _ = drive(rig, "", [0.2] * 80 + [-0.2] * 80, rules, safety)
-    assert not safety.direction.turned
+@pytest.mark.parametrize("known", [True, False], ids=["after pushes", "before any push"])
+@pytest.mark.parametrize(
+    ("limit", "hand_n", "seconds", "hold_m"),
+    [(0.2, 6.0, 0.3, 0.4), (0.3, 10.0, 0.3, 0.0), (0.5, 12.0, 0.2, 0.4)],
+)
+def test_a_hand_does_not_turn_a_rig_that_is_as_told(
+    nominal: Rig,
+    rules: Rules,
+    known: bool,
+    limit: float,
+    hand_n: float,
+    seconds: float,
+    hold_m: float,
+) -> None:
+    """A controller holds the cart, and pushes against the hand that shoves it outwards.
+
+    Before any push has shown the direction, the shove leaves it in doubt, and PWM 0 brakes not.
+    """
+    rig = stepper(nominal, {}, (hold_m, math.pi, 0.0, 0.0))
+    safety = settled(rules, show(rig, ""))
+
+    def hold(seen: RigState) -> float:
+        wanted = 3.0 * (hold_m - seen.cart_m) - 0.6 * seen.cart_m_s
+        return min(max(wanted, -limit), limit)
+
+    if known:
+        safety, _ = drive(rig, "", THERE_AND_BACK, rules, safety)
+        assert safety.direction.decided and not safety.direction.turned
+    for _ in range(3):
+        safety, _ = drive(rig, "", [hold] * 300, rules, safety)
+        safety, _ = drive(rig, "", [hold] * round(seconds / PERIOD_S), rules, safety, hand_n)
+        assert not safety.direction.turned
+    safety, far = drive(rig, "", [hold] * 300, rules, safety)
+    assert not safety.direction.turned and (not known or far < nominal.rail_half_length_m)
 
 
-def test_the_reset_goes_by_the_motion_too(nominal: Rig, rules: Rules) -> None:
+@pytest.mark.parametrize("effect", MIRRORED)
+def test_a_mirrored_cart_that_is_jogged_one_way_is_not_driven_to_the_end(
+    nominal: Rig, rules: Rules, effect: str
+) -> None:
+    """Pushes of one sign leave the direction in doubt: near the end PWM is 0."""
     rig = stepper(nominal, {}, HANGING)
-    safety, _ = drive(rig, "cart_sign_inverted", [0.3] * 40 + [-0.3] * 40, rules)
+    safety, _ = drive(rig, effect, [0.08] * 120, rules)
+    assert safety.direction.in_doubt and not safety.direction.turned
+    reasons = set()
+    for _ in range(300):
+        now_s = safety.ages.now_s + PERIOD_S
+        safety, _ = take_command(0.08, safety)
+        decision = decide(None, show(rig, effect), now_s, safety, rules)
+        safety, reasons = decision.safety, {*reasons, *decision.reasons}
+        assert decision.pwm in (0.0, pytest.approx(0.08))
+        if Reason.CART_DOUBTED in decision.reasons:
+            assert decision.pwm == 0.0
+            break
+        rig.step(-decision.pwm if effect == "input_sign_inverted" else decision.pwm)
+    assert Reason.CART_DOUBTED in reasons
+
+
+def test_what_a_person_may_have_changed_is_found_anew(nominal: Rig, rules: Rules) -> None:
+    rig = stepper(nominal, {}, HANGING)
+    safety, _ = drive(rig, "cart_sign_inverted", THERE_AND_BACK, rules)
+    assert safety.direction.turned
+    corrected = make_rules(nominal, Limits(LIMIT, 50.0), way=-1, pole_way=-1)
+    assert not change_rules(safety, rules, corrected).direction.turned
+    assert change_rules(safety, rules, replace(rules, period_s=0.02)).direction.turned
+    assert not activate(deactivate(safety)[0]).direction.turned
+    stopped, _ = press_stop(safety)
+    assert stopped.direction.turned
+    zero = take_command(0.0, stopped)[0]
+    cleared, reason = clear_stop(zero, rules)
+    assert reason is Reason.STOP_CLEARED and not cleared.direction.turned
+
+
+def test_a_push_between_two_samples_ends_the_push_before(nominal: Rig, rules: Rules) -> None:
+    """The command that a sample finds acted for a tenth of the period alone."""
+    rig = stepper(nominal, {}, HANGING)
+    safety = settled(rules, show(rig, ""))
+    for _ in range(150):
+        now_s = safety.ages.now_s
+        for command, at_s in ((0.25, 0.001), (-0.06, 0.009)):
+            safety, _ = take_command(command, safety)
+            safety = decide(None, None, now_s + at_s, safety, rules).safety
+        rig.step(0.25)
+        safety = decide(None, show(rig, ""), now_s + PERIOD_S, safety, rules).safety
+        assert not safety.direction.turned
+
+
+def test_a_driver_that_is_behind_counts_no_time_twice(nominal: Rig) -> None:
+    """A delay of 60 ms, 1000 Hz, and a decision on each fifth sample."""
+    rules = make_rules(nominal, Limits(LIMIT, 50.0), period_s=0.001)
+    rig = stepper(nominal, {"input_delay": {"delay_s": 0.06}}, HANGING)
+    for hz in (3.0, 4.0, 6.0):
+        safety = settled(rules, show(rig, ""))
+        for k in range(1000):
+            now_s = safety.ages.now_s + 0.005
+            safety, _ = take_command(math.copysign(0.4, math.sin(2 * np.pi * hz * now_s)), safety)
+            decision = decide(None, show(rig, ""), now_s, safety, rules, skipped=4)
+            safety = decision.safety
+            if k % 2:
+                rig.step(decision.pwm)
+            assert not safety.direction.turned, hz
+
+
+def test_the_reset_brings_a_mirrored_cart_to_the_middle(nominal: Rig, rules: Rules) -> None:
+    """The pole, which is left to itself, does not come to rest in time."""
+    rig = stepper(nominal, {}, HANGING)
+    safety, _ = drive(rig, "cart_sign_inverted", THERE_AND_BACK, rules)
     assert safety.direction.turned and abs(rig.state[0]) > rules.swing.rest.cart_m
     safety, reason = begin_reset(safety.ages.now_s, safety, rules)
     assert reason is Reason.RESETTING
@@ -138,6 +258,7 @@ def test_the_reset_goes_by_the_motion_too(nominal: Rig, rules: Rules) -> None:
         decision = decide(None, show(rig, "cart_sign_inverted"), now_s, safety, rules)
         safety = decision.safety
         rig.step(decision.pwm)
+    assert decision.reset_ended in (Reason.RESET_DONE, Reason.RESET_LATE)
     assert abs(rig.state[0]) < 2 * rules.swing.rest.cart_m
 
 

@@ -7,11 +7,11 @@ from support.made_recordings import INTECO, made
 
 from pendulum_sysid.finding.judge import Lead
 from pendulum_sysid.finding.naming import Named, weigh_name
-from pendulum_sysid.finding.stand_ins import list_stand_ins
+from pendulum_sysid.finding.stand_ins import StandIn, list_stand_ins
 from pendulum_sysid.finding.weights import WeighedSet
 from pendulum_sysid.fitting.fit import HORIZONS, fit
 from pendulum_sysid.prepare import prepare
-from pendulum_twin.parameter_vector import make_theta
+from pendulum_twin.parameter_vector import SLOTS, make_theta
 
 DELAY = {"input_delay": {"delay_s": 0.02}}
 LAG = {"motor_lag": {"time_constant_s": 0.02}, "rail_tilt": {"angle_rad": 0.001}}
@@ -32,7 +32,22 @@ def delayed():
 def test_a_lag_stands_in_for_a_delay_and_what_is_beside_it_does_not(delayed):
     case, best, other = delayed
     sets = (WeighedSet(best.effects, 0.6, best.theta), WeighedSet(other.effects, 0.4, other.theta))
-    assert list_stand_ins(case, best, sets, "input_delay") == ("motor_lag",)
+    assert list_stand_ins(case, best, sets, "input_delay") == (StandIn("motor_lag", sets[1]),)
+
+
+def test_the_same_effect_of_another_size_does_not_stand_in(delayed):
+    """A lag ten times as long is another force."""
+    case, best, other = delayed
+    theta = other.theta.copy()
+    theta[SLOTS["motor_lag"]] *= 10.0
+    sets = (
+        WeighedSet(best.effects, 0.4, best.theta),
+        WeighedSet(other.effects, 0.05, other.theta),
+        WeighedSet(("motor_lag",), 0.55, theta),
+    )
+    assert [s.within for s in list_stand_ins(case, best, sets, "input_delay")] == [sets[1]]
+    named = weigh_name(case, best, sets, Named("input_delay", Lead(2.0, 5.0)))
+    assert named.weight == pytest.approx(0.4) and named.inseparable_from == ()
 
 
 @pytest.mark.parametrize(

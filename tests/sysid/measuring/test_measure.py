@@ -12,7 +12,12 @@ from pendulum_sysid.fitting.fit import HORIZONS, fit, fit_own_parameters
 from pendulum_sysid.measuring import curve as curve_module
 from pendulum_sysid.measuring.curve import Curve, list_curves
 from pendulum_sysid.measuring.formula_fit import ShapeParameter
-from pendulum_sysid.measuring.measure import begin_without_laws, measure_laws
+from pendulum_sysid.measuring.measure import (
+    Measured,
+    begin_without_laws,
+    is_better,
+    measure_laws,
+)
 from pendulum_sysid.measuring.names_beside_laws import (
     is_part_of_law,
     list_bent,
@@ -22,7 +27,7 @@ from pendulum_sysid.measuring.names_beside_laws import (
 )
 from pendulum_sysid.measuring.naming import NamedCurve, write_formula, write_sentence
 from pendulum_sysid.measuring.penalised_fit import LawFit
-from pendulum_sysid.measuring.ranking import rank_curves
+from pendulum_sysid.measuring.ranking import add_by_one_step, rank_curves
 from pendulum_sysid.measuring.shapes import SHAPES, FittedShape
 from pendulum_sysid.prepare import prepare
 from pendulum_twin.laws import BY_NAME
@@ -335,7 +340,7 @@ def test_an_effect_has_its_shape_where_a_law_of_its_kind_adds_little(bend, bent)
     held = measure_laws(case, split, begun, lambda line: None)
     assert held is not None and held.kinds == ("command_curve",)
     assert list_bent(held, ["input_dead_zone"]) == bent
-    assert list_needed(held, ["input_dead_zone"]) == ("input_dead_zone",)
+    assert list_sized(held, ["input_dead_zone"]) == []
 
 
 @pytest.mark.parametrize(("level_n", "bent"), [(0.5, []), (0.06, ["cart_coulomb_friction"])])
@@ -354,3 +359,34 @@ def test_a_level_of_dry_friction_is_a_name_where_the_level_hardly_varies(level_n
     held = measure_laws(case, split, begun, lambda line: None)
     assert held is not None and held.kinds == ("cart_dry_friction_by_angle",)
     assert list_bent(held, ["cart_coulomb_friction"]) == bent
+
+
+def test_names_go_before_laws_alone_only_where_these_are_surely_ahead():
+    """The twin with names is kept where both err alike."""
+    prepared = prepare([made(INTECO, 20.0, amplitude=0.3)], INTECO)
+    case, split = prepared.case, prepared.split
+    begun = begin_without_laws(case, split, fit_own_parameters(case, split))
+
+    def make_measured(factor):
+        errors = factor * 3.0 * begun.fit.noise
+        fit = replace(
+            begun.fit,
+            choose=3.0 * factor,
+            window_squares=begun.fit.window_squares / begun.fit.window_squares * errors**2,
+            counts=np.ones_like(begun.fit.counts),
+        )
+        return Measured(case, split, replace(begun, fit=fit))
+
+    assert not is_better(make_measured(1.0), make_measured(1.0))
+    assert not is_better(make_measured(0.999), make_measured(1.0))
+    assert is_better(make_measured(0.5), make_measured(1.0))
+
+
+def test_a_law_that_the_given_twin_has_is_not_tried_anew():
+    turn = spread_turn(24)
+    disc = {"angle_error_over_turn": Law(tuple(turn), tuple(0.02 * np.sin(2 * turn)))}
+    given = replace(RIG, measured_laws=disc)
+    prepared = prepare([made(given, 20.0, amplitude=0.3)], given)
+    case, split = prepared.case, prepared.split
+    begun = begin_without_laws(case, split, fit_own_parameters(case, split))
+    assert add_by_one_step(case, split, begun, "angle_error_over_turn") is None

@@ -208,6 +208,7 @@ class Driver:
     def change_rules(self, rules: Rules) -> None:
         """Apply these rules from the next decision on."""
         with self._lock:
+            self._safety = events.change_rules(self._safety, self._rules, rules)
             self._rules = rules
 
     def fail_safe(self) -> None:

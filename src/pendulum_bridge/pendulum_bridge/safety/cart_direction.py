@@ -4,7 +4,9 @@ A twin file can give the wrong direction: a mirrored encoder, a swapped pair of 
 guard would then push the cart outwards where it means to brake. Each stretch of a push is a vote:
 for the given direction when the cart gains speed along it, against it when the cart gains speed
 the other way. Friction never gives a cart speed, so a vote against needs another force: a drive
-the other way, or a hand. Several votes in a row turn the direction.
+the other way, or a hand. A hand shoves one way, and a controller pushes against the hand; so the
+direction is decided by pushes of both signs, and decided once: wires do not change while a rig
+runs. Commands of a drive that is later than SETTLING_S can show the wrong direction.
 """
 
 from __future__ import annotations
@@ -16,57 +18,90 @@ from pendulum_bridge.safety.rail_guard import RailGuard
 from pendulum_bridge.safety.reset import SwingDown
 from pendulum_bridge.safety.rig_state import RigState
 
-SETTLING_S = 0.05  # of a push, in which a late command before it may still act
-LONGEST_GAP_S = 0.05  # between samples; after a longer gap nobody knows what acted
+SETTLING_S = 0.12  # of a push, in which a late command before it may still act
+MOST_PERIODS = 5  # between samples; after a longer gap nobody knows what acted
 LEAST_GAIN_M_S = 0.15  # gain of speed that a stretch must promise; noise and tilt give less
 LEAST_PUSH_M_S2 = 0.5  # a weaker push is no stretch: a tilted rail gives as much
 LEAST_SHARE = 0.5  # of the promised gain that is a vote
-VOTES = 3  # in a row that turn the direction
+VOTES = 3  # that decide: of pushes of both signs, with none of the other side between
+DOUBTS = 2  # votes against that leave the direction in doubt
 
 
 @dataclass(frozen=True)
-class CartDirection:
-    """Hold what the pushes so far have shown.
+class Push:
+    """Hold the push under way.
 
-    turned: whether the cart moves against the direction that the twin file gives.
-    votes: votes in a row against the direction that is believed.
-    sign: of the push under way, 1 or -1; 0 for none.
-    seconds: s; age of the push.
+    sign: 1 or -1; 0 for none.
+    seconds: s; its age.
     promised_m_s: m/s; gain of speed that the stretch under way promises, at least.
-    began: the sample at which the stretch began.
+    began: the sample at which the stretch began; None before the push has settled.
     """
 
-    turned: bool = False
-    votes: int = 0
     sign: int = 0
     seconds: float = 0.0
     promised_m_s: float = 0.0
     began: RigState | None = None
 
 
+@dataclass(frozen=True)
+class CartDirection:
+    """Hold what the pushes so far have shown.
+
+    decided: whether pushes of both signs have shown the direction.
+    turned: whether the cart moves against the direction that the twin file gives.
+    against: whether the last votes were against that direction.
+    votes: number of the last votes, of pushes of negative and of positive sign.
+    push: the push under way.
+    """
+
+    decided: bool = False
+    turned: bool = False
+    against: bool = False
+    votes: tuple[int, int] = (0, 0)
+    push: Push = Push()
+
+    @property
+    def in_doubt(self) -> bool:
+        """Whether the cart has moved against its pushes, and the direction is not decided."""
+        return not self.decided and self.against and sum(self.votes) >= DOUBTS
+
+
 def follow_cart(
-    direction: CartDirection, state: RigState, applied: float, gap_s: float, guard: RailGuard
+    direction: CartDirection,
+    state: RigState,
+    applied: float,
+    gap_s: float,
+    period_s: float,
+    guard: RailGuard,
 ) -> CartDirection:
     """Return the direction after a sample.
 
-    applied: PWM fraction; the command since the last sample.
-    gap_s: s, since the last sample.
+    applied: PWM fraction; the last command. `end_push` is called when its sign changes.
+    gap_s: s, since the last sample, at least.
+    period_s: s, from sample to sample.
     guard: of the direction that the twin file gives.
     """
+    if direction.decided:
+        return direction
+    push = direction.push
     push_m_s2 = guard.brake_m_s2 * abs(applied)
     sign = int(math.copysign(1, applied)) if push_m_s2 >= LEAST_PUSH_M_S2 else 0
-    if sign == 0 or sign != direction.sign or gap_s > LONGEST_GAP_S:
-        return replace(direction, sign=sign, seconds=0.0, promised_m_s=0.0, began=None)
-    direction = replace(direction, seconds=direction.seconds + gap_s)
-    if direction.began is None:
-        settled = direction.seconds >= SETTLING_S
-        return replace(direction, began=state) if settled else direction
-    promised = direction.promised_m_s + push_m_s2 * gap_s
+    if sign == 0 or sign != push.sign or gap_s > MOST_PERIODS * period_s:
+        return replace(direction, push=Push(sign))
+    push = replace(push, seconds=push.seconds + gap_s)
+    if push.began is None:
+        settled = push.seconds >= SETTLING_S
+        return replace(direction, push=replace(push, began=state if settled else None))
+    promised = push.promised_m_s + push_m_s2 * gap_s
     if promised < LEAST_GAIN_M_S:
-        return replace(direction, promised_m_s=promised)
-    ahead = sign * guard.way * (-1 if direction.turned else 1)
-    direction = _count_vote(direction, direction.began, state, promised, ahead, guard)
-    return replace(direction, promised_m_s=0.0, began=state)
+        return replace(direction, push=replace(push, promised_m_s=promised))
+    direction = _count_vote(direction, push.began, state, promised, guard)
+    return replace(direction, push=replace(push, promised_m_s=0.0, began=state))
+
+
+def end_push(direction: CartDirection) -> CartDirection:
+    """Return the direction after the command's sign has changed, however briefly."""
+    return replace(direction, push=Push())
 
 
 def turn_guard(guard: RailGuard, direction: CartDirection) -> RailGuard:
@@ -79,7 +114,11 @@ def turn_guard(guard: RailGuard, direction: CartDirection) -> RailGuard:
 
 
 def turn_swing_down(plan: SwingDown, direction: CartDirection) -> SwingDown:
-    """Return the reset for the direction that is believed; it then leaves the pole to itself."""
+    """Return the reset for the direction that is believed.
+
+    A turned direction leaves the pole to itself: which push damps its swing is not known. The
+    cart is brought to the middle; where the pole swings long, the reset ends late.
+    """
     return replace(plan, way=-plan.way, pole_way=0) if direction.turned else plan
 
 
@@ -88,21 +127,22 @@ def _count_vote(
     before: RigState,
     after: RigState,
     promised_m_s: float,
-    ahead: int,
     guard: RailGuard,
 ) -> CartDirection:
-    """Return the direction with the vote of a stretch.
-
-    ahead: 1 or -1; where the push should move the cart.
-    """
+    """Return the direction with the vote of a stretch."""
+    sign = direction.push.sign
+    ahead = sign * guard.way
     unsure_m_s = (1 + guard.spread) * guard.reach_m * abs(_swing(after) - _swing(before))
     least = LEAST_SHARE * promised_m_s + unsure_m_s
-    if _compute_gain(before, after, -ahead) >= least:
-        votes = direction.votes + 1
-        return replace(direction, turned=direction.turned != (votes == VOTES), votes=votes % VOTES)
-    if _compute_gain(before, after, ahead) >= least:
-        return replace(direction, votes=0)
-    return direction
+    against = _compute_gain(before, after, -ahead) >= least
+    if not against and _compute_gain(before, after, ahead) < least:
+        return direction
+    negative, positive = direction.votes if against == direction.against else (0, 0)
+    votes = (negative + (sign < 0), positive + (sign > 0))
+    decided = min(votes) > 0 and sum(votes) >= VOTES
+    return replace(
+        direction, decided=decided, turned=decided and against, against=against, votes=votes
+    )
 
 
 def _compute_gain(before: RigState, after: RigState, towards: int) -> float:

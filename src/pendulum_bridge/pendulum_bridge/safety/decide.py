@@ -11,7 +11,12 @@ from dataclasses import dataclass, replace
 
 from pendulum_bridge.safety import encoder_check, two_writers, watchdog
 from pendulum_bridge.safety import reset as swing_down
-from pendulum_bridge.safety.cart_direction import follow_cart, turn_guard, turn_swing_down
+from pendulum_bridge.safety.cart_direction import (
+    end_push,
+    follow_cart,
+    turn_guard,
+    turn_swing_down,
+)
 from pendulum_bridge.safety.events import STANDSTILL_S, find_lasting_fault, take_command
 from pendulum_bridge.safety.limits import compute_left_s, compute_slewing_s, limit_command
 from pendulum_bridge.safety.rail_guard import Seen, guard_command
@@ -28,11 +33,13 @@ class FreshSample:
     sample: the sample.
     ago_s: s; how long ago it came.
     gap_s: s; how long after the sample before it came, at most.
+    least_gap_s: s; the same, at least.
     """
 
     sample: RigState
     ago_s: float
     gap_s: float
+    least_gap_s: float
 
 
 @dataclass(frozen=True)
@@ -78,15 +85,10 @@ def decide(
         sends them at once, and each was a period of its time.
     """
     passed_s = watchdog.compute_passed_s(safety.ages, now_s)
-    fresh = (
-        None
-        if sample is None
-        else FreshSample(
-            sample,
-            ago_s,
-            _compute_gap_s(safety, passed_s - ago_s, rules) + skipped * rules.period_s,
-        )
-    )
+    fresh = None
+    if sample is not None:
+        least_s = _compute_gap_s(safety, passed_s - ago_s, rules)
+        fresh = FreshSample(sample, ago_s, least_s + skipped * rules.period_s, least_s)
     if passed_s > STANDSTILL_S:
         safety = replace(safety, resumed_s=now_s)
     safety = replace(safety, stop=emergency_stop.let_time_pass(safety.stop, passed_s))
@@ -94,19 +96,29 @@ def decide(
     safety, ended = _advance_reset(fresh, passed_s, safety, rules)
     slewing_s = compute_slewing_s(safety.unused_s, passed_s, rules.period_s)
     if (reason := _find_reason_for_zero(safety, rules)) or safety.rig is None:
-        safety = replace(safety, applied=0.0, unused_s=slewing_s)
+        safety = replace(_note_applied(safety, 0.0), unused_s=slewing_s)
         return Decision(0.0, safety, _list_reasons(reason, ended, *refused), ended)
     wanted = safety.reset.pwm if safety.reset else safety.command
     within = limit_command(wanted, safety.applied, slewing_s, rules.limits)
     seen = Seen(safety.rig, safety.ages.sample_s or 0.0, safety.applied)
     guard = turn_guard(rules.guard, safety.direction)
     guarded = guard_command(within.pwm, seen, safety.in_vain_s, passed_s, guard)
+    if guarded.reason and safety.direction.in_doubt:
+        guarded = replace(guarded, pwm=0.0, reason=Reason.CART_DOUBTED)
     unused = compute_left_s(slewing_s, guarded.pwm - safety.applied, rules.limits)
-    safety = replace(safety, applied=guarded.pwm, unused_s=unused, in_vain_s=guarded.in_vain_s)
+    safety = _note_applied(safety, guarded.pwm)
+    safety = replace(safety, unused_s=unused, in_vain_s=guarded.in_vain_s)
     mode = Reason.RESETTING if safety.reset else None
     mirrored = Reason.CART_MIRRORED if safety.direction.turned else None
     reasons = _list_reasons(guarded.reason, mode, *within.reasons, *refused, mirrored)
     return Decision(guarded.pwm, safety, reasons)
+
+
+def _note_applied(safety: Safety, pwm: float) -> Safety:
+    """Return the state with the command that is sent (PWM fraction)."""
+    if pwm * safety.applied > 0.0:
+        return replace(safety, applied=pwm)
+    return replace(safety, applied=pwm, direction=end_push(safety.direction))
 
 
 def _compute_gap_s(safety: Safety, later_s: float, rules: Rules) -> float:
@@ -138,7 +150,12 @@ def _take_inputs(
     # an impossible sample is none to guard the rail by
     if not checked.fault:
         direction = follow_cart(
-            safety.direction, fresh.sample, safety.applied, fresh.gap_s, rules.guard
+            safety.direction,
+            fresh.sample,
+            safety.applied,
+            fresh.least_gap_s,
+            rules.period_s,
+            rules.guard,
         )
         safety = replace(safety, rig=fresh.sample, direction=direction)
     ages = watchdog.note_sample(safety.ages, fresh.ago_s)

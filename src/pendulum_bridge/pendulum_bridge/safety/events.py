@@ -9,6 +9,7 @@ from dataclasses import replace
 
 from pendulum_bridge.safety import encoder_check, two_writers, watchdog
 from pendulum_bridge.safety import reset as swing_down
+from pendulum_bridge.safety.cart_direction import CartDirection
 from pendulum_bridge.safety.limits import find_refusal
 from pendulum_bridge.safety.reasons import Level, Reason
 from pendulum_bridge.safety.reset import Reset
@@ -94,8 +95,17 @@ def press_stop(safety: Safety) -> tuple[Safety, Reason | None]:
 
 
 def activate(safety: Safety) -> Safety:
-    """Return the state in which commands and resets are accepted, without a command yet."""
-    return forget_command(replace(safety, active=True))
+    """Return the state in which commands and resets are accepted, without a command yet.
+
+    The cart's direction is found anew: a person may have changed wires or twin file.
+    """
+    return forget_command(replace(safety, active=True, direction=CartDirection()))
+
+
+def change_rules(safety: Safety, before: Rules, after: Rules) -> Safety:
+    """Return the state under other rules: a direction that they give is not turned any more."""
+    same = (before.guard.way, before.guard.pole_way) == (after.guard.way, after.guard.pole_way)
+    return safety if same else replace(safety, direction=CartDirection())
 
 
 def deactivate(safety: Safety) -> tuple[Safety, Reason | None]:
@@ -120,12 +130,14 @@ def clear_stop(safety: Safety, rules: Rules) -> tuple[Safety, Reason]:
     """Return the state after a request to clear the stop, and the answer to the request."""
     stop, answer = emergency_stop.clear_stop(safety.stop, rules.timeouts.command_s)
     reason = STOP_REASONS[answer]
-    believed = (
-        encoder_check.trust_again(safety.encoders)
-        if reason is Reason.STOP_CLEARED
-        else safety.encoders
-    )
-    return replace(safety, stop=stop, encoders=believed), reason
+    safety = replace(safety, stop=stop)
+    if reason is Reason.STOP_CLEARED:
+        safety = replace(
+            safety,
+            encoders=encoder_check.trust_again(safety.encoders),
+            direction=CartDirection(),
+        )
+    return safety, reason
 
 
 def begin_reset(now_s: float, safety: Safety, rules: Rules) -> tuple[Safety, Reason]:

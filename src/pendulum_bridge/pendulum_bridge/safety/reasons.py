@@ -69,6 +69,11 @@ class Reason(Enum):
         "it to the middle by "
         "hand, and check that a positive command moves it the positive way.",
     )
+    CART_DOUBTED = (
+        Level.WARN,
+        "The cart has moved against its pushes: PWM is 0 near the end of the rail, until pushes "
+        "both ways have shown which way a positive command moves the cart.",
+    )
     CART_MIRRORED = (
         Level.WARN,
         "A positive command moves the measured cart the other way than the twin file says: the "

@@ -159,10 +159,16 @@ def weigh_name(case: Case, best: Fit, sets: Sequence[WeighedSet], effect: Named)
     ties = effect.inseparable_from
     weight = weigh_effect(sets, effect.effect, ties)
     if weight < decisions.NAME_LEAST_WEIGHT and BY_NAME[effect.effect].parameters:
-        stand_ins = list_stand_ins(case, best, sets, effect.effect)
-        wider = tuple(dict.fromkeys((*ties, *stand_ins)))
-        if weigh_effect(sets, effect.effect, wider) >= decisions.NAME_LEAST_WEIGHT:
-            ties, weight = wider, weigh_effect(sets, effect.effect, wider)
+        own = {effect.effect, *ties}
+        stand_ins = [
+            stand_in
+            for stand_in in list_stand_ins(case, best, sets, effect.effect)
+            if not own & set(stand_in.within.effects)
+        ]
+        others = {stand_in.within.effects: stand_in.within.weight for stand_in in stand_ins}
+        if weight + sum(others.values()) >= decisions.NAME_LEAST_WEIGHT:
+            ties = tuple(dict.fromkeys((*ties, *(stand_in.effect for stand_in in stand_ins))))
+            weight += sum(others.values())
     return replace(effect, weight=weight, inseparable_from=ties)
 
 

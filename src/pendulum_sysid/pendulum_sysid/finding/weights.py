@@ -8,7 +8,7 @@ which its cross-validated errors are the lowest.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -30,7 +30,7 @@ class WeighedSet:
 
     effects: tuple[str, ...]
     weight: float
-    theta: Floats | None = None
+    theta: Floats | None = field(default=None, compare=False)
 
 
 def weigh_sets(fits: Iterable[Fit], best: Fit, seed: int = 0) -> tuple[WeighedSet, ...]:

@@ -84,7 +84,7 @@ def measure_best_laws(
         measured = measure_laws(tried, split, begun, report, named.choose)
         if measured is None:
             continue
-        if best is None or not _is_better(best, measured):
+        if best is None or not is_better(best, measured):
             best = measured
         if best.is_at_noise and len(best.law_fit.curves) == 1:
             break
@@ -95,7 +95,7 @@ def measure_best_laws(
     return Measured(case, split, replace(fine, lead=coarse.lead))
 
 
-def _is_better(simple: Measured, rich: Measured) -> bool:
+def is_better(simple: Measured, rich: Measured) -> bool:
     """Return whether the fit with fewer effects is the better of two with laws."""
     if simple.is_at_noise and rich.is_at_noise:
         return len(simple.law_fit.curves) <= len(rich.law_fit.curves)

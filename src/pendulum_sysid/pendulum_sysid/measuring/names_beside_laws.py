@@ -22,9 +22,19 @@ from pendulum_twin.parameter_vector import SLOTS, get_neutral_values
 
 
 def list_sized(measured: Measured, names: Sequence[str]) -> list[str]:
-    """Return the effects among names that the fit holds with a size, and so could do without."""
-    effects = measured.law_fit.fit.effects
-    return [name for name in names if name in effects and not BY_NAME[name].is_switch]
+    """Return the effects among names that the fit holds with a size, and might do without.
+
+    A law of an effect's own kind could stand for anything, so such an effect is not among them:
+    what the law adds says whether the effect is there (`list_bent`).
+    """
+    law_fit = measured.law_fit
+    return [
+        name
+        for name in names
+        if name in law_fit.fit.effects
+        and not BY_NAME[name].is_switch
+        and not any(is_of_kind(curve, name) for curve in law_fit.curves)
+    ]
 
 
 def list_needed(measured: Measured, sized: Sequence[str]) -> tuple[str, ...]:
@@ -33,14 +43,10 @@ def list_needed(measured: Measured, sized: Sequence[str]) -> tuple[str, ...]:
     sized: see `list_sized`.
 
     Laws take what had no name. An effect that they can stand for may have stood for that; an
-    effect that they cannot stand for is there by itself. A law of the effect's own kind could
-    stand for anything, and is not asked.
+    effect that they cannot stand for is there by itself.
     """
     law_fit, needed = measured.law_fit, []
     for name in sized:
-        if any(is_of_kind(curve, name) for curve in law_fit.curves):
-            needed.append(name)
-            continue
         start = law_fit.fit
         theta = start.theta.copy()
         theta[SLOTS[name]] = get_neutral_values(BY_NAME[name])

@@ -69,16 +69,17 @@ def add_by_one_step(
 ) -> tuple[Curve, Floats] | None:
     """Return a curve of a kind and theta (SIZE,) with it, all else following to first order.
 
-    None where the recording is not likelier with the curve.
+    None where the recording is not likelier with the curve, or the given twin has such a law.
     """
     start = law_fit.fit
-    if len(list_law_kinds(start.theta)) >= MOST_LAWS:
-        return None
+    known = list_law_kinds(start.theta)
     possible = list_curves(case, start.theta, start.effects)
     curve = next((curve for curve in possible if curve.kind.name == kind), None)
+    if curve is None or curve.kind in known or len(known) >= MOST_LAWS:
+        return None
     trial = _begin_trial(case, split, law_fit)
-    tried = None if curve is None else _try_curve(trial, curve)
-    if curve is None or tried is None:
+    tried = _try_curve(trial, curve)
+    if tried is None:
         return None
     ranked, system = tried
     theta = start.theta.copy()

@@ -183,7 +183,8 @@ class Effect:
     becomes: names of effects that this effect looks like at an end of its range: a patch as wide
         as the rail is friction everywhere. Telling the two apart gains nothing.
     law_kind: name of the kind of measured law whose curves hold this effect as a special case; ""
-        for none. Beside such a law the effect has no shape of its own, unless it has `law_parts`.
+        for none. Beside such a law the effect has its shape as far as the law adds little, unless
+        it has `law_parts`.
     law_parts: parts of such a curve that are this effect by definition, whatever the rest of the
         curve is (mean, slope, sine, cosine): where a twin has both, the curve is without them.
     shows_as: name of the effect from which no motion of any rig can separate this effect; a search
