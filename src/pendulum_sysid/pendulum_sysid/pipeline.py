@@ -224,7 +224,7 @@ def ask_names_again(
     unlike = {*lesser, *cancelled, *(name for name in sized if name not in needed)}
     idle = tuple(e for e in sure if e.effect in unlike)
     regained = tuple(
-        replace(e, is_sure=True)
+        replace(e, is_sure=True, is_cancelled=False)
         for e in doubtful
         if e.effect in needed and e.is_steady and e.effect not in unlike
     )

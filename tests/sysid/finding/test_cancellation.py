@@ -6,10 +6,7 @@ import numpy as np
 import pytest
 from support.made_recordings import INTECO, made
 
-from pendulum_sysid.decisions import MISFIT_AT_NOISE
 from pendulum_sysid.finding.cancellation import list_cancelled
-from pendulum_sysid.finding.journal import Search
-from pendulum_sysid.finding.search import Explanation, leave_cancelled_out
 from pendulum_sysid.fitting.fit import HORIZONS, fit
 from pendulum_sysid.prepare import prepare
 from pendulum_twin.laws.law import Law, spread_turn
@@ -55,19 +52,3 @@ def test_an_error_of_two_waves_a_turn_is_built_from_effects_that_cancel():
 def test_effects_that_are_there_do_not_cancel(effects):
     case, both = fit_to(replace(INTECO, effects=effects), effects, 0.3)
     assert list_cancelled(case, both) == frozenset()
-
-
-def test_effects_that_cancel_leave_the_fit_one_by_one():
-    """The first wave of the disc is left, at the size that it has alone."""
-    turn = spread_turn(24)
-    disc = Law(tuple(turn), tuple(0.0055 * np.sin(2 * turn)))
-    truth = replace(INTECO, measured_laws={"angle_error_over_turn": disc})
-    drag = replace(truth, effects={"cart_quadratic_drag": {"n_s2_m2": 1.0}})  # above the noise
-    prepared = prepare([made(drag, 30.0, amplitude=0.15)], INTECO)
-    search = Search(prepared.case, prepared.split)
-    start = make_theta(replace(INTECO, effects=BUILT))
-    built = fit(prepared.case, prepared.split, tuple(BUILT), start, HORIZONS[0])
-    assert built.choose > MISFIT_AT_NOISE and list_cancelled(prepared.case, built)
-    base = search.fit_effects((), built, make_theta(INTECO))
-    left = leave_cancelled_out(search, base, Explanation(built, None)).fit
-    assert not list_cancelled(prepared.case, left) and len(left.effects) < len(built.effects)

@@ -1,6 +1,7 @@
 """Inject a law without a name, and measure it: kind, values, band, and what it does elsewhere."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,7 +14,6 @@ from pendulum_sysid.measuring import curve as curve_module
 from pendulum_sysid.measuring.curve import Curve, list_curves
 from pendulum_sysid.measuring.formula_fit import ShapeParameter
 from pendulum_sysid.measuring.measure import (
-    Measured,
     begin_without_laws,
     is_better,
     measure_laws,
@@ -361,25 +361,17 @@ def test_a_level_of_dry_friction_is_a_name_where_the_level_hardly_varies(level_n
     assert list_bent(held, ["cart_coulomb_friction"]) == bent
 
 
-def test_names_go_before_laws_alone_only_where_these_are_surely_ahead():
-    """The twin with names is kept where both err alike."""
-    prepared = prepare([made(INTECO, 20.0, amplitude=0.3)], INTECO)
-    case, split = prepared.case, prepared.split
-    begun = begin_without_laws(case, split, fit_own_parameters(case, split))
+@pytest.mark.parametrize(
+    ("simple", "rich", "better"),
+    [(3.0, 3.0, False), (3.0, 3.01, False), (3.0, 4.0, True), (4.0, 3.0, False)],
+    ids=["alike", "by chance", "surely", "worse"],
+)
+def test_names_stay_beside_laws_where_the_laws_alone_err_alike(simple, rich, better):
+    def make_measured(misfit):
+        fit = SimpleNamespace(choose=misfit)
+        return SimpleNamespace(is_at_noise=False, law_fit=SimpleNamespace(fit=fit))
 
-    def make_measured(factor):
-        errors = factor * 3.0 * begun.fit.noise
-        fit = replace(
-            begun.fit,
-            choose=3.0 * factor,
-            window_squares=begun.fit.window_squares / begun.fit.window_squares * errors**2,
-            counts=np.ones_like(begun.fit.counts),
-        )
-        return Measured(case, split, replace(begun, fit=fit))
-
-    assert not is_better(make_measured(1.0), make_measured(1.0))
-    assert not is_better(make_measured(0.999), make_measured(1.0))
-    assert is_better(make_measured(0.5), make_measured(1.0))
+    assert is_better(make_measured(simple), make_measured(rich)) is better
 
 
 def test_a_law_that_the_given_twin_has_is_not_tried_anew():

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pendulum_sysid import decisions
+from pendulum_sysid.finding.cancellation import list_cancelled
 from pendulum_sysid.finding.detectors import Use, read_effects
 from pendulum_sysid.finding.environments import Steadiness, measure_steadiness
 from pendulum_sysid.finding.journal import Search
@@ -41,6 +42,8 @@ class Named:
         that were tried; None for an effect that no search tries.
     is_sure: False where the fit leaves more than noise, and the interval of every size, with what
         remains counted in, holds the value at which the effect vanishes.
+    is_cancelled: True where the fit leaves more than noise, and other effects nearly cancel the
+        effect.
     """
 
     effect: str
@@ -50,6 +53,7 @@ class Named:
     steadiness: Steadiness | None = None
     weight: float | None = None
     is_sure: bool = True
+    is_cancelled: bool = False
 
     @property
     def is_lasting(self) -> bool:
@@ -60,7 +64,8 @@ class Named:
         lasting = self.replication is None or self.replication.is_lasting
         contradicted = self.steadiness is not None and self.steadiness.is_contradicted
         believed = self.weight is None or self.weight >= decisions.NAME_LEAST_WEIGHT
-        return self.is_sure and lasting and not contradicted and believed
+        whole = self.is_sure and not self.is_cancelled
+        return whole and lasting and not contradicted and believed
 
     @property
     def is_steady(self) -> bool:
@@ -136,16 +141,18 @@ def add_replications(
     """Return the names with how often each is found again, and how much it is believed.
 
     A fit above the noise lacks something, and a name may stand for what it lacks: its size is
-    asked in environments, too.
+    asked in environments, too, and whether other effects nearly cancel the name.
     """
     replications = replicate_effects(search.case, search.split, best)
     above = best.choose > decisions.MISFIT_AT_NOISE
     steadiness = measure_steadiness(search.case, search.split, best) if above else {}
+    cancelled = list_cancelled(search.case, best) if above else frozenset()
     return tuple(
         replace(
             weigh_name(search.case, best, sets, effect),
             replication=replications.get(effect.effect),
             steadiness=steadiness.get(effect.effect),
+            is_cancelled=effect.effect in cancelled,
         )
         for effect in named
     )

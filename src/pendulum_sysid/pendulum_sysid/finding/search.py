@@ -14,7 +14,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from pendulum_sysid import decisions
-from pendulum_sysid.finding.cancellation import list_cancelled
 from pendulum_sysid.finding.growth import find_steps, grow_set, list_simplest
 from pendulum_sysid.finding.identifiability import find_ties
 from pendulum_sysid.finding.journal import Journal, Progress, Search, report_nothing
@@ -32,7 +31,7 @@ from pendulum_sysid.finding.naming import (
     name_effects,
 )
 from pendulum_sysid.finding.pole_alone import PoleAnswer, add_pole_effects, search_pole_alone
-from pendulum_sysid.finding.pruning import leave_out, prune_set
+from pendulum_sysid.finding.pruning import prune_set
 from pendulum_sysid.finding.separation import Tie
 from pendulum_sysid.finding.signs import fit_parameters_alone
 from pendulum_sysid.finding.stages import Stage
@@ -92,7 +91,7 @@ def search_effects(case: Case, split: Split, report: Progress = report_nothing) 
     search = Search(replace(case, step_s=decisions.SEARCH_STEP_S), split, Journal(report))
     report(Stage.CONSTANTS)
     base = fit_parameters_alone(search)
-    explanation = leave_cancelled_out(search, base, explain_misfit(search, base))
+    explanation = explain_misfit(search, base)
     report(Stage.NAMING)
     named = name_effects(search, base, explanation.fit, explanation.pole)
     report(Stage.TIES)
@@ -122,24 +121,6 @@ def explain_misfit(search: Search, base: Fit) -> Explanation:
     short = Explanation(prune_set(search, base.effects, grown, expected), pole)
     short = begin_otherwise(search, base, steps, short)
     return extend_horizon(search, base, begin_with_subsets(search, base, short))
-
-
-def leave_cancelled_out(search: Search, base: Fit, explanation: Explanation) -> Explanation:
-    """Return the explanation without effects that others cancel, where it leaves more than noise.
-
-    One effect leaves at a time, the effect whose leaving costs least: the sizes of the others then
-    say what they are alone.
-    """
-    fit = explanation.fit
-    while fit.choose > decisions.MISFIT_AT_NOISE:
-        cancelled = list_cancelled(search.case, fit)
-        if not cancelled:
-            break
-        fit = min((leave_out(search, fit, name) for name in cancelled), key=lambda f: f.choose)
-        search.journal.note(fit, "without an effect that others cancel")
-    if fit is explanation.fit:
-        return explanation
-    return replace(explanation, fit=prune_set(search, base.effects, fit, explanation.expected))
 
 
 def begin_otherwise(

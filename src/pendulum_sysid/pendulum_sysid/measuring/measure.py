@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from pendulum_sysid import decisions
-from pendulum_sysid.finding.judge import Lead, compute_lead
+from pendulum_sysid.finding.judge import Lead, compute_lead, compute_least_ratio
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import HORIZONS, fit_over_horizon
 from pendulum_sysid.fitting.gauss_newton import refine_start_states, scale_values
@@ -64,9 +64,9 @@ def measure_best_laws(
 ) -> Measured | None:
     """Return the fit with measured laws from the best start; None where no law helps for sure.
 
-    At the noise the best has the fewest laws. Above the noise laws take the place of names only
-    where they are really ahead without the names: else the twin may need these beside the laws,
-    and is asked (`names_beside_laws`).
+    At the noise the best has the fewest laws; above the noise, the smaller misfit on windows left
+    out. Where both err alike the names stay: the twin may need them beside the laws, and is asked
+    (`names_beside_laws`).
 
     Runs take long steps while laws are tried; the laws that are kept are fitted with the twin's
     own steps.
@@ -96,12 +96,16 @@ def measure_best_laws(
 
 
 def is_better(simple: Measured, rich: Measured) -> bool:
-    """Return whether the fit with fewer effects is the better of two with laws."""
+    """Return whether the fit with fewer effects is the better of two with laws.
+
+    Above the noise fits err alike where their misfits differ by less than a lead has to be.
+    """
     if simple.is_at_noise and rich.is_at_noise:
         return len(simple.law_fit.curves) <= len(rich.law_fit.curves)
     if simple.is_at_noise != rich.is_at_noise:
         return simple.is_at_noise
-    return compute_lead(simple.law_fit.fit, rich.law_fit.fit).is_real
+    misfit = simple.law_fit.fit.choose
+    return rich.law_fit.fit.choose >= compute_least_ratio(misfit) * misfit
 
 
 def measure_laws(
